@@ -138,7 +138,7 @@ def test_an_unknown_picture_is_refused_before_any_is_drawn(
 def test_two_results_whose_pictures_meet(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """`one` with `motion_over_turn` and `one_motion` with `over_turn` name the same file."""
     pytest.importorskip("matplotlib")
-    whole = "vibecalc.kinematics.pictures:draw_piston_motion"
+    whole = "vibecalc.kinematics.pictures:PISTON_MOTION"
     names = {"over_turn": whole, "motion_over_turn": whole}
     monkeypatch.setattr("vibecalc.core.report.plots.pictures_of", lambda result: names)
     monkeypatch.setattr("vibecalc.core.report.plots.every_picture", lambda: names)

@@ -14,6 +14,7 @@ from test_consistency_response_plots import figure, words
 from vibecalc.core.report.plots import make
 from vibecalc.core.results.record import Axis, Result
 
+MODES = Axis(name="mode", values=np.array([1, 2]))
 SPEEDS = np.linspace(0.0, 400.0, 801)
 
 
@@ -31,8 +32,7 @@ def run_up(masked: list[tuple[float, float]]) -> Result:
             quantity("response/run_up/potential_energy", 0.3 * energy, "J", speed),
             quantity("response/masked/low", low, "rad/s", left_out),
             quantity("response/masked/high", high, "rad/s", left_out),
-            quantity("response/masked/order", np.ones(len(masked), int), "", left_out),
-            quantity("response/masked/mode", np.full(len(masked), 2), "", left_out),
+            quantity("response/modes/natural_frequency", [60.25, 120.0], "rad/s", MODES),
         ]
     )
 
@@ -56,7 +56,7 @@ def test_run_up_energies_on_a_logarithmic_axis() -> None:
 def test_masked_speeds_are_bands_that_break_the_curves() -> None:
     (axes,) = figure(run_up([(119.9, 120.1), (60.2, 60.3)]), "response_run_up").axes
     assert len(axes.patches) == 2
-    assert "order 1, mode 2" in words(axes) and "rpm" not in words(axes)
+    assert "order 1, mode 2" in words(axes) and " rpm" not in words(axes)
     speed, energy = (np.asarray(part) for part in curves(axes)["kinetic energy, mean"].get_data())
     broken = speed[np.isnan(energy) & (speed > 0.0)]
     assert broken == pytest.approx([60.25 * RPM, 120.0 * RPM])

@@ -8,7 +8,7 @@ from vibecalc.core.report.text import render_report
 from vibecalc.core.run.machine_checks import machine_warnings
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import as_result
-from vibecalc.isolation import pictures as engine_mounts
+from vibecalc.isolation.pictures import ENGINE_MOUNTS
 
 PHASED = (
     ('crank_phase = "50 deg", ', ""),
@@ -60,7 +60,7 @@ def test_report_and_picture_tell_all_of_it() -> None:
         assert ("Without combustion in cylinder 3" in part) == (text is ON_BODY)
         rest = report.split("in the result file only", 1)[1:]
         assert all("torque_reaction" not in words.split("\n\n")[0] for words in rest)
-        figure = engine_mounts.draw_engine_mounts(result)
+        figure = ENGINE_MOUNTS(result)
         assert figure is not None
         below = figure.axes[1]
         assert below.get_xlim() == (0.0, 720.0)

@@ -1,6 +1,7 @@
 """Claim: the pictures show the numbers of the result, with units, and the same bytes each time."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +13,10 @@ pytest.importorskip("matplotlib")
 from drawn import coarse, figure, lines, words
 
 from vibecalc.core.report.plots import draw, every_picture, make
-from vibecalc.core.results.record import Axis, Result
+from vibecalc.core.report.verdicts import judge_references
+from vibecalc.core.results.record import Axis, Result, entry
 from vibecalc.core.results.store import read_result
+from vibecalc.units import convert
 
 RPM = 30.0 / np.pi
 GOLDEN = Path(__file__).parent / "golden"
@@ -134,6 +137,61 @@ def test_transmissibility_marks_the_orders_on_the_curve() -> None:
     assert "dB" in level.get_ylabel()
     assert phase.get_ylabel() == "phase in deg"
     assert "natural frequency" in phase.get_xlabel()
+
+
+def test_a_row_of_the_catalogue_is_a_picture(monkeypatch: pytest.MonkeyPatch) -> None:
+    rows = [entry(f"isolation/{name}", "mount speed", "N*m", f"what {name} does", curve="two_loads")
+            for name in ("bend", "twist")]  # fmt: skip
+    monkeypatch.setattr("vibecalc.core.report.curves.CATALOGUE", {one.path: one for one in rows})
+    result = generator()
+    speed = Axis(name="speed", values=np.linspace(10.0, 600.0, 200), unit="rad/s")
+    mount = Axis(name="mount", values=np.array([f"m{i}" for i in range(9)], object))
+    values = np.outer(np.arange(1.0, 10.0), 3e4 * np.sin(speed.values))
+    values[7] = values[8]
+    values[:, 50] = np.inf
+    result.record.add(quantity("isolation/bend", values, "N*m", mount, speed))
+    result.record.add(quantity("isolation/twist", 1e-6 * values, "N*m", mount, speed))
+    upper, lower = figure(result, "two_loads").axes
+    drawn = lines(upper)
+    # the six largest, of which two are one; both panels in the unit of the larger
+    assert [name for name in drawn if name.startswith("m")] == [
+        "m2",
+        "m3",
+        "m4",
+        "m5",
+        "m6",
+        "m7, m8",
+    ]
+    np.testing.assert_allclose(
+        drawn["m3"].get_ydata(), 1e-3 * np.where(np.isinf(values[3]), np.nan, values[3])
+    )
+    assert drawn["m3"].get_xdata()[-1] == pytest.approx(600.0 * RPM)
+    assert (upper.get_ylabel(), lower.get_ylabel()) == ("bend in kN m", "twist in kN m")
+    assert (lower.get_title(loc="left"), lower.get_xlabel()) == (
+        "what twist does",
+        "crank speed in rpm",
+    )
+    assert "operating speed" in drawn and "two loads" in figure(result, "two_loads").get_suptitle()
+    assert make(generator(), "two_loads") is None
+
+
+def test_references_and_limits_stand_over_the_curve_that_they_are_on() -> None:
+    result = read_result(GOLDEN / "compressor.h5")
+    (axes,) = figure(result, "energy_by_order").axes
+    rows = [row for row in judge_references(result)
+            if row.quantity == "response/kinetic_energy/peak_by_order"]  # fmt: skip
+    points = np.concatenate([np.asarray(one.get_offsets()) for one in axes.collections])
+    drawn = {x: y for x, y in points if x % 1.0 > 0.5}
+    wanted = {float(row.where["order"]) - 0.2: convert(row.value, row.unit, "J") for row in rows}
+    assert drawn == pytest.approx(wanted, rel=1e-12)
+    assert rows and "published" in axes.get_legend_handles_labels()[1]
+    path = "kinematics/acceleration"
+    limit = {"quantity": path, "max": "100 m/s^2", "source": "a limit"}
+    limited = replace(result, case={**result.case, "limit": [limit]})
+    heights = [
+        line.get_ydata() for line in figure(limited, "piston_acceleration").axes[0].get_lines()
+    ]
+    assert any(np.all(np.asarray(y) == 100.0) for y in heights)
 
 
 def test_modal_energy_bars_fill_the_modes() -> None:

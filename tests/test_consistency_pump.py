@@ -17,7 +17,7 @@ from vibecalc.core.results.record import Quantity, Record
 from vibecalc.core.run.machine_checks import check_machine, machine_warnings
 from vibecalc.core.run.plan import plan_case
 from vibecalc.core.run.run import run_case
-from vibecalc.isolation import pictures as engine_mounts
+from vibecalc.isolation.pictures import ENGINE_MOUNTS
 from vibecalc.kinds import KINDS, PARTS_OF_KIND
 from vibecalc.schema import KindName
 
@@ -159,6 +159,6 @@ def test_report_and_picture_tell_all_of_it() -> None:
     assert "Pump: valves, volumes and torque" in report
     assert "Torque reaction: pump on its mounts" in report
     assert "engine" not in report
-    figure = engine_mounts.draw_engine_mounts(result)
+    figure = ENGINE_MOUNTS(result)
     assert figure is not None and figure.axes[1].get_xlim() == (0.0, 360.0)
     assert CASES["pump"].is_file()

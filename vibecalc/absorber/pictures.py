@@ -1,15 +1,18 @@
 """Pictures of absorbers: response, design chart, map around the optimum, pendulum."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.absorber.report.hardware import HARDWARE, ICE
+from vibecalc.absorber.report.hardware import HARDWARE
 from vibecalc.absorber.report.tuning import ABSORBER, PENDULUM
 from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, note, plain_ticks
+from vibecalc.core.report.curves import Curve, Curves, Look, Panel, Plot, level
 from vibecalc.core.report.sections import having, labels, scalar_of, table_of
 from vibecalc.core.report.writing import show
-from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.core.results.record import Axis, Quantity, Record, Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -379,42 +382,37 @@ def _stock(
 # ----------------------------------------------------------------------------
 
 
-def draw_absorber_warming(result: Result) -> "Figure | None":
-    """Peak above, damping below, over the temperature of the oil."""
-    record = result.record
-    peak = having(record, HARDWARE + "warming/peak", "temperature")
-    damping = having(record, HARDWARE + "warming/secondary_damping", "temperature")
-    if peak is None or damping is None:
-        return None
-    figure = canvas(result, "peak and damping as the oil warms", 6.0)
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=[1.7, 1.0])
-    warm = np.asarray(peak.axes[0].values, dtype=float) - ICE
-    above.plot(warm, peak.values, color=COLOURS[0], label="springs kept")
-    best = having(record, HARDWARE + "warming/best_peak", "temperature")
-    if best is not None:
-        above.plot(
-            warm,
-            best.values,
-            "--",
-            color=COLOURS[2],
-            label="springs that suit the damping of each temperature",
-        )
-    least = scalar_of(record, "tuning/peak")
-    if least is not None:
-        above.axhline(least, color=LIMIT, linestyle=":", label=f"tuning, {show(least, digits=4)}")
-    above.set_ylim(0.0, None)
-    above.set_ylabel("largest response")
-    above.legend()
-    below.semilogy(warm, damping.values, color=COLOURS[1])
-    wanted = scalar_of(record, "tuning/secondary_damping")
-    if wanted is not None:
-        below.axhline(wanted, color=QUIET, linestyle=":")
-        note(below, "wanted", (warm[-1], wanted), (-2, 3), ha="right", color=QUIET)
-    plain_ticks(below.yaxis)
-    below.set_ylabel(r"damping $c_2 / (2 \sqrt{K_1 J_1})$")
-    below.set_xlabel("temperature of the oil in $\\degree$C")
-    below.set_xlim(warm[0], warm[-1])
-    return figure
+_PLAIN: Look = {"color": COLOURS[0], "marker": ""}
+_WARM = HARDWARE + "warming/"
+
+ABSORBER_WARMING = Curves(
+    "peak and damping as the oil warms",
+    (
+        Panel(
+            "largest response",
+            (
+                Curve(_WARM + "peak", "springs kept", _PLAIN),
+                Curve(_WARM + "best_peak", "springs that suit the damping of each temperature",
+                      {"color": COLOURS[2], "linestyle": "--", "marker": ""}),
+                level("tuning/peak", "tuning, {}", color=LIMIT, linestyle=":"),
+            ),
+            ends=(0.0, None),
+            height=1.7,
+            legend={"loc": "best"},
+        ),
+        Panel(
+            r"damping $c_2 / (2 \sqrt{K_1 J_1})$",
+            (
+                Curve(_WARM + "secondary_damping", "", {**_PLAIN, "color": COLOURS[1]}),
+                level("tuning/secondary_damping", "wanted", linestyle=":"),
+            ),
+            log="y",
+            legend={"loc": "upper right"},
+            below="temperature of the oil in $\\degree$C",
+        ),
+    ),
+    high=2.35,
+)  # fmt: skip
 
 
 # ----------------------------------------------------------------------------
@@ -422,85 +420,69 @@ def draw_absorber_warming(result: Result) -> "Figure | None":
 # ----------------------------------------------------------------------------
 
 
-def draw_pendulum(result: Result) -> "Figure | None":
-    """Detuning, torque of steady swings, and response over the order; what the result has."""
-    record = result.record
-    order = having(record, PENDULUM + "order_of_swing", "swing")
-    torque = having(record, PENDULUM + "steady/torque", "steady_swing")
-    if PENDULUM + "steady/largest_swing" not in record.quantities:
-        torque = None  # of a file from before this result
-    rotor = having(record, PENDULUM + "response/rotor", "order_ratio")
-    drawn = [quantity for quantity in (order, torque, rotor) if quantity is not None]
-    if not drawn:
+def _given(name: str) -> Callable[[Result], Any]:
+    return lambda result: table_of(result.case, "machine", "pendulum").get(name)
+
+
+def _steady(result: Result) -> Quantity | None:
+    """Torque over the largest swing, from rest on and upwards."""
+    torque = having(result.record, PENDULUM + "steady/torque", "steady_swing")
+    swing = having(result.record, PENDULUM + "steady/largest_swing", "steady_swing")
+    if torque is None or swing is None:
         return None
-    rows = -(-len(drawn) // 2)
-    figure = canvas(result, "order, torque and motion of the rotor", 0.6 + 3.6 * rows)
-    grid = figure.add_gridspec(rows, min(len(drawn), 2))
-    places = [grid[i // 2, i % 2] for i in range(len(drawn))]
-    if len(drawn) % 2 and rows > 1:
-        places[-1] = grid[rows - 1, :]
-    panels = iter([figure.add_subplot(place) for place in places])
-    given = table_of(result.case, "machine", "pendulum")
-    if order is not None:
-        axes = next(panels)
-        swing = np.degrees(np.asarray(order.axes[0].values, dtype=float))
-        axes.plot(swing, order.values, color=COLOURS[0], label=str(given.get("path", "circular")))
-        wanted = given.get("order")
-        if isinstance(wanted, int | float):
-            axes.axhline(wanted, color=QUIET, linestyle=":", label="wanted")
-        axes.set_ylabel("order that the pendulum keeps")
-        axes.legend()
-        axes.set_xlabel("swing in deg")
-        axes.set_xlim(0.0, swing[-1])
-        axes.ticklabel_format(axis="y", useOffset=False)
-    if torque is not None:
-        _torque(next(panels), record, given.get("torque"))
-    if rotor is not None:
-        _rotor(next(panels), record)
-    return figure
+    size = np.asarray(torque.values) * np.sign(torque.values[0])
+    axis = Axis(name="swing", values=np.append(0.0, swing.values), unit="rad")
+    return replace(torque, values=np.append(0.0, size), axes=(axis,))
 
 
-def _torque(axes: "Axes", record: Record, applied: object) -> None:
-    torque = record[PENDULUM + "steady/torque"]
-    swing = np.degrees(np.asarray(record[PENDULUM + "steady/largest_swing"].values, dtype=float))
-    size = np.asarray(torque.values, dtype=float)
-    size = size * (np.sign(size[0]) if size.size else 1.0)
-    axes.plot(
-        np.concatenate([[0.0], swing]),
-        np.concatenate([[0.0], size]),
-        color=COLOURS[0],
-        label="undamped, exact",
-    )
+def _jump(plot: Plot) -> None:
+    record = plot.result.record
     limit, place = (scalar_of(record, PENDULUM + f"jump/{x}") for x in ("torque", "swing"))
     if limit is not None and place is not None and np.isfinite(limit):
-        axes.plot(
-            [np.degrees(place)],
-            [limit],
-            "o",
-            color=LIMIT,
-            label=f"jump, {show(limit, digits=4)} N m",
-        )
-    if isinstance(applied, int | float):
-        axes.axhline(applied, color=QUIET, linestyle="--", label="torque of the case")
-    axes.set_xlabel("largest angle of swing in deg")
-    axes.set_ylabel("torque in N m")
-    axes.set_xlim(0.0, None)
-    axes.axhline(0.0, color=QUIET, linewidth=0.8)
-    axes.legend()
+        words = f"jump, {show(plot.factor * limit, digits=4)} {plot.unit}"
+        plot.axes.plot([np.degrees(place)], [plot.factor * limit], "o", color=LIMIT, label=words)
 
 
-def _rotor(axes: "Axes", record: Record) -> None:
-    for name, words, colour in (
-        ("rotor", "pendulums swing a little", COLOURS[0]),
-        ("without", "pendulums locked", COLOURS[1]),
-    ):
-        found = having(record, PENDULUM + f"response/{name}", "order_ratio")
-        if found is not None:
-            ratio = np.asarray(found.axes[0].values, dtype=float)
-            size = np.degrees(np.abs(np.asarray(found.values)))
-            axes.semilogy(
-                ratio, np.where(np.isfinite(size), size, np.nan), color=colour, label=words
-            )
-    axes.set_xlabel("order of the torque over the wanted one")
-    axes.set_ylabel("motion of the rotor in deg, zero-to-peak")
-    axes.legend()
+def _path(result: Result) -> str:
+    return str(_given("path")(result) or "circular")
+
+
+SWINGING = Curves(
+    "order, torque and motion of the rotor",
+    (
+        Panel(
+            "order that the pendulum keeps",
+            (
+                Curve(PENDULUM + "order_of_swing", _path, _PLAIN),
+                level(_given("order"), "wanted", linestyle=":"),
+            ),
+            legend={"loc": "best"},
+            below="swing in deg",
+        ),
+        Panel(
+            "torque",
+            (
+                Curve(_steady, "undamped, exact", _PLAIN),
+                _jump,
+                level(_given("torque"), "torque of the case"),
+            ),
+            unit="N*m",
+            legend={"loc": "best"},
+            below="largest angle of swing in deg",
+        ),
+        Panel(
+            "motion of the rotor, zero-to-peak,",
+            (
+                Curve(PENDULUM + "response/rotor", "pendulums swing a little", _PLAIN),
+                Curve(PENDULUM + "response/without", "pendulums locked",
+                      {**_PLAIN, "color": COLOURS[1]}),
+            ),
+            unit="deg",
+            log="y",
+            legend={"loc": "best"},
+            below="order of the torque over the wanted one",
+        ),
+    ),
+    high=3.25,
+    columns=2,
+)  # fmt: skip

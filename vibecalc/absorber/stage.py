@@ -352,7 +352,7 @@ SUBJECT = Subject(
         "absorber_surface": "vibecalc.absorber.pictures:draw_absorber_surface",
         "absorber_map": "vibecalc.absorber.pictures:draw_absorber_map",
         "absorber_chart": "vibecalc.absorber.pictures:draw_absorber_chart",
-        "absorber_warming": "vibecalc.absorber.pictures:draw_absorber_warming",
-        "pendulum": "vibecalc.absorber.pictures:draw_pendulum",
+        "absorber_warming": "vibecalc.absorber.pictures:ABSORBER_WARMING",
+        "pendulum": "vibecalc.absorber.pictures:SWINGING",
     },
 )

@@ -165,6 +165,6 @@ SUBJECT = Subject(
     ),
     pictures={
         "shaking": "vibecalc.excitation.pictures:draw_shaking",
-        "motor_force": "vibecalc.excitation.pictures:draw_motor_force",
+        "motor_force": "vibecalc.excitation.pictures:MOTOR_FORCE",
     },
 )

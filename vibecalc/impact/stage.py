@@ -112,9 +112,9 @@ SUBJECT = Subject(
     checks=("vibecalc.impact.checks:joint_problems",),
     sections=("vibecalc.impact.report:impact",),
     pictures={
-        "impact_clearance": "vibecalc.impact.pictures:draw_impact_clearance",
-        "impact_time": "vibecalc.impact.pictures:draw_impact_time",
+        "impact_clearance": "vibecalc.impact.pictures:IMPACT_CLEARANCE",
+        "impact_time": "vibecalc.impact.pictures:IMPACT_TIME",
         "impact_spectrum": "vibecalc.impact.pictures:draw_impact_spectrum",
-        "dominance": "vibecalc.impact.pictures:draw_dominance",
+        "dominance": "vibecalc.impact.pictures:DOMINANCE",
     },
 )

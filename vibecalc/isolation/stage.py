@@ -171,11 +171,11 @@ SUBJECT = Subject(
         "vibecalc.isolation.report:torque_reaction",
     ),
     pictures={
-        "force_over_cycle": "vibecalc.isolation.pictures:draw_force_over_cycle",
-        "run_up": "vibecalc.isolation.pictures:draw_run_up",
-        "transmissibility": "vibecalc.isolation.pictures:draw_transmissibility",
+        "force_over_cycle": "vibecalc.isolation.pictures:FORCE_OVER_CYCLE",
+        "run_up": "vibecalc.isolation.pictures:RUN_UP",
+        "transmissibility": "vibecalc.isolation.pictures:TRANSMISSIBILITY",
         "modal_energy": "vibecalc.isolation.pictures:draw_modal_energy",
         "mode_shapes": "vibecalc.isolation.pictures:draw_mode_shapes",
-        "engine_mounts": "vibecalc.isolation.pictures:draw_engine_mounts",
+        "engine_mounts": "vibecalc.isolation.pictures:ENGINE_MOUNTS",
     },
 )

@@ -1,53 +1,29 @@
 """Pictures of the piston motion over one turn, and of what its first two harmonics miss."""
 
-from typing import TYPE_CHECKING
+from dataclasses import replace
 
 import numpy as np
 
-from vibecalc.core.report.canvas import (
-    COLOURS,
-    QUIET,
-    TOTAL,
-    canvas,
-    crank_angle_axis,
-    unit_words,
-    waves,
-)
-from vibecalc.core.report.sections import along
+from vibecalc.core.report.canvas import COLOURS, TOTAL, unit_words, waves
+from vibecalc.core.report.curves import Curve, Curves, Panel
+from vibecalc.core.report.sections import having
 from vibecalc.core.report.writing import show
-from vibecalc.core.results.record import Result
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from vibecalc.core.results.record import Quantity, Result
 
 # ----------------------------------------------------------------------------
 # Motion of the piston over one turn: position, velocity, acceleration.
 # ----------------------------------------------------------------------------
 
-_NAMES = ("position", "velocity", "acceleration")
-
-
-def draw_piston_motion(result: Result) -> "Figure | None":
-    """A panel for each of the three that the result has; None without any."""
-    found = []
-    for name in _NAMES:
-        hit = along(result.record, f"kinematics/{name}", "crank_angle")
-        if hit is not None and hit[1].size:
-            found.append((name, *hit))
-    if not found:
-        return None
-    figure = canvas(result, "piston motion over one turn", 1.4 + 1.9 * len(found))
-    panels = figure.subplots(len(found), 1, sharex=True, squeeze=False)[:, 0]
-    for i, (axes, (name, quantity, angle)) in enumerate(zip(panels, found, strict=True)):
-        factor, unit = (1e3, "mm") if name == "position" else unit_words(quantity.unit)
-        axes.plot(np.degrees(angle), factor * np.asarray(quantity.values), color=COLOURS[i])
-        axes.set_ylabel(f"{name}\nin {unit}")
-        if name != "position":
-            axes.axhline(0.0, color="#777777", linewidth=0.8)
-    figure.align_ylabels(list(panels))
-    crank_angle_axis(panels[-1])
-    return figure
-
+PISTON_MOTION = Curves(
+    "piston motion over one turn",
+    tuple(
+        Panel(f"{name}\n", (Curve(f"kinematics/{name}", look={"color": colour}),), unit=unit)
+        for name, unit, colour in zip(
+            ("position", "velocity", "acceleration"), ("mm", "m/s", "m/s^2"), COLOURS, strict=False
+        )
+    ),
+    high=1.93,
+)
 
 # ----------------------------------------------------------------------------
 # Acceleration of the piston over one turn next to its first two harmonics, and what these miss.
@@ -56,36 +32,60 @@ def draw_piston_motion(result: Result) -> "Figure | None":
 _FEW = 2
 #: of the largest acceleration, what is no difference
 _ROUNDING = 1e-9
+_CURVE = "kinematics/acceleration"
 
 
-def draw_piston_acceleration(result: Result) -> "Figure | None":
-    """Both curves above, their difference below, unless it is rounding; None without the two."""
-    curve = along(result.record, "kinematics/acceleration", "crank_angle")
-    series = along(result.record, "kinematics/acceleration_harmonics", "order")
-    if curve is None or series is None or not curve[1].size:
+def _short(result: Result) -> Quantity | None:
+    """The first two harmonics at the crank angles of the acceleration."""
+    whole = having(result.record, _CURVE, "crank_angle")
+    series = having(result.record, f"{_CURVE}_harmonics", "order")
+    if whole is None or series is None:
         return None
-    whole, angle = np.asarray(curve[0].values), curve[1]
-    harmonics, orders = series
-    few = np.asarray(orders) <= _FEW
-    short = np.real(np.asarray(harmonics.values)[few] @ waves(np.asarray(orders)[few], angle))
-    missed, largest = np.abs(whole - short).max(), np.abs(whole).max()
-    unit, rows = unit_words(curve[0].unit)[1], 2 if missed > _ROUNDING * largest else 1
-    words = "piston acceleration and its first two harmonics"
-    words += "" if rows > 1 else ", which are all of it"
-    figure = canvas(result, words, 2.4 + 2.0 * rows)
-    panels = figure.subplots(rows, 1, sharex=True, squeeze=False, height_ratios=[2, 1][:rows])[:, 0]
-    panels[0].plot(np.degrees(angle), whole, color=TOTAL, linewidth=2.0, label="all orders")
-    panels[0].plot(np.degrees(angle), short, "--", color=COLOURS[1], label="orders 1 and 2")
-    panels[0].set_ylabel(f"acceleration in {unit}")
-    panels[0].legend(loc="lower center")
-    if rows > 1:
-        panels[1].plot(np.degrees(angle), whole - short, color=COLOURS[0])
-        panels[1].set_ylabel(f"difference\nin {unit}")
-        share = show(100.0 * missed / largest, digits=2)
-        words = f"largest difference {show(missed, digits=3)} {unit}, {share} % of the largest"
-        panels[1].set_title(words, loc="left")
-        figure.align_ylabels(list(panels))
-    for axes in panels:
-        axes.axhline(0.0, color=QUIET, linewidth=0.8)
-    crank_angle_axis(panels[-1])
-    return figure
+    order = np.asarray(series.axes[0].values)
+    few = order <= _FEW
+    turned = waves(order[few], np.asarray(whole.axes[0].values))
+    return replace(whole, path="", values=np.real(np.asarray(series.values)[few] @ turned))
+
+
+def _missed(result: Result) -> Quantity | None:
+    """The difference to them, None if it is rounding."""
+    whole, short = having(result.record, _CURVE, "crank_angle"), _short(result)
+    if whole is None or short is None:
+        return None
+    values = whole.values - short.values
+    if np.abs(values).max() <= _ROUNDING * np.abs(whole.values).max():
+        return None
+    return replace(short, values=values)
+
+
+def _title(result: Result) -> str:
+    rest = ", which are all of it" if _missed(result) is None else ""
+    return f"piston acceleration and its first two harmonics{rest}"
+
+
+def _largest(result: Result) -> str:
+    missed = _missed(result)
+    assert missed is not None  # or there is no panel
+    largest = np.abs(missed.values).max()
+    share = show(100.0 * largest / np.abs(result.record[_CURVE].values).max(), digits=2)
+    unit = unit_words(missed.unit)[1]
+    return f"largest difference {show(largest, digits=3)} {unit}, {share} % of the largest"
+
+
+PISTON_ACCELERATION = Curves(
+    _title,
+    (
+        Panel(
+            "acceleration",
+            (
+                Curve(_CURVE, "all orders", {"color": TOTAL, "linewidth": 2.0}),
+                Curve(_short, "orders 1 and 2", {"color": COLOURS[1], "linestyle": "--"}),
+            ),
+            needs=(_short,),
+            height=2.0,
+            legend={"loc": "lower center"},
+        ),
+        Panel("difference\n", (Curve(_missed),), _largest),
+    ),
+    high=2.55,
+)

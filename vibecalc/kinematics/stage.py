@@ -106,7 +106,7 @@ SUBJECT = Subject(
     entries=lambda case, path, axis: kept_orders(case, axis, 0),
     sections=("vibecalc.kinematics.report:kinematics",),
     pictures={
-        "piston_motion": "vibecalc.kinematics.pictures:draw_piston_motion",
-        "piston_acceleration": "vibecalc.kinematics.pictures:draw_piston_acceleration",
+        "piston_motion": "vibecalc.kinematics.pictures:PISTON_MOTION",
+        "piston_acceleration": "vibecalc.kinematics.pictures:PISTON_ACCELERATION",
     },
 )

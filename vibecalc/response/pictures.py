@@ -1,5 +1,6 @@
 """Pictures of the body on its suspension: energies by order, speed, operation; changes."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,15 +11,23 @@ from vibecalc.core.report.canvas import (
     TOTAL,
     canvas,
     crests,
-    draw_points,
     length_scale,
     note,
-    operating_line,
-    plain_ticks,
     usual,
 )
-from vibecalc.core.report.sections import along, having, labels
-from vibecalc.core.report.verdicts import judge_references
+from vibecalc.core.report.curves import (
+    Curve,
+    Curves,
+    Ends,
+    Panel,
+    Plot,
+    Source,
+    operating,
+    peak,
+    resonances,
+    spans,
+)
+from vibecalc.core.report.sections import having, labels
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.response.report import SMALLEST
@@ -36,170 +45,130 @@ _KINDS = ("kinetic", "potential")
 _DECADES = 6
 
 
-def draw_energy_by_order(result: Result) -> "Figure | None":
-    """Bars of the largest energy against order, down to a share of the largest of all.
-
-    None without energies by order above zero. The axis is in powers of ten by hand: bars of a
-    logarithmic axis stop before 1e-308.
-    """
-    found: list[tuple[str, np.ndarray, np.ndarray, str]] = []
-    for kind in _KINDS:
-        quantity = having(result.record, f"response/{kind}_energy/peak_by_order", "order")
-        if quantity is not None and np.any(quantity.values >= SMALLEST):
-            orders = np.asarray(quantity.axes[0].values)
-            found.append((kind, orders, np.asarray(quantity.values, dtype=float), quantity.unit))
-    if not found:
-        return None
-    figure = canvas(result, "largest energy of each order alone", 5.2)
-    axes = figure.subplots()
-    lowest = min(float(np.log10(values[values >= SMALLEST]).min()) for _, _, values, _ in found)
-    highest = max(float(np.log10(values.max())) for _, _, values, _ in found)
-    floor = max(lowest - 0.06 * max(highest - lowest, 3.0), highest - _DECADES)
-    width = 0.8 / len(found)
-    for i, (kind, orders, values, _) in enumerate(found):
-        acting = values >= max(10.0**floor, SMALLEST)
-        heights = np.log10(values[acting]) - floor
-        place = orders[acting] + (i - 0.5 * (len(found) - 1)) * width
-        axes.bar(place, heights, width, bottom=floor, color=COLOURS[i], label=kind)
-    every = max(int(orders[-1]) for _, orders, _, _ in found)
-    least = max(10.0**floor, SMALLEST)
-    last = max(int(np.max(orders[values >= least], initial=0)) for _, orders, values, _ in found)
-    axes.set_xlim(0.3, last + 0.7)
-    axes.set_ylim(floor, highest + 0.08 * (highest - floor))
-    _ticks(axes)
-    axes.set_xlabel("order")
-    axes.set_ylabel(f"energy in {found[0][3]}")
-    axes.grid(visible=False, axis="x")
-    axes.legend(loc="upper right")
-    if every > last:
-        axes.set_title(
-            f"orders {last + 1} to {every}: below $10^{{-{_DECADES}}}$ of the largest",
-            loc="left", fontsize=8, color=QUIET,
-        )  # fmt: skip
-    return figure
+def _of_orders(result: Result) -> dict[str, Quantity]:
+    """Energies by order above zero, of each kind."""
+    paths = {kind: f"response/{kind}_energy/peak_by_order" for kind in _KINDS}
+    found = {kind: having(result.record, path, "order") for kind, path in paths.items()}
+    return {
+        kind: one for kind, one in found.items() if one is not None and one.values.max() >= SMALLEST
+    }
 
 
-def _ticks(axes: "Axes") -> None:
-    """Whole orders below; next to them powers of ten, written as a logarithmic axis has them."""
-    from matplotlib.ticker import FuncFormatter, MaxNLocator
+def _by_order(kind: str) -> Source:
+    """Energies of one kind down to a share of the largest of all."""
 
-    axes.xaxis.set_major_locator(MaxNLocator(nbins=10, integer=True))
+    def made(result: Result) -> Quantity | None:
+        found = _of_orders(result)
+        least = max(
+            SMALLEST, 10.0**-_DECADES * max((x.values.max() for x in found.values()), default=0)
+        )
+        one = found.get(kind)
+        return one and replace(one, values=np.where(one.values >= least, one.values, np.nan))
 
-    def power(value: Any, _: Any) -> str:
-        return f"$10^{{{value:.0f}}}$"
+    return made
 
-    axes.yaxis.set_major_locator(MaxNLocator(nbins=9, integer=True))
-    axes.yaxis.set_major_formatter(FuncFormatter(power))
+
+def _acting(plot: Plot) -> Ends:
+    """Ends of both axes around what is drawn; says what is left out."""
+    x, heights = plot.drawn[0][0], np.array([y for _, y in plot.drawn])
+    low, top = np.nanmin(heights), np.nanmax(heights)
+    last = x[np.isfinite(heights).any(axis=0)][-1]
+    low *= 0.8 / max(top / low, 1e3) ** 0.06
+    plot.axes.set_xlim(0.3, last + 0.7)
+    if last < x[-1]:
+        low = 10.0**-_DECADES * top
+        words = f"orders {last + 1:.0f} to {x[-1]:.0f}: below $10^{{-{_DECADES}}}$ of the largest"
+        plot.axes.set_title(words, loc="left", fontsize=8, color=QUIET)
+    return low, top * max(top / low, 1e3) ** 0.08
+
+
+ENERGY_BY_ORDER = Curves(
+    "largest energy of each order alone",
+    (
+        Panel(
+            "energy",
+            tuple(Curve(_by_order(kind), kind, bars=True) for kind in _KINDS),
+            log="y",
+            ends=_acting,
+            legend={"loc": "upper right"},
+        ),
+    ),
+    high=3.9,
+)
 
 
 # ----------------------------------------------------------------------------
 # Mean energies of the body over a range of speeds, with the speeds left out as bands.
 # ----------------------------------------------------------------------------
 
-_BAND = "#f3c6cc"
 #: decades shown around the usual energy where it has no bound at some speeds
 _BELOW, _ABOVE = 1e-4, 1e6
 #: the lowest speed drawn, of the highest one: below it little moves
 _SPAN = 0.03
-#: ratio of the speeds of two bands that leaves room for the words of each
-_APART = 1.09
 
 
-def draw_response_run_up(result: Result) -> "Figure | None":
-    """Both energies on one logarithmic axis; None without a run-up of [response]."""
-    record = result.record
-    hits = [(kind, along(record, f"response/run_up/{kind}_energy", "speed")) for kind in _KINDS]
-    curves = [(kind, *hit) for kind, hit in hits if hit is not None and np.any(hit[1] > 0.0)]
-    if not curves:
-        return None
-    figure = canvas(result, "run-up: mean energies of the body at each speed", 4.8)
-    axes = figure.subplots()
-    curves = [(kind, one, rpm(1.0) * places) for kind, one, places in curves]
-    speed, unit = curves[0][2], curves[0][1].unit
-    axes.set_xscale("log")
-    axes.set_xlim(max(float(speed[speed > 0.0].min()), _SPAN * float(speed.max())), speed.max())
-    axes.set_yscale("log")
-    gaps = _masked(record, axes)
-    drawn, rows = [], judge_references(result)
-    for (kind, quantity, places), colour in zip(curves, COLOURS, strict=False):
-        values = np.asarray(quantity.values, dtype=float)
-        drawn.append(np.interp(speed, places, values))
-        axes.plot(*_broken(places, values, gaps), color=colour, label=f"{kind} energy, mean")
-        draw_points(rows, axes, quantity, turning=rpm(1.0), colour=colour)
-        if not gaps:
-            _largest(axes, places, values, colour, unit, above=kind == "kinetic")
-    axes.set_ylim(*_run_up_window(speed, np.array(drawn), bool(gaps)))
-    operating_line(axes, result, speed[0] / rpm(1.0), speed[-1] / rpm(1.0))
-    axes.set_ylabel(f"mean energy over a turn in {unit}")
-    axes.set_xlabel("crank speed in rpm")
-    plain_ticks(axes.xaxis)
-    figure.legend(loc="outside lower center", ncols=4)
-    return figure
+def _masked(result: Result) -> np.ndarray:
+    """Ends in rad/s (bands, 2) of the speeds left out."""
+    ends = [having(result.record, f"response/masked/{end}", "masked") for end in ("low", "high")]
+    found = [np.asarray(one.values) for one in ends if one is not None]
+    return np.transpose(found) if len(found) == 2 else np.zeros((0, 2))
 
 
-def _masked(record: Record, axes: "Axes") -> list[tuple[float, float]]:
-    """Shade what is left out next to undamped resonances; says which order meets which mode."""
-    low, high, order, mode = (
-        having(record, f"response/masked/{name}", "masked")
-        for name in ("low", "high", "order", "mode")
-    )
-    if low is None or high is None:
-        return []
-    gaps = [(rpm(a), rpm(b)) for a, b in zip(low.values, high.values, strict=True)]
-    left, _ = axes.get_xlim()
-    named, words = left, "left out: no bound"
-    for i in np.argsort([start for start, _ in gaps]):
-        start, stop = gaps[i]
-        # the edge keeps an interval visible that is narrower than a dot
-        axes.axvspan(start, stop, color=_BAND, linewidth=1.5, zorder=0, label=words)
-        words = ""
-        if order is None or mode is None or start < _APART * named:
-            continue
-        named = start
-        note(axes, f"order {int(order.values[i])}, mode {int(mode.values[i])}", (start, 0.98),
-            (-3, 0), xycoords=axes.get_xaxis_transform(), rotation=90, ha="right", va="top",
-            color=QUIET)  # fmt: skip
-    return gaps
+def _mean(kind: str) -> Source:
+    """An energy with a break in each band, and without what a logarithmic axis cannot show."""
+
+    def made(result: Result) -> Quantity | None:
+        found = having(result.record, f"response/run_up/{kind}_energy", "speed")
+        if found is None or not np.any(found.axes[0].values > 0.0):
+            return None
+        speed, centres = found.axes[0].values, _masked(result).mean(axis=1)
+        places = np.searchsorted(speed, centres)
+        shown = np.where(found.values > 0.0, found.values, np.nan)
+        axis = replace(found.axes[0], values=np.insert(speed, places, centres))
+        return replace(found, values=np.insert(shown, places, np.nan), axes=(axis,))
+
+    return made
 
 
-def _broken(
-    speed: np.ndarray, values: np.ndarray, gaps: list[tuple[float, float]]
-) -> tuple[np.ndarray, np.ndarray]:
-    """The curve with a break in each gap, and without what a logarithmic axis cannot show."""
-    centres = np.array([0.5 * (low + high) for low, high in gaps])
-    places = np.searchsorted(speed, centres)
-    shown = np.where(np.isfinite(values) & (values > 0.0), values, np.nan)
-    return np.insert(speed, places, centres), np.insert(shown, places, np.nan)
-
-
-def _run_up_window(speed: np.ndarray, values: np.ndarray, unbounded: bool) -> tuple[float, float]:
+def _energy_ends(plot: Plot) -> Ends:
     """Ends of the energy axis: of all that is shown, or decades around what is usual.
 
     Usual is the median over (logarithmically) even speeds of the larger energy.
     """
-    shown = values[:, speed >= _SPAN * speed[-1]]
-    shown = shown[np.isfinite(shown) & (shown > 0.0)]
+    speed = plot.drawn[0][0]
+    low, high = max(float(speed[speed > 0.0].min()), _SPAN * speed.max()), float(speed.max())
+    plot.axes.set_xlim(low, high)
+    curves = [np.nan_to_num(y) for _, y in plot.drawn]
+    shown = np.array(curves)[:, speed >= _SPAN * high]
+    shown = shown[shown > 0.0]
     if not shown.size:
         return 0.1, 1.0
-    if not unbounded:
+    if not len(_masked(plot.result)):
         return 0.5 * float(shown.min()), 4.0 * float(shown.max())
-    middle = usual(speed, np.max(values, axis=0), _SPAN * speed[-1], speed[-1])
+    middle = usual(speed, np.max(curves, axis=0), low, high)
     return _BELOW * middle, _ABOVE * middle
 
 
-def _largest(
-    axes: "Axes", speed: np.ndarray, values: np.ndarray, colour: str, unit: str, above: bool
-) -> None:
-    """Mark the largest energy, as sampled."""
-    top = int(np.argmax(values))
-    at, energy = float(speed[top]), float(values[top])
-    if not np.isfinite(energy) or energy <= 0.0:
-        return
-    axes.plot([at], [energy], "o", color=colour, markersize=5)
-    left = at > 0.2 * float(speed.max())
-    note(axes, f"{show(energy, digits=4)} {unit} at {show(at, digits=4)} rpm",
-        (at, energy), (-8 if left else 8, 4 if above else -3), ha="right" if left else "left",
-        va="bottom" if above else "top", color=colour)  # fmt: skip
+RESPONSE_RUN_UP = Curves(
+    "run-up: mean energies of the body at each speed",
+    (
+        Panel(
+            "mean energy over a turn",
+            (
+                Curve(_mean("kinetic"), "kinetic energy, mean", {"color": COLOURS[0]}),
+                peak(colour=COLOURS[0], unless="response/masked/low"),
+                Curve(_mean("potential"), "potential energy, mean", {"color": COLOURS[1]}),
+                peak(colour=COLOURS[1], below=True, unless="response/masked/low"),
+                spans("response/masked", "left out: no bound"),
+                resonances(),
+                operating,
+            ),
+            log="xy",
+            ends=_energy_ends,
+        ),
+    ),
+    high=3.5,
+)
 
 
 # ----------------------------------------------------------------------------

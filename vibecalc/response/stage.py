@@ -182,10 +182,10 @@ SUBJECT = Subject(
         "vibecalc.response.report:switching",
     ),
     pictures={
-        "energy_by_order": "vibecalc.response.pictures:draw_energy_by_order",
+        "energy_by_order": "vibecalc.response.pictures:ENERGY_BY_ORDER",
         "mode_shapes": "vibecalc.isolation.pictures:draw_mode_shapes",
         "operations": "vibecalc.response.pictures:draw_operations",
-        "response_run_up": "vibecalc.response.pictures:draw_response_run_up",
+        "response_run_up": "vibecalc.response.pictures:RESPONSE_RUN_UP",
         "switching": "vibecalc.response.pictures:draw_switching",
     },
 )

@@ -89,10 +89,12 @@ ROLL_ENTRIES = (
         for name, (unit, words) in VARIABLES.items()
     ),
     *(
-        entry(f"{ROLL}/cycle/{name}", "cylinder crank_angle", unit, f"{words} over a turn")
+        entry(f"{ROLL}/cycle/{name}", "cylinder crank_angle", unit, f"{words} over a turn",
+              curve="piston_forces")
         for name, (unit, words) in FORCES.items()
     ),
-    entry(f"{ROLL}/cycle/gas_force", "cylinder crank_angle", "N", "force of the gas on the piston"),
+    entry(f"{ROLL}/cycle/gas_force", "cylinder crank_angle", "N", "force of the gas on the piston",
+          curve="piston_forces"),
     entry(f"{ROLL}/cycle/time", "crank_angle", "s", "time since crank angle 0"),
     entry(f"{ROLL}/multiplier", "multiplier", "", "Floquet multiplier of the motion, complex"),
     entry(f"{ROLL}/largest_multiplier", "", "", "magnitude of the largest of them"),

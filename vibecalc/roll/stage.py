@@ -244,13 +244,13 @@ SUBJECT = Subject(
         "vibecalc.roll.report.control:roll_control",
     ),
     pictures={
-        "roll_levels": "vibecalc.roll.pictures.running:draw_roll_levels",
+        "roll_levels": "vibecalc.roll.pictures.running:ROLL_LEVELS",
         "roll_cycle": "vibecalc.roll.pictures.running:draw_roll_cycle",
         "roll_sensitivity": "vibecalc.roll.pictures.running:draw_roll_sensitivity",
         "roll_control": "vibecalc.roll.pictures.control:draw_roll_control",
-        "roll_motor_gain": "vibecalc.roll.pictures.control:draw_roll_motor_gain",
+        "roll_motor_gain": "vibecalc.roll.pictures.control:ROLL_MOTOR_GAIN",
         "roll_locus": "vibecalc.roll.pictures.control:draw_roll_locus",
-        "roll_start_up": "vibecalc.roll.pictures.start_up:draw_roll_start_up",
+        "roll_start_up": "vibecalc.roll.pictures.start_up:ROLL_START_UP",
         "motor_curve": "vibecalc.roll.pictures.motor:draw_dynamic_motor",
     },
 )

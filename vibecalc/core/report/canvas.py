@@ -1,15 +1,14 @@
 """What pictures share: a figure without a window, colours, marks, units, perspective."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from vibecalc.core.report.sections import scalar_of, speed_of
-from vibecalc.core.report.verdicts import MEASURED, ReferenceRow
+from vibecalc.core.report.sections import entries, scalar_of, speed_of
 from vibecalc.core.report.writing import fold, rpm
-from vibecalc.core.results.record import Axis, Quantity, Record, Result
-from vibecalc.units import convert, parse_quantity
+from vibecalc.core.results.record import Axis, Record, Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,8 +34,21 @@ PLATE = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
 #: points of a curve up to which they are drawn
 _SEEN = 60
 #: ratio of the ends of a logarithmic axis up to which 2 and 5 have numbers as well
-_FEW = 150.0
+_FEW = 1e3
+#: and from which on not every power of ten has one
+_MANY = 1e12
+#: the least that is written as a plain number
+_LEAST = 1e-4
 ORDER_NAMES: Mapping[int, str] = {1: "primary (order 1)", 2: "secondary (order 2)"}
+
+
+_DASHES = ("-", "--", "-.", ":")
+
+
+def palette(place: int) -> tuple[str, str]:
+    """Colour and dashes of the curve of a number: dashes where all colours are used."""
+    turn, place = divmod(place, len(COLOURS))
+    return COLOURS[place], _DASHES[turn % len(_DASHES)]
 
 
 class Titled(Protocol):
@@ -66,15 +78,10 @@ def canvas(result: Titled, subtitle: str, height: float) -> "Figure":
     return figure
 
 
-def order_name(order: int) -> str:
-    """`primary (order 1)`, `secondary (order 2)`, `order 3`."""
-    return ORDER_NAMES.get(order, f"order {order}")
-
-
-def crank_angle_axis(axes: "Axes") -> None:
-    """Crank angle in degrees over one turn, marked at its eighths."""
-    axes.set_xlim(0.0, 360.0)
-    axes.set_xticks(range(0, 361, 45))
+def crank_angle_axis(axes: "Axes", turns: int = 1) -> None:
+    """Crank angle in degrees over one turn or two, marked at eighths of it."""
+    axes.set_xlim(0.0, 360.0 * turns)
+    axes.set_xticks(range(0, 360 * turns + 1, 45 * turns))
     axes.set_xlabel("crank angle in deg")
 
 
@@ -86,23 +93,12 @@ def waves(orders: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 def natural_frequencies(record: Record) -> np.ndarray:
     """Natural frequencies in rad/s: the modes of the rigid body, else that of the pitch model."""
-    modes = record.quantities.get("isolation/modes/natural_frequency")
-    if modes is not None:
-        return np.atleast_1d(np.asarray(modes.values, dtype=float))
+    for subject in ("isolation", "response"):
+        modes = record.quantities.get(f"{subject}/modes/natural_frequency")
+        if modes is not None:
+            return np.atleast_1d(np.asarray(modes.values, dtype=float))
     pitch = scalar_of(record, "isolation/pitch/natural_frequency")
     return np.array([]) if pitch is None else np.array([pitch])
-
-
-def plain_log(axes: "Axes", low: float, high: float) -> None:
-    """A logarithmic axis from low to high with plain numbers, more of them over few decades."""
-    from matplotlib.ticker import LogLocator, NullFormatter
-
-    axes.set_yscale("log")
-    axes.set_ylim(low, high)
-    subs = (1.0, 2.0, 5.0) if high < _FEW * low else (1.0,)
-    axes.yaxis.set_major_locator(LogLocator(subs=subs, numticks=99))
-    axes.yaxis.set_major_formatter("{x:g}")
-    axes.yaxis.set_minor_formatter(NullFormatter())
 
 
 def note(
@@ -160,14 +156,24 @@ def usual(
     return float(np.median(found)) if found.size else 1.0
 
 
-def bounds_of(result: Result, quantity: str) -> list[tuple[str, float]]:
-    """Upper bounds that the case puts on `quantity` at the optimum, in SI, with their words."""
+def only(result: Result, path: str) -> Result:
+    """The result with the references and limits on one quantity alone."""
+    kept = {name: [row for row in entries(result, name) if row["quantity"] == path]
+            for name in ("reference", "limit")}  # fmt: skip
+    return replace(result, case={**result.case, **kept})
+
+
+def bounds_of(result: Result, quantity: str, entry: bool = True) -> list[tuple[str, float]]:
+    """Upper bounds that the case puts on `quantity` at the optimum, in SI, with their words.
+
+    Without those on one entry of an array, if that is said.
+    """
     from vibecalc.core.report.verdicts import judge_limits
     from vibecalc.units import convert
 
     found = []
-    for row in judge_limits(result):
-        if row.quantity == quantity and row.max is not None and row.at != "start":
+    for row in judge_limits(only(result, quantity)):
+        if row.max is not None and row.at != "start" and (entry or not row.where):
             unit: Any = result.record[quantity].unit
             value = convert(row.max, row.unit, unit)
             found.append((f"limit {row.max:g} {row.unit}".rstrip(), value))
@@ -195,11 +201,14 @@ def clearance_names(axis: Axis) -> list[str]:
 
 
 def plain_ticks(axis: Any) -> None:
-    """1, 2, 5, 10, 20, 50 ... in plain numbers on a logarithmic axis."""
+    """1, 2, 5, 10, 20, 50 ... in plain numbers on a logarithmic axis; over decades 1, 10, 100."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.set_major_formatter("{x:g}")
+    low, high = axis.get_view_interval()
+    subs = (1.0, 2.0, 5.0) if high < _FEW * low else (1.0,)
+    axis.set_major_locator(LogLocator(subs=subs, numticks=99 if high < _MANY * low else None))
+    if low >= _LEAST and high <= 1e2 / _LEAST:
+        axis.set_major_formatter("{x:g}")
     axis.set_minor_formatter(NullFormatter())
 
 
@@ -224,47 +233,6 @@ def keep_apart(places: np.ndarray, apart: float) -> np.ndarray:
         pools.append((mean, count))
     flat = [mean for mean, count in pools for _ in range(count)]
     return np.asarray(np.array(flat) + steps)
-
-
-# ----------------------------------------------------------------------------
-# Published and measured numbers of a case as points next to the curve that they belong to.
-# ----------------------------------------------------------------------------
-
-
-def draw_points(
-    rows: Sequence[ReferenceRow],
-    axes: "Axes",
-    quantity: Quantity,
-    *,
-    entry: str = "",
-    turning: float = 1.0,
-    factor: float = 1.0,
-    colour: Any = None,
-) -> np.ndarray:
-    """Draw the references of one curve over the crank speed; gives their heights as drawn.
-
-    Measured points are hollow circles, published ones crosses. `entry` is that of the quantity's
-    other axis, "" without one; `turning` and `factor` take rad/s and the quantity's unit to those
-    of the axes.
-    """
-    others = [axis.name for axis in quantity.axes if axis.name != "speed"]
-    points: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
-    for row in rows:
-        own = [str(row.where.get(name, "")) for name in others]
-        if row.quantity != quantity.path or "speed" not in row.where or own != [entry][: len(own)]:
-            continue
-        speed = parse_quantity(row.where["speed"], "rad/s")
-        height = convert(row.value, row.unit, quantity.unit)
-        points[row.kind == MEASURED].append((turning * speed, factor * height))
-    for measured, found in points.items():
-        if found:
-            x, y = np.array(found).T
-            look: dict[str, Any] = {"marker": "x", "color": colour}
-            if measured:
-                look = {"marker": "o", "facecolors": "none", "edgecolors": colour}
-            label = f"{entry + ', ' if entry else ''}{'measured' if measured else 'published'}"
-            axes.scatter(x, y, s=28.0, linewidths=1.3, zorder=5, label=label, **look)
-    return np.array([y for found in points.values() for _, y in found])
 
 
 # ----------------------------------------------------------------------------

@@ -14,11 +14,13 @@ import numpy as np
 
 from vibecalc.core.report.accuracy import TopicView, TrialView, topics_of
 from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, TYPE, canvas, note, unit_words
+from vibecalc.core.report.curves import Curves, named_curves
 from vibecalc.core.report.sections import along, scalar_of, table_of
 from vibecalc.core.report.studies import FRONT_PREFIX, VARIABLE, bound_unit, start_of
 from vibecalc.core.report.sweep.view import SweepView
 from vibecalc.core.report.verdicts import judge_limits
 from vibecalc.core.report.writing import fold, show
+from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.layout import is_accuracy
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import AT_START, Result
@@ -35,7 +37,8 @@ if TYPE_CHECKING:
 # Pictures of a result, written as files. matplotlib is imported here, when it is asked for.
 # ----------------------------------------------------------------------------
 
-#: Pictures of studies; each subject names its own. A picture is `draw(result) -> Figure | None`.
+#: Pictures of studies; each subject names its own. A picture is a function of the result, or a
+#: `Curves`, which is called like one: `picture(result) -> Figure | None`.
 OF_STUDIES: dict[str, str] = {
     "pareto": "vibecalc.core.report.plots:draw_pareto",
     "optimisation": "vibecalc.core.report.plots:draw_start_and_optimum",
@@ -275,26 +278,28 @@ def _save(figure: "Figure", path: Path, form: str, dpi: int) -> None:
     write_atomically(path, image.getvalue())
 
 
-def every_picture() -> dict[str, str]:
-    """Pictures of all subjects and of studies by name."""
-    found: dict[str, str] = {}
+def every_picture() -> dict[str, str | Curves]:
+    """Pictures of all subjects, of curves that the catalogue names, and of studies by name."""
+    found: dict[str, str | Curves] = {}
     for subject in subjects().values():
         found |= subject.pictures
-    return found | OF_STUDIES
+    return found | named_curves() | OF_STUDIES
 
 
-def pictures_of(result: Result) -> dict[str, str]:
-    """Pictures by name of the subjects that a result has quantities of, and of studies."""
-    found: dict[str, str] = {}
+def pictures_of(result: Result) -> dict[str, str | Curves]:
+    """Those of the subjects and curves that a result has quantities of, and of studies."""
+    found: dict[str, str | Curves] = {}
     for subject in subjects_of(result.record):
         found |= subject.pictures
-    return found | OF_STUDIES
+    there = {CATALOGUE[path].curve for path in result.record if path in CATALOGUE}
+    return found | {name: one for name, one in named_curves().items() if name in there} | OF_STUDIES
 
 
 def make(result: Result, name: str) -> "Figure | None":
     """One figure by its name in `every_picture`, None if the result lacks the numbers for it."""
-    picture: Callable[[Result], Figure | None] = named(every_picture()[name])
-    return picture(result)
+    picture = every_picture()[name]
+    drawn: Figure | None = (named(picture) if isinstance(picture, str) else picture)(result)
+    return drawn
 
 
 def make_sweep(sweep: SweepView, name: str) -> "Figure | None":

@@ -59,7 +59,8 @@ class Entry(NamedTuple):
 
     Path, axes, unit, long name, kind of amplitude; how it stands in the first table of a report,
     if it does; why it is not held to the tolerance, if it is not; of which result it is a part, by
-    which its error then is measured; its name in tables, where the words of its path are none.
+    which its error then is measured; its name in tables, where the words of its path are none;
+    the picture that shows it over its last axis, with all results of the same `curve`.
     """
 
     path: str
@@ -71,6 +72,7 @@ class Entry(NamedTuple):
     exempt: str = ""
     part_of: str = ""
     name: str = ""
+    curve: str = ""
 
 
 def entry(
@@ -84,11 +86,11 @@ def entry(
     exempt: str = "",
     part_of: str = "",
     name: str = "",
+    curve: str = "",
 ) -> Entry:
     """An entry whose axes are written as one text with blanks between."""
-    return Entry(
-        path, tuple(axes.split()), unit, long_name, amplitude, headline, exempt, part_of, name
-    )
+    known = (path, tuple(axes.split()), unit, long_name, amplitude, headline, exempt)
+    return Entry(*known, part_of, name, curve)
 
 
 def exempt(reason: str, entries: Iterable[Entry]) -> Iterator[Entry]:

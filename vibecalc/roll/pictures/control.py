@@ -1,13 +1,16 @@
 """Pictures of the control: levels over feedback, poles over gain, other motors."""
 
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, order_name
+from vibecalc.core.report.canvas import COLOURS, LIMIT, ORDER_NAMES, QUIET, TOTAL, canvas
+from vibecalc.core.report.curves import Curve, Curves, Look, Panel, Plot, Source
 from vibecalc.core.report.sections import having, scalar_of, table_of
-from vibecalc.core.report.verdicts import judge_references
-from vibecalc.core.report.writing import rpm, show
+from vibecalc.core.report.writing import show
 from vibecalc.core.results.record import Quantity, Result
 from vibecalc.roll.report.control import CONTROL, status_words
 
@@ -305,55 +308,62 @@ _PATH = CONTROL + "motor_gains/"
 _ORDERS_WITHOUT = 4
 
 
-def draw_roll_motor_gain(result: Result) -> "Figure | None":
-    """Levels of the first orders above, mean speed below; published ones as hollow squares."""
-    level = having(result.record, _PATH + "level", "motor_gain", "order")
-    speed = having(result.record, _PATH + "speed", "motor_gain")
-    if level is None or speed is None:
-        return None
-    words = "another motor and no controller (reduced model)"
-    figure = canvas(result, words, 6.4)
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.2, 1.0])
-    gains = np.asarray(level.axes[0].values, dtype=float)
-    rank = np.argsort(gains)
-    orders = np.asarray(level.axes[1].values)[:_ORDERS_WITHOUT]
-    for place, order in enumerate(orders):
-        values = np.asarray(level.values, dtype=float)[rank, place]
-        style = "-" if place < 2 else "--"
-        above.plot(gains[rank], np.where(np.isfinite(values), values, np.nan), style, marker="o",
-                   ms=4, color=COLOURS[place], label=order_name(int(order)))  # fmt: skip
-    _published(above, result, _PATH + "level", orders)
-    below.plot(gains[rank], rpm(1.0) * np.asarray(speed.values)[rank], marker="o", ms=4,
-               color=COLOURS[0])  # fmt: skip
-    _published(below, result, _PATH + "speed", None)
-    own = scalar_of(result.record, CONTROL + "motor_gain")
-    for axes in (above, below):
-        axes.set_xscale("log")
-        if own is not None:
-            words = f"this motor, {show(own, digits=4)} N m s/rad"
-            axes.axvline(own, color=LIMIT, linestyle=":", label=words if axes is above else None)
-    above.set_ylabel("level in dB re 1 rad/s$^2$, zero-to-peak")
-    below.set_ylabel("mean speed in rpm")
-    below.set_xlabel("torque per slip in N m s/rad")
-    above.legend(loc="lower left")
-    figure.align_ylabels([above, below])
-    return figure
+def _by_gain(order: int) -> Source:
+    """Levels of the order at a place, over the torque per slip."""
+
+    def made(result: Result) -> Quantity | None:
+        level = having(result.record, _PATH + "level", "motor_gain", "order")
+        if level is None or level.values.shape[1] <= order:
+            return None
+        gains, orders = level.axes
+        only = replace(orders, values=orders.values[order : order + 1])
+        return replace(level, values=level.values[:, order][None], axes=(only, gains))
+
+    return made
 
 
-def _published(axes: "Axes", result: Result, path: str, orders: np.ndarray | None) -> None:
-    first = True
-    for row in judge_references(result):
-        if row.quantity != path or row.at == "start":
-            continue
-        place = 0
-        if orders is not None:
-            found = np.flatnonzero(orders == row.where.get("order"))
-            if not found.size:
-                continue
-            place = int(found[0])
-        value = row.value if orders is not None else rpm(row.value)
-        axes.plot(
-            [float(row.where["motor_gain"])], [value], "s", color=COLOURS[place], ms=8,
-            markerfacecolor="none", label="published" if first else None,
-        )  # fmt: skip
-        first = False
+def _name(place: int) -> Callable[[Result], str]:
+    def words(result: Result) -> str:
+        order = int(result.record[_PATH + "level"].axes[1].values[place])
+        return ORDER_NAMES.get(order, f"order {order}")
+
+    return words
+
+
+def _this_motor(plot: Plot, named: bool) -> None:
+    """The torque per slip of the motor of the case."""
+    own = scalar_of(plot.result.record, CONTROL + "motor_gain")
+    if own is not None:
+        words = f"this motor, {show(own, digits=4)} N m s/rad" if named else None
+        plot.axes.axvline(own, color=LIMIT, linestyle=":", label=words)
+
+
+_MARKED: Look = {"marker": "o", "ms": 4}
+
+ROLL_MOTOR_GAIN = Curves(
+    "another motor and no controller (reduced model)",
+    (
+        Panel(
+            "level in {} re 1 rad/s$^2$, zero-to-peak",
+            (
+                *(
+                    Curve(_by_gain(i), _name(i), {**_MARKED, "linestyle": "-" if i < 2 else "--"},)
+                    for i in range(_ORDERS_WITHOUT)
+                ),
+                partial(_this_motor, named=True),
+            ),
+            log="x",
+            height=2.2,
+            legend={"loc": "lower left"},
+        ),
+        Panel(
+            "mean speed",
+            (Curve(_PATH + "speed", "", _MARKED), partial(_this_motor, named=False)),
+            unit="rpm",
+            log="x",
+            legend={"loc": "lower right"},
+            below="torque per slip in N m s/rad",
+        ),
+    ),
+    high=2.55,
+)  # fmt: skip

@@ -1,13 +1,14 @@
 """Pictures of the running state: one turn, levels by order, what changes them."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, crank_angle_axis, note
+from vibecalc.core.report.curves import Curve, Curves, Ends, Look, Panel, Plot
 from vibecalc.core.report.sections import along, having, scalar_of, table_of
-from vibecalc.core.report.verdicts import MEASURED, ReferenceRow, judge_references
 from vibecalc.core.report.writing import ZERO, rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.roll.pictures.motor import MotorCurve, motor_curve, rpm_of
@@ -163,102 +164,70 @@ def _breakdown(axes: "Axes", slip: float, torque: float) -> None:
 # ----------------------------------------------------------------------------
 
 _PATH = ROLL + "level/shell_acceleration"
-#: how far the marks of published and measured levels stand next to an order
-_ASIDE = 0.22
+#: how far published and measured levels stand next to an order
+_APART = 0.22
 #: more orders than these get no mark of their own on the axis
 _MARKED = 24
 
 
-def draw_roll_levels(result: Result) -> "Figure | None":
-    """One mark for each order and origin; None without levels.
-
-    Whiskers reach over the levels with other interpolations of the gas tables. What is zero by
-    symmetry stands as such at the foot.
-    """
+def _levels(result: Result) -> Quantity | None:
+    """Levels of the orders that swing; of what is zero by symmetry there is none."""
     level = having(result.record, _PATH, "order")
     if level is None or not oscillating(level).size:
         return None
-    chosen = oscillating(level)
-    orders = np.asarray(level.axes[0].values)[chosen]
-    values = np.asarray(level.values, dtype=float)[chosen]
-    acts = shell_acts(result.record, orders) & np.isfinite(values)
-    rows = _references(result)
-    figure = canvas(result, "angular acceleration of the shell by order", 5.4)
-    axes = figure.subplots()
-    drawn = [*values[acts], *(row.value for row in rows)]
-    low, high = (min(drawn), max(drawn)) if drawn else (-1.0, 1.0)
-    room = max(0.1 * (high - low), 2.0)
-    foot = low - room
-    axes.vlines(orders[acts], foot, values[acts], color=COLOURS[0], alpha=0.35, linewidth=5.0)
-    axes.plot(orders[acts], values[acts], "o", color=COLOURS[0], ms=7, label="computed", zorder=4)
-    _whiskers(axes, result.record, orders, acts)
-    _marks(axes, rows)
-    for order in orders[~acts]:
-        note(axes, ZERO, (order, foot), (0, 4), ha="center", color=QUIET)
-    axes.set_ylim(foot, high + room)
-    axes.set_xlim(orders[0] - 0.6, orders[-1] + 0.6)
-    if len(orders) <= _MARKED:
-        axes.set_xticks(orders)
-    axes.grid(visible=False, axis="x")
-    axes.set_xlabel("order, multiple of the crank speed")
-    axes.set_ylabel("level in dB re 1 rad/s$^2$, zero-to-peak")
-    figure.legend(loc="outside lower center", ncols=4)
-    return figure
+    axis = replace(level.axes[0], values=np.asarray(level.axes[0].values)[oscillating(level)])
+    acts = shell_acts(result.record, axis.values)
+    values = np.where(acts, np.asarray(level.values, dtype=float)[oscillating(level)], np.nan)
+    return replace(level, values=values, axes=(axis,))
 
 
-def _references(result: Result) -> list[ReferenceRow]:
-    return [
-        row
-        for row in judge_references(result)
-        if row.quantity == _PATH and "order" in row.where and row.at != "start"
-    ]
-
-
-def _whiskers(axes: "Axes", record: Record, orders: np.ndarray, acts: np.ndarray) -> None:
+def _whiskers(plot: Plot) -> None:
     """From the lowest to the highest level with any way to read the gas tables."""
-    level = having(record, ROLL + "interpolation/level", "interpolant", "order")
+    level = having(plot.result.record, ROLL + "interpolation/level", "interpolant", "order")
+    orders, values = plot.drawn[0]
     if level is None:
         return
     known = np.asarray(level.axes[1].values)
-    places = np.flatnonzero(np.isin(known, orders[acts]))
-    if not places.size:
-        return
+    places = np.flatnonzero(np.isin(known, orders[np.isfinite(values)]))
     found = np.asarray(level.values, dtype=float)[:, places]
-    low, high = found.min(axis=0), found.max(axis=0)
-    axes.errorbar(
-        known[places],
-        0.5 * (low + high),
-        yerr=0.5 * (high - low),
-        fmt="none",
-        ecolor=TOTAL,
-        elinewidth=1.3,
-        capsize=5,
-        zorder=5,
-        label="other ways to read the gas tables",
-    )
+    if places.size:
+        middle, reach = 0.5 * (found.min(axis=0) + found.max(axis=0)), 0.5 * np.ptp(found, axis=0)
+        plot.axes.errorbar(known[places], middle, yerr=reach, fmt="none", ecolor=TOTAL, zorder=5,
+                           elinewidth=1.3, capsize=5,
+                           label="other ways to read the gas tables")  # fmt: skip
 
 
-def _marks(axes: "Axes", rows: list[ReferenceRow]) -> None:
-    published = [row for row in rows if row.verdict != MEASURED]
-    measured = [row for row in rows if row.verdict == MEASURED]
-    for some, words, style, colour, aside in (
-        (published, "published", "s", COLOURS[1], _ASIDE),
-        (measured, "measured", "D", LIMIT, -_ASIDE),
-    ):
-        if some:
-            places = [float(row.where["order"]) + aside for row in some]
-            values = [row.value for row in some]
-            face = "white" if words == "published" else colour
-            axes.plot(
-                places,
-                values,
-                style,
-                color=colour,
-                ms=6,
-                markeredgewidth=1.5,
-                markerfacecolor=face,
-                label=words,
-            )
+def _foot(plot: Plot) -> Ends:
+    """Stems of the levels, and zeros at the foot of what is zero by symmetry."""
+    orders, values = plot.drawn[0]
+    acts = np.isfinite(values)
+    drawn = [*values[acts], *plot.points] or [-1.0, 1.0]
+    low, high = min(drawn), max(drawn)
+    room = max(0.1 * (high - low), 2.0)
+    plot.axes.vlines(orders[acts], low - room, values[acts], color=COLOURS[0], alpha=0.35,
+                     linewidth=5.0)  # fmt: skip
+    for order in orders[~acts]:
+        note(plot.axes, ZERO, (order, low - room), (0, 4), ha="center", color=QUIET)
+    plot.axes.set_xlim(orders[0] - 0.6, orders[-1] + 0.6)
+    if len(orders) <= _MARKED:
+        plot.axes.set_xticks(orders)
+    plot.axes.grid(visible=False, axis="x")
+    return low - room, high + room
+
+
+_DOTS: Look = {"color": COLOURS[0], "marker": "o", "ms": 7, "linestyle": "", "zorder": 4}
+
+ROLL_LEVELS = Curves(
+    "angular acceleration of the shell by order",
+    (
+        Panel(
+            "level in {} re 1 rad/s$^2$, zero-to-peak",
+            (Curve(_levels, "computed", _DOTS, apart=_APART), _whiskers),
+            ends=_foot,
+        ),
+    ),
+    high=4.1,
+)
 
 
 # ----------------------------------------------------------------------------

@@ -1,80 +1,36 @@
 """A start-up or a change of load in time: crank speed, shell, torque; and where it starts from."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from functools import partial
+from typing import Any
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, PLATE, QUIET, TOTAL, canvas, note
-from vibecalc.core.report.sections import along, scalar_of, table_of
-from vibecalc.core.report.writing import rpm, show
-from vibecalc.core.results.record import Record, Result
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from vibecalc.core.report.canvas import COLOURS, LIMIT, PLATE, TOTAL, note
+from vibecalc.core.report.curves import Curve, Curves, Mark, Panel, Plot, Source, level
+from vibecalc.core.report.sections import along, having, scalar_of, table_of
+from vibecalc.core.report.writing import show
+from vibecalc.core.results.record import Axis, Quantity, Record, Result
 
 _STEM = "response/start_up/"
-_RPM = 30.0 / np.pi
 _WHOLE = 360.0
 
 
-class _Row(NamedTuple):
-    """A quantity with its name in words, and the unit of the picture with its factor."""
+def _histories(name: str) -> tuple[Source, Source]:
+    """Ends of the envelope of a quantity that is not zero all the time."""
 
-    name: str
-    words: str
-    unit: str
-    factor: float
-    colour: str
+    def end(which: str) -> Source:
+        path = f"{_STEM}history/{name}_{which}"
 
+        def made(result: Result) -> Quantity | None:
+            both = [having(result.record, f"{_STEM}history/{name}_{one}", "start_time")
+                    for one in ("low", "high")]  # fmt: skip
+            moves = any(one is not None and np.any(one.values != 0.0) for one in both)
+            there = moves and all(one is not None for one in both)
+            return result.record.quantities[path] if there else None
 
-_ROWS = (
-    _Row("crank_speed", "crank speed", "rpm", _RPM, COLOURS[0]),
-    _Row("shell_angle", "shell angle", "mrad", 1e3, COLOURS[2]),
-    _Row("shell_acceleration", "shell accel.", "rad/s$^2$", 1.0, COLOURS[3]),
-    _Row("motor_torque", "motor torque", "N m", 1.0, COLOURS[1]),
-    _Row("mount_torque", "mount torque", "N m", 1.0, COLOURS[5]),
-)
+        return made
 
-
-def draw_roll_start_up(result: Result) -> "Figure | None":
-    """A panel for each quantity over time, its envelope filled; None without a history.
-
-    Below them, if they were looked for, the crank angles from which the machine starts.
-    """
-    record = result.record
-    rows = [row for row in _ROWS if _moves(record, row.name)]
-    angles = along(record, _STEM + "start_angles/lower", "start_interval")
-    bar = angles is not None or f"{_STEM}start_angles/fraction" in record
-    if not rows and not bar:
-        return None
-    count = len(rows) + bar
-    heights = [1.35 if row.name == "crank_speed" else 1.0 for row in rows] + [0.3] * bar
-    figure = canvas(result, _verdict(record), 1.5 + 1.5 * sum(heights))
-    panels = list(figure.subplots(count, 1, height_ratios=heights, squeeze=False)[:, 0])
-    for axes, row in zip(panels, rows, strict=False):
-        _envelope(axes, record, row)
-        _steps(axes, record, named=axes is panels[0])
-    if rows:
-        _speeds(panels[0], result, rows[0])
-        for axes in panels[: len(rows) - 1]:
-            axes.tick_params(labelbottom=False)
-        panels[len(rows) - 1].set_xlabel("time in s")
-        _moments(panels[: len(rows)], record)
-    if bar:
-        _start_angles(panels[-1], record)
-    figure.align_ylabels(panels[: len(rows)])
-    if panels[0].get_legend_handles_labels()[0]:
-        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
-    return figure
-
-
-def _moves(record: Record, name: str) -> bool:
-    """Whether there is a history that is not zero all the time."""
-    ends = [along(record, f"{_STEM}history/{name}_{end}", "start_time") for end in ("low", "high")]
-    return all(hit is not None and hit[1].size > 0 for hit in ends) and any(
-        hit is not None and bool(np.any(np.asarray(hit[0].values) != 0.0)) for hit in ends
-    )
+    return end("low"), end("high")
 
 
 def _verdict(record: Record) -> str:
@@ -86,76 +42,80 @@ def _verdict(record: Record) -> str:
     return "start-up: it runs" + (" and settles" if settled else ", not yet settled")
 
 
-def _envelope(axes: "Axes", record: Record, row: _Row) -> None:
-    low, high = (
-        along(record, f"{_STEM}history/{row.name}_{end}", "start_time") for end in ("low", "high")
-    )
-    assert low is not None and high is not None
-    time = low[1]
-    ends = [row.factor * np.asarray(hit[0].values, dtype=float) for hit in (low, high)]
-    axes.fill_between(time, ends[0], ends[1], color=row.colour, alpha=0.85, linewidth=0.8)
-    if np.min(ends[0]) < 0.5 * np.max(ends[1]):
-        # a speed that hardly varies keeps its panel to itself
-        axes.axhline(0.0, color=QUIET, linewidth=0.6)
-    axes.set_xlim(0.0, float(time[-1]))
-    axes.set_ylabel(f"{row.words}\nin {row.unit}")
-    peak, when = (scalar_of(record, f"{_STEM}{row.name}_peak{end}") for end in ("", "_time"))
-    if peak is None or when is None or row.name == "crank_speed":
+def _peak(plot: Plot, name: str) -> None:
+    """A dot at the largest, on the side where it is, and its words above."""
+    found = [scalar_of(plot.result.record, f"{_STEM}{name}_peak{end}") for end in ("", "_time")]
+    if found[0] is None or found[1] is None:
         return
+    height, when = plot.factor * found[0], found[1]
+    (time, low), (_, high) = plot.drawn
     place = int(np.clip(np.searchsorted(time, when), 0, len(time) - 1))
-    sign = 1.0 if ends[1][place] >= -ends[0][place] else -1.0
-    axes.plot([when], [sign * row.factor * peak], "o", color=TOTAL, ms=4.5, zorder=4)
-    title = f"largest {show(row.factor * peak, digits=4)} {row.unit} at {show(when, digits=4)} s"
-    axes.set_title(title, loc="right", fontsize=8, pad=2.0)
+    sign = 1.0 if high[place] >= -low[place] else -1.0
+    plot.axes.plot([when], [sign * height], "o", color=TOTAL, ms=4.5, zorder=4)
+    words = f"largest {show(height, digits=4)} {plot.unit} at {show(when, digits=4)} s"
+    plot.axes.set_title(words, loc="right", fontsize=8, pad=2.0)
 
 
-def _speeds(axes: "Axes", result: Result, row: _Row) -> None:
-    """Mean speed of each turn, and that of the motor's field."""
-    if row.name != "crank_speed":
-        return
-    begin = along(result.record, _STEM + "turn/begin", "turn")
-    speed = along(result.record, _STEM + "turn/speed", "turn")
-    if begin is not None and speed is not None and begin[1].size:
-        mean = np.asarray(speed[0].values, dtype=float)
-        middle = np.asarray(begin[0].values) + np.pi / mean
-        axes.plot(middle, _RPM * mean, color=TOTAL, linewidth=1.1, label="mean of a turn")
-    synchronous = table_of(result.case, "machine", "motor").get("synchronous_speed")
-    if isinstance(synchronous, int | float):
-        words = f"synchronous {show(rpm(float(synchronous)), digits=4)} rpm"
-        axes.axhline(rpm(synchronous), color=LIMIT, linestyle=":", linewidth=1.2, label=words)
+def _turns(plot: Plot) -> None:
+    """Mean speed of each turn."""
+    begin, speed = (
+        having(plot.result.record, f"{_STEM}turn/{name}", "turn") for name in ("begin", "speed")
+    )
+    if begin is not None and speed is not None:
+        mean = np.asarray(speed.values, dtype=float)
+        plot.axes.plot(begin.values + np.pi / mean, plot.factor * mean, color=TOTAL, linewidth=1.1,
+                       label="mean of a turn")  # fmt: skip
 
 
-def _moments(panels: list["Axes"], record: Record) -> None:
-    """When the running speed is reached, and from when on the shaking is settled."""
-    for name, words, style in (
-        ("time_to_speed", "at speed", "--"),
-        ("time_to_steady", "settled", "-."),
-    ):
-        when = scalar_of(record, _STEM + name)
+def _synchronous(result: Result) -> Any:
+    return table_of(result.case, "machine", "motor").get("synchronous_speed")
+
+
+def _moments(plot: Plot, named: bool = False) -> None:
+    """When the running speed is reached, from when on the shaking is settled, the load changes."""
+    upright = plot.axes.get_xaxis_transform()
+    for name, words, style, height in (
+        ("time_to_speed", "at speed", "--", 0.06), ("time_to_steady", "settled", "-.", 0.45)
+    ):  # fmt: skip
+        when = scalar_of(plot.result.record, _STEM + name)
         if when is None or not np.isfinite(when) or when <= 0.0:
             continue
-        for axes in panels:
-            axes.axvline(when, color=TOTAL, linestyle=style, linewidth=1.0)
-        note(panels[0], f"{words} {show(when, digits=4)} s",
-            (when, 0.06 if name == "time_to_speed" else 0.45), (4, 0),
-            xycoords=panels[0].get_xaxis_transform(),
-            bbox=PLATE)  # fmt: skip
-
-
-def _steps(axes: "Axes", record: Record, *, named: bool) -> None:
-    """Where the load changes, and the factor on the gas forces from there on."""
-    hit = along(record, _STEM + "load/factor", "load_step")
-    if hit is None:
-        return
-    for when, factor in zip(hit[1], hit[0].values, strict=True):
-        axes.axvline(float(when), color=LIMIT, linewidth=0.9, alpha=0.7)
+        plot.axes.axvline(when, color=TOTAL, linestyle=style, linewidth=1.0)
         if named:
-            note(axes, f"load x {float(factor):.3g}", (float(when), 1.0), (2, 2),
-                xycoords=axes.get_xaxis_transform(), color=LIMIT)  # fmt: skip
+            note(plot.axes, f"{words} {show(when, digits=4)} s", (when, height), (4, 0),
+                 xycoords=upright, bbox=PLATE)  # fmt: skip
+    hit = along(plot.result.record, _STEM + "load/factor", "load_step")
+    for at, factor in zip(hit[1], hit[0].values, strict=True) if hit else ():
+        plot.axes.axvline(float(at), color=LIMIT, linewidth=0.9, alpha=0.7)
+        if named:
+            note(plot.axes, f"load x {float(factor):.3g}", (float(at), 1.0), (2, 2),
+                 xycoords=upright, color=LIMIT)  # fmt: skip
 
 
-def _start_angles(axes: "Axes", record: Record) -> None:
+def _panel(name: str, words: str, unit: str, colour: str) -> Panel:
+    low, high = _histories(name)
+    look = {"color": colour, "alpha": 0.85, "linewidth": 0.8}
+    named = name == "crank_speed"
+    parts: tuple[Mark, ...] = (Curve(low, "", look, upto=high), partial(_moments, named=named))
+    if not named:
+        parts += (partial(_peak, name=name),)
+    else:
+        parts += (_turns, level(_synchronous, "synchronous {}", color=LIMIT, linestyle=":"))
+    return Panel(f"{words}\n", parts, unit=unit, height=1.35 if named else 1.0, below="time in s")
+
+
+def _turn(result: Result) -> Quantity | None:
+    """The turn that the bar stands over, if angles of the start were looked for."""
+    stem = f"{_STEM}start_angles/"
+    if stem + "lower" not in result.record and stem + "fraction" not in result.record:
+        return None
+    angle = Axis(name="crank_angle", values=np.radians([0.0, _WHOLE]), unit="rad")
+    return Quantity(path="", values=np.zeros(2), unit="", long_name="", axes=(angle,))
+
+
+def _start_angles(plot: Plot) -> None:
     """A bar over a turn, coloured where the machine starts from rest under its full load."""
+    axes, record = plot.axes, plot.result.record
     lower, upper = (
         along(record, f"{_STEM}start_angles/{end}", "start_interval") for end in ("lower", "upper")
     )
@@ -164,16 +124,33 @@ def _start_angles(axes: "Axes", record: Record) -> None:
         for low, high in zip(lower[0].values, upper[0].values, strict=True):
             for left, right in arcs(float(np.degrees(low)), float(np.degrees(high))):
                 axes.axvspan(left, right, color=COLOURS[2], linewidth=0.0)
-    axes.set_xlim(0.0, _WHOLE)
-    axes.set_xticks(range(0, 361, 45))
     axes.set_yticks([])
     axes.grid(visible=False)
-    axes.set_xlabel("crank angle of the start in deg")
     share = scalar_of(record, _STEM + "start_angles/fraction")
     words = "green: from there it starts, at rest and under its full load"
     if share is not None:
         words += f" ({show(100.0 * share, digits=4)} % of all angles)"
     axes.set_title(words, loc="left", fontsize=8)
+
+
+ROLL_START_UP = Curves(
+    lambda result: _verdict(result.record),
+    (
+        _panel("crank_speed", "crank speed", "rpm", COLOURS[0]),
+        _panel("shell_angle", "shell angle", "mrad", COLOURS[2]),
+        _panel("shell_acceleration", "shell accel.", "rad/s^2", COLOURS[3]),
+        _panel("motor_torque", "motor torque", "N*m", COLOURS[1]),
+        _panel("mount_torque", "mount torque", "N*m", COLOURS[5]),
+        Panel(
+            "",
+            (Curve(_turn, look={"linewidth": 0.0, "marker": ""}), _start_angles),
+            height=0.3,
+            below="crank angle of the start in deg",
+        ),
+    ),
+    high=1.55,
+    names=2,
+)
 
 
 def arcs(low: float, high: float) -> list[tuple[float, float]]:

@@ -13,7 +13,6 @@ from vibecalc.core.report.canvas import (
     dotted,
     gaps,
     operating_line,
-    plain_log,
     plain_ticks,
     unit_words,
 )
@@ -161,7 +160,9 @@ def draw_damper_response(result: Result) -> "Figure | None":
                   label="maxima that decide it")  # fmt: skip
         if float(np.nanmax(values)) > _FAR * factor * worst:
             known = values[np.isfinite(values) & (values > 0.0)]
-            plain_log(axes, 0.8 * float(np.min(known)), 1.3 * float(np.max(known)))
+            axes.set_yscale("log")
+            axes.set_ylim(0.8 * float(np.min(known)), 1.3 * float(np.max(known)))
+            plain_ticks(axes.yaxis)
     operating_line(axes, result, *np.asarray(found.axes[1].values, dtype=float)[[0, -1]])
     axes.set_xlim(speed[0], speed[-1])
     axes.set_xlabel("crank speed in rpm")

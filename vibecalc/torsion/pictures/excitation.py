@@ -15,12 +15,11 @@ from vibecalc.core.report.canvas import (
     WIDTH,
     canvas,
     note,
-    unit_words,
     waves,
 )
 from vibecalc.core.report.sections import along, having, labels, speed_of, table_of
 from vibecalc.core.report.writing import fold, hertz, show
-from vibecalc.core.results.record import Record, Result
+from vibecalc.core.results.record import Result
 from vibecalc.torsion.report.line import (
     TORSION,
     asked,
@@ -33,6 +32,7 @@ from vibecalc.torsion.report.line import (
     order_text,
     place_of,
     speed_range,
+    torque_unit,
     turns,
     vector,
     worst_section,
@@ -53,12 +53,9 @@ _TORQUES = (("gas_torque", "gas", COLOURS[0]), ("inertia_torque", "inertia", COL
 _TWICE, _LEAST = 2.0, 1.3
 
 
-def torque_unit(record: Record) -> tuple[float, str]:
-    """Factor and words of the one unit of torque in all pictures of a shaft line."""
-    found = [record.quantities.get(f"{TORSION}{name}")
-             for name in ("torque_half_range", "excitation/engine_torque")]  # fmt: skip
-    known = [np.abs(one.values[np.isfinite(one.values)]) for one in found if one is not None]
-    return unit_words("N*m", max((float(one.max(initial=0.0)) for one in known), default=0.0))
+def torque_words(result: Result) -> str:
+    """The one unit of torque in all pictures of a shaft line."""
+    return torque_unit(result.record)[1].replace(" ", "*")
 
 
 def draw_torsion_excitation(result: Result) -> "Figure | None":

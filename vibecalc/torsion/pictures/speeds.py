@@ -1,30 +1,33 @@
 """Pictures of the sections of a shaft line against speed, with and without dampers."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Collection, Iterator
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.canvas import (
-    COLOURS,
-    LIMIT,
-    QUIET,
-    TOTAL,
-    canvas,
-    dotted,
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, gaps, keep_apart
+from vibecalc.core.report.curves import (
+    Curve,
+    Curves,
+    Ends,
+    Look,
+    Mark,
+    Panel,
+    Plot,
+    Source,
     draw_points,
-    gaps,
-    keep_apart,
-    operating_line,
-    plain_log,
+    operating,
+    sourced,
+    spans,
 )
 from vibecalc.core.report.sections import having, labels
-from vibecalc.core.report.verdicts import ReferenceRow, judge_references
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.torsion.pictures.excitation import misfire_words, torque_unit
+from vibecalc.torsion.pictures.excitation import misfire_words, torque_words
 from vibecalc.torsion.report.limits import limits_of, rule_of
 from vibecalc.torsion.report.line import (
-    MEGA,
     MILLI,
     TORSION,
     names,
@@ -33,10 +36,6 @@ from vibecalc.torsion.report.line import (
     vector,
     worst_section,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 # ----------------------------------------------------------------------------
 # Maxima of the curves of a shaft line: points that the curves go through, and their names.
@@ -126,19 +125,22 @@ def main_of(points: Points, speed: np.ndarray, curve: np.ndarray) -> Points:
     return Points(*(one[sorted(kept[:_NAMED])] for one in points))
 
 
-def name_maxima(axes: "Axes", points: Points, factor: float, ends: tuple[float, float]) -> None:
-    """Dots, and above the axes the mode / order of each with a line to it; `ends` in rpm."""
+def name_maxima(plot: Plot, points: Points, curve: int) -> None:
+    """Dots, and above the axes the mode / order of each with a line to it."""
+    axes, (x, y) = plot.axes, plot.drawn[curve]
+    points = main_of(points, x / rpm(1.0), y / plot.factor)
     if not points.speed.size:
         return
-    at, height = rpm(1.0) * points.speed, factor * points.height
+    at, height, ends = rpm(1.0) * points.speed, plot.factor * points.height, (x[0], x[-1])
     axes.plot(at, height, "o", color=COLOURS[0], zorder=6, label="maximum, with mode / order")
-    for x, y, place, mode, order in zip(
+    axes.set_title(axes.get_title(loc="left"), loc="left", pad=_ROOM)
+    for where, top, place, mode, order in zip(
         at, height, spread(at, ends), points.mode, points.order, strict=True
     ):
         axes.annotate(
-            _words(float(x), float(mode), float(order), ends), (x, y), xytext=(place, 1.012),
-            textcoords=axes.get_xaxis_transform(), rotation=90, ha="center", va="bottom",
-            fontsize=8, color=COLOURS[0], annotation_clip=False,
+            _words(float(where), float(mode), float(order), ends), (where, top),
+            xytext=(place, 1.012), textcoords=axes.get_xaxis_transform(), rotation=90, ha="center",
+            va="bottom", fontsize=8, color=COLOURS[0], annotation_clip=False,
             arrowprops={"arrowstyle": "-", "linewidth": 0.6, "linestyle": ":", "shrinkA": 0.0,
                         "shrinkB": 3.0, "relpos": (0.5, 0.0), "color": COLOURS[0]},
         )  # fmt: skip
@@ -180,195 +182,214 @@ _FAR = 4.0
 _DEEP = 1e-3
 #: points of room for the names of maxima between the axes and their title
 _ROOM = 38.0
-#: more bands than these are drawn as a strip at the foot, which is as high
-_BARCODE, _STRIP = 12, 0.05
+#: more bands than these are drawn as a strip at the foot
+_BARCODE = 12
 _SHADES = (
     ("barred", "#E69F00", 0.25, "barred range"),
     ("hammering", "#CC79A7", 0.15, "teeth of a gear hammer"),
     ("masked", "#f3c6cc", 1.0, "undamped critical"),
 )
-#: the same line otherwise: where it stands, and its look
-_OTHERS = (
-    ("bare/", QUIET, "--", "without dampers"),
-    ("healthy/", COLOURS[2], "-.", "all cylinders fire"),
+#: the same line otherwise: where it stands, its name and look
+_OTHERS: tuple[tuple[str, str, Look], ...] = (
+    ("bare/", "without dampers", {"color": QUIET, "linestyle": "--", "linewidth": 1.2}),
+    ("healthy/", "all cylinders fire", {"color": COLOURS[2], "linestyle": "-.", "linewidth": 1.2}),
 )
+_TORQUE, _STRESS, _TWIST = (f"{name}_half_range" for name in ("torque", "stress", "twist"))
+_BESIDE: Look = {"loc": "upper left", "bbox_to_anchor": (1.005, 1.0)}
 
 
-def draw_torsion_speeds(result: Result) -> "Figure | None":
-    """The most loaded section on top, then torque and twist of all; None without a range."""
-    record = result.record
-    torque = having(record, TORSION + "speeds/torque_half_range", "section", "speed")
-    section = worst_section(record)
-    if torque is None or section is None or place_of(torque, section) is None:
-        return None
-    words = ", ".join(["half range of all orders together, against speed", *misfire_words(result)])
-    figure = canvas(result, words, 9.8)
-    above, middle, below = figure.subplots(3, 1, sharex=True, height_ratios=[1.7, 1.0, 1.0])
-    speed = np.asarray(torque.axes[1].values, dtype=float)
-    rows = judge_references(result)
-    unit = torque_unit(record)
-    _top(result, above, section, speed, rows, unit)
-    _all(record, middle, torque, unit[0], f"torque in {unit[1]}", rows)
-    twist = having(record, TORSION + "speeds/twist_half_range", "section", "speed")
-    if twist is not None:
-        _all(record, below, twist, MILLI, "twist in mrad", rows, rings=False)
-    below.set_xlabel("crank speed in rpm")
-    below.set_xlim(rpm(speed[0]), rpm(speed[-1]))
-    for axes in (above, middle, below):
-        _shades(record, axes)
-    above.legend(loc="upper left", bbox_to_anchor=(1.005, 1.0))
-    return figure
+def _sections(
+    load: str, root: str = "", only: Collection[str] = (), every: bool = False,
+    but: Collection[str] = (), scaled: tuple[float, str] = (1.0, ""),
+) -> Source:  # fmt: skip
+    """Sections against speed with the highest of each, or `every` maximum that is reported."""
+
+    def made(result: Result) -> Quantity | None:
+        record = result.record
+        found = having(record, f"{TORSION}{root}speeds/{load}", "section", "speed")
+        known = [] if found is None else labels(found.axes[0])
+        chosen = [i for i, one in enumerate(known) if one not in but and (one in only or not only)]
+        if found is None or not chosen:
+            return None
+        speed = np.asarray(found.axes[1].values, dtype=float)
+        curves = [
+            through(speed, np.asarray(found.values[i], dtype=float),
+                    points_of(record, known[i]) if every else top_of(record, known[i], load, root))
+            for i in chosen
+        ]  # fmt: skip
+        grid = np.unique(np.concatenate([x for x, _ in curves]))
+        rows = np.array([np.interp(grid, x, y) for x, y in curves])
+        for row, (x, y) in zip(rows, curves, strict=True):
+            row[np.searchsorted(grid, x)] = y
+        axes = (replace(found.axes[0], values=found.axes[0].values[chosen]),
+                replace(found.axes[1], values=grid))  # fmt: skip
+        # a scaled curve has references of its own
+        path = "" if scaled[1] else found.path
+        unit = scaled[1] or found.unit
+        return replace(found, path=path, values=scaled[0] * rows, axes=axes, unit=unit)
+
+    return made
 
 
-def _row(record: Record, path: str, section: str) -> np.ndarray | None:
+def _row(record: Record, load: str, section: str) -> np.ndarray | None:
     """Values over the speed of one section, None if there are none."""
-    quantity = having(record, TORSION + path, "section", "speed")
+    quantity = having(record, f"{TORSION}speeds/{load}", "section", "speed")
     place = place_of(quantity, section)
     if quantity is None or place is None:
         return None
-    row: np.ndarray = np.asarray(quantity.values, dtype=float)[place]
-    return row
+    return np.asarray(quantity.values[place], dtype=float)
 
 
-def _top(
-    result: Result, axes: "Axes", section: str, speed: np.ndarray, rows: list[ReferenceRow],
-    unit: tuple[float, str],
-) -> None:  # fmt: skip
+def _speeds(result: Result) -> list[Panel]:
+    """The most loaded section on top, then torque and twist of all."""
+    section = worst_section(result.record)
+    if section is None or _row(result.record, _TORQUE, section) is None:
+        return []
+    rings = names(result.record, "damper/travel", "damper") + _springs(result.record)
+    return [
+        _top(result, section),
+        _all(result, _TORQUE, "torque", torque_words(result)),
+        _all(result, _TWIST, "twist", "mrad", rings),
+    ]
+
+
+TORSION_SPEEDS = Curves(
+    lambda result: ", ".join(
+        ["half range of all orders together, against speed", *misfire_words(result)]
+    ),
+    _speeds,
+    high=2.83,
+)
+
+
+def _top(result: Result, section: str) -> Panel:
     """Stress where it is known, else torque, with all that is reported of this section."""
     record = result.record
-    torque, stress = (
-        _row(record, f"speeds/{load}_half_range", section) for load in ("torque", "stress")
-    )
+    torque, stress = (_row(record, load, section) for load in (_TORQUE, _STRESS))
     assert torque is not None  # or there is no picture
-    factor, words = unit[0], f"torque in {unit[1]}"
+    scaled, unit = (1.0, ""), torque_words(result)
     if stress is not None:
         # both are half ranges over one section modulus
         known = np.isfinite(torque) & (torque > 0.0)
-        scale = float(np.median(stress[known] / torque[known])) if np.any(known) else 1.0
-        factor, words = MEGA * scale, "stress in N/mm$^2$"
-    others = []
-    for root, colour, style, label in _OTHERS:
-        other = _row(record, f"{root}speeds/torque_half_range", section)
-        if other is not None and np.any(other > 0.0):
-            top = top_of(record, section, root=root)
-            x, y = through(speed, other, top)
-            axes.plot(rpm(1.0) * x, factor * y, color=colour, linewidth=1.2, linestyle=style,
-                      marker=dotted(len(speed)), label=label)  # fmt: skip
-            others.append(factor * y)
-    label = "with dampers" if names(record, "damper/heat", "damper") else "half range"
-    points = points_of(record, section)
-    x, y = through(speed, torque, points)
-    axes.plot(rpm(1.0) * x, factor * y, color=TOTAL, linewidth=1.0 if _undamped(record) else 2.0,
-              marker=dotted(len(speed)), label=label)  # fmt: skip
-    shown = [factor * y]
-    for name, scale in (("torque", factor), ("stress", MEGA)):
-        quantity = having(record, f"{TORSION}speeds/{name}_half_range", "section", "speed")
-        if quantity is not None and (name == "torque" or stress is not None):
-            shown.append(draw_points(rows, axes, quantity, entry=section, turning=rpm(1.0),
-                                     factor=scale, colour=LIMIT))  # fmt: skip
-    if stress is not None:
-        shown += _limits(result, axes, section, rpm(1.0) * speed)
-    if _undamped(record):
-        _endless(axes, shown[:1])
-    else:
-        _heights(axes, shown, others)
-    operating_line(axes, result, speed[0], speed[-1])
-    points = main_of(points, x, y)
-    name_maxima(axes, points, factor, (rpm(speed[0]), rpm(speed[-1])))
-    axes.set_ylabel(words)
-    axes.set_title(f"section {section}", loc="left", pad=_ROOM if points.speed.size else None)
+        scaled = (float(np.median(stress[known] / torque[known])) if known.any() else 1.0, "Pa")
+        unit = "N/mm^2"
+    nearby = []
+    for root, words, look in _OTHERS:
+        source = _sections(_TORQUE, root, [section], scaled=scaled)
+        other = sourced(source, result)
+        if other is not None and np.any(other.values > 0.0):
+            nearby.append(Curve(source, words, look))
+    words = "with dampers" if names(record, "damper/heat", "damper") else "half range"
+    look = {"color": TOTAL, "linewidth": 1.0 if _undamped(record) else 2.0}
+
+    def references(plot: Plot) -> None:
+        for load, factor in ((_TORQUE, scaled[0]), (_STRESS, 1.0)):
+            one = having(record, f"{TORSION}speeds/{load}", "section", "speed")
+            if one is not None and (load == _TORQUE or stress is not None):
+                points = draw_points(result, plot.axes, one, entry=section,
+                                     factor=plot.factor * factor, colour=LIMIT)  # fmt: skip
+                plot.points += list(points)
+
+    def maxima(plot: Plot) -> None:
+        points = points_of(record, section)
+        name_maxima(plot, points._replace(height=scaled[0] * points.height), len(nearby))
+
+    return Panel(
+        "torque" if stress is None else "stress",
+        (
+            *nearby,
+            Curve(_sections(_TORQUE, "", [section], every=True, scaled=scaled), words, look),
+            references,
+            *(_allowed(section) if stress is not None else ()),
+            operating,
+            maxima,
+            *_shades(True),
+        ),
+        f"section {section}",
+        unit=unit,
+        ends=partial(_heights, own=slice(len(nearby), None)),
+        height=1.7,
+        legend=_BESIDE,
+    )
 
 
-def _heights(axes: "Axes", shown: list[np.ndarray], others: list[np.ndarray]) -> None:
-    """The axis up to the highest curve, logarithmic where others are far above those shown."""
-    high, far = _highest(*shown) or 1.0, _highest(*shown, *others) or 1.0
-    low = min(-_highest(-one[one > 0.0]) for one in [*shown, *others] if one.size)
-    low = max(low, _DEEP * far)
-    if far > _FAR * high and low > 0.0:
-        plain_log(axes, 0.5 * low, 1.3 * far)
-    else:
-        axes.set_ylim(0.0, 1.06 * far)
+def _allowed(section: str) -> Iterator[Curve]:
+    """Curves of the limits that are held against a section, named after their rules."""
+    for name, passing, style in (("allowed", "", "-"), ("transient", ", passing through", "-.")):
+
+        def made(result: Result, name: str = name, passing: str = passing) -> Quantity | None:
+            limit = having(result.record, f"{TORSION}limit/{name}", "limit", "speed")
+            if limit is None:
+                return None
+            held = vector(result.record, "limit/section", "limit")
+            own = names(result.record, f"speeds/{_TORQUE}", "section").index(section) + 1
+            there = np.isfinite(limit.values).any(axis=1)
+            kept = there if held is None else there & (np.asarray(held) == own)
+            rules = [f"limit ({rule_of(one).name}){passing}" for one in limits_of(result)]
+            axis = replace(limit.axes[0], values=np.array(rules, dtype=object)[kept])
+            return replace(limit, values=limit.values[kept], axes=(axis, limit.axes[1]))
+
+        look = {"color": LIMIT, "linestyle": style, "linewidth": 1.4, "marker": ""}
+        yield Curve(made, "{}", look)
 
 
-def _limits(result: Result, axes: "Axes", section: str, turning: np.ndarray) -> list[np.ndarray]:
-    """Curves of the limits that are held against this section, named after their rules."""
-    record = result.record
-    rules = [f"limit ({rule_of(one).name})" for one in limits_of(result)]
-    held = vector(record, "limit/section", "limit")
-    own = names(record, "speeds/torque_half_range", "section").index(section) + 1
-    drawn = []
-    for name, style in (("allowed", "-"), ("transient", "-.")):
-        limit = having(record, f"{TORSION}limit/{name}", "limit", "speed")
-        if limit is None:
-            continue
-        for i, row in enumerate(MEGA * np.asarray(limit.values, dtype=float)):
-            other = held is not None and int(held[i]) != own
-            if other or not np.isfinite(row).any():
-                continue
-            words = rules[i] + (", passing through" if name == "transient" else "")
-            axes.plot(turning, gaps(row), style, color=LIMIT, linewidth=1.4, label=words)
-            drawn.append(gaps(row))
-    return drawn
-
-
-def _all(
-    record: Record,
-    axes: "Axes",
-    quantity: Quantity,
-    factor: float,
-    words: str,
-    rows: list[ReferenceRow],
-    rings: bool = True,
-) -> None:
+def _all(result: Result, load: str, label: str, unit: str, but: Collection[str] = ()) -> Panel:
     """All sections, or the most loaded ones of many."""
-    values = np.asarray(quantity.values, dtype=float)
-    speed = np.asarray(quantity.axes[1].values, dtype=float)
-    load = quantity.path.rsplit("/", 1)[-1]
-    attached = [] if rings else names(record, "damper/travel", "damper")
-    # a ring's spring may have another name than the damper
-    attached += [] if rings else _springs(record)
-    named = labels(quantity.axes[0])
-    tops = np.array([np.max(row[np.isfinite(row)], initial=0.0) for row in values])
-    chosen = [int(i) for i in np.argsort(-tops, kind="stable") if named[i] not in attached]
-    chosen = chosen[: _MOST_SPIKY if _undamped(record) else _MOST]
-    high = []
-    for place, i in enumerate(sorted(chosen)):
-        colour = COLOURS[place % len(COLOURS)]
-        x, y = through(speed, values[i], top_of(record, named[i], load))
-        axes.plot(rpm(1.0) * x, factor * y, color=colour, label=named[i],
-                  linewidth=0.8 if _undamped(record) else 1.3, marker=dotted(len(x)))  # fmt: skip
-        points = draw_points(rows, axes, quantity, entry=named[i], turning=rpm(1.0), factor=factor,
-                             colour=colour)  # fmt: skip
-        high.append(np.concatenate([factor * y, points]))
-    axes.set_ylabel(words)
-    left = len([one for one in named if one not in attached])
-    title = None if left <= len(chosen) else f"the most loaded,\nof {left}:"
-    axes.legend(loc="upper left", bbox_to_anchor=(1.005, 1.0), title=title, title_fontsize=8)
-    if _undamped(record):
-        _endless(axes, high)
-        return
-    _heights(axes, sorted(high, key=_highest)[: -(-len(high) // 2)], high)
+    undamped = _undamped(result.record)
+    most = _MOST_SPIKY if undamped else _MOST
+    look = {"linewidth": 0.8 if undamped else 1.3}
+    left = len([one for one in names(result.record, f"speeds/{load}", "section") if one not in but])
+    title = {} if left <= most else {"title": f"the most loaded,\nof {left}:", "title_fontsize": 8}
+    curve = Curve(_sections(load, but=but), "{}", look, most=most)
+    return Panel(
+        label, (curve, *_shades(False)), unit=unit, ends=_heights, legend={**_BESIDE, **title}
+    )
+
+
+def _heights(plot: Plot, own: slice | None = None) -> Ends:
+    """Ends about the `own` curves of a panel, the lower half of them if nothing is said."""
+    heights = [y for _, y in plot.drawn]
+    if own is not None:
+        shown = [*heights[own], np.array(plot.points)]
+    else:
+        shown = sorted(heights, key=_highest)[: -(-len(heights) // 2)]
+    if not _undamped(plot.result.record):
+        return _scaled(plot, shown, [*heights, np.array(plot.points)])
+    # flanks of undamped criticals go up without end
+    every = np.concatenate(heights if own is None else shown[:1])
+    usual = float(np.median(every[every > 0.0]))
+    plot.axes.set_yscale("log")
+    return 0.05 * usual, 1e3 * usual
+
+
+def _scaled(plot: Plot, shown: list[np.ndarray], curves: list[np.ndarray]) -> Ends:
+    """Up to the highest curve, logarithmic where others are far above those shown."""
+    high, far = max(map(_highest, shown)) or 1.0, max(map(_highest, curves)) or 1.0
+    low = max(min(float(np.min(y[y > 0.0], initial=far)) for y in curves if y.size), _DEEP * far)
+    if far > _FAR * high and low > 0.0:
+        plot.axes.set_yscale("log")
+        return 0.5 * low, 1.3 * far
+    return 0.0, 1.06 * far
+
+
+def _highest(curve: np.ndarray) -> float:
+    """The largest finite value, 0 if there is none."""
+    return float(np.max(curve[np.isfinite(curve)], initial=0.0))
+
+
+def _shades(named: bool) -> Iterator[Mark]:
+    """Barred ranges, hammering gears, and speeds at which nothing damps the line."""
+    for name, colour, alpha, words in _SHADES:
+        yield spans(
+            TORSION + name, words * named, ("from", "to"), _BARCODE, color=colour, alpha=alpha
+        )
 
 
 def _springs(record: Record) -> list[str]:
-    """Sections that only the line with its dampers has."""
-    bare = names(record, "bare/speeds/torque_half_range", "section")
-    own = names(record, "speeds/torque_half_range", "section")
+    """Sections that only the line with its dampers has: a ring's spring may have its own name."""
+    bare = names(record, f"bare/speeds/{_TORQUE}", "section")
+    own = names(record, f"speeds/{_TORQUE}", "section")
     return [one for one in own if one not in bare] if bare else []
-
-
-def _shades(record: Record, axes: "Axes") -> None:
-    """Barred ranges, hammering gears, and speeds at which nothing damps the line."""
-    for name, colour, alpha, words in _SHADES:
-        low, high = (vector(record, f"{name}/{end}", name) for end in ("from", "to"))
-        if low is None or high is None:
-            continue
-        upto = _STRIP if len(low) > _BARCODE else 1.0
-        for i, (start, stop) in enumerate(zip(low, high, strict=True)):
-            axes.axvspan(
-                rpm(start), rpm(stop), 0.0, upto, color=colour, alpha=alpha, linewidth=0.8,
-                zorder=0, label=None if i else words,
-            )  # fmt: skip
 
 
 def _undamped(record: Record) -> bool:
@@ -376,89 +397,51 @@ def _undamped(record: Record) -> bool:
     return vector(record, "masked/from", "masked") is not None
 
 
-def _endless(axes: "Axes", curves: list[np.ndarray]) -> None:
-    """A logarithmic axis where the flanks of undamped criticals go up without end."""
-    usual = float(
-        np.median(np.concatenate([one[np.isfinite(one) & (one > 0.0)] for one in curves]))
-    )
-    plain_log(axes, 0.05 * usual, 1e3 * usual)
-
-
-def _highest(*curves: np.ndarray) -> float:
-    """The largest finite value, 0 if there is none."""
-    found = [float(np.max(one[np.isfinite(one)])) for one in curves if np.isfinite(one).any()]
-    return max(found, default=0.0)
-
-
 # ----------------------------------------------------------------------------
 # Twist of every section of a shaft line against speed next to that of the same line otherwise.
 # ----------------------------------------------------------------------------
 
-_LOAD = "twist_half_range"
 _COLUMNS, _MOST_PANELS = 3, 9
 #: letters of a name next to which there is room for two values
 _SHORT = 16
 
 
-def draw_torsion_dampers(result: Result) -> "Figure | None":
-    """A panel for each section, at most nine; None where there is nothing to compare with."""
-    record = result.record
-    own = having(record, f"{TORSION}speeds/{_LOAD}", "section", "speed")
-    nearby: list[tuple[Quantity, str, str, str, str]] = []
-    for root, *look in _OTHERS:
-        other = having(record, f"{TORSION}{root}speeds/{_LOAD}", "section", "speed")
-        if other is not None:
-            nearby.append((other, root, look[0], look[1], look[2]))
-    if own is None or not nearby:
-        return None
-    known = {name for one in nearby for name in labels(one[0].axes[0])}
-    attached = names(record, "damper/travel", "damper")
-    sections = [name for name in labels(own.axes[0]) if name in known and name not in attached]
-    values = np.asarray(own.values, dtype=float)
-    tops = {name: _highest(values[place_of(own, name) or 0]) for name in sections}
-    most = sorted(sections, key=lambda name: -tops[name])[:_MOST_PANELS]
-    shown = [name for name in sections if name in most]
-    if not shown:
-        return None
-    speed = np.asarray(own.axes[1].values, dtype=float)
-    rows = -(-len(shown) // _COLUMNS)
-    words = ["twist of the sections against speed, half range of all orders",
-             *misfire_words(result)]  # fmt: skip
-    figure = canvas(result, ", ".join(words), 1.4 + 2.7 * rows)
-    grid = figure.subplots(rows, min(_COLUMNS, len(shown)), sharex=True, sharey=True, squeeze=False)
-    damped = "with dampers" if any(one[1] == "bare/" for one in nearby) else "as it is"
-    if misfire_words(result) and damped == "as it is":
-        damped = misfire_words(result)[0]
-    own_curves, highest = [], []
-    for axes, name in zip(grid.ravel(), shown, strict=False):
-        curves = [np.zeros(1)]
-        for quantity, root, colour, style, label in nearby:
-            place = place_of(quantity, name)
-            if place is not None:
-                curve = np.asarray(quantity.values, dtype=float)[place]
-                x, y = through(speed, curve, top_of(record, name, _LOAD, root))
-                axes.plot(rpm(1.0) * x, MILLI * y, style, color=colour, linewidth=1.2, label=label)
-                curves.append(MILLI * y)
-        x, y = through(speed, values[place_of(own, name) or 0], top_of(record, name, _LOAD))
-        axes.plot(rpm(1.0) * x, MILLI * y, color=TOTAL, linewidth=1.6, marker=dotted(len(speed)),
-                  label=damped)  # fmt: skip
-        reported = f"{name}\nlargest {show(_highest(MILLI * y), digits=3)}"
-        bare = top_of(record, name, _LOAD, "bare/").height
-        if bare.size and len(name) <= _SHORT:
-            reported += f", without {show(MILLI * float(bare[0]), digits=3)}"
-        axes.set_title(reported, loc="left", fontsize=8)
-        own_curves.append(MILLI * y)
-        highest.append(np.concatenate(curves))
-        operating_line(axes, result, speed[0], speed[-1])
-        axes.set_xlim(rpm(speed[0]), rpm(speed[-1]))
-    lower = sorted(own_curves, key=_highest)[: -(-len(own_curves) // 2)]
-    _heights(grid[0, 0], lower, highest)
-    for place, axes in enumerate(grid.ravel()):
-        axes.set_visible(place < len(shown))
-        if place + grid.shape[1] >= len(shown):
-            axes.set_xlabel("crank speed in rpm")
-            axes.tick_params(labelbottom=True)
-    for axes in grid[:, 0]:
-        axes.set_ylabel("twist in mrad")
-    figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
-    return figure
+def _twists(result: Result) -> list[Panel]:
+    """A panel for each section, at most nine; none where there is nothing to compare with."""
+    record, path = result.record, f"speeds/{_TWIST}"
+    known = {name for root, *_ in _OTHERS for name in names(record, root + path, "section")}
+    known -= {*names(record, "damper/travel", "damper")}
+    tops = {name: _highest(row) for name in names(record, path, "section")
+            if name in known and (row := _row(record, _TWIST, name)) is not None}  # fmt: skip
+    most = sorted(tops, key=lambda name: -tops[name])[:_MOST_PANELS]
+    ill = [*misfire_words(result), "as it is"]
+    damped = "with dampers" if names(record, f"bare/{path}", "section") else ill[0]
+    shown = [name for name in tops if name in most]
+    own = {name: _sections(_TWIST, "", [name]) for name in shown}
+    others = [_sections(_TWIST, root, shown) for root, *_ in _OTHERS]
+    found = [sourced(one, result) for one in (*own.values(), *others)]
+    curves = [MILLI * row for one in found if one is not None for row in np.asarray(one.values)]
+    lower = sorted(curves[: len(shown)], key=_highest)[: -(-len(shown) // 2)]
+    panels = []
+    for name, height in zip(shown, map(_highest, curves), strict=False):
+        title = f"{name}\nlargest {show(height, digits=3)}"
+        without = top_of(record, name, _TWIST, "bare/").height
+        if without.size and len(name) <= _SHORT:
+            title += f", without {show(MILLI * float(without[0]), digits=3)}"
+        nearby = [Curve(_sections(_TWIST, root, [name]), words, {**look, "marker": ""})
+                  for root, words, look in _OTHERS]  # fmt: skip
+        curve = Curve(own[name], damped, {"color": TOTAL, "linewidth": 1.6})
+        panels.append(Panel("twist", (*nearby, curve, operating), title, unit="mrad",
+                            ends=lambda plot: _scaled(plot, lower, curves)))  # fmt: skip
+    return panels
+
+
+TORSION_DAMPERS = Curves(
+    lambda result: ", ".join(
+        ["twist of the sections against speed, half range of all orders", *misfire_words(result)]
+    ),
+    _twists,
+    high=2.7,
+    columns=3,
+    level=True,
+)

@@ -1,5 +1,6 @@
 """Pictures of studies next to the steady vibration: change in time, waterfall, variable inertia."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,16 +13,27 @@ from vibecalc.core.report.canvas import (
     TOTAL,
     canvas,
     crests,
-    dotted,
-    gaps,
     note,
-    operating_line,
+)
+from vibecalc.core.report.curves import (
+    Curve,
+    Curves,
+    Ends,
+    Look,
+    Mark,
+    Panel,
+    Plot,
+    Source,
+    entry_of,
+    level,
+    operating,
+    sourced,
 )
 from vibecalc.core.report.sections import along, having, labels, scalar_of, speed_of, table_of
 from vibecalc.core.report.writing import hertz, rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.torsion.pictures.excitation import torque_unit
-from vibecalc.torsion.report.line import TORSION, mode_names, place_of, turns
+from vibecalc.torsion.pictures.excitation import torque_words
+from vibecalc.torsion.report.line import TORSION, mode_names, place_of, torque_unit, turns
 from vibecalc.torsion.report.studies import TRANSIENT, change_in_words
 
 if TYPE_CHECKING:
@@ -37,125 +49,131 @@ if TYPE_CHECKING:
 _ROOM = 2.2
 
 
-def draw_torsion_transient(result: Result) -> "Figure | None":
-    """Speed and envelope over time, half ranges with the steady ones, the time about the peak."""
-    record = result.record
-    low, high = (
-        having(record, f"{TRANSIENT}torque_{end}", "section", "transient_time")
-        for end in ("low", "high")
-    )
-    speed = along(record, TRANSIENT + "speed", "transient_time")
-    worst = scalar_of(record, TRANSIENT + "worst_section")
-    if low is None or high is None or speed is None or worst is None:
-        return None
-    place = int(worst) - 1
-    half = having(record, TRANSIENT + "half_range", "section", "transient_time")
-    words = change_in_words(result).rstrip(".").split(", growing")[0]
-    figure = canvas(result, words, 8.6 if half else 6.4)
-    rows = 3 if half is not None else 2
-    panels = list(figure.subplots(rows, 1, squeeze=False)[:, 0])
-    name = str(low.axes[0].values[place])
-    time = speed[1]
-    _envelope(panels[0], result, (low, high), place, time)
-    panels[0].set_title(f"torque in section {name}, mean included", loc="left")
-    _speed(panels[0], time, rpm(1.0) * np.asarray(speed[0].values, dtype=float))
-    if half is not None:
-        _half_ranges(panels[1], record, half, place, time)
-    _course(panels[-1], result)
-    return figure
+def _worst(result: Result) -> int | None:
+    """Place of the most loaded section."""
+    worst = scalar_of(result.record, TRANSIENT + "worst_section")
+    return None if worst is None else int(worst) - 1
 
 
-def _envelope(
-    axes: "Axes", result: Result, ends: tuple[Quantity, Quantity], place: int, time: np.ndarray
-) -> None:
-    record = result.record
-    factor, unit = torque_unit(record)
-    curves = [crests(time, factor * np.asarray(one.values, dtype=float)[place]) for one in ends]
-    for curve, label in zip(curves, ("crests, cycle by cycle", None), strict=True):
-        axes.plot(*curve, color=COLOURS[0], label=label)
-    below, above = (np.interp(time, *curve) for curve in curves)
-    axes.fill_between(time, below, above, color=COLOURS[5], alpha=0.2, linewidth=0.0)
-    _onset(axes, result)
-    for end, colour in (("before", COLOURS[2]), ("after", COLOURS[1])):
-        found = having(record, f"{TRANSIENT}steady_{end}", "section")
-        if found is not None:
-            value = factor * float(found.values[place])
-            axes.axhline(value, color=colour, linestyle="--", linewidth=1.2,
-                         label=f"steady peak {end}")  # fmt: skip
-    when = having(record, TRANSIENT + "peak_time", "section")
-    peak = having(record, TRANSIENT + "peak", "section")
-    if when is not None and peak is not None:
-        at, value = float(when.values[place]), factor * float(peak.values[place])
-        row = int(np.argmin(np.abs(time - at)))
-        near = slice(max(row - 1, 0), row + 2)
-        sign = 1.0 if np.max(above[near]) >= -np.min(below[near]) else -1.0
-        axes.plot([at], [sign * value], "o", color=LIMIT, zorder=5,
-                  label=f"peak {show(value, digits=4)} {unit}")  # fmt: skip
-    axes.set_xlim(*_span(axes, time))
-    axes.set_ylabel(f"torque in {unit}")
-    axes.set_xlabel("time in s")
-    bottom, top = axes.get_ylim()
-    axes.set_ylim(bottom, top + 0.36 * (top - bottom))
-    axes.legend(loc="upper left", ncols=3)
+def _section(result: Result) -> str:
+    return labels(result.record[TRANSIENT + "peak"].axes[0])[_worst(result) or 0]
 
 
-def _onset(axes: "Axes", result: Result) -> None:
+def _crests(name: str) -> Source:
+    """An extreme of the worst section from cycle to cycle, joined at the middles of its steps."""
+
+    def made(result: Result) -> Quantity | None:
+        found = sourced(entry_of(TRANSIENT + name, _worst), result)
+        if found is None:
+            return None
+        time, values = crests(found.axes[1].values, found.values[0])
+        return replace(found, values=values, axes=(replace(found.axes[1], values=time),))
+
+    return made
+
+
+def _steady(end: str, colour: str) -> Mark:
+    """The steady peak of the worst section before or after the change."""
+
+    def value(result: Result) -> float | None:
+        found, place = result.record.quantities.get(f"{TRANSIENT}steady_{end}"), _worst(result)
+        return None if found is None or place is None else float(found.values[place])
+
+    return level(value, f"steady peak {end}", color=colour)
+
+
+def _onset(plot: Plot) -> None:
     """When a step happens, where the case says it."""
-    change = table_of(result.case, "response", "torsion", "transient")
+    change = table_of(plot.result.case, "response", "torsion", "transient")
     if change.get("kind") in ("misfire_onset", "load_step") and change.get("before"):
-        axes.axvline(float(change["before"]), color=TOTAL, linestyle=":", label="onset")
+        plot.axes.axvline(float(change["before"]), color=TOTAL, linestyle=":", label="onset")
 
 
-def _span(axes: "Axes", time: np.ndarray) -> tuple[float, float]:
-    """The times of the envelope, and that of a peak in the half cycle before or after them."""
-    peaks = [float(x) for line in axes.get_lines() if line.get_marker() == "o"
-             for x in np.asarray(line.get_xdata(), dtype=float)]  # fmt: skip
-    return min(float(time[0]), *peaks, np.inf), max(float(time[-1]), *peaks, -np.inf)
-
-
-def _speed(axes: "Axes", time: np.ndarray, turning: np.ndarray) -> None:
-    """The crank speed on an axis of its own."""
-    if float(np.ptp(turning)) <= 1e-9 * float(np.max(turning)):
+def _between(plot: Plot) -> None:
+    """What lies between the crests, shaded, and the peak with the time that shows it."""
+    (x, low), (u, high) = plot.drawn
+    ends = np.interp(x, u, high)
+    plot.axes.fill_between(x, low, ends, color=COLOURS[5], alpha=0.2, linewidth=0.0)
+    record, place = plot.result.record, _worst(plot.result) or 0
+    when, peak = (record.quantities.get(f"{TRANSIENT}{name}") for name in ("peak_time", "peak"))
+    if when is None or peak is None:
         return
-    other = axes.twinx()
-    other.plot(time, turning, color=TOTAL, linewidth=1.0, linestyle="-.")
+    at, value = float(when.values[place]), plot.factor * float(peak.values[place])
+    near = (
+        np.abs(x - at) <= 1.5 * np.abs(x - at)[np.argsort(np.abs(x - at))[: min(3, x.size)]].max()
+    )
+    sign = 1.0 if np.max(ends[near]) >= -np.min(low[near]) else -1.0
+    plot.axes.plot([at], [sign * value], "o", color=LIMIT, zorder=5,
+                   label=f"peak {show(value, digits=4)} {plot.unit}")  # fmt: skip
+    plot.drawn.append((np.array([at]), np.array([sign * value])))
+
+
+def _crank_speed(plot: Plot) -> None:
+    """The crank speed on an axis of its own, if it changes."""
+    speed = having(plot.result.record, TRANSIENT + "speed", "transient_time")
+    if speed is None or float(np.ptp(speed.values)) <= 1e-9 * float(np.max(speed.values)):
+        return
+    other = plot.axes.twinx()
+    other.plot(speed.axes[0].values, rpm(1.0) * speed.values, color=TOTAL, linewidth=1.0,
+               linestyle="-.")  # fmt: skip
     other.set_ylabel("crank speed in rpm (dash-dotted)")
     other.grid(visible=False)
-    other.set_ylim(0.0, 1.28 * float(np.max(turning)))
+    other.set_ylim(0.0, 1.28 * rpm(float(np.max(speed.values))))
     other.spines["right"].set_visible(True)
 
 
-def _half_ranges(
-    axes: "Axes", record: Record, half: Quantity, place: int, time: np.ndarray
-) -> None:
-    factor, unit = torque_unit(record)
-    own = factor * np.asarray(half.values, dtype=float)[place]
-    axes.plot(*crests(time, own), color=COLOURS[0], label="half range during the change")
-    steady = having(record, TRANSIENT + "quasi_steady", "section", "transient_time")
-    top = float(np.max(own))
-    if steady is not None:
-        nearby = gaps(factor * np.asarray(steady.values, dtype=float)[place])
-        axes.plot(time, nearby, color=COLOURS[1], linestyle="--", linewidth=1.2,
-                  label="steady half range at these speeds")  # fmt: skip
-        top = max(top, min(float(np.nanmax(nearby)), _ROOM * top))
-    axes.set_ylim(0.0, 1.22 * top)
-    axes.set_xlim(float(time[0]), float(time[-1]))
-    axes.set_ylabel(f"half range in {unit}")
-    axes.set_xlabel("time in s")
-    axes.legend(loc="upper left", ncols=2)
+def _headroom(plot: Plot) -> Ends:
+    """Room for the legend above the curves."""
+    low, high = plot.axes.get_ylim()
+    return low, high + 0.36 * (high - low)
 
 
-def _course(axes: "Axes", result: Result) -> None:
-    found = along(result.record, TRANSIENT + "history/torque", "history_time")
-    if found is None:
-        return
-    factor, unit = torque_unit(result.record)
-    _onset(axes, result)
-    axes.plot(found[1], factor * np.asarray(found[0].values), color=COLOURS[0], linewidth=1.0)
-    axes.set_xlim(float(found[1][0]), float(found[1][-1]))
-    axes.set_title("the same torque about its peak", loc="left")
-    axes.set_ylabel(f"torque in {unit}")
-    axes.set_xlabel("time in s")
+def _half_ends(plot: Plot) -> Ends:
+    own, *others = [float(np.nanmax(y)) for _, y in plot.drawn]
+    return 0.0, 1.22 * max([own, *(min(one, _ROOM * own) for one in others)])
+
+
+_BLUE: Look = {"color": COLOURS[0], "marker": ""}
+_LOW, _HIGH = _crests("torque_low"), _crests("torque_high")
+_HALF = _crests("half_range")
+
+TORSION_TRANSIENT = Curves(
+    lambda result: change_in_words(result).rstrip(".").split(", growing")[0],
+    (
+        Panel(
+            "torque",
+            (Curve(_LOW, "crests, cycle by cycle", _BLUE), Curve(_HIGH, "", _BLUE), _between,
+             _onset, _steady("before", COLOURS[2]), _steady("after", COLOURS[1]), _crank_speed),
+            lambda result: f"torque in section {_section(result)}, mean included",
+            unit=torque_words,
+            ends=_headroom,
+            legend={"loc": "upper left", "ncols": 3},
+            needs=(_LOW, _HIGH),
+        ),
+        Panel(
+            "half range",
+            (
+                Curve(_HALF, "half range during the change", _BLUE),
+                Curve(entry_of(TRANSIENT + "quasi_steady", _worst),
+                      "steady half range at these speeds",
+                      {"color": COLOURS[1], "linestyle": "--", "linewidth": 1.2, "marker": ""}),
+            ),
+            unit=torque_words,
+            ends=_half_ends,
+            legend={"loc": "upper left", "ncols": 2},
+            needs=(_HALF,),
+        ),
+        Panel(
+            "torque",
+            (Curve(TRANSIENT + "history/torque", "", {**_BLUE, "linewidth": 1.0}), _onset),
+            "the same torque about its peak",
+            unit=torque_words,
+            legend={"loc": "upper right"},
+            needs=(_LOW,),
+        ),
+    ),
+    high=2.45,
+)  # fmt: skip
 
 
 # ----------------------------------------------------------------------------
@@ -181,7 +199,7 @@ def draw_torsion_waterfall(result: Result) -> "Figure | None":
     moves = bool(np.all(steps >= 0.0) or np.all(steps <= 0.0)) and float(np.ptp(turning)) > (
         _MOVES * float(np.max(turning))
     )
-    figure = canvas(result, f"torque in section {_section(record)} during the change", 6.2)
+    figure = canvas(result, f"torque in section {_section(result)} during the change", 6.2)
     axes = figure.subplots()
     frequency = hertz(1.0) * np.asarray(found.axes[1].values, dtype=float)
     factor, unit = torque_unit(record)
@@ -208,12 +226,6 @@ def draw_torsion_waterfall(result: Result) -> "Figure | None":
     axes.set_xlabel("crank speed in rpm" if moves else "time in s")
     axes.set_ylabel("frequency in Hz")
     return figure
-
-
-def _section(record: Record) -> str:
-    worst = scalar_of(record, TRANSIENT + "worst_section") or 1.0
-    peak = record.quantities.get(TRANSIENT + "peak")
-    return str(peak.axes[0].values[int(worst) - 1]) if peak is not None else f"{worst:g}"
 
 
 def _norm(top: float) -> "LogNorm":
@@ -266,66 +278,51 @@ def _natural(axes: "Axes", result: Result, top: float) -> None:
 _ROOT = TORSION + "variable_inertia/"
 
 
-def draw_variable_inertia(result: Result) -> "Figure | None":
-    """The section that changes most; None if no inertia changes."""
-    record = result.record
-    change = having(record, _ROOT + "change", "section")
-    torque = having(record, _ROOT + "torque", "section", "half_order")
-    if change is None or torque is None:
-        return None
-    place = int(np.argmax(np.abs(change.values)))
-    name = labels(change.axes[0])[place]
-    speeds = having(record, _ROOT + "speeds/torque_half_range", "section", "variable_speed")
-    words = f"torque in section {name}: inertias that change over the revolution"
-    figure = canvas(result, words, 4.0 if speeds is None else 7.0)
-    panels = figure.subplots(1 if speeds is None else 2, 1, squeeze=False)[:, 0]
-    _inertia_orders(result, panels[0], name)
-    if speeds is not None:
-        _inertia_speeds(record, panels[1], name)
-        operating_line(panels[1], result, 0.0, np.inf)
-        panels[1].legend()
-    return figure
+def _changed(result: Result) -> str:
+    """The section that changes most."""
+    change = result.record.quantities.get(_ROOT + "change")
+    return "" if change is None else labels(change.axes[0])[int(np.argmax(np.abs(change.values)))]
 
 
-def _inertia_orders(result: Result, axes: "Axes", name: str) -> None:
-    """Bars of the exact motion next to those with mean inertias."""
-    factor, unit = torque_unit(result.record)
-    for path, words, colour, shift in (
-        (TORSION + "torque", "mean inertias", QUIET, -0.21),
-        (_ROOT + "torque", "inertias that change, exact motion", COLOURS[0], 0.21),
-    ):
-        found = having(result.record, path, "section", "half_order")
-        place = place_of(found, name)
-        if found is None or place is None:
-            continue
-        order = np.asarray(found.axes[1].values, dtype=float)
-        step = float(np.min(np.diff(order))) if order.size > 1 else 1.0
-        size = factor * np.abs(np.asarray(found.values)[place])
-        axes.bar(order + shift * step, size, 0.4 * step, color=colour, label=words)
-    at = speed_of(result)
-    axes.set_title(f"at {turns(at)} rpm, amplitudes 0-to-peak" if at is not None else "",
-                   loc="left")  # fmt: skip
-    axes.set_xlabel("order (multiple of crank speed)")
-    axes.set_ylabel(f"torque in {unit}")
-    axes.legend()
+def _of_changed(path: str) -> Source:
+    return lambda result: sourced(
+        entry_of(path, place_of(result.record.quantities.get(path), _changed(result))), result
+    )
 
 
-def _inertia_speeds(record: Record, axes: "Axes", name: str) -> None:
-    """Half ranges of all orders against speed."""
-    factor, unit = torque_unit(record)
-    for path, axis, words, colour, style in (
-        (TORSION + "speeds/torque_half_range", "speed", "mean inertias", QUIET, "--"),
-        (_ROOT + "speeds/torque_half_range", "variable_speed",
-         "inertias that change, linear motion", TOTAL, "-"),
-    ):  # fmt: skip
-        found = having(record, path, "section", axis)
-        place = place_of(found, name)
-        if found is None or place is None:
-            continue
-        speed = rpm(1.0) * np.asarray(found.axes[1].values, dtype=float)
-        row = gaps(factor * np.asarray(found.values, dtype=float)[place])
-        axes.plot(speed, row, style, color=colour, label=words, marker=dotted(len(speed)))
-    axes.set_title("half range of all orders together", loc="left")
-    axes.set_xlabel("crank speed in rpm")
-    axes.set_ylabel(f"torque in {unit}")
-    axes.set_ylim(bottom=0.0)
+def _at_speed(result: Result) -> str:
+    speed = speed_of(result)
+    return "" if speed is None else f"at {turns(speed)} rpm, amplitudes 0-to-peak"
+
+
+VARIABLE_INERTIA = Curves(
+    lambda result: (
+        f"torque in section {_changed(result)}: inertias that change over the revolution"
+    ),
+    (
+        Panel(
+            "torque",
+            (Curve(_of_changed(TORSION + "torque"), "mean inertias", {"color": QUIET}, bars=True),
+             Curve(_of_changed(_ROOT + "torque"), "inertias that change, exact motion",
+                   {"color": COLOURS[0]}, bars=True)),
+            _at_speed,
+            unit=torque_words,
+            legend={"loc": "best"},
+            needs=(_of_changed(_ROOT + "torque"),),
+        ),
+        Panel(
+            "torque",
+            (Curve(_of_changed(TORSION + "speeds/torque_half_range"), "mean inertias",
+                   {"color": QUIET, "linestyle": "--"}),
+             Curve(_of_changed(_ROOT + "speeds/torque_half_range"),
+                   "inertias that change, linear motion", {"color": TOTAL}),
+             operating),
+            "half range of all orders together",
+            unit=torque_words,
+            ends=(0.0, None),
+            legend={"loc": "best"},
+            needs=(_of_changed(_ROOT + "speeds/torque_half_range"),),
+            below="crank speed in rpm",
+        ),
+    ),
+)  # fmt: skip

@@ -1,0 +1,629 @@
+"""Pictures as descriptions: panels of quantities over an axis, and the engine that draws them.
+
+A `Curves` stands as data in the `pictures.py` of a subject and is drawn from the result alone. What
+a result lacks is left out; without any of its curves there is no picture.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibecalc.core.report.canvas import (
+    LIMIT,
+    PLATE,
+    QUIET,
+    TOTAL,
+    bounds_of,
+    canvas,
+    crank_angle_axis,
+    dotted,
+    gaps,
+    length_scale,
+    limit_line,
+    natural_frequencies,
+    note,
+    only,
+    operating_line,
+    palette,
+    plain_ticks,
+    unit_words,
+    waves,
+)
+from vibecalc.core.report.sections import labels, magnitudes, read_as, scalar_of
+from vibecalc.core.report.verdicts import MEASURED, judge_references
+from vibecalc.core.report.writing import rpm, show
+from vibecalc.core.results.catalogue import CATALOGUE
+from vibecalc.core.results.record import Axis, Entry, Quantity, Result
+from vibecalc.units import convert, parse_quantity
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# ----------------------------------------------------------------------------
+# What stands in a description: text or a function of the result, a path or what is made of one.
+# ----------------------------------------------------------------------------
+
+Words = str | Callable[[Result], str]
+Source = str | Callable[[Result], Quantity | None]
+Number = str | Callable[[Result], Any]
+Look = Mapping[str, Any]
+Ends = tuple[float | None, float | None]
+
+#: curves of a quantity that are drawn, the largest of many
+_MOST = 6
+#: what two curves differ by at most that are drawn as one
+_EQUAL = 1e-6
+_ICE = 273.15
+#: units of axes that are read in others, and words below an axis
+_READ = {"rad": "deg", "rad/s": "rpm", "m": "mm"}
+_BELOW = {
+    "speed": "crank speed in rpm",
+    "order": "order, multiple of the crank speed",
+    "half_order": "order, multiple of the crank speed",
+}
+#: rad, an angle up to which it is read in mrad
+_SMALL = 0.1
+#: s, a time up to which it is read in ms
+_SHORT = 0.1
+#: of a history, what begins before begins with it
+_EARLY = 0.02
+#: ratio of places below which two marks have no room for words of their own
+_CLOSE = 1.18
+#: of the axis, beyond which words stand at the left of their dot
+_RIGHT = 0.7
+#: height of a strip of spans at the foot
+_STRIP = 0.05
+
+
+def said(words: Words, result: Result) -> str:
+    """Text, or what a function makes of a result."""
+    return words if isinstance(words, str) else words(result)
+
+
+def sourced(source: Source, result: Result) -> Quantity | None:
+    """The quantity at a path or of a function; None if there is none over an axis."""
+    found = result.record.quantities.get(source) if isinstance(source, str) else source(result)
+    return found if found is not None and found.axes and np.size(found.values) else None
+
+
+def across(axis: Axis) -> tuple[np.ndarray, str]:
+    """Places on the page of the values of an axis, and the words below them."""
+    words = axis.long_name or axis.name.replace("_", " ")
+    if axis.values.dtype.kind not in "biuf":
+        return np.arange(len(axis.values), dtype=float), words
+    values = np.asarray(axis.values, dtype=float)
+    if axis.unit == "K":
+        return values - _ICE, f"{words} in $\\degree$C"
+    unit = _READ.get(axis.unit, axis.unit)
+    if unit == "s":
+        unit = "s" if np.max(np.abs(values), initial=0.0) > _SHORT else "ms"
+        words = "time"
+    return values * convert(1.0, axis.unit, unit), _BELOW.get(
+        axis.name, f"{words} in {unit_words(unit)[1]}" if unit else words
+    )
+
+
+def over_turn(path: str, pick: Callable[[np.ndarray], Any] = np.isfinite) -> Source:
+    """Harmonics of the orders that `pick` says, summed over the crank angle; halves: two turns."""
+
+    def made(result: Result) -> Quantity | None:
+        found = sourced(path, result)
+        if found is None:
+            return None
+        order = np.asarray(found.axes[-1].values, dtype=float)
+        chosen, turns = np.flatnonzero(pick(order)), 2 if np.any(order % 1.0) else 1
+        angle = np.linspace(0.0, 2.0 * np.pi * turns, max(721, int(16 * turns * order.max()) + 1))
+        values = np.real(np.asarray(found.values)[..., chosen] @ waves(order[chosen], angle))
+        axis = Axis(name="crank_angle", values=angle, unit="rad", long_name="crank angle")
+        return replace(found, path="", values=values, axes=(*found.axes[:-1], axis), terms=0.0)
+
+    return made
+
+
+def entry_of(path: str, pick: int | Callable[[Result], int | None] | None) -> Source:
+    """A quantity with one entry of its first axis, at the place that `pick` gives."""
+
+    def made(result: Result) -> Quantity | None:
+        found, i = sourced(path, result), pick(result) if callable(pick) else pick
+        if found is None or i is None:
+            return None
+        only = replace(found.axes[0], values=found.axes[0].values[i : i + 1])
+        return replace(found, values=found.values[i : i + 1], axes=(only, *found.axes[1:]))
+
+    return made
+
+
+# ----------------------------------------------------------------------------
+# Published and measured numbers of a case as points next to the curve that they belong to.
+# ----------------------------------------------------------------------------
+
+
+def draw_points(
+    result: Result,
+    axes: "Axes",
+    quantity: Quantity,
+    *,
+    entry: str = "",
+    factor: float = 1.0,
+    colour: Any = None,
+    aside: float = 0.0,
+    apart: float = 0.0,
+) -> np.ndarray:
+    """Draw the references of one curve over its last axis; gives their heights as drawn.
+
+    Measured points are hollow circles, published ones crosses. `entry` is that of the quantity's
+    other axis, "" without one; `factor` takes the quantity's unit to that of the axes. The points
+    stand `aside`, measured and published ones so far `apart` from it.
+    """
+    *others, over = quantity.axes
+    points: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
+    for row in judge_references(only(result, quantity.path)):
+        own = ", ".join(str(row.where.get(axis.name, "")) for axis in others)
+        if over.name not in row.where or own != entry or row.at == "start":
+            continue
+        if over.values.dtype.kind not in "biuf":
+            continue
+        place = parse_quantity(row.where[over.name], over.unit)
+        (at,), _ = across(replace(over, values=np.array([place])))
+        height = convert(row.value, row.unit, quantity.unit)
+        measured = row.kind == MEASURED
+        shift = aside - apart if measured else aside + apart
+        points[measured].append((at + shift, factor * height))
+    for measured, found in points.items():
+        if found:
+            x, y = np.array(found).T
+            look: dict[str, Any] = {"marker": "x", "color": colour}
+            if measured:
+                look = {"marker": "o", "facecolors": "none", "edgecolors": colour}
+            label = "measured" if measured else "published"
+            axes.scatter(x, y, s=28.0, linewidths=1.3, zorder=5, label=label, **look)
+    return np.array([y for found in points.values() for _, y in found])
+
+
+# ----------------------------------------------------------------------------
+# Parts of a panel: curves, and what stands with them.
+# ----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A quantity over its last axis, a curve for each entry of the axes before it.
+
+    Of many entries the `most` with the largest values are drawn, equal ones as one; their names
+    stand at `{}` of `words`, at `{each}` as `mounts 1, 2`. `part` makes numbers of complex values,
+    their size if nothing is said. `upto` fills the band to another quantity, `bars` draws bars.
+    References of the case on the quantity, so far `apart`, and limits of it are drawn with it where
+    its values are.
+    """
+
+    of: Source
+    words: Words = ""
+    look: Look = field(default_factory=dict)
+    most: int = _MOST
+    part: Callable[[Any], Any] | None = None
+    upto: Source = ""
+    bars: bool = False
+    apart: float = 0.0
+
+    def __call__(self, plot: "Plot") -> None:
+        """Draw all of it into a panel."""
+        quantity = sourced(self.of, plot.result)
+        if quantity is None:
+            return
+        x, _ = across(quantity.axes[-1])
+        rank = np.argsort(x, kind="stable")
+        x = x[rank]
+        upper = sourced(self.upto, plot.result) if self.upto else None
+        for names, row, place in rows_of(quantity, self.most, self.part):
+            colour, dashes = plot.colour()
+            colour = self.look.get("color", colour)
+            label = said(self.words, plot.result).replace("{}", ", ".join(names))
+            each = f"{quantity.axes[0].name}{'s' * (len(names) > 1)} {', '.join(names)}"
+            label = label.replace("{each}", each if any(names) else "")
+            look = {"color": colour, **self.look, "label": label or None}
+            y = plot.factor * row[rank]
+            plot.drawn.append((x, y))
+            aside = 0.0
+            if upper is not None:
+                top = plot.factor * gaps(magnitudes(upper))[place][rank]
+                if x.size > 1:
+                    plot.axes.fill_between(x, y, top, **{"linewidth": 0.0, **look})
+                else:
+                    plot.axes.vlines(x, y, top, **{"linewidth": 9.0, **look})
+                plot.drawn.append((x, top))
+            elif self.bars:
+                aside, colour = plot.bars(x, y, look), TOTAL
+            else:
+                plot.axes.plot(x, y, **{"marker": dotted(len(x)), "linestyle": dashes, **look})
+            colour = LIMIT if self.apart else colour
+            for name in names if self.part is None else ():
+                heights = draw_points(
+                    plot.result, plot.axes, quantity, entry=name, factor=plot.factor, colour=colour,
+                    aside=aside, apart=self.apart,
+                )  # fmt: skip
+                plot.points += list(heights)
+        for text, bound in (
+            bounds_of(plot.result, quantity.path, entry=False) if self.part is None else ()
+        ):
+            plot.limit(text, bound)
+
+
+def rows_of(
+    quantity: Quantity, most: int = _MOST, part: Callable[[Any], Any] | None = None
+) -> list[tuple[list[str], np.ndarray, Any]]:
+    """Names, values with gaps and place of each curve of a quantity, in the order of the entries.
+
+    Entries of several axes are joined: `rear, order 2`.
+    """
+    values = gaps(magnitudes(quantity) if part is None else part(quantity.values))
+    named = [labels(axis) for axis in quantity.axes[:-1]]
+    near = _EQUAL * np.nanmax(np.abs(values), axis=tuple(range(len(named))), initial=0.0)
+    found: list[tuple[list[str], np.ndarray, Any]] = []
+    for place in np.ndindex(values.shape[:-1]):
+        name = ", ".join(names[i] for names, i in zip(named, place, strict=True))
+        row = np.asarray(values[place])
+        for members, other, _ in found:
+            if np.all((np.abs(other - row) <= near) | (np.isnan(other) & np.isnan(row))):
+                members.append(name)
+                break
+        else:
+            found.append(([name], row, place))
+    tops = [float(np.nanmax(np.abs(row), initial=0.0)) for _, row, _ in found]
+    return [found[i] for i in sorted(np.argsort(-np.array(tops), kind="stable")[:most])]
+
+
+#: what draws into a panel, other than a curve
+Mark = Callable[["Plot"], None]
+
+
+def level(of: Number, words: Words = "", mirrored: bool = False, **look: Any) -> Mark:
+    """A line at the height of a number in SI, which stands with its unit at `{}` of `words`."""
+
+    def draw(plot: "Plot") -> None:
+        value = scalar_of(plot.result.record, of) if isinstance(of, str) else of(plot.result)
+        if not isinstance(value, int | float) or not np.isfinite(value):
+            return
+        height = plot.factor * value
+        style = {"color": QUIET, "linestyle": "--", "linewidth": 1.2, **look}
+        text = said(words, plot.result).replace("{}", f"{show(height, digits=4)} {plot.unit}")
+        plot.axes.axhline(height, label=text.rstrip() or None, **style)
+        if mirrored:
+            plot.axes.axhline(-height, **style)
+        plot.points.append(height)
+
+    return draw
+
+
+def limits(path: str, words: str = "", mirrored: bool = False) -> Mark:
+    """The upper limits that the case has on the quantity at `path`."""
+
+    def draw(plot: "Plot") -> None:
+        for text, bound in bounds_of(plot.result, path):
+            plot.limit(f"{words} {text}".strip(), bound)
+            if mirrored:
+                plot.axes.axhline(-plot.factor * bound, color=LIMIT, linestyle="--", linewidth=1.3)
+
+    return draw
+
+
+def spans(path: str, words: str = "", ends: tuple[str, str] = ("low", "high"), strip: int = 99,
+          **look: Any) -> Mark:  # fmt: skip
+    """Shaded intervals between the `ends` below `path`; more than `strip` of them at the foot."""
+
+    def draw(plot: "Plot") -> None:
+        low, high = (sourced(f"{path}/{end}", plot.result) for end in ends)
+        if low is None or high is None:
+            return
+        factor = convert(1.0, low.unit, _READ.get(low.unit, low.unit))
+        upto = _STRIP if low.values.size > strip else 1.0
+        style = {"color": "#f3c6cc", "linewidth": 1.0, "zorder": 0, **look}
+        for i, (start, stop) in enumerate(zip(low.values, high.values, strict=True)):
+            label = None if i else words or None
+            plot.axes.axvspan(factor * start, factor * stop, 0.0, upto, label=label, **style)
+
+    return draw
+
+
+def operating(plot: "Plot") -> None:
+    """The operating speed, if it lies within the curves."""
+    speeds = plot.drawn[0][0]
+    operating_line(plot.axes, plot.result, speeds.min() / rpm(1.0), speeds.max() / rpm(1.0))
+
+
+def peak(
+    of: str = "", at: str = "", colour: str = TOTAL, below: bool = False, unless: str = ""
+) -> Mark:
+    """A dot at the largest of the last curve, or of the values at `of` and `at`, with its words.
+
+    It is red beyond a limit of the case on `of`. Where there is anything at `unless` it has none.
+    """
+
+    def draw(plot: "Plot") -> None:
+        top, place = (plot.result.record.quantities.get(path) for path in (of, at))
+        if top is not None and place is not None:
+            i = int(np.argmax(top.values))
+            height = plot.factor * float(np.ravel(top.values)[i])
+            here = float(across(replace(plot.axis, values=np.ravel(place.values)))[0][i])
+        else:
+            x, y = plot.drawn[-1]
+            i = int(np.argmax(np.nan_to_num(y)))
+            here, height = float(x[i]), float(y[i])
+        if not np.isfinite(height) or height <= 0.0 or sourced(unless, plot.result):
+            return
+        over = any(height > plot.factor * bound for _, bound in bounds_of(plot.result, of))
+        plot.axes.plot([here], [height], "o", color=LIMIT if over else colour, zorder=5)
+        left = here > _RIGHT * float(np.nanmax(plot.drawn[0][0]))
+        unit = across(plot.axis)[1].rpartition(" in ")[2]
+        words = f"{show(height, digits=4)} {plot.unit} at {show(here, digits=4)} {unit}"
+        note(plot.axes, words, (here, height), (-8 if left else 8, -3 if below else 3), zorder=6,
+             ha="right" if left else "left", va="top" if below else "bottom", color=colour,
+             bbox=PLATE)  # fmt: skip
+
+    return draw
+
+
+def resonances(orders: tuple[int, ...] = (1, 2)) -> Mark:
+    """Lines where an order meets a natural frequency; close ones of an order share their words."""
+
+    def draw(plot: "Plot") -> None:
+        modes = rpm(1.0) * natural_frequencies(plot.result.record)
+        speed = plot.drawn[0][0]
+        named: list[tuple[float, str]] = []
+        for order in orders:
+            inside = [i for i, one in enumerate(modes) if speed.min() < one / order < speed.max()]
+            groups: list[list[int]] = []
+            for i in inside:
+                plot.axes.axvline(modes[i] / order, color=QUIET, ls=":", lw=1.0, zorder=0)
+                if groups and modes[i] < _CLOSE * modes[groups[-1][0]]:
+                    groups[-1].append(i)
+                else:
+                    groups.append([i])
+            for group in groups:
+                ends = dict.fromkeys([group[0] + 1, group[-1] + 1])
+                joint = " to " if len(group) > 2 else ", "
+                which = f", mode{'s' * (len(group) > 1)} {joint.join(map(str, ends))}"
+                words = f"order {order}" + which * (len(modes) > 1)
+                named.append((float(modes[group[0]] / order), words))
+        free = 0.0
+        for at, words in sorted(named):
+            # next to the line, on its other side where the word before it stands
+            right, free = at < free, _CLOSE * at
+            note(plot.axes, words, (at, 0.98), (2 if right else -2, 0), zorder=4, rotation=90,
+                 ha="left" if right else "right", va="top", color=QUIET, bbox=PLATE,
+                 xycoords=plot.axes.get_xaxis_transform())  # fmt: skip
+
+    return draw
+
+
+# ----------------------------------------------------------------------------
+# Panels and pictures.
+# ----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Curves over one axis, with what stands with them, drawn in the order of `parts`.
+
+    `label` says what is drawn; its unit, that which people read where none is given, follows or
+    stands at `{}`. `log` names the logarithmic axes; `ends` are those of the upright axis. `legend`
+    places the names in the panel; without it they stand below the picture. `below` are words for
+    the other axis. A result without one of `needs` has no such panel.
+    """
+
+    label: Words
+    parts: tuple[Mark, ...]
+    title: Words = ""
+    unit: Words = ""
+    log: str = ""
+    ends: "Ends | Callable[[Plot], Ends]" = (None, None)
+    height: float = 1.0
+    legend: Look = field(default_factory=dict)
+    below: Words = ""
+    needs: tuple[Source, ...] = ()
+
+    def curves(self, result: Result) -> list[tuple[Curve, Quantity]]:
+        """The curves that a result has, none without what the panel needs."""
+        if any(sourced(one, result) is None for one in self.needs):
+            return []
+        found = [(one, sourced(one.of, result)) for one in self.parts if isinstance(one, Curve)]
+        return [(one, quantity) for one, quantity in found if quantity is not None]
+
+
+@dataclass
+class Plot:
+    """A panel as it is drawn: axes, unit of heights with its factor, curves, other heights."""
+
+    axes: "Axes"
+    result: Result
+    panel: Panel
+    axis: Axis
+    largest: Mapping[str, float]
+    factor: float = 1.0
+    unit: str = ""
+    drawn: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
+    points: list[float] = field(default_factory=list)
+    _used: int = 0
+    _bars: int = 0
+
+    def colour(self) -> tuple[str, str]:
+        """The next colour, with dashes once all are used."""
+        self._used += 1
+        return palette(self._used - 1)
+
+    def limit(self, words: str, bound: float) -> None:
+        """A limit in SI, with its words above it."""
+        limit_line(self.axes, self.factor * bound, words)
+        self.points.append(self.factor * bound)
+
+    def bars(self, x: np.ndarray, y: np.ndarray, look: Look) -> float:
+        """Bars next to those of the other curves of the panel; how far aside they stand."""
+        several = sum(one.bars for one, _ in self.panel.curves(self.result))
+        width = 0.8 * float(np.min(np.diff(x), initial=1.0)) / several
+        aside = (self._bars - 0.5 * (several - 1)) * width
+        self.axes.bar(x + aside, np.nan_to_num(y), 0.92 * width, **look)
+        self._bars += 1
+        return aside
+
+    def named(self) -> dict[str, Any]:
+        """What stands in a legend, each name once."""
+        handles, texts = self.axes.get_legend_handles_labels()
+        return dict(zip(texts, handles, strict=True))
+
+    def draw(self, curves: list[tuple[Curve, Quantity]]) -> None:
+        """All of the panel, in its unit."""
+        axes, panel, result = self.axes, self.panel, self.result
+        first = curves[0][1]
+        rows = [row for one, quantity in curves for _, row, _ in rows_of(quantity, part=one.part)]
+        if panel.unit:
+            words = said(panel.unit, result)
+            self.factor, self.unit = convert(1.0, first.unit, words), unit_words(words)[1]
+        else:
+            self.factor, self.unit = _read_in(first, self.largest[first.unit])
+        words = said(panel.label, result)
+        if words and self.unit and "{}" not in words:
+            words += "in {}" if words.endswith("\n") else " in {}"
+        axes.set_ylabel(words.replace("{}", self.unit))
+        if panel.title:
+            axes.set_title(said(panel.title, result), loc="left")
+        for part in panel.parts:
+            part(self)
+        crossing = [np.nanmin(row, initial=0.0) < 0.0 < np.nanmax(row, initial=0.0) for row in rows]
+        if any(crossing) and first.unit != "dB":
+            axes.axhline(0.0, color=QUIET, linewidth=0.8)
+        self._ends()
+        if panel.legend and self.named():
+            axes.legend(self.named().values(), self.named(), **panel.legend)
+
+    def _ends(self) -> None:
+        """Scales and ends of both axes."""
+        axes, panel, axis = self.axes, self.panel, self.axis
+        x = np.concatenate([x for x, _ in self.drawn])
+        if axis.name == "crank_angle":
+            crank_angle_axis(axes, round(float(x.max()) / 360.0))
+        elif axis.values.dtype.kind not in "biuf":
+            axes.set_xticks(range(len(axis.values)), labels(axis))
+        elif self._bars:
+            step = float(np.min(np.diff(np.unique(x)), initial=1.0))
+            axes.set_xlim(float(x.min()) - 0.7 * step, float(x.max()) + 0.7 * step)
+            axes.grid(visible=False, axis="x")
+        elif np.ptp(x) > 0.0 and not dotted(len(self.drawn[0][0])):
+            low, high = float(np.min(x[x > 0.0] if "x" in panel.log else x)), float(np.max(x))
+            axes.set_xlim(0.0 if axis.unit == "s" and low < _EARLY * high else low, high)
+        if axis.values.dtype.kind in "iu":
+            axes.locator_params(axis="x", integer=True)
+        for name in panel.log:
+            getattr(axes, f"set_{name}scale")("log")
+        axes.margins(y=0.08)
+        axes.set_ylim(*(panel.ends(self) if callable(panel.ends) else panel.ends))
+        for upright in (axes.xaxis, axes.yaxis):
+            if upright.get_scale() == "log":
+                plain_ticks(upright)
+
+
+def _read_in(quantity: Quantity, largest: float) -> tuple[float, str]:
+    """Factor and words of the unit that people read values of this size in."""
+    if quantity.unit == "m":
+        return length_scale(largest)
+    unit = read_as(quantity.path, quantity.unit)[1]
+    unit = "mrad" if quantity.unit == "rad" and largest < _SMALL else unit
+    more, words = unit_words(unit, largest)
+    return more * convert(1.0, quantity.unit, unit), words
+
+
+@dataclass(frozen=True)
+class Curves:
+    """A picture: panels in `columns`, those that a result has curves of, each `high` in inches.
+
+    Names of curves stand below it, `names` in a row, unless a panel has them. Panels that are
+    `level` have one upright axis.
+    """
+
+    title: Words
+    panels: tuple[Panel, ...] | Callable[[Result], Sequence[Panel]]
+    high: float = 2.9
+    columns: int = 1
+    names: int = 4
+    level: bool = False
+
+    def __call__(self, result: Result) -> "Figure | None":
+        """The picture, None if the result has none of its curves."""
+        given = self.panels(result) if callable(self.panels) else self.panels
+        found = [(panel, curves) for panel in given if (curves := panel.curves(result))]
+        if not found:
+            return None
+        columns = min(self.columns, len(found))
+        lines = -(-len(found) // columns)
+        figure = canvas(result, said(self.title, result), 1.3 + self.high * lines)
+        overs = [curves[0][1].axes[-1].name for _, curves in found]
+        shared = len({*overs}) == 1
+        heights = [panel.height for panel, _ in found[::columns]]
+        grid = figure.subplots(
+            lines, columns, sharex=shared, sharey=self.level, squeeze=False, height_ratios=heights
+        )
+        places = list(grid.ravel()[: len(found)])
+        for spare in grid.ravel()[len(found) :]:
+            spare.set_visible(False)
+        if len(found) % columns and not shared:  # the last has a row for itself
+            places[-1].set_visible(False)
+            places[-1] = figure.add_subplot(grid[0, 0].get_gridspec()[-1, :])
+        named: dict[str, Any] = {}
+        largest: dict[str, float] = {}  # one unit for all that is read in the same
+        for one in (quantity for _, curves in found for _, quantity in curves):
+            size = float(np.nanmax(gaps(np.abs(one.values)), initial=0.0))
+            largest[one.unit] = max(size, largest.get(one.unit, 0.0))
+        for i, (axes, (panel, curves)) in enumerate(zip(places, found, strict=True)):
+            plot = Plot(axes, result, panel, curves[0][1].axes[-1], largest)
+            plot.draw(curves)
+            axes.set_xlabel(said(panel.below, result) or across(plot.axis)[1])
+            if columns > 1:
+                axes.set_title(axes.get_title(loc="left"), loc="left", fontsize=8)
+                axes.set_ylabel("" if self.level and i % columns else axes.get_ylabel())
+            if not panel.legend:
+                named |= plot.named()
+        if named:
+            figure.legend(named.values(), named, loc="outside lower center", ncols=self.names)
+        for i, below in enumerate(places[columns:]):
+            if overs[i] == overs[i + columns] and places[i].get_xlim() == below.get_xlim():
+                places[i].set_xlabel("")
+        for axes in places:
+            axes.tick_params(labelbottom=bool(axes.get_xlabel()))
+        figure.align_ylabels(list(grid[:, 0]))
+        return figure
+
+
+# ----------------------------------------------------------------------------
+# Pictures of results that name one in the catalogue, without a description of their own.
+# ----------------------------------------------------------------------------
+
+#: of what is usual, the height from which on an axis is logarithmic
+_FAR = 100.0
+
+
+def named_curves() -> dict[str, Curves]:
+    """A picture for each `curve` of the catalogue: a panel for each of its results."""
+    panels: dict[str, list[Panel]] = {}
+    for one in CATALOGUE.values():
+        if one.curve:
+            panels.setdefault(one.curve, []).append(_panel(one))
+    return {name: Curves(name.replace("_", " "), tuple(each)) for name, each in panels.items()}
+
+
+def _panel(one: Entry) -> Panel:
+    label = one.name or one.path.rpartition("/")[2].replace("_", " ")
+    parts: tuple[Mark, ...] = (Curve(one.path, "{}"),)
+    parts += (operating,) if one.axes[-1] == "speed" else ()
+    beside = {"loc": "upper left", "bbox_to_anchor": (1.005, 1.0)}
+    return Panel(label, parts, one.long_name, ends=_usual, legend=beside)
+
+
+def _usual(plot: Plot) -> Ends:
+    """All of the curves, in decades about what is usual where a few are far above it."""
+    size = np.concatenate([y[np.isfinite(y)] for _, y in plot.drawn])
+    middle, top = float(np.median(np.abs(size))) if size.size else 0.0, np.max(size, initial=0.0)
+    if np.any(size < 0.0) or not 0.0 < _FAR * middle < top:
+        return None, None
+    plot.axes.set_yscale("log")
+    return middle / _FAR, min(2.0 * top, _FAR**2 * middle)
