@@ -46,10 +46,10 @@ def test_each_order_of_a_level_has_its_own_extremes() -> None:
     lines = extreme_lines(levels(np.array([[5.0, -30.0], [4.0, -10.0], [6.0, -20.0]])))
     text = " ".join(" ".join(lines).split())
     for order, low, at_low, high, at_high in ((1, 4, 2, 6, 3), (2, -30, 1, -10, 2)):
-        assert f"order={order}" in text
+        assert f"order {order}" in text
         assert f"smallest {low:#.4g} dB rotor inertia = {at_low} kg*m^2" in text
         assert f"largest {high:#.4g} dB rotor inertia = {at_high} kg*m^2" in text
-    assert text.count("(order=") == 0
+    assert text.count("(order") == 0
 
 
 @pytest.mark.parametrize(

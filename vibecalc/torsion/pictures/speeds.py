@@ -30,6 +30,7 @@ from vibecalc.torsion.report.limits import limits_of, rule_of
 from vibecalc.torsion.report.line import (
     MILLI,
     TORSION,
+    mode_names,
     names,
     order_text,
     place_of,
@@ -132,13 +133,14 @@ def name_maxima(plot: Plot, points: Points, curve: int) -> None:
     if not points.speed.size:
         return
     at, height, ends = rpm(1.0) * points.speed, plot.factor * points.height, (x[0], x[-1])
+    named = ["", *mode_names(plot.result)]
     axes.plot(at, height, "o", color=COLOURS[0], zorder=6, label="maximum, with mode / order")
     axes.set_title(axes.get_title(loc="left"), loc="left", pad=_ROOM)
     for where, top, place, mode, order in zip(
         at, height, spread(at, ends), points.mode, points.order, strict=True
     ):
         axes.annotate(
-            _words(float(where), float(mode), float(order), ends), (where, top),
+            _words(float(where), named[int(mode)], float(order), ends), (where, top),
             xytext=(place, 1.012), textcoords=axes.get_xaxis_transform(), rotation=90, ha="center",
             va="bottom", fontsize=8, color=COLOURS[0], annotation_clip=False,
             arrowprops={"arrowstyle": "-", "linewidth": 0.6, "linestyle": ":", "shrinkA": 0.0,
@@ -153,10 +155,10 @@ def spread(at: np.ndarray, ends: tuple[float, float]) -> np.ndarray:
     return np.asarray(np.clip(keep_apart(at, room), ends[0] + steps, ends[1] - steps[::-1]))
 
 
-def _words(at: float, mode: float, order: float, ends: tuple[float, float]) -> str:
-    """`2 / 3`, or why there is none."""
+def _words(at: float, mode: str, order: float, ends: tuple[float, float]) -> str:
+    """`1-node / 3`, or why there is none."""
     if mode and order:
-        return f"{int(mode)} / {order_text(order)}"
+        return f"{mode} / {order_text(order)}"
     near = _AT_END * (ends[1] - ends[0])
     return "end" if at - ends[0] <= near or ends[1] - at <= near else "several"
 
@@ -181,7 +183,7 @@ _FAR = 4.0
 #: of the highest value, the least that a logarithmic axis shows
 _DEEP = 1e-3
 #: points of room for the names of maxima between the axes and their title
-_ROOM = 38.0
+_ROOM = 70.0
 #: more bands than these are drawn as a strip at the foot
 _BARCODE = 12
 _SHADES = (
