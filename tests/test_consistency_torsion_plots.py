@@ -191,12 +191,12 @@ def test_curves_go_through_their_maxima_and_each_has_a_name(made: dict[str, Any]
         values(result, f"peak/{name}") for name in ("mode", "half_order", "section")
     )
     met = zip(modes, orders, held, strict=True)
-    reported = {f"{int(mode)} / {order:g}" for mode, order, e in met
+    reported = {f"{int(mode) - 1}-node / {order:g}" for mode, order, e in met
             if order and e == own + 1}  # fmt: skip
     words = [text.get_text() for text in above.texts]
     assert len(set(words)) == len(words) == len(dots.get_xdata())  # none is named twice
-    assert "3 / 3" in words and set(words) < reported | {
-        "3 / 5"
+    assert "2-node / 3" in words and set(words) < reported | {
+        "2-node / 5"
     }  # those on flat parts are left out
     places = spread(np.array([300.0, 301.0, 302.0, 990.0, 999.0]), (300.0, 1000.0))
     assert np.all(np.diff(places) > 16.0) and places[0] >= 300.0 and places[-1] <= 1000.0
