@@ -175,12 +175,12 @@ def _report(
         view = view_of(opened)
         text = render_sweep(view)
         failed = failure_words(view)
-        found = outcome_object(view, output, counts, taken_up, seconds) if json else {}
+        outcome = outcome_object(view, output, counts, taken_up, seconds) if json else {}
     write_text(text, output.with_suffix(".txt"))
     for line in [f"some points of {output} have no result:", *failed] if failed else []:
         _note(line)
     if json:
-        _print_json(found)
+        _print_json(outcome)
     elif not quiet:
         typer.echo(text, nl=False)
         typer.echo(f"wrote {output} and {output.with_suffix('.txt').name}")
@@ -212,7 +212,7 @@ def _note(text: str) -> None:
     typer.echo(text, err=True)
 
 
-def _print_json(found: dict[str, Any]) -> None:
+def _print_json(data: dict[str, Any]) -> None:
     import json
 
-    typer.echo(json.dumps(found, indent=2, allow_nan=False))
+    typer.echo(json.dumps(data, indent=2, allow_nan=False))

@@ -32,13 +32,13 @@ def excitation_force_topics(scene: Scene) -> list[Topic]:
     """The peak of the largest component of force and of couple, each where there is one."""
     forcing: Forcing = scene.handed_on["forcing"]
     driven = at_speed(forcing.per_speed_squared, scene.case.machine.speed)
-    orders = forcing.orders[: forcing.kept]
+    orders = forcing.orders[: forcing.retained]
     found = []
     for name, unit, value, error in (
         ("force", "N", driven.force, driven.force_error),
         ("couple", "N*m", driven.couple, driven.couple_error),
     ):
-        rows, uncertainty = value[: forcing.kept].T, error[: forcing.kept].T
+        rows, uncertainty = value[: forcing.retained].T, error[: forcing.retained].T
         rows = np.where(np.abs(rows) > uncertainty, rows, 0.0)
         size = cycle_peak(rows, orders).value
         which = int(np.argmax(size))
@@ -49,7 +49,7 @@ def excitation_force_topics(scene: Scene) -> list[Topic]:
                 "excitation",
                 f"{name} peak",
                 f"largest {name} on the body along {DIRECTIONS[which]} over a turn, "
-                f"orders to {forcing.kept}",
+                f"orders to {forcing.retained}",
                 f"excitation/{name}_peak",
                 unit,
                 Signal(rows[which : which + 1], orders),

@@ -91,18 +91,18 @@ def motion(
 
 
 def _lost(
-    rest: NDArray[Any], terms: FloatArray, acts: BoolArray, frequency: FloatArray, what: str
+    difference: NDArray[Any], terms: FloatArray, acts: BoolArray, frequency: FloatArray, what: str
 ) -> FloatArray:
-    """Relative rounding of a difference `rest` of `terms`; 0 where no force acts."""
+    """Relative rounding of a difference `difference` of `terms`; 0 where no force acts."""
     rounding = _ROUNDINGS * EPSILON * terms
-    lost = acts & (SINGULAR * np.abs(rest) <= rounding)
+    lost = acts & (SINGULAR * np.abs(difference) <= rounding)
     if lost.any():
         at = float(np.broadcast_to(frequency, lost.shape)[lost][0])
         raise NumericalFailure(
             f"{what}: a force acts at an undamped natural frequency, {at:.6g} rad/s; give mounts "
             "or foundation some damping, or another speed"
         )
-    return np.asarray(np.where(acts, rounding / np.where(acts, np.abs(rest), 1.0), 0.0))
+    return np.asarray(np.where(acts, rounding / np.where(acts, np.abs(difference), 1.0), 0.0))
 
 
 def natural_frequencies(system: TwoMasses) -> FloatArray:

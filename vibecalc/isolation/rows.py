@@ -52,10 +52,10 @@ def distinct(readout: Readout) -> tuple[Readout, np.ndarray]:
     spring, damper = readout.spring.reshape(count, -1), readout.damper.reshape(count, -1)
     entries = np.concatenate([spring.real, spring.imag, damper], axis=1)
     leading = entries[np.arange(count), np.argmax(entries != 0.0, axis=1)]
-    kept: dict[tuple[float, ...], int] = {}
+    number_of: dict[tuple[float, ...], int] = {}
     rows = (entries * np.where(leading < 0.0, -1.0, 1.0)[:, None]).tolist()
-    which = np.array([kept.setdefault(tuple(row), len(kept)) for row in rows])
-    first = [int(np.argmax(which == number)) for number in range(len(kept))]
+    which = np.array([number_of.setdefault(tuple(row), len(number_of)) for row in rows])
+    first = [int(np.argmax(which == number)) for number in range(len(number_of))]
     return Readout(readout.spring[first], readout.damper[first], readout.uncertainty), which
 
 
@@ -68,8 +68,8 @@ def shows(readout: Readout, shape: np.ndarray, frequency: np.ndarray) -> np.ndar
     passing = readout.spring + 1j * rate[..., None] * readout.damper
     reading = np.abs((passing @ shape.T[:, None, :, None])[..., 0])
     terms = (np.abs(passing) @ np.abs(shape.T)[:, None, :, None])[..., 0]
-    seen: np.ndarray = np.any(reading > 1e3 * UNIT_ROUNDOFF * terms, axis=-1)
-    return seen
+    visible: np.ndarray = np.any(reading > 1e3 * UNIT_ROUNDOFF * terms, axis=-1)
+    return visible
 
 
 # ----------------------------------------------------------------------------
@@ -164,19 +164,19 @@ def with_left_out(rows: HarmonicsAt, left_out: HarmonicsAt, factor: float) -> Ha
         jet = rows(speed, slopes, errors)
         if not errors:
             return jet
-        rest = left_out(speed, slopes)
-        error = _added(jet.error, rest.value, factor)
+        dropped = left_out(speed, slopes)
+        error = _added(jet.error, dropped.value, factor)
         if not slopes:
             return jet._replace(error=error)
-        slope_error = _added(jet.slope_error, rest.slope, factor)
+        slope_error = _added(jet.slope_error, dropped.slope, factor)
         return jet._replace(error=error, slope_error=slope_error)
 
     return harmonics_at
 
 
-def _added(error: np.ndarray, rest: np.ndarray, factor: float) -> np.ndarray:
+def _added(error: np.ndarray, dropped: np.ndarray, factor: float) -> np.ndarray:
     total = error.copy()
-    total[..., -1] += factor * np.abs(rest).sum(axis=-1)
+    total[..., -1] += factor * np.abs(dropped).sum(axis=-1)
     return total
 
 

@@ -76,14 +76,14 @@ def _spread(
 ) -> np.ndarray:
     centre = resonant_speeds(resonances, orders)
     exposed = resonances.exposed()
-    found = [np.zeros(0)]
+    speeds = [np.zeros(0)]
     for mode in np.flatnonzero(np.any(chosen, axis=0)):
         width = max(first * resonances.damping_ratio[mode], exposed[mode], 1e-13)
         steps = max(int(np.ceil(np.log(farthest / width) / np.log(growth))), 0)
         offset = width * growth ** np.arange(steps + 1)
         near = centre[chosen[:, mode], mode][:, None]
-        found += [(near * (1.0 - offset)).ravel(), (near * (1.0 + offset)).ravel()]
-    return np.concatenate(found)
+        speeds += [(near * (1.0 - offset)).ravel(), (near * (1.0 + offset)).ravel()]
+    return np.concatenate(speeds)
 
 
 def admitted(speed: np.ndarray, masked: Masked, start: float, stop: float) -> np.ndarray:
@@ -103,17 +103,17 @@ def admitted(speed: np.ndarray, masked: Masked, start: float, stop: float) -> np
 # ----------------------------------------------------------------------------
 
 #: arrays (speeds, ...) at speeds (speeds,)
-Looks = Callable[[FloatArray], tuple[FloatArray, ...]]
+SpeedFunction = Callable[[FloatArray], tuple[FloatArray, ...]]
 
 
-class Looked:
+class CachedFunction:
     """A function of the speed that remembers what it gave at each of them.
 
     `add` gives it what is known from elsewhere.
     """
 
-    def __init__(self, look: Looks) -> None:
-        self._look = look
+    def __init__(self, function: SpeedFunction) -> None:
+        self._function = function
         self._speed = np.zeros(0)
         self._values: tuple[FloatArray, ...] = ()
 
@@ -140,7 +140,7 @@ class Looked:
         else:
             known = np.zeros(len(speed), dtype=bool)
         if not np.all(known):
-            self.add(speed[~known], *self._look(speed[~known]))
+            self.add(speed[~known], *self._function(speed[~known]))
             place = np.searchsorted(self._speed, speed)
         return tuple(one[place] for one in self._values)
 

@@ -149,8 +149,8 @@ def kinematics_motion_topics(scene: Scene) -> list[Topic]:
         cut = (options.terms or 1) if options.series == "truncated" else None
         found.append(_curve(crank, cut))
     ratio, offset = crank.ratios
-    if cut is None and dropped_acceleration(ratio, motion.kept, offset) > SMALLEST_TAIL:
-        found.append(dropped_topic(*crank.ratios, motion.kept))
+    if cut is None and dropped_acceleration(ratio, motion.highest_order, offset) > SMALLEST_TAIL:
+        found.append(dropped_topic(*crank.ratios, motion.highest_order))
     return found
 
 
@@ -294,7 +294,7 @@ def kinematics_harmonics_topics(scene: Scene) -> list[Topic]:
     train, options = scene.parts.crank_train, scene.case.kinematics
     ratio = train.crank_radius / train.rod_length
     offset = train.wrist_pin_offset / train.crank_radius
-    highest = min(max(motion.kept, 2), MOST_ORDERS)
+    highest = min(max(motion.highest_order, 2), MOST_ORDERS)
     orders = np.arange(1, highest + 1)
     if offset == 0.0:
         orders = orders[(orders == 1) | (orders % 2 == 0)]

@@ -60,8 +60,8 @@ def complex_motion(given: Phasors) -> ComplexMotion:
     span, count = span_of(given.rows), len(given.rows)
     fit = _fit(given, given.deviations)
     slopes = fit.slopes / np.tile([1.0, span, span], 2)[:, None]
-    found = slopes[:, :count] @ np.abs(given.readings)  # nothing is read across a phasor
-    motion = found[:3] + 1j * found[3:]
+    parts = slopes[:, :count] @ np.abs(given.readings)  # nothing is read across a phasor
+    motion = parts[:3] + 1j * parts[3:]
     spare, squares = 2 * (count - 3), float(np.sum(fit.squares))
     excess = (squares / spare) ** 0.5 if spare else 0.0
     growth = excess if _beyond_chance(squares, spare) else 1.0

@@ -229,12 +229,12 @@ def level_spread(
     turn = turn / np.linalg.norm(turn)
     # the common phase is free: it is the one direction without curvature
     free = int(np.argmax(np.abs(vectors.T @ turn)))
-    kept = np.delete(np.arange(6), free)
+    resolved = np.delete(np.arange(6), free)
     widths = (half_widths, deviations)
-    if np.min(values[kept]) <= _FLAT * np.max(values):
+    if np.min(values[resolved]) <= _FLAT * np.max(values):
         return Spread(np.full((6, len(half_widths)), np.inf), *widths)
-    uncertainty = 16.0 * EPSILON * float(np.max(values) / np.min(values[kept]))
-    inverse = (vectors[:, kept] / values[kept]) @ vectors[:, kept].T
+    uncertainty = 16.0 * EPSILON * float(np.max(values) / np.min(values[resolved]))
+    inverse = (vectors[:, resolved] / values[resolved]) @ vectors[:, resolved].T
     slopes = inverse @ (fit.jacobian / half_widths[:, None]).T
     signal = complex(reference @ fit.motion)
     across = _phase_gradient(reference, signal)
@@ -332,15 +332,15 @@ def level_motions(
             fits.append(fit)
     if not fits:
         raise NumericalFailure("the motion of the plate: least squares in dB did not converge")
-    found = [
+    motions = [
         _motion(fit, plain, half_widths, scaled(reference, span), deviations, size, span)
         for fit in sorted(fits, key=lambda fit: fit.cost)
     ]
-    exact = [motion for motion in found if not motion.clipped]
+    exact = [motion for motion in motions if not motion.clipped]
     if len(rows) == NEEDED:
-        found = exact or found[:1]
-        _refuse_contradiction(found[0], half_widths)
-    return found
+        motions = exact or motions[:1]
+        _refuse_contradiction(motions[0], half_widths)
+    return motions
 
 
 def lines(rows: FloatArray, amplitudes: FloatArray) -> Iterator[Line]:

@@ -121,7 +121,7 @@ class Rows(NamedTuple):
     turned: np.ndarray
 
 
-class Found(NamedTuple):
+class PhaseSearch(NamedTuple):
     """Lowest and highest peak (rows,) in J, phases that reach them, and gaps left by the search.
 
     The true lowest value is at most `low_gap` below `low`, the highest `high_gap` above `high`,
@@ -168,7 +168,7 @@ class _Best:
         return np.asarray(np.maximum(self.ceiling - self.value, 0.0))
 
 
-def search_phases(rows: Rows, rtol: float) -> Found:
+def search_phases(rows: Rows, rtol: float) -> PhaseSearch:
     """Search every row until both gaps are below `rtol` times the value found, or rounding.
 
     Where many thousands of intervals would be needed, the peak being nearly the same at all
@@ -205,7 +205,7 @@ def search_phases(rows: Rows, rtol: float) -> Found:
         high.meet(parents.row, value, middle)
         low.meet(parents.row, -value, middle)
         cells = _halved(parents, middle, value, slope)
-    return Found(
+    return PhaseSearch(
         -low.value, high.value, low.phase, high.phase, low.gap(), high.gap(), rounding, peaks
     )
 
@@ -302,9 +302,9 @@ def mean_energy_range(
         the errors.
     """
     shaking, residual = state.shaking, state.residual
-    by_order, own = energy_by_order(weight, shaking), energy_by_order(weight, residual)
-    still = np.sum(by_order.mean, axis=-1)[..., None] + own.mean
-    uncertainty = np.sum(by_order.mean_error, axis=-1)[..., None] + own.mean_error
+    by_order, single = energy_by_order(weight, shaking), energy_by_order(weight, residual)
+    still = np.sum(by_order.mean, axis=-1)[..., None] + single.mean
+    uncertainty = np.sum(by_order.mean_error, axis=-1)[..., None] + single.mean_error
 
     start = shaking.value[..., None, state.first, :]
     spread = shaking.error[..., None, state.first, :]
@@ -332,7 +332,7 @@ def peak_energy_range(
     weight: WithError,
     state: Superposed,
     orders: np.ndarray,
-    kept: int | None = None,
+    retained: int | None = None,
     tail: float = 0.0,
     rtol: float = 1e-9,
 ) -> PhaseRange:
@@ -341,7 +341,7 @@ def peak_energy_range(
     Parameters
     ----------
     weight, state : as for `mean_energy_range`, the weight positive semidefinite.
-    orders, kept, tail : as for `energies.energy_over_cycle`, order 1 among those kept.
+    orders, retained, tail : as for `energies.energy_over_cycle`, order 1 among them.
     rtol : the search ends when what it may have missed is below this share of the value; what
         is left is in the errors.
 
@@ -351,7 +351,7 @@ def peak_energy_range(
         The weight is not positive semidefinite, or an amplitude is not finite.
     """
     orders = np.asarray(orders)
-    shaking = energy_signal(weight, state.shaking, kept, tail)
+    shaking = energy_signal(weight, state.shaking, retained, tail)
     one = WithError(*(part[..., None, :] for part in state.residual))
     residual = energy_signal(weight, one)
     used = shaking.used.copy()
@@ -364,9 +364,9 @@ def peak_energy_range(
         orders[: len(used)][used],
         turned.reshape(-1, turned.shape[-1]),
     )
-    found = search_phases(rows, rtol)
+    searched = search_phases(rows, rtol)
     low, high, low_phase, high_phase, low_gap, high_gap, rounding = (
-        part.reshape(turned.shape[:-1]) for part in found[:7]
+        part.reshape(turned.shape[:-1]) for part in searched[:7]
     )
     spread = shaking.spread[..., None] + residual.spread
     weighing = 2.0 * (shaking.form_error[..., None] + residual.form_error) + rounding

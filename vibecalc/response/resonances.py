@@ -175,5 +175,5 @@ def energy_speeds(
     speed = speed[(speed >= max(first, 0.0)) & (speed <= last)]
     distinct = np.concatenate([[True], np.diff(speed) > 1e-9 * last])
     speed = speed[distinct]
-    kept: np.ndarray = speed[outside(masked, speed)]
-    return kept
+    unmasked: np.ndarray = speed[outside(masked, speed)]
+    return unmasked

@@ -75,7 +75,7 @@ def free_rates(
     place: Place,
     momentum: FloatArray,
     speed: FloatArray,
-    piece: IntArray | None = None,
+    interval: IntArray | None = None,
     driving: Torque | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """dw/db and its derivative by w (..., k) for a free shell with angular momentum (...,).
@@ -83,7 +83,7 @@ def free_rates(
     `driving` replaces the steady torque of the motor at the slip.
     """
     moved = place.moved
-    motor, slope = driving or motor_torque(machine, drive, speed, piece)
+    motor, slope = driving or motor_torque(machine, drive, speed, interval)
     share = moved.coupling / moved.shell
     effective = moved.determinant / moved.shell
     steep = (
@@ -101,13 +101,13 @@ def mounted_rates(
     drive: RollDrive,
     place: Place,
     state: FloatArray,
-    piece: IntArray | None = None,
+    interval: IntArray | None = None,
     driving: Torque | None = None,
 ) -> Rates:
     """dy/db for y = (w, shell angle, s) (..., k, 3), the shell held by mounts; see `free_rates`."""
     speed, angle, shell = state[..., 0], state[..., 1], state[..., 2]
     moved = place.moved
-    motor, slope = driving or motor_torque(machine, drive, speed, piece)
+    motor, slope = driving or motor_torque(machine, drive, speed, interval)
     stiffness, damping = machine.shell_stiffness[..., None], machine.shell_damping[..., None]
     outer = -stiffness * angle - damping * shell
     inner = motor + place.load - place.drag * speed
@@ -258,7 +258,7 @@ class RollRates:
         return known is crank_angle or (known is not None and np.array_equal(known, crank_angle))
 
     def __call__(
-        self, crank_angle: FloatArray, state: FloatArray, piece: IntArray | None
+        self, crank_angle: FloatArray, state: FloatArray, interval: IntArray | None
     ) -> tuple[FloatArray, FloatArray]:
         members, panels, points = crank_angle.shape
         self.evaluations += crank_angle.size
@@ -270,7 +270,7 @@ class RollRates:
             return found.value.reshape(state.shape), found.jacobian.reshape(
                 *state.shape, state.shape[-1]
             )
-        chosen = None if piece is None else np.repeat(piece, points, axis=1)
+        chosen = None if interval is None else np.repeat(interval, points, axis=1)
         if self.momentum is not None:
             speed = np.where(flat[..., 0] > 0.0, flat[..., 0], np.nan)
             rate, slope = free_rates(self.machine, self.drive, place, self.momentum, speed, chosen)
@@ -280,7 +280,7 @@ class RollRates:
         return found.value.reshape(state.shape), found.jacobian.reshape(*state.shape, 3)
 
     def slip(self, state: FloatArray) -> FloatArray:
-        """Slip speed at states (B, P, s, n); the piece of the motor's curve hangs on it."""
+        """Slip speed at states (B, P, s, n); the interval of the motor's curve follows from it."""
         return np.asarray(self.drive.synchronous_speed[..., None, None] - state[..., 0])
 
 

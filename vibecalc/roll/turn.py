@@ -54,15 +54,15 @@ def harmonics(turn: Turn, values: FloatArray, orders: FloatArray) -> ComplexArra
     rate = 2.0 * np.pi / turn.period[..., None]
     shares = values * turn.weight / turn.crank_speed * (2.0 / turn.period[..., None])
     numbers = np.asarray(orders)
-    found = np.empty((*shares.shape[:-1], len(numbers)), dtype=complex)
+    coefficients = np.empty((*shares.shape[:-1], len(numbers)), dtype=complex)
     steps = np.diff(numbers, prepend=0.0)
     # powers of one wave: an exponential of every order would cost most of the work
     wave, single = np.ones(shares.shape, dtype=complex), np.exp(-1j * (rate * turn.time))
     for place, (order, step) in enumerate(zip(numbers, steps, strict=True)):
         wave = wave * (single if step == 1.0 else single**step)
         total = np.einsum("...k,...k->...", shares, wave)
-        found[..., place] = 0.5 * total if order == 0 else total
-    return found
+        coefficients[..., place] = 0.5 * total if order == 0 else total
+    return coefficients
 
 
 def mean(turn: Turn, values: FloatArray) -> FloatArray:
@@ -125,15 +125,20 @@ def readings(
     gas = gas_torque(moved, forces)
     friction = friction_torque(machine, moved, speed)
     mounts = mount_torque(machine, turn.shell_angle, shell)
-    found = accelerations(moved, speed, shell, mounts, motor + gas + friction)
+    accelerated = accelerations(moved, speed, shell, mounts, motor + gas + friction)
     rod = wall = np.zeros_like(forces)
     if pistons:
         rod, wall = piston_forces(
-            machine, turn, moved, forces, shell_acceleration=found.shell, acceleration=found.crank
+            machine,
+            turn,
+            moved,
+            forces,
+            shell_acceleration=accelerated.shell,
+            acceleration=accelerated.crank,
         )
     return Readings(
-        found.shell,
-        found.shell + found.crank,
+        accelerated.shell,
+        accelerated.shell + accelerated.crank,
         speed,
         drive.synchronous_speed[..., None] - speed,
         motor,
@@ -358,14 +363,14 @@ def peak(
     best, gain = float(np.max(values)), np.inf
     even = np.zeros(len(at), dtype=bool)
     for _ in range(_ROUNDS):
-        near = _looks(at, values, even)
+        near = _sample_angles(at, values, even)
         turned = np.mod(near, _FULL)
         turned = np.where(turned < _FULL, turned, 0.0)
         order = np.argsort(turned, axis=None, kind="stable")
-        found = np.empty(near.size)
-        found[order] = values_at(turned.ravel()[order])
+        sampled = np.empty(near.size)
+        sampled[order] = values_at(turned.ravel()[order])
         width, top = at[:, 2] - at[:, 0], values[:, 1]
-        at, values = _closer(at, values, near, found.reshape(near.shape))
+        at, values = _closer(at, values, near, sampled.reshape(near.shape))
         shrunk = (at[:, 2] - at[:, 0]) / np.maximum(width, np.finfo(float).tiny)
         even = ~even & (shrunk > _SLOW)
         gain, best = float(np.max(values)) - best, max(best, float(np.max(values)))
@@ -394,7 +399,7 @@ def _brackets(angles: FloatArray, values: FloatArray) -> tuple[FloatArray, Float
     return angles[place] + _FULL * turns, values[place]
 
 
-def _looks(at: FloatArray, values: FloatArray, even: BoolArray) -> FloatArray:
+def _sample_angles(at: FloatArray, values: FloatArray, even: BoolArray) -> FloatArray:
     """Angles (peaks, 3) to look at next: close about the parabola's top, or in even steps."""
     left, right = at[:, 1] - at[:, 0], at[:, 2] - at[:, 1]
     tiny = np.finfo(float).tiny
@@ -414,10 +419,10 @@ def _looks(at: FloatArray, values: FloatArray, even: BoolArray) -> FloatArray:
 
 
 def _closer(
-    at: FloatArray, values: FloatArray, near: FloatArray, found: FloatArray
+    at: FloatArray, values: FloatArray, near: FloatArray, sampled: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """The highest of the old and new angles of each peak between its neighbours."""
-    angles, heights = np.concatenate([at, near], axis=1), np.concatenate([values, found], axis=1)
+    angles, heights = np.concatenate([at, near], axis=1), np.concatenate([values, sampled], axis=1)
     order = np.argsort(angles, axis=1, kind="stable")
     angles = np.take_along_axis(angles, order, axis=1)
     heights = np.take_along_axis(heights, order, axis=1)

@@ -8,7 +8,7 @@ import numpy as np
 from vibecalc.core.accuracy.other_searches import cyclic_parabola_maximum
 from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Solver, Topic
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.cycle_peak import SAMPLES_PER_ORDER, kept_orders, vector_cycle_peak
+from vibecalc.numerics.cycle_peak import SAMPLES_PER_ORDER, needed_orders, vector_cycle_peak
 
 # ----------------------------------------------------------------------------
 # Integrators of first-order systems that count what they evaluate: Euler, RK4, those of scipy.
@@ -294,7 +294,7 @@ def peak_topic(
     placed = len(equals) <= MOST_EQUALS and bool(around.min() < value * (1.0 - FLAT))
     highest = int(signal.orders.max()) // max(int(np.gcd.reduce(signal.orders)), 1)
     step = max(int(np.gcd.reduce(signal.orders)), 1)
-    kept = int(kept_orders(signal.harmonics[None], signal.orders // step)[0][0])
+    kept = int(needed_orders(signal.harmonics[None], signal.orders // step)[0][0])
     own_work = SAMPLES_PER_ORDER * kept + TAYLOR if highest > 1 else 1
 
     def answer(height: float, angle: float, work: float) -> Answer:

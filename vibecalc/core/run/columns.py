@@ -111,7 +111,7 @@ class Sheet:
         )
 
 
-def kept_only(found: WithError, counts: np.ndarray, axis: int = -1) -> WithError:
+def counted_only(found: WithError, counts: np.ndarray, axis: int = -1) -> WithError:
     """Zero where an order does not count; `counts` (points or 1, orders) lies along `axis`."""
     value, error = found
     shape = [1] * value.ndim

@@ -95,7 +95,7 @@ def isolation_steady_topics(scene: Scene) -> list[Topic]:
         return []
     forcing: Forcing = scene.handed_on["forcing"]
     name = scene.parts.mounts.names[which] if scene.parts.mounts else ""
-    return [_topic(body, forcing.kept, scene.case.machine.speed, name)]
+    return [_topic(body, forcing.retained, scene.case.machine.speed, name)]
 
 
 def peak_of(body: Mounted, amplitudes: np.ndarray, speed: float) -> float:

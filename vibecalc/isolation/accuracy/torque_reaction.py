@@ -59,8 +59,8 @@ def torque_reaction_topics(scene: Scene) -> list[Topic]:
         np.concatenate([driven.force_error, driven.couple_error], axis=-1),
     )
     seen = _Body(scene, matrices, shaking, scene.parts.crank_train.axis, speed)
-    couples = couples_of(scene, forcing.kept)
-    order, kept = couples.order, couples.kept
+    couples = couples_of(scene, forcing.retained)
+    order, kept = couples.order, couples.retained
     force = _forces(seen, order[:kept], couples.added.value[:kept])
     doubled = np.rint(2.0 * order[:kept]).astype(np.int64)
     worst = int(np.argmax(vector_cycle_peak(force, doubled).value))

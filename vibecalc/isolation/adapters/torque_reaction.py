@@ -18,7 +18,7 @@ from vibecalc.isolation.adapters.torque_couple import (
     torque_law,
     total_torque,
 )
-from vibecalc.isolation.planar import kept_freedoms
+from vibecalc.isolation.planar import dofs_of_model
 from vibecalc.isolation.results import TORQUE_REACTION_ROOT
 from vibecalc.isolation.rigid_body import (
     all_six,
@@ -72,21 +72,21 @@ def run_torque_reaction(scene: Scene) -> None:
     whole = assemble(
         body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
     )
-    freedoms = kept_freedoms(options.model, scene.case.machine.crank_train.axis)
+    freedoms = dofs_of_model(options.model, scene.case.machine.crank_train.axis)
     matrices, whole = restricted(whole, freedoms), held(whole, freedoms)
     shapes = damped_basis(matrices, modes(matrices))
-    couples = couples_of(scene, forcing.kept)
+    couples = couples_of(scene, forcing.retained)
     scene.cite(
         "torque reaction of the cylinders with the shaking of the crank train, order by order",
         f"{scene.case.machine.kind} on its mounts",
         "docs/theory_torsion_mounts.md",
     )
-    kept, order = couples.kept, couples.order
+    retained, order = couples.retained, couples.order
     scene.emit(
         f"{TORQUE_REACTION_ROOT}/couple",
-        couples.total.value[:kept],
-        couples.total.error[:kept],
-        {"half_order": order[:kept]},
+        couples.total.value[:retained],
+        couples.total.error[:retained],
+        {"half_order": order[:retained]},
     )
     scene.emit(f"{TORQUE_REACTION_ROOT}/mean_couple", couples.mean.value, couples.mean.error)
 
@@ -118,12 +118,12 @@ def run_torque_reaction(scene: Scene) -> None:
     by_mount = {"mount": mounts.names}
     scene.emit(
         f"{TORQUE_REACTION_ROOT}/support_force",
-        force.value[..., :kept],
-        force.error[..., :kept],
-        {**by_mount, "direction": DIRECTIONS, "half_order": order[:kept]},
+        force.value[..., :retained],
+        force.error[..., :retained],
+        {**by_mount, "direction": DIRECTIONS, "half_order": order[:retained]},
     )
     for name, harmonics in (("peak", force), ("of_torque", of_torque)):
-        peak = vector_peak(harmonics, order, kept)
+        peak = vector_peak(harmonics, order, retained)
         scene.emit(f"{TORQUE_REACTION_ROOT}/support_force_{name}", peak.value, peak.error, by_mount)
     mean = _mean_force(whole, mounts, couples.mean, axis)
     scene.emit(
@@ -141,7 +141,7 @@ def run_torque_reaction(scene: Scene) -> None:
     downwards = WithError(
         -np.einsum("mdn,d->mn", force.value, up), np.einsum("mdn,d->mn", force.error, up)
     )
-    load = extreme_loads(downwards, order, kept, WithError(share, share_error))
+    load = extreme_loads(downwards, order, retained, WithError(share, share_error))
     scene.emit(f"{TORQUE_REACTION_ROOT}/largest_load", load.highest, load.error, by_mount)
     scene.emit(f"{TORQUE_REACTION_ROOT}/minimum_load", load.lowest, load.error, by_mount)
 
@@ -189,19 +189,23 @@ def _mean_force(
 
 
 def _emit_motion(scene: Scene, motion: WithError, axis: np.ndarray, couples: Couples) -> None:
-    kept = couples.kept
-    axes = {"half_order": couples.order[:kept], "direction": DIRECTIONS}
+    retained = couples.retained
+    axes = {"half_order": couples.order[:retained], "direction": DIRECTIONS}
     for name, part in (("translation", slice(0, 3)), ("rotation", slice(3, 6))):
         scene.emit(
             f"{TORQUE_REACTION_ROOT}/{name}",
-            motion.value[:kept, part],
-            motion.error[:kept, part],
+            motion.value[:retained, part],
+            motion.error[:retained, part],
             axes,
         )
     roll = WithError(motion.value[:, 3:] @ axis, motion.error[:, 3:] @ np.abs(axis))
-    peak = cycle_peak(roll.value[:kept], np.rint(2.0 * couples.order[:kept]).astype(np.int64))
+    peak = cycle_peak(
+        roll.value[:retained], np.rint(2.0 * couples.order[:retained]).astype(np.int64)
+    )
     scene.emit(
-        f"{TORQUE_REACTION_ROOT}/roll_peak", peak.value, peak.error + torque_left_out(roll, kept)
+        f"{TORQUE_REACTION_ROOT}/roll_peak",
+        peak.value,
+        peak.error + torque_left_out(roll, retained),
     )
 
 
@@ -209,15 +213,15 @@ def _emit_nearest(
     scene: Scene, shapes: Modes, resonances: Resonances, loads: WithError, couples: Couples
 ) -> None:
     """The nearest order of each mode, and a warning for those that nearly meet."""
-    speed, kept = scene.case.machine.speed, couples.kept
-    listed = WithError(loads.value[:kept], loads.error[:kept])
-    found = nearest_driven(shapes, listed, couples.order[:kept], speed)
-    axes = {"mode": np.arange(1, len(found.order) + 1)}
-    scene.emit(f"{TORQUE_REACTION_ROOT}/nearest_order", found.order, 0.0, axes)
-    scene.emit(f"{TORQUE_REACTION_ROOT}/margin", found.margin, found.margin_error, axes)
-    for mode in np.flatnonzero(np.abs(found.margin) < CLOSE):
+    speed, retained = scene.case.machine.speed, couples.retained
+    listed = WithError(loads.value[:retained], loads.error[:retained])
+    nearest = nearest_driven(shapes, listed, couples.order[:retained], speed)
+    axes = {"mode": np.arange(1, len(nearest.order) + 1)}
+    scene.emit(f"{TORQUE_REACTION_ROOT}/nearest_order", nearest.order, 0.0, axes)
+    scene.emit(f"{TORQUE_REACTION_ROOT}/margin", nearest.margin, nearest.margin_error, axes)
+    for mode in np.flatnonzero(np.abs(nearest.margin) < CLOSE):
         scene.warn(
-            f"order {found.order[mode]:g} of the torque reaction and the shaking is within "
+            f"order {nearest.order[mode]:g} of the torque reaction and the shaking is within "
             f"{CLOSE:.0%} of mode {mode + 1} of the body on its mounts, "
             f"{resonances.frequency[mode]:.6g} rad/s (damping ratio "
             f"{resonances.damping_ratio[mode]:.2g})"
@@ -238,7 +242,7 @@ _NARROW = 1e-3
 def torque_sections(scene: Scene, start: float, stop: float) -> tuple[Section, ...]:
     """The range from `start` to `stop`, cut at the speeds of the gas cards within it."""
     forcing: Forcing = scene.handed_on["forcing"]
-    law = torque_law(scene, forcing.kept)
+    law = torque_law(scene, forcing.retained)
     within = law.speeds[(law.speeds > start) & (law.speeds < stop)]
     passing = None if shakes_with_torque(scene.case) else line_passing(scene)
     return tuple(
@@ -253,7 +257,7 @@ def _setup(
     """Rows and resonances between two speeds."""
     mounted: MountedBody = scene.handed_on["mounted"]
     forcing: Forcing = scene.handed_on["forcing"]
-    own = np.zeros(0) if passing is None else _line_frequencies(scene, high)
+    line_frequency = np.zeros(0) if passing is None else _line_frequencies(scene, high)
     axis, ends = scene.parts.crank_train.axis, np.array([low, high])
     none = WithError(np.zeros(len(law.order)), np.zeros(len(law.order)))
     whole = WithError(*as_loads(forcing.per_speed_squared))
@@ -270,17 +274,19 @@ def _setup(
         given = (mounted.matrices, mounted.readout, law.order[part], force, undriven)
         return body_rows(*given, couple, about), _with_poles(mounted, resonances, forces)
 
-    rows, resonances = of_orders(slice(law.kept))
-    beyond, _ = of_orders(slice(law.kept, None))
-    step, order = TURN / cycle_angle(scene.case.machine), law.order[: law.kept]
+    rows, resonances = of_orders(slice(law.retained))
+    beyond, _ = of_orders(slice(law.retained, None))
+    step, order = TURN / cycle_angle(scene.case.machine), law.order[: law.retained]
     return RunUpSetup(
         rows=with_left_out(rows, beyond, TAIL),
-        harmonics=np.arange(1, law.kept + 1),
+        harmonics=np.arange(1, law.retained + 1),
         step=step,
         resonances=resonances._replace(
             frequency=resonances.frequency / step,
-            moved_frequency=np.concatenate([resonances.moved_frequency, own]) / step,
-            moved_ratio=np.concatenate([resonances.moved_ratio, np.full(len(own), _NARROW)]),
+            moved_frequency=np.concatenate([resonances.moved_frequency, line_frequency]) / step,
+            moved_ratio=np.concatenate(
+                [resonances.moved_ratio, np.full(len(line_frequency), _NARROW)]
+            ),
         ),
         shows=mounted.shows,
         row_of=np.arange(mounted.shows.shape[1]),

@@ -198,7 +198,9 @@ def response_steady_topics(scene: Scene) -> list[Topic]:
     forcing, system = forcing_of(scene), linear_system(scene)
     load = as_loads(forcing.per_speed_squared)
     value = np.where(np.abs(load.value) > 4.0 * load.error, load.value, 0.0)
-    driven = np.any(value != 0.0, axis=-1) & (forcing.orders <= forcing.orders[forcing.kept - 1])
+    driven = np.any(value != 0.0, axis=-1) & (
+        forcing.orders <= forcing.orders[forcing.retained - 1]
+    )
     if not np.any(driven):
         return []
     options = scene.case.response
@@ -369,9 +371,9 @@ def response_speeds_topics(scene: Scene) -> list[Topic]:
         return []
     forcing, system = forcing_of(scene), linear_system(scene)
     load = as_loads(forcing.per_speed_squared)
-    value, error = load.value[: forcing.kept], load.error[: forcing.kept]
+    value, error = load.value[: forcing.retained], load.error[: forcing.retained]
     driven = np.any(np.abs(value) > 4.0 * error, axis=-1)
-    orders = forcing.orders[: forcing.kept][driven]
+    orders = forcing.orders[: forcing.retained][driven]
     if not len(orders):
         return []
     start, stop = options.run_up.start, options.run_up.stop

@@ -53,7 +53,7 @@ def strongest(scene: Scene) -> Combination | None:
         return None
     forcing, system = forcing_of(scene), linear_system(scene)
     loads = operation_loads(scene, options.operations, options.balances)
-    speed, orders = scene.case.machine.speed, forcing.orders[: forcing.kept]
+    speed, orders = scene.case.machine.speed, forcing.orders[: forcing.retained]
 
     def at_operating_speed(load: Excitation) -> WithError:
         return as_loads(at_speed(load, speed))
@@ -64,7 +64,7 @@ def strongest(scene: Scene) -> Combination | None:
         system.matrices,
         orders,
         speed,
-        WithError(*(np.stack([x[k][: forcing.kept] for x in shaking]) for k in (0, 1))),
+        WithError(*(np.stack([x[k][: forcing.retained] for x in shaking]) for k in (0, 1))),
         WithError(*(np.stack([[x[k][0] for x in row] for row in residual]) for k in (0, 1))),
     )
     rate = 1j * orders * speed

@@ -17,7 +17,7 @@ from vibecalc.response.switching.system import (
     Loads,
     ModalLoads,
     ModalSystem,
-    Piece,
+    SpeedSegment,
     modal_loads,
     propagator,
     steady_motion,
@@ -62,7 +62,7 @@ def change_of(scene: Scene) -> Change | None:
         as_loads(add(shaking, residual[0]))
         for shaking, residual in zip(found.shaking, found.residual, strict=True)
     ]
-    kept = forcing_of(scene).kept
+    kept = forcing_of(scene).retained
     load = np.stack([one.value[:kept] for one in each])
     uncertainty = np.stack([one.error[:kept] for one in each])
     load = np.where(np.abs(load) > 4.0 * uncertainty, load, 0.0)
@@ -208,10 +208,10 @@ def _run_down(change: Change, duration: float) -> Topic:
     times = span / PASSAGE_TIMES * np.arange(1, PASSAGE_TIMES + 1)
     march = marcher(change, 0, acceleration, times)
     turns = span * (change.speed + 0.5 * acceleration * span) / (2.0 * np.pi)
-    pieces = [Piece(span, change.speed, change.speed + acceleration * span, 0)]
+    profile = [SpeedSegment(span, change.speed, change.speed + acceleration * span, 0)]
 
     def quadrature(phase: float) -> Answer:
-        run = runs_of(pieces, change.angle)[0]
+        run = runs_of(profile, change.angle)[0]
         grid = panel_grid(change.system, change.modal, run, span, phase)
         grid = np.union1d(grid, times[times < span])
         first = steady_motion(change.system, change.modal, 0, change.speed)

@@ -178,7 +178,7 @@ def _emit(
             _emit_range(scene, stem, "mean", _mean_range(weight, state, forcing), axes)
         if scene.wants(f"{stem}/peak_low", f"{stem}/peak_high"):
             rtol = scene.case.accuracy.rtol
-            ends = peak_energy_range(weight, state, orders, forcing.kept, forcing.tail, rtol)
+            ends = peak_energy_range(weight, state, orders, forcing.retained, forcing.tail, rtol)
             _emit_range(scene, stem, "peak", ends, axes)
 
 
@@ -191,28 +191,28 @@ def _emit_cycle(
     axes: dict[str, tuple[str, ...]],
 ) -> WithError:
     """Mean and peak over the cycle; the peak, which is sought, only where somebody wants it."""
-    kept = forcing.kept
+    retained = forcing.retained
     if scene.wants(f"{stem}/peak"):
-        whole = energy_over_cycle(weight, state, forcing.orders, kept, forcing.tail)
+        whole = energy_over_cycle(weight, state, forcing.orders, retained, forcing.tail)
         mean = WithError(whole.mean, whole.mean_error)
         scene.emit(f"{stem}/peak", whole.peak, whole.peak_error, axes)
     else:
-        first = WithError(state.value[..., :kept, :], state.error[..., :kept, :])
-        guards = WithError(state.value[..., kept:, :], state.error[..., kept:, :])
+        first = WithError(state.value[..., :retained, :], state.error[..., :retained, :])
+        guards = WithError(state.value[..., retained:, :], state.error[..., retained:, :])
         each = energy_by_order(weight, first)
         total = each.mean.sum(-1)
-        rest = dropped_mean(weight, guards, forcing.tail)
-        mean = WithError(total, each.mean_error.sum(-1) + kept * EPSILON * total + rest)
+        dropped = dropped_mean(weight, guards, forcing.tail)
+        mean = WithError(total, each.mean_error.sum(-1) + retained * EPSILON * total + dropped)
     scene.emit(f"{stem}/mean", mean.value, mean.error, axes)
     return mean
 
 
 def _mean_range(weight: WithError, state: Superposed, forcing: Forcing) -> PhaseRange:
-    kept, shaking = forcing.kept, state.shaking
-    guards = WithError(shaking.value[:, kept:], shaking.error[:, kept:])
-    first = WithError(shaking.value[:, :kept], shaking.error[:, :kept])
-    rest = dropped_mean(weight, guards, forcing.tail)
-    return mean_energy_range(weight, state._replace(shaking=first), rest)
+    retained, shaking = forcing.retained, state.shaking
+    guards = WithError(shaking.value[:, retained:], shaking.error[:, retained:])
+    first = WithError(shaking.value[:, :retained], shaking.error[:, :retained])
+    dropped = dropped_mean(weight, guards, forcing.tail)
+    return mean_energy_range(weight, state._replace(shaking=first), dropped)
 
 
 def _emit_range(

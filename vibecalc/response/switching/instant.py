@@ -20,7 +20,7 @@ from vibecalc.response.switching.readings import (
 from vibecalc.response.switching.system import (
     Loads,
     ModalSystem,
-    Piece,
+    SpeedSegment,
     decay_bound,
     modal_loads,
     modal_size,
@@ -63,9 +63,9 @@ def instantaneous(
     """
     if duration is None:
         duration = _until_settled(system, loads, before, after, speed, angle, tolerance)
-    pieces = [Piece(duration, speed, speed, after)]
+    profile = [SpeedSegment(duration, speed, speed, after)]
     return follow(
-        system, loads, pieces, angle=angle, before=before, buckets=buckets, tolerance=tolerance
+        system, loads, profile, angle=angle, before=before, buckets=buckets, tolerance=tolerance
     )
 
 

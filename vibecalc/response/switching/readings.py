@@ -196,7 +196,7 @@ def candidates(
     derivatives there, which tells how far it may be off.
     """
     best = np.zeros(2 * len(system.shape) + 3)
-    kept = []
+    blocks = []
     for number, segment in enumerate(segments):
         grid = segment.grid
         for start in range(0, len(grid) - 1, _BLOCK):
@@ -209,8 +209,8 @@ def candidates(
             left, right = times[at], times[at + 1]
             inside = left + guess[at, column] * (right - left)
             owner = np.full(len(at), number)
-            kept.append(Candidates(upper[at, column], column, owner, left, right, inside))
-    joined = Candidates(*(np.concatenate(part) for part in zip(*kept, strict=True)))
+            blocks.append(Candidates(upper[at, column], column, owner, left, right, inside))
+    joined = Candidates(*(np.concatenate(part) for part in zip(*blocks, strict=True)))
     return best, joined.take(joined.upper >= best[joined.column])
 
 
@@ -310,7 +310,7 @@ def _climb(
     """
     low, high, time = which.left.copy(), which.right.copy(), which.guess.copy()
     width = high - low
-    low_seen, high_seen = np.zeros((2, len(time)), dtype=bool)
+    low_known, high_known = np.zeros((2, len(time)), dtype=bool)
     best, best_time, best_bend = np.full(len(time), -1.0), time.copy(), np.zeros(len(time))
     slack = np.zeros(len(time))
     open_ = np.ones(len(time), dtype=bool)
@@ -329,13 +329,13 @@ def _climb(
             np.where(rises, time[now], low[now]),
             np.where(rises, high[now], time[now]),
         )
-        low_seen[now], high_seen[now] = low_seen[now] | rises, high_seen[now] | ~rises
+        low_known[now], high_known[now] = low_known[now] | rises, high_known[now] | ~rises
         round_ = bend < 0.0
         target = time[now] - np.divide(slope, bend, out=np.zeros_like(slope), where=round_)
         inside = round_ & (target >= low[now]) & (target <= high[now])
         middle = 0.5 * (low[now] + high[now])
-        up = np.where(high_seen[now], middle, high[now])
-        down = np.where(low_seen[now], middle, low[now])
+        up = np.where(high_known[now], middle, high[now])
+        down = np.where(low_known[now], middle, low[now])
         target = np.where(inside, target, np.where(rises, up, down))
         moved = np.abs(target - time[now])
         slack[now] = np.abs(slope) * moved + np.maximum(size - best[now], 0.0)

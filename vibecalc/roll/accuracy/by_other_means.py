@@ -88,7 +88,7 @@ def roll_setup(scene: Scene) -> RollSetup:
     points = options.points if options.method == "collocation" else None
     running = running_state(
         machine, drive, rtol=case.accuracy.rtol, orders=options.orders,
-        started_at=options.started_at, points=points, course=True,
+        started_at=options.started_at, points=points, between_points=True,
     )  # fmt: skip
     fading = max(float(np.max(np.abs(running.multiplier))), 1e-12)
     turns = 1 + ceil(log(_FADED) / log(fading))
@@ -142,7 +142,7 @@ def split(setup: RollSetup, points: float) -> Answer:
         setup.machine, setup.drive, count, started_at=setup.started_at,
         tolerance=_COARSE if count < 5 else _FINE,
     )  # fmt: skip
-    if not found.found[0]:
+    if not found.solved[0]:
         raise NumericalFailure(f"Newton's method finds no running state with {count} points")
     return Answer(spectrum(setup, found.turn), float(found.evaluations + guess_work(setup)))
 
@@ -155,12 +155,12 @@ def lifted(setup: RollSetup, points: float) -> Answer:
     near = steady_state(
         setup.machine, steady_drive(drive), count, started_at=setup.started_at, tolerance=_COARSE
     )
-    if near.found[0]:
+    if near.solved[0]:
         found = steady_state(
             setup.machine, drive, count, started_at=setup.started_at,
             start=with_fluxes(drive, near),
         )  # fmt: skip
-    if not near.found[0] or not found.found[0]:
+    if not near.solved[0] or not found.solved[0]:
         raise NumericalFailure(f"Newton's method finds no running state with {count} points")
     work = near.evaluations + found.evaluations + guess_work(setup)
     return Answer(spectrum(setup, found.turn), float(work))
@@ -170,7 +170,7 @@ def steady_curve(setup: RollSetup, points: float) -> Answer:
     """A motor with fluxes taken by the torque of its steady curve."""
     drive = steady_drive(setup.drive)
     found = steady_state(setup.machine, drive, int(points), started_at=setup.started_at)
-    if not found.found[0]:
+    if not found.solved[0]:
         raise NumericalFailure("no running state with the steady curve of the motor")
     values = spectrum(setup._replace(drive=drive), found.turn)
     return Answer(values, float(found.evaluations + guess_work(setup)))
@@ -187,7 +187,7 @@ class AsRun:
         setup = self._setup
         found = running_state(
             setup.machine, setup.drive, rtol=rtol, orders=len(setup.orders),
-            started_at=setup.started_at, course=True,
+            started_at=setup.started_at, between_points=True,
         )  # fmt: skip
         left = [state for state in (found.coarse, found.check, found.state) if state is not None]
         work = sum(self._counted(state) for state in left) + guess_work(setup)

@@ -70,7 +70,7 @@ def _spectrum_reference(setup: RollSetup) -> Reference:
         )
         for points in (_POINTS, _FEWER)
     )  # fmt: skip
-    if not (found.found[0] and fewer.found[0]):
+    if not (found.solved[0] and fewer.solved[0]):
         raise NumericalFailure(f"collocation with {_POINTS} points loses the running state")
     values = spectrum(setup, found.turn)
     largest = float(np.max(np.abs(values)))

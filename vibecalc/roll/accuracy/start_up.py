@@ -12,7 +12,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.numerics.runge_kutta_march import march
 from vibecalc.roll.adapters.start_up import BUCKETS, COARSEST, FINEST, SHARE, load_of
-from vibecalc.roll.between_kinks import Acting, edges_around, in_pieces, slot_at, slots_of
+from vibecalc.roll.between_kinks import Acting, acting_at, edges_around, slot_at, slots_of
 from vibecalc.roll.mechanism import RollDrive, RollMachine
 from vibecalc.roll.model import build_roll, roll_drive
 from vibecalc.roll.start_up import start_up
@@ -69,7 +69,7 @@ def follow(plan: StartPlan) -> Followed:
     from scipy.integrate import solve_ivp
 
     slots = slots_of(plan.machine, plan.drive)
-    acting = in_pieces(plan.machine, plan.drive, slots)
+    acting = acting_at(plan.machine, plan.drive, slots)
     nodes = np.concatenate([[-np.inf], plan.drive.motor.threshold, [np.inf]])
     synchronous = float(plan.drive.synchronous_speed)
     stops = [float(t) for t in plan.load.time[1:] if t < plan.end] + [plan.end]
@@ -124,7 +124,7 @@ def follow(plan: StartPlan) -> Followed:
 def plain_rates(plan: StartPlan) -> Callable[[float, FloatArray], FloatArray]:
     """The same equations as a user writes them: every table looked up at every evaluation."""
     slots = slots_of(plan.machine, plan.drive)
-    acting = in_pieces(plan.machine, plan.drive, slots)
+    acting = acting_at(plan.machine, plan.drive, slots)
     threshold, synchronous = plan.drive.motor.threshold, float(plan.drive.synchronous_speed)
     times, factors = plan.load.time, plan.load.factor
     edge, turn = slots.edge[1:-1], 2.0 * np.pi
@@ -314,7 +314,7 @@ def _marched(plan: StartPlan, tolerance: float, parts: int) -> Answer:
     first = np.zeros((1, STATES))
     first[0, _COLUMNS] = plan.start
     found = march(
-        system, np.zeros(1), first, system.first_piece(first, 0.0), np.array([plan.end]),
+        system, np.zeros(1), first, system.first_intervals(first, 0.0), np.array([plan.end]),
         absolute=tolerance * system.scale, stops=plan.load.time[None, :], parts=parts, keep=False,
     )  # fmt: skip
     work = _RATES * (int(found.steps[0]) + int(found.rejected[0])) + 1

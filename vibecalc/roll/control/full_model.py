@@ -83,12 +83,12 @@ class ControlledRates:
         self._place: Place | None = None
 
     def __call__(
-        self, crank_angle: FloatArray, state: FloatArray, piece: IntArray | None
+        self, crank_angle: FloatArray, state: FloatArray, interval: IntArray | None
     ) -> tuple[FloatArray, FloatArray]:
         members, panels, points = crank_angle.shape
         flat = state.reshape(members, panels * points, self.states)
         flat = np.where(flat[..., :1] > 0.0, flat, np.nan)
-        chosen = None if piece is None else np.repeat(piece, points, axis=1)
+        chosen = None if interval is None else np.repeat(interval, points, axis=1)
         value, jacobian = self._rates(self.place(crank_angle), flat, chosen)
         return value.reshape(state.shape), jacobian.reshape(*state.shape, self.states)
 
@@ -100,20 +100,20 @@ class ControlledRates:
             self._angles = crank_angle
         return self._place
 
-    def driven(self, place: Place, state: FloatArray, piece: IntArray | None = None) -> Driven:
+    def driven(self, place: Place, state: FloatArray, interval: IntArray | None = None) -> Driven:
         """Slip and torque at states (B, k, n)."""
-        return self._driven(self._bare(place, state), state, piece)
+        return self._driven(self._bare(place, state), state, interval)
 
     def lagged_slip(self, state: FloatArray) -> FloatArray:
         """Slip at states (B, P, s, n) of an actuator with a lag."""
         return np.asarray(state[..., -1] - state[..., 0])
 
     def _rates(
-        self, place: Place, state: FloatArray, piece: IntArray | None
+        self, place: Place, state: FloatArray, interval: IntArray | None
     ) -> tuple[FloatArray, FloatArray]:
         law, speed = self.law, state[..., 0]
         bare = self._bare(place, state)
-        motor = self._driven(bare, state, piece)
+        motor = self._driven(bare, state, interval)
         shell = bare.shell + bare.shell_gain * motor.torque
         crank = bare.crank + bare.crank_gain * motor.torque
         shell_by = bare.shell_by + bare.shell_gain[..., None] * motor.torque_by
@@ -145,24 +145,24 @@ class ControlledRates:
         by[..., 0] -= law.gain * law.speed_feedback
         return asked, by
 
-    def _driven(self, bare: _Bare, state: FloatArray, piece: IntArray | None) -> Driven:
+    def _driven(self, bare: _Bare, state: FloatArray, interval: IntArray | None) -> Driven:
         law, scale = self.law, self.machine.motor_scale[..., None]
         speed = state[..., 0]
         if law.lag > 0.0:
             slip = state[..., -1] - speed
-            found = slip_torque(self.drive.motor, slip, piece)
+            curve = slip_torque(self.drive.motor, slip, interval)
             by = np.zeros(state.shape)
-            by[..., 0], by[..., -1] = -scale * found.slope, scale * found.slope
-            return Driven(slip, scale * found.value, by)
+            by[..., 0], by[..., -1] = -scale * curve.slope, scale * curve.slope
+            return Driven(slip, scale * curve.value, by)
         asked, by = self._asked(speed, bare.shell, bare.shell_by)
         back = law.gain * law.acceleration_feedback * bare.shell_gain * scale
         slip = self._implicit(asked - speed, back)
-        found = slip_torque(self.drive.motor, slip, piece)
+        curve = slip_torque(self.drive.motor, slip, interval)
         by[..., 0] -= 1.0
         # a loop that answers itself more than once has no motion of its own
-        firm = 1.0 + back * found.slope
-        slope = np.where(firm > 0.0, scale * found.slope / firm, np.nan)
-        return Driven(slip, scale * found.value, slope[..., None] * by)
+        firm = 1.0 + back * curve.slope
+        slope = np.where(firm > 0.0, scale * curve.slope / firm, np.nan)
+        return Driven(slip, scale * curve.value, slope[..., None] * by)
 
     def _implicit(self, free: FloatArray, back: FloatArray) -> FloatArray:
         """The slip (...,) that solves slip + back torque(slip) = free."""
@@ -176,10 +176,10 @@ class ControlledRates:
         slip = free - back * slip_torque(motor, free).value
         for _ in range(_NEWTON_STEPS):
             slip = np.where((slip > low) & (slip < high), slip, 0.5 * (low + high))
-            found = slip_torque(motor, slip)
-            over = slip + back * found.value - free
+            curve = slip_torque(motor, slip)
+            over = slip + back * curve.value - free
             low, high = np.where(over < 0.0, slip, low), np.where(over > 0.0, slip, high)
-            step = over / (1.0 + back * found.slope)
+            step = over / (1.0 + back * curve.slope)
             if not np.any(np.abs(step) > 1e-15 * (1.0 + np.abs(slip))):
                 break
             slip = slip - step
@@ -238,7 +238,7 @@ _SMALL = 1e-2
 #: rounds until edges at kinks and the momentum of a free shell stand, and what counts as standing
 _ROUNDS, _EDGES_STAND, _STILL = 12, 1e-8, 1e-13
 #: examines each panel for a slip that meets a node of the motor's curve
-_LOOKS, _HALVINGS = 24, 48
+_SAMPLES, _HALVINGS = 24, 48
 
 
 class Closed(NamedTuple):
@@ -284,13 +284,13 @@ def closed_loop(
 
     check = _state(machine, drive, law, _POINT_LEVELS[0], None)
     closed, before = check, look(check)
-    found, apart = before, np.full(orders, np.inf)
+    level, apart = before, np.full(orders, np.inf)
     for points in _POINT_LEVELS[1:]:
-        check, before = closed, found
+        check, before = closed, level
         closed = _state(machine, drive, law, points, check.solution)
-        found = look(closed)
-        apart = np.abs(found - before)
-        if np.max(apart) <= _SMALL * rtol * np.max(np.abs(found)):
+        level = look(closed)
+        apart = np.abs(level - before)
+        if np.max(apart) <= _SMALL * rtol * np.max(np.abs(level)):
             break
     _check_slip(closed, drive)
     speed = [2.0 * np.pi / float(one.turn.period[0]) for one in (closed, check)]
@@ -298,7 +298,7 @@ def closed_loop(
     value, error = floquet_multipliers(closed.problem, closed.solution)
     size = np.abs(closed.torque).max() / float(machine.shell_inertia[0])
     return ClosedLoop(
-        WithError(found, apart + 1e-14 * size),
+        WithError(level, apart + 1e-14 * size),
         WithError(np.asarray(speed[0]), np.asarray(abs(speed[0] - speed[1]) + 1e-14 * speed[0])),
         value[0],
         error[0],
@@ -418,7 +418,9 @@ def _with_kinks(base: FloatArray, rates: ControlledRates, solution: PeriodicSolu
         state = evaluate(solution, angle)
         return np.asarray(rates.driven(rates.place(angle[None, None]), state).slip[0])
 
-    angle = (base[:-1, None] + np.diff(base)[:, None] * np.linspace(0.0, 1.0, _LOOKS)[:-1]).ravel()
+    angle = (
+        base[:-1, None] + np.diff(base)[:, None] * np.linspace(0.0, 1.0, _SAMPLES)[:-1]
+    ).ravel()
     angle = np.append(angle, base[-1])
     over = slip(angle)[:, None] - rates.drive.motor.threshold
     row, column = np.nonzero(np.sign(over[1:]) * np.sign(over[:-1]) < 0.0)
@@ -437,9 +439,9 @@ def _with_kinks(base: FloatArray, rates: ControlledRates, solution: PeriodicSolu
         same = (at - node) * sense > 0.0
         low, high = np.where(same, middle, low), np.where(same, high, middle)
     every = np.sort(np.concatenate([base, 0.5 * (low + high)]))
-    kept = every[np.concatenate([[True], np.diff(every) > 1e-9])]
-    kept[-1] = base[-1]
-    return np.asarray(kept)
+    edges = every[np.concatenate([[True], np.diff(every) > 1e-9])]
+    edges[-1] = base[-1]
+    return np.asarray(edges)
 
 
 def _check_slip(closed: Closed, drive: RollDrive) -> None:

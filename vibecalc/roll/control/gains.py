@@ -71,8 +71,8 @@ def evaluate_at_speed(
     The gain must not be zero.
     """
     feedback = speed_feedback_for(model, controller.gain, load.reference, load.mean, target)
-    kept = controller._replace(speed_feedback=feedback.value)
-    return _evaluated(model, kept, load, feedback.error)
+    with_feedback = controller._replace(speed_feedback=feedback.value)
+    return _evaluated(model, with_feedback, load, feedback.error)
 
 
 def _evaluated(
@@ -86,22 +86,23 @@ def _evaluated(
     )
     extra = (np.asarray(load.mean_error) + forward * np.abs(speed.value) * feedback_error) / under
     speed = WithError(speed.value, speed.error + extra)
-    found = margins(loop_of(model, controller))
+    stability = margins(loop_of(model, controller))
     answer = harmonics(
         model, controller, speed.value, np.asarray(load.harmonics, dtype=complex),
         load.harmonics_error, speed.error,
     )  # fmt: skip
     # what an uncertainty of the feedback does to the response, through the stiffness of the loop
     stiff = np.abs(forward * feedback_error / under)[..., None]
-    answer = Harmonics(*(_masked(part, found.stable, stiff) for part in answer))
+    answer = Harmonics(*(_masked(part, stability.stable, stiff) for part in answer))
     level = decibels(answer.shell_acceleration)
     rate = _rate(answer.command, speed)
     feedback = np.broadcast_to(
-        np.asarray(controller.speed_feedback, dtype=float), found.stable.shape
+        np.asarray(controller.speed_feedback, dtype=float), stability.stable.shape
     )
     return Controlled(
-        _full(speed, found.stable), _full(WithError(feedback, feedback_error), found.stable),
-        answer, level, rate, found,
+        _full(speed, stability.stable),
+        _full(WithError(feedback, feedback_error), stability.stable),
+        answer, level, rate, stability,
     )  # fmt: skip
 
 
@@ -205,7 +206,7 @@ def zoom(
 _COARSE, _ROUNDS = 33, 16
 
 #: so many of the first gains are followed for so many rounds, then the best of them alone
-_KEPT, _TOGETHER = 3, 4
+_BEST, _TOGETHER = 3, 4
 _INNER = 33
 
 #: step in ln K that shows how flat the minimum is
@@ -304,7 +305,7 @@ def tune(
     grid = np.linspace(first, last, _COARSE)
     _, level = best_feedback(grid)
     step = (last - first) / (_COARSE - 1)
-    starts = grid[np.argsort(level, kind="stable")[:_KEPT]]
+    starts = grid[np.argsort(level, kind="stable")[:_BEST]]
     near = (np.maximum(starts - step, first), np.minimum(starts + step, last))
     rough = zoom(lambda u: best_feedback(u)[1], *near, FINE, _TOGETHER)
     chosen = int(np.argmin(rough.level))
@@ -348,9 +349,9 @@ def _looseness(
 
     From the best levels a step _ASIDE to both sides, of which the smaller rise counts.
     """
-    rise = max(float(np.min(level)) - least, noise)
+    increase = max(float(np.min(level)) - least, noise)
     lean = float(np.max(np.abs(nearby - centre))) / _ASIDE
-    return _ASIDE * float(np.sqrt(noise / rise)), lean
+    return _ASIDE * float(np.sqrt(noise / increase)), lean
 
 
 def _bend(model: ReducedModel, demands: Demands) -> float:
@@ -366,8 +367,8 @@ def _around(
     """Levels at the corners of the last bracket; those that break a bound do not count."""
     one = np.array([-1.0, 1.0])
     level = merit(gain + gain_error * one[:, None], feedback + feedback_error * one)
-    kept: np.ndarray = level[level < _BROKEN]
-    return kept if kept.size else merit(np.asarray(gain), np.asarray(feedback))
+    usable: np.ndarray = level[level < _BROKEN]
+    return usable if usable.size else merit(np.asarray(gain), np.asarray(feedback))
 
 
 # ----------------------------------------------------------------------------
@@ -415,11 +416,11 @@ def certify(
     tried = controller._replace(
         gain=gain * np.exp(offset[:, 0]), acceleration_feedback=feedback + span * offset[:, 1]
     )
-    found = evaluate_at_speed(model, tried, load, target)
-    slack = slacks(found, demands)
-    pieces = found.level.value[:, order - 1]
+    controlled = evaluate_at_speed(model, tried, load, target)
+    slack = slacks(controlled, demands)
+    levels = controlled.level.value[:, order - 1]
     if weight != "largest":
-        pieces = objective_of(found, order, weight)[:, None]
+        levels = objective_of(controlled, order, weight)[:, None]
 
     room = np.array([
         np.log(gain / demands.gain[0]), np.log(demands.gain[1] / gain),
@@ -427,17 +428,17 @@ def certify(
     ])  # fmt: skip
     wanted = np.array([demands.gain_margin, demands.phase_margin, demands.delay_margin]) > 0.0
     active = np.concatenate([wanted & (slack[0] <= _ACTIVE), room <= _ACTIVE])
-    tied = pieces[0] >= np.max(pieces[0]) - 1e-5
+    tied = levels[0] >= np.max(levels[0]) - 1e-5
     margin_slope = _slopes(np.where(np.isfinite(slack), slack, 0.0))
     bound_slope = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
-    level_slope = _slopes(pieces)[tied]
+    level_slope = _slopes(levels)[tied]
     bounds = np.concatenate([margin_slope, bound_slope])[active]
 
     scale = float(np.max(np.abs(level_slope))) or 1.0
     columns = np.concatenate([level_slope, -bounds]).T / scale
     heavy = np.concatenate([np.ones(len(level_slope)), np.zeros(len(bounds))]) * 1e3
     weights = nonnegative_least_squares(np.vstack([columns, heavy]), np.array([0.0, 0.0, 1e3]))
-    share, multiplier = np.zeros(pieces.shape[1]), np.zeros(len(BOUNDS))
+    share, multiplier = np.zeros(levels.shape[1]), np.zeros(len(BOUNDS))
     share[tied] = weights[: len(level_slope)]
     multiplier[active] = weights[len(level_slope) :]
     return Certificate(active, multiplier, share, float(np.linalg.norm(columns @ weights)))

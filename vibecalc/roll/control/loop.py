@@ -48,9 +48,9 @@ def tangent(machine: RollMachine, drive: RollDrive) -> Tangent:
         return float(at.value[0, 0]) - drag * (sync - slip) - float(need.torque[0])
 
     slip = _rising_zero(spare, float(need.slip[0]), sync)
-    found = slip_torque(drive.motor, np.array([slip]))
+    curve = slip_torque(drive.motor, np.array([slip]))
     scale = float(machine.motor_scale[0])
-    gain, torque = scale * float(found.slope[0]), scale * float(found.value[0])
+    gain, torque = scale * float(curve.slope[0]), scale * float(curve.value[0])
     if gain <= 0.0:
         raise NumericalFailure(
             f"control: the motor's torque does not rise with the slip at {slip:.6g} rad/s, where "
@@ -371,10 +371,10 @@ def harmonics(
         drift = speed_off / np.abs(s)
     command = -back / _wide(model.motor_gain)
 
-    def times(factor: np.ndarray, own: ArrayLike = 0.0) -> WithError:
+    def times(factor: np.ndarray, relative: ArrayLike = 0.0) -> WithError:
         value = factor * rotor
         error = np.abs(factor) * rotor_error + np.abs(value) * (
-            8.0 * UNIT_ROUNDOFF + np.asarray(own)
+            8.0 * UNIT_ROUNDOFF + np.asarray(relative)
         )
         return WithError(value, error)
 

@@ -157,16 +157,16 @@ def _late(loop: Loop, count: int) -> tuple[np.ndarray, bool]:
     if loop.p2 == 0.0 and loop.q1 != 0.0:
         chain = float(np.log(np.abs(loop.q1) / loop.p1) / loop.delay)
     for trial, order in enumerate(_STAND_INS):
-        found = _polished(loop, first_guesses(loop, order, (2 * count + 4) << trial))
-        inside = found[found.real > chain + 1e-9 * (1.0 + abs(chain))]
-        chosen = found if chain == -np.inf else inside
+        roots = _polished(loop, first_guesses(loop, order, (2 * count + 4) << trial))
+        inside = roots[roots.real > chain + 1e-9 * (1.0 + abs(chain))]
+        chosen = roots if chain == -np.inf else inside
         edge = _edge(chosen, count, chain)
         if edge is not None and poles_right(shifted(loop, edge)) == np.sum(chosen.real > edge):
             if chain == -np.inf or len(chosen) >= count:
                 return chosen[:count], True
-            rest = found[found.real <= edge]
-            rest = rest[np.argsort(np.abs(rest.imag), kind="stable")]
-            together = np.concatenate([chosen, rest[: count - len(chosen)]])
+            remainder = roots[roots.real <= edge]
+            remainder = remainder[np.argsort(np.abs(remainder.imag), kind="stable")]
+            together = np.concatenate([chosen, remainder[: count - len(chosen)]])
             if len(together) == count:
                 return together, False
     raise NumericalFailure(
@@ -175,19 +175,19 @@ def _late(loop: Loop, count: int) -> tuple[np.ndarray, bool]:
     )
 
 
-def _edge(found: np.ndarray, count: int, chain: float) -> float | None:
+def _edge(roots: np.ndarray, count: int, chain: float) -> float | None:
     """A line left of the poles wanted and clear of all, to count what lies to its right."""
-    if len(found) <= count:
+    if len(roots) <= count:
         if chain == -np.inf:
             return None
-        last = float(found[-1].real) if len(found) else chain + 1.0 + abs(chain)
+        last = float(roots[-1].real) if len(roots) else chain + 1.0 + abs(chain)
         return 0.5 * (last + chain)
-    gaps = found[count - 1 : -1].real - found[count:].real
-    wide = np.flatnonzero(gaps > 1e-6 * (1.0 + np.abs(found[count:].real)))
+    gaps = roots[count - 1 : -1].real - roots[count:].real
+    wide = np.flatnonzero(gaps > 1e-6 * (1.0 + np.abs(roots[count:].real)))
     if not len(wide):
         return None
     first = count - 1 + int(wide[0])
-    return float(0.5 * (found[first].real + found[first + 1].real))
+    return float(0.5 * (roots[first].real + roots[first + 1].real))
 
 
 def _polished(loop: Loop, start: np.ndarray) -> np.ndarray:
@@ -204,11 +204,11 @@ def _polished(loop: Loop, start: np.ndarray) -> np.ndarray:
         good = np.isfinite(value) & (np.abs(value) <= 100.0 * rounding_of(loop, s))
     s = s[good]
     s = np.where(np.abs(s.imag) <= 1e-9 * np.abs(s), s.real + 0j, s.real + 1j * np.abs(s.imag))
-    kept: list[complex] = []
+    distinct: list[complex] = []
     for root in s:
-        if all(abs(root - other) > _SAME * abs(root) for other in kept):
-            kept.append(complex(root))
-    both = kept + [root.conjugate() for root in kept if root.imag > 0.0]
+        if all(abs(root - other) > _SAME * abs(root) for other in distinct):
+            distinct.append(complex(root))
+    both = distinct + [root.conjugate() for root in distinct if root.imag > 0.0]
     return _ordered(np.array(both, dtype=complex))
 
 
@@ -243,10 +243,10 @@ def root_locus(
     gain = np.asarray(gains, dtype=float)
     moved = controller._replace(gain=gain)
     if load is not None:
-        kept = speed_feedback_for(model, gain, load.reference, load.mean, target)
-        moved = moved._replace(speed_feedback=kept.value)
-    found = poles(loop_of(model, moved), count)
-    pole, error = found.value.copy(), found.error.copy()
+        feedback = speed_feedback_for(model, gain, load.reference, load.mean, target)
+        moved = moved._replace(speed_feedback=feedback.value)
+    located = poles(loop_of(model, moved), count)
+    pole, error = located.value.copy(), located.error.copy()
     for row in range(1, len(gain)):
         away = np.abs(pole[row - 1][:, None] - pole[row][None, :])
         away = np.where(np.isfinite(away), away, 1e300)
