@@ -56,10 +56,10 @@ def own_work(system: System) -> float:
         # |D|^2 has the degree of D in u, |N|^2 that of N
         degrees = len(below) - 1, len(above) + len(below) - 3
         solved = sum(_EIGENVALUES / _PRODUCTS * degree**3 for degree in degrees)
-        return _JET * several_peaks(several(system), *pair).looks + solved
+        return _JET * several_peaks(several(system), *pair).evaluations + solved
     flat, transfer = _flat(system), transfer_of(*pair)
     quick = quick_maxima(flat, transfer)
-    work = _JET * float(quick.looks[0]) + _CHAIN / _PRODUCTS
+    work = _JET * float(quick.evaluations[0]) + _CHAIN / _PRODUCTS
     if quick.certain[0]:
         return work
     work += _POLES / _PRODUCTS

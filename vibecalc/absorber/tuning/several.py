@@ -12,7 +12,7 @@ from vibecalc.absorber.tuning.minimax import BALANCED, minimax
 from vibecalc.absorber.tuning.minimax_steps import certify
 from vibecalc.absorber.tuning.several_search import (
     Descent,
-    Held,
+    OptimalPoint,
     Problem,
     Rows,
     Travel,
@@ -141,7 +141,7 @@ def tuned(problem: Problem, count: int) -> SeveralTuning:
     level = largest(best.rows)[0]
     if len(still.level) and float(np.max(still.level)) >= level - 1e-9:
         return _set_of_optima(problem, best, agreeing, len(ends), used)
-    choices: list[tuple[float, Problem, Held]] = []
+    choices: list[tuple[float, Problem, OptimalPoint]] = []
     for end in ends:
         held = hold(problem, end.ratios, scale)
         if held is not None:
@@ -151,8 +151,8 @@ def tuned(problem: Problem, count: int) -> SeveralTuning:
     choices += _fastened(problem, ends, scale)
     if choices:
         # where a finite tuning and its limit are as good, the finite one
-        found, its, held = min(choices, key=lambda choice: choice[0])
-        if found <= level + _SAME:
+        best_level, its, held = min(choices, key=lambda choice: choice[0])
+        if best_level <= level + _SAME:
             return _certified(its, held, scale, agreeing, len(ends), used)
     raise NumericalFailure(
         f"tuning of {len(problem.mass_ratio)} absorbers: the lowest peak found, "
@@ -162,11 +162,11 @@ def tuned(problem: Problem, count: int) -> SeveralTuning:
 
 def _fastened(
     problem: Problem, ends: list[Descent], scale: np.ndarray
-) -> list[tuple[float, Problem, Held]]:
+) -> list[tuple[float, Problem, OptimalPoint]]:
     """The limit with those absorbers rigidly fastened that the descents made very stiff."""
     n = len(problem.mass_ratio)
     tried: set[tuple[bool, ...]] = set()
-    found = []
+    choices = []
     for end in ends:
         size = end.ratios / scale
         stiff = (size[:n] > _STIFF) & np.isinf(problem.upper[:n])
@@ -183,8 +183,8 @@ def _fastened(
         last = descend(limit, np.where(fixed, 0.0, end.ratios), scale, _FINE)
         held = hold(limit, last.ratios, scale)
         if held is not None:
-            found.append((largest(held.rows)[0], limit, held))
-    return found
+            choices.append((largest(held.rows)[0], limit, held))
+    return choices
 
 
 def _merit(end: Descent) -> float:
@@ -203,12 +203,12 @@ def _travels(problem: Problem, rows: Rows) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _certified(
-    problem: Problem, held: Held, scale: np.ndarray, agreeing: int, count: int, used: int
+    problem: Problem, held: OptimalPoint, scale: np.ndarray, agreeing: int, count: int, used: int
 ) -> SeveralTuning:
     level = largest(held.rows)[0]
     peak, n = float(np.exp(0.5 * level)), len(problem.mass_ratio)
-    own = held.active & (held.rows.kind == 0)
-    uncertainty = float(np.max(held.rows.error[own]) + np.ptp(held.rows.level[own]))
+    on_curve = held.active & (held.rows.kind == 0)
+    uncertainty = float(np.max(held.rows.error[on_curve]) + np.ptp(held.rows.level[on_curve]))
     # the step to the exact conditions is of second order in what is left of them
     curvature = held.curvature if np.isfinite(held.curvature) else 1.0
     slope = np.linalg.norm(held.rows.slope[held.active] * scale, axis=1)
@@ -219,9 +219,10 @@ def _certified(
         k = np.where(problem.locked, np.inf, k)
     return SeveralTuning(
         problem.masses(held.ratios), k, z, peak,
-        0.5 * peak * (uncertainty + held.residual * move), scale * move, held.rows.frequency[own],
-        held.weight[own], held.residual, held.curvature, held.on_lower, held.on_upper,
-        *_travels(problem, held.rows), False, False, agreeing, count, used,
+        0.5 * peak * (uncertainty + held.residual * move), scale * move,
+        held.rows.frequency[on_curve], held.weight[on_curve], held.residual, held.curvature,
+        held.on_lower, held.on_upper, *_travels(problem, held.rows), False, False, agreeing, count,
+        used,
     )  # fmt: skip
 
 
@@ -263,12 +264,12 @@ def free_optimum(problem: Problem) -> SeveralTuning | None:
         return None
     k, z2 = best.stiffness_ratio.reshape(1), best.secondary_damping.reshape(1)
     ratios = np.append(k, z2)
-    found = several_slopes(problem.system(ratios), best.frequency, transfer_of(*pair))
+    slopes = several_slopes(problem.system(ratios), best.frequency, transfer_of(*pair))
     # along the line of equal levels, per relative change of both ratios
-    slope = found.first[:, :2] * ratios
+    slope = slopes.first[:, :2] * ratios
     apart = slope[0] - slope[1]
     along = np.array([-apart[1], apart[0]]) / max(float(np.linalg.norm(apart)), 1e-300)
-    bend = np.tensordot(best.weight, found.second[:, :2, :2], 1) * ratios[:, None] * ratios
+    bend = np.tensordot(best.weight, slopes.second[:, :2, :2], 1) * ratios[:, None] * ratios
     none = np.zeros(2, dtype=bool)
     return SeveralTuning(
         m, k, z2, float(best.largest), float(best.largest_error),
@@ -284,7 +285,7 @@ def free_optimum(problem: Problem) -> SeveralTuning | None:
 # ----------------------------------------------------------------------------
 
 #: an optimum that exceeds a limit of travel by less than this keeps it
-_KEPT = 1e-9
+_WITHIN = 1e-9
 #: what may hold an optimum
 HELD_BY = (
     "least stiffness", "least damping", "largest stiffness", "largest damping", "spring travel",
@@ -343,29 +344,29 @@ def bounded_tuning(
     if (
         keeps(there, stiffness, damping)
         and not free.is_set
-        and free_travel <= travel * (1.0 + _KEPT)
+        and free_travel <= travel * (1.0 + _WITHIN)
     ):
         reach = np.array([free_travel] * len(limits))
-        held = free._replace(travel=reach, travel_active=reach >= travel * (1.0 - _KEPT))
+        held = free._replace(travel=reach, travel_active=reach >= travel * (1.0 - _WITHIN))
         return BoundedTuning(
             held, free_travel, free_uncertainty, free.peak, free_travel, 0.0, 4e-16,
             ("spring travel",) if np.any(held.travel_active) else (),
         )  # fmt: skip
-    found = tuned(bare._replace(lower=lower, upper=upper, travel=limits), 8)
-    reached, uncertainty = spring_travel(primary_damping, m[0], found, excitation)
+    bounded = tuned(bare._replace(lower=lower, upper=upper, travel=limits), 8)
+    reached, uncertainty = spring_travel(primary_damping, m[0], bounded, excitation)
     active = tuple(
         name
         for name, held in zip(
             HELD_BY,
-            (*found.on_lower, *found.on_upper, bool(limits) and bool(found.travel_active[0])),
+            (*bounded.on_lower, *bounded.on_upper, bool(limits) and bool(bounded.travel_active[0])),
             strict=True,
         )
         if held
     )
-    ratio = found.peak / free.peak
+    ratio = bounded.peak / free.peak
     return BoundedTuning(
-        found, reached, uncertainty, free.peak, free_travel, ratio - 1.0,
-        ratio * (found.peak_error / found.peak + free.peak_error / free.peak) + 4e-16,
+        bounded, reached, uncertainty, free.peak, free_travel, ratio - 1.0,
+        ratio * (bounded.peak_error / bounded.peak + free.peak_error / free.peak) + 4e-16,
         active,
     )  # fmt: skip
 
