@@ -90,11 +90,13 @@ def test_viscous_damper_is_worse_and_gains_and_errors_are_those_of_performance(
     ratio, error = gain(branched(), tuned, viscous.damper)
     assert abs(ratio - viscous.worst / tuned.worst) <= 2.0 * error < 1e-10
     seen = mistuning(branched(), tuned)
-    assert np.all(seen.rise >= 1.0) and seen.rise[1, 1] == 1.0 and seen.rise.max() > 1.01
+    assert (
+        np.all(seen.increase >= 1.0) and seen.increase[1, 1] == 1.0 and seen.increase.max() > 1.01
+    )
     speed = np.linspace(30.0, 200.0, 801)
     off = Damper(0.5, tuned.damper.stiffness * 0.9, tuned.damper.damping * 1.1)
     dense = direct(branched(), off, speed, 200)[:, :-2].max()
-    np.testing.assert_allclose(seen.rise[0, 2] * tuned.worst, dense, rtol=1e-3)
+    np.testing.assert_allclose(seen.increase[0, 2] * tuned.worst, dense, rtol=1e-3)
 
 
 @pytest.mark.long

@@ -13,10 +13,10 @@ from vibecalc.numerics.rounding import ComplexArray, FloatArray
 from vibecalc.torsion.adapters.setup import Drive, Setup
 from vibecalc.torsion.line import (
     Line,
+    connected_parts,
     damping_matrix,
     dynamic_stiffness,
     path_order,
-    pieces,
     stiffness_matrix,
 )
 from vibecalc.torsion.modes import Modes
@@ -128,7 +128,7 @@ def transfer_angles(line: Line, frequency: FloatArray, torque: ComplexArray) -> 
     what the torques do; no torque may be left at the other end. Raises NumericalFailure for
     branches.
     """
-    (piece, *others) = pieces(line)
+    (piece, *others) = connected_parts(line)
     order = path_order(piece)
     if others or order is None:
         raise NumericalFailure("2 x 2 transfer matrices follow a row; this line has branches")

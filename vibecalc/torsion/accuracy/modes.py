@@ -13,7 +13,7 @@ from vibecalc.torsion.accuracy.steady import orders_and_torque
 from vibecalc.torsion.adapters.setup import Setup, build_setup
 from vibecalc.torsion.as_published import modal_excitation, twist_on_criticals
 from vibecalc.torsion.holzer import holzer_table
-from vibecalc.torsion.line import Line, pieces, stiffness_matrix
+from vibecalc.torsion.line import Line, connected_parts, stiffness_matrix
 from vibecalc.torsion.modes import natural_modes
 from vibecalc.torsion.modes_of_tree import Tree, highest, modes_below, rooted
 
@@ -32,7 +32,7 @@ def torsion_modes_topics(scene: Scene) -> list[Topic]:
     """Frequencies and shapes; none for stations without inertia, loops and very long lines."""
     setup = build_setup(scene.case)
     line = setup.model.at(setup.speed)
-    parts = pieces(line)
+    parts = connected_parts(line)
     if len(line.inertia) > MOST_FREEDOMS or not line.inertia.all():
         return []
     if len(parts) > 1 or not parts[0].is_tree:
@@ -41,7 +41,7 @@ def torsion_modes_topics(scene: Scene) -> list[Topic]:
 
 
 def _frequencies(setup: Setup, line: Line) -> Topic:
-    n, tree = len(line.inertia), rooted(pieces(line)[0])
+    n, tree = len(line.inertia), rooted(connected_parts(line)[0])
     row = _is_row(line)
     exact = exact_once(line)
     solvers = (
@@ -137,7 +137,7 @@ def exact_once(line: Line) -> Callable[[], tuple[FloatArray, FloatArray]]:
 
 
 def _is_row(line: Line) -> bool:
-    return all(len(others) <= 2 for others in pieces(line)[0].spring.values())
+    return all(len(others) <= 2 for others in connected_parts(line)[0].spring.values())
 
 
 def _work(line: Line, row: bool) -> float:

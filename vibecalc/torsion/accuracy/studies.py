@@ -19,20 +19,20 @@ from vibecalc.torsion.adapters.variable_inertia import gas_torque, half_ranges, 
 from vibecalc.torsion.line import damping_matrix, stiffness_matrix
 from vibecalc.torsion.transient.march import (
     POINTS,
-    Piece,
+    StepBlock,
     TransientSystem,
     cut,
     march,
-    rest,
+    rest_state,
     steady_start,
     transient_system,
 )
 from vibecalc.torsion.transient.motion import (
-    Course,
+    SpeedProfile,
     Stretch,
     TorqueLaw,
-    course,
     speed_after,
+    speed_profile,
     torque_law,
     turned_after,
 )
@@ -62,7 +62,7 @@ class Short(NamedTuple):
 
     system: TransientSystem
     part: Stretch
-    borders: Course
+    borders: SpeedProfile
     law: TorqueLaw
     begin: FloatArray
     order: FloatArray
@@ -75,7 +75,7 @@ def torsion_transient_topics(scene: Scene) -> list[Topic]:
     if options is None:
         return []
     path = journey(setup, scene.case.machine, options)
-    whole = course(path.stretches, path.speed)
+    whole = speed_profile(path.stretches, path.speed)
     steady = path.start == "steady"
     # what lasts before the change is no transient
     first = 0
@@ -84,9 +84,9 @@ def torsion_transient_topics(scene: Scene) -> list[Topic]:
     system = transient_system(path.line, path.reaction)
     speed, angle = float(whole.speed[first]), float(whole.angle[first])
     part = _shortened(path.stretches[first], speed, setup.drive.firing.cycle)
-    borders = course([part], speed, angle)
+    borders = speed_profile([part], speed, angle)
     law = torque_law(path.order, part, system.balance, system.inertia, borders.speed)
-    begin = rest(system)
+    begin = rest_state(system)
     if steady:
         before = path.stretches[max(first - 1, 0)]
         begin = steady_start(system, path.order, before, speed, angle)
@@ -126,8 +126,8 @@ def _topic(short: Short) -> Topic:
 
     def propagated(steps: float) -> FloatArray:
         count = int(steps)
-        piece = Piece(0, 0.0, duration / count, count)
-        (states,) = march(system, [short.part], short.borders, [short.law], [piece], short.begin)
+        block = StepBlock(0, 0.0, duration / count, count)
+        (states,) = march(system, [short.part], short.borders, [short.law], [block], short.begin)
         return shown(states[:: count // MOMENTS][1:])
 
     def kernel(steps: float) -> Answer:

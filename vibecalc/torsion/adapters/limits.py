@@ -8,7 +8,7 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
 from vibecalc.torsion.adapters.critical import Undamped
-from vibecalc.torsion.adapters.curves import own_uncertainty
+from vibecalc.torsion.adapters.curves import section_uncertainty
 from vibecalc.torsion.adapters.exceeded import Bound, bounds, emit_barred, exceeded_of
 from vibecalc.torsion.adapters.maxima import Dense, torque_value
 from vibecalc.torsion.adapters.setup import Setup
@@ -45,13 +45,13 @@ def limit_levels(setup: Setup, speed: FloatArray, torque: FloatArray) -> tuple[F
     factor = per_torque(setup)
     levels = []
     for bound in bounds(setup):
-        own = bound.section
-        allowed = bound.continuous(speed) / factor[own]
+        section = bound.section
+        allowed = bound.continuous(speed) / factor[section]
         says = np.isfinite(allowed)
         some = np.where(says, allowed, 1.0)
-        use = np.where(says, torque[:, own] / some, 0.0)
+        use = np.where(says, torque[:, section] / some, 0.0)
         level = np.full_like(torque, np.inf)
-        level[:, own] = np.where(says, some * np.minimum(np.max(use, axis=0), 1.0), np.inf)
+        level[:, section] = np.where(says, some * np.minimum(np.max(use, axis=0), 1.0), np.inf)
         levels.append(level)
     return tuple(levels)
 
@@ -65,11 +65,11 @@ def limit_corners(setup: Setup, speed: FloatArray) -> FloatArray:
 def uses_of(setup: Setup, bound: Bound, dense: Dense, undamped: Undamped) -> Uses:
     """From referred half ranges of torques."""
     speed, torque = dense
-    factor, own = per_torque(setup), bound.section
+    factor, section = per_torque(setup), bound.section
     limit = bound.continuous(speed)
-    use = np.where(np.isfinite(limit), torque[:, own] * factor[own] / limit, 0.0)
+    use = np.where(np.isfinite(limit), torque[:, section] * factor[section] / limit, 0.0)
     make = _use_of(setup, bound, factor)
-    top = largest(make, use, speed, undamped.speed, _inside(bound, undamped.endless[own]))
+    top = largest(make, use, speed, undamped.speed, _inside(bound, undamped.endless[section]))
     return Uses(use, _within(bound, top, use, speed, make), make)
 
 
@@ -110,10 +110,10 @@ def emit_limits(
     `speed` (s,) are those of the sweep, at which the limits are reported.
     """
     asked = bounds(setup)
-    found = [uses_of(setup, bound, dense, undamped) for bound in asked]
+    uses = [uses_of(setup, bound, dense, undamped) for bound in asked]
     each = [
         _each(bound, one.top, stress_uncertainty(setup, bound, one.top))
-        for bound, one in zip(asked, found, strict=True)
+        for bound, one in zip(asked, uses, strict=True)
     ]
     _worst(scene, asked, each, speed)
     table = LimitTable(scene, setup, asked)
@@ -146,7 +146,7 @@ def emit_limits(
             *(setup, bound, one.curve, one.top, one.make, dense.speed, undamped.speed),
             factor[bound.section],
         )
-        for bound, one in zip(asked, found, strict=True)
+        for bound, one in zip(asked, uses, strict=True)
     ]
     emit_barred(scene, ranges)
 
@@ -171,7 +171,7 @@ class _Each(NamedTuple):
 
 def stress_uncertainty(setup: Setup, bound: Bound, top: Maxima) -> FloatArray:
     """Errors (r,) of the stresses at the largest uses of a limit."""
-    torque = own_uncertainty(setup, top.speed, bound.section).torque
+    torque = section_uncertainty(setup, top.speed, bound.section).torque
     return np.asarray(torque * per_torque(setup)[bound.section])
 
 
@@ -179,7 +179,7 @@ def _each(bound: Bound, top: Maxima, off: FloatArray) -> _Each:
     """`off` (r,) are the errors of the stresses."""
     row = np.arange(len(top.speed))
     allowed, transient = (
-        course(top.speed)[row, row] for course in (bound.continuous, bound.transient)
+        limit_at(top.speed)[row, row] for limit_at in (bound.continuous, bound.transient)
     )
     says, passes = np.isfinite(allowed), np.isfinite(transient)
     safe = np.where(says, allowed, 1.0)
@@ -245,8 +245,8 @@ def _use_of(setup: Setup, bound: Bound, factor: FloatArray) -> Callable[[IntArra
 
         def value(speed: FloatArray) -> FloatArray:
             limit = bound.continuous(speed)
-            own = np.take_along_axis(limit, place[:, None, None], axis=2)[..., 0]
-            return np.where(np.isfinite(own), torque(speed) * share / own, 0.0)
+            at_place = np.take_along_axis(limit, place[:, None, None], axis=2)[..., 0]
+            return np.where(np.isfinite(at_place), torque(speed) * share / at_place, 0.0)
 
         return value
 

@@ -24,13 +24,13 @@ def torque_value(model: Model, drive: Drive, section: IntArray) -> Value:
     def value(speed: FloatArray) -> FloatArray:
         # sections that are highest at one resonance are examined from the same places
         flat, place = np.unique(speed, return_inverse=True)
-        place, own = place.ravel(), np.repeat(section, speed.shape[1])
+        place, repeated = place.ravel(), np.repeat(section, speed.shape[1])
         torque = np.empty((len(place), len(drive.order)), dtype=np.complex128)
         size = speeds_at_once(model, drive)
         for start in range(0, len(flat), size):
-            found = solved(model, drive, flat[start : start + size])
+            solution = solved(model, drive, flat[start : start + size])
             held = np.flatnonzero((place >= start) & (place < start + size))
-            torque[held] = found.torque[place[held] - start, :, own[held]]
+            torque[held] = solution.torque[place[held] - start, :, repeated[held]]
         half = synthesis(drive.order, torque).half_range
         return np.asarray(half.reshape(speed.shape))
 
@@ -67,8 +67,8 @@ def with_narrow_resonances(
     """
     if len(speed) < 2:
         return Dense(speed, torque)
-    found = _narrow_resonances(setup, speed[0], speed[-1])
-    extra = narrow_resonance_speeds(speed, torque, found, levels)
+    narrow = _narrow_resonances(setup, speed[0], speed[-1])
+    extra = narrow_resonance_speeds(speed, torque, narrow, levels)
     if not len(extra):
         return Dense(speed, torque)
     endless = (extra[:, None] >= undamped.low) & (extra[:, None] <= undamped.high)
@@ -87,8 +87,8 @@ def added(setup: Setup, dense: Dense, extra: FloatArray) -> Dense:
     values = np.concatenate(parts)
     clear = np.all(np.isfinite(values), axis=1)
     every = np.concatenate([dense.speed, extra[clear]])
-    rise = np.argsort(every, kind="stable")
-    return Dense(every[rise], np.concatenate([dense.torque, values[clear]])[rise])
+    ascending = np.argsort(every, kind="stable")
+    return Dense(every[ascending], np.concatenate([dense.torque, values[clear]])[ascending])
 
 
 def _poles(setup: Setup) -> Poles:
@@ -113,10 +113,10 @@ def _narrow_resonances(setup: Setup, first: float, last: float) -> NarrowResonan
     speed, width = poles.pole.imag / order, np.abs(poles.pole.real) / order
     inside = (speed + 3.0 * width > first) & (speed - 3.0 * width < last) & (width > 0.0)
     inside &= np.isfinite(poles.scale) & (poles.scale != 0.0)
-    kept = np.flatnonzero(inside)
-    height = np.empty((len(kept), len(line.first)))
-    for start in range(0, len(kept), 8 * ROWS):
-        part = kept[start : start + 8 * ROWS]
+    used = np.flatnonzero(inside)
+    height = np.empty((len(used), len(line.first)))
+    for start in range(0, len(used), 8 * ROWS):
+        part = used[start : start + 8 * ROWS]
         at = np.clip(speed[part], first, last)
         shape = poles.shape[part]
         torque = drive.torque(at)[np.arange(len(part)), poles.order[part]]
@@ -126,5 +126,5 @@ def _narrow_resonances(setup: Setup, first: float, last: float) -> NarrowResonan
         stiff = np.abs(complex_stiffness(setup.model.at(at), at * order[part]))
         height[start : start + 8 * ROWS] = stiff * twist * amplitude[:, None]
     # no digits below this: a narrower one is masked
-    width = np.maximum(width[kept], 1e-11 * speed[kept])
-    return NarrowResonances(speed[kept], width, height)
+    width = np.maximum(width[used], 1e-11 * speed[used])
+    return NarrowResonances(speed[used], width, height)

@@ -134,8 +134,10 @@ def build_drive(
     motored = None
     if _motored(case) and not all_fire:
         without = tuple(motored_cylinder(machine, card, geometry) for card in cards)
-        found = cylinder_torque(without, geometry, reciprocating_mass=0.0, harmonics=harmonics)
-        motored = _thinned(found, every)
+        without_combustion = cylinder_torque(
+            without, geometry, reciprocating_mass=0.0, harmonics=harmonics
+        )
+        motored = _thinned(without_combustion, every)
     gas = cylinder_gas(
         healthy, firing.pressure_scale, misfiring=~firing.fires, motored=motored
     )  # (cards, cylinders, orders)
@@ -146,15 +148,15 @@ def build_drive(
     turned = phasor(healthy.order, firing.angle).T  # (cylinders, orders)
     moved = inertia_harmonics(geometry, 1.0, 0.0, healthy.order)
     rocked = inertia_harmonics(geometry, 0.0, rod_inertia, healthy.order)
-    own = masses[:, None] * moved.value + rocked.value
-    own_error = masses[:, None] * moved.error + rocked.error + 2.0 * EPSILON * np.abs(own)
+    by_mass = masses[:, None] * moved.value + rocked.value
+    by_mass_error = masses[:, None] * moved.error + rocked.error + 2.0 * EPSILON * np.abs(by_mass)
     many = (6.0 + len(on)) * EPSILON
     return Drive(
         order=healthy.order,
         gas=np.swapaxes(gas.value * turned, -1, -2) @ on,
         gas_error=np.swapaxes(gas.error + many * np.abs(gas.value), -1, -2) @ size,
-        inertia=(own * turned).T @ on,
-        inertia_error=(own_error + many * np.abs(own)).T @ size,
+        inertia=(by_mass * turned).T @ on,
+        inertia_error=(by_mass_error + many * np.abs(by_mass)).T @ size,
         mean=gas.mean @ on,
         mean_error=(gas.mean_error + many * np.abs(gas.mean)) @ size,
         station=station,
@@ -279,7 +281,7 @@ class Setup(NamedTuple):
 
 
 #: bytes of an array from which on memory is still taken from the system and handed back
-_KEPT = 1 << 24
+_RESERVED = 1 << 24
 
 
 def _keep_freed_memory() -> None:
@@ -289,7 +291,7 @@ def _keep_freed_memory() -> None:
     glibc keeps what is freed up to twice the size of the largest piece that was ever handed back,
     which this makes and frees without touching it; other allocators take no notice.
     """
-    np.empty(_KEPT, dtype=np.uint8)
+    np.empty(_RESERVED, dtype=np.uint8)
 
 
 def build_setup(case: "Case") -> Setup:

@@ -47,24 +47,24 @@ def chart_of(prepared: Survey, points: int) -> Chart:
     shape = (inertia.size, stiffness.size, damping.size)
     worst, heat, travel = np.empty(shape), np.empty(shape), np.empty(shape)
     for index, value in enumerate(inertia):
-        found = prepared.table(float(value))
-        seen = np.max(map_readings(prepared.system, found, k, c), axis=1)
-        worst[index] = np.max(seen[:, :-3], axis=1).reshape(shape[1:])
-        heat[index] = seen[:, -3].reshape(shape[1:])
-        travel[index] = np.max(seen[:, -2:], axis=1).reshape(shape[1:])
+        responses = prepared.table(float(value))
+        values = np.max(map_readings(prepared.system, responses, k, c), axis=1)
+        worst[index] = np.max(values[:, :-3], axis=1).reshape(shape[1:])
+        heat[index] = values[:, -3].reshape(shape[1:])
+        travel[index] = np.max(values[:, -2:], axis=1).reshape(shape[1:])
     return Chart(inertia, stiffness, damping, worst, heat, travel)
 
 
-def valleys(prepared: Survey, found: Chart, most: int) -> FloatArray:
+def valleys(prepared: Survey, chart: Chart, most: int) -> FloatArray:
     """Variables (b, v) of all local minima of the map, lowest first, at most `most`.
 
     Outside the limits the excess counts in units of the largest value, so that the least violated
     place is a valley too.
     """
     limits = prepared.limits
-    over = np.maximum(found.heat / limits.heat, found.travel / limits.travel) - 1.0
-    price = limits.inertia_price * found.inertia[:, None, None]
-    level = found.worst + price
+    over = np.maximum(chart.heat / limits.heat, chart.travel / limits.travel) - 1.0
+    price = limits.inertia_price * chart.inertia[:, None, None]
+    level = chart.worst + price
     level = np.where(over > 0.0, np.max(level) * (1.0 + over), level)
     padded = np.pad(level, 1, constant_values=np.inf)
     shape = level.shape
@@ -74,7 +74,7 @@ def valleys(prepared: Survey, found: Chart, most: int) -> FloatArray:
         lowest &= level <= padded[part]
     places = np.argwhere(lowest)
     places = places[np.argsort(level[lowest], kind="stable")][:most]
-    axes = (found.inertia, found.stiffness, found.damping)
+    axes = (chart.inertia, chart.stiffness, chart.damping)
     values = np.stack([axes[i][places[:, i]] for i in prepared.moving], axis=-1)
     return np.log(values)
 
@@ -108,7 +108,7 @@ class Place(NamedTuple):
     """
 
     variables: FloatArray
-    seen: Peaks
+    peaks: Peaks
     merit: float
     over: float
 
@@ -119,14 +119,14 @@ def place(
 ) -> Place:  # fmt: skip
     """The peaks of one damper."""
     damper = prepared.damper(variables)
-    seen = prepared.peaks(damper, share, tolerance)
+    tops = prepared.peaks(damper, share, tolerance)
     sections = prepared.system.twist.shape[0]
-    level = seen.value / prepared.scale[seen.row]
-    worst = worst_section(seen, sections)
-    over = float(np.max(level[seen.row >= sections], initial=1.0)) - 1.0
+    level = tops.value / prepared.scale[tops.row]
+    worst = worst_section(tops, sections)
+    over = float(np.max(level[tops.row >= sections], initial=1.0)) - 1.0
     price = prepared.limits.inertia_price * damper.inertia
     merit = worst + price + penalty * worst * over if penalty < np.inf else over
-    return Place(variables, seen, merit, over)
+    return Place(variables, tops, merit, over)
 
 
 def descend(prepared: Survey, start: FloatArray) -> Place:
@@ -198,12 +198,12 @@ def _linear_program(
     """Best step (v,) within the radius if all were linear, and the merit it would gain."""
     from scipy.optimize import linprog
 
-    seen, moving = here.seen, prepared.moving
-    section = seen.row < prepared.system.twist.shape[0]
-    worst = float(np.max(seen.value[section]))
-    scale = np.where(section, worst, prepared.scale[seen.row])
-    slope = seen.slope[:, moving] / scale[:, None]
-    level = seen.value / scale
+    tops, moving = here.peaks, prepared.moving
+    section = tops.row < prepared.system.twist.shape[0]
+    worst = float(np.max(tops.value[section]))
+    scale = np.where(section, worst, prepared.scale[tops.row])
+    slope = tops.slope[:, moving] / scale[:, None]
+    level = tops.value / scale
     # unknowns: step, level of the sections, excess over limits
     rows = np.hstack([slope, -section[:, None].astype(float), -(~section[:, None]).astype(float)])
     right = np.where(section, 0.0, 1.0) - level
@@ -214,22 +214,22 @@ def _linear_program(
         cost = np.append(np.zeros(moving.size), [0.0, 1.0])
     bounds = prepared.logarithms - here.variables[:, None]
     box = [(max(low, -radius), min(high, radius)) for low, high in bounds]
-    found = linprog(cost, rows, right, bounds=[*box, (None, None), (0.0, None)], method="highs")
-    if found.x is None:
+    solution = linprog(cost, rows, right, bounds=[*box, (None, None), (0.0, None)], method="highs")
+    if solution.x is None:
         return np.zeros(moving.size), 0.0
-    step = np.asarray(found.x[: moving.size])
+    step = np.asarray(solution.x[: moving.size])
     excess = max(0.0, float(np.max(level[~section], initial=1.0)) - 1.0)
     if only_excess:
-        return step, excess - float(found.fun)
-    return step, worst * (1.0 + penalty * excess - float(found.fun))
+        return step, excess - float(solution.fun)
+    return step, worst * (1.0 + penalty * excess - float(solution.fun))
 
 
-def on_the_way(prepared: Survey, broken: Place, kept: Place) -> FloatArray:
+def nearest_within_limits(prepared: Survey, broken: Place, within: Place) -> FloatArray:
     """Variables (v,) between a place that breaks a limit and one that keeps it, which still do.
 
     Halving the straight way in logarithms: as near to the first as a few steps tell.
     """
-    bad, good = broken.variables, kept.variables
+    bad, good = broken.variables, within.variables
     for _ in range(_HALVINGS):
         middle = 0.5 * (bad + good)
         if place(prepared, middle, tolerance=_TOLERANCE).over <= 0.0:
@@ -247,7 +247,7 @@ def foreseen(prepared: Survey, end: Place) -> tuple[FloatArray, float]:
     penalty = np.inf if end.over > BROKEN else _PENALTIES[0]
     step, gain = _linear_program(prepared, end, _LEFT, penalty)
     sections = prepared.system.twist.shape[0]
-    worst = worst_section(end.seen, sections)
+    worst = worst_section(end.peaks, sections)
     return np.abs(step) + _SMALL, abs(gain) * (worst if penalty == np.inf else 1.0) + (
         end.over * worst
     )

@@ -26,10 +26,10 @@ class SpeedTorque(NamedTuple):
 
 def torque_at(torque: SpeedTorque, speed: FloatArray) -> tuple[ComplexArray, ComplexArray]:
     """Torque and its derivative by speed, (s, m, n) each, at speeds (s,)."""
-    piece = np.searchsorted(torque.knot, speed, side="right") - 1
-    piece = np.clip(piece, 0, len(torque.coefficient) - 1)
-    beyond = (speed - torque.knot[piece])[:, None, None]
-    parts = torque.coefficient[piece]
+    interval = np.searchsorted(torque.knot, speed, side="right") - 1
+    interval = np.clip(interval, 0, len(torque.coefficient) - 1)
+    beyond = (speed - torque.knot[interval])[:, None, None]
+    parts = torque.coefficient[interval]
     value, slope = np.zeros_like(parts[:, 0]), np.zeros_like(parts[:, 0])
     for power in range(parts.shape[1] - 1, -1, -1):
         slope = slope * beyond + value
@@ -53,12 +53,12 @@ def speed_torque(gas: ComplexArray, inertia: ComplexArray, card_speed: FloatArra
         return SpeedTorque(np.array([0.0, np.inf]), parts[None])
     slope = np.diff(gas, axis=0) / np.diff(card_speed)[:, None, None]
     begin = card_speed[:-1, None, None]
-    pieces = np.stack(
+    lines = np.stack(
         [gas[:-1] + begin**2 * inertia, slope + 2.0 * begin * inertia,
          np.broadcast_to(inertia, slope.shape)],
         axis=1,
     )  # fmt: skip
-    return SpeedTorque(card_speed, pieces)
+    return SpeedTorque(card_speed, lines)
 
 
 class Damper(NamedTuple):
@@ -235,15 +235,15 @@ def _spanning(line: Line) -> FloatArray:
     held = line.ground_stiffness if np.any(line.ground_stiffness > 0.0) else line.inertia
     root = int(np.argmax(held))
     angle[root, 0] = 1.0
-    seen, waiting, column = {root}, [root], 1
+    visited, waiting, column = {root}, [root], 1
     while waiting:
         a = waiting.pop()
         for b, sign in nearby[a]:
-            if b not in seen:
+            if b not in visited:
                 # twist first - second: phi_b = phi_a - twist where a comes first
                 angle[b] = angle[a]
                 angle[b, column] += sign
-                seen.add(b)
+                visited.add(b)
                 waiting.append(b)
                 column += 1
     return angle
@@ -298,8 +298,8 @@ def states(system: System, damper: Damper, speed: FloatArray) -> States:
     right[..., 0] = torque @ system.angle
     right[..., -1, 1] = 1.0
     right[..., 2] = system.ring
-    found = solve(matrix, right)
-    u, spring, ring = np.moveaxis(found, -1, 0)
+    solution = solve(matrix, right)
+    u, spring, ring = np.moveaxis(solution, -1, 0)
     mass = system.mass + damper.inertia * np.outer(system.ring, system.ring)
     by_frequency = u @ (1j * system.loss) - 2.0 * w[..., None] * (u @ mass)
     by_frequency[..., -1] += 1j * damper.damping * u[..., -1]

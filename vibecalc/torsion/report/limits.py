@@ -105,8 +105,8 @@ def barred_ranges(record: Record) -> list[str]:
 
 
 def _barred(record: Record) -> list[str]:
-    found = exceeded_rows(record)
-    if not found:
+    exceeded = exceeded_rows(record)
+    if not exceeded:
         return []
     columns = [number("from\nrpm", 8), number("to\nrpm", 8), number("limit", 5),
                number("worst at\nrpm", 8), number("by formula\nfrom, rpm", 10),
@@ -115,7 +115,7 @@ def _barred(record: Record) -> list[str]:
         [turns(one.low), turns(one.high), str(one.limit) if one.limit else "",
          turns(one.peak) if one.peak else "", *(turns(end) if end else "" for end in one.formula),
          "may be done" if one.permitted else "NOT ALLOWED"]
-        for one in found
+        for one in exceeded
     ]  # fmt: skip
     words = "Speed ranges in which the stress exceeds what is allowed for lasting operation:"
     return [*paragraph(words), *table(columns, rows)]
@@ -130,8 +130,8 @@ def rule_of(limit: Mapping[str, Any]) -> "Rule":
 
 def limits_of(result: Result) -> list[Mapping[str, Any]]:
     """`response.torsion.limits` of the case."""
-    found: Any = asked(result).get("limits") or ()
-    return list(found)
+    limits: Any = asked(result).get("limits") or ()
+    return list(limits)
 
 
 def _origins(result: Result) -> list[str]:
