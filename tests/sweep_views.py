@@ -90,7 +90,7 @@ def view(
         indices=indices,
         status=status,
         message=lambda point: failed[point][1],
-        kept=kept,
+        quantities=kept,
         read=read,
     )
 

@@ -37,7 +37,7 @@ def levels(values: np.ndarray) -> SweepView:
         together=((0,),),
         status=np.zeros(len(values), dtype=int),
         message=lambda point: "",
-        kept=kept,
+        quantities=kept,
         read=lambda path: Stacked(values, np.zeros(len(values))),
     )
 

@@ -69,8 +69,8 @@ def parting(distances: FloatArray) -> Parting:
     before = np.maximum(end - 1, 0)
     at_end = np.take_along_axis(level, end[..., None], axis=-1)[..., 0]
     at_before = np.take_along_axis(level, before[..., None], axis=-1)[..., 0]
-    rise = np.where(at_end > at_before, at_end - at_before, 1.0)
-    crossed = before + np.clip((np.log(APART) - at_before) / rise, 0.0, 1.0)
+    growth = np.where(at_end > at_before, at_end - at_before, 1.0)
+    crossed = before + np.clip((np.log(APART) - at_before) / growth, 0.0, 1.0)
     revolutions = np.where(parted, np.where(end == 0, 0.0, crossed), np.inf)
     rate = (at_end - level[..., 0]) / np.maximum(end, 1)
     return Parting(np.asarray(revolutions), np.asarray(rate))
@@ -152,7 +152,7 @@ def follow_events(
         start.gap,
         start.velocity,
         revolutions=revolutions,
-        orders_kept=orders,
+        orders_retained=orders,
         crank_joint=linkage.crank_pin,
         rod_mass=linkage.rod_mass,
         wall=linkage.bore,
@@ -229,7 +229,7 @@ def run_fixed_steps(linkage: Linkage, study: Study, method: str, steps: int) -> 
         method=method,
         steps=steps,
         revolutions=study.discard + study.revolutions,
-        orders_kept=study.orders,
+        orders_retained=study.orders,
         crank_joint=linkage.crank_pin,
         rod_mass=linkage.rod_mass,
         wall=linkage.bore,

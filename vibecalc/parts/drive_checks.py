@@ -145,9 +145,8 @@ def _gas(case: Case) -> Iterator[Problem]:
         ]
         yield from problems or _readable(path, what, interpolation, table.crank_angle)
     pressure = train.gas_pressure
-    ours = (
-        not gas_turns(case.machine) or interpolation == "cubic"
-    )  # the others are refused for an engine
+    # the others are refused for an engine
+    ours = not gas_turns(case.machine) or interpolation == "cubic"
     if pressure is not None and interpolation != "linear" and ours:
         yield from _readable(PRESSURE, "gas pressure", interpolation, pressure.crank_angle)
 

@@ -230,7 +230,7 @@ def _own(loaded: "LoadedCase", search: "Find", points: int) -> tuple[float, int]
     along = _along(loaded, search.model_copy(update={"points": points}))
     as_written = along.evaluate(along.written)
     choice = choose(along, as_written, _goal_unit(loaded, search))
-    return choice.solution.sample.key, choice.course.evaluations + 1
+    return choice.solution.sample.key, choice.curve.evaluations + 1
 
 
 def _wanted(loaded: "LoadedCase", search: "Find") -> float:

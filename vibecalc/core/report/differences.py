@@ -52,8 +52,11 @@ def render_differences(comparison: Comparison, count: int = 10) -> str:
         lines.append("")
     if comparison.ignored:
         named = ", ".join(comparison.ignored[:3])
-        rest = len(comparison.ignored) - 3
-        lines += [f"Ignored by the rules: {named}{f' and {rest} more' if rest > 0 else ''}", ""]
+        further = len(comparison.ignored) - 3
+        lines += [
+            f"Ignored by the rules: {named}{f' and {further} more' if further > 0 else ''}",
+            "",
+        ]
     compared = f"{_count(len(comparison.rows), 'quantity', 'quantities')} compared"
     verdict = _count(len(differing), "differs", "differ") if differing else "all the same"
     return "\n".join([*lines, f"{compared}, {verdict}."]) + "\n"

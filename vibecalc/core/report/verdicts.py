@@ -236,7 +236,7 @@ def counted_misses(result: Result) -> int:
 
 def misses(references: Sequence[ReferenceRow], limits: Sequence[LimitRow]) -> list[str]:
     """One line of words for each counted reference outside its tolerance and each missed limit."""
-    found = [
+    problems = [
         f"{name_of(row.quantity, row.where)}: published {row.value:.10g} {row.unit}".rstrip()
         + f", {_computed(row.computed, 10)}"
         + ("" if row.resolved else f" +-{row.error_estimate:.3g}, unresolved")
@@ -250,13 +250,13 @@ def misses(references: Sequence[ReferenceRow], limits: Sequence[LimitRow]) -> li
             fate = f"is {limit.state}"
             if limit.expect != KEPT:
                 fate = f"was expected to be {limit.expect}, {fate}"
-            found.append(
+            problems.append(
                 f"limit on {name_of(limit.quantity, limit.where)} {fate}{where}: "
                 f"{_computed(limit.computed, 6, '')} {limit.unit}".rstrip()
                 + f", margin {limit.margin:.3g}"
                 + (f" +-{limit.error_estimate:.3g}" if limit.state == UNDECIDED else "")
             )
-    return found
+    return problems
 
 
 def _computed(value: float, digits: int, lead: str = "computed ") -> str:

@@ -316,9 +316,9 @@ def read_printed(value: float | str, unit: str = "", default_unit: str = "") -> 
     the ".0" of a whole one; whoever means a zero after the point writes a text.
     """
     if isinstance(value, str):
-        digits, own_unit = split_number(value)
+        digits, printed_unit = split_number(value)
         digits = digits.replace("_", "")
-        unit = own_unit or unit
+        unit = printed_unit or unit
     else:
         digits = repr(float(value)).removesuffix(".0")
     unit = unit or default_unit

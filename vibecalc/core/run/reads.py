@@ -99,9 +99,9 @@ class Traced:
             return value
         for base in kind.__mro__:
             if name in vars(base) and base is not BaseModel:
-                found = vars(base)[name]
-                if isinstance(found, FunctionType | property):
-                    return found.__get__(self, kind)
+                attribute = vars(base)[name]
+                if isinstance(attribute, FunctionType | property):
+                    return attribute.__get__(self, kind)
                 return getattr(table, name)
         _note(node, WHOLE, True, reads)
         return getattr(table, name)
@@ -173,12 +173,12 @@ class TracedEntries(dict[str, Any]):
 
 def held(left: Any) -> Iterator[Traced]:
     """The stand-ins for tables in tuples, lists, dicts and objects."""
-    waiting, seen = [left], set[int]()
+    waiting, visited = [left], set[int]()
     while waiting:
         one = waiting.pop()
-        if id(one) in seen:
+        if id(one) in visited:
             continue
-        seen.add(id(one))
+        visited.add(id(one))
         if type(one) is Traced:
             yield one
         elif isinstance(one, tuple | list | set | frozenset):

@@ -53,10 +53,10 @@ class Worst(NamedTuple):
 def numeric(sweep: SweepView) -> list[str]:
     """Paths of kept results that are numbers, those that the case asks to keep in its order."""
     asked: Any = (sweep.case.get("sweep") or {}).get("keep") or ()
-    paths = [str(path) for path in asked if str(path) in sweep.kept]
-    paths += [path for path in sweep.kept if path not in paths]
+    paths = [str(path) for path in asked if str(path) in sweep.quantities]
+    paths += [path for path in sweep.quantities if path not in paths]
     spreads = {f"{path}_standard_error" for path in paths}
-    return [path for path in paths if path not in spreads and _is_number(sweep.kept[path])]
+    return [path for path in paths if path not in spreads and _is_number(sweep.quantities[path])]
 
 
 def worst(
@@ -68,7 +68,7 @@ def worst(
     first one counts, so that round-off does not choose the name. Raises ResultError where an axis
     or entry does not exist.
     """
-    quantity = sweep.kept[path]
+    quantity = sweep.quantities[path]
     places, labels = _places(quantity, where or {})
     stacked = sweep.read(path)
     values = _chosen(stacked.values, places)
@@ -81,7 +81,7 @@ def worst(
 
 def entries(sweep: SweepView, path: str) -> tuple[np.ndarray, tuple[str, ...]]:
     """All entries of a result at each point, (points, entries), and their names."""
-    places, labels = _places(sweep.kept[path], {})
+    places, labels = _places(sweep.quantities[path], {})
     values = _chosen(sweep.read(path).values, places)
     return np.where(sweep.done[:, None], values, np.nan), labels
 
@@ -119,14 +119,16 @@ def _reduced(values: np.ndarray, errors: np.ndarray, side: Side) -> tuple[np.nda
 
 
 def _spread(
-    sweep: SweepView, path: str, own: np.ndarray | None, places: np.ndarray, entry: np.ndarray
+    sweep: SweepView, path: str, spread: np.ndarray | None, places: np.ndarray, entry: np.ndarray
 ) -> np.ndarray | None:
     """Standard error of the entry that counts: its own result if kept, else one for all."""
     twin = f"{path}_standard_error"
-    if twin in sweep.kept and _shape(sweep.kept[twin]) == _shape(sweep.kept[path]):
+    if twin in sweep.quantities and _shape(sweep.quantities[twin]) == _shape(
+        sweep.quantities[path]
+    ):
         values = _chosen(sweep.read(twin).values, places)
         return np.asarray(np.where(sweep.done, values[np.arange(len(values)), entry], np.nan))
-    return None if own is None else np.where(sweep.done, own, np.nan)
+    return None if spread is None else np.where(sweep.done, spread, np.nan)
 
 
 def _is_number(quantity: Quantity) -> bool:
@@ -161,7 +163,7 @@ def extreme_lines(sweep: SweepView) -> list[str]:
     unbounded: list[str] = []
     for path in numeric(sweep):
         counted = worst(sweep, path)
-        orders = _orders(sweep.kept[path])
+        orders = _orders(sweep.quantities[path])
         for place, order in enumerate(orders):
             name = f"  order={order}" if place else f"{path}\n  order={order}"
             rows += _rows(sweep, path, worst(sweep, path, {"order": order}), name)
@@ -171,7 +173,7 @@ def extreme_lines(sweep: SweepView) -> list[str]:
         if infinite:
             finite = np.isfinite(counted.values)
             most = show(np.max(counted.values[finite])) if finite.any() else "none"
-            unit = sweep.kept[path].unit
+            unit = sweep.quantities[path].unit
             unbounded.append(
                 f"{path} is unbounded at {infinite} points; the largest finite value is "
                 f"{most} {unit}".rstrip()
@@ -206,7 +208,7 @@ def _orders(quantity: Quantity) -> list[int]:
 
 
 def _rows(sweep: SweepView, path: str, counted: Worst, name: str) -> list[list[str]]:
-    unit = sweep.kept[path].unit
+    unit = sweep.quantities[path].unit
     if np.all(np.isnan(counted.values)):
         return [[name, "", "none", unit, "no point was computed"]]
     low, high = (first_of(counted.values, counted.errors, side) for side in ("min", "max"))
@@ -258,12 +260,12 @@ def statistic_lines(sweep: SweepView) -> list[str]:
     rows, notes = [], []
     for path in numeric(sweep):
         counted = worst(sweep, path)
-        name = f"{path} {sweep.kept[path].unit}".rstrip()
-        found = sample_statistics(sweep, counted)
-        if isinstance(found, str):
-            notes.append(f"{path}: {found}")
+        name = f"{path} {sweep.quantities[path].unit}".rstrip()
+        statistics = sample_statistics(sweep, counted)
+        if isinstance(statistics, str):
+            notes.append(f"{path}: {statistics}")
             continue
-        centre, ranks = found
+        centre, ranks = statistics
         terms = counted.estimate(0).terms
 
         def shown(value: Any, error: Any, terms: float = terms) -> str:
@@ -302,14 +304,14 @@ def index_lines(sweep: SweepView) -> list[str]:
     notes: list[str] = []
     samples = 0
     for path in numeric(sweep):
-        found = indices_of(sweep, worst(sweep, path))
-        if isinstance(found, str):
-            notes.append(f"{path}: {found}")
+        indices = indices_of(sweep, worst(sweep, path))
+        if isinstance(indices, str):
+            notes.append(f"{path}: {indices}")
             continue
-        samples = found.samples
+        samples = indices.samples
         for place, name in enumerate(names):
             cells = [path if place == 0 else "", name]
-            for part in (found.first, found.total):
+            for part in (indices.first, indices.total):
                 cells.append(f"{float(part.value[place]):.3f}")
                 cells.append(f"{float(part.standard_error[place]):.3f}")
             rows.append(cells)

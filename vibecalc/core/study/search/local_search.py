@@ -113,17 +113,17 @@ def local_search(sampler: Values, start: np.ndarray, *, to_the_end: bool = False
             "bounds": [(0.0, 1.0)] * size,
         }
     try:
-        found = minimize(
+        solution = minimize(
             x0=point, method="SLSQP", options={"ftol": accuracy, "maxiter": MOST_STEPS}, **arguments
         )
     except _NearZero:
         return LocalEnd(best[0], "near zero")
     except _Stranded:
         return LocalEnd(best[0], "stopped next to points that cannot be evaluated")
-    end = np.clip(found.x[:size], 0, 1)
+    end = np.clip(solution.x[:size], 0, 1)
     if not np.all(np.isfinite(end)) or sampler(end) is None:
         return LocalEnd(best[0], "stopped next to points that cannot be evaluated")
-    return LocalEnd(end, REASONS.get(int(found.status), str(found.message).lower()))
+    return LocalEnd(end, REASONS.get(int(solution.status), str(solution.message).lower()))
 
 
 def _vanishing(sampler: Values, vector: np.ndarray) -> bool:
@@ -198,10 +198,13 @@ def feasible_point(sampler: Sampler, ends: list[np.ndarray], margins: int) -> np
             best, least = end, float(np.max(vector))
         if least <= 0:
             return best
-    found = sampler(best)
-    assert found is not None
-    kept = found[sampler.entries :]
-    worst = ", ".join(f"margin {index} is {kept[index]:.6g}" for index in np.flatnonzero(kept < 0))
+    values = sampler(best)
+    assert values is not None
+    margin_values = values[sampler.entries :]
+    worst = ", ".join(
+        f"margin {index} is {margin_values[index]:.6g}"
+        for index in np.flatnonzero(margin_values < 0)
+    )
     nearest = sampler.box.values(best)
     raise Infeasible(
         f"no point within the bounds keeps all limits. The least violated one found is at "
@@ -217,7 +220,7 @@ def feasible_point(sampler: Sampler, ends: list[np.ndarray], margins: int) -> np
 # ----------------------------------------------------------------------------
 
 #: violation up to which the end of a local search counts as feasible, before it is refined
-NEARLY_KEPT = 1e-6
+FEASIBLE_WITHIN = 1e-6
 #: an objective whose change is a smaller share of it than this counts as constant
 UNRESOLVED = 2e-11
 
@@ -298,7 +301,7 @@ def search_all(
             walk = searcher(sampler, point)
             walks += 1
             ends.append(_end(sampler, point, walk.unit, walk.reason, sampler.count - before))
-    if not any(end.violation <= NEARLY_KEPT for end in ends):
+    if not any(end.violation <= FEASIBLE_WITHIN for end in ends):
         ends += _from_feasible(sampler, ends, known[0].size - sampler.entries)
     return Ends(ends, notes, flat)
 
@@ -326,10 +329,10 @@ def _from_feasible(sampler: Sampler, ends: list[End], margins: int) -> list[End]
     before = sampler.count
     start = feasible_point(sampler, [end.unit for end in nearest], margins)
     unit, reason = local_search(sampler, start)
-    found = _end(sampler, start, unit, reason, sampler.count - before)
-    if found.violation <= NEARLY_KEPT:
-        return [found]
-    return [found, _end(sampler, start, start, "keeps the limits, not improved", 0)]
+    improved = _end(sampler, start, unit, reason, sampler.count - before)
+    if improved.violation <= FEASIBLE_WITHIN:
+        return [improved]
+    return [improved, _end(sampler, start, start, "keeps the limits, not improved", 0)]
 
 
 def _end(

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.core.study.search.local_search import (
-    NEARLY_KEPT,
+    FEASIBLE_WITHIN,
     VANISHING,
     End,
     Ends,
@@ -74,14 +74,14 @@ def _same(sampler: Sampler, one: EndPoint, other: EndPoint) -> bool:
     if abs(one.objective - other.objective) > EQUAL:
         return False
     try:
-        way = sampler.box.apart(one.unit, other.unit)
-        vectors = [sampler(one.unit + part * way) for part in _BETWEEN]
+        difference = sampler.box.apart(one.unit, other.unit)
+        vectors = [sampler(one.unit + part * difference) for part in _BETWEEN]
     except BudgetSpent:
         return False
     return all(
         vector is not None
         and abs(float(np.max(vector[: sampler.entries])) - one.objective) <= EQUAL
-        and bool(np.all(vector[sampler.entries :] >= -NEARLY_KEPT))
+        and bool(np.all(vector[sampler.entries :] >= -FEASIBLE_WITHIN))
         for vector in vectors
     )
 
@@ -143,19 +143,19 @@ def choose(sampler: Sampler, ends: list[End], begin: np.ndarray, accuracy: float
         if any(_covers(sampler.box, done, one) for done in refined):
             continue
         below = min((done.objective for done in refined), default=np.inf)
-        found = refine(sampler, one.unit, accuracy, below)
-        if found is not None and keeps(sampler, found.unit):
-            found = found._replace(unit=sampler.box.fold(found.unit))
-            refined.append(found)
-            final[id(one)] = one._replace(unit=found.unit, objective=found.objective)
+        optimum = refine(sampler, one.unit, accuracy, below)
+        if optimum is not None and keeps(sampler, optimum.unit):
+            optimum = optimum._replace(unit=sampler.box.fold(optimum.unit))
+            refined.append(optimum)
+            final[id(one)] = one._replace(unit=optimum.unit, objective=optimum.objective)
     if not refined:
         raise NumericalFailure(
             "no search ended in a point that can be shown to be an optimum; the lowest end is at "
             f"{sampler.box.values(distinct[0].unit).tolist()} with the objective "
             f"{lowest * sampler.scale:.9g}. Ask for more starts or narrow the bounds."
         )
-    least = min(one.objective + one.rise for one in refined)
-    lowest_ones = [one for one in refined if one.objective - one.rise <= least]
+    least = min(one.objective + one.excess for one in refined)
+    lowest_ones = [one for one in refined if one.objective - one.excess <= least]
     best = min(lowest_ones, key=lambda one: rank(Distinct(one.unit, one.objective, 1)))
     ordered = sorted(final.values(), key=lambda one: (one.objective, *one.unit))
     joined = [
@@ -171,14 +171,14 @@ def anywhere(sampler: Sampler, ends: list[End]) -> Choice:
     It counts as the same where its change is below `search.UNRESOLVED` of its magnitude.
     """
     distinct = _distinct(sampler.box, ends)
-    end = next(end for end in ends if end.violation <= NEARLY_KEPT)
+    end = next(end for end in ends if end.violation <= FEASIBLE_WITHIN)
     vector = sampler(end.unit)
     assert vector is not None
     margins = np.maximum(0.0, -vector[sampler.entries :])
     best = Refined(
         unit=end.unit,
         error=np.full(end.unit.size, float(np.max(margins, initial=0.0))),
-        rise=2.0,  # the scale is the largest change seen, rounded to a power of two
+        excess=2.0,  # the scale is the largest change seen, rounded to a power of two
         objective=end.objective,
         margins=np.zeros(margins.size),
         bounds=np.zeros(end.unit.size),
@@ -220,7 +220,7 @@ def only_point(sampler: Sampler) -> tuple[Ends, Choice]:
     best = Refined(
         unit=nowhere,
         error=nowhere,
-        rise=floor,
+        excess=floor,
         objective=objective,
         margins=np.zeros(margins.size),
         bounds=nowhere,
@@ -236,16 +236,16 @@ def only_point(sampler: Sampler) -> tuple[Ends, Choice]:
 
 
 def _distinct(box: Box, ends: list[End]) -> tuple[Distinct, ...]:
-    kept = [end for end in ends if end.violation <= NEARLY_KEPT]
-    found: list[Distinct] = []
-    for end in sorted(kept, key=lambda end: (end.objective, *end.unit)):
-        for index, one in enumerate(found):
+    feasible = [end for end in ends if end.violation <= FEASIBLE_WITHIN]
+    distinct: list[Distinct] = []
+    for end in sorted(feasible, key=lambda end: (end.objective, *end.unit)):
+        for index, one in enumerate(distinct):
             if np.max(np.abs(box.apart(one.unit, end.unit)), initial=0.0) < SAME:
-                found[index] = one._replace(found_by=one.found_by + 1)
+                distinct[index] = one._replace(found_by=one.found_by + 1)
                 break
         else:
-            found.append(Distinct(end.unit, end.objective, 1))
-    return tuple(found)
+            distinct.append(Distinct(end.unit, end.objective, 1))
+    return tuple(distinct)
 
 
 def _covers(box: Box, done: Refined, end: Distinct) -> bool:
@@ -297,7 +297,7 @@ def summary(
     inner = sampler.box.slope(optimum[moving])
     nothing = np.zeros(whole.lower.size)
     objective = float(np.max(vector[: sampler.entries])) * scale
-    objective_error = best.rise * scale + 2 * EPSILON * abs(objective)
+    objective_error = best.excess * scale + 2 * EPSILON * abs(objective)
     return Optimum(
         variables=optimum,
         variables_error=spread_out(
@@ -325,7 +325,7 @@ def summary(
                 end=variables(end.unit),
                 objective=end.objective * scale,
                 violation=end.violation,
-                feasible=end.violation <= NEARLY_KEPT,
+                feasible=end.violation <= FEASIBLE_WITHIN,
                 reason=end.reason,
                 evaluations=end.evaluations,
             )
@@ -468,6 +468,6 @@ def minimise(
     except BudgetSpent:
         raise NumericalFailure(
             f"the search had spent its {budget} evaluations before an optimum was pinned down; "
-            f"{sampler.lowest_kept()}. Allow more evaluations or ask for fewer starts."
+            f"{sampler.lowest_feasible()}. Allow more evaluations or ask for fewer starts."
         ) from None
     return summary(sampler, whole, moving, search, choice, rtol)

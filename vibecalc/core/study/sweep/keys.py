@@ -10,7 +10,14 @@ import numpy as np
 from vibecalc.core.case.raw import get_key, key_text, parse_key
 from vibecalc.core.case.tables import Along, Distribution
 from vibecalc.core.case.walk import Shape, keys_of, shape_at, words
-from vibecalc.core.study.sweep.values import PARAMETERS, Course, Drawn, Listed, Scatter, Spread
+from vibecalc.core.study.sweep.values import (
+    PARAMETERS,
+    AxisValues,
+    Listed,
+    RandomValues,
+    Scatter,
+    Spread,
+)
 from vibecalc.errors import KeyPath, Problem, UnitError, UsageError
 from vibecalc.units import parse_quantity, split_number
 
@@ -131,15 +138,15 @@ class Place(NamedTuple):
         )
 
 
-def read_course(place: Place, sampled: bool, points: int | None) -> Course | None:
+def read_values(place: Place, sampled: bool, points: int | None) -> AxisValues | None:
     """The values of one key; None if its table has problems. `points` stands in for absent ones."""
     table, choice = place.table, place.shape.kind in ("choice", "text")
-    ways = {
+    forms = {
         "values": bool(table.values),
         "from": table.start is not None or table.stop is not None,
         "distribution": table.distribution is not None,
     }
-    used = [way for way, there in ways.items() if there]
+    used = [form for form, there in forms.items() if there]
     if len(used) != 1:
         what = "says twice what it takes" if used else "has no values"
         place.refuse(
@@ -244,7 +251,7 @@ def _decimals(
     return Decimal(repr(ends[0])), Decimal(repr(ends[1])), 1.0
 
 
-def _drawn(place: Place, sampled: bool) -> Drawn | None:
+def _drawn(place: Place, sampled: bool) -> RandomValues | None:
     given = place.table.distribution
     if given is None:
         return None
@@ -264,7 +271,7 @@ def _drawn(place: Place, sampled: bool) -> Drawn | None:
     if objection:
         place.refuse("distribution", objection)
         return None
-    return Drawn(scatter=scatter)
+    return RandomValues(scatter=scatter)
 
 
 def _parameters(place: Place, given: Distribution) -> tuple[float, ...] | None:

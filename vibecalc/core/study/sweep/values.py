@@ -49,12 +49,12 @@ def _twice_artanh(t: np.ndarray) -> np.ndarray:
 def exp(values: np.ndarray) -> np.ndarray:
     """Exponential, any shape, to about 2 units in the last place; |values| below 700."""
     whole = np.rint(values / _LN2)
-    rest = (values - whole * _LN2_HIGH) - whole * _LN2_LOW
-    # |rest| < 0.347: rest^17 / 17! is below the last bit
-    series = np.ones_like(rest)
+    reduced = (values - whole * _LN2_HIGH) - whole * _LN2_LOW
+    # |reduced| < 0.347: reduced^17 / 17! is below the last bit
+    series = np.ones_like(reduced)
     for order in range(16, 1, -1):
-        series = 1.0 + series * rest / order
-    return np.asarray(np.ldexp(1.0 + series * rest, whole.astype(int)))
+        series = 1.0 + series * reduced / order
+    return np.asarray(np.ldexp(1.0 + series * reduced, whole.astype(int)))
 
 
 def normal_quantile(share: np.ndarray) -> np.ndarray:
@@ -172,10 +172,10 @@ def _uniform(shares: np.ndarray, lower: float, upper: float) -> np.ndarray:
 
 
 def _triangular(shares: np.ndarray, lower: float, upper: float, mode: float) -> np.ndarray:
-    width, rise, fall = upper - lower, mode - lower, upper - mode
-    rising = lower + np.sqrt(shares * width * rise)
+    width, ascent, fall = upper - lower, mode - lower, upper - mode
+    rising = lower + np.sqrt(shares * width * ascent)
     falling = upper - np.sqrt((1.0 - shares) * width * fall)
-    return np.clip(np.where(shares * width < rise, rising, falling), lower, upper)
+    return np.clip(np.where(shares * width < ascent, rising, falling), lower, upper)
 
 
 def _normal(shares: np.ndarray, mean: float, deviation: float) -> np.ndarray:
@@ -299,7 +299,7 @@ class Spread:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Drawn:
+class RandomValues:
     """Values drawn from a distribution; they have no positions along an axis."""
 
     scatter: Scatter
@@ -332,7 +332,7 @@ class Drawn:
         return {"distribution": self.scatter.kind, "parameters": list(self.scatter.parameters)}
 
 
-Course = Listed | Spread | Drawn
+AxisValues = Listed | Spread | RandomValues
 
 
 def picked(shares: np.ndarray, count: int) -> np.ndarray:
