@@ -24,7 +24,7 @@ def sampled_curve(
         return curve(key) + noise, error
 
     sampled = SampledCurve(evaluate, lower, upper)
-    sampled.look(points)
+    sampled.sample(points)
     return sampled
 
 
@@ -176,7 +176,7 @@ def test_no_value_is_computed_twice() -> None:
 
     sampled = SampledCurve(evaluate, 0.0, 10.0)
     sampled.know(1.0, math.sin(1.0), 1e-12)
-    sampled.look(17)
+    sampled.sample(17)
     assert 1.0 not in met and len(sampled.samples) == 18
     roots(sampled, Level(0.3, 0.0))
     extremes(sampled, 1.0)

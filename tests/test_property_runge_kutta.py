@@ -7,11 +7,11 @@ from long_but import long_but
 from test_convergence_runge_kutta import bilinear
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.runge_kutta import Change, Plain, Tables
+from vibecalc.numerics.runge_kutta import EventOutcome, SmoothSystem, Tables
 from vibecalc.numerics.runge_kutta_march import fine, march, sample
 
 NO_PIECE = np.zeros((1, 0), dtype=np.int64)
-PENDULUM = Plain(lambda t, y: np.stack([y[:, 1], -np.sin(y[:, 0])], axis=1))
+PENDULUM = SmoothSystem(lambda t, y: np.stack([y[:, 1], -np.sin(y[:, 0])], axis=1))
 
 
 @pytest.mark.parametrize("swing", long_but([0.3, 1.5, 3.0], 3.0))
@@ -49,10 +49,10 @@ def test_steps_end_exactly_on_the_times_given() -> None:
     stops = np.array([[0.1, 1.0 / 3.0, 2.0, np.inf]])
     met: list[float] = []
 
-    class Telling(Plain):
+    class Telling(SmoothSystem):
         def stopped(self, member, time, state, interval):  # type: ignore[no-untyped-def]
             met.extend(time.tolist())
-            return Change(state, interval, time >= 2.0)
+            return EventOutcome(state, interval, time >= 2.0)
 
     system = Telling(lambda t, y: -y)
     found = march(
@@ -113,7 +113,7 @@ def test_more_parts_refine_where_borders_set_the_steps() -> None:
 
 @pytest.mark.long
 def test_a_solution_that_blows_up_is_refused() -> None:
-    system = Plain(lambda t, y: y * y)
+    system = SmoothSystem(lambda t, y: y * y)
     with pytest.raises(NumericalFailure, match="no step is short enough at time 1"):
         march(system, np.zeros(1), np.ones((1, 1)), NO_PIECE, np.array([2.0]), absolute=1e-4)
 

@@ -9,7 +9,7 @@ import pytest
 from sweep_work import Start, dies_at_once
 
 from vibecalc.core.results.layout import DIED, TIMED_OUT
-from vibecalc.core.study.sweep.pool import Batch, ChunkResult, Lost, Pool, Work
+from vibecalc.core.study.sweep.pool import Batch, ChunkResult, LostPoint, Pool, Work
 from vibecalc.errors import UsageError
 
 CHUNKS = [Work(number, range(7 * number, 7 * number + 7)) for number in range(5)]
@@ -18,7 +18,7 @@ CHUNKS = [Work(number, range(7 * number, 7 * number + 7)) for number in range(5)
 def run(
     start: Start, jobs: int = 2, timeout: float | None = None, step: int = 1
 ) -> list[ChunkResult]:
-    reported: list[Batch | Lost] = []
+    reported: list[Batch | LostPoint] = []
     with Pool(start, jobs=jobs, timeout=timeout, step=step) as pool:
         done = list(pool.run(CHUNKS, reported.append))
     assert len(reported) == sum(len(one.batches) + len(one.lost) for one in done)
@@ -33,7 +33,7 @@ def run(
     return done
 
 
-def lost(done: list[ChunkResult]) -> dict[int, Lost]:
+def lost(done: list[ChunkResult]) -> dict[int, LostPoint]:
     return {one.point: one for chunk in done for one in chunk.lost}
 
 

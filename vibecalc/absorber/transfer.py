@@ -188,7 +188,7 @@ def numerator(parts: Coupling, transfer: Transfer) -> np.ndarray:
     return inertia
 
 
-class Ends(NamedTuple):
+class Asymptotes(NamedTuple):
     """H ~ at_zero as x -> 0, and H ~ leading s^degree as x -> infinity."""
 
     at_zero: np.ndarray
@@ -202,7 +202,7 @@ class Ends(NamedTuple):
         return np.where(self.degree == 0, size, np.where((self.degree > 0) & (size > 0), np.inf, 0))
 
 
-def ends(parts: Coupling, transfer: Transfer) -> Ends:
+def ends(parts: Coupling, transfer: Transfer) -> Asymptotes:
     """What H becomes at very low and very high frequency."""
     below = denominator(parts)
     above = numerator(parts, transfer)
@@ -211,7 +211,7 @@ def ends(parts: Coupling, transfer: Transfer) -> Ends:
     bottom, bottom_degree = _highest(below)
     factor = np.where(damped > 0, (2.0 * parts.primary_damping) ** damped, 1.0)
     at_zero = transfer.sign * above[..., 0] / below[..., 0] * (transfer.power == 0)
-    return Ends(
+    return Asymptotes(
         at_zero,
         transfer.sign * factor * top / bottom,
         transfer.power + damped + top_degree - bottom_degree,

@@ -10,7 +10,7 @@ import typer
 from vibecalc.errors import EXIT_FINE, UsageError
 
 if TYPE_CHECKING:
-    from vibecalc.core.study.sweep.prepare import Options, Outcome, Prepared
+    from vibecalc.core.study.sweep.prepare import Options, Outcome, PreparedSweep
 
 #: some points of a sweep failed
 EXIT_POINTS_FAILED = 4
@@ -123,7 +123,7 @@ def merge(
     raise typer.Exit(EXIT_POINTS_FAILED if bad or made.missing else EXIT_FINE)
 
 
-def _forecast(prepared: "Prepared", options: "Options", json: bool) -> None:
+def _forecast(prepared: "PreparedSweep", options: "Options", json: bool) -> None:
     from vibecalc.core.report.sweep.text import forecast_object, render_forecast
     from vibecalc.core.study.sweep.prepare import forecast, shard_chunks
 
@@ -135,7 +135,7 @@ def _forecast(prepared: "Prepared", options: "Options", json: bool) -> None:
         typer.echo(render_forecast(prepared, found, chunks, options.output))
 
 
-def _run(prepared: "Prepared", options: "Options", json: bool, quiet: bool) -> int:
+def _run(prepared: "PreparedSweep", options: "Options", json: bool, quiet: bool) -> int:
     import signal
 
     from vibecalc.core.study.sweep.run import Interrupted

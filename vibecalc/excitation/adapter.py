@@ -8,7 +8,7 @@ from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.axial_force import axial_force
 from vibecalc.excitation.balance import balance_columns, residual
-from vibecalc.excitation.crank_forces import Turning, crank_forces, turning_forces
+from vibecalc.excitation.crank_forces import TurningWeights, crank_forces, turning_forces
 from vibecalc.excitation.inertia_forces import Excitation, at_speed, size_of_terms
 from vibecalc.kinematics.adapter import PistonMotion
 from vibecalc.numerics.cycle_peak import cycle_peak
@@ -54,8 +54,10 @@ def rotating_part(train: CrankTrain, rotating: RotatingMasses, highest: int) -> 
     return turning_forces(train, _turning(rotating), train.origin, highest)
 
 
-def _turning(rotating: RotatingMasses) -> Turning:
-    return Turning(rotating.unbalance, rotating.speed_ratio, rotating.phase, rotating.position)
+def _turning(rotating: RotatingMasses) -> TurningWeights:
+    return TurningWeights(
+        rotating.unbalance, rotating.speed_ratio, rotating.phase, rotating.position
+    )
 
 
 def rod_difference(train: CrankTrain, rod: "parts.Rod") -> WithError:

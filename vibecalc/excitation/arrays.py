@@ -9,7 +9,7 @@ from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.run.columns import Columns, Sheet, counted_only, together
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.balance import BANKS, TABLE, balance_columns, residual
-from vibecalc.excitation.crank_forces import Turning, crank_forces
+from vibecalc.excitation.crank_forces import TurningWeights, crank_forces
 from vibecalc.excitation.inertia_forces import Excitation, at_speed
 from vibecalc.kinematics.adapter import BEYOND_GUARD, MOST_GUARD_ORDERS, last_order
 from vibecalc.kinematics.harmonics import dropped_with_error, harmonics_with_error, pole
@@ -123,7 +123,7 @@ def build_train(columns: Columns) -> Train:
     )
 
 
-def turning_masses(columns: Columns, train: Train) -> Turning:
+def turning_masses(columns: Columns, train: Train) -> TurningWeights:
     """Throws, weights that cancel throws, counterweights and balance shafts at all points.
 
     `unbalance` (points or 1, m), `position` (points or 1, m, 3).
@@ -149,7 +149,7 @@ def turning_masses(columns: Columns, train: Train) -> Turning:
         on_shaft.append(columns.vector(*TRAIN, "balance_shafts", i, "position")[:, None, :])
     crank = sum(part.shape[1] for part in along)
     ratios = [1] * crank + [shaft.speed_ratio for shaft in written.balance_shafts]
-    return Turning(
+    return TurningWeights(
         _side_by_side(unbalance), np.array(ratios, dtype=np.int64), _side_by_side(phase),
         _side_by_side(on_shaft),
     )  # fmt: skip

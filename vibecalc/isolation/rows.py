@@ -7,7 +7,7 @@ import numpy as np
 from vibecalc.isolation.pitch import Pitch, pitch_dynamic_stiffness
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
-from vibecalc.response.forced import Undriven, dynamics, response
+from vibecalc.response.forced import UndrivenModes, dynamics, response
 
 # ----------------------------------------------------------------------------
 # Readings of the body's motion: forces of the mounts on the ground, couple over a lever.
@@ -254,7 +254,7 @@ def body_rows(
     readout: Readout,
     orders: np.ndarray,
     force: WithError,
-    undriven: Undriven | None = None,
+    undriven: UndrivenModes | None = None,
     couple_at: CoupleAt | None = None,
     about: np.ndarray | None = None,
 ) -> HarmonicsAt:

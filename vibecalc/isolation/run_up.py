@@ -21,7 +21,7 @@ from vibecalc.isolation.run_up_grid import (
 from vibecalc.isolation.run_up_peaks import RunUpPeak, Search, highest, highest_of
 from vibecalc.numerics.cycle_peak import cycle_peak, vector_cycle_peak
 from vibecalc.numerics.rounding import WithError
-from vibecalc.response.resonances import Masked, Resonances, masked_speeds
+from vibecalc.response.resonances import MaskedSpeeds, Resonances, masked_speeds
 
 # ----------------------------------------------------------------------------
 # Many speeds at many orders, taken in blocks that bound the memory.
@@ -66,7 +66,7 @@ class RunUp(NamedTuple):
     speed: np.ndarray
     curve: WithError
     peak: RunUpPeak
-    masked: Masked
+    masked: MaskedSpeeds
     unresolved: int
 
 
@@ -119,7 +119,7 @@ def joined(parts: Sequence[RunUp]) -> RunUp:
     speed = np.concatenate([part.speed for part in parts])
     new = np.concatenate([[True], np.diff(speed) > 0.0])
     curve = (np.concatenate(each)[new] for each in zip(*(p.curve for p in parts), strict=True))
-    masked = Masked(
+    masked = MaskedSpeeds(
         *(np.concatenate(each) for each in zip(*(p.masked for p in parts), strict=True))
     )
     # an interval across an end is met from both sides
@@ -129,7 +129,7 @@ def joined(parts: Sequence[RunUp]) -> RunUp:
         speed[new],
         WithError(*curve),
         highest_of([part.peak for part in parts]),
-        Masked(*(each[met] for each in masked)),
+        MaskedSpeeds(*(each[met] for each in masked)),
         sum(part.unresolved for part in parts),
     )
 
@@ -197,12 +197,12 @@ def _search(
     shown = shows[masked.mode - 1]
     infinite = np.any(shown, axis=0)
 
-    def look(speed: np.ndarray) -> tuple[np.ndarray, ...]:
+    def coarse_peaks(speed: np.ndarray) -> tuple[np.ndarray, ...]:
         jet = harmonics_at(speed, errors=errors)
         found = coarse_peak(jet.value, order, angle), jet.value
         return (*found, _uncertainty(jet)) if errors else found
 
-    sampled = CachedFunction(lambda speed: in_blocks(look, speed, order))
+    sampled = CachedFunction(lambda speed: in_blocks(coarse_peaks, speed, order))
     return Search(harmonics_at, sampled, order, angle, masked, shown, infinite, start, stop)
 
 

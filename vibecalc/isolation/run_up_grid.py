@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.numerics.rounding import FloatArray
-from vibecalc.response.resonances import Masked, Resonances, outside
+from vibecalc.response.resonances import MaskedSpeeds, Resonances, outside
 
 # ----------------------------------------------------------------------------
-# At which speeds of a run-up to look first: a coarse grid, and clusters at order resonances.
+# At which speeds of a run-up to sample first: a coarse grid, and clusters at order resonances.
 # ----------------------------------------------------------------------------
 
 #: first offset of a cluster in half bandwidths, growth of the offsets, largest relative offset
@@ -86,7 +86,7 @@ def _spread(
     return np.concatenate(speeds)
 
 
-def admitted(speed: np.ndarray, masked: Masked, start: float, stop: float) -> np.ndarray:
+def admitted(speed: np.ndarray, masked: MaskedSpeeds, start: float, stop: float) -> np.ndarray:
     """Ascending speeds within the range, without doubles, none inside a masked interval."""
     edges = np.concatenate([masked.low, masked.high])
     ascending: np.ndarray = np.sort(np.concatenate([speed, edges]))
@@ -167,7 +167,7 @@ class Curve(NamedTuple):
 def resolve(
     curve_at: Callable[[np.ndarray], np.ndarray],
     speed: np.ndarray,
-    masked: Masked,
+    masked: MaskedSpeeds,
     infinite: np.ndarray,
     tolerance: float,
     most_points: int,
@@ -219,7 +219,7 @@ def resolve(
 
 
 def _scale(
-    speed: np.ndarray, value: np.ndarray, masked: Masked, infinite: np.ndarray
+    speed: np.ndarray, value: np.ndarray, masked: MaskedSpeeds, infinite: np.ndarray
 ) -> np.ndarray:
     """Largest value of each row that the tolerance is relative to."""
     top: np.ndarray = np.max(value, axis=0)

@@ -8,7 +8,7 @@ import numpy as np
 from vibecalc.isolation.rows import HarmonicsAt, Jet
 from vibecalc.isolation.run_up_grid import CachedFunction, squares
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
-from vibecalc.response.resonances import Masked
+from vibecalc.response.resonances import MaskedSpeeds
 
 # ----------------------------------------------------------------------------
 # The highest points of rows over crank speed and crank angle, by Newton in both at once.
@@ -276,7 +276,7 @@ def _speed_uncertainty(at: _Height, span: float) -> np.ndarray:
 # The highest peaks of the rows of a run-up, polished from speeds that were examined.
 # ----------------------------------------------------------------------------
 
-#: how often other branches are looked for where a peak was found
+#: how often other branches are searched where a peak was found
 _MOST_CLIMBS = 4
 
 
@@ -318,7 +318,7 @@ class Search(NamedTuple):
     sampled: CachedFunction
     orders: np.ndarray
     angle: np.ndarray
-    masked: Masked
+    masked: MaskedSpeeds
     shown: np.ndarray
     infinite: np.ndarray
     start: float

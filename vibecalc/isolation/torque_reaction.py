@@ -44,7 +44,7 @@ SLOWEST = 1e-2
 DRIVES = 1e-3
 
 
-class Nearest(NamedTuple):
+class NearestOrder(NamedTuple):
     """Of each mode the order nearest to it of those that drive it; 0 and infinite if none does.
 
     `margin` (modes,) is the frequency of that order over the natural frequency, less 1.
@@ -202,7 +202,7 @@ def extreme_loads(
 
 def nearest_driven(
     shapes: Modes, loads: WithError, half_order: np.ndarray, speed: float
-) -> Nearest:
+) -> NearestOrder:
     """Which order comes nearest to each mode, of those of the loads (m, 6) that drive it.
 
     An order drives a mode if its modal force is no rounding, and a thousandth of the largest one.
@@ -218,7 +218,7 @@ def nearest_driven(
     nearest = ratio[place, modes]
     uncertainty = shapes.natural_frequency_error / shapes.natural_frequency
     error = nearest * (uncertainty + 4.0 * UNIT_ROUNDOFF)
-    return Nearest(
+    return NearestOrder(
         np.where(none, 0.0, half_order[place]),
         np.where(none, np.inf, nearest - 1.0),
         np.where(none, 0.0, error),

@@ -82,14 +82,14 @@ def run_kinematics(scene: Scene) -> None:
         _emit_curves(scene)
 
 
-class Lacking(NamedTuple):
+class LackingAcceleration(NamedTuple):
     """Acceleration that the chosen series and orders lack, in units of R w^2, and its error."""
 
     value: float
     error: float
 
 
-def _series(scene: Scene) -> tuple[PistonMotion, Lacking]:
+def _series(scene: Scene) -> tuple[PistonMotion, LackingAcceleration]:
     """Harmonics as the case asks, and the acceleration they lack."""
     case, train = scene.case, scene.parts.crank_train
     ratio = train.crank_radius / train.rod_length
@@ -121,7 +121,7 @@ def exact_motion(case: "Case", train: "CrankTrain", least: int) -> PistonMotion:
     return _exact_series(ratio, offset, highest_order, len(train.names))[0]
 
 
-def _cut_series(case: "Case", ratio: float, terms: int) -> tuple[PistonMotion, Lacking]:
+def _cut_series(case: "Case", ratio: float, terms: int) -> tuple[PistonMotion, LackingAcceleration]:
     """A cut series has no orders beyond its own: the guard orders are all that is left out."""
     highest_order = _highest_order(case, last_order(case, terms))
     values = truncated_harmonics(ratio, terms, max(highest_order, last_order(case, terms)))
@@ -131,7 +131,7 @@ def _cut_series(case: "Case", ratio: float, terms: int) -> tuple[PistonMotion, L
     # of this size unless R / L is so close to 1 that the closed form takes over
     relative = EPSILON * (8.0 + 4.0 * terms / (1.0 - ratio * ratio)) if ratio < 0.99 else 1e-12
     motion = _with_ratio_error(values, error, ratio, highest_order, tail, 0.0)
-    return motion, Lacking(dropped, relative * dropped)
+    return motion, LackingAcceleration(dropped, relative * dropped)
 
 
 def last_order(case: "Case", terms: int) -> int:
@@ -148,7 +148,7 @@ def _enough(ratio: float, rtol: float, offset: float) -> int:
 @lru_cache(maxsize=64)
 def _exact_series(
     ratio: float, offset: float, highest_order: int, cylinders: int
-) -> tuple[PistonMotion, Lacking]:
+) -> tuple[PistonMotion, LackingAcceleration]:
     # evenly spaced cranks may leave every 2 c-th order only, so the guard has to reach one
     decay = -math.log(float(pole(np.asarray(ratio), np.asarray(abs(offset))).radius))
     guard = max(math.ceil(-math.log(BEYOND_GUARD) / decay) + 2, 2 * cylinders)
@@ -162,7 +162,7 @@ def _exact_series(
         array.flags.writeable = False
     reach = ratio * (1.0 + abs(offset))
     slip = EPSILON * (highest_order + 2.0 + 1.0 / decay) / math.sqrt(1.0 - reach * reach)
-    return motion, Lacking(dropped, dropped_error + slip * dropped)
+    return motion, LackingAcceleration(dropped, dropped_error + slip * dropped)
 
 
 def _highest_order(case: "Case", enough: int) -> int:

@@ -398,7 +398,7 @@ LONGEST_TAIL = 4096
 HIGHEST_ORDER = 16384
 
 
-class Dropped(NamedTuple):
+class DroppedSums(NamedTuple):
     """Sums (...) in units of R w^2 and their absolute errors."""
 
     value: FloatArray
@@ -430,7 +430,7 @@ def dropped_acceleration(
 
 def dropped_with_error(
     rod_ratio: ArrayLike, highest_order: int, offset_ratio: ArrayLike = 0.0
-) -> Dropped:
+) -> DroppedSums:
     """`dropped_acceleration` with its absolute error."""
     ratio, offset = np.broadcast_arrays(
         np.asarray(rod_ratio, dtype=np.float64), np.asarray(offset_ratio, dtype=np.float64)
@@ -442,7 +442,7 @@ def dropped_with_error(
         part = np.abs(harmonics.values[..., highest_order + 1 :])
         value = np.sum(part[..., ::-1], axis=-1)
         error = np.sum(harmonics.error[..., highest_order + 1 :], axis=-1)
-        return Dropped(value, error + 2.0 * EPSILON * value)
+        return DroppedSums(value, error + 2.0 * EPSILON * value)
     harmonics = harmonics_with_error(ratio, max(highest_order, 1), offset, derivative=2)
     retained = np.abs(harmonics.values[..., : highest_order + 1])
     total = _rod_total(ratio, offset)
@@ -451,7 +451,7 @@ def dropped_with_error(
     total = total + (np.abs(first) - np.abs(first.imag))
     value = total - np.sum(retained[..., ::-1], axis=-1)
     error = 8.0 * EPSILON * total + np.sum(harmonics.error[..., : highest_order + 1], axis=-1)
-    return Dropped(value, error)
+    return DroppedSums(value, error)
 
 
 def order_for_tolerance(rod_ratio: float, rtol: float, offset_ratio: float = 0.0) -> int:

@@ -180,7 +180,7 @@ def _moments_work(rows: FloatArray, amplitudes: FloatArray, half_widths: FloatAr
         work += _LINE + found.solved
         for motion in found.motions:
             try:
-                work += refine(plain, heights, half_widths, motion).looks
+                work += refine(plain, heights, half_widths, motion).evaluations
             except NumericalFailure:
                 continue
     return float(work)

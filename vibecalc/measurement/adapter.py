@@ -16,7 +16,7 @@ from vibecalc.measurement.complex_motion import (
 )
 from vibecalc.measurement.level_motions import (
     LevelMotion,
-    Spread,
+    MotionSpread,
     level_gradient,
     level_motions,
     phase_gradient,
@@ -65,8 +65,8 @@ class Solution(NamedTuple):
 
     harmonic: Harmonic
     motion: ComplexArray
-    spread: Spread
-    rounding: Spread
+    spread: MotionSpread
+    rounding: MotionSpread
     misfit: float
     misfit_error: float
     excess: float
@@ -75,7 +75,7 @@ class Solution(NamedTuple):
     clipped: bool
     candidates: tuple[LevelMotion, ...]
     worst: tuple[float, ...]
-    roundings: tuple[Spread, ...]
+    roundings: tuple[MotionSpread, ...]
     reach: Reach | None
 
     @property
@@ -127,7 +127,7 @@ def _solve(harmonic: Harmonic, reference: FloatArray, growth: FloatArray) -> Sol
         raise NumericalFailure(f"harmonic {harmonic.order}: {failure}") from failure
 
 
-def signal(motion: ComplexArray, rounding: Spread, rows: FloatArray) -> WithError:
+def signal(motion: ComplexArray, rounding: MotionSpread, rows: FloatArray) -> WithError:
     """Signals (...) of a motion at rows (..., 3), and what rounding makes of them."""
     zero = np.zeros_like(rows)
     parts = (np.concatenate([rows, zero], axis=-1), np.concatenate([zero, rows], axis=-1))
@@ -228,7 +228,7 @@ def phase_between(one: Solution, row: FloatArray, other: FloatArray) -> WithErro
 
 
 def phase_of(
-    motion: ComplexArray, rounding: Spread, row: FloatArray, other: FloatArray
+    motion: ComplexArray, rounding: MotionSpread, row: FloatArray, other: FloatArray
 ) -> WithError:
     """The same for any motion, in (-pi, pi]."""
     both, errors = signal(motion, rounding, np.stack([row, other]))
@@ -447,13 +447,13 @@ def warn_of(scene: Scene, one: Solution, table: Measurement) -> None:
     )
 
 
-def _levels(further: "Further", table: Measurement) -> str:
+def _levels(further: "FurtherReading", table: Measurement) -> str:
     sizes, scale = further.apart.amplitudes, references(table).linear
     first, other = (float(level_of(size, 0.0, scale).value) for size in sizes)
     return f"{first:.1f} dB with the one, {other:.1f} dB with the next"
 
 
-class Further(NamedTuple):
+class FurtherReading(NamedTuple):
     """A reading not yet made, what it would tell, and the error of that in dB."""
 
     name: str
@@ -461,7 +461,7 @@ class Further(NamedTuple):
     error: float
 
 
-def _further(one: Solution, table: Measurement) -> Further | None:
+def _further(one: Solution, table: Measurement) -> FurtherReading | None:
     """The reading, of those not yet made at named positions, where two motions differ most."""
     if len(one.candidates) < 2 or not table.positions:
         return None
@@ -488,7 +488,7 @@ def _further(one: Solution, table: Measurement) -> Further | None:
     row = rows[fresh[choice.place]]
     both = [signal(one.candidates[place].motion, one.roundings[place], row) for place in range(2)]
     errors = [float(level_of(*each, 1.0).error) for each in both]
-    return Further(names[fresh[choice.place]], choice, sum(errors))
+    return FurtherReading(names[fresh[choice.place]], choice, sum(errors))
 
 
 def _emit_further(scene: Scene, solutions: list[Solution], table: Measurement) -> None:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.measurement.level_motions import Spread
+from vibecalc.measurement.level_motions import MotionSpread
 from vibecalc.measurement.plate import scaled, span_of
 from vibecalc.measurement.second_moments import NO_RANK
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
@@ -32,7 +32,7 @@ class ComplexMotion(NamedTuple):
     residual: ComplexArray
     condition: float
     excess: float
-    spread: Spread
+    spread: MotionSpread
 
 
 class Phasors(NamedTuple):
@@ -70,7 +70,7 @@ def complex_motion(given: Phasors) -> ComplexMotion:
         given.rows @ motion - given.readings,
         fit.condition,
         excess,
-        Spread(
+        MotionSpread(
             slopes,
             np.ravel(given.half_widths),
             np.ravel(given.deviations) * growth,

@@ -17,7 +17,7 @@ from vibecalc.numerics.rounding import BoolArray, FloatArray, IntArray
 # ----------------------------------------------------------------------------
 
 
-class Change(NamedTuple):
+class EventOutcome(NamedTuple):
     """What follows an event: states (b, n), intervals (b, p), which members (b,) have finished."""
 
     state: FloatArray
@@ -57,18 +57,18 @@ class System(Protocol):
         interval: IntArray,
         which: IntArray,
         direction: IntArray,
-    ) -> Change:
+    ) -> EventOutcome:
         """Watched value `which` (b,) is at its lower (`direction` -1) or upper (+1) border."""
         ...
 
     def stopped(
         self, member: IntArray, time: FloatArray, state: FloatArray, interval: IntArray
-    ) -> Change:
+    ) -> EventOutcome:
         """One of the times at which the march was set to end a step is reached."""
         ...
 
 
-class Plain:
+class SmoothSystem:
     """A smooth system: `rates(time (b,), state (b, n)) -> (b, n)`; nothing is watched."""
 
     def __init__(self, rates: Callable[[FloatArray, FloatArray], FloatArray]):
@@ -96,16 +96,16 @@ class Plain:
         interval: IntArray,
         which: IntArray,
         direction: IntArray,
-    ) -> Change:
-        return Change(state, interval, np.zeros(len(member), dtype=bool))
+    ) -> EventOutcome:
+        return EventOutcome(state, interval, np.zeros(len(member), dtype=bool))
 
     def stopped(
         self, member: IntArray, time: FloatArray, state: FloatArray, interval: IntArray
-    ) -> Change:
-        return Change(state, interval, np.zeros(len(member), dtype=bool))
+    ) -> EventOutcome:
+        return EventOutcome(state, interval, np.zeros(len(member), dtype=bool))
 
 
-class Tables(Plain):
+class Tables(SmoothSystem):
     """Rates with kinks where linear combinations of the states pass given values.
 
     `rates(time (b,), state (b, n), interval (b, w)) -> (b, n)`, smooth for a fixed one: number i of
@@ -148,10 +148,10 @@ class Tables(Plain):
         interval: IntArray,
         which: IntArray,
         direction: IntArray,
-    ) -> Change:
+    ) -> EventOutcome:
         moved = interval.copy()
         moved[np.arange(len(member)), which] += direction
-        return Change(state, moved, np.zeros(len(member), dtype=bool))
+        return EventOutcome(state, moved, np.zeros(len(member), dtype=bool))
 
     def intervals_at(self, state: FloatArray) -> IntArray:
         """The intervals (b, w) of the states; a value on a border belongs to the one above it."""

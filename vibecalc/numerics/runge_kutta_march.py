@@ -66,14 +66,14 @@ def assemble(scraps: Scraps, members: int, states: int, intervals: int) -> Recor
     )
 
 
-class Sampled(NamedTuple):
+class SampledStates(NamedTuple):
     """States (m, n) at m times, and the step (m,) each of them lies in."""
 
     state: FloatArray
     step: IntArray
 
 
-def sample(record: Record, member: int, times: FloatArray) -> Sampled:
+def sample(record: Record, member: int, times: FloatArray) -> SampledStates:
     """States of one member at `times` (m,) within its march.
 
     Where a step ends, the state before the event that followed is given up to that time.
@@ -83,10 +83,10 @@ def sample(record: Record, member: int, times: FloatArray) -> Sampled:
     place = np.clip(np.searchsorted(begin, times, side="left") - 1, 0, len(begin) - 1) + low
     s = ((times - record.begin[place]) / record.length[place])[:, None]
     a, b, c, d = record.dense[:, place]
-    return Sampled(record.start[place] + s * (a + s * (b + s * (c + s * d))), place)
+    return SampledStates(record.start[place] + s * (a + s * (b + s * (c + s * d))), place)
 
 
-def fine(record: Record, member: int, points: int) -> tuple[FloatArray, Sampled]:
+def fine(record: Record, member: int, points: int) -> tuple[FloatArray, SampledStates]:
     """Times and states at `points` equal parts of every step of one member, and at its start."""
     low, high = int(record.first[member]), int(record.first[member + 1])
     place = np.arange(low, high)
@@ -96,7 +96,7 @@ def fine(record: Record, member: int, points: int) -> tuple[FloatArray, Sampled]
     f = s[:, None]
     states = record.start[place, None] + f * (a + f * (b + f * (c + f * d)))
     steps = np.repeat(place, points + 1)
-    return times.ravel(), Sampled(states.reshape(len(steps), -1), steps)
+    return times.ravel(), SampledStates(states.reshape(len(steps), -1), steps)
 
 
 # ----------------------------------------------------------------------------

@@ -93,7 +93,7 @@ def smallest_exponent(size: np.ndarray) -> np.ndarray:
 
 
 def _noticeable(reach: np.ndarray) -> np.ndarray:
-    """Orders (n,), at least one, to look at: the others of (..., n) add less than rounding."""
+    """Orders (n,), at least one, that count: the others of (..., n) add less than rounding."""
     total = np.sum(reach, axis=-1, keepdims=True)
     share = reach / np.where(total > 0.0, total, 1.0)
     largest = np.max(share.reshape(-1, reach.shape[-1]), axis=0, initial=0.0)

@@ -23,7 +23,7 @@ class Dynamics(NamedTuple):
     inverse: np.ndarray
 
 
-class Undriven(NamedTuple):
+class UndrivenModes(NamedTuple):
     """Modes to leave out: `pairs` (orders, modes), with `shape` (6, modes) and `eigenvalue`."""
 
     pairs: np.ndarray
@@ -32,7 +32,7 @@ class Undriven(NamedTuple):
 
 
 def dynamics(
-    matrices: Matrices, frequency: np.ndarray, undriven: Undriven | None = None
+    matrices: Matrices, frequency: np.ndarray, undriven: UndrivenModes | None = None
 ) -> Dynamics:
     """Dynamic stiffness at excitation frequencies (..., orders), rad/s.
 
@@ -66,7 +66,7 @@ def dynamics(
     return Dynamics(stiffness, error, inverse)
 
 
-def _moved(matrices: Matrices, frequency: np.ndarray, undriven: Undriven) -> np.ndarray:
+def _moved(matrices: Matrices, frequency: np.ndarray, undriven: UndrivenModes) -> np.ndarray:
     squared = np.square(frequency)[..., None]
     close = np.abs(squared - undriven.eigenvalue) < _CLOSE * undriven.eigenvalue
     shift = np.where(close & undriven.pairs, squared + undriven.eigenvalue, 0.0)

@@ -8,7 +8,7 @@ from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, WithError
 from vibecalc.response.energies import energy_by_order, energy_signal
-from vibecalc.response.forced import Dynamics, Undriven, dynamics, response
+from vibecalc.response.forced import Dynamics, UndrivenModes, dynamics, response
 
 # ----------------------------------------------------------------------------
 # Operating modes combined with balances: motions add as phasors, and only then become energies.
@@ -19,7 +19,7 @@ from vibecalc.response.forced import Dynamics, Undriven, dynamics, response
 # ----------------------------------------------------------------------------
 
 
-class Superposed(NamedTuple):
+class SuperposedMotion(NamedTuple):
     """Motions of the parts, complex amplitudes in m and rad.
 
     `shaking` (operations, orders, 6) by the pistons; `residual` (operations, balances, 6) of order
@@ -38,8 +38,8 @@ def superpose(
     speed: float,
     shaking: WithError,
     residual: WithError,
-    undriven: Undriven | None = None,
-) -> Superposed:
+    undriven: UndrivenModes | None = None,
+) -> SuperposedMotion:
     """Respond to the loads of all operations and balances at once.
 
     Parameters
@@ -65,14 +65,14 @@ def superpose(
         np.concatenate([shaking.value, residual.value], axis=-2),
         np.concatenate([shaking.error, residual.error], axis=-2),
     )
-    return Superposed(
+    return SuperposedMotion(
         WithError(motion.value[..., :count, :], motion.error[..., :count, :]),
         WithError(motion.value[..., count:, :], motion.error[..., count:, :]),
         first,
     )
 
 
-def at_phase(parts: Superposed, phase: np.ndarray | float = 0.0) -> WithError:
+def at_phase(parts: SuperposedMotion, phase: np.ndarray | float = 0.0) -> WithError:
     """Motion (operations, balances, orders, 6) with the weights turned by a phase in rad.
 
     `phase` broadcasts with (operations, balances).
@@ -276,7 +276,7 @@ class PhaseRange(NamedTuple):
     high_error: np.ndarray
 
 
-def states(parts: Superposed, rate: np.ndarray) -> Superposed:
+def states(parts: SuperposedMotion, rate: np.ndarray) -> SuperposedMotion:
     """Motions of the parts times `rate` (orders,): i n w makes velocities of them."""
     factor = np.asarray(rate)[:, None]
     return parts._replace(
@@ -286,7 +286,7 @@ def states(parts: Superposed, rate: np.ndarray) -> Superposed:
 
 
 def mean_energy_range(
-    weight: WithError, state: Superposed, left_out: np.ndarray | float = 0.0
+    weight: WithError, state: SuperposedMotion, left_out: np.ndarray | float = 0.0
 ) -> PhaseRange:
     """Range of the mean over the cycle, in closed form: a + b cos(p - p0).
 
@@ -330,7 +330,7 @@ def mean_energy_range(
 
 def peak_energy_range(
     weight: WithError,
-    state: Superposed,
+    state: SuperposedMotion,
     orders: np.ndarray,
     retained: int | None = None,
     tail: float = 0.0,

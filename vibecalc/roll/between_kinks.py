@@ -100,7 +100,7 @@ def slot_at(slots: Slots, angle: FloatArray) -> IntArray:
 # ----------------------------------------------------------------------------
 
 
-class Acting(NamedTuple):
+class ActingTorques(NamedTuple):
     """Accelerations in rad/s^2 (crank against shell, shell) and torques in N m; floats.
 
     `motor`, `gas`, `viscous` and `dry` act on the crankshaft, `mounts` on the shell. `dry` is the
@@ -120,7 +120,7 @@ class Acting(NamedTuple):
 
 #: (angle, crank speed, shell angle, shell speed, slot, interval of the motor's curve, direction,
 #: load)
-ActingAt = Callable[[float, float, float, float, int, int, int, float], Acting]
+ActingAt = Callable[[float, float, float, float, int, int, int, float], ActingTorques]
 
 
 def acting_at(machine: RollMachine, drive: RollDrive, slots: Slots) -> ActingAt:
@@ -157,7 +157,7 @@ def acting_at(machine: RollMachine, drive: RollDrive, slots: Slots) -> ActingAt:
         part: int,
         direction: int,
         load: float,
-    ) -> Acting:
+    ) -> ActingTorques:
         turn, slot = divmod(number, count)
         local = b - TURN * turn
         j = j_b = n = n_b = q = q_b = gas = strokes = 0.0
@@ -195,7 +195,7 @@ def acting_at(machine: RollMachine, drive: RollDrive, slots: Slots) -> ActingAt:
         outer = mounts - j_b * w * s - n_b * w * w
         inner = motor + gas + viscous - direction * dry + 0.5 * (j_b * s * s - q_b * w * w)
         held = n * mounts / j - 0.5 * j_b * s * s - motor - gas
-        return Acting(
+        return ActingTorques(
             (j * inner - n * outer) / total,
             (q * outer - n * inner) / total,
             motor,

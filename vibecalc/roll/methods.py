@@ -18,7 +18,7 @@ from vibecalc.roll.mechanism import (
     smooth_angles,
 )
 from vibecalc.roll.rates import (
-    Place,
+    AngleTerms,
     RollRates,
     demand,
     free_rates,
@@ -115,7 +115,7 @@ def shooting_state(
     size = np.array([start[0]] if free else [start[0], 1e-3, 1e-1])
     evaluations, last = 0, np.inf
 
-    def rates(place: Place, state: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def rates(place: AngleTerms, state: FloatArray) -> tuple[FloatArray, FloatArray]:
         if not state[0] > 0.0:
             raise NumericalFailure("roll: shooting stalls within a turn from where it starts")
         if free:
@@ -144,7 +144,11 @@ def shooting_state(
 
 
 def _turn_over(
-    rates: "_Rates", x: FloatArray, ends: list[Place], middles: list[Place], start: FloatArray
+    rates: "_Rates",
+    x: FloatArray,
+    ends: list[AngleTerms],
+    middles: list[AngleTerms],
+    start: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """States at the points x of one turn, and the derivative of the last by the first."""
     state, change = start, np.eye(len(start))
@@ -168,14 +172,14 @@ def _turn_over(
 class _Rates(Protocol):
     """Gives dy/db and its derivatives at a place."""
 
-    def __call__(self, place: Place, state: FloatArray) -> tuple[FloatArray, FloatArray]: ...
+    def __call__(self, place: AngleTerms, state: FloatArray) -> tuple[FloatArray, FloatArray]: ...
 
 
-def _pick(place: Place, count: int) -> list[Place]:
+def _pick(place: AngleTerms, count: int) -> list[AngleTerms]:
     """The same at every single angle."""
     moved = place.moved
     return [
-        Place(
+        AngleTerms(
             Inertia(*(np.asarray(part)[:, k : k + 1] for part in moved)),
             place.load[:, k : k + 1],
             place.drag,

@@ -132,7 +132,7 @@ _ROUNDING = 1e3 * EPSILON
 _DECIBELS = 20.0 / np.log(10.0)
 
 
-class Change(NamedTuple):
+class LevelChange(NamedTuple):
     """Changes of level, dB, for one factor on each parameter (parameters, orders).
 
     `lost` are parameters with which no running state was found, each with the reason in words;
@@ -154,7 +154,7 @@ def changes(
     *,
     points: int,
     started_at: float | None = None,
-) -> list[Change]:
+) -> list[LevelChange]:
     """Levels of the shell's acceleration with each parameter times each factor, less those as is.
 
     For one machine (B = 1), which runs. All altered machines are one batch; one that it does not
@@ -170,7 +170,7 @@ def changes(
                                               zip(asked, fits[1:], strict=True))])  # fmt: skip
     first = steady_state(usable, drive, points, started_at=started_at)
     finer = steady_state(usable, drive, points + 2, started_at=started_at, start=first)
-    level, other = (_levels(usable, drive, found, orders) for found in (first, finer))
+    level, other = (_levels(usable, drive, state, orders) for state in (first, finer))
     sure = first.solved & finer.solved & surely_fastest(usable, drive, first.turn)
     sure &= _stable(first) & _within(first, drive)
     reasons: dict[int, str] = {}
@@ -195,7 +195,7 @@ def _change(
     level: FloatArray,
     other: FloatArray,
     reasons: dict[int, str],
-) -> Change:
+) -> LevelChange:
     places = np.arange(start, start + len(rows))
     if 0 in reasons or not np.isfinite(level[0]).all():
         raise NumericalFailure(
@@ -211,7 +211,7 @@ def _change(
     uncertainty = np.abs(value - (other[usable] - other[0]))
     error = 2.0 * uncertainty + _rounding(level[usable]) + _rounding(level[:1])
     names = tuple(rows[place - start].name for place in usable)
-    return Change(
+    return LevelChange(
         names, value, error, tuple((rows[p - start].name, words) for p, words in lost.items())
     )
 

@@ -103,7 +103,7 @@ class StartUp(NamedTuple):
     turn_error: Turns
 
 
-class _Once(NamedTuple):
+class _SingleRun(NamedTuple):
     shown: TimeHistory
     turns: Turns
     peaks: Peak
@@ -228,7 +228,7 @@ def _follow(
     buckets: int,
     tolerance: float,
     parts: int,
-) -> _Once:
+) -> _SingleRun:
     system = StartUpSystem(machine, drive, load, tolerance)
     state = first[None, :]
     ended = march(
@@ -250,7 +250,7 @@ def _follow(
     verdict = verdict_of(system, ended, shown, each_turn, place is not None)
     ran = verdict[0] in ("settled", "running")
     goal = running_speed if running_speed is not None else last
-    return _Once(
+    return _SingleRun(
         shown,
         each_turn,
         peaks(shown),

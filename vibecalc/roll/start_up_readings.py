@@ -103,7 +103,7 @@ def envelope(shown: TimeHistory, count: int) -> Envelope:
 
 
 class Peak(NamedTuple):
-    """Largest magnitudes (q,) of QUANTITIES, their times in s, and what looking leaves open."""
+    """Largest magnitudes (q,) of QUANTITIES, their times in s, and what sampling leaves open."""
 
     value: FloatArray
     time: FloatArray
@@ -112,7 +112,7 @@ class Peak(NamedTuple):
 
 
 def peaks(shown: TimeHistory) -> Peak:
-    """Peaks of a history by the parabola through the three highest looks of one step.
+    """Peaks of a history by the parabola through the three highest samples of one step.
 
     The history has to begin and end with whole steps.
     """
@@ -202,7 +202,7 @@ def mean_speed(each_turn: Turns) -> FloatArray:
 
 
 def time_of_speed(shown: TimeHistory, speed: float) -> float | None:
-    """When the crank first runs at `speed`, by the cubic between two looks; or None."""
+    """When the crank first runs at `speed`, by the cubic between two samples; or None."""
     row = shown.value[QUANTITIES.index("crank_speed")]
     above = np.nonzero(row >= speed)[0]
     if not len(above):

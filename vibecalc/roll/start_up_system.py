@@ -8,7 +8,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.gas_tables import TURN
 from vibecalc.excitation.slip_torque import slip_torque
 from vibecalc.numerics.rounding import BoolArray, FloatArray, IntArray
-from vibecalc.numerics.runge_kutta import Change
+from vibecalc.numerics.runge_kutta import EventOutcome
 from vibecalc.roll.between_kinks import acting_at, edges_around, forces_in, slot_at, slots_of
 from vibecalc.roll.mechanism import (
     Inertia,
@@ -216,7 +216,7 @@ class StartUpSystem:
         interval: IntArray,
         which: IntArray,
         direction: IntArray,
-    ) -> Change:
+    ) -> EventOutcome:
         state, interval = state.copy(), interval.copy()
         finished = np.zeros(len(member), dtype=bool)
         at_edge = which == 0
@@ -242,17 +242,17 @@ class StartUpSystem:
                 state[stopped], interval[stopped]
             )
             finished[stopped] |= self._rests_for_good(interval[stopped])
-        return Change(state, interval, finished)
+        return EventOutcome(state, interval, finished)
 
     def stopped(
         self, member: IntArray, time: FloatArray, state: FloatArray, interval: IntArray
-    ) -> Change:
+    ) -> EventOutcome:
         interval = interval.copy()
         interval[:, LOAD] += 1
         still = np.nonzero((interval[:, DIRECTION] == 0) & self.dry)[0]
         interval[still, DIRECTION] = self._direction_from_standstill(state[still], interval[still])
         finished = self._rests_for_good(interval)
-        return Change(state, interval, finished)
+        return EventOutcome(state, interval, finished)
 
     def _dry_size(self, moved: Inertia, interval: IntArray) -> FloatArray:
         if not self.dry:

@@ -23,8 +23,8 @@ from vibecalc.roll.mechanism import (
     smooth_angles,
 )
 from vibecalc.roll.rates import (
+    AngleTerms,
     Demand,
-    Place,
     RollRates,
     demand,
     driving_torque,
@@ -42,7 +42,7 @@ from vibecalc.roll.turn import Turn
 # (`rates.py`). What depends on the angle alone is taken at evenly spaced angles in one go; the
 # energy is then marched over them in plain floats by the rule of Adams and Bashforth of second
 # order, until a turn repeats. Good to some tenths of a decibel, without any error estimate: a start
-# for better methods, and a first look for searches.
+# for better methods, and a first estimate for searches.
 # ----------------------------------------------------------------------------
 
 #: angles of a turn, further turns at most, and the change of the energy at which a turn repeats
@@ -61,7 +61,7 @@ class QuickTurn(NamedTuple):
     crank_angle: FloatArray
     crank_speed: FloatArray
     motor_torque: FloatArray
-    place: Place
+    place: AngleTerms
     momentum: float
 
 

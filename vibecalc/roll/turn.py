@@ -332,14 +332,14 @@ def hides(machine: RollMachine, drive: RollDrive, one: Turn, other: Turn, orders
 # ----------------------------------------------------------------------------
 
 _FULL = 2.0 * np.pi
-#: coarse looks of a turn, rounds of closer ones at most, peaks followed
+#: coarse samples of a turn, rounds of closer ones at most, peaks followed
 _COARSE, _ROUNDS, _PEAKS = 720, 60, 4
-#: of an interval, how far next to a parabola's top looks are; more left of it is slow progress,
+#: of an interval, how far next to a parabola's top samples are; more left of it is slow progress,
 #: less the sign of a smooth peak
 _CLOSE, _SLOW, _SMOOTH = 0.025, 0.3, 0.1
 #: values that differ by so many roundings are alike
 _FLAT = 16.0
-#: a peak rises at most by so many times what the last look added
+#: a peak rises at most by so many times what the last samples added
 _RISES = 16.0
 
 
@@ -347,14 +347,15 @@ def peak(
     values_at: Callable[[FloatArray], FloatArray],
     known: tuple[FloatArray, FloatArray] | None = None,
 ) -> tuple[float, float]:
-    """Largest value of a function of the crank angle over a turn, and what looking leaves open.
+    """Largest value of a function of the crank angle over a turn, and what sampling leaves open.
 
     `values_at` takes ascending angles (k,) in [0, 2 pi). `known` are ascending angles (k,) within a
-    turn that resolve the function, with its values there; without, a coarse look comes first. Then
-    each of the highest peaks is closed in between two angles: by a parabola, and where that does
-    not help, as next to a jump or a kink, by even steps. Next to a jump, as of friction at a dead
-    centre, or with peaks of nearly one height, the coarse look may take the wrong one, so that
-    several are followed until they cannot be the highest. The error is the gain of the last look.
+    turn that resolve the function, with its values there; without, a coarse sampling comes first.
+    Then each of the highest peaks is closed in between two angles: by a parabola, and where that
+    does not help, as next to a jump or a kink, by even steps. Next to a jump, as of friction at a
+    dead centre, or with peaks of nearly one height, the coarse sampling may take the wrong one, so
+    that several are followed until they cannot be the highest. The error is the gain of the last
+    samples.
     """
     if known is None:
         angles = np.linspace(0.0, _FULL, _COARSE, endpoint=False)
@@ -378,7 +379,7 @@ def peak(
         smooth = shrunk < _SMOOTH
         may = ~smooth | (values[:, 1] + _RISES * (values[:, 1] - top) >= best)
         at, values, even = at[may], values[may], even[may]
-        # a look that gains nothing proves nothing while the values next to it are lower
+        # a sample that gains nothing proves nothing while the values next to it are lower
         flat = values[:, 1] - values.min(axis=1) <= _FLAT * EPSILON * abs(best)
         flat &= at[:, 2] - at[:, 0] < _FULL * EPSILON**0.5
         if np.all(flat | (at[:, 2] - at[:, 0] <= _FLAT * EPSILON * _FULL)):
@@ -400,7 +401,7 @@ def _brackets(angles: FloatArray, values: FloatArray) -> tuple[FloatArray, Float
 
 
 def _sample_angles(at: FloatArray, values: FloatArray, even: BoolArray) -> FloatArray:
-    """Angles (peaks, 3) to look at next: close about the parabola's top, or in even steps."""
+    """Angles (peaks, 3) to sample next: close about the parabola's top, or in even steps."""
     left, right = at[:, 1] - at[:, 0], at[:, 2] - at[:, 1]
     tiny = np.finfo(float).tiny
     up = (values[:, 1] - values[:, 0]) / np.maximum(left, tiny)

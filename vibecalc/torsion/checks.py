@@ -8,8 +8,8 @@ from vibecalc.errors import KeyPath, Problem
 from vibecalc.parts.firing import is_separate, torque_reaches_mounts
 from vibecalc.schema import Case
 from vibecalc.torsion.shaft_line_tables import (
-    Joined,
     ShaftLine,
+    StationJoint,
     crank_station,
     has_stress,
     joints,
@@ -369,7 +369,7 @@ def _beyond(line: ShaftLine, limit: TorsionLimit) -> list[str]:
     return unreached
 
 
-def _reaches(joined: list[Joined], start: list[int], goal: int) -> bool:
+def _reaches(joined: list[StationJoint], start: list[int], goal: int) -> bool:
     """Whether joints lead from one of some stations to another."""
     visited, due = set(start), list(start)
     while due:

@@ -296,7 +296,7 @@ def _climbed(
 #: maxima of one curve that are reported
 MOST = 12
 
-#: curves whose largest value is looked for between the speeds of the sweep, highest first
+#: curves whose largest value is searched between the speeds of the sweep, highest first
 REFINED = 32
 
 #: part of the largest value among the speeds that a maximum there has at least, to be examined
@@ -547,7 +547,7 @@ def narrow_resonance_speeds(
     resonances: NarrowResonances,
     levels: tuple[FloatArray, ...] = (),
 ) -> FloatArray:
-    """Speeds (k,) in rad/s, next to those of a sweep (s,) of curves (s, e), to look at as well.
+    """Speeds (k,) in rad/s, next to those of a sweep (s,) of curves (s, e), to evaluate as well.
 
     Those about a resonance that is narrower than the steps and may reach, on what the curve is
     next to it, the largest value of some curve or one of the `levels`, each (e,) or (s, e).

@@ -38,7 +38,7 @@ LONGEST = 8192
 SAMPLES = 16
 
 
-class Forced(NamedTuple):
+class ForcedResponse(NamedTuple):
     """Angles (..., n) in rad, complex, 0-to-peak, and their absolute error (...), over stations.
 
     The error bounds the round-off for the line, frequency and torques as given. It is empty (size
@@ -49,8 +49,8 @@ class Forced(NamedTuple):
     error: FloatArray
 
 
-class Masked(NamedTuple):
-    """As `Forced`, with `masked` (...) where there is no response; angle 0, error infinite."""
+class MaskedResponse(NamedTuple):
+    """As `ForcedResponse`; `masked` (...) where there is none: angle 0, error infinite."""
 
     angle: ComplexArray
     error: FloatArray
@@ -64,7 +64,7 @@ def forced(
     *,
     stations: Sequence[int] | None = None,
     estimate: bool = True,
-) -> Forced:
+) -> ForcedResponse:
     """Steady angles of all stations.
 
     Parameters
@@ -101,7 +101,7 @@ def forced(
         raise NumericalFailure(
             f"forced torsional response: no steady response at {first:.12g} rad/s: {why}"
         )
-    return Forced(masked.angle, masked.error)
+    return ForcedResponse(masked.angle, masked.error)
 
 
 def forced_masked(
@@ -112,7 +112,7 @@ def forced_masked(
     stations: Sequence[int] | None = None,
     estimate: bool = True,
     dense: bool = False,
-) -> Masked:
+) -> MaskedResponse:
     """As `forced` for a range of frequencies: what is singular is masked instead of refused.
 
     `dense` asks for a full solve with pivoting at each frequency, also where elimination would do.
@@ -180,7 +180,7 @@ def forced_masked(
     whole = (*several, *shape)
     reported = np.reshape(error, whole) if estimate else np.zeros(0)
     by_station = np.moveaxis(angle.reshape(n, *whole), 0, -1)
-    return Masked(by_station, reported, masked.reshape(whole))
+    return MaskedResponse(by_station, reported, masked.reshape(whole))
 
 
 def _without_turning(line: Line, angle: ComplexArray, part: slice, still: IntArray) -> ComplexArray:
@@ -386,7 +386,7 @@ def forced_modal(
     frequency: ArrayLike,
     torque: ArrayLike,
     frequency_error: ArrayLike = 0.0,
-) -> Forced:
+) -> ForcedResponse:
     """As `forced`, as a sum over all undamped modes (m,), shapes (m, n), of one line.
 
     The error counts the round-off of the sum and `frequency_error` (m,) of the modes, not errors
@@ -434,7 +434,7 @@ def forced_modal(
         stiffness
     ) + 8.0 * EPSILON * np.abs(part)
     error = np.max(np.where(weak, 0.0, slack) @ np.abs(modes), axis=-1)
-    return Forced(angle, error)
+    return ForcedResponse(angle, error)
 
 
 # ----------------------------------------------------------------------------
@@ -471,7 +471,7 @@ def modal_line(
 
 def ratio_response(
     modal: ModalLine, frequency: FloatArray, torque: ComplexArray, freedom: IntArray
-) -> Masked:
+) -> MaskedResponse:
     """Angles (..., n) for torques (..., k) on k freedoms at frequencies (...) in rad/s.
 
     A frequency on a mode that is driven and not damped, to within four digits, is masked. The
@@ -498,4 +498,4 @@ def ratio_response(
     slack = slack + np.abs(part) * (8.0 * EPSILON + modes.shape_error)
     error = np.sum(np.where(weak, 0.0, slack), axis=-1)
     angle[masked] = 0.0
-    return Masked(angle, np.where(masked, np.inf, error), masked)
+    return MaskedResponse(angle, np.where(masked, np.inf, error), masked)

@@ -164,7 +164,7 @@ class ConnectedPart(NamedTuple):
         return not any(self.ground.values())
 
 
-class Condensed(NamedTuple):
+class CondensedStation(NamedTuple):
     """A massless station taken out: its angle is the mean of `weight` by station of others."""
 
     station: int
@@ -221,7 +221,9 @@ def path_order(part: ConnectedPart) -> list[int] | None:
     return None if branched or not ends else list(walk(part.spring, ends[0]))
 
 
-def condense(part: ConnectedPart, most_springs: int) -> tuple[ConnectedPart, list[Condensed]]:
+def condense(
+    part: ConnectedPart, most_springs: int
+) -> tuple[ConnectedPart, list[CondensedStation]]:
     """Take out massless stations that hold at most `most_springs` shafts; exact, in this order.
 
     Star to mesh: springs k_a to the neighbours and k_g to ground become springs k_a k_b / s
@@ -229,7 +231,7 @@ def condense(part: ConnectedPart, most_springs: int) -> tuple[ConnectedPart, lis
     """
     spring = {station: dict(others) for station, others in part.spring.items()}
     inertia, ground = dict(part.inertia), dict(part.ground)
-    taken: list[Condensed] = []
+    taken: list[CondensedStation] = []
     waiting = True
     while waiting:
         waiting = False
@@ -238,7 +240,7 @@ def condense(part: ConnectedPart, most_springs: int) -> tuple[ConnectedPart, lis
             if len(others) > most_springs:
                 continue
             total = sum(others.values()) + ground[station]
-            taken.append(Condensed(station, {a: k / total for a, k in others.items()}))
+            taken.append(CondensedStation(station, {a: k / total for a, k in others.items()}))
             names = list(others)
             for place, a in enumerate(names):
                 ground[a] += others[a] * (ground[station] / total)
@@ -251,7 +253,7 @@ def condense(part: ConnectedPart, most_springs: int) -> tuple[ConnectedPart, lis
     return ConnectedPart(spring, inertia, ground), taken
 
 
-def angles_of_condensed(shape: FloatArray, taken: list[Condensed]) -> None:
+def angles_of_condensed(shape: FloatArray, taken: list[CondensedStation]) -> None:
     """Fill in, in place, the angles (..., n) of the stations that `condense` took out."""
     for station, weight in reversed(taken):
         shape[..., station] = sum(

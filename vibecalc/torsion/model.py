@@ -264,7 +264,7 @@ class Gearing:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Attached:
+class AttachedDamper:
     """A damper: the freedom that carries it, that of its ring, its element; SI values as given.
 
     `inertia`, `stiffness` and `damping` are own ones; those of pendulums are the ring and the
@@ -315,7 +315,7 @@ class ShaftLineModel:
     cylinder_station: Places
     cylinder_freedom: Places
     gears: tuple[Gearing, ...]
-    dampers: tuple[Attached, ...]
+    dampers: tuple[AttachedDamper, ...]
     load_station: int
     load_freedom: int
     taken_station: Places
@@ -403,7 +403,7 @@ def build_shaft_line(case: Case) -> ShaftLineModel:
         cylinder_freedom=freedom[cylinder],
         gears=_gearings(parts, at, meshes, len(shafts)),
         dampers=tuple(
-            Attached(
+            AttachedDamper(
                 name=one.element.name,
                 kind=one.kind,
                 station=one.element.first,

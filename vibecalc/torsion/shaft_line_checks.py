@@ -7,8 +7,8 @@ from vibecalc.errors import KeyPath, NumericalFailure, Problem
 from vibecalc.parts.crank_train import turns
 from vibecalc.schema import Case
 from vibecalc.torsion.shaft_line_tables import (
-    Joined,
     ShaftLine,
+    StationJoint,
     crank_station,
     joints,
     merged,
@@ -145,7 +145,7 @@ def _network(line: ShaftLine) -> Iterator[Problem]:
         place, others, stated_ratio = ratios.contradiction
         gears = len(line.shafts)
         key = ("gears", place - gears) if place >= gears else ("shafts", place)
-        one: Joined = joined[place]
+        one: StationJoint = joined[place]
         yield Problem(
             path=(*LINE, *key),
             message="the ratios around a loop contradict each other: the line cannot turn",

@@ -320,7 +320,7 @@ class ShaftLine(Table):
 # ----------------------------------------------------------------------------
 
 
-class Joined(NamedTuple):
+class StationJoint(NamedTuple):
     """Two stations that something joins, and the speed of the second over that of the first."""
 
     first: int
@@ -364,13 +364,13 @@ def shaft_ends(line: ShaftLine) -> list[tuple[str, str]]:
     return ends
 
 
-def joints(line: ShaftLine) -> list[Joined]:
+def joints(line: ShaftLine) -> list[StationJoint]:
     """All shafts, then all gears; those to stations that do not exist are left out."""
     at = {station.name: place for place, station in enumerate(line.stations)}
     ends = [(pair, 1.0) for pair in shaft_ends(line)]
     ends += [(gear.between, gear_ratio(gear)) for gear in line.gears]
     return [
-        Joined(at[first], at[second], ratio)
+        StationJoint(at[first], at[second], ratio)
         for (first, second), ratio in ends
         if first in at and second in at
     ]
@@ -384,7 +384,7 @@ def crank_station(line: ShaftLine) -> int:
     return 0
 
 
-def speed_ratios(count: int, joined: Sequence[Joined], start: int) -> Ratios:
+def speed_ratios(count: int, joined: Sequence[StationJoint], start: int) -> Ratios:
     """Join stations one joint after the other; a joint within a part has to agree with it."""
     ratio, members = [1.0] * count, [[station] for station in range(count)]
     part = list(range(count))

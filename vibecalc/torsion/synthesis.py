@@ -118,7 +118,7 @@ def synthesis(order: ArrayLike, amplitude: ArrayLike, error: ArrayLike = 0.0) ->
 
 
 def _searched(rows: ComplexArray, size: FloatArray, cycle: "Cycle") -> "SignalPeak":
-    """Highest values by branch and bound, where a look at the cells does not settle them."""
+    """Highest values by branch and bound, where bounds on the cells do not settle them."""
     samples = 1 << math.ceil(math.log2(SAMPLES_PER_ORDER * cycle.top))
     sampled = _sampled(rows, cycle.number, cycle.top, samples)
     found = _highest(rows, cycle.number, cycle.top, sampled)
@@ -155,12 +155,12 @@ def _highest(
 
 
 # ----------------------------------------------------------------------------
-# Highest values of many signals over a cycle, where a look at few places settles it.
+# Highest values of many signals over a cycle, where samples at few places settle it.
 #
 # Signals are sampled in single precision: that tells which samples can be next to the maximum.
 # Where these stand about one that is higher than its neighbours, a Taylor polynomial in double
 # precision, about a place next to that peak, tells it; where that does not settle it, polynomials
-# about each of the samples do. Where the second derivative is below zero all over what is looked
+# about each of the samples do. Where the second derivative is below zero all over what is examined
 # at, Newton's method on the slope finds the one maximum that it has. Rows that are not so simple
 # are named, for a search by branch and bound.
 # ----------------------------------------------------------------------------

@@ -24,7 +24,7 @@ from vibecalc.numerics.rounding import EPSILON, WithError
 # ----------------------------------------------------------------------------
 
 
-class Best(NamedTuple):
+class BestTuning(NamedTuple):
     """Stiffness and damping found, what they make small (`value`; `alone` without an absorber).
 
     `is_held`: one tuning, held by its peaks, and no set of them. `remarks`: words for the report.
@@ -48,7 +48,7 @@ class Best(NamedTuple):
     above_floor_error: float = 0.0
 
 
-def best_tuning(options: Tuning, z1: float, m: float) -> Best:
+def best_tuning(options: Tuning, z1: float, m: float) -> BestTuning:
     """The optimum for one primary damping and mass ratio.
 
     Raises NumericalFailure where there is none: a response that grows without bound, or has no
@@ -62,7 +62,7 @@ def best_tuning(options: Tuning, z1: float, m: float) -> Best:
     if options.kind == "lanchester":
         _, z2, _ = lanchester(np.asarray(m))
         damping = float(z2)
-        return Best(
+        return BestTuning(
             0.0, damping, 0.0, 8.0 * EPSILON * damping, np.nan, 0.0, np.nan, 0.0, True, 1,
         )  # fmt: skip
     if is_endless(pair, z1):
@@ -75,7 +75,7 @@ def best_tuning(options: Tuning, z1: float, m: float) -> Best:
             "the best such absorber is locked to the primary: a mass fastened rigidly does more"
         )
     place = (0.0, value, 0.0, error) if viscous else (value, 0.0, error, 0.0)
-    return Best(
+    return BestTuning(
         *place, float(restricted.largest), float(restricted.largest_error), np.nan,
         float(restricted.largest_error), bool(restricted.held_by),
         int(np.max(restricted.evaluations)),
@@ -98,7 +98,7 @@ def level_of(options: Tuning, absorber: Absorber) -> WithError:
     return WithError(found.largest, found.largest_error)
 
 
-def _free(z1: float, m: float, pair: tuple[str, str]) -> Best:
+def _free(z1: float, m: float, pair: tuple[str, str]) -> BestTuning:
     tuning = minimax(z1, m, *pair)
     outcome, limit = int(tuning.outcome), threshold(*pair)
     if outcome == UNBOUNDED:
@@ -111,7 +111,7 @@ def _free(z1: float, m: float, pair: tuple[str, str]) -> Best:
         )
     elif outcome == SET:
         remarks = (f"many tunings are as good: {limit.why}; the one given is one of them",)
-    return Best(
+    return BestTuning(
         float(tuning.stiffness_ratio), float(tuning.secondary_damping),
         float(tuning.stiffness_error), float(tuning.damping_error), float(tuning.largest),
         float(tuning.largest_error), np.nan, float(tuning.largest_error), outcome != NO_HELP,
@@ -123,7 +123,7 @@ def _free(z1: float, m: float, pair: tuple[str, str]) -> Best:
     )  # fmt: skip
 
 
-def _least_squares(options: Tuning, z1: float, m: float) -> Best:
+def _least_squares(options: Tuning, z1: float, m: float) -> BestTuning:
     if options.kind != "free":
         raise NumericalFailure(
             f"a mean square is tuned with both spring and damper, not of kind {options.kind!r}"
@@ -135,7 +135,7 @@ def _least_squares(options: Tuning, z1: float, m: float) -> Best:
         )
     helps = not bool(found.no_help)
     remarks = () if helps else ("no absorber of this mass lowers the mean square",)
-    return Best(
+    return BestTuning(
         float(found.stiffness_ratio), float(found.secondary_damping),
         float(found.stiffness_error), float(found.damping_error), float(found.value),
         float(found.value_error), float(found.alone), 0.0, helps, found.steps, remarks,
@@ -176,7 +176,7 @@ def limits_of(options: Tuning) -> Limits:
     return Limits(stiffness, damping, np.inf if bounds.travel is None else bounds.travel)
 
 
-def within_bounds(options: Tuning, z1: float, m: float, best: Best) -> BoundedTuning | None:
+def within_bounds(options: Tuning, z1: float, m: float, best: BestTuning) -> BoundedTuning | None:
     """The best tuning within the bounds of the case; None where the best one of all keeps them.
 
     Raises NumericalFailure where nothing keeps them.
@@ -193,7 +193,7 @@ def within_bounds(options: Tuning, z1: float, m: float, best: Best) -> BoundedTu
     )  # fmt: skip
 
 
-def as_best(options: Tuning, bounded: BoundedTuning, z1: float, m: float) -> Best:
+def as_best(options: Tuning, bounded: BoundedTuning, z1: float, m: float) -> BestTuning:
     """The tuning within bounds as the answer to the case."""
     tuning = bounded.tuning
     alone = peaks(Absorber(z1, m, 0.0, 0.0), options.excitation, options.response)
@@ -206,7 +206,7 @@ def as_best(options: Tuning, bounded: BoundedTuning, z1: float, m: float) -> Bes
             f"{float(alone.largest):.6g}",
         )
     stiff_error, damp_error = (float(error) for error in tuning.ratio_error[:2])
-    return Best(
+    return BestTuning(
         float(tuning.stiffness_ratio[0]), float(tuning.secondary_damping[0]),
         stiff_error, damp_error, tuning.peak, tuning.peak_error, np.nan, tuning.peak_error,
         helps, tuning.evaluations, remarks, False,
@@ -214,7 +214,7 @@ def as_best(options: Tuning, bounded: BoundedTuning, z1: float, m: float) -> Bes
 
 
 def emit_comparison(
-    scene: Scene, options: Tuning, free: Absorber, best: Best, bounded: BoundedTuning | None
+    scene: Scene, options: Tuning, free: Absorber, best: BestTuning, bounded: BoundedTuning | None
 ) -> None:
     """Which bounds hold the tuning, and next to it the one that there would be without them."""
     pair = options.excitation, options.response

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vibecalc.absorber.adapters.optimum import (
-    Best,
+    BestTuning,
     as_best,
     best_tuning,
     emit_bounded_proof,
@@ -45,7 +45,7 @@ _FORMS = {
 _STEP = 1e-4
 
 
-def emit_methods(scene: Scene, options: Tuning, tuned: Absorber, best: Best) -> None:
+def emit_methods(scene: Scene, options: Tuning, tuned: Absorber, best: BestTuning) -> None:
     """Tunings by other methods, the peaks that they promise and those that they give."""
     z1, m = float(np.asarray(tuned.primary_damping)), float(np.asarray(tuned.mass_ratio))
     pair = options.excitation, options.response
@@ -275,7 +275,7 @@ def _nearby(scene: Scene, name: str, study: Callable[[], None]) -> None:
         scene.warn(f"{_LEFT_OUT[name]} left out: {failure}")
 
 
-def _emit_best(scene: Scene, options: Tuning, best: Best, tuned: Absorber) -> None:
+def _emit_best(scene: Scene, options: Tuning, best: BestTuning, tuned: Absorber) -> None:
     z1, m = float(np.asarray(tuned.primary_damping)), float(np.asarray(tuned.mass_ratio))
     pair = options.excitation, options.response
     scene.emit(f"{TUNING_ROOT}/primary_damping", z1)
@@ -329,7 +329,7 @@ def _emit_best(scene: Scene, options: Tuning, best: Best, tuned: Absorber) -> No
         scene.warn(words)
 
 
-def _emit_units(scene: Scene, options: Tuning, parts: AbsorberParts, best: Best) -> None:
+def _emit_units(scene: Scene, options: Tuning, parts: AbsorberParts, best: BestTuning) -> None:
     scale = parts.scale
     if scale is None:
         return
@@ -348,7 +348,7 @@ def _emit_units(scene: Scene, options: Tuning, parts: AbsorberParts, best: Best)
     scene.emit(f"{TUNING_ROOT}/secondary_frequency", frequency, frequency * error)
 
 
-def _uncertainty(best: Best) -> TuningError:
+def _uncertainty(best: BestTuning) -> TuningError:
     return tuning_error(best.stiffness_error, best.damping_error)
 
 

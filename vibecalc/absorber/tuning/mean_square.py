@@ -37,7 +37,7 @@ class Problem(NamedTuple):
     locked: np.ndarray
 
 
-class End(NamedTuple):
+class MeanSquareEnd(NamedTuple):
     """Where a descent ended: k / m, log z2, log of the mean square, error of both, convergence."""
 
     kappa: np.ndarray
@@ -99,7 +99,9 @@ def stiff_starts(given: Problem) -> list[tuple[np.ndarray, np.ndarray]]:
     return [(ratio * z, np.log(m * z)) for z in (2.0, 20.0, 200.0)]
 
 
-def descend(given: Problem, kappa: np.ndarray, depth: np.ndarray, on_boundary: bool) -> End:
+def descend(
+    given: Problem, kappa: np.ndarray, depth: np.ndarray, on_boundary: bool
+) -> MeanSquareEnd:
     """Newton with backtracking until every system rests, or leaves for the free or locked state."""
     kappa, depth = kappa.copy(), depth.copy()
     level = logarithm(given, kappa, depth)
@@ -122,7 +124,7 @@ def descend(given: Problem, kappa: np.ndarray, depth: np.ndarray, on_boundary: b
     with np.errstate(divide="ignore", over="ignore"):
         uncertainty = size + 40.0 * EPSILON / np.maximum(least, 1e-300)
     good = (size < 1e-5) & (least > 0.0)
-    return End(kappa, depth, level, uncertainty, good, steps)
+    return MeanSquareEnd(kappa, depth, level, uncertainty, good, steps)
 
 
 def _rows(given: Problem, live: np.ndarray) -> Problem:

@@ -81,7 +81,7 @@ def slopes(points: Tunings, place: np.ndarray, y: np.ndarray) -> Slopes:
 _PAIRS = ((2, 1, 1), (5, 1, 3), (6, 1, 4), (7, 3, 3), (8, 3, 4), (9, 4, 4))
 
 
-class Reduced(NamedTuple):
+class ReducedPeak(NamedTuple):
     """The level of a peak as a function of p alone, its frequency following: value, slope, bend."""
 
     level: np.ndarray
@@ -89,13 +89,13 @@ class Reduced(NamedTuple):
     pp: np.ndarray
 
 
-def reduced(slope_terms: Slopes) -> Reduced:
+def reduced(slope_terms: Slopes) -> ReducedPeak:
     """Eliminate y: the peak of the parabola through the point (to second order)."""
     step = slope_terms.y / slope_terms.yy
     level = slope_terms.level - 0.5 * slope_terms.y * step
     slope = slope_terms.p - slope_terms.yp * step
     (a, b), yy = slope_terms.yp, slope_terms.yy
-    return Reduced(level, slope, slope_terms.pp - np.stack([a * a, a * b, b * b]) / yy)
+    return ReducedPeak(level, slope, slope_terms.pp - np.stack([a * a, a * b, b * b]) / yy)
 
 
 def times(bend: np.ndarray, vector: np.ndarray) -> np.ndarray:
@@ -114,7 +114,7 @@ _FIRST, _LARGEST = 0.5, 1.5
 _SHORT = 0.02
 
 
-class Descended(NamedTuple):
+class PeakPair(NamedTuple):
     """Best place (2, n), ln u of its two highest peaks (2, n) and their excess (2, n).
 
     A place without a second peak has its excess as zero; without any peak above the floor, both.
@@ -146,7 +146,7 @@ def two_highest(points: Tunings, place: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 def descend(
     points: Tunings, place: np.ndarray, rounds: int = 60, short: float = _SHORT
-) -> Descended:
+) -> PeakPair:
     """Lower the largest peak from `place` (2, n) until the step is `short` or no peak is left."""
     best = place.copy()
     y, level = two_highest(points, best)
@@ -173,7 +173,7 @@ def descend(
             reach[live] < 1e-3 * short
         )
         live = live[~(ended | (better & (top <= 0.0)))]
-    return Descended(best, y, level, used)
+    return PeakPair(best, y, level, used)
 
 
 def _step(
@@ -191,7 +191,9 @@ def _step(
     return np.where(np.isfinite(step), step, 0.0)
 
 
-def _downhill(flat: Reduced, main: np.ndarray, chosen: np.ndarray, reach: np.ndarray) -> np.ndarray:
+def _downhill(
+    flat: ReducedPeak, main: np.ndarray, chosen: np.ndarray, reach: np.ndarray
+) -> np.ndarray:
     """Newton's step of the higher peak where it bends upwards, else along its slope."""
     slope, bend = flat.p[:, main, chosen], flat.pp[:, main, chosen]
     kk, kz, zz = bend
@@ -202,7 +204,7 @@ def _downhill(flat: Reduced, main: np.ndarray, chosen: np.ndarray, reach: np.nda
     return _within(step, reach)
 
 
-def _balanced(flat: Reduced, reach: np.ndarray) -> np.ndarray:
+def _balanced(flat: ReducedPeak, reach: np.ndarray) -> np.ndarray:
     """Step to equal peaks and down along them; NaN where one peak would carry all the weight."""
     apart = flat.p[:, 0] - flat.p[:, 1]
     length = np.hypot(*apart)

@@ -23,7 +23,7 @@ _FIRST_PLACES = np.unique(np.concatenate([np.linspace(*_REACH, 15), np.linspace(
 _HALVINGS = 22
 
 
-class Restricted(NamedTuple):
+class RestrictedTuning(NamedTuple):
     """Best tunings (...) along one line, sup |H| there and errors of both.
 
     `value` of the free ratio; `held_by` the number of active peaks: 1 where one peak is stationary
@@ -42,7 +42,7 @@ class Restricted(NamedTuple):
 def pure_viscous(
     primary_damping: ArrayLike, mass_ratio: ArrayLike, excitation: str = "force",
     response: str = "displacement",
-) -> Restricted:  # fmt: skip
+) -> RestrictedTuning:  # fmt: skip
     """Best z2 of a damper without a spring (type B of Baca Vasquez, 2007; Houdaille)."""
     return given_stiffness(primary_damping, mass_ratio, 0.0, excitation, response)
 
@@ -50,7 +50,7 @@ def pure_viscous(
 def undamped_spring(
     primary_damping: ArrayLike, mass_ratio: ArrayLike, excitation: str = "force",
     response: str = "displacement",
-) -> Restricted:  # fmt: skip
+) -> RestrictedTuning:  # fmt: skip
     """Best k of a secondary without damping. Raises NumericalFailure for an undamped primary."""
     if np.any(np.asarray(primary_damping) == 0.0):
         raise NumericalFailure("without any damping the response is infinite whatever the spring")
@@ -60,7 +60,7 @@ def undamped_spring(
 def given_stiffness(
     primary_damping: ArrayLike, mass_ratio: ArrayLike, stiffness_ratio: ArrayLike,
     excitation: str = "force", response: str = "displacement",
-) -> Restricted:  # fmt: skip
+) -> RestrictedTuning:  # fmt: skip
     """Best z2 for a given k >= 0."""
     transfer = _known(excitation, response)
     z1, m, k = _checked(primary_damping, mass_ratio, stiffness_ratio)
@@ -70,7 +70,7 @@ def given_stiffness(
 def given_damping(
     primary_damping: ArrayLike, mass_ratio: ArrayLike, secondary_damping: ArrayLike,
     excitation: str = "force", response: str = "displacement",
-) -> Restricted:  # fmt: skip
+) -> RestrictedTuning:  # fmt: skip
     """Best k for a given z2 >= 0."""
     transfer = _known(excitation, response)
     z1, m, z2 = _checked(primary_damping, mass_ratio, secondary_damping)
@@ -96,7 +96,7 @@ def _checked(*ratios: ArrayLike) -> tuple[np.ndarray, ...]:
 def _along(
     z1: np.ndarray, m: np.ndarray, given: np.ndarray, damping_free: bool, transfer: Transfer,
     asked: tuple[str, str],
-) -> Restricted:  # fmt: skip
+) -> RestrictedTuning:  # fmt: skip
     """Halve the interval by the sign of the slope of the highest peak, then Newton's method."""
     shape = m.shape
     z1, m, given = (a.reshape(-1) for a in (z1, m, given))
@@ -105,22 +105,22 @@ def _along(
     def top(logs: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return _top(z1, m, given, logs, damping_free, transfer)
 
-    # the largest peak may have humps far from tune: look once at the whole range
-    look = _FIRST_PLACES
+    # the largest peak may have humps far from tune: sample the whole range once
+    first_places = _FIRST_PLACES
     if not damping_free and np.any(given == 0.0):
         # the peak that a very soft spring without damper adds is too sharp to be seen
-        look = look[look >= -9.0]
-    many = len(look)
-    places = (np.log(m) + look[:, None]).reshape(-1)
+        first_places = first_places[first_places >= -9.0]
+    many = len(first_places)
+    places = (np.log(m) + first_places[:, None]).reshape(-1)
     levels = _top(
         np.tile(z1, many), np.tile(m, many), np.tile(given, many), places, damping_free, transfer
     )[1][0].reshape(many, count)
     # without a damped primary there always is a peak: one that is not seen is too high
     levels = np.where((levels == -np.inf) & (z1 == 0.0), np.inf, levels)
     best = np.argmin(levels, axis=0)
-    low = np.log(m) + look[np.maximum(best - 1, 0)]
-    high = np.log(m) + look[np.minimum(best + 1, len(look) - 1)]
-    rises = best < len(look) - 1
+    low = np.log(m) + first_places[np.maximum(best - 1, 0)]
+    high = np.log(m) + first_places[np.minimum(best + 1, len(first_places) - 1)]
+    rises = best < len(first_places) - 1
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         y, level, slope = top(middle)
@@ -148,7 +148,7 @@ def _along(
     held = np.where(inside, held, 0)
     used = np.full(count, _HALVINGS + len(_FIRST_PLACES) + 8)
     columns = (free, there.largest, wrong, error, held, used)
-    return Restricted(*(np.reshape(a, shape) for a in columns))
+    return RestrictedTuning(*(np.reshape(a, shape) for a in columns))
 
 
 def _top(

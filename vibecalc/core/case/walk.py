@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
-from vibecalc.core.case.fields import Kind, Later, Table, Unit
+from vibecalc.core.case.fields import DeferredTable, Kind, Table, Unit
 from vibecalc.core.results.named import named
 from vibecalc.errors import KeyPath
 from vibecalc.unit_table import WORDS
@@ -109,7 +109,7 @@ def _shape(annotation: Any, metadata: tuple[Any, ...]) -> Shape:
         return Shape(kind=named)
     origin = get_origin(annotation)
     for mark in metadata if annotation is Any else ():
-        if isinstance(mark, Later):
+        if isinstance(mark, DeferredTable):
             return _shape(mark.target, ())
     if origin is Annotated:
         inner, *marks = get_args(annotation)

@@ -103,7 +103,7 @@ def scalar_of(record: Record, path: str) -> float | None:
 def along(record: Record, path: str, axis: str) -> tuple[Quantity, np.ndarray] | None:
     """A quantity of the one axis `axis` and that axis' values; None if there is none such."""
     quantity = record.quantities.get(path)
-    if quantity is None or [own.name for own in quantity.axes] != [axis]:
+    if quantity is None or [one.name for one in quantity.axes] != [axis]:
         return None
     return quantity, np.asarray(quantity.axes[0].values)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from vibecalc.core.report.sections import asked, entries, name_of, naming, not_found
-from vibecalc.core.report.writing import Printed, read_printed
+from vibecalc.core.report.writing import PrintedValue, read_printed
 from vibecalc.core.results.record import Estimate, Quantity, Result
 from vibecalc.core.results.select import curving, held, scalar, uncertainty, worst
 from vibecalc.core.results.tolerance import UNRESOLVED, remedy
@@ -323,7 +323,7 @@ def _judge_reference(result: Result, entry: Mapping[str, Any]) -> ReferenceRow:
     )
 
 
-def _tolerance(entry: Mapping[str, Any], printed: Printed) -> float:
+def _tolerance(entry: Mapping[str, Any], printed: PrintedValue) -> float:
     if entry.get("atol") is not None:
         given = read_printed(entry["atol"], default_unit=printed.unit)
         return convert(given.number, given.unit, printed.unit)

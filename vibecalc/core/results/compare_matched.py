@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.core.results.compare_rules import (
-    Aligned,
+    AlignedArrays,
     Entries,
     Rule,
     apart,
@@ -85,7 +85,12 @@ def match_modes(
 
 
 def by_spectrum(
-    aligned: Aligned, reference: Quantity, value: Quantity, rule: Rule, match: ModeMatch, axis: Axis
+    aligned: AlignedArrays,
+    reference: Quantity,
+    value: Quantity,
+    rule: Rule,
+    match: ModeMatch,
+    axis: Axis,
 ) -> Entries:
     """Entries over matched modes; sums over coinciding ones, except frequencies themselves."""
     single = reference.path.rpartition("/")[2] == "natural_frequency"
@@ -112,7 +117,12 @@ def by_spectrum(
 
 
 def by_mode_shape(
-    aligned: Aligned, reference: Quantity, value: Quantity, rule: Rule, match: ModeMatch, axis: Axis
+    aligned: AlignedArrays,
+    reference: Quantity,
+    value: Quantity,
+    rule: Rule,
+    match: ModeMatch,
+    axis: Axis,
 ) -> Entries:
     """Sine of the angle between a shape and the space of the reference's shapes, per mode.
 
@@ -199,7 +209,7 @@ def _mode_label(axis: Axis, members: tuple[int, ...]) -> str:
 
 
 def by_curve(
-    aligned: Aligned, reference: Quantity, value: Quantity, rule: Rule, name: str
+    aligned: AlignedArrays, reference: Quantity, value: Quantity, rule: Rule, name: str
 ) -> tuple[Entries, tuple[str, ...]]:
     """Compare at the samples of both curves, straight between samples, within a tube.
 

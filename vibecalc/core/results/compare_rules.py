@@ -243,7 +243,7 @@ class Entries(NamedTuple):
     allowed: np.ndarray
 
 
-class Aligned(NamedTuple):
+class AlignedArrays(NamedTuple):
     """Two arrays over the same axes, and what had to be left out of either."""
 
     reference: np.ndarray
@@ -252,7 +252,7 @@ class Aligned(NamedTuple):
     problems: tuple[str, ...]
 
 
-def align(reference: Quantity, value: Quantity, free: str | None = None) -> Aligned:
+def align(reference: Quantity, value: Quantity, free: str | None = None) -> AlignedArrays:
     """Entries that both have, in the order of the reference; axis names are the same in both.
 
     The axis named `free` is put first and left as it is in either array (it is not in `axes`).
@@ -274,7 +274,7 @@ def align(reference: Quantity, value: Quantity, free: str | None = None) -> Alig
         axes.append(Axis(name=one.name, values=shared, unit=one.unit, long_name=one.long_name))
     if first is not None:
         left, right = np.moveaxis(left, first, 0), np.moveaxis(right, first, 0)
-    return Aligned(left, right, tuple(axes), tuple(problems))
+    return AlignedArrays(left, right, tuple(axes), tuple(problems))
 
 
 def match_labels(left: np.ndarray, right: np.ndarray) -> tuple[list[int], list[int]]:
@@ -341,7 +341,7 @@ _LAST_DIGITS = 1e-13
 _OPTIMISED = "optimisation/variable/"
 
 
-def by_value(aligned: Aligned, reference: Quantity, value: Quantity, rule: Rule) -> Entries:
+def by_value(aligned: AlignedArrays, reference: Quantity, value: Quantity, rule: Rule) -> Entries:
     """Each entry for itself; complex entries are points in the plane, names equal or not."""
     left, right = aligned.reference.ravel(), aligned.value.ravel()
     names = labels(aligned.axes)
@@ -352,7 +352,7 @@ def by_value(aligned: Aligned, reference: Quantity, value: Quantity, rule: Rule)
     return Entries(names, left, right, apart(left, right, rule), allowed)
 
 
-def by_vector(aligned: Aligned, reference: Quantity, value: Quantity, rule: Rule) -> Entries:
+def by_vector(aligned: AlignedArrays, reference: Quantity, value: Quantity, rule: Rule) -> Entries:
     """The entries along the last axis as one vector: length of the difference."""
     if not aligned.axes or aligned.reference.dtype.kind not in "biufc":
         return by_value(aligned, reference, value, rule)
@@ -364,7 +364,7 @@ def by_vector(aligned: Aligned, reference: Quantity, value: Quantity, rule: Rule
     return Entries(labels(aligned.axes[:-1]), left, right, difference, allowed)
 
 
-def by_phase(aligned: Aligned, reference: Quantity, value: Quantity, rule: Rule) -> Entries:
+def by_phase(aligned: AlignedArrays, reference: Quantity, value: Quantity, rule: Rule) -> Entries:
     """Angles modulo one turn, in rad; `rtol` and `atol` are in rad.
 
     Of complex entries the angle counts, where the reference is above the amplitude floor; the

@@ -200,7 +200,7 @@ _INSIDE = 1e-9
 _ROUNDINGS = 64.0
 
 
-class Balanced(NamedTuple):
+class BalancedWeights(NamedTuple):
     """The least residual that weights within their bounds reach, lower bounds and limits apart.
 
     `allowed` says that `optimum` keeps those, too; `lower_bound` holds in any case.
@@ -228,7 +228,7 @@ def balances(case: "Case") -> bool:
     return asked and bool(_weights(tuple(variable.key for variable in study.variables)))
 
 
-def balance(binding: "Binding", case: "Case") -> Balanced | None:
+def balance(binding: "Binding", case: "Case") -> BalancedWeights | None:
     """Solve for the weights; None where forces turn out not to be linear in them, as with ties.
 
     Raises NumericalFailure where the case has no forces.
@@ -282,7 +282,7 @@ def balance(binding: "Binding", case: "Case") -> Balanced | None:
         optima=(LocalOptimum(variables=moved, objective=objective, found_by=1),),
         notes=_notes(solution.free_directions),
     )
-    return Balanced(optimum, lower_bound, inside and end.feasible)
+    return BalancedWeights(optimum, lower_bound, inside and end.feasible)
 
 
 def _notes(free_directions: int) -> tuple[str, ...]:

@@ -100,7 +100,7 @@ class Along:
 _REASONS = 3
 
 
-class Choice(NamedTuple):
+class ChosenSolution(NamedTuple):
     """The solution that is named, the others, and the curve they stand on.
 
     `level` is what was wanted, None for an extreme.
@@ -113,7 +113,7 @@ class Choice(NamedTuple):
     notes: list[str]
 
 
-def choose(along: Along, as_written: tuple[float, float], unit: str) -> Choice:
+def choose(along: Along, as_written: tuple[float, float], unit: str) -> ChosenSolution:
     """Search between the bounds; `as_written` is the result of the case and its error, in `unit`.
 
     A wanted value: the solution nearest to the key as written, by ratio where both are positive.
@@ -126,7 +126,7 @@ def choose(along: Along, as_written: tuple[float, float], unit: str) -> Choice:
     curve = SampledCurve(along.evaluate, along.lower, along.upper + 2.0 * step)
     if math.isfinite(as_written[0]) and math.isfinite(along.written):
         curve.know(along.written, *as_written)
-    curve.look(search.points + (2 if along.turn else 0))
+    curve.sample(search.points + (2 if along.turn else 0))
     computed = [sample for stretch in curve.stretches() for sample in stretch]
     if not computed:
         raise NumericalFailure(
@@ -154,7 +154,9 @@ def choose(along: Along, as_written: tuple[float, float], unit: str) -> Choice:
         ]
     if not solutions:
         raise NumericalFailure(_nothing(along, curve, level, unit, notes))
-    return Choice(solutions[0], solutions[1:], curve, level, [*notes, *_skipped(along, curve)])
+    return ChosenSolution(
+        solutions[0], solutions[1:], curve, level, [*notes, *_skipped(along, curve)]
+    )
 
 
 def _around(along: Along, solutions: list[Solution]) -> list[Solution]:
@@ -286,7 +288,7 @@ def add_solutions(
     started = time.perf_counter()
     resolved = {k: v for k, v in loaded.resolved.items() if k not in NOT_COMPUTED}
     cache = StageCache()  # searches along different keys share the stages that these do not touch
-    chosen: list[tuple[Along, Choice]] = []
+    chosen: list[tuple[Along, ChosenSolution]] = []
     failures: list[str] = []
     with _counted(progress) as count:
         for search in loaded.case.find:
@@ -328,7 +330,9 @@ def add_solutions(
     timings[FIND] = time.perf_counter() - started
 
 
-def _add_machine(record: Record, along: Along, choice: Choice, paths: tuple[str, ...]) -> None:
+def _add_machine(
+    record: Record, along: Along, choice: ChosenSolution, paths: tuple[str, ...]
+) -> None:
     """Results of the machine that was found, next to those of the case as written.
 
     Their errors count that of the key, by the slope towards the farther bound.
@@ -348,7 +352,7 @@ def _add_machine(record: Record, along: Along, choice: Choice, paths: tuple[str,
         record.add(replace(quantity, path=f"{root}/{path}", error_estimate=uncertainty))
 
 
-def _numbers(along: Along, choice: Choice) -> dict[str, tuple[Any, float]]:
+def _numbers(along: Along, choice: ChosenSolution) -> dict[str, tuple[Any, float]]:
     """Names below `find/<name>/` with value and absolute error."""
     (sample, error), others = choice.solution, choice.others
     numbers: dict[str, tuple[Any, float]] = {"value": (sample.key, error)}

@@ -80,7 +80,7 @@ class SampledCurve:
             raise NumericalFailure(known[0].failure)
         return known[0]
 
-    def look(self, points: int) -> None:
+    def sample(self, points: int) -> None:
         """Sample evenly spread places, then close in on stretches without results."""
         step = (self.last - self.first) / (points - 1)
         for number in range(points):
@@ -202,19 +202,19 @@ def bottom(
     def function(scaled: float) -> float:
         at = known.get(scaled) or curve.at(left.place + (scaled - 1.0) * span)
         if height(at) < enough:
-            raise _Enough
+            raise _LowEnough
         return height(at)
 
     depth = min(height(left), height(right)) - height(low)
     tolerance = max(_FINEST, 0.02 * math.sqrt(min(1.0, _uncertainty(low, low) / depth)))
     try:
         minimize_scalar(function, bracket=(1.0, middle, 2.0), method="brent", tol=tolerance)
-    except _Enough:
+    except _LowEnough:
         return None
     return _lowest(curve, height, valley)
 
 
-class _Enough(Exception):
+class _LowEnough(Exception):
     """Low enough."""
 
 

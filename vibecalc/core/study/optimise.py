@@ -11,7 +11,7 @@ import numpy as np
 
 from vibecalc.core.results.record import Method, Record
 from vibecalc.core.run.run import run_case
-from vibecalc.core.study.balancing import Balanced, balance, balances
+from vibecalc.core.study.balancing import BalancedWeights, balance, balances
 from vibecalc.core.study.binding import Binding
 from vibecalc.core.study.planned import ROOT
 from vibecalc.core.study.record import (
@@ -48,7 +48,7 @@ def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool 
         raise ValueError("the case has no [optimisation]")
     binding = Binding(loaded)
     started = time.perf_counter()
-    balanced: Balanced | None = None
+    balanced: BalancedWeights | None = None
     with _shown(binding, progress) as evaluate:
         with suppress(NumericalFailure):
             binding.evaluate(binding.first)
@@ -90,7 +90,7 @@ def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool 
 
 
 def _searched(
-    binding: Binding, case: "Case", evaluate: Evaluate, balanced: Balanced | None
+    binding: Binding, case: "Case", evaluate: Evaluate, balanced: BalancedWeights | None
 ) -> "Optimum":
     """The search from many starts; one more at the optimum without limits, where that is known."""
     from vibecalc.core.study.search.minimise import minimise

@@ -29,7 +29,7 @@ from vibecalc.numerics.rounding import WithError
 from vibecalc.parts.body import DIRECTIONS, RigidBody
 from vibecalc.parts.matrices import assemble, displacement_at
 from vibecalc.parts.mounts import Mounts
-from vibecalc.response.forced import Undriven, dynamics, require_digits, response
+from vibecalc.response.forced import UndrivenModes, dynamics, require_digits, response
 from vibecalc.response.modal_damping import (
     body_resonances,
     damped_basis,
@@ -110,8 +110,8 @@ def _loads(excitation: Excitation, dofs: np.ndarray) -> WithError:
     return WithError(*(part[..., dofs] for part in as_loads(excitation)))
 
 
-def _undriven(resonances: Resonances, shapes: Modes) -> Undriven:
-    return Undriven(left_out(resonances), shapes.shape, shapes.eigenvalue)
+def _undriven(resonances: Resonances, shapes: Modes) -> UndrivenModes:
+    return UndrivenModes(left_out(resonances), shapes.shape, shapes.eigenvalue)
 
 
 def _emit_modes(scene: Scene, matrices: Matrices, shapes: Modes, dofs: np.ndarray) -> None:

@@ -47,7 +47,7 @@ from vibecalc.parts.body import DIRECTIONS
 from vibecalc.parts.firing import TURN, cycle_angle, shakes_with_torque
 from vibecalc.parts.matrices import assemble
 from vibecalc.parts.mounts import Mounts
-from vibecalc.response.forced import Undriven, dynamics, require_digits, response
+from vibecalc.response.forced import UndrivenModes, dynamics, require_digits, response
 from vibecalc.response.modal_damping import body_resonances, damped_basis, with_damped_poles
 from vibecalc.response.modes import Modes, modes
 from vibecalc.response.resonances import Resonances, check_operating_point, idle_warnings, left_out
@@ -162,7 +162,7 @@ def _motion(
     resonances = body_resonances(matrices, shapes, loads)
     for warning in check_operating_point(resonances, order, speed):
         scene.warn(warning)
-    undriven = Undriven(undriven_pairs(resonances), shapes.shape, shapes.eigenvalue)
+    undriven = UndrivenModes(undriven_pairs(resonances), shapes.shape, shapes.eigenvalue)
     system = dynamics(matrices, order * speed, undriven)
     motion = response(system, loads.value, loads.error)
     require_digits(matrices, system, loads, motion, order, speed)
@@ -270,7 +270,9 @@ def _setup(
         at_ends = couple(ends, errors=True)
         forces = [force, *_about(WithError(at_ends.value, at_ends.error), about)]
         resonances = _met(mounted, forces)
-        undriven = Undriven(left_out(resonances), mounted.shapes.shape, mounted.shapes.eigenvalue)
+        undriven = UndrivenModes(
+            left_out(resonances), mounted.shapes.shape, mounted.shapes.eigenvalue
+        )
         given = (mounted.matrices, mounted.readout, law.order[part], force, undriven)
         return body_rows(*given, couple, about), _with_poles(mounted, resonances, forces)
 

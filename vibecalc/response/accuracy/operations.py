@@ -21,7 +21,7 @@ from vibecalc.response.adapters.response import forcing_of, linear_system
 from vibecalc.response.energies import energy_by_order, energy_signal, mass_of
 from vibecalc.response.operations import (
     Rows,
-    Superposed,
+    SuperposedMotion,
     mean_energy_range,
     search_phases,
     superpose,
@@ -35,12 +35,12 @@ from vibecalc.response.operations import (
 class Combination(NamedTuple):
     """Velocities of the operation and balance whose weight matters most, and their mass matrix.
 
-    `state` holds `shaking` (1, orders, 6) and `residual` (1, 1, 6) as `Superposed` does, of the
-    orders (orders,) kept; the energy is the kinetic one.
+    `state` holds `shaking` (1, orders, 6) and `residual` (1, 1, 6) as `SuperposedMotion` does, of
+    the orders (orders,) kept; the energy is the kinetic one.
     """
 
     weight: WithError
-    state: Superposed
+    state: SuperposedMotion
     orders: np.ndarray
     operation: str
     balance: str
@@ -75,7 +75,7 @@ def strongest(scene: Scene) -> Combination | None:
         return None
     at = np.unravel_index(int(np.argmax(swing)), swing.shape)
     one = slice(at[0], at[0] + 1)
-    state = Superposed(
+    state = SuperposedMotion(
         WithError(
             parts.shaking.value[one] * rate[:, None],
             parts.shaking.error[one] * np.abs(rate)[:, None],

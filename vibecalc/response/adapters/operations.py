@@ -33,10 +33,10 @@ from vibecalc.response.energies import (
     mass_of,
     stiffness_of,
 )
-from vibecalc.response.forced import Undriven
+from vibecalc.response.forced import UndrivenModes
 from vibecalc.response.operations import (
     PhaseRange,
-    Superposed,
+    SuperposedMotion,
     at_phase,
     mean_energy_range,
     peak_energy_range,
@@ -138,7 +138,9 @@ def _stacked(rows: Sequence[WithError]) -> WithError:
     return WithError(np.stack([r.value for r in rows]), np.stack([r.error for r in rows]))
 
 
-def _undriven(scene: Scene, system: LinearSystem, loads: Loads, orders: np.ndarray) -> Undriven:
+def _undriven(
+    scene: Scene, system: LinearSystem, loads: Loads, orders: np.ndarray
+) -> UndrivenModes:
     """Modes that no part of a load drives where an order meets them.
 
     The parts are judged one by one: two that cancel at the nominal phase of a weight do not cancel
@@ -156,7 +158,7 @@ def _emit(
     options: Response,
     forcing: Forcing,
     loads: Loads,
-    parts: Superposed,
+    parts: SuperposedMotion,
 ) -> None:
     orders, speed = forcing.orders, scene.case.machine.speed
     axes = {"operation": loads.operations, "balance": loads.balances}
@@ -207,7 +209,7 @@ def _emit_cycle(
     return mean
 
 
-def _mean_range(weight: WithError, state: Superposed, forcing: Forcing) -> PhaseRange:
+def _mean_range(weight: WithError, state: SuperposedMotion, forcing: Forcing) -> PhaseRange:
     retained, shaking = forcing.retained, state.shaking
     guards = WithError(shaking.value[:, retained:], shaking.error[:, retained:])
     first = WithError(shaking.value[:, :retained], shaking.error[:, :retained])

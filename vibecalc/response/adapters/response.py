@@ -19,7 +19,13 @@ from vibecalc.response.energies import (
     stiffness_of,
     velocity,
 )
-from vibecalc.response.forced import Undriven, dynamics, modal_response, require_digits, response
+from vibecalc.response.forced import (
+    UndrivenModes,
+    dynamics,
+    modal_response,
+    require_digits,
+    response,
+)
 from vibecalc.response.modal_damping import (
     body_resonances,
     damped_basis,
@@ -29,7 +35,7 @@ from vibecalc.response.modal_damping import (
 )
 from vibecalc.response.modes import Modes, modal_assurance, modes
 from vibecalc.response.resonances import (
-    Masked,
+    MaskedSpeeds,
     Resonances,
     check_operating_point,
     energy_speeds,
@@ -98,7 +104,7 @@ def ratios_of(scene: Scene, system: LinearSystem) -> WithError:
 
 def undriven_at_operating_point(
     scene: Scene, system: LinearSystem, load: WithError, orders: np.ndarray
-) -> Undriven:
+) -> UndrivenModes:
     """Modes that an order meets without driving them; NumericalFailure where it drives one.
 
     `load` (orders, 6) may have any scale.
@@ -106,7 +112,7 @@ def undriven_at_operating_point(
     resonances = resonances_of(system, load)
     for warning in check_operating_point(resonances, orders, scene.case.machine.speed):
         scene.warn(warning)
-    return Undriven(left_out(resonances), system.shapes.shape, system.shapes.eigenvalue)
+    return UndrivenModes(left_out(resonances), system.shapes.shape, system.shapes.eigenvalue)
 
 
 def resonances_of(system: LinearSystem, load: WithError) -> Resonances:
@@ -180,7 +186,7 @@ def _motion(
     system: LinearSystem,
     frequency: np.ndarray,
     driven: WithError,
-    undriven: Undriven,
+    undriven: UndrivenModes,
     forcing: Forcing,
     speed: float,
 ) -> WithError:
@@ -375,7 +381,7 @@ def _worth_points(
     return resonances._replace(idle=resonances.idle | (moved < WORTH_POINTS * np.max(moved)))
 
 
-def _with_ends(speed: np.ndarray, masked: Masked, first: float, last: float) -> np.ndarray:
+def _with_ends(speed: np.ndarray, masked: MaskedSpeeds, first: float, last: float) -> np.ndarray:
     """The speeds, and all ends of the masked intervals, however narrow these are."""
     ends = np.concatenate([masked.low, masked.high])
     ends = ends[(ends >= first) & (ends <= last) & outside(masked, ends)]
@@ -399,7 +405,7 @@ def _energies(
     chosen = np.concatenate([np.arange(retained), forcing.few])
     count = len(forcing.few)
     idle = np.pad(left_out(resonances), ((0, count), (0, 0)))
-    undriven = Undriven(idle, system.shapes.shape, system.shapes.eigenvalue)
+    undriven = UndrivenModes(idle, system.shapes.shape, system.shapes.eigenvalue)
     turning = speed > 0.0
     frequency = speed[turning][:, None] * forcing.orders[chosen]
     square = np.square(speed[turning])[:, None, None]

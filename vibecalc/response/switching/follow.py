@@ -39,7 +39,7 @@ from vibecalc.response.switching.system import (
 _HALVINGS = 100
 
 
-class Settling(NamedTuple):
+class SettlingTime(NamedTuple):
     """`time` in s from the course's start, with its error; `after` in s from the last change.
 
     `deviation` is the size of the deviation just after the last change, over the reference size.
@@ -59,7 +59,7 @@ def settling(
     reference: float,
     reference_error: float,
     tolerance: float,
-) -> Settling:
+) -> SettlingTime:
     """When free motion from the state `deviation` (modes, 2) has died down.
 
     The size of the deviation is sqrt(2 E), E being the kinetic and potential energy of the
@@ -91,7 +91,7 @@ def settling(
     uncertainty += tolerance * reference_error
     threshold = tolerance * reference
     if start <= threshold:
-        return Settling(last_change, 0.0, 0.0, start / reference if reference else 0.0)
+        return SettlingTime(last_change, 0.0, 0.0, start / reference if reference else 0.0)
     if threshold <= uncertainty:
         raise NumericalFailure(
             "no settling time: the final motion is so small that the deviation from it drowns in "
@@ -108,7 +108,7 @@ def settling(
         _first_below(size, level) for level in (threshold + uncertainty, threshold - uncertainty)
     )
     error = max(high - after, after - low) + 8.0 * EPSILON * (after + last_change)
-    return Settling(last_change + after, error, after, start / reference)
+    return SettlingTime(last_change + after, error, after, start / reference)
 
 
 def _first_below(size: Callable[[float], float], level: float) -> float:
@@ -140,7 +140,7 @@ class Transient(NamedTuple):
 
     history: History
     peaks: Peaks
-    settling: Settling
+    settling: SettlingTime
     final: WithError
     later: np.ndarray
 
@@ -222,7 +222,7 @@ def _settled(
     final: WithError,
     peaks: Peaks,
     tolerance: float,
-) -> Settling:
+) -> SettlingTime:
     last = segments[-1]
     # a last piece of constant speed is free deviation from its start, a ramp from its end
     time = 0.0 if last.run.acceleration == 0.0 else last.run.duration

@@ -127,8 +127,8 @@ def reading_peaks(
     energies = [_energy_peak(system, amplitude, rate, orders, which) for which in range(3)]
     parts = zip(linear, *energies, strict=True)
     value, angle, error = (
-        np.concatenate([first, *(one[..., None] for one in rest)], axis=-1)
-        for first, *rest in parts
+        np.concatenate([first, *(one[..., None] for one in others)], axis=-1)
+        for first, *others in parts
     )
     return value, angle, error
 

@@ -12,7 +12,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.numerics.runge_kutta_march import march
 from vibecalc.roll.adapters.start_up import BUCKETS, COARSEST, FINEST, SHARE, load_of
-from vibecalc.roll.between_kinks import Acting, acting_at, edges_around, slot_at, slots_of
+from vibecalc.roll.between_kinks import ActingTorques, acting_at, edges_around, slot_at, slots_of
 from vibecalc.roll.mechanism import RollDrive, RollMachine
 from vibecalc.roll.model import build_roll, roll_drive
 from vibecalc.roll.start_up import start_up
@@ -129,7 +129,7 @@ def plain_rates(plan: StartPlan) -> Callable[[float, FloatArray], FloatArray]:
     times, factors = plan.load.time, plan.load.factor
     edge, turn = slots.edge[1:-1], 2.0 * np.pi
 
-    def at(time: float, y: FloatArray) -> Acting:
+    def at(time: float, y: FloatArray) -> ActingTorques:
         b, w, theta, s = y.tolist()
         whole, local = divmod(b, turn)
         slot = int(whole) * (len(edge) + 1) + int(np.searchsorted(edge, local, side="right"))

@@ -15,7 +15,7 @@ from vibecalc.roll.control.full_model import Law, closed_loop
 from vibecalc.roll.control.gains import (
     BOUNDS,
     UNCONTROLLED,
-    Controlled,
+    ControlledLoop,
     Demands,
     Load,
     certify,
@@ -151,7 +151,7 @@ def put(scene: Scene, name: str, value: WithError, axes: Mapping[str, Any] | Non
 
 
 def emit_loop(
-    scene: Scene, below: str, controlled: Controlled, given: Setup,
+    scene: Scene, below: str, controlled: ControlledLoop, given: Setup,
     axes: Mapping[str, Any] | None = None,
 ) -> None:  # fmt: skip
     """Status, margins and demands on the actuator; a loop that is not stable has no margins."""
@@ -171,7 +171,7 @@ def emit_loop(
         put(scene, below + name, value, axes)
 
 
-def torque_peak(controlled: Controlled, given: Setup) -> WithError:
+def torque_peak(controlled: ControlledLoop, given: Setup) -> WithError:
     """Largest torque of the motor over a turn of the reduced model; infinite if not stable.
 
     In the mean it carries the load and viscous friction.
@@ -245,9 +245,9 @@ def run_control(scene: Scene) -> None:
 
 
 def _emit_full(
-    scene: Scene, given: Setup, controlled: Controlled, without: WithError | None
+    scene: Scene, given: Setup, controlled: ControlledLoop, without: WithError | None
 ) -> None:
-    """The full model; where the reduced loop is unstable it may have no motion to look at."""
+    """The full model; where the reduced loop is unstable it may have no motion at all."""
     try:
         feedback = float(controlled.speed_feedback.value)
         emit_full(scene, given, feedback, given.reported(controlled.level), without)
@@ -261,7 +261,7 @@ def _emit_full(
         )
 
 
-def _closed(given: Setup) -> tuple[Controlled, Load]:
+def _closed(given: Setup) -> tuple[ControlledLoop, Load]:
     """The loop of the case and its load, with the speed feedback given or what keeps the target."""
     controller = given.controller()
     if given.options.speed_feedback is None:
@@ -296,7 +296,7 @@ def _emit_model(scene: Scene, given: Setup, load: Load) -> None:
 
 
 def _emit_controlled(
-    scene: Scene, given: Setup, controlled: Controlled, without: Controlled
+    scene: Scene, given: Setup, controlled: ControlledLoop, without: ControlledLoop
 ) -> None:
     axes = {"order": given.orders}
     put(scene, "speed", controlled.speed)
@@ -308,7 +308,7 @@ def _emit_controlled(
     put(scene, "attenuation", less(quiet, level), axes)
 
 
-def _emit_poles(scene: Scene, given: Setup, controlled: Controlled) -> None:
+def _emit_poles(scene: Scene, given: Setup, controlled: ControlledLoop) -> None:
     """Poles of the loop and their way as the gain grows; with a delay a search that may fail."""
     controller = given.controller()._replace(speed_feedback=controlled.speed_feedback.value)
     try:
@@ -331,7 +331,7 @@ def _emit_poles(scene: Scene, given: Setup, controlled: Controlled) -> None:
         scene.warn(f"the poles of the loop are left out: {failure}")
 
 
-def _judge(scene: Scene, given: Setup, controlled: Controlled) -> None:
+def _judge(scene: Scene, given: Setup, controlled: ControlledLoop) -> None:
     status = int(controlled.margins.status)
     if status == 1:
         scene.warn(

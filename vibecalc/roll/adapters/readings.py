@@ -25,7 +25,7 @@ from vibecalc.roll.turn import (
 
 #: crank angles of the time histories of a turn, both ends included
 _SHOWN = 361
-#: points on a panel that show its peaks without further looks
+#: points on a panel that show its peaks without further samples
 _RESOLVED = 4
 #: of what a step of the setting leaves of a difference, over what the step before left
 _SLACK = 10.0
@@ -35,7 +35,7 @@ _PART = 1e-3
 #: of an angular momentum; a few roundings of the sums that it comes from
 _STILL = 16.0 * EPSILON
 
-#: what a reading of a look may be
+#: what a reading of a turn may be
 _Read = TypeVar("_Read")
 
 
@@ -226,7 +226,7 @@ def time_history(solved: MachineTurn) -> tuple[FloatArray, dict[str, FloatArray]
 
 
 def peaks_of(solved: MachineTurn) -> dict[str, tuple[FloatArray, FloatArray]]:
-    """Largest magnitude of each force (cylinders,), and what looking for it leaves open."""
+    """Largest magnitude of each force (cylinders,), and what the search for it leaves open."""
     peaks = {}
     for name in FORCES:
         tops = []

@@ -104,7 +104,7 @@ def _solutions(
         for chosen, state in ((drive, running.state), (checked, running.check))
     )
     if options.method == "collocation":
-        # with points of the case nobody has looked whether these are enough
+        # with points of the case nobody has checked whether these are enough
         near = running.coarse
         if near is None:
             return TurnSolutions(one, other, safety=_CHOSEN if options.points else 1.0)

@@ -16,7 +16,7 @@ from vibecalc.numerics.periodic.panels import (
 )
 from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray, WithError
 from vibecalc.roll.mechanism import RollDrive, RollMachine, inertia, is_mounted, smooth_angles
-from vibecalc.roll.rates import Place, demand, mounted_scale, place_at, shell_speed
+from vibecalc.roll.rates import AngleTerms, demand, mounted_scale, place_at, shell_speed
 from vibecalc.roll.turn import Turn, harmonics, readings
 
 # ----------------------------------------------------------------------------
@@ -44,7 +44,7 @@ class Law(NamedTuple):
     lag: float = 0.0
 
 
-class Driven(NamedTuple):
+class DrivenMotor(NamedTuple):
     """What the motor does (..., k): slip in rad/s and torque in N m, with its slopes by the states
     (..., k, n).
     """
@@ -80,7 +80,7 @@ class ControlledRates:
         self.machine, self.drive, self.law, self.momentum = machine, drive, law, momentum
         self.states = (1 if momentum is not None else 3) + (law.lag > 0.0)
         self._angles: FloatArray | None = None
-        self._place: Place | None = None
+        self._place: AngleTerms | None = None
 
     def __call__(
         self, crank_angle: FloatArray, state: FloatArray, interval: IntArray | None
@@ -92,7 +92,7 @@ class ControlledRates:
         value, jacobian = self._rates(self.place(crank_angle), flat, chosen)
         return value.reshape(state.shape), jacobian.reshape(*state.shape, self.states)
 
-    def place(self, crank_angle: FloatArray) -> Place:
+    def place(self, crank_angle: FloatArray) -> AngleTerms:
         """Inertia and torques at the angles (B, P, s), as (B, P s)."""
         if self._place is None or self._angles is not crank_angle:
             flat = crank_angle.reshape(len(crank_angle), -1)
@@ -100,7 +100,9 @@ class ControlledRates:
             self._angles = crank_angle
         return self._place
 
-    def driven(self, place: Place, state: FloatArray, interval: IntArray | None = None) -> Driven:
+    def driven(
+        self, place: AngleTerms, state: FloatArray, interval: IntArray | None = None
+    ) -> DrivenMotor:
         """Slip and torque at states (B, k, n)."""
         return self._driven(self._bare(place, state), state, interval)
 
@@ -109,7 +111,7 @@ class ControlledRates:
         return np.asarray(state[..., -1] - state[..., 0])
 
     def _rates(
-        self, place: Place, state: FloatArray, interval: IntArray | None
+        self, place: AngleTerms, state: FloatArray, interval: IntArray | None
     ) -> tuple[FloatArray, FloatArray]:
         law, speed = self.law, state[..., 0]
         bare = self._bare(place, state)
@@ -145,7 +147,7 @@ class ControlledRates:
         by[..., 0] -= law.gain * law.speed_feedback
         return asked, by
 
-    def _driven(self, bare: _Bare, state: FloatArray, interval: IntArray | None) -> Driven:
+    def _driven(self, bare: _Bare, state: FloatArray, interval: IntArray | None) -> DrivenMotor:
         law, scale = self.law, self.machine.motor_scale[..., None]
         speed = state[..., 0]
         if law.lag > 0.0:
@@ -153,7 +155,7 @@ class ControlledRates:
             curve = slip_torque(self.drive.motor, slip, interval)
             by = np.zeros(state.shape)
             by[..., 0], by[..., -1] = -scale * curve.slope, scale * curve.slope
-            return Driven(slip, scale * curve.value, by)
+            return DrivenMotor(slip, scale * curve.value, by)
         asked, by = self._asked(speed, bare.shell, bare.shell_by)
         back = law.gain * law.acceleration_feedback * bare.shell_gain * scale
         slip = self._implicit(asked - speed, back)
@@ -162,7 +164,7 @@ class ControlledRates:
         # a loop that answers itself more than once has no motion of its own
         firm = 1.0 + back * curve.slope
         slope = np.where(firm > 0.0, scale * curve.slope / firm, np.nan)
-        return Driven(slip, scale * curve.value, slope[..., None] * by)
+        return DrivenMotor(slip, scale * curve.value, slope[..., None] * by)
 
     def _implicit(self, free: FloatArray, back: FloatArray) -> FloatArray:
         """The slip (...,) that solves slip + back torque(slip) = free."""
@@ -185,7 +187,7 @@ class ControlledRates:
             slip = slip - step
         return np.asarray(slip)
 
-    def _bare(self, place: Place, state: FloatArray) -> _Bare:
+    def _bare(self, place: AngleTerms, state: FloatArray) -> _Bare:
         """Rotor, shell and load, all but the motor; the equations are those of `inertia.py`."""
         moved, speed = place.moved, state[..., 0]
         outer, outer_by = np.zeros_like(speed), np.zeros(state.shape)
@@ -241,7 +243,7 @@ _ROUNDS, _EDGES_STAND, _STILL = 12, 1e-8, 1e-13
 _SAMPLES, _HALVINGS = 24, 48
 
 
-class Closed(NamedTuple):
+class ClosedLoopTurn(NamedTuple):
     """One turn of a controlled machine (B = 1); `slip` and `torque` (1, k) of its motor."""
 
     turn: Turn
@@ -266,7 +268,7 @@ class ClosedLoop(NamedTuple):
     multiplier_error: FloatArray
     stable: bool
     largest_slip: WithError
-    closed: Closed
+    closed: ClosedLoopTurn
 
 
 def closed_loop(
@@ -278,17 +280,17 @@ def closed_loop(
     """
     numbers = np.arange(1.0, orders + 1)
 
-    def look(closed: Closed) -> ComplexArray:
+    def level_of_turn(closed: ClosedLoopTurn) -> ComplexArray:
         read = readings(machine, drive, closed.turn, closed.torque, pistons=False)
         return np.asarray(harmonics(closed.turn, read.shell_acceleration, numbers)[0])
 
     check = _state(machine, drive, law, _POINT_LEVELS[0], None)
-    closed, before = check, look(check)
+    closed, before = check, level_of_turn(check)
     level, apart = before, np.full(orders, np.inf)
     for points in _POINT_LEVELS[1:]:
         check, before = closed, level
         closed = _state(machine, drive, law, points, check.solution)
-        level = look(closed)
+        level = level_of_turn(closed)
         apart = np.abs(level - before)
         if np.max(apart) <= _SMALL * rtol * np.max(np.abs(level)):
             break
@@ -310,7 +312,7 @@ def closed_loop(
 
 def _state(
     machine: RollMachine, drive: RollDrive, law: Law, points: int, near: PeriodicSolution | None
-) -> Closed:
+) -> ClosedLoopTurn:
     free, lagged = not is_mounted(machine), law.lag > 0.0
     constant = _guess(machine, drive, law)
     guess: FloatArray | PeriodicSolution = constant if near is None else near
@@ -354,7 +356,7 @@ def _state(
             break
     place = rates.place(solution.nodes)
     motor = rates.driven(place, solution.stages.reshape(1, -1, rates.states))
-    return Closed(turn, motor.slip, motor.torque, problem, solution)
+    return ClosedLoopTurn(turn, motor.slip, motor.torque, problem, solution)
 
 
 def _guess(machine: RollMachine, drive: RollDrive, law: Law) -> FloatArray:
@@ -444,7 +446,7 @@ def _with_kinks(base: FloatArray, rates: ControlledRates, solution: PeriodicSolu
     return np.asarray(edges)
 
 
-def _check_slip(closed: Closed, drive: RollDrive) -> None:
+def _check_slip(closed: ClosedLoopTurn, drive: RollDrive) -> None:
     largest = float(np.max(np.abs(closed.slip)))
     if drive.holds or largest <= drive.motor.largest:
         return

@@ -41,7 +41,7 @@ class Load(NamedTuple):
     harmonics_error: ArrayLike = 0.0
 
 
-class Controlled(NamedTuple):
+class ControlledLoop(NamedTuple):
     """Closed loops (...), orders last where there are any.
 
     `speed` rad/s (the equilibrium, also of a loop that leaves it); `speed_feedback` (1);
@@ -58,14 +58,14 @@ class Controlled(NamedTuple):
     margins: Margins
 
 
-def evaluate(model: ReducedModel, controller: Controller, load: Load) -> Controlled:
+def evaluate(model: ReducedModel, controller: Controller, load: Load) -> ControlledLoop:
     """Behaviour under given feedbacks; all inputs broadcast. Herold 1977, eqs. 98 to 113."""
     return _evaluated(model, controller, load, np.zeros(()))
 
 
 def evaluate_at_speed(
     model: ReducedModel, controller: Controller, load: Load, target: ArrayLike
-) -> Controlled:
+) -> ControlledLoop:
     """The same with the speed feedback that keeps `target` (rad/s); the controller's is ignored.
 
     The gain must not be zero.
@@ -77,7 +77,7 @@ def evaluate_at_speed(
 
 def _evaluated(
     model: ReducedModel, controller: Controller, load: Load, feedback_error: np.ndarray
-) -> Controlled:
+) -> ControlledLoop:
     speed = steady_speed(model, controller, load.reference, load.mean)
     motor = np.asarray(model.motor_gain)
     forward = np.abs(np.asarray(controller.gain) * motor)
@@ -99,7 +99,7 @@ def _evaluated(
     feedback = np.broadcast_to(
         np.asarray(controller.speed_feedback, dtype=float), stability.stable.shape
     )
-    return Controlled(
+    return ControlledLoop(
         _full(speed, stability.stable),
         _full(WithError(feedback, feedback_error), stability.stable),
         answer, level, rate, stability,
@@ -149,7 +149,7 @@ def _rate(command: WithError, speed: WithError) -> WithError:
 UNCONTROLLED = Controller(gain=1.0, speed_feedback=0.0, acceleration_feedback=0.0)
 
 
-def motor_gain_study(model: ReducedModel, motor_gains: ArrayLike, load: Load) -> Controlled:
+def motor_gain_study(model: ReducedModel, motor_gains: ArrayLike, load: Load) -> ControlledLoop:
     """Speed and levels for `motor_gains` (m,) in N m s/rad: Herold 1977, Table 8, Fig. 27.
 
     The speed is R + d_0 / K_M, with R the synchronous speed and d_0 negative. Eq. 114 prints
@@ -167,7 +167,7 @@ def motor_gain_study(model: ReducedModel, motor_gains: ArrayLike, load: Load) ->
 FINE = 9
 
 
-class Zoomed(NamedTuple):
+class ZoomedWindow(NamedTuple):
     """Best point, its merit, and the window that is left around it; all (...)."""
 
     at: np.ndarray
@@ -179,7 +179,7 @@ class Zoomed(NamedTuple):
 def zoom(
     merit: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray,
     points: int, rounds: int,
-) -> Zoomed:  # fmt: skip
+) -> ZoomedWindow:  # fmt: skip
     """Least merit on [low, high] (...), all of them at once, by grids around the best point.
 
     merit takes (..., points). A window keeps the neighbours of its best point, so that a minimum
@@ -196,7 +196,7 @@ def zoom(
         low = np.take_along_axis(x, np.maximum(best - 1, 0), axis=-1)[..., 0]
         high = np.take_along_axis(x, np.minimum(best + 1, points - 1), axis=-1)[..., 0]
         points = FINE
-    return Zoomed(at, least, low, high)
+    return ZoomedWindow(at, least, low, high)
 
 
 # ----------------------------------------------------------------------------
@@ -230,11 +230,11 @@ class Demands(NamedTuple):
     delay_margin: float = 0.0
 
 
-class Tuned(NamedTuple):
+class TunedGains(NamedTuple):
     """The best gains, with errors from the last bracket and from how flat the minimum is.
 
     `objective` dB re 1 rad/s^2, its error how much it changes across that bracket: the search is
-    local at the end, and looks everywhere at first on a grid only. `controlled`: all of the
+    local at the end, and samples everywhere at first on a grid only. `controlled`: all of the
     chosen loop; its margins' `bandwidth` and its `command_rate` are what the actuator must bear.
     `evaluations`: how many loops were examined.
     """
@@ -242,11 +242,11 @@ class Tuned(NamedTuple):
     gain: WithError
     acceleration_feedback: WithError
     objective: WithError
-    controlled: Controlled
+    controlled: ControlledLoop
     evaluations: int
 
 
-def objective_of(controlled: Controlled, orders: ArrayLike, weight: str) -> np.ndarray:
+def objective_of(controlled: ControlledLoop, orders: ArrayLike, weight: str) -> np.ndarray:
     """Level in dB to be lowered: of the "largest" of `orders`, or of their "energy" together."""
     level = controlled.level.value[..., np.asarray(orders, dtype=int) - 1]
     if weight == "largest":
@@ -257,7 +257,7 @@ def objective_of(controlled: Controlled, orders: ArrayLike, weight: str) -> np.n
     return energy
 
 
-def slacks(controlled: Controlled, demands: Demands) -> np.ndarray:
+def slacks(controlled: ControlledLoop, demands: Demands) -> np.ndarray:
     """Margins minus demands (..., 3), each over its demand or as it is where none is made.
 
     Order: gain (dB), phase (rad), delay (s).
@@ -275,7 +275,7 @@ def slacks(controlled: Controlled, demands: Demands) -> np.ndarray:
 def tune(
     model: ReducedModel, controller: Controller, load: Load, target: float, demands: Demands,
     orders: ArrayLike = (1, 2), weight: str = "largest",
-) -> Tuned:  # fmt: skip
+) -> TunedGains:  # fmt: skip
     """Lower the level of `orders` over gain and acceleration feedback, the speed kept at `target`.
 
     `controller` gives lag and delay (scalars). For each gain the best feedback is bracketed, and
@@ -335,7 +335,7 @@ def tune(
     loose, lean = _looseness(nearby, at, float(v[0]), float(objective), level_error)
     gain_error += gain * loose
     feedback_error += float(np.hypot(bend, feedback)) * lean * loose
-    return Tuned(
+    return TunedGains(
         WithError(np.asarray(gain), np.asarray(gain_error)),
         WithError(np.asarray(feedback), np.asarray(feedback_error)),
         WithError(objective, np.asarray(level_error)), controlled, count[0],
@@ -401,7 +401,7 @@ class Certificate(NamedTuple):
 
 def certify(
     model: ReducedModel, controller: Controller, load: Load, target: float, demands: Demands,
-    tuned: Tuned, orders: ArrayLike = (1, 2), weight: str = "largest",
+    tuned: TunedGains, orders: ArrayLike = (1, 2), weight: str = "largest",
 ) -> Certificate:  # fmt: skip
     """First-order conditions at a tuned loop, from central differences in ln K and ln |k_S|.
 

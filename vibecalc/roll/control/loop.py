@@ -11,7 +11,7 @@ from vibecalc.excitation.slip_torque import SlipCurve, slip_torque
 from vibecalc.numerics.gauss import gauss_rule
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, FloatArray, WithError
 from vibecalc.roll.mechanism import RollDrive, RollMachine, motor_torque, smooth_angles
-from vibecalc.roll.rates import Place, demand, place_at
+from vibecalc.roll.rates import AngleTerms, demand, place_at
 
 # ----------------------------------------------------------------------------
 # The motor's curve as a straight line through the slip at which the machine runs.
@@ -85,7 +85,7 @@ def _rising_zero(spare: Callable[[float], float], near: float, size: float) -> f
 # What gas, inertia and friction do to a rotor at constant speed: the load of the reduced model.
 # ----------------------------------------------------------------------------
 
-#: Gauss points on a panel next to those that the highest order needs, and on the finer look
+#: Gauss points on a panel next to those that the highest order needs, and on the finer sampling
 _POINTS, _MORE = 10, 4
 _WIDEST = np.pi / 18.0
 
@@ -146,7 +146,7 @@ def disturbance(machine: RollMachine, drive: RollDrive, orders: int) -> Disturba
 
 def _sums(
     machine: RollMachine, drive: RollDrive, edges: FloatArray, points: int, orders: int
-) -> tuple[np.ndarray, np.ndarray, Place]:
+) -> tuple[np.ndarray, np.ndarray, AngleTerms]:
     """Means over the turn of load and Q' times exp(-i n b), n from 0, and what they are made of."""
     nodes = gauss_rule(points).nodes
     angle = (edges[:-1, None] + np.diff(edges)[:, None] * nodes).ravel()

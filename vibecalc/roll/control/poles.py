@@ -12,7 +12,7 @@ from vibecalc.roll.control.loop import Controller, Loop, ReducedModel, loop_of, 
 from vibecalc.roll.control.margins import poles_right, rounding_of, shifted
 
 # ----------------------------------------------------------------------------
-# Where to begin looking for the poles of a loop with a delay.
+# Where to begin the search for the poles of a loop with a delay.
 # ----------------------------------------------------------------------------
 
 
@@ -54,8 +54,8 @@ def _by_leading_terms(loop: Loop, branches: int) -> np.ndarray:
         chain: np.ndarray = (np.log(level) + 2j * math.pi * number) / time
         return chain
     if loop.p2 > 0.0 and loop.q1 != 0.0:
-        found: np.ndarray = lambertw(-loop.q1 * time / loop.p2, number) / time
-        return found
+        roots: np.ndarray = lambertw(-loop.q1 * time / loop.p2, number) / time
+        return roots
     if loop.q0 == 0.0:
         return np.zeros(0, dtype=complex)
     if loop.p2 == 0.0:

@@ -201,7 +201,7 @@ def emit_separation(scene: Scene, setup: Setup, where: str, low: float, high: fl
 STILL = 1e-11
 
 
-class Undamped(NamedTuple):
+class UndampedResonances(NamedTuple):
     """By rising speed (u,) in rad/s; `mode` from 1; `low` and `high` enclose what has no digits.
 
     `endless` (e,) is the lowest of the speeds at which a section twists without end, NaN for none.
@@ -216,7 +216,7 @@ class Undamped(NamedTuple):
     endless: FloatArray
 
 
-def undamped_speeds(setup: Setup, first: float, last: float) -> Undamped:
+def undamped_speeds(setup: Setup, first: float, last: float) -> UndampedResonances:
     """Those from `first` to `last` whose order drives the mode, in rad/s."""
     modes, drive, line = setup.natural(), setup.drive, setup.model.line
     natural = np.where(modes.frequency > 0.0, modes.frequency, 1.0)
@@ -242,7 +242,7 @@ def undamped_speeds(setup: Setup, first: float, last: float) -> Undamped:
     for one, which in zip(at[::-1].tolist(), mode[::-1].tolist(), strict=True):
         twist = np.abs(modes.shape[which, line.first] - modes.shape[which, line.second])
         endless[twist > STILL * twist.max(initial=0.0)] = one
-    return Undamped(
+    return UndampedResonances(
         speed=at,
         low=at - width,
         high=at + width,
@@ -264,7 +264,7 @@ SCALES = np.array([0.0025, 0.005, 0.01, 0.02, 0.04])
 NEAR, WIDER = 0.03, 2.0
 
 
-class Meeting(NamedTuple):
+class MeetingOrder(NamedTuple):
     """At each maximum (r,): half range of the referred twist, order and mode (from 1); 0: none."""
 
     twist: FloatArray
@@ -272,7 +272,7 @@ class Meeting(NamedTuple):
     mode: IntArray
 
 
-def meeting(setup: Setup, speed: FloatArray, section: IntArray, end: BoolArray) -> Meeting:
+def meeting(setup: Setup, speed: FloatArray, section: IntArray, end: BoolArray) -> MeetingOrder:
     """What resonates in sections (r,) at the speeds (r,) of their maxima; nothing at an `end` (r,).
 
     The curve itself says how wide a maximum is: the least distance at which half of what it stands
@@ -281,7 +281,7 @@ def meeting(setup: Setup, speed: FloatArray, section: IntArray, end: BoolArray) 
     order meets near by.
     """
     if not len(speed):
-        return Meeting(np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.int64))
+        return MeetingOrder(np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.int64))
     order = setup.drive.order
     sides = np.concatenate([[1.0], 1.0 - SCALES, 1.0 + SCALES])
     unique, place = np.unique(speed, return_inverse=True)
@@ -295,7 +295,7 @@ def meeting(setup: Setup, speed: FloatArray, section: IntArray, end: BoolArray) 
     best = np.argmax(gain, axis=1)
     mode = _modes(setup, speed, section, best)
     meets = (gain[row, best] > 0.0) & (mode > 0)
-    return Meeting(twist, np.where(meets, order[best], 0.0), np.where(meets, mode, 0))
+    return MeetingOrder(twist, np.where(meets, order[best], 0.0), np.where(meets, mode, 0))
 
 
 def _half_ranges_at(

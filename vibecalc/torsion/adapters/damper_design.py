@@ -151,7 +151,7 @@ def _limits(
     options: DamperDesign, replaced: Damper | None, line: Line, speeds: tuple[float, float],
     setup: Setup, ratio: float,
 ) -> Limits:  # fmt: skip
-    """Bounds of what is looked for, equal ones of what is not; referred."""
+    """Bounds of what is searched, equal ones of what is not; referred."""
     square = ratio**2
     bounds = options.bounds
     given: dict[str, float | None] = {

@@ -151,11 +151,11 @@ def _diameters(shaft: ShaftLineModel, section: IntArray) -> FloatArray:
 # range about the speed of largest use.
 # ----------------------------------------------------------------------------
 
-#: minima above a limit, lowest first, that are looked for between the speeds
+#: minima above a limit, lowest first, that are searched between the speeds
 DIPS = 64
 
 
-class Exceeded(NamedTuple):
+class ExceededRanges(NamedTuple):
     """Ranges (b,) above one limit in rad/s: ends, speed of the largest use inside, with errors.
 
     `rule` (b, 2) is what the formula of a class rule bars about that speed, 0 without a rule.
@@ -179,7 +179,7 @@ def exceeded_of(
     speed: FloatArray,
     undamped: FloatArray,
     factor: FloatArray,
-) -> Exceeded:
+) -> ExceededRanges:
     """Ranges above a limit with the uses (s, r) of its sections and the largest of each, `top`."""
     excess = _excess(setup, bound)
     near = [
@@ -201,10 +201,10 @@ def exceeded_of(
         below = ranges.end <= NO_BARRED_RANGE * rated
         permitted = (barred.permitted & below).astype(np.int64)
     error = np.array([_uncertainty(setup, bound, excess, one, factor) for one in ends])
-    return Exceeded(ranges.start, ranges.end, error, peak, peak_error, rule, permitted)
+    return ExceededRanges(ranges.start, ranges.end, error, peak, peak_error, rule, permitted)
 
 
-def emit_barred(scene: Scene, ranges: list[Exceeded]) -> None:
+def emit_barred(scene: Scene, ranges: list[ExceededRanges]) -> None:
     """Ranges above each limit, in the order of the limits, and what is barred for all of them."""
     place = f"{ROOT}/exceeded"
     start, end, error, peak, peak_error, rule, permitted = (

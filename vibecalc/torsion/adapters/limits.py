@@ -7,10 +7,10 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
-from vibecalc.torsion.adapters.critical import Undamped
+from vibecalc.torsion.adapters.critical import UndampedResonances
 from vibecalc.torsion.adapters.curves import section_uncertainty
 from vibecalc.torsion.adapters.exceeded import Bound, bounds, emit_barred, exceeded_of
-from vibecalc.torsion.adapters.maxima import Dense, torque_value
+from vibecalc.torsion.adapters.maxima import DenseSweep, torque_value
 from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.critical_speeds import Maxima, Value, largest
 from vibecalc.torsion.results import ROOT
@@ -62,7 +62,7 @@ def limit_corners(setup: Setup, speed: FloatArray) -> FloatArray:
     return np.asarray(every[(every > speed[0]) & (every < speed[-1])])
 
 
-def uses_of(setup: Setup, bound: Bound, dense: Dense, undamped: Undamped) -> Uses:
+def uses_of(setup: Setup, bound: Bound, dense: DenseSweep, undamped: UndampedResonances) -> Uses:
     """From referred half ranges of torques."""
     speed, torque = dense
     factor, section = per_torque(setup), bound.section
@@ -102,8 +102,8 @@ def emit_limits(
     scene: Scene,
     setup: Setup,
     speed: FloatArray,
-    dense: Dense,
-    undamped: Undamped,
+    dense: DenseSweep,
+    undamped: UndampedResonances,
 ) -> None:
     """Uses and barred ranges from referred half ranges of torques.
 
@@ -151,7 +151,7 @@ def emit_limits(
     emit_barred(scene, ranges)
 
 
-class _Each(NamedTuple):
+class _LargestUse(NamedTuple):
     """Of one limit, by section (r,): the largest use with stresses and limits there, errors.
 
     `passing` is the transient limit over the lasting one, `off` the error of the stress.
@@ -175,7 +175,7 @@ def stress_uncertainty(setup: Setup, bound: Bound, top: Maxima) -> FloatArray:
     return np.asarray(torque * per_torque(setup)[bound.section])
 
 
-def _each(bound: Bound, top: Maxima, off: FloatArray) -> _Each:
+def _each(bound: Bound, top: Maxima, off: FloatArray) -> _LargestUse:
     """`off` (r,) are the errors of the stresses."""
     row = np.arange(len(top.speed))
     allowed, transient = (
@@ -193,7 +193,7 @@ def _each(bound: Bound, top: Maxima, off: FloatArray) -> _Each:
     moved = np.where(says, np.max(np.abs(steps - safe), axis=0), 0.0)
     finite = np.where(np.isfinite(stress), stress, 0.0)
     stress_error = off + ROUNDING * finite + moved * finite / safe
-    return _Each(
+    return _LargestUse(
         top,
         stress,
         allowed,
@@ -207,7 +207,7 @@ def _each(bound: Bound, top: Maxima, off: FloatArray) -> _Each:
     )
 
 
-def _worst(scene: Scene, asked: list[Bound], each: list[_Each], speed: FloatArray) -> None:
+def _worst(scene: Scene, asked: list[Bound], each: list[_LargestUse], speed: FloatArray) -> None:
     """Largest use of each limit, and the course of the limit in the section that has it."""
     place = [int(np.argmax(one.top.value)) for one in each]
     axes = {"limit": np.arange(1, len(each) + 1), "speed": speed}

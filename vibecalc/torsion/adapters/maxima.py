@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.numerics.rounding import FloatArray, IntArray, distinct
-from vibecalc.torsion.adapters.critical import Undamped
+from vibecalc.torsion.adapters.critical import UndampedResonances
 from vibecalc.torsion.adapters.curves import ROWS, solved, speeds_at_once
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup
 from vibecalc.torsion.critical_speeds import NarrowResonances, Value, narrow_resonance_speeds
@@ -41,11 +41,11 @@ def torque_value(model: Model, drive: Drive, section: IntArray) -> Value:
 # Speeds between those of a sweep at which a resonance too narrow for its steps may stand.
 # ----------------------------------------------------------------------------
 
-#: freedoms up to which the poles of the damped line are looked for; else modes without coupling
+#: freedoms up to which the poles of the damped line are computed; else modes without coupling
 FREEDOMS = 200
 
 
-class Dense(NamedTuple):
+class DenseSweep(NamedTuple):
     """The speeds of a sweep with those of narrow resonances (r,), referred half ranges (r, e)."""
 
     speed: FloatArray
@@ -56,9 +56,9 @@ def with_narrow_resonances(
     setup: Setup,
     speed: FloatArray,
     torque: FloatArray,
-    undamped: Undamped,
+    undamped: UndampedResonances,
     levels: tuple[FloatArray, ...] = (),
-) -> Dense:
+) -> DenseSweep:
     """Put in what the sweep (s,), with torques (s, e), may have stepped over.
 
     That is: where a damped pole meets an order, is narrower than the steps, and may reach, on what
@@ -66,17 +66,17 @@ def with_narrow_resonances(
     or (s, e).
     """
     if len(speed) < 2:
-        return Dense(speed, torque)
+        return DenseSweep(speed, torque)
     narrow = _narrow_resonances(setup, speed[0], speed[-1])
     extra = narrow_resonance_speeds(speed, torque, narrow, levels)
     if not len(extra):
-        return Dense(speed, torque)
+        return DenseSweep(speed, torque)
     endless = (extra[:, None] >= undamped.low) & (extra[:, None] <= undamped.high)
     extra = extra[(extra > speed[0]) & (extra < speed[-1]) & ~np.any(endless, axis=1)]
-    return added(setup, Dense(speed, torque), extra)
+    return added(setup, DenseSweep(speed, torque), extra)
 
 
-def added(setup: Setup, dense: Dense, extra: FloatArray) -> Dense:
+def added(setup: Setup, dense: DenseSweep, extra: FloatArray) -> DenseSweep:
     """With more speeds (r,), in any order, but those at which nothing damps an order."""
     extra = distinct(extra[~np.isin(extra, dense.speed)])
     parts = [np.zeros((0, dense.torque.shape[1]))]
@@ -88,7 +88,7 @@ def added(setup: Setup, dense: Dense, extra: FloatArray) -> Dense:
     clear = np.all(np.isfinite(values), axis=1)
     every = np.concatenate([dense.speed, extra[clear]])
     ascending = np.argsort(every, kind="stable")
-    return Dense(every[ascending], np.concatenate([dense.torque, values[clear]])[ascending])
+    return DenseSweep(every[ascending], np.concatenate([dense.torque, values[clear]])[ascending])
 
 
 def _poles(setup: Setup) -> Poles:

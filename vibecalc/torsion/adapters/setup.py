@@ -23,7 +23,13 @@ from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArr
 from vibecalc.parts.crank_train import build_crank_train
 from vibecalc.parts.geometry import CrankGeometry
 from vibecalc.torsion.damped_modes import LineModes, damped_line_modes, undamped_line_modes
-from vibecalc.torsion.forced import Masked, ModalLine, forced_masked, modal_line, ratio_response
+from vibecalc.torsion.forced import (
+    MaskedResponse,
+    ModalLine,
+    forced_masked,
+    modal_line,
+    ratio_response,
+)
 from vibecalc.torsion.line import Line
 from vibecalc.torsion.model import ShaftLineModel, build_shaft_line
 from vibecalc.torsion.modes import Modes, natural_modes
@@ -242,7 +248,7 @@ class Model(NamedTuple):
         torque: ComplexArray,
         freedom: IntArray,
         estimate: bool = True,
-    ) -> Masked:
+    ) -> MaskedResponse:
         """Referred angles (..., s, m, n) for torques (..., s, m, k) on k places of freedoms."""
         frequency = speed[:, None] * order
         loaded = np.flatnonzero(np.bincount(freedom))

@@ -7,8 +7,8 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray, distinct
 from vibecalc.torsion.adapters.critical import (
-    Meeting,
-    Undamped,
+    MeetingOrder,
+    UndampedResonances,
     emit_separation,
     meeting,
     undamped_speeds,
@@ -27,7 +27,7 @@ from vibecalc.torsion.adapters.curves import (
     sweep,
 )
 from vibecalc.torsion.adapters.limits import emit_limits, limit_corners, limit_levels
-from vibecalc.torsion.adapters.maxima import Dense, added, torque_value, with_narrow_resonances
+from vibecalc.torsion.adapters.maxima import DenseSweep, added, torque_value, with_narrow_resonances
 from vibecalc.torsion.adapters.modes import emit_campbell
 from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.adapters.steady import setup_of
@@ -69,10 +69,10 @@ class Range(NamedTuple):
     torque_error: FloatArray
     angle_error: FloatArray
     gear_error: FloatArray
-    undamped: Undamped
+    undamped: UndampedResonances
     largest: Maxima
     largest_error: SectionUncertainty
-    dense: Dense
+    dense: DenseSweep
 
 
 def run_torsion_speeds(scene: Scene) -> None:
@@ -118,8 +118,8 @@ def run_torsion_speeds(scene: Scene) -> None:
 
 
 def _dense(
-    scene: Scene, setup: Setup, speed: FloatArray, torque: FloatArray, undamped: Undamped
-) -> Dense:
+    scene: Scene, setup: Setup, speed: FloatArray, torque: FloatArray, undamped: UndampedResonances
+) -> DenseSweep:
     """The sweep (s,) of torques (s, e) with what it may have stepped over."""
     levels = limit_levels(setup, speed, torque) if setup.torsion.limits else ()
     if scene.wants(*PEAK):
@@ -207,7 +207,7 @@ def _mean(scene: Scene, setup: Setup, swept: Range) -> None:
     emit_gears(scene, setup, speed, curves, shares, swept.gear_error, every)
 
 
-def _masked(scene: Scene, undamped: Undamped) -> None:
+def _masked(scene: Scene, undamped: UndampedResonances) -> None:
     axes = {"masked": np.arange(1, len(undamped.speed) + 1)}
     scene.emit(f"{ROOT}/masked/from", undamped.low, undamped.error, axes)
     scene.emit(f"{ROOT}/masked/to", undamped.high, undamped.error, axes)
@@ -268,7 +268,7 @@ def _peaks(scene: Scene, setup: Setup, swept: Range, high: Maxima) -> None:
     scene.emit(f"{ROOT}/peak/half_order", met.order, 0.0, axes)
 
 
-def _meeting(setup: Setup, swept: Range, high: Maxima) -> Meeting:
+def _meeting(setup: Setup, swept: Range, high: Maxima) -> MeetingOrder:
     end = (high.speed <= swept.speed[0]) | (high.speed >= swept.speed[-1])
     return meeting(setup, high.speed, high.section, end)
 
@@ -292,7 +292,7 @@ def emit_gears(
     """Mean and alternating torques, the least over a cycle, ranges in which it changes its sign.
 
     `curves` at speeds (s,), with errors (g,) of referred torques of gears; `shares` say what the
-    sections carry of the mean torques. Ranges are looked for between the speeds `every` (r,).
+    sections carry of the mean torques. Ranges are searched between the speeds `every` (r,).
     """
     shaft = setup.shaft
     size = np.abs(actual_per_referred(shaft))

@@ -14,7 +14,7 @@ from vibecalc.torsion.results import TRANSIENT
 from vibecalc.torsion.section_loads import section_torque
 from vibecalc.torsion.synthesis import synthesis
 from vibecalc.torsion.transient.cycles import (
-    Sliding,
+    SlidingExtremes,
     against_quasi_steady,
     largest_swings,
     section_peaks,
@@ -46,7 +46,7 @@ from vibecalc.torsion.transient.peaks import (
 
 #: tolerance of the march: nothing that is read off it is reported more sharply
 _RTOL = 1e-7
-#: windows in which peaks are looked for; of a cycle, in a time of fewer cycles than that, where
+#: windows in which peaks are searched; of a cycle, in a time of fewer cycles than that, where
 #: the speed stays
 _FEWEST, _MOST, _PER_CYCLE, _SHORT = 4, 400, 6, 20
 #: speeds of the steady curve before its peaks are added
@@ -121,7 +121,7 @@ def _emit_peaks(scene: Scene, setup: Setup, run_: TransientRun, extremes: Envelo
 
 def _emit_passage(
     scene: Scene, setup: Setup, path: Journey, run_: TransientRun, extremes: Envelope,
-    slide: Sliding | None,
+    slide: SlidingExtremes | None,
 ) -> None:  # fmt: skip
     """Half ranges of the windows next to the steady ones at the same speeds."""
     size = np.abs(setup.shaft.section_ratio)
@@ -362,7 +362,7 @@ _TIMES = 200
 _RESULTS = ("speed", "torque_low", "torque_high", "half_range", "quasi_steady")
 
 
-def emit_envelope(scene: Scene, setup: Setup, run: TransientRun) -> Sliding | None:
+def emit_envelope(scene: Scene, setup: Setup, run: TransientRun) -> SlidingExtremes | None:
     """Emit speed and extremes; None where nobody asks for them, or no cycle can slide."""
     if not scene.wants(*(TRANSIENT + name for name in _RESULTS)):
         return None
@@ -386,7 +386,7 @@ def emit_envelope(scene: Scene, setup: Setup, run: TransientRun) -> Sliding | No
 
 
 def emit_half_ranges(
-    scene: Scene, setup: Setup, moving: Sliding, speeds: FloatArray, steady: FloatArray,
+    scene: Scene, setup: Setup, moving: SlidingExtremes, speeds: FloatArray, steady: FloatArray,
     uncertainty: FloatArray,
 ) -> None:  # fmt: skip
     """Half ranges next to the largest steady ones (k, e) at the speeds (k,) of each window."""

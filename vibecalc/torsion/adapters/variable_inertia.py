@@ -247,7 +247,7 @@ def basis_of(setup: Setup, system: VariableLine) -> FloatArray | None:
 #: even steps of the range; criticals that are added, the lowest orders first; wedges that are
 #: reported
 _EVEN, _CRITICALS, _WEDGES = 31, 20, 8
-#: a wedge whose growth is below this share of what damping takes away is not looked into
+#: a wedge whose growth is below this share of what damping takes away is not examined
 _FEARED, _MOST_RANGES = 0.3, 4
 
 

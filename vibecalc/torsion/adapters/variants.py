@@ -6,7 +6,7 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
-from vibecalc.torsion.adapters.critical import Undamped, undamped_speeds
+from vibecalc.torsion.adapters.critical import UndampedResonances, undamped_speeds
 from vibecalc.torsion.adapters.curves import (
     CurveUncertainty,
     SectionUncertainty,
@@ -25,7 +25,7 @@ from vibecalc.torsion.adapters.limits import (
     stress_uncertainty,
     uses_of,
 )
-from vibecalc.torsion.adapters.maxima import Dense, added, torque_value, with_narrow_resonances
+from vibecalc.torsion.adapters.maxima import DenseSweep, added, torque_value, with_narrow_resonances
 from vibecalc.torsion.adapters.setup import Setup, build_drive, build_model, natural_of
 from vibecalc.torsion.critical_speeds import Maxima, largest, telling_speeds
 from vibecalc.torsion.line import complex_stiffness
@@ -45,14 +45,14 @@ class State(NamedTuple):
     section: IntArray
 
 
-class Nearby(NamedTuple):
+class NearbyRange(NamedTuple):
     """Referred half ranges at speeds (s, k), the largest torques (k,), twists there (k,)."""
 
     twist: FloatArray
     torque: FloatArray
-    undamped: Undamped
+    undamped: UndampedResonances
     top: Maxima
-    dense: Dense
+    dense: DenseSweep
     twist_there: FloatArray
     uncertainty: CurveUncertainty
     largest_error: SectionUncertainty
@@ -70,7 +70,7 @@ def emit_operating(scene: Scene, state: State) -> tuple[FloatArray, FloatArray]:
     return _emit(scene, state, "", curves.torque[0], curves.twist[0], uncertainty, {})
 
 
-def emit_range(scene: Scene, state: State, speed: FloatArray, limited: bool = False) -> Nearby:
+def emit_range(scene: Scene, state: State, speed: FloatArray, limited: bool = False) -> NearbyRange:
     """Curves over speeds (s,) and the largest values of each section.
 
     `limited`: what the line has limits for is examined as closely as its largest values.
@@ -85,7 +85,7 @@ def emit_range(scene: Scene, state: State, speed: FloatArray, limited: bool = Fa
     return nearby
 
 
-def _over(setup: Setup, speed: FloatArray, limited: bool) -> Nearby:
+def _over(setup: Setup, speed: FloatArray, limited: bool) -> NearbyRange:
     model, drive = setup.model, setup.drive
     curves = sweep(model, drive, speed, None, angles=False)
     undamped = undamped_speeds(setup, speed[0], speed[-1])
@@ -105,7 +105,7 @@ def _over(setup: Setup, speed: FloatArray, limited: bool) -> Nearby:
     of_section = there.twist[np.arange(len(top.section)), :, top.section]
     half = synthesis(drive.order, of_section).half_range
     twist = np.where(np.isfinite(top.value), half, np.inf)
-    return Nearby(curves.twist, curves.torque, undamped, top, dense, twist, uncertainty, error)
+    return NearbyRange(curves.twist, curves.torque, undamped, top, dense, twist, uncertainty, error)
 
 
 def _emit(

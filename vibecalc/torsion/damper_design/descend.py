@@ -101,7 +101,7 @@ _HALVINGS = 6
 _LEFT = 0.1
 
 
-class Place(NamedTuple):
+class DesignPoint(NamedTuple):
     """Variables (v,), their peaks, and merit: worst section, price and
     violated limits (with an infinite penalty the excess alone); `over` the worst excess over a
     limit, over that limit.
@@ -116,7 +116,7 @@ class Place(NamedTuple):
 def place(
     prepared: Survey, variables: FloatArray, penalty: float = _PENALTIES[0],
     share: float = _SHARE, tolerance: float = LEVEL,
-) -> Place:  # fmt: skip
+) -> DesignPoint:  # fmt: skip
     """The peaks of one damper."""
     damper = prepared.damper(variables)
     tops = prepared.peaks(damper, share, tolerance)
@@ -126,10 +126,10 @@ def place(
     over = float(np.max(level[tops.row >= sections], initial=1.0)) - 1.0
     price = prepared.limits.inertia_price * damper.inertia
     merit = worst + price + penalty * worst * over if penalty < np.inf else over
-    return Place(variables, tops, merit, over)
+    return DesignPoint(variables, tops, merit, over)
 
 
-def descend(prepared: Survey, start: FloatArray) -> Place:
+def descend(prepared: Survey, start: FloatArray) -> DesignPoint:
     """Search from logarithms (v,) until steps of a thousandth bring nothing."""
     bounds = prepared.logarithms
     end = np.clip(start, bounds[:, 0], bounds[:, 1])
@@ -146,13 +146,13 @@ def descend(prepared: Survey, start: FloatArray) -> Place:
     return place(prepared, found.variables)
 
 
-def lenient(prepared: Survey, most: int) -> list[Place]:
+def lenient(prepared: Survey, most: int) -> list[DesignPoint]:
     """Corners of the bounds by their excess over a limit, at most `most`.
 
     Rings that are all but locked or free turn little into heat: the map over the middle of the
     bounds may show nothing of them.
     """
-    found: list[Place] = []
+    found: list[DesignPoint] = []
     for corner in product(*prepared.logarithms):
         try:
             found.append(place(prepared, np.array(corner), tolerance=_TOLERANCE))
@@ -162,7 +162,7 @@ def lenient(prepared: Survey, most: int) -> list[Place]:
     return sorted(found, key=lambda one: (one.over, one.merit))[:most]
 
 
-def _descend(prepared: Survey, start: FloatArray, penalty: float) -> Place:
+def _descend(prepared: Survey, start: FloatArray, penalty: float) -> DesignPoint:
     bounds = prepared.logarithms
     here = place(prepared, start, penalty, tolerance=_TOLERANCE)
     radius = 0.4
@@ -193,7 +193,7 @@ def _descend(prepared: Survey, start: FloatArray, penalty: float) -> Place:
 
 
 def _linear_program(
-    prepared: Survey, here: Place, radius: float, penalty: float
+    prepared: Survey, here: DesignPoint, radius: float, penalty: float
 ) -> tuple[FloatArray, float]:
     """Best step (v,) within the radius if all were linear, and the merit it would gain."""
     from scipy.optimize import linprog
@@ -224,7 +224,7 @@ def _linear_program(
     return step, worst * (1.0 + penalty * excess - float(solution.fun))
 
 
-def nearest_within_limits(prepared: Survey, broken: Place, within: Place) -> FloatArray:
+def nearest_within_limits(prepared: Survey, broken: DesignPoint, within: DesignPoint) -> FloatArray:
     """Variables (v,) between a place that breaks a limit and one that keeps it, which still do.
 
     Halving the straight way in logarithms: as near to the first as a few steps tell.
@@ -239,7 +239,7 @@ def nearest_within_limits(prepared: Survey, broken: Place, within: Place) -> Flo
     return good
 
 
-def foreseen(prepared: Survey, end: Place) -> tuple[FloatArray, float]:
+def foreseen(prepared: Survey, end: DesignPoint) -> tuple[FloatArray, float]:
     """Length (v,) of the step that a linear program would still take, and what it would gain.
 
     What is left of a broken limit counts as if it were the objective.

@@ -9,7 +9,7 @@ from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
 from vibecalc.torsion.damper_design.descend import (
     BROKEN,
     Chart,
-    Place,
+    DesignPoint,
     chart_of,
     descend,
     lenient,
@@ -25,7 +25,7 @@ from vibecalc.torsion.damper_design.settle import StationaryTuning, basin_errors
 # The spring and dashpot (and ring) of a damper that make the worst section of a line least.
 # ----------------------------------------------------------------------------
 
-#: corners of the bounds from which a place that keeps the limits is looked for
+#: corners of the bounds from which a place that keeps the limits is searched
 _CORNERS = 4
 #: share by which ends of descents of one optimum may differ
 _AS_GOOD = 1e-3
@@ -82,7 +82,7 @@ def design(
     """Minimise the worst weighted half range over the range of speeds and over all sections.
 
     `map_points` values of each variable span the map whose valleys, at most `starts`, are searched;
-    `speeds` points of the range only say where to look for peaks. Raises NumericalFailure for a
+    `speeds` points of the range only say where to search peaks. Raises NumericalFailure for a
     problem without meaning, limits that no damper found keeps, and a tuning that cannot be proved.
     """
     prepared = survey(problem, limits, speeds)
@@ -132,13 +132,13 @@ def _starts(prepared: Survey, points: int, most: int) -> FloatArray:
     return valleys(prepared, chart_of(prepared, count), most)
 
 
-def _rank(end: Place) -> tuple[bool, float]:
+def _rank(end: DesignPoint) -> tuple[bool, float]:
     """Places that keep the limits first, by merit; then the others, by their excess."""
     broken = end.over > BROKEN
     return broken, end.over if broken else end.merit
 
 
-def _keeps_limits(prepared: Survey, ends: list[Place]) -> None:
+def _keeps_limits(prepared: Survey, ends: list[DesignPoint]) -> None:
     """Raise NumericalFailure where the least violated place found breaks a limit."""
     least = ends[0]
     if least.over <= BROKEN:
@@ -158,7 +158,7 @@ def _keeps_limits(prepared: Survey, ends: list[Place]) -> None:
     )
 
 
-def _record(prepared: Survey, held: StationaryTuning, ends: list[Place]) -> Design:
+def _record(prepared: Survey, held: StationaryTuning, ends: list[DesignPoint]) -> Design:
     damper = prepared.damper(held.variables)
     error, pull, pull_error = np.zeros(3), np.zeros(3), np.zeros(3)
     pull_error[prepared.moving] = held.bound_error

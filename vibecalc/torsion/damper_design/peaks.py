@@ -206,9 +206,9 @@ def drift(system: System, damper: Damper, tops: Peaks, step: float) -> FloatArra
 # ----------------------------------------------------------------------------
 # The largest readings over the range of speeds, at speeds found continuously.
 #
-# A coarse grid of speeds only says where to look. Each local maximum is followed to where its slope
-# by speed vanishes, and narrow resonances, which a grid may miss, are looked up from the damped
-# poles of the line with this damper.
+# A coarse grid of speeds only says where to search. Each local maximum is followed to where its
+# slope by speed vanishes, and narrow resonances, which a grid may miss, are computed from the
+# damped poles of the line with this damper.
 # ----------------------------------------------------------------------------
 
 #: half width over speed of a resonance without damping, and how far it stands out

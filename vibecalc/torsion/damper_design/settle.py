@@ -6,7 +6,7 @@ import numpy as np
 
 from vibecalc.numerics.matrices import nonnegative_least_squares
 from vibecalc.numerics.rounding import BoolArray, FloatArray
-from vibecalc.torsion.damper_design.descend import BROKEN, Place, foreseen
+from vibecalc.torsion.damper_design.descend import BROKEN, DesignPoint, foreseen
 from vibecalc.torsion.damper_design.peaks import (
     Peaks,
     Survey,
@@ -264,7 +264,7 @@ _SHARE = 0.9
 _ONE_CYCLE = 1e-3
 
 
-def settle(prepared: Survey, end: Place) -> StationaryTuning | None:
+def settle(prepared: Survey, end: DesignPoint) -> StationaryTuning | None:
     """Refine the end of a descent; None where no set of peaks and bounds holds it.
 
     Crests of one cycle that are all but equal may rise and fall together everywhere: no tuning
@@ -297,7 +297,7 @@ def _highest(tops: Peaks) -> Peaks:
     return tops.some(np.array(highest, dtype=int))
 
 
-def _is_minimum(prepared: Survey, end: Place, held: StationaryTuning) -> bool:
+def _is_minimum(prepared: Survey, end: DesignPoint, held: StationaryTuning) -> bool:
     """Whether the refined place is no saddle and no worse than where the descent ended."""
     cost = prepared.limits.inertia_price * prepared.damper(held.variables).inertia
     lower = held.level + cost <= end.merit * (1.0 + 1e-6) or end.over > 1e-6
@@ -305,7 +305,7 @@ def _is_minimum(prepared: Survey, end: Place, held: StationaryTuning) -> bool:
 
 
 def _first_guess(
-    prepared: Survey, end: Place, closeness: float, alone: bool
+    prepared: Survey, end: DesignPoint, closeness: float, alone: bool
 ) -> tuple[Peaks, BoolArray]:
     """Peaks near the top and bounds nearby that least squares gives a weight."""
     tops, x = _highest(end.peaks) if alone else end.peaks, end.variables
@@ -329,7 +329,7 @@ def _first_guess(
 
 
 def _iterate(
-    prepared: Survey, end: Place, tops: Peaks, fixed: BoolArray, alone: bool
+    prepared: Survey, end: DesignPoint, tops: Peaks, fixed: BoolArray, alone: bool
 ) -> StationaryTuning | None:
     bounds = prepared.logarithms
     sections = prepared.system.twist.shape[0]
@@ -396,7 +396,7 @@ _RIVAL = 1.05
 
 
 def basin_errors(
-    prepared: Survey, held: StationaryTuning, ends: list[Place]
+    prepared: Survey, held: StationaryTuning, ends: list[DesignPoint]
 ) -> tuple[FloatArray, FloatArray]:
     """Errors (b, 3) of J, k, c and (b,) of the objective of all ends.
 
@@ -427,7 +427,7 @@ def _merit(prepared: Survey, held: StationaryTuning) -> float:
     return held.level + price
 
 
-def _belongs(prepared: Survey, held: StationaryTuning, end: Place) -> bool:
+def _belongs(prepared: Survey, held: StationaryTuning, end: DesignPoint) -> bool:
     near = np.max(np.abs(held.variables - end.variables), initial=0.0) < _SAME
     high = _merit(prepared, held)
     return bool(near and abs(end.merit - high) < _AS_HIGH * high)

@@ -68,7 +68,7 @@ def verdicts(record: Record) -> list[str]:
     return words
 
 
-class Exceeded(NamedTuple):
+class ExceededRow(NamedTuple):
     """A range in rad/s above a limit (from 1), whether its rule permits to bar it, that range."""
 
     low: float
@@ -79,7 +79,7 @@ class Exceeded(NamedTuple):
     formula: tuple[float, float]
 
 
-def exceeded_rows(record: Record) -> list[Exceeded]:
+def exceeded_rows(record: Record) -> list[ExceededRow]:
     """The ranges above the limits; what a record does not have of them is 0, or permitted."""
     low, high, limit, allowed, peak, start, stop = (
         vector(record, f"exceeded/{name}", "exceeded")
@@ -91,7 +91,7 @@ def exceeded_rows(record: Record) -> list[Exceeded]:
     parts = [low, high, *(none if one is None else one for one in (limit, peak, start, stop))]
     permitted = every if allowed is None else allowed
     return [
-        Exceeded(a, b, int(n), bool(permitted[i]), at, (f, t))
+        ExceededRow(a, b, int(n), bool(permitted[i]), at, (f, t))
         for i, (a, b, n, at, f, t) in enumerate(zip(*parts, strict=True))
     ]
 

@@ -24,7 +24,7 @@ from vibecalc.torsion.transient.peaks import (
 # so that only what changes from cycle to cycle moves the envelope.
 # ----------------------------------------------------------------------------
 
-#: the samples are this many times finer than the first look
+#: the samples are this many times finer than the first sampling
 _FINER = 4
 #: cycles that are sampled at once, and samples that are kept beyond the windows of a block
 _BLOCK, _MARGIN = 8.0, 3
@@ -36,7 +36,7 @@ _PLACE = 0.1
 FEWEST = 1.05
 
 
-class Sliding(NamedTuple):
+class SlidingExtremes(NamedTuple):
     """v windows, e sections: `low`, `high` (v, e) in N m with `error` (v, e).
 
     `time` (v,) in s and `speed` (v,) in rad/s of the crank are those in the middle of each window
@@ -52,7 +52,7 @@ class Sliding(NamedTuple):
     speed_high: FloatArray
 
 
-def sliding(run: TransientRun, cycle: float, count: int = 200) -> Sliding | None:
+def sliding(run: TransientRun, cycle: float, count: int = 200) -> SlidingExtremes | None:
     """Lowest and highest section torques over a cycle of `cycle` rad about each of `count` times.
 
     The times are equally spaced, the first and last half a cycle from the ends of the run. Where
@@ -89,7 +89,7 @@ def sliding(run: TransientRun, cycle: float, count: int = 200) -> Sliding | None
         for a, b in zip(starts, ends, strict=True)
     ]
     speeds = [speed_at(run.stretches, run.borders, one) for one in inner]
-    return Sliding(
+    return SlidingExtremes(
         time, speed_at(run.stretches, run.borders, time), low, high, error + run.torque_error,
         np.array([one.min() for one in speeds]), np.array([one.max() for one in speeds]),
     )  # fmt: skip
@@ -203,7 +203,7 @@ def values_at(
 # A slow swing may not have both within a cycle: the values at the two ends of one count too.
 # ----------------------------------------------------------------------------
 
-#: share of the highest bound that windows of the first look reach; looks before all are taken
+#: share of the highest bound that windows of the first round reach; rounds before all are taken
 _FIRST, _ROUNDS = 0.98, 3
 #: share of the second difference, and of the spacing, by which a parabola's peak may be off
 _VALUE, _SWING_PLACE = 0.02, 0.1

@@ -12,19 +12,19 @@ from vibecalc.torsion.transient.motion import speed_at, turned_after
 # ----------------------------------------------------------------------------
 # Envelope and true maxima of section torques or twists along a run.
 #
-# Every step is looked into at several points; in each window of time the steps with the highest
-# (and lowest) peaks among them are looked into again with finer ones, and a polynomial through
+# Every step is sampled at several points; in each window of time the steps with the highest
+# (and lowest) peaks among them are sampled again with finer ones, and a polynomial through
 # five of these gives the extreme value. States inside a step are as exact as those at its ends.
 # ----------------------------------------------------------------------------
 
-#: points in a step: bounds of the first look, and of the second per point of the first
-FEWEST_POINTS, MOST_POINTS, SECOND_LOOK = 6, 36, 8
+#: points in a step: bounds of the first sampling, and of the second per point of the first
+FEWEST_POINTS, MOST_POINTS, SECOND_SAMPLING = 6, 36, 8
 
-#: steps of a window that are looked into a second time
+#: steps of a window that are sampled a second time
 CANDIDATES = 3
 
-#: radians of the fastest mode between two points of the first look
-LOOK_STEP = 1.0 / 3.0
+#: radians of the fastest mode between two points of the first sampling
+SAMPLE_STEP = 1.0 / 3.0
 
 #: states held at once
 CHUNK = 2_000_000
@@ -47,8 +47,8 @@ class Envelope(NamedTuple):
 
 
 def points_in(run: TransientRun, block: int) -> int:
-    """How many points of a step of that block the first look takes."""
-    wanted = run.system.fastest * run.blocks[block].step / LOOK_STEP
+    """How many points of a step of that block the first sampling takes."""
+    wanted = run.system.fastest * run.blocks[block].step / SAMPLE_STEP
     return int(np.clip(np.ceil(wanted), FEWEST_POINTS, MOST_POINTS))
 
 
@@ -89,7 +89,7 @@ def envelope(run: TransientRun, windows: int = 200, of: str = "torque") -> Envel
         steps = np.arange(block.steps)
         rough_tool, fine_tool = (
             propagator(run.system, block.step, count, view)
-            for count in (parts, parts * SECOND_LOOK)
+            for count in (parts, parts * SECOND_SAMPLING)
         )
         first = step_values(run, number, rough_tool, steps, view)
         since = run.borders.time[block.stretch] + block.offset
@@ -105,7 +105,7 @@ def envelope(run: TransientRun, windows: int = 200, of: str = "torque") -> Envel
             place, section = place.reshape(chosen.shape), np.arange(e)
             value, share, error = peak(sign * step_values(run, number, fine_tool, unique, view))
             fine = value[place, section]
-            # a step left out may rise above its first look as much as one that was looked into
+            # a step left out may rise above its first samples as much as one that was sampled twice
             refinement = np.abs(fine - np.take_along_axis(rough[:, None], chosen, axis=0)).max(
                 axis=1
             )
@@ -169,7 +169,7 @@ def peak(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 def candidates(rough: FloatArray, cuts: IntArray, ends: IntArray) -> tuple[IntArray, FloatArray]:
     """The most promising steps of each window (windows, c, e) and the best of the others.
 
-    `rough` (count, e) are the peaks of the first look; `cuts` and `ends` bound the windows. A
+    `rough` (count, e) are the peaks of the first sampling; `cuts` and `ends` bound the windows. A
     window of few steps has some of them twice, and no other (minus infinity).
     """
     chosen = np.empty((cuts.size, CANDIDATES, rough.shape[1]), dtype=np.int64)
@@ -223,7 +223,7 @@ def section_history(
     run: TransientRun, start: float, end: float, of: str = "torque", finer: int = 1,
     known: dict[tuple[float, int], Propagator] | None = None,
 ) -> SectionHistory:  # fmt: skip
-    """Section torques in N m (of="twist": twists in rad) at all times of the first look.
+    """Section torques in N m (of="twist": twists in rad) at all times of the first sampling.
 
     `finer` times as many where that is more than one. `known` keeps the propagators for the next
     call with the same run and `of`.

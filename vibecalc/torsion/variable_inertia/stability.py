@@ -309,7 +309,7 @@ def unstable_ranges(
 ) -> list[Range]:
     """Ranges about uniform turning, or `motion`, with borders by bisection between speeds (S,).
 
-    The speeds must be as close as the ranges looked for; add the centres of `wedges`. The line's
+    The speeds must be as close as the ranges searched; add the centres of `wedges`. The line's
     damping counts. A range that reaches an end of the speeds ends there, with the error 0.
     """
     speeds = np.unique(np.asarray(speed, dtype=np.float64))

@@ -23,7 +23,7 @@ from vibecalc.core.report.writing import (
 from vibecalc.core.results.layout import DONE, NOT_RUN, STATUS_WORDS
 
 if TYPE_CHECKING:
-    from vibecalc.core.study.sweep.prepare import Forecast, Prepared, StoredQuantity
+    from vibecalc.core.study.sweep.prepare import Forecast, PreparedSweep, StoredQuantity
 
 # ----------------------------------------------------------------------------
 # What `sweep` says before it starts and after it ends, in words and as plain objects.
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 _UNITS = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"), (1.0, "s"))
 
 
-def forecast_object(prepared: "Prepared", forecast: "Forecast", chunks: int) -> dict[str, Any]:
+def forecast_object(prepared: "PreparedSweep", forecast: "Forecast", chunks: int) -> dict[str, Any]:
     """What `--dry-run --json` prints; seconds and bytes are estimates."""
     design, strategy = prepared.design, prepared.strategy
     return {
@@ -63,7 +63,9 @@ def forecast_object(prepared: "Prepared", forecast: "Forecast", chunks: int) -> 
     }
 
 
-def render_forecast(prepared: "Prepared", forecast: "Forecast", chunks: int, output: Path) -> str:
+def render_forecast(
+    prepared: "PreparedSweep", forecast: "Forecast", chunks: int, output: Path
+) -> str:
     """The same as text."""
     design, strategy = prepared.design, prepared.strategy
     sizes = " x ".join(str(size) for size in design.shape)

@@ -68,7 +68,7 @@ class GridAxis(NamedTuple):
         return bool(np.ptp(steps) <= _LOG_RTOL * abs(steps[0]) and steps[0] != 0.0)
 
 
-class Stacked(NamedTuple):
+class StackedResult(NamedTuple):
     """A result at all points: values (points, own axes), error (points,), perhaps spread."""
 
     values: np.ndarray
@@ -97,7 +97,7 @@ class SweepView:
     status: np.ndarray
     message: Callable[[int], str]
     quantities: Mapping[str, Quantity]
-    read: Callable[[str], Stacked]
+    read: Callable[[str], StackedResult]
     facts: Sequence[tuple[str, str]] = ()
     left_out: Mapping[str, str] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
@@ -261,10 +261,10 @@ def _described(quantity: StackedQuantity) -> Quantity:
     )
 
 
-def _read(quantity: StackedQuantity, count: int) -> Stacked:
+def _read(quantity: StackedQuantity, count: int) -> StackedResult:
     lengths = tuple(len(axis.values) for axis in quantity.axes)
     spread = quantity.standard_errors()
-    return Stacked(
+    return StackedResult(
         quantity.values().reshape(count, *lengths),
         quantity.errors().reshape(count),
         None if spread is None else spread.reshape(count),

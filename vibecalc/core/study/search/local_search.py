@@ -225,7 +225,7 @@ FEASIBLE_WITHIN = 1e-6
 UNRESOLVED = 2e-11
 
 
-class End(NamedTuple):
+class SearchEnd(NamedTuple):
     """Start and end of a local search on the unit cube; objective and violation at its end."""
 
     start: np.ndarray
@@ -236,15 +236,15 @@ class End(NamedTuple):
     evaluations: int
 
 
-class Ends(NamedTuple):
+class SearchEnds(NamedTuple):
     """All local searches, and what there is to say about them."""
 
-    ends: list[End]
+    ends: list[SearchEnd]
     notes: tuple[str, ...]
     flat: bool = False
 
 
-class Walked(Protocol):
+class SearchOutcome(Protocol):
     """What a search hands back: the end on the unit cube, and in words why it stopped."""
 
     @property
@@ -257,9 +257,9 @@ class Walked(Protocol):
 def search_all(
     sampler: Sampler,
     points: np.ndarray,
-    searcher: Callable[[Values, np.ndarray], Walked] = local_search,
+    searcher: Callable[[Values, np.ndarray], SearchOutcome] = local_search,
     most: int | None = None,
-) -> Ends:
+) -> SearchEnds:
     """Search from every start that can be evaluated; `sampler.scale` is set on the way.
 
     Parameters
@@ -284,7 +284,7 @@ def search_all(
             f"none of the {len(points)} starting points of the search can be evaluated; the first "
             f"says: {next(iter(sampler.failures.values()))}"
         )
-    ends: list[End] = []
+    ends: list[SearchEnd] = []
     notes: tuple[str, ...] = ()
     walks = 0
     for point, vector in zip(points, vectors, strict=True):
@@ -293,7 +293,7 @@ def search_all(
             break
         if vector is None:
             reason = f"cannot be evaluated: {sampler.failures[(point + 0.0).tobytes()]}"
-            ends.append(End(point, point, np.nan, np.inf, reason, 0))
+            ends.append(SearchEnd(point, point, np.nan, np.inf, reason, 0))
         elif sampler.left < sampler.reserve and any(end.violation < np.inf for end in ends):
             notes = (f"the budget ended the search after {len(ends)} of {len(points)} starts",)
             break
@@ -303,7 +303,7 @@ def search_all(
             ends.append(_end(sampler, point, walk.unit, walk.reason, sampler.count - before))
     if not any(end.violation <= FEASIBLE_WITHIN for end in ends):
         ends += _from_feasible(sampler, ends, known[0].size - sampler.entries)
-    return Ends(ends, notes, flat)
+    return SearchEnds(ends, notes, flat)
 
 
 def set_scale(sampler: Sampler, points: np.ndarray) -> tuple[list[np.ndarray | None], bool]:
@@ -321,7 +321,7 @@ def set_scale(sampler: Sampler, points: np.ndarray) -> tuple[list[np.ndarray | N
     return vectors, change <= least
 
 
-def _from_feasible(sampler: Sampler, ends: list[End], margins: int) -> list[End]:
+def _from_feasible(sampler: Sampler, ends: list[SearchEnd], margins: int) -> list[SearchEnd]:
     """Find a point that keeps all limits and search from it."""
     nearest = sorted(
         (end for end in ends if np.isfinite(end.violation)), key=lambda end: end.violation
@@ -337,13 +337,13 @@ def _from_feasible(sampler: Sampler, ends: list[End], margins: int) -> list[End]
 
 def _end(
     sampler: Sampler, start: np.ndarray, unit: np.ndarray, reason: str, evaluations: int
-) -> End:
+) -> SearchEnd:
     unit = sampler.box.fold(unit)
     vector = sampler(unit)
     assert vector is not None
     objective = float(np.max(vector[: sampler.entries]))
     violation = float(np.max(-vector[sampler.entries :], initial=0.0))
-    return End(start, unit, objective, violation, reason, evaluations)
+    return SearchEnd(start, unit, objective, violation, reason, evaluations)
 
 
 def _change(sampler: Sampler, points: np.ndarray, vectors: list[np.ndarray | None]) -> float:

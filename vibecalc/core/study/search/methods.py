@@ -388,7 +388,7 @@ def find(
     if vectors[0] is None:
         why = next(iter(sampler.failures.values()))
         raise NumericalFailure(f"the start of the search cannot be evaluated: {why}")
-    watched = _Watched(sampler, budget)
+    watched = _WatchedSampler(sampler, budget)
     watched(start)
     try:
         walk = METHODS[name].search(watched, start)
@@ -418,7 +418,7 @@ def _residual(sampler: Sampler, unit: np.ndarray) -> float:
         return np.inf
 
 
-class _Watched:
+class _WatchedSampler:
     """The sampler with an end to its evaluations and a memory for the best point met."""
 
     def __init__(self, sampler: Sampler, budget: int):

@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike
 from vibecalc.core.study.search.local_search import (
     FEASIBLE_WITHIN,
     VANISHING,
-    End,
-    Ends,
+    SearchEnd,
+    SearchEnds,
     local_search,
     search_all,
 )
@@ -25,7 +25,7 @@ from vibecalc.core.study.search.problem import (
     Search,
     spread,
 )
-from vibecalc.core.study.search.refine import Refined, keeps, refine
+from vibecalc.core.study.search.refine import RefinedOptimum, keeps, refine
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON
 
@@ -99,7 +99,7 @@ SHORT_OF = 3e-2
 MOST_RIVALS = 4
 
 
-class Distinct(NamedTuple):
+class DistinctEnd(NamedTuple):
     """An end point apart from all others, and how many searches ended there."""
 
     unit: np.ndarray
@@ -107,14 +107,16 @@ class Distinct(NamedTuple):
     found_by: int
 
 
-class Choice(NamedTuple):
+class ChosenOptimum(NamedTuple):
     """The optimum, refined, and all distinct ends that keep the limits, lowest first."""
 
-    best: Refined
-    distinct: tuple[Distinct, ...]
+    best: RefinedOptimum
+    distinct: tuple[DistinctEnd, ...]
 
 
-def choose(sampler: Sampler, ends: list[End], begin: np.ndarray, accuracy: float) -> Choice:
+def choose(
+    sampler: Sampler, ends: list[SearchEnd], begin: np.ndarray, accuracy: float
+) -> ChosenOptimum:
     """Refine the ends that compete and take the lowest; of equally low ones the nearest to begin.
 
     Raises
@@ -128,14 +130,14 @@ def choose(sampler: Sampler, ends: list[End], begin: np.ndarray, accuracy: float
     vanishes = sampler.smallest >= 0 and lowest < VANISHING
     equal = VANISHING if vanishes else 1e-6
 
-    def rank(one: Distinct) -> tuple[float, ...]:
+    def rank(one: DistinctEnd) -> tuple[float, ...]:
         away = round(float(np.linalg.norm(sampler.box.apart(begin, one.unit))), 6)
         return (away, *np.round(one.unit, 6))
 
     level = sorted((one for one in distinct if one.objective <= lowest + equal), key=rank)
     rivals = [one for one in distinct if lowest + equal < one.objective <= lowest + RIVALS]
     half = MOST_RIVALS // 2
-    refined: list[Refined] = []
+    refined: list[RefinedOptimum] = []
     final = {id(one): one for one in distinct}
     for one in level[:half] + rivals[:half] + level[half:] + rivals[half:]:
         if len(refined) == MOST_RIVALS:
@@ -156,16 +158,16 @@ def choose(sampler: Sampler, ends: list[End], begin: np.ndarray, accuracy: float
         )
     least = min(one.objective + one.excess for one in refined)
     lowest_ones = [one for one in refined if one.objective - one.excess <= least]
-    best = min(lowest_ones, key=lambda one: rank(Distinct(one.unit, one.objective, 1)))
+    best = min(lowest_ones, key=lambda one: rank(DistinctEnd(one.unit, one.objective, 1)))
     ordered = sorted(final.values(), key=lambda one: (one.objective, *one.unit))
     joined = [
         group[0]._replace(found_by=sum(one.found_by for one in group))
         for group in groups(sampler, ordered)
     ]
-    return Choice(best, tuple(joined))
+    return ChosenOptimum(best, tuple(joined))
 
 
-def anywhere(sampler: Sampler, ends: list[End]) -> Choice:
+def anywhere(sampler: Sampler, ends: list[SearchEnd]) -> ChosenOptimum:
     """The choice where the objective is the same everywhere: the first end that keeps all limits.
 
     It counts as the same where its change is below `search.UNRESOLVED` of its magnitude.
@@ -175,7 +177,7 @@ def anywhere(sampler: Sampler, ends: list[End]) -> Choice:
     vector = sampler(end.unit)
     assert vector is not None
     margins = np.maximum(0.0, -vector[sampler.entries :])
-    best = Refined(
+    best = RefinedOptimum(
         unit=end.unit,
         error=np.full(end.unit.size, float(np.max(margins, initial=0.0))),
         excess=2.0,  # the scale is the largest change seen, rounded to a power of two
@@ -189,10 +191,10 @@ def anywhere(sampler: Sampler, ends: list[End]) -> Choice:
         free_directions=end.unit.size,
         method="flat",
     )
-    return Choice(best, distinct)
+    return ChosenOptimum(best, distinct)
 
 
-def only_point(sampler: Sampler) -> tuple[Ends, Choice]:
+def only_point(sampler: Sampler) -> tuple[SearchEnds, ChosenOptimum]:
     """The answer where all variables are held: one evaluation.
 
     Raises
@@ -217,7 +219,7 @@ def only_point(sampler: Sampler) -> tuple[Ends, Choice]:
         )
     objective = float(np.max(vector[: sampler.entries]))
     floor = EPSILON * abs(objective)
-    best = Refined(
+    best = RefinedOptimum(
         unit=nowhere,
         error=nowhere,
         excess=floor,
@@ -231,24 +233,24 @@ def only_point(sampler: Sampler) -> tuple[Ends, Choice]:
         free_directions=0,
         method="fixed",
     )
-    end = End(nowhere, nowhere, objective, 0.0, "all variables are held", 1)
-    return Ends([end], ()), Choice(best, (Distinct(nowhere, objective, 1),))
+    end = SearchEnd(nowhere, nowhere, objective, 0.0, "all variables are held", 1)
+    return SearchEnds([end], ()), ChosenOptimum(best, (DistinctEnd(nowhere, objective, 1),))
 
 
-def _distinct(box: Box, ends: list[End]) -> tuple[Distinct, ...]:
+def _distinct(box: Box, ends: list[SearchEnd]) -> tuple[DistinctEnd, ...]:
     feasible = [end for end in ends if end.violation <= FEASIBLE_WITHIN]
-    distinct: list[Distinct] = []
+    distinct: list[DistinctEnd] = []
     for end in sorted(feasible, key=lambda end: (end.objective, *end.unit)):
         for index, one in enumerate(distinct):
             if np.max(np.abs(box.apart(one.unit, end.unit)), initial=0.0) < SAME:
                 distinct[index] = one._replace(found_by=one.found_by + 1)
                 break
         else:
-            distinct.append(Distinct(end.unit, end.objective, 1))
+            distinct.append(DistinctEnd(end.unit, end.objective, 1))
     return tuple(distinct)
 
 
-def _covers(box: Box, done: Refined, end: Distinct) -> bool:
+def _covers(box: Box, done: RefinedOptimum, end: DistinctEnd) -> bool:
     """Whether an end is nearby and no lower: a search that stopped short of the same optimum."""
     near = np.max(np.abs(box.apart(done.unit, end.unit)), initial=0.0) < SHORT_OF
     return bool(near) and done.objective <= end.objective
@@ -263,8 +265,8 @@ def summary(
     sampler: Sampler,
     whole: Box,
     moving: np.ndarray,
-    search: Ends,
-    choice: Choice,
+    search: SearchEnds,
+    choice: ChosenOptimum,
     rtol: float,
 ) -> Optimum:
     """Put the choice into the units of the caller.
@@ -276,7 +278,7 @@ def summary(
         Bounds of all n variables.
     moving : (n,) array
         Which of them are not held by equal bounds.
-    search, choice : Ends, Choice
+    search, choice : SearchEnds, ChosenOptimum
     rtol : float
         As in `minimise`.
     """

@@ -186,7 +186,7 @@ BALANCED = 1e-5
 _SLACK = 1e-2
 
 
-class Polished(NamedTuple):
+class PolishedOptimum(NamedTuple):
     """An optimum on the unit cube, in scaled units; `error` (n,) is of `unit`."""
 
     unit: np.ndarray
@@ -198,7 +198,7 @@ class Polished(NamedTuple):
     least_curvature: float
 
 
-def polish(sampler: Values, start: np.ndarray, accuracy: float) -> Polished | None:
+def polish(sampler: Values, start: np.ndarray, accuracy: float) -> PolishedOptimum | None:
     """Refine the end of a local search; None where no smooth optimum is found nearby.
 
     Parameters
@@ -211,7 +211,7 @@ def polish(sampler: Values, start: np.ndarray, accuracy: float) -> Polished | No
 
     Returns
     -------
-    polished : Polished or None
+    polished : PolishedOptimum or None
         `excess` bounds the distance of the objective from that of the exact optimum.
 
     Notes
@@ -251,7 +251,7 @@ def _from(
     slopes: Gradient,
     active: Active,
     pulls: Pulls,
-) -> Polished | None:
+) -> PolishedOptimum | None:
     """Newton steps and changes of the active set until nothing moves."""
     unit = start
     last = np.inf
@@ -282,7 +282,7 @@ def _from(
 
 def _accepted(
     step: Step, missing: float, slopes: Gradient, active: Active, pulls: Pulls
-) -> Polished | None:
+) -> PolishedOptimum | None:
     """The end of the iteration with all its errors, or None if the gradients do not balance."""
     blur = np.abs(pulls.weights) @ slopes.error
     if pulls.residual > BALANCED or np.max(blur) > 1e2 * BALANCED:
@@ -290,7 +290,7 @@ def _accepted(
     # a bound that hardly pulls may be a little off the exact optimum
     weak = (active.sides != 0) & (np.abs(pulls.bounds) <= 10 * blur)
     far = np.where(active.sides == 0, missing, 0.0)
-    return Polished(
+    return PolishedOptimum(
         unit=step.unit,
         error=step.error + far + np.where(weak, 10 * blur, 0.0),
         excess=step.excess + float(np.abs(pulls.left) @ far),

@@ -6,7 +6,7 @@ import numpy as np
 
 from vibecalc.core.study.search.kinks import reach_zero, settle
 from vibecalc.core.study.search.local_search import local_search
-from vibecalc.core.study.search.newton import Polished, polish
+from vibecalc.core.study.search.newton import PolishedOptimum, polish
 from vibecalc.core.study.search.problem import Sampler, SumOfSquares, spread
 from vibecalc.numerics.rounding import EPSILON
 
@@ -21,7 +21,7 @@ SETTLED = 2e-2
 MOST_RESTARTS = 3
 
 
-class Refined(NamedTuple):
+class RefinedOptimum(NamedTuple):
     """A local optimum on the unit cube, in scaled units, with what holds it and its error."""
 
     unit: np.ndarray
@@ -40,7 +40,7 @@ class Refined(NamedTuple):
 
 def refine(
     sampler: Sampler, unit: np.ndarray, accuracy: float, below: float = np.inf
-) -> Refined | None:
+) -> RefinedOptimum | None:
     """Refine the end of a local search and show that it is a local optimum, or return None.
 
     A norm that vanishes at its minimum has a cone there: its square is smooth and gives the zero
@@ -77,7 +77,9 @@ def _may_vanish(sampler: Sampler, unit: np.ndarray) -> bool:
     return sampler.smallest >= 0 and _top(sampler, unit) <= NEAR_ZERO
 
 
-def _lower_nearby(sampler: Sampler, unit: np.ndarray, optimum: Refined | None) -> np.ndarray | None:
+def _lower_nearby(
+    sampler: Sampler, unit: np.ndarray, optimum: RefinedOptimum | None
+) -> np.ndarray | None:
     """A clearly lower point in the surroundings, as next to a saddle, or None."""
     if optimum is not None and optimum.method == "newton" and optimum.free_directions == 0:
         return None  # its curvature is known
@@ -108,10 +110,10 @@ def _top(sampler: Sampler, unit: np.ndarray) -> float:
     return np.inf if vector is None else float(np.max(vector[: sampler.entries]))
 
 
-def _zero(sampler: Sampler, unit: np.ndarray, accuracy: float) -> Refined | None:
+def _zero(sampler: Sampler, unit: np.ndarray, accuracy: float) -> RefinedOptimum | None:
     largest = sampler.largest / sampler.scale
     squares = SumOfSquares(sampler)
-    minimum: Polished | None = None
+    minimum: PolishedOptimum | None = None
     for _ in range(2):  # a second pass, as the first may come from far
         minimum = polish(squares, unit if minimum is None else minimum.unit, accuracy)
         if minimum is None:
@@ -126,7 +128,7 @@ def _zero(sampler: Sampler, unit: np.ndarray, accuracy: float) -> Refined | None
     away = floor * np.sqrt(2.0 / minimum.least_curvature)
     count = squares(minimum.unit)
     assert count is not None
-    return Refined(
+    return RefinedOptimum(
         unit=minimum.unit,
         error=minimum.error + np.where(minimum.active.sides == 0, away, 0.0),
         excess=objective + floor,
@@ -142,7 +144,7 @@ def _zero(sampler: Sampler, unit: np.ndarray, accuracy: float) -> Refined | None
     )
 
 
-def _kinked_zero(sampler: Sampler, unit: np.ndarray, accuracy: float) -> Refined | None:
+def _kinked_zero(sampler: Sampler, unit: np.ndarray, accuracy: float) -> RefinedOptimum | None:
     """A zero whose square is not smooth enough, or bends too much, for Newton's method."""
     largest = sampler.largest / sampler.scale
     floor = 4 * max(EPSILON, accuracy) * largest
@@ -154,7 +156,7 @@ def _kinked_zero(sampler: Sampler, unit: np.ndarray, accuracy: float) -> Refined
     sides = np.where(zero.unit <= 0, -1, np.where(zero.unit >= 1, 1, 0))
     # half the slope that was seen: it is sampled in some directions only
     away = (zero.objective + floor) / (0.5 * zero.slope)
-    return Refined(
+    return RefinedOptimum(
         unit=zero.unit,
         error=np.full(unit.size, away),
         excess=zero.objective + floor,
@@ -179,12 +181,12 @@ def _is_cone(sampler: Sampler, unit: np.ndarray) -> bool:
     return bool(far < 3 * near[steepest])
 
 
-def _newton(sampler: Sampler, unit: np.ndarray, accuracy: float) -> Refined | None:
+def _newton(sampler: Sampler, unit: np.ndarray, accuracy: float) -> RefinedOptimum | None:
     polished = polish(sampler, unit, accuracy)
     if polished is None or not keeps(sampler, polished.unit):
         return None
     objective = _top(sampler, polished.unit)
-    return Refined(
+    return RefinedOptimum(
         unit=polished.unit,
         error=polished.error,
         excess=polished.excess,
@@ -200,7 +202,7 @@ def _newton(sampler: Sampler, unit: np.ndarray, accuracy: float) -> Refined | No
     )
 
 
-def _planes(sampler: Sampler, unit: np.ndarray, accuracy: float) -> Refined | None:
+def _planes(sampler: Sampler, unit: np.ndarray, accuracy: float) -> RefinedOptimum | None:
     end = settle(sampler, unit)
     if end is None or end.residual > SETTLED:
         return None
@@ -211,7 +213,7 @@ def _planes(sampler: Sampler, unit: np.ndarray, accuracy: float) -> Refined | No
     pulling = (end.margins > 1e-6) & (vector[entries:] < 1e-6)
     sides = np.where(end.unit <= 0, -1, np.where(end.unit >= 1, 1, 0))
     sides = np.where(np.abs(end.bounds) > 1e-6, sides, 0)
-    return Refined(
+    return RefinedOptimum(
         unit=end.unit,
         error=np.where(sides == 0, end.error, 0.0),
         excess=end.excess + accuracy * (abs(objective) + float(np.sum(end.margins))),

@@ -16,7 +16,7 @@ from vibecalc.core.results.record import Entry
 from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.targets import unknown_quantity
 from vibecalc.core.study.sweep.design import Design, SweepAxis, make_design, size_words
-from vibecalc.core.study.sweep.values import AxisValues, RandomValues, Spread
+from vibecalc.core.study.sweep.values import AxisValues, RandomValues, SpacedValues
 from vibecalc.errors import CaseError, KeyPath, Problem
 from vibecalc.schema import Case
 
@@ -50,7 +50,7 @@ def allowed_by(shape: Shape, values: np.ndarray) -> np.ndarray:
 def _of_key(design: Design, axis: SweepAxis, index: int, column: int) -> Iterator[Problem]:
     axis_values, shape = axis.key_values[index], axis.shapes[index]
     total = axis_values.count if axis_values.count is not None else design.count
-    if isinstance(axis_values, Spread) and axis_values.count is not None:
+    if isinstance(axis_values, SpacedValues) and axis_values.count is not None:
         count, values = _on_spread(axis_values, shape)
     else:
         count, values = _tested(design, axis_values, shape, column, total)
@@ -86,7 +86,7 @@ def _tested(
     return count, first
 
 
-def _on_spread(axis_values: Spread, shape: Shape) -> tuple[int, np.ndarray]:
+def _on_spread(axis_values: SpacedValues, shape: Shape) -> tuple[int, np.ndarray]:
     """The same for values that only rise or only fall, without looking at all of them."""
     total = axis_values.count or 0
     runs: list[range] = []

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from vibecalc import __version__
-from vibecalc.core.study.sweep.pool import Batch, ChunkResult, Lost, Pool, Work
+from vibecalc.core.study.sweep.pool import Batch, ChunkResult, LostPoint, Pool, Work
 from vibecalc.errors import UsageError
 
 _ANSWER_WITHIN = 30  # seconds
@@ -67,7 +67,7 @@ class Cluster:
         return int(sum(self._client.nthreads().values()))
 
     def run(
-        self, works: Iterable[Work], tell: Callable[[Batch | Lost], None] = lambda _: None
+        self, works: Iterable[Work], tell: Callable[[Batch | LostPoint], None] = lambda _: None
     ) -> Iterator[ChunkResult]:
         """Hand out chunks in their order and yield each as it is finished.
 

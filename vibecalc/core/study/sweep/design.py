@@ -11,9 +11,9 @@ from vibecalc.core.case.raw import key_text
 from vibecalc.core.case.tables import Along, Axis, Sweep
 from vibecalc.core.case.walk import Shape
 from vibecalc.core.results.catalogue import AXES
-from vibecalc.core.study.sweep.keys import Place, label, read_values, target
+from vibecalc.core.study.sweep.keys import KeyPlace, label, read_values, target
 from vibecalc.core.study.sweep.sampling import SEQUENCES
-from vibecalc.core.study.sweep.values import AxisValues, Listed
+from vibecalc.core.study.sweep.values import AxisValues, ListedValues
 from vibecalc.errors import CaseError, KeyPath, Problem, UnitError, UsageError
 from vibecalc.units import split_number
 
@@ -100,7 +100,7 @@ def _read_axis(
     seen: dict[KeyPath, KeyPath],
     problems: list[Problem],
 ) -> SweepAxis | None:
-    rows: list[tuple[Place, KeyPath, AxisValues]] = []
+    rows: list[tuple[KeyPlace, KeyPath, AxisValues]] = []
     tables: list[tuple[Along, KeyPath]] = [(table, path)]
     tables += [(one, (*path, "with", index)) for index, one in enumerate(table.together)]
     points = table.points if table.points is not None else len(table.values) or None
@@ -108,7 +108,7 @@ def _read_axis(
         target_ = _target(one.key, where, resolved, seen, problems)
         if target_ is None:
             continue
-        place = Place(one, where, target_[1], problems)
+        place = KeyPlace(one, where, target_[1], problems)
         values = read_values(place, sampled, points)
         if values is None:
             continue
@@ -177,10 +177,12 @@ def _target(
 
 
 def _points_differ(
-    rows: Sequence[tuple[Place, KeyPath, AxisValues]], path: KeyPath, problems: list[Problem]
+    rows: Sequence[tuple[KeyPlace, KeyPath, AxisValues]], path: KeyPath, problems: list[Problem]
 ) -> bool:
     """Whether no two points of the axis are the same; only lists can repeat themselves."""
-    listed = [axis_values.values for _, _, axis_values in rows if isinstance(axis_values, Listed)]
+    listed = [
+        axis_values.values for _, _, axis_values in rows if isinstance(axis_values, ListedValues)
+    ]
     if len(listed) < len(rows) or len({len(values) for values in listed}) > 1:
         return True
     seen: dict[tuple[float | str, ...], int] = {}
@@ -199,7 +201,7 @@ def _points_differ(
     return True
 
 
-def _written_unit(place: Place) -> str:
+def _written_unit(place: KeyPlace) -> str:
     table, given = place.table, place.table.distribution
     ends = (table.stop, table.start, *table.values)
     drawn = (given.mean, given.upper, given.lower) if given else ()

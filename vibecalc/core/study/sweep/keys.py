@@ -13,10 +13,10 @@ from vibecalc.core.case.walk import Shape, keys_of, shape_at, words
 from vibecalc.core.study.sweep.values import (
     PARAMETERS,
     AxisValues,
-    Listed,
+    ListedValues,
     RandomValues,
     Scatter,
-    Spread,
+    SpacedValues,
 )
 from vibecalc.errors import KeyPath, Problem, UnitError, UsageError
 from vibecalc.units import parse_quantity, split_number
@@ -120,7 +120,7 @@ Written = str | int | float
 _MOST_WHOLE = 100_000  # whole numbers on an axis; a longer one is not looked through
 
 
-class Place(NamedTuple):
+class KeyPlace(NamedTuple):
     """One key's table, where it stands, what its key may hold, and where problems go."""
 
     table: Along
@@ -138,7 +138,7 @@ class Place(NamedTuple):
         )
 
 
-def read_values(place: Place, sampled: bool, points: int | None) -> AxisValues | None:
+def read_values(place: KeyPlace, sampled: bool, points: int | None) -> AxisValues | None:
     """The values of one key; None if its table has problems. `points` stands in for absent ones."""
     table, choice = place.table, place.shape.kind in ("choice", "text")
     forms = {
@@ -170,7 +170,7 @@ def read_values(place: Place, sampled: bool, points: int | None) -> AxisValues |
     return _drawn(place, sampled)
 
 
-def _listed(place: Place) -> Listed | None:
+def _listed(place: KeyPlace) -> ListedValues | None:
     values = place.table.values
     if len(values) < 2:
         place.refuse(
@@ -188,10 +188,14 @@ def _listed(place: Place) -> Listed | None:
         if number is None:  # the first wrong one is enough
             return None
         numbers.append(number)
-    return Listed(values=tuple(numbers)) if _whole_where_needed(place, np.array(numbers)) else None
+    return (
+        ListedValues(values=tuple(numbers))
+        if _whole_where_needed(place, np.array(numbers))
+        else None
+    )
 
 
-def _choices(place: Place) -> Listed | None:
+def _choices(place: KeyPlace) -> ListedValues | None:
     allowed = place.shape.choices
     named = place.shape.kind == "text"
     wrong = [value for value in place.table.values if value not in allowed and not named]
@@ -204,10 +208,10 @@ def _choices(place: Place) -> Listed | None:
             hint=f"did you mean {near[0]!r}?" if near else "",
         )
         return None
-    return Listed(values=tuple(str(value) for value in place.table.values))
+    return ListedValues(values=tuple(str(value) for value in place.table.values))
 
 
-def _spread(place: Place, sampled: bool, points: int | None) -> Spread | None:
+def _spread(place: KeyPlace, sampled: bool, points: int | None) -> SpacedValues | None:
     table = place.table
     if table.start is None or table.stop is None:
         missing = "from" if table.start is None else "to"
@@ -233,7 +237,7 @@ def _spread(place: Place, sampled: bool, points: int | None) -> Spread | None:
         place.refuse("points", "an axis needs two points or more", found=str(count))
         return None
     start, stop, factor = _decimals(table.start, table.stop, place.shape.unit or "", ends)
-    spread = Spread(start=start, stop=stop, factor=factor, log=logarithmic, count=count)
+    spread = SpacedValues(start=start, stop=stop, factor=factor, log=logarithmic, count=count)
     return spread if _whole_steps(place, spread) else None
 
 
@@ -251,7 +255,7 @@ def _decimals(
     return Decimal(repr(ends[0])), Decimal(repr(ends[1])), 1.0
 
 
-def _drawn(place: Place, sampled: bool) -> RandomValues | None:
+def _drawn(place: KeyPlace, sampled: bool) -> RandomValues | None:
     given = place.table.distribution
     if given is None:
         return None
@@ -274,7 +278,7 @@ def _drawn(place: Place, sampled: bool) -> RandomValues | None:
     return RandomValues(scatter=scatter)
 
 
-def _parameters(place: Place, given: Distribution) -> tuple[float, ...] | None:
+def _parameters(place: KeyPlace, given: Distribution) -> tuple[float, ...] | None:
     needed = PARAMETERS[given.kind]
     written = {name: getattr(given, name) for name in type(given).model_fields if name != "kind"}
     extra = [name for name, value in written.items() if value is not None and name not in needed]
@@ -297,7 +301,7 @@ def _parameters(place: Place, given: Distribution) -> tuple[float, ...] | None:
     return tuple(numbers[name] for name in needed)
 
 
-def _number(place: Place, key: str, written: Written) -> float | None:
+def _number(place: KeyPlace, key: str, written: Written) -> float | None:
     try:
         return parse_quantity(written, place.shape.unit or "")
     except (UnitError, OverflowError) as error:
@@ -312,7 +316,7 @@ def _number(place: Place, key: str, written: Written) -> float | None:
         return None
 
 
-def _whole_where_needed(place: Place, values: np.ndarray) -> bool:
+def _whole_where_needed(place: KeyPlace, values: np.ndarray) -> bool:
     wrong = values[values != np.rint(values)] if place.shape.kind == "whole" else values[:0]
     if wrong.size:
         place.refuse(
@@ -323,7 +327,7 @@ def _whole_where_needed(place: Place, values: np.ndarray) -> bool:
     return not wrong.size
 
 
-def _whole_steps(place: Place, spread: Spread) -> bool:
+def _whole_steps(place: KeyPlace, spread: SpacedValues) -> bool:
     if place.shape.kind != "whole":
         return True
     if spread.count is None or spread.count > _MOST_WHOLE:

@@ -125,7 +125,7 @@ class Batch(NamedTuple):
     block: Any
 
 
-class Lost(NamedTuple):
+class LostPoint(NamedTuple):
     """A point without any result: why, and in words."""
 
     point: int
@@ -138,7 +138,7 @@ class ChunkResult(NamedTuple):
 
     work: Work
     batches: list[Batch]
-    lost: list[Lost]
+    lost: list[LostPoint]
 
 
 @dataclass
@@ -149,10 +149,10 @@ class _Task:
     step: int
     left: list[int]
     batches: list[Batch] = field(default_factory=list)
-    lost: list[Lost] = field(default_factory=list)
+    lost: list[LostPoint] = field(default_factory=list)
     deaths: Counter[int] = field(default_factory=Counter)
 
-    def give_up(self, lost: Lost) -> None:
+    def give_up(self, lost: LostPoint) -> None:
         self.lost.append(lost)
         self.left.remove(lost.point)
 
@@ -207,7 +207,7 @@ class Pool:
             process.end()
 
     def run(
-        self, works: Iterable[Work], tell: Callable[[Batch | Lost], None] = lambda _: None
+        self, works: Iterable[Work], tell: Callable[[Batch | LostPoint], None] = lambda _: None
     ) -> Iterator[ChunkResult]:
         """Hand out chunks in their order and yield each as it is finished.
 
@@ -270,7 +270,7 @@ class Pool:
         desk: _Desk,
         message: tuple[Any, ...],
         backlog: deque[_Task],
-        tell: Callable[[Batch | Lost], None],
+        tell: Callable[[Batch | LostPoint], None],
     ) -> ChunkResult | None:
         kind, *content = message
         task = desk.task
@@ -303,7 +303,7 @@ class Pool:
         desk: _Desk,
         words: str,
         backlog: deque[_Task],
-        tell: Callable[[Batch | Lost], None],
+        tell: Callable[[Batch | LostPoint], None],
     ) -> None:
         """Another process takes over what a dead one had; a point that kills twice is left out."""
         del self._desks[desk.process]
@@ -324,11 +324,15 @@ class Pool:
             (point,) = desk.at
             task.deaths[point] += 1
             if task.deaths[point] >= _DEATHS:
-                task.give_up(Lost(point, DIED, f"the process died twice at this point ({words})"))
+                task.give_up(
+                    LostPoint(point, DIED, f"the process died twice at this point ({words})")
+                )
                 tell(task.lost[-1])
         backlog.appendleft(task)
 
-    def _end_attached(self, backlog: deque[_Task], tell: Callable[[Batch | Lost], None]) -> None:
+    def _end_attached(
+        self, backlog: deque[_Task], tell: Callable[[Batch | LostPoint], None]
+    ) -> None:
         if self._timeout is None:
             return
         now = time.monotonic()
@@ -342,7 +346,7 @@ class Pool:
                 task.step = 1
             else:
                 words = f"took longer than {self._timeout:g} s"
-                task.give_up(Lost(desk.at[0], TIMED_OUT, words))
+                task.give_up(LostPoint(desk.at[0], TIMED_OUT, words))
                 tell(task.lost[-1])
             backlog.appendleft(task)
 
@@ -352,20 +356,20 @@ class Pool:
 # ----------------------------------------------------------------------------
 
 
-class Here:
+class SerialPool:
     """This process, as a `Pool` is used; nothing guards it against points that hang or kill."""
 
     def __init__(self, start: Callable[[], Callable[[Any], Any]], *, step: int = 1):
         self._start, self._step = start, step
 
-    def __enter__(self) -> "Here":
+    def __enter__(self) -> "SerialPool":
         return self
 
     def __exit__(self, *_: object) -> None:
         pass
 
     def run(
-        self, works: Iterable[Work], tell: Callable[[Batch | Lost], None] = lambda _: None
+        self, works: Iterable[Work], tell: Callable[[Batch | LostPoint], None] = lambda _: None
     ) -> Iterator[ChunkResult]:
         """Compute chunks in their order and yield each as it is finished."""
         evaluate = self._start()

@@ -354,7 +354,7 @@ def _sha256(content: Any) -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Prepared:
+class PreparedSweep:
     """A sweep that can start."""
 
     loaded: LoadedCase
@@ -387,7 +387,7 @@ class Prepared:
         return self.strategy.chunk_size if self.strategy.kind == "array" else 1
 
 
-def prepare(loaded: LoadedCase, jobs: int) -> Prepared:
+def prepare(loaded: LoadedCase, jobs: int) -> PreparedSweep:
     """Check the sweep of a case that may use so many processes.
 
     CaseError, with the places in the file, for all problems found.
@@ -401,7 +401,7 @@ def prepare(loaded: LoadedCase, jobs: int) -> Prepared:
     raise_with_location(loaded, sweep_problems(loaded))
     design = make_design(case.sweep, resolved)
     keep = stored_paths(case.sweep.keep, case, design, resolved)
-    return Prepared(
+    return PreparedSweep(
         loaded=loaded,
         design=design,
         keep=keep,
@@ -443,7 +443,7 @@ class Forecast:
     size: int
 
 
-def forecast(prepared: Prepared, jobs: int | None) -> Forecast:
+def forecast(prepared: PreparedSweep, jobs: int | None) -> Forecast:
     """Compute a few points, spread over the sweep, and multiply."""
     design = prepared.design
     evaluate = prepared.start()()

@@ -26,8 +26,14 @@ from vibecalc.core.study.sweep.output import (
     locked,
     take_up,
 )
-from vibecalc.core.study.sweep.pool import Batch, ChunkResult, Here, Lost, Pool, Work
-from vibecalc.core.study.sweep.prepare import Options, Outcome, Prepared, processors, shard_chunks
+from vibecalc.core.study.sweep.pool import Batch, ChunkResult, LostPoint, Pool, SerialPool, Work
+from vibecalc.core.study.sweep.prepare import (
+    Options,
+    Outcome,
+    PreparedSweep,
+    processors,
+    shard_chunks,
+)
 from vibecalc.errors import EXIT_INTERRUPTED, UsageError, VibecalcError
 
 # ----------------------------------------------------------------------------
@@ -158,7 +164,7 @@ def shown(points: int, finished: int, wanted: bool) -> Iterator[Advance]:
 
 _TOGETHER = 16  # points between two checks of the progress, where nothing guards single ones
 
-Tell = Callable[[Batch | Lost], None]
+Tell = Callable[[Batch | LostPoint], None]
 
 
 class Interrupted(VibecalcError):
@@ -174,7 +180,7 @@ class Workers(Protocol):
         """Yield chunks as they are finished."""
 
 
-def sweep(prepared: Prepared, options: Options) -> Outcome:
+def sweep(prepared: PreparedSweep, options: Options) -> Outcome:
     """Compute what is missing of a sweep and write its file.
 
     UsageError if the output is another sweep's, in use or cannot be written, or if there are
@@ -218,7 +224,7 @@ def sweep(prepared: Prepared, options: Options) -> Outcome:
 
 
 def _compute(
-    prepared: Prepared,
+    prepared: PreparedSweep,
     options: Options,
     chunks: ChunkFolder,
     mine: Sequence[int],
@@ -235,8 +241,8 @@ def _compute(
         _workers(prepared, options, len(missing)) as workers,
     ):
 
-        def tell(heard: Batch | Lost) -> None:
-            if isinstance(heard, Lost):
+        def tell(heard: Batch | LostPoint) -> None:
+            if isinstance(heard, LostPoint):
                 advance(1, 1)
             else:
                 advance(len(heard.points), int(np.count_nonzero(heard.block.status != DONE)))
@@ -245,14 +251,16 @@ def _compute(
             chunks.write(done.work.number, block_of(done, prepared.keep))
 
 
-def _workers(prepared: Prepared, options: Options, missing: int) -> AbstractContextManager[Workers]:
+def _workers(
+    prepared: PreparedSweep, options: Options, missing: int
+) -> AbstractContextManager[Workers]:
     start, step = prepared.start(), prepared.step
     if options.cluster is not None:
         from vibecalc.core.study.sweep.cluster import Cluster
 
         return Cluster(start, address=options.cluster, timeout=options.timeout, step=step)
     if options.timeout is None and options.jobs in (None, 1) and prepared.is_short:
-        return Here(start, step=max(step, _TOGETHER))
+        return SerialPool(start, step=max(step, _TOGETHER))
     jobs = min(options.jobs or processors(), missing)
     return Pool(start, jobs=jobs, timeout=options.timeout, step=step)
 
@@ -264,7 +272,7 @@ def _works(chunks: ChunkFolder, numbers: Sequence[int]) -> Iterator[Work]:
 
 
 def _assemble(
-    prepared: Prepared,
+    prepared: PreparedSweep,
     options: Options,
     output: Path,
     chunks: ChunkFolder,

@@ -310,9 +310,9 @@ class _StackedWriter:
             columns.append(column)
         for start in range(0, axis.count, _AT_ONCE):
             stop = min(start + _AT_ONCE, axis.count)
-            found = axis.read(start, stop)
-            along = np.arange(start, stop) if sampled else found[0]
-            for column, values in zip(columns + filled, [*found, along], strict=not named):
+            read_columns = axis.read(start, stop)
+            along = np.arange(start, stop) if sampled else read_columns[0]
+            for column, values in zip(columns + filled, [*read_columns, along], strict=not named):
                 column[start:stop] = values
         return scale
 

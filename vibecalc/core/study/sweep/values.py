@@ -205,7 +205,7 @@ _DIGITS = Context(prec=40)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Listed:
+class ListedValues:
     """Values as given: numbers, or names of choices (then `at` counts them from 0)."""
 
     values: tuple[float, ...] | tuple[str, ...]
@@ -241,7 +241,7 @@ class Listed:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Spread:
+class SpacedValues:
     """From `start` to `stop` in equal steps or equal ratios, ends included.
 
     The ends are numbers as written, and `factor` turns them into SI: the tenth value from 5 to 50
@@ -332,7 +332,7 @@ class RandomValues:
         return {"distribution": self.scatter.kind, "parameters": list(self.scatter.parameters)}
 
 
-AxisValues = Listed | Spread | RandomValues
+AxisValues = ListedValues | SpacedValues | RandomValues
 
 
 def picked(shares: np.ndarray, count: int) -> np.ndarray:
