@@ -21,13 +21,13 @@ from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch
 from vibecalc.roll.model import build_roll, roll_drive
 from vibecalc.roll.results import FORCES, ROLL, VARIABLES
 from vibecalc.roll.running import motion_of_state, running_state
-from vibecalc.roll.steady import Steady, steady_state
+from vibecalc.roll.steady import SteadyTurn, steady_state
 from vibecalc.roll.turn import by_cylinder, harmonics, readings
 
 ORDERS = np.arange(1, 11)
 
 
-def seen_of(machine: RollMachine, drive: RollDrive, state: Steady) -> MachineTurn:
+def seen_of(machine: RollMachine, drive: RollDrive, state: SteadyTurn) -> MachineTurn:
     return MachineTurn(machine, drive, state.turn, motion_of_state(machine, drive, state))
 
 

@@ -34,7 +34,7 @@ from vibecalc.roll.start_up_system import (
     SHELL_SPEED,
     SPEED,
     STATES,
-    Load,
+    LoadSteps,
     StartUpSystem,
 )
 
@@ -73,7 +73,7 @@ def test_the_adapter_hands_on_what_the_kernel_finds() -> None:
         roll_drive(parts),
         duration=0.5,
         crank_angle=0.3,
-        load=Load(np.array([0.0, 0.35]), np.array([0.0, 0.5])),
+        load=LoadSteps(np.array([0.0, 0.35]), np.array([0.0, 0.5])),
         settled=0.02,
         tolerance=0.1 * data["accuracy"]["rtol"],
         buckets=400,

@@ -17,7 +17,7 @@ from switching_machines import (
 )
 
 from vibecalc.response.switching.instant import instantaneous
-from vibecalc.response.switching.motion import Motion, Segment, motion_at
+from vibecalc.response.switching.motion import ModalMotion, Segment, motion_at
 from vibecalc.response.switching.readings import columns, read
 from vibecalc.response.switching.system import (
     Loads,
@@ -183,7 +183,7 @@ def test_work_is_energy_gained_and_energy_lost() -> None:
     work = lost = exchanged = 0.0
     for segment in segments:
         time, weight = quadrature(segment)
-        motion: Motion = motion_at(system, modal, segment, time)
+        motion: ModalMotion = motion_at(system, modal, segment, time)
         force = motion.acceleration + damping * motion.velocity
         force = force + system.frequency**2 * motion.displacement
         power = np.sum(force * motion.velocity, axis=1)

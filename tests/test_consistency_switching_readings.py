@@ -17,7 +17,13 @@ from switching_machines import (
 
 from vibecalc.response.switching.follow import follow, slow_peaks
 from vibecalc.response.switching.instant import instantaneous, worst_instant
-from vibecalc.response.switching.motion import Motion, follow_profile, motion_at, passages, runs_of
+from vibecalc.response.switching.motion import (
+    ModalMotion,
+    follow_profile,
+    motion_at,
+    passages,
+    runs_of,
+)
 from vibecalc.response.switching.readings import columns, read
 from vibecalc.response.switching.system import ModalSystem, SpeedSegment, modal_loads
 
@@ -52,7 +58,7 @@ def test_final_peaks_and_settling_are_those_of_the_motion_itself() -> None:
     energy = columns().energy
     time = np.linspace(0.0, 1.5, 30001)
     moved, final = (motion_at(system, modal, s, time) for s in (segment, late))
-    gap = Motion(*(a - b for a, b in zip(moved, final, strict=True)))
+    gap = ModalMotion(*(a - b for a, b in zip(moved, final, strict=True)))
     deviation = np.sqrt(read(system, gap).value[:, energy])
     top = np.sqrt(np.max(read(system, final).value[:, energy]))
     assert top**2 == pytest.approx(done.final.value[energy], rel=1e-5)

@@ -13,7 +13,7 @@ from roll_machines import SYNCHRONOUS, source_drive, source_machine
 from vibecalc.errors import NumericalFailure
 from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch
 from vibecalc.roll.methods import MethodSettings, find, fourier_state, shooting_state
-from vibecalc.roll.steady import Steady, started_momentum, steady_state
+from vibecalc.roll.steady import SteadyTurn, started_momentum, steady_state
 from vibecalc.roll.turn import Turn, harmonics, readings
 
 ORDERS = np.arange(1, 11)
@@ -27,7 +27,7 @@ def parts(mounted: bool = False, smooth: bool = False) -> tuple[RollMachine, Rol
 
 
 @cache
-def truth(mounted: bool = False, smooth: bool = False) -> Steady:
+def truth(mounted: bool = False, smooth: bool = False) -> SteadyTurn:
     machine, drive = parts(mounted, smooth)
     started_at = None if mounted else SYNCHRONOUS
     return steady_state(machine, drive, 14, started_at=started_at)

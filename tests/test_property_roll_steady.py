@@ -16,7 +16,13 @@ from vibecalc.numerics.periodic.panels import constant_start
 from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch
 from vibecalc.roll.rates import roll_problem, surely_fastest
 from vibecalc.roll.running import running_state
-from vibecalc.roll.steady import Steady, quick_spectrum, quick_turn, started_momentum, steady_state
+from vibecalc.roll.steady import (
+    SteadyTurn,
+    quick_spectrum,
+    quick_turn,
+    started_momentum,
+    steady_state,
+)
 from vibecalc.roll.turn import harmonics, readings
 
 ORDERS = np.arange(1, 11)
@@ -110,7 +116,7 @@ def test_how_far_the_torque_of_a_motor_rises() -> None:
     assert rising_branch(rises) == (np.inf, np.inf)
 
 
-def begun_at(machine: RollMachine, drive: RollDrive, speed: float) -> Steady:
+def begun_at(machine: RollMachine, drive: RollDrive, speed: float) -> SteadyTurn:
     first = steady_state(machine, drive, 6, started_at=SYNCHRONOUS)
     solution = constant_start(first.problem, 6, np.array([[speed]]))
     return steady_state(

@@ -26,7 +26,7 @@ from vibecalc.excitation.arrays import (
 from vibecalc.excitation.arrays import EXCITATION_PATHS as EXCITATION
 from vibecalc.isolation.arrays import (
     BODY,
-    MountedBody,
+    MountedPoints,
     bare_moments,
     build_mounted,
     emit_pitch,
@@ -296,7 +296,7 @@ def _body(columns: Columns) -> BoolArray:
     return _everywhere(columns, ~(fine & (high <= (low + middle) * (1.0 + 0.9e-6))))
 
 
-def _held(columns: Columns, mounted: MountedBody) -> BoolArray:
+def _held(columns: Columns, mounted: MountedPoints) -> BoolArray:
     """A body that is free to pitch, and mounts without a lever of their own."""
     isolation, train = columns.case.isolation, columns.case.machine.crank_train
     pitch = (mounted.stiffness * np.square(mounted.position)).sum(1)

@@ -63,7 +63,7 @@ class Path(NamedTuple):
     pull: FloatArray
 
 
-class Terms(NamedTuple):
+class EnergyTerms(NamedTuple):
     """Coefficients of the kinetic energy in kg m^2, `..._slope` their derivatives by the angle.
 
     `carried` is A without the inertia of the rotor, of which own inertias of a mass that stays
@@ -94,7 +94,7 @@ def path(pendulum: Pendulum, angle: FloatArray) -> Path:
     )
 
 
-def terms(pendulum: Pendulum, angle: FloatArray) -> Terms:
+def terms(pendulum: Pendulum, angle: FloatArray) -> EnergyTerms:
     """Coefficients of the kinetic energy at angles that broadcast with the pendulum."""
     mass, far, _, _, inertia, rolling, across, diameter, roller_inertia = (
         np.asarray(value) for value in pendulum
@@ -109,7 +109,7 @@ def terms(pendulum: Pendulum, angle: FloatArray) -> Terms:
     lever = mass * track.reach + 0.5 * rolling * reach - roller_inertia / diameter
     force = mass * track.pull + 0.5 * rolling * pull
     square = track.reach * track.reach + track.pull * track.pull
-    return Terms(
+    return EnergyTerms(
         carried=mass * square + rolling * (reach * reach + pull * pull) + roller_inertia + inertia,
         carried_slope=2.0 * radius * force,
         coupling=radius * lever + inertia,

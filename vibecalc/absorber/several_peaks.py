@@ -199,7 +199,7 @@ def _magnitude(
 # ----------------------------------------------------------------------------
 
 
-class Slopes(NamedTuple):
+class PeakSlopes(NamedTuple):
     """log |H|^2 at the peaks (p,): level, its gradient (p, q) and second derivatives (p, q, q).
 
     The frequency follows each peak unless set to stay. Ratios in the order k (n), z (n), z1,
@@ -216,7 +216,7 @@ class Slopes(NamedTuple):
 def several_slopes(
     system: Several, frequency: np.ndarray, transfer: Transfer, absorber: int = 1,
     follow: bool = True,
-) -> Slopes:  # fmt: skip
+) -> PeakSlopes:  # fmt: skip
     """Derivatives at peaks `frequency` (p,) of one system (no leading axes).
 
     With `follow` false the frequencies stay, and need not be peaks. By an infinite k or z, which
@@ -287,7 +287,7 @@ def several_slopes(
         second[:, d, -1] += g * 16.0 * z1 * x / square**2
         second[:, -1, d] += g * 16.0 * z1 * x / square**2
     if not follow:
-        return Slopes(level, first[:, :-1], second[:, :-1, :-1], second[:, -1, -1])
+        return PeakSlopes(level, first[:, :-1], second[:, :-1, :-1], second[:, -1, -1])
     return _following(level, first, second)
 
 
@@ -318,10 +318,10 @@ def _ends(
     return left, right, by
 
 
-def _following(level: np.ndarray, first: np.ndarray, second: np.ndarray) -> Slopes:
+def _following(level: np.ndarray, first: np.ndarray, second: np.ndarray) -> PeakSlopes:
     """Let the frequency go to the top of the parabola."""
     width, tilt, across = second[:, -1, -1], first[:, -1], second[:, :-1, -1]
-    return Slopes(
+    return PeakSlopes(
         level - 0.5 * tilt**2 / width,
         first[:, :-1] - across * (tilt / width)[:, None],
         second[:, :-1, :-1] - across[:, :, None] * across[:, None, :] / width[:, None, None],

@@ -180,7 +180,7 @@ def _side_by_side(parts: list[FloatArray]) -> FloatArray:
 _HIGHEST = 1024
 
 
-class Motion(NamedTuple):
+class PistonMotions(NamedTuple):
     """Harmonics of s / R (points or 1, h + 1) for orders 0 .. h, as `PistonMotion`.
 
     `highest_order` (points or 1,) is the highest order that counts at each point; those above it
@@ -196,7 +196,7 @@ class Motion(NamedTuple):
     lacking: WithError
 
 
-def piston_motion(columns: Columns, train: Train) -> Motion:
+def piston_motion(columns: Columns, train: Train) -> PistonMotions:
     """Motion at all points; points with the same crank and rod share it."""
     ratio, offset = np.broadcast_arrays(
         train.crank_radius / train.rod_length, train.wrist_pin_offset / train.crank_radius
@@ -210,7 +210,7 @@ def piston_motion(columns: Columns, train: Train) -> Motion:
     back = back.reshape(-1)
     if len(pairs[0]) == 1:
         return motion
-    return Motion(
+    return PistonMotions(
         harmonics=motion.harmonics[back],
         error=motion.error[back],
         highest_order=motion.highest_order[back],
@@ -222,7 +222,7 @@ def piston_motion(columns: Columns, train: Train) -> Motion:
 
 def _exact_series(
     columns: Columns, ratio: FloatArray, offset: FloatArray, cylinders: int
-) -> Motion:
+) -> PistonMotions:
     last = _highest_order(columns, enough_orders(ratio, columns.case.accuracy.rtol, offset))
     decay = -np.log(pole(ratio, np.abs(offset)).radius)
     guard = np.maximum(np.ceil(-math.log(BEYOND_GUARD) / decay) + 2, 2 * cylinders)
@@ -240,10 +240,10 @@ def _exact_series(
     slip = EPSILON * (last + 2.0 + 1.0 / decay) / np.sqrt(1.0 - reach * reach)
     lacking = WithError(dropped, uncertainty + (3.0 * EPSILON + slip) * dropped)
     error = _with_ratio_error(exact.values, exact.error, ratio)
-    return Motion(exact.values, error, last, tail, beyond.value, lacking)
+    return PistonMotions(exact.values, error, last, tail, beyond.value, lacking)
 
 
-def _cut_series(columns: Columns, ratio: FloatArray, terms: int) -> Motion:
+def _cut_series(columns: Columns, ratio: FloatArray, terms: int) -> PistonMotions:
     last = last_order(columns.case, terms)
     retained = _highest_order(columns, np.full(ratio.shape, last))
     highest = int(retained[0])
@@ -253,7 +253,9 @@ def _cut_series(columns: Columns, ratio: FloatArray, terms: int) -> Motion:
     relative = EPSILON * (8.0 + 4.0 * terms / (1.0 - ratio * ratio))
     tail = np.full(ratio.shape, 1.0 if values.shape[-1] > highest + 1 else 0.0)
     nothing = np.zeros(ratio.shape)
-    return Motion(values, error, retained, tail, nothing, WithError(dropped, relative * dropped))
+    return PistonMotions(
+        values, error, retained, tail, nothing, WithError(dropped, relative * dropped)
+    )
 
 
 def enough_orders(ratio: FloatArray, rtol: float, offset: FloatArray) -> IntArray:
@@ -307,7 +309,7 @@ class Forces(NamedTuple):
     """
 
     train: Train
-    motion: Motion
+    motion: PistonMotions
     per_square: Excitation
     orders: IntArray
     counts: np.ndarray

@@ -43,7 +43,7 @@ class LeastSquares(NamedTuple):
     at_bound: bool
 
 
-class Table(NamedTuple):
+class FitTable(NamedTuple):
     """Rows to fit: slips (rad/s), torques (N m), weights; and the motor without its rotor."""
 
     motor: InductionMotor
@@ -87,7 +87,7 @@ def best_start(
     """
     from scipy.optimize import least_squares
 
-    table = Table(motor, slip, torque, weight)
+    table = FitTable(motor, slip, torque, weight)
     scale, starts = _starts(table, breakdown_slip)
 
     def descend(start: FloatArray, most: int) -> tuple[float, FloatArray, bool]:
@@ -111,7 +111,7 @@ def best_start(
     return LeastSquares(polished, error, len(ends), agreeing, at_bound)
 
 
-def _starts(table: Table, breakdown_slip: float) -> tuple[FloatArray, FloatArray]:
+def _starts(table: FitTable, breakdown_slip: float) -> tuple[FloatArray, FloatArray]:
     """Scale (2 cages,) and starts (n, 2 cages) of the logarithms.
 
     Of every set of slips at which the cages are strongest, the best leakages; of these the best.
@@ -138,7 +138,7 @@ def _starts(table: Table, breakdown_slip: float) -> tuple[FloatArray, FloatArray
     return np.log(middle), np.array([start for _, start in candidates[:STARTS]])
 
 
-def _newton(table: Table, start: FloatArray) -> tuple[FloatArray, float]:
+def _newton(table: FitTable, start: FloatArray) -> tuple[FloatArray, float]:
     """Newton steps on the gradient and the distance they leave; infinite where it is flat."""
     place, last = start, np.inf
     for _ in range(8):

@@ -43,7 +43,7 @@ class TwoMasses(NamedTuple):
     structural: FloatArray
 
 
-class Motion(NamedTuple):
+class TwoMassMotion(NamedTuple):
     """Complex amplitudes (..., orders), 0 to peak, with absolute errors; N and m.
 
     `machine` and `foundation` are displacements, `ground_force` acts on what carries the
@@ -58,7 +58,7 @@ class Motion(NamedTuple):
 
 def motion(
     system: TwoMasses, force: ComplexArray, force_error: FloatArray, frequency: FloatArray
-) -> Motion:
+) -> TwoMassMotion:
     """Steady motion under a force (..., orders) in N at `frequency` (..., orders) in rad/s.
 
     Raises NumericalFailure where a force acts at an undamped natural frequency, of both masses or
@@ -82,7 +82,7 @@ def motion(
         value = factor * force
         return WithError(value, np.abs(factor) * force_error + share * np.abs(value))
 
-    return Motion(
+    return TwoMassMotion(
         machine=answer(np.asarray((mounts + q) / whole), lost + _ROUNDINGS * EPSILON),
         foundation=answer(np.asarray(mounts / whole), lost),
         ground_force=answer(np.asarray(mounts * below / whole), lost),

@@ -180,7 +180,7 @@ def fastest_rate(couple: FloatArray, law: Law) -> FloatArray:
     return np.asarray(np.sqrt(stiff) + damped)
 
 
-class Step(NamedTuple):
+class GapSeries(NamedTuple):
     """Coefficients (DEGREE + 1, G, A) of the gaps, m, and (DEGREE, G, A) of the forces, N."""
 
     gap: FloatArray
@@ -195,7 +195,7 @@ def motion_series(
     push: FloatArray,
     duration: FloatArray,
     side_pull: FloatArray | None,
-) -> Step:
+) -> GapSeries:
     """Series of every gap over a step of `duration` (A,), s.
 
     `gap`, `velocity` (G, A) at its start; `couple` (G, G, A); `push` (DEGREE - 1, G, A) the
@@ -222,7 +222,7 @@ def motion_series(
             z[k + 2, -1] += lateral / ((k + 1.0) * (k + 2.0))
     last = DEGREE - 1
     force[last] = law.spring * z[last] + DEGREE * rate * z[DEGREE]
-    return Step(z, force)
+    return GapSeries(z, force)
 
 
 # ----------------------------------------------------------------------------

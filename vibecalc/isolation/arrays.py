@@ -30,7 +30,7 @@ MOUNTS = ("machine", "mounts")
 _PROPERTIES = ("stiffness", "damping")
 
 
-class MountedBody(NamedTuple):
+class MountedPoints(NamedTuple):
     """Arrays (points or 1,) and (points or 1, mounts) of what `PitchParts` holds.
 
     `mass` in kg with the block; `spread` (points or 1,) is the relative difference between the
@@ -50,7 +50,7 @@ class MountedBody(NamedTuple):
     spread: FloatArray
 
 
-def build_mounted(columns: Columns, train: Train) -> MountedBody:
+def build_mounted(columns: Columns, train: Train) -> MountedPoints:
     """Body and mounts at all points."""
     frame = train.frame
     along, up, turned = (
@@ -78,7 +78,7 @@ def build_mounted(columns: Columns, train: Train) -> MountedBody:
     lever = columns.optional("isolation", "lever")
     if lever is None:
         lever = 0.5 * (reach[:, (count - 1) // 2] + reach[:, count // 2])
-    return MountedBody(
+    return MountedPoints(
         names=tuple(mount.name for mount in individual) or tuple(str(n + 1) for n in range(count)),
         mass=mass,
         inertia=inertia,
@@ -174,14 +174,14 @@ PITCH_PATHS = (
 _WIDER = 1.01
 
 
-def pitch_of(mounted: MountedBody) -> model.Pitch:
+def pitch_of(mounted: MountedPoints) -> model.Pitch:
     """The pitch model (points or 1,)."""
     return model.pitch_model(
         mounted.inertia, mounted.position, mounted.stiffness, mounted.damping, mounted.structural
     )
 
 
-def couple_about_centre(forces: Forces, mounted: MountedBody) -> WithError:
+def couple_about_centre(forces: Forces, mounted: MountedPoints) -> WithError:
     """Couple (points or 1, h) about the pitch axis per crank speed squared."""
     about = about_point(forces.per_square, mounted.centre[:, None, :])
     across = mounted.across
@@ -196,7 +196,7 @@ def on_resonance(columns: Columns, forces: Forces, pitch: model.Pitch) -> BoolAr
     return np.broadcast_to(met & (_exposed(pitch) > 0.0), columns.count)
 
 
-def emit_pitch(columns: Columns, forces: Forces, mounted: MountedBody, sheet: Sheet) -> None:
+def emit_pitch(columns: Columns, forces: Forces, mounted: MountedPoints, sheet: Sheet) -> None:
     """Model, motion, both readings of the support force and the sag, as far as they are wanted.
 
     No point may be on a resonance. Raises NumericalFailure where a machine would tip over.
@@ -278,7 +278,7 @@ def _emit_model(pitch: model.Pitch, sheet: Sheet) -> None:
 def _emit_supports(
     columns: Columns,
     forces: Forces,
-    mounted: MountedBody,
+    mounted: MountedPoints,
     angle: WithError,
     frequency: FloatArray,
     sheet: Sheet,
@@ -321,7 +321,7 @@ def _emit_supports(
 
 def _emit_harmonics(
     forces: Forces,
-    mounted: MountedBody,
+    mounted: MountedPoints,
     angle: WithError,
     frequency: FloatArray,
     axes: Mapping[str, object],
@@ -336,7 +336,7 @@ def _emit_harmonics(
         sheet.emit(f"{group}/steady_harmonics", at_mounts, axes)
 
 
-def _forces(mounted: MountedBody, angle: WithError, frequency: FloatArray) -> WithError:
+def _forces(mounted: MountedPoints, angle: WithError, frequency: FloatArray) -> WithError:
     return model.support_force(
         model.support_displacement(angle, mounted.position),
         frequency,
@@ -346,7 +346,7 @@ def _forces(mounted: MountedBody, angle: WithError, frequency: FloatArray) -> Wi
     )
 
 
-def _alike(mounted: MountedBody) -> list[int]:
+def _alike(mounted: MountedPoints) -> list[int]:
     """For each mount the first one whose force is the same at all points, up to its sign."""
     rows = (np.abs(mounted.position), mounted.stiffness, mounted.damping, mounted.structural)
     count = mounted.position.shape[1]

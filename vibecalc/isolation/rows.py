@@ -100,7 +100,7 @@ class HarmonicsAt(Protocol):
     def __call__(self, speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Jet: ...
 
 
-class Motion(NamedTuple):
+class BodyMotion(NamedTuple):
     """Coordinates (speeds, orders, coordinates), derivatives by speed, errors."""
 
     value: np.ndarray
@@ -110,7 +110,7 @@ class Motion(NamedTuple):
     curvature: np.ndarray
 
 
-def read(readout: Readout, order: np.ndarray, rate: np.ndarray, motion: Motion) -> Jet:
+def read(readout: Readout, order: np.ndarray, rate: np.ndarray, motion: BodyMotion) -> Jet:
     """Apply the readout to a motion and its derivatives, as far as they are there."""
     rows, components, width = readout.spring.shape
     spring = readout.spring.reshape(rows * components, width).T
@@ -221,8 +221,8 @@ def pitch_rows(
             uncertainty = uncertainty + 2.0 * column * couple.error
             terms = np.abs(load_slope) + np.abs(turn) * size
             slope_error = gain * (uncertainty + (pitch.rounding + 16.0 * UNIT_ROUNDOFF) * terms)
-        motion = Motion(angle, error, slope, slope_error, curvature)
-        each = Motion(*(EMPTY if part is EMPTY else part[..., None] for part in motion))
+        motion = BodyMotion(angle, error, slope, slope_error, curvature)
+        each = BodyMotion(*(EMPTY if part is EMPTY else part[..., None] for part in motion))
         return read(readout, order, rate, each)
 
     return harmonics_at
@@ -303,7 +303,7 @@ def body_rows(
                 uncertainty = uncertainty + added.slope_error[..., None] * np.abs(axis)
             slope_error = _apply(np.abs(system.inverse), uncertainty)
             slope_error = slope_error + 16.0 * UNIT_ROUNDOFF * np.abs(slope)
-        motion = Motion(value, error, slope, slope_error, curvature)
+        motion = BodyMotion(value, error, slope, slope_error, curvature)
         return read(readout, order, rate, motion)
 
     return harmonics_at

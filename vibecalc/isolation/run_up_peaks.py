@@ -36,7 +36,7 @@ class Starts(NamedTuple):
     reach: np.ndarray
 
 
-class Peaks(NamedTuple):
+class RunUpPeaks(NamedTuple):
     """The highest maximum (rows,) of each row's length, with its speed; errors absolute.
 
     Rows from which nothing starts are zero, at the start of the range. `angle` is the crank angle,
@@ -74,8 +74,8 @@ def climb(
     start: float,
     stop: float,
     known: np.ndarray,
-    nearby: Peaks | None = None,
-) -> Peaks:
+    nearby: RunUpPeaks | None = None,
+) -> RunUpPeaks:
     """Maximise |f(speed, angle)| of rows from their starts within [start, stop].
 
     Only peaks above those `known` (rows,) count. A start that comes close to that of its row in
@@ -130,7 +130,7 @@ def climb(
     angle = np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi
     rows, shape = len(known), jet.value.shape[1:]
     none = [np.zeros(rows) for _ in range(6)]
-    peaks = Peaks._make([*none, np.zeros((rows, *shape), dtype=complex)])
+    peaks = RunUpPeaks._make([*none, np.zeros((rows, *shape), dtype=complex)])
     peaks.speed[:] = start
     if not len(best):
         return peaks
@@ -173,7 +173,7 @@ def _may_win(
 
 
 def _merged(
-    speed: np.ndarray, angle: np.ndarray, starts: Starts, nearby: Peaks, top_order: float
+    speed: np.ndarray, angle: np.ndarray, starts: Starts, nearby: RunUpPeaks, top_order: float
 ) -> np.ndarray:
     """Which starts have come close to the peak that their row has already."""
     turn = angle - nearby.angle[starts.row]
@@ -362,7 +362,7 @@ def highest(search: Search, speed: np.ndarray, threshold: float, sparse: bool = 
 
 def _climbed(
     search: Search, starts: Starts, around: Starts | None, rows: int, threshold: float
-) -> Peaks:
+) -> RunUpPeaks:
     """Peaks of all rows; where another branch over the angle is high there, it is climbed too.
 
     Of two branches that cross between two speeds one may be too low at either to be a start. From
@@ -407,7 +407,7 @@ def _climbed(
     return peaks
 
 
-def _keep(peaks: Peaks, again: Peaks) -> np.ndarray:
+def _keep(peaks: RunUpPeaks, again: RunUpPeaks) -> np.ndarray:
     """Put what was found again in its place, and tell the rows of which that is so."""
     row = np.flatnonzero(again.value)
     for old, new in zip(peaks, again, strict=True):

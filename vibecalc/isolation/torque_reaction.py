@@ -55,7 +55,7 @@ class NearestOrder(NamedTuple):
     margin_error: np.ndarray
 
 
-class Loads(NamedTuple):
+class MountLoads(NamedTuple):
     """Highest and lowest force (mounts,) over the cycle, with an absolute error, N."""
 
     highest: np.ndarray
@@ -191,13 +191,13 @@ def vector_peak(harmonics: WithError, half_order: np.ndarray, retained: int) -> 
 
 def extreme_loads(
     harmonics: WithError, half_order: np.ndarray, retained: int, constant: WithError
-) -> Loads:
+) -> MountLoads:
     """Highest and lowest of a constant (mounts,) and its alternating part (mounts, m)."""
     total = synthesis(half_order[:retained], harmonics.value[..., :retained])
     highest, lowest = constant.value + total.highest, constant.value + total.lowest
     error = total.error + torque_left_out(harmonics, retained) + constant.error
     size = np.abs(constant.value) + np.maximum(np.abs(total.highest), np.abs(total.lowest))
-    return Loads(highest, lowest, error + UNIT_ROUNDOFF * size)
+    return MountLoads(highest, lowest, error + UNIT_ROUNDOFF * size)
 
 
 def nearest_driven(

@@ -54,7 +54,7 @@ _ROUNDINGS = 8.0
 _LINEAR = 4.0
 
 
-class Solution(NamedTuple):
+class HarmonicMotion(NamedTuple):
     """The motion (3,) taken for a harmonic, and how its readings and rounding move it.
 
     `candidates` are all motions that levels leave, the one taken first, with their largest
@@ -107,7 +107,7 @@ class Solution(NamedTuple):
         return signal(self.motion, self.rounding, rows)
 
 
-def solve_all(harmonics: Sequence[Harmonic], reference: FloatArray) -> list[Solution]:
+def solve_all(harmonics: Sequence[Harmonic], reference: FloatArray) -> list[HarmonicMotion]:
     """The motion of every harmonic; `reference` (3,) is the row where phases are zero."""
     try:
         growth = growth_of_deviations([one.phasors for one in harmonics if one.is_complex])
@@ -118,7 +118,7 @@ def solve_all(harmonics: Sequence[Harmonic], reference: FloatArray) -> list[Solu
     return [_solve(one, reference, growth) for one in harmonics]
 
 
-def _solve(harmonic: Harmonic, reference: FloatArray, growth: FloatArray) -> Solution:
+def _solve(harmonic: Harmonic, reference: FloatArray, growth: FloatArray) -> HarmonicMotion:
     try:
         if harmonic.is_complex:
             return _from_phases(harmonic, growth)
@@ -137,7 +137,7 @@ def signal(motion: ComplexArray, rounding: MotionSpread, rows: FloatArray) -> Wi
     return WithError(rows @ motion, np.asarray(moved + 8.0 * EPSILON * size))
 
 
-def _from_levels(harmonic: Harmonic, reference: FloatArray) -> Solution:
+def _from_levels(harmonic: Harmonic, reference: FloatArray) -> HarmonicMotion:
     reads = harmonic.solving
     rows, sizes = _rows(reads), np.array([read.amplitude for read in reads])
     half = np.array([read.half_width for read in reads])
@@ -162,7 +162,7 @@ def _from_levels(harmonic: Harmonic, reference: FloatArray) -> Solution:
     # the levels carry a few roundings each, and so does the motion that has them
     widths = _ROUNDINGS * EPSILON * (1.0 + np.abs(np.log(sizes / np.max(sizes)))) * DECIBEL
     roundings = tuple(motion.spread._replace(half_widths=widths) for motion in ranked)
-    return Solution(
+    return HarmonicMotion(
         harmonic=harmonic,
         motion=best.motion,
         spread=best.spread,
@@ -180,7 +180,7 @@ def _from_levels(harmonic: Harmonic, reference: FloatArray) -> Solution:
     )
 
 
-def _from_phases(harmonic: Harmonic, growth: FloatArray) -> Solution:
+def _from_phases(harmonic: Harmonic, growth: FloatArray) -> HarmonicMotion:
     given = harmonic.phasors
     fit = complex_motion(given._replace(deviations=given.deviations * growth[:, None]))
     stated = over_deviations(fit.residual, given.readings, given.deviations)
@@ -192,7 +192,7 @@ def _from_phases(harmonic: Harmonic, growth: FloatArray) -> Solution:
     # uncertainties grow with what the readings scatter, and what is not known of the one goes along
     grown = np.any(growth > 1.0) or fit.excess > 1.0
     share = float(np.max(widths / fit.spread.deviations)) if grown else 0.0
-    return Solution(
+    return HarmonicMotion(
         harmonic=harmonic,
         motion=fit.motion,
         spread=fit.spread._replace(uncertainty=fit.spread.uncertainty + share),
@@ -219,7 +219,7 @@ def _rows(reads: "list[InstrumentReading] | tuple[InstrumentReading, ...]") -> F
 # ----------------------------------------------------------------------------
 
 
-def phase_between(one: Solution, row: FloatArray, other: FloatArray) -> WithError:
+def phase_between(one: HarmonicMotion, row: FloatArray, other: FloatArray) -> WithError:
     """Phase (rad) of the signal of a row (3,) against that of another; 0 where there is none."""
     try:
         return phase_of(one.motion, one.rounding, row, other)
@@ -251,7 +251,7 @@ def phase_of(
 _READ = 8.0 * EPSILON
 
 
-def emit_readings(scene: Scene, solutions: list[Solution]) -> None:
+def emit_readings(scene: Scene, solutions: list[HarmonicMotion]) -> None:
     """Emit levels read and computed, and of readings with a phase how far the motion is off."""
     levels: list[tuple[str, int, float, float, float]] = []
     signals: list[tuple[str, int, float, float]] = []
@@ -303,7 +303,9 @@ def _unique(names: list[str]) -> np.ndarray:
 # ----------------------------------------------------------------------------
 
 
-def emit_plate(scene: Scene, solutions: list[Solution], orders: dict[str, np.ndarray]) -> None:
+def emit_plate(
+    scene: Scene, solutions: list[HarmonicMotion], orders: dict[str, np.ndarray]
+) -> None:
     """Emit amplitudes over the plate and the places of least amplitude, if its edges are known."""
     table = scene.case.measurement
     if table is None or table.plate is None:
@@ -351,7 +353,7 @@ _TOO_QUIET = 0.01
 _SCATTER = 2.0
 
 
-def emit_candidates(scene: Scene, solutions: list[Solution], reference: np.ndarray) -> None:
+def emit_candidates(scene: Scene, solutions: list[HarmonicMotion], reference: np.ndarray) -> None:
     """Emit every motion under a name such as `2 +/-`: harmonic, signs of roll and pitch phase."""
     table = scene.case.measurement
     each = [(one, place) for one in solutions for place in range(len(one.candidates))]
@@ -396,7 +398,7 @@ def emit_candidates(scene: Scene, solutions: list[Solution], reference: np.ndarr
         _emit_further(scene, solutions, table)
 
 
-def _rounded(one: Solution, place: int) -> float:
+def _rounded(one: HarmonicMotion, place: int) -> float:
     """dB; the largest error of the levels that a motion has at the readings it is judged by."""
     reads = [read for read in one.harmonic.reads if read.use == "choose" and read.phase is None]
     reads = reads or list(one.harmonic.solving)
@@ -408,7 +410,7 @@ def _rounded(one: Solution, place: int) -> float:
     return float(np.max(level.error) + max(known, default=0.0))
 
 
-def warn_of(scene: Scene, one: Solution, table: Measurement) -> None:
+def warn_of(scene: Scene, one: HarmonicMotion, table: Measurement) -> None:
     """Say where readings contradict each other, and where they leave two motions."""
     order = one.harmonic.order
     if one.clipped:
@@ -461,7 +463,7 @@ class FurtherReading(NamedTuple):
     error: float
 
 
-def _further(one: Solution, table: Measurement) -> FurtherReading | None:
+def _further(one: HarmonicMotion, table: Measurement) -> FurtherReading | None:
     """The reading, of those not yet made at named positions, where two motions differ most."""
     if len(one.candidates) < 2 or not table.positions:
         return None
@@ -491,7 +493,7 @@ def _further(one: Solution, table: Measurement) -> FurtherReading | None:
     return FurtherReading(names[fresh[choice.place]], choice, sum(errors))
 
 
-def _emit_further(scene: Scene, solutions: list[Solution], table: Measurement) -> None:
+def _emit_further(scene: Scene, solutions: list[HarmonicMotion], table: Measurement) -> None:
     telling = [(one.harmonic.order, _further(one, table)) for one in solutions]
     rows = [(order, further) for order, further in telling if further is not None]
     # none where every harmonic has one motion, or all that is named has been read
@@ -503,13 +505,13 @@ def _emit_further(scene: Scene, solutions: list[Solution], table: Measurement) -
     scene.emit("measurement/further/difference", difference, error, axes)
 
 
-def _phases(one: Solution, place: int, reference: np.ndarray) -> list[list[float]]:
+def _phases(one: HarmonicMotion, place: int, reference: np.ndarray) -> list[list[float]]:
     motion, rounding = one.candidates[place].motion, one.roundings[place]
     each = [phase_of(motion, rounding, np.eye(3)[part], reference) for part in range(3)]
     return [[float(phase.value) for phase in each], [float(phase.error) for phase in each]]
 
 
-def _names(each: list[tuple[Solution, int]], phases: np.ndarray) -> np.ndarray:
+def _names(each: list[tuple[HarmonicMotion, int]], phases: np.ndarray) -> np.ndarray:
     names: list[str] = []
     for (one, _), (_, roll, pitch) in zip(each, phases, strict=True):
         signs = "/".join("-" if phase < 0.0 else "+" for phase in (roll, pitch))
@@ -551,7 +553,10 @@ def run_measurement(scene: Scene) -> None:
 
 
 def _emit_motion(
-    scene: Scene, solutions: list[Solution], reference: np.ndarray, axes: dict[str, np.ndarray]
+    scene: Scene,
+    solutions: list[HarmonicMotion],
+    reference: np.ndarray,
+    axes: dict[str, np.ndarray],
 ) -> None:
     table = scene.case.measurement
     assert table is not None
@@ -577,7 +582,7 @@ def _emit_uncertainty(
     scene: Scene,
     name: str,
     values: np.ndarray,
-    solutions: list[Solution],
+    solutions: list[HarmonicMotion],
     axes: dict[str, np.ndarray],
 ) -> None:
     """Emit uncertainties, the last axis over the harmonics; an infinite one is as it is."""
@@ -588,7 +593,9 @@ def _emit_uncertainty(
     scene.emit(f"measurement/uncertainty/{name}", values, finite * share, axes)
 
 
-def _emit_positions(scene: Scene, solutions: list[Solution], orders: dict[str, np.ndarray]) -> None:
+def _emit_positions(
+    scene: Scene, solutions: list[HarmonicMotion], orders: dict[str, np.ndarray]
+) -> None:
     table = scene.case.measurement
     assert table is not None
     if not table.positions:
@@ -613,7 +620,7 @@ def _emit_positions(scene: Scene, solutions: list[Solution], orders: dict[str, n
     _emit_uncertainty(scene, "level_bound", bounds, solutions, axes)
 
 
-def _emit_fit(scene: Scene, solutions: list[Solution], axes: dict[str, np.ndarray]) -> None:
+def _emit_fit(scene: Scene, solutions: list[HarmonicMotion], axes: dict[str, np.ndarray]) -> None:
     motions = np.array([max(len(one.candidates), 1) for one in solutions])
     scene.emit("measurement/fit/motions", motions, 0.0, axes)
     decided = np.array([int(one.decided) for one in solutions])
@@ -631,7 +638,7 @@ def _stacked(each: list[WithError]) -> WithError:
     )
 
 
-def _cite(scene: Scene, solutions: list[Solution]) -> None:
+def _cite(scene: Scene, solutions: list[HarmonicMotion]) -> None:
     scene.cite(
         "rigid plate in small motion",
         "levels at any point from translation, roll and pitch",

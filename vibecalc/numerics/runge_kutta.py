@@ -226,7 +226,7 @@ _DENSE = np.array(
 Rates = Callable[[FloatArray, FloatArray], FloatArray]
 
 
-class Step(NamedTuple):
+class RungeKuttaStep(NamedTuple):
     """State and rate (b, n) at the end of a step, the error (b, n) of the step, and between.
 
     `dense` (4, b, n): the state at the fraction s is start + sum_j dense[j] s^(j + 1).
@@ -240,7 +240,7 @@ class Step(NamedTuple):
 
 def step(
     rates: Rates, time: FloatArray, state: FloatArray, rate: FloatArray, length: FloatArray
-) -> Step:
+) -> RungeKuttaStep:
     """Take one step of `length` (b,) from `state` (b, n), whose rate is `rate`, at `time` (b,)."""
     shape = state.shape
     slopes = np.empty((7, *shape))
@@ -252,7 +252,7 @@ def step(
         slopes[number] = rates(time + FRACTION[number] * length, state_there)
     error = long * (_ERROR @ flat).reshape(shape)
     dense = long * (_DENSE @ flat).reshape(4, *shape)
-    return Step(state_there, slopes[6], error, dense)
+    return RungeKuttaStep(state_there, slopes[6], error, dense)
 
 
 def at_fraction(start: FloatArray, dense: FloatArray, fraction: FloatArray) -> FloatArray:
@@ -283,7 +283,7 @@ NOTHING, LANDED, SHORTEN, AT_ONCE, HALVE = range(5)
 _Gaps: TypeAlias = Callable[[IntArray, FloatArray], FloatArray]
 
 
-class Crossings(NamedTuple):
+class BorderCrossings(NamedTuple):
     """What each member (b,) finds in a step.
 
     `finding`: nothing; a border at `fraction` of the step, within NEAR of its end; shorten the
@@ -337,16 +337,16 @@ def first_crossings(
     length: FloatArray,
     start: FloatArray,
     interval: IntArray,
-    taken: Step,
+    taken: RungeKuttaStep,
     fixed: BoolArray,
-) -> Crossings:
+) -> BorderCrossings:
     """First crossings along the steps `taken` of b members from `start` (b, n).
 
     `fixed` (b,) are those that must not be lengthened.
     """
     count = len(member)
     none = np.zeros(count, dtype=np.int64)
-    result = Crossings(none, np.ones(count), none.copy(), none.copy())
+    result = BorderCrossings(none, np.ones(count), none.copy(), none.copy())
     closeness = np.repeat(system.closeness, 2)
     if not len(closeness) or not count:
         return result
@@ -390,7 +390,7 @@ def first_crossings(
 
 
 def _leaving(
-    result: Crossings,
+    result: BorderCrossings,
     gaps: _Gaps,
     out: IntArray,
     at_start: FloatArray,
@@ -421,7 +421,7 @@ def _leaving(
 
 
 def _first_roots(
-    result: Crossings,
+    result: BorderCrossings,
     gaps: _Gaps,
     who: IntArray,
     gap: IntArray,

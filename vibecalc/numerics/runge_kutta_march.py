@@ -13,7 +13,7 @@ from vibecalc.numerics.runge_kutta import (
     NOTHING,
     ORDER,
     SHORTEN,
-    Step,
+    RungeKuttaStep,
     System,
     at_fraction,
     first_crossings,
@@ -33,7 +33,7 @@ class Record(NamedTuple):
     """k steps of all members, sorted by member and time.
 
     Those of member m are first[m]:first[m + 1]. `begin`, `length` (k,); `start` (k, n); `dense`
-    (4, k, n) as in `runge_kutta.Step`; `interval` (k, p) held during the step.
+    (4, k, n) as in `runge_kutta.RungeKuttaStep`; `interval` (k, p) held during the step.
     """
 
     first: IntArray
@@ -230,7 +230,7 @@ def march(
 
         keepers = np.nonzero(good)[0]
         who = active[keepers]
-        taken = Step(
+        taken = RungeKuttaStep(
             taken.state[keepers], taken.rate[keepers], taken.error[keepers], taken.dense[:, keepers]
         )
         length, start, form, began = length[keepers], start[keepers], form[keepers], began[keepers]
@@ -291,8 +291,8 @@ def _first_length(
 
 
 def _to_fraction(
-    taken: Step, start: FloatArray, length: FloatArray, fraction: FloatArray
-) -> tuple[Step, FloatArray]:
+    taken: RungeKuttaStep, start: FloatArray, length: FloatArray, fraction: FloatArray
+) -> tuple[RungeKuttaStep, FloatArray]:
     """The steps up to (or a little beyond) their ends; where the fraction is 1 they stay."""
     moved = fraction != 1.0
     there = at_fraction(start, taken.dense, fraction[:, None])[:, 0]

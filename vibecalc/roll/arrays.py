@@ -23,7 +23,7 @@ from vibecalc.roll.model import build_roll, roll_drive
 from vibecalc.roll.rates import surely_fastest
 from vibecalc.roll.results import FORCES, ROLL, VARIABLES
 from vibecalc.roll.running import point_levels
-from vibecalc.roll.steady import Steady, multipliers, steady_state
+from vibecalc.roll.steady import SteadyTurn, multipliers, steady_state
 from vibecalc.roll.turn import Readings, Turn, by_cylinder, harmonics, mean, readings
 
 #: of the numbers of Gauss points to try; a point that these do not settle is run alone
@@ -134,7 +134,7 @@ def _settled(one: _Read, other: _Read, orders: FloatArray, rtol: float) -> BoolA
     return np.asarray(np.max(np.abs(each[1] - each[0]), axis=-1) <= rtol * largest)
 
 
-def _beyond(state: Steady, drive: RollDrive) -> BoolArray:
+def _beyond(state: SteadyTurn, drive: RollDrive) -> BoolArray:
     if drive.holds:
         return np.zeros(len(state.solved), dtype=bool)
     slip = drive.synchronous_speed[..., None] - state.turn.crank_speed

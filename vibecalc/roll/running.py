@@ -25,7 +25,7 @@ from vibecalc.roll.rates import (
     surely_fastest,
     with_steady_flux,
 )
-from vibecalc.roll.steady import Steady, multipliers, started_momentum, steady_state
+from vibecalc.roll.steady import SteadyTurn, multipliers, started_momentum, steady_state
 from vibecalc.roll.turn import Turn, harmonics, hides, readings
 
 # ----------------------------------------------------------------------------
@@ -39,7 +39,7 @@ _FULL = 2.0 * np.pi
 _NEAR = 0.05
 
 
-def motion_of_state(machine: RollMachine, drive: RollDrive, state: Steady) -> TurnMotion:
+def motion_of_state(machine: RollMachine, drive: RollDrive, state: SteadyTurn) -> TurnMotion:
     """The motion between the collocation points; its error is that of the points or little more.
 
     The angle of a free shell is interpolated from the points.
@@ -65,7 +65,7 @@ def motion_of_state(machine: RollMachine, drive: RollDrive, state: Steady) -> Tu
     return at
 
 
-def speed_of_state(state: Steady) -> Callable[[FloatArray], FloatArray]:
+def speed_of_state(state: SteadyTurn) -> Callable[[FloatArray], FloatArray]:
     """Crank speed (k,) of one machine (B = 1) at crank angles (k,), without all the rest."""
     return lambda angles: np.asarray(evaluate(state.solution, angles)[0, :, 0])
 
@@ -150,8 +150,8 @@ def dynamic_start(
     drive: RollDrive,
     points: int,
     started_at: float | None,
-    first: Callable[[RollMachine, RollDrive, int, float | None], Steady],
-) -> Steady:
+    first: Callable[[RollMachine, RollDrive, int, float | None], SteadyTurn],
+) -> SteadyTurn:
     """The running state of a machine (B = 1) whose motor's fluxes are states.
 
     `first` finds it with the steady curve, or raises NumericalFailure.
@@ -177,7 +177,7 @@ def dynamic_start(
     return state
 
 
-def lifted(drive: RollDrive, near: Steady) -> Steady:
+def lifted(drive: RollDrive, near: SteadyTurn) -> SteadyTurn:
     """A state found with a steady curve, with the steady fluxes of the slip at every point."""
     solution = near.solution
     left, stages = (with_steady_flux(drive, part) for part in (solution.left, solution.stages))
@@ -186,7 +186,7 @@ def lifted(drive: RollDrive, near: Steady) -> Steady:
 
 def _from_heavy(
     machine: RollMachine, drive: RollDrive, points: int, started_at: float | None
-) -> Steady:
+) -> SteadyTurn:
     """The state followed from a heavy rotor; steps that fail are halved."""
     need = demand(machine, drive)
     if not need.possible[0]:
@@ -250,11 +250,11 @@ class Running(NamedTuple):
     `coarse`, where it is there, has fewer points than both: it tells how fast errors fall.
     """
 
-    state: Steady
-    check: Steady
+    state: SteadyTurn
+    check: SteadyTurn
     multiplier: ComplexArray
     multiplier_error: FloatArray
-    coarse: Steady | None = None
+    coarse: SteadyTurn | None = None
 
 
 def running_state(
@@ -285,7 +285,7 @@ def running_state(
     widest = widest_panel(orders)
     if widest < first.widest:
         first = _with_points(machine, drive, levels[0], started_at, first, widest)
-    coarse: Steady | None = None
+    coarse: SteadyTurn | None = None
     check, state, reached, met = first, first, np.inf, None
     for level in levels[1:]:
         coarse = None if level == levels[1] else check
@@ -322,7 +322,9 @@ def point_levels(rtol: float) -> tuple[int, ...]:
     return next(levels for least, levels in POINT_LEVELS if rtol >= least)
 
 
-def _first(machine: RollMachine, drive: RollDrive, points: int, started_at: float | None) -> Steady:
+def _first(
+    machine: RollMachine, drive: RollDrive, points: int, started_at: float | None
+) -> SteadyTurn:
     if drive.fluxes:
         return dynamic_start(machine, drive, points, started_at, _first)
     state = steady_state(machine, drive, points, started_at=started_at)
@@ -360,7 +362,7 @@ def _stall(need: Demand, march: March) -> str:
     )
 
 
-def _check_demand(machine: RollMachine, drive: RollDrive, state: Steady) -> None:
+def _check_demand(machine: RollMachine, drive: RollDrive, state: SteadyTurn) -> None:
     need = state.demand
     if need.possible[0]:
         return
@@ -379,7 +381,7 @@ def _check_demand(machine: RollMachine, drive: RollDrive, state: Steady) -> None
 
 
 def _march(
-    machine: RollMachine, drive: RollDrive, state: Steady, started_at: float | None
+    machine: RollMachine, drive: RollDrive, state: SteadyTurn, started_at: float | None
 ) -> March | None:
     """Turn after turn from above; None for a machine on mounts, where it would prove nothing."""
     if is_mounted(machine):
@@ -392,7 +394,7 @@ def _march(
     return march_turns(rates, problem.edges, np.array([_ABOVE * top]), floor=_FLOOR * top)
 
 
-def _marched(state: Steady, march: March) -> Steady:
+def _marched(state: SteadyTurn, march: March) -> SteadyTurn:
     """A start for Newton's method through the values that marching left at the edges."""
     blank = constant_start(state.problem, state.points, march.path[:, :1])
     steps = np.diff(march.path)[..., None, None]
@@ -409,9 +411,9 @@ def _with_points(
     drive: RollDrive,
     points: int,
     started_at: float | None,
-    near: Steady,
+    near: SteadyTurn,
     widest: float | None = None,
-) -> Steady:
+) -> SteadyTurn:
     state = steady_state(machine, drive, points, started_at=started_at, start=near, widest=widest)
     if state.solved[0]:
         return state
@@ -425,15 +427,15 @@ def _with_points(
 
 
 def _coarser(
-    machine: RollMachine, drive: RollDrive, started_at: float | None, near: Steady
-) -> Steady | None:
+    machine: RollMachine, drive: RollDrive, started_at: float | None, near: SteadyTurn
+) -> SteadyTurn | None:
     """The state with one point less on each panel; None where that is not enough to find it."""
     found = steady_state(machine, drive, near.points - 1, started_at=started_at, start=near)
     return found if found.solved[0] else None
 
 
 def _spectra_apart(
-    machine: RollMachine, drive: RollDrive, one: Steady, other: Steady, orders: int
+    machine: RollMachine, drive: RollDrive, one: SteadyTurn, other: SteadyTurn, orders: int
 ) -> float:
     """Largest difference of the spectra of the shell's acceleration, over the largest harmonic."""
     each = [
@@ -447,7 +449,9 @@ def _spectra_apart(
     return float(np.max(np.abs(each[1] - each[0])) / np.max(np.abs(each[1])))
 
 
-def _motion_apart(machine: RollMachine, drive: RollDrive, one: Steady, other: Steady) -> float:
+def _motion_apart(
+    machine: RollMachine, drive: RollDrive, one: SteadyTurn, other: SteadyTurn
+) -> float:
     """The same between the points: largest difference of that acceleration over a turn."""
     angles = np.linspace(0.0, 2.0 * np.pi, _SAMPLES)
     each = []
@@ -466,7 +470,7 @@ def _check_stable(value: ComplexArray, error: FloatArray) -> None:
         )
 
 
-def _check_slip(state: Steady, drive: RollDrive) -> None:
+def _check_slip(state: SteadyTurn, drive: RollDrive) -> None:
     slip = drive.synchronous_speed[..., None] - state.turn.crank_speed
     largest = float(np.max(np.abs(slip)))
     if drive.circuit is not None or drive.holds or largest <= drive.motor.largest:

@@ -10,7 +10,7 @@ from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray
 from vibecalc.roll.mechanism import PER_CYLINDER, RollDrive, RollMachine, member
 from vibecalc.roll.rates import surely_fastest
 from vibecalc.roll.running import running_state
-from vibecalc.roll.steady import Steady, multipliers, steady_state
+from vibecalc.roll.steady import SteadyTurn, multipliers, steady_state
 from vibecalc.roll.turn import harmonics, level, readings
 
 # ----------------------------------------------------------------------------
@@ -239,7 +239,7 @@ def _alone(
 
 
 def _levels(
-    machine: RollMachine, drive: RollDrive, state: Steady, orders: Sequence[int]
+    machine: RollMachine, drive: RollDrive, state: SteadyTurn, orders: Sequence[int]
 ) -> FloatArray:
     read = readings(machine, drive, state.turn, pistons=False)
     return level(harmonics(state.turn, read.shell_acceleration, np.asarray(orders, dtype=float)))
@@ -251,12 +251,12 @@ def _turns(batch: RollMachine) -> BoolArray:
     return np.asarray(batch.rod_length > batch.crank_radius + offset)
 
 
-def _stable(state: Steady) -> BoolArray:
+def _stable(state: SteadyTurn) -> BoolArray:
     value, error = multipliers(state)
     return np.asarray(np.all(np.abs(value) <= 1.0 + error, axis=-1))
 
 
-def _within(state: Steady, drive: RollDrive) -> BoolArray:
+def _within(state: SteadyTurn, drive: RollDrive) -> BoolArray:
     """Whether the slip stays in the table of the motor."""
     if drive.circuit is not None or drive.holds:
         return np.ones(len(state.solved), dtype=bool)

@@ -16,7 +16,7 @@ from vibecalc.roll.start_up_system import (
     SHELL_ANGLE,
     SHELL_SPEED,
     SPEED,
-    Load,
+    LoadSteps,
     StartUpSystem,
 )
 
@@ -274,7 +274,7 @@ class Stretches(NamedTuple):
     peaks: Peak
 
 
-def stretches(shown: TimeHistory, each_turn: Turns, load: Load) -> Stretches:
+def stretches(shown: TimeHistory, each_turn: Turns, load: LoadSteps) -> Stretches:
     """Peaks and speeds of a history between the changes of its load."""
     last = float(shown.time[-1])
     count = int(np.sum(load.time < last))

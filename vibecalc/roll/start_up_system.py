@@ -32,14 +32,14 @@ STATES = 8
 SLOT, CURVE, DIRECTION, LOAD = range(4)
 
 
-class Load(NamedTuple):
+class LoadSteps(NamedTuple):
     """Factor on the gas forces: `factor`[i] from `time`[i] (s) on; the first time is 0."""
 
     time: FloatArray
     factor: FloatArray
 
 
-FULL_LOAD = Load(np.zeros(1), np.ones(1))
+FULL_LOAD = LoadSteps(np.zeros(1), np.ones(1))
 
 
 class Torques(NamedTuple):
@@ -52,7 +52,7 @@ class Torques(NamedTuple):
     mounts: FloatArray
 
 
-class Section(NamedTuple):
+class TurnPassage(NamedTuple):
     """Members that pass crank angle 2 pi `turn` going forward, at their times in s."""
 
     member: IntArray
@@ -82,7 +82,7 @@ class StartUpSystem:
         self,
         machine: RollMachine,
         drive: RollDrive,
-        load: Load,
+        load: LoadSteps,
         tolerance: float,
         until_speed: float = np.inf,
     ):
@@ -103,7 +103,7 @@ class StartUpSystem:
         self._nodes = np.concatenate([[-np.inf], drive.motor.threshold, [np.inf]])
         self._damping = float(machine.shell_damping)
         self._until = until_speed
-        self.sections: list[Section] = []
+        self.sections: list[TurnPassage] = []
         self._passed: dict[int, tuple[int, float]] = {}
         self._fast: set[int] = set()
 
@@ -310,7 +310,7 @@ class StartUpSystem:
         return np.isin(np.arange(count), sorted(self._fast))
 
     def _note(self, member: IntArray, turn: IntArray, time: FloatArray) -> BoolArray:
-        self.sections.append(Section(member, turn, time.copy()))
+        self.sections.append(TurnPassage(member, turn, time.copy()))
         done = np.zeros(len(member), dtype=bool)
         every = zip(member.tolist(), turn.tolist(), time.tolist(), strict=True)
         for place, (who, number, when) in enumerate(every):

@@ -191,7 +191,7 @@ _STILL = 1e-14
 _EDGES_SETTLED = 1e-5
 
 
-class Steady(NamedTuple):
+class SteadyTurn(NamedTuple):
     """Running states of the machines (B,), with how they were found.
 
     `momentum` (B,) is the angular momentum of a free machine, N m s (zero for a mounted one);
@@ -226,10 +226,10 @@ def steady_state(
     points: int,
     *,
     started_at: float | FloatArray | None = None,
-    start: Steady | None = None,
+    start: SteadyTurn | None = None,
     tolerance: float = 1e-13,
     widest: float | None = None,
-) -> Steady:
+) -> SteadyTurn:
     """Running states of the machines (B,) with `points` Gauss points on each panel.
 
     Parameters
@@ -256,9 +256,9 @@ def _on_panels(
     edges: FloatArray,
     points: int,
     started_at: float | FloatArray | None,
-    start: Steady | None,
+    start: SteadyTurn | None,
     tolerance: float,
-) -> Steady:
+) -> SteadyTurn:
     need = demand(machine, drive, edges) if start is None else start.demand
     slip = np.where(need.possible, need.slip, 0.0)
     speed = np.broadcast_to(drive.synchronous_speed, slip.shape) - slip
@@ -287,9 +287,9 @@ def _free(
     need: Demand,
     momentum: FloatArray,
     speed: FloatArray,
-    start: Steady | None,
+    start: SteadyTurn | None,
     tolerance: float,
-) -> Steady:
+) -> SteadyTurn:
     problem, rates = roll_problem(machine, drive, momentum, edges)
     guess: FloatArray | PeriodicSolution
     if start is not None:
@@ -304,7 +304,7 @@ def _free(
     turn = _free_turn(machine, rates, momentum, solution)
     turn = turn._replace(motor_torque=_driving(machine, drive, solution))
     good = _good(solution, need, turn)
-    return Steady(turn, momentum, solution, problem, need, good, points, rates.evaluations)
+    return SteadyTurn(turn, momentum, solution, problem, need, good, points, rates.evaluations)
 
 
 def _quick_guess(
@@ -357,9 +357,9 @@ def _mounted(
     points: int,
     need: Demand,
     speed: FloatArray,
-    start: Steady | None,
+    start: SteadyTurn | None,
     tolerance: float,
-) -> Steady:
+) -> SteadyTurn:
     problem, rates = roll_problem(machine, drive, None, edges)
     none = np.zeros(len(speed))
     constant = np.stack([speed, none, none], axis=1)
@@ -381,7 +381,7 @@ def _mounted(
         _driving(machine, drive, solution),
     )
     good = _good(solution, need, turn)
-    return Steady(turn, none, solution, problem, need, good, points, rates.evaluations)
+    return SteadyTurn(turn, none, solution, problem, need, good, points, rates.evaluations)
 
 
 def _driving(
@@ -413,7 +413,7 @@ def _resting(machine: RollMachine, drive: RollDrive, speed: FloatArray) -> Float
     )
 
 
-def _standing(machine: RollMachine, state: Steady) -> tuple[FloatArray, bool]:
+def _standing(machine: RollMachine, state: SteadyTurn) -> tuple[FloatArray, bool]:
     """Angular momentum that would let the shell stand still on average, and whether it does."""
     turn = state.turn
     moved = inertia(machine, turn.crank_angle)
@@ -424,7 +424,7 @@ def _standing(machine: RollMachine, state: Steady) -> tuple[FloatArray, bool]:
     return wanted, bool(np.all(change <= _STILL * np.abs(wanted[state.solved])))
 
 
-def multipliers(state: Steady) -> tuple[ComplexArray, FloatArray]:
+def multipliers(state: SteadyTurn) -> tuple[ComplexArray, FloatArray]:
     """Floquet multipliers (B, n) by falling size, and their errors; those that are 1 are left out.
 
     The crank angle has no neutral phase, and a free machine at fixed momentum neither angle nor

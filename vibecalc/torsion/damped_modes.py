@@ -534,7 +534,7 @@ def _alike(line: Line, one: ComplexArray, other: ComplexArray) -> float:
 # ----------------------------------------------------------------------------
 
 
-class Poles(NamedTuple):
+class LinePoles(NamedTuple):
     """Poles (r,) in rad/s with vectors (r, n) and `scale` (r,) = x^T (2 s J + C) x.
 
     `order` (r,) is the place of the order of the excitation that they are met by.
@@ -548,11 +548,11 @@ class Poles(NamedTuple):
 
 def poles_at_orders(
     pole: ComplexArray, shape: ComplexArray, scale: ComplexArray, count: int
-) -> Poles:
+) -> LinePoles:
     """The same poles (r,) at each of so many orders."""
     each = np.tile(np.arange(len(pole)), count)
     order = np.repeat(np.arange(count), len(pole))
-    return Poles(pole[each], shape[each], scale[each], order)
+    return LinePoles(pole[each], shape[each], scale[each], order)
 
 
 def all_poles(line: Line, unit: float) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
@@ -567,7 +567,7 @@ def all_poles(line: Line, unit: float) -> tuple[ComplexArray, ComplexArray, Comp
 
 def all_poles_by_order(
     line: Line, speed_stiffness: FloatArray, order: FloatArray, unit: float
-) -> Poles:
+) -> LinePoles:
     """The same at each order (m,) of a line whose stiffness grows with the square of the speed.
 
     By `speed_stiffness` (e,) in N m/rad per (rad/s)^2; at a pole s of an order the speed is
@@ -581,7 +581,7 @@ def all_poles_by_order(
     counts = [len(one[0]) for one in sets]
     pole, shape, scale = (np.concatenate(part) for part in zip(*sets, strict=True))
     scale = np.asarray(scale, dtype=np.complex128)
-    return Poles(pole, shape, scale, np.repeat(np.arange(len(order)), counts))
+    return LinePoles(pole, shape, scale, np.repeat(np.arange(len(order)), counts))
 
 
 def _all_poles(

@@ -373,7 +373,7 @@ GROWTH = 1e4
 LARGE_PAGES = 1 << 19
 
 
-class Solution(NamedTuple):
+class LineSolution(NamedTuple):
     """Angles (n, r, f) and, where asked for, their absolute error (r, f).
 
     `growth` (f,) is set where no error was asked for: elimination lost four digits or more there.
@@ -415,7 +415,7 @@ def eliminate(
     estimate: bool,
     angle: ComplexArray,
     room: Room | None = None,
-) -> Solution:
+) -> LineSolution:
     """Angles at frequencies (f,), written into `angle` (n, r, f); `room` is memory used again.
 
     `torque` has for each station an array that broadcasts to (r, f), or None where there is none;
@@ -493,13 +493,13 @@ def eliminate(
                 check.up(i, p, out)
     if check is None:
         nothing = np.zeros((0, 0))
-        return Solution(angle, nothing, growth | lost, nothing)
+        return LineSolution(angle, nothing, growth | lost, nothing)
     error = np.broadcast_to(check.error, angle.shape[1:]) * check.unit
     if lost.any():
         error[:, lost] = np.inf
     if not np.isfinite(np.max(error, initial=0.0)):
         error[np.isnan(error)] = np.inf
-    return Solution(angle, error, growth, np.broadcast_to(check.largest, error.shape))
+    return LineSolution(angle, error, growth, np.broadcast_to(check.largest, error.shape))
 
 
 def _root(dynamic_stiffness: ComplexArray) -> tuple[ComplexArray, BoolArray]:
@@ -546,7 +546,7 @@ def dense_solution(
     torque: list[ComplexArray | None],
     part: slice,
     angle: ComplexArray,
-) -> Solution:
+) -> LineSolution:
     """As `eliminate`, by inverting the dynamic stiffness; one step of refinement.
 
     The error is |inverse| (|residual| + round-off of data and residual), row by row. Frequencies
@@ -582,7 +582,7 @@ def dense_solution(
     worst = np.max(error, axis=1).T + 2.0 * EPSILON * largest
     worst[:, singular] = np.inf
     worst[~np.isfinite(worst)] = np.inf
-    return Solution(angle, worst, np.zeros(count, dtype=bool), largest)
+    return LineSolution(angle, worst, np.zeros(count, dtype=bool), largest)
 
 
 def _data_size(line: Line, frequency: FloatArray) -> FloatArray:

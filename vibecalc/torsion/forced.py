@@ -18,7 +18,7 @@ from vibecalc.numerics.rounding import (
     IntArray,
 )
 from vibecalc.torsion.elimination import (
-    Solution,
+    LineSolution,
     dense_solution,
     eliminate,
     mapped,
@@ -233,7 +233,9 @@ def _flat_loads(
 # Frequencies at which elimination along a tree loses digits, solved again by other methods.
 # ----------------------------------------------------------------------------
 
-Method: TypeAlias = Callable[[Line, FloatArray, list[ComplexArray | None], ComplexArray], Solution]
+Method: TypeAlias = Callable[
+    [Line, FloatArray, list[ComplexArray | None], ComplexArray], LineSolution
+]
 
 #: with a relative error above this a frequency is solved again
 UNCERTAIN = 1e-9
@@ -301,7 +303,7 @@ def _rows(values: FloatArray, rows: IntArray) -> FloatArray:
 
 def _dense(
     line: Line, frequency: FloatArray, torque: list[ComplexArray | None], angle: ComplexArray
-) -> Solution:
+) -> LineSolution:
     return dense_solution(line, frequency, torque, slice(0, len(frequency)), angle)
 
 
@@ -311,7 +313,7 @@ def _from_root(
     torque: list[ComplexArray | None],
     angle: ComplexArray,
     root: int,
-) -> Solution:
+) -> LineSolution:
     plan = plan_of(line, root)
     if plan is None:
         return _dense(line, frequency, torque, angle)
@@ -320,7 +322,7 @@ def _from_root(
 
 def _superposed(
     line: Line, frequency: FloatArray, torque: list[ComplexArray | None], angle: ComplexArray
-) -> Solution:
+) -> LineSolution:
     """Each station's torque alone, with that station as the root, and their sum.
 
     Where the torques act on a resonant sub-line, what they do inside it cancels against what it
@@ -335,7 +337,7 @@ def _superposed(
             part = _from_root(line, frequency, alone, np.empty_like(angle), root=i)
             angle += part.angle
             error += part.error + EPSILON * np.max(np.abs(angle), axis=0)
-    return Solution(
+    return LineSolution(
         angle, error, np.zeros(len(frequency), dtype=bool), np.max(np.abs(angle), axis=0)
     )
 

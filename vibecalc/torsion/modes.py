@@ -40,7 +40,7 @@ from vibecalc.torsion.modes_of_tree import (
 # ----------------------------------------------------------------------------
 
 
-class Row(NamedTuple):
+class StationRow(NamedTuple):
     """Inertias (n,), springs to ground (n,), and shafts (n - 1,) between neighbours."""
 
     inertia: FloatArray
@@ -48,7 +48,7 @@ class Row(NamedTuple):
     stiffness: FloatArray
 
 
-def bidiagonal_factor(row: Row) -> FloatArray:
+def bidiagonal_factor(row: StationRow) -> FloatArray:
     """The upper bidiagonal factor (n, n) in rad/s; its singular values are the frequencies."""
     count = len(row.inertia)
     root = np.sqrt(row.inertia)
@@ -114,7 +114,7 @@ def natural_modes(line: Line) -> Modes:
     """
     count = len(line.inertia)
     if _is_row(line):
-        row = Row(line.inertia, line.ground_stiffness, line.stiffness)
+        row = StationRow(line.inertia, line.ground_stiffness, line.stiffness)
         frequency, shape = _row_modes(row)
         relative = relative_error(count)
         return _finished(line.inertia, frequency, shape, relative * frequency)
@@ -140,7 +140,7 @@ def _is_row(line: Line) -> bool:
     return bool(first == list(range(elements)) and second == list(range(1, elements + 1)))
 
 
-def _row_modes(row: Row) -> tuple[FloatArray, FloatArray]:
+def _row_modes(row: StationRow) -> tuple[FloatArray, FloatArray]:
     """Frequencies (n,) and shapes (n, n) of a row in which every station has inertia."""
     free = not row.ground.any()
     factor = bidiagonal_factor(row)
@@ -175,7 +175,7 @@ def _part_modes(connected: ConnectedPart, count: int) -> tuple[FloatArray, Float
     order = path_order(small)
     if order is not None:
         stiffness = [small.spring[a][b] for a, b in pairwise(order)]
-        row = Row(
+        row = StationRow(
             np.array([small.inertia[name] for name in order]),
             np.array([small.ground[name] for name in order]),
             np.array(stiffness),
@@ -288,7 +288,7 @@ def bidiagonal_singular_values(factor: FloatArray) -> FloatArray:
 # ----------------------------------------------------------------------------
 
 
-def row_shapes(row: Row, frequency: FloatArray) -> FloatArray:
+def row_shapes(row: StationRow, frequency: FloatArray) -> FloatArray:
     """Shapes (m, n), largest component of each at angle about 1, at natural frequencies (m,)."""
     count, modes = len(row.inertia), len(frequency)
     if count == 1:

@@ -24,7 +24,7 @@ from vibecalc.absorber.stage import asked_of
 from vibecalc.absorber.tables import Tuning
 from vibecalc.absorber.transfer import Absorber, transfer_of
 from vibecalc.absorber.tuning.several import tuned as solved
-from vibecalc.absorber.tuning.several_search import Problem, Travel
+from vibecalc.absorber.tuning.several_search import Travel, TuningProblem
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, WithError
@@ -40,7 +40,7 @@ _NO_LOWER = 1e-9
 _PLACE = 16.0 * EPSILON
 
 
-class Peaks(NamedTuple):
+class SystemPeaks(NamedTuple):
     """Maxima (p,) of one system, and the largest response with its place."""
 
     frequency: np.ndarray
@@ -173,7 +173,7 @@ def places_near(system: Several, pair: tuple[str, str], near: np.ndarray) -> np.
     return np.asarray(found[np.argmin(np.abs(found - near[:, None]), axis=1)])
 
 
-def _problem(options: Tuning, parts: AbsorberParts, m: np.ndarray) -> Problem:
+def _problem(options: Tuning, parts: AbsorberParts, m: np.ndarray) -> TuningProblem:
     bounds, count = options.bounds, len(m)
     lower, upper = np.zeros(2 * count), np.full(2 * count, np.inf)
     travel: tuple[Travel, ...] = ()
@@ -186,7 +186,7 @@ def _problem(options: Tuning, parts: AbsorberParts, m: np.ndarray) -> Problem:
                 lower[place], upper[place] = given
         if bounds.travel is not None:
             travel = tuple(Travel(number, bounds.travel) for number in range(1, count + 1))
-    return Problem(
+    return TuningProblem(
         parts.primary_damping,
         m,
         parents_of(parts),
@@ -237,7 +237,7 @@ def reach(system: Several, excitation: str) -> tuple[np.ndarray, np.ndarray]:
     """Largest travel of each absorber, and its error."""
     none = np.zeros(0)
     each = [
-        Peaks(none, none, none, 0.0, 0.0, 0.0)
+        SystemPeaks(none, none, none, 0.0, 0.0, 0.0)
         if is_fastened(system, number)
         else peaks_of(system, excitation, TRAVEL, number)
         for number in numbers(system)
@@ -250,14 +250,14 @@ def is_fastened(system: Several, number: int) -> bool:
     return bool(np.isinf(np.asarray(system.stiffness_ratio)[number - 1]))
 
 
-def peaks_of(system: Several, excitation: str, response: str, absorber: int = 1) -> Peaks:
+def peaks_of(system: Several, excitation: str, response: str, absorber: int = 1) -> SystemPeaks:
     """All peaks; on an undamped natural frequency the largest is infinite."""
     try:
         found = several_peaks(system, excitation, response, absorber)
     except NumericalFailure:
         none = np.zeros(0)
-        return Peaks(none, none, none, np.inf, 0.0, np.inf)
-    return Peaks(
+        return SystemPeaks(none, none, none, np.inf, 0.0, np.inf)
+    return SystemPeaks(
         found.frequency,
         found.magnitude,
         found.error,
@@ -400,13 +400,13 @@ def _emit_peaks(
     scene.emit(f"{RESPONSE}/each/largest_travel", travels, error, axes | absorbers)
 
 
-def _limit(name: str, system: Several, excitation: str, response: str) -> Peaks:
+def _limit(name: str, system: Several, excitation: str, response: str) -> SystemPeaks:
     """Of all masses fastened rigidly, or of none: the primary, a system of one mass."""
     mass = float(np.sum(system.mass_ratio))
     stiff = np.inf if name == "locked" else 0.0
     one = peaks(Absorber(system.primary_damping, mass, stiff, 0.0), excitation, response)
     there = one.present & np.isfinite(one.magnitude)  # an infinite one is shown by the largest
-    return Peaks(
+    return SystemPeaks(
         one.frequency[there],
         one.magnitude[there],
         one.error[there],

@@ -54,11 +54,11 @@ def _fourth_powers(outer: np.ndarray, inner: np.ndarray) -> np.ndarray:
 # ----------------------------------------------------------------------------
 # Mass and polar inertia of seismic masses made of rings of rectangular section.
 #
-# A ring with a groove or a counter bore is a ring less a ring: add `Inertia` values with sign.
+# A ring with a groove or a counter bore is a ring less a ring: add `BodyInertia` values with sign.
 # ----------------------------------------------------------------------------
 
 
-class Inertia(NamedTuple):
+class BodyInertia(NamedTuple):
     """Mass in kg, moment about the axis and about a diameter through the mass centre in kg m^2."""
 
     mass: WithError
@@ -68,7 +68,7 @@ class Inertia(NamedTuple):
 
 def ring_inertia(
     density: ArrayLike, outer_radius: ArrayLike, inner_radius: ArrayLike, width: ArrayLike
-) -> Inertia:
+) -> BodyInertia:
     """Ring of density kg/m^3 with outer and inner radius and width in m; inner radius 0: a disc.
 
     m = pi rho b (Ro^2 - Ri^2), Jp = m (Ro^2 + Ri^2) / 2, Jd = Jp / 2 + m b^2 / 12.
@@ -76,7 +76,7 @@ def ring_inertia(
     heavy, outer, inner, wide = floats(density, outer_radius, inner_radius, width)
     mass = math.pi * heavy * wide * (outer - inner) * (outer + inner)
     polar = 0.5 * mass * (outer * outer + inner * inner)
-    return Inertia(
+    return BodyInertia(
         closed_form(mass, 7.0),
         closed_form(polar, 11.0),
         closed_form(0.5 * polar + mass * wide * wide / 12.0, 14.0),

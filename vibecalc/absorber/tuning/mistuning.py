@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.several_peaks import several_slopes
 from vibecalc.absorber.transfer import Absorber, transfer_of
-from vibecalc.absorber.tuning.several_search import OptimalPoint, Problem, hold, usual_size
+from vibecalc.absorber.tuning.several_search import OptimalPoint, TuningProblem, hold, usual_size
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import WithError
 
@@ -117,7 +117,7 @@ def sensitivity(
     locked = np.isinf(start[:n]) | np.isinf(start[n:])
     fixed = np.concatenate([locked, locked])
     start = np.where(fixed, 0.0, start)
-    problem = Problem(
+    problem = TuningProblem(
         float(primary_damping), m, parent, excitation, response, np.zeros(2 * n),
         np.where(fixed, 0.0, np.inf), locked=tuple(bool(one) for one in locked),
     )  # fmt: skip
@@ -156,7 +156,7 @@ def sensitivity(
 
 
 def _conditions(
-    problem: Problem, held: OptimalPoint, scale: np.ndarray
+    problem: TuningProblem, held: OptimalPoint, scale: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Matrix of the conditions, their derivatives by the data, free unknowns, slopes by the data.
 

@@ -13,9 +13,9 @@ from vibecalc.absorber.tuning.minimax_steps import certify
 from vibecalc.absorber.tuning.several_search import (
     Descent,
     OptimalPoint,
-    Problem,
     Rows,
     Travel,
+    TuningProblem,
     descend,
     hold,
     largest,
@@ -99,14 +99,14 @@ def several_tuning(
     size = 2 * len(m) + (len(m) - 1) * share_masses
     lower, upper = np.zeros(size), np.full(size, np.inf)
     lower[2 * len(m) :], upper[2 * len(m) :] = 0.02, 0.98
-    problem = Problem(
+    problem = TuningProblem(
         float(primary_damping), m, tuple(parent), excitation, response, lower, upper,
         shares=share_masses,
     )  # fmt: skip
     return tuned(problem, starts or (4 + 4 * len(m) if len(m) < 3 else 8 * len(m)))
 
 
-def tuned(problem: Problem, count: int) -> SeveralTuning:
+def tuned(problem: TuningProblem, count: int) -> SeveralTuning:
     """Solve a problem with bounds and limits of travel from `count` starts."""
     scale = usual_size(problem)
     rough: list[Descent] = []
@@ -141,7 +141,7 @@ def tuned(problem: Problem, count: int) -> SeveralTuning:
     level = largest(best.rows)[0]
     if len(still.level) and float(np.max(still.level)) >= level - 1e-9:
         return _set_of_optima(problem, best, agreeing, len(ends), used)
-    choices: list[tuple[float, Problem, OptimalPoint]] = []
+    choices: list[tuple[float, TuningProblem, OptimalPoint]] = []
     for end in ends:
         held = hold(problem, end.ratios, scale)
         if held is not None:
@@ -161,8 +161,8 @@ def tuned(problem: Problem, count: int) -> SeveralTuning:
 
 
 def _fastened(
-    problem: Problem, ends: list[Descent], scale: np.ndarray
-) -> list[tuple[float, Problem, OptimalPoint]]:
+    problem: TuningProblem, ends: list[Descent], scale: np.ndarray
+) -> list[tuple[float, TuningProblem, OptimalPoint]]:
     """The limit with those absorbers rigidly fastened that the descents made very stiff."""
     n = len(problem.mass_ratio)
     tried: set[tuple[bool, ...]] = set()
@@ -192,7 +192,7 @@ def _merit(end: Descent) -> float:
     return level + 100.0 * over
 
 
-def _travels(problem: Problem, rows: Rows) -> tuple[np.ndarray, np.ndarray]:
+def _travels(problem: TuningProblem, rows: Rows) -> tuple[np.ndarray, np.ndarray]:
     """Largest travels (limits,) and which of them are at their limit."""
     over = np.array([
         float(np.max(rows.level[rows.kind == j], initial=-np.inf))
@@ -203,7 +203,12 @@ def _travels(problem: Problem, rows: Rows) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _certified(
-    problem: Problem, held: OptimalPoint, scale: np.ndarray, agreeing: int, count: int, used: int
+    problem: TuningProblem,
+    held: OptimalPoint,
+    scale: np.ndarray,
+    agreeing: int,
+    count: int,
+    used: int,
 ) -> SeveralTuning:
     level = largest(held.rows)[0]
     peak, n = float(np.exp(0.5 * level)), len(problem.mass_ratio)
@@ -227,7 +232,7 @@ def _certified(
 
 
 def _set_of_optima(
-    problem: Problem, best: Descent, agreeing: int, count: int, used: int
+    problem: TuningProblem, best: Descent, agreeing: int, count: int, used: int
 ) -> SeveralTuning:
     level, n, size = largest(best.rows)[0], len(problem.mass_ratio), len(best.ratios)
     peak, none = float(np.exp(0.5 * level)), np.zeros(size, dtype=bool)
@@ -248,7 +253,7 @@ __all__ = ["SeveralTuning", "Travel", "several_tuning", "tuned"]
 # ----------------------------------------------------------------------------
 
 
-def free_optimum(problem: Problem) -> SeveralTuning | None:
+def free_optimum(problem: TuningProblem) -> SeveralTuning | None:
     """The minimax of one absorber without limits; None where two equal peaks do not hold it.
 
     Next to a threshold the peaks stand above the floor by less than the levels of several absorbers
@@ -331,7 +336,7 @@ def bounded_tuning(
     if not travel > 0.0:
         raise NumericalFailure(f"a largest spring travel of {travel:.6g} leaves no motion to use")
     m = np.array([float(mass_ratio)])
-    bare = Problem(
+    bare = TuningProblem(
         float(primary_damping), m, (0,), excitation, response, np.zeros(2), np.full(2, np.inf)
     )
     free = free_optimum(bare)

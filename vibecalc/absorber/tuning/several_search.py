@@ -25,7 +25,7 @@ class Travel(NamedTuple):
     limit: float
 
 
-class Problem(NamedTuple):
+class TuningProblem(NamedTuple):
     """min over k (n) and z (n) within bounds of the largest |H| over frequency.
 
     `lower`, `upper` (q,): k first, then z; infinite for none. `travel`: largest spring travels,
@@ -99,7 +99,7 @@ class Rows(NamedTuple):
         return Rows(*(part[chosen] for part in self))
 
 
-def rows_at(problem: Problem, ratios: np.ndarray) -> Rows:
+def rows_at(problem: TuningProblem, ratios: np.ndarray) -> Rows:
     """Every peak that counts, of the response and of each limited travel.
 
     Raises NumericalFailure where a peak is infinite.
@@ -113,7 +113,7 @@ def rows_at(problem: Problem, ratios: np.ndarray) -> Rows:
 
 
 def _of(
-    problem: Problem, ratios: np.ndarray, response: str, absorber: int, unit: float, kind: int
+    problem: TuningProblem, ratios: np.ndarray, response: str, absorber: int, unit: float, kind: int
 ) -> Rows:
     system, size = problem.system(ratios), len(ratios)
     tops = several_peaks(system, problem.excitation, response, absorber)
@@ -164,7 +164,7 @@ def largest(rows: Rows) -> tuple[float, float]:
 _PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 
 
-def usual_size(problem: Problem) -> np.ndarray:
+def usual_size(problem: TuningProblem) -> np.ndarray:
     """Size (q,) of stiffness, damping and share: m, m sqrt(sum m), 1, within finite bounds."""
     m = problem.mass_ratio
     whole = float(np.sum(m))
@@ -177,7 +177,7 @@ def usual_size(problem: Problem) -> np.ndarray:
     return np.asarray(np.minimum(np.maximum(size, problem.lower), upper))
 
 
-def starts(problem: Problem, count: int) -> list[np.ndarray]:
+def starts(problem: TuningProblem, count: int) -> list[np.ndarray]:
     """`count` points (q,) in units of `usual_size`."""
     n, size = len(problem.mass_ratio), len(problem.lower)
     equal = np.full(size - 2 * n, 1.0 / n)
@@ -234,7 +234,7 @@ class Descent(NamedTuple):
     evaluations: int
 
 
-def descend(problem: Problem, start: np.ndarray, scale: np.ndarray, least: float) -> Descent:
+def descend(problem: TuningProblem, start: np.ndarray, scale: np.ndarray, least: float) -> Descent:
     """Descend until the box is smaller than `least` (relative); `scale` (q,) is a usual size.
 
     Raises NumericalFailure where the peaks at the start are infinite.
@@ -372,7 +372,7 @@ class OptimalPoint(NamedTuple):
     evaluations: int
 
 
-def hold(problem: Problem, start: np.ndarray, scale: np.ndarray) -> OptimalPoint | None:
+def hold(problem: TuningProblem, start: np.ndarray, scale: np.ndarray) -> OptimalPoint | None:
     """Newton from near a minimax; None where no set of peaks and bounds holds a point nearby."""
     used = 0
     for tie in _TIE:
@@ -384,7 +384,7 @@ def hold(problem: Problem, start: np.ndarray, scale: np.ndarray) -> OptimalPoint
 
 
 def _with(
-    problem: Problem, start: np.ndarray, scale: np.ndarray, tie: float
+    problem: TuningProblem, start: np.ndarray, scale: np.ndarray, tie: float
 ) -> tuple[OptimalPoint | None, int]:
     ratios, used = start, 0
     first = np.inf

@@ -42,7 +42,7 @@ class RunUpSetup(NamedTuple):
     idle: Callable[[float, float], tuple[str, ...]]
 
 
-class Section(NamedTuple):
+class RunUpSection(NamedTuple):
     """A part of a run-up, between two speeds in rad/s."""
 
     setup: RunUpSetup

@@ -7,7 +7,7 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing
 from vibecalc.excitation.inertia_forces import as_loads, at_speed
-from vibecalc.isolation.adapters.common import RunUpSetup, Section, isolation_of
+from vibecalc.isolation.adapters.common import RunUpSection, RunUpSetup, isolation_of
 from vibecalc.isolation.adapters.rigid_body import MountedBody
 from vibecalc.isolation.adapters.torque_couple import (
     Couples,
@@ -239,14 +239,14 @@ def _emit_nearest(
 _NARROW = 1e-3
 
 
-def torque_sections(scene: Scene, start: float, stop: float) -> tuple[Section, ...]:
+def torque_sections(scene: Scene, start: float, stop: float) -> tuple[RunUpSection, ...]:
     """The range from `start` to `stop`, cut at the speeds of the gas cards within it."""
     forcing: Forcing = scene.handed_on["forcing"]
     law = torque_law(scene, forcing.retained)
     within = law.speeds[(law.speeds > start) & (law.speeds < stop)]
     passing = None if shakes_with_torque(scene.case) else line_passing(scene)
     return tuple(
-        Section(_setup(scene, law, passing, low, high), low, high)
+        RunUpSection(_setup(scene, law, passing, low, high), low, high)
         for low, high in pairwise([start, *within.tolist(), stop])
     )
 

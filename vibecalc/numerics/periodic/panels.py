@@ -334,7 +334,7 @@ class Gaps(NamedTuple):
     ends: FloatArray
 
 
-class Step(NamedTuple):
+class PanelStep(NamedTuple):
     """Corrections left (B, P, n) and stages (B, P, s, n); transfer (B, P, n, n).
 
     `condition` (B,): how much an error of one panel can grow around the turn; None for one state,
@@ -361,7 +361,9 @@ def gaps(
     return Gaps(stage, left + rule.weights @ scaled - following)
 
 
-def newton_step(rule: GaussRule, widths: FloatArray, jacobian: FloatArray, missed: Gaps) -> Step:
+def newton_step(
+    rule: GaussRule, widths: FloatArray, jacobian: FloatArray, missed: Gaps
+) -> PanelStep:
     """Step that makes the linearised equations hold; jacobian (B, P, s, n, n).
 
     Not finite for a member whose linearised problem has no single solution.
@@ -371,7 +373,9 @@ def newton_step(rule: GaussRule, widths: FloatArray, jacobian: FloatArray, misse
     return _system_step(rule, widths, jacobian, missed)
 
 
-def _scalar_step(rule: GaussRule, widths: FloatArray, jacobian: FloatArray, missed: Gaps) -> Step:
+def _scalar_step(
+    rule: GaussRule, widths: FloatArray, jacobian: FloatArray, missed: Gaps
+) -> PanelStep:
     scaled = widths[..., None] * jacobian
     gap = missed.stages[..., 0]
     if len(rule.nodes) == 1:
@@ -392,7 +396,7 @@ def _scalar_step(rule: GaussRule, widths: FloatArray, jacobian: FloatArray, miss
     shift = missed.ends[..., 0] + np.add.reduce(weighted * offset, axis=-1)
     left = solve_scalar(transfer, shift)
     stages = response * left[..., None] + offset
-    return Step(left[..., None], stages[..., None], transfer[..., None, None], None)
+    return PanelStep(left[..., None], stages[..., None], transfer[..., None, None], None)
 
 
 def scalar_condition(transfer: FloatArray) -> FloatArray:
@@ -425,7 +429,9 @@ def _eliminate(
     return answers[0].reshape(shape), answers[1].reshape(shape)
 
 
-def _system_step(rule: GaussRule, widths: FloatArray, jacobian: FloatArray, missed: Gaps) -> Step:
+def _system_step(
+    rule: GaussRule, widths: FloatArray, jacobian: FloatArray, missed: Gaps
+) -> PanelStep:
     members, panels, count, states = missed.stages.shape
     size = count * states
     scaled = widths[..., None, None, None] * jacobian
@@ -444,7 +450,7 @@ def _system_step(rule: GaussRule, widths: FloatArray, jacobian: FloatArray, miss
     transfer = ahead[..., :states] + np.eye(states)
     left, condition = solve_blocks(transfer, missed.ends + ahead[..., states])
     stages = (solved[..., :states] @ left[..., None])[..., 0] + solved[..., states]
-    return Step(left, stages.reshape(missed.stages.shape), transfer, condition)
+    return PanelStep(left, stages.reshape(missed.stages.shape), transfer, condition)
 
 
 def solve_or_nan(matrix: FloatArray, right: FloatArray) -> FloatArray:

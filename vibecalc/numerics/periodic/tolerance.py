@@ -9,9 +9,9 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.gauss import between_rules, gauss_rule
 from vibecalc.numerics.periodic.collocation import solve_periodic
 from vibecalc.numerics.periodic.panels import (
+    PanelStep,
     PeriodicProblem,
     PeriodicSolution,
-    Step,
     evaluate,
     gaps,
     newton_step,
@@ -113,14 +113,14 @@ def _edges_off(problem: PeriodicProblem, solution: PeriodicSolution) -> FloatArr
 
 def _step(
     problem: PeriodicProblem, edges: FloatArray, left: FloatArray, stages: FloatArray
-) -> Step:
+) -> PanelStep:
     """Newton step from these values, every point in its own interval."""
     rule, widths = gauss_rule(stages.shape[2]), np.diff(edges)
     f, jacobian = problem.rhs(panel_nodes(edges, stages.shape[2]), stages, None)
     return newton_step(rule, widths, jacobian, gaps(rule, widths, left, stages, f))
 
 
-def _halved_step(problem: PeriodicProblem, solution: PeriodicSolution) -> Step:
+def _halved_step(problem: PeriodicProblem, solution: PeriodicSolution) -> PanelStep:
     """The same with every panel in two, each with the solution's own number of points."""
     edges = solution.edges
     middle = 0.5 * (edges[:, 1:] + edges[:, :-1])

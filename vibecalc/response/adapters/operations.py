@@ -46,13 +46,13 @@ from vibecalc.response.operations import (
 from vibecalc.response.tables import Balance, Operation, Response
 
 # ----------------------------------------------------------------------------
-# Loads of several ways of running a machine, with several ways of balancing its crankshaft.
+# Loads of several operations of a machine, with several balances of its crankshaft.
 # ----------------------------------------------------------------------------
 
 AS_IN_CASE = "as in the case"
 
 
-class Loads(NamedTuple):
+class OperationLoads(NamedTuple):
     """Loads per crank speed squared: `shaking` of each operation, `residual` of each balance too.
 
     Shaking is that of pistons, weights and shafts of the case; the residual is that of the throws
@@ -67,7 +67,7 @@ class Loads(NamedTuple):
 
 def operation_loads(
     scene: Scene, operations: Sequence[Operation], balances: Sequence[Balance] = ()
-) -> Loads:
+) -> OperationLoads:
     """Loads of some operations with some balances; without these, with that of the case."""
     motion: PistonMotion = scene.handed_on["motion"]
     excitation = scene.case.excitation
@@ -91,7 +91,7 @@ def operation_loads(
             for _, names in named
         ]
         residual.append(tuple(rotating_part(whole, row, highest) for row in rows))
-    return Loads(
+    return OperationLoads(
         tuple(operation.name for operation in operations),
         tuple(name for name, _ in named),
         tuple(shaking),
@@ -139,7 +139,7 @@ def _stacked(rows: Sequence[WithError]) -> WithError:
 
 
 def _undriven(
-    scene: Scene, system: LinearSystem, loads: Loads, orders: np.ndarray
+    scene: Scene, system: LinearSystem, loads: OperationLoads, orders: np.ndarray
 ) -> UndrivenModes:
     """Modes that no part of a load drives where an order meets them.
 
@@ -157,7 +157,7 @@ def _emit(
     system: LinearSystem,
     options: Response,
     forcing: Forcing,
-    loads: Loads,
+    loads: OperationLoads,
     parts: SuperposedMotion,
 ) -> None:
     orders, speed = forcing.orders, scene.case.machine.speed

@@ -10,7 +10,7 @@ from vibecalc.numerics.rounding import EPSILON, WithError
 from vibecalc.response.switching.motion import Segment, follow_profile
 from vibecalc.response.switching.readings import (
     History,
-    Peaks,
+    ReadingPeaks,
     columns,
     history,
     read_bound,
@@ -24,7 +24,7 @@ from vibecalc.response.switching.system import (
     ModalLoads,
     ModalSystem,
     SpeedSegment,
-    Steady,
+    SteadyMotion,
     modal_loads,
     modal_size,
     propagator,
@@ -139,7 +139,7 @@ class Transient(NamedTuple):
     """
 
     history: History
-    peaks: Peaks
+    peaks: ReadingPeaks
     settling: SettlingTime
     final: WithError
     later: np.ndarray
@@ -205,7 +205,7 @@ def follow(
 
 
 def _deviation(
-    system: ModalSystem, loads: ModalLoads, segment: Segment, steady: Steady, time: float
+    system: ModalSystem, loads: ModalLoads, segment: Segment, steady: SteadyMotion, time: float
 ) -> np.ndarray:
     """State (modes, 2) on the grid at a segment's start or end, less the final steady one."""
     speed = segment.run.end_speed
@@ -218,9 +218,9 @@ def _settled(
     system: ModalSystem,
     loads: ModalLoads,
     segments: list[Segment],
-    steady: Steady,
+    steady: SteadyMotion,
     final: WithError,
-    peaks: Peaks,
+    peaks: ReadingPeaks,
     tolerance: float,
 ) -> SettlingTime:
     last = segments[-1]
@@ -240,7 +240,7 @@ def _settled(
 
 
 def _later(
-    system: ModalSystem, loads: ModalLoads, last: Segment, steady: Steady, final: WithError
+    system: ModalSystem, loads: ModalLoads, last: Segment, steady: SteadyMotion, final: WithError
 ) -> np.ndarray:
     """Bound (columns,) on the readings after the course: steady peaks and what is left."""
     begin = 0.0 if last.run.acceleration == 0.0 else last.run.duration
@@ -258,7 +258,7 @@ def _later(
 # ----------------------------------------------------------------------------
 
 
-def lasting_peaks(transient: Transient) -> Peaks:
+def lasting_peaks(transient: Transient) -> ReadingPeaks:
     """The larger of the peaks on the way and of the steady motion that the body settles into.
 
     A peak below that of the steady motion would only say that the time was too short for it. Where
@@ -270,7 +270,7 @@ def lasting_peaks(transient: Transient) -> Peaks:
     clear = final.value - final.error > peaks.value + peaks.error
     end = float(transient.history.time[-1])
     # the error bounds the larger of two, whichever it truly is
-    return Peaks(
+    return ReadingPeaks(
         np.where(larger, final.value, peaks.value),
         np.where(clear, final.error, np.maximum(peaks.error, final.error)),
         np.where(clear, end, peaks.time),

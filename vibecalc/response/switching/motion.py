@@ -311,7 +311,7 @@ class Segment(NamedTuple):
     largest: np.ndarray
 
 
-class Motion(NamedTuple):
+class ModalMotion(NamedTuple):
     """Modal displacement and its three derivatives by time, each (times, modes)."""
 
     displacement: np.ndarray
@@ -378,13 +378,17 @@ def _constant_speed(
     return states, added
 
 
-def motion_on_grid(system: ModalSystem, loads: ModalLoads, segment: Segment, part: slice) -> Motion:
+def motion_on_grid(
+    system: ModalSystem, loads: ModalLoads, segment: Segment, part: slice
+) -> ModalMotion:
     """The motion at some of the segment's own times."""
     force, rate = load_at(loads, segment.run, segment.grid[part])
     return _derived(system, segment.state[part], force, rate)
 
 
-def motion_at(system: ModalSystem, loads: ModalLoads, segment: Segment, time: np.ndarray) -> Motion:
+def motion_at(
+    system: ModalSystem, loads: ModalLoads, segment: Segment, time: np.ndarray
+) -> ModalMotion:
     """The motion at any times (times,) after the segment's start, as exactly as on the grid."""
     run, grid = segment.run, segment.grid
     if run.acceleration == 0.0:
@@ -398,13 +402,15 @@ def motion_at(system: ModalSystem, loads: ModalLoads, segment: Segment, time: np
     return _derived(system, state, force, rate)
 
 
-def _derived(system: ModalSystem, state: np.ndarray, force: np.ndarray, rate: np.ndarray) -> Motion:
+def _derived(
+    system: ModalSystem, state: np.ndarray, force: np.ndarray, rate: np.ndarray
+) -> ModalMotion:
     """Acceleration and jerk from the equation of motion."""
     damping, stiffness = 2.0 * system.damping_ratio * system.frequency, system.frequency**2
     displacement, velocity = state[..., 0], state[..., 1]
     acceleration = force - damping * velocity - stiffness * displacement
     jerk = rate - damping * acceleration - stiffness * velocity
-    return Motion(displacement, velocity, acceleration, jerk)
+    return ModalMotion(displacement, velocity, acceleration, jerk)
 
 
 # ----------------------------------------------------------------------------

@@ -6,8 +6,8 @@ import numpy as np
 
 from vibecalc.numerics.cycle_peak import Peak, cycle_peak, vector_cycle_peak
 from vibecalc.numerics.rounding import EPSILON, WithError
-from vibecalc.response.switching.motion import Motion, Segment, motion_at, motion_on_grid
-from vibecalc.response.switching.system import ModalLoads, ModalSystem, Steady
+from vibecalc.response.switching.motion import ModalMotion, Segment, motion_at, motion_on_grid
+from vibecalc.response.switching.system import ModalLoads, ModalSystem, SteadyMotion
 
 # ----------------------------------------------------------------------------
 # What is read off the motion: displacements, forces through the mounts, energies.
@@ -48,7 +48,7 @@ def momentum_rows(system: ModalSystem) -> np.ndarray:
     return rows
 
 
-def read(system: ModalSystem, motion: Motion) -> Jet:
+def read(system: ModalSystem, motion: ModalMotion) -> Jet:
     """All readings of a motion.
 
     The mounts push the ground with K x + C x' = M V (w^2 q + 2 zeta w q'), the modal damping being
@@ -106,7 +106,7 @@ def read_error(
 
 
 def steady_peaks(
-    system: ModalSystem, steady: Steady, orders: np.ndarray, speed: float
+    system: ModalSystem, steady: SteadyMotion, orders: np.ndarray, speed: float
 ) -> WithError:
     """Largest magnitudes (columns,) of all readings over a cycle of the steady motion."""
     rates = 1j * (orders * speed)[:, None] * steady.amplitude
@@ -251,7 +251,7 @@ _STEPS = 10
 _SETTLED = 1e-6
 
 
-class Peaks(NamedTuple):
+class ReadingPeaks(NamedTuple):
     """Largest magnitudes (columns,) with absolute errors, when (s), and at which crank speed.
 
     The time is the first at which the value is reached to within rounding; its error is that of
@@ -265,7 +265,7 @@ class Peaks(NamedTuple):
     speed: np.ndarray
 
 
-def true_peaks(system: ModalSystem, loads: ModalLoads, segments: list[Segment]) -> Peaks:
+def true_peaks(system: ModalSystem, loads: ModalLoads, segments: list[Segment]) -> ReadingPeaks:
     """Peaks of all readings: intervals that may hold one are searched on the motion itself."""
     sampled, all_of_them = candidates(system, loads, segments)
     width = len(sampled)
@@ -297,7 +297,9 @@ def true_peaks(system: ModalSystem, loads: ModalLoads, segments: list[Segment]) 
         speed[column] = segment.run.speed_at(time[first])
     longest = max(float(np.max(np.diff(segment.grid))) for segment in segments)
     uncertainty = np.sqrt(4.0 * error / np.where(round_ > 0.0, round_, np.inf))
-    return Peaks(value, error, moment, np.where(uncertainty > 0.0, uncertainty, longest), speed)
+    return ReadingPeaks(
+        value, error, moment, np.where(uncertainty > 0.0, uncertainty, longest), speed
+    )
 
 
 def _climb(

@@ -285,7 +285,7 @@ def real_rows(amplitude: np.ndarray) -> np.ndarray:
 # ----------------------------------------------------------------------------
 
 
-class Steady(NamedTuple):
+class SteadyMotion(NamedTuple):
     """Modal amplitudes (orders, modes), complex 0-peak in q = Re sum Q_n exp(i n theta).
 
     `error` (modes,) bounds the error of the size sqrt(q'^2 + w^2 q^2) at any instant.
@@ -295,7 +295,9 @@ class Steady(NamedTuple):
     error: np.ndarray
 
 
-def steady_motion(system: ModalSystem, loads: ModalLoads, operation: int, speed: float) -> Steady:
+def steady_motion(
+    system: ModalSystem, loads: ModalLoads, operation: int, speed: float
+) -> SteadyMotion:
     """Q_n = W^2 p_n / (w^2 - n^2 W^2 + 2 i zeta w n W) at the crank speed W, of either sign."""
     rate = (loads.orders * speed)[:, None]
     frequency, push = system.frequency, loads.amplitude[operation] * speed**2
@@ -312,7 +314,7 @@ def steady_motion(system: ModalSystem, loads: ModalLoads, operation: int, speed:
     stiffest = frequency * np.minimum(2.0 * system.damping_ratio, 1.0)
     left_out = loads.left_out[operation] * speed**2 * loads.driven
     left_out = 2.0 * left_out / np.where(loads.driven, stiffest, 1.0)
-    return Steady(amplitude, uncertainty + left_out)
+    return SteadyMotion(amplitude, uncertainty + left_out)
 
 
 def _size_of_dropped(
@@ -328,7 +330,9 @@ def _size_of_dropped(
     return size
 
 
-def steady_state(steady: Steady, orders: np.ndarray, speed: float, angle: np.ndarray) -> np.ndarray:
+def steady_state(
+    steady: SteadyMotion, orders: np.ndarray, speed: float, angle: np.ndarray
+) -> np.ndarray:
     """Displacement and velocity (..., modes, 2) at crank angles (...)."""
     rates = 1j * (orders * speed)[:, None] * steady.amplitude
     modes = steady.amplitude.shape[1]

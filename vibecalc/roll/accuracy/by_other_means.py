@@ -22,7 +22,7 @@ from vibecalc.roll.rates import roll_problem, shell_speed
 from vibecalc.roll.running import Running, point_levels, running_state, steady_drive
 from vibecalc.roll.steady import (
     POINTS,
-    Steady,
+    SteadyTurn,
     quick_spectrum,
     quick_turn,
     started_momentum,
@@ -201,7 +201,7 @@ class AsRun:
         )
 
     @staticmethod
-    def _counted(state: Steady) -> int:
+    def _counted(state: SteadyTurn) -> int:
         # the right-hand side goes on counting where multipliers are found and courses examined;
         # a free shell brought to rest on average took several of them, which the state has summed
         return max(state.evaluations, int(getattr(state.problem.rhs, "evaluations", 0)))
@@ -387,7 +387,7 @@ class Retraced(NamedTuple):
     gap: float
 
 
-def retrace(setup: RollSetup, found: Steady) -> Retraced:
+def retrace(setup: RollSetup, found: SteadyTurn) -> Retraced:
     """The turn of a machine whose motor has a steady curve, in plain floats in the time domain."""
     rates = running(setup.alone, setup.drive)
     solution, turn = found.solution, found.turn
@@ -418,7 +418,7 @@ def retrace(setup: RollSetup, found: Steady) -> Retraced:
     return Retraced(spectrum(setup, again, np.array(shell)[None]), float(np.max(off)))
 
 
-def departure(setup: RollSetup, found: Steady) -> float:
+def departure(setup: RollSetup, found: SteadyTurn) -> float:
     """Sum of what all steps from one edge to the next depart from the state, over its scale.
 
     For a motor with fluxes, all panels at once: the sum bounds how far a march along the turn

@@ -11,7 +11,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 from vibecalc.roll.accuracy.control_load import load_topic
 from vibecalc.roll.adapters.control import Setup, setup
-from vibecalc.roll.control.gains import Load, evaluate, evaluate_at_speed
+from vibecalc.roll.control.gains import LoopLoad, evaluate, evaluate_at_speed
 from vibecalc.roll.control.loop import Controller, Loop, loop_of
 from vibecalc.roll.control.margins import margins, open_loop
 from vibecalc.roll.control.poles import poles
@@ -59,7 +59,7 @@ class LoopSetup(NamedTuple):
 
     given: Setup
     controller: Controller
-    load: Load
+    load: LoopLoad
     speed: float
     loop: Loop
 

@@ -23,7 +23,7 @@ from vibecalc.roll.start_up_system import (
     SHELL_SPEED,
     SPEED,
     STATES,
-    Load,
+    LoadSteps,
     StartUpSystem,
 )
 
@@ -47,7 +47,7 @@ class StartPlan(NamedTuple):
 
     machine: RollMachine
     drive: RollDrive
-    load: Load
+    load: LoadSteps
     start: FloatArray
     end: float
 
@@ -210,10 +210,10 @@ def start_up_topics(scene: Scene) -> list[Topic]:
     return [_motion(plan, tolerance), _shaking(plan, tolerance)]
 
 
-def _within(load: Load, end: float) -> Load:
+def _within(load: LoadSteps, end: float) -> LoadSteps:
     """The load of the first part; a change that comes later is brought forward to its middle."""
     if len(load.time) > 1 and load.time[1] > end:
-        return Load(np.array([0.0, 0.5 * end]), load.factor[:2])
+        return LoadSteps(np.array([0.0, 0.5 * end]), load.factor[:2])
     return load
 
 

@@ -17,7 +17,7 @@ from vibecalc.roll.control.gains import (
     UNCONTROLLED,
     ControlledLoop,
     Demands,
-    Load,
+    LoopLoad,
     certify,
     evaluate,
     evaluate_at_speed,
@@ -74,13 +74,13 @@ class Setup(NamedTuple):
 
     def load(
         self, speed: float, reference: float | None = None, offset: float | None = None
-    ) -> Load:
+    ) -> LoopLoad:
         """Load at a mean speed; the torque of the motor at no slip counts with it."""
         at = self.torque.at(speed)
         added = self.offset if offset is None else offset
         mean = self.torque.mean
         speed_of_field = self.reference if reference is None else reference
-        return Load(
+        return LoopLoad(
             speed_of_field, float(mean.value) + added, at.value, float(mean.error), at.error
         )
 
@@ -261,7 +261,7 @@ def _emit_full(
         )
 
 
-def _closed(given: Setup) -> tuple[ControlledLoop, Load]:
+def _closed(given: Setup) -> tuple[ControlledLoop, LoopLoad]:
     """The loop of the case and its load, with the speed feedback given or what keeps the target."""
     controller = given.controller()
     if given.options.speed_feedback is None:
@@ -278,7 +278,7 @@ def _closed(given: Setup) -> tuple[ControlledLoop, Load]:
     return evaluate(given.model, controller, load), load
 
 
-def _emit_model(scene: Scene, given: Setup, load: Load) -> None:
+def _emit_model(scene: Scene, given: Setup, load: LoopLoad) -> None:
     for name, value in {
         "motor_gain": given.gain,
         "motor_offset": given.offset,

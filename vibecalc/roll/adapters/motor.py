@@ -23,7 +23,7 @@ from vibecalc.roll.mechanism import RollDrive, RollMachine
 from vibecalc.roll.model import FittedMotor
 from vibecalc.roll.results import COMPARED, ENERGIES, MOTOR
 from vibecalc.roll.running import Running, running_state, steady_drive
-from vibecalc.roll.steady import Steady, steady_state
+from vibecalc.roll.steady import SteadyTurn, steady_state
 from vibecalc.roll.tables import Roll
 from vibecalc.roll.turn import mean
 
@@ -229,7 +229,7 @@ def _emit_energies(scene: Scene, fitted: FittedMotor, running: Running) -> None:
         scene.emit(f"{MOTOR}/energy/{name}", float(energies[name].value), error)
 
 
-def _energies(circuit: CircuitMotor, state: Steady) -> dict[str, WithError]:
+def _energies(circuit: CircuitMotor, state: SteadyTurn) -> dict[str, WithError]:
     """Work of a turn, with the rounding in it."""
     turn, stages = state.turn, state.solution.stages[0]
     flat = stages.reshape(-1, stages.shape[-1])

@@ -11,7 +11,7 @@ from vibecalc.roll.mechanism import RollDrive, RollMachine
 from vibecalc.roll.rates import demand
 from vibecalc.roll.results import FORCES, VARIABLES
 from vibecalc.roll.running import TurnMotion, motion_of_state, speed_of_state
-from vibecalc.roll.steady import Steady
+from vibecalc.roll.steady import SteadyTurn
 from vibecalc.roll.turn import (
     Turn,
     balance,
@@ -52,7 +52,7 @@ class MachineTurn(NamedTuple):
     speed: Callable[[FloatArray], FloatArray] | None = None
 
 
-def machine_turn(machine: RollMachine, drive: RollDrive, state: Steady) -> MachineTurn:
+def machine_turn(machine: RollMachine, drive: RollDrive, state: SteadyTurn) -> MachineTurn:
     """What is seen of a state found by collocation."""
     motion = motion_of_state(machine, drive, state)
     speed = speed_of_state(state) if state.points >= _RESOLVED else None

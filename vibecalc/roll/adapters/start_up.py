@@ -12,7 +12,7 @@ from vibecalc.roll.results import HISTORIES, PEAKS, START, STEPPED
 from vibecalc.roll.start_up import StartUp as StartUpResult
 from vibecalc.roll.start_up import start_angles, start_up
 from vibecalc.roll.start_up_readings import QUANTITIES, mean_speed
-from vibecalc.roll.start_up_system import FULL_LOAD, Load
+from vibecalc.roll.start_up_system import FULL_LOAD, LoadSteps
 from vibecalc.roll.tables import StartUp
 
 #: intervals of the histories
@@ -39,11 +39,11 @@ def run_start_up(scene: Scene) -> None:
         emit_start_angles(scene, options, machine, drive)
 
 
-def load_of(options: StartUp) -> Load:
+def load_of(options: StartUp) -> LoadSteps:
     """The factor on the gas forces in time."""
     if options.load is None:
         return FULL_LOAD
-    return Load(np.array(options.load.time), np.array(options.load.factor))
+    return LoadSteps(np.array(options.load.time), np.array(options.load.factor))
 
 
 def _emit_march(
@@ -173,7 +173,7 @@ def emit_start_angles(
         drive,
         duration=options.start_within or options.duration,
         angles=options.angles,
-        load=Load(np.zeros(1), np.array([largest])),
+        load=LoadSteps(np.zeros(1), np.array([largest])),
         width=WIDTH,
         tolerance=TOLERANCE,
     )

@@ -11,7 +11,7 @@ from vibecalc.numerics.matrices import nonnegative_least_squares
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
 from vibecalc.roll.control.loop import (
     Controller,
-    Harmonics,
+    LoopHarmonics,
     ReducedModel,
     harmonics,
     loop_of,
@@ -27,7 +27,7 @@ from vibecalc.roll.control.margins import Margins, margins
 _DECIBEL = 20.0 / np.log(10.0)
 
 
-class Load(NamedTuple):
+class LoopLoad(NamedTuple):
     """What the machine does to its rotor at constant speed, and what it is set to run at.
 
     `reference` R (rad/s); `mean` d_0 (N m, negative for a machine that takes power);
@@ -52,19 +52,19 @@ class ControlledLoop(NamedTuple):
 
     speed: WithError
     speed_feedback: WithError
-    harmonics: Harmonics
+    harmonics: LoopHarmonics
     level: WithError
     command_rate: WithError
     margins: Margins
 
 
-def evaluate(model: ReducedModel, controller: Controller, load: Load) -> ControlledLoop:
+def evaluate(model: ReducedModel, controller: Controller, load: LoopLoad) -> ControlledLoop:
     """Behaviour under given feedbacks; all inputs broadcast. Herold 1977, eqs. 98 to 113."""
     return _evaluated(model, controller, load, np.zeros(()))
 
 
 def evaluate_at_speed(
-    model: ReducedModel, controller: Controller, load: Load, target: ArrayLike
+    model: ReducedModel, controller: Controller, load: LoopLoad, target: ArrayLike
 ) -> ControlledLoop:
     """The same with the speed feedback that keeps `target` (rad/s); the controller's is ignored.
 
@@ -76,7 +76,7 @@ def evaluate_at_speed(
 
 
 def _evaluated(
-    model: ReducedModel, controller: Controller, load: Load, feedback_error: np.ndarray
+    model: ReducedModel, controller: Controller, load: LoopLoad, feedback_error: np.ndarray
 ) -> ControlledLoop:
     speed = steady_speed(model, controller, load.reference, load.mean)
     motor = np.asarray(model.motor_gain)
@@ -93,7 +93,7 @@ def _evaluated(
     )  # fmt: skip
     # what an uncertainty of the feedback does to the response, through the stiffness of the loop
     stiff = np.abs(forward * feedback_error / under)[..., None]
-    answer = Harmonics(*(_masked(part, stability.stable, stiff) for part in answer))
+    answer = LoopHarmonics(*(_masked(part, stability.stable, stiff) for part in answer))
     level = decibels(answer.shell_acceleration)
     rate = _rate(answer.command, speed)
     feedback = np.broadcast_to(
@@ -149,7 +149,7 @@ def _rate(command: WithError, speed: WithError) -> WithError:
 UNCONTROLLED = Controller(gain=1.0, speed_feedback=0.0, acceleration_feedback=0.0)
 
 
-def motor_gain_study(model: ReducedModel, motor_gains: ArrayLike, load: Load) -> ControlledLoop:
+def motor_gain_study(model: ReducedModel, motor_gains: ArrayLike, load: LoopLoad) -> ControlledLoop:
     """Speed and levels for `motor_gains` (m,) in N m s/rad: Herold 1977, Table 8, Fig. 27.
 
     The speed is R + d_0 / K_M, with R the synchronous speed and d_0 negative. Eq. 114 prints
@@ -273,7 +273,7 @@ def slacks(controlled: ControlledLoop, demands: Demands) -> np.ndarray:
 
 
 def tune(
-    model: ReducedModel, controller: Controller, load: Load, target: float, demands: Demands,
+    model: ReducedModel, controller: Controller, load: LoopLoad, target: float, demands: Demands,
     orders: ArrayLike = (1, 2), weight: str = "largest",
 ) -> TunedGains:  # fmt: skip
     """Lower the level of `orders` over gain and acceleration feedback, the speed kept at `target`.
@@ -400,7 +400,7 @@ class Certificate(NamedTuple):
 
 
 def certify(
-    model: ReducedModel, controller: Controller, load: Load, target: float, demands: Demands,
+    model: ReducedModel, controller: Controller, load: LoopLoad, target: float, demands: Demands,
     tuned: TunedGains, orders: ArrayLike = (1, 2), weight: str = "largest",
 ) -> Certificate:  # fmt: skip
     """First-order conditions at a tuned loop, from central differences in ln K and ln |k_S|.

@@ -318,7 +318,7 @@ def speed_feedback_for(
 # ----------------------------------------------------------------------------
 
 
-class Harmonics(NamedTuple):
+class LoopHarmonics(NamedTuple):
     """Complex amplitudes (..., orders), 0-to-peak, x(t) = Re sum X_n exp(i n W t); orders 1, 2, ...
 
     `shell_acceleration`, `rotor_acceleration` (rad/s^2), `rotor_speed` (rad/s), `motor_torque`
@@ -335,7 +335,7 @@ class Harmonics(NamedTuple):
 def harmonics(
     model: ReducedModel, controller: Controller, speed: ArrayLike, disturbance: ArrayLike,
     disturbance_error: ArrayLike = 0.0, speed_error: ArrayLike = 0.0,
-) -> Harmonics:  # fmt: skip
+) -> LoopHarmonics:  # fmt: skip
     """Response to the disturbance: Herold 1977, eqs. 112 and 113, with phases and any order.
 
     Parameters
@@ -385,7 +385,7 @@ def harmonics(
     back_off = loose * gap + drift * (1.0 + turned + gap)
     moved = _wide(model.motor_gain) * (command - 1.0)
     moved_off = (np.abs(back) * back_off) / np.maximum(np.abs(moved), 1e-300)
-    return Harmonics(
+    return LoopHarmonics(
         times(-_wide(model.ratio) * s, drift), times(s, drift), times(np.ones_like(s)),
         times(moved, moved_off), times(command, back_off),
     )  # fmt: skip

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.roll.control.gains import Load
+from vibecalc.roll.control.gains import LoopLoad
 from vibecalc.roll.control.loop import Controller, Loop, ReducedModel, loop_of, speed_feedback_for
 from vibecalc.roll.control.margins import poles_right, rounding_of, shifted
 
@@ -75,7 +75,7 @@ _STAND_INS = (8, 12, 16, 22, 30)
 _SAME = 1e-7
 
 
-class Poles(NamedTuple):
+class LoopPoles(NamedTuple):
     """Poles (..., count) in 1/s, rightmost first, pairs with the positive imaginary part first.
 
     `complete`: every pole to the right of the last is there, by an exact count. False only for
@@ -88,7 +88,7 @@ class Poles(NamedTuple):
     complete: np.ndarray
 
 
-def poles(loop: Loop, count: int = 6) -> Poles:
+def poles(loop: Loop, count: int = 6) -> LoopPoles:
     """Closed-loop poles; lag and delay must be the same for all loops.
 
     Without a delay there are two (lag > 0) or one, whatever `count` says, and infinity stands for
@@ -103,10 +103,10 @@ def poles(loop: Loop, count: int = 6) -> Poles:
     for place in np.ndindex(shape):
         one = Loop(*(a[place] for a in loop))
         value[place], complete[place] = _late(one, count)
-    return Poles(value, _error(loop, value), complete)
+    return LoopPoles(value, _error(loop, value), complete)
 
 
-def _plain(loop: Loop) -> Poles:
+def _plain(loop: Loop) -> LoopPoles:
     linear, constant = loop.p1 + loop.q1, loop.p0 + loop.q0
     with np.errstate(divide="ignore", invalid="ignore"):
         if not np.any(loop.p2 > 0.0):
@@ -121,7 +121,7 @@ def _plain(loop: Loop) -> Poles:
             value = np.where(swings, 0.5 * pair / loop.p2[..., None], real)
     value = _ordered(value)
     error = np.where(np.isfinite(value), _error(loop, np.where(np.isfinite(value), value, 0)), 0)
-    return Poles(value, error, np.ones(loop.p0.shape, dtype=bool))
+    return LoopPoles(value, error, np.ones(loop.p0.shape, dtype=bool))
 
 
 def _ordered(value: np.ndarray) -> np.ndarray:
@@ -230,7 +230,7 @@ class Locus(NamedTuple):
 
 
 def root_locus(
-    model: ReducedModel, controller: Controller, gains: ArrayLike, load: Load | None = None,
+    model: ReducedModel, controller: Controller, gains: ArrayLike, load: LoopLoad | None = None,
     target: float = 0.0, count: int = 6,
 ) -> Locus:  # fmt: skip
     """Poles for each of `gains` (g,); with a `load` the speed feedback keeps `target` (rad/s).

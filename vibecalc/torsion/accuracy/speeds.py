@@ -34,8 +34,8 @@ from vibecalc.torsion.adapters.speeds import chosen
 from vibecalc.torsion.critical_speeds import Value, largest
 from vibecalc.torsion.damper_design.descend import chart_of, valleys
 from vibecalc.torsion.damper_design.design import design_from
-from vibecalc.torsion.damper_design.peaks import LEVEL, Peaks, Survey, survey
-from vibecalc.torsion.damper_design.problem import Damper, Limits, Problem, torque_at
+from vibecalc.torsion.damper_design.peaks import LEVEL, DamperPeaks, Survey, survey
+from vibecalc.torsion.damper_design.problem import Damper, DamperProblem, Limits, torque_at
 from vibecalc.torsion.line import Line, complex_stiffness
 from vibecalc.torsion.synthesis import synthesis
 
@@ -303,7 +303,7 @@ class _Counted(Survey):
 
     counts: list[int]
 
-    def peaks(self, damper: Damper, share: float, tolerance: float = LEVEL) -> Peaks:
+    def peaks(self, damper: Damper, share: float, tolerance: float = LEVEL) -> DamperPeaks:
         self.counts[0] += 1
         return super().peaks(damper, share, tolerance)
 
@@ -328,7 +328,7 @@ def damper_design_topics(scene: Scene) -> list[Topic]:
     return [_topic(problem, Limits(limits.inertia, limits.stiffness, limits.damping))]
 
 
-def _topic(problem: Problem, limits: Limits) -> Topic:
+def _topic(problem: DamperProblem, limits: Limits) -> Topic:
     inertia = limits.inertia[0]
     logarithms = np.log(limits.bounds[1:])
 
@@ -414,7 +414,7 @@ def _topic(problem: Problem, limits: Limits) -> Topic:
     )  # fmt: skip
 
 
-def with_damper(problem: Problem, damper: Damper) -> Line:
+def with_damper(problem: DamperProblem, damper: Damper) -> Line:
     """The line with a ring as its last freedom."""
     line, n = problem.line, len(problem.line.inertia)
 
@@ -433,7 +433,7 @@ def with_damper(problem: Problem, damper: Damper) -> Line:
     )
 
 
-def worst_of(problem: Problem, damper: Damper, speeds: int) -> float:
+def worst_of(problem: DamperProblem, damper: Damper, speeds: int) -> float:
     """Largest weighted amplitude of the one order over sections and speeds, by full matrices.
 
     Each section's highest speed with a parabola through its neighbours.
@@ -463,7 +463,7 @@ def worst_of(problem: Problem, damper: Damper, speeds: int) -> float:
     )
 
 
-def _strongest(problem: Problem, damper: Damper) -> int:
+def _strongest(problem: DamperProblem, damper: Damper) -> int:
     """The order that loads the line most with a damper in the middle of the bounds."""
     size = []
     for place in range(len(problem.order)):

@@ -22,8 +22,8 @@ from vibecalc.torsion.damper_design.design import (
 )
 from vibecalc.torsion.damper_design.problem import (
     Damper,
+    DamperProblem,
     Limits,
-    Problem,
     SpeedTorque,
     speed_torque,
 )
@@ -48,7 +48,7 @@ class DesignTask(NamedTuple):
     without the ring; `table` is the value to compare with, or None.
     """
 
-    problem: Problem
+    problem: DamperProblem
     limits: Limits
     ratio: float
     element: np.ndarray
@@ -82,7 +82,7 @@ def build_problem(setup: Setup, options: DamperDesign) -> DesignTask:
         replaced.inertia, replaced.stiffness, replaced.damping
     )  # fmt: skip
     limits = _limits(options, replaced_damper, line, speeds, setup, ratio)
-    problem = Problem(
+    problem = DamperProblem(
         line=line,
         station=int(np.flatnonzero(freedom == carrier)[0]),
         order=setup.drive.order,

@@ -9,7 +9,7 @@ from vibecalc.torsion.adapters.critical import UndampedResonances
 from vibecalc.torsion.adapters.curves import ROWS, solved, speeds_at_once
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup
 from vibecalc.torsion.critical_speeds import NarrowResonances, Value, narrow_resonance_speeds
-from vibecalc.torsion.damped_modes import Poles, all_poles, all_poles_by_order, poles_at_orders
+from vibecalc.torsion.damped_modes import LinePoles, all_poles, all_poles_by_order, poles_at_orders
 from vibecalc.torsion.line import complex_stiffness
 from vibecalc.torsion.synthesis import synthesis
 
@@ -91,7 +91,7 @@ def added(setup: Setup, dense: DenseSweep, extra: FloatArray) -> DenseSweep:
     return DenseSweep(every[ascending], np.concatenate([dense.torque, values[clear]])[ascending])
 
 
-def _poles(setup: Setup) -> Poles:
+def _poles(setup: Setup) -> LinePoles:
     """Poles of the line with positive frequency, each at every order."""
     order, model, line = setup.drive.order, setup.model, setup.model.line
     if model.modal is not None or len(line.inertia) > FREEDOMS:

@@ -60,7 +60,7 @@ PEAK = tuple(
 THERE = tuple(f"{ROOT}/largest/{name}" for name in ("twist_half_range", "mode", "half_order"))
 
 
-class Range(NamedTuple):
+class SpeedCurves(NamedTuple):
     """Curves of the line at the speeds (s,), with errors, and its endless resonances."""
 
     speed: FloatArray
@@ -90,7 +90,7 @@ def run_torsion_speeds(scene: Scene) -> None:
         setup, speed, telling_speeds(speed, curves.torque, undamped.speed)
     )
     largest_error = section_uncertainty(setup, top.speed, top.section)
-    swept = Range(speed, curves, *uncertainty, undamped, top, largest_error, dense)
+    swept = SpeedCurves(speed, curves, *uncertainty, undamped, top, largest_error, dense)
     _curves(scene, setup, swept)
     emit_campbell(scene, setup, speed)
     _mean(scene, setup, swept)
@@ -141,7 +141,7 @@ def chosen(options: LineSpeeds) -> FloatArray:
     return np.asarray(found)
 
 
-def _curves(scene: Scene, setup: Setup, swept: Range) -> None:
+def _curves(scene: Scene, setup: Setup, swept: SpeedCurves) -> None:
     shaft, curves = setup.shaft, swept.curves
     axes = {
         "speed": swept.speed,
@@ -173,7 +173,7 @@ def _curves(scene: Scene, setup: Setup, swept: Range) -> None:
         scene.emit(f"{SPEEDS}/travel", travel, (swept.twist_error * ratio)[rings], axes)
 
 
-def _heat_uncertainty(swept: Range, rings: list[int]) -> FloatArray:
+def _heat_uncertainty(swept: SpeedCurves, rings: list[int]) -> FloatArray:
     """Errors of the powers: twice that of the twist, relatively, at the largest."""
     twist, heat = swept.curves.twist[:, rings], swept.curves.heat[:, rings]
     finite = np.isfinite(twist).all(axis=1)
@@ -182,7 +182,7 @@ def _heat_uncertainty(swept: Range, rings: list[int]) -> FloatArray:
     return np.asarray(np.max(heat[finite], axis=0, initial=0.0) * (relative + 16.0 * EPSILON))
 
 
-def _mean(scene: Scene, setup: Setup, swept: Range) -> None:
+def _mean(scene: Scene, setup: Setup, swept: SpeedCurves) -> None:
     """Mean torques, with them the largest magnitude in the sections, and gears."""
     shaft, speed, curves, top = setup.shaft, swept.speed, swept.curves, swept.largest
     total = setup.drive.mean_torque(speed).sum(axis=1)
@@ -220,7 +220,7 @@ def _masked(scene: Scene, undamped: UndampedResonances) -> None:
         )
 
 
-def _largest(scene: Scene, setup: Setup, swept: Range) -> None:
+def _largest(scene: Scene, setup: Setup, swept: SpeedCurves) -> None:
     shaft, top = setup.shaft, swept.largest
     ratio = np.abs(shaft.section_ratio)
     axes = {"section": shaft.section_names}
@@ -256,7 +256,7 @@ def _most_loaded(setup: Setup, value: FloatArray) -> list[int]:
     return list(dict.fromkeys(chosen))
 
 
-def _peaks(scene: Scene, setup: Setup, swept: Range, high: Maxima) -> None:
+def _peaks(scene: Scene, setup: Setup, swept: SpeedCurves, high: Maxima) -> None:
     met = _meeting(setup, swept, high)
     axes = {"peak": np.arange(1, len(high.speed) + 1)}
     section_ratio = np.abs(setup.shaft.section_ratio[high.section])
@@ -268,7 +268,7 @@ def _peaks(scene: Scene, setup: Setup, swept: Range, high: Maxima) -> None:
     scene.emit(f"{ROOT}/peak/half_order", met.order, 0.0, axes)
 
 
-def _meeting(setup: Setup, swept: Range, high: Maxima) -> MeetingOrder:
+def _meeting(setup: Setup, swept: SpeedCurves, high: Maxima) -> MeetingOrder:
     end = (high.speed <= swept.speed[0]) | (high.speed >= swept.speed[-1])
     return meeting(setup, high.speed, high.section, end)
 

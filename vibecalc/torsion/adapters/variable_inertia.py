@@ -25,7 +25,7 @@ from vibecalc.torsion.variable_inertia.stability import (
     wedges,
 )
 from vibecalc.torsion.variable_inertia.steady import (
-    Steady,
+    SteadyTwist,
     constant_response,
     feed,
     steady_response,
@@ -136,7 +136,7 @@ def gas_torque(setup: Setup, speed: float) -> ComplexArray:
 
 
 def half_ranges(
-    system: VariableLine, speed: float, steady: Steady
+    system: VariableLine, speed: float, steady: SteadyTwist
 ) -> tuple[FloatArray, FloatArray]:
     """Half range of the referred torque of each element over the cycle, (e,), and its error.
 
@@ -167,7 +167,7 @@ def relative_change(
 
 def _operating(
     setup: Setup, system: VariableLine, torque: ComplexArray, asked: int | None, scene: Scene
-) -> tuple[float, Steady, Steady]:
+) -> tuple[float, SteadyTwist, SteadyTwist]:
     """Highest order, and the motions with mean inertias and with those as they turn."""
     first = float(np.ceil(max(setup.drive.order[-1], system.variation.shape[1]))) + 1.0
     tries = [float(asked)] if asked is not None else [np.ceil(f * first) for f in _TRIES]
@@ -226,7 +226,7 @@ def _emit_secondary(
     scene.emit(f"{VARIABLE}secondary/share", share[1:], np.minimum(known[1:], 1.0), axes)
 
 
-def _emit_stability(scene: Scene, setup: Setup, system: VariableLine, motion: Steady) -> None:
+def _emit_stability(scene: Scene, setup: Setup, system: VariableLine, motion: SteadyTwist) -> None:
     found = stability(
         system, setup.speed, angle=motion.angle[0], angle_error=motion.error[0],
         basis=basis_of(setup, system),

@@ -7,8 +7,8 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import FloatArray
-from vibecalc.torsion.damper_design.peaks import LEVEL, Peaks, Survey, survey, worst_section
-from vibecalc.torsion.damper_design.problem import Limits, Problem
+from vibecalc.torsion.damper_design.peaks import LEVEL, DamperPeaks, Survey, survey, worst_section
+from vibecalc.torsion.damper_design.problem import DamperProblem, Limits
 from vibecalc.torsion.damper_design.readings import map_readings
 
 # ----------------------------------------------------------------------------
@@ -31,7 +31,7 @@ class Chart(NamedTuple):
     travel: FloatArray
 
 
-def chart(problem: Problem, limits: Limits, points: int = 41, speeds: int = 161) -> Chart:
+def chart(problem: DamperProblem, limits: Limits, points: int = 41, speeds: int = 161) -> Chart:
     """Map of `points` values of each of J, k and c whose bounds differ."""
     return chart_of(survey(problem, limits, speeds), points)
 
@@ -108,7 +108,7 @@ class DesignPoint(NamedTuple):
     """
 
     variables: FloatArray
-    peaks: Peaks
+    peaks: DamperPeaks
     merit: float
     over: float
 

@@ -16,8 +16,8 @@ from vibecalc.torsion.damper_design.descend import (
     nearest_within_limits,
     valleys,
 )
-from vibecalc.torsion.damper_design.peaks import Peaks, Survey, drift, place_error, survey
-from vibecalc.torsion.damper_design.problem import Damper, Limits, Problem, system_of
+from vibecalc.torsion.damper_design.peaks import DamperPeaks, Survey, drift, place_error, survey
+from vibecalc.torsion.damper_design.problem import Damper, DamperProblem, Limits, system_of
 from vibecalc.torsion.damper_design.readings import reading_error
 from vibecalc.torsion.damper_design.settle import StationaryTuning, basin_errors, settle
 
@@ -77,7 +77,12 @@ class Design(NamedTuple):
 
 
 def design(
-    problem: Problem, limits: Limits, *, map_points: int = 15, speeds: int = 161, starts: int = 4
+    problem: DamperProblem,
+    limits: Limits,
+    *,
+    map_points: int = 15,
+    speeds: int = 161,
+    starts: int = 4,
 ) -> Design:
     """Minimise the worst weighted half range over the range of speeds and over all sections.
 
@@ -218,10 +223,10 @@ class Performance(NamedTuple):
     travel_speed: float
     slope: FloatArray
     speed_error: FloatArray
-    place: Peaks
+    place: DamperPeaks
 
 
-def performance(problem: Problem, damper: Damper, speeds: int = 161) -> Performance:
+def performance(problem: DamperProblem, damper: Damper, speeds: int = 161) -> Performance:
     """Worst readings of a given damper; stiffness 0 is a viscous one."""
     inertia, stiffness, damping = (float(value) for value in damper)
     limits = Limits((inertia,) * 2, (stiffness,) * 2, (damping,) * 2)
@@ -245,7 +250,7 @@ def performance(problem: Problem, damper: Damper, speeds: int = 161) -> Performa
     )  # fmt: skip
 
 
-def performance_of(problem: Problem, tuned: Design, speeds: int = 161) -> Performance:
+def performance_of(problem: DamperProblem, tuned: Design, speeds: int = 161) -> Performance:
     """The same of the damper found, its own errors counted in heat, travel and their speeds.
 
     `worst` is flat to first order there; that of the design has its own error.
@@ -278,7 +283,7 @@ def first_of_the_highest(row: IntArray, speed: FloatArray, value: FloatArray) ->
     return int(equal[np.lexsort((speed[equal], row[equal]))[0]])
 
 
-def gain(problem: Problem, tuned: Design, other: Damper) -> tuple[float, float]:
+def gain(problem: DamperProblem, tuned: Design, other: Damper) -> tuple[float, float]:
     """Worst section of another damper over that of the design, and the error of the quotient."""
     achieved = performance(problem, other)
     ratio = achieved.worst / tuned.worst
@@ -296,7 +301,7 @@ class Mistuning(NamedTuple):
     increase_error: FloatArray
 
 
-def mistuning(problem: Problem, tuned: Design, share: float = 0.1) -> Mistuning:
+def mistuning(problem: DamperProblem, tuned: Design, share: float = 0.1) -> Mistuning:
     """What spring and dashpot off by a share, each and together, do to the worst section."""
     if not 0.0 < share < 1.0:
         raise NumericalFailure("an error of spring and dashpot is a share between 0 and 1")
@@ -323,7 +328,7 @@ def mistuning(problem: Problem, tuned: Design, share: float = 0.1) -> Mistuning:
 _BEYOND = 2.0
 
 
-def chart_error(problem: Problem, drawn: Chart) -> FloatArray:
+def chart_error(problem: DamperProblem, drawn: Chart) -> FloatArray:
     """Errors (3,) of worst section, heat and travel anywhere on the map of the first inertia.
 
     The peaks are followed at the corners, where rings are all but locked or free and resonances

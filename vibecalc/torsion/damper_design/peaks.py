@@ -6,9 +6,16 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray, IntArray
-from vibecalc.torsion.damper_design.problem import Damper, Limits, Problem, System, check, system_of
+from vibecalc.torsion.damper_design.problem import (
+    Damper,
+    DamperProblem,
+    Limits,
+    System,
+    check,
+    system_of,
+)
 from vibecalc.torsion.damper_design.readings import (
-    Table,
+    NominalTable,
     map_readings,
     reading_error,
     readings,
@@ -28,7 +35,7 @@ LEVEL = 1e-15
 _SAME_CREST = 0.3
 
 
-class Peaks(NamedTuple):
+class DamperPeaks(NamedTuple):
     """Local maxima over speed: reading number, speed in rad/s, value, slopes by ln J, k, c.
 
     `bend` (p,) second derivative by speed; 0 at an end of the range. `phase` (p, 2) of the crest
@@ -42,23 +49,25 @@ class Peaks(NamedTuple):
     bend: FloatArray
     phase: FloatArray
 
-    def some(self, which: BoolArray | IntArray) -> "Peaks":
+    def some(self, which: BoolArray | IntArray) -> "DamperPeaks":
         """The peaks that an index names."""
-        return Peaks(
+        return DamperPeaks(
             self.row[which], self.speed[which], self.value[which], self.slope[which],
             self.bend[which], self.phase[which],
         )  # fmt: skip
 
-    def joined(self, other: "Peaks") -> "Peaks":
+    def joined(self, other: "DamperPeaks") -> "DamperPeaks":
         """These and others."""
-        return Peaks(
+        return DamperPeaks(
             np.append(self.row, other.row), np.append(self.speed, other.speed),
             np.append(self.value, other.value), np.append(self.slope, other.slope, axis=0),
             np.append(self.bend, other.bend), np.append(self.phase, other.phase, axis=0),
         )  # fmt: skip
 
 
-def about(tops: Peaks, speed: tuple[float, float], step: float) -> tuple[FloatArray, FloatArray]:
+def about(
+    tops: DamperPeaks, speed: tuple[float, float], step: float
+) -> tuple[FloatArray, FloatArray]:
     """Speeds (p,), (p,) close on both sides of peaks, where they have fallen by a thousandth."""
     bend = np.maximum(np.abs(tops.bend), 1e-300)
     width = np.where(tops.bend < 0.0, np.sqrt(1e-3 * np.abs(tops.value) / bend), 1e-3 * speed[1])
@@ -76,7 +85,7 @@ def same_branch(system: System, first: FloatArray, second: FloatArray) -> BoolAr
 def follow(
     system: System, damper: Damper, row: IntArray, low: FloatArray, high: FloatArray,
     tolerance: float = LEVEL, near: FloatArray | None = None,
-) -> Peaks:  # fmt: skip
+) -> DamperPeaks:  # fmt: skip
     """The maximum of row[i] in or uphill of speeds low[i] to high[i], where the slope is zero.
 
     Regula falsi with halved ends (Illinois), with a bisection where it stalls, all brackets in one
@@ -123,7 +132,7 @@ def follow(
         ).by_speed  # fmt: skip
         before, after = np.split(shifted, 2)
         bend[inside] = (after - before) / (2.0 * shift)
-    return Peaks(row, speed, final.value, final.by_damper, bend, final.phase)
+    return DamperPeaks(row, speed, final.value, final.by_damper, bend, final.phase)
 
 
 def _uphill(
@@ -169,7 +178,7 @@ def _uphill(
 _MOVED = 1e-4
 
 
-def place_error(system: System, damper: Damper, tops: Peaks) -> FloatArray:
+def place_error(system: System, damper: Damper, tops: DamperPeaks) -> FloatArray:
     """Error (p,) of the speeds of peaks of this damper, in rad/s.
 
     The slope that is left over the curvature, and the round-off of the slope: that of the value
@@ -185,7 +194,7 @@ def place_error(system: System, damper: Damper, tops: Peaks) -> FloatArray:
     return error
 
 
-def drift(system: System, damper: Damper, tops: Peaks, step: float) -> FloatArray:
+def drift(system: System, damper: Damper, tops: DamperPeaks, step: float) -> FloatArray:
     """What the speeds of peaks move (p, 3) by the logarithms of J, k and c, in rad/s.
 
     `step` is that of the grid of speeds on which they were found.
@@ -216,9 +225,9 @@ _UNDAMPED, _UNBOUNDED = 1e-9, 1e6
 
 
 def peaks(
-    system: System, responses: Table, damper: Damper, scale: FloatArray, share: float,
+    system: System, responses: NominalTable, damper: Damper, scale: FloatArray, share: float,
     tolerance: float = LEVEL,
-) -> Peaks:  # fmt: skip
+) -> DamperPeaks:  # fmt: skip
     """All maxima over speed: sections that reach `share` of the worst one, heat and travel.
 
     Readings are compared over `scale` (e + 3,); rows of infinite scale are left out. Heat and
@@ -303,7 +312,7 @@ def narrow_resonances(system: System, damper: Damper, grid: FloatArray) -> Float
     return np.stack([speed[narrow], width[narrow]], axis=-1)
 
 
-def _single(system: System, tops: Peaks) -> Peaks:
+def _single(system: System, tops: DamperPeaks) -> DamperPeaks:
     """Without what two brackets found twice."""
     single: list[int] = []
     for i in np.argsort(-tops.value, kind="stable"):
@@ -336,7 +345,7 @@ class Survey(NamedTuple):
     moving: IntArray
     grid: FloatArray
     scale: FloatArray
-    tables: dict[float, Table]
+    tables: dict[float, NominalTable]
 
     def damper(self, variables: FloatArray) -> Damper:
         """From logarithms (v,) of the moving values; the others stand at their bounds."""
@@ -349,7 +358,7 @@ class Survey(NamedTuple):
         values = np.clip(values, self.bounds[:, 0], self.bounds[:, 1])
         return Damper(*(float(value) for value in values))
 
-    def table(self, inertia: float) -> Table:
+    def table(self, inertia: float) -> NominalTable:
         """Of this ring inertia, solved once."""
         if inertia not in self.tables:
             if len(self.tables) >= _CACHED:
@@ -359,7 +368,7 @@ class Survey(NamedTuple):
             self.tables[inertia] = table(self.system, nominal, self.grid, bounded=False)
         return self.tables[inertia]
 
-    def peaks(self, damper: Damper, share: float, tolerance: float = LEVEL) -> Peaks:
+    def peaks(self, damper: Damper, share: float, tolerance: float = LEVEL) -> DamperPeaks:
         """See `worst.peaks`."""
         found = self.table(damper.inertia)
         return peaks(self.system, found, damper, self.scale, share, tolerance)
@@ -370,7 +379,7 @@ class Survey(NamedTuple):
         return np.log(self.bounds[self.moving])
 
 
-def survey(problem: Problem, limits: Limits, speeds: int = 161) -> Survey:
+def survey(problem: DamperProblem, limits: Limits, speeds: int = 161) -> Survey:
     """Raises NumericalFailure for a problem without meaning; `speeds` only guides the search."""
     check(problem, limits)
     system = system_of(problem)
@@ -385,6 +394,6 @@ def survey(problem: Problem, limits: Limits, speeds: int = 161) -> Survey:
     )  # fmt: skip
 
 
-def worst_section(tops: Peaks, sections: int) -> float:
+def worst_section(tops: DamperPeaks, sections: int) -> float:
     """Largest weighted half range among peaks."""
     return float(np.max(tops.value[tops.row < sections]))

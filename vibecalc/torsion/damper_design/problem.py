@@ -69,7 +69,7 @@ class Damper(NamedTuple):
     damping: float
 
 
-class Problem(NamedTuple):
+class DamperProblem(NamedTuple):
     """A line without the ring of its damper, and what is made small.
 
     `station` the freedom that carries the damper; its hub belongs to the line.
@@ -112,7 +112,7 @@ class Limits(NamedTuple):
         return np.array([self.inertia, self.stiffness, self.damping], dtype=float)
 
 
-def harmonics(problem: Problem) -> IntArray:
+def harmonics(problem: DamperProblem) -> IntArray:
     """Number of periods in a cycle of each order (m,); refuses orders that are not whole there."""
     exact = np.asarray(problem.order, dtype=float) * problem.cycle / (2.0 * np.pi)
     whole = np.rint(exact)
@@ -121,7 +121,7 @@ def harmonics(problem: Problem) -> IntArray:
     return whole.astype(np.int64)
 
 
-def check(problem: Problem, limits: Limits) -> None:
+def check(problem: DamperProblem, limits: Limits) -> None:
     """Raise NumericalFailure for a design that has no meaning."""
     bounds = limits.bounds
     low, high = bounds.T
@@ -169,7 +169,7 @@ class System(NamedTuple):
     (n + 1,) the ring's angle. `mass`, `loss`, `spring` (n + 1, n + 1) are the line's own.
     """
 
-    problem: Problem
+    problem: DamperProblem
     harmonic: IntArray
     angle: FloatArray
     twist: FloatArray
@@ -189,7 +189,7 @@ class System(NamedTuple):
         return matrix
 
 
-def system_of(problem: Problem) -> System:
+def system_of(problem: DamperProblem) -> System:
     """Raises NumericalFailure for a line in several pieces."""
     line = problem.line
     angle = _spanning(line)

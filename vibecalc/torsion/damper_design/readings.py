@@ -283,7 +283,7 @@ MAP_SAMPLES = 6
 _BLOCK = 1 << 21
 
 
-class Table(NamedTuple):
+class NominalTable(NamedTuple):
     """At s speeds and m orders with the nominal damper: `section` (s, m, e) what is read of each
     section, `section_unit` the same for a unit torque between hub and ring, `relative` and
     `relative_unit` (s, m) for hub less ring; `..._error` bounds on their round-off."""
@@ -299,7 +299,9 @@ class Table(NamedTuple):
     relative_error: FloatArray
 
 
-def table(system: System, nominal: Damper, speed: FloatArray, *, bounded: bool = True) -> Table:
+def table(
+    system: System, nominal: Damper, speed: FloatArray, *, bounded: bool = True
+) -> NominalTable:
     """Solve once at speeds (s,), for all springs and dashpots on a ring of this inertia.
 
     Without `bounded` no errors are formed, and they are infinite: a search needs none.
@@ -315,7 +317,7 @@ def table(system: System, nominal: Damper, speed: FloatArray, *, bounded: bool =
     if bounded:
         error = solution_error(system, nominal, speed)
         of_ring, of_section = error[..., -1], np.abs(factor) * (error @ np.abs(system.twist.T))
-    return Table(
+    return NominalTable(
         nominal, speed, w, factor * (loaded @ system.twist.T), factor * (unit @ system.twist.T),
         loaded[..., -1], unit[..., -1],
         of_section, of_ring,
@@ -323,7 +325,7 @@ def table(system: System, nominal: Damper, speed: FloatArray, *, bounded: bool =
 
 
 def amplitudes(
-    responses: Table, stiffness: FloatArray, damping: FloatArray
+    responses: NominalTable, stiffness: FloatArray, damping: FloatArray
 ) -> tuple[ComplexArray, ComplexArray, FloatArray]:
     """Sections (b, s, m, e), hub less ring (b, s, m) for dampers (b,), and an error of sections.
 
@@ -338,7 +340,7 @@ def amplitudes(
 
 
 def _changed(
-    responses: Table, stiffness: FloatArray, damping: FloatArray
+    responses: NominalTable, stiffness: FloatArray, damping: FloatArray
 ) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
     """Sections, hub less ring, what was taken from the nominal sections, and d h."""
     change = (stiffness - responses.nominal.stiffness)[:, None, None] + 1j * (
@@ -352,7 +354,7 @@ def _changed(
 
 
 def map_readings(
-    system: System, responses: Table, stiffness: FloatArray, damping: FloatArray
+    system: System, responses: NominalTable, stiffness: FloatArray, damping: FloatArray
 ) -> FloatArray:
     """Readings (b, s, e + 3) of dampers (b,), from samples of the cycle.
 

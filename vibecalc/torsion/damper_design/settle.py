@@ -8,7 +8,7 @@ from vibecalc.numerics.matrices import nonnegative_least_squares
 from vibecalc.numerics.rounding import BoolArray, FloatArray
 from vibecalc.torsion.damper_design.descend import BROKEN, DesignPoint, foreseen
 from vibecalc.torsion.damper_design.peaks import (
-    Peaks,
+    DamperPeaks,
     Survey,
     about,
     drift,
@@ -47,7 +47,7 @@ class StationaryTuning(NamedTuple):
 
     variables: FloatArray
     level: float
-    peaks: Peaks
+    peaks: DamperPeaks
     weight: FloatArray
     fixed: BoolArray
     bound_weight: FloatArray
@@ -62,7 +62,7 @@ class StationaryTuning(NamedTuple):
 
 
 def newton(
-    prepared: Survey, variables: FloatArray, tops: Peaks, fixed: BoolArray
+    prepared: Survey, variables: FloatArray, tops: DamperPeaks, fixed: BoolArray
 ) -> StationaryTuning | None:
     """Iterate with these active peaks and fixed variables; None where it does not converge."""
     moving, free = prepared.moving, np.flatnonzero(~fixed)
@@ -94,7 +94,7 @@ def newton(
     return None
 
 
-def tracked(prepared: Survey, variables: FloatArray, tops: Peaks) -> Peaks | None:
+def tracked(prepared: Survey, variables: FloatArray, tops: DamperPeaks) -> DamperPeaks | None:
     """The same peaks of a damper close by; None where one has gone from its place."""
     system = prepared.system
     low, high = about(tops, system.problem.speed, prepared.grid[1] - prepared.grid[0])
@@ -104,7 +104,7 @@ def tracked(prepared: Survey, variables: FloatArray, tops: Peaks) -> Peaks | Non
     return None if np.any(gone) else now
 
 
-def _scale(prepared: Survey, tops: Peaks) -> FloatArray:
+def _scale(prepared: Survey, tops: DamperPeaks) -> FloatArray:
     """Worst section for sections, the limit for heat and travel (p,)."""
     section = tops.row < prepared.system.twist.shape[0]
     worst = np.max(tops.value[section])
@@ -119,7 +119,7 @@ def _price(prepared: Survey, x: FloatArray, scale: FloatArray) -> FloatArray:
 
 
 def _weights(
-    prepared: Survey, x: FloatArray, tops: Peaks, slope: FloatArray, free: np.ndarray
+    prepared: Survey, x: FloatArray, tops: DamperPeaks, slope: FloatArray, free: np.ndarray
 ) -> FloatArray:
     """First weights (p,), none negative, by least squares."""
     section = tops.row < prepared.system.twist.shape[0]
@@ -128,13 +128,13 @@ def _weights(
     return nonnegative_least_squares(rows, np.append(-price, 1.0))
 
 
-def _section_scale(prepared: Survey, tops: Peaks) -> FloatArray:
+def _section_scale(prepared: Survey, tops: DamperPeaks) -> FloatArray:
     """The worst section as an array (1,)."""
     return np.array([np.max(tops.value[tops.row < prepared.system.twist.shape[0]])])
 
 
 def _hessian(
-    prepared: Survey, x: FloatArray, tops: Peaks, weight: FloatArray, scale: FloatArray,
+    prepared: Survey, x: FloatArray, tops: DamperPeaks, weight: FloatArray, scale: FloatArray,
     difference: float = _DIFFERENCE,
 ) -> FloatArray | None:  # fmt: skip
     """Curvature (v, v) of the weighted peaks and the price, by central differences of slopes."""
@@ -157,7 +157,7 @@ def _hessian(
 
 
 def _conditions(
-    prepared: Survey, x: FloatArray, tops: Peaks, slope: FloatArray, weight: FloatArray,
+    prepared: Survey, x: FloatArray, tops: DamperPeaks, slope: FloatArray, weight: FloatArray,
     hessian: FloatArray, free: np.ndarray,
 ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
     """Newton's matrix and right-hand side for step (f,), level and new weights (p,)."""
@@ -177,7 +177,7 @@ def _conditions(
 
 
 def _finished(
-    prepared: Survey, x: FloatArray, tops: Peaks, weight: FloatArray, fixed: BoolArray,
+    prepared: Survey, x: FloatArray, tops: DamperPeaks, weight: FloatArray, fixed: BoolArray,
     hessian: FloatArray, matrix: FloatArray, length: float,
 ) -> StationaryTuning | None:  # fmt: skip
     """Level, errors and certificate at the end of the iteration."""
@@ -279,14 +279,14 @@ def settle(prepared: Survey, end: DesignPoint) -> StationaryTuning | None:
     return None
 
 
-def _same_cycle(tops: Peaks, one: Peaks) -> BoolArray:
+def _same_cycle(tops: DamperPeaks, one: DamperPeaks) -> BoolArray:
     """Which peaks (p,) are read in the same cycle as a single one."""
     near = np.abs(tops.speed / one.speed[0] - 1.0) < _ONE_CYCLE
     same: BoolArray = near & (tops.row == one.row[0])
     return same
 
 
-def _highest(tops: Peaks) -> Peaks:
+def _highest(tops: DamperPeaks) -> DamperPeaks:
     """The highest peak of each cycle."""
     highest: list[int] = []
     for i in np.argsort(-tops.value, kind="stable"):
@@ -306,7 +306,7 @@ def _is_minimum(prepared: Survey, end: DesignPoint, held: StationaryTuning) -> b
 
 def _first_guess(
     prepared: Survey, end: DesignPoint, closeness: float, alone: bool
-) -> tuple[Peaks, BoolArray]:
+) -> tuple[DamperPeaks, BoolArray]:
     """Peaks near the top and bounds nearby that least squares gives a weight."""
     tops, x = _highest(end.peaks) if alone else end.peaks, end.variables
     section = tops.row < prepared.system.twist.shape[0]
@@ -329,7 +329,7 @@ def _first_guess(
 
 
 def _iterate(
-    prepared: Survey, end: DesignPoint, tops: Peaks, fixed: BoolArray, alone: bool
+    prepared: Survey, end: DesignPoint, tops: DamperPeaks, fixed: BoolArray, alone: bool
 ) -> StationaryTuning | None:
     bounds = prepared.logarithms
     sections = prepared.system.twist.shape[0]
@@ -366,7 +366,7 @@ def _iterate(
     return None
 
 
-def _above(prepared: Survey, held: StationaryTuning) -> Peaks | None:
+def _above(prepared: Survey, held: StationaryTuning) -> DamperPeaks | None:
     """The worst peak above the level or a limit that is not yet held, or None."""
     tops = prepared.peaks(prepared.damper(held.variables), _SHARE)
     section = tops.row < prepared.system.twist.shape[0]

@@ -88,7 +88,7 @@ class Variant(NamedTuple):
     prefix: str
 
 
-class Row(NamedTuple):
+class SummaryRow(NamedTuple):
     """A quantity: a text and a place for each variant by its prefix, limit and flag."""
 
     words: str
@@ -143,7 +143,7 @@ def bound_of(result: Result, path: str, factor: float) -> tuple[str, str, float]
 # ----------------------------------------------------------------------------
 
 
-def frequencies(result: Result, columns: list[Variant]) -> Iterator[Row]:
+def frequencies(result: Result, columns: list[Variant]) -> Iterator[SummaryRow]:
     record = result.record
     natural = having(record, TORSION + "modes/natural_frequency", "mode")
     modes = elastic_modes(result)
@@ -159,7 +159,7 @@ def frequencies(result: Result, columns: list[Variant]) -> Iterator[Row]:
         lowest = int(np.flatnonzero(bare > 0.0)[0])
         value[BARE] = show(hertz(bare[lowest]), digits=4)
         where[BARE] = ("1st elastic", f"{show(rpm(bare[lowest]), digits=4)} cpm")
-    yield Row("lowest natural frequency", "Hz", value, where=where)
+    yield SummaryRow("lowest natural frequency", "Hz", value, where=where)
 
 
 class Separation(NamedTuple):
@@ -205,7 +205,7 @@ def separations(result: Result, modes: list[int]) -> Iterator[Separation]:
         yield Separation(kind, least, met, float(away[least]), required, bool(close))
 
 
-def stress_limits(result: Result, columns: list[Variant]) -> Iterator[Row]:
+def stress_limits(result: Result, columns: list[Variant]) -> Iterator[SummaryRow]:
     """A row for each limit of the stress: use, over the speed range and at the operating speed."""
     record = result.record
     if not has_limits(record):
@@ -235,7 +235,9 @@ def stress_limits(result: Result, columns: list[Variant]) -> Iterator[Row]:
             if scope == ANY and speed is not None and section is not None:
                 at, place = f"{turns(speed[i])} rpm", int(section[i]) - 1
             where = (known[place] if 0 <= place < len(known) else "", f"{at}: {name}")
-            yield Row(f"stress over limit {i + 1}, {scope}", "%", value, "100", flag, {"": where})
+            yield SummaryRow(
+                f"stress over limit {i + 1}, {scope}", "%", value, "100", flag, {"": where}
+            )
 
 
 def hammering(record: Record) -> list[tuple[str, str]] | None:
@@ -288,7 +290,7 @@ _DAMPERS = (
 )
 
 
-def _rows(result: Result) -> list[Row]:
+def _rows(result: Result) -> list[SummaryRow]:
     columns = variants(result)
     parts = (frequencies, _largest, stress_limits, _dampers)
     return [row for part in parts for row in part(result, columns)]
@@ -322,13 +324,13 @@ def _where(result: Result) -> list[str]:
     return table(head, places) if places else []
 
 
-def _places(row: Row, columns: list[Variant]) -> Iterator[tuple[bool, Variant, str]]:
+def _places(row: SummaryRow, columns: list[Variant]) -> Iterator[tuple[bool, Variant, str]]:
     there = [variant for variant in columns if variant.prefix in row.where]
     for place, variant in enumerate(there):
         yield place == 0, variant, variant.prefix
 
 
-def _largest(result: Result, columns: list[Variant]) -> Iterator[Row]:
+def _largest(result: Result, columns: list[Variant]) -> Iterator[SummaryRow]:
     """Torque, stress and twist: the worst section over the speeds, and at the operating speed."""
     record = result.record
     for words, name, factor, unit in _LARGEST:
@@ -349,7 +351,7 @@ def _largest(result: Result, columns: list[Variant]) -> Iterator[Row]:
                 at = _at_speed(result, prefix, name, section) if scope == ANY else OPERATING
                 endless = ("", "undamped criticals, listed below")
                 where[prefix] = (section, at) if np.isfinite(size) else endless
-            yield Row(f"{words}, {scope}", unit, value, limit, flag, where)
+            yield SummaryRow(f"{words}, {scope}", unit, value, limit, flag, where)
 
 
 def _top(record: Record, prefix: str, path: str, factor: float) -> tuple[float, str, str] | None:
@@ -385,7 +387,7 @@ def _at_speed(result: Result, prefix: str, name: str, section: str) -> str:
     return f"{turns(speed)} rpm" + (f" ({met})" if met else "")
 
 
-def _dampers(result: Result, columns: list[Variant]) -> Iterator[Row]:
+def _dampers(result: Result, columns: list[Variant]) -> Iterator[SummaryRow]:
     record = result.record
     for words, path, factor, unit in _DAMPERS:
         value, where = {}, {}
@@ -400,7 +402,7 @@ def _dampers(result: Result, columns: list[Variant]) -> Iterator[Row]:
             value[variant.prefix] = text + (ABOVE if variant.prefix and sizes[place] > most else "")
             where[variant.prefix] = (labels(quantity.axes[0])[place], OPERATING)
         if value:
-            yield Row(f"{words}, {OPERATING}", unit, value, limit, flag, where)
+            yield SummaryRow(f"{words}, {OPERATING}", unit, value, limit, flag, where)
 
 
 # ----------------------------------------------------------------------------

@@ -42,7 +42,7 @@ class VariableLine(NamedTuple):
     turns: int
 
 
-class Inertia(NamedTuple):
+class LineInertia(NamedTuple):
     """Inertias and their first two derivatives by the angle, (..., n) in kg m^2."""
 
     value: FloatArray
@@ -87,7 +87,7 @@ def inertia_variation(inertia_torque: ArrayLike) -> ComplexArray:
     return np.asarray(2.0j * torque / np.arange(1, torque.shape[-1] + 1))
 
 
-def inertia_at(system: VariableLine, angle: FloatArray) -> Inertia:
+def inertia_at(system: VariableLine, angle: FloatArray) -> LineInertia:
     """Inertias at the crank angles (..., n) of the freedoms, rad."""
     highest = system.variation.shape[-1]
     order = np.arange(1, highest + 1)
@@ -95,7 +95,7 @@ def inertia_at(system: VariableLine, angle: FloatArray) -> Inertia:
     value = system.line.inertia + turned.real.sum(axis=-1)
     slope = -(order * turned.imag).sum(axis=-1)
     curvature = -(order**2 * turned.real).sum(axis=-1)
-    return Inertia(value, slope, curvature)
+    return LineInertia(value, slope, curvature)
 
 
 def free_parts(line: Line) -> FloatArray:
@@ -122,7 +122,7 @@ def free_parts(line: Line) -> FloatArray:
 # ----------------------------------------------------------------------------
 
 
-class Terms(NamedTuple):
+class EquationTerms(NamedTuple):
     """At crank angles (S,): what multiplies d'', d' and d, and the torque left over, each (S, n).
 
     `gap` is T - J phi'' - 1/2 J' (w + phi')^2, without the terms of shafts and dampers.
@@ -161,7 +161,7 @@ def terms(
     torque: ComplexArray,
     *,
     follows: bool,
-) -> Terms:
+) -> EquationTerms:
     """Terms about the motion `angle` (N + 1, n) at w t = crank_angle (S,).
 
     `torque` (T, n) holds the gas torque's orders k / turns, 0-to-peak (order 0 its real part); with
@@ -178,7 +178,7 @@ def terms(
     gap = turned.real.sum(axis=1)
     gap = gap - inertia.value * motion.acceleration - 0.5 * inertia.slope * turning**2
     stiffness = inertia.slope * motion.acceleration + 0.5 * inertia.curvature * turning**2 - slope
-    return Terms(inertia.value, inertia.slope * turning, stiffness, gap)
+    return EquationTerms(inertia.value, inertia.slope * turning, stiffness, gap)
 
 
 def acceleration(
@@ -273,7 +273,7 @@ def shaft_matrices(system: VariableLine, speed: float, step: IntArray) -> Comple
 
 
 def station_values(
-    system: VariableLine, speed: float, parts: Terms, step: IntArray
+    system: VariableLine, speed: float, parts: EquationTerms, step: IntArray
 ) -> ComplexArray:
     """The bracket (P, P, n) of the rows and columns `step`, from samples over the cycle."""
     span = int(step[-1] - step[0])
@@ -286,7 +286,7 @@ def station_values(
 def blocks(
     system: VariableLine,
     speed: float,
-    parts: Terms,
+    parts: EquationTerms,
     angle: ComplexArray,
     step: IntArray,
     basis: FloatArray,

@@ -262,7 +262,7 @@ class Wedges(NamedTuple):
     error: FloatArray
 
 
-class Range(NamedTuple):
+class UnstableRange(NamedTuple):
     """Speeds between which vibration grows, rad/s, with errors, and the fastest growth seen."""
 
     low: float
@@ -306,7 +306,7 @@ def unstable_ranges(
     *,
     basis: FloatArray | None = None,
     motion: Motion | None = None,
-) -> list[Range]:
+) -> list[UnstableRange]:
     """Ranges about uniform turning, or `motion`, with borders by bisection between speeds (S,).
 
     The speeds must be as close as the ranges searched; add the centres of `wedges`. The line's
@@ -314,7 +314,7 @@ def unstable_ranges(
     """
     speeds = np.unique(np.asarray(speed, dtype=np.float64))
     growth = {float(w): _growth(system, float(w), basis, motion) for w in speeds}
-    ranges: list[Range] = []
+    ranges: list[UnstableRange] = []
     inside = np.array([growth[float(w)] > 0.0 for w in speeds])
     starts = np.flatnonzero(inside & ~np.append(False, inside[:-1]))
     ends = np.flatnonzero(inside & ~np.append(inside[1:], False))
@@ -326,7 +326,7 @@ def unstable_ranges(
             high, other = _border(system, high, float(speeds[end + 1]), basis, motion)
             error = max(error, other)
         worst = max(speeds[start : end + 1], key=lambda w: growth[float(w)])
-        ranges.append(Range(low, high, error, float(worst), growth[float(worst)]))
+        ranges.append(UnstableRange(low, high, error, float(worst), growth[float(worst)]))
     return ranges
 
 

@@ -9,8 +9,8 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, SINGULAR, ComplexArray, FloatArray
 from vibecalc.torsion.line import Line
 from vibecalc.torsion.variable_inertia.motion import (
+    EquationTerms,
     HarmonicSolution,
-    Terms,
     VariableLine,
     blocks,
     free_parts,
@@ -38,7 +38,7 @@ _PASSES = 4
 _COARSE = 1e-2
 
 
-class Steady(NamedTuple):
+class SteadyTwist(NamedTuple):
     """Twist against uniform turning, 0-to-peak, phase from w t = 0, by speed, order and freedom.
 
     `order` (N + 1,); `angle` and `error` (S, N + 1, n) in rad; `beyond` (S,) is the largest twist
@@ -60,7 +60,7 @@ def steady_response(
     follows: bool = False,
     exact: bool = False,
     basis: FloatArray | None = None,
-) -> Steady:
+) -> SteadyTwist:
     """Steady motion at the speeds (S,), with the inertia torque that the variation makes.
 
     Parameters
@@ -80,7 +80,7 @@ def steady_response(
 
     Returns
     -------
-    Steady
+    SteadyTwist
         The error counts round-off (sampled), three times what the orders beyond give back, the
         last step of Newton's method, and with `basis` the twist that the residual drives outside
         its span at constant inertia (an estimate, no bound). Linearisation is not counted.
@@ -100,12 +100,12 @@ def steady_response(
         for w, force in zip(speeds, forces, strict=True)
     ]
     angle, error, beyond = (np.array(part) for part in zip(*rows, strict=True))
-    return Steady(np.arange(highest + 1) / system.turns, angle, error, beyond)
+    return SteadyTwist(np.arange(highest + 1) / system.turns, angle, error, beyond)
 
 
 def constant_response(
     system: VariableLine, speed: ArrayLike, torque: ArrayLike, highest_order: float
-) -> Steady:
+) -> SteadyTwist:
     """The same with mean inertias and the inertia torque as a load: what is usually computed."""
     speeds = np.atleast_1d(np.asarray(speed, dtype=np.float64))
     forces = np.asarray(torque, dtype=np.complex128)
@@ -170,7 +170,7 @@ def _one_speed(
 def _step(
     system: VariableLine,
     speed: float,
-    parts: Terms,
+    parts: EquationTerms,
     angle: ComplexArray,
     shapes: FloatArray,
     reach: tuple[int, int, int],
@@ -239,7 +239,11 @@ def _trusted(
 
 
 def _outside(
-    system: VariableLine, speed: float, parts: Terms, before: ComplexArray, step: ComplexArray
+    system: VariableLine,
+    speed: float,
+    parts: EquationTerms,
+    before: ComplexArray,
+    step: ComplexArray,
 ) -> FloatArray:
     """Twist (N + 1, n) that the residual of all freedoms would drive at constant inertia."""
     highest = len(step) - 1

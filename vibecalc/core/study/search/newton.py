@@ -25,7 +25,7 @@ from vibecalc.errors import NumericalFailure
 FLAT = 1e-7
 
 
-class Step(NamedTuple):
+class NewtonStep(NamedTuple):
     """The point after a step, its error (n,), and by how much the objective may be too high.
 
     `length` is the largest change of a coordinate; `least_curvature` that of the directions
@@ -48,7 +48,7 @@ def newton_step(
     bias: np.ndarray,
     active: Active,
     pulls: Pulls,
-) -> Step | None:
+) -> NewtonStep | None:
     """Step to the conditions and down the curvature of the Lagrangian; None where that fails.
 
     Parameters
@@ -143,7 +143,7 @@ def newton_step(
     )
     excess += float(pull @ uncertainty) + float(np.max((noise + bias)[list(active.entries)]))
     length = float(np.max(np.abs(moved - unit), initial=0.0))
-    return Step(moved, error, excess, free_directions, length, least_curvature)
+    return NewtonStep(moved, error, excess, free_directions, length, least_curvature)
 
 
 def _curvature(
@@ -281,7 +281,7 @@ def _from(
 
 
 def _accepted(
-    step: Step, missing: float, slopes: Gradient, active: Active, pulls: Pulls
+    step: NewtonStep, missing: float, slopes: Gradient, active: Active, pulls: Pulls
 ) -> PolishedOptimum | None:
     """The end of the iteration with all its errors, or None if the gradients do not balance."""
     blur = np.abs(pulls.weights) @ slopes.error

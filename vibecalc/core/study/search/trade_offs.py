@@ -247,7 +247,7 @@ _TIE = 1e-6
 DEVIATION = 0.01
 
 
-class Slopes(NamedTuple):
+class ObjectiveSlopes(NamedTuple):
     """Derivatives of the objective by each variable, in the units of both, with their errors.
 
     `known` (n,) is False where there is none: on a kink or next to points without a value.
@@ -275,7 +275,7 @@ class Cost(NamedTuple):
 
 def slopes_at(
     evaluate: Evaluate, lower: ArrayLike, upper: ArrayLike, at: ArrayLike, accuracy: float = 0.0
-) -> Slopes:
+) -> ObjectiveSlopes:
     """Differentiate the objective (its largest entry) at a point within the bounds.
 
     Parameters
@@ -315,7 +315,7 @@ def slopes_at(
     inner = box.slope(point)
     values = first * sampler.scale / inner
     uncertainty = error * sampler.scale / inner + 8.0 * EPSILON * np.abs(values)
-    return Slopes(np.where(known, values, 0.0), np.where(known, uncertainty, 0.0), known)
+    return ObjectiveSlopes(np.where(known, values, 0.0), np.where(known, uncertainty, 0.0), known)
 
 
 def cost_of_deviation(
