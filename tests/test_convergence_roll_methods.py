@@ -12,7 +12,7 @@ from roll_machines import SYNCHRONOUS, source_drive, source_machine
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch
-from vibecalc.roll.methods import MethodSettings, find, fourier_state, shooting_state
+from vibecalc.roll.methods import Settings, find, fourier_state, shooting_state
 from vibecalc.roll.steady import SteadyTurn, started_momentum, steady_state
 from vibecalc.roll.turn import Turn, harmonics, readings
 
@@ -92,7 +92,7 @@ def test_shooting_is_of_second_order_past_kinks(mounted: bool) -> None:
 def test_marches_gain_with_the_step(
     method: str, step: float, bound: float, gain: tuple[float, float]
 ) -> None:
-    found = find(method, *parts(), MethodSettings(None, step, SYNCHRONOUS, truth().momentum))
+    found = find(method, *parts(), Settings(None, step, SYNCHRONOUS, truth().momentum))
     assert off(found.turn) < bound
     assert gain[0] < off(found.turn) / off(found.finer) < gain[1]
 
@@ -121,7 +121,7 @@ def test_every_way_says_how_far_it_is_off(method: str, mounted: bool) -> None:
     started_at = None if mounted else SYNCHRONOUS
     points = 121 if method == "fourier" else None
     found = find(
-        method, *parts(mounted), MethodSettings(points, None, started_at, truth(mounted).momentum)
+        method, *parts(mounted), Settings(points, None, started_at, truth(mounted).momentum)
     )
     apart = np.abs(spectrum(found.turn, mounted, False) - spectrum(found.finer, mounted, False))
     factor = 2.0 * 2.0**found.order / (2.0**found.order - 1.0) if found.order else 1.0

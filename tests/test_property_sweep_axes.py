@@ -14,9 +14,9 @@ from sweep_samples import DAMPING, MODEL, ORDERS, PHASE, SPEED, STIFFNESS, axis,
 
 from vibecalc.core.study.sweep.prepare import axis_table, axis_tables, sampling_table
 from vibecalc.core.study.sweep.values import (
-    ListedValues,
     Scatter,
     SpacedValues,
+    ValueList,
     exp,
     log,
     log_of_one_plus,
@@ -243,7 +243,7 @@ def test_mean_and_deviation_are_those_of_the_key(kind, parameters, tolerance):
 
 
 def test_listed_values_are_drawn_with_equal_chances():
-    course = ListedValues(values=(3.0, 1.0, 2.0))
+    course = ValueList(values=(3.0, 1.0, 2.0))
     shares = (np.arange(300) + 0.5) / 300.0
     found = course.drawn(shares)
     assert [int(np.sum(found == value)) for value in (3.0, 1.0, 2.0)] == [100, 100, 100]

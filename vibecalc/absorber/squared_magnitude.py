@@ -143,18 +143,14 @@ def forms(parts: Coupling, u: np.ndarray, slots: int = ALONG_U) -> Forms:
     away = g0 - inertia * u  # kept as a difference: small where a light absorber is tuned
     shape = np.shape(away)
     motion, mixed, cross, link, relative = np.zeros((5, slots, *shape))
-    g1g1, inertia_squared = g1 * g1, inertia * inertia
+    g1g1, squared = g1 * g1, inertia * inertia
     motion[0], motion[1], motion[2] = (
-        away * away + g1g1 * u, g1g1 - 2.0 * inertia * away, 2.0 * inertia_squared,
+        away * away + g1g1 * u, g1g1 - 2.0 * inertia * away, 2.0 * squared,
     )  # fmt: skip
     mixed[0], mixed[1] = g0 * away + g1g1 * u, g1g1 - inertia * g0
     cross[0], cross[1], cross[2] = g1 * inertia * u * u, 2.0 * g1 * inertia * u, 2.0 * g1 * inertia
     link[0], link[1] = g0 * g0 + g1g1 * u, g1g1
-    relative[0], relative[1], relative[2] = (
-        inertia_squared * u * u,
-        2.0 * inertia_squared * u,
-        2.0 * inertia_squared,
-    )
+    relative[0], relative[1], relative[2] = squared * u * u, 2.0 * squared * u, 2.0 * squared
     if slots == ALL:
         motion[3], motion[4], motion[5], motion[6] = (
             2.0 * away,
@@ -173,9 +169,9 @@ def forms(parts: Coupling, u: np.ndarray, slots: int = ALONG_U) -> Forms:
     late, free = parts.shift == 1, parts.shift == 2
     zero = np.zeros(shape)
     for form, without_spring, alone in (
-        (motion, (g1g1 + inertia_squared * u, inertia_squared), inertia_squared), (mixed, (g1g1,
+        (motion, (g1g1 + squared * u, squared), squared), (mixed, (g1g1,
         zero), zero), (cross, (g1 * inertia * u, g1 * inertia), zero), (link, (g1g1, zero), zero),
-        (relative, (inertia_squared * u, inertia_squared), inertia_squared),
+        (relative, (squared * u, squared), squared),
     ):  # fmt: skip
         form[0] = np.where(free, alone, np.where(late, without_spring[0], form[0]))
         form[1] = np.where(free, 0.0, np.where(late, without_spring[1], form[1]))
@@ -346,22 +342,18 @@ def form_polynomials(parts: Coupling) -> tuple[np.ndarray, ...]:
     g0, g1, inertia = parts.g0, parts.g1, parts.inertia
     shift = parts.shift[..., None]
     zero = np.zeros_like(inertia)
-    g0g0, g1g1, inertia_squared = g0 * g0, g1 * g1, inertia * inertia
+    g0g0, g1g1, squared = g0 * g0, g1 * g1, inertia * inertia
 
     def chosen(whole: _Row, late: _Row, free: np.ndarray) -> np.ndarray:
         stacked = [np.stack(rows, axis=-1) for rows in (whole, late, (free, zero, zero))]
         return np.where(shift == 0, stacked[0], np.where(shift == 1, stacked[1], stacked[2]))
 
     return (
-        chosen(
-            (g0g0, g1g1 - 2.0 * g0 * inertia, inertia_squared),
-            (g1g1, inertia_squared, zero),
-            inertia_squared,
-        ),
+        chosen((g0g0, g1g1 - 2.0 * g0 * inertia, squared), (g1g1, squared, zero), squared),
         chosen((g0g0, g1g1 - inertia * g0, zero), (g1g1, zero, zero), zero),
         chosen((zero, zero, g1 * inertia), (zero, g1 * inertia, zero), zero),
         chosen((g0g0, g1g1, zero), (g1g1, zero, zero), zero),
-        chosen((zero, zero, inertia_squared), (zero, inertia_squared, zero), inertia_squared),
+        chosen((zero, zero, squared), (zero, squared, zero), squared),
     )
 
 

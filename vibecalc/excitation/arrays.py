@@ -245,17 +245,15 @@ def _exact_series(
 
 def _cut_series(columns: Columns, ratio: FloatArray, terms: int) -> PistonMotions:
     last = last_order(columns.case, terms)
-    retained = _highest_order(columns, np.full(ratio.shape, last))
-    highest = int(retained[0])
+    used = _highest_order(columns, np.full(ratio.shape, last))
+    highest = int(used[0])
     values = truncated_harmonics(ratio, terms, max(highest, last))
     error = _with_ratio_error(values, RELATIVE_ERROR * np.abs(values), ratio)
     dropped = truncated_dropped_acceleration(ratio, terms, highest)
     relative = EPSILON * (8.0 + 4.0 * terms / (1.0 - ratio * ratio))
     tail = np.full(ratio.shape, 1.0 if values.shape[-1] > highest + 1 else 0.0)
     nothing = np.zeros(ratio.shape)
-    return PistonMotions(
-        values, error, retained, tail, nothing, WithError(dropped, relative * dropped)
-    )
+    return PistonMotions(values, error, used, tail, nothing, WithError(dropped, relative * dropped))
 
 
 def enough_orders(ratio: FloatArray, rtol: float, offset: FloatArray) -> IntArray:
@@ -399,17 +397,14 @@ def emit_excitation(columns: Columns, forces: Forces, sheet: Sheet) -> None:
     """Motion, forces, masses, balance sums and residual, as far as they are wanted."""
     speed = columns.number("machine", "speed")
     _emit_motion(forces, speed, sheet)
-    driven, retained = at_speed(forces.per_square, speed), forces.retained
+    driven, used = at_speed(forces.per_square, speed), forces.retained
     names = [cylinder.name for cylinder in columns.case.machine.crank_train.cylinders]
-    counts, axes = (
-        forces.counts[:, :retained],
-        {"order": forces.orders[:retained], "direction": DIRECTIONS},
-    )
+    counts, axes = forces.counts[:, :used], {"order": forces.orders[:used], "direction": DIRECTIONS}
     for name, value, error in (
         ("force", driven.force, driven.force_error),
         ("couple", driven.couple, driven.couple_error),
     ):
-        emitted = WithError(value[:, :retained], error[:, :retained])
+        emitted = WithError(value[:, :used], error[:, :used])
         sheet.emit(f"excitation/{name}", counted_only(emitted, counts, axis=1), axes)
     _peaks(forces, speed, sheet)
     for name, mass in (

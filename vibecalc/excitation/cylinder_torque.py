@@ -192,12 +192,12 @@ def _of_unit_masses(
     A machine asks for the same crank drive with several masses.
     """
     ratio, shift = radius / length, offset / radius
-    retained = max(highest, order_for_tolerance(ratio, 0.125 * EPSILON, shift)) + 4
-    motion = harmonics_with_error(ratio, retained, shift)
+    used = max(highest, order_for_tolerance(ratio, 0.125 * EPSILON, shift)) + 4
+    motion = harmonics_with_error(ratio, used, shift)
     torque = inertia_torque(
         motion.values,
         highest,
-        dropped_acceleration=dropped_acceleration(ratio, retained, shift),
+        dropped_acceleration=dropped_acceleration(ratio, used, shift),
         motion_error=motion.error,
     )
     return torque, rod_angle_harmonics(radius, length, offset, highest_order=highest).product

@@ -67,19 +67,19 @@ def build_mounted(columns: Columns, train: Train) -> MountedPoints:
         for i in range(count)
     ]
     position = together([columns.number(*path, along) for path in paths]) - centre[:, along, None]
-    individual = list(mounts.individual or ())
+    single = list(mounts.individual or ())
     stiffness, damping = (
-        together([_along(columns, individual, i, name, up) for i in range(count)])
+        together([_along(columns, single, i, name, up) for i in range(count)])
         for name in _PROPERTIES
     )
-    loss = together([_property(columns, individual, i, "loss_factor") for i in range(count)])
+    loss = together([_property(columns, single, i, "loss_factor") for i in range(count)])
     reach = np.sort(np.abs(position), axis=1)
     longest = reach[:, -1]
     lever = columns.optional("isolation", "lever")
     if lever is None:
         lever = 0.5 * (reach[:, (count - 1) // 2] + reach[:, count // 2])
     return MountedPoints(
-        names=tuple(mount.name for mount in individual) or tuple(str(n + 1) for n in range(count)),
+        names=tuple(mount.name for mount in single) or tuple(str(n + 1) for n in range(count)),
         mass=mass,
         inertia=inertia,
         centre=centre,
@@ -123,28 +123,28 @@ def _box_moments(columns: Columns, place: tuple[str, ...]) -> FloatArray:
 
 
 def _property(
-    columns: Columns, individual: list[parts.Mount], place: int, name: str, *entry: int
+    columns: Columns, single: list[parts.Mount], place: int, name: str, *entry: int
 ) -> FloatArray:
     path = (*MOUNTS, "individual", place, name)
-    if individual and columns.written(*path) is not None:
+    if single and columns.written(*path) is not None:
         return columns.number(*path, *entry)
     return columns.number(*MOUNTS, "each", name, *entry)
 
 
 def _along(
-    columns: Columns, individual: list[parts.Mount], place: int, name: str, up: int
+    columns: Columns, single: list[parts.Mount], place: int, name: str, up: int
 ) -> FloatArray:
     """Stiffness or damping of a mount along one axis of the body."""
-    given = columns.written(*MOUNTS, "individual", place, name) if individual else None
+    given = columns.written(*MOUNTS, "individual", place, name) if single else None
     if given is None:
         given = columns.written(*MOUNTS, "each", name)
     if not isinstance(given, tuple):
-        return _property(columns, individual, place, name)
-    orientation = individual[place].orientation if individual else (0.0, 0.0, 0.0)
+        return _property(columns, single, place, name)
+    orientation = single[place].orientation if single else (0.0, 0.0, 0.0)
     if not any(orientation):
-        return _property(columns, individual, place, name, up)
+        return _property(columns, single, place, name, up)
     share = np.square(rotation(*orientation)[up])
-    principal = [_property(columns, individual, place, name, entry) for entry in range(3)]
+    principal = [_property(columns, single, place, name, entry) for entry in range(3)]
     along: FloatArray = together(principal) @ share
     return along
 
@@ -327,11 +327,11 @@ def _emit_harmonics(
     axes: Mapping[str, object],
     sheet: Sheet,
 ) -> None:
-    retained = forces.retained
+    used = forces.retained
     moved = model.support_displacement(angle, mounted.position)
     for group, rows in ((MOVED, moved), (FORCE, _forces(mounted, angle, frequency))):
-        cut = WithError(rows.value[..., :retained], rows.error[..., :retained])
-        within = counted_only(cut, forces.counts[:, :retained])
+        cut = WithError(rows.value[..., :used], rows.error[..., :used])
+        within = counted_only(cut, forces.counts[:, :used])
         at_mounts = WithError(within.value[:, :, None, :], within.error[:, :, None, :])
         sheet.emit(f"{group}/steady_harmonics", at_mounts, axes)
 

@@ -103,8 +103,8 @@ def _series(scene: Scene) -> tuple[PistonMotion, LackingAcceleration]:
             "Gibson (2008), equations 1 to 4",
         )
         return _cut_series(case, ratio, terms)
-    highest_order = _highest_order(case, _enough(ratio, case.accuracy.rtol, offset))
-    motion, dropped = _exact_series(ratio, offset, highest_order, len(train.names))
+    highest = _highest_order(case, _enough(ratio, case.accuracy.rtol, offset))
+    motion, dropped = _exact_series(ratio, offset, highest, len(train.names))
     scene.cite(
         "exact harmonics of the slider-crank",
         "piston motion",
@@ -117,20 +117,20 @@ def exact_motion(case: "Case", train: "CrankTrain", least: int) -> PistonMotion:
     """Exact harmonics of a crank train, of `least` orders or as many as the tolerance needs."""
     ratio = train.crank_radius / train.rod_length
     offset = train.wrist_pin_offset / train.crank_radius
-    highest_order = max(_highest_order(case, _enough(ratio, case.accuracy.rtol, offset)), least)
-    return _exact_series(ratio, offset, highest_order, len(train.names))[0]
+    highest = max(_highest_order(case, _enough(ratio, case.accuracy.rtol, offset)), least)
+    return _exact_series(ratio, offset, highest, len(train.names))[0]
 
 
 def _cut_series(case: "Case", ratio: float, terms: int) -> tuple[PistonMotion, LackingAcceleration]:
     """A cut series has no orders beyond its own: the guard orders are all that is left out."""
-    highest_order = _highest_order(case, last_order(case, terms))
-    values = truncated_harmonics(ratio, terms, max(highest_order, last_order(case, terms)))
+    highest = _highest_order(case, last_order(case, terms))
+    values = truncated_harmonics(ratio, terms, max(highest, last_order(case, terms)))
     error = RELATIVE_ERROR * np.abs(values)
-    tail = 1.0 if values.shape[-1] > highest_order + 1 else 0.0
-    dropped = float(truncated_dropped_acceleration(ratio, terms, highest_order))
+    tail = 1.0 if values.shape[-1] > highest + 1 else 0.0
+    dropped = float(truncated_dropped_acceleration(ratio, terms, highest))
     # of this size unless R / L is so close to 1 that the closed form takes over
     relative = EPSILON * (8.0 + 4.0 * terms / (1.0 - ratio * ratio)) if ratio < 0.99 else 1e-12
-    motion = _with_ratio_error(values, error, ratio, highest_order, tail, 0.0)
+    motion = _with_ratio_error(values, error, ratio, highest, tail, 0.0)
     return motion, LackingAcceleration(dropped, relative * dropped)
 
 
@@ -147,21 +147,21 @@ def _enough(ratio: float, rtol: float, offset: float) -> int:
 
 @lru_cache(maxsize=64)
 def _exact_series(
-    ratio: float, offset: float, highest_order: int, cylinders: int
+    ratio: float, offset: float, highest: int, cylinders: int
 ) -> tuple[PistonMotion, LackingAcceleration]:
     # evenly spaced cranks may leave every 2 c-th order only, so the guard has to reach one
     decay = -math.log(float(pole(np.asarray(ratio), np.asarray(abs(offset))).radius))
     guard = max(math.ceil(-math.log(BEYOND_GUARD) / decay) + 2, 2 * cylinders)
     guard = min(guard, MOST_GUARD_ORDERS)
-    exact = harmonics_with_error(ratio, highest_order + guard, offset)
-    dropped, dropped_error = (float(x) for x in dropped_with_error(ratio, highest_order, offset))
-    beyond = float(dropped_with_error(ratio, highest_order + guard, offset).value)
+    exact = harmonics_with_error(ratio, highest + guard, offset)
+    dropped, dropped_error = (float(x) for x in dropped_with_error(ratio, highest, offset))
+    beyond = float(dropped_with_error(ratio, highest + guard, offset).value)
     tail = dropped / (dropped - beyond) if dropped > beyond else 1.0
-    motion = _with_ratio_error(exact.values, exact.error, ratio, highest_order, tail, beyond)
+    motion = _with_ratio_error(exact.values, exact.error, ratio, highest, tail, beyond)
     for array in (motion.harmonics, motion.error):
         array.flags.writeable = False
     reach = ratio * (1.0 + abs(offset))
-    slip = EPSILON * (highest_order + 2.0 + 1.0 / decay) / math.sqrt(1.0 - reach * reach)
+    slip = EPSILON * (highest + 2.0 + 1.0 / decay) / math.sqrt(1.0 - reach * reach)
     return motion, LackingAcceleration(dropped, dropped_error + slip * dropped)
 
 
@@ -177,14 +177,14 @@ def _with_ratio_error(
     values: np.ndarray,
     error: np.ndarray,
     ratio: float,
-    highest_order: int,
+    highest: int,
     tail: float,
     beyond: float,
 ) -> PistonMotion:
     # R / L is itself rounded: d ln C_n / d ln(R / L) is about n / sqrt(1 - (R / L)^2)
     steepness = np.arange(values.shape[-1]) / math.sqrt(1.0 - ratio * ratio)
     total = error + 0.5 * EPSILON * steepness * np.abs(values)
-    return PistonMotion(values, total, highest_order, tail, beyond)
+    return PistonMotion(values, total, highest, tail, beyond)
 
 
 def _emit_curves(scene: Scene) -> None:

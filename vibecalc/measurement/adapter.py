@@ -359,7 +359,7 @@ def emit_candidates(scene: Scene, solutions: list[HarmonicMotion], reference: np
     each = [(one, place) for one in solutions for place in range(len(one.candidates))]
     if table is None or not each:
         return
-    zero_level = references(table)
+    zero = references(table)
     phases = np.array([_phases(one, place, reference) for one, place in each])
     axes = {"candidate": _names(each, phases[:, 0])}
     scene.emit("measurement/candidate/order", [one.harmonic.order for one, _ in each], 0.0, axes)
@@ -375,7 +375,7 @@ def emit_candidates(scene: Scene, solutions: list[HarmonicMotion], reference: np
         values, errors = (
             np.array([getattr(one, key)[part] for one in signals]) for key in ("value", "error")
         )
-        scale = zero_level.linear if name == "translation" else zero_level.angular
+        scale = zero.linear if name == "translation" else zero.angular
         level = level_of(values, errors, scale)
         scene.emit(f"measurement/candidate/{name}_level", *level, axes)
         phase, off = phases[:, :, part].T
@@ -388,7 +388,7 @@ def emit_candidates(scene: Scene, solutions: list[HarmonicMotion], reference: np
         level = level_of(
             np.stack([one.value for one in both]),
             np.stack([one.error for one in both]),
-            zero_level.linear,
+            zero.linear,
         )
         names = np.array([position.name for position in table.positions], dtype=object)
         scene.emit("measurement/candidate/level", *level, {**axes, "position": names})
@@ -560,10 +560,10 @@ def _emit_motion(
 ) -> None:
     table = scene.case.measurement
     assert table is not None
-    zero_level = references(table)
+    zero = references(table)
     for name, place in _ROWS.items():
         row = np.eye(3)[place]
-        scale = zero_level.linear if name == "translation" else zero_level.angular
+        scale = zero.linear if name == "translation" else zero.angular
         values, errors = _stacked([one.signal(row) for one in solutions])
         scene.emit(f"measurement/{name}", values, errors, axes)
         scene.emit(f"measurement/{name}_level", *level_of(values, errors, scale), axes)
@@ -600,20 +600,18 @@ def _emit_positions(
     assert table is not None
     if not table.positions:
         return
-    zero_level = references(table).linear
+    zero = references(table).linear
     rows = position_rows(table)
     names = np.array([position.name for position in table.positions], dtype=object)
     axes = {"position": names, **orders}
     for part, mask in PARTS.items():
         values, errors = _stacked([one.signal(rows * np.array(mask)) for one in solutions])
-        scene.emit(f"measurement/level/{part}", *level_of(values, errors, zero_level), axes)
+        scene.emit(f"measurement/level/{part}", *level_of(values, errors, zero), axes)
         if part == "standard":
             scene.emit("measurement/acceleration", values, errors, axes)
             total = np.linalg.norm(values, axis=-1)
             uncertainty = np.linalg.norm(errors, axis=-1)
-            scene.emit(
-                "measurement/level/all_orders", *level_of(total, uncertainty, zero_level), axes
-            )
+            scene.emit("measurement/level/all_orders", *level_of(total, uncertainty, zero), axes)
     deviations = np.stack([one.level_deviation(rows) for one in solutions], axis=-1)
     _emit_uncertainty(scene, "level", deviations, solutions, axes)
     bounds = np.stack([one.level_bound(rows) for one in solutions], axis=-1)

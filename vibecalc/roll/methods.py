@@ -218,7 +218,7 @@ _MOST_TURNS = 2000
 _SLOW, _FADED, _MOST_TURNS = 0.05, 1e-9, 4000
 
 
-class MethodSettings(NamedTuple):
+class Settings(NamedTuple):
     """What a method may be given: points (fourier), step in s (euler, rk4), else the default.
 
     `started_at` is the crank speed that fixes the momentum of a free machine, rad/s; None lets its
@@ -242,14 +242,12 @@ class MethodResult(NamedTuple):
     work: int
 
 
-def find(
-    method: str, machine: RollMachine, drive: RollDrive, asked: MethodSettings
-) -> MethodResult:
+def find(method: str, machine: RollMachine, drive: RollDrive, asked: Settings) -> MethodResult:
     """The running state of one machine (B = 1) by a named method, twice; NumericalFailure."""
     return METHODS[method](machine, drive, asked)
 
 
-def _fourier(machine: RollMachine, drive: RollDrive, asked: MethodSettings) -> MethodResult:
+def _fourier(machine: RollMachine, drive: RollDrive, asked: Settings) -> MethodResult:
     points = asked.points or _FOURIER
     points += 1 - points % 2
     momentum = _momentum(machine, asked)
@@ -258,17 +256,15 @@ def _fourier(machine: RollMachine, drive: RollDrive, asked: MethodSettings) -> M
     return MethodResult(plain.turn, finer.turn, _PAST_KINKS, plain.evaluations)
 
 
-def _shooting(machine: RollMachine, drive: RollDrive, asked: MethodSettings) -> MethodResult:
+def _shooting(machine: RollMachine, drive: RollDrive, asked: Settings) -> MethodResult:
     momentum = _momentum(machine, asked)
     plain = shooting_state(machine, drive, _SHOOTING, momentum)
     finer = shooting_state(machine, drive, 2 * _SHOOTING, momentum)
     return MethodResult(plain.turn, finer.turn, _PAST_KINKS, plain.evaluations)
 
 
-def _fixed(
-    method: str, order: int
-) -> Callable[[RollMachine, RollDrive, MethodSettings], MethodResult]:
-    def run(machine: RollMachine, drive: RollDrive, asked: MethodSettings) -> MethodResult:
+def _fixed(method: str, order: int) -> Callable[[RollMachine, RollDrive, Settings], MethodResult]:
+    def run(machine: RollMachine, drive: RollDrive, asked: Settings) -> MethodResult:
         step = asked.step or STEP
         plain = _march(machine, drive, asked, method, step)
         finer = _march(machine, drive, asked, method, 0.5 * step)
@@ -277,7 +273,7 @@ def _fixed(
     return run
 
 
-def _dop853(machine: RollMachine, drive: RollDrive, asked: MethodSettings) -> MethodResult:
+def _dop853(machine: RollMachine, drive: RollDrive, asked: Settings) -> MethodResult:
     # at its tolerance turns repeat to some millionths at best
     plain = _march(machine, drive, asked, "dop853", 0.0, 3e-5, tolerance=_PLAIN)
     finer = _march(machine, drive, asked, "dop853", 0.0, 1e-5, points=1440, tolerance=_TIGHT)
@@ -287,7 +283,7 @@ def _dop853(machine: RollMachine, drive: RollDrive, asked: MethodSettings) -> Me
 def _march(
     machine: RollMachine,
     drive: RollDrive,
-    asked: MethodSettings,
+    asked: Settings,
     method: str,
     step: float,
     repeats: float = 1e-5,
@@ -327,13 +323,13 @@ def _march(
     return Turn(**there), repeating.evaluations
 
 
-def _momentum(machine: RollMachine, asked: MethodSettings) -> FloatArray:
+def _momentum(machine: RollMachine, asked: Settings) -> FloatArray:
     if asked.started_at is None:
         return asked.momentum
     return started_momentum(machine, asked.started_at)
 
 
-METHODS: dict[str, Callable[[RollMachine, RollDrive, MethodSettings], MethodResult]] = {
+METHODS: dict[str, Callable[[RollMachine, RollDrive, Settings], MethodResult]] = {
     "fourier": _fourier,
     "shooting": _shooting,
     "dop853": _dop853,

@@ -130,12 +130,9 @@ def holzer_table(line: Line, frequency: ArrayLike) -> HolzerTable:
                 total[..., i] += total[..., j]
                 error[..., i] += error[..., j]
                 branch[i] += branch[j]
-            inertia_torque, to_ground = (
-                inertia_w2[..., i] * angle[..., i],
-                ground[i] * angle[..., i],
-            )
-            total[..., i] += inertia_torque - to_ground
-            size = np.abs(inertia_torque) + np.abs(to_ground) + np.abs(total[..., i])
+            inertial, to_ground = inertia_w2[..., i] * angle[..., i], ground[i] * angle[..., i]
+            total[..., i] += inertial - to_ground
+            size = np.abs(inertial) + np.abs(to_ground) + np.abs(total[..., i])
             error[..., i] += rate[..., i] * angle_error[..., i]
             error[..., i] += (2.0 + len(above[i])) * EPSILON * size
             if i < count - 1:
@@ -143,10 +140,10 @@ def holzer_table(line: Line, frequency: ArrayLike) -> HolzerTable:
     if not np.all(np.isfinite(total)):
         raise NumericalFailure("the angles of the Holzer table leave the range of numbers")
     twist = total[..., :-1] / rows.stiffness
-    inertia_torque = inertia_w2 * angle
+    inertial = inertia_w2 * angle
     last = total[..., -1]
     return HolzerTable(
-        rows, inertia, inertia_w2, angle, inertia_torque, total, twist, last, error[..., -1]
+        rows, inertia, inertia_w2, angle, inertial, total, twist, last, error[..., -1]
     )
 
 
@@ -197,10 +194,10 @@ def shape_uncertainty(line: Line, modes: Modes) -> ShapeUncertainty:
     answer = _answers(line, inert, shape)
     moved = np.zeros((len(modes.frequency), count + 1, 1 + 2 * count + len(first)))
     of_element = answer[..., first] - answer[..., second]
-    inertia_torque = answer * (inert * shape)[:, None, :]
+    inertial = answer * (inert * shape)[:, None, :]
     element, ground = of_element * twist[:, None, :], answer * held[:, None, :]
-    left = inertia_torque.sum(axis=-1) - element.sum(axis=-1) - ground.sum(axis=-1)
-    parts = np.concatenate([inertia_torque, element, ground], axis=-1)
+    left = inertial.sum(axis=-1) - element.sum(axis=-1) - ground.sum(axis=-1)
+    parts = np.concatenate([inertial, element, ground], axis=-1)
     errors = np.concatenate([CORRECTIONS * left[..., None], ROUNDINGS * EPSILON * parts], axis=-1)
     moved[moving] = np.where(np.isfinite(errors), errors, np.inf)
     return ShapeUncertainty(modes.shape_error, moved, counted)
@@ -341,11 +338,11 @@ def measured(
         first = np.where(table.still[..., None], 0.0, moved[:, :1])
         moved = moved - angle[..., None] * first
         frequency = uncertainty.moved[:, -1:]
-        inertia_torque = table.inertia_w2[..., None] * (moved + angle[..., None] * frequency)
+        inertial = table.inertia_w2[..., None] * (moved + angle[..., None] * frequency)
         torque = table.inertia_w2 * angle
-        inertia_torque[:, place, 1 + freedom] += once * torque
+        inertial[:, place, 1 + freedom] += once * torque
         held = line.ground_stiffness[freedom] * angle
-        total = inertia_torque - line.ground_stiffness[freedom][:, None] * moved
+        total = inertial - line.ground_stiffness[freedom][:, None] * moved
         total[:, place, 1 + count + len(line.first) + freedom] -= once * held
         size = torque - held
         for row, below in enumerate(rows.below[:-1].tolist()):
@@ -354,7 +351,7 @@ def measured(
         sums = np.abs(size)
         for row, below in enumerate(rows.below[:-1].tolist()):
             sums[:, below] += sums[:, row]
-        errors = spread(moved), spread(inertia_torque), spread(total)
+        errors = spread(moved), spread(inertial), spread(total)
     rounding = np.abs(angle), np.abs(torque), sums
     moving = uncertainty.moving[:, None]
     return tuple(  # type: ignore[return-value]

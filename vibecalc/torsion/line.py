@@ -142,7 +142,7 @@ def without_freedom(line: Line, freedom: int, element: int) -> tuple[Line, IntAr
 # ----------------------------------------------------------------------------
 
 
-class ConnectedPart(NamedTuple):
+class LinePart(NamedTuple):
     """What hangs together: stations by their number in the line, springs (kg m^2, N m/rad).
 
     `spring[a][b]` = `spring[b][a]` is the stiffness between two stations, parallel elements
@@ -171,7 +171,7 @@ class CondensedStation(NamedTuple):
     weight: dict[int, float]
 
 
-def connected_parts(line: Line) -> list[ConnectedPart]:
+def connected_parts(line: Line) -> list[LinePart]:
     """The connected parts of a line without leading axes, the one of station 0 first.
 
     Raises `NumericalFailure` for a part that has no inertia at all: it has no modes.
@@ -190,9 +190,7 @@ def connected_parts(line: Line) -> list[ConnectedPart]:
         for station in reached:
             del left[station]
         springs = {station: spring[station] for station in reached}
-        part = ConnectedPart(
-            springs, {s: inertia[s] for s in reached}, {s: ground[s] for s in reached}
-        )
+        part = LinePart(springs, {s: inertia[s] for s in reached}, {s: ground[s] for s in reached})
         if not any(part.inertia.values()):
             raise NumericalFailure(
                 f"the shaft line has a piece without any inertia, with station {reached[0] + 1}: "
@@ -214,16 +212,14 @@ def walk(spring: dict[int, dict[int, float]], root: int) -> dict[int, int]:
     return parent
 
 
-def path_order(part: ConnectedPart) -> list[int] | None:
+def path_order(part: LinePart) -> list[int] | None:
     """Stations of a part from one end to the other, None if it is no simple row."""
     ends = [station for station, others in part.spring.items() if len(others) < 2]
     branched = any(len(others) > 2 for others in part.spring.values())
     return None if branched or not ends else list(walk(part.spring, ends[0]))
 
 
-def condense(
-    part: ConnectedPart, most_springs: int
-) -> tuple[ConnectedPart, list[CondensedStation]]:
+def condense(part: LinePart, most_springs: int) -> tuple[LinePart, list[CondensedStation]]:
     """Take out massless stations that hold at most `most_springs` shafts; exact, in this order.
 
     Star to mesh: springs k_a to the neighbours and k_g to ground become springs k_a k_b / s
@@ -250,7 +246,7 @@ def condense(
                     spring[a][b] = spring[b][a] = spring[a].get(b, 0.0) + joined
             del spring[station], inertia[station], ground[station]
             waiting = True
-    return ConnectedPart(spring, inertia, ground), taken
+    return LinePart(spring, inertia, ground), taken
 
 
 def angles_of_condensed(shape: FloatArray, taken: list[CondensedStation]) -> None:

@@ -11,8 +11,8 @@ import numpy as np
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
 from vibecalc.torsion.line import (
-    ConnectedPart,
     Line,
+    LinePart,
     angles_of_condensed,
     condense,
     connected_parts,
@@ -169,7 +169,7 @@ def _row_modes(row: StationRow) -> tuple[FloatArray, FloatArray]:
     return frequency, shape
 
 
-def _part_modes(connected: ConnectedPart, count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _part_modes(connected: LinePart, count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Frequencies (m,), shapes (m, count) and absolute frequency errors (m,) of one piece."""
     small, taken = condense(connected, 2)
     order = path_order(small)

@@ -6,7 +6,7 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray, IntArray
-from vibecalc.torsion.line import ConnectedPart, Line, connected_parts, walk
+from vibecalc.torsion.line import Line, LinePart, connected_parts, walk
 
 # ----------------------------------------------------------------------------
 # How many modes of a tree of shafts lie below a frequency (Riccati transfer, sign count).
@@ -36,7 +36,7 @@ class Tree(NamedTuple):
     stiffness: list[float]
 
 
-def rooted(part: ConnectedPart, root: int | None = None) -> Tree:
+def rooted(part: LinePart, root: int | None = None) -> Tree:
     """A part without loops as a tree; the root is a station's number in the line."""
     parents = walk(part.spring, next(iter(part.spring)) if root is None else root)
     station = list(parents)
@@ -166,7 +166,7 @@ def riccati_frequencies(line: Line) -> FloatArray:
 NEARLY = 1e-3
 
 
-def factor_modes(part: ConnectedPart) -> tuple[FloatArray, FloatArray, float]:
+def factor_modes(part: LinePart) -> tuple[FloatArray, FloatArray, float]:
     """Frequencies (n,) ascending, shapes (n, n) and one absolute error, of any part with inertia.
 
     One row of the factor for each shaft and each spring to ground; a rigid mode is exactly 0.
@@ -193,7 +193,7 @@ def factor_modes(part: ConnectedPart) -> tuple[FloatArray, FloatArray, float]:
     return frequency, shape, error
 
 
-def tree_modes(part: ConnectedPart) -> tuple[FloatArray, FloatArray, FloatArray]:
+def tree_modes(part: LinePart) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Frequencies (m,), shapes (m, n) by order of the part's stations, absolute errors (m,)."""
     start, dense, error = None, None, 0.0
     if all(part.inertia.values()):
@@ -202,11 +202,9 @@ def tree_modes(part: ConnectedPart) -> tuple[FloatArray, FloatArray, FloatArray]
     frequency = tree_frequencies(tree, start, error)
     inertia = np.array([part.inertia[name] for name in part.spring])
     place = {name: index for index, name in enumerate(part.spring)}
-    stiffness_of, passed = _messages(part, frequency)
+    station_z, passed = _messages(part, frequency)
     heavy = np.flatnonzero(inertia > 0.0)
-    meeting = np.abs(
-        np.array([_everything(stiffness_of, passed, part, name) for name in part.spring])
-    )
+    meeting = np.abs(np.array([_everything(station_z, passed, part, name) for name in part.spring]))
     best = np.asarray(heavy)[np.argmin(meeting[heavy] / inertia[heavy, None], axis=0)]
     shape = _shapes(part, frequency, best, place)
     better = np.argmax(shape**2 * inertia, axis=1)
@@ -224,33 +222,33 @@ def tree_modes(part: ConnectedPart) -> tuple[FloatArray, FloatArray, FloatArray]
 
 
 def _messages(
-    part: ConnectedPart, frequency: FloatArray
+    part: LinePart, frequency: FloatArray
 ) -> tuple[dict[int, FloatArray], dict[tuple[int, int], FloatArray]]:
     """Own Z of each station, and Z that station b sees through the shaft from a, by (a, b)."""
     square = frequency**2
-    stiffness_of = {name: part.ground[name] - part.inertia[name] * square for name in part.spring}
+    station_z = {name: part.ground[name] - part.inertia[name] * square for name in part.spring}
     parent = walk(part.spring, next(iter(part.spring)))
     inwards = [(a, b) for a, b in parent.items() if b >= 0][::-1]
     passed: dict[tuple[int, int], FloatArray] = {}
     for a, b in inwards + [(b, a) for a, b in inwards[::-1]]:
         # summed anew without the shaft itself: a difference would cancel
-        hanging = stiffness_of[a] + sum(passed[other, a] for other in part.spring[a] if other != b)
+        hanging = station_z[a] + sum(passed[other, a] for other in part.spring[a] if other != b)
         passed[a, b] = handed_on(part.spring[a][b], hanging)[2]
-    return stiffness_of, passed
+    return station_z, passed
 
 
 def _everything(
-    stiffness_of: dict[int, FloatArray],
+    station_z: dict[int, FloatArray],
     passed: dict[tuple[int, int], FloatArray],
-    part: ConnectedPart,
+    part: LinePart,
     name: int,
 ) -> FloatArray:
     """Torque over angle with which a station would have to be driven; nearly 0 at a mode."""
-    return stiffness_of[name] + sum(passed[other, name] for other in part.spring[name])
+    return station_z[name] + sum(passed[other, name] for other in part.spring[name])
 
 
 def _shapes(
-    part: ConnectedPart, frequency: FloatArray, start: IntArray, place: dict[int, int]
+    part: LinePart, frequency: FloatArray, start: IntArray, place: dict[int, int]
 ) -> FloatArray:
     """Shapes (m, n) that are 1 at the station `start` (m,) of each mode."""
     names = list(place)
@@ -283,7 +281,7 @@ def clusters(frequency: FloatArray, relative: float = 1e-6) -> list[tuple[int, i
 
 
 def _independent(
-    part: ConnectedPart,
+    part: LinePart,
     frequency: FloatArray,
     shape: FloatArray,
     place: dict[int, int],
@@ -295,9 +293,9 @@ def _independent(
     Equal branches have as many shapes at one frequency as there are branches less one. Started
     from each station in turn, the recurrences give them all; `dense` ones stand by.
     """
-    stiffness_of = orthogonal(shape, inertia)
-    if stiffness_of is not None:
-        return stiffness_of
+    station_z = orthogonal(shape, inertia)
+    if station_z is not None:
+        return station_z
     heavy = np.flatnonzero(inertia > 0.0)
     mean = float(np.mean(frequency))
     trial = _shapes(part, np.full(len(heavy), mean), heavy, place)
@@ -324,7 +322,7 @@ def _independent(
 
 
 def _residual(
-    part: ConnectedPart, shape: FloatArray, frequency: float, place: dict[int, int]
+    part: LinePart, shape: FloatArray, frequency: float, place: dict[int, int]
 ) -> FloatArray:
     """Torques (m, n) that shapes lack to be modes at a frequency."""
     torque = np.zeros_like(shape)
@@ -376,7 +374,5 @@ def orthogonal_pairs(
     sound: BoolArray = np.abs(cosine) <= 0.9
     cosine = np.where(sound, cosine, 0.0)[:, None]
     total, apart = 0.5 / np.sqrt(1.0 + cosine), 0.5 / np.sqrt(1.0 - cosine)
-    stiffness_of, other = total + apart, total - apart
-    return np.stack(
-        [stiffness_of * one + other * two, other * one + stiffness_of * two], axis=1
-    ), sound
+    station_z, other = total + apart, total - apart
+    return np.stack([station_z * one + other * two, other * one + station_z * two], axis=1), sound

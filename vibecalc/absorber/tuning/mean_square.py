@@ -26,7 +26,7 @@ _CLOSE = 1e-9
 _FAR = 25.0
 
 
-class MeanSquareProblem(NamedTuple):
+class MeanSquare(NamedTuple):
     """Systems (r,), their forms with weights, and what they have alone and with the mass locked."""
 
     z1: np.ndarray
@@ -48,7 +48,7 @@ class MeanSquareEnd(NamedTuple):
     steps: int
 
 
-def problem(z1: np.ndarray, m: np.ndarray, parts: tuple[str, str]) -> MeanSquareProblem:
+def problem(z1: np.ndarray, m: np.ndarray, parts: tuple[str, str]) -> MeanSquare:
     """Systems with the forms named by `parts` (see `weights`)."""
     names = [name for name in parts if name]
     factors = (np.ones_like(z1), 4.0 * z1 * z1)[: len(names)]
@@ -58,10 +58,10 @@ def problem(z1: np.ndarray, m: np.ndarray, parts: tuple[str, str]) -> MeanSquare
         held = (f * (1.0 + m) ** p for f, p in zip(factors, powers, strict=True))
         locked = 0.5 * np.pi / z1 * sum(held)
     forms = tuple(numerator_form(name, z1, m) for name in names)
-    return MeanSquareProblem(z1, m, forms, factors, alone, locked)
+    return MeanSquare(z1, m, forms, factors, alone, locked)
 
 
-def undamped_optimum(given: MeanSquareProblem, on_boundary: bool) -> tuple[np.ndarray, np.ndarray]:
+def undamped_optimum(given: MeanSquare, on_boundary: bool) -> tuple[np.ndarray, np.ndarray]:
     """k / m and z2 for z1 = 0, from the first form: z q + 4 g z^3 over m^2 z^2."""
     form = given.forms[0]
     fall = 1.0 + form.b
@@ -71,7 +71,7 @@ def undamped_optimum(given: MeanSquareProblem, on_boundary: bool) -> tuple[np.nd
     return k / given.m, np.sqrt(0.25 * bend / form.g)
 
 
-def logarithm(given: MeanSquareProblem, kappa: np.ndarray, depth: np.ndarray) -> np.ndarray:
+def logarithm(given: MeanSquare, kappa: np.ndarray, depth: np.ndarray) -> np.ndarray:
     """Logarithm of the mean square."""
     k, z = given.m * kappa, np.exp(depth)
     top = sum(
@@ -83,7 +83,7 @@ def logarithm(given: MeanSquareProblem, kappa: np.ndarray, depth: np.ndarray) ->
     return logged
 
 
-def stiff_starts(given: MeanSquareProblem) -> list[tuple[np.ndarray, np.ndarray]]:
+def stiff_starts(given: MeanSquare) -> list[tuple[np.ndarray, np.ndarray]]:
     """k / m and log z2 of nearly locked secondaries, along the best ratio k / z2 there, if any.
 
     See `mean_square_threshold` for the quadratic in that ratio.
@@ -100,7 +100,7 @@ def stiff_starts(given: MeanSquareProblem) -> list[tuple[np.ndarray, np.ndarray]
 
 
 def descend(
-    given: MeanSquareProblem, kappa: np.ndarray, depth: np.ndarray, on_boundary: bool
+    given: MeanSquare, kappa: np.ndarray, depth: np.ndarray, on_boundary: bool
 ) -> MeanSquareEnd:
     """Newton with backtracking until every system rests, or leaves for the free or locked state."""
     kappa, depth = kappa.copy(), depth.copy()
@@ -127,19 +127,15 @@ def descend(
     return MeanSquareEnd(kappa, depth, level, uncertainty, good, steps)
 
 
-def _rows(given: MeanSquareProblem, live: np.ndarray) -> MeanSquareProblem:
-    return MeanSquareProblem(
+def _rows(given: MeanSquare, live: np.ndarray) -> MeanSquare:
+    return MeanSquare(
         given.z1[live], given.m[live], tuple(Form(*(a[live] for a in f)) for f in given.forms),
         tuple(f[live] for f in given.factors), given.alone[live], given.locked[live],
     )  # fmt: skip
 
 
 def _step(
-    given: MeanSquareProblem,
-    kappa: np.ndarray,
-    depth: np.ndarray,
-    level: np.ndarray,
-    on_boundary: bool,
+    given: MeanSquare, kappa: np.ndarray, depth: np.ndarray, level: np.ndarray, on_boundary: bool
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """One step of every system: the new k / m, log z2 and level, its size, and who could move."""
     slope, bend, held, wide = _local(given, kappa, depth, on_boundary)
@@ -170,7 +166,7 @@ def _step(
 
 
 def _local(
-    given: MeanSquareProblem, kappa: np.ndarray, depth: np.ndarray, on_boundary: bool
+    given: MeanSquare, kappa: np.ndarray, depth: np.ndarray, on_boundary: bool
 ) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...], np.ndarray, np.ndarray]:
     """Slope and curvature, where k is held at zero, and where log k is the coordinate."""
     slope, bend = _derivatives(given, kappa, depth)
@@ -183,7 +179,7 @@ def _local(
 
 
 def _derivatives(
-    given: MeanSquareProblem, kappa: np.ndarray, depth: np.ndarray
+    given: MeanSquare, kappa: np.ndarray, depth: np.ndarray
 ) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...]]:
     """Slope (2) and second derivatives (kk, kz, zz) of the logarithm by k / m and log z2."""
     k, z, m = given.m * kappa, np.exp(depth), given.m
@@ -362,7 +358,7 @@ def closed_form(
 
 def _problem(
     z1: np.ndarray, m: np.ndarray, excitation: str, response: str, white: str
-) -> MeanSquareProblem:
+) -> MeanSquare:
     chosen = weights(excitation, response, white)
     if chosen.reason and (not chosen.undamped_only or np.any(z1 > 0.0)):
         raise NumericalFailure(

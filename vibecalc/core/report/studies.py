@@ -190,11 +190,11 @@ def find(result: Result) -> Section | None:
     rows, below, missing = [], list[str](), list[str]()
     words, machines = list[str](), list[list[str]]()
     for search in entries(result, "find"):
-        results = _results_of(result, search)
-        if "value" in results:
-            rows.append(_row(search, results))
-            below += paragraph(_find_words(result, search, results), "-")
-            machines.append(_machine(result, search, results))
+        parts = _results_of(result, search)
+        if "value" in parts:
+            rows.append(_row(search, parts))
+            below += paragraph(_find_words(result, search, parts), "-")
+            machines.append(_machine(result, search, parts))
         else:
             missing.append(str(search["name"]))
     if not rows:
@@ -206,12 +206,10 @@ def find(result: Result) -> Section | None:
     return section("Found values", [[*table(_COLUMNS, rows), *words]], details, paths)
 
 
-def _machine(
-    result: Result, search: Mapping[str, Any], results: Mapping[str, Quantity]
-) -> list[str]:
+def _machine(result: Result, search: Mapping[str, Any], parts: Mapping[str, Quantity]) -> list[str]:
     """What else is not as written in the machine found, by its numbers."""
     rows = []
-    for name, quantity in results.items():
+    for name, quantity in parts.items():
         path = name.removeprefix(_MACHINE)
         before = result.record.quantities.get(path)
         if path == name or before is None or before.axes or path.endswith(_COUNTS):
@@ -242,37 +240,37 @@ def _results_of(result: Result, search: Mapping[str, Any]) -> dict[str, Quantity
     }
 
 
-def _row(search: Mapping[str, Any], results: Mapping[str, Quantity]) -> list[str]:
-    unit = bound_unit(search, results["value"].unit)
+def _row(search: Mapping[str, Any], parts: Mapping[str, Quantity]) -> list[str]:
+    unit = bound_unit(search, parts["value"].unit)
     return [
         str(search["name"]),
         str(search["key"]),
-        show(*in_unit(results["written"], unit), _DIGITS) if "written" in results else "-",
-        show(*in_unit(results["value"], unit), _DIGITS),
+        show(*in_unit(parts["written"], unit), _DIGITS) if "written" in parts else "-",
+        show(*in_unit(parts["value"], unit), _DIGITS),
         unit,
-        _number(results, "ratio"),
-        _number(results, "reached"),
-        str(search["seek"]) if search.get("seek") else _number(results, "wanted"),
+        _number(parts, "ratio"),
+        _number(parts, "reached"),
+        str(search["seek"]) if search.get("seek") else _number(parts, "wanted"),
     ]
 
 
-def _find_words(result: Result, search: Mapping[str, Any], results: Mapping[str, Quantity]) -> str:
+def _find_words(result: Result, search: Mapping[str, Any], parts: Mapping[str, Quantity]) -> str:
     where = dict(search.get("where") or {})
     path, key = str(search["quantity"]), str(search["key"])
     words = name_of(path, where)
-    words += f": {_number(results, 'reached')} {results['reached'].unit}".rstrip()
-    unit = bound_unit(search, results["value"].unit)
-    words += f" with {key} = {show(*in_unit(results['value'], unit), _DIGITS)} {unit}".rstrip()
+    words += f": {_number(parts, 'reached')} {parts['reached'].unit}".rstrip()
+    unit = bound_unit(search, parts["value"].unit)
+    words += f" with {key} = {show(*in_unit(parts['value'], unit), _DIGITS)} {unit}".rstrip()
     words += _written(result, path, where)
     if search.get("change") is not None:
         words += f"; wanted: a change of {search['change']}"
     if search.get("also"):
         also = (
-            f"{one} = {_number(results, f'also/{one}')} {results[f'also/{one}'].unit}"
+            f"{one} = {_number(parts, f'also/{one}')} {parts[f'also/{one}'].unit}"
             for one in search["also"]
         )
         words += f"; in the same ratio: {', '.join(also)}"
-    others = results.get("others")
+    others = parts.get("others")
     if others is not None and others.values.size:
         values = (convert(float(other), others.unit, unit) for other in others.values[:_MOST])
         shown = ", ".join(show(other, digits=_DIGITS) for other in values)
@@ -294,8 +292,8 @@ def _written(result: Result, path: str, where: Mapping[str, Any]) -> str:
     return f"; as written {shown} {quantity.unit}".rstrip()
 
 
-def _number(results: Mapping[str, Quantity], name: str) -> str:
-    quantity = results.get(name)
+def _number(parts: Mapping[str, Quantity], name: str) -> str:
+    quantity = parts.get(name)
     if quantity is None:
         return "-"
     return show(quantity.values[()], quantity.error_estimate, _DIGITS)

@@ -145,15 +145,15 @@ def _emit_static(scene: Scene, matrices: Matrices, body: RigidBody, mounts: Moun
 
 
 def _emit_motion(scene: Scene, forcing: Forcing, motion: WithError) -> None:
-    retained = forcing.retained
-    axes = {"order": forcing.orders[:retained], "direction": DIRECTIONS}
+    used = forcing.retained
+    axes = {"order": forcing.orders[:used], "direction": DIRECTIONS}
     for name, part in (("translation", slice(0, 3)), ("rotation", slice(3, 6))):
         scene.emit(
             f"isolation/body/{name}_harmonics",
-            motion.value[:retained, part],
-            motion.error[:retained, part],
+            motion.value[:used, part],
+            motion.error[:used, part],
             axes,
-            terms=size_of_terms(motion.error[:retained, part]),
+            terms=size_of_terms(motion.error[:used, part]),
         )
 
 
@@ -168,8 +168,8 @@ def _hand_on_run_up(
     freedoms = freedoms_of(scene)
     whole = mount_readout(mounts.position, mounts.stiffness, mounts.damping, mounts.structural)
     readout = whole._replace(spring=whole.spring[..., freedoms], damper=whole.damper[..., freedoms])
-    retained, orders = forcing.retained, forcing.orders
-    first = WithError(load.value[:retained], load.error[:retained])
+    used, orders = forcing.retained, forcing.orders
+    first = WithError(load.value[:used], load.error[:used])
     few = forcing.few
     higher = WithError(load.value[few], load.error[few])
     resonances = body_resonances(matrices, shapes, first)
@@ -182,15 +182,15 @@ def _hand_on_run_up(
     scene.handed_on["mounted"] = MountedBody(freedoms, matrices, shapes, readout, shows)
     scene.handed_on["run_up"] = RunUpSetup(
         rows=with_left_out(
-            body_rows(matrices, readout, orders[:retained], first, left_alone),
+            body_rows(matrices, readout, orders[:used], first, left_alone),
             body_rows(matrices, readout, orders[few], higher, _undriven(beyond, shapes)),
             forcing.few_tail,
         ),
-        harmonics=orders[:retained],
+        harmonics=orders[:used],
         step=1,
         resonances=resonances,
         shows=shows,
         row_of=np.arange(len(mounts.names)),
         lever_rows=0,
-        idle=lambda low, high: idle_warnings(resonances, orders[:retained], low, high),
+        idle=lambda low, high: idle_warnings(resonances, orders[:used], low, high),
     )

@@ -99,15 +99,15 @@ def torque_law(scene: Scene, shaking_orders: int) -> TorqueLaw:
     """The torque of the cylinders at any speed, with twice the orders that are kept."""
     case = scene.case
     step = TURN / cycle_angle(case.machine)
-    retained = int(np.ceil(_highest(scene, shaking_orders) / step))
-    order = step * np.arange(1, 2 * retained + 1)
+    used = int(np.ceil(_highest(scene, shaking_orders) / step))
+    order = step * np.arange(1, 2 * used + 1)
     rotor, share = case.machine.rotor, 1.0
     if rotor is not None:
         rod, train = case.machine.crank_train.rod, scene.parts.crank_train
         difference = rod_difference(train, rod) if rod is not None and rod.inertia else None
         motion = scene.handed_on["motion"]
         share = float(share_of_rotor(train, motion, rotor.inertia, difference))
-    return TorqueLaw(order, retained, *_torques(scene, order), share)
+    return TorqueLaw(order, used, *_torques(scene, order), share)
 
 
 def total_torque(law: TorqueLaw, speed: np.ndarray | float) -> WithError:

@@ -81,12 +81,12 @@ def run_torque_reaction(scene: Scene) -> None:
         f"{scene.case.machine.kind} on its mounts",
         "docs/theory_torsion_mounts.md",
     )
-    retained, order = couples.retained, couples.order
+    used, order = couples.retained, couples.order
     scene.emit(
         f"{TORQUE_REACTION_ROOT}/couple",
-        couples.total.value[:retained],
-        couples.total.error[:retained],
-        {"half_order": order[:retained]},
+        couples.total.value[:used],
+        couples.total.error[:used],
+        {"half_order": order[:used]},
     )
     scene.emit(f"{TORQUE_REACTION_ROOT}/mean_couple", couples.mean.value, couples.mean.error)
 
@@ -118,12 +118,12 @@ def run_torque_reaction(scene: Scene) -> None:
     by_mount = {"mount": mounts.names}
     scene.emit(
         f"{TORQUE_REACTION_ROOT}/support_force",
-        force.value[..., :retained],
-        force.error[..., :retained],
-        {**by_mount, "direction": DIRECTIONS, "half_order": order[:retained]},
+        force.value[..., :used],
+        force.error[..., :used],
+        {**by_mount, "direction": DIRECTIONS, "half_order": order[:used]},
     )
     for name, harmonics in (("peak", force), ("of_torque", of_torque)):
-        peak = vector_peak(harmonics, order, retained)
+        peak = vector_peak(harmonics, order, used)
         scene.emit(f"{TORQUE_REACTION_ROOT}/support_force_{name}", peak.value, peak.error, by_mount)
     mean = _mean_force(whole, mounts, couples.mean, axis)
     scene.emit(
@@ -141,7 +141,7 @@ def run_torque_reaction(scene: Scene) -> None:
     downwards = WithError(
         -np.einsum("mdn,d->mn", force.value, up), np.einsum("mdn,d->mn", force.error, up)
     )
-    load = extreme_loads(downwards, order, retained, WithError(share, share_error))
+    load = extreme_loads(downwards, order, used, WithError(share, share_error))
     scene.emit(f"{TORQUE_REACTION_ROOT}/largest_load", load.highest, load.error, by_mount)
     scene.emit(f"{TORQUE_REACTION_ROOT}/minimum_load", load.lowest, load.error, by_mount)
 
@@ -189,23 +189,19 @@ def _mean_force(
 
 
 def _emit_motion(scene: Scene, motion: WithError, axis: np.ndarray, couples: Couples) -> None:
-    retained = couples.retained
-    axes = {"half_order": couples.order[:retained], "direction": DIRECTIONS}
+    used = couples.retained
+    axes = {"half_order": couples.order[:used], "direction": DIRECTIONS}
     for name, part in (("translation", slice(0, 3)), ("rotation", slice(3, 6))):
         scene.emit(
             f"{TORQUE_REACTION_ROOT}/{name}",
-            motion.value[:retained, part],
-            motion.error[:retained, part],
+            motion.value[:used, part],
+            motion.error[:used, part],
             axes,
         )
     roll = WithError(motion.value[:, 3:] @ axis, motion.error[:, 3:] @ np.abs(axis))
-    peak = cycle_peak(
-        roll.value[:retained], np.rint(2.0 * couples.order[:retained]).astype(np.int64)
-    )
+    peak = cycle_peak(roll.value[:used], np.rint(2.0 * couples.order[:used]).astype(np.int64))
     scene.emit(
-        f"{TORQUE_REACTION_ROOT}/roll_peak",
-        peak.value,
-        peak.error + torque_left_out(roll, retained),
+        f"{TORQUE_REACTION_ROOT}/roll_peak", peak.value, peak.error + torque_left_out(roll, used)
     )
 
 
@@ -213,9 +209,9 @@ def _emit_nearest(
     scene: Scene, shapes: Modes, resonances: Resonances, loads: WithError, couples: Couples
 ) -> None:
     """The nearest order of each mode, and a warning for those that nearly meet."""
-    speed, retained = scene.case.machine.speed, couples.retained
-    listed = WithError(loads.value[:retained], loads.error[:retained])
-    nearest = nearest_driven(shapes, listed, couples.order[:retained], speed)
+    speed, used = scene.case.machine.speed, couples.retained
+    listed = WithError(loads.value[:used], loads.error[:used])
+    nearest = nearest_driven(shapes, listed, couples.order[:used], speed)
     axes = {"mode": np.arange(1, len(nearest.order) + 1)}
     scene.emit(f"{TORQUE_REACTION_ROOT}/nearest_order", nearest.order, 0.0, axes)
     scene.emit(f"{TORQUE_REACTION_ROOT}/margin", nearest.margin, nearest.margin_error, axes)

@@ -193,26 +193,26 @@ def _emit_cycle(
     axes: dict[str, tuple[str, ...]],
 ) -> WithError:
     """Mean and peak over the cycle; the peak, which is sought, only where somebody wants it."""
-    retained = forcing.retained
+    used = forcing.retained
     if scene.wants(f"{stem}/peak"):
-        whole = energy_over_cycle(weight, state, forcing.orders, retained, forcing.tail)
+        whole = energy_over_cycle(weight, state, forcing.orders, used, forcing.tail)
         mean = WithError(whole.mean, whole.mean_error)
         scene.emit(f"{stem}/peak", whole.peak, whole.peak_error, axes)
     else:
-        first = WithError(state.value[..., :retained, :], state.error[..., :retained, :])
-        guards = WithError(state.value[..., retained:, :], state.error[..., retained:, :])
+        first = WithError(state.value[..., :used, :], state.error[..., :used, :])
+        guards = WithError(state.value[..., used:, :], state.error[..., used:, :])
         each = energy_by_order(weight, first)
         total = each.mean.sum(-1)
         dropped = dropped_mean(weight, guards, forcing.tail)
-        mean = WithError(total, each.mean_error.sum(-1) + retained * EPSILON * total + dropped)
+        mean = WithError(total, each.mean_error.sum(-1) + used * EPSILON * total + dropped)
     scene.emit(f"{stem}/mean", mean.value, mean.error, axes)
     return mean
 
 
 def _mean_range(weight: WithError, state: SuperposedMotion, forcing: Forcing) -> PhaseRange:
-    retained, shaking = forcing.retained, state.shaking
-    guards = WithError(shaking.value[:, retained:], shaking.error[:, retained:])
-    first = WithError(shaking.value[:, :retained], shaking.error[:, :retained])
+    used, shaking = forcing.retained, state.shaking
+    guards = WithError(shaking.value[:, used:], shaking.error[:, used:])
+    first = WithError(shaking.value[:, :used], shaking.error[:, :used])
     dropped = dropped_mean(weight, guards, forcing.tail)
     return mean_energy_range(weight, state._replace(shaking=first), dropped)
 

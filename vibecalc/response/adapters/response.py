@@ -298,17 +298,15 @@ def _pick(whole: WithError, part: slice) -> WithError:
 def _emit_with_peak(
     scene: Scene, stem: str, suffix: str, forcing: Forcing, rows: WithError
 ) -> None:
-    retained, orders = forcing.retained, forcing.orders[: forcing.retained]
+    used, orders = forcing.retained, forcing.orders[: forcing.retained]
     axes = {"order": orders, "direction": DIRECTIONS}
-    rounding = rows.error[:retained]
-    scene.emit(
-        f"{stem}{suffix}", rows.value[:retained], rounding, axes, terms=size_of_terms(rounding)
-    )
+    rounding = rows.error[:used]
+    scene.emit(f"{stem}{suffix}", rows.value[:used], rounding, axes, terms=size_of_terms(rounding))
     if not scene.wants(f"{stem}_peak"):
         return
-    peak = cycle_peak(rows.value[:retained].T, orders)
+    peak = cycle_peak(rows.value[:used].T, orders)
     rounding = peak.error + rounding.sum(0)
-    error = rounding + forcing.tail * np.abs(rows.value[retained:]).sum(0)
+    error = rounding + forcing.tail * np.abs(rows.value[used:]).sum(0)
     scene.emit(f"{stem}_peak", peak.value, error, axes, terms=size_of_terms(rounding))
 
 
@@ -324,9 +322,9 @@ def _emit_energies(
         "kinetic and potential energy, mean and peak",
         "docs/theory.md",
     )
-    retained, speed = forcing.retained, scene.case.machine.speed
-    axes = {"order": forcing.orders[:retained]}
-    whole = energies_over_cycle(matrices, motion, forcing.orders, speed, retained, forcing.tail)
+    used, speed = forcing.retained, scene.case.machine.speed
+    axes = {"order": forcing.orders[:used]}
+    whole = energies_over_cycle(matrices, motion, forcing.orders, speed, used, forcing.tail)
     pairs = (
         ("kinetic", mass_of(matrices), velocity(motion, frequency), whole.kinetic),
         ("potential", stiffness_of(matrices), motion, whole.potential),
@@ -334,8 +332,8 @@ def _emit_energies(
     for name, weight, state, total in pairs:
         stem = f"response/{name}_energy"
         each = energy_by_order(weight, state)
-        scene.emit(f"{stem}/mean_by_order", each.mean[:retained], each.mean_error[:retained], axes)
-        scene.emit(f"{stem}/peak_by_order", each.peak[:retained], each.peak_error[:retained], axes)
+        scene.emit(f"{stem}/mean_by_order", each.mean[:used], each.mean_error[:used], axes)
+        scene.emit(f"{stem}/peak_by_order", each.peak[:used], each.peak_error[:used], axes)
         scene.emit(f"{stem}/mean", total.mean, total.mean_error)
         scene.emit(f"{stem}/peak", total.peak, total.peak_error)
 
@@ -356,13 +354,13 @@ def run_speeds(scene: Scene) -> None:
         raise ValueError("the case has no run-up in [response]")
     forcing, system = forcing_of(scene), linear_system(scene)
     first, last = options.run_up.start, options.run_up.stop
-    retained, orders = forcing.retained, forcing.orders[: forcing.retained]
+    used, orders = forcing.retained, forcing.orders[: forcing.retained]
     load = as_loads(forcing.per_speed_squared)
-    resonances = resonances_of(system, WithError(load.value[:retained], load.error[:retained]))
+    resonances = resonances_of(system, WithError(load.value[:used], load.error[:used]))
     masked = masked_speeds(resonances, orders, first, last)
     for warning in idle_warnings(resonances, orders, first, last):
         scene.warn(warning)
-    shown = _worth_points(system, resonances, load.value[:retained], orders)
+    shown = _worth_points(system, resonances, load.value[:used], orders)
     speed = _with_ends(energy_speeds(shown, orders, masked, first, last), masked, first, last)
     axes = {"speed": speed, "masked": np.arange(1, len(masked.centre) + 1)}
     for name, energy in _energies(system, resonances, forcing, load, speed).items():
@@ -401,8 +399,8 @@ def _energies(
 
     At rest nothing moves, held or not.
     """
-    matrices, retained = system.matrices, forcing.retained
-    chosen = np.concatenate([np.arange(retained), forcing.few])
+    matrices, used = system.matrices, forcing.retained
+    chosen = np.concatenate([np.arange(used), forcing.few])
     count = len(forcing.few)
     idle = np.pad(left_out(resonances), ((0, count), (0, 0)))
     undriven = UndrivenModes(idle, system.shapes.shape, system.shapes.eigenvalue)
@@ -416,13 +414,13 @@ def _energies(
         ("kinetic", mass_of(matrices), velocity(motion, frequency)),
         ("potential", stiffness_of(matrices), motion),
     ):
-        each = energy_by_order(weight, WithError(*(part[:, :retained] for part in state)))
+        each = energy_by_order(weight, WithError(*(part[:, :used] for part in state)))
         value, error = np.zeros(speed.shape), np.zeros(speed.shape)
         value[turning] = each.mean.sum(-1)
-        guards = WithError(*(part[:, retained:] for part in state))
+        guards = WithError(*(part[:, used:] for part in state))
         error[turning] = (
             each.mean_error.sum(-1)
-            + retained * UNIT_ROUNDOFF * value[turning]
+            + used * UNIT_ROUNDOFF * value[turning]
             + dropped_mean(weight, guards, forcing.few_tail)
         )
         ranges[name] = WithError(value, error)

@@ -151,11 +151,11 @@ def put(scene: Scene, name: str, value: WithError, axes: Mapping[str, Any] | Non
 
 
 def emit_loop(
-    scene: Scene, below: str, controlled: ControlledLoop, given: Setup,
+    scene: Scene, below: str, loop: ControlledLoop, given: Setup,
     axes: Mapping[str, Any] | None = None,
 ) -> None:  # fmt: skip
     """Status, margins and demands on the actuator; a loop that is not stable has no margins."""
-    margins = controlled.margins
+    margins = loop.margins
     rounding = 8.0 * EPSILON * np.abs(margins.feedthrough)
     for name, value in {
         "status": WithError(margins.status, np.zeros(())),
@@ -165,25 +165,25 @@ def emit_loop(
         "delay_margin": margins.delay,
         "bandwidth": margins.bandwidth,
         "feedthrough": WithError(margins.feedthrough, rounding),
-        "command_rate": controlled.command_rate,
-        "torque_peak": torque_peak(controlled, given),
+        "command_rate": loop.command_rate,
+        "torque_peak": torque_peak(loop, given),
     }.items():
         put(scene, below + name, value, axes)
 
 
-def torque_peak(controlled: ControlledLoop, given: Setup) -> WithError:
+def torque_peak(loop: ControlledLoop, given: Setup) -> WithError:
     """Largest torque of the motor over a turn of the reduced model; infinite if not stable.
 
     In the mean it carries the load and viscous friction.
     """
     drag = float(given.machine.friction_damping[0])
-    mean = drag * controlled.speed.value - float(given.torque.mean.value)
-    stable = controlled.margins.stable
-    harmonics, error = controlled.harmonics.motor_torque
+    mean = drag * loop.speed.value - float(given.torque.mean.value)
+    stable = loop.margins.stable
+    harmonics, error = loop.harmonics.motor_torque
     known = np.where(stable[..., None], harmonics, 0.0)
     orders = np.arange(harmonics.shape[-1] + 1)
     peak = cycle_peak(np.concatenate([mean[..., None] + 0j, known], axis=-1), orders)
-    uncertainty = peak.error + np.sum(error, axis=-1) + drag * controlled.speed.error
+    uncertainty = peak.error + np.sum(error, axis=-1) + drag * loop.speed.error
     uncertainty = uncertainty + float(given.torque.mean.error)
     return WithError(np.where(stable, peak.value, np.inf), np.where(stable, uncertainty, 0.0))
 
@@ -224,12 +224,12 @@ def run_control(scene: Scene) -> None:
     without = evaluate(
         given.model, UNCONTROLLED, given.load(float(given.alone.value), given.synchronous)
     )
-    controlled, load = _closed(given)
+    loop, load = _closed(given)
     _emit_model(scene, given, load)
-    _emit_controlled(scene, given, controlled, without)
-    emit_loop(scene, "", controlled, given)
-    _judge(scene, given, controlled)
-    _emit_poles(scene, given, controlled)
+    _emit_controlled(scene, given, loop, without)
+    emit_loop(scene, "", loop, given)
+    _judge(scene, given, loop)
+    _emit_poles(scene, given, loop)
     quiet = given.reported(without.level)
     if options.motor_gains:
         emit_motor_gains(scene, given)
@@ -241,18 +241,16 @@ def run_control(scene: Scene) -> None:
     if scene.wants(*below(f"{CONTROL}/range/"), f"{CONTROL}/full/attenuation"):
         alone = emit_range(scene, given, quiet)
     if options.full_model and scene.wants(*below(f"{CONTROL}/full/")):
-        _emit_full(scene, given, controlled, alone)
+        _emit_full(scene, given, loop, alone)
 
 
-def _emit_full(
-    scene: Scene, given: Setup, controlled: ControlledLoop, without: WithError | None
-) -> None:
+def _emit_full(scene: Scene, given: Setup, loop: ControlledLoop, without: WithError | None) -> None:
     """The full model; where the reduced loop is unstable it may have no motion at all."""
     try:
-        feedback = float(controlled.speed_feedback.value)
-        emit_full(scene, given, feedback, given.reported(controlled.level), without)
+        feedback = float(loop.speed_feedback.value)
+        emit_full(scene, given, feedback, given.reported(loop.level), without)
     except NumericalFailure as failure:
-        status = int(controlled.margins.status)
+        status = int(loop.margins.status)
         if status < 2:
             raise
         scene.warn(
@@ -296,21 +294,21 @@ def _emit_model(scene: Scene, given: Setup, load: LoopLoad) -> None:
 
 
 def _emit_controlled(
-    scene: Scene, given: Setup, controlled: ControlledLoop, without: ControlledLoop
+    scene: Scene, given: Setup, loop: ControlledLoop, without: ControlledLoop
 ) -> None:
     axes = {"order": given.orders}
-    put(scene, "speed", controlled.speed)
-    put(scene, "speed_feedback", controlled.speed_feedback)
-    put(scene, "shell_acceleration", given.reported(controlled.harmonics.shell_acceleration), axes)
-    level, quiet = given.reported(controlled.level), given.reported(without.level)
+    put(scene, "speed", loop.speed)
+    put(scene, "speed_feedback", loop.speed_feedback)
+    put(scene, "shell_acceleration", given.reported(loop.harmonics.shell_acceleration), axes)
+    level, quiet = given.reported(loop.level), given.reported(without.level)
     put(scene, "level", level, axes)
     put(scene, "level_without", quiet, axes)
     put(scene, "attenuation", less(quiet, level), axes)
 
 
-def _emit_poles(scene: Scene, given: Setup, controlled: ControlledLoop) -> None:
+def _emit_poles(scene: Scene, given: Setup, loop: ControlledLoop) -> None:
     """Poles of the loop and their way as the gain grows; with a delay a search that may fail."""
-    controller = given.controller()._replace(speed_feedback=controlled.speed_feedback.value)
+    controller = given.controller()._replace(speed_feedback=loop.speed_feedback.value)
     try:
         roots = poles(loop_of(given.model, controller), _BRANCHES)
         put(
@@ -331,17 +329,17 @@ def _emit_poles(scene: Scene, given: Setup, controlled: ControlledLoop) -> None:
         scene.warn(f"the poles of the loop are left out: {failure}")
 
 
-def _judge(scene: Scene, given: Setup, controlled: ControlledLoop) -> None:
-    status = int(controlled.margins.status)
+def _judge(scene: Scene, given: Setup, loop: ControlledLoop) -> None:
+    status = int(loop.margins.status)
     if status == 1:
         scene.warn(
             f"the loop is {STATUS[1]}: its gain at high frequency is "
-            f"{abs(float(controlled.margins.feedthrough)):.4g}, so that the least delay lets it "
+            f"{abs(float(loop.margins.feedthrough)):.4g}, so that the least delay lets it "
             "diverge; its levels hold on paper only"
         )
     elif status > 1:
         scene.warn(f"the loop is {STATUS[status]}: its amplitudes have no bound")
-    asked = float(torque_peak(controlled, given).value)
+    asked = float(torque_peak(loop, given).value)
     if status < 2 and asked > given.breakdown:
         scene.warn(
             f"the loop asks the motor for up to {asked:.5g} N*m, and it gives "
@@ -486,20 +484,15 @@ def emit_grid(scene: Scene, given: Setup, without: WithError) -> None:
     gains = np.array(options.gains or (options.gain,))
     feedbacks = np.array(options.feedbacks or (options.acceleration_feedback,))
     controller = given.controller()._replace(gain=gains[:, None], acceleration_feedback=feedbacks)
-    controlled = evaluate_at_speed(given.model, controller, given.load(given.target), given.target)
+    loop = evaluate_at_speed(given.model, controller, given.load(given.target), given.target)
     axes = {"gain": gains, "feedback": feedbacks, "order": given.orders}
-    feedback = WithError(
-        controlled.speed_feedback.value[:, 0], controlled.speed_feedback.error[:, 0]
-    )
+    feedback = WithError(loop.speed_feedback.value[:, 0], loop.speed_feedback.error[:, 0])
     put(scene, "grid/speed_feedback", feedback, axes)
-    emit_loop(scene, "grid/", controlled, given, axes)
-    level = given.reported(controlled.level)
+    emit_loop(scene, "grid/", loop, given, axes)
+    level = given.reported(loop.level)
     put(scene, "grid/level", level, axes)
     put(scene, "grid/attenuation", less(without, level), axes)
-    lost, brittle = (
-        int(np.sum(controlled.margins.status >= 2)),
-        int(np.sum(controlled.margins.status == 1)),
-    )
+    lost, brittle = (int(np.sum(loop.margins.status >= 2)), int(np.sum(loop.margins.status == 1)))
     if lost or brittle:
         scene.warn(
             f"of {gains.size * feedbacks.size} pairs of gain and feedback {lost} are not stable "

@@ -23,7 +23,7 @@ from vibecalc.roll.adapters.readings import (
     time_history,
 )
 from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch, is_mounted
-from vibecalc.roll.methods import MethodSettings, find
+from vibecalc.roll.methods import Settings, find
 from vibecalc.roll.model import RollParts, build_roll, fitted_motor, roll_drive
 from vibecalc.roll.results import FORCES, ROLL, SHAKING
 from vibecalc.roll.running import Running, motion_of_turn, running_state
@@ -117,7 +117,7 @@ def _solutions(
             steps=(settings[0] - settings[1]) / (settings[1] - settings[2]),
         )
     fading = float(np.max(np.abs(running.multiplier)))
-    asked = MethodSettings(
+    asked = Settings(
         options.points, options.step, options.started_at, running.state.momentum, fading
     )
     computed = find(options.method, machine, drive, asked)
@@ -256,7 +256,7 @@ def emit_methods(
 ) -> None:
     """Levels by other methods, less those of the method of the case, and the work of each."""
     fading = float(np.max(np.abs(running.multiplier)))
-    asked = MethodSettings(None, options.step, options.started_at, running.state.momentum, fading)
+    asked = Settings(None, options.step, options.started_at, running.state.momentum, fading)
     levels, uncertainties, works = [], [], []
     names = tuple(dict.fromkeys(options.compare))
     level, twin = (

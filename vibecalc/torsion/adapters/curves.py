@@ -295,21 +295,15 @@ def sweep(
 def _block(
     model: Model, drive: Drive, speed: FloatArray, shaft: ShaftLineModel | None, angles: bool
 ) -> Curves:
-    solution = solved(model, drive, speed)
+    state = solved(model, drive, speed)
     damped = damped_elements(model.line)
-    signals = [solution.twist, solution.torque[..., damped]]
+    signals = [state.twist, state.torque[..., damped]]
     if angles:
-        signals.append(solution.angle)
+        signals.append(state.angle)
     if shaft is not None and shaft.gears:
         signals.append(
             gear_torques(
-                shaft,
-                drive,
-                model,
-                solution.frequency,
-                solution.angle,
-                solution.torque,
-                solution.load,
+                shaft, drive, model, state.frequency, state.angle, state.torque, state.load
             )
         )
     ends = np.cumsum([one.shape[-1] for one in signals])[:-1]
@@ -325,14 +319,12 @@ def _block(
         each[:, damped] = damped_rows
     none = np.zeros((len(speed), 0))
     gears = others[-1] if len(others) > angles else (none, none, none)
-    masked = np.any(solution.masked, axis=-1)
+    masked = np.any(state.masked, axis=-1)
     line = model.at(speed[:, None])
     heat = np.zeros((len(speed), len(line.first)))
     if len(damped):
-        twisted = solution.twist[..., damped]
-        factor = (
-            solution.frequency[..., None] * loss_stiffness(line, solution.frequency)[..., damped]
-        )
+        twisted = state.twist[..., damped]
+        factor = state.frequency[..., None] * loss_stiffness(line, state.frequency)[..., damped]
         square = np.square(twisted.real) + np.square(twisted.imag)
         heat[:, damped] = 0.5 * np.sum(factor * square, axis=1)
     curves = (
@@ -354,39 +346,39 @@ CORRECTIONS = 4.0
 
 
 def rounding_uncertainty(
-    setup: Setup, speed: FloatArray, solution: OrderSolution
+    setup: Setup, speed: FloatArray, state: OrderSolution
 ) -> tuple[FloatArray, FloatArray]:
     """What rounding may move angles (s, m, n) and twists (s, m, e) by; 0 where masked.
 
     The torques that the equations of motion lack, with the angles found, are put on the line once
     more. Their own rounding is of the size of that of the first solve, and so is the answer. No
-    more is reported than the bound of the solver, `solution.error` (s, m), which one number for all
+    more is reported than the bound of the solver, `state.error` (s, m), which one number for all
     angles makes far too large for the twists of a line that turns as a whole.
     """
     line = setup.model.at(speed[:, None])
     a, b = line.first, line.second
-    bound = np.where(solution.masked, 0.0, solution.error)[..., None]
-    size = np.abs(solution.angle)
+    bound = np.where(state.masked, 0.0, state.error)[..., None]
+    size = np.abs(state.angle)
     least = EPSILON * (size[..., a] + size[..., b])
-    moved = np.where(solution.masked[..., None], 0.0, _correction(setup, speed, solution))
+    moved = np.where(state.masked[..., None], 0.0, _correction(setup, speed, state))
     angle = CORRECTIONS * np.max(np.abs(moved), axis=-1, keepdims=True) + EPSILON * size
     twist = CORRECTIONS * np.abs(moved[..., a] - moved[..., b]) + least
     return np.minimum(angle, bound), np.minimum(twist, 2.0 * bound + least)
 
 
-def _correction(setup: Setup, speed: FloatArray, solution: OrderSolution) -> ComplexArray:
+def _correction(setup: Setup, speed: FloatArray, state: OrderSolution) -> ComplexArray:
     """Angles (s, m, n) for what is left of the torques."""
-    line, w = setup.model.at(speed[:, None]), solution.frequency[..., None]
+    line, w = setup.model.at(speed[:, None]), state.frequency[..., None]
     dynamic = line.ground_stiffness - w**2 * line.inertia + 1j * w * line.absolute_damping
-    left = -dynamic * solution.angle
+    left = -dynamic * state.angle
     if setup.model.modal is not None:
-        left -= line.inertia * modal_braking(setup.model, solution.frequency, solution.angle)
-    torque = complex_stiffness(line, solution.frequency) * solution.twist
+        left -= line.inertia * modal_braking(setup.model, state.frequency, state.angle)
+    torque = complex_stiffness(line, state.frequency) * state.twist
     for e, (first, second) in enumerate(zip(line.first, line.second, strict=True)):
         left[..., first] -= torque[..., e]
         left[..., second] += torque[..., e]
     for place, freedom in enumerate(setup.drive.freedom):
-        left[..., freedom] += solution.load[..., place]
+        left[..., freedom] += state.load[..., place]
     every = np.arange(len(line.inertia))
     return setup.model.solve(speed, setup.drive.order, left, every, estimate=False).angle
 
@@ -476,23 +468,23 @@ def twist_uncertainty(setup: Setup, at: FloatArray) -> FloatArray:
 
 def _errors(setup: Setup, at: FloatArray) -> CurveUncertainty:
     """Errors of sums over orders at speeds (s,), each with s in front; 0 where unbounded."""
-    solution = solved(setup.model, setup.drive, at, estimate=True)
+    state = solved(setup.model, setup.drive, at, estimate=True)
     angle, twist = data_uncertainty(setup, at)
-    rounded_angle, rounded_twist = rounding_uncertainty(setup, at, solution)
+    rounded_angle, rounded_twist = rounding_uncertainty(setup, at, state)
     angle = angle + rounded_angle
     twist = twist + rounded_twist
     line = setup.model.at(at[:, None])
-    torque = np.abs(complex_stiffness(line, solution.frequency)) * twist
-    torque = torque + 4.0 * EPSILON * np.abs(solution.torque)
-    sums = [(twist, solution.twist), (torque, solution.torque), (angle, solution.angle)]
+    torque = np.abs(complex_stiffness(line, state.frequency)) * twist
+    torque = torque + 4.0 * EPSILON * np.abs(state.torque)
+    sums = [(twist, state.twist), (torque, state.torque), (angle, state.angle)]
     if len(line.first) == len(setup.shaft.section_names):  # else the line without dampers
         known = setup.drive.torque_error(at)
-        of_line = (setup.shaft, setup.drive, setup.model, solution.frequency)
-        gear = gear_torques(*of_line, solution.angle, solution.torque, solution.load)
+        of_line = (setup.shaft, setup.drive, setup.model, state.frequency)
+        gear = gear_torques(*of_line, state.angle, state.torque, state.load)
         sums.append((gear_uncertainties(*of_line, angle, torque, known), gear))
     else:
-        sums.append((torque[..., :0], solution.torque[..., :0]))
-    clear = ~np.any(solution.masked, axis=1)[:, None]
+        sums.append((torque[..., :0], state.torque[..., :0]))
+    clear = ~np.any(state.masked, axis=1)[:, None]
     return CurveUncertainty(*(np.where(clear, _summed(*one), 0.0) for one in sums))
 
 

@@ -326,13 +326,13 @@ def _excess(setup: Setup, bound: Bound) -> Callable[[FloatArray], FloatArray]:
     )
 
     def excess(speed: FloatArray) -> FloatArray:
-        solution = solved(setup.model, setup.drive, speed)
-        torque = np.moveaxis(solution.torque[..., section], 1, -1)
+        state = solved(setup.model, setup.drive, speed)
+        torque = np.moveaxis(state.torque[..., section], 1, -1)
         stress = synthesis(setup.drive.order, torque).half_range * factor
         limit = bound.continuous(speed)
         says = np.isfinite(limit)
         over = np.where(says, stress - np.where(says, limit, 0.0), -1.0)
-        endless = np.any(solution.masked, axis=1) & np.any(says, axis=1)
+        endless = np.any(state.masked, axis=1) & np.any(says, axis=1)
         return np.where(endless, np.inf, np.max(over, axis=1))
 
     return excess

@@ -28,9 +28,9 @@ def torque_value(model: Model, drive: Drive, section: IntArray) -> Value:
         torque = np.empty((len(place), len(drive.order)), dtype=np.complex128)
         size = speeds_at_once(model, drive)
         for start in range(0, len(flat), size):
-            solution = solved(model, drive, flat[start : start + size])
+            state = solved(model, drive, flat[start : start + size])
             held = np.flatnonzero((place >= start) & (place < start + size))
-            torque[held] = solution.torque[place[held] - start, :, repeated[held]]
+            torque[held] = state.torque[place[held] - start, :, repeated[held]]
         half = synthesis(drive.order, torque).half_range
         return np.asarray(half.reshape(speed.shape))
 

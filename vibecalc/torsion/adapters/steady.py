@@ -68,22 +68,22 @@ SLOW = 0.1
 class _Uncertainty:
     """Absolute errors at one speed by order (m, ...): of the data, and rounding."""
 
-    def __init__(self, setup: Setup, solution: OrderSolution, line: Line) -> None:
+    def __init__(self, setup: Setup, state: OrderSolution, line: Line) -> None:
         at = np.array([setup.speed])
         angle, twist = data_uncertainty(setup, at)
-        rounded_angle, rounded_twist = rounding_uncertainty(setup, at, solution)
+        rounded_angle, rounded_twist = rounding_uncertainty(setup, at, state)
         self.angle = (angle + rounded_angle)[0]
         self.twist = (twist + rounded_twist)[0]
-        size = np.abs(complex_stiffness(line, solution.frequency[0]))
-        self.torque = size * self.twist + 4.0 * EPSILON * np.abs(solution.torque[0])
+        size = np.abs(complex_stiffness(line, state.frequency[0]))
+        self.torque = size * self.twist + 4.0 * EPSILON * np.abs(state.torque[0])
 
 
 def emit_steady(scene: Scene, setup: Setup) -> None:
     """Angles, twists, torques and stresses by order, their half ranges, heat, gears, margins."""
-    solution = operating(setup)
+    state = operating(setup)
     shaft, order = setup.shaft, setup.drive.order
     line = setup.model.at(setup.speed)
-    uncertainty = _Uncertainty(setup, solution, line)
+    uncertainty = _Uncertainty(setup, state, line)
     axes: dict[str, object] = {
         "station": shaft.station_names,
         "section": shaft.section_names,
@@ -92,14 +92,14 @@ def emit_steady(scene: Scene, setup: Setup) -> None:
         "gear": tuple(one.name for one in shaft.gears),
     }
     station_ratio = shaft.station_ratio
-    angle = (solution.angle[0][:, shaft.freedom] * station_ratio).T
+    angle = (state.angle[0][:, shaft.freedom] * station_ratio).T
     angle_uncertainty = (uncertainty.angle[:, shaft.freedom] * np.abs(station_ratio)).T
     scene.emit(f"{ROOT}/angle", angle, angle_uncertainty, axes)
     total = summed(order, angle, angle_uncertainty)
     scene.emit(f"{ROOT}/angle_half_range", total.half_range, total.error, axes)
     scene.emit(f"{ROOT}/angle_peak", total.peak, total.error, axes)
     ratio = shaft.section_ratio
-    twist, twist_uncertainty = (solution.twist[0] * ratio).T, (uncertainty.twist * np.abs(ratio)).T
+    twist, twist_uncertainty = (state.twist[0] * ratio).T, (uncertainty.twist * np.abs(ratio)).T
     scene.emit(f"{ROOT}/twist", twist, twist_uncertainty, axes)
     turned = summed(order, twist, twist_uncertainty)
     scene.emit(f"{ROOT}/twist_half_range", turned.half_range, turned.error, axes)
@@ -108,10 +108,10 @@ def emit_steady(scene: Scene, setup: Setup) -> None:
     if dampers:
         travel = turned.peak[dampers], turned.error[dampers]
         scene.emit(f"{ROOT}/damper/travel", *travel, axes)
-    _torques(scene, setup, solution, uncertainty, axes)
-    _heat(scene, setup, solution, uncertainty, line, axes)
+    _torques(scene, setup, state, uncertainty, axes)
+    _heat(scene, setup, state, uncertainty, line, axes)
     if shaft.gears:
-        _gears(scene, setup, solution, uncertainty, axes)
+        _gears(scene, setup, state, uncertainty, axes)
     _margins(scene, setup)
     if scene.wanted is None:  # a study of many points needs no sentences
         warn_of_orders(scene, setup)
@@ -128,10 +128,10 @@ def operating(setup: Setup) -> OrderSolution:
 
     Raises NumericalFailure naming mode and order where nothing damps what an order excites.
     """
-    solution = solved(setup.model, setup.drive, np.array([setup.speed]), estimate=True)
-    met = np.flatnonzero(solution.masked[0])
+    state = solved(setup.model, setup.drive, np.array([setup.speed]), estimate=True)
+    met = np.flatnonzero(state.masked[0])
     if len(met):
-        order, w = setup.drive.order[met[0]], float(solution.frequency[0, met[0]])
+        order, w = setup.drive.order[met[0]], float(state.frequency[0, met[0]])
         every = setup.natural().frequency
         mode = nearest_mode(every, np.array([w]))[0]
         natural = float(every[mode - 1]) if mode else 0.0
@@ -150,7 +150,7 @@ def operating(setup: Setup) -> OrderSolution:
             "response has no bound there. Give shafts, stations or a damper some damping, or "
             "move the speed"
         )
-    return solution
+    return state
 
 
 def nearest_mode(natural: FloatArray, frequency: FloatArray) -> np.ndarray:
@@ -165,13 +165,13 @@ def nearest_mode(natural: FloatArray, frequency: FloatArray) -> np.ndarray:
 def _torques(
     scene: Scene,
     setup: Setup,
-    solution: OrderSolution,
+    state: OrderSolution,
     uncertainty: _Uncertainty,
     axes: dict[str, object],
 ) -> None:
     shaft, order = setup.shaft, setup.drive.order
     ratio = shaft.section_ratio
-    torque = (solution.torque[0] / ratio).T
+    torque = (state.torque[0] / ratio).T
     torque_uncertainty = (uncertainty.torque / np.abs(ratio)).T
     scene.emit(f"{ROOT}/torque", torque, torque_uncertainty, axes)
     total = summed(order, torque, torque_uncertainty)
@@ -211,19 +211,19 @@ def _mean_sections(setup: Setup) -> tuple[FloatArray, FloatArray]:
 def _heat(
     scene: Scene,
     setup: Setup,
-    solution: OrderSolution,
+    state: OrderSolution,
     uncertainty: _Uncertainty,
     line: Line,
     axes: dict[str, object],
 ) -> None:
     shaft = setup.shaft
-    w = solution.frequency[0]
-    by_order = heat(line, w, solution.angle[0])
+    w = state.frequency[0]
+    by_order = heat(line, w, state.angle[0])
     element = by_order.element.sum(axis=0)
     share = w[:, None] * complex_stiffness(line, w).imag * uncertainty.twist
-    error = np.sum(share * (np.abs(solution.twist[0]) + uncertainty.twist), axis=0)
+    error = np.sum(share * (np.abs(state.twist[0]) + uncertainty.twist), axis=0)
     error = np.abs(error) + 16.0 * EPSILON * np.abs(element)
-    moved = uncertainty.angle * (np.abs(solution.angle[0]) + uncertainty.angle)
+    moved = uncertainty.angle * (np.abs(state.angle[0]) + uncertainty.angle)
     ground_error = np.sum(w[:, None] ** 2 * line.absolute_damping * moved, axis=0)
     ground = by_order.ground.sum(axis=0)
     ground_error = np.abs(ground_error) + 16.0 * EPSILON * np.abs(ground)
@@ -240,22 +240,22 @@ def _heat(
     scene.emit(f"{ROOT}/section_heat", element, error, axes)
     scene.emit(f"{ROOT}/station_heat", at_station, station_error, axes)
     if setup.torsion.damping_model is not None and setup.torsion.damping_model.kind == "modal":
-        _heat_of_modes(scene, setup, solution, uncertainty)
+        _heat_of_modes(scene, setup, state, uncertainty)
     if shaft.dampers:
         dampers = [one.element for one in shaft.dampers]
         scene.emit(f"{ROOT}/damper/heat", element[dampers], error[dampers], axes)
 
 
 def _heat_of_modes(
-    scene: Scene, setup: Setup, solution: OrderSolution, uncertainty: _Uncertainty
+    scene: Scene, setup: Setup, state: OrderSolution, uncertainty: _Uncertainty
 ) -> None:
     """Mean power (m,) of ratios by mode, w^2 c |coordinate|^2 / 2: it has no place in the line."""
-    modal, w = setup.model.modal, solution.frequency[0]
+    modal, w = setup.model.modal, state.frequency[0]
     assert modal is not None
     modes, inertia = setup.modes, setup.model.line.inertia
     lever = (modes.shape * inertia / modes.modal_inertia[:, None]).T
-    coordinate = np.abs(solution.angle[0] @ lever)
-    off = uncertainty.angle @ np.abs(lever) + (np.abs(solution.angle[0]) @ inertia)[:, None] * (
+    coordinate = np.abs(state.angle[0] @ lever)
+    off = uncertainty.angle @ np.abs(lever) + (np.abs(state.angle[0]) @ inertia)[:, None] * (
         (modes.shape_error + 8.0 * EPSILON) / modes.modal_inertia
     )
     factor = 0.5 * w[:, None] * (w[:, None] * modal.dashpot + modal.loss)
@@ -274,15 +274,15 @@ def _heat_of_modes(
 def _gears(
     scene: Scene,
     setup: Setup,
-    solution: OrderSolution,
+    state: OrderSolution,
     uncertainty: _Uncertainty,
     axes: dict[str, object],
 ) -> None:
     shaft, drive, at = setup.shaft, setup.drive, np.array([setup.speed])
     scale = actual_per_referred(shaft)
-    w = solution.frequency[0]
+    w = state.frequency[0]
     of_line = (shaft, drive, setup.model, w)
-    torque = gear_torques(*of_line, solution.angle[0], solution.torque[0], solution.load[0]) * scale
+    torque = gear_torques(*of_line, state.angle[0], state.torque[0], state.load[0]) * scale
     known = drive.torque_error(at)[0]
     off = (
         gear_uncertainties(*of_line, uncertainty.angle, uncertainty.torque, known).T
@@ -338,8 +338,8 @@ def warn_of_orders(scene: Scene, setup: Setup) -> None:
     used = setup.drive.order
     base = 2.0 * np.pi / setup.drive.firing.cycle
     drive = build_drive(scene.case, setup.shaft, orders=(2.0 * float(used[-1]), float(base)))
-    solution = solved(setup.model, drive, np.array([setup.speed]))
-    order, torque = drive.order, solution.torque[0].T / setup.shaft.section_ratio[:, None]
+    state = solved(setup.model, drive, np.array([setup.speed]))
+    order, torque = drive.order, state.torque[0].T / setup.shaft.section_ratio[:, None]
     known = np.min(np.abs(order[:, None] - used), axis=1) < 0.25 * base
     half = synthesis(order[known], torque[:, known]).half_range
     noticeable = half > NOTICEABLE * half.max(initial=0.0)
@@ -348,7 +348,7 @@ def warn_of_orders(scene: Scene, setup: Setup) -> None:
     safe = np.where(noticeable, half, np.inf)
 
     def tell(chosen: BoolArray, what: str) -> None:
-        met = order[chosen & solution.masked[0]]
+        met = order[chosen & state.masked[0]]
         if len(met):
             scene.warn(
                 f"{what} are left out; order {met[0]:g} of them is on an undamped natural "

@@ -246,10 +246,10 @@ def _dampers(scene: Scene, setup: Setup) -> None:
     """Heat of the dampers and the largest travel of their rings, at the operating speed."""
     shaft, at = setup.shaft, np.array([setup.speed])
     rings = [one.element for one in shaft.dampers]
-    solution = solved(setup.model, setup.drive, at)
-    masked = bool(solution.masked.any())
-    twist = solution.twist[0][:, rings]
-    line, w = setup.model.at(setup.speed), solution.frequency[0]
+    state = solved(setup.model, setup.drive, at)
+    masked = bool(state.masked.any())
+    twist = state.twist[0][:, rings]
+    line, w = setup.model.at(setup.speed), state.frequency[0]
     power = 0.5 * w[:, None] * complex_stiffness(line, w).imag[:, rings]
     heat = np.sum(power * np.abs(twist) ** 2, axis=0)
     error = twist_uncertainty(setup, at)[0][:, rings]

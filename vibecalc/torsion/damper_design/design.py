@@ -19,7 +19,7 @@ from vibecalc.torsion.damper_design.descend import (
 from vibecalc.torsion.damper_design.peaks import DamperPeaks, Survey, drift, place_error, survey
 from vibecalc.torsion.damper_design.problem import Damper, DamperProblem, Limits, system_of
 from vibecalc.torsion.damper_design.readings import reading_error
-from vibecalc.torsion.damper_design.settle import StationaryTuning, basin_errors, settle
+from vibecalc.torsion.damper_design.settle import Stationary, basin_errors, settle
 
 # ----------------------------------------------------------------------------
 # The spring and dashpot (and ring) of a damper that make the worst section of a line least.
@@ -163,7 +163,7 @@ def _keeps_limits(prepared: Survey, ends: list[DesignPoint]) -> None:
     )
 
 
-def _record(prepared: Survey, held: StationaryTuning, ends: list[DesignPoint]) -> Design:
+def _record(prepared: Survey, held: Stationary, ends: list[DesignPoint]) -> Design:
     damper = prepared.damper(held.variables)
     error, pull, pull_error = np.zeros(3), np.zeros(3), np.zeros(3)
     pull_error[prepared.moving] = held.bound_error

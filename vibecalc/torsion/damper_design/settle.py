@@ -35,7 +35,7 @@ _PROBE = 1e-10
 _SLOPE = 3.0
 
 
-class StationaryTuning(NamedTuple):
+class Stationary(NamedTuple):
     """A tuning at which weighted slopes cancel.
 
     `weight` (p,) of the peaks `peaks`, of sections they add up to 1; `fixed` (v,) variables at a
@@ -63,7 +63,7 @@ class StationaryTuning(NamedTuple):
 
 def newton(
     prepared: Survey, variables: FloatArray, tops: DamperPeaks, fixed: BoolArray
-) -> StationaryTuning | None:
+) -> Stationary | None:
     """Iterate with these active peaks and fixed variables; None where it does not converge."""
     moving, free = prepared.moving, np.flatnonzero(~fixed)
     x = variables.copy()
@@ -179,7 +179,7 @@ def _conditions(
 def _finished(
     prepared: Survey, x: FloatArray, tops: DamperPeaks, weight: FloatArray, fixed: BoolArray,
     hessian: FloatArray, matrix: FloatArray, length: float,
-) -> StationaryTuning | None:  # fmt: skip
+) -> Stationary | None:  # fmt: skip
     """Level, errors and certificate at the end of the iteration."""
     end = tracked(prepared, x, tops)
     inwards = np.where(x < prepared.logarithms.mean(axis=1), _PROBE, -_PROBE) * ~fixed
@@ -228,7 +228,7 @@ def _finished(
         if wider is None:
             return None
         curvature_error = float(np.linalg.norm(wider - hessian, 2)) + slope_noise / _DIFFERENCE
-    return StationaryTuning(
+    return Stationary(
         x, level, end, weight, fixed, bound, error, worst * slack,
         float(np.max(residual, initial=0.0)), curvature,
         weight_error, np.where(fixed, bound_error, 0.0), speed_error, curvature_error,
@@ -264,7 +264,7 @@ _SHARE = 0.9
 _ONE_CYCLE = 1e-3
 
 
-def settle(prepared: Survey, end: DesignPoint) -> StationaryTuning | None:
+def settle(prepared: Survey, end: DesignPoint) -> Stationary | None:
     """Refine the end of a descent; None where no set of peaks and bounds holds it.
 
     Crests of one cycle that are all but equal may rise and fall together everywhere: no tuning
@@ -297,7 +297,7 @@ def _highest(tops: DamperPeaks) -> DamperPeaks:
     return tops.some(np.array(highest, dtype=int))
 
 
-def _is_minimum(prepared: Survey, end: DesignPoint, held: StationaryTuning) -> bool:
+def _is_minimum(prepared: Survey, end: DesignPoint, held: Stationary) -> bool:
     """Whether the refined place is no saddle and no worse than where the descent ended."""
     cost = prepared.limits.inertia_price * prepared.damper(held.variables).inertia
     lower = held.level + cost <= end.merit * (1.0 + 1e-6) or end.over > 1e-6
@@ -330,7 +330,7 @@ def _first_guess(
 
 def _iterate(
     prepared: Survey, end: DesignPoint, tops: DamperPeaks, fixed: BoolArray, alone: bool
-) -> StationaryTuning | None:
+) -> Stationary | None:
     bounds = prepared.logarithms
     sections = prepared.system.twist.shape[0]
     x = end.variables.copy()
@@ -366,7 +366,7 @@ def _iterate(
     return None
 
 
-def _above(prepared: Survey, held: StationaryTuning) -> DamperPeaks | None:
+def _above(prepared: Survey, held: Stationary) -> DamperPeaks | None:
     """The worst peak above the level or a limit that is not yet held, or None."""
     tops = prepared.peaks(prepared.damper(held.variables), _SHARE)
     section = tops.row < prepared.system.twist.shape[0]
@@ -396,7 +396,7 @@ _RIVAL = 1.05
 
 
 def basin_errors(
-    prepared: Survey, held: StationaryTuning, ends: list[DesignPoint]
+    prepared: Survey, held: Stationary, ends: list[DesignPoint]
 ) -> tuple[FloatArray, FloatArray]:
     """Errors (b, 3) of J, k, c and (b,) of the objective of all ends.
 
@@ -422,12 +422,12 @@ def basin_errors(
     return away, above
 
 
-def _merit(prepared: Survey, held: StationaryTuning) -> float:
+def _merit(prepared: Survey, held: Stationary) -> float:
     price = prepared.limits.inertia_price * prepared.damper(held.variables).inertia
     return held.level + price
 
 
-def _belongs(prepared: Survey, held: StationaryTuning, end: DesignPoint) -> bool:
+def _belongs(prepared: Survey, held: Stationary, end: DesignPoint) -> bool:
     near = np.max(np.abs(held.variables - end.variables), initial=0.0) < _SAME
     high = _merit(prepared, held)
     return bool(near and abs(end.merit - high) < _AS_HIGH * high)

@@ -45,8 +45,8 @@ class ArrayEvaluator(Evaluator):
         if not parts:
             return make_block(numbers, status, message, [one[2] for one in alone], self._keep)
         single = [one[2] for one in alone]
-        quantities = {path: _joined(path, parts, left, single, count) for path in self._keep}
-        return Block(numbers, status, tuple(message), quantities)
+        results = {path: _joined(path, parts, left, single, count) for path in self._keep}
+        return Block(numbers, status, tuple(message), results)
 
 
 def _joined(
@@ -54,9 +54,9 @@ def _joined(
 ) -> BlockQuantity:
     """One quantity of all parts and single runs; a point without it is NaN."""
     single = [
-        (place, quantities[path])
-        for place, quantities in zip(left, alone, strict=True)
-        if path in quantities
+        (place, results[path])
+        for place, results in zip(left, alone, strict=True)
+        if path in results
     ]
     rows: list[tuple[IntArray, Column]] = [(part.places, part.columns[path]) for part in parts]
     rows += [(np.array([place]), _as_column(quantity)) for place, quantity in single]

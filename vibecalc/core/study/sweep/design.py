@@ -13,7 +13,7 @@ from vibecalc.core.case.walk import Shape
 from vibecalc.core.results.catalogue import AXES
 from vibecalc.core.study.sweep.keys import KeyPlace, label, read_values, target
 from vibecalc.core.study.sweep.sampling import SEQUENCES
-from vibecalc.core.study.sweep.values import AxisValues, ListedValues
+from vibecalc.core.study.sweep.values import AxisValues, ValueList
 from vibecalc.errors import CaseError, KeyPath, Problem, UnitError, UsageError
 from vibecalc.units import split_number
 
@@ -181,7 +181,7 @@ def _points_differ(
 ) -> bool:
     """Whether no two points of the axis are the same; only lists can repeat themselves."""
     listed = [
-        axis_values.values for _, _, axis_values in rows if isinstance(axis_values, ListedValues)
+        axis_values.values for _, _, axis_values in rows if isinstance(axis_values, ValueList)
     ]
     if len(listed) < len(rows) or len({len(values) for values in listed}) > 1:
         return True

@@ -13,10 +13,10 @@ from vibecalc.core.case.walk import Shape, keys_of, shape_at, words
 from vibecalc.core.study.sweep.values import (
     PARAMETERS,
     AxisValues,
-    ListedValues,
     RandomValues,
     Scatter,
     SpacedValues,
+    ValueList,
 )
 from vibecalc.errors import KeyPath, Problem, UnitError, UsageError
 from vibecalc.units import parse_quantity, split_number
@@ -170,7 +170,7 @@ def read_values(place: KeyPlace, sampled: bool, points: int | None) -> AxisValue
     return _drawn(place, sampled)
 
 
-def _listed(place: KeyPlace) -> ListedValues | None:
+def _listed(place: KeyPlace) -> ValueList | None:
     values = place.table.values
     if len(values) < 2:
         place.refuse(
@@ -189,13 +189,11 @@ def _listed(place: KeyPlace) -> ListedValues | None:
             return None
         numbers.append(number)
     return (
-        ListedValues(values=tuple(numbers))
-        if _whole_where_needed(place, np.array(numbers))
-        else None
+        ValueList(values=tuple(numbers)) if _whole_where_needed(place, np.array(numbers)) else None
     )
 
 
-def _choices(place: KeyPlace) -> ListedValues | None:
+def _choices(place: KeyPlace) -> ValueList | None:
     allowed = place.shape.choices
     named = place.shape.kind == "text"
     wrong = [value for value in place.table.values if value not in allowed and not named]
@@ -208,7 +206,7 @@ def _choices(place: KeyPlace) -> ListedValues | None:
             hint=f"did you mean {near[0]!r}?" if near else "",
         )
         return None
-    return ListedValues(values=tuple(str(value) for value in place.table.values))
+    return ValueList(values=tuple(str(value) for value in place.table.values))
 
 
 def _spread(place: KeyPlace, sampled: bool, points: int | None) -> SpacedValues | None:

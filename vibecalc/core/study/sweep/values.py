@@ -205,7 +205,7 @@ _DIGITS = Context(prec=40)
 
 
 @dataclass(frozen=True, kw_only=True)
-class ListedValues:
+class ValueList:
     """Values as given: numbers, or names of choices (then `at` counts them from 0)."""
 
     values: tuple[float, ...] | tuple[str, ...]
@@ -332,7 +332,7 @@ class RandomValues:
         return {"distribution": self.scatter.kind, "parameters": list(self.scatter.parameters)}
 
 
-AxisValues = ListedValues | SpacedValues | RandomValues
+AxisValues = ValueList | SpacedValues | RandomValues
 
 
 def picked(shares: np.ndarray, count: int) -> np.ndarray:
