@@ -48,7 +48,7 @@ def batch(law: str, gap: np.ndarray) -> tuple[Measured, np.ndarray]:
     drive, gas = slider_crank_drive(RADIUS, LENGTH, SPEED), gas_force()
     started = time.process_time()
     run = simulate(
-        drive, gas, MASS, joint, gap, 0.0 * gap, revolutions=REVOLUTIONS, orders_kept=100
+        drive, gas, MASS, joint, gap, 0.0 * gap, revolutions=REVOLUTIONS, orders_retained=100
     )
     seconds = time.process_time() - started
     count = float(np.mean(run.wrist_pin.impact_count))

@@ -33,7 +33,7 @@ def _tops(absorber: Absorber) -> Peaks:
 
 def _maxima(absorber: Absorber) -> tuple[np.ndarray, np.ndarray]:
     found = peaks(absorber)
-    return found.frequency[found.found], found.magnitude[found.found]
+    return found.frequency[found.present], found.magnitude[found.present]
 
 
 def _given(e1: float, own: float = 0.185, mass: float = 0.1, k: float = 0.0826) -> Absorber:

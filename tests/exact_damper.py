@@ -10,7 +10,7 @@ import mpmath
 import numpy as np
 from mpmath import mpf
 
-from vibecalc.torsion.damper_design.problem import Problem, harmonics
+from vibecalc.torsion.damper_design.problem import DamperProblem, harmonics
 
 _STEP = mpf("1e-14")
 
@@ -27,7 +27,7 @@ class Peak(NamedTuple):
 class ExactLine:
     """`problem` with exact arithmetic on its own numbers."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: DamperProblem) -> None:
         self.problem, self.harmonic = problem, [int(h) for h in harmonics(problem)]
         self.order = [mpf(float(one)) for one in problem.order]
         self.sections = problem.line.stiffness.size

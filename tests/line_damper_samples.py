@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibecalc.torsion.damper_design.problem import Damper, Problem, SpeedTorque
+from vibecalc.torsion.damper_design.problem import Damper, DamperProblem, SpeedTorque
 from vibecalc.torsion.line import Line, chain, dynamic_stiffness
 
 RING = 27.5126
@@ -30,14 +30,14 @@ def engine_torque(order: np.ndarray) -> SpeedTorque:
     return torque_of_parts(gas, inertia)
 
 
-def engine(orders: int = 24, speed: tuple[float, float] = (20.0, 100.0)) -> Problem:
+def engine(orders: int = 24, speed: tuple[float, float] = (20.0, 100.0)) -> DamperProblem:
     """The published six-cylinder line with half orders 0.5 to orders / 2."""
     order = np.arange(1, orders + 1) / 2.0
     line = chain(np.array([18.64] * 6 + [2655.0]), np.array([22.82e6] * 5 + [19.21e6]))
-    return Problem(line, 0, order, 4.0 * np.pi, engine_torque(order), speed, np.ones(6))
+    return DamperProblem(line, 0, order, 4.0 * np.pi, engine_torque(order), speed, np.ones(6))
 
 
-def branched() -> Problem:
+def branched() -> DamperProblem:
     """Four inertias as a star with a lossy, damped and grounded line, two-stroke."""
     line = Line(
         inertia=np.array([2.0, 1.5, 3.0, 8.0]),
@@ -54,10 +54,12 @@ def branched() -> Problem:
     torque[:, 1] = [-40.0j, 50.0, 30.0 + 10.0j]
     order = np.array([1.0, 2.0, 3.0])
     source = torque_of_parts(torque, 0.0)
-    return Problem(line, 0, order, 2.0 * np.pi, source, (30.0, 200.0), np.array([2.0, 0.4, 1.0]))
+    return DamperProblem(
+        line, 0, order, 2.0 * np.pi, source, (30.0, 200.0), np.array([2.0, 0.4, 1.0])
+    )
 
 
-def with_ring(problem: Problem, damper: Damper) -> Line:
+def with_ring(problem: DamperProblem, damper: Damper) -> Line:
     """The ring as a freedom of its own, the last, on an element of its own, the last."""
     line = problem.line
     n = line.inertia.size
@@ -73,7 +75,7 @@ def with_ring(problem: Problem, damper: Damper) -> Line:
     )
 
 
-def direct(problem: Problem, damper: Damper, speed: np.ndarray, samples: int) -> np.ndarray:
+def direct(problem: DamperProblem, damper: Damper, speed: np.ndarray, samples: int) -> np.ndarray:
     """Sections, heat and travel (s, e + 2) by `dynamic_stiffness`, numpy and sampled cycles."""
     line = with_ring(problem, damper)
     w = speed[:, None] * problem.order

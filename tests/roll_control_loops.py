@@ -3,7 +3,7 @@
 import numpy as np
 from mpmath import mp, mpc, mpf
 
-from vibecalc.roll.control.gains import Load
+from vibecalc.roll.control.gains import LoopLoad
 from vibecalc.roll.control.loop import Controller, Loop, ReducedModel, source_model
 
 GRAVITY = 9.8066
@@ -12,10 +12,10 @@ SOURCE = source_model(20.7 / GRAVITY, 1488.0 / GRAVITY, MOTOR_GAIN)
 TARGET = 94.25 - 303.3 / MOTOR_GAIN
 
 
-def source_load(first: float = 345.6, second: float = 472.2) -> Load:
+def source_load(first: float = 345.6, second: float = 472.2) -> LoopLoad:
     """The torque of the source's eq. 97; its phases are lags, so they are subtracted."""
     phase = np.exp(-1j * np.radians([271.0, 64.7]))
-    return Load(94.25, -303.3, np.array([first, second]) * phase)
+    return LoopLoad(94.25, -303.3, np.array([first, second]) * phase)
 
 
 def random_loops(seed: int, count: int, late: bool) -> tuple[ReducedModel, Controller]:

@@ -57,7 +57,7 @@ def running(gas: str = "parabola", equal: bool = False, **fields: object):
     machine = source_machine(**({"rotor_inertia": [ROTOR]} | fields))
     drive = source_drive(gas, equal=equal, synchronous_speed=np.full(1, SYNCHRONOUS))
     found = steady_state(machine, drive, 10, started_at=SYNCHRONOUS)
-    assert found.found.all()
+    assert found.solved.all()
     return machine, drive, found
 
 

@@ -31,7 +31,7 @@ class Made(NamedTuple):
         """Write these chunks, by default all."""
         self.chunks.make()
         for number in numbers or range(self.chunks.chunks):
-            self.chunks.write(number, block_at(self.chunks.points(number), self.head.kept))
+            self.chunks.write(number, block_at(self.chunks.points(number), self.head.stored))
 
 
 def grid_of(*sizes: int) -> Design:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.core.report.sweep.view import GridAxis, Key, Stacked, SweepView
+from vibecalc.core.report.sweep.view import GridAxis, Key, StackedResult, SweepView
 from vibecalc.core.results.layout import DONE, FAILED, REFUSED, TIMED_OUT
 from vibecalc.core.results.record import Axis, Quantity
 from vibecalc.units import convert
@@ -70,11 +70,11 @@ def view(
         for path, array in values.items()
     }  # fmt: skip
 
-    def read(path: str) -> Stacked:
+    def read(path: str) -> StackedResult:
         array = np.where((status == DONE).reshape(-1, *[1] * (values[path].ndim - 1)),
                          values[path], np.nan)  # fmt: skip
         scale = errors * np.max(np.abs(array[np.isfinite(array)]), initial=0.0)
-        return Stacked(array, np.full(count, scale), (spread or {}).get(path))
+        return StackedResult(array, np.full(count, scale), (spread or {}).get(path))
 
     grid = tuple(axes) if not isinstance(axes, np.ndarray) else ()
     sizes = [len(axis.keys) for axis in grid] or [1] * len(keys)
@@ -90,7 +90,7 @@ def view(
         indices=indices,
         status=status,
         message=lambda point: failed[point][1],
-        kept=kept,
+        quantities=kept,
         read=read,
     )
 

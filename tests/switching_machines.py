@@ -9,8 +9,8 @@ from vibecalc.excitation.inertia_forces import reciprocating_excitation
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.response.modes import modes
-from vibecalc.response.switching.motion import Segment, follow_course
-from vibecalc.response.switching.system import Loads, ModalSystem, Piece, modal_loads
+from vibecalc.response.switching.motion import Segment, follow_profile
+from vibecalc.response.switching.system import Loads, ModalSystem, SpeedSegment, modal_loads
 
 INCH, POUND_FORCE, POUND = 0.0254, 4.4482216152605, 0.45359237
 SPEED = 361.0
@@ -18,12 +18,15 @@ RADIUS, ROD = 0.5 * INCH, 2.375 * INCH
 MASS = (0.659 + 0.075 + 0.131 * 0.625 / 2.375) * POUND
 BOTH, ONLY_A, ONLY_B, IDLE = range(4)
 REVERSAL = [
-    Piece(0.4, SPEED, 0.0, BOTH),
-    Piece(0.1, 0.0, 0.0, BOTH),
-    Piece(0.3, 0.0, -SPEED, ONLY_A),
-    Piece(0.2, -SPEED, -SPEED, ONLY_A),
+    SpeedSegment(0.4, SPEED, 0.0, BOTH),
+    SpeedSegment(0.1, 0.0, 0.0, BOTH),
+    SpeedSegment(0.3, 0.0, -SPEED, ONLY_A),
+    SpeedSegment(0.2, -SPEED, -SPEED, ONLY_A),
 ]
-THROUGH_ZERO = [Piece(0.5, SPEED, -0.6 * SPEED, ONLY_A), Piece(0.1, -0.6 * SPEED, 0.0, BOTH)]
+THROUGH_ZERO = [
+    SpeedSegment(0.5, SPEED, -0.6 * SPEED, ONLY_A),
+    SpeedSegment(0.1, -0.6 * SPEED, 0.0, BOTH),
+]
 
 
 def compressor_matrices() -> Matrices:
@@ -86,21 +89,23 @@ def one_mode(
 
 
 def crank_angle_and_speed(
-    pieces: Sequence[Piece], angle: float
+    profile: Sequence[SpeedSegment], angle: float
 ) -> Callable[[float], tuple[float, float, float, int]]:
-    """Angle, speed, acceleration and operation at a time, by adding up pieces."""
+    """Angle, speed, acceleration and operation at a time, by adding up profile."""
     starts, angles = [0.0], [angle]
-    for piece in pieces:
-        angles.append(angles[-1] + 0.5 * (piece.start_speed + piece.end_speed) * piece.duration)
-        starts.append(starts[-1] + piece.duration)
+    for segment in profile:
+        angles.append(
+            angles[-1] + 0.5 * (segment.start_speed + segment.end_speed) * segment.duration
+        )
+        starts.append(starts[-1] + segment.duration)
 
     def at(time: float) -> tuple[float, float, float, int]:
-        number = max(n for n in range(len(pieces)) if starts[n] <= time or n == 0)
-        piece, since = pieces[number], time - starts[number]
-        acceleration = (piece.end_speed - piece.start_speed) / piece.duration
-        speed = piece.start_speed + acceleration * since
-        turned = angles[number] + piece.start_speed * since + 0.5 * acceleration * since**2
-        return turned, speed, acceleration, piece.operation
+        number = max(n for n in range(len(profile)) if starts[n] <= time or n == 0)
+        segment, since = profile[number], time - starts[number]
+        acceleration = (segment.end_speed - segment.start_speed) / segment.duration
+        speed = segment.start_speed + acceleration * since
+        turned = angles[number] + segment.start_speed * since + 0.5 * acceleration * since**2
+        return turned, speed, acceleration, segment.operation
 
     return at
 
@@ -108,7 +113,7 @@ def crank_angle_and_speed(
 def integrate(
     system: ModalSystem,
     loads: Loads,
-    pieces: Sequence[Piece],
+    profile: Sequence[SpeedSegment],
     times: np.ndarray,
     *,
     angle: float = 0.0,
@@ -125,7 +130,7 @@ def integrate(
     stiffness = back.T @ np.diag(system.frequency**2) @ back
     damping = back.T @ np.diag(2.0 * system.damping_ratio * system.frequency) @ back
     orders, count = loads.orders, len(system.shape)
-    at = crank_angle_and_speed(pieces, angle)
+    at = crank_angle_and_speed(profile, angle)
     place = loads.per_speed_squared / orders[:, None] ** 2  # m n^2 X over n^2
 
     def force(time: float, which: int, slot: float) -> np.ndarray:
@@ -136,8 +141,8 @@ def integrate(
         moved = np.sum(bend * speed**2 + slope * acceleration, axis=0).real
         return -moved + loads.per_acceleration[which] * acceleration
 
-    start = pieces[0].start_speed
-    first = pieces[0].operation if before is None else before
+    start = profile[0].start_speed
+    first = profile[0].operation if before is None else before
     state = np.zeros(2 * count)
     for n, row in zip(orders.tolist(), loads.per_speed_squared[first], strict=True):
         rate = n * start
@@ -146,12 +151,12 @@ def integrate(
         state = state + np.concatenate([wave.real, (1j * rate * wave).real])
     result = np.empty((len(times), 2 * count))
     begin = 0.0
-    for piece in pieces:
-        end = begin + piece.duration
-        last = piece is pieces[-1]
+    for segment in profile:
+        end = begin + segment.duration
+        last = segment is profile[-1]
         mine = (times >= begin) & ((times <= end) if last else (times < end))
 
-        def law(time: float, y: np.ndarray, which: int = piece.operation, slot: float = begin,
+        def law(time: float, y: np.ndarray, which: int = segment.operation, slot: float = begin,
                 stop: float = end) -> np.ndarray:  # fmt: skip
             inside = min(time, stop - 1e-15 * stop) if stop > slot else time
             load = force(inside, which, slot)
@@ -171,8 +176,8 @@ def integrate(
 
 
 def followed(
-    system: ModalSystem, loads: Loads, pieces: list[Piece], angle: float, before: int
+    system: ModalSystem, loads: Loads, profile: list[SpeedSegment], angle: float, before: int
 ) -> list[Segment]:
     """Segments of a course, times at most a hundredth of a second apart."""
     modal = modal_loads(system, loads)
-    return follow_course(system, modal, pieces, angle=angle, before=before, longest=0.01)
+    return follow_profile(system, modal, profile, angle=angle, before=before, longest=0.01)

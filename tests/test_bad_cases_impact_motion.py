@@ -30,7 +30,7 @@ def run(joint=None, drive=None, gas=None, gap=None, velocity=None, revolutions=1
         start,
         np.zeros(np.shape(start)) if velocity is None else velocity,
         revolutions=revolutions,
-        orders_kept=3,
+        orders_retained=3,
         **parts,
     )
 
@@ -124,7 +124,7 @@ def test_parts_that_do_not_fit_are_refused(parts, words):
 def fixed(method="euler", steps=1024, orders=3, **changes):
     return simulate_fixed_steps(
         compressor_drive(), gas_towards("crank"), MASS, source_joint(**changes), near(2),
-        np.zeros(2), method=method, steps=steps, revolutions=30, orders_kept=orders,
+        np.zeros(2), method=method, steps=steps, revolutions=30, orders_retained=orders,
     )  # fmt: skip
 
 

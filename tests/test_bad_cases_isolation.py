@@ -24,7 +24,7 @@ from vibecalc.isolation.rows import body_rows, pitch_rows, shows
 from vibecalc.isolation.run_up import RunUp, run_up
 from vibecalc.numerics.rounding import SINGULAR, WithError
 from vibecalc.parts.matrices import assemble
-from vibecalc.response.forced import Undriven, dynamics, response
+from vibecalc.response.forced import UndrivenModes, dynamics, response
 from vibecalc.response.modal_damping import body_resonances, damping_ratio
 from vibecalc.response.modes import modes
 from vibecalc.response.resonances import (
@@ -176,7 +176,7 @@ def test_rigid_body_resonance_without_modal_force_is_left_out_of_the_response() 
     warnings = check_operating_point(resonances, ORDERS, pitch)
     assert len(warnings) == 1
     assert "modal force is zero" in warnings[0]
-    undriven = Undriven(left_out(resonances), shapes.shape, shapes.eigenvalue)
+    undriven = UndrivenModes(left_out(resonances), shapes.shape, shapes.eigenvalue)
     system = dynamics(body.matrices, ORDERS * pitch, undriven)
     motion = response(system, load.value, load.error)
     expected = load.value[:, 1] / (4e4 - 100.0 * np.square(ORDERS * pitch))
@@ -200,7 +200,7 @@ def test_mounts_at_a_node_of_the_unbounded_mode_keep_a_finite_peak() -> None:
     readout = mount_readout(position, stiffness, none, none)
     seen = shows(readout, shapes.shape, shapes.natural_frequency)
     resonances = body_resonances(matrices, shapes, load)
-    undriven = Undriven(left_out(resonances), shapes.shape, shapes.eigenvalue)
+    undriven = UndrivenModes(left_out(resonances), shapes.shape, shapes.eigenvalue)
     rows = body_rows(matrices, readout, ORDERS, load, undriven)
     passed = run_up(rows, ORDERS, resonances, 0.0, 60.0, seen)
     assert len(passed.masked.low) == 2

@@ -6,7 +6,7 @@ from line_damper_samples import branched, torque_of_parts
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.torsion.damper_design.design import design, performance
-from vibecalc.torsion.damper_design.problem import Damper, Limits, Problem, SpeedTorque
+from vibecalc.torsion.damper_design.problem import Damper, DamperProblem, Limits, SpeedTorque
 from vibecalc.torsion.line import Line, chain
 
 GOOD = Limits((0.5, 0.5), (50.0, 2e4), (0.3, 300.0))
@@ -61,12 +61,12 @@ def test_a_line_in_two_pieces_and_a_mode_out_of_reach() -> None:
     )  # fmt: skip
     order, weight = np.array([1.0]), np.ones(2)
     push = torque_of_parts(np.array([[1.0, 0.0, 0.0, 0.0]]), 0.0)
-    pieces = Problem(two, 0, order, 2.0 * np.pi, push, (10.0, 200.0), weight)
+    pieces = DamperProblem(two, 0, order, 2.0 * np.pi, push, (10.0, 200.0), weight)
     with pytest.raises(NumericalFailure, match="several pieces"):
         design(pieces, GOOD)
     # the damper sits on the node of the first mode, at 100 rad/s
     end = push._replace(coefficient=push.coefficient[..., :3])
     even = chain(np.ones(3), np.full(2, 1e4))
-    node = Problem(even, 1, order, 2.0 * np.pi, end, (10.0, 150.0), weight)
+    node = DamperProblem(even, 1, order, 2.0 * np.pi, end, (10.0, 150.0), weight)
     with pytest.raises(NumericalFailure, match="does not reach is excited without damping at 100"):
         performance(node, Damper(0.5, 1e3, 3.0))

@@ -10,7 +10,7 @@ from long_but import long_but
 from roll_control_loops import SOURCE, TARGET, source_load
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.roll.control.gains import Controlled, Demands, evaluate, evaluate_at_speed, tune
+from vibecalc.roll.control.gains import ControlledLoop, Demands, evaluate, evaluate_at_speed, tune
 from vibecalc.roll.control.loop import Controller, loop_of
 from vibecalc.roll.control.margins import STATUS
 from vibecalc.roll.control.poles import poles
@@ -34,7 +34,7 @@ def leaves(found: object) -> list[np.ndarray]:
 
 def test_no_extreme_gives_nan_or_praise():
     columns = np.array(EXTREMES).T
-    found: Controlled = evaluate(SOURCE, Controller(*columns), source_load())
+    found: ControlledLoop = evaluate(SOURCE, Controller(*columns), source_load())
     assert not any(np.any(np.isnan(leaf)) for leaf in leaves(found))
     stable = found.margins.stable
     assert 100 < np.sum(stable) < len(stable)

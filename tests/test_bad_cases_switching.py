@@ -16,11 +16,11 @@ from switching_machines import (
 from vibecalc.errors import NumericalFailure
 from vibecalc.response.switching.follow import follow, slow_peaks
 from vibecalc.response.switching.instant import instantaneous, worst_instant
-from vibecalc.response.switching.motion import follow_course, passages
+from vibecalc.response.switching.motion import follow_profile, passages
 from vibecalc.response.switching.readings import columns
-from vibecalc.response.switching.system import Loads, ModalSystem, Piece, modal_loads
+from vibecalc.response.switching.system import Loads, ModalSystem, SpeedSegment, modal_loads
 
-STOP = [Piece(0.2, SPEED, 0.0, BOTH)]
+STOP = [SpeedSegment(0.2, SPEED, 0.0, BOTH)]
 
 
 def test_a_driven_mode_that_nothing_holds_is_refused() -> None:
@@ -55,10 +55,10 @@ def test_a_mode_at_rest_needs_neither_stiffness_nor_damping() -> None:
     """Two masses of which only one is driven, on the resonance of the other."""
     loads = Loads(np.array([1]), np.array([[[1.0, 0.0]], [[0.5, 0.0]]]), np.zeros((2, 2)))
     alone, one = one_mode(50.0, 0.1, [1], np.array([[1.0], [0.5]]))
-    first = follow(alone, one, [Piece(0.5, 80.0, 20.0, 1)], before=0)
+    first = follow(alone, one, [SpeedSegment(0.5, 80.0, 20.0, 1)], before=0)
     for frequency in (0.0, 80.0):
         system = ModalSystem(np.eye(2), np.array([50.0, frequency]), np.array([0.1, 0.0]))
-        both = follow(system, loads, [Piece(0.5, 80.0, 20.0, 1)], before=0)
+        both = follow(system, loads, [SpeedSegment(0.5, 80.0, 20.0, 1)], before=0)
         assert both.peaks.value[[0, 2, 4, 5, 6]] == pytest.approx(first.peaks.value, rel=1e-11)
         assert both.peaks.value[1] == 0.0 and both.peaks.value[3] == 0.0
         assert both.settling.time == pytest.approx(first.settling.time, rel=1e-11)
@@ -67,20 +67,20 @@ def test_a_mode_at_rest_needs_neither_stiffness_nor_damping() -> None:
 
 
 def test_speeds_that_do_not_meet_are_refused() -> None:
-    pieces = [Piece(0.2, SPEED, 10.0, BOTH), Piece(0.2, 0.0, -SPEED, ONLY_A)]
-    with pytest.raises(ValueError, match=r"piece 1 begins at 0.0, not at 10.0"):
-        follow(compressor(), compressor_loads(), pieces)
+    profile = [SpeedSegment(0.2, SPEED, 10.0, BOTH), SpeedSegment(0.2, 0.0, -SPEED, ONLY_A)]
+    with pytest.raises(ValueError, match=r"segment 1 begins at 0.0, not at 10.0"):
+        follow(compressor(), compressor_loads(), profile)
 
 
 def test_too_long_a_course_is_refused() -> None:
     with pytest.raises(NumericalFailure, match="more than can be followed"):
-        follow(compressor(), compressor_loads(), [Piece(1e5, SPEED, 0.0, BOTH)])
+        follow(compressor(), compressor_loads(), [SpeedSegment(1e5, SPEED, 0.0, BOTH)])
     with pytest.raises(NumericalFailure, match="strongly damped"):
         follow(compressor(1e7), compressor_loads(), STOP)
-    # each piece alone would do
-    pieces = [Piece(150.0, SPEED, 0.0, BOTH), Piece(150.0, 0.0, SPEED, BOTH)] * 3
+    # each segment alone would do
+    profile = [SpeedSegment(150.0, SPEED, 0.0, BOTH), SpeedSegment(150.0, 0.0, SPEED, BOTH)] * 3
     with pytest.raises(NumericalFailure, match="more than can be followed"):
-        follow(compressor(), compressor_loads(), pieces)
+        follow(compressor(), compressor_loads(), profile)
 
 
 def test_nearly_undamped_change_asks_for_a_duration_and_then_settles_far_away() -> None:
@@ -93,7 +93,7 @@ def test_nearly_undamped_change_asks_for_a_duration_and_then_settles_far_away() 
     assert np.all(done.later > done.peaks.value * (1.0 - 1e-4))
     assert np.all(done.peaks.error < 1e-9 * done.peaks.value)
     times = np.linspace(0.0, 0.1, 81)
-    truth = integrate(system, loads, [Piece(0.1, SPEED, SPEED, ONLY_A)], times, before=BOTH)
+    truth = integrate(system, loads, [SpeedSegment(0.1, SPEED, SPEED, ONLY_A)], times, before=BOTH)
     assert np.all(np.max(np.abs(truth[:, :6]), axis=0) <= done.peaks.value[:6] * (1.0 + 1e-9))
 
 
@@ -102,7 +102,7 @@ def test_a_tolerance_below_rounding_is_refused() -> None:
         follow(
             compressor(),
             compressor_loads(),
-            [Piece(0.05, SPEED, 0.01, BOTH), Piece(1.0, 0.01, 0.01, BOTH)],
+            [SpeedSegment(0.05, SPEED, 0.01, BOTH), SpeedSegment(1.0, 0.01, 0.01, BOTH)],
             tolerance=1e-9,
         )
 
@@ -111,12 +111,12 @@ def test_a_tolerance_below_rounding_is_refused() -> None:
 def test_a_ramp_of_one_turn_or_less(turns: float) -> None:
     system, loads = compressor(), compressor_loads(12)
     duration = turns * 2.0 * np.pi / (0.5 * SPEED)
-    pieces = [Piece(duration, SPEED, 0.0, BOTH), Piece(0.05, 0.0, 0.0, BOTH)]
-    done = follow(system, loads, pieces, angle=0.9)
+    profile = [SpeedSegment(duration, SPEED, 0.0, BOTH), SpeedSegment(0.05, 0.0, 0.0, BOTH)]
+    done = follow(system, loads, profile, angle=0.9)
     times = np.unique(
         np.concatenate([np.linspace(0.0, duration, 80), duration + np.linspace(0.0, 0.05, 400)])
     )
-    truth = integrate(system, loads, pieces, times[:-1], angle=0.9)
+    truth = integrate(system, loads, profile, times[:-1], angle=0.9)
     sampled = np.max(np.abs(truth[:, :6]), axis=0)
     assert np.all(done.peaks.value[:6] >= sampled * (1.0 - 1e-8))
     assert np.all(done.peaks.value[:6] <= sampled * (1.0 + 1e-2))
@@ -129,20 +129,20 @@ def test_two_hundred_orders_that_hardly_fall_off() -> None:
     phase = np.exp(2j * np.pi * generator.uniform(size=200))
     amplitude = (phase / orders)[None]
     system, loads = one_mode(400.0, 0.05, orders.tolist(), amplitude)
-    pieces = [Piece(0.3, 40.0, 0.0, 0), Piece(0.1, 0.0, -20.0, 0)]
+    profile = [SpeedSegment(0.3, 40.0, 0.0, 0), SpeedSegment(0.1, 0.0, -20.0, 0)]
     modal = modal_loads(system, loads)
-    whole = follow_course(system, modal, pieces, angle=0.2, before=0, longest=0.01)[-1]
+    whole = follow_profile(system, modal, profile, angle=0.2, before=0, longest=0.01)[-1]
     total = np.zeros((1, 2))
     for n in range(0, 200, 20):
         some = Loads(orders[n : n + 20], amplitude[:, n : n + 20, None], np.zeros((1, 1)))
         part = modal_loads(system, some)
-        total += follow_course(system, part, pieces, angle=0.2, before=0, longest=0.01)[-1].state[
+        total += follow_profile(system, part, profile, angle=0.2, before=0, longest=0.01)[-1].state[
             -1
         ]
     off = whole.state[-1] - total
     assert np.hypot(400.0 * off[0, 0], off[0, 1]) <= whole.error[0]
     assert whole.error[0] < 1e-10 * whole.largest[0]
-    assert len(passages(system, loads, pieces[:1])) == 191  # orders from 10 up
+    assert len(passages(system, loads, profile[:1])) == 191  # orders from 10 up
 
 
 def test_order_on_a_damped_natural_frequency_at_the_operating_speed() -> None:
@@ -172,15 +172,17 @@ def test_cutting_out_leaves_free_motion_that_settles_by_the_largest_on_the_way()
 def test_strong_and_weak_damping_side_by_side() -> None:
     ratios = np.array([300.0, 1e-6, 1.0, 0.03, 2.0, 0.9])
     system, loads = compressor(ratios), compressor_loads(2)
-    pieces = [Piece(0.03, SPEED, 0.0, BOTH), Piece(0.01, 0.0, 0.0, BOTH)]
-    done = follow(system, loads, pieces, tolerance=1e-3)
+    profile = [SpeedSegment(0.03, SPEED, 0.0, BOTH), SpeedSegment(0.01, 0.0, 0.0, BOTH)]
+    done = follow(system, loads, profile, tolerance=1e-3)
     assert np.all(done.peaks.error < 1e-8 * done.peaks.value)
     # the weakly damped mode is all that is left in the end
     times = np.array([0.0, *np.linspace(0.03, 0.0399, 30)])
-    truth = integrate(system, loads, pieces, times)
+    truth = integrate(system, loads, profile, times)
     assert np.all(np.max(np.abs(truth[:, :6]), axis=0) <= done.peaks.value[:6] * (1.0 + 1e-9))
     weak = modal_loads(system, loads)
-    last = follow_course(system, weak, pieces, angle=0.0, before=BOTH, longest=0.01)[-1].state[0, 1]
+    last = follow_profile(system, weak, profile, angle=0.0, before=BOTH, longest=0.01)[-1].state[
+        0, 1
+    ]
     size = np.hypot(system.frequency[1] * last[0], last[1])
     level = 1e-3 * np.sqrt(2.0 * done.peaks.value[columns().energy])
     expected = np.log(size / level) / (1e-6 * system.frequency[1])

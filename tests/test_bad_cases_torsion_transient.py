@@ -10,7 +10,7 @@ from vibecalc.torsion.line import Line, chain
 from vibecalc.torsion.transient.cycles import against_quasi_steady
 from vibecalc.torsion.transient.march import transient
 from vibecalc.torsion.transient.motion import stretch
-from vibecalc.torsion.transient.peaks import envelope, order_waterfall, time_course
+from vibecalc.torsion.transient.peaks import envelope, order_waterfall, section_history
 
 PAIR = chain(np.array([2.0, 3.0]), np.array([4000.0]))
 GAS = np.array([[10.0 + 0j], [0.0]])
@@ -58,7 +58,7 @@ def test_comparison_and_windows_outside_what_is_known() -> None:
     still = envelope(run(acceleration=0.0), windows=5)
     with pytest.raises(NumericalFailure, match="goes one way"):
         against_quasi_steady(still, speed, np.ones((11, 1)))
-    seen = time_course(run(), 0.0, 2.0)
+    seen = section_history(run(), 0.0, 2.0)
     with pytest.raises(NumericalFailure, match="reaches beyond the course"):
         order_waterfall(seen, 0, np.array([1.0]), np.array([0.1]), 1.0)
 

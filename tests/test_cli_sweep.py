@@ -19,7 +19,7 @@ from sweep_runs import GENERATOR, GRID, chunk_files, killed, objects, started
 from vibecalc.core.results.layout import DIED, DONE, TIMED_OUT
 from vibecalc.core.results.sweep_file import open_sweep
 from vibecalc.core.study.execute import load_checked
-from vibecalc.core.study.sweep.prepare import Options, Prepared, prepare, sweep_settings
+from vibecalc.core.study.sweep.prepare import Options, PreparedSweep, prepare, sweep_settings
 from vibecalc.core.study.sweep.run import sweep
 
 CASE = str(GENERATOR)
@@ -266,7 +266,7 @@ def test_a_folder_that_is_removed_in_the_middle_is_said(tmp_path: Path) -> None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Nasty(Prepared):
+class Nasty(PreparedSweep):
     """A sweep some of whose points hang or kill their process."""
 
     hanging: int

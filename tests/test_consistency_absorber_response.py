@@ -91,7 +91,7 @@ def test_an_undamped_resonance_is_infinite_and_not_nan():
     a = Absorber(0.0, 3.0, np.inf, 0.0)
     assert np.isinf(amplitude(a, 0.5)) and np.isinf(amplitude_with_error(a, 0.5).error)
     found = peaks(Absorber(0.0, 0.1, [0.0826, np.inf, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]))
-    assert np.all(np.isinf(found.largest)) and list(np.sum(found.found, axis=1)) == [2, 1, 1, 1]
+    assert np.all(np.isinf(found.largest)) and list(np.sum(found.present, axis=1)) == [2, 1, 1, 1]
     exact = np.sqrt(np.sort(np.roots([0.1, -(0.1 + 0.0826 * 1.1), 0.0826])))
     np.testing.assert_allclose(found.frequency[0, :2], exact, rtol=1e-14)
     np.testing.assert_allclose(found.frequency[1:, 0], [1.1**-0.5, 1.0, 1.0], rtol=1e-15)
@@ -123,7 +123,7 @@ def test_poles_are_roots_and_undamped_ones_are_the_natural_frequencies():
     rng = np.random.default_rng(4)
     a = Absorber(*(10.0 ** rng.uniform(-3, 0.5, (4, 200))))
     found = poles(a)
-    assert np.all(found.found) and np.all(found.value.real < 0.0)
+    assert np.all(found.present) and np.all(found.value.real < 0.0)
     s = found.value
     z1, m, k, z2 = (np.asarray(v)[:, None] for v in a)
     g = k + 2 * z2 * s
@@ -185,7 +185,7 @@ def test_peaks_are_those_with_many_digits_within_their_errors():
             m = 10 ** rng.uniform(-4, 1)
             a = Absorber(z1, m, m * 10 ** rng.uniform(-1.5, 1), m * 10 ** rng.uniform(-2, 1))
             found = peaks(a, *kind)
-            for i in np.flatnonzero(found.found):
+            for i in np.flatnonzero(found.present):
                 x, height = peak(kind, a, found.frequency[i])
                 assert abs(found.magnitude[i] - height) <= found.error[i]
                 assert abs(found.frequency[i] / x - 1) < 1e-7

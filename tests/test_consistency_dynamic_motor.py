@@ -227,7 +227,7 @@ def test_a_batch_and_one_by_one() -> None:
     drive = drive_of(2)
     batch = machine_of(rod_length=np.array(lengths), rotor_inertia=np.array([2.0, 2.1, 1.9]))
     both = steady_state(batch, drive, 8, started_at=SYNCHRONOUS)
-    assert both.found.all()
+    assert both.solved.all()
     together = level(
         harmonics(both.turn, readings(batch, drive, both.turn).shell_acceleration, ORDERS)
     )

@@ -128,10 +128,10 @@ def test_axial_and_torsional_stiffness_is_the_hessian_of_the_energy():
 def test_springs_in_a_plane_do_not_couple_and_tilted_ones_do():
     plane = Springs(*(np.full(4, v) for v in (342.0, 0.14, 0.138, 0.6, 0.0, 12.0)))
     assert axial_torsional_stiffness(plane).value[0, 1] == 0.0
-    tilted = plane._replace(rise=np.full(4, 0.01))
+    tilted = plane._replace(axial_offset=np.full(4, 0.01))
     both = axial_torsional_stiffness(tilted)
     assert both.value[0, 1] > 1e3 * both.error[0, 1]
-    pairs = plane._replace(rise=np.array([0.01, -0.01, 0.01, -0.01]))
+    pairs = plane._replace(axial_offset=np.array([0.01, -0.01, 0.01, -0.01]))
     found = axial_torsional_stiffness(pairs)
     assert abs(found.value[0, 1]) <= found.error[0, 1]
     frequency = coupled_frequencies(both.value, 7.0, 0.077)

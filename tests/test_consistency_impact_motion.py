@@ -92,7 +92,7 @@ def test_bounces_of_a_damped_mass_against_fifty_digits(law):
     truth = bounces(1.3, joint, force, *start, 4)
     still = Drive(3.0, np.array([0]), np.array([0.0 + 0j]))
     gas = GasForce(np.array([0.0, np.pi]), np.array([force, force]))
-    run = simulate(still, gas, 1.3, joint, start[:1], start[1:], revolutions=1, orders_kept=2)
+    run = simulate(still, gas, 1.3, joint, start[:1], start[1:], revolutions=1, orders_retained=2)
     ours = run.wrist_pin.first_contacts[0, :4]
     np.testing.assert_allclose(ours, truth, rtol=2e-14)
 
@@ -116,7 +116,9 @@ def always_in_contact(damping):
 @pytest.mark.parametrize("damping", long_but([0.0, DAMPING, 40 * DAMPING], DAMPING))
 def test_permanent_contact_is_the_harmonic_response(damping):
     drive, gas, joint, start, force = always_in_contact(damping)
-    run = simulate(drive, gas, MASS, joint, start[:1], start[1:], revolutions=1, orders_kept=100)
+    run = simulate(
+        drive, gas, MASS, joint, start[:1], start[1:], revolutions=1, orders_retained=100
+    )
     wrist = run.wrist_pin
     truth = np.zeros(101, dtype=complex)
     truth[drive.orders] = force
@@ -172,7 +174,7 @@ def test_first_contacts_against_another_integrator(sense, joint, crank, wall, un
         gap = [*gap, 0.5 * float(wall.clearance)]
     still = [0.0] * len(gap)
     run = simulate(
-        drive, gas, mass, joint, [gap], [still], revolutions=1, orders_kept=4,
+        drive, gas, mass, joint, [gap], [still], revolutions=1, orders_retained=4,
         crank_joint=crank, rod_mass=rod, wall=wall,
     )  # fmt: skip
     other = Reference(RADIUS, LENGTH, SPEED, gas, mass, (joint, crank, wall), rod)
@@ -195,7 +197,7 @@ def energy_and_momentum(revolutions, sense, law, **parts):
     drive = compressor_drive(with_rod_tangent="wall" in parts)
     run = simulate(
         drive, gas_towards(sense), MASS, source_joint(law), gaps, 0.0 * gaps,
-        revolutions=revolutions, orders_kept=20, **parts,
+        revolutions=revolutions, orders_retained=20, **parts,
     )  # fmt: skip
     assert np.all(np.abs(run.axial.residual) < 2e-14 * run.axial.exchanged)
     assert np.all(run.axial.relative_error < 1e-13)
@@ -240,7 +242,7 @@ def test_statistics_of_a_revolution_against_dense_samples():
     joint = source_joint(clearance=wide, contact_damping=DAMPING / 8, film_damping=5 * DAMPING)
     run = simulate(
         compressor_drive(), gas_towards("crank"), MASS, joint, near(1), [0.0],
-        revolutions=1, orders_kept=100, samples=samples,
+        revolutions=1, orders_retained=100, samples=samples,
     )  # fmt: skip
     wrist, force = run.wrist_pin, run.wrist_pin.force[0]
     peak = wrist.peak_force[0, 0]
@@ -264,12 +266,12 @@ def test_no_gas_table_is_a_gas_without_pressure():
     wide = source_joint(clearance=6 * CLEARANCE)
     empty = simulate(
         compressor_drive(), no_gas(), MASS, wide, near(2), [0.0, 0.0],
-        revolutions=1, orders_kept=3,
+        revolutions=1, orders_retained=3,
     )  # fmt: skip
     zero = gas_towards("crank")._replace(force=np.zeros(37))
     other = simulate(
         compressor_drive(), zero, MASS, wide, near(2), [0.0, 0.0],
-        revolutions=1, orders_kept=3,
+        revolutions=1, orders_retained=3,
     )  # fmt: skip
     # other panels, so equal to rounding only
     np.testing.assert_allclose(

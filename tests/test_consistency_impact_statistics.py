@@ -270,7 +270,7 @@ def test_fixed_steps_converge_to_the_first_contacts():
     for steps in (256, 1024):
         run = simulate_fixed_steps(
             COMPRESSOR.drive, COMPRESSOR.gas, MASS, COMPRESSOR.wrist_pin, start.gap,
-            start.velocity, method="rk4", steps=steps, revolutions=1, orders_kept=1,
+            start.velocity, method="rk4", steps=steps, revolutions=1, orders_retained=1,
         )  # fmt: skip
         gap = run.wrist_pin.gap[0]
         outside = (gap < 0.0) | (gap > CLEARANCE)

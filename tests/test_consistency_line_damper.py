@@ -11,7 +11,7 @@ from line_damper_samples import RING, TABLE_VALUE, branched, direct, engine, tor
 
 from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.torsion.damper_design.design import design
-from vibecalc.torsion.damper_design.problem import Damper, Limits, Problem, system_of
+from vibecalc.torsion.damper_design.problem import Damper, DamperProblem, Limits, system_of
 from vibecalc.torsion.damper_design.readings import amplitudes, reading_error, readings, table
 from vibecalc.torsion.line import Line, chain
 
@@ -96,7 +96,7 @@ def test_two_inertias_and_one_order_are_the_classical_absorber() -> None:
     )  # fmt: skip
     source = torque_of_parts(np.array([[7.0, 0.0]]), 0.0)
     own = np.sqrt(spring / primary)
-    problem = Problem(
+    problem = DamperProblem(
         line, 0, np.array([2.0]), 2.0 * np.pi, source, (0.2 * own, 0.9 * own), np.ones(1)
     )
     ring = share * primary
@@ -196,7 +196,7 @@ def test_damped_line_on_chain_without_damping_has_a_finite_table() -> None:
     """On a natural frequency of the bare line the bare receptance is infinite, the table is not."""
     line = chain(np.array([1.0, 1.0]), np.array([200.0]))
     source = torque_of_parts(np.array([[1.0, 0.0]]), 0.0)
-    problem = Problem(line, 0, np.array([1.0]), 2.0 * np.pi, source, (10.0, 30.0), np.ones(1))
+    problem = DamperProblem(line, 0, np.array([1.0]), 2.0 * np.pi, source, (10.0, 30.0), np.ones(1))
     damper = Damper(0.2, 30.0, 0.5)
     found = table(system_of(problem), Damper(0.2, 10.0, 1.0), np.array([20.0]))
     section = amplitudes(found, np.array([30.0]), np.array([0.5]))[0][0, 0, 0, 0]

@@ -73,7 +73,7 @@ def test_cost_is_that_of_the_worse_direction():
     assert np.all(cost.known)
     assert np.abs(cost.deviation) == pytest.approx([0.02, 0.01], rel=1e-12)
     assert cost.deviation[1] > 0
-    assert np.all(np.abs(cost.rise - [0.0004, 0.02]) <= cost.rise_error)
+    assert np.all(np.abs(cost.loss - [0.0004, 0.02]) <= cost.loss_error)
     # the least margin is that of the other direction: it warns of either
     assert cost.margin == pytest.approx([0.005, -0.005], abs=1e-12)
 
@@ -81,9 +81,9 @@ def test_cost_is_that_of_the_worse_direction():
 def test_at_a_bound_only_the_way_inside_counts():
     cost = cost_of_deviation(lambda x: (x[0], []), [0], [1], [0.0])
     assert cost.deviation[0] == pytest.approx(0.01)
-    assert cost.rise[0] == pytest.approx(0.01)
+    assert cost.loss[0] == pytest.approx(0.01)
     gains = cost_of_deviation(lambda x: (x[0], []), [0], [1], [1.0])
-    assert gains.rise[0] == pytest.approx(-0.01)
+    assert gains.loss[0] == pytest.approx(-0.01)
 
 
 def test_a_deviation_without_a_value_is_not_known():
@@ -94,4 +94,4 @@ def test_a_deviation_without_a_value_is_not_known():
 
     cost = cost_of_deviation(alone, [0], [1], [0.5])
     assert not cost.known[0]
-    assert cost.rise[0] == 0.0
+    assert cost.loss[0] == 0.0

@@ -9,7 +9,7 @@ from roll_control_loops import MOTOR_GAIN, SOURCE, TARGET, random_loops, source_
 
 from vibecalc.roll.control.gains import (
     UNCONTROLLED,
-    Load,
+    LoopLoad,
     evaluate,
     evaluate_at_speed,
     motor_gain_study,
@@ -32,7 +32,7 @@ def test_errors_of_speed_and_amplitudes_hold_against_forty_digits(late):
     model, controller = random_loops(11, count, late)
     draw = np.random.default_rng(12)
     torque = draw.normal(size=(count, 3)) + 1j * draw.normal(size=(count, 3))
-    load = Load(94.25, draw.uniform(-400, 0, count), 100.0 * torque)
+    load = LoopLoad(94.25, draw.uniform(-400, 0, count), 100.0 * torque)
     found = evaluate(model, controller, load)
     assert 10 < np.sum(found.margins.stable) < count
     for place in np.flatnonzero(found.margins.stable):

@@ -8,7 +8,7 @@ from roll_control_loops import MOTOR_GAIN
 from roll_machines import source_drive, source_machine
 
 from vibecalc.excitation.gas_tables import force_at
-from vibecalc.roll.control.gains import UNCONTROLLED, Load, evaluate, evaluate_at_speed
+from vibecalc.roll.control.gains import UNCONTROLLED, LoopLoad, evaluate, evaluate_at_speed
 from vibecalc.roll.control.loop import Controller, model_from_full
 from vibecalc.roll.mechanism import inertia
 
@@ -89,7 +89,7 @@ def reduced(full: Full, speed: float):
     """Reduced model and its load from the same machine, at one constant speed."""
     model = model_from_full(np.mean(full.j), np.mean(full.n), np.mean(full.q), MOTOR_GAIN)
     harmonic = np.fft.rfft(full.gas - 0.5 * speed**2 * full.q_slope) / len(full.gas)
-    return model, Load(REFERENCE, harmonic[0].real, 2.0 * harmonic[1:11])
+    return model, LoopLoad(REFERENCE, harmonic[0].real, 2.0 * harmonic[1:11])
 
 
 def test_uncontrolled_levels_are_those_of_the_full_machine_with_a_linear_motor(full):

@@ -12,7 +12,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.gas_tables import force_at
 from vibecalc.roll.control.gains import (
     UNCONTROLLED,
-    Load,
+    LoopLoad,
     evaluate,
     evaluate_at_speed,
     motor_gain_study,
@@ -32,7 +32,7 @@ ROTOR, SHELL = 2.110823323068138, 151.73454612199947
 BREAKDOWN = 1009.0
 
 
-def load_by_hand(speed: float) -> Load:
+def load_by_hand(speed: float) -> LoopLoad:
     """Sums over even angles: kinks of the gas tables leave some 1e-5 of the torque."""
     angle = np.arange(7200) * np.pi / 3600.0
     machine, drive = source_machine(), source_drive()
@@ -41,7 +41,7 @@ def load_by_hand(speed: float) -> Load:
     gas = np.stack([force_at(drive.gas[i], own[:, i]) for i in range(2)], axis=-1)
     torque = -np.sum(gas * part.stroke, axis=-1) - 0.5 * speed**2 * part.crank_slope
     harmonic = np.fft.rfft(torque) / len(angle)
-    return Load(SYNCHRONOUS, harmonic[0].real, 2.0 * harmonic[1:11])
+    return LoopLoad(SYNCHRONOUS, harmonic[0].real, 2.0 * harmonic[1:11])
 
 
 def test_the_load_is_that_of_the_machine_at_constant_speed():

@@ -18,7 +18,7 @@ from roll_machines import (
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.periodic.panels import evaluate
 from vibecalc.roll.control.full_model import ControlledRates, Law, closed_loop
-from vibecalc.roll.control.gains import Load, evaluate_at_speed
+from vibecalc.roll.control.gains import LoopLoad, evaluate_at_speed
 from vibecalc.roll.control.loop import Controller, disturbance, model_from_full, straight
 from vibecalc.roll.mechanism import as_batch
 from vibecalc.roll.running import running_state
@@ -111,7 +111,7 @@ def reduced(machine, drive):
 
 def load(machine, drive, speed=92.757):
     known = disturbance(machine, drive, 10)
-    return Load(SYNCHRONOUS, known.mean.value, known.at(speed).value)
+    return LoopLoad(SYNCHRONOUS, known.mean.value, known.at(speed).value)
 
 
 def test_small_loads_and_a_straight_motor_make_it_the_reduced_model():

@@ -45,7 +45,7 @@ def test_levels_are_those_of_an_independent_integration(name: str) -> None:
     fields, curves, points = CASES[name]
     machine, drive = boxed(fields, curves)
     found = steady_state(machine, drive, points, started_at=SYNCHRONOUS)
-    assert found.found.all()
+    assert found.solved.all()
     exact = exact_turn(source_machine(**fields), source_drive(**curves), started_at=SYNCHRONOUS)
     read = readings(machine, drive, found.turn)
     ours = level(harmonics(found.turn, read.shell_acceleration, ORDERS))[0]
@@ -58,7 +58,7 @@ def test_levels_are_those_of_an_independent_integration(name: str) -> None:
 @pytest.mark.long
 def test_no_running_state_under_three_and_a_half_times_the_gas() -> None:
     fields = {"gas_scale": [3.5, 3.5]}
-    assert not steady_state(*boxed(fields, {}), 8, started_at=SYNCHRONOUS).found[0]
+    assert not steady_state(*boxed(fields, {}), 8, started_at=SYNCHRONOUS).solved[0]
     with pytest.raises(Stall):
         exact_turn(source_machine(**fields), source_drive(), started_at=SYNCHRONOUS)
 

@@ -10,19 +10,25 @@ from shipped_cases import CASES, fresh
 
 from vibecalc.core.study.execute import load_checked
 from vibecalc.numerics.level import level_of
-from vibecalc.roll.adapters.readings import Looks, Seen, numbers_of, peaks_of, spectra_of
+from vibecalc.roll.adapters.readings import (
+    MachineTurn,
+    TurnSolutions,
+    numbers_of,
+    peaks_of,
+    spectra_of,
+)
 from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch
 from vibecalc.roll.model import build_roll, roll_drive
 from vibecalc.roll.results import FORCES, ROLL, VARIABLES
-from vibecalc.roll.running import course_of_state, running_state
-from vibecalc.roll.steady import Steady, steady_state
+from vibecalc.roll.running import motion_of_state, running_state
+from vibecalc.roll.steady import SteadyTurn, steady_state
 from vibecalc.roll.turn import by_cylinder, harmonics, readings
 
 ORDERS = np.arange(1, 11)
 
 
-def seen_of(machine: RollMachine, drive: RollDrive, state: Steady) -> Seen:
-    return Seen(machine, drive, state.turn, course_of_state(machine, drive, state))
+def seen_of(machine: RollMachine, drive: RollDrive, state: SteadyTurn) -> MachineTurn:
+    return MachineTurn(machine, drive, state.turn, motion_of_state(machine, drive, state))
 
 
 @pytest.mark.parametrize("name", ["roll", pytest.param("roll_mounted", marks=pytest.mark.long)])
@@ -104,12 +110,12 @@ def test_estimates_bound_the_error_of_random_machines(rtol: float, count: int) -
         better = steady_state(
             machine, drive, running.state.points + 6, start=running.state, tolerance=1e-13
         )
-        assert better.found[0]
+        assert better.solved[0]
         truth = seen_of(machine, drive, better)
-        looks = Looks(own, other)
+        solutions = TurnSolutions(own, other)
         exact, coarse = spectra_of(truth, 10), spectra_of(other, 10)
         for name, (values, rounding) in spectra_of(own, 10).items():
-            error = looks.error(values, coarse[name][0]) + rounding
+            error = solutions.error(values, coarse[name][0]) + rounding
             # one number stands for a dataset: its largest
             missed = np.abs(values - exact[name][0])
             assert np.max(missed) <= np.max(error) + exact[name][1], (name, machine)
@@ -133,7 +139,7 @@ def test_peaks_are_no_lower_than_any_value_of_the_turn() -> None:
         running = running_state(machine, drive, rtol=1e-8, orders=10)
         seen = seen_of(machine, drive, running.state)
         angles = np.linspace(0.0, 2.0 * np.pi, 20001)
-        read = readings(machine, drive, seen.course(angles))
+        read = readings(machine, drive, seen.motion(angles))
         for name, (tops, left) in peaks_of(seen).items():
             dense = np.abs(np.asarray(getattr(read, name))[0]).max(axis=0)
             assert np.all(tops + left >= dense * (1.0 - 1e-9))

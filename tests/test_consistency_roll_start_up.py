@@ -12,7 +12,7 @@ from vibecalc.roll.between_kinks import running
 from vibecalc.roll.mechanism import RollDrive, RollMachine, gas_forces, inertia
 from vibecalc.roll.start_up import StartUp, start_angles, start_up
 from vibecalc.roll.start_up_readings import QUANTITIES
-from vibecalc.roll.start_up_system import Load
+from vibecalc.roll.start_up_system import LoadSteps
 
 ROTOR, HOUSING = 2.0, 150.0
 #: of rotor against shell
@@ -114,7 +114,7 @@ def test_a_load_that_comes_off_lets_friction_go() -> None:
     gas = gas_force(np.radians([0.0, 360.0]), [4000.0, 4000.0], "linear")
     drive = RollDrive((gas, None), constant_torque(300.0), np.array(100.0))
     machine = bare(friction_torque=100.0)
-    load = Load(np.array([0.0, 0.5]), np.array([1.0, 0.0]))
+    load = LoadSteps(np.array([0.0, 0.5]), np.array([1.0, 0.0]))
     stroke = float(inertia(machine, np.array([np.radians(270.0)])).stroke[0, 0])
     assert abs(300.0 - 4000.0 * stroke) < 100.0
     found = start_up(machine, drive, duration=1.0, crank_angle=np.radians(270.0), load=load)

@@ -15,11 +15,11 @@ from scipy.integrate import solve_ivp
 
 from vibecalc.excitation.slip_torque import linear_motor
 from vibecalc.numerics.level import level_of
-from vibecalc.roll.adapters.readings import Seen, spectra_of
+from vibecalc.roll.adapters.readings import MachineTurn, spectra_of
 from vibecalc.roll.between_kinks import running
 from vibecalc.roll.march import march_to_repeat
 from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch, inertia
-from vibecalc.roll.running import Running, course_of_state, running_state
+from vibecalc.roll.running import Running, motion_of_state, running_state
 from vibecalc.roll.steady import started_momentum, steady_state
 from vibecalc.roll.turn import Turn, harmonics, level, mean, readings
 
@@ -52,8 +52,8 @@ def test_a_machine_of_equal_halves_has_no_odd_harmonics() -> None:
     machine = source_machine(reciprocating_mass=[FIRST_MASS] * 2)
     drive = source_drive(equal=True)
     state = found(machine, drive, started_at=SYNCHRONOUS).state
-    course = course_of_state(as_batch(machine), drive, state)
-    seen = Seen(as_batch(machine), drive, state.turn, course)
+    motion = motion_of_state(as_batch(machine), drive, state)
+    seen = MachineTurn(as_batch(machine), drive, state.turn, motion)
     for name in ("shell_acceleration", "slip", "motor_torque"):
         values, rounding = spectra_of(seen, 10)[name]
         size = np.abs(values)

@@ -7,7 +7,7 @@ import pytest
 from vibecalc.absorber.hardware.overhung import bending_frequencies, closed_in
 from vibecalc.absorber.hardware.rods_and_springs import EndBody, OverhungRod
 from vibecalc.absorber.pendulum_order import Pendulum, order_of_swing
-from vibecalc.numerics.cycle_peak import cycle_peak, kept_orders
+from vibecalc.numerics.cycle_peak import cycle_peak, needed_orders
 from vibecalc.response.switching.motion import PANEL_PHASE
 
 
@@ -15,8 +15,8 @@ def test_orders_below_rounding_are_left_out_and_counted() -> None:
     orders = np.arange(1, 81)
     rows = np.exp(-3.0 * orders)[None, None] * np.ones((2, 1, 1), dtype=complex)
     rows[1, 0, -1] = 1e-3
-    kept, left_out = kept_orders(rows, orders)
-    assert kept.tolist() == [16, 80]
+    highest, left_out = needed_orders(rows, orders)
+    assert highest.tolist() == [16, 80]
     assert 0.0 < left_out[0] < 2.0**-53 * np.exp(-3.0) and left_out[1] == 0.0
     peak = cycle_peak(rows[0, 0], orders)
     assert abs(float(peak.value) - float(np.sum(rows[0, 0].real))) <= peak.error

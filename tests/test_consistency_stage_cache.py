@@ -300,7 +300,7 @@ def test_memory_is_bounded_and_results_cannot_be_overwritten() -> None:
     cases = [case_of("generator_180", machine__speed=200.0 + n) for n in range(6)]
     for case in cases:
         record = run_case(case, cache=cache)
-    assert cache._size <= 50_000 and cache._size == sum(size for _, size in cache._kept.values())
+    assert cache._size <= 50_000 and cache._size == sum(size for _, size in cache._stored.values())
     run_case(cases[0], cache=cache)
     assert cache.ran["isolation"] == 7  # the oldest one was forgotten
     with pytest.raises(ValueError, match="read-only"):

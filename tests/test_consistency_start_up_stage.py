@@ -24,7 +24,7 @@ from vibecalc.numerics.runge_kutta_march import march, sample
 from vibecalc.roll.mechanism import accelerations, as_batch, inertia
 from vibecalc.roll.model import build_roll, roll_drive
 from vibecalc.roll.report.start_up import start_up as section
-from vibecalc.roll.running import course_of_state, running_state
+from vibecalc.roll.running import motion_of_state, running_state
 from vibecalc.roll.start_up import start_up
 from vibecalc.roll.start_up_readings import QUANTITIES
 from vibecalc.roll.start_up_system import (
@@ -34,7 +34,7 @@ from vibecalc.roll.start_up_system import (
     SHELL_SPEED,
     SPEED,
     STATES,
-    Load,
+    LoadSteps,
     StartUpSystem,
 )
 
@@ -73,7 +73,7 @@ def test_the_adapter_hands_on_what_the_kernel_finds() -> None:
         roll_drive(parts),
         duration=0.5,
         crank_angle=0.3,
-        load=Load(np.array([0.0, 0.35]), np.array([0.0, 0.5])),
+        load=LoadSteps(np.array([0.0, 0.35]), np.array([0.0, 0.5])),
         settled=0.02,
         tolerance=0.1 * data["accuracy"]["rtol"],
         buckets=400,
@@ -119,10 +119,10 @@ def test_the_march_ends_in_the_periodic_motion() -> None:
     )  # fmt: skip
     # from a start next to the motion its distance falls by the largest multiplier in each turn
     later = start_up(machine, drive, duration=1.8, speed=93.0, tolerance=1e-7)
-    course = course_of_state(as_batch(machine), drive, turned.state)
+    motion = motion_of_state(as_batch(machine), drive, turned.state)
     gaps = []
     for one in (found, later):
-        at = course(np.array([np.mod(one.final[ANGLE], 2.0 * np.pi)]))
+        at = motion(np.array([np.mod(one.final[ANGLE], 2.0 * np.pi)]))
         periodic = [float(row[0, 0]) for row in (at.crank_speed, at.shell_angle, at.shell_speed)]
         gaps.append(np.abs(one.final[[SPEED, SHELL_ANGLE, SHELL_SPEED]] - periodic))
     turns = (later.final[ANGLE] - found.final[ANGLE]) / (2.0 * np.pi)
@@ -137,15 +137,15 @@ def test_levels_of_the_march_are_those_of_collocation() -> None:
     machine, drive = parts.machine, roll_drive(parts)
     turned = running_state(as_batch(machine), drive, rtol=1e-9, orders=10)
     period = float(turned.state.turn.period[0])
-    course = course_of_state(as_batch(machine), drive, turned.state)
-    at = course(np.array([0.0]))
+    motion = motion_of_state(as_batch(machine), drive, turned.state)
+    at = motion(np.array([0.0]))
     first = np.zeros((1, STATES))
     first[0, [SPEED, SHELL_ANGLE, SHELL_SPEED]] = [
         float(row[0, 0]) for row in (at.crank_speed, at.shell_angle, at.shell_speed)
     ]
     system = StartUpSystem(machine, drive, FULL_LOAD, 1e-9)
     marched = march(
-        system, np.zeros(1), first, system.first_piece(first, 0.0), np.array([period]),
+        system, np.zeros(1), first, system.first_intervals(first, 0.0), np.array([period]),
         absolute=1e-9 * system.scale, parts=2,
     )  # fmt: skip
     last = marched.state[0]
@@ -155,7 +155,7 @@ def test_levels_of_the_march_are_those_of_collocation() -> None:
     count = 7200
     seen = sample(marched.record, 0, period * np.arange(count) / count)
     moved = inertia(machine, seen.state[:, ANGLE])
-    acting = system.torques(moved, seen.state, marched.record.piece[seen.step])
+    acting = system.torques(moved, seen.state, marched.record.interval[seen.step])
     shell = accelerations(
         moved, seen.state[:, SPEED], seen.state[:, SHELL_SPEED], acting.mounts,
         acting.motor + acting.gas + acting.viscous + acting.dry,

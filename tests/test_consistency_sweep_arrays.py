@@ -23,7 +23,7 @@ from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.study.sweep.arrays import ArrayEvaluator
 from vibecalc.core.study.sweep.blocks import Block
 from vibecalc.core.study.sweep.design import Design, make_design
-from vibecalc.core.study.sweep.evaluate import Evaluator, Found
+from vibecalc.core.study.sweep.evaluate import Evaluator, Quantities
 from vibecalc.core.study.sweep.prepare import choose
 from vibecalc.errors import KeyPath
 
@@ -35,7 +35,7 @@ class Counting(ArrayEvaluator):
 
     alone = 0
 
-    def run_point(self, settings: Mapping[str, Any]) -> tuple[int, str, Found]:
+    def run_point(self, settings: Mapping[str, Any]) -> tuple[int, str, Quantities]:
         status, message, found = super().run_point(settings)
         self.alone += status == DONE
         return status, message, found

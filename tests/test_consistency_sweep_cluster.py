@@ -14,7 +14,7 @@ from sweep_work import Start
 
 from vibecalc.core.results.layout import DIED, TIMED_OUT
 from vibecalc.core.study.sweep.cluster import Cluster
-from vibecalc.core.study.sweep.pool import Done, Work
+from vibecalc.core.study.sweep.pool import ChunkResult, Work
 from vibecalc.errors import UsageError
 
 distributed = pytest.importorskip("distributed")
@@ -35,17 +35,17 @@ def cluster() -> Iterator[Any]:
         yield local
 
 
-def check(done: list[Done], lost: dict[int, int]) -> set[int]:
+def check(done: list[ChunkResult], lost: dict[int, int]) -> set[int]:
     assert sorted(one.work.number for one in done) == list(range(len(CHUNKS)))
     assert {one.point: one.status for chunk in done for one in chunk.lost} == lost
     processes = set()
     for one in done:
-        points = [point for piece in one.pieces for point in piece.points]
+        points = [point for batch in one.batches for point in batch.points]
         assert sorted([*points, *(x.point for x in one.lost)]) == list(one.work.points)
-        for piece in one.pieces:
-            assert (piece.block.squares == np.array(piece.points) ** 2).all()
-            assert piece.block.threads == "1"
-            processes.add(piece.block.process)
+        for batch in one.batches:
+            assert (batch.block.squares == np.array(batch.points) ** 2).all()
+            assert batch.block.threads == "1"
+            processes.add(batch.block.process)
     return processes
 
 
@@ -86,7 +86,7 @@ def test_a_mistake_on_a_worker_is_raised_here(cluster: Any) -> None:
 def test_leaving_early_ends_the_processes_on_the_workers(cluster: Any) -> None:
     with Cluster(Start(seconds=0.02), address=cluster.scheduler_address) as workers:
         first = next(workers.run(CHUNKS))
-        process = first.pieces[0].block.process
+        process = first.batches[0].block.process
         os.kill(process, 0)
     with pytest.raises(ProcessLookupError):
         os.kill(process, 0)

@@ -17,9 +17,15 @@ from switching_machines import (
 )
 
 from vibecalc.response.switching.instant import instantaneous
-from vibecalc.response.switching.motion import Motion, Segment, motion_at
+from vibecalc.response.switching.motion import ModalMotion, Segment, motion_at
 from vibecalc.response.switching.readings import columns, read
-from vibecalc.response.switching.system import Loads, ModalSystem, Piece, modal_loads, propagator
+from vibecalc.response.switching.system import (
+    Loads,
+    ModalSystem,
+    SpeedSegment,
+    modal_loads,
+    propagator,
+)
 
 
 def body_motion(
@@ -41,7 +47,7 @@ UNLIKE = np.array([0.3, 1.0, 1.3, 0.05, 5.0, 0.999])
 
 
 @pytest.mark.parametrize(
-    ("ratio", "pieces"),
+    ("ratio", "profile"),
     [
         pytest.param(0.03, REVERSAL, id="0.03-stand", marks=pytest.mark.long),
         pytest.param(UNLIKE, THROUGH_ZERO, id="unlike-through zero"),
@@ -50,22 +56,22 @@ UNLIKE = np.array([0.3, 1.0, 1.3, 0.05, 5.0, 0.999])
     ],
 )
 def test_reversal_agrees_with_a_general_integrator(
-    pieces: list[Piece], ratio: float | np.ndarray
+    profile: list[SpeedSegment], ratio: float | np.ndarray
 ) -> None:
     system, loads = compressor(ratio), compressor_loads(6, rotor=0.004)
-    times = np.linspace(0.0, sum(piece.duration for piece in pieces), 101)[:-1]
-    truth = integrate(system, loads, pieces, times, angle=0.7, before=BOTH)
-    ours = body_motion(system, followed(system, loads, pieces, 0.7, BOTH), loads, times)
+    times = np.linspace(0.0, sum(ramp.duration for ramp in profile), 101)[:-1]
+    truth = integrate(system, loads, profile, times, angle=0.7, before=BOTH)
+    ours = body_motion(system, followed(system, loads, profile, 0.7, BOTH), loads, times)
     largest = np.max(np.abs(truth), axis=0)
     assert np.max(np.abs(ours - truth) / largest) < 1e-9
 
 
 def test_instant_change_agrees_with_a_general_integrator() -> None:
     system, loads = compressor(), compressor_loads(6)
-    pieces = [Piece(0.15, SPEED, SPEED, ONLY_A)]
+    profile = [SpeedSegment(0.15, SPEED, SPEED, ONLY_A)]
     times = np.linspace(0.0, 0.15, 151)
-    truth = integrate(system, loads, pieces, times, angle=2.0, before=BOTH)
-    ours = body_motion(system, followed(system, loads, pieces, 2.0, BOTH), loads, times)
+    truth = integrate(system, loads, profile, times, angle=2.0, before=BOTH)
+    ours = body_motion(system, followed(system, loads, profile, 2.0, BOTH), loads, times)
     assert np.max(np.abs(ours - truth) / np.max(np.abs(truth), axis=0)) < 1e-9
     peaks = instantaneous(system, loads, BOTH, ONLY_A, SPEED, angle=2.0, duration=0.15).peaks
     sampled = np.max(np.abs(truth[:, :6]), axis=0)
@@ -75,17 +81,22 @@ def test_instant_change_agrees_with_a_general_integrator() -> None:
 
 
 def exact_chirp(
-    frequency: float, ratio: float, orders: list[int], loads: np.ndarray, piece: Piece, angle: float
+    frequency: float,
+    ratio: float,
+    orders: list[int],
+    loads: np.ndarray,
+    ramp: SpeedSegment,
+    angle: float,
 ) -> tuple[float, float]:
     """State of one mode at the end of a ramp from standstill, by quadrature with 25 digits."""
     with mpmath.workdps(25):
-        w, z, end = (mpmath.mpf(x) for x in (frequency, ratio, piece.duration))
-        rate = (mpmath.mpf(piece.end_speed) - piece.start_speed) / end
+        w, z, end = (mpmath.mpf(x) for x in (frequency, ratio, ramp.duration))
+        rate = (mpmath.mpf(ramp.end_speed) - ramp.start_speed) / end
         wave = w * mpmath.sqrt(1 - z**2)
 
         def force(t: mpmath.mpf) -> mpmath.mpf:
-            turned = angle + piece.start_speed * t + rate * t**2 / 2
-            speed = piece.start_speed + rate * t
+            turned = angle + ramp.start_speed * t + rate * t**2 / 2
+            speed = ramp.start_speed + rate * t
             return sum(
                 mpmath.re(mpmath.mpc(p) * (speed**2 - 1j * rate / n) * mpmath.expj(n * turned))
                 for n, p in zip(orders, loads.tolist(), strict=True)
@@ -106,9 +117,9 @@ def exact_chirp(
 def test_one_mode_under_a_chirp_agrees_to_its_error(ratio: float) -> None:
     orders, loads = [1, 2, 5], np.array([1.0 + 0.5j, 0.3 - 0.2j, 0.05j])
     system, train = one_mode(80.0, ratio, orders, loads[None])
-    piece = Piece(0.2, 0.0, 150.0, 0)
-    segment = followed(system, train, [piece], 0.3, 0)[-1]
-    place, speed = exact_chirp(80.0, ratio, orders, loads, piece, 0.3)
+    ramp = SpeedSegment(0.2, 0.0, 150.0, 0)
+    segment = followed(system, train, [ramp], 0.3, 0)[-1]
+    place, speed = exact_chirp(80.0, ratio, orders, loads, ramp, 0.3)
     off = np.hypot(80.0 * (segment.state[-1, 0, 0] - place), segment.state[-1, 0, 1] - speed)
     assert off <= segment.error[0]
     # and the error is no idle caution
@@ -131,9 +142,9 @@ def test_load_at_varying_speed_is_minus_the_momentum_change_of_a_moving_part() -
     """Finite differences of m x(theta(t)), with mpmath, for one part of three orders."""
     loads = np.array([0.4 + 0.1j, -0.2j, 0.03])
     orders = [1, 2, 4]
-    piece = Piece(0.5, 20.0, -35.0, 0)
+    ramp = SpeedSegment(0.5, 20.0, -35.0, 0)
     system, train = one_mode(30.0, 0.1, orders, loads[None])
-    segment = followed(system, train, [piece], 1.1, 0)[0]
+    segment = followed(system, train, [ramp], 1.1, 0)[0]
     time = 0.05
     motion = motion_at(system, modal_loads(system, train), segment, np.array([time]))
     load = motion.acceleration + 6.0 * motion.velocity + 900.0 * motion.displacement
@@ -172,7 +183,7 @@ def test_work_is_energy_gained_and_energy_lost() -> None:
     work = lost = exchanged = 0.0
     for segment in segments:
         time, weight = quadrature(segment)
-        motion: Motion = motion_at(system, modal, segment, time)
+        motion: ModalMotion = motion_at(system, modal, segment, time)
         force = motion.acceleration + damping * motion.velocity
         force = force + system.frequency**2 * motion.displacement
         power = np.sum(force * motion.velocity, axis=1)

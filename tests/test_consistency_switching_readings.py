@@ -17,9 +17,15 @@ from switching_machines import (
 
 from vibecalc.response.switching.follow import follow, slow_peaks
 from vibecalc.response.switching.instant import instantaneous, worst_instant
-from vibecalc.response.switching.motion import Motion, follow_course, motion_at, passages, runs_of
+from vibecalc.response.switching.motion import (
+    ModalMotion,
+    follow_profile,
+    motion_at,
+    passages,
+    runs_of,
+)
 from vibecalc.response.switching.readings import columns, read
-from vibecalc.response.switching.system import ModalSystem, Piece, modal_loads
+from vibecalc.response.switching.system import ModalSystem, SpeedSegment, modal_loads
 
 
 def test_peaks_are_those_of_a_dense_search() -> None:
@@ -47,12 +53,12 @@ def test_final_peaks_and_settling_are_those_of_the_motion_itself() -> None:
     system, loads = compressor(), compressor_loads(16)
     modal = modal_loads(system, loads)
     done = instantaneous(system, loads, BOTH, ONLY_A, SPEED, angle=1.0, duration=1.5)
-    segment = followed(system, loads, [Piece(1.5, SPEED, SPEED, ONLY_A)], 1.0, BOTH)[0]
-    late = followed(system, loads, [Piece(1.5, SPEED, SPEED, ONLY_A)], 1.0, ONLY_A)[0]
+    segment = followed(system, loads, [SpeedSegment(1.5, SPEED, SPEED, ONLY_A)], 1.0, BOTH)[0]
+    late = followed(system, loads, [SpeedSegment(1.5, SPEED, SPEED, ONLY_A)], 1.0, ONLY_A)[0]
     energy = columns().energy
     time = np.linspace(0.0, 1.5, 30001)
     moved, final = (motion_at(system, modal, s, time) for s in (segment, late))
-    gap = Motion(*(a - b for a, b in zip(moved, final, strict=True)))
+    gap = ModalMotion(*(a - b for a, b in zip(moved, final, strict=True)))
     deviation = np.sqrt(read(system, gap).value[:, energy])
     top = np.sqrt(np.max(read(system, final).value[:, energy]))
     assert top**2 == pytest.approx(done.final.value[energy], rel=1e-5)
@@ -64,11 +70,11 @@ def test_final_peaks_and_settling_are_those_of_the_motion_itself() -> None:
 
 def test_body_brought_to_rest_settles_by_its_largest_energy() -> None:
     system, loads = compressor(), compressor_loads(12)
-    pieces = [Piece(0.4, SPEED, 0.0, BOTH), Piece(0.5, 0.0, 0.0, BOTH)]
-    done = follow(system, loads, pieces)
+    profile = [SpeedSegment(0.4, SPEED, 0.0, BOTH), SpeedSegment(0.5, 0.0, 0.0, BOTH)]
+    done = follow(system, loads, profile)
     energy = columns().energy
     assert np.all(done.final.value == 0.0)
-    segments = followed(system, loads, pieces, 0.0, BOTH)
+    segments = followed(system, loads, profile, 0.0, BOTH)
     after = np.array([done.settling.after])
     left = read(system, motion_at(system, modal_loads(system, loads), segments[-1], after)).value
     assert np.sqrt(left[0, energy]) == pytest.approx(0.05 * np.sqrt(done.peaks.value[energy]))
@@ -105,13 +111,15 @@ def test_worst_instant_is_the_largest_over_the_angles(before: int, after: int) -
 
 def test_slow_peaks_are_those_of_a_dense_scan_of_speeds() -> None:
     system, loads = compressor(), compressor_loads(4)
-    slow = slow_peaks(system, loads, [Piece(1.0, 0.0, SPEED, ONLY_A)])
+    slow = slow_peaks(system, loads, [SpeedSegment(1.0, 0.0, SPEED, ONLY_A)])
     modal = modal_loads(system, loads)
     scanned = np.zeros(15)
     for speed in np.linspace(45.0, 125.0, 201).tolist():
         turn = 2.0 * np.pi / speed
-        course = [Piece(turn, speed, speed, ONLY_A)]
-        segment = follow_course(system, modal, course, angle=0.0, before=ONLY_A, longest=turn / 100)
+        course = [SpeedSegment(turn, speed, speed, ONLY_A)]
+        segment = follow_profile(
+            system, modal, course, angle=0.0, before=ONLY_A, longest=turn / 100
+        )
         values = read(system, motion_at(system, modal, segment[0], segment[0].grid)).value
         scanned = np.maximum(scanned, np.max(np.abs(values), axis=0))
     assert np.all(scanned <= slow.value + slow.error)
@@ -127,8 +135,8 @@ def test_passages_are_where_an_order_turns_as_fast_as_a_mode() -> None:
         assert speed == pytest.approx(passage.speed, rel=1e-12)
         assert passage.order * abs(speed) == pytest.approx(system.frequency[passage.mode - 1])
     # six modes, order 1 and the even ones, down with two pistons and up with one
-    assert sorted({(p.order, p.piece) for p in found}) == sorted(
-        (n, piece) for n in (1, 2, 4, 6, 8, 10, 12) for piece in (0, 2)
+    assert sorted({(p.order, p.segment) for p in found}) == sorted(
+        (n, segment) for n in (1, 2, 4, 6, 8, 10, 12) for segment in (0, 2)
     )
     assert len(runs_of(REVERSAL, 0.0)) == 4 and len(runs_of(THROUGH_ZERO, 0.0)) == 3
     highest = max(found, key=lambda passage: passage.slow_energy)

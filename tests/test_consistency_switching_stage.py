@@ -24,7 +24,7 @@ from vibecalc.errors import NumericalFailure
 
 STEM = "response/switching"
 PARTS = ("translation", "rotation")
-#: pieces of the way: duration, speeds at its ends, cylinders at work
+#: profile of the way: duration, speeds at its ends, cylinders at work
 Course = list[tuple[float, float, float, list[str]]]
 
 

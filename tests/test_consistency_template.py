@@ -121,7 +121,7 @@ def starred(path: KeyPath) -> KeyPath:
 def of_others(data: Data, path: KeyPath) -> bool:
     """Whether only another kind of machine or motor has this place."""
     kind, motor, place = data["machine"]["kind"], motor_kind(data["machine"]), starred(path)
-    if any(place in parts.own for name, parts in PARTS_OF_KIND.items() if name != kind):
+    if any(place in parts.exclusive for name, parts in PARTS_OF_KIND.items() if name != kind):
         return True
     if place == (*MACHINE, "speed"):
         return motor in FINDING_MOTORS or "speed" not in KINDS[kind].needs

@@ -9,7 +9,13 @@ from scipy.special import fresnel
 from vibecalc.torsion.line import Line, chain, damping_matrix, dynamic_stiffness, stiffness_matrix
 from vibecalc.torsion.transient.cycles import section_peaks
 from vibecalc.torsion.transient.march import TransientRun, transient
-from vibecalc.torsion.transient.motion import angle_at, course, speed_at, stretch, time_of_speed
+from vibecalc.torsion.transient.motion import (
+    angle_at,
+    speed_at,
+    speed_profile,
+    stretch,
+    time_of_speed,
+)
 from vibecalc.torsion.transient.peaks import envelope
 
 
@@ -22,11 +28,11 @@ REDUCED = 2.0 * 3.0 / 5.0
 
 
 def step_times(run: TransientRun) -> np.ndarray:
-    """Times at the ends of all steps, with the start of each piece again."""
+    """Times at the ends of all steps, with the start of each block again."""
     return np.concatenate(
         [
             run.borders.time[p.stretch] + p.offset + p.step * np.arange(p.steps + 1)
-            for p in run.pieces
+            for p in run.blocks
         ]
     )
 
@@ -169,7 +175,7 @@ def test_branched_line_with_everything_agrees_with_runge_kutta() -> None:
         rate = state[4:][line.first] - state[4:][line.second]
         found.append(line.stiffness * twist + line.damping * rate)
     for number, expected in enumerate(found):
-        last = max(k for k, piece in enumerate(run.pieces) if piece.stretch == number)
+        last = max(k for k, block in enumerate(run.blocks) if block.stretch == number)
         values = run.system.torque @ run.states[last][-1]
         np.testing.assert_allclose(values, expected, rtol=0, atol=1e-6)
     assert np.all(run.torque_error < 1e-5)
@@ -234,7 +240,7 @@ def test_a_run_down_that_fades_out_ends_at_rest() -> None:
         stretch(middle, top, gas),
         stretch(ends, top, gas, acceleration_rate=-top / ends),
     ]
-    borders = course(parts, speed)
+    borders = speed_profile(parts, speed)
     assert borders.speed[-1] == 0.0
     assert float(borders.angle[-1]) == pytest.approx(0.5 * speed * duration, rel=1e-14)
     time = np.linspace(0.0, duration, 3001)

@@ -15,7 +15,7 @@ from variable_inertia_lines import (
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.kinematics.slider_crank import piston_path
 from vibecalc.torsion.line import damping_matrix, dynamic_stiffness, stiffness_matrix
-from vibecalc.torsion.variable_inertia.motion import acceleration, course, energy, inertia_at
+from vibecalc.torsion.variable_inertia.motion import acceleration, energy, inertia_at, twist_motion
 from vibecalc.torsion.variable_inertia.steady import (
     constant_response,
     feed,
@@ -70,7 +70,7 @@ def test_exact_steady_motion_returns_to_itself_in_time() -> None:
     system, torque, speed = ship_engine(), ship_torque(), 90.0
     motion = steady_response(system, speed, torque, 40, follows=True, exact=True)
     grid = np.arange(512) * (4.0 * np.pi / 512)
-    around = course(motion.angle[0], 2, speed, grid)
+    around = twist_motion(motion.angle[0], 2, speed, grid)
     order = np.arange(len(torque))[:, None] / 2.0
 
     def gas(crank_angle, angle):

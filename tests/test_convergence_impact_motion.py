@@ -24,7 +24,7 @@ def test_orders_on_a_smooth_motion(method):
     for steps in (FEW[method], 2 * FEW[method]):
         run = simulate_fixed_steps(
             drive, gas, MASS, joint, start[:1], start[1:], method=method, steps=steps,
-            revolutions=1, orders_kept=8,
+            revolutions=1, orders_retained=8,
         )  # fmt: skip
         errors.append(np.max(np.abs(run.wrist_pin.force_harmonics[0, 0] - exact)))
         assert np.all(run.wrist_pin.impact_count == 0)
@@ -50,7 +50,15 @@ def test_fixed_steps_approach_the_event_exact_motion(law):
     # over a turn neighbouring runs part a thousandfold; the first tenth of it is compared
     gas, drive, gap = gas_towards("crank"), compressor_drive(), [2e-6]
     exact = simulate(
-        drive, gas, MASS, source_joint(law), gap, [0.0], revolutions=1, orders_kept=1, samples=1024
+        drive,
+        gas,
+        MASS,
+        source_joint(law),
+        gap,
+        [0.0],
+        revolutions=1,
+        orders_retained=1,
+        samples=1024,
     )
     part = slice(0, 102)
     touched = np.abs(exact.wrist_pin.force[0, part]) > 50.0
@@ -59,7 +67,7 @@ def test_fixed_steps_approach_the_event_exact_motion(law):
     for steps in (4096, 16384):
         run = simulate_fixed_steps(
             drive, gas, MASS, source_joint(law), gap, [0.0], method="rk4", steps=steps,
-            revolutions=1, orders_kept=1,
+            revolutions=1, orders_retained=1,
         )  # fmt: skip
         sampled = run.wrist_pin.gap[0, :: steps // 1024][part]
         distance.append(np.max(np.abs(sampled - exact.wrist_pin.gap[0, part])))
@@ -75,12 +83,12 @@ def test_fixed_steps_of_three_gaps_approach_the_event_exact_motion():
     gap, still = [[1e-6, 2e-6, 2e-5]], [[0.0, 0.0, 0.0]]
     parts = {"crank_joint": source_joint(), "rod_mass": 0.3 * MASS, "wall": source_joint()}
     exact = simulate(
-        drive, gas, MASS, source_joint(), gap, still, revolutions=1, orders_kept=1, samples=1024,
-        **parts,
+        drive, gas, MASS, source_joint(), gap, still, revolutions=1, orders_retained=1,
+        samples=1024, **parts,
     )  # fmt: skip
     run = simulate_fixed_steps(
         drive, gas, MASS, source_joint(), gap, still, method="dormand_prince", steps=8192,
-        revolutions=1, orders_kept=1, **parts,
+        revolutions=1, orders_retained=1, **parts,
     )  # fmt: skip
     for ours, theirs in (
         (run.wrist_pin, exact.wrist_pin),

@@ -106,8 +106,8 @@ def test_fine_steps_agree_with_the_march_that_ends_its_steps_on_the_kinks() -> N
     system = StartUpSystem(machine, drive, FULL_LOAD, 1e-10)
     state = np.zeros((1, STATES))
     state[0, SPEED] = START
-    piece = system.first_piece(state, 0.0)
-    march(system, np.zeros(1), state, piece, np.array([0.21]), absolute=1e-10 * system.scale)
+    interval = system.first_intervals(state, 0.0)
+    march(system, np.zeros(1), state, interval, np.array([0.21]), absolute=1e-10 * system.scale)
     passed = [float(section.time[0]) for section in system.sections]
     fine = march_to_repeat(machine, drive, "rk4", started_at=START, step=2.5e-5, turns=3)
     assert passed[2] - passed[1] == pytest.approx(float(fine.turn.period), rel=1e-8)

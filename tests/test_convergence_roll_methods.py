@@ -12,8 +12,8 @@ from roll_machines import SYNCHRONOUS, source_drive, source_machine
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch
-from vibecalc.roll.methods import Asked, find, fourier_state, shooting_state
-from vibecalc.roll.steady import Steady, started_momentum, steady_state
+from vibecalc.roll.methods import Settings, find, fourier_state, shooting_state
+from vibecalc.roll.steady import SteadyTurn, started_momentum, steady_state
 from vibecalc.roll.turn import Turn, harmonics, readings
 
 ORDERS = np.arange(1, 11)
@@ -27,7 +27,7 @@ def parts(mounted: bool = False, smooth: bool = False) -> tuple[RollMachine, Rol
 
 
 @cache
-def truth(mounted: bool = False, smooth: bool = False) -> Steady:
+def truth(mounted: bool = False, smooth: bool = False) -> SteadyTurn:
     machine, drive = parts(mounted, smooth)
     started_at = None if mounted else SYNCHRONOUS
     return steady_state(machine, drive, 14, started_at=started_at)
@@ -92,7 +92,7 @@ def test_shooting_is_of_second_order_past_kinks(mounted: bool) -> None:
 def test_marches_gain_with_the_step(
     method: str, step: float, bound: float, gain: tuple[float, float]
 ) -> None:
-    found = find(method, *parts(), Asked(None, step, SYNCHRONOUS, truth().momentum))
+    found = find(method, *parts(), Settings(None, step, SYNCHRONOUS, truth().momentum))
     assert off(found.turn) < bound
     assert gain[0] < off(found.turn) / off(found.finer) < gain[1]
 
@@ -120,7 +120,9 @@ def test_marches_gain_with_the_step(
 def test_every_way_says_how_far_it_is_off(method: str, mounted: bool) -> None:
     started_at = None if mounted else SYNCHRONOUS
     points = 121 if method == "fourier" else None
-    found = find(method, *parts(mounted), Asked(points, None, started_at, truth(mounted).momentum))
+    found = find(
+        method, *parts(mounted), Settings(points, None, started_at, truth(mounted).momentum)
+    )
     apart = np.abs(spectrum(found.turn, mounted, False) - spectrum(found.finer, mounted, False))
     factor = 2.0 * 2.0**found.order / (2.0**found.order - 1.0) if found.order else 1.0
     exact = spectrum(truth(mounted).turn, mounted, False)

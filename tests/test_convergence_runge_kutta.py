@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import RK45
 
 from vibecalc.numerics import runge_kutta
-from vibecalc.numerics.runge_kutta import Plain, Tables
+from vibecalc.numerics.runge_kutta import SmoothSystem, Tables
 from vibecalc.numerics.runge_kutta_march import march, sample
 
 #: loose enough that the longest step alone decides
@@ -22,16 +22,16 @@ def bilinear(stiff: float = 4.0) -> Tables:
     return Tables(rates, np.array([[1.0, 0.0]]), [np.array([0.0])], 1e-13)
 
 
-def unaware() -> Plain:
+def unaware() -> SmoothSystem:
     """The same without knowing of its kink."""
 
     def rates(time: np.ndarray, state: np.ndarray) -> np.ndarray:
         return np.stack([state[:, 1], -np.where(state[:, 0] < 0.0, 1.0, 4.0) * state[:, 0]], axis=1)
 
-    return Plain(rates)
+    return SmoothSystem(rates)
 
 
-def error_after_periods(system: Plain, length: float) -> float:
+def error_after_periods(system: SmoothSystem, length: float) -> float:
     start = np.array([[1.0, 0.0]])
     piece = np.array([[1]])
     end = 2.0 * 1.5 * np.pi
@@ -51,7 +51,7 @@ def test_the_table_is_that_of_the_published_pair() -> None:
 
 
 def test_smooth_problems_have_fifth_order() -> None:
-    system = Plain(lambda t, y: np.stack([y[:, 1], -y[:, 0] + np.cos(2.0 * t)], axis=1))
+    system = SmoothSystem(lambda t, y: np.stack([y[:, 1], -y[:, 0] + np.cos(2.0 * t)], axis=1))
     # x'' + x = cos 2t from (0, 0): x = (cos t - cos 2t) / 3
     errors = []
     for count in (40, 80, 160):

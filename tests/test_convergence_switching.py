@@ -7,8 +7,8 @@ from switching_machines import BOTH, ONLY_A, SPEED, compressor, compressor_loads
 
 from vibecalc.response.switching.follow import follow, slow_peaks
 from vibecalc.response.switching.instant import instantaneous
-from vibecalc.response.switching.motion import Run, driven_part, follow_course, march, panel_grid
-from vibecalc.response.switching.system import Piece, modal_loads, propagator
+from vibecalc.response.switching.motion import Run, driven_part, follow_profile, march, panel_grid
+from vibecalc.response.switching.system import SpeedSegment, modal_loads, propagator
 
 RUN = Run(0.0, 0.3, 0.4, SPEED, -SPEED / 0.3, BOTH, 0)
 
@@ -47,10 +47,10 @@ def test_quadrature_has_the_order_of_its_points(points: int) -> None:
 def test_ever_slower_ramps_approach_the_steady_resonance() -> None:
     """One mode of 5 % damping: what the peak is off vanishes in proportion to haste."""
     system, loads = one_mode(60.0, 0.05, [1], np.array([[1.0]]))
-    steady = slow_peaks(system, loads, [Piece(1.0, 0.0, 90.0, 0)])
+    steady = slow_peaks(system, loads, [SpeedSegment(1.0, 0.0, 90.0, 0)])
     durations = np.array([1.0, 10.0, 100.0, 1000.0, 3000.0])
     value = [
-        follow(system, loads, [Piece(duration, 0.0, 90.0, 0)]).peaks.value[0]
+        follow(system, loads, [SpeedSegment(duration, 0.0, 90.0, 0)]).peaks.value[0]
         for duration in durations.tolist()
     ]
     gap = np.array(value) / steady.value[0] - 1.0
@@ -69,9 +69,11 @@ def test_ever_slower_ramps_approach_the_steady_resonance() -> None:
 @pytest.mark.parametrize("step", long_but([1e-4, 1e-7, 1e-10, 1e-14], 1e-4, 1e-10))
 def test_damping_passes_critical_smoothly(step: float) -> None:
     loads = compressor_loads(6)
-    pieces = [Piece(0.1, SPEED, 0.2 * SPEED, BOTH), Piece(0.1, 72.2, 72.2, ONLY_A)]
-    pieces[1] = pieces[1]._replace(start_speed=pieces[0].end_speed, end_speed=pieces[0].end_speed)
-    below, at, above = (follow(compressor(1.0 + s), loads, pieces) for s in (-step, 0.0, step))
+    profile = [SpeedSegment(0.1, SPEED, 0.2 * SPEED, BOTH), SpeedSegment(0.1, 72.2, 72.2, ONLY_A)]
+    profile[1] = profile[1]._replace(
+        start_speed=profile[0].end_speed, end_speed=profile[0].end_speed
+    )
+    below, at, above = (follow(compressor(1.0 + s), loads, profile) for s in (-step, 0.0, step))
     for side in (below, above):
         off = np.abs(side.peaks.value / at.peaks.value - 1.0)
         assert np.all(off < 3.0 * step + 1e-11)
@@ -84,8 +86,8 @@ def test_a_ramp_of_no_time_is_an_impulse_of_the_parts_momentum() -> None:
     modal = modal_loads(system, loads)
     gap = []
     for duration in (1e-5, 1e-6, 1e-7):
-        pieces = [Piece(duration, SPEED, 0.0, BOTH)]
-        segment = follow_course(system, modal, pieces, angle=1.0, before=BOTH, longest=1.0)[0]
+        profile = [SpeedSegment(duration, SPEED, 0.0, BOTH)]
+        segment = follow_profile(system, modal, profile, angle=1.0, before=BOTH, longest=1.0)[0]
         wave = np.exp(1j * modal.orders)[:, None] * modal.amplitude[BOTH]
         momentum = np.sum(1j * wave / modal.orders[:, None], axis=0).real * SPEED
         jump = segment.state[-1, :, 1] - segment.state[0, :, 1]

@@ -103,7 +103,7 @@ def test_peaks_are_those_of_sixty_digits_each_once() -> None:
     assert np.mean(quick.certain) > 0.7
     for row, one in enumerate(every.T):
         true = maxima_in_digits(*one)
-        own = found.frequency[row][found.found[row]]
+        own = found.frequency[row][found.present[row]]
         assert len(own) == len(true), one
         assert own == pytest.approx(true, rel=1e-7)
 
@@ -124,7 +124,7 @@ def test_the_quick_way_gives_what_the_thorough_one_does(monkeypatch: pytest.Monk
     monkeypatch.setattr(module, "quick_maxima", none)
     for kind, one in zip(kinds, quick, strict=True):
         other = peaks(every, *kind)
-        assert np.array_equal(one.found, other.found)
+        assert np.array_equal(one.present, other.present)
         apart = np.abs(one.largest - other.largest)
         assert np.all(apart <= one.largest_error + other.largest_error)
         assert np.allclose(one.frequency, other.frequency, rtol=1e-7, atol=0.0)

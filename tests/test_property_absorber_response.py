@@ -45,11 +45,11 @@ def test_no_grid_exceeds_the_peaks_and_every_hump_is_found(z1, m, k, z2, excitat
     middle = curve[1:-1]
     with np.errstate(invalid="ignore"):
         hump = (middle > curve[:-2] * (1 + 1e-9)) & (middle > curve[2:] * (1 + 1e-9))
-    assert np.sum(hump) <= np.sum(found.found)
+    assert np.sum(hump) <= np.sum(found.present)
     for x in GRID[1:-1][hump]:
-        assert np.min(np.abs(np.log(found.frequency[found.found] / x))) < 1.2e-2
-    assert np.all(np.diff(found.frequency[found.found]) > 0.0)
-    inside = found.found & np.isfinite(found.magnitude)
+        assert np.min(np.abs(np.log(found.frequency[found.present] / x))) < 1.2e-2
+    assert np.all(np.diff(found.frequency[found.present]) > 0.0)
+    inside = found.present & np.isfinite(found.magnitude)
     x = found.frequency[inside]
     near = np.stack([np.nextafter(x, 0.0), x, np.nextafter(x, np.inf)])
     at = amplitude_with_error(a, near, excitation, response)

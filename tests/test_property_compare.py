@@ -24,7 +24,7 @@ from sample_results import (
 )
 
 from vibecalc.core.report.differences import differences_object, render_differences, render_junit
-from vibecalc.core.results.compare import Comparison, Row, compare
+from vibecalc.core.results.compare import ComparedRow, Comparison, compare
 from vibecalc.core.results.compare_rules import Rule, Rules
 from vibecalc.core.results.record import Axis, Quantity, Result
 from vibecalc.errors import UsageError
@@ -32,7 +32,7 @@ from vibecalc.errors import UsageError
 INFINITY = math.inf
 
 
-def only(comparison: Comparison) -> Row:
+def only(comparison: Comparison) -> ComparedRow:
     assert len(comparison.rows) == 1
     return comparison.rows[0]
 

@@ -27,7 +27,7 @@ from vibecalc.response.forced import dynamics, response
 from vibecalc.response.modes import modes
 from vibecalc.response.operations import (
     Rows,
-    Superposed,
+    SuperposedMotion,
     at_phase,
     mean_energy_range,
     peak_energy_range,
@@ -80,8 +80,8 @@ def test_all_pairs_at_once_are_the_pairs_one_by_one(seed: int) -> None:
 
 
 def weights_and_states(
-    matrices: Matrices, speed: float, parts: Superposed
-) -> list[tuple[WithError, Superposed]]:
+    matrices: Matrices, speed: float, parts: SuperposedMotion
+) -> list[tuple[WithError, SuperposedMotion]]:
     return [
         (mass_of(matrices), states(parts, 1j * speed * ORDERS)),
         (stiffness_of(matrices), states(parts, np.ones(3))),
@@ -290,7 +290,7 @@ def test_mean_range_against_fifty_digits() -> None:
     generator = np.random.default_rng(4)
     weight = exactly(random_body(4).matrices.mass)
     y, r = generator.normal(size=(2, 3, 6)), generator.normal(size=(2, 6))
-    state = Superposed(
+    state = SuperposedMotion(
         exactly((y[0] + 1j * y[1])[None]), exactly((r[0] + 1j * r[1])[None, None]), 0
     )
     found = mean_energy_range(weight, state)

@@ -7,29 +7,29 @@ from collections.abc import Callable
 
 import pytest
 
-from vibecalc.core.study.find_solutions import Course, Level, Solution, extremes, roots
+from vibecalc.core.study.find_solutions import Level, SampledCurve, Solution, extremes, roots
 from vibecalc.errors import NumericalFailure
 
 Curve = Callable[[float], float]
 
 
-def course_of(
+def sampled_curve(
     curve: Curve, lower: float, upper: float, *, points: int = 33, error: float = 1e-13,
     rough: bool = False,
-) -> Course:  # fmt: skip
-    """A course along a curve; a rough one is off by its whole error, now up, now down."""
+) -> SampledCurve:  # fmt: skip
+    """A sampled curve; a rough one is off by its whole error, now up, now down."""
 
     def evaluate(key: float) -> tuple[float, float]:
         noise = error * (1.0 if math.sin(1e6 * key) > 0.0 else -1.0) if rough else 0.0
         return curve(key) + noise, error
 
-    course = Course(evaluate, lower, upper)
-    course.look(points)
-    return course
+    sampled = SampledCurve(evaluate, lower, upper)
+    sampled.sample(points)
+    return sampled
 
 
 def found(curve: Curve, lower: float, upper: float, wanted: float, **more) -> list[Solution]:
-    return roots(course_of(curve, lower, upper, **more), Level(wanted, 0.0)).solutions
+    return roots(sampled_curve(curve, lower, upper, **more), Level(wanted, 0.0)).solutions
 
 
 def within(solutions: list[Solution], places: list[float]) -> None:
@@ -70,21 +70,21 @@ def test_a_curve_that_only_touches(error: float) -> None:
 
 
 def test_a_turn_that_stays_off_is_no_solution() -> None:
-    course = course_of(lambda x: 2.0 + (x - 1.37) ** 2, 0.0, 4.0)
-    assert roots(course, Level(1.999, 0.0)) == ([], [])
-    nearest = min(course.samples, key=lambda one: one.value)
+    sampled = sampled_curve(lambda x: 2.0 + (x - 1.37) ** 2, 0.0, 4.0)
+    assert roots(sampled, Level(1.999, 0.0)) == ([], [])
+    nearest = min(sampled.samples, key=lambda one: one.value)
     assert nearest.value == pytest.approx(2.0, abs=1e-9)
 
 
 def test_jumps_and_poles_are_no_solutions() -> None:
-    answer = roots(course_of(lambda x: math.floor(x), 0.3, 2.9), Level(1.5, 0.0))
+    answer = roots(sampled_curve(lambda x: math.floor(x), 0.3, 2.9), Level(1.5, 0.0))
     assert not answer.solutions
     assert [one.key for one in answer.jumps] == pytest.approx([2.0], abs=1e-9)
 
     def pole(x: float) -> float:
         return 1.0 / (x - 1.2345678 - 1e-20)
 
-    answer = roots(course_of(pole, 0.0, 3.0), Level(0.7, 0.0))
+    answer = roots(sampled_curve(pole, 0.0, 3.0), Level(0.7, 0.0))
     within(answer.solutions, [1.2345678 + 1.0 / 0.7])
     assert [one.key for one in answer.jumps] == pytest.approx([1.2345678], abs=1e-9)
 
@@ -100,27 +100,27 @@ def with_hole(low: float, high: float, curve: Curve) -> Curve:
 
 def test_a_solution_nearby_failed_points_counts_and_one_across_does_not() -> None:
     broken = with_hole(1.0, 2.0, lambda x: x**3)
-    course = course_of(broken, 0.0, 4.0, points=9)
-    within(roots(course, Level(0.999**3, 0.0)).solutions, [0.999])
-    within(roots(course, Level(2.003**3, 0.0)).solutions, [2.003])
-    assert roots(course, Level(3.0, 0.0)) == ([], [])
-    assert {one.failure for one in course.failed()} == {"nothing here"}
+    sampled = sampled_curve(broken, 0.0, 4.0, points=9)
+    within(roots(sampled, Level(0.999**3, 0.0)).solutions, [0.999])
+    within(roots(sampled, Level(2.003**3, 0.0)).solutions, [2.003])
+    assert roots(sampled, Level(3.0, 0.0)) == ([], [])
+    assert {one.failure for one in sampled.failed()} == {"nothing here"}
 
 
 def test_a_failure_inside_a_bracket_leaves_the_rest_of_it() -> None:
     broken = with_hole(1.45, 1.55, lambda x: x**3)
-    course = course_of(broken, 0.0, 4.0, points=5)
-    assert not course.failed()
-    within(roots(course, Level(1.7**3, 0.0)).solutions, [1.7])
-    assert not roots(course, Level(1.5**3, 0.0)).solutions
-    assert course.failed()
+    sampled = sampled_curve(broken, 0.0, 4.0, points=5)
+    assert not sampled.failed()
+    within(roots(sampled, Level(1.7**3, 0.0)).solutions, [1.7])
+    assert not roots(sampled, Level(1.5**3, 0.0)).solutions
+    assert sampled.failed()
 
 
 def test_not_a_number_and_infinity_are_failed_points() -> None:
     for bad in (math.nan, math.inf, -math.inf):
-        course = course_of(lambda x, bad=bad: bad if x > 2.0 else x, 0.0, 4.0)
-        within(roots(course, Level(1.3, 0.0)).solutions, [1.3])
-        assert "not a finite number" in course.failed()[0].failure
+        sampled = sampled_curve(lambda x, bad=bad: bad if x > 2.0 else x, 0.0, 4.0)
+        within(roots(sampled, Level(1.3, 0.0)).solutions, [1.3])
+        assert "not a finite number" in sampled.failed()[0].failure
 
 
 def test_all_values_are_solutions() -> None:
@@ -129,40 +129,42 @@ def test_all_values_are_solutions() -> None:
 
 
 def test_wide_bounds_are_walked_in_equal_ratios() -> None:
-    course = course_of(lambda x: x, 0.01, 100.0, points=5)
-    assert [one.key for one in course.samples] == pytest.approx([0.01, 0.1, 1.0, 10.0, 100.0])
-    assert course.samples[0].key == 0.01 and course.samples[-1].key == 100.0
-    assert not course_of(lambda x: x, 1.0, 4.0).log
+    sampled = sampled_curve(lambda x: x, 0.01, 100.0, points=5)
+    assert [one.key for one in sampled.samples] == pytest.approx([0.01, 0.1, 1.0, 10.0, 100.0])
+    assert sampled.samples[0].key == 0.01 and sampled.samples[-1].key == 100.0
+    assert not sampled_curve(lambda x: x, 1.0, 4.0).log
     within(found(lambda x: x**-2, 0.01, 100.0, 9.0), [1.0 / 3.0])
 
 
 @pytest.mark.parametrize("rough", [False, True])
 @pytest.mark.parametrize("error", [0.0, 1e-12, 1e-6])
 def test_every_extreme_of_a_wave(error: float, rough: bool) -> None:
-    course = course_of(lambda x: math.sin(x) + 0.01 * x, 0.0, 15.0, error=error, rough=rough)
+    sampled = sampled_curve(lambda x: math.sin(x) + 0.01 * x, 0.0, 15.0, error=error, rough=rough)
     place = math.acos(-0.01)
     lows = [2.0 * math.pi - place, 4.0 * math.pi - place]
     highs = [place, place + 2.0 * math.pi, place + 4.0 * math.pi]
-    within(extremes(course, 1.0), lows)
-    answer = extremes(course, -1.0)
+    within(extremes(sampled, 1.0), lows)
+    answer = extremes(sampled, -1.0)
     within(answer, highs[::-1])
     for one in answer:
         assert one.error <= 8.0 * math.sqrt(error) + 1e-6
 
 
 def test_a_kink_and_a_fourth_power() -> None:
-    (one,) = extremes(course_of(lambda x: abs(x - 0.777), 0.0, 4.0, error=1e-9, rough=True), 1.0)
+    (one,) = extremes(
+        sampled_curve(lambda x: abs(x - 0.777), 0.0, 4.0, error=1e-9, rough=True), 1.0
+    )
     assert abs(one.sample.key - 0.777) <= one.error <= 1e-5
-    (one,) = extremes(course_of(lambda x: (x - 0.777) ** 4, 0.0, 4.0, error=1e-12), 1.0)
+    (one,) = extremes(sampled_curve(lambda x: (x - 0.777) ** 4, 0.0, 4.0, error=1e-12), 1.0)
     assert abs(one.sample.key - 0.777) <= one.error <= 0.02
 
 
 def test_bounds_and_ends_of_stretches_are_no_extremes() -> None:
-    assert not extremes(course_of(lambda x: x, 0.0, 4.0), 1.0)
+    assert not extremes(sampled_curve(lambda x: x, 0.0, 4.0), 1.0)
     broken = with_hole(1.0, 2.0, lambda x: (x - 1.5) ** 2)
-    assert not extremes(course_of(broken, 0.0, 4.0), 1.0)
+    assert not extremes(sampled_curve(broken, 0.0, 4.0), 1.0)
     broken = with_hole(0.0, 1.4, lambda x: (x - 1.5) ** 2)
-    within(extremes(course_of(broken, -1.0, 4.0), 1.0), [1.5])
+    within(extremes(sampled_curve(broken, -1.0, 4.0), 1.0), [1.5])
 
 
 def test_no_value_is_computed_twice() -> None:
@@ -172,11 +174,11 @@ def test_no_value_is_computed_twice() -> None:
         met.append(key)
         return math.sin(key), 1e-12
 
-    course = Course(evaluate, 0.0, 10.0)
-    course.know(1.0, math.sin(1.0), 1e-12)
-    course.look(17)
-    assert 1.0 not in met and len(course.samples) == 18
-    roots(course, Level(0.3, 0.0))
-    extremes(course, 1.0)
-    assert len(met) == len(set(met)) == course.evaluations
-    assert course.evaluations <= 17 + 4 * 12 + 3 * 25
+    sampled = SampledCurve(evaluate, 0.0, 10.0)
+    sampled.know(1.0, math.sin(1.0), 1e-12)
+    sampled.sample(17)
+    assert 1.0 not in met and len(sampled.samples) == 18
+    roots(sampled, Level(0.3, 0.0))
+    extremes(sampled, 1.0)
+    assert len(met) == len(set(met)) == sampled.evaluations
+    assert sampled.evaluations <= 17 + 4 * 12 + 3 * 25

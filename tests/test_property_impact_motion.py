@@ -52,7 +52,7 @@ def mixed_batch(members: list[int]):
     gap = np.array([near(8), 2 * near(8, 2), 1e-3 * INCH + near(8, 3)]).T[members]
     return simulate(
         compressor_drive(with_rod_tangent=True), gas_towards("crank"), MASS + 0.01 * number, joint,
-        gap, 0.0 * gap, revolutions=1, orders_kept=12, crank_joint=crank, rod_mass=ROD_MASS,
+        gap, 0.0 * gap, revolutions=1, orders_retained=12, crank_joint=crank, rod_mass=ROD_MASS,
         wall=wall, samples=64,
     )  # fmt: skip
 
@@ -90,7 +90,7 @@ def test_finer_panels_do_not_move_the_first_contacts(sense, law):
     times = [
         simulate(
             compressor_drive(), gas_towards(sense), MASS, source_joint(law), near(3), np.zeros(3),
-            revolutions=1, orders_kept=4, subdivision=parts,
+            revolutions=1, orders_retained=4, subdivision=parts,
         ).wrist_pin.first_contacts
         for parts in (1, 3)
     ]  # fmt: skip
@@ -111,7 +111,7 @@ def test_a_gas_table_may_be_written_in_other_ways():
     runs = [
         simulate(
             compressor_drive(), table, MASS, source_joint(), near(2), np.zeros(2),
-            revolutions=1, orders_kept=50,
+            revolutions=1, orders_retained=50,
         ).wrist_pin
         for table in tables
     ]  # fmt: skip
@@ -130,12 +130,12 @@ def test_time_runs_back():
     joint = source_joint(clearance=6 * CLEARANCE, contact_damping=0.0, film_damping=0.0)
     gap, velocity = np.array([1.1e-4, 1.3e-4]), np.array([0.3, -0.2])
     gas = gas_towards("crank")
-    there = simulate(drive, gas, MASS, joint, gap, velocity, revolutions=1, orders_kept=1)
+    there = simulate(drive, gas, MASS, joint, gap, velocity, revolutions=1, orders_retained=1)
     mirrored = drive._replace(displacement=np.conj(drive.displacement))
     backwards = gas._replace(force=gas.force[::-1])
     back = simulate(
         mirrored, backwards, MASS, joint, there.end_gap[:, 0, 0], -there.end_velocity[:, 0, 0],
-        revolutions=1, orders_kept=1,
+        revolutions=1, orders_retained=1,
     )  # fmt: skip
     assert np.all(there.wrist_pin.impact_count >= 2)
     # on the way back every contact is made where it was broken
@@ -169,7 +169,7 @@ def test_energy_balance_of_machines_of_any_size(sizes, law, sense):
     )
     run = simulate(
         drive, gas_towards(sense), MASS * heavy**0.25, joint, near(2), np.zeros(2),
-        revolutions=1, orders_kept=8,
+        revolutions=1, orders_retained=8,
     )  # fmt: skip
     assert np.all(run.axial.relative_error < 1e-12)
     wrist = run.wrist_pin
@@ -247,7 +247,7 @@ def test_a_pin_that_stands_still_leaves_a_free_mass_alone():
     joint = Joint(1.0, 1e4, 0.0, 0.0)
     run = simulate(
         still, gas_towards("crank")._replace(force=np.zeros(37)), 2.0, joint, [0.25], [0.125],
-        revolutions=2, orders_kept=2,
+        revolutions=2, orders_retained=2,
     )  # fmt: skip
     turn = 2 * np.pi / 3.0
     np.testing.assert_allclose(run.end_gap[0, :, 0], 0.25 + 0.125 * turn * np.array([1, 2]))

@@ -14,7 +14,7 @@ from vibecalc.torsion.damper_design.design import (
     performance,
 )
 from vibecalc.torsion.damper_design.peaks import survey
-from vibecalc.torsion.damper_design.problem import Damper, Limits, Problem
+from vibecalc.torsion.damper_design.problem import Damper, DamperProblem, Limits
 from vibecalc.torsion.line import chain
 
 FREE = Limits((0.5, 0.5), (50.0, 2e4), (0.3, 300.0))
@@ -90,11 +90,13 @@ def test_viscous_damper_is_worse_and_gains_and_errors_are_those_of_performance(
     ratio, error = gain(branched(), tuned, viscous.damper)
     assert abs(ratio - viscous.worst / tuned.worst) <= 2.0 * error < 1e-10
     seen = mistuning(branched(), tuned)
-    assert np.all(seen.rise >= 1.0) and seen.rise[1, 1] == 1.0 and seen.rise.max() > 1.01
+    assert (
+        np.all(seen.increase >= 1.0) and seen.increase[1, 1] == 1.0 and seen.increase.max() > 1.01
+    )
     speed = np.linspace(30.0, 200.0, 801)
     off = Damper(0.5, tuned.damper.stiffness * 0.9, tuned.damper.damping * 1.1)
     dense = direct(branched(), off, speed, 200)[:, :-2].max()
-    np.testing.assert_allclose(seen.rise[0, 2] * tuned.worst, dense, rtol=1e-3)
+    np.testing.assert_allclose(seen.increase[0, 2] * tuned.worst, dense, rtol=1e-3)
 
 
 @pytest.mark.long
@@ -113,7 +115,9 @@ def test_the_table_value_of_the_source_is_far_from_the_best_of_its_engine() -> N
 def test_narrow_resonances_between_the_speeds_of_the_grid_are_found() -> None:
     line = chain(np.array([1.0, 1.0, 1.0]), np.array([1e4, 1e4]))
     source = torque_of_parts(np.array([[1.0, 0.0, 0.0]]), 0.0)
-    problem = Problem(line, 0, np.array([1.0]), 2.0 * np.pi, source, (50.0, 210.0), np.ones(2))
+    problem = DamperProblem(
+        line, 0, np.array([1.0]), 2.0 * np.pi, source, (50.0, 210.0), np.ones(2)
+    )
     damper = Damper(0.01, 1.0, 0.01)
     seen = performance(problem, damper, speeds=15)
     close = seen.speed + np.linspace(-0.02, 0.02, 401)

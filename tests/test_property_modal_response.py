@@ -13,7 +13,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
 from vibecalc.parts.matrices import assemble
-from vibecalc.response.forced import Undriven, dynamics, modal_response, response
+from vibecalc.response.forced import UndrivenModes, dynamics, modal_response, response
 from vibecalc.response.modal_damping import (
     body_resonances,
     damped_basis,
@@ -158,7 +158,7 @@ def test_mode_that_is_not_driven_is_left_out_at_its_frequency() -> None:
     assert np.all(summed.error[0] < 1e-9 * np.max(np.abs(expected)))
     force = modal_force(shapes, load, error)
     pairs = np.abs(force.value) <= 4.0 * force.error
-    left_out = Undriven(pairs, shapes.shape, shapes.eigenvalue)
+    left_out = UndrivenModes(pairs, shapes.shape, shapes.eigenvalue)
     direct = response(dynamics(undamped, natural, left_out), load, error)
     assert np.all(np.abs(summed.value - direct.value) <= summed.error + direct.error)
 

@@ -16,7 +16,13 @@ from vibecalc.numerics.periodic.panels import constant_start
 from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch
 from vibecalc.roll.rates import roll_problem, surely_fastest
 from vibecalc.roll.running import running_state
-from vibecalc.roll.steady import Steady, quick_spectrum, quick_turn, started_momentum, steady_state
+from vibecalc.roll.steady import (
+    SteadyTurn,
+    quick_spectrum,
+    quick_turn,
+    started_momentum,
+    steady_state,
+)
 from vibecalc.roll.turn import harmonics, readings
 
 ORDERS = np.arange(1, 11)
@@ -110,7 +116,7 @@ def test_how_far_the_torque_of_a_motor_rises() -> None:
     assert rising_branch(rises) == (np.inf, np.inf)
 
 
-def begun_at(machine: RollMachine, drive: RollDrive, speed: float) -> Steady:
+def begun_at(machine: RollMachine, drive: RollDrive, speed: float) -> SteadyTurn:
     first = steady_state(machine, drive, 6, started_at=SYNCHRONOUS)
     solution = constant_start(first.problem, 6, np.array([[speed]]))
     return steady_state(
@@ -122,7 +128,7 @@ def begun_at(machine: RollMachine, drive: RollDrive, speed: float) -> Steady:
 def test_a_slower_state_is_not_taken_for_the_running_state(scale: float) -> None:
     machine, drive = as_batch(source_machine(gas_scale=[scale, scale])), humped()
     slow = begun_at(machine, drive, 300.0 * RPM)
-    assert slow.found[0] and not surely_fastest(machine, drive, slow.turn)[0]
+    assert slow.solved[0] and not surely_fastest(machine, drive, slow.turn)[0]
     running = running_state(machine, drive, rtol=1e-9, orders=10, started_at=SYNCHRONOUS)
     fast = running.state.turn
     assert np.min(fast.crank_speed) > np.max(slow.turn.crank_speed)
@@ -162,7 +168,7 @@ def test_machines_in_a_batch_do_not_feel_each_other() -> None:
     together = source_machine(rod_length=rods, rotor_inertia=rotors, gas_scale=scale)
     drive = source_drive()
     batch = steady_state(together, drive, 6)
-    assert batch.found.all()
+    assert batch.solved.all()
     for place in range(6):
         alone = steady_state(RollMachine(*(f[place : place + 1] for f in together)), drive, 6)
         assert float(alone.turn.period[0]) == pytest.approx(
@@ -175,7 +181,7 @@ def test_a_machine_that_fails_leaves_the_others_of_its_batch_alone() -> None:
     scale = np.array([[1.0, 1.0], [3.5, 3.5], [3.2, 3.2], [1.5, 1.5]])
     machine, drive = source_machine(gas_scale=scale), source_drive(holds=True)
     batch = steady_state(machine, drive, 6, started_at=SYNCHRONOUS)
-    assert batch.found.tolist() == [True, False, False, True]
+    assert batch.solved.tolist() == [True, False, False, True]
     alone = steady_state(RollMachine(*(f[3:] for f in machine)), drive, 6, started_at=SYNCHRONOUS)
     assert float(alone.turn.period[0]) == pytest.approx(float(batch.turn.period[3]), rel=1e-13)
 
@@ -185,7 +191,7 @@ def test_edges_that_never_come_to_rest_are_no_solution() -> None:
     machine = as_batch(source_machine(gas_scale=[3.2, 3.2]))
     state = steady_state(machine, source_drive(holds=True), 6, started_at=SYNCHRONOUS)
     assert state.solution.converged[0] and not state.solution.edge_error[0] < 1e-3
-    assert not state.found[0]
+    assert not state.solved[0]
 
 
 def test_the_quick_look_is_within_a_decibel_and_finds_the_stall() -> None:

@@ -15,7 +15,7 @@ from vibecalc.core.report.canvas import keep_apart
 from vibecalc.core.report.headline import headline_rows
 from vibecalc.core.report.sweep.picture_lines import line_style
 from vibecalc.core.report.sweep.statistics import extreme_lines
-from vibecalc.core.report.sweep.view import GridAxis, Key, Stacked, SweepView, _short
+from vibecalc.core.report.sweep.view import GridAxis, Key, StackedResult, SweepView, _short
 from vibecalc.core.results.record import Axis, Record
 
 LEVEL = "response/roll/level/shell_acceleration"
@@ -37,8 +37,8 @@ def levels(values: np.ndarray) -> SweepView:
         together=((0,),),
         status=np.zeros(len(values), dtype=int),
         message=lambda point: "",
-        kept=kept,
-        read=lambda path: Stacked(values, np.zeros(len(values))),
+        quantities=kept,
+        read=lambda path: StackedResult(values, np.zeros(len(values))),
     )
 
 

@@ -16,7 +16,7 @@ from vibecalc.core.run.run import run_case
 from vibecalc.isolation.rigid_body import mount_readout
 from vibecalc.isolation.rows import HarmonicsAt, Jet, body_rows, shows
 from vibecalc.isolation.run_up import RunUp, RunUpPeak, run_up, run_up_peak
-from vibecalc.isolation.run_up_grid import Looked
+from vibecalc.isolation.run_up_grid import CachedFunction
 from vibecalc.numerics.rounding import WithError
 from vibecalc.parts.matrices import assemble
 from vibecalc.response.modal_damping import body_resonances
@@ -109,12 +109,12 @@ def test_no_speed_is_computed_twice() -> None:
         asked.extend(speed.tolist())
         return speed**2, np.stack([speed, -speed], axis=1)
 
-    looked = Looked(look)
+    cached = CachedFunction(look)
     for speed in ([1.0, 3.0], [1.0, 2.0, 3.0], [0.5, 2.0, 4.0], [0.5, 1.0, 2.0, 3.0, 4.0]):
-        squares, both = looked(np.array(speed))
+        squares, both = cached(np.array(speed))
         assert squares.tolist() == [one**2 for one in speed]
         assert both[:, 1].tolist() == [-one for one in speed]
-    assert sorted(asked) == [0.5, 1.0, 2.0, 3.0, 4.0] == looked.speed.tolist()
+    assert sorted(asked) == [0.5, 1.0, 2.0, 3.0, 4.0] == cached.speed.tolist()
 
 
 def wave(seed: int, kind: str) -> Callable[[np.ndarray], np.ndarray]:

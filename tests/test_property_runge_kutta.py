@@ -7,11 +7,11 @@ from long_but import long_but
 from test_convergence_runge_kutta import bilinear
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.runge_kutta import Change, Plain, Tables
+from vibecalc.numerics.runge_kutta import EventOutcome, SmoothSystem, Tables
 from vibecalc.numerics.runge_kutta_march import fine, march, sample
 
 NO_PIECE = np.zeros((1, 0), dtype=np.int64)
-PENDULUM = Plain(lambda t, y: np.stack([y[:, 1], -np.sin(y[:, 0])], axis=1))
+PENDULUM = SmoothSystem(lambda t, y: np.stack([y[:, 1], -np.sin(y[:, 0])], axis=1))
 
 
 @pytest.mark.parametrize("swing", long_but([0.3, 1.5, 3.0], 3.0))
@@ -20,8 +20,8 @@ def test_a_pendulum_keeps_its_energy_and_its_elliptic_period(swing: float) -> No
     start = np.array([[swing, 0.0]])
     found = march(PENDULUM, np.zeros(1), start, NO_PIECE, np.array([3 * period]), absolute=1e-11)
     assert np.max(np.abs(found.state - start)) < 3e-8
-    times, looked = fine(found.record, 0, 4)
-    energy = 0.5 * looked.state[:, 1] ** 2 - np.cos(looked.state[:, 0])
+    times, sampled = fine(found.record, 0, 4)
+    energy = 0.5 * sampled.state[:, 1] ** 2 - np.cos(sampled.state[:, 0])
     assert np.all(np.diff(times) >= 0.0)
     assert np.max(np.abs(energy + np.cos(swing))) < 1e-8
 
@@ -32,11 +32,11 @@ def test_each_member_is_what_it_is_alone() -> None:
     start = rng.normal(size=(count, 2))
     begin, end = rng.uniform(0, 1, count), rng.uniform(3, 9, count)
     stops = np.sort(rng.uniform(1, 8, (count, 2)), axis=1)
-    pieces = system.pieces_at(start)
-    both = march(system, begin, start, pieces, end, absolute=1e-8, stops=stops)
+    interval = system.intervals_at(start)
+    both = march(system, begin, start, interval, end, absolute=1e-8, stops=stops)
     for k in range(count):
         one = march(
-            system, begin[[k]], start[[k]], pieces[[k]], end[[k]], absolute=1e-8, stops=stops[[k]]
+            system, begin[[k]], start[[k]], interval[[k]], end[[k]], absolute=1e-8, stops=stops[[k]]
         )
         assert one.steps[0] == both.steps[k] and one.rejected[0] == both.rejected[k]
         assert np.max(np.abs(one.state[0] - both.state[k])) < 1e-13
@@ -49,10 +49,10 @@ def test_steps_end_exactly_on_the_times_given() -> None:
     stops = np.array([[0.1, 1.0 / 3.0, 2.0, np.inf]])
     met: list[float] = []
 
-    class Telling(Plain):
-        def stopped(self, member, time, state, piece):  # type: ignore[no-untyped-def]
+    class Telling(SmoothSystem):
+        def stopped(self, member, time, state, interval):  # type: ignore[no-untyped-def]
             met.extend(time.tolist())
-            return Change(state, piece, time >= 2.0)
+            return EventOutcome(state, interval, time >= 2.0)
 
     system = Telling(lambda t, y: -y)
     found = march(
@@ -73,20 +73,20 @@ def test_borders_are_met_to_their_closeness_and_no_step_has_one_inside() -> None
     )
     start = np.array([[1.9, 0.0]])
     found = march(
-        system, np.zeros(1), start, system.pieces_at(start), np.array([12.0]), absolute=1e-9
+        system, np.zeros(1), start, system.intervals_at(start), np.array([12.0]), absolute=1e-9
     )
     record = found.record
     assert record is not None
-    _, looked = fine(record, 0, 8)
+    _, sampled = fine(record, 0, 8)
     edges = np.concatenate([[-np.inf], nodes, [np.inf]])
-    piece = record.piece[looked.step, 0]
-    assert np.all(looked.state[:, 0] > edges[piece] - 3e-11)
-    assert np.all(looked.state[:, 0] < edges[piece + 1] + 3e-11)
+    interval = record.interval[sampled.step, 0]
+    assert np.all(sampled.state[:, 0] > edges[interval] - 3e-11)
+    assert np.all(sampled.state[:, 0] < edges[interval + 1] + 3e-11)
     # 1.9 cos t meets each of the 7 nodes inside it 4 times less the way that is cut off at t = 12
     count = sum(
         np.sum(np.diff(np.sign(1.9 * np.cos(np.linspace(0, 12, 100001)) - n)) != 0) for n in nodes
     )
-    assert np.sum(np.diff(record.piece[:, 0]) != 0) == count
+    assert np.sum(np.diff(record.interval[:, 0]) != 0) == count
 
 
 def test_more_parts_refine_where_borders_set_the_steps() -> None:
@@ -99,7 +99,7 @@ def test_more_parts_refine_where_borders_set_the_steps() -> None:
 
     def run(parts: int, tolerance: float = 10.0) -> tuple[float, int]:
         found = march(
-            system, np.zeros(1), start, system.pieces_at(start), np.array([20.0]),
+            system, np.zeros(1), start, system.intervals_at(start), np.array([20.0]),
             absolute=tolerance, parts=parts,
         )  # fmt: skip
         return float(found.state[0, 0]), int(found.steps[0])
@@ -113,7 +113,7 @@ def test_more_parts_refine_where_borders_set_the_steps() -> None:
 
 @pytest.mark.long
 def test_a_solution_that_blows_up_is_refused() -> None:
-    system = Plain(lambda t, y: y * y)
+    system = SmoothSystem(lambda t, y: y * y)
     with pytest.raises(NumericalFailure, match="no step is short enough at time 1"):
         march(system, np.zeros(1), np.ones((1, 1)), NO_PIECE, np.array([2.0]), absolute=1e-4)
 

@@ -8,8 +8,8 @@ from vibecalc.excitation.slip_torque import (
     INTERPOLATIONS,
     SlipCurve,
     breakdown,
+    interval_of,
     linear_motor,
-    piece_of,
     slip_curve,
     slip_torque,
 )
@@ -57,7 +57,7 @@ def test_odd(drawn) -> None:
 
 def test_continuous_at_every_threshold(drawn) -> None:
     _, torque, curve, kind = drawn
-    above = piece_of(curve, curve.threshold)
+    above = interval_of(curve, curve.threshold)
     upper = slip_torque(curve, curve.threshold, above)
     lower = slip_torque(curve, curve.threshold, above - 1)
     np.testing.assert_allclose(upper.value, lower.value, rtol=0, atol=1e-13 * np.max(torque))
@@ -72,9 +72,9 @@ def test_continuous_at_every_threshold(drawn) -> None:
 def test_slope_is_the_derivative(drawn) -> None:
     slip, _, curve, _ = drawn
     middles = np.concatenate([0.5 * (slip[1:] + slip[:-1]), -0.3 * slip[1:] - 0.7 * slip[:-1]])
-    piece = piece_of(curve, middles)
-    away = (middles - curve.base[piece]) + 1e-30j
-    rows = curve.coefficient[piece]
+    interval = interval_of(curve, middles)
+    away = (middles - curve.base[interval]) + 1e-30j
+    rows = curve.coefficient[interval]
     truth = np.imag(sum(rows[:, k] * away**k for k in range(rows.shape[1]))) / 1e-30
     np.testing.assert_allclose(slip_torque(curve, middles).slope, truth, rtol=1e-13)
 
@@ -82,7 +82,7 @@ def test_slope_is_the_derivative(drawn) -> None:
 def test_a_threshold_belongs_to_the_piece_above_it(drawn) -> None:
     _, _, curve, _ = drawn
     np.testing.assert_array_equal(
-        piece_of(curve, curve.threshold), np.arange(len(curve.threshold)) + 1
+        interval_of(curve, curve.threshold), np.arange(len(curve.threshold)) + 1
     )
 
 
@@ -125,8 +125,8 @@ def test_parabola_goes_through_the_node_before() -> None:
 
 def test_given_pieces_are_continued_beyond_their_ends() -> None:
     curve = slip_curve(SLIP, TORQUE, "linear")
-    piece = piece_of(curve, np.array([5.0]))
-    found = slip_torque(curve, np.array([-20.0, 8.0]), np.repeat(piece, 2))
+    interval = interval_of(curve, np.array([5.0]))
+    found = slip_torque(curve, np.array([-20.0, 8.0]), np.repeat(interval, 2))
     np.testing.assert_allclose(found.value, np.array([-20.0, 8.0]) * 239.0 / 6.0, rtol=1e-14)
 
 

@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 
 from vibecalc.roll.start_up_readings import (
     QUANTITIES,
-    Seen,
+    TimeHistory,
     Turns,
     settled_turn,
     steps_between,
     stretches,
 )
-from vibecalc.roll.start_up_system import Load
+from vibecalc.roll.start_up_system import LoadSteps
 
 
 def turns(amplitude: np.ndarray) -> Turns:
@@ -67,9 +67,9 @@ def test_stretches_part_peaks_and_speeds_at_the_changes_of_load() -> None:
     value = np.zeros((len(QUANTITIES), len(time)))
     row = QUANTITIES.index("motor_torque")
     value[row] = np.where(begin < 2.0, 3.0 * time, -40.0)
-    shown = Seen(time, value)
+    shown = TimeHistory(time, value)
     found = Turns(np.array([0.0, 0.9, 2.0]), np.array([0.9, 0.9, 0.5]), np.ones(3))
-    parts = stretches(shown, found, Load(np.array([0.0, 2.0, 9.0]), np.array([0.0, 1.0, 0.5])))
+    parts = stretches(shown, found, LoadSteps(np.array([0.0, 2.0, 9.0]), np.array([0.0, 1.0, 0.5])))
     np.testing.assert_array_equal(parts.begin, [0.0, 2.0])
     np.testing.assert_array_equal(parts.factor, [0.0, 1.0])
     np.testing.assert_allclose(parts.speed, 2.0 * np.pi / np.array([0.9, 0.5]))

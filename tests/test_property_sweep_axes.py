@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from sweep_samples import DAMPING, MODEL, ORDERS, PHASE, SPEED, STIFFNESS, axis, design_of, spread
 
 from vibecalc.core.study.sweep.prepare import axis_table, axis_tables, sampling_table
-from vibecalc.core.study.sweep.values import Listed, Scatter, Spread
+from vibecalc.core.study.sweep.values import Scatter, SpacedValues, ValueList
 from vibecalc.units import parse_quantity
 
 UNIT_ROUNDOFF = 2.0**-53
@@ -56,16 +56,16 @@ ends = st.decimals(min_value=-1000, max_value=1000, places=3, allow_nan=False)
 def test_spread_is_monotone_within_its_ends(first, last, count, spacing):
     if first == last or (spacing == "log" and first * last <= 0):
         first, last = Decimal(1), Decimal(10)
-    course = Spread(start=first, stop=last, factor=1.0, log=spacing == "log", count=count)
+    course = SpacedValues(start=first, stop=last, factor=1.0, log=spacing == "log", count=count)
     found = course.at(np.arange(count))
     assert (found[0], found[-1]) == course.ends == (float(first), float(last))
     assert np.all(np.diff(found) > 0.0) or np.all(np.diff(found) < 0.0)
     backwards = course.at(np.arange(count)[::-1])
     assert np.array_equal(backwards, found[::-1])
     shares = (np.arange(20) + 0.5) / 20.0
-    drawn = Spread(start=first, stop=last, factor=1.0, log=spacing == "log", count=None).drawn(
-        shares
-    )
+    drawn = SpacedValues(
+        start=first, stop=last, factor=1.0, log=spacing == "log", count=None
+    ).drawn(shares)
     assert np.all((drawn >= min(course.ends)) & (drawn <= max(course.ends)))
     assert np.all(np.diff(drawn) * (float(last) - float(first)) > 0.0)
 
@@ -210,7 +210,7 @@ def test_mean_and_deviation_are_those_of_the_key(kind, parameters, tolerance):
 
 
 def test_listed_values_are_drawn_with_equal_chances():
-    course = Listed(values=(3.0, 1.0, 2.0))
+    course = ValueList(values=(3.0, 1.0, 2.0))
     shares = (np.arange(300) + 0.5) / 300.0
     found = course.drawn(shares)
     assert [int(np.sum(found == value)) for value in (3.0, 1.0, 2.0)] == [100, 100, 100]

@@ -30,7 +30,7 @@ from sweep_samples import (
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.case.raw import case_at
-from vibecalc.core.study.sweep.checks import check_design, keep_problems, kept_paths
+from vibecalc.core.study.sweep.checks import check_design, keep_problems, stored_paths
 from vibecalc.core.study.sweep.design import size_words
 from vibecalc.core.study.sweep.prepare import identify
 from vibecalc.core.study.sweep.sampling import SEQUENCES, resample, sobol
@@ -271,13 +271,13 @@ def test_resampling_draws_all_alike():
 def test_default_and_named_quantities_are_kept():
     loaded = generator()
     design = design_of(axis(STIFFNESS, 5000, 6000))
-    kept = kept_paths((), loaded.case, design, loaded.resolved)
+    kept = stored_paths((), loaded.case, design, loaded.resolved)
     assert "isolation/lever_force/run_up_peak" in kept
     assert "isolation/lever_force/run_up" not in kept
     assert {limit.quantity for limit in loaded.case.limit} <= set(kept)
     assert not keep_problems(kept, loaded.case, design, loaded.resolved)
     by_model = design_of(axis(MODEL, "pitch", "rigid_body"))
-    shared = kept_paths((), loaded.case, by_model, loaded.resolved)
+    shared = stored_paths((), loaded.case, by_model, loaded.resolved)
     assert "isolation/pitch/inertia" in kept
     assert "isolation/pitch/inertia" not in shared
     assert "isolation/support_force/steady_peak" in shared

@@ -9,40 +9,42 @@ import pytest
 from sweep_work import Start, dies_at_once
 
 from vibecalc.core.results.layout import DIED, TIMED_OUT
-from vibecalc.core.study.sweep.pool import Done, Lost, Piece, Pool, Work
+from vibecalc.core.study.sweep.pool import Batch, ChunkResult, LostPoint, Pool, Work
 from vibecalc.errors import UsageError
 
 CHUNKS = [Work(number, range(7 * number, 7 * number + 7)) for number in range(5)]
 
 
-def run(start: Start, jobs: int = 2, timeout: float | None = None, step: int = 1) -> list[Done]:
-    reported: list[Piece | Lost] = []
+def run(
+    start: Start, jobs: int = 2, timeout: float | None = None, step: int = 1
+) -> list[ChunkResult]:
+    reported: list[Batch | LostPoint] = []
     with Pool(start, jobs=jobs, timeout=timeout, step=step) as pool:
         done = list(pool.run(CHUNKS, reported.append))
-    assert len(reported) == sum(len(one.pieces) + len(one.lost) for one in done)
+    assert len(reported) == sum(len(one.batches) + len(one.lost) for one in done)
     for one in done:
-        points = [point for piece in one.pieces for point in piece.points]
+        points = [point for batch in one.batches for point in batch.points]
         points += [lost.point for lost in one.lost]
         assert sorted(points) == list(one.work.points)
-        for piece in one.pieces:
-            assert piece.points == piece.block.points.tolist()
-            assert (piece.block.squares == np.array(piece.points) ** 2).all()
+        for batch in one.batches:
+            assert batch.points == batch.block.points.tolist()
+            assert (batch.block.squares == np.array(batch.points) ** 2).all()
     assert sorted(one.work.number for one in done) == [0, 1, 2, 3, 4]
     return done
 
 
-def lost(done: list[Done]) -> dict[int, Lost]:
+def lost(done: list[ChunkResult]) -> dict[int, LostPoint]:
     return {one.point: one for chunk in done for one in chunk.lost}
 
 
 @pytest.mark.parametrize("step", [3, pytest.param(100, marks=pytest.mark.long)])
 def test_all_points_come_back_from_other_processes_with_one_thread(step: int) -> None:
     done = run(Start(), step=step)
-    blocks = [piece.block for one in done for piece in one.pieces]
+    blocks = [batch.block for one in done for batch in one.batches]
     processes = {block.process for block in blocks}
     assert os.getpid() not in processes and len(processes) <= 2
     assert {block.threads for block in blocks} == {"1"}
-    assert max(len(piece.points) for one in done for piece in one.pieces) == min(step, 7)
+    assert max(len(batch.points) for one in done for batch in one.batches) == min(step, 7)
     assert not lost(done)
 
 
@@ -94,7 +96,7 @@ def test_processes_that_never_start_are_an_error_and_not_a_loop() -> None:
 def test_a_pool_keeps_its_processes_between_runs() -> None:
     with Pool(Start(), jobs=1) as pool:
         blocks = [
-            piece.block for chunk in CHUNKS for done in pool.run([chunk]) for piece in done.pieces
+            batch.block for chunk in CHUNKS for done in pool.run([chunk]) for batch in done.batches
         ]
     assert len({block.process for block in blocks}) == 1
 
@@ -102,7 +104,7 @@ def test_a_pool_keeps_its_processes_between_runs() -> None:
 def test_leaving_early_ends_all_processes() -> None:
     with Pool(Start(seconds=0.01), jobs=2) as pool:
         first = next(pool.run(CHUNKS))
-        process = first.pieces[0].block.process
+        process = first.batches[0].block.process
         os.kill(process, 0)
     with pytest.raises(ProcessLookupError):
         os.kill(process, 0)
@@ -120,7 +122,7 @@ from sweep_work import Start
 from vibecalc.core.study.sweep.pool import Pool, Work
 pool = Pool(Start(hanging=frozenset({{7}})), jobs=1)
 for done in pool.run([Work(0, range(7)), Work(1, range(7, 9))]):
-    print(done.pieces[0].block.process, flush=True)
+    print(done.batches[0].block.process, flush=True)
 """
     sweep = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
     assert sweep.stdout is not None

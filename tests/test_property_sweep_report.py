@@ -35,11 +35,11 @@ from vibecalc.core.report.sweep.limits import (
     case_values,
     judge,
     keeping_all,
-    kept_share,
     least_broken,
     limit_lines,
     nearest,
     ranges,
+    share_within_limits,
 )
 from vibecalc.core.report.sweep.statistics import (
     entries,
@@ -170,7 +170,7 @@ def test_limits_are_judged_at_every_point() -> None:
     inside = sweep.done & (sag <= 0.03) & (force <= 12.0) & (0.6 * force <= 400.0)
     np.testing.assert_array_equal(keeping_all(sweep, limits), inside)
     assert not missing and 0 < inside.sum() < sweep.done.sum()
-    assert f"kept at {inside.sum()} of {sweep.done.sum()} (" in kept_share(sweep, limits)
+    assert f"kept at {inside.sum()} of {sweep.done.sum()} (" in share_within_limits(sweep, limits)
     found = best(sweep, limits)
     assert found is not None
     point, limit = found
@@ -325,7 +325,7 @@ def test_a_file_is_read_as_it_was_written(tmp_path: Path) -> None:
     assemble(target, sweep.head, sweep.chunks)
     with open_sweep(target) as opened:
         found = view_of(opened)
-        assert set(found.kept) == set(KEPT)
+        assert set(found.quantities) == set(KEPT)
         assert found.shape == sweep.design.shape
         points = np.arange(found.count)
         np.testing.assert_allclose(found.values_of(points), sweep.design.value_of(points))

@@ -10,15 +10,15 @@ from switching_machines import BOTH, IDLE, ONLY_A, ONLY_B, SPEED, compressor, co
 
 from vibecalc.response.switching.follow import Transient, follow
 from vibecalc.response.switching.instant import instantaneous, worst_instant
-from vibecalc.response.switching.motion import PANEL_PHASE, follow_course, panel_grid, runs_of
+from vibecalc.response.switching.motion import PANEL_PHASE, follow_profile, panel_grid, runs_of
 from vibecalc.response.switching.readings import columns
-from vibecalc.response.switching.system import Loads, ModalSystem, Piece, modal_loads
+from vibecalc.response.switching.system import Loads, ModalSystem, SpeedSegment, modal_loads
 
 REVERSAL = [
-    Piece(0.3, SPEED, 0.0, BOTH),
-    Piece(0.1, 0.0, 0.0, BOTH),
-    Piece(0.2, 0.0, -SPEED, ONLY_A),
-    Piece(0.1, -SPEED, -SPEED, ONLY_A),
+    SpeedSegment(0.3, SPEED, 0.0, BOTH),
+    SpeedSegment(0.1, 0.0, 0.0, BOTH),
+    SpeedSegment(0.2, 0.0, -SPEED, ONLY_A),
+    SpeedSegment(0.1, -SPEED, -SPEED, ONLY_A),
 ]
 SYSTEM, LOADS = compressor(), compressor_loads(12, rotor=0.002)
 
@@ -69,9 +69,9 @@ def test_response_is_proportional_to_the_loads(size: float) -> None:
 
 def test_a_clock_twice_as_fast_makes_everything_faster() -> None:
     quick = SYSTEM._replace(frequency=2.0 * SYSTEM.frequency)
-    pieces = [Piece(p.duration / 2, 2 * p.start_speed, 2 * p.end_speed, p.operation)
+    profile = [SpeedSegment(p.duration / 2, 2 * p.start_speed, 2 * p.end_speed, p.operation)
               for p in REVERSAL]  # fmt: skip
-    done = follow(quick, LOADS, pieces, angle=0.5)
+    done = follow(quick, LOADS, profile, angle=0.5)
     scale = np.concatenate([np.ones(6), np.full(9, 4.0)])
     assert np.all(
         np.abs(done.peaks.value - scale * plain().peaks.value)
@@ -83,11 +83,13 @@ def test_a_clock_twice_as_fast_makes_everything_faster() -> None:
 @given(st.floats(0.05, 0.95), st.integers(0, 3))
 @settings(max_examples=2, deadline=None)
 def test_a_piece_may_be_cut_in_two(share: float, number: int) -> None:
-    piece = REVERSAL[number]
-    middle = piece.start_speed + share * (piece.end_speed - piece.start_speed)
+    segment = REVERSAL[number]
+    middle = segment.start_speed + share * (segment.end_speed - segment.start_speed)
     cut = [
-        Piece(share * piece.duration, piece.start_speed, middle, piece.operation),
-        Piece((1.0 - share) * piece.duration, middle, piece.end_speed, piece.operation),
+        SpeedSegment(share * segment.duration, segment.start_speed, middle, segment.operation),
+        SpeedSegment(
+            (1.0 - share) * segment.duration, middle, segment.end_speed, segment.operation
+        ),
     ]
     done = follow(SYSTEM, LOADS, REVERSAL[:number] + cut + REVERSAL[number + 1 :], angle=0.5)
     assert np.all(
@@ -100,8 +102,10 @@ def test_a_piece_may_be_cut_in_two(share: float, number: int) -> None:
 def test_turning_the_other_way_mirrors_the_crank() -> None:
     """theta -> -theta with conjugate loads is the same motion."""
     mirrored = Loads(LOADS.orders, LOADS.per_speed_squared.conj(), -LOADS.per_acceleration)
-    pieces = [Piece(p.duration, -p.start_speed, -p.end_speed, p.operation) for p in REVERSAL]
-    assert_same(follow(SYSTEM, mirrored, pieces, angle=-0.5))
+    profile = [
+        SpeedSegment(p.duration, -p.start_speed, -p.end_speed, p.operation) for p in REVERSAL
+    ]
+    assert_same(follow(SYSTEM, mirrored, profile, angle=-0.5))
 
 
 def test_no_change_leaves_the_steady_motion() -> None:
@@ -116,7 +120,7 @@ def test_no_change_leaves_the_steady_motion() -> None:
 
 def test_no_load_no_motion() -> None:
     for done in (
-        follow(SYSTEM, compressor_loads(4), [Piece(0.2, 0.0, SPEED, IDLE)]),
+        follow(SYSTEM, compressor_loads(4), [SpeedSegment(0.2, 0.0, SPEED, IDLE)]),
         instantaneous(SYSTEM, compressor_loads(4), IDLE, IDLE, SPEED),
     ):
         assert np.all(done.peaks.value == 0.0) and np.all(done.peaks.error == 0.0)
@@ -126,9 +130,9 @@ def test_no_load_no_motion() -> None:
 
 def test_responses_to_loads_add_up_at_every_time() -> None:
     def states(operation: int) -> np.ndarray:
-        pieces = [Piece(0.2, SPEED, -0.5 * SPEED, operation)]
+        profile = [SpeedSegment(0.2, SPEED, -0.5 * SPEED, operation)]
         modal = modal_loads(SYSTEM, LOADS)._replace(push=np.zeros((4, 6)))
-        found = follow_course(SYSTEM, modal, pieces, angle=0.2, before=operation, longest=0.01)
+        found = follow_profile(SYSTEM, modal, profile, angle=0.2, before=operation, longest=0.01)
         return np.concatenate([segment.state for segment in found])
 
     both, first, second = states(BOTH), states(ONLY_A), states(ONLY_B)
@@ -152,7 +156,9 @@ def test_histories_hold_the_peaks_in_their_buckets() -> None:
 
 def test_later_bounds_what_comes_after() -> None:
     short = follow(SYSTEM, LOADS, REVERSAL[:3], angle=0.5)
-    longer = follow(SYSTEM, LOADS, [*REVERSAL[:3], Piece(1.0, -SPEED, -SPEED, ONLY_A)], angle=0.5)
+    longer = follow(
+        SYSTEM, LOADS, [*REVERSAL[:3], SpeedSegment(1.0, -SPEED, -SPEED, ONLY_A)], angle=0.5
+    )
     assert short.settling.time == pytest.approx(longer.settling.time, rel=1e-9)
     after = longer.history.time[:-1] >= 0.6 + 1e-9
     seen = np.maximum(np.abs(longer.history.low), np.abs(longer.history.high))[after]
@@ -168,7 +174,7 @@ def test_later_bounds_what_comes_after() -> None:
 @settings(max_examples=40, deadline=None)
 def test_grid_is_fine_enough_everywhere(start: float, end: float, duration: float) -> None:
     modal = modal_loads(SYSTEM, LOADS)
-    for run in runs_of([Piece(duration, start, end, BOTH)], 0.0):
+    for run in runs_of([SpeedSegment(duration, start, end, BOTH)], 0.0):
         grid = panel_grid(SYSTEM, modal, run, duration / 50)
         assert grid[0] == 0.0 and grid[-1] == run.duration and np.all(np.diff(grid) > 0.0)
         fastest = np.maximum(np.abs(run.speed_at(grid[:-1])), np.abs(run.speed_at(grid[1:])))

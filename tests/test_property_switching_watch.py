@@ -17,7 +17,7 @@ from vibecalc.core.results.tolerance import tolerance_warning
 from vibecalc.errors import NumericalFailure
 from vibecalc.response.switching.follow import follow
 from vibecalc.response.switching.instant import instantaneous
-from vibecalc.response.switching.system import Piece
+from vibecalc.response.switching.system import SpeedSegment
 
 NAMES = ("kinetic_energy_peak", "translation_peak", "ground_force_peak", "settle_time",
          "kinetic_energy_high", "translation_high", "translation_low")  # fmt: skip
@@ -80,11 +80,11 @@ def test_at_once_the_crank_keeps_its_speed_exactly() -> None:
 def test_samples_do_not_move_with_the_steps_inside() -> None:
     """More orders make finer steps; the samples change by the orders alone."""
     system = compressor()
-    pieces = [Piece(0.2, SPEED, 0.0, 0), Piece(0.1, -0.0, -SPEED, ONLY_A)]
+    profile = [SpeedSegment(0.2, SPEED, 0.0, 0), SpeedSegment(0.1, -0.0, -SPEED, ONLY_A)]
     few, many = (
-        follow(system, compressor_loads(10)._replace(kept=kept), pieces, buckets=40)
+        follow(system, compressor_loads(10)._replace(retained=kept), profile, buckets=40)
         if kept
-        else follow(system, compressor_loads(24), pieces, buckets=40)
+        else follow(system, compressor_loads(24), profile, buckets=40)
         for kept in (6, None)
     )
     assert few.history.samples == many.history.samples > 1

@@ -7,7 +7,7 @@ from vibecalc.torsion.line import chain
 from vibecalc.torsion.transient.cycles import sliding
 from vibecalc.torsion.transient.march import TransientRun, transient
 from vibecalc.torsion.transient.motion import angle_at, stretch
-from vibecalc.torsion.transient.peaks import envelope, time_course
+from vibecalc.torsion.transient.peaks import envelope, section_history
 
 CYCLE = 4.0 * np.pi
 ORDERS = np.arange(1, 17) / 2
@@ -56,17 +56,17 @@ def test_windows_hold_the_extremes_of_a_finer_look(acceleration: float) -> None:
         run = change()
     found = sliding(run, CYCLE, 40)
     assert found is not None
-    course = time_course(run, 0.0, float(run.borders.time[-1]), finer=16)
+    history = section_history(run, 0.0, float(run.borders.time[-1]), finer=16)
     middle = angle_at(run.stretches, run.borders, found.time)
     fine = 2e-5 * found.high.max()
     for row, angle in enumerate(middle):
-        here = np.abs(course.angle - angle) <= 0.5 * CYCLE
-        high, low = course.value[here].max(axis=0), course.value[here].min(axis=0)
+        here = np.abs(history.angle - angle) <= 0.5 * CYCLE
+        high, low = history.value[here].max(axis=0), history.value[here].min(axis=0)
         assert np.all(high <= found.high[row] + found.error[row])
         assert np.all(low >= found.low[row] - found.error[row])
         # an extreme at an end of the window lies between two samples
         wide = np.convolve(here, np.ones(3), mode="same") > 0.5
-        above, below = course.value[wide].max(axis=0), course.value[wide].min(axis=0)
+        above, below = history.value[wide].max(axis=0), history.value[wide].min(axis=0)
         assert np.all(found.high[row] <= above + found.error[row] + fine)
         assert np.all(found.low[row] >= below - found.error[row] - fine)
         assert found.speed_low[row] <= found.speed[row] <= found.speed_high[row]

@@ -11,9 +11,9 @@ from vibecalc.torsion.transient.motion import Stretch, stretch
 from vibecalc.torsion.transient.peaks import (
     envelope,
     frequency_waterfall,
-    look,
     order_waterfall,
-    time_course,
+    section_history,
+    step_values,
 )
 
 PAIR = chain(np.array([2.0, 3.0]), np.array([4000.0]))._replace(damping=np.array([2.8]))
@@ -61,11 +61,11 @@ def test_envelope_holds_the_true_maxima() -> None:
     run = transient(ENGINE, ORDERS, [stretch(1.5, 60.0, engine_gas())], 60.0, start="steady")
     found = envelope(run, windows=12)
     high, low = np.full_like(found.high, -np.inf), np.full_like(found.low, np.inf)
-    for number, piece in enumerate(run.pieces):
-        steps = np.arange(piece.steps)
-        tool = propagator(run.system, piece.step, 150, run.system.torque)
-        values = look(run, number, tool, steps, run.system.torque)
-        window = np.searchsorted(found.time, piece.offset + piece.step * steps, side="right") - 1
+    for number, block in enumerate(run.blocks):
+        steps = np.arange(block.steps)
+        tool = propagator(run.system, block.step, 150, run.system.torque)
+        values = step_values(run, number, tool, steps, run.system.torque)
+        window = np.searchsorted(found.time, block.offset + block.step * steps, side="right") - 1
         np.maximum.at(high, np.clip(window, 0, 11), values.max(axis=1))
         np.minimum.at(low, np.clip(window, 0, 11), values.min(axis=1))
     fine = 1e-5 * high.max()  # of the samples: (2 / 150)^2 / 8 of the highest order
@@ -100,17 +100,17 @@ def test_sixty_seconds_of_an_engine_take_a_bounded_number_of_steps() -> None:
     parts = transient_pieces.cut(
         *_course(stretch(60.0, 3.5, engine_gas())), highest=15.0, fastest=2100.0, finer=1.0
     )
-    assert sum(piece.steps for piece in parts) < 70_000
-    # each piece resolves the highest order at its own speed
-    for piece in parts:
-        top = 3.5 * (piece.offset + piece.step * piece.steps)
-        assert 15.0 * top * piece.step <= transient_pieces.ORDER_STEP * (1 + 1e-12)
+    assert sum(block.steps for block in parts) < 70_000
+    # each block resolves the highest order at its own speed
+    for block in parts:
+        top = 3.5 * (block.offset + block.step * block.steps)
+        assert 15.0 * top * block.step <= transient_pieces.ORDER_STEP * (1 + 1e-12)
 
 
 def _course(part: Stretch):
-    from vibecalc.torsion.transient.motion import course
+    from vibecalc.torsion.transient.motion import speed_profile
 
-    return [part], course([part], 0.0)
+    return [part], speed_profile([part], 0.0)
 
 
 def test_misfire_leads_from_one_steady_vibration_to_the_other() -> None:
@@ -133,7 +133,7 @@ def test_misfire_leads_from_one_steady_vibration_to_the_other() -> None:
     # six equal cylinders leave little of order 1/2 behind the last one, a missing firing does not
     sizes = []
     for torque, begin, centre in ((gas, 0.0, 0.25), (misfire, 3.6, 4.1)):
-        seen = time_course(run, begin, begin + 0.9 if begin else 0.5)
+        seen = section_history(run, begin, begin + 0.9 if begin else 0.5)
         found_half = order_waterfall(seen, 6, np.array([0.5]), np.array([centre]), 4.0)
         phi = np.linalg.solve(dynamic_stiffness(ENGINE, 0.5 * speed), torque[:, 0])
         exact = (19.21e6 + 400.0j * speed) * (phi[6] - phi[7])
@@ -184,7 +184,7 @@ def test_waterfall_finds_the_orders_of_a_steady_line() -> None:
     matrix = dynamic_stiffness(PAIR, order * 40.0)
     phi = np.linalg.solve(matrix, gas.T[..., None])[..., 0]
     expected = (4000.0 + 2.8j * order * 40.0) * (phi[:, 0] - phi[:, 1])
-    seen = time_course(run, 1.0, 5.0)
+    seen = section_history(run, 1.0, 5.0)
     by_order = order_waterfall(seen, 0, np.array([0.5, 1.0, 2.5]), np.array([2.0, 4.0]), 8.0)
     size = np.abs(expected).max()
     np.testing.assert_allclose(

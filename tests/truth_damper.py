@@ -14,7 +14,7 @@ from truth_report import Judged, judge_rows
 from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Quantity, Record
 from vibecalc.core.run.run import run_case
-from vibecalc.torsion.adapters.damper_design import Asked, build_problem
+from vibecalc.torsion.adapters.damper_design import DesignTask, build_problem
 from vibecalc.torsion.adapters.setup import build_setup
 from vibecalc.torsion.damper_design.design import Design, Performance, design, performance
 from vibecalc.torsion.damper_design.problem import Damper
@@ -38,7 +38,7 @@ def judge_damper(table: Table, *, charted: bool) -> list[Judged]:
         return list(judge_rows(rows, record))
 
 
-def _truths(asked: Asked, found: Design, record: Record, objective: str) -> Iterator[Row]:
+def _truths(asked: DesignTask, found: Design, record: Record, objective: str) -> Iterator[Row]:
     exact = ExactLine(asked.problem)
     x, level, weight, speed, pull, curvature = _optimum(exact, asked, found)
     square, ratio = mpf(asked.ratio) ** 2, abs(mpf(asked.ratio))
@@ -101,7 +101,7 @@ def _log(value: float) -> Any:
     return mpmath.log(mpf(float(value))) if value > 0.0 else None
 
 
-def _peak(seen: Performance, which: int, asked: Asked) -> Peak:
+def _peak(seen: Performance, which: int, asked: DesignTask) -> Peak:
     place = seen.place
     speed = float(place.speed[which])
     a, b = (mpf(float(one)) for one in place.phase[which])
@@ -123,7 +123,7 @@ def _asked_of(
         yield row(f"{stem}{name}_speed", [at])
 
 
-def _optimum(exact: ExactLine, asked: Asked, found: Design) -> tuple[Any, ...]:
+def _optimum(exact: ExactLine, asked: DesignTask, found: Design) -> tuple[Any, ...]:
     """Newton's method on the conditions: logarithms, level, weights, speeds, pulls, curvature."""
     bounds = asked.limits.bounds
     values = np.array(found.damper)
@@ -206,7 +206,7 @@ def _curvature(matrix: Any, peaks: list[Peak], f: int) -> Any:
 
 
 def _mistuned(
-    exact: ExactLine, asked: Asked, found: Design, record: Record, x: list[Any], level: Any
+    exact: ExactLine, asked: DesignTask, found: Design, record: Record, x: list[Any], level: Any
 ) -> Iterator[Row]:
     """Two corners of the sensitivity."""
     quantity = record[f"{ROOT}sensitivity"]
@@ -226,7 +226,7 @@ def _mistuned(
     yield f"{ROOT}sensitivity", seen, truth
 
 
-def _largest(exact: ExactLine, asked: Asked, x: list[Any], speed: Any) -> Any:
+def _largest(exact: ExactLine, asked: DesignTask, x: list[Any], speed: Any) -> Any:
     """Largest half range of all sections at one speed."""
     best = mpf(0)
     damper = [mpmath.exp(one) if one is not None else mpf(0) for one in x]
@@ -239,7 +239,7 @@ def _largest(exact: ExactLine, asked: Asked, x: list[Any], speed: Any) -> Any:
     return best
 
 
-def _chart(asked: Asked, found: Design, record: Record, objective: str) -> Iterator[Row]:
+def _chart(asked: DesignTask, found: Design, record: Record, objective: str) -> Iterator[Row]:
     """Every fifth place of the map by dense solves, closely around the damped poles."""
     if f"{ROOT}chart/heat" not in record:
         return

@@ -26,11 +26,11 @@ from vibecalc.excitation.arrays import (
 from vibecalc.excitation.arrays import EXCITATION_PATHS as EXCITATION
 from vibecalc.isolation.arrays import (
     BODY,
-    Mounted,
+    MountedPoints,
+    bare_moments,
     build_mounted,
     emit_pitch,
     on_resonance,
-    own_moments,
     pitch_of,
 )
 from vibecalc.isolation.arrays import PITCH_PATHS as PITCH
@@ -284,7 +284,7 @@ def _body(columns: Columns) -> BoolArray:
     body = columns.case.machine.body
     if body is None or body.inertia is None:
         return np.zeros(columns.count, dtype=bool)
-    moments, products = own_moments(columns), columns.vector(*BODY, "inertia_products")
+    moments, products = bare_moments(columns), columns.vector(*BODY, "inertia_products")
     matrix = np.zeros((max(len(moments), len(products)), 3, 3))
     matrix[:, range(3), range(3)] = moments
     for place, (row, column) in enumerate(((0, 1), (0, 2), (1, 2))):
@@ -296,7 +296,7 @@ def _body(columns: Columns) -> BoolArray:
     return _everywhere(columns, ~(fine & (high <= (low + middle) * (1.0 + 0.9e-6))))
 
 
-def _held(columns: Columns, mounted: Mounted) -> BoolArray:
+def _held(columns: Columns, mounted: MountedPoints) -> BoolArray:
     """A body that is free to pitch, and mounts without a lever of their own."""
     isolation, train = columns.case.isolation, columns.case.machine.crank_train
     pitch = (mounted.stiffness * np.square(mounted.position)).sum(1)
@@ -308,8 +308,8 @@ def _held(columns: Columns, mounted: Mounted) -> BoolArray:
     return _everywhere(columns, ~fine)
 
 
-def _everywhere(columns: Columns, found: np.ndarray) -> BoolArray:
-    return np.broadcast_to(found, columns.count).copy()
+def _everywhere(columns: Columns, flag: np.ndarray) -> BoolArray:
+    return np.broadcast_to(flag, columns.count).copy()
 
 
 # ----------------------------------------------------------------------------

@@ -72,8 +72,10 @@ def _machines() -> list[Schema]:
         given = {"required": list(kind.needs)}
         if kind.driven:
             others = [part for part in kind.needs if part != "speed"]
-            found = {"required": others, "not": {"required": ["speed"]}}
-            rules.append({"if": _said(name), "then": {"if": finding, "then": found, "else": given}})
+            requirement = {"required": others, "not": {"required": ["speed"]}}
+            rules.append(
+                {"if": _said(name), "then": {"if": finding, "then": requirement, "else": given}}
+            )
         else:
             rules.append({"if": _said(name), "then": {**given, "not": finding}})
     return rules
@@ -131,15 +133,17 @@ def _tidy(schema: Any, texts: dict[str, Schema]) -> Any:
     options = tidy.get("anyOf")
     if isinstance(options, list):
         bounds = {new: tidy.pop(old) for old, new in _BOUND_NAMES.items() if old in tidy}
-        kept = [{**o, **bounds} if o.get("type") == "number" else o for o in options]
-        kept = [option for option in kept if option != {"type": "null"}]
+        choices = [{**o, **bounds} if o.get("type") == "number" else o for o in options]
+        choices = [option for option in choices if option != {"type": "null"}]
         if "unit" in tidy:
             unit = tidy["unit"]
             name = "Text_" + unit.replace("/", "_per_").replace("*", "_").replace("^", "")
             texts[name] = texts.get(name) or _text_in(unit)
-            kept = [{"$ref": f"#/$defs/{name}"} if o.get("type") == "string" else o for o in kept]
+            choices = [
+                {"$ref": f"#/$defs/{name}"} if o.get("type") == "string" else o for o in choices
+            ]
         tidy.pop("anyOf")
-        tidy = {**tidy, "anyOf": kept} if len(kept) > 1 else {**kept[0], **tidy}
+        tidy = {**tidy, "anyOf": choices} if len(choices) > 1 else {**choices[0], **tidy}
     if tidy.get("oneOf") == [{"type": "number"}, {"type": "string"}]:
         tidy["oneOf"] = [{"type": "number"}, _VALUE]
     if tidy.get("default", 0) is None:

@@ -128,8 +128,8 @@ def check_kinds(row: Row) -> Iterator[Problem]:
             also=(*MACHINE, "motor", "kind"),
         )
     for part in kind.needs:
-        found_elsewhere = part == "speed" and finds
-        if part not in machine and not found_elsewhere and not misspelt(machine, MACHINE, part):
+        set_elsewhere = part == "speed" and finds
+        if part not in machine and not set_elsewhere and not misspelt(machine, MACHINE, part):
             yield _missing(part)
     yield from _stages(data, machine, kind, finds)
     if name in KINDS:
@@ -162,7 +162,7 @@ def _stages(data: Data, machine: Data, kind: Kind, finds: bool) -> Iterator[Prob
         others = [path for path in asking if path[-1] not in ROLL]
         others = [path for path in others if path != ("excitation",) or not _runs(data)]
         if others:
-            yield _found_elsewhere(others)
+            yield _set_elsewhere(others)
         absent.remove("speed")
     lacking = [part for part in absent if part not in kind.needs]
     if lacking and asking:
@@ -199,7 +199,7 @@ def _runs(data: Data) -> bool:
     return "working" in given and (not others or by_default)
 
 
-def _found_elsewhere(asking: list[KeyPath]) -> Problem:
+def _set_elsewhere(asking: list[KeyPath]) -> Problem:
     running = (
         "with such a motor [excitation] may say which cylinders work, with working and idle alone"
     )
@@ -233,12 +233,12 @@ EACH = "*"
 
 
 class PartsOfKind(NamedTuple):
-    """`own` has no other kind, `foreign` has not this one; `instead` says what it has.
+    """`exclusive` has no other kind, `foreign` has not this one; `instead` says what it has.
 
     `hints` are words for some of the foreign ones.
     """
 
-    own: tuple[KeyPath, ...] = ()
+    exclusive: tuple[KeyPath, ...] = ()
     foreign: tuple[KeyPath, ...] = ()
     instead: str = ""
     hints: Mapping[KeyPath, str] = MappingProxyType({})
@@ -256,7 +256,7 @@ _OF_COMPRESSORS: tuple[KeyPath, ...] = (
 )
 PARTS_OF_KIND: dict[str, PartsOfKind] = {
     "absorber": PartsOfKind(
-        own=(
+        exclusive=(
             *((*MACHINE, part) for part in _ABSORBER),
             ("tuning",),
             ("response", "absorber"),
@@ -272,7 +272,7 @@ PARTS_OF_KIND: dict[str, PartsOfKind] = {
         hints={(*MACHINE, "speed"): "its pendulums turn at machine.pendulum.speed"},
     ),
     "engine": PartsOfKind(
-        own=(
+        exclusive=(
             (*MACHINE, "cycle"),
             (*MACHINE, "shaft_line"),
             *((*TRAIN, k) for k in ("firing_order", "firing_intervals", "gas_cards", "gas_cycle")),
@@ -284,7 +284,7 @@ PARTS_OF_KIND: dict[str, PartsOfKind] = {
         instead="shaft_line, body and mounts together with the crank_train; [response.torsion]",
     ),
     "pump": PartsOfKind(
-        own=((*TRAIN, "pump_cycle"),),
+        exclusive=((*TRAIN, "pump_cycle"),),
         foreign=(
             *_OF_COMPRESSORS,
             *((*TRAIN, key) for key in ("gas_pressure", "gas_interpolation")),
@@ -307,7 +307,7 @@ def check_parts_of_kind(data: Data, kind: str) -> Iterator[Problem]:
 def _foreign(data: Data, kind: str, parts: PartsOfKind) -> Iterator[Problem]:
     finds = motor_kind(table_at(data, "machine")) in FINDING_MOTORS  # reported elsewhere
     for place in parts.foreign:
-        for path, value in _found_at(data, place):
+        for path, value in _entries_at(data, place):
             if not (finds and path == (*MACHINE, "motor")):
                 yield Problem(
                     path=path,
@@ -319,8 +319,8 @@ def _foreign(data: Data, kind: str, parts: PartsOfKind) -> Iterator[Problem]:
 
 
 def _strangers(data: Data, kind: str, other: str, parts: PartsOfKind) -> Iterator[Problem]:
-    for place in parts.own:
-        for path, value in _found_at(data, place):
+    for place in parts.exclusive:
+        for path, value in _entries_at(data, place):
             yield Problem(
                 path=path,
                 message=f"{_shown(path, value)} is for a machine of kind {other!r}",
@@ -330,7 +330,7 @@ def _strangers(data: Data, kind: str, other: str, parts: PartsOfKind) -> Iterato
             )
 
 
-def _found_at(data: Data, place: KeyPath) -> Iterator[tuple[KeyPath, Any]]:
+def _entries_at(data: Data, place: KeyPath) -> Iterator[tuple[KeyPath, Any]]:
     """The place with what stands there, or every entry of a list that has it."""
     if EACH in place:
         at = place.index(EACH)

@@ -116,18 +116,18 @@ def _means_no_number(text: str) -> bool:
 
 
 @functools.lru_cache(maxsize=512)
-def _factor(found: str, wanted: str) -> float:
-    """Return what a number in unit `found` is multiplied with to be in unit `wanted`."""
-    found = _apart(found)
-    if {found, wanted} & _SHIFTED:
-        raise _shifted(found if found in _SHIFTED else wanted)
-    if found in TABLE and wanted in TABLE:
-        (factor, si), (wanted_factor, wanted_si) = TABLE[found], TABLE[wanted]
+def _factor(unit: str, wanted: str) -> float:
+    """Return what a number in unit `unit` is multiplied with to be in unit `wanted`."""
+    unit = _apart(unit)
+    if {unit, wanted} & _SHIFTED:
+        raise _shifted(unit if unit in _SHIFTED else wanted)
+    if unit in TABLE and wanted in TABLE:
+        (factor, si), (wanted_factor, wanted_si) = TABLE[unit], TABLE[wanted]
         same = si == wanted_si or si == wanted_si.removesuffix("/rad")
         if same or {si, wanted_si} == {"J", "N*m"}:
             return factor / wanted_factor
-        raise _mismatch(describe(si), found, wanted)
-    factor, dimension = _read_unit(found)
+        raise _mismatch(describe(si), unit, wanted)
+    factor, dimension = _read_unit(unit)
     wanted_factor, wanted_dimension = _read_unit(wanted)
     unwritten_radian = "radian" not in dimension and len(wanted_dimension) > 1
     without_angle = {name: power for name, power in wanted_dimension.items() if name != "radian"}
@@ -137,7 +137,7 @@ def _factor(found: str, wanted: str) -> float:
     terms = (
         f"{name}^{power:g}" if power != 1 else name for name, power in sorted(dimension.items())
     )
-    raise _mismatch(words[0] if words else f"a value in {'*'.join(terms)}", found, wanted)
+    raise _mismatch(words[0] if words else f"a value in {'*'.join(terms)}", unit, wanted)
 
 
 def _apart(unit: str) -> str:
@@ -151,8 +151,8 @@ def _shifted(name: str) -> UnitError:
     return UnitError("a scale with a zero of its own", found=name, allowed="degC or K", hint=hint)
 
 
-def _mismatch(words: str, found: str, wanted: str) -> UnitError:
-    twins = [name for name in TABLE if name != found and name.lower() == found.lower()]
+def _mismatch(words: str, unit: str, wanted: str) -> UnitError:
+    twins = [name for name in TABLE if name != unit and name.lower() == unit.lower()]
     hint = f"did you mean '{twins[0]}'?" if twins else ""
     return UnitError("wrong dimension", found=words, allowed=_allowed(wanted), hint=hint)
 

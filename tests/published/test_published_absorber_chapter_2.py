@@ -32,7 +32,7 @@ def printed(value, digits):
 def found(absorber):
     """Frequencies and heights of all maxima."""
     seen = peaks(absorber)
-    return seen.frequency[seen.found], seen.magnitude[seen.found]
+    return seen.frequency[seen.present], seen.magnitude[seen.present]
 
 
 def test_the_peak_of_the_rounded_tuning():

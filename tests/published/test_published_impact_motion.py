@@ -38,7 +38,7 @@ def ensemble(clearance, law="full_deflection", sense="head", method="rk4"):
     run = simulate_fixed_steps(
         compressor_drive(), gas_towards(sense), MASS,
         source_joint(law, clearance=clearance * INCH), near(MEMBERS) * clearance / 1.5e-3,
-        np.zeros(MEMBERS), method=method, steps=1024, revolutions=8, orders_kept=511,
+        np.zeros(MEMBERS), method=method, steps=1024, revolutions=8, orders_retained=511,
     )  # fmt: skip
     return average(run.wrist_pin.force_harmonics[:, 4:])
 
@@ -75,7 +75,7 @@ def test_event_exact_runs_are_near_the_published_average():
     members = 12
     run = simulate(
         compressor_drive(), gas_towards("head"), MASS, source_joint("full_deflection"),
-        near(members), np.zeros(members), revolutions=4, orders_kept=8, samples=1024,
+        near(members), np.zeros(members), revolutions=4, orders_retained=8, samples=1024,
     )  # fmt: skip
     values = average(one_sided(run.wrist_pin.force))
     # another integrator, without its errors in the contacts, has its median within two fifths

@@ -29,7 +29,7 @@ from vibecalc.response.energies import (
 )
 from vibecalc.response.forced import dynamics, modal_response, response
 from vibecalc.response.modes import modes
-from vibecalc.response.operations import Superposed, at_phase, superpose
+from vibecalc.response.operations import SuperposedMotion, at_phase, superpose
 
 MATRICES = ong.si_matrices()
 FREQUENCY = ong.SPEED * ong.ORDERS
@@ -243,7 +243,7 @@ def test_even_orders_of_two_cylinders_in_a_row_add_instead_of_cancelling() -> No
 def test_energies_of_one_frequency_do_not_add() -> None:
     """A at work, balanced for both: by the phase of the weight, .547 to .893 in lbf."""
     load, turning = shaking_loads()[1:2], (TURNING["A"] * ong.LOAD)[None, None]
-    parts: Superposed = superpose(
+    parts: SuperposedMotion = superpose(
         MATRICES,
         ong.ORDERS,
         ong.SPEED,

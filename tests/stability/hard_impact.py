@@ -89,7 +89,7 @@ def ensemble(members: int, turns: int, discard: int = 8) -> np.ndarray:
     start = spread_starts(one, np.array([CLEARANCE]), members)
     run = simulate(
         one.drive, one.gas, one.mass, one.wrist_pin, start.gap[0], start.velocity[0],
-        revolutions=discard + turns, orders_kept=2,
+        revolutions=discard + turns, orders_retained=2,
     )  # fmt: skip
     return run.wrist_pin.mean_absolute_force[None, :, discard:]
 
@@ -107,7 +107,7 @@ def turns_together() -> np.ndarray:
     gap = np.concatenate([start.gap[0], start.gap[0] + APART])
     velocity = np.concatenate([start.velocity[0], start.velocity[0]])
     run = simulate(one.drive, one.gas, one.mass, one.wrist_pin, gap, velocity, revolutions=12,
-                   orders_kept=2)  # fmt: skip
+                   orders_retained=2)  # fmt: skip
     away = [run.end_gap[:count] - run.end_gap[count:],
             run.end_velocity[:count] - run.end_velocity[count:]]  # fmt: skip
     first = np.full((count, 1), APART / CLEARANCE)

@@ -47,7 +47,7 @@ def absorber_grid(point: np.ndarray) -> float:
     if np.isinf(found.largest):
         return 0.0
     own = float(np.sqrt(np.asarray(ratio.stiffness_ratio) / np.asarray(ratio.mass_ratio)))
-    near = np.concatenate([found.frequency[found.found], [1.0, own, float(found.where)]])
+    near = np.concatenate([found.frequency[found.present], [1.0, own, float(found.where)]])
     near = near[np.isfinite(near)]
     step = np.concatenate([-np.geomspace(1e-12, 0.5, 150), [0.0], np.geomspace(1e-12, 0.5, 150)])
     x = np.concatenate([np.outer(near, 1.0 + step).ravel(), np.geomspace(1e-3, 1e3, 2000)])

@@ -105,7 +105,7 @@ def test_several_absorbers_find_a_narrow_resonance(damping: float) -> None:
         for k, z in ((1e-4, 1e-7), (1e-2, 1e-14), (1e-8, 1e-13)):
             one = peaks(Absorber(damping, 0.01, k, z), *kind)
             many = several_peaks(Several(damping, [0.01], [k], [z], parallel(1)), *kind)
-            assert np.isfinite(many.largest) and len(many.frequency) == int(one.found.sum())
+            assert np.isfinite(many.largest) and len(many.frequency) == int(one.present.sum())
             assert abs(one.largest - many.largest) <= one.largest_error + many.largest_error
             assert many.largest_error < 1e-1 * many.largest
     # two of one kind are one of twice the ratios

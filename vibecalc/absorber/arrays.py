@@ -41,23 +41,23 @@ def tunings(
     if parts.absorber is None or options is None:
         raise ValueError("the case has no absorber to tune")
     pair = options.excitation, options.response
-    own = {DAMPING: parts.primary_damping, MASS: parts.absorber.mass_ratio}
+    given = {DAMPING: parts.primary_damping, MASS: parts.absorber.mass_ratio}
     z1, m = (
-        np.array(np.broadcast_to(varied.get(key, own[key]), (count,)), dtype=float)
+        np.array(np.broadcast_to(varied.get(key, given[key]), (count,)), dtype=float)
         for key in (DAMPING, MASS)
     )
     usable = np.isfinite(z1) & (z1 >= 0.0) & np.isfinite(m) & (m > 0.0)
     every = np.arange(count)
     try:
-        found = minimax(np.where(usable, z1, 0.0), np.where(usable, m, 1.0), *pair)
+        tuning = minimax(np.where(usable, z1, 0.0), np.where(usable, m, 1.0), *pair)
     except NumericalFailure:
         return every[:0], {}, every
-    done = np.flatnonzero(usable & (found.outcome == BALANCED))
+    done = np.flatnonzero(usable & (tuning.outcome == BALANCED))
     sheet = Sheet(len(done), keep)
-    k, z2 = found.stiffness_ratio[done], found.secondary_damping[done]
+    k, z2 = tuning.stiffness_ratio[done], tuning.secondary_damping[done]
     tuned = Absorber(z1[done], m[done], k, z2)
     ratio, top = own_damping_ratio(tuned), peaks(tuned, *pair)
-    k_error, z2_error = found.stiffness_error[done], found.damping_error[done]
+    k_error, z2_error = tuning.stiffness_error[done], tuning.damping_error[done]
     relative = z2_error / z2 + k_error / k + 4.0 * EPSILON
     for name, value, error in (
         ("primary_damping", z1[done], np.zeros(len(done))),
@@ -65,7 +65,7 @@ def tunings(
         ("stiffness_ratio", k, k_error),
         ("secondary_damping", z2, z2_error),
         ("own_damping", ratio, ratio * relative),
-        ("peak", top.largest, top.largest_error + found.largest_error[done]),
+        ("peak", top.largest, top.largest_error + tuning.largest_error[done]),
     ):
         sheet.emit(f"tuning/{name}", WithError(value, error))
     return done, sheet.columns, np.setdiff1d(every, done)

@@ -154,10 +154,10 @@ def _carried(case: Case) -> Iterator[Problem]:
                 allowed=listed([PRIMARY, *(name for name in names if name != one.name)]),
                 hint=nearest(one.on, [PRIMARY, *names]),
             )
-    seen: set[str] = set()
+    checked: set[str] = set()
     for first in carriers:
         chain_of, name = [first], carriers[first]
-        while name in carriers and name not in chain_of and name not in seen:
+        while name in carriers and name not in chain_of and name not in checked:
             chain_of.append(name)
             name = carriers[name]
         if name in chain_of:
@@ -170,7 +170,7 @@ def _carried(case: Case) -> Iterator[Problem]:
                 found=" on ".join(map(repr, [*ring, ring[0]])),
                 allowed=f"one of them on = {PRIMARY!r}",
             )
-        seen |= set(chain_of)
+        checked |= set(chain_of)
 
 
 def _tuning(case: Case, damping: float) -> Iterator[Problem]:

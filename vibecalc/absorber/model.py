@@ -109,10 +109,10 @@ def built_springs(machine: Machine) -> BuiltSprings | None:
     if wire is not None and coil is not None and modulus is not None and springs.turns is not None:
         rate = float(spring_rate(modulus, wire, coil, springs.turns).value)
         if springs.allowed_stress is not None:
-            found = largest_extension(
+            extension = largest_extension(
                 rate, wire, coil, springs.allowed_stress, springs.initial_tension
             )
-            longest = float(found.value)
+            longest = float(extension.value)
     radius = 1.0 if springs.radius is None else springs.radius
     whole = None
     if rate is not None:
@@ -358,10 +358,10 @@ def _seismic_inertia(machine: Machine) -> float | None:
 def _branches(given: tuple[NamedSecondary, ...], scale: Scale | None) -> tuple[Branch, ...]:
     """The absorbers by name, each behind what carries it: in no way by the order of the case."""
     left, placed = sorted(given, key=lambda one: one.name), {PRIMARY: -1}
-    found: list[Branch] = []
+    branches: list[Branch] = []
     while left:
         one = next(one for one in left if one.on in placed)
         left.remove(one)
-        placed[one.name] = len(found)
-        found.append(Branch(one.name, placed[one.on], *ratios(one, scale)))
-    return tuple(found)
+        placed[one.name] = len(branches)
+        branches.append(Branch(one.name, placed[one.on], *ratios(one, scale)))
+    return tuple(branches)

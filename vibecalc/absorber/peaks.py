@@ -63,18 +63,18 @@ def maxima_counted(polynomials: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     for each in np.unique(code[code >= 0]):
         rows = np.flatnonzero(code == each)
         first, last = divmod(int(each), width)
-        piece, size = polynomials[rows, first : last + 1], sizes[rows, first : last + 1]
+        section, size = polynomials[rows, first : last + 1], sizes[rows, first : last + 1]
         with np.errstate(all="ignore"):
-            result[rows] = _counted(*_scaled(piece, size))
+            result[rows] = _counted(*_scaled(section, size))
     return result
 
 
-def _scaled(piece: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _scaled(section: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Both with an unknown in which the outermost sizes are alike, and errors for sizes."""
-    degree = piece.shape[-1] - 1
-    rise = (np.log(size[:, 0]) - np.log(size[:, -1])) / degree
-    factor = np.exp(rise[:, None] * np.arange(degree + 1) - np.log(size[:, :1]))
-    return piece * factor, _GRANTED * size * factor
+    degree = section.shape[-1] - 1
+    growth = (np.log(size[:, 0]) - np.log(size[:, -1])) / degree
+    factor = np.exp(growth[:, None] * np.arange(degree + 1) - np.log(size[:, :1]))
+    return section * factor, _GRANTED * size * factor
 
 
 def _counted(p: np.ndarray, uncertainty: np.ndarray) -> np.ndarray:
@@ -182,15 +182,16 @@ class Tops(NamedTuple):
 def tops(
     parts: Coupling, weights: Measure, rows: np.ndarray, start: np.ndarray, far: bool = False
 ) -> tuple[Tops, np.ndarray]:
-    """Maxima that Newton's method reaches from places `start` (k,) of rows (k,), and its looks.
+    """Maxima that Newton's method reaches from places `start` (k,) of rows (k,), and its
+    evaluations.
 
     Those farther than `REACH` from their start are left out, unless `far`. Looks (k,) count
     evaluations of `slope`.
     """
-    own, mine = _of_rows(parts, weights, rows)
+    coupled, mine = _of_rows(parts, weights, rows)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        u, steps = polished(own, mine, start, far)
-        first, second, value, uncertainty = slope(own, mine, u)
+        u, steps = polished(coupled, mine, start, far)
+        first, second, value, uncertainty = slope(coupled, mine, u)
         # on a very sharp peak the last bit of u is felt
         short = 0.5 * np.square(first) / np.abs(second)
         last = 0.5 * np.abs(second) * (4.0 * UNIT_ROUNDOFF) ** 2
@@ -202,27 +203,27 @@ def tops(
             near &= np.abs(np.log(u / start)) < REACH
         blur = np.abs(first / second)
     keep = near & (second < 0.0) & np.isfinite(value)
-    found = Tops(rows[keep], u[keep], value[keep], uncertainty[keep], size[keep], blur[keep])
-    return each_once(found), steps + 1
+    stationary = Tops(rows[keep], u[keep], value[keep], uncertainty[keep], size[keep], blur[keep])
+    return each_once(stationary), steps + 1
 
 
-def each_once(found: Tops) -> Tops:
+def each_once(stationary: Tops) -> Tops:
     """By row and rising u; of what was found twice, the one that has settled better."""
-    order = np.lexsort((found.u, found.rows))
-    found = Tops(*(a[order] for a in found))
-    while len(found.u) > 1:
-        apart = np.diff(np.log(found.u))
-        alike = np.maximum(_SAME, 4.0 * (found.blur[1:] + found.blur[:-1]))
-        twice = np.flatnonzero((found.rows[1:] == found.rows[:-1]) & (apart < alike))
+    order = np.lexsort((stationary.u, stationary.rows))
+    stationary = Tops(*(a[order] for a in stationary))
+    while len(stationary.u) > 1:
+        apart = np.diff(np.log(stationary.u))
+        alike = np.maximum(_SAME, 4.0 * (stationary.blur[1:] + stationary.blur[:-1]))
+        twice = np.flatnonzero((stationary.rows[1:] == stationary.rows[:-1]) & (apart < alike))
         if not len(twice):
             break
         # of each row of equal ones only the first pair, the others in the next round
         first = np.ones(len(twice), dtype=bool)
         first[1:] = np.diff(twice) > 1
         pair = twice[first]
-        worse = np.where(found.blur[pair] > found.blur[pair + 1], pair, pair + 1)
-        found = Tops(*(np.delete(a, worse) for a in found))
-    return found
+        worse = np.where(stationary.blur[pair] > stationary.blur[pair + 1], pair, pair + 1)
+        stationary = Tops(*(np.delete(a, worse) for a in stationary))
+    return stationary
 
 
 def _of_rows(parts: Coupling, weights: Measure, rows: np.ndarray) -> tuple[Coupling, Measure]:
@@ -245,8 +246,8 @@ def polished(
     for _ in range(_ROUNDS):
         if not len(live):
             break
-        own, mine = _of_rows(parts, weights, live)
-        at = slope(own, mine, u[live])
+        coupled, mine = _of_rows(parts, weights, live)
+        at = slope(coupled, mine, u[live])
         # the reciprocal of a resonance is nearly a parabola
         size = mine.floor_squared + at.value
         bend = at.second - 2.0 * at.first * at.first / size
@@ -287,12 +288,13 @@ _LOW = -0.5
 class QuickMaxima(NamedTuple):
     """All maxima of the rows that `certain` (rows,) names.
 
-    `looks` (rows,) counts evaluations of |H|^2 with two derivatives, of rows not certain as well.
+    `evaluations` (rows,) counts evaluations of |H|^2 with two derivatives, of rows not certain as
+    well.
     """
 
     certain: np.ndarray
     tops: Tops
-    looks: np.ndarray
+    evaluations: np.ndarray
 
 
 def quick_maxima(parts: Coupling, transfer: Transfer) -> QuickMaxima:
@@ -300,41 +302,41 @@ def quick_maxima(parts: Coupling, transfer: Transfer) -> QuickMaxima:
     count = len(parts.mass)
     weights = measure(parts, transfer)
     lower, upper = _first_guesses(parts)
-    certain, looks = _decays(parts, upper), np.zeros(count, dtype=int)
+    certain, evaluations = _decays(parts, upper), np.zeros(count, dtype=int)
     chosen = np.flatnonzero(certain)
     if not len(chosen):
         none = np.zeros(0)
-        return QuickMaxima(certain, Tops(chosen, none, none, none, none, none), looks)
+        return QuickMaxima(certain, Tops(chosen, none, none, none, none, none), evaluations)
     pair = chosen[lower[chosen] < upper[chosen]]
     rows = np.concatenate([pair, chosen])
     starts = np.square(np.concatenate([lower[pair], upper[chosen]]))
-    found, taken = tops(parts, weights, rows, starts, far=True)
-    looks += np.bincount(rows, taken, count).astype(int)
+    refined, taken = tops(parts, weights, rows, starts, far=True)
+    evaluations += np.bincount(rows, taken, count).astype(int)
     # one that has not settled counts for none
-    tallied = np.bincount(found.rows[found.blur <= _SETTLED], minlength=count)[chosen]
+    tallied = np.bincount(refined.rows[refined.blur <= _SETTLED], minlength=count)[chosen]
     certain[chosen] &= _counted_maxima(parts, weights, chosen) == tallied
-    found = Tops(*(a[certain[found.rows]] for a in found))
-    floor = weights.floor_squared[found.rows]
-    low = np.flatnonzero(found.value < _LOW * floor)
+    refined = Tops(*(a[certain[refined.rows]] for a in refined))
+    floor = weights.floor_squared[refined.rows]
+    low = np.flatnonzero(refined.value < _LOW * floor)
     if len(low):
-        rows = found.rows[low]
-        again, taken = tops(parts, measure(parts, transfer, plain=True), rows, found.u[low])
-        looks += np.bincount(rows, taken, count).astype(int)
+        rows = refined.rows[low]
+        again, taken = tops(parts, measure(parts, transfer, plain=True), rows, refined.u[low])
+        evaluations += np.bincount(rows, taken, count).astype(int)
         if np.array_equal(again.rows, rows):
-            for column, new in zip(found, again, strict=True):
+            for column, new in zip(refined, again, strict=True):
                 column[low] = new
-            found.value[low] = again.square - floor[low]
+            refined.value[low] = again.square - floor[low]
         else:
             certain[rows] = False
-            found = Tops(*(a[certain[found.rows]] for a in found))
-    return QuickMaxima(certain, found, looks)
+            refined = Tops(*(a[certain[refined.rows]] for a in refined))
+    return QuickMaxima(certain, refined, evaluations)
 
 
 def _first_guesses(parts: Coupling) -> tuple[np.ndarray, np.ndarray]:
     """Frequency ratios near both peaks, one and the same where there is but one resonance."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        marks = landmarks(parts.mass, parts.mass * parts.g0 / parts.own)
-    locked = parts.own == 0.0
+        marks = landmarks(parts.mass, parts.mass * parts.g0 / parts.inertia)
+    locked = parts.inertia == 0.0
     # without a spring the peak is between those with the secondary locked and free
     lower = np.choose(parts.shift, (marks.lower, marks.locked, marks.free))
     return lower, np.where(locked, marks.lower, marks.upper)
@@ -382,7 +384,7 @@ class Peaks(NamedTuple):
     """Stationary maxima by rising frequency (..., 4) and what the curve does at both ends (...).
 
     `frequency` x, `magnitude` |H| with absolute `error`, `excess` |H|^2 - f^2 over the floor f;
-    zero where `found` is false. Infinite on an undamped natural frequency.
+    zero where `present` is false. Infinite on an undamped natural frequency.
     `at_zero`, `at_infinity`: limits of |H|. `largest` with `largest_error`: the supremum of |H|
     over 0 <= x <= infinity, reached at `where` (0 or infinity for an end); of several places of
     one height, as a tuning makes them, the lowest.
@@ -392,7 +394,7 @@ class Peaks(NamedTuple):
     magnitude: np.ndarray
     error: np.ndarray
     excess: np.ndarray
-    found: np.ndarray
+    present: np.ndarray
     at_zero: np.ndarray
     at_infinity: np.ndarray
     largest: np.ndarray
@@ -423,16 +425,16 @@ def peaks(absorber: Absorber, excitation: str = "force", response: str = "displa
         error = np.minimum(uncertainty / np.maximum(size, 1e-300), np.sqrt(uncertainty))
         error = np.where(np.isinf(size), 0.0, error + 2.0 * UNIT_ROUNDOFF * size)
     place = _places(rows, len(flat.mass))
-    kept = place < _MOST
+    stored = place < _MOST
     blank = np.zeros((len(flat.mass), _MOST))
     table = {name: blank.copy() for name in ("frequency", "magnitude", "error", "excess")}
-    found = blank.astype(bool)
-    spot = rows[kept], place[kept]
+    present = blank.astype(bool)
+    spot = rows[stored], place[stored]
     for name, column in (
         ("frequency", np.sqrt(u)), ("magnitude", size), ("error", error), ("excess", value)
     ):  # fmt: skip
-        table[name][spot] = column[kept]
-    found[spot] = True
+        table[name][spot] = column[stored]
+    present[spot] = True
 
     limit = ends(flat, transfer)
     low, high = np.abs(limit.at_zero), limit.magnitude_at_infinity
@@ -448,7 +450,7 @@ def peaks(absorber: Absorber, excitation: str = "force", response: str = "displa
     pick = [np.take_along_axis(a, best, axis=1)[:, 0] for a in (heights, wrong)]
     first = np.argmax(heights >= pick[0][:, None] * (1.0 - SAME_HEIGHT), axis=1)[:, None]
     pick.append(np.take_along_axis(places, first, axis=1)[:, 0])
-    wide = [a.reshape(*shape, _MOST) for a in (*table.values(), found)]
+    wide = [a.reshape(*shape, _MOST) for a in (*table.values(), present)]
     return Peaks(*wide, *(a.reshape(shape) for a in (low, high, *pick)))
 
 
@@ -478,10 +480,10 @@ def _maxima(
     if more is not None:
         rows, u = np.concatenate([rows, more[0]]), np.concatenate([u, more[1]])
     if ceiling is not None and len(rows):
-        own = Coupling(*(a[rows] for a in parts))
+        coupled = Coupling(*(a[rows] for a in parts))
         mine = Measure(*(a[rows] for a in weights))
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            low = ~(slope(own, mine, u).value >= ceiling[rows])
+            low = ~(slope(coupled, mine, u).value >= ceiling[rows])
         rows, u = rows[low], u[low]
     return tops(parts, weights, rows, u)[0]
 
@@ -489,15 +491,15 @@ def _maxima(
 def _all_maxima(parts: Coupling, transfer: Transfer) -> tuple[np.ndarray, ...]:
     """Rows, u, A / Q, its error and |H|^2 of all: quickly where that is sure, else thoroughly."""
     quick = quick_maxima(parts, transfer)
-    found = quick.tops[:5]
-    rest = np.flatnonzero(~quick.certain)
-    if not len(rest):
-        return found
-    own = Coupling(*(a[rest] for a in parts))
-    _refuse_sharp(own)
-    others = _thorough(own, transfer)
-    others = others._replace(rows=rest[others.rows])
-    joined = [np.concatenate(pair) for pair in zip(found, others[:5], strict=True)]
+    quick_tops = quick.tops[:5]
+    uncertain = np.flatnonzero(~quick.certain)
+    if not len(uncertain):
+        return quick_tops
+    coupled = Coupling(*(a[uncertain] for a in parts))
+    _refuse_sharp(coupled)
+    others = _thorough(coupled, transfer)
+    others = others._replace(rows=uncertain[others.rows])
+    joined = [np.concatenate(pair) for pair in zip(quick_tops, others[:5], strict=True)]
     order = np.lexsort((joined[1], joined[0]))
     return tuple(a[order] for a in joined)
 
@@ -520,7 +522,7 @@ def _refuse_sharp(parts: Coupling) -> None:
     """Raise NumericalFailure where a damped resonance cannot be parted from an undamped one."""
     found = roots_of(denominator(parts))
     bare = (parts.primary_damping == 0.0) & (parts.g1 == 0.0)
-    swings = found.found & (found.value.imag > 0.0) & ~bare[:, None]
+    swings = found.present & (found.value.imag > 0.0) & ~bare[:, None]
     least = np.maximum(_SHARP * np.abs(found.value), 4.0 * found.error)
     sharp = np.any(swings & (-found.value.real < least), axis=1)
     if np.any(sharp):
@@ -539,7 +541,7 @@ def near_poles(parts: Coupling) -> tuple[np.ndarray, np.ndarray]:
     other; the poles stay apart.
     """
     found = roots_of(denominator(parts))
-    rows, which = np.nonzero(found.found & (found.value.imag > 0.0))
+    rows, which = np.nonzero(found.present & (found.value.imag > 0.0))
     pole = found.value[rows, which]
     # next to a zero the top stands off the pole, by about its half width
     x = pole.imag - pole.real * _NEARBY[:, None]

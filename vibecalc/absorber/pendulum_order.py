@@ -63,7 +63,7 @@ class Path(NamedTuple):
     pull: FloatArray
 
 
-class Terms(NamedTuple):
+class EnergyTerms(NamedTuple):
     """Coefficients of the kinetic energy in kg m^2, `..._slope` their derivatives by the angle.
 
     `carried` is A without the inertia of the rotor, of which own inertias of a mass that stays
@@ -82,10 +82,10 @@ def path(pendulum: Pendulum, angle: FloatArray) -> Path:
     """The path at angles that broadcast with the pendulum; angles may be complex."""
     far, near, bend = (np.asarray(value) for value in pendulum[1:4])
     # (cos qp - cos p) / (1 - q^2) and its derivative, whole at q = 1
-    lean, rest = 0.5 * (1.0 + bend) * angle, 0.5 * (1.0 - bend) * angle
+    lean, sum_angle = 0.5 * (1.0 + bend) * angle, 0.5 * (1.0 - bend) * angle
     sine, cosine = np.sin(angle), np.cos(angle)
-    between = 0.5 * angle * angle * _sinc(lean) * _sinc(rest)
-    change = (sine + bend * angle * np.cos(lean) * _sinc(rest)) / (1.0 + bend)
+    between = 0.5 * angle * angle * _sinc(lean) * _sinc(sum_angle)
+    change = (sine + bend * angle * np.cos(lean) * _sinc(sum_angle)) / (1.0 + bend)
     return Path(
         radius=near * np.cos(bend * angle),
         radius_slope=-near * bend * np.sin(bend * angle),
@@ -94,27 +94,27 @@ def path(pendulum: Pendulum, angle: FloatArray) -> Path:
     )
 
 
-def terms(pendulum: Pendulum, angle: FloatArray) -> Terms:
+def terms(pendulum: Pendulum, angle: FloatArray) -> EnergyTerms:
     """Coefficients of the kinetic energy at angles that broadcast with the pendulum."""
-    mass, far, _, _, own, rolling, across, diameter, roller_own = (
+    mass, far, _, _, inertia, rolling, across, diameter, roller_inertia = (
         np.asarray(value) for value in pendulum
     )
-    way = path(pendulum, angle)
-    radius, slope = way.radius, way.radius_slope
-    # the centre of a roller: half the way of the mass, from another vertex
+    track = path(pendulum, angle)
+    radius, slope = track.radius, track.radius_slope
+    # the centre of a roller: half the travel of the mass, from another vertex
     nearby = across - 0.5 * far
-    reach = nearby * np.cos(angle) + 0.5 * way.reach
-    pull = -nearby * np.sin(angle) + 0.5 * way.pull
-    moved = mass + 0.25 * rolling + roller_own / (diameter * diameter)
-    lever = mass * way.reach + 0.5 * rolling * reach - roller_own / diameter
-    force = mass * way.pull + 0.5 * rolling * pull
-    square = way.reach * way.reach + way.pull * way.pull
-    return Terms(
-        carried=mass * square + rolling * (reach * reach + pull * pull) + roller_own + own,
+    reach = nearby * np.cos(angle) + 0.5 * track.reach
+    pull = -nearby * np.sin(angle) + 0.5 * track.pull
+    moved = mass + 0.25 * rolling + roller_inertia / (diameter * diameter)
+    lever = mass * track.reach + 0.5 * rolling * reach - roller_inertia / diameter
+    force = mass * track.pull + 0.5 * rolling * pull
+    square = track.reach * track.reach + track.pull * track.pull
+    return EnergyTerms(
+        carried=mass * square + rolling * (reach * reach + pull * pull) + roller_inertia + inertia,
         carried_slope=2.0 * radius * force,
-        coupling=radius * lever + own,
+        coupling=radius * lever + inertia,
         coupling_slope=slope * lever + radius * force,
-        swing=moved * radius * radius + own,
+        swing=moved * radius * radius + inertia,
         swing_slope=2.0 * moved * radius * slope,
     )
 
@@ -181,14 +181,14 @@ def tuning_order(pendulum: Pendulum) -> WithError:
     Raises NumericalFailure where nothing pulls the mass back (centre of the path at the axis or
     beyond it).
     """
-    mass, far, near, _, own, rolling, across, diameter, roller_own = floats(*pendulum)
+    mass, far, near, _, inertia, rolling, across, diameter, roller_inertia = floats(*pendulum)
     pull = near * (mass * (far - near) + 0.5 * rolling * (across - 0.5 * near))
     if np.any(pull <= 0.0):
         raise NumericalFailure(
             "nothing pulls the pendulum outwards: the centre of curvature of its path has to lie "
             "between the axis and the mass"
         )
-    moved = (mass + 0.25 * rolling + roller_own / diameter**2) * near**2 + own
+    moved = (mass + 0.25 * rolling + roller_inertia / diameter**2) * near**2 + inertia
     value = np.sqrt(pull / moved)
     lost = near * (mass * (far + near) + 0.5 * rolling * (across + 0.5 * near)) / pull
     return WithError(value, (8.0 + 4.0 * lost) * UNIT_ROUNDOFF * value)
@@ -207,12 +207,12 @@ def radius_for_order_with_rollers(pendulum: Pendulum, order: ArrayLike) -> WithE
     radius solves a quadratic, of which the larger root is taken. Raises NumericalFailure where
     there is none: the swing inertia is too large for the order.
     """
-    mass, far, _, _, own, rolling, across, diameter, roller_own = floats(*pendulum)
+    mass, far, _, _, inertia, rolling, across, diameter, roller_inertia = floats(*pendulum)
     square = np.square(np.asarray(order, dtype=float))
     heavy = mass + 0.25 * rolling
-    a = heavy + square * (heavy + roller_own / diameter**2)
+    a = heavy + square * (heavy + roller_inertia / diameter**2)
     b = mass * far + 0.5 * rolling * across
-    room = b * b - 4.0 * a * square * own
+    room = b * b - 4.0 * a * square * inertia
     if np.any(room <= 0.0):
         raise NumericalFailure(
             "the inertia that turns with the arm is too large: no arm tunes it to this order"
@@ -233,8 +233,8 @@ def path_exponent(path: str, pendulum: Pendulum) -> np.ndarray:
         return np.asarray(_FIXED[path])
     if path not in PATHS:
         raise NumericalFailure(f"no path {path!r} of a pendulum; paths: {', '.join(PATHS)}")
-    mass, far, near, _, own, rolling, across, _, _ = floats(*pendulum)
-    if np.any(own != 0.0):
+    mass, far, near, _, inertia, rolling, across, _, _ = floats(*pendulum)
+    if np.any(inertia != 0.0):
         raise NumericalFailure("a mass that turns with an arm runs on a circle, not on a cycloid")
     centre = far + 0.5 * rolling * (across - 0.5 * far) / (mass + 0.25 * rolling)
     return np.asarray(np.sqrt((centre - near) / centre))
@@ -403,7 +403,7 @@ def build_pendulum(case: Case) -> PendulumParts:
         raise ValueError("the case has no pendulum")
     pendulum = placed(given)
     swinging = float(terms(pendulum, np.zeros(())).swing)
-    own = float(tuning_order(pendulum).value) * given.speed
+    inertia = float(tuning_order(pendulum).value) * given.speed
     points = np.linspace(0.0, given.swings.to, given.swings.points) if given.swings else np.zeros(0)
     return PendulumParts(
         pendulum=pendulum,
@@ -414,7 +414,7 @@ def build_pendulum(case: Case) -> PendulumParts:
         rotor_inertia=given.rotor_inertia,
         rotor_stiffness=given.rotor_stiffness,
         speed=given.speed,
-        damping=2.0 * given.damping_ratio * own * swinging,
+        damping=2.0 * given.damping_ratio * inertia * swinging,
         torque=given.torque,
         swings=points,
     )
@@ -427,10 +427,10 @@ def placed(given: parts.Pendulum) -> Pendulum:
     """
     far, near = _place(given)
     number, rollers = given.count, given.rollers
-    own = {}
+    inertia = {}
     if rollers is not None:
         solid = _SOLID * rollers.mass * rollers.diameter**2
-        own = {
+        inertia = {
             "roller_mass": number * rollers.mass,
             "roller_distance": rollers.distance,
             "roller_diameter": rollers.diameter,
@@ -441,7 +441,7 @@ def placed(given: parts.Pendulum) -> Pendulum:
         vertex_distance=far,
         path_radius=near if near is not None else far,
         swing_inertia=number * given.swing_inertia,
-        **own,
+        **inertia,
     )
     if near is None:
         tuned = float(radius_for_order_with_rollers(pendulum, given.order).value)

@@ -95,15 +95,15 @@ def small_motion(
     first, second, stiff, drag, per_twist, relative = secondary
     w, load, hold = (np.asarray(value) for value in (frequency, torque, stiffness))
     link = stiff + 1j * w * drag
-    own = link - second * w * w
-    whole = (hold - first * w * w) * own - second * w * w * link
-    own_size = np.abs(link) + second * w * w
-    size = (np.abs(hold) + first * w * w) * own_size + second * w * w * np.abs(link)
+    pendulum_stiffness = link - second * w * w
+    whole = (hold - first * w * w) * pendulum_stiffness - second * w * w * link
+    pendulum_size = np.abs(link) + second * w * w
+    size = (np.abs(hold) + first * w * w) * pendulum_size + second * w * w * np.abs(link)
     with np.errstate(divide="ignore", invalid="ignore"):
-        rotor = np.where(whole == 0.0, np.inf, load * own / whole)
+        rotor = np.where(whole == 0.0, np.inf, load * pendulum_stiffness / whole)
         swing = np.where(whole == 0.0, np.inf, load * per_twist * second * w * w / whole)
         uncertainty = (relative + 8.0 * UNIT_ROUNDOFF) * (1.0 + 2.0 * size / np.abs(whole))
-        rotor_error = np.abs(load) * own_size / np.abs(whole) * uncertainty
+        rotor_error = np.abs(load) * pendulum_size / np.abs(whole) * uncertainty
         swing_error = np.abs(swing) * uncertainty
     return SmallMotion(rotor, swing, rotor_error, swing_error)
 
@@ -162,13 +162,13 @@ def steady_motion(
     """
     coarse = _solved(pendulum, rotor_inertia, order, swing, harmonics)
     fine = _solved(pendulum, rotor_inertia, order, swing, harmonics + harmonics // 2)
-    found = []
+    results = []
     for rough, good in zip(coarse, fine, strict=True):
-        kept = good[..., : rough.shape[-1]]
-        uncertainty = 2.0 * np.abs(kept - rough) + 64.0 * UNIT_ROUNDOFF * np.abs(kept)
-        size = np.max(np.abs(kept), axis=-1, keepdims=True)
-        found.append(WithError(kept, uncertainty + 256.0 * UNIT_ROUNDOFF * size))
-    torque, sines, largest, acceleration = found
+        common = good[..., : rough.shape[-1]]
+        uncertainty = 2.0 * np.abs(common - rough) + 64.0 * UNIT_ROUNDOFF * np.abs(common)
+        size = np.max(np.abs(common), axis=-1, keepdims=True)
+        results.append(WithError(common, uncertainty + 256.0 * UNIT_ROUNDOFF * size))
+    torque, sines, largest, acceleration = results
     return SteadyMotion(_single(torque), sines, _single(largest), acceleration)
 
 
@@ -207,11 +207,11 @@ class _Frame(NamedTuple):
 
 def _small_torque(frame: _Frame, first: FloatArray) -> FloatArray:
     """Torque of small swings, over the square of A T'."""
-    rest = terms(frame.pendulum, np.zeros(()))
-    carried = frame.rotor + rest.carried
+    at_rest = terms(frame.pendulum, np.zeros(()))
+    carried = frame.rotor + at_rest.carried
     tuned, forced = tuning_order(frame.pendulum).value, frame.order
-    stiff = rest.swing * (tuned**2 - forced**2) + (forced * rest.coupling) ** 2 / carried
-    return np.asarray(-first * stiff / (rest.coupling * carried))
+    stiff = at_rest.swing * (tuned**2 - forced**2) + (forced * at_rest.coupling) ** 2 / carried
+    return np.asarray(-first * stiff / (at_rest.coupling * carried))
 
 
 def _newton(frame: _Frame, unknown: FloatArray, first: FloatArray) -> FloatArray:
@@ -305,8 +305,8 @@ def _places(count: int) -> FloatArray:
 
 def _largest(sines: FloatArray, fine: FloatArray, wave: FloatArray) -> FloatArray:
     """Largest magnitude over the half cycle, by Newton from the largest of many points."""
-    course = np.abs(sines @ np.sin(np.outer(wave, fine)))
-    place = fine[np.argmax(course, axis=-1)][..., None]
+    curve = np.abs(sines @ np.sin(np.outer(wave, fine)))
+    place = fine[np.argmax(curve, axis=-1)][..., None]
     for _ in range(6):
         slope = np.sum(sines * wave * np.cos(wave * place), axis=-1, keepdims=True)
         bend = -np.sum(sines * wave**2 * np.sin(wave * place), axis=-1, keepdims=True)
@@ -348,7 +348,7 @@ def jump(pendulum: Pendulum, rotor_inertia: float, order: float) -> Jump:
     Raises NumericalFailure where the torque grows as far as steady motions are found.
     """
     end = float(largest_swing(pendulum))
-    swings, torques = _rise(pendulum, rotor_inertia, order, end)
+    swings, torques = _ascending_branch(pendulum, rotor_inertia, order, end)
     top = int(np.argmax(torques))
     if top in (0, len(torques) - 1):
         raise NumericalFailure(
@@ -357,23 +357,23 @@ def jump(pendulum: Pendulum, rotor_inertia: float, order: float) -> Jump:
         )
     low, high = swings[top - 1], swings[top + 1]
     node = np.cos(np.pi * (np.arange(_POINTS) + 0.5) / _POINTS)
-    found = steady_motion(
+    motion = steady_motion(
         pendulum, rotor_inertia, order, 0.5 * (low + high) + 0.5 * (high - low) * node
     )
     fits = [
         np.polynomial.Chebyshev.fit(
-            node[:: 1 + skip], np.abs(found.torque.value[:: 1 + skip]), degree
+            node[:: 1 + skip], np.abs(motion.torque.value[:: 1 + skip]), degree
         )
         for skip, degree in ((0, _POINTS - 1), (1, _POINTS // 2))
     ]
     good, rough = (_greatest(fit) for fit in fits)
-    noise = float(np.max(found.torque.error))
+    noise = float(np.max(motion.torque.error))
     half = 0.5 * (high - low)
     bend = abs(float(fits[0].deriv(2)(good[0])))
     uncertainty = abs(good[0] - rough[0]) + np.sqrt(2.0 * noise / bend)
-    reach = np.polynomial.Chebyshev.fit(node, found.largest.value, _POINTS - 1)
+    reach = np.polynomial.Chebyshev.fit(node, motion.largest.value, _POINTS - 1)
     off = abs(float(reach.deriv()(good[0]))) * uncertainty + 2.0 * float(
-        np.max(found.largest.error)
+        np.max(motion.largest.error)
     )
     return Jump(
         WithError(np.asarray(good[1]), np.asarray(abs(good[1] - rough[1]) + 2.0 * noise)),
@@ -382,7 +382,7 @@ def jump(pendulum: Pendulum, rotor_inertia: float, order: float) -> Jump:
     )
 
 
-def _rise(
+def _ascending_branch(
     pendulum: Pendulum, rotor_inertia: float, order: float, end: float
 ) -> tuple[FloatArray, FloatArray]:
     """Swings and torques until the torque falls, or until no motion is found."""

@@ -113,13 +113,16 @@ def _secondary(machine: Row, one: Row, ring: bool, built: dict[str, bool]) -> It
                 ),
                 also=PRIMARY,
             )
-    for what, ways, part in (("spring", STIFFNESSES, "springs"), ("damper", DAMPERS, "oil")):
-        given, hardware = one.said(*ways), f"[machine.{part}]"
+    for what, alternatives, part in (
+        ("spring", STIFFNESSES, "springs"),
+        ("damper", DAMPERS, "oil"),
+    ):
+        given, hardware = one.said(*alternatives), f"[machine.{part}]"
         if tuned and given:
             yield one.problem(
                 given[0],
                 f"{given[0]} is fixed, and [tuning] finds the {what}",
-                allowed=f"no {', '.join(ways)} next to [tuning], or no [tuning]",
+                allowed=f"no {', '.join(alternatives)} next to [tuning], or no [tuning]",
                 hint=f"what is built stands in {hardware}, next to the tuning; tuning.kind and "
                 "tuning.bounds hold a value",
                 also=("tuning",),
@@ -131,11 +134,11 @@ def _secondary(machine: Row, one: Row, ring: bool, built: dict[str, bool]) -> It
                 allowed=f"{given[0]}, or {hardware}: one way or the other",
                 also=("machine", part),
             )
-        elif not (tuned or built.get(part)) and one.lacks(*ways):
+        elif not (tuned or built.get(part)) and one.lacks(*alternatives):
             yield one.problem(
                 "",
                 f"{name} has no {what}, and no [tuning] finds one",
-                allowed=f"one of {', '.join(ways)} (0 for none), {hardware}, or [tuning]",
+                allowed=f"one of {', '.join(alternatives)} (0 for none), {hardware}, or [tuning]",
             )
 
 

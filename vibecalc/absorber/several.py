@@ -121,17 +121,17 @@ def _branches(
     shape = np.broadcast_shapes(s.shape, m.shape[:-1], k.shape[:-1], z.shape[:-1])
     one = np.ones(shape, dtype=complex)
     inner = [(one, one)] + [(m[..., i] * one, one) for i in range(len(parent))]
-    found: list[_Branch] = []
+    branches: list[_Branch] = []
     for i in reversed(range(len(parent))):
         top, bottom = inner[i + 1]
         stiff, inertia = _bond(k[..., i], z[..., i], s)
         above, below = stiff * top, stiff * bottom + inertia * top
         scale = np.maximum(np.abs(above), np.abs(below))
         above, below = above / scale, below / scale
-        found.insert(0, _Branch(top, bottom, above, below, scale, stiff, inertia))
+        branches.insert(0, _Branch(top, bottom, above, below, scale, stiff, inertia))
         base = inner[parent[i]]
         inner[parent[i]] = base[0] * below + above * base[1], base[1] * below
-    return [_Branch(inner[0][0], inner[0][1], one, one, one, one, one), *found]
+    return [_Branch(inner[0][0], inner[0][1], one, one, one, one, one), *branches]
 
 
 def _bond(k: np.ndarray, z: np.ndarray, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

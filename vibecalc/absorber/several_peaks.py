@@ -24,7 +24,7 @@ class SeveralPeaks(NamedTuple):
 
     `error` is absolute, of `magnitude`. `largest` is the supremum over 0 <= x <= infinity, at
     `where`, the lowest of places of one height. `shoulder`: frequencies of poles without a peak of
-    their own. `looks` counts evaluations of |H|^2 with two derivatives.
+    their own. `evaluations` counts evaluations of |H|^2 with two derivatives.
     """
 
     frequency: np.ndarray
@@ -36,7 +36,7 @@ class SeveralPeaks(NamedTuple):
     largest_error: float
     where: float
     shoulder: np.ndarray
-    looks: int
+    evaluations: int
 
 
 def several_peaks(
@@ -60,7 +60,7 @@ def several_peaks(
             f"the response is infinite at x = {float(poles[bare][0].imag):.9g}, an undamped "
             "natural frequency of primary system and absorbers"
         )
-    frequency, looks = _stationary(above, below, _starts(above, below, poles))
+    frequency, evaluations = _stationary(above, below, _starts(above, below, poles))
     value, error = _magnitude(above, below, frequency)
     low = float(abs(above[0]) / below[0]) if below[0] else 0.0
     excess = (len(above) - 1) - (len(below) - 1)
@@ -74,7 +74,7 @@ def several_peaks(
     first = int(np.argmax(heights >= heights[best] * (1.0 - SAME_HEIGHT)))
     return SeveralPeaks(
         frequency, value, error, low, high, float(heights[best]), float(uncertainties[best]),
-        float(places[first]), _shoulders(poles[~bare], frequency), looks,
+        float(places[first]), _shoulders(poles[~bare], frequency), evaluations,
     )  # fmt: skip
 
 
@@ -96,8 +96,8 @@ def _roots(polynomial: Polynomial) -> np.ndarray:
     """Roots, with leading coefficients that are only rounding left out."""
     size = np.max(np.abs(polynomial))
     there = np.flatnonzero(np.abs(polynomial) > 1e-300 * size)
-    found: np.ndarray = np.roots(polynomial[: there[-1] + 1][::-1] / size)
-    return found.astype(complex)
+    roots: np.ndarray = np.roots(polynomial[: there[-1] + 1][::-1] / size)
+    return roots.astype(complex)
 
 
 def _relative_size(polynomial: Polynomial, s: np.ndarray) -> np.ndarray:
@@ -125,13 +125,13 @@ def _starts(above: Polynomial, below: Polynomial, poles: np.ndarray) -> np.ndarr
 
 
 def polished(above: Polynomial, below: Polynomial, frequency: np.ndarray) -> tuple[np.ndarray, int]:
-    """Newton's method for a maximum near each frequency, on the reciprocal of |H|^2; its looks."""
-    x, looks = frequency.copy(), 0
+    """Newton's method for a maximum near each frequency, on 1 / |H|^2, and its evaluations."""
+    x, evaluations = frequency.copy(), 0
     live = np.arange(len(x))
     with np.errstate(all="ignore"):
         for _ in range(_POLISH):
             at = x[live]
-            looks += len(live)
+            evaluations += len(live)
             first, second = _slopes(above, below, at)
             step = first / np.where(first * first > second, first * first - second, np.abs(second))
             step = np.where(np.isfinite(step), np.clip(step, -0.1 * at, 0.1 * at), 0.0)
@@ -142,7 +142,7 @@ def polished(above: Polynomial, below: Polynomial, frequency: np.ndarray) -> tup
             live = live[near & (np.abs(step) > np.minimum(1e-8 * at, fine))]
             if not len(live):
                 break
-    return x, looks
+    return x, evaluations
 
 
 def _slopes(above: Polynomial, below: Polynomial, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -165,7 +165,7 @@ def _logarithmic(polynomial: Polynomial, s: np.ndarray) -> tuple[np.ndarray, np.
 
 
 def _stationary(above: Polynomial, below: Polynomial, start: np.ndarray) -> tuple[np.ndarray, int]:
-    x, looks = polished(above, below, start)
+    x, evaluations = polished(above, below, start)
     x = np.sort(x)
     with np.errstate(all="ignore"):
         first, second = _slopes(above, below, x)
@@ -178,7 +178,7 @@ def _stationary(above: Polynomial, below: Polynomial, start: np.ndarray) -> tupl
     # between two maxima the curve must come down
     twice = np.zeros(len(x), dtype=bool)
     twice[1:] = np.diff(x) < 1e-2 * width[1:]
-    return x[~twice], looks + len(start)
+    return x[~twice], evaluations + len(start)
 
 
 def _magnitude(
@@ -199,7 +199,7 @@ def _magnitude(
 # ----------------------------------------------------------------------------
 
 
-class Slopes(NamedTuple):
+class PeakSlopes(NamedTuple):
     """log |H|^2 at the peaks (p,): level, its gradient (p, q) and second derivatives (p, q, q).
 
     The frequency follows each peak unless set to stay. Ratios in the order k (n), z (n), z1,
@@ -216,7 +216,7 @@ class Slopes(NamedTuple):
 def several_slopes(
     system: Several, frequency: np.ndarray, transfer: Transfer, absorber: int = 1,
     follow: bool = True,
-) -> Slopes:  # fmt: skip
+) -> PeakSlopes:  # fmt: skip
     """Derivatives at peaks `frequency` (p,) of one system (no leading axes).
 
     With `follow` false the frequencies stay, and need not be peaks. By an infinite k or z, which
@@ -230,12 +230,12 @@ def several_slopes(
     k, z = np.where(locked, 0.0, k), np.where(locked, 0.0, z)
     link = unit[1:] - unit[list(system.parent)]
     bonds = link[:, :, None] * link[:, None, :]
-    own = unit[:, :, None] * unit[:, None, :]
+    per_unit = unit[:, :, None] * unit[:, None, :]
     x = np.asarray(frequency, dtype=float)
     inertia = np.concatenate([[1.0], m])
-    mass = np.tensordot(inertia, own, 1)
-    drag = np.tensordot(z, bonds, 1) + z1 * own[0]
-    stiff = np.tensordot(k, bonds, 1) + own[0]
+    mass = np.tensordot(inertia, per_unit, 1)
+    drag = np.tensordot(z, bonds, 1) + z1 * per_unit[0]
+    stiff = np.tensordot(k, bonds, 1) + per_unit[0]
     wide = x[:, None, None]
     matrix = stiff - wide**2 * mass + 2j * wide * drag
 
@@ -246,13 +246,13 @@ def several_slopes(
     turn = 2j * x[:, None, None, None]
     by[:, :count] = bonds
     by[:, count : 2 * count] = turn * bonds
-    by[:, 2 * count] = turn[:, 0] * own[0]
-    by[:, 2 * count + 1 : -1] = -(x[:, None, None, None] ** 2) * own[1:]
+    by[:, 2 * count] = turn[:, 0] * per_unit[0]
+    by[:, 2 * count + 1 : -1] = -(x[:, None, None, None] ** 2) * per_unit[1:]
     by[:, -1] = -2.0 * wide * mass + 2j * drag
     twice = np.zeros_like(by)  # by x and the other
     twice[:, count : 2 * count] = 2j * bonds
-    twice[:, 2 * count] = 2j * own[0]
-    twice[:, 2 * count + 1 : -1] = -2.0 * x[:, None, None, None] * own[1:]
+    twice[:, 2 * count] = 2j * per_unit[0]
+    twice[:, 2 * count + 1 : -1] = -2.0 * x[:, None, None, None] * per_unit[1:]
     twice[:, -1] = -2.0 * mass
 
     left, right, right_by = _ends(transfer, absorber, inertia, unit, link, size)
@@ -287,7 +287,7 @@ def several_slopes(
         second[:, d, -1] += g * 16.0 * z1 * x / square**2
         second[:, -1, d] += g * 16.0 * z1 * x / square**2
     if not follow:
-        return Slopes(level, first[:, :-1], second[:, :-1, :-1], second[:, -1, -1])
+        return PeakSlopes(level, first[:, :-1], second[:, :-1, :-1], second[:, -1, -1])
     return _following(level, first, second)
 
 
@@ -318,10 +318,10 @@ def _ends(
     return left, right, by
 
 
-def _following(level: np.ndarray, first: np.ndarray, second: np.ndarray) -> Slopes:
+def _following(level: np.ndarray, first: np.ndarray, second: np.ndarray) -> PeakSlopes:
     """Let the frequency go to the top of the parabola."""
     width, tilt, across = second[:, -1, -1], first[:, -1], second[:, :-1, -1]
-    return Slopes(
+    return PeakSlopes(
         level - 0.5 * tilt**2 / width,
         first[:, :-1] - across * (tilt / width)[:, None],
         second[:, :-1, :-1] - across[:, :, None] * across[:, None, :] / width[:, None, None],

@@ -139,23 +139,28 @@ class Forms(NamedTuple):
 
 def forms(parts: Coupling, u: np.ndarray, slots: int = ALONG_U) -> Forms:
     """The five forms at u = x^2; derivatives by g0 and g1 (slots = ALL) of a sprung damper only."""
-    g0, g1, own = parts.g0, parts.g1, parts.own
-    away = g0 - own * u  # kept as a difference: small where a light absorber is tuned
+    g0, g1, inertia = parts.g0, parts.g1, parts.inertia
+    away = g0 - inertia * u  # kept as a difference: small where a light absorber is tuned
     shape = np.shape(away)
     motion, mixed, cross, link, relative = np.zeros((5, slots, *shape))
-    g1g1, ownown = g1 * g1, own * own
+    g1g1, squared = g1 * g1, inertia * inertia
     motion[0], motion[1], motion[2] = (
-        away * away + g1g1 * u, g1g1 - 2.0 * own * away, 2.0 * ownown,
+        away * away + g1g1 * u, g1g1 - 2.0 * inertia * away, 2.0 * squared,
     )  # fmt: skip
-    mixed[0], mixed[1] = g0 * away + g1g1 * u, g1g1 - own * g0
-    cross[0], cross[1], cross[2] = g1 * own * u * u, 2.0 * g1 * own * u, 2.0 * g1 * own
+    mixed[0], mixed[1] = g0 * away + g1g1 * u, g1g1 - inertia * g0
+    cross[0], cross[1], cross[2] = g1 * inertia * u * u, 2.0 * g1 * inertia * u, 2.0 * g1 * inertia
     link[0], link[1] = g0 * g0 + g1g1 * u, g1g1
-    relative[0], relative[1], relative[2] = ownown * u * u, 2.0 * ownown * u, 2.0 * ownown
+    relative[0], relative[1], relative[2] = squared * u * u, 2.0 * squared * u, 2.0 * squared
     if slots == ALL:
-        motion[3], motion[4], motion[5], motion[6] = 2.0 * away, 2.0 * g1 * u, -2.0 * own, 2.0 * g1
-        mixed[3], mixed[4], mixed[5], mixed[6] = g0 + away, 2.0 * g1 * u, -own, 2.0 * g1
+        motion[3], motion[4], motion[5], motion[6] = (
+            2.0 * away,
+            2.0 * g1 * u,
+            -2.0 * inertia,
+            2.0 * g1,
+        )
+        mixed[3], mixed[4], mixed[5], mixed[6] = g0 + away, 2.0 * g1 * u, -inertia, 2.0 * g1
         link[3], link[4], link[6] = 2.0 * g0, 2.0 * g1 * u, 2.0 * g1
-        cross[4], cross[6] = own * u * u, 2.0 * own * u
+        cross[4], cross[6] = inertia * u * u, 2.0 * inertia * u
         for form in (motion, mixed, link):
             form[7], form[9] = 2.0, 2.0 * u
         return Forms(motion, mixed, cross, link, relative)
@@ -164,9 +169,9 @@ def forms(parts: Coupling, u: np.ndarray, slots: int = ALONG_U) -> Forms:
     late, free = parts.shift == 1, parts.shift == 2
     zero = np.zeros(shape)
     for form, without_spring, alone in (
-        (motion, (g1g1 + ownown * u, ownown), ownown), (mixed, (g1g1, zero), zero),
-        (cross, (g1 * own * u, g1 * own), zero), (link, (g1g1, zero), zero),
-        (relative, (ownown * u, ownown), ownown),
+        (motion, (g1g1 + squared * u, squared), squared), (mixed, (g1g1,
+        zero), zero), (cross, (g1 * inertia * u, g1 * inertia), zero), (link, (g1g1, zero), zero),
+        (relative, (squared * u, squared), squared),
     ):  # fmt: skip
         form[0] = np.where(free, alone, np.where(late, without_spring[0], form[0]))
         form[1] = np.where(free, 0.0, np.where(late, without_spring[1], form[1]))
@@ -193,7 +198,7 @@ def excess(parts: Coupling, weights: Measure, u: np.ndarray, slots: int = ALONG_
     link = (m * m * u * u, 2.0 * m * m * u, 2.0 * m * m)
     terms = [_times(mixed, form.mixed), _times(cross, form.cross), _times(link, form.link)]
     absorbed = terms[0] + terms[1] + terms[2]
-    pieces = [
+    parts_of_sum = [
         _times(_horner(weight, u), part)
         for weight, part in (
             (weights.motion, form.motion), (weights.mixed, form.mixed), (weights.link, form.link),
@@ -201,43 +206,44 @@ def excess(parts: Coupling, weights: Measure, u: np.ndarray, slots: int = ALONG_
         )
         if np.any(weight)
     ] or [np.zeros(form.motion.shape)]  # fmt: skip
-    above = -(sum(pieces[1:], pieces[0]) + weights.floor_squared * absorbed)
-    # |N1|^2 and Re(N1 g*) are only as good as g0 - own u
-    blur = np.abs(parts.g0) + parts.own * np.abs(u)
+    above = -(sum(parts_of_sum[1:], parts_of_sum[0]) + weights.floor_squared * absorbed)
+    # |N1|^2 and Re(N1 g*) are only as good as g0 - inertia u
+    blur = np.abs(parts.g0) + parts.inertia * np.abs(u)
     lost = 1.0 + blur / np.maximum(np.sqrt(form.motion[0]), 1e-300)
     other = np.abs(terms[0][0]) + np.abs(terms[1][0]) + np.abs(terms[2][0])
-    above_size = (sum(np.abs(p[0]) for p in pieces) + weights.floor_squared * other) * lost
+    above_size = (sum(np.abs(p[0]) for p in parts_of_sum) + weights.floor_squared * other) * lost
     below, below_size = _squared_stiffness(parts, u, slots)
     return Excess(above, below, above_size, below_size)
 
 
 def _squared_stiffness(parts: Coupling, u: np.ndarray, slots: int) -> tuple[np.ndarray, np.ndarray]:
     """Q = |D|^2 as a sum of two squares, so that nothing cancels on a sharp resonance."""
-    z1, m, g0, g1, own = parts.primary_damping, parts.mass, parts.g0, parts.g1, parts.own
+    z1, m, g0, g1, inertia = parts.primary_damping, parts.mass, parts.g0, parts.g1, parts.inertia
     stiff = 1.0 - u
     real, imaginary = np.zeros((2, slots, *np.shape(g0 * stiff)))
-    away, both = g0 - own * u, stiff - m * u
+    away, both = g0 - inertia * u, stiff - m * u
     c = 2.0 * z1
     real[0] = stiff * away - c * g1 * u - m * u * g0
-    real[1], real[2] = -away - own * stiff - c * g1 - m * g0, 2.0 * own
-    imaginary[0], imaginary[1] = c * away + g1 * both, -c * own - g1 * (1.0 + m)
+    real[1], real[2] = -away - inertia * stiff - c * g1 - m * g0, 2.0 * inertia
+    imaginary[0], imaginary[1] = c * away + g1 * both, -c * inertia - g1 * (1.0 + m)
     # magnitudes behind both, the distance 1 - u taken as exact
-    blur = np.abs(stiff) * (g0 + own * u) + c * g1 * u + m * u * g0
-    blur_imaginary = c * (g0 + own * u) + g1 * (np.abs(stiff) + m * u)
+    blur = np.abs(stiff) * (g0 + inertia * u) + c * g1 * u + m * u * g0
+    blur_imaginary = c * (g0 + inertia * u) + g1 * (np.abs(stiff) + m * u)
     if slots == ALL:
         real[3], real[4], real[5], real[6] = both, -c * u, -1.0 - m, -c
         imaginary[3], imaginary[4], imaginary[6] = c, both, -1.0 - m
     elif np.any(parts.shift):
         late, free = parts.shift == 1, parts.shift == 2
         for side, without_spring, alone in (
-            (real, (g1 * both - c * own * u, -g1 * (1.0 + m) - c * own), (own * stiff, -own)),
-            (imaginary, (own * stiff + c * g1, -own), (c * own, 0.0 * own)),
+            (real, (g1 * both - c * inertia * u, -g1 * (1.0 + m) - c * inertia), (inertia * stiff,
+            -inertia)), (imaginary, (inertia * stiff + c * g1, -inertia), (c * inertia, 0.0 *
+            inertia)),
         ):  # fmt: skip
             for slot, (one, other) in enumerate(zip(without_spring, alone, strict=True)):
                 side[slot] = np.where(free, other, np.where(late, one, side[slot]))
             side[2] = np.where(free | late, 0.0, side[2])
-        blur = np.where(late, g1 * (np.abs(stiff) + m * u) + c * own * u, blur)
-        blur_imaginary = np.where(late, own * np.abs(stiff) + c * g1, blur_imaginary)
+        blur = np.where(late, g1 * (np.abs(stiff) + m * u) + c * inertia * u, blur)
+        blur_imaginary = np.where(late, inertia * np.abs(stiff) + c * g1, blur_imaginary)
         blur = np.where(free, np.abs(real[0]), blur)
         blur_imaginary = np.where(free, imaginary[0], blur_imaginary)
     below = _square(real) + _times((u, 1.0, 0.0), _square(imaginary))
@@ -320,9 +326,9 @@ def squared_magnitude(
 def excess_polynomials(parts: Coupling, weights: Measure) -> tuple[np.ndarray, np.ndarray]:
     """A and Q (..., n) by rising power of u."""
     motion, mixed, cross, link, relative = form_polynomials(parts)
-    own, b, d, e = stiffness_weights(parts)
+    inertia, b, d, e = stiffness_weights(parts)
     absorbed = product(b, mixed) + product(d, cross) + product(e, link)
-    free = product(own, motion)
+    free = product(inertia, motion)
     asked = (
         product(weights.motion, motion) + product(weights.mixed, mixed)
         + product(weights.link, link) + product(weights.relative, relative)
@@ -333,21 +339,21 @@ def excess_polynomials(parts: Coupling, weights: Measure) -> tuple[np.ndarray, n
 
 def form_polynomials(parts: Coupling) -> tuple[np.ndarray, ...]:
     """The five forms of `excess.Forms` as polynomials (..., 3) in u, after the shift."""
-    g0, g1, own = parts.g0, parts.g1, parts.own
+    g0, g1, inertia = parts.g0, parts.g1, parts.inertia
     shift = parts.shift[..., None]
-    zero = np.zeros_like(own)
-    g0g0, g1g1, ownown = g0 * g0, g1 * g1, own * own
+    zero = np.zeros_like(inertia)
+    g0g0, g1g1, squared = g0 * g0, g1 * g1, inertia * inertia
 
     def chosen(whole: _Row, late: _Row, free: np.ndarray) -> np.ndarray:
         stacked = [np.stack(rows, axis=-1) for rows in (whole, late, (free, zero, zero))]
         return np.where(shift == 0, stacked[0], np.where(shift == 1, stacked[1], stacked[2]))
 
     return (
-        chosen((g0g0, g1g1 - 2.0 * g0 * own, ownown), (g1g1, ownown, zero), ownown),
-        chosen((g0g0, g1g1 - own * g0, zero), (g1g1, zero, zero), zero),
-        chosen((zero, zero, g1 * own), (zero, g1 * own, zero), zero),
+        chosen((g0g0, g1g1 - 2.0 * g0 * inertia, squared), (g1g1, squared, zero), squared),
+        chosen((g0g0, g1g1 - inertia * g0, zero), (g1g1, zero, zero), zero),
+        chosen((zero, zero, g1 * inertia), (zero, g1 * inertia, zero), zero),
         chosen((g0g0, g1g1, zero), (g1g1, zero, zero), zero),
-        chosen((zero, zero, ownown), (zero, ownown, zero), ownown),
+        chosen((zero, zero, squared), (zero, squared, zero), squared),
     )
 
 
@@ -391,8 +397,8 @@ def positive_roots(polynomials: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     of their outermost coefficients are zero. A root counts as real when its imaginary part is
     below 1e-5 of it: a close pair must not be lost, and the polish that follows sorts it out.
     """
-    rows_found: list[np.ndarray] = []
-    roots_found: list[np.ndarray] = []
+    rows_of_roots: list[np.ndarray] = []
+    all_roots: list[np.ndarray] = []
     with np.errstate(divide="ignore", invalid="ignore"):
         relative = np.abs(polynomials) / np.max(np.abs(polynomials), axis=-1, keepdims=True)
     there = relative > 1e-280
@@ -404,25 +410,25 @@ def positive_roots(polynomials: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     for each in np.unique(code[some]):
         rows = np.flatnonzero(code == each)
         first, last = divmod(int(each), width)
-        piece = polynomials[rows, first : last + 1]
+        section = polynomials[rows, first : last + 1]
         degree = last - first
-        scale = np.exp((np.log(np.abs(piece[:, 0])) - np.log(np.abs(piece[:, -1]))) / degree)
+        scale = np.exp((np.log(np.abs(section[:, 0])) - np.log(np.abs(section[:, -1]))) / degree)
         level = np.log(scale)[:, None] * np.arange(degree + 1)
         with np.errstate(divide="ignore"):
-            logs = np.log(np.abs(piece)) + level
+            logs = np.log(np.abs(section)) + level
         logs -= logs[:, -1:]
-        monic = np.sign(piece) * np.sign(piece[:, -1:]) * np.exp(np.minimum(logs, 650.0))
+        monic = np.sign(section) * np.sign(section[:, -1:]) * np.exp(np.minimum(logs, 650.0))
         matrix = np.zeros((len(rows), degree, degree))
         matrix[:, np.arange(1, degree), np.arange(degree - 1)] = 1.0
         matrix[:, :, -1] = -monic[:, :-1]
         roots = np.linalg.eigvals(matrix)
         real = (roots.real > 0.0) & (np.abs(roots.imag) <= 1e-5 * np.abs(roots.real))
         where, which = np.nonzero(real)
-        rows_found.append(rows[where])
-        roots_found.append(roots[where, which].real * scale[where])
-    if not rows_found:
+        rows_of_roots.append(rows[where])
+        all_roots.append(roots[where, which].real * scale[where])
+    if not rows_of_roots:
         return np.zeros(0, dtype=int), np.zeros(0)
-    return np.concatenate(rows_found), np.concatenate(roots_found)
+    return np.concatenate(rows_of_roots), np.concatenate(all_roots)
 
 
 def _widened(polynomial: np.ndarray, size: int) -> np.ndarray:

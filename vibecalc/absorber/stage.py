@@ -127,7 +127,7 @@ def _tuning(case: "Case") -> Stage:
         parts=("primary", "secondaries" if several else "secondary"),
         orders=_NO_ORDERS,
         cost=cost,
-        quantities=_kept("tuning/", there),
+        quantities=_paths_of("tuning/", there),
         work=_work_of_tuning,
         topics=("vibecalc.absorber.accuracy:tuning_topics",),
     )
@@ -158,7 +158,7 @@ def _response(case: "Case") -> Stage:
         parts=("primary", "secondaries" if several else "secondary"),
         orders=_NO_ORDERS,
         cost="one pass over the frequencies for each curve; peaks from a polynomial",
-        quantities=_kept("response/absorber/", there),
+        quantities=_paths_of("response/absorber/", there),
         is_last=True,
         work=_work_of_absorber,
         topics=("vibecalc.absorber.accuracy:absorber_topics",),
@@ -208,7 +208,7 @@ def _hardware_quantities(case: "Case") -> tuple[str, ...]:
         "hardware/bending/forward": bends and bool(machine.flywheel and machine.flywheel.spin),
         "hardware/bending/backward": bends and bool(machine.flywheel and machine.flywheel.spin),
     }
-    return _kept("hardware/", there)
+    return _paths_of("hardware/", there)
 
 
 def _hardware(quantities: tuple[str, ...]) -> Stage:
@@ -243,7 +243,7 @@ def _pendulum(case: "Case") -> Stage:
         parts=("pendulum",),
         orders=f"{given.order:g} of the speed of the rotor",
         cost="closed forms; quadrature and Newton's method for each swing",
-        quantities=_kept("pendulum/", there),
+        quantities=_paths_of("pendulum/", there),
         is_last=True,
         harmonics=_orders_of_pendulum,
         work=_work_of_pendulum,
@@ -251,14 +251,14 @@ def _pendulum(case: "Case") -> Stage:
     )
 
 
-def _kept(root: str, there: dict[str, bool]) -> tuple[str, ...]:
+def _paths_of(root: str, there: dict[str, bool]) -> tuple[str, ...]:
     """Paths below `root`; of the beginnings that fit a path the longest decides."""
-    kept = []
+    paths = []
     for path in below(root):
         fitting = [start for start in there if path.startswith(start)]
         if not fitting or there[max(fitting, key=len)]:
-            kept.append(path)
-    return tuple(kept)
+            paths.append(path)
+    return tuple(paths)
 
 
 # ----------------------------------------------------------------------------

@@ -87,8 +87,8 @@ def damping_from_own_ratio(
 
     Source: Baca Vasquez (2007), eq. 2.7; meaningless at k = 0.
     """
-    own = np.sqrt(np.multiply(mass_ratio, stiffness_ratio))
-    damping: np.ndarray = np.asarray(ratio, dtype=float) * own
+    root = np.sqrt(np.multiply(mass_ratio, stiffness_ratio))
+    damping: np.ndarray = np.asarray(ratio, dtype=float) * root
     return damping
 
 
@@ -116,16 +116,16 @@ def own_damping_ratio(absorber: Absorber) -> np.ndarray:
 
 
 class Coupling(NamedTuple):
-    """N1 = own s^2 + g and g = g0 + g1 s, both over s^shift and scaled by one positive number.
+    """N1 = inertia s^2 + g and g = g0 + g1 s, both over s^shift and scaled by one positive number.
 
-    `shift` is 0, or 1 without a spring, or 2 for a free secondary (then g is left out). `own` is
-    the secondary's inertia in that scale, zero where it is locked to the primary.
-    All arrays have the common shape of the four ratios.
+    `shift` is 0, or 1 without a spring, or 2 for a free secondary (then g is left out). `inertia`
+    is the secondary's inertia in that scale, zero where it is locked to the primary. All arrays
+    have the common shape of the four ratios.
     """
 
     primary_damping: np.ndarray
     mass: np.ndarray
-    own: np.ndarray
+    inertia: np.ndarray
     g0: np.ndarray
     g1: np.ndarray
     shift: np.ndarray
@@ -133,17 +133,17 @@ class Coupling(NamedTuple):
     @property
     def motion(self) -> np.ndarray:
         """Coefficients of N1 (..., 3), lowest power first, after the shift."""
-        zero = np.zeros_like(self.own)
-        whole = np.stack([self.g0, self.g1, self.own], axis=-1)
-        late = np.stack([self.g1, self.own, zero], axis=-1)
-        free = np.stack([self.own, zero, zero], axis=-1)
+        zero = np.zeros_like(self.inertia)
+        whole = np.stack([self.g0, self.g1, self.inertia], axis=-1)
+        late = np.stack([self.g1, self.inertia, zero], axis=-1)
+        free = np.stack([self.inertia, zero, zero], axis=-1)
         shift = self.shift[..., None]
         return np.where(shift == 0, whole, np.where(shift == 1, late, free))
 
     @property
     def link(self) -> np.ndarray:
         """Coefficients of g (..., 2) after the shift."""
-        zero = np.zeros_like(self.own)
+        zero = np.zeros_like(self.inertia)
         whole = np.stack([self.g0, self.g1], axis=-1)
         late = np.stack([self.g1, zero], axis=-1)
         return np.where(self.shift[..., None] == 0, whole, late)
@@ -158,10 +158,10 @@ def coupling(absorber: Absorber) -> Coupling:
     locked = np.isinf(k) | np.isinf(z2) | (m == 0.0)
     g0 = np.where(locked, 1.0, k)
     g1 = np.where(locked, 0.0, 2.0 * np.where(locked, 0.0, z2))
-    own = np.where(locked, 0.0, m)
-    scale = np.maximum(np.maximum(g0, g1), own)
+    inertia = np.where(locked, 0.0, m)
+    scale = np.maximum(np.maximum(g0, g1), inertia)
     shift = np.where(g0 > 0.0, 0, np.where(g1 > 0.0, 1, 2))
-    return Coupling(z1.copy(), m.copy(), own / scale, g0 / scale, g1 / scale, shift)
+    return Coupling(z1.copy(), m.copy(), inertia / scale, g0 / scale, g1 / scale, shift)
 
 
 def denominator(parts: Coupling) -> np.ndarray:
@@ -174,7 +174,7 @@ def denominator(parts: Coupling) -> np.ndarray:
 
 def numerator(parts: Coupling, transfer: Transfer) -> np.ndarray:
     """Coefficients of M (..., 3) of one response, after the shift and without the other factors."""
-    zero = np.zeros_like(parts.own)
+    zero = np.zeros_like(parts.inertia)
     wide = np.concatenate([parts.link, zero[..., None]], axis=-1)
     if transfer.motion == "primary":
         return parts.motion
@@ -183,12 +183,12 @@ def numerator(parts: Coupling, transfer: Transfer) -> np.ndarray:
     if transfer.motion == "ground":
         both: np.ndarray = parts.motion + parts.mass[..., None] * wide
         return both
-    # -own s^2 over s^shift
-    inertia: np.ndarray = -parts.own[..., None] * (np.arange(3) == (2 - parts.shift)[..., None])
+    # -inertia s^2 over s^shift
+    inertia: np.ndarray = -parts.inertia[..., None] * (np.arange(3) == (2 - parts.shift)[..., None])
     return inertia
 
 
-class Ends(NamedTuple):
+class Asymptotes(NamedTuple):
     """H ~ at_zero as x -> 0, and H ~ leading s^degree as x -> infinity."""
 
     at_zero: np.ndarray
@@ -202,7 +202,7 @@ class Ends(NamedTuple):
         return np.where(self.degree == 0, size, np.where((self.degree > 0) & (size > 0), np.inf, 0))
 
 
-def ends(parts: Coupling, transfer: Transfer) -> Ends:
+def ends(parts: Coupling, transfer: Transfer) -> Asymptotes:
     """What H becomes at very low and very high frequency."""
     below = denominator(parts)
     above = numerator(parts, transfer)
@@ -211,7 +211,7 @@ def ends(parts: Coupling, transfer: Transfer) -> Ends:
     bottom, bottom_degree = _highest(below)
     factor = np.where(damped > 0, (2.0 * parts.primary_damping) ** damped, 1.0)
     at_zero = transfer.sign * above[..., 0] / below[..., 0] * (transfer.power == 0)
-    return Ends(
+    return Asymptotes(
         at_zero,
         transfer.sign * factor * top / bottom,
         transfer.power + damped + top_degree - bottom_degree,
@@ -448,13 +448,13 @@ def landmarks(mass_ratio: ArrayLike, stiffness_ratio: ArrayLike) -> Landmarks:
 class Poles(NamedTuple):
     """Roots s = -decay + i x of D(s) in units of w1, (..., 4), and an error of each.
 
-    Sorted by |s|; `found` is false in places that a limit (no spring, locked) leaves empty, where
+    Sorted by |s|; `present` is false in places that a limit (no spring, locked) leaves empty, where
     the value is zero.
     """
 
     value: np.ndarray
     error: np.ndarray
-    found: np.ndarray
+    present: np.ndarray
 
 
 def poles(absorber: Absorber) -> Poles:
@@ -467,7 +467,7 @@ def roots_of(coefficients: np.ndarray) -> Poles:
     shape = coefficients.shape[:-1]
     flat = coefficients.reshape(-1, 5)
     value = np.zeros((len(flat), 4), dtype=complex)
-    found = np.zeros((len(flat), 4), dtype=bool)
+    present = np.zeros((len(flat), 4), dtype=bool)
     degree = 4 - np.argmax((flat != 0.0)[:, ::-1], axis=-1)
     for each in np.unique(degree):
         rows = np.flatnonzero(degree == each)
@@ -477,20 +477,20 @@ def roots_of(coefficients: np.ndarray) -> Poles:
         matrix[:, :, -1] = -flat[rows, :count] / flat[rows, count, None]
         roots = np.linalg.eigvals(matrix).astype(complex)
         roots = np.take_along_axis(roots, np.argsort(np.abs(roots), axis=-1), axis=-1)
-        value[rows, :count], found[rows, :count] = roots, True
+        value[rows, :count], present[rows, :count] = roots, True
     rising = np.arange(5)
     slopes = flat[:, 1:] * rising[1:]
     for _ in range(3):
         step = _ratio(_at(flat, value), _at(slopes, value))
-        value = np.where(found & (np.abs(step) < 0.1 * np.abs(value)), value - step, value)
+        value = np.where(present & (np.abs(step) < 0.1 * np.abs(value)), value - step, value)
     size = _at(np.abs(flat), np.abs(value).astype(complex)).real
     uncertainty = 8.0 * UNIT_ROUNDOFF * size
     # a close pair moves by the root of the uncertainty
     simple = _ratio(uncertainty, np.abs(_at(slopes, value)))
     bend = np.abs(_at(slopes[:, 1:] * rising[1:4], value)) / 2.0
     error = np.minimum(4.0 * simple, 4.0 * np.sqrt(_ratio(uncertainty, bend)))
-    error = np.where(found, error + 2.0 * UNIT_ROUNDOFF * np.abs(value), 0.0)
-    return Poles(value.reshape(*shape, 4), error.reshape(*shape, 4), found.reshape(*shape, 4))
+    error = np.where(present, error + 2.0 * UNIT_ROUNDOFF * np.abs(value), 0.0)
+    return Poles(value.reshape(*shape, 4), error.reshape(*shape, 4), present.reshape(*shape, 4))
 
 
 def _at(coefficients: np.ndarray, s: np.ndarray) -> np.ndarray:

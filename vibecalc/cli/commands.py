@@ -94,8 +94,8 @@ def _write_measured(result: "Result", path: Path, json: bool, quiet: bool) -> No
 
         from vibecalc.core.report.accuracy import accuracy_object
 
-        found = accuracy_object(result, path)
-        typer.echo(format_json.dumps(found, indent=2, allow_nan=False))
+        measured = accuracy_object(result, path)
+        typer.echo(format_json.dumps(measured, indent=2, allow_nan=False))
     elif not quiet:
         names = [path.with_suffix(".txt").name, *(picture.name for picture in pictures)]
         typer.echo(render_answer(result), nl=False)
@@ -302,25 +302,25 @@ def diff(
     from vibecalc.core.results.store import read_result
 
     tolerances = None if rules is None else read_rules(rules)
-    found = {
+    comparisons = {
         name: compare(read_result(golden), read_result(candidate), tolerances)
         for name, (golden, candidate) in pairs.items()
     }
     if junit is not None:
         from vibecalc.cli.outputs import write_text
 
-        write_text(render_junit(found), junit)
+        write_text(render_junit(comparisons), junit)
     if json:
-        objects = [differences_object(one) for one in found.values()]
-        named = [{"result": name, **one} for name, one in zip(found, objects, strict=True)]
+        objects = [differences_object(one) for one in comparisons.values()]
+        named = [{"result": name, **one} for name, one in zip(comparisons, objects, strict=True)]
         _print_json(named if reference.is_dir() else objects[0])
     else:
-        for name, one in found.items():
+        for name, one in comparisons.items():
             text = render_differences(one).rstrip("\n")
             if reference.is_dir():  # of what is the same, the verdict alone
                 text = f"{name}: {text.splitlines()[-1] if one.same else text}"
             typer.echo(text)
-    raise typer.Exit(EXIT_FINE if all(one.same for one in found.values()) else EXIT_DIFFERS)
+    raise typer.Exit(EXIT_FINE if all(one.same for one in comparisons.values()) else EXIT_DIFFERS)
 
 
 def _golden(reference: Path, candidate: Path) -> Path:
@@ -420,10 +420,10 @@ def _execute(case: "LoadedCase", quiet: bool) -> "Result":
     return execute(case, progress=not quiet)
 
 
-def _print_json(found: Any) -> None:
+def _print_json(data: Any) -> None:
     import json
 
-    typer.echo(json.dumps(found, indent=2, allow_nan=False))
+    typer.echo(json.dumps(data, indent=2, allow_nan=False))
 
 
 def _write_text(text: str, output: Path | None) -> None:

@@ -10,7 +10,7 @@ import typer
 from vibecalc.errors import EXIT_FINE, UsageError
 
 if TYPE_CHECKING:
-    from vibecalc.core.study.sweep.prepare import Options, Outcome, Prepared
+    from vibecalc.core.study.sweep.prepare import Options, Outcome, PreparedSweep
 
 #: some points of a sweep failed
 EXIT_POINTS_FAILED = 4
@@ -123,7 +123,7 @@ def merge(
     raise typer.Exit(EXIT_POINTS_FAILED if bad or made.missing else EXIT_FINE)
 
 
-def _forecast(prepared: "Prepared", options: "Options", json: bool) -> None:
+def _forecast(prepared: "PreparedSweep", options: "Options", json: bool) -> None:
     from vibecalc.core.report.sweep.text import forecast_object, render_forecast
     from vibecalc.core.study.sweep.prepare import forecast, shard_chunks
 
@@ -135,7 +135,7 @@ def _forecast(prepared: "Prepared", options: "Options", json: bool) -> None:
         typer.echo(render_forecast(prepared, found, chunks, options.output))
 
 
-def _run(prepared: "Prepared", options: "Options", json: bool, quiet: bool) -> int:
+def _run(prepared: "PreparedSweep", options: "Options", json: bool, quiet: bool) -> int:
     import signal
 
     from vibecalc.core.study.sweep.run import Interrupted
@@ -175,12 +175,12 @@ def _report(
         view = view_of(opened)
         text = render_sweep(view)
         failed = failure_words(view)
-        found = outcome_object(view, output, counts, taken_up, seconds) if json else {}
+        outcome = outcome_object(view, output, counts, taken_up, seconds) if json else {}
     write_text(text, output.with_suffix(".txt"))
     for line in [f"some points of {output} have no result:", *failed] if failed else []:
         _note(line)
     if json:
-        _print_json(found)
+        _print_json(outcome)
     elif not quiet:
         typer.echo(text, nl=False)
         typer.echo(f"wrote {output} and {output.with_suffix('.txt').name}")
@@ -212,7 +212,7 @@ def _note(text: str) -> None:
     typer.echo(text, err=True)
 
 
-def _print_json(found: dict[str, Any]) -> None:
+def _print_json(data: dict[str, Any]) -> None:
     import json
 
-    typer.echo(json.dumps(found, indent=2, allow_nan=False))
+    typer.echo(json.dumps(data, indent=2, allow_nan=False))

@@ -8,7 +8,7 @@ from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.axial_force import axial_force
 from vibecalc.excitation.balance import balance_columns, residual
-from vibecalc.excitation.crank_forces import Turning, crank_forces, turning_forces
+from vibecalc.excitation.crank_forces import TurningWeights, crank_forces, turning_forces
 from vibecalc.excitation.inertia_forces import Excitation, at_speed, size_of_terms
 from vibecalc.kinematics.adapter import PistonMotion
 from vibecalc.numerics.cycle_peak import cycle_peak
@@ -37,13 +37,13 @@ def train_excitation(
     `with_torque`: the body bears minus the torque of the masses.
     """
     rod, rotor = machine.crank_train.rod, machine.rotor
-    own = rod is not None and rod.inertia is not None
+    has_inertia = rod is not None and rod.inertia is not None
     return crank_forces(
         train,
         motion,
         train.origin,
         turning=_turning(rotating) if rotating.names else None,
-        rod_difference=rod_difference(train, rod) if rod is not None and own else None,
+        rod_difference=rod_difference(train, rod) if rod is not None and has_inertia else None,
         with_torque=with_torque,
         rotor_inertia=None if rotor is None else rotor.inertia,
     )
@@ -54,8 +54,10 @@ def rotating_part(train: CrankTrain, rotating: RotatingMasses, highest: int) -> 
     return turning_forces(train, _turning(rotating), train.origin, highest)
 
 
-def _turning(rotating: RotatingMasses) -> Turning:
-    return Turning(rotating.unbalance, rotating.speed_ratio, rotating.phase, rotating.position)
+def _turning(rotating: RotatingMasses) -> TurningWeights:
+    return TurningWeights(
+        rotating.unbalance, rotating.speed_ratio, rotating.phase, rotating.position
+    )
 
 
 def rod_difference(train: CrankTrain, rod: "parts.Rod") -> WithError:
@@ -86,7 +88,7 @@ BALANCE = tuple(path for path in CATALOGUE if path.startswith("excitation/balanc
 
 
 class Forcing(NamedTuple):
-    """Forces and couples per crank speed squared for orders 1 .. kept, then guard orders.
+    """Forces and couples per crank speed squared for orders 1 .. retained, then guard orders.
 
     The response to the guard orders tells what dropping the rest costs: `tail` times as much.
     Where a response is wanted thousands of times, the few orders at the places `few` stand for
@@ -95,7 +97,7 @@ class Forcing(NamedTuple):
 
     per_speed_squared: Excitation
     orders: np.ndarray
-    kept: int
+    retained: int
     tail: float
     few: np.ndarray
     few_tail: float
@@ -114,9 +116,9 @@ def run_excitation(scene: Scene) -> None:
     )
     _masses(scene, train)
     orders = np.arange(1, per_square.force.shape[0] + 1)
-    few, share = _leading(per_square, motion.kept)
+    few, share = _leading(per_square, motion.highest_order)
     few_tail = motion.tail / share if few.size else 0.0
-    forcing = Forcing(per_square, orders, motion.kept, motion.tail, few, few_tail)
+    forcing = Forcing(per_square, orders, motion.highest_order, motion.tail, few, few_tail)
     scene.handed_on["forcing"] = forcing
     scene.cite(
         "d'Alembert sums of the crank train",
@@ -124,18 +126,18 @@ def run_excitation(scene: Scene) -> None:
         "Biezeno and Grammel, Technische Dynamik, 2nd ed. 1953, ch. XI",
     )
     driven = at_speed(per_square, scene.case.machine.speed)
-    axes = {"order": orders[: motion.kept], "direction": DIRECTIONS}
+    axes = {"order": orders[: motion.highest_order], "direction": DIRECTIONS}
     for name, value, error in (
         ("force", driven.force, driven.force_error),
         ("couple", driven.couple, driven.couple_error),
     ):
-        rounding = error[: motion.kept]
+        rounding = error[: motion.highest_order]
         terms = size_of_terms(rounding)
-        scene.emit(f"excitation/{name}", value[: motion.kept], rounding, axes, terms=terms)
+        scene.emit(f"excitation/{name}", value[: motion.highest_order], rounding, axes, terms=terms)
         if not scene.wants(f"excitation/{name}_peak"):
             continue
-        peak = cycle_peak(value[: motion.kept].T, orders[: motion.kept])
-        spread = rounding.sum(0) + forcing.tail * np.abs(value[motion.kept :]).sum(0)
+        peak = cycle_peak(value[: motion.highest_order].T, orders[: motion.highest_order])
+        spread = rounding.sum(0) + forcing.tail * np.abs(value[motion.highest_order :]).sum(0)
         scene.emit(
             f"excitation/{name}_peak",
             peak.value,
@@ -196,12 +198,12 @@ def _rod(scene: Scene, train: CrankTrain, forcing: Forcing) -> None:
     scene.cite(
         "moment of the rod beyond its two point masses", "couple on the body", "docs/theory.md"
     )
-    turning = rod_angle_harmonics(*lengths, highest_order=forcing.kept).acceleration
+    turning = rod_angle_harmonics(*lengths, highest_order=forcing.retained).acceleration
     couple = square * difference.value * turning.value
     uncertainty = square * (
         np.abs(difference.value) * turning.error + difference.error * np.abs(turning.value)
     )
-    orders = np.arange(forcing.kept + 1)
+    orders = np.arange(forcing.retained + 1)
     rounding = 4.0 * EPSILON * np.abs(couple)
     scene.emit("excitation/rod/couple", couple, uncertainty + rounding, {"order": orders})
     scene.emit("excitation/rod/couple_peak", peak, error)
@@ -211,27 +213,27 @@ def _residual(scene: Scene, driven: Excitation, forcing: Forcing) -> None:
     options = scene.case.excitation.residual if scene.case.excitation else None
     if options is None:
         raise ValueError("the case has no residual")
-    kept, rest = (
+    first, guards = (
         residual(
             Excitation._make(part[orders] for part in driven),
             force_weight=options.force_weight,
             couple_weight=options.couple_weight,
             reference_length=options.reference_length,
         )
-        for orders in (slice(forcing.kept), slice(forcing.kept, None))
+        for orders in (slice(forcing.retained), slice(forcing.retained, None))
     )
-    dropped = forcing.tail * float(rest.value)
-    # hypot(kept, dropped) - kept
-    total = float(kept.value + np.hypot(kept.value, dropped))
+    dropped = forcing.tail * float(guards.value)
+    # hypot(first, dropped) - first
+    total = float(first.value + np.hypot(first.value, dropped))
     added = dropped * (dropped / total) if total else 0.0
-    terms = size_of_terms(kept.error)
-    scene.emit("excitation/residual", kept.value, kept.error + added, terms=terms)
+    terms = size_of_terms(first.error)
+    scene.emit("excitation/residual", first.value, first.error + added, terms=terms)
 
 
-def _leading(whole: Excitation, kept: int) -> tuple[np.ndarray, float]:
+def _leading(whole: Excitation, retained: int) -> tuple[np.ndarray, float]:
     """Places of the dropped orders that carry nine tenths of each component, and their share."""
-    size = np.concatenate([np.abs(whole.force), np.abs(whole.couple)], axis=-1)[kept:]
-    uncertainty = np.concatenate([whole.force_error, whole.couple_error], axis=-1)[kept:]
+    size = np.concatenate([np.abs(whole.force), np.abs(whole.couple)], axis=-1)[retained:]
+    uncertainty = np.concatenate([whole.force_error, whole.couple_error], axis=-1)[retained:]
     size = np.where(size > uncertainty, size, 0.0)
     share = size / np.maximum(size.sum(0), np.finfo(float).tiny)
     downwards = np.argsort(-share, axis=0, kind="stable")
@@ -242,7 +244,7 @@ def _leading(whole: Excitation, kept: int) -> tuple[np.ndarray, float]:
     leads[downwards[needed]] = True
     chosen = np.flatnonzero(leads)
     covered = share[chosen].sum(0)[size.any(0)]
-    return kept + chosen, float(covered.min(initial=1.0))
+    return retained + chosen, float(covered.min(initial=1.0))
 
 
 def _balance(scene: Scene, train: CrankTrain, orders: np.ndarray) -> None:

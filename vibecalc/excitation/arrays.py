@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.core.results.catalogue import CATALOGUE
-from vibecalc.core.run.columns import Columns, Sheet, kept_only, together
+from vibecalc.core.run.columns import Columns, Sheet, counted_only, together
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.balance import BANKS, TABLE, balance_columns, residual
-from vibecalc.excitation.crank_forces import Turning, crank_forces
+from vibecalc.excitation.crank_forces import TurningWeights, crank_forces
 from vibecalc.excitation.inertia_forces import Excitation, at_speed
 from vibecalc.kinematics.adapter import BEYOND_GUARD, MOST_GUARD_ORDERS, last_order
 from vibecalc.kinematics.harmonics import dropped_with_error, harmonics_with_error, pole
@@ -87,16 +87,16 @@ def build_train(columns: Columns) -> Train:
     rod = columns.number(*TRAIN, "rod", "mass") if train.rod is not None else np.zeros(1)
     common = columns.optional(*TRAIN, "reciprocating_mass")
     if common is None:
-        pieces = columns.number(*TRAIN, "piston_mass") + columns.number(*TRAIN, "pin_mass")
-        common = pieces + rod * share
+        parts = columns.number(*TRAIN, "piston_mass") + columns.number(*TRAIN, "pin_mass")
+        common = parts + rod * share
     pins = columns.number(*TRAIN, "rotating_mass")
     reciprocating, rotating = [], []
     for place in range(len(train.cylinders)):
         path = (*TRAIN, "cylinders", place)
-        own, pin = (
+        given, pin = (
             columns.optional(*path, f"{kind}_mass") for kind in ("reciprocating", "rotating")
         )
-        reciprocating.append(common if own is None else own)
+        reciprocating.append(common if given is None else given)
         rotating.append((pins if pin is None else pin) + rod * (1.0 - share))
     moving, turning = together(reciprocating), together(rotating)
     position, phase, bank = (
@@ -123,7 +123,7 @@ def build_train(columns: Columns) -> Train:
     )
 
 
-def turning_masses(columns: Columns, train: Train) -> Turning:
+def turning_masses(columns: Columns, train: Train) -> TurningWeights:
     """Throws, weights that cancel throws, counterweights and balance shafts at all points.
 
     `unbalance` (points or 1, m), `position` (points or 1, m, 3).
@@ -137,19 +137,19 @@ def turning_masses(columns: Columns, train: Train) -> Turning:
     unbalance.append(train.whole_rotating_mass[:, named] * radius)
     phase.append(train.crank_phase[:, named] + np.pi)
     along.append(train.position[:, named])
-    for pieces, name in ((unbalance, "unbalance"), (phase, "phase"), (along, "position")):
+    for rows, name in ((unbalance, "unbalance"), (phase, "phase"), (along, "position")):
         paths = [(*TRAIN, "counterweights", i, name) for i in range(len(written.counterweights))]
-        pieces.append(together([columns.number(*path) for path in paths]))
+        rows.append(together([columns.number(*path) for path in paths]))
     on_shaft = [part[..., None] * train.frame.axis for part in along]
     shafts = range(len(written.balance_shafts))
-    for pieces, name in ((unbalance, "unbalance"), (phase, "phase")):
+    for rows, name in ((unbalance, "unbalance"), (phase, "phase")):
         paths = [(*TRAIN, "balance_shafts", i, name) for i in shafts]
-        pieces.append(together([columns.number(*path) for path in paths]))
+        rows.append(together([columns.number(*path) for path in paths]))
     for i in shafts:
         on_shaft.append(columns.vector(*TRAIN, "balance_shafts", i, "position")[:, None, :])
     crank = sum(part.shape[1] for part in along)
     ratios = [1] * crank + [shaft.speed_ratio for shaft in written.balance_shafts]
-    return Turning(
+    return TurningWeights(
         _side_by_side(unbalance), np.array(ratios, dtype=np.int64), _side_by_side(phase),
         _side_by_side(on_shaft),
     )  # fmt: skip
@@ -180,23 +180,23 @@ def _side_by_side(parts: list[FloatArray]) -> FloatArray:
 _HIGHEST = 1024
 
 
-class Motion(NamedTuple):
+class PistonMotions(NamedTuple):
     """Harmonics of s / R (points or 1, h + 1) for orders 0 .. h, as `PistonMotion`.
 
-    `kept` (points or 1,) is the highest order that counts at each point; those above it are guards,
-    and all that is dropped weighs `tail` times as much as they do. `lacking` is the acceleration
-    that the orders kept leave out, in units of R w^2.
+    `highest_order` (points or 1,) is the highest order that counts at each point; those above it
+    are guards, and all that is dropped weighs `tail` times as much as they do. `lacking` is the
+    acceleration that the retained orders leave out, in units of R w^2.
     """
 
     harmonics: np.ndarray
     error: FloatArray
-    kept: IntArray
+    highest_order: IntArray
     tail: FloatArray
     dropped_after_guard: FloatArray
     lacking: WithError
 
 
-def piston_motion(columns: Columns, train: Train) -> Motion:
+def piston_motion(columns: Columns, train: Train) -> PistonMotions:
     """Motion at all points; points with the same crank and rod share it."""
     ratio, offset = np.broadcast_arrays(
         train.crank_radius / train.rod_length, train.wrist_pin_offset / train.crank_radius
@@ -204,56 +204,56 @@ def piston_motion(columns: Columns, train: Train) -> Motion:
     pairs, back = np.unique(np.stack([ratio, offset]), axis=1, return_inverse=True)
     options = columns.case.kinematics
     if options is not None and options.series == "truncated":
-        found = _cut_series(columns, pairs[0], options.terms or 1)
+        motion = _cut_series(columns, pairs[0], options.terms or 1)
     else:
-        found = _exact_series(columns, pairs[0], pairs[1], train.position.shape[1])
+        motion = _exact_series(columns, pairs[0], pairs[1], train.position.shape[1])
     back = back.reshape(-1)
     if len(pairs[0]) == 1:
-        return found
-    return Motion(
-        harmonics=found.harmonics[back],
-        error=found.error[back],
-        kept=found.kept[back],
-        tail=found.tail[back],
-        dropped_after_guard=found.dropped_after_guard[back],
-        lacking=WithError(found.lacking.value[back], found.lacking.error[back]),
+        return motion
+    return PistonMotions(
+        harmonics=motion.harmonics[back],
+        error=motion.error[back],
+        highest_order=motion.highest_order[back],
+        tail=motion.tail[back],
+        dropped_after_guard=motion.dropped_after_guard[back],
+        lacking=WithError(motion.lacking.value[back], motion.lacking.error[back]),
     )
 
 
 def _exact_series(
     columns: Columns, ratio: FloatArray, offset: FloatArray, cylinders: int
-) -> Motion:
-    kept = _kept(columns, enough_orders(ratio, columns.case.accuracy.rtol, offset))
+) -> PistonMotions:
+    last = _highest_order(columns, enough_orders(ratio, columns.case.accuracy.rtol, offset))
     decay = -np.log(pole(ratio, np.abs(offset)).radius)
     guard = np.maximum(np.ceil(-math.log(BEYOND_GUARD) / decay) + 2, 2 * cylinders)
-    highest = int(np.max(kept + np.minimum(guard, MOST_GUARD_ORDERS)))
+    highest = int(np.max(last + np.minimum(guard, MOST_GUARD_ORDERS)))
     exact = harmonics_with_error(ratio, highest, offset)
     beyond = dropped_with_error(ratio, highest, offset)
     orders = np.arange(highest + 1)
-    above = orders > kept[:, None]
+    above = orders > last[:, None]
     size = np.where(above, orders**2 * np.abs(exact.values), 0.0)
     dropped = size[:, ::-1].sum(-1) + beyond.value
     uncertainty = np.where(above, orders**2 * exact.error, 0.0).sum(-1) + beyond.error
-    rest = dropped - beyond.value
-    tail = np.where(rest > 0.0, dropped / np.where(rest > 0.0, rest, 1.0), 1.0)
+    beyond_last = dropped - beyond.value
+    tail = np.where(beyond_last > 0.0, dropped / np.where(beyond_last > 0.0, beyond_last, 1.0), 1.0)
     reach = ratio * (1.0 + np.abs(offset))
-    slip = EPSILON * (kept + 2.0 + 1.0 / decay) / np.sqrt(1.0 - reach * reach)
+    slip = EPSILON * (last + 2.0 + 1.0 / decay) / np.sqrt(1.0 - reach * reach)
     lacking = WithError(dropped, uncertainty + (3.0 * EPSILON + slip) * dropped)
     error = _with_ratio_error(exact.values, exact.error, ratio)
-    return Motion(exact.values, error, kept, tail, beyond.value, lacking)
+    return PistonMotions(exact.values, error, last, tail, beyond.value, lacking)
 
 
-def _cut_series(columns: Columns, ratio: FloatArray, terms: int) -> Motion:
+def _cut_series(columns: Columns, ratio: FloatArray, terms: int) -> PistonMotions:
     last = last_order(columns.case, terms)
-    kept = _kept(columns, np.full(ratio.shape, last))
-    highest = int(kept[0])
+    used = _highest_order(columns, np.full(ratio.shape, last))
+    highest = int(used[0])
     values = truncated_harmonics(ratio, terms, max(highest, last))
     error = _with_ratio_error(values, RELATIVE_ERROR * np.abs(values), ratio)
     dropped = truncated_dropped_acceleration(ratio, terms, highest)
     relative = EPSILON * (8.0 + 4.0 * terms / (1.0 - ratio * ratio))
     tail = np.full(ratio.shape, 1.0 if values.shape[-1] > highest + 1 else 0.0)
     nothing = np.zeros(ratio.shape)
-    return Motion(values, error, kept, tail, nothing, WithError(dropped, relative * dropped))
+    return PistonMotions(values, error, used, tail, nothing, WithError(dropped, relative * dropped))
 
 
 def enough_orders(ratio: FloatArray, rtol: float, offset: FloatArray) -> IntArray:
@@ -261,7 +261,7 @@ def enough_orders(ratio: FloatArray, rtol: float, offset: FloatArray) -> IntArra
 
     Raises NumericalFailure where one of them would need more than 1024 orders.
     """
-    found = np.zeros(ratio.shape, dtype=np.int64)
+    enough = np.zeros(ratio.shape, dtype=np.int64)
     left = np.arange(ratio.size)
     highest = 16
     while left.size and highest <= _HIGHEST:
@@ -270,17 +270,17 @@ def enough_orders(ratio: FloatArray, rtol: float, offset: FloatArray) -> IntArra
         allowed = rtol * size.max(-1)
         dropped = dropped_with_error(some, highest, moved)
         settled = dropped.value + dropped.error <= allowed
-        rest = np.cumsum(size[:, :0:-1], axis=-1)[:, ::-1] + dropped.value[:, None]
-        rest = np.concatenate([rest, dropped.value[:, None]], axis=-1)
-        first = np.argmax(rest <= allowed[:, None], axis=-1)
-        found[left[settled]] = first[settled]
+        remainder = np.cumsum(size[:, :0:-1], axis=-1)[:, ::-1] + dropped.value[:, None]
+        remainder = np.concatenate([remainder, dropped.value[:, None]], axis=-1)
+        first = np.argmax(remainder <= allowed[:, None], axis=-1)
+        enough[left[settled]] = first[settled]
         left, highest = left[~settled], highest * 4
     if left.size:
         raise NumericalFailure(f"more than {_HIGHEST} orders are needed")
-    return found
+    return enough
 
 
-def _kept(columns: Columns, enough: IntArray) -> IntArray:
+def _highest_order(columns: Columns, enough: IntArray) -> IntArray:
     options = columns.case.excitation
     if options is not None and options.orders is not None:
         return np.full(enough.shape, options.orders)
@@ -307,15 +307,15 @@ class Forces(NamedTuple):
     """
 
     train: Train
-    motion: Motion
+    motion: PistonMotions
     per_square: Excitation
     orders: IntArray
     counts: np.ndarray
 
     @property
-    def kept(self) -> int:
+    def retained(self) -> int:
         """Highest order that any point keeps."""
-        return int(self.motion.kept.max())
+        return int(self.motion.highest_order.max())
 
 
 def build_forces(columns: Columns) -> Forces:
@@ -325,22 +325,22 @@ def build_forces(columns: Columns) -> Forces:
     highest = motion.harmonics.shape[-1] - 1
     turning = turning_masses(columns, train)
     rod = columns.case.machine.crank_train.rod
-    own = rod is not None and rod.inertia is not None
+    has_inertia = rod is not None and rod.inertia is not None
     per_square = crank_forces(
         train,
         motion,
         train.origin[:, None, :],
         turning=turning if turning.unbalance.any() else None,
-        rod_difference=_rod_difference(columns, train) if own else None,
+        rod_difference=_rod_difference(columns, train) if has_inertia else None,
         with_torque=shakes_with_torque(columns.case),
         rotor_inertia=columns.optional("machine", "rotor", "inertia"),
     )
     orders = np.arange(1, highest + 1)
-    return Forces(train, motion, per_square, orders, orders <= motion.kept[:, None])
+    return Forces(train, motion, per_square, orders, orders <= motion.highest_order[:, None])
 
 
 def peak_with_tail(harmonics: WithError, forces: Forces) -> WithError:
-    """Peak over the cycle (points, ...) of the orders kept, the dropped ones in its error.
+    """Peak over the cycle (points, ...) of the retained orders, the dropped ones in its error.
 
     `harmonics` (points or 1, ..., h) with as many axes in between as the caller likes.
     """
@@ -348,8 +348,8 @@ def peak_with_tail(harmonics: WithError, forces: Forces) -> WithError:
     between = (1,) * (value.ndim - 2)
     counts = forces.counts.reshape(len(forces.counts), *between, -1)
     tail = forces.motion.tail.reshape(-1, *between)
-    within = np.where(counts, value, 0.0)[..., : forces.kept]
-    peak = cycle_peak(within, forces.orders[: forces.kept])
+    within = np.where(counts, value, 0.0)[..., : forces.retained]
+    peak = cycle_peak(within, forces.orders[: forces.retained])
     left_out = np.where(counts, error, 0.0).sum(-1)
     left_out = left_out + tail * np.where(counts, 0.0, np.abs(value)).sum(-1)
     return WithError(peak.value, peak.error + left_out)
@@ -397,22 +397,22 @@ def emit_excitation(columns: Columns, forces: Forces, sheet: Sheet) -> None:
     """Motion, forces, masses, balance sums and residual, as far as they are wanted."""
     speed = columns.number("machine", "speed")
     _emit_motion(forces, speed, sheet)
-    driven, kept = at_speed(forces.per_square, speed), forces.kept
+    driven, used = at_speed(forces.per_square, speed), forces.retained
     names = [cylinder.name for cylinder in columns.case.machine.crank_train.cylinders]
-    counts, axes = forces.counts[:, :kept], {"order": forces.orders[:kept], "direction": DIRECTIONS}
+    counts, axes = forces.counts[:, :used], {"order": forces.orders[:used], "direction": DIRECTIONS}
     for name, value, error in (
         ("force", driven.force, driven.force_error),
         ("couple", driven.couple, driven.couple_error),
     ):
-        found = WithError(value[:, :kept], error[:, :kept])
-        sheet.emit(f"excitation/{name}", kept_only(found, counts, axis=1), axes)
+        emitted = WithError(value[:, :used], error[:, :used])
+        sheet.emit(f"excitation/{name}", counted_only(emitted, counts, axis=1), axes)
     _peaks(forces, speed, sheet)
     for name, mass in (
         ("reciprocating", forces.train.reciprocating_mass),
         ("rotating", forces.train.rotating_mass),
     ):
-        found = WithError(mass, 4.0 * EPSILON * mass)
-        sheet.emit(f"excitation/mass/{name}", found, {"cylinder": names})
+        emitted = WithError(mass, 4.0 * EPSILON * mass)
+        sheet.emit(f"excitation/mass/{name}", emitted, {"cylinder": names})
     if sheet.wants(*COUNTERWEIGHT):
         _counterweights(columns, forces, speed, sheet)
     if sheet.wants(*BALANCE):
@@ -423,16 +423,16 @@ def emit_excitation(columns: Columns, forces: Forces, sheet: Sheet) -> None:
 
 def _emit_motion(forces: Forces, speed: FloatArray, sheet: Sheet) -> None:
     motion, radius = forces.motion, forces.train.crank_radius
-    orders = np.arange(forces.kept + 1)
+    orders = np.arange(forces.retained + 1)
     counts = np.pad(forces.counts, ((0, 0), (1, 0)), constant_values=True)[:, : len(orders)]
     value = motion.harmonics[:, : len(orders)]
     error = motion.error[:, : len(orders)] + 4.0 * EPSILON * np.abs(value)
     unit, axes = radius * speed**2, {"order": orders}
     scale = unit[:, None] * orders**2
     position = WithError(radius[:, None] * value, radius[:, None] * error)
-    sheet.emit("kinematics/position_harmonics", kept_only(position, counts), axes)
+    sheet.emit("kinematics/position_harmonics", counted_only(position, counts), axes)
     bent = WithError(-scale * value, scale * error)
-    sheet.emit("kinematics/acceleration_harmonics", kept_only(bent, counts), axes)
+    sheet.emit("kinematics/acceleration_harmonics", counted_only(bent, counts), axes)
     lacking = motion.lacking
     rounding = lacking.error + 4.0 * EPSILON * lacking.value
     dropped = WithError(unit * lacking.value, unit * rounding)
@@ -490,11 +490,11 @@ def _residual(columns: Columns, forces: Forces, driven: Excitation, sheet: Sheet
     # `residual` has the shape of the forces, which may vary less than weights and couples
     points = max(len(part) for part in (*weights.values(), *driven, forces.counts))
     counts = np.broadcast_to(forces.counts[:, :, None], (points, len(forces.orders), 1))
-    kept, rest = (
+    first, guards = (
         residual(Excitation._make(np.where(chosen, part, 0.0) for part in driven), **weights)
         for chosen in (counts, ~counts)
     )
-    dropped = forces.motion.tail * rest.value
-    total = kept.value + np.hypot(kept.value, dropped)
+    dropped = forces.motion.tail * guards.value
+    total = first.value + np.hypot(first.value, dropped)
     added = dropped * (dropped / np.where(total > 0.0, total, 1.0))
-    sheet.emit(RESIDUAL, WithError(kept.value, kept.error + added))
+    sheet.emit(RESIDUAL, WithError(first.value, first.error + added))

@@ -16,7 +16,7 @@ from vibecalc.numerics.rounding import EPSILON, WithError
 # ----------------------------------------------------------------------------
 
 
-class Placed(Protocol):
+class PlacedTrain(Protocol):
     """What the sums read of a crank train, or of the trains of many points."""
 
     @property
@@ -160,7 +160,7 @@ TABLE = tuple(BalanceTable._fields[:8])
 BANKS = tuple(f"banks/{name}" for name in BankSums._fields[:6])
 
 
-def balance_columns(orders: ArrayLike, train: Placed) -> dict[str, WithError]:
+def balance_columns(orders: ArrayLike, train: PlacedTrain) -> dict[str, WithError]:
     """Every column of the table by name, with its sums as numbers and as vectors."""
     angles = {"crank_phase": train.crank_phase, "bank_angle": train.bank_angle}
     table = balance_table(orders, **angles, position=train.position)

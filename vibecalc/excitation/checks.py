@@ -143,7 +143,7 @@ def _phases(case: Case) -> Iterator[Problem]:
     for place, (cylinder, angle) in enumerate(zip(train.cylinders, angles, strict=True)):
         if place in wrong[:1]:
             wanted = math.fmod(cylinder.bank_angle - float(angle), TURN) % TURN
-            own = cylinder.firing_angle is not None
+            has_angle = cylinder.firing_angle is not None
             path: KeyPath = (*TRAIN, "cylinders", place)
             yield Problem(
                 path=(*path, "crank_phase"),
@@ -153,7 +153,7 @@ def _phases(case: Case) -> Iterator[Problem]:
                 + (f", and {len(wrong) - 1} more like it" if len(wrong) > 1 else ""),
                 allowed=f"{degrees(wanted)}, or no crank_phase at any cylinder: it then follows",
                 hint="crank_phase is bank_angle less the firing angle, whole turns apart",
-                also=(*path, "firing_angle") if own else (*TRAIN, "firing_order"),
+                also=(*path, "firing_angle") if has_angle else (*TRAIN, "firing_order"),
             )
 
 
@@ -169,12 +169,12 @@ def _cards(train: CrankTrain, cycle: float) -> Iterator[Problem]:
     for place, card in enumerate(train.gas_cards):
         where: KeyPath = (*path, place, "gas_pressure")
         yield from pressure_problems(where, card.gas_pressure, cycle)
-    way = train.gas_interpolation
-    if way is not None and way not in ("linear", "cubic"):
+    interpolation = train.gas_interpolation
+    if interpolation is not None and interpolation not in ("linear", "cubic"):
         yield Problem(
             path=(*TRAIN, "gas_interpolation"),
             message="the gas of an engine is read along straight lines or a cubic curve",
-            found=repr(way),
+            found=repr(interpolation),
             allowed="'linear' or 'cubic'",
         )
 

@@ -18,7 +18,7 @@ from vibecalc.excitation.inertia_forces import (
 from vibecalc.numerics.rounding import EPSILON, FloatArray, WithError
 
 
-class Turning(NamedTuple):
+class TurningWeights(NamedTuple):
     """Unbalances (..., m) in kg m, whole speed ratios (m,), phases in rad, places (..., m, 3)."""
 
     unbalance: Any
@@ -54,7 +54,7 @@ class Pistons(Protocol):
     def across(self) -> FloatArray: ...
 
 
-class Moved(Protocol):
+class PistonSeries(Protocol):
     """Harmonics C_n of s / R (..., h + 1), their errors, and what the guard orders leave out."""
 
     @property
@@ -67,10 +67,10 @@ class Moved(Protocol):
 
 def crank_forces(
     train: Pistons,
-    motion: Moved,
+    motion: PistonSeries,
     origin: FloatArray,
     *,
-    turning: Turning | None = None,
+    turning: TurningWeights | None = None,
     rod_difference: WithError | None = None,
     with_torque: bool = False,
     rotor_inertia: Any = None,
@@ -118,7 +118,7 @@ def crank_forces(
 
 
 def share_of_rotor(
-    train: Pistons, motion: Moved, rotor_inertia: Any, rod_difference: WithError | None
+    train: Pistons, motion: PistonSeries, rotor_inertia: Any, rod_difference: WithError | None
 ) -> Any:
     """Share (...) of the torque on the crankshaft that turns what is fixed to it, and the body."""
     from vibecalc.excitation.inertia_forces import mean_inertia, rotor_share
@@ -153,7 +153,7 @@ def _scaled(excitation: Excitation, share: Any) -> Excitation:
 
 
 def turning_forces(
-    train: Pistons, turning: Turning, origin: FloatArray, highest: int
+    train: Pistons, turning: TurningWeights, origin: FloatArray, highest: int
 ) -> Excitation:
     """Forces and couples of what turns, orders 1 .. highest."""
     return rotating_excitation(
@@ -165,7 +165,7 @@ def turning_forces(
     )
 
 
-def _reaction(train: Pistons, motion: Moved, highest: int) -> Excitation:
+def _reaction(train: Pistons, motion: PistonSeries, highest: int) -> Excitation:
     from vibecalc.excitation.inertia_forces import inertia_torque, torque_reaction
 
     torque = inertia_torque(

@@ -88,9 +88,9 @@ def cylinder_torque(
         The crank does not turn over, or R/L is too close to 1 for its harmonics.
     """
     order = np.arange(1, harmonics + 1, dtype=np.float64) * float(2.0 * np.pi / cards[0].cycle)
-    found = [gas_harmonics(card, geometry, order) for card in cards]
-    gas = WithError(*(np.stack([getattr(each, part) for each, _ in found]) for part in PARTS))
-    mean = WithError(*(np.stack([getattr(each, part) for _, each in found]) for part in PARTS))
+    computed = [gas_harmonics(card, geometry, order) for card in cards]
+    gas = WithError(*(np.stack([getattr(each, part) for each, _ in computed]) for part in PARTS))
+    mean = WithError(*(np.stack([getattr(each, part) for _, each in computed]) for part in PARTS))
     inertia = inertia_harmonics(geometry, reciprocating_mass, rod_inertia_difference, order)
     return CylinderTorque(
         order, gas.value, gas.error, inertia.value, inertia.error, mean.value, mean.error
@@ -122,15 +122,15 @@ def gas_harmonics(
     """
     orders = np.concatenate([[0.0], np.asarray(order, dtype=float)])
     radius, length, offset = geometry.crank_radius, geometry.rod_length, geometry.wrist_pin_offset
-    start, width, piece = _panels(card, geometry, orders[-1] if len(orders) > 1 else 0.0)
+    start, width, interval = _panels(card, geometry, orders[-1] if len(orders) > 1 else 0.0)
     degree = card.coefficient.shape[1] - 1
     phase = 0.5 * orders.max() * width.max()
     rule = gauss_rule(int(np.ceil(15.0 + 0.68 * phase + 0.5 * degree)))
     into = width[:, None] * rule.nodes
-    away = (start - card.node[piece])[:, None] + into
+    away = (start - card.node[interval])[:, None] + into
     pressure, size = np.zeros_like(away), np.zeros_like(away)
     for power in range(degree, -1, -1):
-        row = card.coefficient[piece, power][:, None]
+        row = card.coefficient[interval, power][:, None]
         pressure, size = pressure * away + row, size * away + np.abs(row)
     path = piston_path(start[:, None] + into, radius, length, offset)
     weight = rule.weights * width[:, None] * (geometry.piston_area / card.cycle)
@@ -141,7 +141,7 @@ def gas_harmonics(
     uncertainty = (
         weight * size * (SAMPLE_ROUNDINGS * lever + angle * np.abs(path.acceleration)) * EPSILON
     )
-    fit = card.error[piece] * np.sum(weight * lever, axis=1)
+    fit = card.error[interval] * np.sum(weight * lever, axis=1)
     magnitude = np.abs(torque).sum()
     local = np.empty((len(start), len(orders)), dtype=complex)
     chunk = max(1, BLOCK // torque.size)
@@ -192,12 +192,12 @@ def _of_unit_masses(
     A machine asks for the same crank drive with several masses.
     """
     ratio, shift = radius / length, offset / radius
-    kept = max(highest, order_for_tolerance(ratio, 0.125 * EPSILON, shift)) + 4
-    motion = harmonics_with_error(ratio, kept, shift)
+    used = max(highest, order_for_tolerance(ratio, 0.125 * EPSILON, shift)) + 4
+    motion = harmonics_with_error(ratio, used, shift)
     torque = inertia_torque(
         motion.values,
         highest,
-        dropped_acceleration=dropped_acceleration(ratio, kept, shift),
+        dropped_acceleration=dropped_acceleration(ratio, used, shift),
         motion_error=motion.error,
     )
     return torque, rod_angle_harmonics(radius, length, offset, highest_order=highest).product
@@ -242,17 +242,17 @@ def phasor(order: ArrayLike, angle: ArrayLike) -> ComplexArray:
 def _panels(
     card: GasCard, geometry: CrankGeometry, highest: float
 ) -> tuple[FloatArray, FloatArray, np.ndarray]:
-    """Starts and widths of the panels, with the piece of the card each lies on."""
+    """Starts and widths of the panels, with the interval of the card each lies on."""
     ratio = np.asarray(geometry.crank_radius / geometry.rod_length)
     shift = np.asarray(abs(geometry.wrist_pin_offset) / geometry.crank_radius)
     distance = -float(np.log(pole(ratio, shift).radius))
     longest = min(0.8 * distance, PANEL_PHASE / max(highest, 1.0))
     width = np.diff(card.node)
     parts = np.maximum(1, np.ceil(width / longest)).astype(int)
-    piece = np.repeat(np.arange(len(parts)), parts)
-    within = np.arange(len(piece)) - np.repeat(np.cumsum(parts) - parts, parts)
-    share = width[piece] / parts[piece]
-    return card.node[piece] + within * share, share, piece
+    interval = np.repeat(np.arange(len(parts)), parts)
+    within = np.arange(len(interval)) - np.repeat(np.cumsum(parts) - parts, parts)
+    share = width[interval] / parts[interval]
+    return card.node[interval] + within * share, share, interval
 
 
 # ----------------------------------------------------------------------------
@@ -341,12 +341,12 @@ def motored_card(
         return np.asarray(2.0 * np.arctan2(offset, place) - angle)
 
     def pressure(angle: FloatArray) -> FloatArray:
-        own = pressure_at(card, angle)
+        direct = pressure_at(card, angle)
         back = pressure_at(card, partner(angle))
         share = np.clip((angle - exhaust_opens) / (PI - exhaust_opens), 0.0, 1.0)
-        rise = share * share * (3.0 - 2.0 * share)
-        mirrored = (1.0 - rise) * back + rise * pressure_at(card, np.asarray(PI))
-        return np.where((angle > top) & (angle < PI), mirrored, own)
+        share_ahead = share * share * (3.0 - 2.0 * share)
+        mirrored = (1.0 - share_ahead) * back + share_ahead * pressure_at(card, np.asarray(PI))
+        return np.where((angle > top) & (angle < PI), mirrored, direct)
 
     first = -PI
     inside = np.mod(card.node[:-1] - first, card.cycle) + first
@@ -401,8 +401,8 @@ def bank_sums(firing_angle: ArrayLike, order: ArrayLike, bank: ArrayLike) -> Com
     Angles in rad; cylinders are of one bank where `bank`, as their bank angle, is the same.
     """
     banks = np.broadcast_to(np.asarray(bank, dtype=float), np.shape(firing_angle))
-    own = banks == distinct(banks)[:, None]
-    return np.asarray(own.astype(float) @ phasor(order, firing_angle).T)
+    member = banks == distinct(banks)[:, None]
+    return np.asarray(member.astype(float) @ phasor(order, firing_angle).T)
 
 
 def bank_factor(
@@ -445,12 +445,12 @@ def order_ranks(vector_sum: ArrayLike, error: ArrayLike) -> IntArray:
     size = np.abs(np.asarray(vector_sum))
     off = np.broadcast_to(error, size.shape) + IN_LINE
     rank = np.zeros(size.shape, dtype=np.int64)
-    for own, uncertainty, places in zip(size, off, rank, strict=True):
+    for sizes, uncertainty, places in zip(size, off, rank, strict=True):
         last, number = np.inf, 0
-        for count, place in enumerate(np.argsort(-own, kind="stable").tolist(), start=1):
-            if own[place] <= uncertainty[place]:
+        for count, place in enumerate(np.argsort(-sizes, kind="stable").tolist(), start=1):
+            if sizes[place] <= uncertainty[place]:
                 break
-            if own[place] < last - uncertainty[place]:
-                last, number = own[place], count
+            if sizes[place] < last - uncertainty[place]:
+                last, number = sizes[place], count
             places[place] = number
     return rank

@@ -57,7 +57,7 @@ def gas_card(
     ----------
     angle, pressure : (m + 1,) in rad, ascending, and Pa.
     interpolation
-        "linear": straight lines. "cubic": the periodic cubic spline. "monotone": cubic pieces that
+        "linear": straight lines. "cubic": the periodic cubic spline. "monotone": cubics that
         never leave the range of the two values at their ends (Fritsch and Butland 1984).
     cycle
         4 pi or 2 pi.
@@ -68,8 +68,8 @@ def gas_card(
     nodes[-1] = nodes[0] + cycle
     values = np.array(pressure, dtype=float) - crankcase_pressure
     values[-1] = values[0]
-    pieces = _PIECES[interpolation](nodes, values)
-    return GasCard(nodes, pieces, float(cycle), np.zeros(len(pieces)))
+    polynomials = _INTERPOLANTS[interpolation](nodes, values)
+    return GasCard(nodes, polynomials, float(cycle), np.zeros(len(polynomials)))
 
 
 def fitted_card(
@@ -96,15 +96,15 @@ def fitted_card(
     powers = np.arange(DEGREE + 1)
     to_points, to_between = points[:, None] ** powers, between[:, None] ** powers
     scale = float(np.max(np.abs(pressure(np.linspace(ends[0], ends[-1], 4 * 64 * len(ends))))))
-    nodes, pieces, errors = [], [], []
+    nodes, polynomials, errors = [], [], []
     for low, high in pairwise(ends.tolist()):
         panels = 4
         while True:
             start, width = np.linspace(low, high, panels, endpoint=False), (high - low) / panels
             values = pressure(start[:, None] + width * points)
             fit = np.linalg.solve(to_points, values.T).T
-            seen = pressure(start[:, None] + width * between)
-            off = np.abs(fit @ to_between.T - seen).max(axis=1)
+            exact = pressure(start[:, None] + width * between)
+            off = np.abs(fit @ to_between.T - exact).max(axis=1)
             worst = float(off.max())
             if worst <= FIT_TOLERANCE * scale:
                 break
@@ -116,12 +116,12 @@ def fitted_card(
                 )
             panels *= 2
         nodes.append(start)
-        pieces.append(fit / width**powers)
+        polynomials.append(fit / width**powers)
         # the formula itself is rounded, and between the points examined the fit may be worse
-        size = np.abs(seen).max(axis=1)
+        size = np.abs(exact).max(axis=1)
         errors.append(2.0 * off + FORMULA_ROUNDINGS * EPSILON * size + EPSILON * scale)
     node = np.concatenate([*nodes, [ends[0] + cycle]])
-    return GasCard(node, np.concatenate(pieces), float(cycle), np.concatenate(errors))
+    return GasCard(node, np.concatenate(polynomials), float(cycle), np.concatenate(errors))
 
 
 def pressure_at(card: GasCard, angle: ArrayLike) -> FloatArray:
@@ -180,21 +180,21 @@ def _cubic(node: FloatArray, value: FloatArray) -> FloatArray:
 def _monotone(node: FloatArray, value: FloatArray) -> FloatArray:
     """Hermite pieces with slopes that are weighted harmonic means, zero at every extreme."""
     step = np.diff(node)
-    rise = np.diff(value) / step
-    before, width = np.roll(rise, 1), np.roll(step, 1)
-    same = before * rise > 0.0
+    secant = np.diff(value) / step
+    before, width = np.roll(secant, 1), np.roll(step, 1)
+    same = before * secant > 0.0
     near, far = 2.0 * step + width, step + 2.0 * width
     with np.errstate(divide="ignore", invalid="ignore"):
-        mean = (near + far) / (near / before + far / rise)
+        mean = (near + far) / (near / before + far / secant)
     slope = np.where(same, mean, 0.0)
     after = np.roll(slope, -1)
-    square = (3.0 * rise - 2.0 * slope - after) / step
-    cube = (slope + after - 2.0 * rise) / step**2
+    square = (3.0 * secant - 2.0 * slope - after) / step
+    cube = (slope + after - 2.0 * secant) / step**2
     return np.stack([value[:-1], slope, square, cube], axis=1)
 
 
-_PIECES = {"linear": _linear, "cubic": _cubic, "monotone": _monotone}
-CARD_INTERPOLATIONS = tuple(_PIECES)
+_INTERPOLANTS = {"linear": _linear, "cubic": _cubic, "monotone": _monotone}
+CARD_INTERPOLATIONS = tuple(_INTERPOLANTS)
 
 # ----------------------------------------------------------------------------
 # Force of the gas on a piston over one turn of its crank, from a table: piecewise polynomials.
@@ -238,10 +238,10 @@ def gas_force(angle: ArrayLike, force: ArrayLike, interpolation: str) -> GasForc
     angle, force = np.asarray(angle, dtype=float), np.asarray(force, dtype=float)
     if interpolation == "trigonometric":
         return GasForce(np.empty(0), np.empty((0, 1)), _harmonics(angle, force))
-    pieces = _FORCE_PIECES[interpolation](np.diff(angle), force)
+    polynomials = _FORCE_INTERPOLANTS[interpolation](np.diff(angle), force)
     start = np.mod(angle[:-1], TURN)
     order = np.argsort(start)
-    return GasForce(start[order], pieces[order], np.empty(0, dtype=complex))
+    return GasForce(start[order], polynomials[order], np.empty(0, dtype=complex))
 
 
 def force_at(gas: GasForce, angle: FloatArray) -> FloatArray:
@@ -291,5 +291,5 @@ def _harmonics(angle: FloatArray, force: FloatArray) -> ComplexArray:
     return np.asarray(found * np.exp(-1j * np.arange(len(found)) * angle[0]))
 
 
-_FORCE_PIECES = {"linear": _linear_force, "parabola": _parabolic_force, "cubic": _cubic_force}
-FORCE_INTERPOLATIONS = (*_FORCE_PIECES, "trigonometric")
+_FORCE_INTERPOLANTS = {"linear": _linear_force, "parabola": _parabolic_force, "cubic": _cubic_force}
+FORCE_INTERPOLATIONS = (*_FORCE_INTERPOLANTS, "trigonometric")

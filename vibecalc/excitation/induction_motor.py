@@ -238,7 +238,7 @@ def _extremes(motor: InductionMotor, side: float) -> tuple[FloatArray, FloatArra
 
 def _polished(motor: InductionMotor, slip: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Newton steps on the slope. Where they fail, two extremes merge, and the roots stay."""
-    found, error = slip.copy(), np.zeros_like(slip)
+    roots, error = slip.copy(), np.zeros_like(slip)
     for index, start in enumerate(slip):
         place, step = float(start), float(np.inf)
         for _ in range(4):
@@ -252,10 +252,10 @@ def _polished(motor: InductionMotor, slip: FloatArray) -> tuple[FloatArray, Floa
             place -= step
         if abs(place - start) < 1e-5 * abs(start):
             noise = float(torque_slope(motor, place).error) / abs(curvature)
-            found[index], error[index] = place, 2.0 * (abs(step) + noise)
+            roots[index], error[index] = place, 2.0 * (abs(step) + noise)
         else:
             error[index] = max(1e-5 * abs(start), abs(place - start))
-    return found, error
+    return roots, error
 
 
 def _quotient(motor: InductionMotor, unit: float) -> tuple[FloatArray, FloatArray]:

@@ -43,7 +43,7 @@ class LeastSquares(NamedTuple):
     at_bound: bool
 
 
-class Table(NamedTuple):
+class FitTable(NamedTuple):
     """Rows to fit: slips (rad/s), torques (N m), weights; and the motor without its rotor."""
 
     motor: InductionMotor
@@ -87,7 +87,7 @@ def best_start(
     """
     from scipy.optimize import least_squares
 
-    table = Table(motor, slip, torque, weight)
+    table = FitTable(motor, slip, torque, weight)
     scale, starts = _starts(table, breakdown_slip)
 
     def descend(start: FloatArray, most: int) -> tuple[float, FloatArray, bool]:
@@ -111,7 +111,7 @@ def best_start(
     return LeastSquares(polished, error, len(ends), agreeing, at_bound)
 
 
-def _starts(table: Table, breakdown_slip: float) -> tuple[FloatArray, FloatArray]:
+def _starts(table: FitTable, breakdown_slip: float) -> tuple[FloatArray, FloatArray]:
     """Scale (2 cages,) and starts (n, 2 cages) of the logarithms.
 
     Of every set of slips at which the cages are strongest, the best leakages; of these the best.
@@ -124,7 +124,7 @@ def _starts(table: Table, breakdown_slip: float) -> tuple[FloatArray, FloatArray
         end = max(table.slip[-1], 2.0 * breakdown_slip)
         slips[-1] = end * np.array([0.25, 0.5, 1.0, 2.0, 5.0])
     inductances = leakage[0] * np.array(list(product([0.5, 1.0, 2.0, 5.0], repeat=cages)))
-    found = []
+    candidates = []
     for strongest in product(*slips):
         if np.any(np.diff(strongest) <= 0.0):
             continue  # the same cages in another sequence, or two that would never part
@@ -132,13 +132,13 @@ def _starts(table: Table, breakdown_slip: float) -> tuple[FloatArray, FloatArray
         family = np.log(np.concatenate([resistances, inductances], axis=1))
         squares = (table.residual(family) ** 2).sum(axis=-1)
         best = int(np.argmin(squares))
-        found.append((float(squares[best]), family[best]))
-    found.sort(key=lambda entry: entry[0])
+        candidates.append((float(squares[best]), family[best]))
+    candidates.sort(key=lambda entry: entry[0])
     middle = np.concatenate([np.full(cages, pairs * breakdown_slip * leakage[0]), leakage])
-    return np.log(middle), np.array([start for _, start in found[:STARTS]])
+    return np.log(middle), np.array([start for _, start in candidates[:STARTS]])
 
 
-def _newton(table: Table, start: FloatArray) -> tuple[FloatArray, float]:
+def _newton(table: FitTable, start: FloatArray) -> tuple[FloatArray, float]:
     """Newton steps on the gradient and the distance they leave; infinite where it is flat."""
     place, last = start, np.inf
     for _ in range(8):
@@ -193,7 +193,7 @@ def warnings_of(
     slip: FloatArray,
     relative: FloatArray,
     used: BoolArray,
-    found: LeastSquares,
+    minimum: LeastSquares,
     known: Identifiability,
 ) -> tuple[str, ...]:
     """Misfit, rows left out, a cage that the table does not need, what the table does not tell."""
@@ -210,13 +210,14 @@ def warnings_of(
             f"{int((~used).sum())} rows beyond the largest torque are not fitted; the motor misses "
             f"them by up to {100 * relative[last]:+.1f} % (at {slip[last]:.4g} rad/s)"
         )
-    if found.at_bound or not np.isfinite(found.log_error):
+    if minimum.at_bound or not np.isfinite(minimum.log_error):
         said.append(
             "the table does not settle every parameter of the cages: fewer cages would do as well"
         )
-    if found.agreeing < 2:
+    if minimum.agreeing < 2:
         said.append(
-            f"only one of {found.starts} searches ended in the minimum taken; another may be lower"
+            f"only one of {minimum.starts} searches ended in the minimum taken; "
+            "another may be lower"
         )
     for exponents, spread, is_known in zip(
         known.combinations, known.spread, known.identifiable, strict=True
@@ -347,8 +348,8 @@ def fit_induction_motor(
         line_frequency, pole_pairs, phase_voltage, stator_resistance, 0.0, inductance,
         np.full(cages, stator_resistance), np.full(cages, leakage),
     )  # fmt: skip
-    found = best_start(bare, slips[used], table[used], weights[used], slips[top])
-    resistance, rotor_leakage = np.exp(found.logarithms).reshape(2, cages)
+    minimum = best_start(bare, slips[used], table[used], weights[used], slips[top])
+    resistance, rotor_leakage = np.exp(minimum.logarithms).reshape(2, cages)
     gathered = bare._replace(rotor_resistance=resistance, rotor_leakage=rotor_leakage)
     share = stator_share * transient_inductance(gathered)
     motor = with_stator_leakage(gathered, share)
@@ -365,10 +366,10 @@ def fit_induction_motor(
         used=used,
         worst_relative=float(np.max(np.abs(relative))),
         rms_relative=float(np.sqrt(np.mean(relative**2))),
-        log_error=found.log_error,
-        starts=found.starts,
-        agreeing=found.agreeing,
+        log_error=minimum.log_error,
+        starts=minimum.starts,
+        agreeing=minimum.agreeing,
         identifiability=known,
         assumptions=assumptions_of(motor, stator_inductance is None, stator_share, NO_LOAD_RATIO),
-        warnings=warnings_of(slips, residual / table, used, found, known),
+        warnings=warnings_of(slips, residual / table, used, minimum, known),
     )

@@ -69,7 +69,7 @@ def inverse_inductance(motor: InductionMotor) -> FloatArray:
     magnetising = 1.0 / np.asarray(motor.magnetising_inductance, dtype=float)
     cages = shares.shape[-1]
     others = [np.delete(shares, k, axis=-1).sum(axis=-1) for k in range(cages)]
-    rest = magnetising[..., None] + np.stack(others, axis=-1)
+    combined = magnetising[..., None] + np.stack(others, axis=-1)
     total = magnetising + shares.sum(axis=-1)
     scale = 1.0 / (1.0 + stator * total)
     matrix = np.empty((*scale.shape, 1 + cages, 1 + cages))
@@ -78,7 +78,9 @@ def inverse_inductance(motor: InductionMotor) -> FloatArray:
     outer = shares[..., :, None] * shares[..., None, :]
     matrix[..., 1:, 1:] = -(stator * scale)[..., None, None] * outer
     diagonal = np.arange(1, 1 + cages)
-    matrix[..., diagonal, diagonal] = shares * (1.0 + stator[..., None] * rest) * scale[..., None]
+    matrix[..., diagonal, diagonal] = (
+        shares * (1.0 + stator[..., None] * combined) * scale[..., None]
+    )
     return matrix
 
 
@@ -305,8 +307,8 @@ def power_flow(motor: InductionMotor, flux: ArrayLike, crank_speed: ArrayLike) -
     vector = state[..., 0::2] + 1j * state[..., 1::2]
     matrix = inverse_inductance(motor)
     current = np.einsum("...ij,...j->...i", matrix, vector)
-    found = flux_rates(system, state, crank_speed)
-    rate = found.rates[..., 0::2] + 1j * found.rates[..., 1::2]
+    by_rates = flux_rates(system, state, crank_speed)
+    rate = by_rates.rates[..., 0::2] + 1j * by_rates.rates[..., 1::2]
     heat = 1.5 * np.abs(current) ** 2
     torque = flux_torque(system, state)
     speed = np.asarray(crank_speed, dtype=float)
@@ -314,7 +316,7 @@ def power_flow(motor: InductionMotor, flux: ArrayLike, crank_speed: ArrayLike) -
     rotor = (np.asarray(motor.rotor_resistance) * heat[..., 1:]).sum(axis=-1)
     # rounding grows with what the matrix products sum up, not with what is left
     gross = np.einsum("...ij,...j->...i", np.abs(matrix), np.abs(vector))
-    rough = np.einsum("...ij,...j->...i", np.abs(found.by_flux), np.abs(state))
+    rough = np.einsum("...ij,...j->...i", np.abs(by_rates.by_flux), np.abs(state))
     rough = rough[..., 0::2] + rough[..., 1::2] + np.abs(system.source[..., 0::2])
     error = 8.0 * state.shape[-1] * EPSILON * 1.5 * (gross * rough).sum(axis=-1)
     return PowerFlow(

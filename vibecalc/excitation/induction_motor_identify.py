@@ -114,9 +114,9 @@ def identifiability(motor: InductionMotor, slip: FloatArray, weight: FloatArray)
     names = parameter_names(np.asarray(motor.rotor_resistance).shape[-1])[1:]
     torque = steady_torque(motor, slip).value
     change = torque_sensitivity(motor, slip)[:, 1:] / torque[:, None] * np.sqrt(weight)[:, None]
-    _, found, rows = np.linalg.svd(change, full_matrices=True)
+    _, singular, rows = np.linalg.svd(change, full_matrices=True)
     values = np.zeros(len(names))
-    values[: found.size] = found
+    values[: singular.size] = singular
     there = values > ZERO * values[0]
     rows[~there] = _leakage_first(rows[~there], motor)
     strongest = np.argmax(np.abs(rows), axis=1)
@@ -163,14 +163,14 @@ def _directions_left(motor: InductionMotor, names: tuple[str, ...]) -> FloatArra
     magnetising = float(np.asarray(motor.magnetising_inductance))
     shares = 1.0 / np.concatenate([[magnetising], np.asarray(motor.rotor_leakage, dtype=float)])
     inside = 1.0 / shares.sum()
-    kept = np.zeros((2, len(names)))
-    kept[0, :2] = leakage, magnetising
+    fixed = np.zeros((2, len(names)))
+    fixed[0, :2] = leakage, magnetising
     # ratio of the leakage to leakage + inside: d log inside = sum of shares times d log of each
-    kept[1, 0] = 1.0
-    kept[1, 1] = -shares[0] * inside
-    kept[1, -(shares.size - 1) :] = -shares[1:] * inside
-    kept /= np.linalg.norm(kept, axis=1, keepdims=True)
-    return np.asarray(np.linalg.svd(kept)[2][2:].T)
+    fixed[1, 0] = 1.0
+    fixed[1, 1] = -shares[0] * inside
+    fixed[1, -(shares.size - 1) :] = -shares[1:] * inside
+    fixed /= np.linalg.norm(fixed, axis=1, keepdims=True)
+    return np.asarray(np.linalg.svd(fixed)[2][2:].T)
 
 
 # ----------------------------------------------------------------------------

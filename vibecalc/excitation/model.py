@@ -58,16 +58,16 @@ def firing_sequence(machine: Machine) -> tuple[float, Array]:
     """
     train = machine.crank_train
     cycle = cycle_angle(machine)
-    own = [cylinder.firing_angle for cylinder in train.cylinders]
+    given = [cylinder.firing_angle for cylinder in train.cylinders]
     top = {c.name: (c.bank_angle - c.crank_phase) % TURN for c in train.cylinders}
     top = {name: 0.0 if TURN - angle < 1e-9 else angle for name, angle in top.items()}
     if train.firing_order:
-        found = angles_in_order(train.firing_order, train.firing_intervals, cycle, 0.0)
-        angles = np.array([found[cylinder.name] for cylinder in train.cylinders])
+        angle_of = angles_in_order(train.firing_order, train.firing_intervals, cycle, 0.0)
+        angles = np.array([angle_of[cylinder.name] for cylinder in train.cylinders])
         return top[train.firing_order[0]], np.asarray(np.mod(angles, cycle))
     angles = np.mod([
         top[cylinder.name] if angle is None else angle
-        for cylinder, angle in zip(train.cylinders, own, strict=True)
+        for cylinder, angle in zip(train.cylinders, given, strict=True)
     ], cycle)  # fmt: skip
     return float(angles.min()), angles - angles.min()
 
@@ -104,15 +104,19 @@ def gas_cards(machine: Machine) -> tuple[Array, tuple[GasCard, ...]]:
     """
     train = machine.crank_train
     cycle = cycle_angle(machine)
-    way = train.gas_interpolation or "linear"
+    interpolation = train.gas_interpolation or "linear"
     if train.gas_cards:
         cards = sorted(train.gas_cards, key=lambda card: card.speed)
         tables = [card.gas_pressure for card in cards]
-        made = tuple(gas_card(t.crank_angle, t.pressure, way, cycle=cycle) for t in tables)
+        made = tuple(
+            gas_card(t.crank_angle, t.pressure, interpolation, cycle=cycle) for t in tables
+        )
         return np.array([card.speed for card in cards]), made
     if train.gas_pressure is not None:
         table = train.gas_pressure
-        return np.empty(0), (gas_card(table.crank_angle, table.pressure, way, cycle=cycle),)
+        return np.empty(0), (
+            gas_card(table.crank_angle, table.pressure, interpolation, cycle=cycle),
+        )
     if train.gas_cycle is not None:
         return np.empty(0), (_computed(machine),)
     if train.pump_cycle is not None:

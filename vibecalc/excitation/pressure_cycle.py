@@ -28,10 +28,10 @@ from vibecalc.parts.geometry import CrankGeometry
 #
 #     p = (1 - B) p_compression + B level g,
 #
-# g being 1 at the top and falling polytropically. The way to interpolate between the two is that of
-# Eriksson and Andersson (2002), An analytic model for cylinder pressure in a four stroke SI engine,
-# SAE 2002-01-0371; the shape of B and the diesel's plateau are ours. As the pressure is linear in
-# the level, a peak pressure or a mean indicated pressure gives it without iteration.
+# g being 1 at the top and falling polytropically. The rule to interpolate between the two is that
+# of Eriksson and Andersson (2002), An analytic model for cylinder pressure in a four stroke SI
+# engine, SAE 2002-01-0371; the shape of B and the diesel's plateau are ours. As the pressure is
+# linear in the level, a peak pressure or a mean indicated pressure gives it without iteration.
 # ----------------------------------------------------------------------------
 
 PI = float(np.pi)
@@ -174,13 +174,13 @@ def card_of_mean_pressure(
     level = cycle.intake_pressure * cycle.compression_ratio
     gain = mean_pressure(_card(cycle, base, unit, level), geometry)
     per_level = (gain.value - without.value) / level
-    found = float((mean_indicated_pressure - without.value) / per_level)
-    if not found > 0.0:
+    pressure = float((mean_indicated_pressure - without.value) / per_level)
+    if not pressure > 0.0:
         raise NumericalFailure(
             f"gas cycle: a mean indicated pressure of {mean_indicated_pressure:.6g} Pa is below "
             "what the cycle has without any pressure after combustion; raise it"
         )
-    return _card(cycle, base, unit, found)
+    return _card(cycle, base, unit, pressure)
 
 
 def motored_cycle(cycle: PressureCycle, geometry: CrankGeometry) -> GasCard:
@@ -196,8 +196,8 @@ def motored_cycle(cycle: PressureCycle, geometry: CrankGeometry) -> GasCard:
 def mean_pressure(card: GasCard, geometry: CrankGeometry) -> WithError:
     """Mean indicated pressure, Pa: the work of one cycle over the swept volume."""
     _, mean = gas_harmonics(card, geometry, np.empty(0))
-    way = stroke(geometry.crank_radius, geometry.rod_length, geometry.wrist_pin_offset)
-    factor = card.cycle / (geometry.piston_area * float(way))
+    travel = stroke(geometry.crank_radius, geometry.rod_length, geometry.wrist_pin_offset)
+    factor = card.cycle / (geometry.piston_area * float(travel))
     return WithError(mean.value * factor, mean.error * factor + 8e-16 * np.abs(mean.value * factor))
 
 
@@ -206,8 +206,8 @@ def cylinder_volume(
 ) -> FloatArray:
     """Volume above the piston over the clearance volume: 1 at the top, the ratio at the bottom."""
     radius, length, offset = geometry.crank_radius, geometry.rod_length, geometry.wrist_pin_offset
-    way = piston_displacement(angle, radius, length, offset).value
-    return np.asarray(1.0 + (compression_ratio - 1.0) * way / stroke(radius, length, offset))
+    travel = piston_displacement(angle, radius, length, offset).value
+    return np.asarray(1.0 + (compression_ratio - 1.0) * travel / stroke(radius, length, offset))
 
 
 def smooth_step(share: FloatArray) -> FloatArray:
@@ -406,11 +406,11 @@ def cylinder_pressure(liquid: Liquid, geometry: CrankGeometry, angle: ArrayLike)
     turned = np.where(this_turn, given, top + np.mod(given - top, TWO_STROKE))
     area = geometry.piston_area
     full = liquid.dead_volume + area * float(stroke(radius, length, offset))
-    way = piston_displacement(turned, radius, length, offset).value
+    travel = piston_displacement(turned, radius, length, offset).value
     low = liquid.discharge_pressure - liquid.bulk_modulus * np.log1p(
-        area * way / liquid.dead_volume
+        area * travel / liquid.dead_volume
     )
-    lost = np.minimum(_way_from_bottom(turned, geometry) * area / full, 1.0 - EPSILON)
+    lost = np.minimum(_travel_from_bottom(turned, geometry) * area / full, 1.0 - EPSILON)
     high = liquid.suction_pressure - liquid.bulk_modulus * np.log1p(-lost)
     expanding = np.maximum(low, liquid.suction_pressure)
     compressing = np.minimum(high, liquid.discharge_pressure)
@@ -440,23 +440,23 @@ def pump_card(liquid: Liquid, geometry: CrankGeometry) -> GasCard:
     return card._replace(error=card.error + 4.0 * np.pi * EPSILON * steepest)
 
 
-def _from_top(way: float, top: float, geometry: CrankGeometry) -> WithError:
-    """Crank angle at which the wrist pin, at first at `top`, has come in by `way`."""
+def _from_top(travel: float, top: float, geometry: CrankGeometry) -> WithError:
+    """Crank angle at which the wrist pin, at first at `top`, has come in by `travel`."""
     radius, length, _, offset = geometry
-    pin = top - way
+    pin = top - travel
     reach = float(np.hypot(pin, offset))
-    short = way * (top + pin) / (radius + length + reach)  # of the stretched linkage
+    short = travel * (top + pin) / (radius + length + reach)  # of the stretched linkage
     square = short * (length + reach - radius) / (4.0 * radius * reach)
     half = float(np.arcsin(np.sqrt(square)))
     return _turned(2.0 * half, float(np.arctan2(offset, pin)), square)
 
 
-def _from_bottom(way: float, bottom: float, geometry: CrankGeometry) -> WithError:
-    """Crank angle beyond bottom dead centre at which the wrist pin has come out by `way`."""
+def _from_bottom(travel: float, bottom: float, geometry: CrankGeometry) -> WithError:
+    """Crank angle beyond bottom dead centre at which the wrist pin has come out by `travel`."""
     radius, length, _, offset = geometry
-    pin = bottom + way
+    pin = bottom + travel
     reach = float(np.hypot(pin, offset))
-    beyond = way * (pin + bottom) / (length - radius + reach)  # the folded linkage
+    beyond = travel * (pin + bottom) / (length - radius + reach)  # the folded linkage
     square = beyond * (length + reach + radius) / (4.0 * radius * reach)
     half = float(np.arcsin(np.sqrt(square)))
     return _turned(2.0 * half, float(np.pi + np.arctan2(offset, pin)), square)
@@ -467,7 +467,7 @@ def _turned(turn: float, start: float, square: float) -> WithError:
     return _with_error(start + turn, slack + 2.0 * EPSILON * (abs(start) + turn))
 
 
-def _way_from_bottom(angle: FloatArray, geometry: CrankGeometry) -> FloatArray:
+def _travel_from_bottom(angle: FloatArray, geometry: CrankGeometry) -> FloatArray:
     """Way of the piston from bottom dead centre, m, as `piston_displacement` is from the top.
 
     The difference 2 (R sin^2((t - t0)/2) - L sin^2(psi/2)) / cos t0 loses no more than
@@ -482,8 +482,8 @@ def _way_from_bottom(angle: FloatArray, geometry: CrankGeometry) -> FloatArray:
     half_turn = np.sin(0.5 * (angle - folded))
     half_swing = (radius / length) * half_turn * np.cos(0.5 * (angle + folded))
     half_swing = half_swing / np.cos(0.5 * (rod_angle - start))
-    way = 2.0 * (radius * half_turn**2 - length * half_swing**2) / np.cos(start)
-    return np.asarray(np.maximum(way, 0.0))
+    travel = 2.0 * (radius * half_turn**2 - length * half_swing**2) / np.cos(start)
+    return np.asarray(np.maximum(travel, 0.0))
 
 
 def _with_error(value: float, error: float) -> WithError:

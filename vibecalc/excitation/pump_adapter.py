@@ -52,8 +52,8 @@ def run_pump(scene: Scene) -> None:
 
 def _torque(scene: Scene, works: np.ndarray, angle: np.ndarray) -> None:
     """By order, each cylinder turned to its own place; the mean by the same panels."""
-    own = None if scene.case.excitation is None else scene.case.excitation.orders
-    order = np.arange(1, (own or USUAL_ORDERS) + 1)
+    orders = None if scene.case.excitation is None else scene.case.excitation.orders
+    order = np.arange(1, (orders or USUAL_ORDERS) + 1)
     card, geometry = pump_card(scene.case.machine), crank_geometry(scene.case.machine)
     one, mean = gas_harmonics(card, geometry, order)
     turned = phasor(order, angle)[:, works]

@@ -60,12 +60,12 @@ def balance(result: Result) -> tuple[list[str], set[str]]:
 
 
 def _table(record: Record, prefix: str, title: str) -> tuple[list[str], set[str]]:
-    found = [quantity for name in _ENTRIES if (quantity := _entry(record, prefix + name))]
-    if len(found) != len(_ENTRIES):
+    entries_of = [quantity for name in _ENTRIES if (quantity := _entry(record, prefix + name))]
+    if len(entries_of) != len(_ENTRIES):
         return [], set()
-    order_axis, cylinder_axis = found[0].axes
+    order_axis, cylinder_axis = entries_of[0].axes
     totals = [along(record, f"{prefix}total_{name}", "order") for name in _ENTRIES]
-    shown = {quantity.path for quantity in found}
+    shown = {quantity.path for quantity in entries_of}
     shown |= {total[0].path for total in totals if total}
     lines = [f"  {title}"]
     for row, order in enumerate(order_axis.values):
@@ -73,8 +73,8 @@ def _table(record: Record, prefix: str, title: str) -> tuple[list[str], set[str]
         columns += [number(head) for head in _HEADS]
         cells = []
         for i, name in enumerate(labels(cylinder_axis)):
-            entries = [float(quantity.values[row, i]) for quantity in found]
-            errors = [_uncertainty(quantity) for quantity in found]
+            entries = [float(quantity.values[row, i]) for quantity in entries_of]
+            errors = [_uncertainty(quantity) for quantity in entries_of]
             cells.append(
                 [
                     name,
@@ -94,9 +94,9 @@ def _table(record: Record, prefix: str, title: str) -> tuple[list[str], set[str]
 
 def _banks(record: Record, prefix: str) -> tuple[list[str], set[str]]:
     """Sums of several banks: along two directions, and turning with the crank and against it."""
-    found = [record.quantities.get(f"{prefix}banks/{name}") for name in _BANKS]
-    vectors = [quantity for quantity in found[:2] if quantity is not None]
-    circles = [quantity for quantity in found[2:] if quantity is not None]
+    quantities = [record.quantities.get(f"{prefix}banks/{name}") for name in _BANKS]
+    vectors = [quantity for quantity in quantities[:2] if quantity is not None]
+    circles = [quantity for quantity in quantities[2:] if quantity is not None]
     if len(vectors) != 2 or len(circles) != 4:
         return [], set()
     names = labels(vectors[0].axes[1])
@@ -303,9 +303,9 @@ def _orders(record: Record) -> tuple[list[str], set[str]]:
     if not rows:
         return paragraph("couple of the rod: zero at every order"), {quantity.path}
     lines = table(columns, rows)
-    rest = len(acting) - len(rows)
-    if rest:
-        lines += paragraph(f"{rest} further orders, faint or high, are in the result file")
+    further = len(acting) - len(rows)
+    if further:
+        lines += paragraph(f"{further} further orders, faint or high, are in the result file")
     return lines, {quantity.path}
 
 

@@ -9,11 +9,11 @@ from vibecalc.numerics.rounding import FloatArray, IntArray
 
 
 class SlipCurve(NamedTuple):
-    """p pieces of a curve of torque over slip; piece i lies between thresholds i - 1 and i.
+    """p intervals of a curve of torque over slip; interval i lies between thresholds i - 1 and i.
 
-    `threshold` (p - 1,) ascends, in rad/s, and is symmetrical about zero. On piece i the torque is
-    sum_k coefficient[i, k] (slip - base[i])^k in N m. The outermost pieces stand for a slip beyond
-    the table, where the last torque is kept; `largest` is the last slip of the table.
+    `threshold` (p - 1,) ascends, in rad/s, and is symmetrical about zero. In interval i the torque
+    is sum_k coefficient[i, k] (slip - base[i])^k in N m. The outermost pieces stand for a slip
+    beyond the table, where the last torque is kept; `largest` is the last slip of the table.
     """
 
     threshold: FloatArray
@@ -43,34 +43,34 @@ def slip_curve(slip: ArrayLike, torque: ArrayLike, interpolation: str) -> SlipCu
         (Herold 1977, section 6.2).
     interpolation
         "linear": straight lines, as the source's program has it. "parabola": on each interval the
-        parabola through its ends and the node before it. "monotone": cubic Hermite pieces that
+        parabola through its ends and the node before it. "monotone": cubic Hermite polynomials that
         overshoot no node (Fritsch and Carlson 1980), with a continuous slope.
     """
     slip, torque = np.asarray(slip, dtype=float), np.asarray(torque, dtype=float)
     nodes = np.concatenate([-slip[:0:-1], slip])
     values = np.concatenate([-torque[:0:-1], torque])
-    pieces = _PIECES[interpolation](nodes, values)
-    last = np.zeros((1, pieces.shape[1]))
+    polynomials = _INTERPOLANTS[interpolation](nodes, values)
+    last = np.zeros((1, polynomials.shape[1]))
     last[0, 0] = values[-1]
     return SlipCurve(
         nodes,
         np.concatenate([nodes[:1], nodes[:-1], nodes[-1:]]),
-        np.concatenate([-last, pieces, last]),
+        np.concatenate([-last, polynomials, last]),
         float(slip[-1]),
     )
 
 
-def piece_of(curve: SlipCurve, slip: FloatArray) -> IntArray:
-    """The piece on which each slip lies; a threshold belongs to the piece above it."""
+def interval_of(curve: SlipCurve, slip: FloatArray) -> IntArray:
+    """The interval in which each slip lies; a threshold belongs to the one above it."""
     return np.searchsorted(curve.threshold, slip, side="right").astype(np.int64)
 
 
-def slip_torque(curve: SlipCurve, slip: FloatArray, piece: IntArray | None = None) -> Torque:
+def slip_torque(curve: SlipCurve, slip: FloatArray, interval: IntArray | None = None) -> Torque:
     """Torque at the slips (...,), rad/s, and its slope.
 
-    With `piece` (...,) the polynomials of those pieces are used, also beyond their ends.
+    With `interval` (...,) the polynomials of those pieces are used, also beyond their ends.
     """
-    chosen = piece_of(curve, slip) if piece is None else piece
+    chosen = interval_of(curve, slip) if interval is None else interval
     away = slip - curve.base[chosen]
     rows = curve.coefficient[chosen]
     last = rows.shape[-1] - 1
@@ -135,18 +135,18 @@ def _linear(nodes: FloatArray, values: FloatArray) -> FloatArray:
 def _parabola(nodes: FloatArray, values: FloatArray) -> FloatArray:
     # the odd branch mirrors the other one, so that the curve stays odd
     middle = len(nodes) // 2
-    step, rise = np.diff(nodes), np.diff(values)
-    slope = rise / step
+    step, difference = np.diff(nodes), np.diff(values)
+    slope = difference / step
     bend = np.zeros(len(step))
     upper = np.arange(middle, len(step))
     bend[upper] = (slope[upper] - slope[upper - 1]) / (step[upper] + step[upper - 1])
-    pieces = np.stack([values[:-1], slope - bend * step, bend], axis=1)
+    polynomials = np.stack([values[:-1], slope - bend * step, bend], axis=1)
     for place in range(middle):
         twin = len(step) - 1 - place
-        a, b, c = pieces[twin]
+        a, b, c = polynomials[twin]
         h = step[twin]
-        pieces[place] = (-(a + b * h + c * h * h), b + 2.0 * c * h, -c)
-    return pieces
+        polynomials[place] = (-(a + b * h + c * h * h), b + 2.0 * c * h, -c)
+    return polynomials
 
 
 def _monotone(nodes: FloatArray, values: FloatArray) -> FloatArray:
@@ -155,5 +155,5 @@ def _monotone(nodes: FloatArray, values: FloatArray) -> FloatArray:
     return np.asarray(PchipInterpolator(nodes, values).c[::-1].T)
 
 
-_PIECES = {"linear": _linear, "parabola": _parabola, "monotone": _monotone}
-INTERPOLATIONS = tuple(_PIECES)
+_INTERPOLANTS = {"linear": _linear, "parabola": _parabola, "monotone": _monotone}
+INTERPOLATIONS = tuple(_INTERPOLANTS)

@@ -14,7 +14,7 @@ from vibecalc.core.run.stage import (
     first_orders,
 )
 from vibecalc.kinds import finds_speed, has_crank_train
-from vibecalc.kinematics.stage import kept_orders, needs_excitation, orders_of_motion, orders_words
+from vibecalc.kinematics.stage import needs_excitation, orders_given, orders_of_motion, orders_words
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -24,13 +24,13 @@ def plan_pump(case: "Case") -> Iterator[Stage]:
     """Planned for every machine of kind "pump": its pressures stand in the case."""
     if case.machine.kind != "pump":
         return
-    own = None if case.excitation is None else case.excitation.orders
+    given = None if case.excitation is None else case.excitation.orders
     yield Stage(
         name="pump",
         adapter="vibecalc.excitation.pump_adapter:run_pump",
         why="[machine.crank_train.pump_cycle] is in the case",
         parts=("crank_train",),
-        orders=f"1 to {own}, as the case asks" if own else "the usual ones of a torque",
+        orders=f"1 to {given}, as the case asks" if given else "the usual ones of a torque",
         cost="one fit of the pressure, one quadrature per order",
         quantities=below("excitation/pump/"),
         is_last=True,
@@ -115,8 +115,8 @@ def _work_of_pump(case: "Case", orders: int) -> Work:
 
 def _orders_of_pump(case: "Case") -> Harmonics:
     """Orders of the torque of a liquid."""
-    own = None if case.excitation is None else case.excitation.orders
-    return first_orders(own or USUAL_ORDERS, "[excitation] orders" if own else "the usual ones")
+    given = None if case.excitation is None else case.excitation.orders
+    return first_orders(given or USUAL_ORDERS, "[excitation] orders" if given else "the usual ones")
 
 
 def _orders_of_motor(case: "Case") -> Harmonics:
@@ -138,7 +138,7 @@ def _entries(case: "Case", path: str, axis: str) -> Entries | None:
         return Entries(table.orders, because) if table and axis == "order" else None
     if path.startswith("excitation/motor/"):
         return None
-    return kept_orders(case, axis, 0 if path.startswith("excitation/rod/") else 1)
+    return orders_given(case, axis, 0 if path.startswith("excitation/rod/") else 1)
 
 
 SUBJECT = Subject(

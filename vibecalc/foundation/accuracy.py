@@ -15,7 +15,7 @@ def foundation_topics(scene: Scene) -> list[Topic]:
     """The force on the ground by order; none where no order of the forces acts up or down."""
     forcing: Forcing = scene.handed_on["forcing"]
     one, up = two_masses(scene)
-    speed, kept = scene.case.machine.speed, forcing.kept
+    speed, kept = scene.case.machine.speed, forcing.retained
     force = forcing.per_speed_squared.force[:kept, up] * speed**2
     w = forcing.orders[:kept] * speed
     if not np.any(np.abs(force) > 0.0):

@@ -15,7 +15,7 @@ def run_foundation(scene: Scene) -> None:
     """Emit the steady motion at the operating speed, and what a rigid foundation would get."""
     case, forcing = scene.case, scene.handed_on["forcing"]
     system, up = two_masses(scene)
-    kept, speed = forcing.kept, case.machine.speed
+    used, speed = forcing.retained, case.machine.speed
     natural = natural_frequencies(system)
     scene.emit(
         f"{ROOT}/natural_frequency", natural, 16.0 * EPSILON * natural.max(),
@@ -23,15 +23,15 @@ def run_foundation(scene: Scene) -> None:
     )  # fmt: skip
     force = forcing.per_speed_squared.force[:, up] * speed**2
     error = forcing.per_speed_squared.force_error[:, up] * speed**2
-    found = motion(system, force, error, forcing.orders * speed)
-    axes = {"order": forcing.orders[:kept]}
+    motions = motion(system, force, error, forcing.orders * speed)
+    axes = {"order": forcing.orders[:used]}
     for name, result in (
-        ("machine", found.machine),
-        ("motion", found.foundation),
-        ("ground_force", found.ground_force),
-        ("rigid_force", found.rigid_force),
+        ("machine", motions.machine),
+        ("motion", motions.foundation),
+        ("ground_force", motions.ground_force),
+        ("rigid_force", motions.rigid_force),
     ):
-        scene.emit(f"{ROOT}/{name}", result.value[:kept], result.error[:kept], axes)
+        scene.emit(f"{ROOT}/{name}", result.value[:used], result.error[:used], axes)
         if name != "machine":
             _emit_peak(scene, f"{ROOT}/{name}_peak", result, forcing)
     scene.cite(
@@ -66,7 +66,7 @@ def two_masses(scene: Scene) -> tuple[TwoMasses, int]:
 
 def _emit_peak(scene: Scene, path: str, harmonics: WithError, forcing: Forcing) -> None:
     """Largest value over a cycle; the guard orders tell what the rest leaves out."""
-    kept = forcing.kept
-    peak = cycle_peak(harmonics.value[:kept], forcing.orders[:kept])
-    rest = np.sum(np.abs(harmonics.value[kept:])) * forcing.tail
-    scene.emit(path, peak.value, peak.error + np.sum(harmonics.error[:kept]) + rest)
+    used = forcing.retained
+    peak = cycle_peak(harmonics.value[:used], forcing.orders[:used])
+    left_out = np.sum(np.abs(harmonics.value[used:])) * forcing.tail
+    scene.emit(path, peak.value, peak.error + np.sum(harmonics.error[:used]) + left_out)

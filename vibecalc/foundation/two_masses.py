@@ -43,7 +43,7 @@ class TwoMasses(NamedTuple):
     structural: FloatArray
 
 
-class Motion(NamedTuple):
+class TwoMassMotion(NamedTuple):
     """Complex amplitudes (..., orders), 0 to peak, with absolute errors; N and m.
 
     `machine` and `foundation` are displacements, `ground_force` acts on what carries the
@@ -58,7 +58,7 @@ class Motion(NamedTuple):
 
 def motion(
     system: TwoMasses, force: ComplexArray, force_error: FloatArray, frequency: FloatArray
-) -> Motion:
+) -> TwoMassMotion:
     """Steady motion under a force (..., orders) in N at `frequency` (..., orders) in rad/s.
 
     Raises NumericalFailure where a force acts at an undamped natural frequency, of both masses or
@@ -82,7 +82,7 @@ def motion(
         value = factor * force
         return WithError(value, np.abs(factor) * force_error + share * np.abs(value))
 
-    return Motion(
+    return TwoMassMotion(
         machine=answer(np.asarray((mounts + q) / whole), lost + _ROUNDINGS * EPSILON),
         foundation=answer(np.asarray(mounts / whole), lost),
         ground_force=answer(np.asarray(mounts * below / whole), lost),
@@ -91,18 +91,18 @@ def motion(
 
 
 def _lost(
-    rest: NDArray[Any], terms: FloatArray, acts: BoolArray, frequency: FloatArray, what: str
+    difference: NDArray[Any], terms: FloatArray, acts: BoolArray, frequency: FloatArray, what: str
 ) -> FloatArray:
-    """Relative rounding of a difference `rest` of `terms`; 0 where no force acts."""
+    """Relative rounding of a difference `difference` of `terms`; 0 where no force acts."""
     rounding = _ROUNDINGS * EPSILON * terms
-    lost = acts & (SINGULAR * np.abs(rest) <= rounding)
+    lost = acts & (SINGULAR * np.abs(difference) <= rounding)
     if lost.any():
         at = float(np.broadcast_to(frequency, lost.shape)[lost][0])
         raise NumericalFailure(
             f"{what}: a force acts at an undamped natural frequency, {at:.6g} rad/s; give mounts "
             "or foundation some damping, or another speed"
         )
-    return np.asarray(np.where(acts, rounding / np.where(acts, np.abs(rest), 1.0), 0.0))
+    return np.asarray(np.where(acts, rounding / np.where(acts, np.abs(difference), 1.0), 0.0))
 
 
 def natural_frequencies(system: TwoMasses) -> FloatArray:

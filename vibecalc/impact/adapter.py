@@ -55,9 +55,9 @@ def run_impact(scene: Scene) -> None:
         excitation.working if excitation else None,
         gas_towards_crank=options.pressure == "towards_crank",
     )
-    own = (scene.case.machine.joints.wrist_pin.clearance,)
+    given = (scene.case.machine.joints.wrist_pin.clearance,)
     study = Study(
-        np.array(options.clearances or own),
+        np.array(options.clearances or given),
         options.members,
         options.discard,
         options.revolutions,
@@ -70,30 +70,30 @@ def run_impact(scene: Scene) -> None:
     if options.method != "event_exact":
         other = exact.forces
         forces = run_fixed_steps(joints.linkage, study, options.method, options.steps)
-    found = statistics(forces, joints.linkage)
+    statistic_of = statistics(forces, joints.linkage)
     if other is None:
-        errors = numerical_errors(found, exact, joints.linkage)
+        errors = numerical_errors(statistic_of, exact, joints.linkage)
     else:
-        errors = differences(found, statistics(other, joints.linkage))
+        errors = differences(statistic_of, statistics(other, joints.linkage))
     orders = np.arange(1, study.orders + 1)
     axes = {"clearance": study.clearance, "order": orders}
-    for name, statistic in found.items():
+    for name, statistic in statistic_of.items():
         _emit(scene, name, statistic, errors[name], axes)
-    mean = found["mean_force"].standard_error
+    mean = statistic_of["mean_force"].standard_error
     uncertainty = float(np.max(mean)) / np.sqrt(2.0 * (study.members - 1))
     scene.emit("response/impact/mean_force_standard_error", mean, EPSILON * mean, axes, uncertainty)
     _emit_energy(scene, exact, axes)
     _emit_parting(scene, exact, axes, options.perturbation)
     _emit_first_motion(scene, joints, study.clearance)
-    emit_dominance(scene, joints, found["added_force"], axes)
-    _warn(scene, options, study, found, errors, forces)
+    emit_dominance(scene, joints, statistic_of["added_force"], axes)
+    _warn(scene, options, study, statistic_of, errors, forces)
 
 
 def _emit(
-    scene: Scene, name: str, found: Statistic, error: np.ndarray, axes: dict[str, np.ndarray]
+    scene: Scene, name: str, statistic: Statistic, error: np.ndarray, axes: dict[str, np.ndarray]
 ) -> None:
-    uncertainty = float(np.max(found.standard_error))
-    scene.emit(f"response/impact/{name}", found.value, error, axes, uncertainty)
+    uncertainty = float(np.max(statistic.standard_error))
+    scene.emit(f"response/impact/{name}", statistic.value, error, axes, uncertainty)
 
 
 def _emit_energy(scene: Scene, exact: Ensemble, axes: dict[str, np.ndarray]) -> None:
@@ -172,12 +172,12 @@ def _warn(
     scene: Scene,
     options: "Impact",
     study: Study,
-    found: dict[str, Statistic],
+    statistics_: dict[str, Statistic],
     errors: dict[str, np.ndarray],
     forces: Forces,
 ) -> None:
     for name, words in (("mean_force", "mean force"), ("average_amplitude", "spectrum")):
-        value, uncertainty = found[name]
+        value, uncertainty = statistics_[name]
         for at in np.flatnonzero(uncertainty > _UNSETTLED * value):
             scene.warn(
                 f"the {words} of impacts with a clearance of {study.clearance[at]:.6g} m has not "
@@ -187,7 +187,7 @@ def _warn(
     half, force = study.revolutions // 2, forces.wrist_pin.force
     drift = np.mean(force[:, :, -half:], axis=2) - np.mean(force[:, :, :half], axis=2)
     size, uncertainty = np.abs(np.mean(drift, axis=1)), standard_error(drift)
-    mean = found["mean_force"].value
+    mean = statistics_["mean_force"].value
     for at in np.flatnonzero((size > _DRIFT * uncertainty) & (size > _DRIFT_SHARE * mean)):
         scene.warn(
             f"impacts with a clearance of {study.clearance[at]:.6g} m still remember their start: "
@@ -216,7 +216,7 @@ def statistics(forces: Forces, linkage: Linkage) -> dict[str, Statistic]:
     (peak_high,) = quantiles(pin.peak, (HIGH,))
     bands = spectra(pin.harmonics)
     added = np.abs(added_force(linkage, forces)[..., 1:])
-    found = {
+    values = {
         "mean_force": mean_over_runs(pin.force),
         "mean_force_low": low,
         "mean_force_high": high,
@@ -232,13 +232,13 @@ def statistics(forces: Forces, linkage: Linkage) -> dict[str, Statistic]:
     }
     for name, gap in (("crank_pin", forces.crank_pin), ("bore", forces.bore)):
         if gap is not None:
-            found[f"{name}/mean_force"] = mean_over_runs(gap.force)
-            found[f"{name}/impacts"] = mean_over_runs(gap.contacts)
-    return found
+            values[f"{name}/mean_force"] = mean_over_runs(gap.force)
+            values[f"{name}/impacts"] = mean_over_runs(gap.contacts)
+    return values
 
 
 def numerical_errors(
-    found: dict[str, Statistic], exact: Ensemble, linkage: Linkage
+    values: dict[str, Statistic], exact: Ensemble, linkage: Linkage
 ) -> dict[str, np.ndarray]:
     """What imbalance of energy and rounding make of each statistic: absolute, at most."""
     relative = np.max(exact.residual, axis=(1, 2)) + 32.0 * EPSILON
@@ -251,23 +251,25 @@ def numerical_errors(
     smallest = np.maximum(np.min(peak, axis=(1, 2)), np.sqrt(stiffness * energy))
     of_peak = stiffness * energy / np.where(smallest > 0.0, smallest, 1.0)
     errors = {}
-    for name, statistic in found.items():
-        own = 2.0 * relative * np.max(np.abs(statistic.value), axis=0) if "/" in name else force
-        errors[name] = np.asarray(own)
+    for name, statistic in values.items():
+        size_error = (
+            2.0 * relative * np.max(np.abs(statistic.value), axis=0) if "/" in name else force
+        )
+        errors[name] = np.asarray(size_error)
     errors["peak_force"] = errors["peak_force_high"] = of_peak
     errors["contact_share"] = np.asarray(64.0 * EPSILON)
-    for name in found:
+    for name in values:
         if name.endswith("impacts"):
-            errors[name] = np.asarray(64.0 * EPSILON * np.max(found[name].value))
+            errors[name] = np.asarray(64.0 * EPSILON * np.max(values[name].value))
     return errors
 
 
-def differences(found: dict[str, Statistic], exact: dict[str, Statistic]) -> dict[str, np.ndarray]:
+def differences(values: dict[str, Statistic], exact: dict[str, Statistic]) -> dict[str, np.ndarray]:
     """How far a fixed-step method is off: the event-exact statistics, and two standard errors."""
     return {
         name: np.abs(statistic.value - exact[name].value)
         + 2.0 * np.hypot(statistic.standard_error, exact[name].standard_error)
-        for name, statistic in found.items()
+        for name, statistic in values.items()
     }
 
 
@@ -288,11 +290,11 @@ def emit_dominance(
         force = _motor(scene, orders)
         scene.emit("response/impact/motor", force.value, force.error, axes)
         motor = force.value
-    found = dominance(impact, shaking.value, motor)
+    dominant = dominance(impact, shaking.value, motor)
     # whole numbers, which a spectrum moves by whole orders
     for name, value, spread in (
-        ("dominant", found.dominant, found.dominant_spread),
-        ("dominant_from", found.dominant_from, found.dominant_from_spread),
+        ("dominant", dominant.dominant, dominant.dominant_spread),
+        ("dominant_from", dominant.dominant_from, dominant.dominant_from_spread),
     ):
         scene.emit(f"response/impact/{name}", value, 0.0, axes, float(np.max(spread)))
 

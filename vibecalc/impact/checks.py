@@ -127,9 +127,9 @@ def impact_work(case: Case) -> Work | None:
     return _work(case, gaps(case, []))
 
 
-def cost_problems(case: Case, found: list[Gap]) -> Iterator[Problem]:
+def cost_problems(case: Case, in_contact: list[Gap]) -> Iterator[Problem]:
     """A problem where the runs of a study would take too long, or not end."""
-    work = _work(case, found)
+    work = _work(case, in_contact)
     if work is None:
         return
     from vibecalc.impact.setup import MOST_STEPS  # only a study loads what follows it
@@ -157,15 +157,15 @@ def cost_problems(case: Case, found: list[Gap]) -> Iterator[Problem]:
         )
 
 
-def _work(case: Case, found: list[Gap]) -> Work | None:
+def _work(case: Case, in_contact: list[Gap]) -> Work | None:
     study = None if case.response is None else case.response.impact
-    if study is None or not found:
+    if study is None or not in_contact:
         return None
     from vibecalc.impact.setup import REACH
 
     turn = TURN / case.machine.speed
     fastest = 0.0
-    for gap in found:
+    for gap in in_contact:
         ring = math.sqrt(gap.play.stiffness * gap.mobility)
         fastest = max(
             fastest,
@@ -309,11 +309,11 @@ def _orders(case: Case) -> Iterator[Problem]:
         )
 
 
-def _steps(case: Case, found: list[Gap]) -> Iterator[Problem]:
+def _steps(case: Case, in_contact: list[Gap]) -> Iterator[Problem]:
     study = None if case.response is None else case.response.impact
-    if study is None or study.method == "event_exact" or not found:
+    if study is None or study.method == "event_exact" or not in_contact:
         return
-    gap = max(found, key=lambda each: each.play.stiffness * each.mobility)
+    gap = max(in_contact, key=lambda each: each.play.stiffness * each.mobility)
     needed = math.sqrt(gap.play.stiffness * gap.mobility) * TURN / case.machine.speed
     if needed > LONGEST_STEP * study.steps:
         yield Problem(

@@ -116,21 +116,23 @@ def simulate_fixed_steps(
     method: str,
     steps: int,
     revolutions: int,
-    orders_kept: int,
+    orders_retained: int,
     crank_joint: Joint | None = None,
     rod_mass: ArrayLike | None = None,
     wall: Joint | None = None,
 ) -> FixedSteps:
     """Run B machines with `steps` equal steps of `method` (a key of METHODS) in a revolution.
 
-    The other arguments are those of `simulate.simulate`; `orders_kept` below steps / 2.
+    The other arguments are those of `simulate.simulate`; `orders_retained` below steps / 2.
     Raises UsageError for an unknown method, more orders than the samples hold or parts that do
     not fit together; NumericalFailure where the method is unstable.
     """
     if method not in METHODS:
         raise UsageError(f"no method {method!r}; there are {', '.join(METHODS)}")
-    if not 0 <= orders_kept < steps / 2:
-        raise UsageError(f"{steps} steps hold the orders below {steps / 2:g}, not {orders_kept}")
+    if not 0 <= orders_retained < steps / 2:
+        raise UsageError(
+            f"{steps} steps hold the orders below {steps / 2:g}, not {orders_retained}"
+        )
     z, velocity = starts(gap), starts(gap_velocity)
     rod = None if rod_mass is None else np.asarray(rod_mass, dtype=np.float64)
     piston = np.asarray(mass, dtype=np.float64)
@@ -140,7 +142,7 @@ def simulate_fixed_steps(
     tableau, step = METHODS[method], 2.0 * np.pi / (drive.speed * steps)
     pushes = _pushes(drive, gas, tableau, steps)
     shape = (*z.shape, revolutions)
-    spectra = np.empty((*shape, orders_kept + 1), dtype=np.complex128)
+    spectra = np.empty((*shape, orders_retained + 1), dtype=np.complex128)
     absolute, peak, contact_time = np.empty(shape), np.empty(shape), np.empty(shape)
     count, ends = np.empty(shape, dtype=np.int64), np.empty((2, *shape))
     force, trace = np.empty((*z.shape, steps)), np.empty((*z.shape, steps))
@@ -161,7 +163,7 @@ def simulate_fixed_steps(
                 f"{method} with {steps} steps per revolution is unstable in the contacts; "
                 f"take more steps or the event-exact method"
             )
-        spectra[:, :, turn] = one_sided(force)[..., : orders_kept + 1]
+        spectra[:, :, turn] = one_sided(force)[..., : orders_retained + 1]
         absolute[..., turn] = np.mean(np.abs(force), axis=-1)
         peak[..., turn] = np.max(np.abs(force), axis=-1)
         count[..., turn], contact_time[..., turn] = made, touching * step
@@ -189,7 +191,7 @@ def one_sided(samples: FloatArray) -> ComplexArray:
 def contact_force(train: Train, gap: FloatArray, velocity: FloatArray) -> FloatArray:
     """Force of each gap (G, B), N, for its place and velocity."""
     law = law_of(train.gaps, side_of(train.gaps, gap))
-    return law.spring * (gap - law.rest) + law.damper * velocity
+    return law.spring * (gap - law.free_position) + law.damper * velocity
 
 
 def _step(

@@ -10,10 +10,10 @@ from vibecalc.impact.setup import DEGREE, MOMENTS, Setup, harmonics, moments
 from vibecalc.numerics.rounding import FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
-# Integrals and the highest force of one smooth piece of motion, from its power series.
+# Integrals and the highest force of one smooth segment of motion, from its power series.
 # ----------------------------------------------------------------------------
 
-#: halvings to tell apart the changes of sign of a force; what is left is 2^-20 of a piece
+#: halvings to tell apart the changes of sign of a force; what is left is 2^-20 of a segment
 _DEEPEST = 20
 #: points that bracket the extremes of a force
 _SAMPLES = 33
@@ -34,7 +34,7 @@ def at_points(series: FloatArray) -> FloatArray:
 
 
 def mean(values: FloatArray) -> FloatArray:
-    """Mean over the piece of values (points, ...) at POINTS."""
+    """Mean over the segment of values (points, ...) at POINTS."""
     return np.asarray(np.tensordot(WEIGHTS, values, axes=1))
 
 
@@ -66,12 +66,12 @@ def absolute_mean(force: FloatArray) -> FloatArray:
             before = evaluate(area[:, once], root)[0]
             parts = np.abs(before) + np.abs(whole[once] - before)
             np.add.at(total, owner[once], weight * parts)
-        rest = changes > 1
-        if not np.any(rest):
+        crossing = changes > 1
+        if not np.any(crossing):
             return total
-        first, second = halves(force[:, rest])
+        first, second = halves(force[:, crossing])
         force = np.concatenate([first, second], axis=1)
-        owner, weight = np.concatenate([owner[rest], owner[rest]]), 0.5 * weight
+        owner, weight = np.concatenate([owner[crossing], owner[crossing]]), 0.5 * weight
     np.add.at(total, owner, weight * np.abs(np.sum(primitive(force), axis=0)))
     return total
 
@@ -113,8 +113,8 @@ _PER_GAP = ("absolute", "peak", "count", "contact_time", "contact_absolute", "co
 _PER_RUN = ("pin_work", "gas_work", "side_work", "axial_exchanged", "lateral_exchanged")
 
 
-class Piece(NamedTuple):
-    """One smooth piece of motion of each run `members` (A,): series in the fraction s of it.
+class MotionSegment(NamedTuple):
+    """One smooth segment of motion of each run `members` (A,): series in the fraction s of it.
 
     `velocity` (k, G, A) and `force` (k, G, A) of the gaps, `pin_velocity` (k, A) and `gas`
     (2, A) series, `tangent` (k, A) or None; `side` (G, A); `duration` (A,) in s, zero for runs
@@ -145,7 +145,7 @@ class Ledger(NamedTuple):
     book: dict[str, FloatArray]
     spectra: np.ndarray
     first_contacts: FloatArray
-    contacts_seen: IntArray
+    contacts_counted: IntArray
 
 
 def open_ledger(setup: Setup, revolutions: int) -> Ledger:
@@ -171,17 +171,17 @@ def open_ledger(setup: Setup, revolutions: int) -> Ledger:
     )
 
 
-def add_piece(ledger: Ledger, setup: Setup, piece: Piece, law: Law) -> None:
-    """Integrals of a piece: forces, times, losses and works."""
-    totals, members, train = ledger.totals, piece.members, setup.train
+def add_segment(ledger: Ledger, setup: Setup, segment: MotionSegment, law: Law) -> None:
+    """Integrals of a segment: forces, times, losses and works."""
+    totals, members, train = ledger.totals, segment.members, setup.train
     axial = slice(0, train.bore)
-    velocity, force = at_points(piece.velocity), at_points(piece.force)
-    pin_velocity = at_points(piece.pin_velocity)
-    duration, touching = piece.duration, piece.side != FREE
+    velocity, force = at_points(segment.velocity), at_points(segment.force)
+    pin_velocity = at_points(segment.pin_velocity)
+    duration, touching = segment.duration, segment.side != FREE
     loss = law.damper * mean(velocity * velocity) * duration
     pin_work = mean(force[:, train.pin] * pin_velocity) * duration
     piston = pin_velocity - np.sum(velocity[:, axial], axis=1)
-    gas_work = mean(at_points(piece.gas) * piston) * duration
+    gas_work = mean(at_points(segment.gas) * piston) * duration
     totals["contact_loss"][:, members] += np.where(touching, loss, 0.0)
     totals["film_loss"][:, members] += np.where(touching, 0.0, loss)
     totals["contact_time"][:, members] += np.where(touching, duration, 0.0)
@@ -189,8 +189,8 @@ def add_piece(ledger: Ledger, setup: Setup, piece: Piece, law: Law) -> None:
     totals["gas_work"][members] += gas_work
     exchanged = np.abs(pin_work) + np.abs(gas_work) + np.sum(loss[axial], axis=0)
     totals["axial_exchanged"][members] += exchanged
-    if train.bore is not None and piece.tangent is not None:
-        pull = force[:, 0] * at_points(piece.tangent)
+    if train.bore is not None and segment.tangent is not None:
+        pull = force[:, 0] * at_points(segment.tangent)
         side_work = mean(pull * velocity[:, train.bore]) * duration
         totals["side_work"][members] += side_work
         totals["lateral_exchanged"][members] += np.abs(side_work) + loss[train.bore]
@@ -199,24 +199,24 @@ def add_piece(ledger: Ledger, setup: Setup, piece: Piece, law: Law) -> None:
     gap, run = np.nonzero(pulling)
     if not len(gap):
         return
-    series, member = piece.force[:, gap, run], members[run]
+    series, member = segment.force[:, gap, run], members[run]
     area = absolute_mean(series) * duration[run]
     totals["absolute"][gap, member] += area
     totals["contact_absolute"][gap, member] += np.where(touching[gap, run], area, 0.0)
     totals["peak"][gap, member] = highest(series, totals["peak"][gap, member])
-    where = piece.panel[run]
+    where = segment.panel[run]
     ledger.moments[gap, member, where] += moments(
-        series, piece.offset[run], piece.length[run], setup.panels.width[where]
+        series, segment.offset[run], segment.length[run], setup.panels.width[where]
     ).T
 
 
 def add_contact(ledger: Ledger, gap: IntArray, members: IntArray, moment: FloatArray) -> None:
     """Count contacts made by `gap` (n,) of runs `members` (n,) at times `moment` (n,)."""
     ledger.totals["count"][gap, members] += 1.0
-    seen = ledger.contacts_seen[gap, members]
-    early = seen < FIRST_CONTACTS
-    ledger.first_contacts[gap[early], members[early], seen[early]] = moment[early]
-    ledger.contacts_seen[gap, members] += 1
+    counted = ledger.contacts_counted[gap, members]
+    early = counted < FIRST_CONTACTS
+    ledger.first_contacts[gap[early], members[early], counted[early]] = moment[early]
+    ledger.contacts_counted[gap, members] += 1
 
 
 def close_revolution(
@@ -278,12 +278,12 @@ def stored_energy(
 
 
 class Trace(NamedTuple):
-    """`angle` (samples,) rad; `gap` m and `force` N (G, B, samples); `seen` (B,) filled so far."""
+    """`angle` (samples,) rad; `gap` m and `force` N (G, B, samples); `filled` (B,) so far."""
 
     angle: FloatArray
     gap: FloatArray
     force: FloatArray
-    seen: IntArray
+    filled: IntArray
     revolution: int
 
 
@@ -291,29 +291,29 @@ def open_trace(gaps: int, members: int, samples: int, revolution: int) -> Trace:
     """An empty trace of one revolution (counted from 0)."""
     shape = (gaps, members, samples)
     angle = 2.0 * np.pi * np.arange(samples) / max(samples, 1)
-    seen = np.zeros(members, dtype=np.int64)
-    return Trace(angle, np.zeros(shape), np.zeros(shape), seen, revolution)
+    filled = np.zeros(members, dtype=np.int64)
+    return Trace(angle, np.zeros(shape), np.zeros(shape), filled, revolution)
 
 
 def record(
-    trace: Trace, piece: Piece, gap: FloatArray, start: FloatArray, revolution: IntArray
+    trace: Trace, segment: MotionSegment, gap: FloatArray, start: FloatArray, revolution: IntArray
 ) -> None:
-    """Fill in the samples that fall into a piece with gap series (k, G, A) from `start` (A,).
+    """Fill in the samples that fall into a segment with gap series (k, G, A) from `start` (A,).
 
-    A sample belongs to the piece that it is the start of, not to the one before.
+    A sample belongs to the segment that it is the start of, not to the one before.
     """
     samples = len(trace.angle)
-    here = np.flatnonzero((revolution == trace.revolution) & (piece.length > 0.0))
+    here = np.flatnonzero((revolution == trace.revolution) & (segment.length > 0.0))
     while samples and len(here):
-        members = piece.members[here]
-        left = trace.seen[members] < samples
+        members = segment.members[here]
+        left = trace.filled[members] < samples
         here, members = here[left], members[left]
-        following = trace.seen[members]
-        at = (trace.angle[following] - start[here]) / piece.length[here]
+        following = trace.filled[members]
+        at = (trace.angle[following] - start[here]) / segment.length[here]
         inside = at < 1.0
         here, members, following = here[inside], members[inside], following[inside]
         at = np.maximum(at[inside], 0.0)
         for each in range(gap.shape[1]):
             trace.gap[each, members, following] = evaluate(gap[:, each, here], at)[0]
-            trace.force[each, members, following] = evaluate(piece.force[:, each, here], at)[0]
-        trace.seen[members] += 1
+            trace.force[each, members, following] = evaluate(segment.force[:, each, here], at)[0]
+        trace.filled[members] += 1

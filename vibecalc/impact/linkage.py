@@ -79,13 +79,13 @@ class Joint(NamedTuple):
 
 
 class Gaps(NamedTuple):
-    """Joints of one batch as arrays (G, B); `upper_rest` is where the upper spring has no force."""
+    """Joints of one batch (G, B); the upper spring has no force at `upper_free_position`."""
 
     clearance: FloatArray
     stiffness: FloatArray
     contact_damping: FloatArray
     film_damping: FloatArray
-    upper_rest: FloatArray
+    upper_free_position: FloatArray
 
 
 class Train(NamedTuple):
@@ -168,10 +168,10 @@ LOWER, FREE, UPPER = -1, 0, 1
 
 
 class Law(NamedTuple):
-    """F = spring (z - rest) + damper z' for lower < z < upper; arrays (G, B)."""
+    """F = spring (z - free_position) + damper z' for lower < z < upper; arrays (G, B)."""
 
     spring: FloatArray
-    rest: FloatArray
+    free_position: FloatArray
     damper: FloatArray
     lower: FloatArray
     upper: FloatArray
@@ -187,7 +187,7 @@ def law_of(gaps: Gaps, side: IntArray) -> Law:
     free, above = side == FREE, side == UPPER
     return Law(
         spring=np.where(free, 0.0, gaps.stiffness),
-        rest=np.where(above, gaps.upper_rest, 0.0),
+        free_position=np.where(above, gaps.upper_free_position, 0.0),
         damper=np.where(free, gaps.film_damping, gaps.contact_damping),
         lower=np.where(above, gaps.clearance, np.where(free, 0.0, -np.inf)),
         upper=np.where(above, np.inf, np.where(free, gaps.clearance, 0.0)),
@@ -198,7 +198,7 @@ def spring_energy(gaps: Gaps, gap: FloatArray) -> FloatArray:
     """Energy in the contact springs, J, arrays (G, B); continuous at the faces by definition."""
     over = np.maximum(gap - gaps.clearance, 0.0)
     # (z - r)^2 - (c - r)^2 as a product, which keeps its digits near the face
-    beyond = over * (over + 2.0 * (gaps.clearance - gaps.upper_rest))
+    beyond = over * (over + 2.0 * (gaps.clearance - gaps.upper_free_position))
     energy = 0.5 * gaps.stiffness * (beyond + np.square(np.minimum(gap, 0.0)))
     return np.asarray(energy)
 

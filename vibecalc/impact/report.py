@@ -87,9 +87,9 @@ def _over_clearances(
 
 def standard_errors(record: Record, name: str) -> np.ndarray | None:
     """Standard error at each clearance: its own, else the one number that all share, else None."""
-    own = having(record, f"{_STEM}{name}_standard_error", "clearance")
-    if own is not None:
-        return np.asarray(own.values, dtype=float)
+    stored = having(record, f"{_STEM}{name}_standard_error", "clearance")
+    if stored is not None:
+        return np.asarray(stored.values, dtype=float)
     quantity = having(record, _STEM + name, "clearance")
     if quantity is None or quantity.standard_error is None:
         return None

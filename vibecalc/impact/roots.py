@@ -145,13 +145,13 @@ class Crossing(NamedTuple):
     """What happens in a step, for each run (A,).
 
     `fraction` of the step that is taken, (0, 1], or 0; `gap` the index of the gap that crosses a
-    face at its end and `way` -1 (its lower face), +1 (its upper) or 0 (no event); `halve` the
+    face at its end and `direction` -1 (its lower face), +1 (its upper) or 0 (no event); `halve` the
     runs whose step has to be halved first.
     """
 
     fraction: FloatArray
     gap: IntArray
-    way: IntArray
+    direction: IntArray
     halve: BoolArray
 
 
@@ -169,9 +169,9 @@ def first_crossing(series: FloatArray, law: Law, on_face: IntArray, level: IntAr
     inside_lower = np.where(on_face == -1, leaving > 0.0, shape > law.lower)
     inside_upper = np.where(on_face == 1, leaving < 0.0, shape < law.upper)
     # at rest on a face the second coefficient decides
-    at_rest = (on_face != 0) & (series[1] == 0.0)
-    inside_lower[0] = np.where(at_rest, inside_lower[1], inside_lower[0])
-    inside_upper[0] = np.where(at_rest, inside_upper[1], inside_upper[0])
+    at_standstill = (on_face != 0) & (series[1] == 0.0)
+    inside_lower[0] = np.where(at_standstill, inside_lower[1], inside_lower[0])
+    inside_upper[0] = np.where(at_standstill, inside_upper[1], inside_upper[0])
 
     outside = np.where(inside_lower[0], 0, -1) + np.where(inside_upper[0], 0, 1)
     changes = np.stack([sign_changes(inside_lower), sign_changes(inside_upper)])
@@ -181,7 +181,7 @@ def first_crossing(series: FloatArray, law: Law, on_face: IntArray, level: IntAr
     runs = series.shape[2]
     fraction = np.where(halve | at_once, 0.0, 1.0)
     gap = np.argmax(outside != 0, axis=0)
-    way = np.where(at_once, outside[gap, np.arange(runs)], 0)
+    direction = np.where(at_once, outside[gap, np.arange(runs)], 0)
 
     # crossings of a face: one change, or (deepest level) a last value outside
     ends_out = np.stack([~inside_lower[-1], ~inside_upper[-1]])
@@ -197,5 +197,5 @@ def first_crossing(series: FloatArray, law: Law, on_face: IntArray, level: IntAr
         # of several crossings of one run the first wins: it is assigned last
         order = np.argsort(-root, kind="stable")
         face, which, run = face[order], which[order], run[order]
-        fraction[run], gap[run], way[run] = root[order], which, np.where(face == 0, -1, 1)
-    return Crossing(fraction, gap, way, halve)
+        fraction[run], gap[run], direction[run] = root[order], which, np.where(face == 0, -1, 1)
+    return Crossing(fraction, gap, direction, halve)

@@ -34,7 +34,7 @@ APART = 0.1
 TOGETHER = 1024.0 * EPSILON
 
 
-class Parting(NamedTuple):
+class PartingTime(NamedTuple):
     """Of each pair (...,): `revolutions` until it is apart, infinite if that is not within the
     run; `rate`, the growth of the logarithm of its distance per revolution until then."""
 
@@ -54,7 +54,7 @@ def distance(
     return np.asarray(np.max(apart, axis=-1))
 
 
-def parting(distances: FloatArray) -> Parting:
+def parting(distances: FloatArray) -> PartingTime:
     """When pairs part, from distances (..., T + 1) at the start and at the ends of T revolutions.
 
     Between two ends the distance is taken to grow as an exponential. A pair that has become one
@@ -69,11 +69,11 @@ def parting(distances: FloatArray) -> Parting:
     before = np.maximum(end - 1, 0)
     at_end = np.take_along_axis(level, end[..., None], axis=-1)[..., 0]
     at_before = np.take_along_axis(level, before[..., None], axis=-1)[..., 0]
-    rise = np.where(at_end > at_before, at_end - at_before, 1.0)
-    crossed = before + np.clip((np.log(APART) - at_before) / rise, 0.0, 1.0)
+    growth = np.where(at_end > at_before, at_end - at_before, 1.0)
+    crossed = before + np.clip((np.log(APART) - at_before) / growth, 0.0, 1.0)
     revolutions = np.where(parted, np.where(end == 0, 0.0, crossed), np.inf)
     rate = (at_end - level[..., 0]) / np.maximum(end, 1)
-    return Parting(np.asarray(revolutions), np.asarray(rate))
+    return PartingTime(np.asarray(revolutions), np.asarray(rate))
 
 
 # ----------------------------------------------------------------------------
@@ -152,7 +152,7 @@ def follow_events(
         start.gap,
         start.velocity,
         revolutions=revolutions,
-        orders_kept=orders,
+        orders_retained=orders,
         crank_joint=linkage.crank_pin,
         rod_mass=linkage.rod_mass,
         wall=linkage.bore,
@@ -229,7 +229,7 @@ def run_fixed_steps(linkage: Linkage, study: Study, method: str, steps: int) -> 
         method=method,
         steps=steps,
         revolutions=study.discard + study.revolutions,
-        orders_kept=study.orders,
+        orders_retained=study.orders,
         crank_joint=linkage.crank_pin,
         rod_mass=linkage.rod_mass,
         wall=linkage.bore,
@@ -335,12 +335,14 @@ def first_motion(linkage: Linkage, clearance: FloatArray, subdivision: int = 1) 
         )
     known = np.where(np.isfinite(contacts), contacts, 0.0)
     contacts_error = np.maximum.accumulate(contacts_error, axis=1) + 8.0 * EPSILON * known
-    kept = max(FEWEST, int(np.min(np.sum(contacts_error <= UNCERTAIN, axis=1))))
+    contact_count = max(FEWEST, int(np.min(np.sum(contacts_error <= UNCERTAIN, axis=1))))
     force, force_error = _with_error(force, count)
     largest = np.maximum.accumulate(np.abs(force), axis=1)
     force_error = np.maximum.accumulate(force_error, axis=1) + ROUNDINGS * EPSILON * largest
     angle = np.linspace(0.0, 2.0 * np.pi, ANGLES)
-    return FirstMotion(contacts[:, :kept], contacts_error[:, :kept], angle, force, force_error)
+    return FirstMotion(
+        contacts[:, :contact_count], contacts_error[:, :contact_count], angle, force, force_error
+    )
 
 
 def _with_neighbours(linkage: Linkage, clearance: FloatArray) -> Starts:

@@ -43,14 +43,14 @@ def make_panels(drive: Drive, gas: GasForce, highest_order: int, subdivision: in
     """
     node, force = _gas_nodes(gas)
     widest = min(_drive_width(drive), 2.0 * _HALF_PHASE / max(highest_order, 1))
-    pieces = np.ceil(np.diff(node) / widest * (1.0 - 1e-12)).astype(np.int64) * subdivision
-    if np.sum(pieces) > _MOST_PANELS:
+    counts = np.ceil(np.diff(node) / widest * (1.0 - 1e-12)).astype(np.int64) * subdivision
+    if np.sum(counts) > _MOST_PANELS:
         raise NumericalFailure(
-            f"one revolution would need {np.sum(pieces)} panels, more than {_MOST_PANELS}: the "
+            f"one revolution would need {np.sum(counts)} panels, more than {_MOST_PANELS}: the "
             f"motion of the crank pin has harmonics too high, or too many orders are kept"
         )
     starts, gas_starts, slopes = [], [], []
-    for k, count in enumerate(pieces.tolist()):
+    for k, count in enumerate(counts.tolist()):
         width, slope = node[k + 1] - node[k], (force[k + 1] - force[k]) / (node[k + 1] - node[k])
         local = width * np.arange(count) / count
         starts.append(node[k] + local)
@@ -180,7 +180,7 @@ def fastest_rate(couple: FloatArray, law: Law) -> FloatArray:
     return np.asarray(np.sqrt(stiff) + damped)
 
 
-class Step(NamedTuple):
+class GapSeries(NamedTuple):
     """Coefficients (DEGREE + 1, G, A) of the gaps, m, and (DEGREE, G, A) of the forces, N."""
 
     gap: FloatArray
@@ -195,7 +195,7 @@ def motion_series(
     push: FloatArray,
     duration: FloatArray,
     side_pull: FloatArray | None,
-) -> Step:
+) -> GapSeries:
     """Series of every gap over a step of `duration` (A,), s.
 
     `gap`, `velocity` (G, A) at its start; `couple` (G, G, A); `push` (DEGREE - 1, G, A) the
@@ -212,7 +212,9 @@ def motion_series(
     force = np.empty((DEGREE, gaps, members))
     z[0], z[1] = gap, velocity * duration
     for k in range(DEGREE - 1):
-        force[k] = law.spring * (z[k] if k else z[0] - law.rest) + (k + 1.0) * rate * z[k + 1]
+        force[k] = (
+            law.spring * (z[k] if k else z[0] - law.free_position) + (k + 1.0) * rate * z[k + 1]
+        )
         pull = couple[0] * force[k] if gaps == 1 else np.sum(couple * force[k], axis=1)
         z[k + 2] = (push[k] - pull) / ((k + 1.0) * (k + 2.0))
         if side_pull is not None:
@@ -220,7 +222,7 @@ def motion_series(
             z[k + 2, -1] += lateral / ((k + 1.0) * (k + 2.0))
     last = DEGREE - 1
     force[last] = law.spring * z[last] + DEGREE * rate * z[DEGREE]
-    return Step(z, force)
+    return GapSeries(z, force)
 
 
 # ----------------------------------------------------------------------------
@@ -363,9 +365,9 @@ def make_setup(
 
 def _refuse_hard_contacts(train: Train, size: FloatArray, speed: float) -> None:
     gaps = train.gaps
-    own = np.einsum("ggb->gb", size)
+    diagonal = np.einsum("ggb->gb", size)
     turn = 2.0 * np.pi / speed
-    contact = np.min(np.pi / np.sqrt(own * gaps.stiffness))
+    contact = np.min(np.pi / np.sqrt(diagonal * gaps.stiffness))
     if contact < _SHORTEST_CONTACT * turn:
         raise NumericalFailure(
             f"a contact would last {contact:.3g} s, less than 1e-9 of a revolution: its stiffness "

@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike
 from vibecalc.errors import NumericalFailure
 from vibecalc.impact.ledger import (
     Ledger,
-    Piece,
+    MotionSegment,
     Trace,
     add_contact,
-    add_piece,
+    add_segment,
     close_revolution,
     derivative,
     enter_energy,
@@ -88,15 +88,15 @@ def sweep(setup: Setup, state: State, ledger: Ledger, trace: Trace, members: Int
 
     angle = panels.start[panel] + offset
     pin = drive_series(setup.pin, angle)
-    rise = np.ones((len(pin) - 1, len(members)))
-    rise[1:] = step
-    np.cumprod(rise, axis=0, out=rise)
-    push = np.zeros((len(rise), len(gap), len(members)))
-    push[:, train.pin] = pin[1:] * rise
+    powers = np.ones((len(pin) - 1, len(members)))
+    powers[1:] = step
+    np.cumprod(powers, axis=0, out=powers)
+    push = np.zeros((len(powers), len(gap), len(members)))
+    push[:, train.pin] = pin[1:] * powers
     slope = panels.gas_slope[panel]
     gas = np.stack([panels.gas[panel] + slope * offset, slope * step])
     push[:2, 0] -= gas / mass
-    tangent = None if setup.tangent is None else drive_series(setup.tangent, angle) * rise
+    tangent = None if setup.tangent is None else drive_series(setup.tangent, angle) * powers
     motion = motion_series(
         gap, velocity, law, train.couple[:, :, members], push, duration,
         None if tangent is None else tangent / mass,
@@ -112,15 +112,15 @@ def sweep(setup: Setup, state: State, ledger: Ledger, trace: Trace, members: Int
     gap_series = motion.gap * part[:, None]
     speed_series = derivative(motion.gap) * part[:-1, None] / duration
     force_series = motion.force * part[: len(motion.force), None]
-    acceleration = pin[1:] * rise * duration / np.arange(1.0, len(pin))[:, None]
+    acceleration = pin[1:] * powers * duration / np.arange(1.0, len(pin))[:, None]
     pin_velocity = np.concatenate([pin[:1], acceleration * part[1 : len(pin)]])
-    piece = Piece(
+    segment = MotionSegment(
         members, speed_series, force_series, pin_velocity, gas * part[:2],
         None if tangent is None else tangent * part[: len(tangent)],
         side, duration * taken, panel, offset, step * taken,
     )  # fmt: skip
-    add_piece(ledger, setup, piece, law)
-    record(trace, piece, gap_series, angle, state.revolution[members])
+    add_segment(ledger, setup, segment, law)
+    record(trace, segment, gap_series, angle, state.revolution[members])
 
     moved = taken > 0.0
     state.gap[:, members] = in_order(gap_series)
@@ -130,7 +130,7 @@ def sweep(setup: Setup, state: State, ledger: Ledger, trace: Trace, members: Int
     end = offset + step * taken
     _change_sides(setup, state, ledger, members, law, crossing, end)
 
-    finished = (moved & (crossing.way == 0) & whole) | (width - end <= 4.0 * EPSILON * width)
+    finished = (moved & (crossing.direction == 0) & whole) | (width - end <= 4.0 * EPSILON * width)
     state.panel[members] = panel + finished
     state.offset[members] = np.where(finished, 0.0, end)
     state.steps[members] += 1
@@ -153,16 +153,16 @@ def _change_sides(
     end: FloatArray,
 ) -> None:
     """Put gaps that cross a face on it, and on its other side."""
-    run = np.flatnonzero(crossing.way)
+    run = np.flatnonzero(crossing.direction)
     stands = crossing.fraction[run] == 0.0
     state.turns[members] = np.where(crossing.fraction > 0.0, 0, state.turns[members])
     if not len(run):
         return
-    gap, way, member = crossing.gap[run], crossing.way[run], members[run]
-    face = np.where(way < 0, law.lower[gap, run], law.upper[gap, run])
+    gap, direction, member = crossing.gap[run], crossing.direction[run], members[run]
+    face = np.where(direction < 0, law.lower[gap, run], law.upper[gap, run])
     state.gap[gap, member] = face
-    state.side[gap, member] += way
-    state.on_face[gap, member] = -way
+    state.side[gap, member] += direction
+    state.on_face[gap, member] = -direction
     state.turns[member] += stands
     if np.any(state.turns[member] > _MOST_TURNS):
         raise NumericalFailure(
@@ -338,7 +338,7 @@ def simulate(
     gap_velocity: ArrayLike,
     *,
     revolutions: int,
-    orders_kept: int,
+    orders_retained: int,
     crank_joint: Joint | None = None,
     rod_mass: ArrayLike | None = None,
     wall: Joint | None = None,
@@ -357,7 +357,7 @@ def simulate(
         belongs to a crank joint with play.
     gap, gap_velocity : (B, G), or (B,) with one gap; m and m/s
         Start of the gaps, in the order wrist pin, crank pin, bore.
-    revolutions, orders_kept : int
+    revolutions, orders_retained : int
         How far to run, and the highest order of the force spectra.
     samples : int
         Equal crank angles at which the last revolution is sampled.
@@ -384,7 +384,7 @@ def simulate(
     rod = None if rod_mass is None else np.asarray(rod_mass, dtype=np.float64)
     piston = np.asarray(mass, dtype=np.float64)
     train = assemble_train(members, piston, joint, crank_joint, rod, wall)
-    setup = make_setup(train, drive, gas, orders_kept, subdivision)
+    setup = make_setup(train, drive, gas, orders_retained, subdivision)
     state = _first_state(train, start, speed)
     ledger = open_ledger(setup, revolutions)
     trace = open_trace(len(start), members, samples, revolutions - 1)

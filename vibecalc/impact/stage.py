@@ -76,7 +76,7 @@ def _work_of_impact(case: "Case", orders: int) -> Work:
     return ((0 if work is None else math.ceil(work.total), "contact_step"),)
 
 
-_OWN_CLEARANCE = "machine.joints.wrist_pin.clearance"
+_WRIST_PIN_CLEARANCE = "machine.joints.wrist_pin.clearance"
 
 
 def _entries(case: "Case", path: str, axis: str) -> Entries | None:
@@ -92,7 +92,7 @@ def _clearances(case: "Case", listed: tuple[float, ...] | None) -> Entries | Non
     joints, search = case.machine.joints, case.optimisation
     if listed:
         return Entries(listed, "clearances of [response.impact] takes more of them")
-    varied = search is not None and any(one.key == _OWN_CLEARANCE for one in search.variables)
+    varied = search is not None and any(one.key == _WRIST_PIN_CLEARANCE for one in search.variables)
     if joints is None or varied:
         return None
     because = "clearances of [response.impact] takes others, or more"

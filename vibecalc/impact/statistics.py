@@ -49,14 +49,14 @@ def quantiles(values: FloatArray, shares: tuple[float, ...]) -> tuple[Statistic,
     shape = values.shape
     count = shape[1] * shape[2]
     ordered = np.sort(values.reshape(shape[0], count, *shape[3:]), axis=1)
-    found = []
+    levels = []
     for share in shares:
         middle = _at(ordered, np.full((shape[0], *shape[3:]), share))
         below = np.mean(values <= middle[:, None, None], axis=2)
         uncertainty = standard_error(below)
         low, high = (_at(ordered, np.clip(share + s * uncertainty, 0.0, 1.0)) for s in (-1.0, 1.0))
-        found.append(Statistic(middle, _half_distance(low, high)))
-    return tuple(found)
+        levels.append(Statistic(middle, _half_distance(low, high)))
+    return tuple(levels)
 
 
 def _at(ordered: FloatArray, share: FloatArray) -> FloatArray:
@@ -186,12 +186,12 @@ def carried_force(linkage: Linkage, highest: int) -> ComplexArray:
 
 def pin_acceleration(drive: Drive, highest: int) -> ComplexArray:
     """Harmonics (highest + 1,) of Y'', m/s^2, positive towards the crank."""
-    found = np.zeros(highest + 1, dtype=np.complex128)
+    harmonics = np.zeros(highest + 1, dtype=np.complex128)
     orders = np.asarray(drive.orders)
-    kept = orders <= highest
+    retained = orders <= highest
     values = -np.square(orders * drive.speed) * np.asarray(drive.displacement)
-    found[orders[kept]] = values[kept]
-    return found
+    harmonics[orders[retained]] = values[retained]
+    return harmonics
 
 
 def gas_harmonics(gas: GasForce, highest: int) -> ComplexArray:
@@ -200,16 +200,16 @@ def gas_harmonics(gas: GasForce, highest: int) -> ComplexArray:
     Integrating by parts twice leaves the slopes: pi n^2 G_n = sum slope (e^-inb - e^-ina) over
     the pieces [a, b].
     """
-    found = np.zeros(highest + 1, dtype=np.complex128)
+    harmonics = np.zeros(highest + 1, dtype=np.complex128)
     angle, force = np.asarray(gas.angle), np.asarray(gas.force)
     if not angle.size:
-        return found
+        return harmonics
     turn = 2.0 * np.pi
     if angle[-1] - angle[0] < turn * (1.0 - 1e-12):
         angle, force = np.append(angle, angle[0] + turn), np.append(force, force[0])
-    found[0] = np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(angle)) / turn
+    harmonics[0] = np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(angle)) / turn
     order = np.arange(1, highest + 1)
     wave = np.exp(-1j * order[:, None] * angle)
     slope = np.diff(force) / np.diff(angle)
-    found[1:] = (np.diff(wave, axis=1) @ slope) / (np.pi * order**2)
-    return found
+    harmonics[1:] = (np.diff(wave, axis=1) @ slope) / (np.pi * order**2)
+    return harmonics

@@ -55,7 +55,7 @@ def isolation_topics(scene: Scene) -> list[Topic]:
         load = np.where(np.abs(both.value) > both.error, both.value, 0.0)
         spring = (mounts.stiffness[which] + 1j * mounts.structural[which]) @ there
         damper = mounts.damping[which] @ there
-    orders, kept = forcing.orders[: forcing.kept], forcing.kept
+    orders, kept = forcing.orders[: forcing.retained], forcing.retained
     w, load = orders * speed, speed**2 * load[:kept]
     zero = np.zeros(parts.mass.shape)
     linear = Linear(parts.mass, parts.stiffness, parts.damping, parts.structural, *([zero] * 4))
@@ -123,12 +123,15 @@ def torque_reaction_topics(scene: Scene) -> list[Topic]:
         return []
     forcing, speed = scene.handed_on["forcing"], scene.case.machine.speed
     held = (mounts.stiffness, mounts.damping, mounts.structural)
-    driven, couples = at_speed(forcing.per_speed_squared, speed), couples_of(scene, forcing.kept)
+    driven, couples = (
+        at_speed(forcing.per_speed_squared, speed),
+        couples_of(scene, forcing.retained),
+    )
     shaking = WithError(
         np.concatenate([driven.force, driven.couple], axis=-1),
         np.concatenate([driven.force_error, driven.couple_error], axis=-1),
     )
-    order, couple = couples.order[: couples.kept], couples.added.value[: couples.kept]
+    order, couple = couples.order[: couples.retained], couples.added.value[: couples.retained]
     given = WithError(couple, np.zeros(len(order)))
     loads = with_shaking(given, order, scene.parts.crank_train.axis, shaking)
     system = dynamics(assemble(body.mass_matrix, mounts.position, *held), order * speed)

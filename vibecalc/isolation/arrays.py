@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.core.run.columns import Columns, Sheet, kept_only, together
+from vibecalc.core.run.columns import Columns, Sheet, counted_only, together
 from vibecalc.excitation.arrays import Forces, Train, peak_with_tail
 from vibecalc.excitation.inertia_forces import about_point
 from vibecalc.isolation import pitch as model
@@ -30,7 +30,7 @@ MOUNTS = ("machine", "mounts")
 _PROPERTIES = ("stiffness", "damping")
 
 
-class Mounted(NamedTuple):
+class MountedPoints(NamedTuple):
     """Arrays (points or 1,) and (points or 1, mounts) of what `PitchParts` holds.
 
     `mass` in kg with the block; `spread` (points or 1,) is the relative difference between the
@@ -50,7 +50,7 @@ class Mounted(NamedTuple):
     spread: FloatArray
 
 
-def build_mounted(columns: Columns, train: Train) -> Mounted:
+def build_mounted(columns: Columns, train: Train) -> MountedPoints:
     """Body and mounts at all points."""
     frame = train.frame
     along, up, turned = (
@@ -67,18 +67,19 @@ def build_mounted(columns: Columns, train: Train) -> Mounted:
         for i in range(count)
     ]
     position = together([columns.number(*path, along) for path in paths]) - centre[:, along, None]
-    own = list(mounts.individual or ())
+    single = list(mounts.individual or ())
     stiffness, damping = (
-        together([_along(columns, own, i, name, up) for i in range(count)]) for name in _PROPERTIES
+        together([_along(columns, single, i, name, up) for i in range(count)])
+        for name in _PROPERTIES
     )
-    loss = together([_property(columns, own, i, "loss_factor") for i in range(count)])
+    loss = together([_property(columns, single, i, "loss_factor") for i in range(count)])
     reach = np.sort(np.abs(position), axis=1)
     longest = reach[:, -1]
     lever = columns.optional("isolation", "lever")
     if lever is None:
         lever = 0.5 * (reach[:, (count - 1) // 2] + reach[:, count // 2])
-    return Mounted(
-        names=tuple(mount.name for mount in own) or tuple(str(n + 1) for n in range(count)),
+    return MountedPoints(
+        names=tuple(mount.name for mount in single) or tuple(str(n + 1) for n in range(count)),
         mass=mass,
         inertia=inertia,
         centre=centre,
@@ -92,7 +93,7 @@ def build_mounted(columns: Columns, train: Train) -> Mounted:
     )
 
 
-def own_moments(columns: Columns) -> FloatArray:
+def bare_moments(columns: Columns) -> FloatArray:
     """Moments Ixx, Iyy, Izz (points or 1, 3) of the machine without its block."""
     body = columns.case.machine.body
     if body is not None and body.inertia is not None:
@@ -102,15 +103,15 @@ def own_moments(columns: Columns) -> FloatArray:
 
 def _body(columns: Columns, turned: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Mass, its centre (., 3), and moment of inertia about the axis `turned` through it."""
-    bare, own = columns.number(*BODY, "mass"), own_moments(columns)[:, turned]
+    bare, moments = columns.number(*BODY, "mass"), bare_moments(columns)[:, turned]
     body = columns.case.machine.body
     if body is None or body.inertia_block is None:
-        return bare, np.zeros((1, 3)), own
+        return bare, np.zeros((1, 3)), moments
     block = (*BODY, "inertia_block")
     added, place = columns.number(*block, "mass"), columns.vector(*block, "position")
     mass = bare + added
     away = np.delete(np.square(place), turned, axis=1).sum(1)
-    inertia = own + (_box_moments(columns, block)[:, turned] + added * (bare / mass) * away)
+    inertia = moments + (_box_moments(columns, block)[:, turned] + added * (bare / mass) * away)
     return mass, (added / mass)[:, None] * place, inertia
 
 
@@ -122,26 +123,28 @@ def _box_moments(columns: Columns, place: tuple[str, ...]) -> FloatArray:
 
 
 def _property(
-    columns: Columns, own: list[parts.Mount], place: int, name: str, *entry: int
+    columns: Columns, single: list[parts.Mount], place: int, name: str, *entry: int
 ) -> FloatArray:
     path = (*MOUNTS, "individual", place, name)
-    if own and columns.written(*path) is not None:
+    if single and columns.written(*path) is not None:
         return columns.number(*path, *entry)
     return columns.number(*MOUNTS, "each", name, *entry)
 
 
-def _along(columns: Columns, own: list[parts.Mount], place: int, name: str, up: int) -> FloatArray:
+def _along(
+    columns: Columns, single: list[parts.Mount], place: int, name: str, up: int
+) -> FloatArray:
     """Stiffness or damping of a mount along one axis of the body."""
-    given = columns.written(*MOUNTS, "individual", place, name) if own else None
+    given = columns.written(*MOUNTS, "individual", place, name) if single else None
     if given is None:
         given = columns.written(*MOUNTS, "each", name)
     if not isinstance(given, tuple):
-        return _property(columns, own, place, name)
-    orientation = own[place].orientation if own else (0.0, 0.0, 0.0)
+        return _property(columns, single, place, name)
+    orientation = single[place].orientation if single else (0.0, 0.0, 0.0)
     if not any(orientation):
-        return _property(columns, own, place, name, up)
+        return _property(columns, single, place, name, up)
     share = np.square(rotation(*orientation)[up])
-    principal = [_property(columns, own, place, name, entry) for entry in range(3)]
+    principal = [_property(columns, single, place, name, entry) for entry in range(3)]
     along: FloatArray = together(principal) @ share
     return along
 
@@ -157,7 +160,11 @@ PITCH_PATHS = (
     *(f"{PITCH}/{name}" for name in ("inertia", "stiffness", "damping", "natural_frequency")),
     *(f"{PITCH}/{name}" for name in ("damping_ratio", "transmissibility")),
     *(f"{PITCH}/{name}" for name in ("angle_harmonics", "angle_peak")),
-    *(f"{LEVER}/{way}_{kind}" for way in ("rigid", "steady") for kind in ("harmonics", "peak")),
+    *(
+        f"{LEVER}/{support}_{kind}"
+        for support in ("rigid", "steady")
+        for kind in ("harmonics", "peak")
+    ),
     *(f"{FORCE}/{name}" for name in ("static", "rigid_peak", "steady_harmonics", "steady_peak")),
     f"{MOVED}/sag",
     f"{MOVED}/steady_harmonics",
@@ -167,14 +174,14 @@ PITCH_PATHS = (
 _WIDER = 1.01
 
 
-def pitch_of(mounted: Mounted) -> model.Pitch:
+def pitch_of(mounted: MountedPoints) -> model.Pitch:
     """The pitch model (points or 1,)."""
     return model.pitch_model(
         mounted.inertia, mounted.position, mounted.stiffness, mounted.damping, mounted.structural
     )
 
 
-def couple_about_centre(forces: Forces, mounted: Mounted) -> WithError:
+def couple_about_centre(forces: Forces, mounted: MountedPoints) -> WithError:
     """Couple (points or 1, h) about the pitch axis per crank speed squared."""
     about = about_point(forces.per_square, mounted.centre[:, None, :])
     across = mounted.across
@@ -189,7 +196,7 @@ def on_resonance(columns: Columns, forces: Forces, pitch: model.Pitch) -> BoolAr
     return np.broadcast_to(met & (_exposed(pitch) > 0.0), columns.count)
 
 
-def emit_pitch(columns: Columns, forces: Forces, mounted: Mounted, sheet: Sheet) -> None:
+def emit_pitch(columns: Columns, forces: Forces, mounted: MountedPoints, sheet: Sheet) -> None:
     """Model, motion, both readings of the support force and the sag, as far as they are wanted.
 
     No point may be on a resonance. Raises NumericalFailure where a machine would tip over.
@@ -206,13 +213,14 @@ def emit_pitch(columns: Columns, forces: Forces, mounted: Mounted, sheet: Sheet)
     torque = WithError(value, couple.error * square + 2.0 * EPSILON * np.abs(value))
     frequency = forces.orders * speed[:, None]
     angle = model.angle_harmonics(pitch, torque.value, torque.error, frequency, idle)
-    kept, counts = forces.kept, forces.counts
-    axes = {"order": forces.orders[:kept]}
+    retained, counts = forces.retained, forces.counts
+    axes = {"order": forces.orders[:retained]}
 
-    def emit_orders(path: str, found: WithError) -> None:
+    def emit_orders(path: str, harmonics: WithError) -> None:
         if sheet.wants(path):
-            within = kept_only(
-                WithError(found.value[:, :kept], found.error[:, :kept]), counts[:, :kept]
+            within = counted_only(
+                WithError(harmonics.value[:, :retained], harmonics.error[:, :retained]),
+                counts[:, :retained],
             )
             sheet.emit(path, within, axes)
 
@@ -222,19 +230,19 @@ def emit_pitch(columns: Columns, forces: Forces, mounted: Mounted, sheet: Sheet)
     emit_orders(f"{PITCH}/angle_harmonics", angle)
     still = _scaled(peak_with_tail(couple, forces), square[:, 0]) if _wants_rigid(sheet) else None
     through = model.transmitted_couple(pitch, angle, frequency)
-    for way, rows in (("rigid", torque), ("steady", through)):
+    for support, rows in (("rigid", torque), ("steady", through)):
         lever = WithError(rows.value / mounted.lever[:, None], _over(rows, mounted.lever[:, None]))
-        emit_orders(f"{LEVER}/{way}_harmonics", lever)
-        if sheet.wants(f"{LEVER}/{way}_peak"):
-            known = still if way == "rigid" else None
+        emit_orders(f"{LEVER}/{support}_harmonics", lever)
+        if sheet.wants(f"{LEVER}/{support}_peak"):
+            known = still if support == "rigid" else None
             peak = peak_with_tail(rows, forces) if known is None else known
             over = WithError(peak.value / mounted.lever, _over(peak, mounted.lever))
-            sheet.emit(f"{LEVER}/{way}_peak", over)
+            sheet.emit(f"{LEVER}/{support}_peak", over)
     if still is not None and sheet.wants(f"{FORCE}/rigid_peak"):
         share = np.abs(model.support_share(mounted.position, mounted.stiffness))
         top, uncertainty = still.value[:, None], still.error[:, None]
-        found = WithError(share * top, share * (uncertainty + 8.0 * EPSILON * top))
-        sheet.emit(f"{FORCE}/rigid_peak", found, {"mount": mounted.names})
+        force_peak = WithError(share * top, share * (uncertainty + 8.0 * EPSILON * top))
+        sheet.emit(f"{FORCE}/rigid_peak", force_peak, {"mount": mounted.names})
     _emit_supports(columns, forces, mounted, angle, frequency, sheet)
 
 
@@ -270,7 +278,7 @@ def _emit_model(pitch: model.Pitch, sheet: Sheet) -> None:
 def _emit_supports(
     columns: Columns,
     forces: Forces,
-    mounted: Mounted,
+    mounted: MountedPoints,
     angle: WithError,
     frequency: FloatArray,
     sheet: Sheet,
@@ -278,7 +286,7 @@ def _emit_supports(
     axes = {
         "mount": mounted.names,
         "direction": (columns.case.machine.crank_train.stroke,),
-        "order": forces.orders[: forces.kept],
+        "order": forces.orders[: forces.retained],
     }
     weight = mounted.mass * columns.number("isolation", "gravity")
     static = pitch_static(weight, 0.0, mounted.position, mounted.stiffness)
@@ -307,28 +315,28 @@ def _emit_supports(
         )
         peak = peak_with_tail(_forces(some, angle, frequency), forces)
         which = [chosen.index(first) for first in alike]
-        found = WithError(peak.value[:, which], peak.error[:, which])
-        sheet.emit(f"{FORCE}/steady_peak", found, axes)
+        at_mounts = WithError(peak.value[:, which], peak.error[:, which])
+        sheet.emit(f"{FORCE}/steady_peak", at_mounts, axes)
 
 
 def _emit_harmonics(
     forces: Forces,
-    mounted: Mounted,
+    mounted: MountedPoints,
     angle: WithError,
     frequency: FloatArray,
     axes: Mapping[str, object],
     sheet: Sheet,
 ) -> None:
-    kept = forces.kept
+    used = forces.retained
     moved = model.support_displacement(angle, mounted.position)
     for group, rows in ((MOVED, moved), (FORCE, _forces(mounted, angle, frequency))):
-        cut = WithError(rows.value[..., :kept], rows.error[..., :kept])
-        within = kept_only(cut, forces.counts[:, :kept])
-        found = WithError(within.value[:, :, None, :], within.error[:, :, None, :])
-        sheet.emit(f"{group}/steady_harmonics", found, axes)
+        cut = WithError(rows.value[..., :used], rows.error[..., :used])
+        within = counted_only(cut, forces.counts[:, :used])
+        at_mounts = WithError(within.value[:, :, None, :], within.error[:, :, None, :])
+        sheet.emit(f"{group}/steady_harmonics", at_mounts, axes)
 
 
-def _forces(mounted: Mounted, angle: WithError, frequency: FloatArray) -> WithError:
+def _forces(mounted: MountedPoints, angle: WithError, frequency: FloatArray) -> WithError:
     return model.support_force(
         model.support_displacement(angle, mounted.position),
         frequency,
@@ -338,7 +346,7 @@ def _forces(mounted: Mounted, angle: WithError, frequency: FloatArray) -> WithEr
     )
 
 
-def _alike(mounted: Mounted) -> list[int]:
+def _alike(mounted: MountedPoints) -> list[int]:
     """For each mount the first one whose force is the same at all points, up to its sign."""
     rows = (np.abs(mounted.position), mounted.stiffness, mounted.damping, mounted.structural)
     count = mounted.position.shape[1]

@@ -20,7 +20,7 @@ from vibecalc.schema import Case, Machine
 TOLERANCE = 1e-9
 
 
-def kept_freedoms(model: str, axis: str) -> NDArray[np.intp]:
+def dofs_of_model(model: str, axis: str) -> NDArray[np.intp]:
     """All six of `rigid_body`; of `planar` the two translations and the turn in the crank plane.
 
     The crank plane is square to the crankshaft `axis`: pistons, rods and throws move in it.
@@ -85,17 +85,17 @@ def _places(machine: Machine) -> Iterator[Problem]:
 def _coupled(machine: Machine) -> Iterator[Problem]:
     assert machine.body is not None and machine.mounts is not None
     body, mounts = build_body(machine.body), build_mounts(machine.mounts)
-    kept = kept_freedoms("planar", machine.crank_train.axis)
-    found = assemble(
+    dofs = dofs_of_model("planar", machine.crank_train.axis)
+    assembled = assemble(
         body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
     )
     for path, what, matrix in (
-        (BODY, "mass", found.mass),
-        (MOUNTS, "stiffness", found.stiffness),
-        (MOUNTS, "damping", found.damping),
-        (MOUNTS, "loss factor", found.structural),
+        (BODY, "mass", assembled.mass),
+        (MOUNTS, "stiffness", assembled.stiffness),
+        (MOUNTS, "damping", assembled.damping),
+        (MOUNTS, "loss factor", assembled.structural),
     ):
-        pairs = [_words(one, other) for one, other in _pairs(matrix, kept)]
+        pairs = [_words(one, other) for one, other in _pairs(matrix, dofs)]
         if pairs:
             yield Problem(
                 path=path,
@@ -107,9 +107,9 @@ def _coupled(machine: Machine) -> Iterator[Problem]:
             )
 
 
-def _pairs(matrix: NDArray[np.float64], kept: NDArray[np.intp]) -> Iterator[tuple[int, int]]:
-    for one in kept.tolist():
-        for other in sorted({*range(6)} - {*kept.tolist()}):
+def _pairs(matrix: NDArray[np.float64], dofs: NDArray[np.intp]) -> Iterator[tuple[int, int]]:
+    for one in dofs.tolist():
+        for other in sorted({*range(6)} - {*dofs.tolist()}):
             size = math.sqrt(abs(float(matrix[one, one] * matrix[other, other])))
             if abs(float(matrix[one, other])) > TOLERANCE * size:
                 yield one, other
@@ -124,8 +124,8 @@ def _words(one: int, other: int) -> str:
 
 def _held(machine: Machine) -> Iterator[Problem]:
     assert machine.mounts is not None
-    kept = kept_freedoms("planar", machine.crank_train.axis)
-    motions = free_motions(build_mounts(machine.mounts), kept)
+    dofs = dofs_of_model("planar", machine.crank_train.axis)
+    motions = free_motions(build_mounts(machine.mounts), dofs)
     if motions:
         yield Problem(
             path=MOUNTS,

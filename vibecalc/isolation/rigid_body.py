@@ -23,23 +23,23 @@ from vibecalc.parts.matrices import displacement_at
 # ----------------------------------------------------------------------------
 
 
-def restricted(matrices: Matrices, kept: np.ndarray) -> Matrices:
+def restricted(matrices: Matrices, dofs: np.ndarray) -> Matrices:
     """The rows and columns (f, f) of the kept motions."""
-    place = np.ix_(kept, kept)
+    place = np.ix_(dofs, dofs)
     return Matrices(*(matrix[place] for matrix in matrices))
 
 
-def held(matrices: Matrices, kept: np.ndarray) -> Matrices:
+def held(matrices: Matrices, dofs: np.ndarray) -> Matrices:
     """All six, those left out held by springs of their own that nothing loads.
 
     Each has the stiffness that gives it the largest frequency of the kept ones, so that nothing is
     lost to rounding. With all six kept the matrices are as they were.
     """
-    out = np.flatnonzero(~np.isin(np.arange(6), kept))
+    out = np.flatnonzero(~np.isin(np.arange(6), dofs))
     if not len(out):
         return matrices
     mass, stiffness = np.diagonal(matrices.mass), np.diagonal(matrices.stiffness)
-    spring = mass[out] * float(np.max(stiffness[kept] / mass[kept]))
+    spring = mass[out] * float(np.max(stiffness[dofs] / mass[dofs]))
     copies = [np.array(matrix) for matrix in matrices]
     for matrix in copies:
         matrix[out], matrix[:, out] = 0.0, 0.0
@@ -48,11 +48,11 @@ def held(matrices: Matrices, kept: np.ndarray) -> Matrices:
     return made
 
 
-def all_six(values: np.ndarray, kept: np.ndarray, axis: int = -1) -> np.ndarray:
+def all_six(values: np.ndarray, dofs: np.ndarray, axis: int = -1) -> np.ndarray:
     """Values of the kept motions along `axis` among all six, zero for the others."""
     moved = np.moveaxis(values, axis, -1)
     full = np.zeros((*moved.shape[:-1], 6), dtype=values.dtype)
-    full[..., kept] = moved
+    full[..., dofs] = moved
     return np.moveaxis(full, -1, axis)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from vibecalc.isolation.pitch import Pitch, pitch_dynamic_stiffness
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
-from vibecalc.response.forced import Undriven, dynamics, response
+from vibecalc.response.forced import UndrivenModes, dynamics, response
 
 # ----------------------------------------------------------------------------
 # Readings of the body's motion: forces of the mounts on the ground, couple over a lever.
@@ -52,10 +52,10 @@ def distinct(readout: Readout) -> tuple[Readout, np.ndarray]:
     spring, damper = readout.spring.reshape(count, -1), readout.damper.reshape(count, -1)
     entries = np.concatenate([spring.real, spring.imag, damper], axis=1)
     leading = entries[np.arange(count), np.argmax(entries != 0.0, axis=1)]
-    kept: dict[tuple[float, ...], int] = {}
+    number_of: dict[tuple[float, ...], int] = {}
     rows = (entries * np.where(leading < 0.0, -1.0, 1.0)[:, None]).tolist()
-    which = np.array([kept.setdefault(tuple(row), len(kept)) for row in rows])
-    first = [int(np.argmax(which == number)) for number in range(len(kept))]
+    which = np.array([number_of.setdefault(tuple(row), len(number_of)) for row in rows])
+    first = [int(np.argmax(which == number)) for number in range(len(number_of))]
     return Readout(readout.spring[first], readout.damper[first], readout.uncertainty), which
 
 
@@ -68,8 +68,8 @@ def shows(readout: Readout, shape: np.ndarray, frequency: np.ndarray) -> np.ndar
     passing = readout.spring + 1j * rate[..., None] * readout.damper
     reading = np.abs((passing @ shape.T[:, None, :, None])[..., 0])
     terms = (np.abs(passing) @ np.abs(shape.T)[:, None, :, None])[..., 0]
-    seen: np.ndarray = np.any(reading > 1e3 * UNIT_ROUNDOFF * terms, axis=-1)
-    return seen
+    visible: np.ndarray = np.any(reading > 1e3 * UNIT_ROUNDOFF * terms, axis=-1)
+    return visible
 
 
 # ----------------------------------------------------------------------------
@@ -100,7 +100,7 @@ class HarmonicsAt(Protocol):
     def __call__(self, speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Jet: ...
 
 
-class Motion(NamedTuple):
+class BodyMotion(NamedTuple):
     """Coordinates (speeds, orders, coordinates), derivatives by speed, errors."""
 
     value: np.ndarray
@@ -110,7 +110,7 @@ class Motion(NamedTuple):
     curvature: np.ndarray
 
 
-def read(readout: Readout, order: np.ndarray, rate: np.ndarray, motion: Motion) -> Jet:
+def read(readout: Readout, order: np.ndarray, rate: np.ndarray, motion: BodyMotion) -> Jet:
     """Apply the readout to a motion and its derivatives, as far as they are there."""
     rows, components, width = readout.spring.shape
     spring = readout.spring.reshape(rows * components, width).T
@@ -164,19 +164,19 @@ def with_left_out(rows: HarmonicsAt, left_out: HarmonicsAt, factor: float) -> Ha
         jet = rows(speed, slopes, errors)
         if not errors:
             return jet
-        rest = left_out(speed, slopes)
-        error = _added(jet.error, rest.value, factor)
+        dropped = left_out(speed, slopes)
+        error = _added(jet.error, dropped.value, factor)
         if not slopes:
             return jet._replace(error=error)
-        slope_error = _added(jet.slope_error, rest.slope, factor)
+        slope_error = _added(jet.slope_error, dropped.slope, factor)
         return jet._replace(error=error, slope_error=slope_error)
 
     return harmonics_at
 
 
-def _added(error: np.ndarray, rest: np.ndarray, factor: float) -> np.ndarray:
+def _added(error: np.ndarray, dropped: np.ndarray, factor: float) -> np.ndarray:
     total = error.copy()
-    total[..., -1] += factor * np.abs(rest).sum(axis=-1)
+    total[..., -1] += factor * np.abs(dropped).sum(axis=-1)
     return total
 
 
@@ -221,8 +221,8 @@ def pitch_rows(
             uncertainty = uncertainty + 2.0 * column * couple.error
             terms = np.abs(load_slope) + np.abs(turn) * size
             slope_error = gain * (uncertainty + (pitch.rounding + 16.0 * UNIT_ROUNDOFF) * terms)
-        motion = Motion(angle, error, slope, slope_error, curvature)
-        each = Motion(*(EMPTY if part is EMPTY else part[..., None] for part in motion))
+        motion = BodyMotion(angle, error, slope, slope_error, curvature)
+        each = BodyMotion(*(EMPTY if part is EMPTY else part[..., None] for part in motion))
         return read(readout, order, rate, each)
 
     return harmonics_at
@@ -254,7 +254,7 @@ def body_rows(
     readout: Readout,
     orders: np.ndarray,
     force: WithError,
-    undriven: Undriven | None = None,
+    undriven: UndrivenModes | None = None,
     couple_at: CoupleAt | None = None,
     about: np.ndarray | None = None,
 ) -> HarmonicsAt:
@@ -303,7 +303,7 @@ def body_rows(
                 uncertainty = uncertainty + added.slope_error[..., None] * np.abs(axis)
             slope_error = _apply(np.abs(system.inverse), uncertainty)
             slope_error = slope_error + 16.0 * UNIT_ROUNDOFF * np.abs(slope)
-        motion = Motion(value, error, slope, slope_error, curvature)
+        motion = BodyMotion(value, error, slope, slope_error, curvature)
         return read(readout, order, rate, motion)
 
     return harmonics_at

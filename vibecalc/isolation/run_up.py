@@ -7,7 +7,7 @@ import numpy as np
 
 from vibecalc.isolation.rows import HarmonicsAt, Jet
 from vibecalc.isolation.run_up_grid import (
-    Looked,
+    CachedFunction,
     admitted,
     angle_grid,
     base_speeds,
@@ -21,7 +21,7 @@ from vibecalc.isolation.run_up_grid import (
 from vibecalc.isolation.run_up_peaks import RunUpPeak, Search, highest, highest_of
 from vibecalc.numerics.cycle_peak import cycle_peak, vector_cycle_peak
 from vibecalc.numerics.rounding import WithError
-from vibecalc.response.resonances import Masked, Resonances, masked_speeds
+from vibecalc.response.resonances import MaskedSpeeds, Resonances, masked_speeds
 
 # ----------------------------------------------------------------------------
 # Many speeds at many orders, taken in blocks that bound the memory.
@@ -66,7 +66,7 @@ class RunUp(NamedTuple):
     speed: np.ndarray
     curve: WithError
     peak: RunUpPeak
-    masked: Masked
+    masked: MaskedSpeeds
     unresolved: int
 
 
@@ -102,14 +102,14 @@ def run_up(
     if np.sum(within) > 8:
         within &= _worth(search, sought, speed)
     speed = np.concatenate([speed, centre[within], clusters(sought, search.orders, within)])
-    found = resolve(
-        lambda at: search.looked(at)[0], admitted(speed, search.masked, start, stop),
+    refined = resolve(
+        lambda at: search.sampled(at)[0], admitted(speed, search.masked, start, stop),
         search.masked, search.infinite, curve_tolerance, most_points,
     )  # fmt: skip
-    peak = highest(search, found.speed, 0.97)
-    _, harmonics, uncertainty = search.looked(found.speed)
+    peak = highest(search, refined.speed, 0.97)
+    _, harmonics, uncertainty = search.sampled(refined.speed)
     curve = _exact_peaks(harmonics, uncertainty, search.orders)
-    return RunUp(found.speed, curve, peak, search.masked, found.unresolved)
+    return RunUp(refined.speed, curve, peak, search.masked, refined.unresolved)
 
 
 def joined(parts: Sequence[RunUp]) -> RunUp:
@@ -119,7 +119,7 @@ def joined(parts: Sequence[RunUp]) -> RunUp:
     speed = np.concatenate([part.speed for part in parts])
     new = np.concatenate([[True], np.diff(speed) > 0.0])
     curve = (np.concatenate(each)[new] for each in zip(*(p.curve for p in parts), strict=True))
-    masked = Masked(
+    masked = MaskedSpeeds(
         *(np.concatenate(each) for each in zip(*(p.masked for p in parts), strict=True))
     )
     # an interval across an end is met from both sides
@@ -129,7 +129,7 @@ def joined(parts: Sequence[RunUp]) -> RunUp:
         speed[new],
         WithError(*curve),
         highest_of([part.peak for part in parts]),
-        Masked(*(each[met] for each in masked)),
+        MaskedSpeeds(*(each[met] for each in masked)),
         sum(part.unresolved for part in parts),
     )
 
@@ -154,7 +154,7 @@ def run_up_peak(
     speed = sparse_speeds(sought, search.orders, start, stop)
     winners = _may_win(search, sought, admitted(speed, search.masked, start, stop))
     spread = sparse_clusters(sought, search.orders, winners)
-    speed = np.concatenate([search.looked.speed, spread])
+    speed = np.concatenate([search.sampled.speed, spread])
     return highest(search, admitted(speed, search.masked, start, stop), 0.8, sparse=True)
 
 
@@ -197,22 +197,22 @@ def _search(
     shown = shows[masked.mode - 1]
     infinite = np.any(shown, axis=0)
 
-    def look(speed: np.ndarray) -> tuple[np.ndarray, ...]:
+    def coarse_peaks(speed: np.ndarray) -> tuple[np.ndarray, ...]:
         jet = harmonics_at(speed, errors=errors)
         found = coarse_peak(jet.value, order, angle), jet.value
         return (*found, _uncertainty(jet)) if errors else found
 
-    looked = Looked(lambda speed: in_blocks(look, speed, order))
-    return Search(harmonics_at, looked, order, angle, masked, shown, infinite, start, stop)
+    sampled = CachedFunction(lambda speed: in_blocks(coarse_peaks, speed, order))
+    return Search(harmonics_at, sampled, order, angle, masked, shown, infinite, start, stop)
 
 
 class _AtResonances(NamedTuple):
     """At the resonances (orders, modes): what the own order gives and all together, and `top`.
 
-    `own` and `here` (orders, modes, rows); `top` (rows,) is the highest of all speeds.
+    `of_order` and `here` (orders, modes, rows); `top` (rows,) is the highest of all speeds.
     """
 
-    own: np.ndarray
+    of_order: np.ndarray
     here: np.ndarray
     top: np.ndarray
 
@@ -227,24 +227,24 @@ def _at_resonances(search: Search, resonances: Resonances, base: np.ndarray) -> 
     for low, high in zip(search.masked.low.tolist(), search.masked.high.tolist(), strict=True):
         at[(at > low) & (at < high)] = low if low >= search.start else high
     speed, back = np.unique(np.concatenate([base, at]), return_inverse=True)
-    peak, harmonics = search.looked(speed)[:2]
+    peak, harmonics = search.sampled(speed)[:2]
     back = back[len(base) :].reshape(centre.shape)
-    own = harmonics[back, ..., np.arange(len(search.orders))[:, None]]
-    own = np.sqrt(np.sum(np.square(np.abs(own)), axis=-1))
-    return _AtResonances(own, peak[back], np.max(peak, axis=0))
+    of_order = harmonics[back, ..., np.arange(len(search.orders))[:, None]]
+    of_order = np.sqrt(np.sum(np.square(np.abs(of_order)), axis=-1))
+    return _AtResonances(of_order, peak[back], np.max(peak, axis=0))
 
 
 def _worth(search: Search, resonances: Resonances, base: np.ndarray) -> np.ndarray:
     """Which (order, mode) resonances can matter to the curve or to the maximum of any row."""
-    own, here, top = _at_resonances(search, resonances, base)
-    seen = (own > _NEGLIGIBLE * top) | ((own > _ROUNDING * top) & (here > 0.5 * top))
-    worth: np.ndarray = np.any(seen, axis=-1)
+    of_order, here, top = _at_resonances(search, resonances, base)
+    visible = (of_order > _NEGLIGIBLE * top) | ((of_order > _ROUNDING * top) & (here > 0.5 * top))
+    worth: np.ndarray = np.any(visible, axis=-1)
     return worth
 
 
 def _may_win(search: Search, resonances: Resonances, base: np.ndarray) -> np.ndarray:
     """Which (order, mode) resonances can hold the maximum of any row that has one."""
-    own, here, top = _at_resonances(search, resonances, base)
-    may = (own > _ROUNDING * top) & (here + _ADDED * own >= top) & ~search.infinite
+    of_order, here, top = _at_resonances(search, resonances, base)
+    may = (of_order > _ROUNDING * top) & (here + _ADDED * of_order >= top) & ~search.infinite
     won: np.ndarray = np.any(may, axis=-1)
     return won

@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.numerics.rounding import FloatArray
-from vibecalc.response.resonances import Masked, Resonances, outside
+from vibecalc.response.resonances import MaskedSpeeds, Resonances, outside
 
 # ----------------------------------------------------------------------------
-# At which speeds of a run-up to look first: a coarse grid, and clusters at order resonances.
+# At which speeds of a run-up to sample first: a coarse grid, and clusters at order resonances.
 # ----------------------------------------------------------------------------
 
 #: first offset of a cluster in half bandwidths, growth of the offsets, largest relative offset
@@ -76,17 +76,17 @@ def _spread(
 ) -> np.ndarray:
     centre = resonant_speeds(resonances, orders)
     exposed = resonances.exposed()
-    found = [np.zeros(0)]
+    speeds = [np.zeros(0)]
     for mode in np.flatnonzero(np.any(chosen, axis=0)):
         width = max(first * resonances.damping_ratio[mode], exposed[mode], 1e-13)
         steps = max(int(np.ceil(np.log(farthest / width) / np.log(growth))), 0)
         offset = width * growth ** np.arange(steps + 1)
         near = centre[chosen[:, mode], mode][:, None]
-        found += [(near * (1.0 - offset)).ravel(), (near * (1.0 + offset)).ravel()]
-    return np.concatenate(found)
+        speeds += [(near * (1.0 - offset)).ravel(), (near * (1.0 + offset)).ravel()]
+    return np.concatenate(speeds)
 
 
-def admitted(speed: np.ndarray, masked: Masked, start: float, stop: float) -> np.ndarray:
+def admitted(speed: np.ndarray, masked: MaskedSpeeds, start: float, stop: float) -> np.ndarray:
     """Ascending speeds within the range, without doubles, none inside a masked interval."""
     edges = np.concatenate([masked.low, masked.high])
     ascending: np.ndarray = np.sort(np.concatenate([speed, edges]))
@@ -103,17 +103,17 @@ def admitted(speed: np.ndarray, masked: Masked, start: float, stop: float) -> np
 # ----------------------------------------------------------------------------
 
 #: arrays (speeds, ...) at speeds (speeds,)
-Looks = Callable[[FloatArray], tuple[FloatArray, ...]]
+SpeedFunction = Callable[[FloatArray], tuple[FloatArray, ...]]
 
 
-class Looked:
+class CachedFunction:
     """A function of the speed that remembers what it gave at each of them.
 
     `add` gives it what is known from elsewhere.
     """
 
-    def __init__(self, look: Looks) -> None:
-        self._look = look
+    def __init__(self, function: SpeedFunction) -> None:
+        self._function = function
         self._speed = np.zeros(0)
         self._values: tuple[FloatArray, ...] = ()
 
@@ -140,7 +140,7 @@ class Looked:
         else:
             known = np.zeros(len(speed), dtype=bool)
         if not np.all(known):
-            self.add(speed[~known], *self._look(speed[~known]))
+            self.add(speed[~known], *self._function(speed[~known]))
             place = np.searchsorted(self._speed, speed)
         return tuple(one[place] for one in self._values)
 
@@ -167,7 +167,7 @@ class Curve(NamedTuple):
 def resolve(
     curve_at: Callable[[np.ndarray], np.ndarray],
     speed: np.ndarray,
-    masked: Masked,
+    masked: MaskedSpeeds,
     infinite: np.ndarray,
     tolerance: float,
     most_points: int,
@@ -219,7 +219,7 @@ def resolve(
 
 
 def _scale(
-    speed: np.ndarray, value: np.ndarray, masked: Masked, infinite: np.ndarray
+    speed: np.ndarray, value: np.ndarray, masked: MaskedSpeeds, infinite: np.ndarray
 ) -> np.ndarray:
     """Largest value of each row that the tolerance is relative to."""
     top: np.ndarray = np.max(value, axis=0)

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.isolation.rows import HarmonicsAt, Jet
-from vibecalc.isolation.run_up_grid import Looked, squares
+from vibecalc.isolation.run_up_grid import CachedFunction, squares
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
-from vibecalc.response.resonances import Masked
+from vibecalc.response.resonances import MaskedSpeeds
 
 # ----------------------------------------------------------------------------
 # The highest points of rows over crank speed and crank angle, by Newton in both at once.
@@ -36,7 +36,7 @@ class Starts(NamedTuple):
     reach: np.ndarray
 
 
-class Peaks(NamedTuple):
+class RunUpPeaks(NamedTuple):
     """The highest maximum (rows,) of each row's length, with its speed; errors absolute.
 
     Rows from which nothing starts are zero, at the start of the range. `angle` is the crank angle,
@@ -74,8 +74,8 @@ def climb(
     start: float,
     stop: float,
     known: np.ndarray,
-    nearby: Peaks | None = None,
-) -> Peaks:
+    nearby: RunUpPeaks | None = None,
+) -> RunUpPeaks:
     """Maximise |f(speed, angle)| of rows from their starts within [start, stop].
 
     Only peaks above those `known` (rows,) count. A start that comes close to that of its row in
@@ -123,27 +123,27 @@ def climb(
     best = _best(here.h, starts.row, floor)
     # the last step is below what the height can tell apart, and above what the slopes can
     arrived = gain[best] <= _ARRIVED
-    own, step_v, gain = starts.row[best], step_v[best], gain[best]
+    row, step_v, gain = starts.row[best], step_v[best], gain[best]
     speed, angle = speed[best], angle[best]
     speed = np.where(arrived, np.clip(speed + step_v, start, stop), speed)
     angle = np.where(arrived, angle + step_a[best], angle)
     angle = np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi
     rows, shape = len(known), jet.value.shape[1:]
     none = [np.zeros(rows) for _ in range(6)]
-    found = Peaks._make([*none, np.zeros((rows, *shape), dtype=complex)])
-    found.speed[:] = start
+    peaks = RunUpPeaks._make([*none, np.zeros((rows, *shape), dtype=complex)])
+    peaks.speed[:] = start
     if not len(best):
-        return found
-    jet = _jets(harmonics_at, speed, own, errors=True)
+        return peaks
+    jet = _jets(harmonics_at, speed, row, errors=True)
     here = _height(jet, order, angle)
     value = np.sqrt(2.0 * here.h)
     inside = (speed > start) & (speed < stop)
     drift = np.where(inside, _speed_uncertainty(here, stop - start) + 1e-3 * np.abs(step_v), 0.0)
-    found.value[own], found.error[own] = value, here.value_uncertainty + np.abs(gain) * value
-    found.speed[own], found.angle[own], found.gain[own] = speed, angle, gain
-    found.speed_error[own] = drift + 2.0 * UNIT_ROUNDOFF * speed
-    found.harmonics[own] = jet.value
-    return found
+    peaks.value[row], peaks.error[row] = value, here.value_uncertainty + np.abs(gain) * value
+    peaks.speed[row], peaks.angle[row], peaks.gain[row] = speed, angle, gain
+    peaks.speed_error[row] = drift + 2.0 * UNIT_ROUNDOFF * speed
+    peaks.harmonics[row] = jet.value
+    return peaks
 
 
 def _jets(
@@ -173,7 +173,7 @@ def _may_win(
 
 
 def _merged(
-    speed: np.ndarray, angle: np.ndarray, starts: Starts, nearby: Peaks, top_order: float
+    speed: np.ndarray, angle: np.ndarray, starts: Starts, nearby: RunUpPeaks, top_order: float
 ) -> np.ndarray:
     """Which starts have come close to the peak that their row has already."""
     turn = angle - nearby.angle[starts.row]
@@ -276,8 +276,8 @@ def _speed_uncertainty(at: _Height, span: float) -> np.ndarray:
 # The highest peaks of the rows of a run-up, polished from speeds that were examined.
 # ----------------------------------------------------------------------------
 
-#: how often other branches are looked for where a peak was found
-_MOST_LOOKS = 4
+#: how often other branches are searched where a peak was found
+_MOST_CLIMBS = 4
 
 
 class RunUpPeak(NamedTuple):
@@ -309,16 +309,16 @@ def highest_of(peaks: Sequence[RunUpPeak]) -> RunUpPeak:
 class Search(NamedTuple):
     """What a search of speeds examines: rows, grid of crank angles, range, what is masked there.
 
-    `looked` gives the peak over the grid (speeds, rows) and the harmonics, and perhaps more.
+    `sampled` gives the peak over the grid (speeds, rows) and the harmonics, and perhaps more.
     `shown` (intervals, rows) and `infinite` (rows,) tell which rows have no bound in an interval
     and anywhere.
     """
 
     harmonics_at: HarmonicsAt
-    looked: Looked
+    sampled: CachedFunction
     orders: np.ndarray
     angle: np.ndarray
-    masked: Masked
+    masked: MaskedSpeeds
     shown: np.ndarray
     infinite: np.ndarray
     start: float
@@ -331,7 +331,7 @@ def highest(search: Search, speed: np.ndarray, threshold: float, sparse: bool = 
     Among `sparse` speeds a kink may part two peaks within a step, or one may hide next to the
     maximum: then the speeds next to it are starts as well.
     """
-    value, harmonics = search.looked(speed)[:2]
+    value, harmonics = search.sampled(speed)[:2]
     rows = value.shape[1]
     padded = np.pad(value, ((1, 1), (0, 0)), constant_values=-1.0)
     local = (value >= padded[:-2]) & (value >= padded[2:])
@@ -349,8 +349,8 @@ def highest(search: Search, speed: np.ndarray, threshold: float, sparse: bool = 
         nearby = np.pad(local & high, ((1, 1), (0, 0)))
         around = (nearby[:-2] | nearby[2:]) & ~local & high & sparse
         more = starts_at(around) if np.any(around) else None
-        found = _climbed(search, starts_at(local & high), more, rows, threshold)
-        peak = RunUpPeak(*found[:4])
+        peaks = _climbed(search, starts_at(local & high), more, rows, threshold)
+        peak = RunUpPeak(*peaks[:4])
     for number in range(rows):
         if not search.infinite[number]:
             continue
@@ -362,7 +362,7 @@ def highest(search: Search, speed: np.ndarray, threshold: float, sparse: bool = 
 
 def _climbed(
     search: Search, starts: Starts, around: Starts | None, rows: int, threshold: float
-) -> Peaks:
+) -> RunUpPeaks:
     """Peaks of all rows; where another branch over the angle is high there, it is climbed too.
 
     Of two branches that cross between two speeds one may be too low at either to be a start. From
@@ -370,27 +370,27 @@ def _climbed(
     """
     given = (search.harmonics_at, search.orders)
     ends = (search.start, search.stop)
-    found = climb(*given, starts, *ends, np.zeros(rows))
+    peaks = climb(*given, starts, *ends, np.zeros(rows))
     if around is not None:
-        _keep(found, climb(*given, around, *ends, found.value, found))
+        _keep(peaks, climb(*given, around, *ends, peaks.value, peaks))
     period = len(search.angle) * search.angle[1]
     reach = np.zeros(rows)
     np.maximum.at(reach, starts.row, starts.reach)
-    row, climbed = np.flatnonzero(found.value > 0.0), starts
+    row, climbed = np.flatnonzero(peaks.value > 0.0), starts
     # next to an end of the range that is high a peak may hide before the next speed
-    at_end = (found.speed == search.start) | (found.speed == search.stop)
+    at_end = (peaks.speed == search.start) | (peaks.speed == search.stop)
     edge = row[at_end[row]]
     if len(edge):
-        inwards = np.where(found.speed[edge] == search.stop, -reach[edge], reach[edge])
-        inner = (found.speed[edge] + np.array([[0.25], [0.5]]) * inwards).ravel()
+        inwards = np.where(peaks.speed[edge] == search.stop, -reach[edge], reach[edge])
+        inner = (peaks.speed[edge] + np.array([[0.25], [0.5]]) * inwards).ravel()
         shown, which = np.unique(inner, return_inverse=True)
         places = Starts(inner, np.zeros(len(inner)), np.tile(edge, 2), np.tile(reach[edge], 2))
-        values = search.looked(shown)[1][which, places.row]
+        values = search.sampled(shown)[1][which, places.row]
         near = _branches(search, places, values, threshold)
-        _keep(found, climb(*given, near, *ends, found.value))
-    for _ in range(_MOST_LOOKS):
-        tops = Starts(found.speed[row], found.angle[row], row, reach[row])
-        there = _branches(search, tops, found.harmonics[row], threshold)
+        _keep(peaks, climb(*given, near, *ends, peaks.value))
+    for _ in range(_MOST_CLIMBS):
+        tops = Starts(peaks.speed[row], peaks.angle[row], row, reach[row])
+        there = _branches(search, tops, peaks.harmonics[row], threshold)
         # a branch is known by its angle, to a quarter of a wave of the highest order
         away = there.angle[:, None] - climbed.angle + 0.5 * period
         away = np.abs(np.remainder(away, period) - 0.5 * period)
@@ -399,18 +399,18 @@ def _climbed(
         if not np.any(other):
             break
         there = Starts(*(part[other] for part in there))
-        again = climb(*given, there, *ends, found.value)
+        again = climb(*given, there, *ends, peaks.value)
         climbed = Starts(*(np.concatenate(pair) for pair in zip(climbed, there, strict=True)))
-        row = _keep(found, again)
+        row = _keep(peaks, again)
         if not len(row):
             break
-    return found
+    return peaks
 
 
-def _keep(found: Peaks, again: Peaks) -> np.ndarray:
+def _keep(peaks: RunUpPeaks, again: RunUpPeaks) -> np.ndarray:
     """Put what was found again in its place, and tell the rows of which that is so."""
     row = np.flatnonzero(again.value)
-    for old, new in zip(found, again, strict=True):
+    for old, new in zip(peaks, again, strict=True):
         old[row] = new[row]
     return row
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from vibecalc.core.run.stage import Entries, Harmonics, Stage, Subject, Unit, Work, below
 from vibecalc.excitation.stage import USUAL_ORDERS
-from vibecalc.kinematics.stage import kept_orders, orders_of_motion, orders_words
+from vibecalc.kinematics.stage import orders_given, orders_of_motion, orders_words
 from vibecalc.parts.firing import (
     TURN,
     cycle_angle,
@@ -115,8 +115,8 @@ def _orders_of_reaction(case: "Case") -> Harmonics:
     said = 0.0
     if given is not None:
         said = given.highest or (given.count or 0) * (given.step or step)
-    own = None if case.excitation is None else case.excitation.orders
-    usual = USUAL_ORDERS if own is None and not said else 0
+    orders = None if case.excitation is None else case.excitation.orders
+    usual = USUAL_ORDERS if orders is None and not said else 0
     shaking = orders_of_motion(case).number
     highest = max(said, shaking, usual)
     rule = "[response.torsion] orders" if highest == said else "of the shaking"
@@ -150,7 +150,7 @@ def _entries(case: "Case", path: str, axis: str) -> Entries | None:
         planar = options is not None and options.model == "planar"
         most, body = (3, "a body in the plane") if planar else (6, "a rigid body")
         return Entries.up_to(most, f"{body} has {most} degrees of freedom")
-    return kept_orders(case, axis)
+    return orders_given(case, axis)
 
 
 SUBJECT = Subject(

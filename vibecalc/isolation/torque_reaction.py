@@ -44,7 +44,7 @@ SLOWEST = 1e-2
 DRIVES = 1e-3
 
 
-class Nearest(NamedTuple):
+class NearestOrder(NamedTuple):
     """Of each mode the order nearest to it of those that drive it; 0 and infinite if none does.
 
     `margin` (modes,) is the frequency of that order over the natural frequency, less 1.
@@ -55,7 +55,7 @@ class Nearest(NamedTuple):
     margin_error: np.ndarray
 
 
-class Loads(NamedTuple):
+class MountLoads(NamedTuple):
     """Highest and lowest force (mounts,) over the cycle, with an absolute error, N."""
 
     highest: np.ndarray
@@ -87,9 +87,9 @@ def line_transfer(line: Line, spin_inertia: WithError, frequency: np.ndarray) ->
     """
     rate = np.asarray(frequency, dtype=float)
     spin = np.stack(spin_inertia).reshape(2, *(1,) * rate.ndim, -1)
-    found = forced(line, rate, np.square(rate)[..., None] * spin)
-    value, uncertainty = found.angle
-    error = 2.0 * found.error[0] + found.error[1] + np.max(np.abs(uncertainty), axis=-1)
+    response = forced(line, rate, np.square(rate)[..., None] * spin)
+    value, uncertainty = response.angle
+    error = 2.0 * response.error[0] + response.error[1] + np.max(np.abs(uncertainty), axis=-1)
     error = error + 16.0 * EPSILON * np.max(np.abs(value), axis=-1)
     return WithError(value, np.broadcast_to(error[..., None], value.shape))
 
@@ -172,37 +172,37 @@ def with_shaking(
     return WithError(value, error)
 
 
-def torque_left_out(harmonics: WithError, kept: int) -> np.ndarray:
-    """Error (...) of a sum over the first `kept` orders (..., m): rounding, and those beyond.
+def torque_left_out(harmonics: WithError, retained: int) -> np.ndarray:
+    """Error (...) of a sum over the first `retained` orders (..., m): rounding, and those beyond.
 
-    What follows the m orders is taken for as much again as those from `kept` to m.
+    What follows the m orders is taken for as much again as those from `retained` to m.
     """
-    beyond = TAIL * np.abs(harmonics.value[..., kept:]).sum(-1)
-    return np.asarray(harmonics.error[..., :kept].sum(-1) + beyond)
+    beyond = TAIL * np.abs(harmonics.value[..., retained:]).sum(-1)
+    return np.asarray(harmonics.error[..., :retained].sum(-1) + beyond)
 
 
-def vector_peak(harmonics: WithError, half_order: np.ndarray, kept: int) -> WithError:
+def vector_peak(harmonics: WithError, half_order: np.ndarray, retained: int) -> WithError:
     """Largest length (...) over the cycle of vectors (..., components, m) of halves of orders."""
-    doubled = np.rint(2.0 * half_order[:kept]).astype(np.int64)
-    peak = vector_cycle_peak(harmonics.value[..., :kept], doubled)
-    rest = np.sqrt(np.square(torque_left_out(harmonics, kept)).sum(-1))
-    return WithError(peak.value, peak.error + rest)
+    doubled = np.rint(2.0 * half_order[:retained]).astype(np.int64)
+    peak = vector_cycle_peak(harmonics.value[..., :retained], doubled)
+    dropped = np.sqrt(np.square(torque_left_out(harmonics, retained)).sum(-1))
+    return WithError(peak.value, peak.error + dropped)
 
 
 def extreme_loads(
-    harmonics: WithError, half_order: np.ndarray, kept: int, constant: WithError
-) -> Loads:
+    harmonics: WithError, half_order: np.ndarray, retained: int, constant: WithError
+) -> MountLoads:
     """Highest and lowest of a constant (mounts,) and its alternating part (mounts, m)."""
-    total = synthesis(half_order[:kept], harmonics.value[..., :kept])
+    total = synthesis(half_order[:retained], harmonics.value[..., :retained])
     highest, lowest = constant.value + total.highest, constant.value + total.lowest
-    error = total.error + torque_left_out(harmonics, kept) + constant.error
+    error = total.error + torque_left_out(harmonics, retained) + constant.error
     size = np.abs(constant.value) + np.maximum(np.abs(total.highest), np.abs(total.lowest))
-    return Loads(highest, lowest, error + UNIT_ROUNDOFF * size)
+    return MountLoads(highest, lowest, error + UNIT_ROUNDOFF * size)
 
 
 def nearest_driven(
     shapes: Modes, loads: WithError, half_order: np.ndarray, speed: float
-) -> Nearest:
+) -> NearestOrder:
     """Which order comes nearest to each mode, of those of the loads (m, 6) that drive it.
 
     An order drives a mode if its modal force is no rounding, and a thousandth of the largest one.
@@ -215,11 +215,11 @@ def nearest_driven(
     place = np.argmin(away, axis=0)
     modes = np.arange(len(place))
     none = np.isinf(away[place, modes])
-    found = ratio[place, modes]
+    nearest = ratio[place, modes]
     uncertainty = shapes.natural_frequency_error / shapes.natural_frequency
-    error = found * (uncertainty + 4.0 * UNIT_ROUNDOFF)
-    return Nearest(
+    error = nearest * (uncertainty + 4.0 * UNIT_ROUNDOFF)
+    return NearestOrder(
         np.where(none, 0.0, half_order[place]),
-        np.where(none, np.inf, found - 1.0),
+        np.where(none, np.inf, nearest - 1.0),
         np.where(none, 0.0, error),
     )

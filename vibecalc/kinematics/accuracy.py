@@ -27,7 +27,7 @@ def kinematics_topics(scene: Scene) -> list[Topic]:
     train, options = scene.parts.crank_train, scene.case.kinematics
     ratio = train.crank_radius / train.rod_length
     offset = train.wrist_pin_offset / train.crank_radius
-    highest = min(max(motion.kept, 2), MOST_ORDERS)
+    highest = min(max(motion.highest_order, 2), MOST_ORDERS)
     orders = np.arange(1, highest + 1)
     if offset == 0.0:
         orders = orders[(orders == 1) | (orders % 2 == 0)]

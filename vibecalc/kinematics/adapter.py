@@ -34,7 +34,7 @@ CURVES = ("kinematics/position", "kinematics/velocity", "kinematics/acceleration
 
 
 class PistonMotion(NamedTuple):
-    """Harmonics C_n of s / R for orders 0 .. kept, then guard orders.
+    """Harmonics C_n of s / R for orders 0 .. highest_order, then guard orders.
 
     The guard orders tell what leaving out the rest costs; all dropped orders together weigh
     `tail` times as much as they do.
@@ -42,7 +42,7 @@ class PistonMotion(NamedTuple):
 
     harmonics: np.ndarray
     error: np.ndarray
-    kept: int
+    highest_order: int
     tail: float
     dropped_after_guard: float
 
@@ -53,8 +53,11 @@ def run_kinematics(scene: Scene) -> None:
     scene.handed_on["motion"] = motion
     train = scene.parts.crank_train
     radius, speed = train.crank_radius, scene.case.machine.speed
-    orders = np.arange(motion.kept + 1)
-    values, error = motion.harmonics[: motion.kept + 1], motion.error[: motion.kept + 1]
+    orders = np.arange(motion.highest_order + 1)
+    values, error = (
+        motion.harmonics[: motion.highest_order + 1],
+        motion.error[: motion.highest_order + 1],
+    )
     rounding = 4.0 * EPSILON
     scene.emit(
         "kinematics/position_harmonics",
@@ -79,14 +82,14 @@ def run_kinematics(scene: Scene) -> None:
         _emit_curves(scene)
 
 
-class Lacking(NamedTuple):
+class LackingAcceleration(NamedTuple):
     """Acceleration that the chosen series and orders lack, in units of R w^2, and its error."""
 
     value: float
     error: float
 
 
-def _series(scene: Scene) -> tuple[PistonMotion, Lacking]:
+def _series(scene: Scene) -> tuple[PistonMotion, LackingAcceleration]:
     """Harmonics as the case asks, and the acceleration they lack."""
     case, train = scene.case, scene.parts.crank_train
     ratio = train.crank_radius / train.rod_length
@@ -100,8 +103,8 @@ def _series(scene: Scene) -> tuple[PistonMotion, Lacking]:
             "Gibson (2008), equations 1 to 4",
         )
         return _cut_series(case, ratio, terms)
-    kept = _kept(case, _enough(ratio, case.accuracy.rtol, offset))
-    motion, dropped = _exact_series(ratio, offset, kept, len(train.names))
+    highest = _highest_order(case, _enough(ratio, case.accuracy.rtol, offset))
+    motion, dropped = _exact_series(ratio, offset, highest, len(train.names))
     scene.cite(
         "exact harmonics of the slider-crank",
         "piston motion",
@@ -114,21 +117,21 @@ def exact_motion(case: "Case", train: "CrankTrain", least: int) -> PistonMotion:
     """Exact harmonics of a crank train, of `least` orders or as many as the tolerance needs."""
     ratio = train.crank_radius / train.rod_length
     offset = train.wrist_pin_offset / train.crank_radius
-    kept = max(_kept(case, _enough(ratio, case.accuracy.rtol, offset)), least)
-    return _exact_series(ratio, offset, kept, len(train.names))[0]
+    highest = max(_highest_order(case, _enough(ratio, case.accuracy.rtol, offset)), least)
+    return _exact_series(ratio, offset, highest, len(train.names))[0]
 
 
-def _cut_series(case: "Case", ratio: float, terms: int) -> tuple[PistonMotion, Lacking]:
+def _cut_series(case: "Case", ratio: float, terms: int) -> tuple[PistonMotion, LackingAcceleration]:
     """A cut series has no orders beyond its own: the guard orders are all that is left out."""
-    kept = _kept(case, last_order(case, terms))
-    values = truncated_harmonics(ratio, terms, max(kept, last_order(case, terms)))
+    highest = _highest_order(case, last_order(case, terms))
+    values = truncated_harmonics(ratio, terms, max(highest, last_order(case, terms)))
     error = RELATIVE_ERROR * np.abs(values)
-    tail = 1.0 if values.shape[-1] > kept + 1 else 0.0
-    dropped = float(truncated_dropped_acceleration(ratio, terms, kept))
+    tail = 1.0 if values.shape[-1] > highest + 1 else 0.0
+    dropped = float(truncated_dropped_acceleration(ratio, terms, highest))
     # of this size unless R / L is so close to 1 that the closed form takes over
     relative = EPSILON * (8.0 + 4.0 * terms / (1.0 - ratio * ratio)) if ratio < 0.99 else 1e-12
-    motion = _with_ratio_error(values, error, ratio, kept, tail, 0.0)
-    return motion, Lacking(dropped, relative * dropped)
+    motion = _with_ratio_error(values, error, ratio, highest, tail, 0.0)
+    return motion, LackingAcceleration(dropped, relative * dropped)
 
 
 def last_order(case: "Case", terms: int) -> int:
@@ -144,25 +147,25 @@ def _enough(ratio: float, rtol: float, offset: float) -> int:
 
 @lru_cache(maxsize=64)
 def _exact_series(
-    ratio: float, offset: float, kept: int, cylinders: int
-) -> tuple[PistonMotion, Lacking]:
+    ratio: float, offset: float, highest: int, cylinders: int
+) -> tuple[PistonMotion, LackingAcceleration]:
     # evenly spaced cranks may leave every 2 c-th order only, so the guard has to reach one
     decay = -math.log(float(pole(np.asarray(ratio), np.asarray(abs(offset))).radius))
     guard = max(math.ceil(-math.log(BEYOND_GUARD) / decay) + 2, 2 * cylinders)
     guard = min(guard, MOST_GUARD_ORDERS)
-    exact = harmonics_with_error(ratio, kept + guard, offset)
-    dropped, dropped_error = (float(x) for x in dropped_with_error(ratio, kept, offset))
-    beyond = float(dropped_with_error(ratio, kept + guard, offset).value)
+    exact = harmonics_with_error(ratio, highest + guard, offset)
+    dropped, dropped_error = (float(x) for x in dropped_with_error(ratio, highest, offset))
+    beyond = float(dropped_with_error(ratio, highest + guard, offset).value)
     tail = dropped / (dropped - beyond) if dropped > beyond else 1.0
-    motion = _with_ratio_error(exact.values, exact.error, ratio, kept, tail, beyond)
+    motion = _with_ratio_error(exact.values, exact.error, ratio, highest, tail, beyond)
     for array in (motion.harmonics, motion.error):
         array.flags.writeable = False
     reach = ratio * (1.0 + abs(offset))
-    slip = EPSILON * (kept + 2.0 + 1.0 / decay) / math.sqrt(1.0 - reach * reach)
-    return motion, Lacking(dropped, dropped_error + slip * dropped)
+    slip = EPSILON * (highest + 2.0 + 1.0 / decay) / math.sqrt(1.0 - reach * reach)
+    return motion, LackingAcceleration(dropped, dropped_error + slip * dropped)
 
 
-def _kept(case: "Case", enough: int) -> int:
+def _highest_order(case: "Case", enough: int) -> int:
     """Highest order: the case's own word, else enough for the series and every turning weight."""
     if case.excitation is not None and case.excitation.orders is not None:
         return case.excitation.orders
@@ -171,12 +174,17 @@ def _kept(case: "Case", enough: int) -> int:
 
 
 def _with_ratio_error(
-    values: np.ndarray, error: np.ndarray, ratio: float, kept: int, tail: float, beyond: float
+    values: np.ndarray,
+    error: np.ndarray,
+    ratio: float,
+    highest: int,
+    tail: float,
+    beyond: float,
 ) -> PistonMotion:
     # R / L is itself rounded: d ln C_n / d ln(R / L) is about n / sqrt(1 - (R / L)^2)
     steepness = np.arange(values.shape[-1]) / math.sqrt(1.0 - ratio * ratio)
     total = error + 0.5 * EPSILON * steepness * np.abs(values)
-    return PistonMotion(values, total, kept, tail, beyond)
+    return PistonMotion(values, total, highest, tail, beyond)
 
 
 def _emit_curves(scene: Scene) -> None:

@@ -398,7 +398,7 @@ LONGEST_TAIL = 4096
 HIGHEST_ORDER = 16384
 
 
-class Dropped(NamedTuple):
+class DroppedSums(NamedTuple):
     """Sums (...) in units of R w^2 and their absolute errors."""
 
     value: FloatArray
@@ -430,7 +430,7 @@ def dropped_acceleration(
 
 def dropped_with_error(
     rod_ratio: ArrayLike, highest_order: int, offset_ratio: ArrayLike = 0.0
-) -> Dropped:
+) -> DroppedSums:
     """`dropped_acceleration` with its absolute error."""
     ratio, offset = np.broadcast_arrays(
         np.asarray(rod_ratio, dtype=np.float64), np.asarray(offset_ratio, dtype=np.float64)
@@ -442,16 +442,16 @@ def dropped_with_error(
         part = np.abs(harmonics.values[..., highest_order + 1 :])
         value = np.sum(part[..., ::-1], axis=-1)
         error = np.sum(harmonics.error[..., highest_order + 1 :], axis=-1)
-        return Dropped(value, error + 2.0 * EPSILON * value)
+        return DroppedSums(value, error + 2.0 * EPSILON * value)
     harmonics = harmonics_with_error(ratio, max(highest_order, 1), offset, derivative=2)
-    kept = np.abs(harmonics.values[..., : highest_order + 1])
+    retained = np.abs(harmonics.values[..., : highest_order + 1])
     total = _rod_total(ratio, offset)
     # order 1 is the only one that does not come from the rod alone
     first = harmonics.values[..., 1]
     total = total + (np.abs(first) - np.abs(first.imag))
-    value = total - np.sum(kept[..., ::-1], axis=-1)
+    value = total - np.sum(retained[..., ::-1], axis=-1)
     error = 8.0 * EPSILON * total + np.sum(harmonics.error[..., : highest_order + 1], axis=-1)
-    return Dropped(value, error)
+    return DroppedSums(value, error)
 
 
 def order_for_tolerance(rod_ratio: float, rtol: float, offset_ratio: float = 0.0) -> int:
@@ -486,8 +486,8 @@ def order_for_tolerance(rod_ratio: float, rtol: float, offset_ratio: float = 0.0
         dropped = dropped_with_error(rod_ratio, highest, offset_ratio)
         if dropped.value + dropped.error <= allowed:
             # entry n: what a cut after order n leaves out
-            rest = np.append(np.cumsum(amplitude[:0:-1])[::-1], 0.0) + dropped.value
-            return int(np.argmax(rest <= allowed))
+            remainder = np.append(np.cumsum(amplitude[:0:-1])[::-1], 0.0) + dropped.value
+            return int(np.argmax(remainder <= allowed))
         highest *= 4
     raise NumericalFailure(
         f"kinematics: more than {HIGHEST_ORDER} harmonics would be needed for a relative tolerance "

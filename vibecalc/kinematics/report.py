@@ -21,19 +21,19 @@ def kinematics(result: Result) -> Section | None:
 
 
 def _harmonics(record: Record) -> tuple[list[str], set[str]]:
-    found = {path: hit for path in _HARMONICS if (hit := along(record, path, "order"))}
-    if not found:
+    quantities = {path: hit for path in _HARMONICS if (hit := along(record, path, "order"))}
+    if not quantities:
         return [], set()
-    orders = sorted({int(order) for _, values in found.values() for order in values})
+    orders = sorted({int(order) for _, values in quantities.values() for order in values})
     columns = [Column("order", 6)]
-    for path, (quantity, _) in found.items():
+    for path, (quantity, _) in quantities.items():
         word = path.rsplit("/", 1)[-1].removesuffix("_harmonics")
         unit = read_as(path, quantity.unit)[1]
         columns += [number(f"{word} {unit}", 20), number("phase deg", 10)]
     rows = []
     for order in orders[:_ROWS]:
         row = [str(order)]
-        for quantity, values in found.values():
+        for quantity, values in quantities.values():
             row += _cells(quantity, values, order)
         rows.append(row)
     lines = table(columns, rows)
@@ -41,7 +41,7 @@ def _harmonics(record: Record) -> tuple[list[str], set[str]]:
         lines += paragraph(
             f"{len(orders) - _ROWS} more, up to order {orders[-1]}, in the result file"
         )
-    return lines, set(found)
+    return lines, set(quantities)
 
 
 def _cells(quantity: Quantity, orders: np.ndarray, order: int) -> list[str]:

@@ -76,8 +76,8 @@ def rod_angle_harmonics(
     clearance = _clearance(radius, length, offset)
     samples = _count(radius, length, offset, highest_order)
     motion, size = _samples(samples, radius, length, offset, clearance)
-    found = np.fft.rfft(motion, axis=-1)[..., : highest_order + 1] * (2.0 / samples)
-    found[..., 0] *= 0.5
+    harmonics = np.fft.rfft(motion, axis=-1)[..., : highest_order + 1] * (2.0 / samples)
+    harmonics[..., 0] *= 0.5
     rounding = SAMPLE_ROUNDING * size.mean(axis=-1)
     rounding += EPSILON * np.log2(samples) * np.sqrt(np.mean(motion**2, axis=-1))
     error = np.repeat(2.0 * rounding[..., None], highest_order + 1, axis=-1)
@@ -86,11 +86,14 @@ def rod_angle_harmonics(
     has_offset = (offset != 0.0)[..., None]
     for row, parity in ((0, 0), (1, 0), (2, 1), (3, 0)):
         even = order % 2 == parity
-        found[row] = np.where(even, found[row].real, 1j * found[row].imag)
+        harmonics[row] = np.where(even, harmonics[row].real, 1j * harmonics[row].imag)
         there = has_offset | ~even
-        found[row], error[row] = np.where(there, found[row], 0.0), np.where(there, error[row], 0.0)
-    found[1:3, ..., 0] = error[1:3, ..., 0] = 0.0  # the mean of a derivative
-    return _integrated(found, error)
+        harmonics[row], error[row] = (
+            np.where(there, harmonics[row], 0.0),
+            np.where(there, error[row], 0.0),
+        )
+    harmonics[1:3, ..., 0] = error[1:3, ..., 0] = 0.0  # the mean of a derivative
+    return _integrated(harmonics, error)
 
 
 def largest_rod_acceleration(
@@ -176,12 +179,12 @@ def _circle(count: int) -> tuple[FloatArray, FloatArray]:
     return sine, np.roll(sine, -(count // 4))
 
 
-def _integrated(found: np.ndarray, error: FloatArray) -> RodAngle:
+def _integrated(harmonics: np.ndarray, error: FloatArray) -> RodAngle:
     """phi and phi' from phi'', which leaves their high orders more digits than samples would."""
     angle, acceleration, product, tangent = (
-        WithError(*pair) for pair in zip(found, error, strict=True)
+        WithError(*pair) for pair in zip(harmonics, error, strict=True)
     )
-    order = np.arange(1, found.shape[-1])
+    order = np.arange(1, harmonics.shape[-1])
     value, slip = acceleration.value[..., 1:], acceleration.error[..., 1:]
     velocity = WithError(np.zeros_like(acceleration.value), np.zeros_like(acceleration.error))
     velocity.value[..., 1:] = -1j * value / order

@@ -88,7 +88,7 @@ def orders_of_motion(case: "Case") -> Harmonics:
     return first_orders(max(enough, 1), rule)
 
 
-def kept_orders(case: "Case", axis: str, first: int = 1) -> Entries | None:
+def orders_given(case: "Case", axis: str, first: int = 1) -> Entries | None:
     """Orders of the crank train, where the case and not the tolerance says how many."""
     options = case.excitation
     if axis != "order" or options is None or options.orders is None:
@@ -103,7 +103,7 @@ SUBJECT = Subject(
     units={
         "motion": Unit(1.0e-3, "passes over the motion of the pistons"),
     },
-    entries=lambda case, path, axis: kept_orders(case, axis, 0),
+    entries=lambda case, path, axis: orders_given(case, axis, 0),
     sections=("vibecalc.kinematics.report:kinematics",),
     pictures={
         "piston_motion": "vibecalc.kinematics.pictures:PISTON_MOTION",

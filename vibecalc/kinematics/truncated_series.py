@@ -82,11 +82,11 @@ def truncated_dropped_acceleration(
         R/L is not between 0 and 1.
     """
     ratio = np.asarray(rod_ratio, dtype=np.float64)
-    rest = _rest_at_right_angle(ratio, terms)
+    remainder = _remainder_at_right_angle(ratio, terms)
     if highest_order is not None and highest_order < 2 * terms:
         full = truncated_harmonics(ratio, terms, 2 * terms, derivative=2)
-        rest = rest + np.sum(np.abs(full[..., highest_order + 1 :])[..., ::-1], axis=-1)
-    return rest
+        remainder = remainder + np.sum(np.abs(full[..., highest_order + 1 :])[..., ::-1], axis=-1)
+    return remainder
 
 
 def truncated_motion(
@@ -110,15 +110,15 @@ def truncated_motion(
     turn = 2.0 * lead * sine * cosine
     outward = radius * cosine + length
     primary, secondary = radius * cosine, 2.0 * lead * (cosine - sine) * (cosine + sine) * slope
-    rest = bend * turn * turn / length
+    remainder = bend * turn * turn / length
     unit = 8.0 * EPSILON
     return Motion(
         position=outward - length * value,
         velocity=-radius * sine - turn * slope,
-        acceleration=-primary - secondary - rest,
+        acceleration=-primary - secondary - remainder,
         position_error=unit * (np.abs(primary) + length),
         velocity_error=unit * (np.abs(radius * sine) + np.abs(turn) * slope),
-        acceleration_error=unit * (np.abs(primary) + 2.0 * lead * slope + np.abs(rest)),
+        acceleration_error=unit * (np.abs(primary) + 2.0 * lead * slope + np.abs(remainder)),
     )
 
 
@@ -153,22 +153,22 @@ def _coefficient_table(terms: int, count: int) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(row) for row in rows)
 
 
-def _rest_at_right_angle(ratio: FloatArray, terms: int) -> FloatArray:
+def _remainder_at_right_angle(ratio: FloatArray, terms: int) -> FloatArray:
     """Sum over j > terms of C(2j - 2, j - 1) / 4^(j - 1) lam^(2j - 1)."""
     near = pole(ratio, np.zeros_like(ratio))
     square = ratio * ratio
     count = series_terms(square, "rest of the truncated series", limit=10**18)
     if count > LONGEST_TAIL:
         index = np.arange(terms, 0, -1)
-        kept = np.array(_central_ratios(terms + 1))[index - 1]
+        ratios = np.array(_central_ratios(terms + 1))[index - 1]
         powers = ratio[..., None] ** (2 * index - 1)
-        return np.asarray(ratio / near.gap_root - np.sum(kept * powers, axis=-1))
-    rest = np.ones_like(ratio)
+        return np.asarray(ratio / near.gap_root - np.sum(ratios * powers, axis=-1))
+    remainder = np.ones_like(ratio)
     for j in range(terms + count, terms, -1):
-        rest = 1.0 + square * ((2 * j - 1) / (2 * j)) * rest
+        remainder = 1.0 + square * ((2 * j - 1) / (2 * j)) * remainder
     half = terms // 2 + 1
     first = _central_ratios(terms + 1)[terms] * ratio**half
-    return np.asarray(first * (ratio ** (2 * terms + 1 - half) * rest))
+    return np.asarray(first * (ratio ** (2 * terms + 1 - half) * remainder))
 
 
 @lru_cache(maxsize=8)

@@ -16,14 +16,14 @@ from vibecalc.measurement.complex_motion import (
 )
 from vibecalc.measurement.level_motions import (
     LevelMotion,
-    Spread,
+    MotionSpread,
     level_gradient,
     level_motions,
     phase_gradient,
 )
 from vibecalc.measurement.model import (
     Harmonic,
-    Read,
+    InstrumentReading,
     build_harmonics,
     places,
     position_rows,
@@ -54,7 +54,7 @@ _ROUNDINGS = 8.0
 _LINEAR = 4.0
 
 
-class Solution(NamedTuple):
+class HarmonicMotion(NamedTuple):
     """The motion (3,) taken for a harmonic, and how its readings and rounding move it.
 
     `candidates` are all motions that levels leave, the one taken first, with their largest
@@ -65,8 +65,8 @@ class Solution(NamedTuple):
 
     harmonic: Harmonic
     motion: ComplexArray
-    spread: Spread
-    rounding: Spread
+    spread: MotionSpread
+    rounding: MotionSpread
     misfit: float
     misfit_error: float
     excess: float
@@ -75,7 +75,7 @@ class Solution(NamedTuple):
     clipped: bool
     candidates: tuple[LevelMotion, ...]
     worst: tuple[float, ...]
-    roundings: tuple[Spread, ...]
+    roundings: tuple[MotionSpread, ...]
     reach: Reach | None
 
     @property
@@ -107,7 +107,7 @@ class Solution(NamedTuple):
         return signal(self.motion, self.rounding, rows)
 
 
-def solve_all(harmonics: Sequence[Harmonic], reference: FloatArray) -> list[Solution]:
+def solve_all(harmonics: Sequence[Harmonic], reference: FloatArray) -> list[HarmonicMotion]:
     """The motion of every harmonic; `reference` (3,) is the row where phases are zero."""
     try:
         growth = growth_of_deviations([one.phasors for one in harmonics if one.is_complex])
@@ -118,7 +118,7 @@ def solve_all(harmonics: Sequence[Harmonic], reference: FloatArray) -> list[Solu
     return [_solve(one, reference, growth) for one in harmonics]
 
 
-def _solve(harmonic: Harmonic, reference: FloatArray, growth: FloatArray) -> Solution:
+def _solve(harmonic: Harmonic, reference: FloatArray, growth: FloatArray) -> HarmonicMotion:
     try:
         if harmonic.is_complex:
             return _from_phases(harmonic, growth)
@@ -127,7 +127,7 @@ def _solve(harmonic: Harmonic, reference: FloatArray, growth: FloatArray) -> Sol
         raise NumericalFailure(f"harmonic {harmonic.order}: {failure}") from failure
 
 
-def signal(motion: ComplexArray, rounding: Spread, rows: FloatArray) -> WithError:
+def signal(motion: ComplexArray, rounding: MotionSpread, rows: FloatArray) -> WithError:
     """Signals (...) of a motion at rows (..., 3), and what rounding makes of them."""
     zero = np.zeros_like(rows)
     parts = (np.concatenate([rows, zero], axis=-1), np.concatenate([zero, rows], axis=-1))
@@ -137,7 +137,7 @@ def signal(motion: ComplexArray, rounding: Spread, rows: FloatArray) -> WithErro
     return WithError(rows @ motion, np.asarray(moved + 8.0 * EPSILON * size))
 
 
-def _from_levels(harmonic: Harmonic, reference: FloatArray) -> Solution:
+def _from_levels(harmonic: Harmonic, reference: FloatArray) -> HarmonicMotion:
     reads = harmonic.solving
     rows, sizes = _rows(reads), np.array([read.amplitude for read in reads])
     half = np.array([read.half_width for read in reads])
@@ -162,7 +162,7 @@ def _from_levels(harmonic: Harmonic, reference: FloatArray) -> Solution:
     # the levels carry a few roundings each, and so does the motion that has them
     widths = _ROUNDINGS * EPSILON * (1.0 + np.abs(np.log(sizes / np.max(sizes)))) * DECIBEL
     roundings = tuple(motion.spread._replace(half_widths=widths) for motion in ranked)
-    return Solution(
+    return HarmonicMotion(
         harmonic=harmonic,
         motion=best.motion,
         spread=best.spread,
@@ -180,7 +180,7 @@ def _from_levels(harmonic: Harmonic, reference: FloatArray) -> Solution:
     )
 
 
-def _from_phases(harmonic: Harmonic, growth: FloatArray) -> Solution:
+def _from_phases(harmonic: Harmonic, growth: FloatArray) -> HarmonicMotion:
     given = harmonic.phasors
     fit = complex_motion(given._replace(deviations=given.deviations * growth[:, None]))
     stated = over_deviations(fit.residual, given.readings, given.deviations)
@@ -192,7 +192,7 @@ def _from_phases(harmonic: Harmonic, growth: FloatArray) -> Solution:
     # uncertainties grow with what the readings scatter, and what is not known of the one goes along
     grown = np.any(growth > 1.0) or fit.excess > 1.0
     share = float(np.max(widths / fit.spread.deviations)) if grown else 0.0
-    return Solution(
+    return HarmonicMotion(
         harmonic=harmonic,
         motion=fit.motion,
         spread=fit.spread._replace(uncertainty=fit.spread.uncertainty + share),
@@ -210,7 +210,7 @@ def _from_phases(harmonic: Harmonic, growth: FloatArray) -> Solution:
     )
 
 
-def _rows(reads: "list[Read] | tuple[Read, ...]") -> FloatArray:
+def _rows(reads: "list[InstrumentReading] | tuple[InstrumentReading, ...]") -> FloatArray:
     return np.array([read.row for read in reads]).reshape(-1, 3)
 
 
@@ -219,7 +219,7 @@ def _rows(reads: "list[Read] | tuple[Read, ...]") -> FloatArray:
 # ----------------------------------------------------------------------------
 
 
-def phase_between(one: Solution, row: FloatArray, other: FloatArray) -> WithError:
+def phase_between(one: HarmonicMotion, row: FloatArray, other: FloatArray) -> WithError:
     """Phase (rad) of the signal of a row (3,) against that of another; 0 where there is none."""
     try:
         return phase_of(one.motion, one.rounding, row, other)
@@ -228,7 +228,7 @@ def phase_between(one: Solution, row: FloatArray, other: FloatArray) -> WithErro
 
 
 def phase_of(
-    motion: ComplexArray, rounding: Spread, row: FloatArray, other: FloatArray
+    motion: ComplexArray, rounding: MotionSpread, row: FloatArray, other: FloatArray
 ) -> WithError:
     """The same for any motion, in (-pi, pi]."""
     both, errors = signal(motion, rounding, np.stack([row, other]))
@@ -251,18 +251,18 @@ def phase_of(
 _READ = 8.0 * EPSILON
 
 
-def emit_readings(scene: Scene, found: list[Solution]) -> None:
+def emit_readings(scene: Scene, solutions: list[HarmonicMotion]) -> None:
     """Emit levels read and computed, and of readings with a phase how far the motion is off."""
     levels: list[tuple[str, int, float, float, float]] = []
     signals: list[tuple[str, int, float, float]] = []
-    for one in found:
+    for one in solutions:
         order = one.harmonic.order
         for read in one.harmonic.reads:
             value, error = one.signal(read.row)
             if read.amplitude > 0.0:
                 computed, off = level_of(value, error, read.reference)
-                own, _ = level_of(read.amplitude, 0.0, read.reference)
-                levels.append((read.name, order, float(own), float(computed), float(off)))
+                measured, _ = level_of(read.amplitude, 0.0, read.reference)
+                levels.append((read.name, order, float(measured), float(computed), float(off)))
             if read.phase is not None:
                 shown = read.amplitude * np.exp(1j * read.phase)
                 deviations = np.array([[read.deviation], [read.across[1]]])
@@ -272,15 +272,15 @@ def emit_readings(scene: Scene, found: list[Solution]) -> None:
                 rounding /= float(np.min(deviations))
                 signals.append((read.name, order, apart, rounding))
     if levels:
-        names, orders, own_, computed_, off_ = (
+        names, orders, measured_, computed_, off_ = (
             np.array(column) for column in zip(*levels, strict=True)
         )
         axes = {"reading": _unique([str(name) for name in names])}
         scene.emit("measurement/reading/order", orders, 0.0, axes)
-        known = _READ * (np.abs(own_) + DECIBEL)
-        scene.emit("measurement/reading/read", own_, known, axes)
+        known = _READ * (np.abs(measured_) + DECIBEL)
+        scene.emit("measurement/reading/read", measured_, known, axes)
         scene.emit("measurement/reading/computed", computed_, off_, axes)
-        scene.emit("measurement/reading/residual", computed_ - own_, off_ + known, axes)
+        scene.emit("measurement/reading/residual", computed_ - measured_, off_ + known, axes)
     if signals:
         names, orders, apart_, error_ = (np.array(column) for column in zip(*signals, strict=True))
         axes = {"signal": _unique([str(name) for name in names])}
@@ -303,16 +303,18 @@ def _unique(names: list[str]) -> np.ndarray:
 # ----------------------------------------------------------------------------
 
 
-def emit_plate(scene: Scene, found: list[Solution], orders: dict[str, np.ndarray]) -> None:
+def emit_plate(
+    scene: Scene, solutions: list[HarmonicMotion], orders: dict[str, np.ndarray]
+) -> None:
     """Emit amplitudes over the plate and the places of least amplitude, if its edges are known."""
     table = scene.case.measurement
     if table is None or table.plate is None:
         return
     plate = Rectangle(*table.plate.x, *table.plate.y)
-    motions = np.stack([one.motion for one in found])
+    motions = np.stack([one.motion for one in solutions])
     x, y = grid(plate, table.plate.points)
     corners = point_row(np.array(plate[:2])[:, None], np.array(plate[2:])[None, :])
-    errors = [float(np.max(one.signal(corners.reshape(-1, 3)).error)) for one in found]
+    errors = [float(np.max(one.signal(corners.reshape(-1, 3)).error)) for one in solutions]
     axes = {**orders, "plate_y": y, "plate_x": x}
     amplitudes = amplitude_map(motions, x, y)
     scene.emit("measurement/map/amplitude", amplitudes, max(errors), axes)
@@ -328,14 +330,14 @@ def emit_plate(scene: Scene, found: list[Solution], orders: dict[str, np.ndarray
     least = [place.amplitude for place in quiet]
     there = [
         float(one.signal(point_row(place.x, place.y)).error)
-        for one, place in zip(found, quiet, strict=True)
+        for one, place in zip(solutions, quiet, strict=True)
     ]
     scene.emit("measurement/quiet/amplitude", least, max(there), orders)
     all_orders = quietest(motions, plate, float(np.linalg.norm(errors)))
     scene.emit("measurement/quiet/all_orders_x", all_orders.x, all_orders.error)
     scene.emit("measurement/quiet/all_orders_y", all_orders.y, all_orders.error)
     row = point_row(all_orders.x, all_orders.y)
-    uncertainty = float(np.linalg.norm([float(one.signal(row).error) for one in found]))
+    uncertainty = float(np.linalg.norm([float(one.signal(row).error) for one in solutions]))
     uncertainty += 8.0 * EPSILON * all_orders.amplitude
     scene.emit("measurement/quiet/all_orders_amplitude", all_orders.amplitude, uncertainty)
 
@@ -351,13 +353,13 @@ _TOO_QUIET = 0.01
 _SCATTER = 2.0
 
 
-def emit_candidates(scene: Scene, found: list[Solution], reference: np.ndarray) -> None:
+def emit_candidates(scene: Scene, solutions: list[HarmonicMotion], reference: np.ndarray) -> None:
     """Emit every motion under a name such as `2 +/-`: harmonic, signs of roll and pitch phase."""
     table = scene.case.measurement
-    each = [(one, place) for one in found for place in range(len(one.candidates))]
+    each = [(one, place) for one in solutions for place in range(len(one.candidates))]
     if table is None or not each:
         return
-    own = references(table)
+    zero = references(table)
     phases = np.array([_phases(one, place, reference) for one, place in each])
     axes = {"candidate": _names(each, phases[:, 0])}
     scene.emit("measurement/candidate/order", [one.harmonic.order for one, _ in each], 0.0, axes)
@@ -373,7 +375,7 @@ def emit_candidates(scene: Scene, found: list[Solution], reference: np.ndarray) 
         values, errors = (
             np.array([getattr(one, key)[part] for one in signals]) for key in ("value", "error")
         )
-        scale = own.linear if name == "translation" else own.angular
+        scale = zero.linear if name == "translation" else zero.angular
         level = level_of(values, errors, scale)
         scene.emit(f"measurement/candidate/{name}_level", *level, axes)
         phase, off = phases[:, :, part].T
@@ -384,17 +386,19 @@ def emit_candidates(scene: Scene, found: list[Solution], reference: np.ndarray) 
             signal(one.candidates[place].motion, one.roundings[place], rows) for one, place in each
         ]
         level = level_of(
-            np.stack([one.value for one in both]), np.stack([one.error for one in both]), own.linear
+            np.stack([one.value for one in both]),
+            np.stack([one.error for one in both]),
+            zero.linear,
         )
         names = np.array([position.name for position in table.positions], dtype=object)
         scene.emit("measurement/candidate/level", *level, {**axes, "position": names})
         bounds = np.stack([one.level_bound(rows, place) for one, place in each])
         error = 1e-5 * np.where(np.isfinite(bounds), bounds, 0.0)
         scene.emit("measurement/candidate/level_bound", bounds, error, {**axes, "position": names})
-        _emit_further(scene, found, table)
+        _emit_further(scene, solutions, table)
 
 
-def _rounded(one: Solution, place: int) -> float:
+def _rounded(one: HarmonicMotion, place: int) -> float:
     """dB; the largest error of the levels that a motion has at the readings it is judged by."""
     reads = [read for read in one.harmonic.reads if read.use == "choose" and read.phase is None]
     reads = reads or list(one.harmonic.solving)
@@ -406,7 +410,7 @@ def _rounded(one: Solution, place: int) -> float:
     return float(np.max(level.error) + max(known, default=0.0))
 
 
-def warn_of(scene: Scene, one: Solution, table: Measurement) -> None:
+def warn_of(scene: Scene, one: HarmonicMotion, table: Measurement) -> None:
     """Say where readings contradict each other, and where they leave two motions."""
     order = one.harmonic.order
     if one.clipped:
@@ -445,13 +449,13 @@ def warn_of(scene: Scene, one: Solution, table: Measurement) -> None:
     )
 
 
-def _levels(further: "Further", table: Measurement) -> str:
+def _levels(further: "FurtherReading", table: Measurement) -> str:
     sizes, scale = further.apart.amplitudes, references(table).linear
     first, other = (float(level_of(size, 0.0, scale).value) for size in sizes)
     return f"{first:.1f} dB with the one, {other:.1f} dB with the next"
 
 
-class Further(NamedTuple):
+class FurtherReading(NamedTuple):
     """A reading not yet made, what it would tell, and the error of that in dB."""
 
     name: str
@@ -459,7 +463,7 @@ class Further(NamedTuple):
     error: float
 
 
-def _further(one: Solution, table: Measurement) -> Further | None:
+def _further(one: HarmonicMotion, table: Measurement) -> FurtherReading | None:
     """The reading, of those not yet made at named positions, where two motions differ most."""
     if len(one.candidates) < 2 or not table.positions:
         return None
@@ -480,17 +484,17 @@ def _further(one: Solution, table: Measurement) -> Further | None:
     loudest = max(float(np.max(np.abs(motions @ row))) for row in rows)
     if not fresh:
         return None
-    found = most_telling(motions, np.stack([rows[place] for place in fresh]), _TOO_QUIET * loudest)
-    if found is None:
+    choice = most_telling(motions, np.stack([rows[place] for place in fresh]), _TOO_QUIET * loudest)
+    if choice is None:
         return None
-    row = rows[fresh[found.place]]
+    row = rows[fresh[choice.place]]
     both = [signal(one.candidates[place].motion, one.roundings[place], row) for place in range(2)]
     errors = [float(level_of(*each, 1.0).error) for each in both]
-    return Further(names[fresh[found.place]], found, sum(errors))
+    return FurtherReading(names[fresh[choice.place]], choice, sum(errors))
 
 
-def _emit_further(scene: Scene, found: list[Solution], table: Measurement) -> None:
-    telling = [(one.harmonic.order, _further(one, table)) for one in found]
+def _emit_further(scene: Scene, solutions: list[HarmonicMotion], table: Measurement) -> None:
+    telling = [(one.harmonic.order, _further(one, table)) for one in solutions]
     rows = [(order, further) for order, further in telling if further is not None]
     # none where every harmonic has one motion, or all that is named has been read
     names = np.array([f"{order}: {one.name}" for order, one in rows], dtype=object)
@@ -501,13 +505,13 @@ def _emit_further(scene: Scene, found: list[Solution], table: Measurement) -> No
     scene.emit("measurement/further/difference", difference, error, axes)
 
 
-def _phases(one: Solution, place: int, reference: np.ndarray) -> list[list[float]]:
+def _phases(one: HarmonicMotion, place: int, reference: np.ndarray) -> list[list[float]]:
     motion, rounding = one.candidates[place].motion, one.roundings[place]
     each = [phase_of(motion, rounding, np.eye(3)[part], reference) for part in range(3)]
     return [[float(phase.value) for phase in each], [float(phase.error) for phase in each]]
 
 
-def _names(each: list[tuple[Solution, int]], phases: np.ndarray) -> np.ndarray:
+def _names(each: list[tuple[HarmonicMotion, int]], phases: np.ndarray) -> np.ndarray:
     names: list[str] = []
     for (one, _), (_, roll, pitch) in zip(each, phases, strict=True):
         signs = "/".join("-" if phase < 0.0 else "+" for phase in (roll, pitch))
@@ -532,86 +536,95 @@ def run_measurement(scene: Scene) -> None:
     if table is None:
         raise ValueError("the case has no [measurement]")
     reference = reference_row(table)
-    found = solve_all(build_harmonics(table), reference)
-    for one in found:
+    solutions = solve_all(build_harmonics(table), reference)
+    for one in solutions:
         warn_of(scene, one, table)
     orders = {"order": np.array(table.orders)}
-    _emit_motion(scene, found, reference, orders)
-    _emit_positions(scene, found, orders)
-    _emit_fit(scene, found, orders)
-    emit_readings(scene, found)
-    emit_candidates(scene, found, reference)
-    emit_plate(scene, found, orders)
+    _emit_motion(scene, solutions, reference, orders)
+    _emit_positions(scene, solutions, orders)
+    _emit_fit(scene, solutions, orders)
+    emit_readings(scene, solutions)
+    emit_candidates(scene, solutions, reference)
+    emit_plate(scene, solutions, orders)
     frequency = table.base_frequency or scene.case.machine.speed
     if frequency is not None:
         scene.emit("measurement/frequency", orders["order"] * frequency, 0.0, orders)
-    _cite(scene, found)
+    _cite(scene, solutions)
 
 
 def _emit_motion(
-    scene: Scene, found: list[Solution], reference: np.ndarray, axes: dict[str, np.ndarray]
+    scene: Scene,
+    solutions: list[HarmonicMotion],
+    reference: np.ndarray,
+    axes: dict[str, np.ndarray],
 ) -> None:
     table = scene.case.measurement
     assert table is not None
-    own = references(table)
+    zero = references(table)
     for name, place in _ROWS.items():
         row = np.eye(3)[place]
-        scale = own.linear if name == "translation" else own.angular
-        values, errors = _stacked([one.signal(row) for one in found])
+        scale = zero.linear if name == "translation" else zero.angular
+        values, errors = _stacked([one.signal(row) for one in solutions])
         scene.emit(f"measurement/{name}", values, errors, axes)
         scene.emit(f"measurement/{name}_level", *level_of(values, errors, scale), axes)
-        phases = _stacked([phase_between(one, row, reference) for one in found])
+        phases = _stacked([phase_between(one, row, reference) for one in solutions])
         scene.emit(f"measurement/phase/{name}", *phases, axes)
-        uncertainties = np.array([float(one.level_deviation(row[None])[0]) for one in found])
-        _emit_uncertainty(scene, f"{name}_level", uncertainties, found, axes)
-        uncertainties = np.array([one.phase_deviation(row, reference) for one in found])
-        _emit_uncertainty(scene, f"{name}_phase", uncertainties, found, axes)
+        uncertainties = np.array([float(one.level_deviation(row[None])[0]) for one in solutions])
+        _emit_uncertainty(scene, f"{name}_level", uncertainties, solutions, axes)
+        uncertainties = np.array([one.phase_deviation(row, reference) for one in solutions])
+        _emit_uncertainty(scene, f"{name}_phase", uncertainties, solutions, axes)
         if name != "translation":
-            phases = _stacked([phase_between(one, row, np.eye(3)[0]) for one in found])
+            phases = _stacked([phase_between(one, row, np.eye(3)[0]) for one in solutions])
             scene.emit(f"measurement/phase/{name}_to_translation", *phases, axes)
 
 
 def _emit_uncertainty(
-    scene: Scene, name: str, values: np.ndarray, found: list[Solution], axes: dict[str, np.ndarray]
+    scene: Scene,
+    name: str,
+    values: np.ndarray,
+    solutions: list[HarmonicMotion],
+    axes: dict[str, np.ndarray],
 ) -> None:
     """Emit uncertainties, the last axis over the harmonics; an infinite one is as it is."""
     finite = np.where(np.isfinite(values), values, 0.0)
     share = np.array(
-        [one.spread.uncertainty + (one.reach is not None) * _OF_BOUNDS for one in found]
+        [one.spread.uncertainty + (one.reach is not None) * _OF_BOUNDS for one in solutions]
     )
     scene.emit(f"measurement/uncertainty/{name}", values, finite * share, axes)
 
 
-def _emit_positions(scene: Scene, found: list[Solution], orders: dict[str, np.ndarray]) -> None:
+def _emit_positions(
+    scene: Scene, solutions: list[HarmonicMotion], orders: dict[str, np.ndarray]
+) -> None:
     table = scene.case.measurement
     assert table is not None
     if not table.positions:
         return
-    own = references(table).linear
+    zero = references(table).linear
     rows = position_rows(table)
     names = np.array([position.name for position in table.positions], dtype=object)
     axes = {"position": names, **orders}
-    for part, kept in PARTS.items():
-        values, errors = _stacked([one.signal(rows * np.array(kept)) for one in found])
-        scene.emit(f"measurement/level/{part}", *level_of(values, errors, own), axes)
+    for part, mask in PARTS.items():
+        values, errors = _stacked([one.signal(rows * np.array(mask)) for one in solutions])
+        scene.emit(f"measurement/level/{part}", *level_of(values, errors, zero), axes)
         if part == "standard":
             scene.emit("measurement/acceleration", values, errors, axes)
             total = np.linalg.norm(values, axis=-1)
             uncertainty = np.linalg.norm(errors, axis=-1)
-            scene.emit("measurement/level/all_orders", *level_of(total, uncertainty, own), axes)
-    deviations = np.stack([one.level_deviation(rows) for one in found], axis=-1)
-    _emit_uncertainty(scene, "level", deviations, found, axes)
-    bounds = np.stack([one.level_bound(rows) for one in found], axis=-1)
-    _emit_uncertainty(scene, "level_bound", bounds, found, axes)
+            scene.emit("measurement/level/all_orders", *level_of(total, uncertainty, zero), axes)
+    deviations = np.stack([one.level_deviation(rows) for one in solutions], axis=-1)
+    _emit_uncertainty(scene, "level", deviations, solutions, axes)
+    bounds = np.stack([one.level_bound(rows) for one in solutions], axis=-1)
+    _emit_uncertainty(scene, "level_bound", bounds, solutions, axes)
 
 
-def _emit_fit(scene: Scene, found: list[Solution], axes: dict[str, np.ndarray]) -> None:
-    motions = np.array([max(len(one.candidates), 1) for one in found])
+def _emit_fit(scene: Scene, solutions: list[HarmonicMotion], axes: dict[str, np.ndarray]) -> None:
+    motions = np.array([max(len(one.candidates), 1) for one in solutions])
     scene.emit("measurement/fit/motions", motions, 0.0, axes)
-    decided = np.array([int(one.decided) for one in found])
+    decided = np.array([int(one.decided) for one in solutions])
     scene.emit("measurement/fit/decided", decided, 0.0, axes)
-    misfit = np.array([one.misfit for one in found])
-    error = np.array([one.misfit_error for one in found])
+    misfit = np.array([one.misfit for one in solutions])
+    error = np.array([one.misfit_error for one in solutions])
     scene.emit("measurement/fit/misfit", misfit, error, axes, terms=1.0)
 
 
@@ -623,20 +636,20 @@ def _stacked(each: list[WithError]) -> WithError:
     )
 
 
-def _cite(scene: Scene, found: list[Solution]) -> None:
+def _cite(scene: Scene, solutions: list[HarmonicMotion]) -> None:
     scene.cite(
         "rigid plate in small motion",
         "levels at any point from translation, roll and pitch",
         "Herold, Roll vibration of reciprocating machines, 1977, eqs. 1 to 43",
     )
-    if any(one.candidates for one in found):
+    if any(one.candidates for one in solutions):
         scene.cite(
             "second moments of phasors from levels",
             "all motions that levels allow",
             "a line through the cone of semidefinite matrices, docs/theory_measurement.md; with "
             "three points and two differences the permutations of Herold (1977), eqs. 32 and 33",
         )
-    if any(one.harmonic.is_complex for one in found):
+    if any(one.harmonic.is_complex for one in solutions):
         scene.cite(
             "weighted linear least squares",
             "motion from complex amplitudes",

@@ -219,7 +219,7 @@ def _apart(one: ComplexArray, other: ComplexArray) -> float:
 _AS_GOOD = 2.0
 
 
-class Choice(NamedTuple):
+class MotionChoice(NamedTuple):
     """`ranking` of the motions, best first, and their `residuals` (c, k) at the choosing readings.
 
     `decided` says that the best stands out: by more than the choosing readings and what the motions
@@ -238,7 +238,7 @@ def choose(
     amplitudes: FloatArray,
     half_widths: FloatArray,
     reach: Reach | None = None,
-) -> Choice:
+) -> MotionChoice:
     """Rank motions (best first by their own cost) by the levels of further readings.
 
     Rows (k, 3), amplitudes (k,) > 0 and half widths (k,) in dB are those of the further readings,
@@ -255,22 +255,22 @@ def _ranked(
     amplitudes: FloatArray,
     half_widths: FloatArray,
     reach: Reach | None,
-) -> Choice:
+) -> MotionChoice:
     residuals = np.stack([_levels(motion, rows, amplitudes) for motion in motions])
     if not len(rows):
         ranking = tuple(range(len(motions)))
-        return Choice(ranking, residuals, _stands_out(motions))
+        return MotionChoice(ranking, residuals, _stands_out(motions))
     worst = np.max(np.abs(residuals), axis=1)
     ranking = tuple(int(place) for place in np.argsort(worst, kind="stable"))
     if len(motions) == 1:
-        return Choice(ranking, residuals, True)
+        return MotionChoice(ranking, residuals, True)
     first, second = ranking[:2]
     at = int(np.argmax(np.abs(residuals[first] - residuals[second])))
     uncertainty = half_widths[at] + sum(
         _uncertainty(motions[place], rows[at], reach) for place in (first, second)
     )
     apart = abs(residuals[second, at]) - abs(residuals[first, at])
-    return Choice(ranking, residuals, bool(apart > uncertainty))
+    return MotionChoice(ranking, residuals, bool(apart > uncertainty))
 
 
 def _uncertainty(motion: LevelMotion, row: FloatArray, reach: Reach | None) -> float:

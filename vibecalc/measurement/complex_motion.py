@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.measurement.level_motions import Spread
+from vibecalc.measurement.level_motions import MotionSpread
 from vibecalc.measurement.plate import scaled, span_of
 from vibecalc.measurement.second_moments import NO_RANK
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
@@ -32,7 +32,7 @@ class ComplexMotion(NamedTuple):
     residual: ComplexArray
     condition: float
     excess: float
-    spread: Spread
+    spread: MotionSpread
 
 
 class Phasors(NamedTuple):
@@ -60,8 +60,8 @@ def complex_motion(given: Phasors) -> ComplexMotion:
     span, count = span_of(given.rows), len(given.rows)
     fit = _fit(given, given.deviations)
     slopes = fit.slopes / np.tile([1.0, span, span], 2)[:, None]
-    found = slopes[:, :count] @ np.abs(given.readings)  # nothing is read across a phasor
-    motion = found[:3] + 1j * found[3:]
+    parts = slopes[:, :count] @ np.abs(given.readings)  # nothing is read across a phasor
+    motion = parts[:3] + 1j * parts[3:]
     spare, squares = 2 * (count - 3), float(np.sum(fit.squares))
     excess = (squares / spare) ** 0.5 if spare else 0.0
     growth = excess if _beyond_chance(squares, spare) else 1.0
@@ -70,7 +70,7 @@ def complex_motion(given: Phasors) -> ComplexMotion:
         given.rows @ motion - given.readings,
         fit.condition,
         excess,
-        Spread(
+        MotionSpread(
             slopes,
             np.ravel(given.half_widths),
             np.ravel(given.deviations) * growth,

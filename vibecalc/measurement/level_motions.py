@@ -38,7 +38,7 @@ class Fit(NamedTuple):
     """Motion (3,), residual (r,) in dB (computed less read), sum of squares, and its curvature.
 
     `hessian` (6, 6) and `jacobian` (r, 6) are those of the residuals over their half widths by
-    the real and then the imaginary parts of the motion. `looks` counts the motions that were
+    the real and then the imaginary parts of the motion. `evaluations` counts the motions that were
     evaluated on the way.
     """
 
@@ -47,7 +47,7 @@ class Fit(NamedTuple):
     cost: float
     hessian: FloatArray
     jacobian: FloatArray
-    looks: int = 1
+    evaluations: int = 1
 
 
 def refine(
@@ -109,8 +109,8 @@ def _settled(rows: FloatArray, amplitudes: FloatArray, half_widths: FloatArray, 
         motion = fit.motion + step[:3] + 1j * step[3:]
         if length > 0.5 * last or np.min(np.abs(rows @ motion)) == 0.0:
             return fit
-        last, looks = length, fit.looks + 1
-        fit = evaluate(rows, amplitudes, half_widths, motion)._replace(looks=looks)
+        last, evaluations = length, fit.evaluations + 1
+        fit = evaluate(rows, amplitudes, half_widths, motion)._replace(evaluations=evaluations)
     return fit
 
 
@@ -164,7 +164,7 @@ def _shorten(
             continue
         trial = evaluate(rows, amplitudes, half_widths, motion)
         if trial.cost < fit.cost:
-            return trial._replace(looks=fit.looks + halving + 1)
+            return trial._replace(evaluations=fit.evaluations + halving + 1)
     return None
 
 
@@ -179,7 +179,7 @@ def _shorten(
 _FLAT = 1e-13
 
 
-class Spread(NamedTuple):
+class MotionSpread(NamedTuple):
     """`slopes` (6, n) of the parts of a motion by its readings; how far these may be off.
 
     `half_widths` (n,) bound a reading's error, `deviations` (n,) are its standard uncertainty.
@@ -200,11 +200,11 @@ class Spread(NamedTuple):
         """Largest change (...) of results with gradients (..., 6), all readings at their ends."""
         return np.asarray(np.abs(self._moves(gradient)) @ self.half_widths)
 
-    def in_units(self, units: FloatArray) -> "Spread":
+    def in_units(self, units: FloatArray) -> "MotionSpread":
         """The same for a motion multiplied by `units` (3,)."""
         return self._replace(slopes=self.slopes * np.tile(units, 2)[:, None])
 
-    def turned(self, factor: complex, flipped: bool) -> "Spread":
+    def turned(self, factor: complex, flipped: bool) -> "MotionSpread":
         """The same for a motion multiplied by a factor, and then conjugated if `flipped`."""
         if not np.isfinite(self.slopes).all():
             return self
@@ -222,25 +222,25 @@ class Spread(NamedTuple):
 
 def level_spread(
     fit: Fit, reference: FloatArray, half_widths: FloatArray, deviations: FloatArray
-) -> Spread:
+) -> MotionSpread:
     """Spread of a motion found from levels, its phase held at a reference row (3,)."""
     values, vectors = np.linalg.eigh(fit.hessian)
     turn = np.concatenate([-fit.motion.imag, fit.motion.real])
     turn = turn / np.linalg.norm(turn)
     # the common phase is free: it is the one direction without curvature
     free = int(np.argmax(np.abs(vectors.T @ turn)))
-    kept = np.delete(np.arange(6), free)
+    resolved = np.delete(np.arange(6), free)
     widths = (half_widths, deviations)
-    if np.min(values[kept]) <= _FLAT * np.max(values):
-        return Spread(np.full((6, len(half_widths)), np.inf), *widths)
-    uncertainty = 16.0 * EPSILON * float(np.max(values) / np.min(values[kept]))
-    inverse = (vectors[:, kept] / values[kept]) @ vectors[:, kept].T
+    if np.min(values[resolved]) <= _FLAT * np.max(values):
+        return MotionSpread(np.full((6, len(half_widths)), np.inf), *widths)
+    uncertainty = 16.0 * EPSILON * float(np.max(values) / np.min(values[resolved]))
+    inverse = (vectors[:, resolved] / values[resolved]) @ vectors[:, resolved].T
     slopes = inverse @ (fit.jacobian / half_widths[:, None]).T
     signal = complex(reference @ fit.motion)
     across = _phase_gradient(reference, signal)
     along = float(across @ turn)
     slopes = slopes - np.multiply.outer(turn, across @ slopes) / along
-    return Spread(slopes, *widths, uncertainty)
+    return MotionSpread(slopes, *widths, uncertainty)
 
 
 def level_gradient(rows: FloatArray, motion: ComplexArray) -> FloatArray:
@@ -292,7 +292,7 @@ class LevelMotion(NamedTuple):
     cost: float
     misfit: float
     clipped: bool
-    spread: Spread
+    spread: MotionSpread
 
 
 def level_motions(
@@ -332,15 +332,15 @@ def level_motions(
             fits.append(fit)
     if not fits:
         raise NumericalFailure("the motion of the plate: least squares in dB did not converge")
-    found = [
+    motions = [
         _motion(fit, plain, half_widths, scaled(reference, span), deviations, size, span)
         for fit in sorted(fits, key=lambda fit: fit.cost)
     ]
-    exact = [motion for motion in found if not motion.clipped]
+    exact = [motion for motion in motions if not motion.clipped]
     if len(rows) == NEEDED:
-        found = exact or found[:1]
-        _refuse_contradiction(found[0], half_widths)
-    return found
+        motions = exact or motions[:1]
+        _refuse_contradiction(motions[0], half_widths)
+    return motions
 
 
 def lines(rows: FloatArray, amplitudes: FloatArray) -> Iterator[Line]:

@@ -23,7 +23,7 @@ COVERAGE = 2.0
 _AXES = {"x": (1.0, 0.0), "y": (0.0, 1.0)}
 
 
-class Read(NamedTuple):
+class InstrumentReading(NamedTuple):
     """One number that an instrument shows; amplitudes are 0-to-peak, in m/s^2 or rad/s^2.
 
     `half_width` and `deviation` are how far the amplitude may be off and its standard
@@ -47,7 +47,7 @@ class Harmonic(NamedTuple):
     """What is read of one order. Phases among `solve` make the motion a linear problem."""
 
     order: int
-    reads: tuple[Read, ...]
+    reads: tuple[InstrumentReading, ...]
 
     @property
     def is_complex(self) -> bool:
@@ -55,7 +55,7 @@ class Harmonic(NamedTuple):
         return any(read.phase is not None for read in self.reads if read.use == "solve")
 
     @property
-    def solving(self) -> tuple[Read, ...]:
+    def solving(self) -> tuple[InstrumentReading, ...]:
         """The readings that the motion is found from; levels next to phases only compare."""
         found = (read for read in self.reads if read.use == "solve")
         return tuple(read for read in found if (read.phase is not None) is self.is_complex)
@@ -91,7 +91,7 @@ def build_harmonics(table: Measurement) -> tuple[Harmonic, ...]:
     """All readings, under the orders of the table, in the order in which they stand there."""
     reads = [*_readings(table), *_scanned(table)]
     return tuple(
-        Harmonic(order, tuple(read for own, read in reads if own == order))
+        Harmonic(order, tuple(read for number, read in reads if number == order))
         for order in table.orders
     )
 
@@ -140,7 +140,7 @@ def name_of(reading: Reading) -> str:
     return f"about {reading.about}"
 
 
-def _readings(table: Measurement) -> Iterator[tuple[int, Read]]:
+def _readings(table: Measurement) -> Iterator[tuple[int, InstrumentReading]]:
     known = places(table)
     for reading in table.readings:
         angular = reading.about is not None
@@ -161,7 +161,7 @@ def _readings(table: Measurement) -> Iterator[tuple[int, Read]]:
             )
 
 
-def _scanned(table: Measurement) -> Iterator[tuple[int, Read]]:
+def _scanned(table: Measurement) -> Iterator[tuple[int, InstrumentReading]]:
     scan = table.scan
     if scan is None:
         return
@@ -190,7 +190,7 @@ def _read(
     level: float | None,
     amplitude: float | None,
     phase: float | None,
-) -> Read:
+) -> InstrumentReading:
     reference = references(table)[int(angular)]
     if level is not None:
         size = float(amplitude_of(level, reference))
@@ -205,12 +205,14 @@ def _read(
     if phase is None:
         # in dB, of an amplitude too; one of zero has no level
         share = 1.0 if level is not None else DECIBEL / size if size > 0.0 else 0.0
-        return Read(name, row, use, size, phase, half * share, deviation * share, reference)
+        return InstrumentReading(
+            name, row, use, size, phase, half * share, deviation * share, reference
+        )
     half, deviation = half * unit, deviation * unit
     # a phase of nothing says nothing: what is not there is not there in any direction
     turn = _off(table.phase_step or 0.0, table.phase_uncertainty)
     across = (size * turn[0], size * turn[1]) if size > 0.0 else (half, deviation)
-    return Read(name, row, use, size, phase, half, deviation, reference, across)
+    return InstrumentReading(name, row, use, size, phase, half, deviation, reference, across)
 
 
 def _off(step: float, uncertainty: float) -> tuple[float, float]:
@@ -304,20 +306,20 @@ def _words(reported: Observable) -> list[str]:
         if turn <= _SMALL * abs(translation):
             texts.append("translation")
             continue
-        roll, pitch, rise = roll / turn, pitch / turn, translation / turn
+        roll, pitch, shift = roll / turn, pitch / turn, translation / turn
         if roll < 0.0 or (roll == 0.0 and pitch < 0.0):
-            roll, pitch, rise = -roll, -pitch, -rise
-        texts.append(_line(roll, pitch, rise, reported.span))
+            roll, pitch, shift = -roll, -pitch, -shift
+        texts.append(_line(roll, pitch, shift, reported.span))
     return texts
 
 
-def _line(roll: float, pitch: float, rise: float, span: float) -> str:
+def _line(roll: float, pitch: float, shift: float, span: float) -> str:
     """A rotation about a line on which all points of the readings lie."""
     if abs(pitch) <= _SMALL:
-        return f"roll about the line y = {-rise / roll + 0.0:.4g} m, on which the points lie"
+        return f"roll about the line y = {-shift / roll + 0.0:.4g} m, on which the points lie"
     if abs(roll) <= _SMALL:
-        return f"pitch about the line x = {rise / pitch + 0.0:.4g} m, on which the points lie"
-    at = rise * np.array([pitch, -roll])
+        return f"pitch about the line x = {shift / pitch + 0.0:.4g} m, on which the points lie"
+    at = shift * np.array([pitch, -roll])
     return (
         f"rotation about the line on which the points lie, through ({at[0]:.4g}, {at[1]:.4g}) m: "
         f"{roll:.3g} of roll with {pitch:.3g} of pitch"

@@ -42,8 +42,8 @@ def difference_row(first: ArrayLike, second: ArrayLike) -> FloatArray:
     Points are (..., 2) in m. Over its distance this is the angular accelerometer of Herold's
     eqs. 1 to 3: the translation has no part in it.
     """
-    way = np.asarray(second, dtype=float) - np.asarray(first, dtype=float)
-    return np.stack([np.zeros_like(way[..., 0]), way[..., 1], -way[..., 0]], axis=-1)
+    step = np.asarray(second, dtype=float) - np.asarray(first, dtype=float)
+    return np.stack([np.zeros_like(step[..., 0]), step[..., 1], -step[..., 0]], axis=-1)
 
 
 def rotation_row(direction: ArrayLike) -> FloatArray:
@@ -149,8 +149,8 @@ def _on_sides(
     for fixed, free in ((0, 1), (1, 0)):
         steepness = float(slopes[:, free] @ slopes[:, free])
         for end in (-bound[fixed], bound[fixed]):
-            rest = value + slopes[:, fixed] * end
-            along = -float(slopes[:, free] @ rest) / steepness if steepness > 0.0 else 0.0
+            at_end = value + slopes[:, fixed] * end
+            along = -float(slopes[:, free] @ at_end) / steepness if steepness > 0.0 else 0.0
             place = np.empty(2)
             place[fixed] = end
             place[free] = np.clip(along, -bound[free], bound[free])

@@ -25,11 +25,11 @@ _MET = 1e-6
 
 def readings(record: Record) -> list[str]:
     """Levels read that the motion does not meet exactly, the largest residual first."""
-    found = {
+    entries = {
         name: having(record, f"{_STEM}reading/{name}", "reading")
         for name in ("read", "computed", "residual")
     }
-    residual = found["residual"]
+    residual = entries["residual"]
     if residual is None:
         return _signals(record)
     names = labels(residual.axes[0])
@@ -37,7 +37,7 @@ def readings(record: Record) -> list[str]:
     apart = [int(i) for i in np.argsort(-size, kind="stable") if size[i] > _MET]
     rows = []
     for i in apart[:_MOST]:
-        values = [found[name] for name in ("read", "computed")]
+        values = [entries[name] for name in ("read", "computed")]
         cells = ["" if one is None else f"{float(one.values[i]):.2f}" for one in values]
         rows.append([names[i], *cells, f"{float(residual.values[i]):+.2f}"])
     columns = (
@@ -82,8 +82,8 @@ def candidates(record: Record) -> list[str]:
     for i, name in enumerate(names):
         row = [name, "taken" if chosen.values[i] else ""]
         for path, factor, _ in columns:
-            found = having(record, f"{_STEM}candidate/{path}", "candidate")
-            row.append("" if found is None else f"{factor * float(found.values[i]):.2f}")
+            quantity = having(record, f"{_STEM}candidate/{path}", "candidate")
+            row.append("" if quantity is None else f"{factor * float(quantity.values[i]):.2f}")
         rows.append(row)
     heads = (Column("motion", 14), Column("", 6), *(number(words, 12) for *_, words in columns))
     lines = table(heads, rows[:_MOST])
@@ -201,8 +201,8 @@ def _levels(record: Record) -> list[str]:
         for i, order in enumerate(orders):
             row = [position if i == 0 else "", order]
             for part, _ in _LEVELS:
-                found = having(record, f"{_STEM}level/{part}", "position", "order")
-                row.append("" if found is None else _level(found.values[place, i]))
+                quantity = having(record, f"{_STEM}level/{part}", "position", "order")
+                row.append("" if quantity is None else _level(quantity.values[place, i]))
             sure = "" if uncertainty is None else _plus_minus_alone(uncertainty.values[place, i])
             rows.append([*row[:3], sure, *row[3:]])
     columns = (

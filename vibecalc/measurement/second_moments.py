@@ -119,11 +119,11 @@ def counted_ends(line: Line) -> ConeEnds:
     if not size > 0.0:
         return ConeEnds([np.zeros(3, dtype=complex)], 1)
     unit = Line(line.origin / size, line.direction / float(np.linalg.norm(line.direction)))
-    found = _by_roots(unit)
-    if found is None:
-        found = _by_search(unit)
-    motions = [motion * math.sqrt(size) for motion in found.motions]
-    return found._replace(motions=motions)
+    lowest = _by_roots(unit)
+    if lowest is None:
+        lowest = _by_search(unit)
+    motions = [motion * math.sqrt(size) for motion in lowest.motions]
+    return lowest._replace(motions=motions)
 
 
 def _by_roots(line: Line) -> ConeEnds | None:
@@ -133,22 +133,22 @@ def _by_roots(line: Line) -> ConeEnds | None:
         return None
     solved, at = 1, np.array(both)
     for _ in range(_POLISH):
-        found = _lowest(line, at)
+        lowest = _lowest(line, at)
         solved += 2
-        if not (found.slope[0] > 0.0 > found.slope[1]):
+        if not (lowest.slope[0] > 0.0 > lowest.slope[1]):
             return None
-        step = -found.values[:, 0] / found.slope
+        step = -lowest.values[:, 0] / lowest.slope
         gap = float(at[1] - at[0])
         if float(np.max(np.abs(step))) > _FAR * gap:
             return None
-        scale = np.abs(found.values[:, 2])
-        if np.all(np.abs(found.values[:, 0]) <= _ZERO * scale):
-            return ConeEnds([_factor(found, place) for place in range(2)], solved)
+        scale = np.abs(lowest.values[:, 2])
+        if np.all(np.abs(lowest.values[:, 0]) <= _ZERO * scale):
+            return ConeEnds([_factor(lowest, place) for place in range(2)], solved)
         at = at + step
     # rounding no longer shrinks
-    small = np.abs(found.values[:, 0]) <= _COARSE * scale
+    small = np.abs(lowest.values[:, 0]) <= _COARSE * scale
     if float(np.max(np.abs(step))) <= _CLOSE * gap and np.all(small):
-        return ConeEnds([_factor(found, place) for place in range(2)], solved)
+        return ConeEnds([_factor(lowest, place) for place in range(2)], solved)
     return None
 
 
@@ -222,8 +222,8 @@ def _by_search(line: Line) -> ConeEnds:
             wide = 1.1 * math.sqrt(-2.0 * top / bend)
             start = float(peak.place) + math.copysign(wide, outside - float(peak.place))
             start = min(max(start, low), high)
-        found, steps = _march(line, start, outside, peak)
-        motions.append(_factor(found))
+        lowest, steps = _march(line, start, outside, peak)
+        motions.append(_factor(lowest))
         solved += steps
     return ConeEnds(motions, solved)
 
@@ -236,13 +236,13 @@ def _march(line: Line, start: float, outside: float, peak: _Lowest) -> tuple[_Lo
     inner, outer, at, best = float(peak.place), outside, start, peak
     side = math.copysign(1.0, outside - inner)
     for count in range(1, _MARCH):
-        found = _lowest(line, np.asarray(at))
-        value, slope = float(found.values[0]), float(found.slope)
+        lowest = _lowest(line, np.asarray(at))
+        value, slope = float(lowest.values[0]), float(lowest.slope)
         falls = side * slope < 0.0
-        if falls and abs(value) <= _ZERO * abs(float(found.values[2])):
-            return found, count
+        if falls and abs(value) <= _ZERO * abs(float(lowest.values[2])):
+            return lowest, count
         if abs(value) < abs(float(best.values[0])):
-            best = found
+            best = lowest
         if falls and value <= 0.0:
             outer = at
         else:
@@ -267,14 +267,14 @@ def _peak(line: Line, low: float, high: float) -> tuple[_Lowest, float, int]:
     sides = [_lowest(line, np.asarray(place)) for place in (low, high)]
     best, bend, at = sides[0], 0.0, 0.5 * (low + high)
     for count in range(2, _CLIMB):
-        found = _lowest(line, np.asarray(at))
-        if found.values[0] > best.values[0]:
-            best, bend = found, _bend(line, found)
-        rising = float(found.slope) > 0.0
-        sides[0 if rising else 1] = found
+        lowest = _lowest(line, np.asarray(at))
+        if lowest.values[0] > best.values[0]:
+            best, bend = lowest, _bend(line, lowest)
+        rising = float(lowest.slope) > 0.0
+        sides[0 if rising else 1] = lowest
         left, right = (float(side.place) for side in sides)
-        own = _bend(line, found)
-        target = at - float(found.slope) / own if own < 0.0 else math.nan
+        curvature = _bend(line, lowest)
+        target = at - float(lowest.slope) / curvature if curvature < 0.0 else math.nan
         if not left < target < right:
             target = _meeting(*sides)
         if not left < target < right:
@@ -293,8 +293,8 @@ def _peak(line: Line, low: float, high: float) -> tuple[_Lowest, float, int]:
 def _meeting(left: _Lowest, right: _Lowest) -> float:
     """Where the tangents at both places meet."""
     fall = float(left.slope - right.slope)
-    rise = float(right.values[0] - left.values[0])
-    ahead = rise - float(right.slope) * float(right.place - left.place)
+    difference = float(right.values[0] - left.values[0])
+    ahead = difference - float(right.slope) * float(right.place - left.place)
     return float(left.place) + ahead / fall if fall > 0.0 else math.nan
 
 
@@ -306,11 +306,11 @@ def _ceiling(left: _Lowest, right: _Lowest) -> float:
     return float(left.values[0]) + float(left.slope) * (at - float(left.place))
 
 
-def _bend(line: Line, found: _Lowest) -> float:
+def _bend(line: Line, lowest: _Lowest) -> float:
     """Second derivative of the lowest eigenvalue; minus infinity where two meet."""
-    across = found.vectors.T @ line.direction @ found.vectors[:, 0]
+    across = lowest.vectors.T @ line.direction @ lowest.vectors[:, 0]
     with np.errstate(divide="ignore", invalid="ignore"):
-        terms = np.square(across[1:]) / (found.values[0] - found.values[1:])
+        terms = np.square(across[1:]) / (lowest.values[0] - lowest.values[1:])
     return 2.0 * float(np.sum(np.where(across[1:] == 0.0, 0.0, terms)))
 
 
@@ -327,9 +327,9 @@ def _lowest(line: Line, place: FloatArray) -> _Lowest:
     return _Lowest(place, values, vectors, slope)
 
 
-def _factor(found: _Lowest, place: int | None = None) -> ComplexArray:
+def _factor(lowest: _Lowest, place: int | None = None) -> ComplexArray:
     """The motion whose second moments are nearest to those at a place of the line."""
-    values, vectors = found.values, found.vectors
+    values, vectors = lowest.values, lowest.vectors
     if place is not None:
         values, vectors = values[place], vectors[place]
     size = np.sqrt(np.maximum(values[1:], 0.0))

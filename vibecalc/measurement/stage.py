@@ -30,14 +30,14 @@ def plan_measurement(case: "Case") -> Iterator[Stage]:
         if not there
     )
     positions = () if table.positions else _OF_POSITIONS
-    ways = "levels: all motions that they allow" if by_levels else "least squares"
+    method = "levels: all motions that they allow" if by_levels else "least squares"
     yield Stage(
         name="measurement",
         adapter="vibecalc.measurement.adapter:run_measurement",
         why="[measurement] is in the case",
         parts=(),
         orders=", ".join(map(str, table.orders)),
-        cost=f"{_count(table)} readings, {len(table.orders)} harmonics one by one; {ways}",
+        cost=f"{_count(table)} readings, {len(table.orders)} harmonics one by one; {method}",
         quantities=below("measurement/", without=(*left_out, *positions)),
         is_last=True,
         harmonics=_orders_of_measurement,
@@ -74,8 +74,8 @@ def _any_level(table: "Measurement") -> bool:
 
 
 def _count(table: "Measurement") -> int:
-    own = sum(len(reading.orders or table.orders) for reading in table.readings)
-    return own + (len(table.scan.order) if table.scan is not None else 0)
+    single = sum(len(reading.orders or table.orders) for reading in table.readings)
+    return single + (len(table.scan.order) if table.scan is not None else 0)
 
 
 _OF_POSITIONS = (

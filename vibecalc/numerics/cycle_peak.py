@@ -24,7 +24,7 @@ from vibecalc.numerics.rounding import (
 _STEPS = np.sort(np.concatenate([2 ** np.arange(40), 3 * 2 ** np.arange(39)]))
 
 
-def kept_orders(rows: ComplexArray, orders: IntArray) -> tuple[IntArray, FloatArray]:
+def needed_orders(rows: ComplexArray, orders: IntArray) -> tuple[IntArray, FloatArray]:
     """Highest order to keep of each row (r, component, n), and the sum (r,) of those above it.
 
     The sum stays below the unit roundoff of the row's largest harmonic, and so of its peak. What
@@ -39,8 +39,8 @@ def kept_orders(rows: ComplexArray, orders: IntArray) -> tuple[IntArray, FloatAr
     onwards = np.cumsum(size[:, rank[::-1]], axis=1)[:, ::-1]
     needed = np.max(np.where(onwards > below[:, None], orders[rank], 0), axis=1)
     needed = np.maximum(needed, int(orders[orders > 0].min()))
-    kept = np.minimum(_STEPS[np.searchsorted(_STEPS, needed)], highest)
-    return kept, np.sum(np.where(orders > kept[:, None], size, 0.0), axis=1)
+    retained = np.minimum(_STEPS[np.searchsorted(_STEPS, needed)], highest)
+    return retained, np.sum(np.where(orders > retained[:, None], size, 0.0), axis=1)
 
 
 # ----------------------------------------------------------------------------
@@ -52,7 +52,7 @@ def kept_orders(rows: ComplexArray, orders: IntArray) -> tuple[IntArray, FloatAr
 
 #: exact to rounding within a half-width of pi / 12, for the square of the signal too
 DEGREE = 14
-PIECES = 8
+PARTS = 8
 #: squares of the length that agree to this count as equal
 SLACK = 8.0 * EPSILON
 
@@ -101,16 +101,16 @@ class Cells(NamedTuple):
         )
 
     def divided(self, half_width: float) -> Self:
-        """Every cell in `PIECES` equal ones."""
+        """Every cell in `PARTS` equal ones."""
         power = np.arange(DEGREE + 1)
         choose = np.array([[math.comb(m, n) for n in power] for m in power], dtype=np.float64)
         step = np.maximum(power - power[:, None], 0)
-        shifts = half_width * ((2.0 * np.arange(PIECES) + 1.0) / PIECES - 1.0)
+        shifts = half_width * ((2.0 * np.arange(PARTS) + 1.0) / PARTS - 1.0)
         flat = self.signal.reshape(DEGREE + 1, -1)
         moved = [(choose.T * shift**step) @ flat for shift in shifts.tolist()]
         signal = np.concatenate([one.reshape(self.signal.shape) for one in moved], axis=-1)
         centre = np.concatenate([self.centre + shift for shift in shifts.tolist()])
-        return self.of(np.tile(self.row, PIECES), centre, signal)
+        return self.of(np.tile(self.row, PARTS), centre, signal)
 
 
 def search(
@@ -147,9 +147,9 @@ def search(
         if not np.any(open_):
             break
         cells = cells.take(open_).divided(half_width)
-        half_width /= PIECES
-    found = (np.concatenate(part) for part in (rows, positions, lengths))
-    return _first(len(best), *found)
+        half_width /= PARTS
+    joined = (np.concatenate(part) for part in (rows, positions, lengths))
+    return _first(len(best), *joined)
 
 
 def _bounds(square: FloatArray, half_width: float) -> tuple[FloatArray, BoolArray]:
@@ -298,8 +298,8 @@ def vector_cycle_peak(harmonics: ArrayLike, orders: ArrayLike) -> Peak:
     elif np.all(order == order[0]):
         value, angle = _ellipse(rows.sum(axis=-1), step)
     else:
-        kept, left_out = kept_orders(rows, order // step)
-        value, angle = _by_highest(rows, order // step, size, kept)
+        retained, left_out = needed_orders(rows, order // step)
+        value, angle = _by_highest(rows, order // step, size, retained)
         angle = angle / step
         return _peak(value, angle, 2.0 * EPSILON * size + left_out, shape)
     return _peak(value, angle, 2.0 * EPSILON * size, shape)
@@ -322,12 +322,12 @@ def _ellipse(amplitude: ComplexArray, order: int) -> tuple[FloatArray, FloatArra
 
 
 def _by_highest(
-    rows: ComplexArray, orders: IntArray, size: FloatArray, kept: IntArray
+    rows: ComplexArray, orders: IntArray, size: FloatArray, retained: IntArray
 ) -> tuple[FloatArray, FloatArray]:
     """Peaks of rows (r, component, n), those with the same highest order together."""
     value, angle = np.zeros(len(rows)), np.zeros(len(rows))
-    for highest in sorted(set(kept.tolist())):
-        mine, used = np.flatnonzero(kept == highest), orders <= highest
+    for highest in sorted(set(retained.tolist())):
+        mine, used = np.flatnonzero(retained == highest), orders <= highest
         value[mine], angle[mine] = _general(rows[mine][..., used], orders[used], size[mine])
     return value, angle
 

@@ -10,18 +10,18 @@ from vibecalc.numerics.rounding import BoolArray, FloatArray, IntArray
 # ----------------------------------------------------------------------------
 # What `runge_kutta_march` integrates: rates that change form where watched values meet borders.
 #
-# A right-hand side with kinks (tables, friction) is given piece by piece: `piece` says for each
-# member which smooth form holds, and that form is continued beyond its borders while a step is
-# tried. The march ends a step on every border, tells the system, and goes on with the new piece,
-# so that no step has a kink inside and the order of the method is kept.
+# A right-hand side with kinks (tables, friction) is given interval by interval: `interval` says for
+# each member which smooth form holds, and that form is continued beyond its borders while a step is
+# tried. The march ends a step on every border, tells the system, and goes on with the new one, so
+# that no step has a kink inside and the order of the method is kept.
 # ----------------------------------------------------------------------------
 
 
-class Change(NamedTuple):
-    """What follows an event: states (b, n), pieces (b, p), and which members (b,) have finished."""
+class EventOutcome(NamedTuple):
+    """What follows an event: states (b, n), intervals (b, p), which members (b,) have finished."""
 
     state: FloatArray
-    piece: IntArray
+    interval: IntArray
     finished: BoolArray
 
 
@@ -34,19 +34,19 @@ class System(Protocol):
     closeness: FloatArray
 
     def rates(
-        self, member: IntArray, time: FloatArray, state: FloatArray, piece: IntArray
+        self, member: IntArray, time: FloatArray, state: FloatArray, interval: IntArray
     ) -> FloatArray:
         """Rates (b, n) of the states."""
         ...
 
     def watched(
-        self, member: IntArray, time: FloatArray, state: FloatArray, piece: IntArray
+        self, member: IntArray, time: FloatArray, state: FloatArray, interval: IntArray
     ) -> FloatArray:
         """The watched values (b, w)."""
         ...
 
-    def borders(self, member: IntArray, piece: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Least and largest watched values (b, w) of the pieces."""
+    def borders(self, member: IntArray, interval: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Least and largest watched values (b, w) of the intervals."""
         ...
 
     def crossed(
@@ -54,21 +54,21 @@ class System(Protocol):
         member: IntArray,
         time: FloatArray,
         state: FloatArray,
-        piece: IntArray,
+        interval: IntArray,
         which: IntArray,
-        way: IntArray,
-    ) -> Change:
-        """Watched value `which` (b,) has come to its lower (`way` -1) or upper (+1) border."""
+        direction: IntArray,
+    ) -> EventOutcome:
+        """Watched value `which` (b,) is at its lower (`direction` -1) or upper (+1) border."""
         ...
 
     def stopped(
-        self, member: IntArray, time: FloatArray, state: FloatArray, piece: IntArray
-    ) -> Change:
+        self, member: IntArray, time: FloatArray, state: FloatArray, interval: IntArray
+    ) -> EventOutcome:
         """One of the times at which the march was set to end a step is reached."""
         ...
 
 
-class Plain:
+class SmoothSystem:
     """A smooth system: `rates(time (b,), state (b, n)) -> (b, n)`; nothing is watched."""
 
     def __init__(self, rates: Callable[[FloatArray, FloatArray], FloatArray]):
@@ -76,16 +76,16 @@ class Plain:
         self._rates = rates
 
     def rates(
-        self, member: IntArray, time: FloatArray, state: FloatArray, piece: IntArray
+        self, member: IntArray, time: FloatArray, state: FloatArray, interval: IntArray
     ) -> FloatArray:
         return self._rates(time, state)
 
     def watched(
-        self, member: IntArray, time: FloatArray, state: FloatArray, piece: IntArray
+        self, member: IntArray, time: FloatArray, state: FloatArray, interval: IntArray
     ) -> FloatArray:
         return np.empty((len(member), 0))
 
-    def borders(self, member: IntArray, piece: IntArray) -> tuple[FloatArray, FloatArray]:
+    def borders(self, member: IntArray, interval: IntArray) -> tuple[FloatArray, FloatArray]:
         return np.empty((len(member), 0)), np.empty((len(member), 0))
 
     def crossed(
@@ -93,22 +93,22 @@ class Plain:
         member: IntArray,
         time: FloatArray,
         state: FloatArray,
-        piece: IntArray,
+        interval: IntArray,
         which: IntArray,
-        way: IntArray,
-    ) -> Change:
-        return Change(state, piece, np.zeros(len(member), dtype=bool))
+        direction: IntArray,
+    ) -> EventOutcome:
+        return EventOutcome(state, interval, np.zeros(len(member), dtype=bool))
 
     def stopped(
-        self, member: IntArray, time: FloatArray, state: FloatArray, piece: IntArray
-    ) -> Change:
-        return Change(state, piece, np.zeros(len(member), dtype=bool))
+        self, member: IntArray, time: FloatArray, state: FloatArray, interval: IntArray
+    ) -> EventOutcome:
+        return EventOutcome(state, interval, np.zeros(len(member), dtype=bool))
 
 
-class Tables(Plain):
+class Tables(SmoothSystem):
     """Rates with kinks where linear combinations of the states pass given values.
 
-    `rates(time (b,), state (b, n), piece (b, w)) -> (b, n)`, smooth for a fixed piece: number i of
+    `rates(time (b,), state (b, n), interval (b, w)) -> (b, n)`, smooth for a fixed one: number i of
     combination k means values[k][i - 1] <= combination[k] @ state <= values[k][i].
     `combination` (w, n); `values` w ascending arrays.
     """
@@ -126,18 +126,18 @@ class Tables(Plain):
         self.closeness = np.full(len(values), closeness)
 
     def rates(
-        self, member: IntArray, time: FloatArray, state: FloatArray, piece: IntArray
+        self, member: IntArray, time: FloatArray, state: FloatArray, interval: IntArray
     ) -> FloatArray:
-        return self._kinked(time, state, piece)
+        return self._kinked(time, state, interval)
 
     def watched(
-        self, member: IntArray, time: FloatArray, state: FloatArray, piece: IntArray
+        self, member: IntArray, time: FloatArray, state: FloatArray, interval: IntArray
     ) -> FloatArray:
         return np.asarray(state @ self._combination.T)
 
-    def borders(self, member: IntArray, piece: IntArray) -> tuple[FloatArray, FloatArray]:
-        below = [edge[piece[:, k]] for k, edge in enumerate(self._edges)]
-        above = [edge[piece[:, k] + 1] for k, edge in enumerate(self._edges)]
+    def borders(self, member: IntArray, interval: IntArray) -> tuple[FloatArray, FloatArray]:
+        below = [edge[interval[:, k]] for k, edge in enumerate(self._edges)]
+        above = [edge[interval[:, k] + 1] for k, edge in enumerate(self._edges)]
         return np.stack(below, axis=1), np.stack(above, axis=1)
 
     def crossed(
@@ -145,16 +145,16 @@ class Tables(Plain):
         member: IntArray,
         time: FloatArray,
         state: FloatArray,
-        piece: IntArray,
+        interval: IntArray,
         which: IntArray,
-        way: IntArray,
-    ) -> Change:
-        moved = piece.copy()
-        moved[np.arange(len(member)), which] += way
-        return Change(state, moved, np.zeros(len(member), dtype=bool))
+        direction: IntArray,
+    ) -> EventOutcome:
+        moved = interval.copy()
+        moved[np.arange(len(member)), which] += direction
+        return EventOutcome(state, moved, np.zeros(len(member), dtype=bool))
 
-    def pieces_at(self, state: FloatArray) -> IntArray:
-        """The pieces (b, w) of the states; a value on a border belongs to the piece above it."""
+    def intervals_at(self, state: FloatArray) -> IntArray:
+        """The intervals (b, w) of the states; a value on a border belongs to the one above it."""
         value = state @ self._combination.T
         columns = [
             np.searchsorted(edge[1:-1], value[:, k], side="right")
@@ -226,7 +226,7 @@ _DENSE = np.array(
 Rates = Callable[[FloatArray, FloatArray], FloatArray]
 
 
-class Step(NamedTuple):
+class RungeKuttaStep(NamedTuple):
     """State and rate (b, n) at the end of a step, the error (b, n) of the step, and between.
 
     `dense` (4, b, n): the state at the fraction s is start + sum_j dense[j] s^(j + 1).
@@ -240,7 +240,7 @@ class Step(NamedTuple):
 
 def step(
     rates: Rates, time: FloatArray, state: FloatArray, rate: FloatArray, length: FloatArray
-) -> Step:
+) -> RungeKuttaStep:
     """Take one step of `length` (b,) from `state` (b, n), whose rate is `rate`, at `time` (b,)."""
     shape = state.shape
     slopes = np.empty((7, *shape))
@@ -252,7 +252,7 @@ def step(
         slopes[number] = rates(time + FRACTION[number] * length, state_there)
     error = long * (_ERROR @ flat).reshape(shape)
     dense = long * (_DENSE @ flat).reshape(4, *shape)
-    return Step(state_there, slopes[6], error, dense)
+    return RungeKuttaStep(state_there, slopes[6], error, dense)
 
 
 def at_fraction(start: FloatArray, dense: FloatArray, fraction: FloatArray) -> FloatArray:
@@ -263,11 +263,11 @@ def at_fraction(start: FloatArray, dense: FloatArray, fraction: FloatArray) -> F
 
 
 # ----------------------------------------------------------------------------
-# Where within a step a watched value first comes to a border of its piece.
+# Where within a step a watched value first comes to a border of its interval.
 # ----------------------------------------------------------------------------
 
 # a value that leaves and returns between two of these is not seen: its kink is hardly touched
-_LOOKS = np.array((0.25, 0.5, 0.75, 1.0))
+_SAMPLES = np.array((0.25, 0.5, 0.75, 1.0))
 
 #: so near to its end, the polynomial of a step is as good as the end itself
 NEAR = 0.02
@@ -283,24 +283,24 @@ NOTHING, LANDED, SHORTEN, AT_ONCE, HALVE = range(5)
 _Gaps: TypeAlias = Callable[[IntArray, FloatArray], FloatArray]
 
 
-class Look(NamedTuple):
+class BorderCrossings(NamedTuple):
     """What each member (b,) finds in a step.
 
     `finding`: nothing; a border at `fraction` of the step, within NEAR of its end; shorten the
     step to `fraction` of it; a border is crossed at the very start; or halve the step to see more.
-    `which` watched value, and `way` -1 for its lower, +1 for its upper border.
+    `which` watched value, and `direction` -1 for its lower, +1 for its upper border.
     """
 
     finding: IntArray
     fraction: FloatArray
     which: IntArray
-    way: IntArray
+    direction: IntArray
 
     def mark(
         self, who: IntArray, finding: IntArray | int, gap: IntArray, fraction: FloatArray
     ) -> None:
         self.finding[who], self.fraction[who] = finding, fraction
-        self.which[who], self.way[who] = gap // 2, 2 * (gap % 2) - 1
+        self.which[who], self.direction[who] = gap // 2, 2 * (gap % 2) - 1
 
 
 def predict(
@@ -309,7 +309,7 @@ def predict(
     time: FloatArray,
     state: FloatArray,
     rate: FloatArray,
-    piece: IntArray,
+    interval: IntArray,
     length: FloatArray,
 ) -> FloatArray:
     """Lengths (b,) after which the present rates meet a border; infinite where they do not.
@@ -318,10 +318,10 @@ def predict(
     """
     if not len(system.closeness):
         return np.full(len(member), np.inf)
-    lower, upper = system.borders(member, piece)
-    here = system.watched(member, time, state, piece)
+    lower, upper = system.borders(member, interval)
+    here = system.watched(member, time, state, interval)
     ahead = _HINT * length
-    there = system.watched(member, time + ahead, state + ahead[:, None] * rate, piece)
+    there = system.watched(member, time + ahead, state + ahead[:, None] * rate, interval)
     moved = there - here
     room = np.where(moved > 0.0, upper - here, lower - here)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -330,52 +330,52 @@ def predict(
     return np.asarray(length * np.min(np.where(useful, share, np.inf), axis=1))
 
 
-def look(
+def first_crossings(
     system: System,
     member: IntArray,
     time: FloatArray,
     length: FloatArray,
     start: FloatArray,
-    piece: IntArray,
-    taken: Step,
+    interval: IntArray,
+    taken: RungeKuttaStep,
     fixed: BoolArray,
-) -> Look:
-    """Look along the steps `taken` of b members from `start` (b, n).
+) -> BorderCrossings:
+    """First crossings along the steps `taken` of b members from `start` (b, n).
 
     `fixed` (b,) are those that must not be lengthened.
     """
     count = len(member)
     none = np.zeros(count, dtype=np.int64)
-    result = Look(none, np.ones(count), none.copy(), none.copy())
+    result = BorderCrossings(none, np.ones(count), none.copy(), none.copy())
     closeness = np.repeat(system.closeness, 2)
     if not len(closeness) or not count:
         return result
-    lower, upper = system.borders(member, piece)
+    lower, upper = system.borders(member, interval)
 
     def gaps(who: IntArray, fraction: FloatArray) -> FloatArray:
         a, b, c, d = taken.dense[:, who]
         s = fraction[:, None]
         states = start[who] + s * (a + s * (b + s * (c + s * d)))
         there = time[who] + fraction * length[who]
-        value = system.watched(member[who], there, states, piece[who])
+        value = system.watched(member[who], there, states, interval[who])
         both = np.empty((len(who), value.shape[1], 2))
         both[:, :, 0], both[:, :, 1] = value - lower[who], upper[who] - value
         return both.reshape(len(who), -1)
 
-    every = np.tile(np.arange(count), 1 + len(_LOOKS))
-    places = np.repeat(np.concatenate([[0.0], _LOOKS]), count)
-    seen = gaps(every, places).reshape(1 + len(_LOOKS), count, -1)
-    at_start, seen = seen[0], seen[1:]
-    outside = seen < -_SLACK * closeness
+    every = np.tile(np.arange(count), 1 + len(_SAMPLES))
+    places = np.repeat(np.concatenate([[0.0], _SAMPLES]), count)
+    gap_at = gaps(every, places).reshape(1 + len(_SAMPLES), count, -1)
+    at_start, gap_at = gap_at[0], gap_at[1:]
+    outside = gap_at < -_SLACK * closeness
     leaves = outside.any(axis=(0, 2))
 
-    # about to arrive: the rest of the way is as good as a part of this step
+    # about to arrive: what is left is as good as a part of this step
     ahead = (at_start > _SLACK * closeness) & ~(leaves | fixed)[:, None]
     with np.errstate(invalid="ignore"):
-        closing = 0.25 * seen[-1] < NEAR * (seen[-2] - seen[-1])
+        closing = 0.25 * gap_at[-1] < NEAR * (gap_at[-2] - gap_at[-1])
     who, gap = np.nonzero(ahead & closing)
     if len(who):
-        end = seen[-1][who, gap]
+        end = gap_at[-1][who, gap]
         beyond = gaps(who, np.full(len(who), 1.0 + NEAR))[np.arange(len(who)), gap]
         arrives = beyond <= 0.0
         who, gap, end, beyond = who[arrives], gap[arrives], end[arrives], beyond[arrives]
@@ -385,27 +385,27 @@ def look(
         )  # fmt: skip
     out = np.nonzero(leaves)[0]
     if len(out):
-        _leaving(result, gaps, out, at_start, seen, outside, closeness)
+        _leaving(result, gaps, out, at_start, gap_at, outside, closeness)
     return result
 
 
 def _leaving(
-    result: Look,
+    result: BorderCrossings,
     gaps: _Gaps,
     out: IntArray,
     at_start: FloatArray,
-    seen: FloatArray,
+    gap_at: FloatArray,
     outside: BoolArray,
     closeness: FloatArray,
 ) -> None:
-    """Fill in the first crossing of the members `out`, which have a gap below zero at a look."""
+    """Fill in the first crossing of the members `out`, which have a gap below zero at a sample."""
     first = np.argmax(np.any(outside[:, out], axis=2), axis=0)
     row, gap = np.nonzero(outside[first, out])
     who, place = out[row], first[row]
     beginning = place == 0
-    low = np.where(beginning, 0.0, _LOOKS[place - 1])
-    f_low = np.where(beginning, at_start[who, gap], seen[place - 1, who, gap])
-    f_high = seen[place, who, gap]
+    low = np.where(beginning, 0.0, _SAMPLES[place - 1])
+    f_low = np.where(beginning, at_start[who, gap], gap_at[place - 1, who, gap])
+    f_high = gap_at[place, who, gap]
     on_it = beginning & (f_low <= _SLACK * closeness[gap])
     if np.any(on_it):
         some = np.nonzero(on_it)[0]
@@ -417,11 +417,11 @@ def _leaving(
         left = ~np.isin(who, who[some])
         who, gap, low, place = who[left], gap[left], low[left], place[left]
         f_low, f_high = f_low[left], f_high[left]
-    _first_roots(result, gaps, who, gap, low, _LOOKS[place], f_low, f_high, closeness)
+    _first_roots(result, gaps, who, gap, low, _SAMPLES[place], f_low, f_high, closeness)
 
 
 def _first_roots(
-    result: Look,
+    result: BorderCrossings,
     gaps: _Gaps,
     who: IntArray,
     gap: IntArray,

@@ -13,10 +13,10 @@ from vibecalc.numerics.runge_kutta import (
     NOTHING,
     ORDER,
     SHORTEN,
-    Step,
+    RungeKuttaStep,
     System,
     at_fraction,
-    look,
+    first_crossings,
     predict,
     step,
 )
@@ -25,7 +25,7 @@ from vibecalc.numerics.runge_kutta import (
 # Every step of a march, kept, and the states between them.
 # ----------------------------------------------------------------------------
 
-#: what one sweep leaves: members, begin, length, start, dense, piece of the steps taken
+#: what one sweep leaves: members, begin, length, start, dense, interval of the steps taken
 Scraps: TypeAlias = list[tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray, IntArray]]
 
 
@@ -33,7 +33,7 @@ class Record(NamedTuple):
     """k steps of all members, sorted by member and time.
 
     Those of member m are first[m]:first[m + 1]. `begin`, `length` (k,); `start` (k, n); `dense`
-    (4, k, n) as in `runge_kutta.Step`; `piece` (k, p) held during the step.
+    (4, k, n) as in `runge_kutta.RungeKuttaStep`; `interval` (k, p) held during the step.
     """
 
     first: IntArray
@@ -41,18 +41,18 @@ class Record(NamedTuple):
     length: FloatArray
     start: FloatArray
     dense: FloatArray
-    piece: IntArray
+    interval: IntArray
 
 
-def assemble(scraps: Scraps, members: int, states: int, pieces: int) -> Record:
+def assemble(scraps: Scraps, members: int, states: int, intervals: int) -> Record:
     """The record of what the sweeps have left."""
     if not scraps:
         zero = np.zeros(0)
         return Record(
             np.zeros(members + 1, dtype=np.int64), zero, zero, np.zeros((0, states)),
-            np.zeros((4, 0, states)), np.zeros((0, pieces), dtype=np.int64),
+            np.zeros((4, 0, states)), np.zeros((0, intervals), dtype=np.int64),
         )  # fmt: skip
-    member, begin, length, start, dense, piece = zip(*scraps, strict=True)
+    member, begin, length, start, dense, interval = zip(*scraps, strict=True)
     who = np.concatenate(member)
     order = np.argsort(who, kind="stable")
     first = np.concatenate([[0], np.cumsum(np.bincount(who, minlength=members))])
@@ -62,18 +62,18 @@ def assemble(scraps: Scraps, members: int, states: int, pieces: int) -> Record:
         np.concatenate(length)[order],
         np.concatenate(start)[order],
         np.concatenate(dense, axis=1)[:, order],
-        np.concatenate(piece)[order],
+        np.concatenate(interval)[order],
     )
 
 
-class Sampled(NamedTuple):
+class SampledStates(NamedTuple):
     """States (m, n) at m times, and the step (m,) each of them lies in."""
 
     state: FloatArray
     step: IntArray
 
 
-def sample(record: Record, member: int, times: FloatArray) -> Sampled:
+def sample(record: Record, member: int, times: FloatArray) -> SampledStates:
     """States of one member at `times` (m,) within its march.
 
     Where a step ends, the state before the event that followed is given up to that time.
@@ -83,10 +83,10 @@ def sample(record: Record, member: int, times: FloatArray) -> Sampled:
     place = np.clip(np.searchsorted(begin, times, side="left") - 1, 0, len(begin) - 1) + low
     s = ((times - record.begin[place]) / record.length[place])[:, None]
     a, b, c, d = record.dense[:, place]
-    return Sampled(record.start[place] + s * (a + s * (b + s * (c + s * d))), place)
+    return SampledStates(record.start[place] + s * (a + s * (b + s * (c + s * d))), place)
 
 
-def fine(record: Record, member: int, points: int) -> tuple[FloatArray, Sampled]:
+def fine(record: Record, member: int, points: int) -> tuple[FloatArray, SampledStates]:
     """Times and states at `points` equal parts of every step of one member, and at its start."""
     low, high = int(record.first[member]), int(record.first[member + 1])
     place = np.arange(low, high)
@@ -96,7 +96,7 @@ def fine(record: Record, member: int, points: int) -> tuple[FloatArray, Sampled]
     f = s[:, None]
     states = record.start[place, None] + f * (a + f * (b + f * (c + f * d)))
     steps = np.repeat(place, points + 1)
-    return times.ravel(), Sampled(states.reshape(len(steps), -1), steps)
+    return times.ravel(), SampledStates(states.reshape(len(steps), -1), steps)
 
 
 # ----------------------------------------------------------------------------
@@ -112,17 +112,17 @@ _SAFETY, _SMALLEST, _LARGEST = 0.9, 0.2, 5.0
 _CHATTER = 30
 
 
-class Marched(NamedTuple):
+class MarchEnd(NamedTuple):
     """Where each member (B,) ended, and what it took.
 
-    `time` (B,), `state` (B, n), `piece` (B, p) at the end; `finished` whether an event ended it
+    `time` (B,), `state` (B, n), `interval` (B, p) at the end; `finished` whether an event ended it
     before its time; `steps` and `rejected` (B,) steps taken and thrown away; `record` (None
     unless kept) holds every step.
     """
 
     time: FloatArray
     state: FloatArray
-    piece: IntArray
+    interval: IntArray
     finished: BoolArray
     steps: IntArray
     rejected: IntArray
@@ -133,7 +133,7 @@ def march(
     system: System,
     time: FloatArray,
     state: FloatArray,
-    piece: IntArray,
+    interval: IntArray,
     end: FloatArray,
     *,
     absolute: FloatArray | float,
@@ -144,26 +144,26 @@ def march(
     parts: int = 1,
     keep: bool = True,
     sweeps: int = 1_000_000,
-) -> Marched:
-    """March B members from `state` (B, n), `piece` (B, p) at `time` (B,) to `end` (B,).
+) -> MarchEnd:
+    """March B members from `state` (B, n), `interval` (B, p) at `time` (B,) to `end` (B,).
 
     The error of each step is held below `absolute` (a number or (n,)) plus `relative` times the
     state. `stops` (B, k), ascending and filled up with infinity, are times at which a step ends
-    and `system.stopped` is asked. No step is longer than `longest`, nor than about the way between
-    two borders over `parts`: where borders and not the tolerance set the steps, a march with more
-    parts tells the error of one with fewer.
+    and `system.stopped` is asked. No step is longer than `longest`, nor than about the distance
+    between two borders over `parts`: where borders and not the tolerance set the steps, a march
+    with more parts tells the error of one with fewer.
 
-    Raises NumericalFailure where the step falls below what rounding resolves, where the pieces
+    Raises NumericalFailure where the step falls below what rounding resolves, where the intervals
     change for ever at one time, and after `sweeps` sweeps.
     """
-    time, state, piece = time.astype(float), state.astype(float), piece.copy()
+    time, state, interval = time.astype(float), state.astype(float), interval.copy()
     count = len(time)
     end = np.broadcast_to(np.asarray(end, dtype=float), (count,))
     bounds = np.full((count, 1), np.inf) if stops is None else np.asarray(stops, dtype=float)
     bounds = np.concatenate([bounds, np.full((count, 1), np.inf)], axis=1)
     following = np.sum(bounds <= time[:, None], axis=1)
     everyone = np.arange(count)
-    rate = system.rates(everyone, time, state, piece)
+    rate = system.rates(everyone, time, state, interval)
     guess = _first_length(state, rate, absolute, relative)
     wish = guess if first_length is None else np.full(count, first_length)
     wish = np.minimum(wish, longest)
@@ -174,14 +174,14 @@ def march(
     scraps: Scraps = []
     widest = np.full(count, np.inf)
 
-    def settle(who: IntArray, which: IntArray | None, way: IntArray | None) -> None:
+    def settle(who: IntArray, which: IntArray | None, direction: IntArray | None) -> None:
         """Let the system answer an event of the members `who`, at their present states."""
-        place = (who, time[who], state[who], piece[who])
-        if which is None or way is None:
+        place = (who, time[who], state[who], interval[who])
+        if which is None or direction is None:
             change = system.stopped(*place)
         else:
-            change = system.crossed(*place, which, way)
-        state[who], piece[who] = change.state, change.piece
+            change = system.crossed(*place, which, direction)
+        state[who], interval[who] = change.state, change.interval
         finished[who] |= change.finished
         stale[who] = True
         idle[who] += 1
@@ -198,8 +198,8 @@ def march(
             break
         old = active[stale[active]]
         if len(old):
-            rate[old] = system.rates(old, time[old], state[old], piece[old])
-        start, form, began = state[active], piece[active], time[active]
+            rate[old] = system.rates(old, time[old], state[old], interval[old])
+        start, form, began = state[active], interval[active], time[active]
         slope, tried = rate[active], trial[active]
         limit = np.minimum(end[active], bounds[active, following[active]])
         length = predict(system, active, began, start, slope, form, tried)
@@ -230,41 +230,43 @@ def march(
 
         keepers = np.nonzero(good)[0]
         who = active[keepers]
-        taken = Step(
+        taken = RungeKuttaStep(
             taken.state[keepers], taken.rate[keepers], taken.error[keepers], taken.dense[:, keepers]
         )
         length, start, form, began = length[keepers], start[keepers], form[keepers], began[keepers]
         reaches, limit = reaches[keepers], limit[keepers]
         cut = reaches | (length < tried[keepers])
         wanted = length * factor[keepers]
-        seen = look(system, who, began, length, start, form, taken, reaches)
-        again = (seen.finding == SHORTEN) | (seen.finding == HALVE)
-        share = np.where(seen.finding == HALVE, 0.5, seen.fraction)
+        border = first_crossings(system, who, began, length, start, form, taken, reaches)
+        again = (border.finding == SHORTEN) | (border.finding == HALVE)
+        share = np.where(border.finding == HALVE, 0.5, border.fraction)
         trial[who[again]] = (length * share)[again]
         rejected[who[again]] += 1
         _resolves(who[again], trial, time)
 
-        rows = np.nonzero((seen.finding == NOTHING) | (seen.finding == LANDED))[0]
+        rows = np.nonzero((border.finding == NOTHING) | (border.finding == LANDED))[0]
         done = who[rows]
-        landed = seen.finding == LANDED
+        landed = border.finding == LANDED
         if np.any(landed):
-            taken, length = _to_fraction(taken, start, length, np.where(landed, seen.fraction, 1.0))
+            taken, length = _to_fraction(
+                taken, start, length, np.where(landed, border.fraction, 1.0)
+            )
             reaches &= ~landed
         steps[done] += 1
         time[done] = np.where(reaches[rows], limit[rows], began[rows] + length[rows])
         state[done], rate[done] = taken.state[rows], taken.rate[rows]
         idle[done] = 0
         # a step cut short by a border or a stop says little of what comes next: it may only grow
-        kept = np.where(cut | landed, np.maximum(wish[who], wanted), wanted)
-        wish[done] = np.minimum(kept, longest)[rows]
+        next_length = np.where(cut | landed, np.maximum(wish[who], wanted), wanted)
+        wish[done] = np.minimum(next_length, longest)[rows]
         trial[done] = wish[done]
         if keep:
             scraps.append(
                 (done, began[rows], length[rows], start[rows], taken.dense[:, rows], form[rows])
             )
-        event = landed | (seen.finding == AT_ONCE)
+        event = landed | (border.finding == AT_ONCE)
         if np.any(event):
-            settle(who[event], seen.which[event], seen.way[event])
+            settle(who[event], border.which[event], border.direction[event])
         met = rows[reaches[rows]]
         met = who[met[time[who[met]] >= bounds[who[met], following[who[met]]]]]
         if len(met):
@@ -272,8 +274,8 @@ def march(
             settle(met, None, None)
     else:
         raise NumericalFailure(f"not at the end after {sweeps} sweeps; the step is too short")
-    record = assemble(scraps, count, state.shape[1], piece.shape[1]) if keep else None
-    return Marched(time, state, piece, finished, steps, rejected, record)
+    record = assemble(scraps, count, state.shape[1], interval.shape[1]) if keep else None
+    return MarchEnd(time, state, interval, finished, steps, rejected, record)
 
 
 def _first_length(
@@ -289,8 +291,8 @@ def _first_length(
 
 
 def _to_fraction(
-    taken: Step, start: FloatArray, length: FloatArray, fraction: FloatArray
-) -> tuple[Step, FloatArray]:
+    taken: RungeKuttaStep, start: FloatArray, length: FloatArray, fraction: FloatArray
+) -> tuple[RungeKuttaStep, FloatArray]:
     """The steps up to (or a little beyond) their ends; where the fraction is 1 they stay."""
     moved = fraction != 1.0
     there = at_fraction(start, taken.dense, fraction[:, None])[:, 0]

@@ -91,7 +91,7 @@ def box_inertia(mass: float, box: parts.Box) -> Array:
     return np.asarray(squares * (mass / 12.0))
 
 
-def own_mass(body: parts.Body) -> float:
+def bare_mass(body: parts.Body) -> float:
     """Mass in kg of the machine without its block; a body given as a matrix has none."""
     if body.mass is None:
         raise ValueError("the body is given as a matrix")
@@ -103,7 +103,7 @@ def machine_inertia(body: parts.Body) -> Array:
     if body.inertia is None:
         if body.box is None:
             raise ValueError("a body needs a box or moments of inertia")
-        return box_inertia(own_mass(body), body.box)
+        return box_inertia(bare_mass(body), body.box)
     xy, xz, yz = body.inertia_products
     off_diagonal = np.array([[0.0, xy, xz], [xy, 0.0, yz], [xz, yz, 0.0]])
     return np.asarray(np.diag(body.inertia) - off_diagonal)
@@ -115,28 +115,28 @@ def build_body(body: parts.Body) -> RigidBody:
     The kinetic energy is m v.v/2 + v.(w x S) + w.J w/2 with v of the reference point, the static
     moment S and the inertia J about that point (Goldstein, Classical Mechanics, ch. 5).
     """
-    own = machine_inertia(body)
+    bare_inertia = machine_inertia(body)
     block = body.inertia_block
     added = 0.0 if block is None else block.mass
     if block is None or added == 0.0:
         place, block_inertia = np.zeros(3), np.zeros((3, 3))
     else:
         place, block_inertia = np.array(block.position), box_inertia(added, block.box)
-    bare = own_mass(body)
+    bare = bare_mass(body)
     mass = bare + added
     static_moment = added * place
     matrix = np.zeros((6, 6))
     matrix[:3, :3] = mass * np.eye(3)
     matrix[:3, 3:] = -cross_matrix(static_moment)
     matrix[3:, :3] = matrix[:3, 3:].T
-    matrix[3:, 3:] = own + block_inertia + point_inertia(added, place)
+    matrix[3:, 3:] = bare_inertia + block_inertia + point_inertia(added, place)
     # Two masses about their common centre act as the reduced mass: no difference of large terms.
     reduced = added * (bare / mass)
     return RigidBody(
         mass=mass,
         centre=static_moment / mass,
         mass_matrix=matrix,
-        inertia=own + block_inertia + point_inertia(reduced, place),
+        inertia=bare_inertia + block_inertia + point_inertia(reduced, place),
     )
 
 

@@ -23,7 +23,7 @@ from vibecalc.schema import Case, Machine
 # ----------------------------------------------------------------------------
 
 #: what a rule examines, with the words for the part that has it
-Found = Iterator[tuple[str, float]]
+NamedNumbers = Iterator[tuple[str, float]]
 TURN = 2.0 * math.pi
 #: kg/m^3
 STEEL = 7850.0
@@ -33,21 +33,21 @@ ANGLES = ("crank_phase", "bank_angle", "firing_angle", "phase")
 class Rule(NamedTuple):
     """Numbers of a case whose magnitude is above `limit` get a sentence."""
 
-    numbers: Callable[[Case], Found]
+    numbers: Callable[[Case], NamedNumbers]
     limit: float
     words: str
 
 
-def at(*path: str) -> Callable[[Case], Found]:
+def at(*path: str) -> Callable[[Case], NamedNumbers]:
     """Every number at a path, `[]` after the name of a list standing for all of its entries."""
 
-    def numbers(case: Case) -> Found:
+    def numbers(case: Case) -> NamedNumbers:
         return _below(case, path, path[-1].replace("_", " "))
 
     return numbers
 
 
-def _below(table: Any, path: tuple[str, ...], what: str) -> Found:
+def _below(table: Any, path: tuple[str, ...], what: str) -> NamedNumbers:
     if table is None:
         return
     if isinstance(table, tuple):
@@ -65,7 +65,7 @@ def _below(table: Any, path: tuple[str, ...], what: str) -> Found:
         yield from _below(entry, path[1:], f"{what} of '{name}'" if name else what)
 
 
-def angles(case: Case) -> Found:
+def angles(case: Case) -> NamedNumbers:
     """Angles of the crank train beyond a turn that look as if they were degrees.
 
     A phase of 480 degrees is no round number of radians, 180 without a unit is one.
@@ -85,7 +85,7 @@ def angles(case: Case) -> Found:
                 yield f"{key} of {what}", angle
 
 
-def piston_speed(case: Case) -> Found:
+def piston_speed(case: Case) -> NamedNumbers:
     """Mean speed of the pistons at the speed of the machine, or that its motor stays below."""
     machine = case.machine
     if has_crank_train(machine):
@@ -95,7 +95,7 @@ def piston_speed(case: Case) -> Found:
         yield "", 2.0 * machine.crank_train.crank_radius * speed / math.pi
 
 
-def bore(case: Case) -> Found:
+def bore(case: Case) -> NamedNumbers:
     """Bore over stroke or the other way round, of machines whose pistons are about as long."""
     if case.machine.kind not in ("engine", "compressor"):
         return
@@ -108,7 +108,7 @@ def bore(case: Case) -> Found:
         )
 
 
-def unbalances(case: Case) -> Found:
+def unbalances(case: Case) -> NamedNumbers:
     """Unbalance of each weight over that of all that moves, at the crank radius."""
     if not has_crank_train(case.machine):
         return
@@ -120,7 +120,7 @@ def unbalances(case: Case) -> Found:
         yield f"'{name}', {unbalance:.4g} kg*m,", unbalance / moving
 
 
-def masses(case: Case) -> Found:
+def masses(case: Case) -> NamedNumbers:
     """Masses of an engine over that of a cube of steel as long as its rod."""
     if case.machine.kind != "engine":
         return
@@ -136,7 +136,7 @@ def masses(case: Case) -> Found:
             yield f"{what} weighs {mass:.3g} kg", mass / solid
 
 
-def sag(case: Case) -> Found:
+def sag(case: Case) -> NamedNumbers:
     """Sag of the body under its weight over the longest distance between its mounts."""
     machine, options = case.machine, case.isolation
     if options is None or machine.body is None or machine.mounts is None:

@@ -110,7 +110,7 @@ def build_crank_train(train: parts.CrankTrain) -> CrankTrain:
     common = reciprocating_mass(train) or 0.0
     rod = 0.0 if train.rod is None else train.rod.mass * (1.0 - rod_share(train))
     cylinders = train.cylinders
-    own = [c.reciprocating_mass for c in cylinders]
+    masses = [c.reciprocating_mass for c in cylinders]
     pins = [train.rotating_mass if c.rotating_mass is None else c.rotating_mass for c in cylinders]
     return CrankTrain(
         geometry=crank_geometry(train),
@@ -118,7 +118,7 @@ def build_crank_train(train: parts.CrankTrain) -> CrankTrain:
         position=np.array([c.position for c in cylinders]),
         crank_phase=np.array([c.crank_phase for c in cylinders]),
         bank_angle=np.array([c.bank_angle for c in cylinders]),
-        reciprocating_mass=np.array([common if mass is None else mass for mass in own]),
+        reciprocating_mass=np.array([common if mass is None else mass for mass in masses]),
         rotating_mass=np.array([pin + rod for pin in pins]),
         origin=np.array(train.origin),
         axis=frame.axis,

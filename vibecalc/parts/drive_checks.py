@@ -130,7 +130,7 @@ def suits(interpolation: str, angle: Sequence[float]) -> bool:
 
 def _gas(case: Case) -> Iterator[Problem]:
     train = case.machine.crank_train
-    way = train.gas_interpolation or "linear"
+    interpolation = train.gas_interpolation or "linear"
     for place, cylinder in enumerate(train.cylinders):
         table = cylinder.gas_force
         if table is None:
@@ -140,14 +140,15 @@ def _gas(case: Case) -> Iterator[Problem]:
         if len(table.crank_angle) < FEWEST["linear"]:
             yield _short(path, what, len(table.crank_angle), FEWEST["linear"])
             continue
-        found = [
+        problems = [
             *turn_problems(path, what, table.crank_angle, "force", table.force, "N"),
         ]
-        yield from found or _readable(path, what, way, table.crank_angle)
+        yield from problems or _readable(path, what, interpolation, table.crank_angle)
     pressure = train.gas_pressure
-    ours = not gas_turns(case.machine) or way == "cubic"  # the others are refused for an engine
-    if pressure is not None and way != "linear" and ours:
-        yield from _readable(PRESSURE, "gas pressure", way, pressure.crank_angle)
+    # the others are refused for an engine
+    ours = not gas_turns(case.machine) or interpolation == "cubic"
+    if pressure is not None and interpolation != "linear" and ours:
+        yield from _readable(PRESSURE, "gas pressure", interpolation, pressure.crank_angle)
 
 
 def _readable(

@@ -81,11 +81,11 @@ def given_angles(machine: Data) -> list[float] | None:
     """
     train = table_at(machine, "crank_train")
     entries = [entry for _, entry in tables_at(machine, "crank_train", "cylinders")]
-    own = [read_number(entry.get("firing_angle"), "rad") for entry in entries]
+    written = [read_number(entry.get("firing_angle"), "rad") for entry in entries]
     order: Any = train.get("firing_order")
     if not order:
-        known = [angle for angle in own if angle is not None]
-        return known if known and len(known) == len(own) else None
+        known = [angle for angle in written if angle is not None]
+        return known if known and len(known) == len(written) else None
     names = [entry.get("name") for entry in entries]
     texts = isinstance(order, list | tuple) and all(isinstance(name, str) for name in order)
     cycle = CYCLES.get(str(machine.get("cycle")))
@@ -95,10 +95,10 @@ def given_angles(machine: Data) -> list[float] | None:
     intervals = (
         [read_number(one, "rad") for one in given] if isinstance(given, list | tuple) else []
     )
-    kept = [one for one in intervals if one is not None]
-    if len(kept) != len(intervals) or len(kept) not in (0, len(order)):
+    stated = [one for one in intervals if one is not None]
+    if len(stated) != len(intervals) or len(stated) not in (0, len(order)):
         return None
-    angles = angles_in_order(order, kept, cycle, 0.0)
+    angles = angles_in_order(order, stated, cycle, 0.0)
     return [angles[str(name)] for name in names]
 
 

@@ -190,9 +190,9 @@ def matrix_problems(case: Case) -> list[Problem]:
             continue
         values = block_matrix(matrix)
         for check in (_range, _symmetry, _diagonal, _energy):
-            found = list(check(path, matrix, values, kind))
-            problems += found
-            if found:
+            faults = list(check(path, matrix, values, kind))
+            problems += faults
+            if faults:
                 break
     return problems
 
@@ -260,18 +260,18 @@ def _diagonal(path: KeyPath, matrix: BlockMatrix, values: Array, kind: _Kind) ->
 
 def _energy(path: KeyPath, matrix: BlockMatrix, values: Array, kind: _Kind) -> Iterator[Problem]:
     """The least energy over all motions, each coordinate measured by its own diagonal entry."""
-    kept = np.flatnonzero(np.diagonal(values) > 0.0)
-    if not kept.size:
+    positive = np.flatnonzero(np.diagonal(values) > 0.0)
+    if not positive.size:
         return
-    root = np.sqrt(np.diagonal(values)[kept])
-    scaled = values[np.ix_(kept, kept)] / np.outer(root, root)
+    root = np.sqrt(np.diagonal(values)[positive])
+    scaled = values[np.ix_(positive, positive)] / np.outer(root, root)
     levels, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
     least = float(levels[0])
     if least > SEMIDEFINITE or (kind.may_vanish and least >= -SEMIDEFINITE):
         return
     share = np.where(np.abs(vectors[:, 0]) > 1e-6, vectors[:, 0], 0.0)
     motion = np.zeros(6)
-    motion[kept] = share / root
+    motion[positive] = share / root
     motion /= motion[int(np.argmax(np.abs(motion)))]
     energy = 0.0 if abs(least) <= SEMIDEFINITE else 0.5 * float(motion @ values @ motion)
     if kind is _DAMPING:

@@ -49,7 +49,7 @@ def mount_entries(mounts: parts.Mounts) -> tuple[MountEntry, ...]:
     """All mounts of a case; those given by position only are named 1, 2, 3 ..."""
     each = mounts.each or parts.MountProperties()
 
-    def own(mount: parts.MountProperties | None, key: str) -> object:
+    def of_mount(mount: parts.MountProperties | None, key: str) -> object:
         value = None if mount is None else getattr(mount, key)
         return getattr(each, key) if value is None else value
 
@@ -63,9 +63,9 @@ def mount_entries(mounts: parts.Mounts) -> tuple[MountEntry, ...]:
             name=name,
             position=position,
             orientation=orientation,
-            stiffness=own(mount, "stiffness"),  # type: ignore[arg-type]
-            damping=own(mount, "damping"),  # type: ignore[arg-type]
-            loss_factor=own(mount, "loss_factor"),  # type: ignore[arg-type]
+            stiffness=of_mount(mount, "stiffness"),  # type: ignore[arg-type]
+            damping=of_mount(mount, "damping"),  # type: ignore[arg-type]
+            loss_factor=of_mount(mount, "loss_factor"),  # type: ignore[arg-type]
         )
 
     if mounts.individual is not None:
@@ -124,10 +124,10 @@ STIFFNESS_TOLERANCE = 1e-13
 RANK_TOLERANCE = 1e-11
 
 
-def free_motions(mounts: Mounts, kept: Sequence[int] | NDArray[np.intp] = range(6)) -> list[str]:
+def free_motions(mounts: Mounts, dofs: Sequence[int] | NDArray[np.intp] = range(6)) -> list[str]:
     """Motions in which no spring is deformed, as `moving along z` or `turning about x through ...`.
 
-    Of `kept`, indices into x y z rx ry rz; all six if not said.
+    Of `dofs`, indices into x y z rx ry rz; all six if not said.
 
     The rows root(k_i) (e_i . displacement) of all principal directions e_i of all mounts are
     stacked; their null space is what is free. Rotations are measured at the mounts' distance.
@@ -137,12 +137,12 @@ def free_motions(mounts: Mounts, kept: Sequence[int] | NDArray[np.intp] = range(
     for place, stiffness in zip(mounts.position, mounts.stiffness, strict=True):
         values, directions = np.linalg.eigh(stiffness)
         values = np.where(values > STIFFNESS_TOLERANCE * max(values[-1], 0.0), values, 0.0)
-        motion = np.hstack([np.eye(3), -cross_matrix(place) / distance])[:, kept]
+        motion = np.hstack([np.eye(3), -cross_matrix(place) / distance])[:, dofs]
         rows.append((np.sqrt(values) * directions).T @ motion)
-    _, sizes, vectors = np.linalg.svd(np.vstack([*rows, np.zeros((len(kept), len(kept)))]))
-    found = vectors[sizes <= RANK_TOLERANCE * max(sizes[0], np.finfo(float).tiny)]
-    free = np.zeros((len(found), 6))
-    free[:, kept] = found
+    _, sizes, vectors = np.linalg.svd(np.vstack([*rows, np.zeros((len(dofs), len(dofs)))]))
+    null_space = vectors[sizes <= RANK_TOLERANCE * max(sizes[0], np.finfo(float).tiny)]
+    free = np.zeros((len(null_space), 6))
+    free[:, dofs] = null_space
     # Rotations first, so that elimination leaves the pure translations in the last rows.
     reduced = _row_echelon(np.hstack([free[:, 3:], free[:, :3]]))
     return [_words(row[:3] / distance, row[3:], distance) for row in reduced]
@@ -194,8 +194,8 @@ def _words(turn: Array, shift: Array, distance: float) -> str:
 
 def has_loss_factor(mounts: parts.Mounts) -> bool:
     """Tell whether any stiffness is complex."""
-    own = any(properties.loss_factor for properties in mount_properties(mounts))
-    return own or bool(mounts.loss_factor)
+    individual = any(properties.loss_factor for properties in mount_properties(mounts))
+    return individual or bool(mounts.loss_factor)
 
 
 def mount_properties(mounts: parts.Mounts) -> list[parts.MountProperties]:

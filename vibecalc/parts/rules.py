@@ -36,24 +36,24 @@ def _of_one_turn(row: Row) -> Iterator[Problem]:
 def _firing(row: Row) -> Iterator[Problem]:
     """When each cylinder fires, in one of two ways."""
     cylinders = tables_at(row.data, "cylinders")
-    own = [place for place, cylinder in cylinders if "firing_angle" in cylinder]
+    with_angle = [place for place, cylinder in cylinders if "firing_angle" in cylinder]
     path: KeyPath = (*row.path, "cylinders")
-    if "firing_order" in row and own:
+    if "firing_order" in row and with_angle:
         yield row.problem(
-            (*path, own[0], "firing_angle"),
+            (*path, with_angle[0], "firing_angle"),
             "firing_angle and firing_order exclude each other",
             allowed="firing_order, or a firing_angle for every cylinder",
             also="firing_order",
         )
-    elif own:
+    elif with_angle:
         for place, cylinder in cylinders:
-            if place not in own:
+            if place not in with_angle:
                 yield row.problem(
                     (*path, place),
                     f"cylinder {str(cylinder.get('name', place + 1))[:60]!r} has no "
                     "firing_angle, and others have one",
                     allowed="a firing_angle for every cylinder, or firing_order",
-                    also=(*path, own[0], "firing_angle"),
+                    also=(*path, with_angle[0], "firing_angle"),
                 )
     elif (
         _line_asked(row)

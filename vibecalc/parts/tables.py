@@ -331,9 +331,11 @@ class BalanceShaft(Table):
 def _parts_needed(row: Row) -> bool:
     """Whether the masses of the train count: not where each cylinder has its own."""
     key, cylinders = "reciprocating_mass", tables_at(row.data, "cylinders")
-    own = bool(cylinders) and all(key in entry for _, entry in cylinders)
+    of_cylinders = bool(cylinders) and all(key in entry for _, entry in cylinders)
     path = (*row.path, "cylinders")
-    return not (own or any(misspelt(entry, (*path, place), key) for place, entry in cylinders))
+    return not (
+        of_cylinders or any(misspelt(entry, (*path, place), key) for place, entry in cylinders)
+    )
 
 
 Interval = Annotated[float, Field(ge=0), Unit("rad")]

@@ -29,8 +29,8 @@ from vibecalc.response.switching.motion import PANEL_PHASE, driven_part, panel_g
 from vibecalc.response.switching.system import (
     Loads,
     ModalSystem,
-    Piece,
-    Steady,
+    SpeedSegment,
+    SteadyMotion,
     modal_loads,
     propagator,
     steady_motion,
@@ -97,10 +97,10 @@ def _driven(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Orders (m,) kept that shake the body; their loads (m, 6) per speed squared, with errors."""
     forcing = forcing_of(scene)
     load = as_loads(forcing.per_speed_squared)
-    value, error = load.value[: forcing.kept], load.error[: forcing.kept]
+    value, error = load.value[: forcing.retained], load.error[: forcing.retained]
     value = np.where(np.abs(value) > 4.0 * error, value, 0.0)
     driven = np.any(value != 0.0, axis=-1)
-    return forcing.orders[: forcing.kept][driven], value[driven], error[driven]
+    return forcing.orders[: forcing.retained][driven], value[driven], error[driven]
 
 
 def speeds_topics(scene: Scene) -> list[Topic]:
@@ -142,7 +142,7 @@ def operations_topics(scene: Scene) -> list[Topic]:
         return []
     forcing, system = forcing_of(scene), linear_system(scene)
     loads = operation_loads(scene, options.operations, options.balances)
-    speed, kept = scene.case.machine.speed, forcing.kept
+    speed, kept = scene.case.machine.speed, forcing.retained
     orders, weight = forcing.orders[:kept], mass_of(system.matrices)
 
     def at_operating_speed(load: Excitation) -> WithError:
@@ -206,7 +206,7 @@ def switching_topics(scene: Scene) -> list[Topic]:
         return []
     known = {operation.name: operation for operation in scene.case.response.operations}
     found = operation_loads(scene, [known[name] for name in options.between])
-    kept, linear = forcing_of(scene).kept, linear_system(scene)
+    kept, linear = forcing_of(scene).retained, linear_system(scene)
     rows = [
         as_loads(add(shaking, residual[0]))
         for shaking, residual in zip(found.shaking, found.residual, strict=True)
@@ -228,7 +228,7 @@ def switching_topics(scene: Scene) -> list[Topic]:
     matrix = np.block([[np.zeros((6, 6)), np.eye(6)], [-inverse @ stiffness, -inverse @ damping]])
     old, new = (steady_motion(system, modal, k, speed) for k in (0, 1))
 
-    def steady(motion: Steady, at: np.ndarray) -> np.ndarray:
+    def steady(motion: SteadyMotion, at: np.ndarray) -> np.ndarray:
         return np.asarray(steady_state(motion, modal.orders, speed, at))
 
     begin = steady(old, np.asarray(angle))
@@ -265,7 +265,7 @@ def switching_topics(scene: Scene) -> list[Topic]:
         return topics
     span, acceleration = 0.1 * float(options.run_down), -speed / float(options.run_down)
     moments = span / 20.0 * np.arange(21)
-    run = runs_of([Piece(span, speed, speed + acceleration * span, 0)], angle)[0]
+    run = runs_of([SpeedSegment(span, speed, speed + acceleration * span, 0)], angle)[0]
 
     def quadrature(phase: float) -> Answer:
         grid = np.union1d(panel_grid(system, modal, run, span, phase), moments)

@@ -17,10 +17,10 @@ from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
 class Signal(NamedTuple):
     """Vector signals y(a) = Re sum y_n exp(i n a); the energy is y.y / 2.
 
-    `harmonics` (..., 6, kept). `used` (kept,): the others together are below rounding everywhere
-    and are counted in `spread` (...), a bound of the error of the length of y(a) at any angle.
-    `left_out` (...) is the part of it that the dropped orders may add. `form_error` (...) is the
-    error of the energy, in J, that comes from the weight itself.
+    `harmonics` (..., 6, retained). `used` (retained,): the others together are below rounding
+    everywhere and are counted in `spread` (...), a bound of the error of the length of y(a) at any
+    angle. `left_out` (...) is the part of it that the dropped orders may add. `form_error` (...) is
+    the error of the energy, in J, that comes from the weight itself.
     """
 
     harmonics: np.ndarray
@@ -33,27 +33,27 @@ class Signal(NamedTuple):
 def energy_signal(
     weight: WithError,
     state: WithError,
-    kept: int | None = None,
+    retained: int | None = None,
     tail: float = 0.0,
 ) -> Signal:
     """Velocities or displacements (..., orders, 6) as a signal for the energy of `weight` (6, 6).
 
-    `kept` and `tail` as for `energies.energy_over_cycle`. Raises NumericalFailure if the weight is
-    not positive semidefinite.
+    `retained` and `tail` as for `energies.energy_over_cycle`. Raises NumericalFailure if the weight
+    is not positive semidefinite.
     """
     half = square_root(weight)
     value = state.value @ half.value.T
     size = np.abs(half.value)
     reach = np.hypot.reduce(np.abs(value), axis=-1)
-    used = _noticeable(reach[..., :kept])
+    used = _noticeable(reach[..., :retained])
     left_out = tail * np.sum(reach[..., len(used) :], axis=-1)
-    unused = np.sum(reach[..., :kept][..., ~used], axis=-1)
+    unused = np.sum(reach[..., :retained][..., ~used], axis=-1)
 
-    total = np.sum(np.abs(state.value[..., :kept, :]), axis=-2)
-    uncertainty = np.sum(state.error[..., :kept, :], axis=-2) + 8.0 * UNIT_ROUNDOFF * total
+    total = np.sum(np.abs(state.value[..., :retained, :]), axis=-2)
+    uncertainty = np.sum(state.error[..., :retained, :], axis=-2) + 8.0 * UNIT_ROUNDOFF * total
     noise = np.sqrt(np.sum(np.square(uncertainty @ size.T), axis=-1))
     form = 0.5 * np.sum(total * (total @ half.error), axis=-1)
-    harmonics = np.swapaxes(value[..., :kept, :], -1, -2)
+    harmonics = np.swapaxes(value[..., :retained, :], -1, -2)
     return Signal(harmonics, used, noise + left_out + unused, left_out, form)
 
 
@@ -93,7 +93,7 @@ def smallest_exponent(size: np.ndarray) -> np.ndarray:
 
 
 def _noticeable(reach: np.ndarray) -> np.ndarray:
-    """Orders (n,), at least one, to look at: the others of (..., n) add less than rounding."""
+    """Orders (n,), at least one, that count: the others of (..., n) add less than rounding."""
     total = np.sum(reach, axis=-1, keepdims=True)
     share = reach / np.where(total > 0.0, total, 1.0)
     largest = np.max(share.reshape(-1, reach.shape[-1]), axis=0, initial=0.0)
@@ -136,8 +136,8 @@ class OrderEnergy(NamedTuple):
 class CycleEnergy(NamedTuple):
     """Energy of all orders together, all (...) in J, errors absolute, `angle` of the peak in rad.
 
-    The errors count what the orders that were not kept may add. `angle` is the first crank angle
-    in [0, 2 pi) that reaches `peak` to rounding.
+    The errors count what the orders that were not retained may add. `angle` is the first crank
+    angle in [0, 2 pi) that reaches `peak` to rounding.
     """
 
     mean: np.ndarray
@@ -183,12 +183,12 @@ def energy_by_order(weight: WithError, state: WithError) -> OrderEnergy:
     value, error = state.value / scale, state.error / scale
     magnitude = np.abs(value)
     moved = value @ weight.value
-    own = 0.25 * np.sum((value.conj() * moved).real, axis=-1)
+    form = 0.25 * np.sum((value.conj() * moved).real, axis=-1)
     turning = 0.25 * np.abs(np.sum(value * moved, axis=-1))
     uncertainty = weight.error + 16.0 * UNIT_ROUNDOFF * np.abs(weight.value)
     spread = 2.0 * np.abs(moved) * error + error * (error @ np.abs(weight.value))
     spread = 0.25 * np.sum(spread + magnitude * (magnitude @ uncertainty), axis=-1)
-    mean = np.where((own < 0.0) & (own >= -spread), 0.0, own)
+    mean = np.where((form < 0.0) & (form >= -spread), 0.0, form)
     factor = scale[..., 0]
     lost = np.where(size[..., 0] > 0.0, _LOST, 0.0)
 
@@ -220,7 +220,7 @@ def energy_over_cycle(
     weight: WithError,
     state: WithError,
     orders: np.ndarray,
-    kept: int | None = None,
+    retained: int | None = None,
     tail: float = 0.0,
 ) -> CycleEnergy:
     """Mean and true peak over the cycle of the energy of all orders together.
@@ -230,8 +230,9 @@ def energy_over_cycle(
     weight : (6, 6) symmetric, positive semidefinite.
     state : (..., orders, 6) velocities or displacements, 0-to-peak.
     orders : (orders,) integers from 1 on, each once.
-    kept : how many of them, from the first on, count; all by default. The others are guard orders.
-    tail : of every quantity that is linear in the motion, all dropped orders together add at most
+    retained : how many of them, from the first on, count; all by default. The others are guard
+    orders. tail : of every quantity that is linear in the motion, all dropped orders together add
+    at most
         `tail` times the sum of the magnitudes of the guard orders; this enters the errors.
 
     Raises
@@ -239,9 +240,9 @@ def energy_over_cycle(
     NumericalFailure
         The weight is not positive semidefinite, or an amplitude is not finite.
     """
-    signal = energy_signal(weight, state, kept, tail)
+    signal = energy_signal(weight, state, retained, tail)
     each = energy_by_order(weight, state)
-    return _over_cycle([signal], [each], orders, kept)[0]
+    return _over_cycle([signal], [each], orders, retained)[0]
 
 
 def energies_over_cycle(
@@ -249,7 +250,7 @@ def energies_over_cycle(
     motion: WithError,
     orders: np.ndarray,
     speed: float,
-    kept: int | None = None,
+    retained: int | None = None,
     tail: float = 0.0,
 ) -> Energies:
     """Kinetic and potential energy of motion (..., orders, 6) at a crank speed in rad/s.
@@ -260,28 +261,28 @@ def energies_over_cycle(
         (mass_of(matrices), velocity(motion, orders * speed)),
         (stiffness_of(matrices), motion),
     )
-    signals = [energy_signal(*pair, kept, tail) for pair in pairs]
+    signals = [energy_signal(*pair, retained, tail) for pair in pairs]
     each = [energy_by_order(*pair) for pair in pairs]
-    return Energies(*_over_cycle(signals, each, orders, kept))
+    return Energies(*_over_cycle(signals, each, orders, retained))
 
 
 def _over_cycle(
-    signals: list[Signal], each: list[OrderEnergy], orders: np.ndarray, kept: int | None
+    signals: list[Signal], each: list[OrderEnergy], orders: np.ndarray, retained: int | None
 ) -> list[CycleEnergy]:
     """Energies of signals of one shape."""
     used = signals[0].used
     for signal in signals[1:]:
         used = used | signal.used
     stacked = np.stack([signal.harmonics[..., used] for signal in signals])
-    peak = vector_cycle_peak(stacked, np.asarray(orders)[:kept][used])
-    found = []
+    peak = vector_cycle_peak(stacked, np.asarray(orders)[:retained][used])
+    energies = []
     for row, (signal, energy) in enumerate(zip(signals, each, strict=True)):
         length = peak.value[row]
         spread = peak.error[row] + signal.spread
-        mean = np.sum(energy.mean[..., :kept], axis=-1)
-        uncertainty = np.sum(energy.mean_error[..., :kept], axis=-1)
+        mean = np.sum(energy.mean[..., :retained], axis=-1)
+        uncertainty = np.sum(energy.mean_error[..., :retained], axis=-1)
         rounding = len(used) * UNIT_ROUNDOFF * mean
-        found.append(
+        energies.append(
             CycleEnergy(
                 mean,
                 0.5 * length * length,
@@ -290,4 +291,4 @@ def _over_cycle(
                 spread * (length + 0.5 * spread) + signal.form_error,
             )
         )
-    return found
+    return energies

@@ -23,7 +23,7 @@ class Dynamics(NamedTuple):
     inverse: np.ndarray
 
 
-class Undriven(NamedTuple):
+class UndrivenModes(NamedTuple):
     """Modes to leave out: `pairs` (orders, modes), with `shape` (6, modes) and `eigenvalue`."""
 
     pairs: np.ndarray
@@ -32,7 +32,7 @@ class Undriven(NamedTuple):
 
 
 def dynamics(
-    matrices: Matrices, frequency: np.ndarray, undriven: Undriven | None = None
+    matrices: Matrices, frequency: np.ndarray, undriven: UndrivenModes | None = None
 ) -> Dynamics:
     """Dynamic stiffness at excitation frequencies (..., orders), rad/s.
 
@@ -66,7 +66,7 @@ def dynamics(
     return Dynamics(stiffness, error, inverse)
 
 
-def _moved(matrices: Matrices, frequency: np.ndarray, undriven: Undriven) -> np.ndarray:
+def _moved(matrices: Matrices, frequency: np.ndarray, undriven: UndrivenModes) -> np.ndarray:
     squared = np.square(frequency)[..., None]
     close = np.abs(squared - undriven.eigenvalue) < _CLOSE * undriven.eigenvalue
     shift = np.where(close & undriven.pairs, squared + undriven.eigenvalue, 0.0)
@@ -157,17 +157,17 @@ def modal_response(
     modal = _Parts(*(vector.T @ value @ vector for value in values))
     apart = _apart(modal, modal_uncertainty)
 
-    own = _at(_Parts(*(np.diagonal(part) for part in modal)), rate)
-    own_uncertainty = _uncertainty_at(
+    diagonal = _at(_Parts(*(np.diagonal(part) for part in modal)), rate)
+    diagonal_uncertainty = _uncertainty_at(
         _Parts(*(np.diagonal(part) for part in modal_uncertainty)), rate
     )
     drive = force @ vector
-    lost = np.all(apart, axis=1) & (SINGULAR * np.abs(own) <= own_uncertainty)
+    lost = np.all(apart, axis=1) & (SINGULAR * np.abs(diagonal) <= diagonal_uncertainty)
     idle = lost & (np.abs(drive) <= 4.0 * (force_error + _ROUNDING * np.abs(force)) @ size)
     _refuse(np.any(lost & ~idle, axis=-1), rate)
     moved = np.where(idle, np.square(rate) + np.diagonal(modal.stiffness), 0.0)
     # one inverse serves all loads unless a mode is left out for some of them
-    solve = _solver(modal, own + moved if np.any(idle) else own, apart, rate)
+    solve = _solver(modal, diagonal + moved if np.any(idle) else diagonal, apart, rate)
 
     motion = solve(drive, False) @ vector.T
     momentum = matrices.mass @ vector
@@ -218,12 +218,12 @@ class _Solver(NamedTuple):
         return np.asarray((inverse @ drive[..., None])[..., 0])
 
 
-def _solver(modal: _Parts, own: np.ndarray, apart: np.ndarray, rate: np.ndarray) -> _Solver:
+def _solver(modal: _Parts, diagonal: np.ndarray, apart: np.ndarray, rate: np.ndarray) -> _Solver:
     if np.all(apart):
-        return _Solver(1.0 / own, False)
+        return _Solver(1.0 / diagonal, False)
     links = _Parts(*(np.where(apart, 0.0, part) for part in modal))
-    system = np.broadcast_to(_at(links, rate[..., None]), (*own.shape, 6)).copy()
-    system[..., range(6), range(6)] = own
+    system = np.broadcast_to(_at(links, rate[..., None]), (*diagonal.shape, 6)).copy()
+    system[..., range(6), range(6)] = diagonal
     try:
         return _Solver(np.linalg.inv(system), True)
     except np.linalg.LinAlgError:

@@ -206,15 +206,15 @@ def with_damped_poles(
     bare = ratio < resonances.half_width[nearest]
     bare &= resonances.damping_ratio[nearest] >= resonances.half_width[nearest]
     place, which = nearest[bare], np.flatnonzero(bare)
-    found = resonances._replace(
+    replaced = resonances._replace(
         frequency=resonances.frequency.copy(),
         damping_ratio=resonances.damping_ratio.copy(),
         idle=resonances.idle.copy(),
     )
-    found.frequency[place], found.damping_ratio[place] = frequency[which], ratio[which]
+    replaced.frequency[place], replaced.damping_ratio[place] = frequency[which], ratio[which]
     driven = np.abs(force.value @ swing[:, which])
-    found.idle[:, place] = driven <= 4.0 * (force.error @ np.abs(swing[:, which]))
+    replaced.idle[:, place] = driven <= 4.0 * (force.error @ np.abs(swing[:, which]))
 
     # closer than half its width to a natural frequency, it is seen from there
     new = ~bare & (ratio < _WIDE) & np.all(away > 0.5 * (ratio * frequency)[:, None], axis=1)
-    return found._replace(moved_frequency=frequency[new], moved_ratio=ratio[new])
+    return replaced._replace(moved_frequency=frequency[new], moved_ratio=ratio[new])

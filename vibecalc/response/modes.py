@@ -106,13 +106,13 @@ def _refine(matrices: Matrices, shape: np.ndarray) -> tuple[np.ndarray, float]:
     """
     gram = shape.T @ matrices.mass @ shape
     energy = shape.T @ matrices.stiffness @ shape
-    rest = np.eye(len(gram)) - gram
+    defect = np.eye(len(gram)) - gram
     eigenvalue = np.diagonal(energy) / np.diagonal(gram)
     gap = np.subtract.outer(eigenvalue, eigenvalue).T
-    numerator = energy + eigenvalue[None, :] * rest
+    numerator = energy + eigenvalue[None, :] * defect
     # a pair too close to be distinguished is only made orthonormal
     close = np.abs(numerator) >= 1e-3 * np.abs(gap)
-    correction = np.where(close, 0.5 * rest, numerator / np.where(close, 1.0, gap))
+    correction = np.where(close, 0.5 * defect, numerator / np.where(close, 1.0, gap))
     refined: np.ndarray = shape + shape @ correction
     return refined, float(np.max(np.abs(correction)))
 
@@ -296,13 +296,16 @@ def participation(matrices: Matrices, shapes: Modes) -> Participation:
     along = vector @ matrices.mass
     rounded = matrices.mass_error + 16.0 * UNIT_ROUNDOFF * mass
     along_error = size @ rounded + spread @ mass
-    own = np.sum(along * vector, axis=1, keepdims=True)
-    own_error = np.sum((size @ rounded) * size, axis=1, keepdims=True) / own
-    own_error = own_error + 2.0 * np.sum(np.abs(along) * spread, axis=1, keepdims=True) / own
-    factor, effective = along / own, along**2 / own
+    modal_mass = np.sum(along * vector, axis=1, keepdims=True)
+    modal_mass_error = np.sum((size @ rounded) * size, axis=1, keepdims=True) / modal_mass
+    modal_mass_error = (
+        modal_mass_error + 2.0 * np.sum(np.abs(along) * spread, axis=1, keepdims=True) / modal_mass
+    )
+    factor, effective = along / modal_mass, along**2 / modal_mass
     return Participation(
         factor,
-        along_error / own + np.abs(factor) * own_error,
+        along_error / modal_mass + np.abs(factor) * modal_mass_error,
         effective,
-        (2.0 * np.abs(along) + along_error) * along_error / own + effective * own_error,
+        (2.0 * np.abs(along) + along_error) * along_error / modal_mass
+        + effective * modal_mass_error,
     )

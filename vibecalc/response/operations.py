@@ -8,7 +8,7 @@ from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, WithError
 from vibecalc.response.energies import energy_by_order, energy_signal
-from vibecalc.response.forced import Dynamics, Undriven, dynamics, response
+from vibecalc.response.forced import Dynamics, UndrivenModes, dynamics, response
 
 # ----------------------------------------------------------------------------
 # Operating modes combined with balances: motions add as phasors, and only then become energies.
@@ -19,7 +19,7 @@ from vibecalc.response.forced import Dynamics, Undriven, dynamics, response
 # ----------------------------------------------------------------------------
 
 
-class Superposed(NamedTuple):
+class SuperposedMotion(NamedTuple):
     """Motions of the parts, complex amplitudes in m and rad.
 
     `shaking` (operations, orders, 6) by the pistons; `residual` (operations, balances, 6) of order
@@ -38,8 +38,8 @@ def superpose(
     speed: float,
     shaking: WithError,
     residual: WithError,
-    undriven: Undriven | None = None,
-) -> Superposed:
+    undriven: UndrivenModes | None = None,
+) -> SuperposedMotion:
     """Respond to the loads of all operations and balances at once.
 
     Parameters
@@ -65,14 +65,14 @@ def superpose(
         np.concatenate([shaking.value, residual.value], axis=-2),
         np.concatenate([shaking.error, residual.error], axis=-2),
     )
-    return Superposed(
+    return SuperposedMotion(
         WithError(motion.value[..., :count, :], motion.error[..., :count, :]),
         WithError(motion.value[..., count:, :], motion.error[..., count:, :]),
         first,
     )
 
 
-def at_phase(parts: Superposed, phase: np.ndarray | float = 0.0) -> WithError:
+def at_phase(parts: SuperposedMotion, phase: np.ndarray | float = 0.0) -> WithError:
     """Motion (operations, balances, orders, 6) with the weights turned by a phase in rad.
 
     `phase` broadcasts with (operations, balances).
@@ -121,7 +121,7 @@ class Rows(NamedTuple):
     turned: np.ndarray
 
 
-class Found(NamedTuple):
+class PhaseSearch(NamedTuple):
     """Lowest and highest peak (rows,) in J, phases that reach them, and gaps left by the search.
 
     The true lowest value is at most `low_gap` below `low`, the highest `high_gap` above `high`,
@@ -168,7 +168,7 @@ class _Best:
         return np.asarray(np.maximum(self.ceiling - self.value, 0.0))
 
 
-def search_phases(rows: Rows, rtol: float) -> Found:
+def search_phases(rows: Rows, rtol: float) -> PhaseSearch:
     """Search every row until both gaps are below `rtol` times the value found, or rounding.
 
     Where many thousands of intervals would be needed, the peak being nearly the same at all
@@ -205,7 +205,7 @@ def search_phases(rows: Rows, rtol: float) -> Found:
         high.meet(parents.row, value, middle)
         low.meet(parents.row, -value, middle)
         cells = _halved(parents, middle, value, slope)
-    return Found(
+    return PhaseSearch(
         -low.value, high.value, low.phase, high.phase, low.gap(), high.gap(), rounding, peaks
     )
 
@@ -276,7 +276,7 @@ class PhaseRange(NamedTuple):
     high_error: np.ndarray
 
 
-def states(parts: Superposed, rate: np.ndarray) -> Superposed:
+def states(parts: SuperposedMotion, rate: np.ndarray) -> SuperposedMotion:
     """Motions of the parts times `rate` (orders,): i n w makes velocities of them."""
     factor = np.asarray(rate)[:, None]
     return parts._replace(
@@ -286,7 +286,7 @@ def states(parts: Superposed, rate: np.ndarray) -> Superposed:
 
 
 def mean_energy_range(
-    weight: WithError, state: Superposed, left_out: np.ndarray | float = 0.0
+    weight: WithError, state: SuperposedMotion, left_out: np.ndarray | float = 0.0
 ) -> PhaseRange:
     """Range of the mean over the cycle, in closed form: a + b cos(p - p0).
 
@@ -302,9 +302,9 @@ def mean_energy_range(
         the errors.
     """
     shaking, residual = state.shaking, state.residual
-    by_order, own = energy_by_order(weight, shaking), energy_by_order(weight, residual)
-    still = np.sum(by_order.mean, axis=-1)[..., None] + own.mean
-    uncertainty = np.sum(by_order.mean_error, axis=-1)[..., None] + own.mean_error
+    by_order, single = energy_by_order(weight, shaking), energy_by_order(weight, residual)
+    still = np.sum(by_order.mean, axis=-1)[..., None] + single.mean
+    uncertainty = np.sum(by_order.mean_error, axis=-1)[..., None] + single.mean_error
 
     start = shaking.value[..., None, state.first, :]
     spread = shaking.error[..., None, state.first, :]
@@ -330,9 +330,9 @@ def mean_energy_range(
 
 def peak_energy_range(
     weight: WithError,
-    state: Superposed,
+    state: SuperposedMotion,
     orders: np.ndarray,
-    kept: int | None = None,
+    retained: int | None = None,
     tail: float = 0.0,
     rtol: float = 1e-9,
 ) -> PhaseRange:
@@ -341,7 +341,7 @@ def peak_energy_range(
     Parameters
     ----------
     weight, state : as for `mean_energy_range`, the weight positive semidefinite.
-    orders, kept, tail : as for `energies.energy_over_cycle`, order 1 among those kept.
+    orders, retained, tail : as for `energies.energy_over_cycle`, order 1 among them.
     rtol : the search ends when what it may have missed is below this share of the value; what
         is left is in the errors.
 
@@ -351,7 +351,7 @@ def peak_energy_range(
         The weight is not positive semidefinite, or an amplitude is not finite.
     """
     orders = np.asarray(orders)
-    shaking = energy_signal(weight, state.shaking, kept, tail)
+    shaking = energy_signal(weight, state.shaking, retained, tail)
     one = WithError(*(part[..., None, :] for part in state.residual))
     residual = energy_signal(weight, one)
     used = shaking.used.copy()
@@ -364,9 +364,9 @@ def peak_energy_range(
         orders[: len(used)][used],
         turned.reshape(-1, turned.shape[-1]),
     )
-    found = search_phases(rows, rtol)
+    searched = search_phases(rows, rtol)
     low, high, low_phase, high_phase, low_gap, high_gap, rounding = (
-        part.reshape(turned.shape[:-1]) for part in found[:7]
+        part.reshape(turned.shape[:-1]) for part in searched[:7]
     )
     spread = shaking.spread[..., None] + residual.spread
     weighing = 2.0 * (shaking.form_error[..., None] + residual.form_error) + rounding

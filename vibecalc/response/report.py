@@ -108,8 +108,8 @@ def _modes(record: Record) -> tuple[list[str], set[str]]:
             "nearest: the excited order that comes closest at operating speed; off: its frequency "
             "over the natural frequency, less 1"
         )
-    found = (frequency, damping, share, nearest, distance)
-    return lines, {quantity.path for quantity in found if quantity is not None}
+    shown = (frequency, damping, share, nearest, distance)
+    return lines, {quantity.path for quantity in shown if quantity is not None}
 
 
 def main_coordinates(share: Quantity | None, mode: int) -> str:
@@ -234,7 +234,7 @@ def energies(record: Record) -> tuple[Part, Part]:
             for i in chosen
         ]
         lines = table(columns, rows)
-        lines += paragraph(_rest(by_order, orders, chosen, more)) if more else []
+        lines += paragraph(_further_orders(by_order, orders, chosen, more)) if more else []
     if any(scalar_of(record, path) is not None for path in totals):
         row = ["all orders", *(_total(record, _path(field)) for field in _FIELDS)]
         below = table(columns, [row]) + paragraph(
@@ -269,7 +269,7 @@ def _chosen(quantities: list[Quantity]) -> tuple[list[int], int]:
     return [int(i) for i in chosen], int(acting.sum() - chosen.size)
 
 
-def _rest(
+def _further_orders(
     by_order: dict[tuple[str, str], Quantity], orders: np.ndarray, chosen: list[int], more: int
 ) -> str:
     """How many orders are not shown, how small they get, and where they underflow."""
@@ -427,7 +427,7 @@ def _short(value: float, quantity: Quantity) -> str:
 # ----------------------------------------------------------------------------
 
 _SWITCHING = "response/switching/"
-_WAYS = (("reversal", "through rest"), ("instant", "at once"))
+_CHANGE_KINDS = (("reversal", "through rest"), ("instant", "at once"))
 _VECTORS = (
     ("translation_peak", "largest displacement mm"),
     ("rotation_peak", "largest rotation mrad"),
@@ -468,13 +468,13 @@ def switching(result: Result) -> Section | None:
 
 
 def _cases(record: Record) -> list[_Case]:
-    found: list[_Case] = []
-    for way, words in _WAYS:
-        quantity = having(record, f"{_SWITCHING}{way}/kinetic_energy_peak", "change")
+    cases: list[_Case] = []
+    for kind, words in _CHANGE_KINDS:
+        quantity = having(record, f"{_SWITCHING}{kind}/kinetic_energy_peak", "change")
         if quantity is not None:
             names = labels(quantity.axes[0])
-            found += [(f"{name} {words}", way, i) for i, name in enumerate(names)]
-    return found
+            cases += [(f"{name} {words}", kind, i) for i, name in enumerate(names)]
+    return cases
 
 
 def _steady(result: Result) -> list[str]:
@@ -498,15 +498,17 @@ def _table(record: Record, cases: list[_Case]) -> list[str]:
     rows = []
     for name, words in _VECTORS:
         cells = []
-        for _, way, i in cases:
-            quantity = having(record, f"{_SWITCHING}{way}/{name}", "change", "direction")
+        for _, kind, i in cases:
+            quantity = having(record, f"{_SWITCHING}{kind}/{name}", "change", "direction")
             cells.append("" if quantity is None else _largest(quantity, i))
         rows.append([words, *cells])
     for name, words in _SCALARS:
-        found = [(having(record, f"{_SWITCHING}{way}/{name}", "change"), i) for _, way, i in cases]
-        rows.append([words, *("" if q is None else _scalar(q, i) for q, i in found)])
+        shown = [
+            (having(record, f"{_SWITCHING}{kind}/{name}", "change"), i) for _, kind, i in cases
+        ]
+        rows.append([words, *("" if q is None else _scalar(q, i) for q, i in shown)])
         if name == "kinetic_energy_peak":
-            rows.append(["  times the larger steady one", *_ratios(record, found)])
+            rows.append(["  times the larger steady one", *_ratios(record, shown)])
     return table(columns, [row for row in rows if any(row[1:])])
 
 
@@ -529,34 +531,36 @@ def _scalar(quantity: Quantity, change: int) -> str:
     return show(value, error, _CHANGE_DIGITS)
 
 
-def _ratios(record: Record, found: Sequence[tuple[Quantity | None, int]]) -> list[str]:
+def _ratios(record: Record, entries: Sequence[tuple[Quantity | None, int]]) -> list[str]:
     steady = having(record, _SWITCHING + "steady_energy", "operation")
     larger = 0.0 if steady is None else float(np.max(steady.values))
     if not larger > 0.0:
-        return [""] * len(found)
-    return ["" if q is None else show(float(q.values[i]) / larger, digits=3) for q, i in found]
+        return [""] * len(entries)
+    return ["" if q is None else show(float(q.values[i]) / larger, digits=3) for q, i in entries]
 
 
 def _passages(record: Record) -> list[str]:
     """Resonances that the crank runs through on its way, if the result lists them."""
     stem = _SWITCHING + "passage/"
     names = ("change", "mode", "order", "speed", "time", "haste")
-    found = {name: having(record, stem + name, "passage") for name in names}
-    speed = found["speed"]
-    if speed is None or any(found[name] is None for name in ("change", "mode", "order", "time")):
+    quantities = {name: having(record, stem + name, "passage") for name in names}
+    speed = quantities["speed"]
+    if speed is None or any(
+        quantities[name] is None for name in ("change", "mode", "order", "time")
+    ):
         return []
     changes = having(record, _SWITCHING + "reversal/kinetic_energy_peak", "change")
     titles = labels(changes.axes[0]) if changes is not None else []
-    whole = [found[name] for name in ("mode", "order")]
+    whole = [quantities[name] for name in ("mode", "order")]
     rows = []
     # Low orders carry the large forces: they are shown first, in the order of time.
     order = np.asarray(whole[1].values) if whole[1] is not None else np.arange(len(speed.values))
     for i in sorted(np.argsort(order, kind="stable")[:_PASSAGES].tolist()):
-        which = int(found["change"].values[i]) - 1 if found["change"] is not None else 0
+        which = int(quantities["change"].values[i]) - 1 if quantities["change"] is not None else 0
         title = titles[which] if 0 <= which < len(titles) else str(which + 1)
         row = [title, *(str(int(q.values[i])) for q in whole if q is not None)]
         row.append(show(rpm(float(speed.values[i]))))
-        for quantity in (found["time"], found["haste"]):
+        for quantity in (quantities["time"], quantities["haste"]):
             row.append("" if quantity is None else show(quantity.values[i]))
         rows.append(row)
     columns = (
@@ -568,9 +572,13 @@ def _passages(record: Record) -> list[str]:
         number("haste", 12),
     )
     lines = table(columns, rows)
-    rest = len(speed.values) - len(rows)
+    further = len(speed.values) - len(rows)
     lines += paragraph(
         "haste above 1: the resonance has no time to build up"
-        + (f"; {rest} further passages of higher order are in the result file" if rest else "")
+        + (
+            f"; {further} further passages of higher order are in the result file"
+            if further
+            else ""
+        )
     )
     return lines

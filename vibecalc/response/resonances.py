@@ -38,7 +38,7 @@ class Resonances(NamedTuple):
         return width
 
     def sought(self) -> "Resonances":
-        """All resonances that a search of speeds has to look at, those moved by damping too."""
+        """All resonances that a search of speeds has to examine, those moved by damping too."""
         count = len(self.moved_frequency)
         if count == 0:
             return self
@@ -57,7 +57,7 @@ class Resonances(NamedTuple):
 _TURN = 2.0 * math.pi
 
 
-class Masked(NamedTuple):
+class MaskedSpeeds(NamedTuple):
     """Intervals of crank speed in which nothing is computed, ascending; all (intervals,).
 
     Speeds in rad/s; `mode` counts from 1. Inside, fewer than four digits would remain.
@@ -117,7 +117,9 @@ def left_out(resonances: Resonances) -> np.ndarray:
     return resonances.idle & (resonances.exposed() > 0.0)
 
 
-def masked_speeds(resonances: Resonances, orders: np.ndarray, start: float, stop: float) -> Masked:
+def masked_speeds(
+    resonances: Resonances, orders: np.ndarray, start: float, stop: float
+) -> MaskedSpeeds:
     """Intervals of [start, stop] too near a driven undamped resonance, by order and mode."""
     centre = resonances.frequency / np.asarray(orders)[:, None]
     width = np.broadcast_to(resonances.exposed(), centre.shape)
@@ -126,7 +128,7 @@ def masked_speeds(resonances: Resonances, orders: np.ndarray, start: float, stop
     ascending = np.argsort(centre[row, column], kind="stable")
     row, column = row[ascending], column[ascending]
     pick = (row, column)
-    return Masked(low[pick], centre[pick], high[pick], np.asarray(orders)[row], column + 1)
+    return MaskedSpeeds(low[pick], centre[pick], high[pick], np.asarray(orders)[row], column + 1)
 
 
 def idle_warnings(
@@ -143,7 +145,7 @@ def idle_warnings(
     )
 
 
-def outside(masked: Masked, speed: np.ndarray) -> np.ndarray:
+def outside(masked: MaskedSpeeds, speed: np.ndarray) -> np.ndarray:
     """True for speeds (...,) that lie in none of the intervals; the ends are outside."""
     inside = (speed[..., None] > masked.low) & (speed[..., None] < masked.high)
     clear: np.ndarray = ~np.any(inside, axis=-1)
@@ -160,7 +162,7 @@ _NEAR = np.concatenate([[0.0], np.geomspace(1e-6, 0.3, 36)])
 
 
 def energy_speeds(
-    resonances: Resonances, orders: np.ndarray, masked: Masked, first: float, last: float
+    resonances: Resonances, orders: np.ndarray, masked: MaskedSpeeds, first: float, last: float
 ) -> np.ndarray:
     """Ascending speeds (speeds,) in [first, last] rad/s, outside the masked intervals.
 
@@ -175,5 +177,5 @@ def energy_speeds(
     speed = speed[(speed >= max(first, 0.0)) & (speed <= last)]
     distinct = np.concatenate([[True], np.diff(speed) > 1e-9 * last])
     speed = speed[distinct]
-    kept: np.ndarray = speed[outside(masked, speed)]
-    return kept
+    unmasked: np.ndarray = speed[outside(masked, speed)]
+    return unmasked

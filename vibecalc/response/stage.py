@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from vibecalc.core.run.stage import Entries, Stage, Subject, Unit, Work, below
-from vibecalc.kinematics.stage import kept_orders, orders_of_motion, orders_words
+from vibecalc.kinematics.stage import orders_given, orders_of_motion, orders_words
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -131,8 +131,8 @@ def _work_of_speeds(case: "Case", orders: int) -> Work:
 
 def _work_of_operations(case: "Case", orders: int) -> Work:
     assert case.response is not None
-    ways = len(case.response.operations) * max(len(case.response.balances), 1)
-    return ((10, "modes"), (orders * ways, "way_order"))
+    combinations = len(case.response.operations) * max(len(case.response.balances), 1)
+    return ((10, "modes"), (orders * combinations, "way_order"))
 
 
 def _work_of_switching(case: "Case", orders: int) -> Work:
@@ -162,7 +162,7 @@ def _entries(case: "Case", path: str, axis: str) -> Entries | None:
         return Entries.of_speeds(asked, "response.run_up")
     if axis in ("mode", "other_mode") and path.startswith("response/modes/"):
         return Entries.up_to(6, "a rigid body has 6 degrees of freedom")
-    return kept_orders(case, axis)
+    return orders_given(case, axis)
 
 
 SUBJECT = Subject(

@@ -23,13 +23,13 @@ from vibecalc.numerics.rounding import ComplexArray, FloatArray
 from vibecalc.numerics.runge_kutta_march import march
 from vibecalc.roll.adapters.control import Setup, setup
 from vibecalc.roll.adapters.start_up import COARSEST, FINEST, SHARE, load_of
-from vibecalc.roll.between_kinks import in_pieces, running, slot_at, slots_of
+from vibecalc.roll.between_kinks import acting_at, running, slot_at, slots_of
 from vibecalc.roll.control.gains import evaluate as closed_loop
 from vibecalc.roll.control.gains import evaluate_at_speed
 from vibecalc.roll.control.loop import disturbance, loop_of
 from vibecalc.roll.control.margins import margins
 from vibecalc.roll.mechanism import as_batch, is_mounted, smooth_angles
-from vibecalc.roll.methods import Asked, find
+from vibecalc.roll.methods import Settings, find
 from vibecalc.roll.model import build_roll, fitted_motor, roll_drive
 from vibecalc.roll.rates import place_at
 from vibecalc.roll.running import Running, point_levels, running_state, speed_of_state
@@ -39,10 +39,10 @@ from vibecalc.roll.start_up_system import (
     SHELL_SPEED,
     SPEED,
     STATES,
-    Load,
+    LoadSteps,
     StartUpSystem,
 )
-from vibecalc.roll.steady import Steady, steady_state
+from vibecalc.roll.steady import SteadyTurn, steady_state
 from vibecalc.roll.turn import Turn, peak, readings
 from vibecalc.roll.turn import harmonics as harmonics_of_turn
 
@@ -69,7 +69,7 @@ def roll_topics(scene: Scene) -> list[Topic]:
 
     def run(rtol: float, points: int | None = None) -> Running:
         return running_state(machine, drive, rtol=rtol, orders=options.orders,
-                             started_at=started, points=points, course=True)  # fmt: skip
+                             started_at=started, points=points, between_points=True)  # fmt: skip
 
     own = run(case.accuracy.rtol, points)
     slip = _slip(own, float(np.max(drive.synchronous_speed)))
@@ -95,14 +95,14 @@ def roll_topics(scene: Scene) -> list[Topic]:
     def split(count: float) -> Answer:
         found = steady_state(machine, drive, int(count), started_at=started,
                              tolerance=1e-9 if count < 5 else 1e-13)  # fmt: skip
-        if not found.found[0]:
+        if not found.solved[0]:
             raise NumericalFailure(f"no running state is found with {int(count)} points")
         return Answer(spectrum(found.turn), float(found.evaluations))
 
     fading = float(np.max(np.abs(own.multiplier)))
 
     def chosen(method: str, points: float = 0.0, step: float = 0.0) -> Answer:
-        asked = Asked(int(points) or None, step or None, started, own.state.momentum, fading)
+        asked = Settings(int(points) or None, step or None, started, own.state.momentum, fading)
         found = find(method, machine, drive, asked)
         return Answer(spectrum(found.turn), float(found.work))
 
@@ -123,7 +123,7 @@ def roll_topics(scene: Scene) -> list[Topic]:
         ),
     ]  # fmt: skip
     fine = steady_state(machine, drive, POINTS, started_at=started, start=own.state)
-    if not fine.found[0]:
+    if not fine.solved[0]:
         raise NumericalFailure(f"collocation with {POINTS} points loses the running state")
     turn, rates = fine.turn, running(parts.machine, drive)
     start = np.array([0.0, fine.solution.left[0, 0, 0], 0.0, turn.shell_speed[0, 0]])
@@ -157,8 +157,8 @@ def roll_topics(scene: Scene) -> list[Topic]:
                            lambda: spectrum(turn), fine.solution.edges[0])]  # fmt: skip
 
 
-def _evaluations(state: Steady) -> int:
-    """Of the right-hand side, those of the multipliers and courses included."""
+def _evaluations(state: SteadyTurn) -> int:
+    """Of the right-hand side, those of the multipliers and readings between points included."""
     return max(state.evaluations, int(getattr(state.problem.rhs, "evaluations", 0)))
 
 
@@ -203,11 +203,11 @@ def start_up_topics(scene: Scene) -> list[Topic]:
     machine, drive, end = parts.machine, roll_drive(parts), min(options.duration, FIRST)
     load = load_of(options)
     if len(load.time) > 1 and load.time[1] > end:  # a later change is brought forward
-        load = Load(np.array([0.0, 0.5 * end]), load.factor[:2])
+        load = LoadSteps(np.array([0.0, 0.5 * end]), load.factor[:2])
     start = np.array([options.crank_angle, options.speed, 0.0, 0.0])
     tolerance = min(max(SHARE * scene.case.accuracy.rtol, FINEST), COARSEST)
     slots, synchronous = slots_of(machine, drive), float(drive.synchronous_speed)
-    acting = in_pieces(machine, drive, slots)
+    acting = acting_at(machine, drive, slots)
 
     def rates(time: float, y: FloatArray) -> FloatArray:
         b, w, theta, s = y.tolist()
@@ -222,7 +222,7 @@ def start_up_topics(scene: Scene) -> list[Topic]:
         first = np.zeros((1, STATES))
         first[0, _COLUMNS] = start
         found = march(
-            system, np.zeros(1), first, system.first_piece(first, 0.0), np.array([end]),
+            system, np.zeros(1), first, system.first_intervals(first, 0.0), np.array([end]),
             absolute=tolerance * system.scale, stops=load.time[None, :], parts=pieces, keep=False,
         )  # fmt: skip
         work = 6 * (int(found.steps[0]) + int(found.rejected[0])) + 1

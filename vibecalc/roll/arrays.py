@@ -23,7 +23,7 @@ from vibecalc.roll.model import build_roll, roll_drive
 from vibecalc.roll.rates import surely_fastest
 from vibecalc.roll.results import FORCES, ROLL, VARIABLES
 from vibecalc.roll.running import point_levels
-from vibecalc.roll.steady import Steady, multipliers, steady_state
+from vibecalc.roll.steady import SteadyTurn, multipliers, steady_state
 from vibecalc.roll.turn import Readings, Turn, by_cylinder, harmonics, mean, readings
 
 #: of the numbers of Gauss points to try; a point that these do not settle is run alone
@@ -51,7 +51,7 @@ def emit_roll(columns: Columns, sheet: Sheet) -> BoolArray:
     read = readings(machine, drive, state.turn, pistons=pistons)
     check, checked = state, read
     for count in points[1:]:
-        if not state.found.all():
+        if not state.solved.all():
             raise NumericalFailure("roll: some points have no running state")
         check, checked = state, read
         state = steady_state(machine, drive, count, started_at=started, start=state)
@@ -62,7 +62,7 @@ def emit_roll(columns: Columns, sheet: Sheet) -> BoolArray:
     if options.points is not None:
         (state, read), (check, checked) = (check, checked), (state, read)
         settled = np.ones(columns.count, dtype=bool)
-    uncertain = ~settled | ~state.found | _beyond(state, drive)
+    uncertain = ~settled | ~state.solved | _beyond(state, drive)
     uncertain |= ~surely_fastest(machine, drive, state.turn)
     value, error = multipliers(state)
     size = np.abs(value)
@@ -94,13 +94,13 @@ def _emit(
     for name in (*VARIABLES, *FORCES):
         if not sheet.wants(*spectrum_paths(name)):
             continue
-        own, other = (_spectrum(turn, read, name, orders) for turn, read in both)
+        spectrum, other = (_spectrum(turn, read, name, orders) for turn, read in both)
         size = np.abs(np.asarray(getattr(both[0][1], name)))
         floor = np.max(size, axis=tuple(range(1, size.ndim)), initial=0.0)
         if name.endswith("_acceleration"):
             floor = floor + torque / machine.shell_inertia
-        rounding = 32.0 * EPSILON * floor.reshape(-1, *(1,) * (own.ndim - 1))
-        _emit_spectrum(sheet, name, own, np.abs(own - other) + rounding, axes)
+        rounding = 32.0 * EPSILON * floor.reshape(-1, *(1,) * (spectrum.ndim - 1))
+        _emit_spectrum(sheet, name, spectrum, np.abs(spectrum - other) + rounding, axes)
 
 
 def _spectrum(turn: Turn, read: Readings, name: str, orders: FloatArray) -> np.ndarray:
@@ -134,9 +134,9 @@ def _settled(one: _Read, other: _Read, orders: FloatArray, rtol: float) -> BoolA
     return np.asarray(np.max(np.abs(each[1] - each[0]), axis=-1) <= rtol * largest)
 
 
-def _beyond(state: Steady, drive: RollDrive) -> BoolArray:
+def _beyond(state: SteadyTurn, drive: RollDrive) -> BoolArray:
     if drive.holds:
-        return np.zeros(len(state.found), dtype=bool)
+        return np.zeros(len(state.solved), dtype=bool)
     slip = drive.synchronous_speed[..., None] - state.turn.crank_speed
     return np.asarray(np.max(np.abs(slip), axis=-1) > drive.motor.largest)
 

@@ -52,9 +52,9 @@ def slots_of(machine: RollMachine, drive: RollDrive) -> Slots:
     for place, gas in enumerate(drive.gas):
         if gas is None or not len(gas.node):
             continue
-        own = np.mod(middle + phase[place], TURN)
-        row = np.searchsorted(gas.node, own, side="right") - 1
-        away = own - gas.node[row] + np.where(row < 0, TURN, 0.0)
+        angle = np.mod(middle + phase[place], TURN)
+        row = np.searchsorted(gas.node, angle, side="right") - 1
+        away = angle - gas.node[row] + np.where(row < 0, TURN, 0.0)
         base[place] = middle - away
         scaled = machine.gas_scale[place] * gas.coefficient[row]
         coefficient[place, :, : scaled.shape[1]] = scaled
@@ -100,7 +100,7 @@ def slot_at(slots: Slots, angle: FloatArray) -> IntArray:
 # ----------------------------------------------------------------------------
 
 
-class Acting(NamedTuple):
+class ActingTorques(NamedTuple):
     """Accelerations in rad/s^2 (crank against shell, shell) and torques in N m; floats.
 
     `motor`, `gas`, `viscous` and `dry` act on the crankshaft, `mounts` on the shell. `dry` is the
@@ -118,14 +118,15 @@ class Acting(NamedTuple):
     holding: float
 
 
-#: (angle, crank speed, shell angle, shell speed, slot, piece of the motor's curve, way, load)
-InPieces = Callable[[float, float, float, float, int, int, int, float], Acting]
+#: (angle, crank speed, shell angle, shell speed, slot, interval of the motor's curve, direction,
+#: load)
+ActingAt = Callable[[float, float, float, float, int, int, int, float], ActingTorques]
 
 
-def in_pieces(machine: RollMachine, drive: RollDrive, slots: Slots) -> InPieces:
-    """What acts on the machine in given smooth pieces, as `start_up_system` has them.
+def acting_at(machine: RollMachine, drive: RollDrive, slots: Slots) -> ActingAt:
+    """What acts on the machine in given smooth intervals, as `start_up_system` has them.
 
-    Without way (0) the speed of the crank is taken as zero and `dry` is not applied.
+    Without direction (0) the speed of the crank is taken as zero and `dry` is not applied.
     """
     radius, length, offset = _numbers(machine, "crank_radius", "rod_length", "wrist_pin_offset")
     rotor, housing = _numbers(machine, "rotor_inertia", "shell_inertia")
@@ -148,8 +149,15 @@ def in_pieces(machine: RollMachine, drive: RollDrive, slots: Slots) -> InPieces:
     ]
 
     def acting(
-        b: float, w: float, theta: float, s: float, number: int, part: int, way: int, load: float
-    ) -> Acting:
+        b: float,
+        w: float,
+        theta: float,
+        s: float,
+        number: int,
+        part: int,
+        direction: int,
+        load: float,
+    ) -> ActingTorques:
         turn, slot = divmod(number, count)
         local = b - TURN * turn
         j = j_b = n = n_b = q = q_b = gas = strokes = 0.0
@@ -185,9 +193,9 @@ def in_pieces(machine: RollMachine, drive: RollDrive, slots: Slots) -> InPieces:
         total = rotor * (j + housing + q - 2.0 * n) + (j + housing) * q - n * n
         j, n, q = j + housing + rotor, n + rotor, q + rotor
         outer = mounts - j_b * w * s - n_b * w * w
-        inner = motor + gas + viscous - way * dry + 0.5 * (j_b * s * s - q_b * w * w)
+        inner = motor + gas + viscous - direction * dry + 0.5 * (j_b * s * s - q_b * w * w)
         held = n * mounts / j - 0.5 * j_b * s * s - motor - gas
-        return Acting(
+        return ActingTorques(
             (j * inner - n * outer) / total,
             (q * outer - n * inner) / total,
             motor,
@@ -211,7 +219,7 @@ def running(
     continued, NumericalFailure.
     """
     slots = slots_of(machine, drive)
-    acting = in_pieces(machine, drive, slots)
+    acting = acting_at(machine, drive, slots)
     simple = not (
         np.any(machine.wrist_pin_offset)
         or np.any(machine.rod_inertia_difference)
@@ -224,7 +232,7 @@ def running(
     synchronous = float(drive.synchronous_speed)
     last = len(threshold)
 
-    def piece(w: float) -> int:
+    def interval(w: float) -> int:
         slip = synchronous - w
         part = bisect_right(threshold, slip)
         if w <= 0.0:
@@ -239,8 +247,8 @@ def running(
     def general(b: float, w: float, theta: float, s: float) -> tuple[float, float]:
         turn, local = divmod(b, TURN)
         number = int(turn) * (len(edge) + 1) + bisect_right(edge, local)
-        found = acting(b, w, theta, s, number, piece(w), 1, 1.0)
-        return found.crank, found.shell
+        forces = acting(b, w, theta, s, number, interval(w), 1, 1.0)
+        return forces.crank, forces.shell
 
     if not simple:
         return general
@@ -261,7 +269,7 @@ def running(
         local = b % TURN
         slot = bisect_right(edge, local)
         j, q, j_b, q_b = housing, 0.0, 0.0, 0.0
-        driving = scale * _value(curve[piece(w)], synchronous - w) - viscous * w - dry
+        driving = scale * _value(curve[interval(w)], synchronous - w) - viscous * w - dry
         for phase, mass, force in cylinders:
             a = local + phase
             high, lever = radius * sin(a), radius * cos(a)
@@ -303,8 +311,8 @@ def _polynomials(base: np.ndarray, rows: np.ndarray) -> list[tuple[float, list[f
     return list(zip(base.tolist(), rows[:, ::-1].tolist(), strict=True))
 
 
-def _value(piece: tuple[float, list[float]], where: float) -> float:
-    base, rows = piece
+def _value(polynomial: tuple[float, list[float]], where: float) -> float:
+    base, rows = polynomial
     away, value = where - base, 0.0
     for entry in rows:
         value = value * away + entry

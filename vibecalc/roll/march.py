@@ -261,14 +261,14 @@ def march_scipy(
     while True:
         goal = TURN * (number + 1)
         # a turn may take ten times as long as its first speed says
-        found = solve_ivp(
+        solution = solve_ivp(
             equations, (time, time + 10.0 * TURN / abs(state[1])), state, method="DOP853",
             rtol=tolerance, atol=tolerance, events=passes, dense_output=True,
         )  # fmt: skip
-        evaluations += int(found.nfev)
-        if not len(found.t_events[0]):
+        evaluations += int(solution.nfev)
+        if not len(solution.t_events[0]):
             raise NumericalFailure("DOP853 finds no end of the turn: the crank slows to rest")
-        time, state, number = float(found.t_events[0][0]), found.y_events[0][0], number + 1
+        time, state, number = float(solution.t_events[0][0]), solution.y_events[0][0], number + 1
         marks = [*marks[-2:], (time, state)]
         change = _change_of_marks(marks, mounted)
         if number == turns or (turns is None and change <= repeats):
@@ -280,7 +280,7 @@ def march_scipy(
             )
     period = time - marks[-2][0]
     places = period * np.arange(points + 1) / points
-    angle, speed, shell_angle, shell_speed = found.sol(marks[-2][0] + places)
+    angle, speed, shell_angle, shell_speed = solution.sol(marks[-2][0] + places)
     rows = zip(angle, speed, shell_angle, shell_speed, strict=True)
     both = [rates(*(float(value) for value in row)) for row in rows]
     crank, shell = np.array(both).T

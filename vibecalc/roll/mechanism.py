@@ -248,12 +248,12 @@ def accelerations(
 def gas_forces(machine: RollMachine, drive: RollDrive, crank_angle: FloatArray) -> FloatArray:
     """Force of the gas on each piston (..., k, c), N towards the crank, at angles (..., k)."""
     lead = np.broadcast_shapes(np.shape(crank_angle), (*machine.crank_radius.shape, 1))
-    found = np.zeros((*lead, len(drive.gas)))
+    forces = np.zeros((*lead, len(drive.gas)))
     for place, gas in enumerate(drive.gas):
         if gas is not None:
-            own = crank_angle + machine.crank_angle_offset[..., None, place]
-            found[..., place] = machine.gas_scale[..., None, place] * force_at(gas, own)
-    return found
+            angle = crank_angle + machine.crank_angle_offset[..., None, place]
+            forces[..., place] = machine.gas_scale[..., None, place] * force_at(gas, angle)
+    return forces
 
 
 def gas_torque(moved: Inertia, forces: FloatArray) -> FloatArray:
@@ -265,20 +265,20 @@ def motor_torque(
     machine: RollMachine,
     drive: RollDrive,
     crank_speed: FloatArray,
-    piece: IntArray | None = None,
+    interval: IntArray | None = None,
 ) -> Torque:
-    """Steady torque of the motor (..., k), N m, and its slope by slip; `piece`: `slip_torque`."""
+    """Steady motor torque (..., k), N m, and its slope by slip; `interval`: `slip_torque`."""
     slip = drive.synchronous_speed[..., None] - crank_speed
-    value, slope = steady_curve(drive, slip, piece)
+    value, slope = steady_curve(drive, slip, interval)
     scale = machine.motor_scale[..., None]
     return Torque(scale * value, scale * slope)
 
 
-def steady_curve(drive: RollDrive, slip: FloatArray, piece: IntArray | None = None) -> Torque:
+def steady_curve(drive: RollDrive, slip: FloatArray, interval: IntArray | None = None) -> Torque:
     """Torque in N m at steady slips (...,), rad/s, of one motor, by its circuit or its table."""
     if drive.circuit is not None:
         return circuit_torque(drive.circuit, slip)
-    return slip_torque(drive.motor, slip, piece)
+    return slip_torque(drive.motor, slip, interval)
 
 
 def friction_torque(machine: RollMachine, moved: Inertia, crank_speed: FloatArray) -> FloatArray:
@@ -316,20 +316,20 @@ def smooth_angles(machine: RollMachine, drive: RollDrive, widest: float = WIDEST
     short rod lies across its cylinder they crowd together.
     """
     offsets = machine.crank_angle_offset.reshape(-1, len(drive.gas))[0]
-    found = [np.array([0.0, TURN])]
+    kinks = [np.array([0.0, TURN])]
     for gas, offset in zip(drive.gas, offsets, strict=True):
         if gas is not None:
-            found.append(np.mod(gas.node - offset, TURN))
+            kinks.append(np.mod(gas.node - offset, TURN))
         if np.any(machine.piston_friction):
-            found.append(np.mod(dead_centres(machine).reshape(-1, 2)[0] - offset, TURN))
-        found.append(np.mod(_steep(machine) - offset, TURN))
-    every = np.sort(np.concatenate(found))
-    kept = every[np.concatenate([[True], np.diff(every) > 1e-9])]
-    kept[-1] = TURN
-    parts = np.ceil(np.diff(kept) / (widest * (1.0 + 1e-9))).astype(int)
-    start = np.repeat(kept[:-1], parts)
+            kinks.append(np.mod(dead_centres(machine).reshape(-1, 2)[0] - offset, TURN))
+        kinks.append(np.mod(_steep(machine) - offset, TURN))
+    every = np.sort(np.concatenate(kinks))
+    edges = every[np.concatenate([[True], np.diff(every) > 1e-9])]
+    edges[-1] = TURN
+    parts = np.ceil(np.diff(edges) / (widest * (1.0 + 1e-9))).astype(int)
+    start = np.repeat(edges[:-1], parts)
     place = np.arange(len(start)) - np.repeat(np.cumsum(parts) - parts, parts)
-    return np.append(start + place * np.repeat(np.diff(kept) / parts, parts), TURN)
+    return np.append(start + place * np.repeat(np.diff(edges) / parts, parts), TURN)
 
 
 def widest_panel(orders: int) -> float:

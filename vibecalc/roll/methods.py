@@ -18,7 +18,7 @@ from vibecalc.roll.mechanism import (
     smooth_angles,
 )
 from vibecalc.roll.rates import (
-    Place,
+    AngleTerms,
     RollRates,
     demand,
     free_rates,
@@ -55,22 +55,22 @@ def fourier_state(
     rates = RollRates(machine, drive, momentum if free else None)
     guess = np.zeros((1, 1 if free else 3))
     guess[:, 0] = speed
-    found = solve_fourier(rates, points, guess)
-    if not found.converged[0]:
+    solution = solve_fourier(rates, points, guess)
+    if not solution.converged[0]:
         raise NumericalFailure(
             f"roll: Fourier collocation with {points} points finds no running state; "
             'the default method = "collocation" says whether there is one'
         )
-    crank = found.values[..., 0]
+    crank = solution.values[..., 0]
     if free:
-        place = rates.place(found.x[None, None, :])
+        place = rates.place(solution.x[None, None, :])
         shell = shell_speed(place, momentum, crank)
         angle = np.zeros_like(shell)
     else:
-        shell, angle = found.values[..., 2], found.values[..., 1]
-    time, period = _time(found.x, 1.0 / crank)
+        shell, angle = solution.values[..., 2], solution.values[..., 1]
+    time, period = _time(solution.x, 1.0 / crank)
     weight = np.full_like(crank, 2.0 * np.pi / points)
-    turn = Turn(found.x[None], weight, time, crank, shell, angle, period)
+    turn = Turn(solution.x[None], weight, time, crank, shell, angle, period)
     return FourierState(turn, rates.evaluations)
 
 
@@ -115,7 +115,7 @@ def shooting_state(
     size = np.array([start[0]] if free else [start[0], 1e-3, 1e-1])
     evaluations, last = 0, np.inf
 
-    def rates(place: Place, state: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def rates(place: AngleTerms, state: FloatArray) -> tuple[FloatArray, FloatArray]:
         if not state[0] > 0.0:
             raise NumericalFailure("roll: shooting stalls within a turn from where it starts")
         if free:
@@ -144,7 +144,11 @@ def shooting_state(
 
 
 def _turn_over(
-    rates: "_Rates", x: FloatArray, ends: list[Place], middles: list[Place], start: FloatArray
+    rates: "_Rates",
+    x: FloatArray,
+    ends: list[AngleTerms],
+    middles: list[AngleTerms],
+    start: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """States at the points x of one turn, and the derivative of the last by the first."""
     state, change = start, np.eye(len(start))
@@ -168,14 +172,14 @@ def _turn_over(
 class _Rates(Protocol):
     """Gives dy/db and its derivatives at a place."""
 
-    def __call__(self, place: Place, state: FloatArray) -> tuple[FloatArray, FloatArray]: ...
+    def __call__(self, place: AngleTerms, state: FloatArray) -> tuple[FloatArray, FloatArray]: ...
 
 
-def _pick(place: Place, count: int) -> list[Place]:
+def _pick(place: AngleTerms, count: int) -> list[AngleTerms]:
     """The same at every single angle."""
     moved = place.moved
     return [
-        Place(
+        AngleTerms(
             Inertia(*(np.asarray(part)[:, k : k + 1] for part in moved)),
             place.load[:, k : k + 1],
             place.drag,
@@ -214,7 +218,7 @@ _MOST_TURNS = 2000
 _SLOW, _FADED, _MOST_TURNS = 0.05, 1e-9, 4000
 
 
-class Asked(NamedTuple):
+class Settings(NamedTuple):
     """What a method may be given: points (fourier), step in s (euler, rk4), else the default.
 
     `started_at` is the crank speed that fixes the momentum of a free machine, rad/s; None lets its
@@ -229,7 +233,7 @@ class Asked(NamedTuple):
     fading: float = 0.0
 
 
-class Found(NamedTuple):
+class MethodResult(NamedTuple):
     """A turn and the same from a finer setting, order of the method (0: take the difference)."""
 
     turn: Turn
@@ -238,48 +242,48 @@ class Found(NamedTuple):
     work: int
 
 
-def find(method: str, machine: RollMachine, drive: RollDrive, asked: Asked) -> Found:
+def find(method: str, machine: RollMachine, drive: RollDrive, asked: Settings) -> MethodResult:
     """The running state of one machine (B = 1) by a named method, twice; NumericalFailure."""
-    return WAYS[method](machine, drive, asked)
+    return METHODS[method](machine, drive, asked)
 
 
-def _fourier(machine: RollMachine, drive: RollDrive, asked: Asked) -> Found:
+def _fourier(machine: RollMachine, drive: RollDrive, asked: Settings) -> MethodResult:
     points = asked.points or _FOURIER
     points += 1 - points % 2
     momentum = _momentum(machine, asked)
     plain = fourier_state(machine, drive, points, momentum)
     finer = fourier_state(machine, drive, 2 * points + 1, momentum)
-    return Found(plain.turn, finer.turn, _PAST_KINKS, plain.evaluations)
+    return MethodResult(plain.turn, finer.turn, _PAST_KINKS, plain.evaluations)
 
 
-def _shooting(machine: RollMachine, drive: RollDrive, asked: Asked) -> Found:
+def _shooting(machine: RollMachine, drive: RollDrive, asked: Settings) -> MethodResult:
     momentum = _momentum(machine, asked)
     plain = shooting_state(machine, drive, _SHOOTING, momentum)
     finer = shooting_state(machine, drive, 2 * _SHOOTING, momentum)
-    return Found(plain.turn, finer.turn, _PAST_KINKS, plain.evaluations)
+    return MethodResult(plain.turn, finer.turn, _PAST_KINKS, plain.evaluations)
 
 
-def _fixed(method: str, order: int) -> Callable[[RollMachine, RollDrive, Asked], Found]:
-    def way(machine: RollMachine, drive: RollDrive, asked: Asked) -> Found:
+def _fixed(method: str, order: int) -> Callable[[RollMachine, RollDrive, Settings], MethodResult]:
+    def run(machine: RollMachine, drive: RollDrive, asked: Settings) -> MethodResult:
         step = asked.step or STEP
         plain = _march(machine, drive, asked, method, step)
         finer = _march(machine, drive, asked, method, 0.5 * step)
-        return Found(plain[0], finer[0], order, plain[1])
+        return MethodResult(plain[0], finer[0], order, plain[1])
 
-    return way
+    return run
 
 
-def _dop853(machine: RollMachine, drive: RollDrive, asked: Asked) -> Found:
+def _dop853(machine: RollMachine, drive: RollDrive, asked: Settings) -> MethodResult:
     # at its tolerance turns repeat to some millionths at best
     plain = _march(machine, drive, asked, "dop853", 0.0, 3e-5, tolerance=_PLAIN)
     finer = _march(machine, drive, asked, "dop853", 0.0, 1e-5, points=1440, tolerance=_TIGHT)
-    return Found(plain[0], finer[0], _PAST_KINKS, plain[1])
+    return MethodResult(plain[0], finer[0], _PAST_KINKS, plain[1])
 
 
 def _march(
     machine: RollMachine,
     drive: RollDrive,
-    asked: Asked,
+    asked: Settings,
     method: str,
     step: float,
     repeats: float = 1e-5,
@@ -301,7 +305,7 @@ def _march(
             still = float(started_momentum(machine, speed)[0])
             inertia = float(machine.shell_inertia[0] + machine.rotor_inertia[0])
             shell = (float(asked.momentum[0]) - still) / inertia
-    found = march_to_repeat(
+    repeating = march_to_repeat(
         alone,
         drive,
         method,
@@ -314,18 +318,18 @@ def _march(
         points=points,
         tolerance=tolerance,
     )
-    fields = found.turn._asdict().items()
+    fields = repeating.turn._asdict().items()
     there = {name: np.asarray(field)[None] for name, field in fields if field is not None}
-    return Turn(**there), found.evaluations
+    return Turn(**there), repeating.evaluations
 
 
-def _momentum(machine: RollMachine, asked: Asked) -> FloatArray:
+def _momentum(machine: RollMachine, asked: Settings) -> FloatArray:
     if asked.started_at is None:
         return asked.momentum
     return started_momentum(machine, asked.started_at)
 
 
-WAYS: dict[str, Callable[[RollMachine, RollDrive, Asked], Found]] = {
+METHODS: dict[str, Callable[[RollMachine, RollDrive, Settings], MethodResult]] = {
     "fourier": _fourier,
     "shooting": _shooting,
     "dop853": _dop853,

@@ -160,13 +160,14 @@ def build_roll(case: Case) -> RollParts:
 
 
 def roll_drive(parts: RollParts, gas_interpolation: str | None = None) -> RollDrive:
-    """Gas forces and motor of the parts, the gas tables read as the case says or in another way.
+    """Gas forces and motor of the parts, the gas tables read as the case says or by another
+    interpolation.
 
     Of a dynamic motor this is the table of its steady torque.
     """
-    way = gas_interpolation or parts.gas_interpolation
+    interpolation = gas_interpolation or parts.gas_interpolation
     return RollDrive(
-        tuple(None if table is None else gas_force(*table, way) for table in parts.gas),
+        tuple(None if table is None else gas_force(*table, interpolation) for table in parts.gas),
         motor_curve(parts.motor),
         np.asarray(parts.motor.synchronous_speed),
         parts.motor.beyond == "hold",
@@ -187,11 +188,11 @@ def gas_tables(case: Case) -> tuple[GasTable | None, ...]:
     works = working_names(train, working(case))
     tables: list[GasTable | None] = []
     for cylinder in train.cylinders:
-        own, pressure = cylinder.gas_force, train.gas_pressure
+        given, pressure = cylinder.gas_force, train.gas_pressure
         if cylinder.name not in works:
             tables.append(None)
-        elif own is not None:
-            tables.append(GasTable(np.array(own.crank_angle), np.array(own.force)))
+        elif given is not None:
+            tables.append(GasTable(np.array(given.crank_angle), np.array(given.force)))
         elif pressure is not None and train.bore is not None:
             area = 0.25 * math.pi * train.bore**2
             force = area * np.array(pressure.pressure)
@@ -206,7 +207,11 @@ def interpolations(gas: tuple[GasTable | None, ...]) -> tuple[str, ...]:
     angles = [table.angle.tolist() for table in gas if table is not None]
     if not angles:
         return ()
-    return tuple(way for way in FORCE_INTERPOLATIONS if all(suits(way, angle) for angle in angles))
+    return tuple(
+        interpolation
+        for interpolation in FORCE_INTERPOLATIONS
+        if all(suits(interpolation, angle) for angle in angles)
+    )
 
 
 def mean_demand(case: Case) -> float:

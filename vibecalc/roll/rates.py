@@ -44,7 +44,7 @@ from vibecalc.roll.turn import Turn
 # ----------------------------------------------------------------------------
 
 
-class Place(NamedTuple):
+class AngleTerms(NamedTuple):
     """What depends on the crank angle alone, at angles (..., k)."""
 
     moved: Inertia
@@ -52,14 +52,14 @@ class Place(NamedTuple):
     drag: FloatArray
 
 
-def place_at(machine: RollMachine, drive: RollDrive, crank_angle: FloatArray) -> Place:
+def place_at(machine: RollMachine, drive: RollDrive, crank_angle: FloatArray) -> AngleTerms:
     """Inertia, and torque of gas and dry friction, N m, at crank angles (..., k)."""
     moved = inertia(machine, crank_angle)
     load = gas_torque(moved, gas_forces(machine, drive, crank_angle))
     if machine.friction_torque.any() or machine.piston_friction.any():
         dry = machine._replace(friction_damping=np.zeros_like(machine.friction_damping))
         load = load + friction_torque(dry, moved, np.ones(1))
-    return Place(moved, load, machine.friction_damping[..., None])
+    return AngleTerms(moved, load, machine.friction_damping[..., None])
 
 
 class Rates(NamedTuple):
@@ -72,10 +72,10 @@ class Rates(NamedTuple):
 def free_rates(
     machine: RollMachine,
     drive: RollDrive,
-    place: Place,
+    place: AngleTerms,
     momentum: FloatArray,
     speed: FloatArray,
-    piece: IntArray | None = None,
+    interval: IntArray | None = None,
     driving: Torque | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """dw/db and its derivative by w (..., k) for a free shell with angular momentum (...,).
@@ -83,7 +83,7 @@ def free_rates(
     `driving` replaces the steady torque of the motor at the slip.
     """
     moved = place.moved
-    motor, slope = driving or motor_torque(machine, drive, speed, piece)
+    motor, slope = driving or motor_torque(machine, drive, speed, interval)
     share = moved.coupling / moved.shell
     effective = moved.determinant / moved.shell
     steep = (
@@ -99,20 +99,20 @@ def free_rates(
 def mounted_rates(
     machine: RollMachine,
     drive: RollDrive,
-    place: Place,
+    place: AngleTerms,
     state: FloatArray,
-    piece: IntArray | None = None,
+    interval: IntArray | None = None,
     driving: Torque | None = None,
 ) -> Rates:
     """dy/db for y = (w, shell angle, s) (..., k, 3), the shell held by mounts; see `free_rates`."""
     speed, angle, shell = state[..., 0], state[..., 1], state[..., 2]
     moved = place.moved
-    motor, slope = driving or motor_torque(machine, drive, speed, piece)
+    motor, slope = driving or motor_torque(machine, drive, speed, interval)
     stiffness, damping = machine.shell_stiffness[..., None], machine.shell_damping[..., None]
     outer = -stiffness * angle - damping * shell
     inner = motor + place.load - place.drag * speed
-    found = accelerations(moved, speed, shell, outer, inner)
-    value = np.stack([found.crank, shell, found.shell], axis=-1) / speed[..., None]
+    accelerated = accelerations(moved, speed, shell, outer, inner)
+    value = np.stack([accelerated.crank, shell, accelerated.shell], axis=-1) / speed[..., None]
 
     # derivatives of the two torques by w, angle, s
     outer_by = np.stack(
@@ -143,7 +143,7 @@ def mounted_rates(
     return Rates(value, jacobian)
 
 
-def shell_speed(place: Place, momentum: FloatArray, speed: FloatArray) -> FloatArray:
+def shell_speed(place: AngleTerms, momentum: FloatArray, speed: FloatArray) -> FloatArray:
     """Angular speed s of a free shell with angular momentum (...,), at crank speeds (..., k)."""
     return np.asarray((momentum[..., None] - place.moved.coupling * speed) / place.moved.shell)
 
@@ -160,7 +160,7 @@ def shell_speed(place: Place, momentum: FloatArray, speed: FloatArray) -> FloatA
 def driven_rates(
     machine: RollMachine,
     drive: RollDrive,
-    place: Place,
+    place: AngleTerms,
     momentum: FloatArray | None,
     state: FloatArray,
 ) -> Rates:
@@ -182,8 +182,8 @@ def driven_rates(
         value[..., 0], jacobian[..., 0, 0] = rate, slope
         answer = (moved.shell / moved.determinant)[..., None]
     else:
-        found = mounted_rates(machine, drive, place, state[..., :rigid], None, driving)
-        value[..., :rigid], jacobian[..., :rigid, :rigid] = found.value, found.jacobian
+        mounted = mounted_rates(machine, drive, place, state[..., :rigid], None, driving)
+        value[..., :rigid], jacobian[..., :rigid, :rigid] = mounted.value, mounted.jacobian
         parts = (moved.shell, np.zeros_like(moved.shell), -moved.coupling)
         answer = np.stack(parts, axis=-1) / moved.determinant[..., None]
     # what a newton metre more of the motor does to w, shell angle and s, over w
@@ -243,9 +243,9 @@ class RollRates:
         self.machine, self.drive, self.momentum = machine, drive, momentum
         self.evaluations = 0
         self._angles: FloatArray | None = None
-        self._place: Place | None = None
+        self._place: AngleTerms | None = None
 
-    def place(self, crank_angle: FloatArray) -> Place:
+    def place(self, crank_angle: FloatArray) -> AngleTerms:
         """Inertia and torques at the angles (B, P, s), as (B, P s)."""
         if self._place is None or not self._known(crank_angle):
             flat = crank_angle.reshape(len(crank_angle), -1)
@@ -258,7 +258,7 @@ class RollRates:
         return known is crank_angle or (known is not None and np.array_equal(known, crank_angle))
 
     def __call__(
-        self, crank_angle: FloatArray, state: FloatArray, piece: IntArray | None
+        self, crank_angle: FloatArray, state: FloatArray, interval: IntArray | None
     ) -> tuple[FloatArray, FloatArray]:
         members, panels, points = crank_angle.shape
         self.evaluations += crank_angle.size
@@ -266,21 +266,21 @@ class RollRates:
         flat = state.reshape(members, panels * points, -1)
         if self.drive.fluxes:
             safe = np.where(flat[..., :1] > 0.0, flat, np.nan)
-            found = driven_rates(self.machine, self.drive, place, self.momentum, safe)
-            return found.value.reshape(state.shape), found.jacobian.reshape(
+            evaluated = driven_rates(self.machine, self.drive, place, self.momentum, safe)
+            return evaluated.value.reshape(state.shape), evaluated.jacobian.reshape(
                 *state.shape, state.shape[-1]
             )
-        chosen = None if piece is None else np.repeat(piece, points, axis=1)
+        chosen = None if interval is None else np.repeat(interval, points, axis=1)
         if self.momentum is not None:
             speed = np.where(flat[..., 0] > 0.0, flat[..., 0], np.nan)
             rate, slope = free_rates(self.machine, self.drive, place, self.momentum, speed, chosen)
             return rate.reshape(state.shape), slope.reshape(*state.shape, 1)
         safe = np.where(flat[..., :1] > 0.0, flat, np.nan)
-        found = mounted_rates(self.machine, self.drive, place, safe, chosen)
-        return found.value.reshape(state.shape), found.jacobian.reshape(*state.shape, 3)
+        evaluated = mounted_rates(self.machine, self.drive, place, safe, chosen)
+        return evaluated.value.reshape(state.shape), evaluated.jacobian.reshape(*state.shape, 3)
 
     def slip(self, state: FloatArray) -> FloatArray:
-        """Slip speed at states (B, P, s, n); the piece of the motor's curve hangs on it."""
+        """Slip speed at states (B, P, s, n); the interval of the motor's curve follows from it."""
         return np.asarray(self.drive.synchronous_speed[..., None, None] - state[..., 0])
 
 

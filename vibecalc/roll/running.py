@@ -25,7 +25,7 @@ from vibecalc.roll.rates import (
     surely_fastest,
     with_steady_flux,
 )
-from vibecalc.roll.steady import Steady, multipliers, started_momentum, steady_state
+from vibecalc.roll.steady import SteadyTurn, multipliers, started_momentum, steady_state
 from vibecalc.roll.turn import Turn, harmonics, hides, readings
 
 # ----------------------------------------------------------------------------
@@ -33,20 +33,20 @@ from vibecalc.roll.turn import Turn, harmonics, hides, readings
 # ----------------------------------------------------------------------------
 
 #: the motion of one machine (B = 1) at crank angles (k,) that ascend within one turn
-Course = Callable[[FloatArray], Turn]
+TurnMotion = Callable[[FloatArray], Turn]
 _FULL = 2.0 * np.pi
 #: points that are nearer to each other, over their mean distance, count as one
 _NEAR = 0.05
 
 
-def course_of_state(machine: RollMachine, drive: RollDrive, state: Steady) -> Course:
+def motion_of_state(machine: RollMachine, drive: RollDrive, state: SteadyTurn) -> TurnMotion:
     """The motion between the collocation points; its error is that of the points or little more.
 
     The angle of a free shell is interpolated from the points.
     """
-    found = state.solution
-    passed, ends = running_integral(found.edges, 1.0 / found.stages[..., 0])
-    clock = found._replace(left=ends[:, :-1, None], stages=passed[..., None])
+    solution = state.solution
+    passed, ends = running_integral(solution.edges, 1.0 / solution.stages[..., 0])
+    clock = solution._replace(left=ends[:, :-1, None], stages=passed[..., None])
 
     def at(angles: FloatArray) -> Turn:
         values = evaluate(state.solution, angles)
@@ -65,22 +65,22 @@ def course_of_state(machine: RollMachine, drive: RollDrive, state: Steady) -> Co
     return at
 
 
-def speed_of_state(state: Steady) -> Callable[[FloatArray], FloatArray]:
+def speed_of_state(state: SteadyTurn) -> Callable[[FloatArray], FloatArray]:
     """Crank speed (k,) of one machine (B = 1) at crank angles (k,), without all the rest."""
     return lambda angles: np.asarray(evaluate(state.solution, angles)[0, :, 0])
 
 
-def course_of_turn(turn: Turn) -> Course:
+def motion_of_turn(turn: Turn) -> TurnMotion:
     """The motion between samples, by the cubic through four neighbours."""
     return lambda angles: _sampled(turn, angles)
 
 
 def _sampled(turn: Turn, angles: FloatArray) -> Turn:
-    own = turn.crank_angle[0]
-    keep = _apart(own)
+    sampled = turn.crank_angle[0]
+    keep = _apart(sampled)
     grown = float(np.sum(turn.weight * turn.shell_speed / turn.crank_speed))
-    found = {
-        name: _cubic(own[keep], getattr(turn, name)[0][keep], per_turn, angles)[None]
+    values = {
+        name: _cubic(sampled[keep], getattr(turn, name)[0][keep], per_turn, angles)[None]
         for name, per_turn in (
             ("time", float(turn.period[0])),
             ("crank_speed", 0.0),
@@ -92,7 +92,7 @@ def _sampled(turn: Turn, angles: FloatArray) -> Turn:
     weight = np.zeros(len(angles))
     weight[:-1] += 0.5 * step
     weight[1:] += 0.5 * step
-    return Turn(angles[None], weight[None], period=turn.period, **found)
+    return Turn(angles[None], weight[None], period=turn.period, **values)
 
 
 def _apart(angles: FloatArray) -> BoolArray:
@@ -150,8 +150,8 @@ def dynamic_start(
     drive: RollDrive,
     points: int,
     started_at: float | None,
-    first: Callable[[RollMachine, RollDrive, int, float | None], Steady],
-) -> Steady:
+    first: Callable[[RollMachine, RollDrive, int, float | None], SteadyTurn],
+) -> SteadyTurn:
     """The running state of a machine (B = 1) whose motor's fluxes are states.
 
     `first` finds it with the steady curve, or raises NumericalFailure.
@@ -165,28 +165,28 @@ def dynamic_start(
         near = lifted(drive, first(machine, steady_drive(drive), points, started_at))
     except NumericalFailure:  # which tells of the steady curve alone
         return _from_heavy(machine, drive, points, started_at)
-    found = steady_state(machine, drive, points, started_at=started_at, start=near)
-    if not found.found[0]:
+    state = steady_state(machine, drive, points, started_at=started_at, start=near)
+    if not state.solved[0]:
         return _from_heavy(machine, drive, points, started_at)
-    if np.any(np.abs(multipliers(found)[0]) > 1.0):
+    if np.any(np.abs(multipliers(state)[0]) > 1.0):
         # near a fold there are two: the stable one is that of the heavy rotor
         try:
             return _from_heavy(machine, drive, points, started_at)
         except NumericalFailure:
-            return found
-    return found
+            return state
+    return state
 
 
-def lifted(drive: RollDrive, near: Steady) -> Steady:
+def lifted(drive: RollDrive, near: SteadyTurn) -> SteadyTurn:
     """A state found with a steady curve, with the steady fluxes of the slip at every point."""
     solution = near.solution
     left, stages = (with_steady_flux(drive, part) for part in (solution.left, solution.stages))
-    return near._replace(solution=solution._replace(left=left, stages=stages, piece=None))
+    return near._replace(solution=solution._replace(left=left, stages=stages, interval=None))
 
 
 def _from_heavy(
     machine: RollMachine, drive: RollDrive, points: int, started_at: float | None
-) -> Steady:
+) -> SteadyTurn:
     """The state followed from a heavy rotor; steps that fail are halved."""
     need = demand(machine, drive)
     if not need.possible[0]:
@@ -196,23 +196,23 @@ def _from_heavy(
             "breakdown)"
         )
     speed = float(np.max(drive.synchronous_speed))
-    own = float(machine.rotor_inertia[0])
+    actual = float(machine.rotor_inertia[0])
     heavy = 2.0 * np.pi * float(need.breakdown[0]) / (_STEADY_SPEED * speed**2)
-    target, at = float(np.log(own)), float(np.log(max(heavy, 2.0 * own)))
-    found = steady_state(_with_rotor(machine, at), drive, points, started_at=started_at)
+    target, at = float(np.log(actual)), float(np.log(max(heavy, 2.0 * actual)))
+    state = steady_state(_with_rotor(machine, at), drive, points, started_at=started_at)
     step, steps = (at - target) / _STEPS, 0
-    while found.found[0] and at > target and step > _LEAST and steps < _MOST_STEPS:
+    while state.solved[0] and at > target and step > _LEAST and steps < _MOST_STEPS:
         aim = max(at - step, target) if at - step > target + 1e-9 else target
         there = machine if aim == target else _with_rotor(machine, aim)
-        trial = steady_state(there, drive, points, started_at=started_at, start=found)
-        if trial.found[0]:
-            found, at, step = trial, aim, 1.5 * step
+        trial = steady_state(there, drive, points, started_at=started_at, start=state)
+        if trial.solved[0]:
+            state, at, step = trial, aim, 1.5 * step
         else:
             step *= 0.5
         steps += 1
     if at == target:
-        return found
-    if not found.found[0]:
+        return state
+    if not state.solved[0]:
         raise NumericalFailure(
             "roll: no running state was found with the transients of the motor, even with a rotor "
             f"of {np.exp(at):.4g} kg*m^2, for a mean demand of {need.torque[0]:.6g} N*m and a "
@@ -221,8 +221,8 @@ def _from_heavy(
     raise NumericalFailure(
         "roll: no running state was found with the transients of the motor: followed from a heavy "
         f"rotor it ceases to exist below an inertia of about {np.exp(at):.4g} kg*m^2 (the rotor "
-        f"has {own:.4g} kg*m^2), although the mean demand of {need.torque[0]:.6g} N*m is below the "
-        f"steady breakdown torque of {need.breakdown[0]:.6g} N*m"
+        f"has {actual:.4g} kg*m^2), although the mean demand of {need.torque[0]:.6g} N*m is below "
+        f"the steady breakdown torque of {need.breakdown[0]:.6g} N*m"
     )
 
 
@@ -241,7 +241,7 @@ POINT_LEVELS = ((1e-5, (3, 4, 6, 8, 11, 14)), (0.0, (6, 7, 9, 12, 15, 18)))
 _ABOVE, _FLOOR = 1.5, 1e-3
 _RPM = 30.0 / np.pi
 #: crank angles at which two courses over a turn are compared
-_LOOKS = 145
+_SAMPLES = 145
 
 
 class Running(NamedTuple):
@@ -250,11 +250,11 @@ class Running(NamedTuple):
     `coarse`, where it is there, has fewer points than both: it tells how fast errors fall.
     """
 
-    state: Steady
-    check: Steady
+    state: SteadyTurn
+    check: SteadyTurn
     multiplier: ComplexArray
     multiplier_error: FloatArray
-    coarse: Steady | None = None
+    coarse: SteadyTurn | None = None
 
 
 def running_state(
@@ -265,12 +265,13 @@ def running_state(
     orders: int,
     started_at: float | None = None,
     points: int | None = None,
-    course: bool = False,
+    between_points: bool = False,
 ) -> Running:
     """The running state of a machine (B = 1) whose spectrum is within `rtol`, or with `points`.
 
-    With `course` what happens between the points of the method shall be as good, if more points can
-    do that. More points are also tried while they bring out harmonics that seem to be zero.
+    With `between_points` what happens between the points of the method shall be as good, if more
+    points can do that. More points are also tried while they bring out harmonics that seem to be
+    zero.
 
     Raises
     ------
@@ -284,13 +285,15 @@ def running_state(
     widest = widest_panel(orders)
     if widest < first.widest:
         first = _with_points(machine, drive, levels[0], started_at, first, widest)
-    coarse: Steady | None = None
+    coarse: SteadyTurn | None = None
     check, state, reached, met = first, first, np.inf, None
     for level in levels[1:]:
         coarse = None if level == levels[1] else check
         check, state = state, _with_points(machine, drive, level, started_at, state)
         reached = _spectra_apart(machine, drive, check, state, orders)
-        if reached <= rtol and (not course or _course_apart(machine, drive, check, state) <= rtol):
+        if reached <= rtol and (
+            not between_points or _motion_apart(machine, drive, check, state) <= rtol
+        ):
             met = coarse, check, state, reached
             if points or not hides(machine, drive, check.turn, state.turn, orders):
                 break
@@ -319,26 +322,28 @@ def point_levels(rtol: float) -> tuple[int, ...]:
     return next(levels for least, levels in POINT_LEVELS if rtol >= least)
 
 
-def _first(machine: RollMachine, drive: RollDrive, points: int, started_at: float | None) -> Steady:
+def _first(
+    machine: RollMachine, drive: RollDrive, points: int, started_at: float | None
+) -> SteadyTurn:
     if drive.fluxes:
         return dynamic_start(machine, drive, points, started_at, _first)
-    found = steady_state(machine, drive, points, started_at=started_at)
-    if found.found[0] and surely_fastest(machine, drive, found.turn)[0]:
-        return found
-    _check_demand(machine, drive, found)
-    march = _march(machine, drive, found, started_at)
+    state = steady_state(machine, drive, points, started_at=started_at)
+    if state.solved[0] and surely_fastest(machine, drive, state.turn)[0]:
+        return state
+    _check_demand(machine, drive, state)
+    march = _march(machine, drive, state, started_at)
     if march is None:
         raise NumericalFailure(
             "roll: no running state of the machine on its mounts was found from the constant speed "
-            f"at which the motor meets the mean demand of {found.demand.torque[0]:.6g} N*m; follow "
+            f"at which the motor meets the mean demand of {state.demand.torque[0]:.6g} N*m; follow "
             "it in time with [response.start_up]"
         )
     if march.stalled[0]:
-        raise NumericalFailure(_stall(found.demand, march))
+        raise NumericalFailure(_stall(state.demand, march))
     again = steady_state(
-        machine, drive, points, started_at=started_at, start=_marched(found, march)
+        machine, drive, points, started_at=started_at, start=_marched(state, march)
     )
-    if not again.found[0]:
+    if not again.solved[0]:
         raise NumericalFailure(
             "roll: Newton's method did not find the running state that marching came near to; its "
             f"speed varies between {march.path.min() * _RPM:.6g} and "
@@ -357,8 +362,8 @@ def _stall(need: Demand, march: March) -> str:
     )
 
 
-def _check_demand(machine: RollMachine, drive: RollDrive, found: Steady) -> None:
-    need = found.demand
+def _check_demand(machine: RollMachine, drive: RollDrive, state: SteadyTurn) -> None:
+    need = state.demand
     if need.possible[0]:
         return
     asked = float(need.torque[0])
@@ -376,12 +381,12 @@ def _check_demand(machine: RollMachine, drive: RollDrive, found: Steady) -> None
 
 
 def _march(
-    machine: RollMachine, drive: RollDrive, found: Steady, started_at: float | None
+    machine: RollMachine, drive: RollDrive, state: SteadyTurn, started_at: float | None
 ) -> March | None:
     """Turn after turn from above; None for a machine on mounts, where it would prove nothing."""
     if is_mounted(machine):
         return None
-    momentum = found.momentum if started_at is None else started_momentum(machine, started_at)
+    momentum = state.momentum if started_at is None else started_momentum(machine, started_at)
     if not np.all(np.isfinite(momentum)):
         momentum = started_momentum(machine, drive.synchronous_speed)
     problem, rates = roll_problem(machine, drive, momentum)
@@ -389,16 +394,16 @@ def _march(
     return march_turns(rates, problem.edges, np.array([_ABOVE * top]), floor=_FLOOR * top)
 
 
-def _marched(found: Steady, march: March) -> Steady:
+def _marched(state: SteadyTurn, march: March) -> SteadyTurn:
     """A start for Newton's method through the values that marching left at the edges."""
-    blank = constant_start(found.problem, found.points, march.path[:, :1])
+    blank = constant_start(state.problem, state.points, march.path[:, :1])
     steps = np.diff(march.path)[..., None, None]
     share = (blank.nodes - blank.edges[:, :-1, None]) / np.diff(blank.edges)[..., None]
     left = march.path[:, :-1, None]
     solution: PeriodicSolution = blank._replace(
         left=left, stages=left[:, :, None] + share[..., None] * steps
     )
-    return found._replace(solution=solution)
+    return state._replace(solution=solution)
 
 
 def _with_points(
@@ -406,12 +411,12 @@ def _with_points(
     drive: RollDrive,
     points: int,
     started_at: float | None,
-    near: Steady,
+    near: SteadyTurn,
     widest: float | None = None,
-) -> Steady:
-    found = steady_state(machine, drive, points, started_at=started_at, start=near, widest=widest)
-    if found.found[0]:
-        return found
+) -> SteadyTurn:
+    state = steady_state(machine, drive, points, started_at=started_at, start=near, widest=widest)
+    if state.solved[0]:
+        return state
     march = None if drive.fluxes else _march(machine, drive, near, started_at)
     if march is not None and march.stalled[0]:
         raise NumericalFailure(_stall(near.demand, march))
@@ -422,15 +427,15 @@ def _with_points(
 
 
 def _coarser(
-    machine: RollMachine, drive: RollDrive, started_at: float | None, near: Steady
-) -> Steady | None:
+    machine: RollMachine, drive: RollDrive, started_at: float | None, near: SteadyTurn
+) -> SteadyTurn | None:
     """The state with one point less on each panel; None where that is not enough to find it."""
     found = steady_state(machine, drive, near.points - 1, started_at=started_at, start=near)
-    return found if found.found[0] else None
+    return found if found.solved[0] else None
 
 
 def _spectra_apart(
-    machine: RollMachine, drive: RollDrive, one: Steady, other: Steady, orders: int
+    machine: RollMachine, drive: RollDrive, one: SteadyTurn, other: SteadyTurn, orders: int
 ) -> float:
     """Largest difference of the spectra of the shell's acceleration, over the largest harmonic."""
     each = [
@@ -444,12 +449,14 @@ def _spectra_apart(
     return float(np.max(np.abs(each[1] - each[0])) / np.max(np.abs(each[1])))
 
 
-def _course_apart(machine: RollMachine, drive: RollDrive, one: Steady, other: Steady) -> float:
+def _motion_apart(
+    machine: RollMachine, drive: RollDrive, one: SteadyTurn, other: SteadyTurn
+) -> float:
     """The same between the points: largest difference of that acceleration over a turn."""
-    angles = np.linspace(0.0, 2.0 * np.pi, _LOOKS)
+    angles = np.linspace(0.0, 2.0 * np.pi, _SAMPLES)
     each = []
     for state in (one, other):
-        turn = course_of_state(machine, drive, state)(angles)
+        turn = motion_of_state(machine, drive, state)(angles)
         each.append(readings(machine, drive, turn, pistons=False).shell_acceleration)
     return float(np.max(np.abs(each[1] - each[0])) / np.max(np.abs(each[1])))
 
@@ -463,7 +470,7 @@ def _check_stable(value: ComplexArray, error: FloatArray) -> None:
         )
 
 
-def _check_slip(state: Steady, drive: RollDrive) -> None:
+def _check_slip(state: SteadyTurn, drive: RollDrive) -> None:
     slip = drive.synchronous_speed[..., None] - state.turn.crank_speed
     largest = float(np.max(np.abs(slip)))
     if drive.circuit is not None or drive.holds or largest <= drive.motor.largest:

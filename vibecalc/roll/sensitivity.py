@@ -10,7 +10,7 @@ from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray
 from vibecalc.roll.mechanism import PER_CYLINDER, RollDrive, RollMachine, member
 from vibecalc.roll.rates import surely_fastest
 from vibecalc.roll.running import running_state
-from vibecalc.roll.steady import Steady, multipliers, steady_state
+from vibecalc.roll.steady import SteadyTurn, multipliers, steady_state
 from vibecalc.roll.turn import harmonics, level, readings
 
 # ----------------------------------------------------------------------------
@@ -59,16 +59,16 @@ def sensitivity(
     """
     rows = parameters(machine, cylinders)
     batch = altered(machine, [(row, factor) for row in rows for factor in _FACTORS])
-    found = steady_state(batch, drive, points, started_at=started_at)
-    if not found.found.all():
-        lost = rows[int(np.flatnonzero(~found.found)[0]) // len(_FACTORS)][0]
+    state = steady_state(batch, drive, points, started_at=started_at)
+    if not state.solved.all():
+        lost = rows[int(np.flatnonzero(~state.solved)[0]) // len(_FACTORS)][0]
         raise NumericalFailure(
             f"roll: with {lost} changed by two thousandths the running state is lost, so that its "
             "levels have no slope; leave sensitivity away"
         )
     spectrum = harmonics(
-        found.turn,
-        readings(batch, drive, found.turn, pistons=False).shell_acceleration,
+        state.turn,
+        readings(batch, drive, state.turn, pistons=False).shell_acceleration,
         np.asarray(orders, dtype=float),
     )
     high = level(spectrum).reshape(len(rows), len(_FACTORS), len(orders))
@@ -132,7 +132,7 @@ _ROUNDING = 1e3 * EPSILON
 _DECIBELS = 20.0 / np.log(10.0)
 
 
-class Change(NamedTuple):
+class LevelChange(NamedTuple):
     """Changes of level, dB, for one factor on each parameter (parameters, orders).
 
     `lost` are parameters with which no running state was found, each with the reason in words;
@@ -154,7 +154,7 @@ def changes(
     *,
     points: int,
     started_at: float | None = None,
-) -> list[Change]:
+) -> list[LevelChange]:
     """Levels of the shell's acceleration with each parameter times each factor, less those as is.
 
     For one machine (B = 1), which runs. All altered machines are one batch; one that it does not
@@ -170,8 +170,8 @@ def changes(
                                               zip(asked, fits[1:], strict=True))])  # fmt: skip
     first = steady_state(usable, drive, points, started_at=started_at)
     finer = steady_state(usable, drive, points + 2, started_at=started_at, start=first)
-    own, other = (_levels(usable, drive, found, orders) for found in (first, finer))
-    sure = first.found & finer.found & surely_fastest(usable, drive, first.turn)
+    level, other = (_levels(usable, drive, state, orders) for state in (first, finer))
+    sure = first.solved & finer.solved & surely_fastest(usable, drive, first.turn)
     sure &= _stable(first) & _within(first, drive)
     reasons: dict[int, str] = {}
     for place in np.flatnonzero(~sure | ~fits):
@@ -183,35 +183,35 @@ def changes(
         except NumericalFailure as failure:
             reasons[int(place)] = str(failure).removeprefix("roll: ")
         else:
-            own[place], other[place] = alone
+            level[place], other[place] = alone
     return [
-        _change(rows, 1 + step * len(rows), own, other, reasons) for step in range(len(factors))
+        _change(rows, 1 + step * len(rows), level, other, reasons) for step in range(len(factors))
     ]
 
 
 def _change(
     rows: Sequence[Parameter],
     start: int,
-    own: FloatArray,
+    level: FloatArray,
     other: FloatArray,
     reasons: dict[int, str],
-) -> Change:
+) -> LevelChange:
     places = np.arange(start, start + len(rows))
-    if 0 in reasons or not np.isfinite(own[0]).all():
+    if 0 in reasons or not np.isfinite(level[0]).all():
         raise NumericalFailure(
             "roll: the running state is lost when it is solved for once more, so that nothing can "
             "be said of changes; leave sensitivity away"
         )
     lost = {int(place): reasons[int(place)] for place in places if int(place) in reasons}
     for place in places:
-        if int(place) not in lost and not np.isfinite(own[place]).all():
+        if int(place) not in lost and not np.isfinite(level[place]).all():
             lost[int(place)] = "a harmonic vanishes, which has no level"
-    kept = np.array([place for place in places if int(place) not in lost], dtype=int)
-    value = own[kept] - own[0]
-    uncertainty = np.abs(value - (other[kept] - other[0]))
-    error = 2.0 * uncertainty + _rounding(own[kept]) + _rounding(own[:1])
-    names = tuple(rows[place - start].name for place in kept)
-    return Change(
+    usable = np.array([place for place in places if int(place) not in lost], dtype=int)
+    value = level[usable] - level[0]
+    uncertainty = np.abs(value - (other[usable] - other[0]))
+    error = 2.0 * uncertainty + _rounding(level[usable]) + _rounding(level[:1])
+    names = tuple(rows[place - start].name for place in usable)
+    return LevelChange(
         names, value, error, tuple((rows[p - start].name, words) for p, words in lost.items())
     )
 
@@ -229,18 +229,20 @@ def _alone(
     points: int,
     started_at: float | None,
 ) -> tuple[FloatArray, FloatArray]:
-    found = running_state(
+    running = running_state(
         machine, drive, rtol=1.0, orders=max(orders), started_at=started_at, points=points
     )
-    own, other = (_levels(machine, drive, one, orders)[0] for one in (found.state, found.check))
-    return own, other
+    level, other = (
+        _levels(machine, drive, one, orders)[0] for one in (running.state, running.check)
+    )
+    return level, other
 
 
 def _levels(
-    machine: RollMachine, drive: RollDrive, found: Steady, orders: Sequence[int]
+    machine: RollMachine, drive: RollDrive, state: SteadyTurn, orders: Sequence[int]
 ) -> FloatArray:
-    read = readings(machine, drive, found.turn, pistons=False)
-    return level(harmonics(found.turn, read.shell_acceleration, np.asarray(orders, dtype=float)))
+    read = readings(machine, drive, state.turn, pistons=False)
+    return level(harmonics(state.turn, read.shell_acceleration, np.asarray(orders, dtype=float)))
 
 
 def _turns(batch: RollMachine) -> BoolArray:
@@ -249,14 +251,14 @@ def _turns(batch: RollMachine) -> BoolArray:
     return np.asarray(batch.rod_length > batch.crank_radius + offset)
 
 
-def _stable(found: Steady) -> BoolArray:
-    value, error = multipliers(found)
+def _stable(state: SteadyTurn) -> BoolArray:
+    value, error = multipliers(state)
     return np.asarray(np.all(np.abs(value) <= 1.0 + error, axis=-1))
 
 
-def _within(found: Steady, drive: RollDrive) -> BoolArray:
+def _within(state: SteadyTurn, drive: RollDrive) -> BoolArray:
     """Whether the slip stays in the table of the motor."""
     if drive.circuit is not None or drive.holds:
-        return np.ones(len(found.found), dtype=bool)
-    slip = drive.synchronous_speed[..., None] - found.turn.crank_speed
+        return np.ones(len(state.solved), dtype=bool)
+    slip = drive.synchronous_speed[..., None] - state.turn.crank_speed
     return np.asarray(np.max(np.abs(slip), axis=-1) <= drive.motor.largest)

@@ -27,7 +27,7 @@ _OPTIONAL = {
     "sensitivity": "response/roll/sensitivity/",
     "classical": "response/roll/classical/",
 }
-_WAYS = {
+_METHODS = {
     "collocation": "Gauss collocation over the crank angle, panels split at every kink",
     "fourier": "Fourier collocation over the crank angle",
     "shooting": "one turn at a time and Newton on its start",
@@ -66,7 +66,7 @@ def _roll(case: "Case") -> Stage:
         why=f'[response.roll] is in the case, method = "{options.method}"',
         parts=_PARTS,
         orders=f"1 to {options.orders}, as the case asks",
-        cost=_WAYS[options.method] + (f", {runs} such problems" if runs > 1 else ""),
+        cost=_METHODS[options.method] + (f", {runs} such problems" if runs > 1 else ""),
         quantities=below("response/roll/", without=tuple(left_out)),
         is_last=True,
         harmonics=_orders_of_roll,

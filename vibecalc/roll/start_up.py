@@ -12,17 +12,17 @@ from vibecalc.roll.mechanism import RollDrive, RollMachine, inertia
 from vibecalc.roll.start_up_readings import (
     Envelope,
     Peak,
-    Seen,
     Stretches,
+    TimeHistory,
     Turns,
     envelope,
     mean_speed,
     peaks,
     rounding_of,
     running_branch,
-    seen,
     settled_turn,
     stretches,
+    time_history,
     time_of_speed,
     turns,
     verdict_of,
@@ -39,7 +39,7 @@ from vibecalc.roll.start_up_system import (
     SHELL_SPEED,
     SPEED,
     STATES,
-    Load,
+    LoadSteps,
     StartUpSystem,
 )
 
@@ -103,8 +103,8 @@ class StartUp(NamedTuple):
     turn_error: Turns
 
 
-class _Once(NamedTuple):
-    shown: Seen
+class _SingleRun(NamedTuple):
+    shown: TimeHistory
     turns: Turns
     peaks: Peak
     stretches: Stretches
@@ -126,7 +126,7 @@ def start_up(
     speed: float = 0.0,
     shell_angle: float = 0.0,
     shell_speed: float = 0.0,
-    load: Load = FULL_LOAD,
+    load: LoadSteps = FULL_LOAD,
     running_speed: float | None = None,
     settled: float = 0.01,
     tolerance: float = 1e-7,
@@ -202,10 +202,10 @@ def start_up(
 
 def _with_errors(fine: Peak, coarse: Peak, tolerance: float) -> Peak:
     """The peaks with errors that count the difference of both marches too."""
-    looked = np.abs(fine.value - coarse.value) / _GAIN + fine.error + coarse.error
+    interpolated = np.abs(fine.value - coarse.value) / _GAIN + fine.error + coarse.error
     # at a corner of a curve a step may end a little beyond it
     return fine._replace(
-        error=looked + (0.02 * tolerance + 64.0 * EPSILON) * fine.value,
+        error=interpolated + (0.02 * tolerance + 64.0 * EPSILON) * fine.value,
         time_error=np.abs(fine.time - coarse.time) + fine.time_error,
     )
 
@@ -222,44 +222,44 @@ def _follow(
     drive: RollDrive,
     first: FloatArray,
     duration: float,
-    load: Load,
+    load: LoadSteps,
     running_speed: float | None,
     settled: float,
     buckets: int,
     tolerance: float,
     parts: int,
-) -> _Once:
+) -> _SingleRun:
     system = StartUpSystem(machine, drive, load, tolerance)
     state = first[None, :]
     ended = march(
         system,
         np.zeros(1),
         state,
-        system.first_piece(state, 0.0),
+        system.first_intervals(state, 0.0),
         np.array([duration]),
         absolute=tolerance * system.scale,
         stops=load.time[None, :],
         parts=parts,
     )
     assert ended.record is not None
-    shown = seen(system, ended.record, 0)
-    found = turns(system, shown, 0)
-    place = settled_turn(found, settled)
-    mean = mean_speed(found)
+    shown = time_history(system, ended.record, 0)
+    each_turn = turns(system, shown, 0)
+    place = settled_turn(each_turn, settled)
+    mean = mean_speed(each_turn)
     last = float(mean[-1]) if len(mean) else None
-    verdict = verdict_of(system, ended, shown, found, place is not None)
+    verdict = verdict_of(system, ended, shown, each_turn, place is not None)
     ran = verdict[0] in ("settled", "running")
     goal = running_speed if running_speed is not None else last
-    return _Once(
+    return _SingleRun(
         shown,
-        found,
+        each_turn,
         peaks(shown),
-        stretches(shown, found, load),
+        stretches(shown, each_turn, load),
         envelope(shown, buckets),
         verdict,
         last,
         time_of_speed(shown, goal) if ran and goal is not None else None,
-        float(found.begin[place]) if place is not None else None,
+        float(each_turn.begin[place]) if place is not None else None,
         _energies(machine, first, ended.state[0]),
         ended.state[0],
     )
@@ -315,7 +315,7 @@ def start_angles(
     *,
     duration: float,
     angles: int = 72,
-    load: Load = FULL_LOAD,
+    load: LoadSteps = FULL_LOAD,
     started_speed: float | None = None,
     width: float = 1e-6,
     tolerance: float = 1e-7,
@@ -342,9 +342,9 @@ def start_angles(
     low, high, risen = low[falls], high[falls], ~starts[falls]
     while len(low) and float(np.max(high - low)) > width:
         inner = low[:, None] + (high - low)[:, None] * np.arange(1, _PARTS) / _PARTS
-        found = outcome(np.mod(inner.ravel(), TURN)).reshape(inner.shape)
+        reached = outcome(np.mod(inner.ravel(), TURN)).reshape(inner.shape)
         edges = np.concatenate([low[:, None], inner, high[:, None]], axis=1)
-        values = np.concatenate([~risen[:, None], found, risen[:, None]], axis=1)
+        values = np.concatenate([~risen[:, None], reached, risen[:, None]], axis=1)
         row, place = np.nonzero(values[:, :-1] != values[:, 1:])
         islands = islands or len(row) > len(low)
         if len(row) > _MOST:
@@ -368,7 +368,7 @@ def starts_from(
     drive: RollDrive,
     angle: FloatArray,
     duration: float,
-    load: Load,
+    load: LoadSteps,
     goal: float,
     tolerance: float = 1e-7,
 ) -> BoolArray:
@@ -381,7 +381,7 @@ def starts_from(
         system,
         np.zeros(count),
         state,
-        system.first_piece(state, 0.0),
+        system.first_intervals(state, 0.0),
         np.full(count, duration),
         absolute=tolerance * system.scale,
         stops=np.broadcast_to(load.time, (count, len(load.time))),

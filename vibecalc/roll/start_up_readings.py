@@ -8,15 +8,15 @@ import numpy as np
 from vibecalc.excitation.gas_tables import TURN
 from vibecalc.excitation.slip_torque import breakdown
 from vibecalc.numerics.rounding import FloatArray
-from vibecalc.numerics.runge_kutta_march import Marched, Record, fine
+from vibecalc.numerics.runge_kutta_march import MarchEnd, Record, fine
 from vibecalc.roll.mechanism import RollDrive, accelerations, inertia
 from vibecalc.roll.start_up_system import (
     ANGLE,
+    DIRECTION,
     SHELL_ANGLE,
     SHELL_SPEED,
     SPEED,
-    WAY,
-    Load,
+    LoadSteps,
     StartUpSystem,
 )
 
@@ -24,7 +24,7 @@ from vibecalc.roll.start_up_system import (
 # What a recorded start-up shows: quantities over time, envelopes, peaks and turns.
 # ----------------------------------------------------------------------------
 
-#: rows of `Seen.value`, with their units in SI
+#: rows of `TimeHistory.value`, with their units in SI
 QUANTITIES = (
     "crank_angle",
     "crank_speed",
@@ -45,26 +45,26 @@ _PARTS = 6
 _WINDOW = 12
 
 
-class Seen(NamedTuple):
+class TimeHistory(NamedTuple):
     """Quantities (q, m) at times (m,) that ascend; at an event both sides of it are there."""
 
     time: FloatArray
     value: FloatArray
 
 
-def seen(system: StartUpSystem, record: Record, member: int) -> Seen:
+def time_history(system: StartUpSystem, record: Record, member: int) -> TimeHistory:
     """All of QUANTITIES at even parts of every step of a member."""
     time, sampled = fine(record, member, _PARTS)
-    state, piece = sampled.state, record.piece[sampled.step]
+    state, interval = sampled.state, record.interval[sampled.step]
     moved = inertia(system.machine, state[:, ANGLE])
-    acting = system.torques(moved, state, piece)
+    acting = system.torques(moved, state, interval)
     speed, shell = state[:, SPEED], state[:, SHELL_SPEED]
     driving = acting.motor + acting.gas + acting.viscous + acting.dry
-    found = accelerations(moved, speed, shell, acting.mounts, driving)
-    held = (piece[:, WAY] == 0) & system.dry
+    accelerated = accelerations(moved, speed, shell, acting.mounts, driving)
+    held = (interval[:, DIRECTION] == 0) & system.dry
     together = acting.mounts / moved.shell
-    shell_rate = np.where(held, together, found.shell)
-    crank_rate = np.where(held, 0.0, found.crank)
+    shell_rate = np.where(held, together, accelerated.shell)
+    crank_rate = np.where(held, 0.0, accelerated.crank)
     rows = (
         state[:, ANGLE],
         speed,
@@ -77,7 +77,7 @@ def seen(system: StartUpSystem, record: Record, member: int) -> Seen:
         acting.mounts,
         system.synchronous - speed,
     )
-    return Seen(time, np.stack(rows))
+    return TimeHistory(time, np.stack(rows))
 
 
 class Envelope(NamedTuple):
@@ -88,7 +88,7 @@ class Envelope(NamedTuple):
     high: FloatArray
 
 
-def envelope(shown: Seen, count: int) -> Envelope:
+def envelope(shown: TimeHistory, count: int) -> Envelope:
     """Buckets of a history; an empty one takes the value at its middle."""
     time = np.linspace(shown.time[0], shown.time[-1], count + 1)
     start = np.searchsorted(shown.time, time[:-1], side="left")
@@ -103,7 +103,7 @@ def envelope(shown: Seen, count: int) -> Envelope:
 
 
 class Peak(NamedTuple):
-    """Largest magnitudes (q,) of QUANTITIES, their times in s, and what looking leaves open."""
+    """Largest magnitudes (q,) of QUANTITIES, their times in s, and what sampling leaves open."""
 
     value: FloatArray
     time: FloatArray
@@ -111,8 +111,8 @@ class Peak(NamedTuple):
     time_error: FloatArray
 
 
-def peaks(shown: Seen) -> Peak:
-    """Peaks of a history by the parabola through the three highest looks of one step.
+def peaks(shown: TimeHistory) -> Peak:
+    """Peaks of a history by the parabola through the three highest samples of one step.
 
     The history has to begin and end with whole steps.
     """
@@ -134,11 +134,11 @@ def peaks(shown: Seen) -> Peak:
     return Peak(value, time, value - size[rows, best], apart)
 
 
-def steps_between(shown: Seen, begin: float, end: float) -> Seen:
+def steps_between(shown: TimeHistory, begin: float, end: float) -> TimeHistory:
     """The part of a history whose steps begin in [begin, end); the march ends a step on both."""
     start = shown.time[:: _PARTS + 1]
     low, high = np.searchsorted(start, [begin, end]) * (_PARTS + 1)
-    return Seen(shown.time[low:high], shown.value[:, low:high])
+    return TimeHistory(shown.time[low:high], shown.value[:, low:high])
 
 
 class Turns(NamedTuple):
@@ -152,7 +152,7 @@ class Turns(NamedTuple):
     amplitude: FloatArray
 
 
-def turns(system: StartUpSystem, shown: Seen, member: int) -> Turns:
+def turns(system: StartUpSystem, shown: TimeHistory, member: int) -> Turns:
     """Turns between neighbouring forward passages of crank angle zero."""
     passed = [
         (int(turn), float(time))
@@ -171,13 +171,13 @@ def turns(system: StartUpSystem, shown: Seen, member: int) -> Turns:
     return Turns(table[:, 0], table[:, 1], table[:, 2])
 
 
-def settled_turn(found: Turns, share: float) -> int | None:
+def settled_turn(each_turn: Turns, share: float) -> int | None:
     """The first turn from which on the shaking keeps to `share` of where it is going, or None.
 
     From there every turn differs by less than that share from the next and from the last; and
     what the last turns still change, carried on as a geometric series, is less than it too.
     """
-    amplitude = found.amplitude
+    amplitude = each_turn.amplitude
     if len(amplitude) < 6:
         return None
     last, change = amplitude[-1], np.abs(np.diff(amplitude))
@@ -196,13 +196,13 @@ def settled_turn(found: Turns, share: float) -> int | None:
     return first if first < len(near) - 2 else None
 
 
-def mean_speed(found: Turns) -> FloatArray:
+def mean_speed(each_turn: Turns) -> FloatArray:
     """Mean crank speed (n,) of each turn, rad/s."""
-    return np.asarray(TURN / found.period)
+    return np.asarray(TURN / each_turn.period)
 
 
-def time_of_speed(shown: Seen, speed: float) -> float | None:
-    """When the crank first runs at `speed`, by the cubic between two looks; or None."""
+def time_of_speed(shown: TimeHistory, speed: float) -> float | None:
+    """When the crank first runs at `speed`, by the cubic between two samples; or None."""
     row = shown.value[QUANTITIES.index("crank_speed")]
     above = np.nonzero(row >= speed)[0]
     if not len(above):
@@ -274,15 +274,15 @@ class Stretches(NamedTuple):
     peaks: Peak
 
 
-def stretches(shown: Seen, found: Turns, load: Load) -> Stretches:
+def stretches(shown: TimeHistory, each_turn: Turns, load: LoadSteps) -> Stretches:
     """Peaks and speeds of a history between the changes of its load."""
     last = float(shown.time[-1])
     count = int(np.sum(load.time < last))
     ends = np.append(load.time[1:count], np.inf)
-    done, mean = found.begin + found.period, mean_speed(found)
+    done, mean = each_turn.begin + each_turn.period, mean_speed(each_turn)
     speeds, tops = [], []
     for begin, end in zip(load.time[:count], ends, strict=True):
-        within = np.nonzero((found.begin >= begin) & (done <= end))[0]
+        within = np.nonzero((each_turn.begin >= begin) & (done <= end))[0]
         speeds.append(float(mean[within[-1]]) if len(within) else 0.0)
         tops.append(peaks(steps_between(shown, float(begin), float(end))))
     rows = Peak(*(np.stack(column) for column in zip(*tops, strict=True))) if tops else _none()
@@ -317,7 +317,7 @@ def _rounded(torque: float, system: StartUpSystem) -> float:
     return torque if abs(torque) > _SMALL * system.torque_scale else 0.0
 
 
-def _lacking(system: StartUpSystem, shown: Seen) -> str:
+def _lacking(system: StartUpSystem, shown: TimeHistory) -> str:
     """What the motor lacks in torque at a start from rest; empty where it moves the crank."""
     motor, gas = (_rounded(float(shown.value[row, 0]), system) for row in (_MOTOR, _GAS))
     if shown.value[1, 0] != 0.0:
@@ -335,13 +335,13 @@ def _lacking(system: StartUpSystem, shown: Seen) -> str:
 
 
 def verdict_of(
-    system: StartUpSystem, ended: Marched, shown: Seen, found: Turns, settles: bool
+    system: StartUpSystem, ended: MarchEnd, shown: TimeHistory, each_turn: Turns, settles: bool
 ) -> tuple[str, str]:
     """The verdict of `StartUp` and its reason; `settles` is whether the shaking has settled."""
     angle, speed = shown.value[0], shown.value[1]
     here, time = float(angle[-1]), float(shown.time[-1])
     degrees = round(float(np.degrees(np.mod(here, 2.0 * np.pi))), 9)
-    if system.dry and ended.piece[0, WAY] == 0:
+    if system.dry and ended.interval[0, DIRECTION] == 0:
         motor, gas = (float(shown.value[row, -1]) for row in (_MOTOR, _GAS))
         return "stalled", (
             f"held by friction at crank angle {degrees:.4g} degrees, where the motor gives "
@@ -350,7 +350,7 @@ def verdict_of(
         )
     recent = shown.time >= 0.5 * time
     low, high = float(np.min(angle[recent])), float(np.max(angle[recent]))
-    if not len(found.period) or found.begin[-1] + 2.5 * found.period[-1] < time:
+    if not len(each_turn.period) or each_turn.begin[-1] + 2.5 * each_turn.period[-1] < time:
         if high - low <= _STANDS:
             words = f"it stands still at crank angle {degrees:.4g} degrees"
             return "stalled", words + _lacking(system, shown)
@@ -363,7 +363,7 @@ def verdict_of(
         return "stalled", (
             f"no turn is completed; it has come to {degrees:.4g} degrees{_lacking(system, shown)}"
         )
-    mean, branch = float(mean_speed(found)[-1]), running_branch(system.drive)
+    mean, branch = float(mean_speed(each_turn)[-1]), running_branch(system.drive)
     if mean < branch:
         return "crawling", (
             f"it turns at {mean:.4g} rad/s and does not pass the breakdown torque at "

@@ -23,8 +23,8 @@ from vibecalc.roll.mechanism import (
     smooth_angles,
 )
 from vibecalc.roll.rates import (
+    AngleTerms,
     Demand,
-    Place,
     RollRates,
     demand,
     driving_torque,
@@ -42,7 +42,7 @@ from vibecalc.roll.turn import Turn
 # (`rates.py`). What depends on the angle alone is taken at evenly spaced angles in one go; the
 # energy is then marched over them in plain floats by the rule of Adams and Bashforth of second
 # order, until a turn repeats. Good to some tenths of a decibel, without any error estimate: a start
-# for better methods, and a first look for searches.
+# for better methods, and a first estimate for searches.
 # ----------------------------------------------------------------------------
 
 #: angles of a turn, further turns at most, and the change of the energy at which a turn repeats
@@ -61,7 +61,7 @@ class QuickTurn(NamedTuple):
     crank_angle: FloatArray
     crank_speed: FloatArray
     motor_torque: FloatArray
-    place: Place
+    place: AngleTerms
     momentum: float
 
 
@@ -81,21 +81,21 @@ def quick_turn(
     place = place_at(machine, drive, angle[None])
     moved = place.moved
     shell = moved.shell[0]
-    kept = float(moved.coupling[0, 0]) * speed if momentum is None else momentum
-    still = (0.5 * kept**2) / shell
+    conserved = float(moved.coupling[0, 0]) * speed if momentum is None else momentum
+    still = (0.5 * conserved**2) / shell
     double = 2.0 * shell / moved.determinant[0]
     rows = list(zip(place.load[0].tolist(), still.tolist(), double.tolist(), strict=True))
     motor = _motor(machine, drive)
     start = rows[0][1] + speed * speed / rows[0][2]
     drag, step = float(place.drag[0, 0]), _TURN / points
-    found = _march(rows, motor, drag, step, start)
+    marched = _march(rows, motor, drag, step, start)
     for _ in range(_MOST_TURNS):
-        if found is None:
+        if marched is None:
             return None
-        before, found = found, _march(rows, motor, drag, step, found.energy, found.last)
-        if found is not None and abs(found.energy - before.energy) <= _REPEATS * before.energy:
-            speeds, torques = np.array(found.speeds), np.array(found.torques)
-            return QuickTurn(angle, speeds, torques, place, kept)
+        before, marched = marched, _march(rows, motor, drag, step, marched.energy, marched.last)
+        if marched is not None and abs(marched.energy - before.energy) <= _REPEATS * before.energy:
+            speeds, torques = np.array(marched.speeds), np.array(marched.torques)
+            return QuickTurn(angle, speeds, torques, place, conserved)
     return None
 
 
@@ -115,7 +115,7 @@ def _motor(machine: RollMachine, drive: RollDrive) -> _Motor:
     return _Motor(curve.threshold.tolist(), (synchronous - curve.base).tolist(), rows, synchronous)
 
 
-class _Marched(NamedTuple):
+class _MarchedTurn(NamedTuple):
     """Energy after a turn, the last torque on it; speed and torque of the motor at its angles."""
 
     energy: float
@@ -131,9 +131,9 @@ def _march(
     step: float,
     energy: float,
     last: float | None = None,
-) -> _Marched | None:
-    threshold, origin, pieces, synchronous = motor
-    straight = len(pieces[0]) == 2
+) -> _MarchedTurn | None:
+    threshold, origin, polynomials, synchronous = motor
+    straight = len(polynomials[0]) == 2
     speeds, torques = [], []
     for load, still, double in rows:
         square = (energy - still) * double
@@ -141,7 +141,7 @@ def _march(
             return None
         w = sqrt(square)
         part = bisect_right(threshold, synchronous - w)
-        away, row = origin[part] - w, pieces[part]
+        away, row = origin[part] - w, polynomials[part]
         if straight:
             torque = row[0] * away + row[1]
         else:
@@ -153,7 +153,7 @@ def _march(
         last = now
         speeds.append(w)
         torques.append(torque)
-    return _Marched(energy, last, speeds, torques)
+    return _MarchedTurn(energy, last, speeds, torques)
 
 
 def quick_spectrum(turn: QuickTurn, orders: int) -> ComplexArray:
@@ -188,14 +188,14 @@ def quick_spectrum(turn: QuickTurn, orders: int) -> ComplexArray:
 _MOST_ROUNDS = 12
 _STILL = 1e-14
 #: panel ends that are off their kink by more of a turn have not come to rest
-_AT_REST = 1e-5
+_EDGES_SETTLED = 1e-5
 
 
-class Steady(NamedTuple):
+class SteadyTurn(NamedTuple):
     """Running states of the machines (B,), with how they were found.
 
     `momentum` (B,) is the angular momentum of a free machine, N m s (zero for a mounted one);
-    `multiplier` (B, n) are the Floquet multipliers that are not 1 by symmetry. `found` (B,) is
+    `multiplier` (B, n) are the Floquet multipliers that are not 1 by symmetry. `solved` (B,) is
     false where there is no solution; the turn of such a machine means nothing. `widest` is the
     width that no panel exceeds, rad.
     """
@@ -205,7 +205,7 @@ class Steady(NamedTuple):
     solution: PeriodicSolution
     problem: PeriodicProblem
     demand: Demand
-    found: BoolArray
+    solved: BoolArray
     points: int
     evaluations: int
     widest: float = WIDEST
@@ -226,10 +226,10 @@ def steady_state(
     points: int,
     *,
     started_at: float | FloatArray | None = None,
-    start: Steady | None = None,
+    start: SteadyTurn | None = None,
     tolerance: float = 1e-13,
     widest: float | None = None,
-) -> Steady:
+) -> SteadyTurn:
     """Running states of the machines (B,) with `points` Gauss points on each panel.
 
     Parameters
@@ -241,13 +241,13 @@ def steady_state(
         curve are found to its root only, which the values do not feel, but `multipliers` would.
     widest : of a panel, rad; see `torques.widest_panel`. Default: as in `start`, else 10 degrees.
 
-    Machines without a solution are marked in `found`; nothing is raised.
+    Machines without a solution are marked in `solved`; nothing is raised.
     """
     if widest is None:
         widest = WIDEST if start is None else start.widest
     edges = smooth_angles(machine, drive, widest)
-    found = _on_panels(machine, drive, edges, points, started_at, start, tolerance)
-    return found._replace(widest=widest)
+    state = _on_panels(machine, drive, edges, points, started_at, start, tolerance)
+    return state._replace(widest=widest)
 
 
 def _on_panels(
@@ -256,9 +256,9 @@ def _on_panels(
     edges: FloatArray,
     points: int,
     started_at: float | FloatArray | None,
-    start: Steady | None,
+    start: SteadyTurn | None,
     tolerance: float,
-) -> Steady:
+) -> SteadyTurn:
     need = demand(machine, drive, edges) if start is None else start.demand
     slip = np.where(need.possible, need.slip, 0.0)
     speed = np.broadcast_to(drive.synchronous_speed, slip.shape) - slip
@@ -268,15 +268,15 @@ def _on_panels(
         momentum = started_momentum(machine, started_at)
         return _free(machine, drive, edges, points, need, momentum, speed, start, tolerance)
     momentum = _resting(machine, drive, speed) if start is None else start.momentum
-    found = _free(machine, drive, edges, points, need, momentum, speed, start, tolerance)
+    state = _free(machine, drive, edges, points, need, momentum, speed, start, tolerance)
     for _ in range(_MOST_ROUNDS):
-        moved, still = _standing(machine, found)
+        moved, still = _standing(machine, state)
         if still:
             break
-        spent = found.evaluations
-        found = _free(machine, drive, edges, points, need, moved, speed, found, tolerance)
-        found = found._replace(evaluations=found.evaluations + spent)
-    return found
+        spent = state.evaluations
+        state = _free(machine, drive, edges, points, need, moved, speed, state, tolerance)
+        state = state._replace(evaluations=state.evaluations + spent)
+    return state
 
 
 def _free(
@@ -287,9 +287,9 @@ def _free(
     need: Demand,
     momentum: FloatArray,
     speed: FloatArray,
-    start: Steady | None,
+    start: SteadyTurn | None,
     tolerance: float,
-) -> Steady:
+) -> SteadyTurn:
     problem, rates = roll_problem(machine, drive, momentum, edges)
     guess: FloatArray | PeriodicSolution
     if start is not None:
@@ -298,11 +298,13 @@ def _free(
         guess = _quick_guess(machine, drive, problem, points, momentum, speed)
     else:
         guess = with_steady_flux(drive, speed[:, None])
-    solution = solve_periodic(problem, points, guess, tolerance=tolerance, rest=_rest(tolerance))
+    solution = solve_periodic(
+        problem, points, guess, tolerance=tolerance, edge_tolerance=_edge_tolerance(tolerance)
+    )
     turn = _free_turn(machine, rates, momentum, solution)
     turn = turn._replace(motor_torque=_driving(machine, drive, solution))
     good = _good(solution, need, turn)
-    return Steady(turn, momentum, solution, problem, need, good, points, rates.evaluations)
+    return SteadyTurn(turn, momentum, solution, problem, need, good, points, rates.evaluations)
 
 
 def _quick_guess(
@@ -320,8 +322,8 @@ def _quick_guess(
         return speed[:, None]
     blank = constant_start(problem, points, speed[:, None])
     angle = np.append(quick.crank_angle, 2.0 * np.pi)
-    course = np.append(quick.crank_speed, quick.crank_speed[0])
-    left, stages = (np.interp(x, angle, course) for x in (blank.edges[:, :-1], blank.nodes))
+    speeds = np.append(quick.crank_speed, quick.crank_speed[0])
+    left, stages = (np.interp(x, angle, speeds) for x in (blank.edges[:, :-1], blank.nodes))
     return blank._replace(left=left[..., None], stages=stages[..., None])
 
 
@@ -355,14 +357,16 @@ def _mounted(
     points: int,
     need: Demand,
     speed: FloatArray,
-    start: Steady | None,
+    start: SteadyTurn | None,
     tolerance: float,
-) -> Steady:
+) -> SteadyTurn:
     problem, rates = roll_problem(machine, drive, None, edges)
     none = np.zeros(len(speed))
     constant = np.stack([speed, none, none], axis=1)
     guess = with_steady_flux(drive, constant) if start is None else start.solution
-    solution = solve_periodic(problem, points, guess, tolerance=tolerance, rest=_rest(tolerance))
+    solution = solve_periodic(
+        problem, points, guess, tolerance=tolerance, edge_tolerance=_edge_tolerance(tolerance)
+    )
     members = len(solution.edges)
     flat = solution.stages.reshape(members, -1, solution.stages.shape[-1])
     time, ends = running_integral(solution.edges, 1.0 / solution.stages[..., 0])
@@ -377,7 +381,7 @@ def _mounted(
         _driving(machine, drive, solution),
     )
     good = _good(solution, need, turn)
-    return Steady(turn, none, solution, problem, need, good, points, rates.evaluations)
+    return SteadyTurn(turn, none, solution, problem, need, good, points, rates.evaluations)
 
 
 def _driving(
@@ -387,7 +391,7 @@ def _driving(
     return driving_torque(machine, drive, solution.stages.reshape(len(solution.edges), -1, states))
 
 
-def _rest(tolerance: float) -> float | None:
+def _edge_tolerance(tolerance: float) -> float | None:
     """How far ends of panels may be off their kinks, in turns, where only values count."""
     return 0.1 * float(np.sqrt(tolerance)) if tolerance > 1e-12 else None
 
@@ -396,7 +400,7 @@ def _good(solution: PeriodicSolution, need: Demand, turn: Turn) -> BoolArray:
     """Which machines (B,) have a solution; panel ends that wander belong to none."""
     forward = np.all(turn.crank_speed > 0.0, axis=-1)
     return np.asarray(
-        solution.converged & need.possible & forward & (solution.edge_error < _AT_REST)
+        solution.converged & need.possible & forward & (solution.edge_error < _EDGES_SETTLED)
     )
 
 
@@ -409,18 +413,18 @@ def _resting(machine: RollMachine, drive: RollDrive, speed: FloatArray) -> Float
     )
 
 
-def _standing(machine: RollMachine, found: Steady) -> tuple[FloatArray, bool]:
+def _standing(machine: RollMachine, state: SteadyTurn) -> tuple[FloatArray, bool]:
     """Angular momentum that would let the shell stand still on average, and whether it does."""
-    turn = found.turn
+    turn = state.turn
     moved = inertia(machine, turn.crank_angle)
     share = np.sum(turn.weight * moved.coupling / moved.shell, axis=-1)
     compliance = np.sum(turn.weight / (moved.shell * turn.crank_speed), axis=-1)
     wanted = share / compliance
-    change = np.abs(wanted - found.momentum)[found.found]
-    return wanted, bool(np.all(change <= _STILL * np.abs(wanted[found.found])))
+    change = np.abs(wanted - state.momentum)[state.solved]
+    return wanted, bool(np.all(change <= _STILL * np.abs(wanted[state.solved])))
 
 
-def multipliers(found: Steady) -> tuple[ComplexArray, FloatArray]:
+def multipliers(state: SteadyTurn) -> tuple[ComplexArray, FloatArray]:
     """Floquet multipliers (B, n) by falling size, and their errors; those that are 1 are left out.
 
     The crank angle has no neutral phase, and a free machine at fixed momentum neither angle nor
@@ -428,5 +432,5 @@ def multipliers(found: Steady) -> tuple[ComplexArray, FloatArray]:
     """
     from vibecalc.numerics.periodic.multipliers import floquet_multipliers
 
-    value, error = floquet_multipliers(found.problem, found.solution)
+    value, error = floquet_multipliers(state.problem, state.solution)
     return value, error

@@ -54,15 +54,15 @@ def harmonics(turn: Turn, values: FloatArray, orders: FloatArray) -> ComplexArra
     rate = 2.0 * np.pi / turn.period[..., None]
     shares = values * turn.weight / turn.crank_speed * (2.0 / turn.period[..., None])
     numbers = np.asarray(orders)
-    found = np.empty((*shares.shape[:-1], len(numbers)), dtype=complex)
+    coefficients = np.empty((*shares.shape[:-1], len(numbers)), dtype=complex)
     steps = np.diff(numbers, prepend=0.0)
     # powers of one wave: an exponential of every order would cost most of the work
     wave, single = np.ones(shares.shape, dtype=complex), np.exp(-1j * (rate * turn.time))
     for place, (order, step) in enumerate(zip(numbers, steps, strict=True)):
         wave = wave * (single if step == 1.0 else single**step)
         total = np.einsum("...k,...k->...", shares, wave)
-        found[..., place] = 0.5 * total if order == 0 else total
-    return found
+        coefficients[..., place] = 0.5 * total if order == 0 else total
+    return coefficients
 
 
 def mean(turn: Turn, values: FloatArray) -> FloatArray:
@@ -125,15 +125,20 @@ def readings(
     gas = gas_torque(moved, forces)
     friction = friction_torque(machine, moved, speed)
     mounts = mount_torque(machine, turn.shell_angle, shell)
-    found = accelerations(moved, speed, shell, mounts, motor + gas + friction)
+    accelerated = accelerations(moved, speed, shell, mounts, motor + gas + friction)
     rod = wall = np.zeros_like(forces)
     if pistons:
         rod, wall = piston_forces(
-            machine, turn, moved, forces, shell_acceleration=found.shell, acceleration=found.crank
+            machine,
+            turn,
+            moved,
+            forces,
+            shell_acceleration=accelerated.shell,
+            acceleration=accelerated.crank,
         )
     return Readings(
-        found.shell,
-        found.shell + found.crank,
+        accelerated.shell,
+        accelerated.shell + accelerated.crank,
         speed,
         drive.synchronous_speed[..., None] - speed,
         motor,
@@ -327,14 +332,14 @@ def hides(machine: RollMachine, drive: RollDrive, one: Turn, other: Turn, orders
 # ----------------------------------------------------------------------------
 
 _FULL = 2.0 * np.pi
-#: coarse looks of a turn, rounds of closer ones at most, peaks followed
+#: coarse samples of a turn, rounds of closer ones at most, peaks followed
 _COARSE, _ROUNDS, _PEAKS = 720, 60, 4
-#: of an interval, how far next to a parabola's top looks are; more left of it is slow progress,
+#: of an interval, how far next to a parabola's top samples are; more left of it is slow progress,
 #: less the sign of a smooth peak
 _CLOSE, _SLOW, _SMOOTH = 0.025, 0.3, 0.1
 #: values that differ by so many roundings are alike
 _FLAT = 16.0
-#: a peak rises at most by so many times what the last look added
+#: a peak rises at most by so many times what the last samples added
 _RISES = 16.0
 
 
@@ -342,14 +347,15 @@ def peak(
     values_at: Callable[[FloatArray], FloatArray],
     known: tuple[FloatArray, FloatArray] | None = None,
 ) -> tuple[float, float]:
-    """Largest value of a function of the crank angle over a turn, and what looking leaves open.
+    """Largest value of a function of the crank angle over a turn, and what sampling leaves open.
 
     `values_at` takes ascending angles (k,) in [0, 2 pi). `known` are ascending angles (k,) within a
-    turn that resolve the function, with its values there; without, a coarse look comes first. Then
-    each of the highest peaks is closed in between two angles: by a parabola, and where that does
-    not help, as next to a jump or a kink, by even steps. Next to a jump, as of friction at a dead
-    centre, or with peaks of nearly one height, the coarse look may take the wrong one, so that
-    several are followed until they cannot be the highest. The error is the gain of the last look.
+    turn that resolve the function, with its values there; without, a coarse sampling comes first.
+    Then each of the highest peaks is closed in between two angles: by a parabola, and where that
+    does not help, as next to a jump or a kink, by even steps. Next to a jump, as of friction at a
+    dead centre, or with peaks of nearly one height, the coarse sampling may take the wrong one, so
+    that several are followed until they cannot be the highest. The error is the gain of the last
+    samples.
     """
     if known is None:
         angles = np.linspace(0.0, _FULL, _COARSE, endpoint=False)
@@ -358,14 +364,14 @@ def peak(
     best, gain = float(np.max(values)), np.inf
     even = np.zeros(len(at), dtype=bool)
     for _ in range(_ROUNDS):
-        near = _looks(at, values, even)
+        near = _sample_angles(at, values, even)
         turned = np.mod(near, _FULL)
         turned = np.where(turned < _FULL, turned, 0.0)
         order = np.argsort(turned, axis=None, kind="stable")
-        found = np.empty(near.size)
-        found[order] = values_at(turned.ravel()[order])
+        sampled = np.empty(near.size)
+        sampled[order] = values_at(turned.ravel()[order])
         width, top = at[:, 2] - at[:, 0], values[:, 1]
-        at, values = _closer(at, values, near, found.reshape(near.shape))
+        at, values = _closer(at, values, near, sampled.reshape(near.shape))
         shrunk = (at[:, 2] - at[:, 0]) / np.maximum(width, np.finfo(float).tiny)
         even = ~even & (shrunk > _SLOW)
         gain, best = float(np.max(values)) - best, max(best, float(np.max(values)))
@@ -373,7 +379,7 @@ def peak(
         smooth = shrunk < _SMOOTH
         may = ~smooth | (values[:, 1] + _RISES * (values[:, 1] - top) >= best)
         at, values, even = at[may], values[may], even[may]
-        # a look that gains nothing proves nothing while the values next to it are lower
+        # a sample that gains nothing proves nothing while the values next to it are lower
         flat = values[:, 1] - values.min(axis=1) <= _FLAT * EPSILON * abs(best)
         flat &= at[:, 2] - at[:, 0] < _FULL * EPSILON**0.5
         if np.all(flat | (at[:, 2] - at[:, 0] <= _FLAT * EPSILON * _FULL)):
@@ -394,8 +400,8 @@ def _brackets(angles: FloatArray, values: FloatArray) -> tuple[FloatArray, Float
     return angles[place] + _FULL * turns, values[place]
 
 
-def _looks(at: FloatArray, values: FloatArray, even: BoolArray) -> FloatArray:
-    """Angles (peaks, 3) to look at next: close about the parabola's top, or in even steps."""
+def _sample_angles(at: FloatArray, values: FloatArray, even: BoolArray) -> FloatArray:
+    """Angles (peaks, 3) to sample next: close about the parabola's top, or in even steps."""
     left, right = at[:, 1] - at[:, 0], at[:, 2] - at[:, 1]
     tiny = np.finfo(float).tiny
     up = (values[:, 1] - values[:, 0]) / np.maximum(left, tiny)
@@ -414,10 +420,10 @@ def _looks(at: FloatArray, values: FloatArray, even: BoolArray) -> FloatArray:
 
 
 def _closer(
-    at: FloatArray, values: FloatArray, near: FloatArray, found: FloatArray
+    at: FloatArray, values: FloatArray, near: FloatArray, sampled: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """The highest of the old and new angles of each peak between its neighbours."""
-    angles, heights = np.concatenate([at, near], axis=1), np.concatenate([values, found], axis=1)
+    angles, heights = np.concatenate([at, near], axis=1), np.concatenate([values, sampled], axis=1)
     order = np.argsort(angles, axis=1, kind="stable")
     angles = np.take_along_axis(angles, order, axis=1)
     heights = np.take_along_axis(heights, order, axis=1)

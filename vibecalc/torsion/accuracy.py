@@ -35,32 +35,32 @@ from vibecalc.torsion.adapters.variable_inertia import gas_torque, half_ranges, 
 from vibecalc.torsion.critical_speeds import Value, largest
 from vibecalc.torsion.damper_design.descend import chart_of, valleys
 from vibecalc.torsion.damper_design.design import design_from
-from vibecalc.torsion.damper_design.peaks import LEVEL, Peaks, Survey, survey
-from vibecalc.torsion.damper_design.problem import Damper, Limits, Problem, torque_at
+from vibecalc.torsion.damper_design.peaks import LEVEL, DamperPeaks, Survey, survey
+from vibecalc.torsion.damper_design.problem import Damper, DamperProblem, Limits, torque_at
 from vibecalc.torsion.forced import forced_masked
 from vibecalc.torsion.line import (
     Line,
     complex_stiffness,
+    connected_parts,
     damping_matrix,
     dynamic_stiffness,
-    pieces,
     stiffness_matrix,
 )
 from vibecalc.torsion.modes import natural_modes
 from vibecalc.torsion.synthesis import DEGREE, cycle_of, synthesis
 from vibecalc.torsion.transient.march import (
     POINTS,
-    Piece,
+    StepBlock,
     cut,
     march,
-    rest,
+    rest_state,
     steady_start,
     transient_system,
 )
 from vibecalc.torsion.transient.motion import (
     Stretch,
-    course,
     speed_after,
+    speed_profile,
     torque_law,
     turned_after,
 )
@@ -132,7 +132,7 @@ def torsion_topics(scene: Scene) -> list[Topic]:
     """Natural frequencies, torques by order, gas torque of a cylinder, peak over the cycle."""
     setup = build_setup(scene.case)
     line, drive, speed = setup.model.at(setup.speed), setup.drive, setup.speed
-    parts, n, found = pieces(line), len(line.inertia), []
+    parts, n, found = connected_parts(line), len(line.inertia), []
     if n <= MOST_FREEDOMS and line.inertia.all() and len(parts) == 1 and parts[0].is_tree:
         row = all(len(others) <= 2 for others in parts[0].spring.values())
         work = (4.0 / 3.0 if row else 8.0) * n**3 + 12.0 * n**2
@@ -280,7 +280,7 @@ class _Counted(Survey):
 
     counts: list[int]
 
-    def peaks(self, damper: Damper, share: float, tolerance: float = LEVEL) -> Peaks:
+    def peaks(self, damper: Damper, share: float, tolerance: float = LEVEL) -> DamperPeaks:
         self.counts[0] += 1
         return super().peaks(damper, share, tolerance)
 
@@ -297,11 +297,11 @@ def damper_design_topics(scene: Scene) -> list[Topic]:
     limits = Limits(bounds.inertia, bounds.stiffness, bounds.damping)
     logarithms, inertia = np.log(limits.bounds[1:]), limits.inertia[0]
 
-    def alone(place: int) -> Problem:
+    def alone(place: int) -> DamperProblem:
         torque = whole.torque._replace(coefficient=whole.torque.coefficient[:, :, [place]])
         return whole._replace(order=whole.order[[place]], torque=torque)
 
-    def worst(problem: Problem, place: FloatArray) -> float:
+    def worst(problem: DamperProblem, place: FloatArray) -> float:
         return worst_of(problem, Damper(inertia, *np.exp(place).tolist()), SPEEDS)
 
     middle = logarithms.mean(axis=1)
@@ -333,7 +333,7 @@ def damper_design_topics(scene: Scene) -> list[Topic]:
     )]  # fmt: skip
 
 
-def worst_of(problem: Problem, damper: Damper, speeds: int) -> float:
+def worst_of(problem: DamperProblem, damper: Damper, speeds: int) -> float:
     """Largest weighted amplitude of the one order over sections and speeds, by full matrices.
 
     Each section's highest speed with a parabola through its neighbours.
@@ -364,7 +364,7 @@ def torsion_transient_topics(scene: Scene) -> list[Topic]:
     if options is None:
         return []
     path = journey(setup, scene.case.machine, options)
-    whole, steady, first = course(path.stretches, path.speed), path.start == "steady", 0
+    whole, steady, first = speed_profile(path.stretches, path.speed), path.start == "steady", 0
     # what lasts at constant speed before the change is no transient
     if steady and len(path.stretches) > 1:
         one = path.stretches[0]
@@ -372,9 +372,9 @@ def torsion_transient_topics(scene: Scene) -> list[Topic]:
     system = transient_system(path.line, path.reaction)
     speed, angle = float(whole.speed[first]), float(whole.angle[first])
     part = _shortened(path.stretches[first], speed, setup.drive.firing.cycle)
-    borders = course([part], speed, angle)
+    borders = speed_profile([part], speed, angle)
     law = torque_law(path.order, part, system.balance, system.inertia, borders.speed)
-    begin = rest(system)
+    begin = rest_state(system)
     if steady:
         before = path.stretches[max(first - 1, 0)]
         begin = steady_start(system, path.order, before, speed, angle)
@@ -399,7 +399,7 @@ def torsion_transient_topics(scene: Scene) -> list[Topic]:
 
     def propagated(steps: float) -> FloatArray:
         count = int(steps)
-        piece = Piece(0, 0.0, duration / count, count)
+        piece = StepBlock(0, 0.0, duration / count, count)
         (states,) = march(system, [part], borders, [law], [piece], begin)
         return shown(states[:: count // MOMENTS][1:])
 
@@ -470,8 +470,8 @@ def torsion_variable_topics(scene: Scene) -> list[Topic]:
     def read(_: FloatArray, states: FloatArray) -> FloatArray:
         angle, rate = states[:, :n], states[:, n : 2 * n]
         twist, spin = (part[:, line.first] - part[:, line.second] for part in (angle, rate))
-        course = (line.stiffness * twist + line.damping * spin).T
-        parts = harmonics_of_samples(np.roll(course, 1, axis=1), SAMPLES // 2 - 1)
+        torque = (line.stiffness * twist + line.damping * spin).T
+        parts = harmonics_of_samples(np.roll(torque, 1, axis=1), SAMPLES // 2 - 1)
         return synthesis(np.arange(SAMPLES // 2), parts).half_range
 
     ask = Ask("variable inertia", "half ranges", f"all sections at {speed:.6g} rad/s",

@@ -8,8 +8,8 @@ from vibecalc.errors import KeyPath, Problem
 from vibecalc.parts.firing import is_separate, torque_reaches_mounts
 from vibecalc.schema import Case
 from vibecalc.torsion.shaft_line_tables import (
-    Joined,
     ShaftLine,
+    StationJoint,
     crank_station,
     has_stress,
     joints,
@@ -355,29 +355,29 @@ def _beyond(line: ShaftLine, limit: TorsionLimit) -> list[str]:
     fires = [bool(station.cylinder or station.cylinders) for station in line.stations]
     load = at[line.load] if line.load is not None else len(stations) - 1
     speed = speed_ratios(len(stations), joined, crank_station(line)).ratio
-    found = []
+    unreached = []
     for name in asked:
         place = names.index(name)
         first, second = (at[end] for end in ends[place])
         others = [one for number, one in enumerate(joined) if number != place]
         if line.shafts[place].throw is not None or (fires[first] and fires[second]):
-            found.append(f"'{name}' (of the crankshaft)")
+            unreached.append(f"'{name}' (of the crankshaft)")
         elif _reaches(others, [n for n, one in enumerate(fires) if one], load):
-            found.append(f"'{name}' (not between the engine and '{stations[load]}')")
+            unreached.append(f"'{name}' (not between the engine and '{stations[load]}')")
         elif abs(abs(speed[first] / speed[load]) - 1.0) > 1e-6:
-            found.append(f"'{name}' (before a gear)")
-    return found
+            unreached.append(f"'{name}' (before a gear)")
+    return unreached
 
 
-def _reaches(joined: list[Joined], start: list[int], goal: int) -> bool:
+def _reaches(joined: list[StationJoint], start: list[int], goal: int) -> bool:
     """Whether joints lead from one of some stations to another."""
-    seen, due = set(start), list(start)
+    visited, due = set(start), list(start)
     while due:
         here = due.pop()
         for one in joined:
             if here in (one.first, one.second):
                 there = one.second if here == one.first else one.first
-                if there not in seen:
-                    seen.add(there)
+                if there not in visited:
+                    visited.add(there)
                     due.append(there)
-    return goal in seen
+    return goal in visited

@@ -62,7 +62,7 @@ WEIGHTS = np.array([-1.0, 9.0, -45.0, 45.0, -9.0, 1.0]) / 60.0
 #: their distance over the width of the resonance: truncation and round-off about alike
 DISTANCE = 0.02
 #: change of a speed, relative, at which it counts as found
-FOUND = 1e-11
+CONVERGED = 1e-11
 #: times what the slope by values half as far apart says is missed
 MISSED = 4.0
 #: roundings, as shares of the width, by which a slope of these values shifts a place
@@ -131,13 +131,16 @@ def refined(
         # width of the resonance from its curvature
         near = at[:, None] + np.array([-1.0, 0.0, 1.0]) * distance[:, None]
         where = low[:, None] + (high - low)[:, None] * NARROWING
-        about, seen = np.split(value(np.concatenate([near, where], axis=1)), [3], axis=1)
+        about, narrowed_values = np.split(value(np.concatenate([near, where], axis=1)), [3], axis=1)
         bend = np.abs(about[:, 0] - 2.0 * about[:, 1] + about[:, 2])
         bend = np.maximum(bend, 1e-10 * about[:, 1]) / distance**2
         distance = np.minimum(DISTANCE * np.sqrt(about[:, 1] / bend), (high - low) / 8.0)
         distance = np.minimum(distance, low / 4.0 + np.where(low > 0.0, 0.0, distance))
         # a quarter of what was between them
-        best, row = np.clip(np.argmax(seen, axis=1), 1, len(NARROWING) - 2), np.arange(len(at))
+        best, row = (
+            np.clip(np.argmax(narrowed_values, axis=1), 1, len(NARROWING) - 2),
+            np.arange(len(at)),
+        )
         low, at, high = where[row, best - 1], where[row, best], where[row, best + 1]
     at, moved = _zero_slope(value, low, high, distance)
     return at, np.minimum(moved + _missed(value, at, distance), high - low) + 8.0 * EPSILON * at
@@ -150,11 +153,11 @@ def _missed(
 
     That has a 64th of the truncation; over the curvature it tells how far the slope is off.
     """
-    seen = value(at[:, None] + np.append(0.5 * PLACES, [0.0, -1.0, 1.0]) * distance[:, None])
-    slope = 2.0 * np.abs(seen[:, :6] @ WEIGHTS)
-    bend = np.abs(seen[:, 7] - 2.0 * seen[:, 6] + seen[:, 8])
+    around = value(at[:, None] + np.append(0.5 * PLACES, [0.0, -1.0, 1.0]) * distance[:, None])
+    slope = 2.0 * np.abs(around[:, :6] @ WEIGHTS)
+    bend = np.abs(around[:, 7] - 2.0 * around[:, 6] + around[:, 8])
     width = distance / DISTANCE
-    share = slope / np.maximum(bend, EPSILON * np.abs(seen[:, 6]))
+    share = slope / np.maximum(bend, EPSILON * np.abs(around[:, 6]))
     return np.asarray(MISSED * share * distance + SHIFT * EPSILON * width)
 
 
@@ -179,7 +182,7 @@ def _zero_slope(
         gap = np.where(between, left - right, 1.0)
         target = np.where(between, low + (high - low) * left / gap, 0.5 * (low + high))
         moved, at = np.abs(target - at), target
-        if np.all((moved <= FOUND * at) | (high - low <= FOUND * at)):
+        if np.all((moved <= CONVERGED * at) | (high - low <= CONVERGED * at)):
             return at, np.minimum(moved, high - low)
         here = slope(at)
         rises = here > 0.0
@@ -227,18 +230,18 @@ def highest(
     left, middle, right = (np.concatenate(pair) for pair in zip((low, at, high), brackets,
                                                                strict=True))  # fmt: skip
     owner = np.concatenate([np.arange(len(at)), row])
-    own = section[owner]
-    found, error = _climbed(make, own, *refined(make(own), left, middle, right), left, right)
+    owners = section[owner]
+    top, error = _climbed(make, owners, *refined(make(owners), left, middle, right), left, right)
     if not len(row):
-        return found, error
-    value = make(own)(found[:, None])[:, 0]
+        return top, error
+    value = make(owners)(top[:, None])[:, 0]
     best = np.arange(len(at))
-    for place in range(len(at), len(found)):
+    for place in range(len(at), len(top)):
         known = best[owner[place]]
         over = value[place] / value[known] - 1.0
-        if over > CORNER or (over >= -CORNER and found[place] < found[known]):
+        if over > CORNER or (over >= -CORNER and top[place] < top[known]):
             best[owner[place]] = place
-    return found[best], error[best]
+    return top[best], error[best]
 
 
 def _twins(
@@ -246,10 +249,10 @@ def _twins(
 ) -> tuple[IntArray, tuple[FloatArray, FloatArray, FloatArray]]:
     """Rows, and brackets (low, middle, high), of steps in which more than one peak shows."""
     where = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, PARTS + 1)
-    seen = value(where)
-    inside = seen[:, 1:-1]
-    top = (inside > seen[:, :-2]) & (inside >= seen[:, 2:])
-    top &= inside >= EQUAL * np.max(seen, axis=1, keepdims=True)
+    values = value(where)
+    inside = values[:, 1:-1]
+    top = (inside > values[:, :-2]) & (inside >= values[:, 2:])
+    top &= inside >= EQUAL * np.max(values, axis=1, keepdims=True)
     top &= np.sum(top, axis=1, keepdims=True) > 1
     row, place = np.nonzero(top)
     return row, (where[row, place], where[row, place + 1], where[row, place + 2])
@@ -269,17 +272,17 @@ def _climbed(
     that of neither side, and a place a little further on is higher.
     """
     offset = at[:, None] * np.array([0.0, *-NEARBY, *NEARBY])
-    seen = make(section)(np.clip(at[:, None] + offset, low[:, None], high[:, None]))
-    higher = seen[:, 1:] > seen[:, :1] * (1.0 + CORNER)
+    nearby = make(section)(np.clip(at[:, None] + offset, low[:, None], high[:, None]))
+    higher = nearby[:, 1:] > nearby[:, :1] * (1.0 + CORNER)
     off = np.flatnonzero(np.any(higher, axis=1))
     if not len(off):
         return at, error
     reach = 100.0 * np.max(np.where(higher, np.tile(NEARBY, 2), 0.0), axis=1)[off] * at[off]
-    own, row = make(section[off]), np.arange(len(off))
+    value_of, row = make(section[off]), np.arange(len(off))
     left, right = np.maximum(at[off] - reach, low[off]), np.minimum(at[off] + reach, high[off])
     for _ in range(CLIMBS):
         where = left[:, None] + (right - left)[:, None] * np.linspace(0.0, 1.0, 9)
-        best = np.clip(np.argmax(own(where), axis=1), 1, 7)
+        best = np.clip(np.argmax(value_of(where), axis=1), 1, 7)
         left, middle, right = where[row, best - 1], where[row, best], where[row, best + 1]
     at, error = at.copy(), error.copy()
     at[off], error[off] = middle, right - left + 1e-8 * middle
@@ -293,7 +296,7 @@ def _climbed(
 #: maxima of one curve that are reported
 MOST = 12
 
-#: curves whose largest value is looked for between the speeds of the sweep, highest first
+#: curves whose largest value is searched between the speeds of the sweep, highest first
 REFINED = 32
 
 #: part of the largest value among the speeds that a maximum there has at least, to be examined
@@ -339,16 +342,16 @@ def maxima(
     between = (undamped >= speed[sides[:, :1]]) & (undamped <= speed[sides[:, 1:]])
     inner &= ~np.any(between, axis=1)
     if np.any(inner):
-        own = make(section[inner])
+        value_of = make(section[inner])
         low, high = speed[place[inner] - 1], speed[place[inner] + 1]
         at[inner], error[inner] = highest(make, section[inner], low, at[inner], high)
-        there, seen = own(at[inner][:, None])[:, 0], values[inner]
+        there, sampled = value_of(at[inner][:, None])[:, 0], values[inner]
         # next to a corner the slope says nothing: what was seen stays
-        corner = there < seen * (1.0 - CORNER)
+        corner = there < sampled * (1.0 - CORNER)
         known = speed[place[inner]]
         error[inner] = np.where(corner, np.abs(at[inner] - known), error[inner])
         at[inner] = np.where(corner, known, at[inner])
-        values[inner] = np.maximum(there, seen)
+        values[inner] = np.maximum(there, sampled)
     return Maxima(section, at, error, values)
 
 
@@ -381,17 +384,22 @@ def largest(
     near = Maxima(*(np.concatenate(part) for part in zip(near, ends, strict=True)))
     # what comes first is kept where two are alike
     for k in np.lexsort((np.arange(len(near.value)), -near.value))[::-1].tolist():
-        own = near.section[k]
-        if near.value[k] >= value[own]:
-            at[own], uncertainty[own], value[own] = (
+        of_section = near.section[k]
+        if near.value[k] >= value[of_section]:
+            at[of_section], uncertainty[of_section], value[of_section] = (
                 near.speed[k],
                 near.speed_error[k],
                 near.value[k],
             )
-    found = Maxima(np.arange(len(place)), at, uncertainty, value)
+    highest_of = Maxima(np.arange(len(place)), at, uncertainty, value)
     no_end = ~np.isnan(endless)
-    at, value = np.where(no_end, endless, found.speed), np.where(no_end, np.inf, found.value)
-    return Maxima(found.section, at, np.where(no_end, 1e-10 * at, found.speed_error), value)
+    at, value = (
+        np.where(no_end, endless, highest_of.speed),
+        np.where(no_end, np.inf, highest_of.value),
+    )
+    return Maxima(
+        highest_of.section, at, np.where(no_end, 1e-10 * at, highest_of.speed_error), value
+    )
 
 
 def _rivals(
@@ -402,20 +410,20 @@ def _rivals(
     best: FloatArray,
 ) -> tuple[IntArray, IntArray]:
     """Places and sections (r,) of maxima but the highest that may be the highest between speeds."""
-    own = curve[:, section]
-    inside = own[1:-1]
-    high = (inside > own[:-2]) & (inside >= own[2:]) & np.isfinite(own[:-2] + own[2:])
+    curves = curve[:, section]
+    inside = curves[1:-1]
+    high = (inside > curves[:-2]) & (inside >= curves[2:]) & np.isfinite(curves[:-2] + curves[2:])
     high &= (inside >= RIVAL * best[section]) & (inside < best[section]) & (inside > 0.0)
     place, column = np.nonzero(high)
     place, owner = place + 1, section[column]
     if not len(place):
         return place, owner
-    seen = narrowed(make(owner), speed[place - 1], speed[place], speed[place + 1])
+    top = narrowed(make(owner), speed[place - 1], speed[place], speed[place + 1])
     # of each section no more than the first few
-    rise = np.lexsort((-seen, owner))
-    rank = np.arange(len(rise)) - np.searchsorted(owner[rise], owner[rise])
-    kept = rise[(seen[rise] >= EQUAL * best[owner[rise]]) & (rank < FEW)]
-    return place[kept], owner[kept]
+    ascending = np.lexsort((-top, owner))
+    rank = np.arange(len(ascending)) - np.searchsorted(owner[ascending], owner[ascending])
+    chosen = ascending[(top[ascending] >= EQUAL * best[owner[ascending]]) & (rank < FEW)]
+    return place[chosen], owner[chosen]
 
 
 def _nearby_ends(
@@ -431,24 +439,24 @@ def _nearby_ends(
     for end, nearby in ((0, 1), (-1, -2)) if len(speed) > 1 else ():
         top, inner = curve[end, section], curve[nearby, section]
         high = np.isfinite(top) & (top > 0.0) & (top >= RIVAL * best[section])
-        own = section[high & np.isfinite(inner) & (inner > 0.0) & (inner < top)]
+        rows = section[high & np.isfinite(inner) & (inner > 0.0) & (inner < top)]
         low, far = sorted((speed[end], speed[nearby]))
         if np.any((undamped >= low) & (undamped <= far)):
             continue
-        where = speed[end] + (speed[nearby] - speed[end]) * np.tile(INWARDS[:2], (len(own), 1))
-        if not len(own):
+        where = speed[end] + (speed[nearby] - speed[end]) * np.tile(INWARDS[:2], (len(rows), 1))
+        if not len(rows):
             continue
-        seen = make(own)(where)
-        own = own[seen[:, 1] > seen[:, 0]]
-        if not len(own):
+        inwards = make(rows)(where)
+        rows = rows[inwards[:, 1] > inwards[:, 0]]
+        if not len(rows):
             continue
-        where = speed[end] + (speed[nearby] - speed[end]) * np.tile(INWARDS, (len(own), 1))
-        row, made = np.arange(len(own)), make(own)
+        where = speed[end] + (speed[nearby] - speed[end]) * np.tile(INWARDS, (len(rows), 1))
+        row, made = np.arange(len(rows)), make(rows)
         place = np.clip(np.argmax(made(where), axis=1), 1, len(INWARDS) - 2)
         sides = np.sort(np.stack([where[row, place - 1], where[row, place + 1]]), axis=0)
         at, error = refined(made, sides[0], where[row, place], sides[1])
         at = np.clip(at, *sides)
-        parts.append(Maxima(own, at, error, made(at[:, None])[:, 0]))
+        parts.append(Maxima(rows, at, error, made(at[:, None])[:, 0]))
     if not parts:
         return Maxima(np.zeros(0, dtype=np.int64), *np.zeros((3, 0)))
     return Maxima(*(np.concatenate(part) for part in zip(*parts, strict=True)))
@@ -478,12 +486,12 @@ def peaks(
     undamped: FloatArray,
 ) -> Maxima:
     """The highest maxima of one section inside the range, by rising speed, without endless ones."""
-    own = curve[:, section]
-    inside = own[1:-1]
-    place = np.flatnonzero((inside > own[:-2]) & (inside >= own[2:])) + 1
+    curves = curve[:, section]
+    inside = curves[1:-1]
+    place = np.flatnonzero((inside > curves[:-2]) & (inside >= curves[2:])) + 1
     near = (undamped >= speed[place - 1, None]) & (undamped <= speed[place + 1, None])
     place = place[~np.any(near, axis=1)]
-    place = np.sort(place[np.argsort(-own[place], kind="stable")][:MOST])
+    place = np.sort(place[np.argsort(-curves[place], kind="stable")][:MOST])
     return maxima(make, curve, speed, np.full(len(place), section), place, undamped)
 
 
@@ -536,30 +544,32 @@ class NarrowResonances(NamedTuple):
 def narrow_resonance_speeds(
     speed: FloatArray,
     curve: FloatArray,
-    found: NarrowResonances,
+    resonances: NarrowResonances,
     levels: tuple[FloatArray, ...] = (),
 ) -> FloatArray:
-    """Speeds (k,) in rad/s, next to those of a sweep (s,) of curves (s, e), to look at as well.
+    """Speeds (k,) in rad/s, next to those of a sweep (s,) of curves (s, e), to evaluate as well.
 
     Those about a resonance that is narrower than the steps and may reach, on what the curve is
     next to it, the largest value of some curve or one of the `levels`, each (e,) or (s, e).
     """
     step = np.diff(speed)
-    place = np.clip(np.searchsorted(speed, found.speed) - 1, 0, len(step) - 1)
+    place = np.clip(np.searchsorted(speed, resonances.speed) - 1, 0, len(step) - 1)
     nearby = np.maximum(curve[:-1], curve[1:])
     reach = np.zeros_like(nearby)
-    np.add.at(reach, place, found.height)
+    np.add.at(reach, place, resonances.height)
     reach = nearby + MARGIN * reach
     best = np.max(curve, axis=0, initial=0.0, where=np.isfinite(curve))
     near = np.any(reach >= best, axis=1)
     for level in levels:
         least = np.minimum(level[:-1], level[1:]) if level.ndim > 1 else level
         near |= np.any(reach >= least, axis=1)
-    counts = np.any(MARGIN * found.height >= FAINT * nearby[place], axis=1)
-    chosen = near[place] & (found.width < SHOWN * step[place]) & counts
+    counts = np.any(MARGIN * resonances.height >= FAINT * nearby[place], axis=1)
+    chosen = near[place] & (resonances.width < SHOWN * step[place]) & counts
     if not np.any(chosen):
         return np.zeros(0)
-    extra = found.speed[chosen, None] + found.width[chosen, None] * NEARBY_NARROW_RESONANCE
+    extra = (
+        resonances.speed[chosen, None] + resonances.width[chosen, None] * NEARBY_NARROW_RESONANCE
+    )
     return distinct(extra[~np.isin(extra, speed)])
 
 

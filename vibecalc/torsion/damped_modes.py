@@ -90,19 +90,21 @@ def damped_line_modes(line: Line, rings: int) -> LineModes:
     errors: list[float] = []
     scales: list[complex] = []
     for guess in vibrating_guesses(line).tolist():
-        found, turned, uncertainty, damping = own_pole(line, guess)
+        converged, turned, uncertainty, damping = converged_pole(line, guess)
         # a real pole next to which the guess was complex
-        if found.imag <= 1e3 * uncertainty or found.imag <= 1e-9 * abs(found):
+        if converged.imag <= 1e3 * uncertainty or converged.imag <= 1e-9 * abs(converged):
             continue
-        if uncertainty > 1e-4 * abs(found) or any(abs(found - p) < 1e-9 * abs(p) for p in poles):
+        if uncertainty > 1e-4 * abs(converged) or any(
+            abs(converged - p) < 1e-9 * abs(p) for p in poles
+        ):
             raise NumericalFailure(
-                f"the pole near {found:.6g} rad/s of the damped line cannot be separated "
+                f"the pole near {converged:.6g} rad/s of the damped line cannot be separated "
                 "from another"
             )
-        poles.append(found)
+        poles.append(converged)
         shapes.append(turned)
         errors.append(uncertainty)
-        scales.append(complex(2.0 * found * np.sum(line.inertia * turned**2) + damping))
+        scales.append(complex(2.0 * converged * np.sum(line.inertia * turned**2) + damping))
     _, rigid = line_matrices(line)
     still = [*rigid, *resting(line)]
     count = int(np.count_nonzero(line.inertia))
@@ -111,14 +113,14 @@ def damped_line_modes(line: Line, rings: int) -> LineModes:
     first = len(still) + over
     pole: ComplexArray = np.array([0.0j] * first + poles)
     size = np.abs(pole)
-    rise = np.argsort(size, kind="stable")
-    pole, size = pole[rise], size[rise]
-    shape = np.array([*still, *blank, *shapes], dtype=np.complex128)[rise]
-    error = np.array([0.0] * first + errors)[rise] + 4.0 * EPSILON * size
+    ascending = np.argsort(size, kind="stable")
+    pole, size = pole[ascending], size[ascending]
+    shape = np.array([*still, *blank, *shapes], dtype=np.complex128)[ascending]
+    error = np.array([0.0] * first + errors)[ascending] + 4.0 * EPSILON * size
     ratio = np.divide(-pole.real, size, out=np.zeros_like(size), where=size > 0.0)
     ratio[len(still) : first] = 1.0
     shape, factor = _scaled(shape, len(line.inertia) - rings)
-    scale = np.array([0.0j] * first + scales)[rise] * factor**2
+    scale = np.array([0.0j] * first + scales)[ascending] * factor**2
     return LineModes(size, error, ratio, pole, shape, _shape_error(pole, error, scale), scale, True)
 
 
@@ -134,17 +136,17 @@ def vibrating_guesses(line: Line, taken: FloatArray | None = None) -> ComplexArr
         loss = matrices.full.T @ loss @ matrices.full
         matrices = matrices._replace(stiffness=matrices.stiffness + 1j * loss)
     if taken is None:
-        found = np.linalg.eigvals(state_matrix(matrices))
+        eigenvalues = np.linalg.eigvals(state_matrix(matrices))
     else:
         count = len(matrices.inertia)
         mass = np.diag(matrices.inertia) - matrices.full.T @ taken @ matrices.full
         sides = np.hstack([-matrices.stiffness, -matrices.damping])
         lower = np.linalg.lstsq(mass, sides, rcond=None)[0]
-        found = np.linalg.eigvals(np.vstack([np.eye(count, 2 * count, count), lower]))
-    return np.asarray(found[found.imag > 1e-7 * np.abs(found)])
+        eigenvalues = np.linalg.eigvals(np.vstack([np.eye(count, 2 * count, count), lower]))
+    return np.asarray(eigenvalues[eigenvalues.imag > 1e-7 * np.abs(eigenvalues)])
 
 
-def own_pole(line: Line, guess: complex) -> tuple[complex, ComplexArray, float, complex]:
+def converged_pole(line: Line, guess: complex) -> tuple[complex, ComplexArray, float, complex]:
     """A pole whose loss factors are dashpots of its own magnitude, shape, error, x^T C x.
 
     Raises NumericalFailure where it has no such dashpots.
@@ -153,11 +155,11 @@ def own_pole(line: Line, guess: complex) -> tuple[complex, ComplexArray, float, 
     pole, last = guess, np.inf
     for _ in range(_ROUNDS):
         matrices, _ = line_matrices(equivalent_line(line, abs(pole)) if lossy else line)
-        before, (pole, kept, error) = pole, corrected_pole(matrices, pole)
+        before, (pole, vector, error) = pole, corrected_pole(matrices, pole)
         moved = abs(abs(pole) - abs(before))
         if not lossy or moved <= error or (moved >= last and moved < 1e-12 * abs(pole)):
-            damping = complex(kept @ matrices.damping @ kept)
-            return pole, matrices.full @ kept, error + (2.0 * moved if lossy else 0.0), damping
+            damping = complex(vector @ matrices.damping @ vector)
+            return pole, matrices.full @ vector, error + (2.0 * moved if lossy else 0.0), damping
         last = moved
     raise NumericalFailure(
         f"loss factors as dashpots near {abs(guess):.6g} rad/s: the mode there is damped so "
@@ -234,22 +236,22 @@ def line_matrices(line: Line) -> tuple[Matrices, list[FloatArray]]:
     count = len(line.inertia)
     damping, stiffness = damping_matrix(line), stiffness_matrix(line)
     still = (line.inertia == 0.0) & (np.diag(damping) == 0.0)
-    kept = np.flatnonzero(~still)
+    moving = np.flatnonzero(~still)
     taken = np.flatnonzero(still)
     differences = np.zeros((len(line.stiffness) + count, count))
     rows = np.arange(len(line.stiffness))
     differences[rows, line.first] += 1.0
     differences[rows, line.second] -= 1.0
     differences[len(rows) :] = np.eye(count)
-    free, rigid = _free_pieces(line, damping, kept)
-    full = np.zeros((count, len(kept)))
-    full[kept, np.arange(len(kept))] = 1.0
+    free, rigid = _free_parts(line, damping, moving)
+    full = np.zeros((count, len(moving)))
+    full[moving, np.arange(len(moving))] = 1.0
     if taken.size:
         inner = stiffness[np.ix_(taken, taken)]
-        full[taken] = -np.linalg.solve(inner, stiffness[np.ix_(taken, kept)])
+        full[taken] = -np.linalg.solve(inner, stiffness[np.ix_(taken, moving)])
     matrices = Matrices(
-        line.inertia[kept],
-        damping[np.ix_(kept, kept)],
+        line.inertia[moving],
+        damping[np.ix_(moving, moving)],
         full.T @ stiffness @ full if taken.size else stiffness,
         differences @ full,
         np.concatenate([line.stiffness, line.ground_stiffness]),
@@ -263,15 +265,15 @@ def line_matrices(line: Line) -> tuple[Matrices, list[FloatArray]]:
 def resting(line: Line) -> list[FloatArray]:
     """Displacements (n,) that nothing brings back, next to the rigid ones.
 
-    Parts joined to the rest by dashpots alone can rest anywhere; one part of each ungrounded piece
+    Parts joined to the rest by dashpots alone can rest anywhere; one of each ungrounded part
     is the one that the others are counted from.
     """
     count = len(line.inertia)
     by_springs = _labels(line, line.stiffness != 0.0)
     by_both = _labels(line, (line.stiffness != 0.0) | (line.damping != 0.0))
-    found = []
-    for piece in sorted(set(by_both)):
-        inside = [s for s in range(count) if by_both[s] == piece]
+    shapes = []
+    for number in sorted(set(by_both)):
+        inside = [s for s in range(count) if by_both[s] == number]
         parts = sorted({by_springs[s] for s in inside})
         free = [
             part
@@ -279,8 +281,8 @@ def resting(line: Line) -> list[FloatArray]:
             if not any(line.ground_stiffness[s] for s in inside if by_springs[s] == part)
         ]
         taken = 1 if len(free) == len(parts) else 0
-        found += [np.array([float(one == part) for one in by_springs]) for part in free[taken:]]
-    return found
+        shapes += [np.array([float(one == part) for one in by_springs]) for part in free[taken:]]
+    return shapes
 
 
 def _labels(line: Line, joins: BoolArray) -> list[int]:
@@ -296,27 +298,27 @@ def _labels(line: Line, joins: BoolArray) -> list[int]:
     return label
 
 
-def _free_pieces(
-    line: Line, damping: FloatArray, kept: IntArray
+def _free_parts(
+    line: Line, damping: FloatArray, moving: IntArray
 ) -> tuple[list[tuple[IntArray, bool]], list[FloatArray]]:
-    """Ungrounded pieces (springs and dampers both join): kept freedoms, unbraked; rigid motions."""
+    """Ungrounded parts (springs and dampers join): moving freedoms, unbraked; rigid motions."""
     joined: dict[int, dict[int, float]] = {s: {} for s in range(len(line.inertia))}
     for a, b, k, c in zip(line.first, line.second, line.stiffness, line.damping, strict=True):
         if k or c:
             joined[int(a)][int(b)] = joined[int(b)][int(a)] = 1.0
     free, rigid, left = [], [], set(joined)
-    place = {int(station): index for index, station in enumerate(kept)}
+    place = {int(station): index for index, station in enumerate(moving)}
     while left:
-        piece = sorted(walk(joined, min(left)))
-        left -= set(piece)
-        if not np.any(line.inertia[piece]):
+        part = sorted(walk(joined, min(left)))
+        left -= set(part)
+        if not np.any(line.inertia[part]):
             raise NumericalFailure(
-                f"the shaft line has a piece without any inertia, with station {piece[0] + 1}"
+                f"the shaft line has a piece without any inertia, with station {part[0] + 1}"
             )
-        if not np.any(line.ground_stiffness[piece]):
-            held = np.array([place[s] for s in piece if s in place])
-            free.append((held, not np.any(line.absolute_damping[piece])))
-            rigid.append(np.isin(np.arange(len(joined)), piece).astype(float))
+        if not np.any(line.ground_stiffness[part]):
+            held = np.array([place[s] for s in part if s in place])
+            free.append((held, not np.any(line.absolute_damping[part])))
+            rigid.append(np.isin(np.arange(len(joined)), part).astype(float))
     return free, rigid
 
 
@@ -339,8 +341,8 @@ def state_matrix(matrices: Matrices) -> FloatArray:
             speeds[root] = np.where(np.isin(heavy, held), -inertia[heavy] / inertia[root], 0.0)
     positions = np.delete(positions, drop_position, axis=1)
     rate = np.delete(rate, drop_position, axis=0)
-    kept = np.delete(np.arange(len(heavy)), drop_speed)
-    speeds = speeds[:, kept]
+    with_speed = np.delete(np.arange(len(heavy)), drop_speed)
+    speeds = speeds[:, with_speed]
     pull = np.zeros((count, positions.shape[1]), dtype=stiffness.dtype)
     if light.size:
         inner = damping[np.ix_(light, light)]
@@ -351,7 +353,7 @@ def state_matrix(matrices: Matrices) -> FloatArray:
             )
         pull[light] = -np.linalg.solve(inner, stiffness[light] @ positions)
         speeds[light] = -np.linalg.solve(inner, damping[np.ix_(light, heavy)] @ speeds[heavy])
-    moving = heavy[kept]
+    moving = heavy[with_speed]
     force = -(stiffness @ positions + damping @ pull)[moving] / inertia[moving, None]
     brake = -(damping @ speeds)[moving] / inertia[moving, None]
     matrix: FloatArray = np.block([[rate @ pull, rate @ speeds], [force, brake]])
@@ -428,9 +430,9 @@ def corrected_pole(matrices: Matrices, guess: complex) -> tuple[complex, Complex
             break
     work, slope, rounding = work_terms(matrices, pole, shape)
     curvature = abs(shape**2 @ inertia)
-    rest = rounding + abs(work) + moved
-    linear = rest / abs(slope) if slope != 0.0 else np.inf
-    double = np.sqrt(rest / curvature) if curvature > 0.0 else np.inf
+    remainder = rounding + abs(work) + moved
+    linear = remainder / abs(slope) if slope != 0.0 else np.inf
+    double = np.sqrt(remainder / curvature) if curvature > 0.0 else np.inf
     # two nearly equal poles: the error cannot grow beyond that of a double one
     return pole, shape, float(min(linear, 2.0 * double))
 
@@ -486,14 +488,14 @@ def equivalent_modes(line: Line, modes: Modes) -> DampedModes:
         if frequency == 0.0:
             continue
         dashed = equivalent_line(line, frequency)
-        ways = (_followed(dashed, frequency, shapes[place], steps) for steps in _STEPS)
-        found = next((one for one in ways if one is not None), None)
-        if found is None:
+        attempts = (_followed(dashed, frequency, shapes[place], steps) for steps in _STEPS)
+        tracked = next((one for one in attempts if one is not None), None)
+        if tracked is None:
             raise NumericalFailure(
                 f"loss factors as dashpots at {frequency:.6g} rad/s: the mode there is damped so "
                 "strongly that its pole cannot be followed"
             )
-        poles[place], shapes[place], errors[place] = found
+        poles[place], shapes[place], errors[place] = tracked
     size = np.abs(poles)
     ratio = np.divide(-poles.real, size, out=np.zeros_like(size), where=size > 0.0)
     return DampedModes(poles, size, ratio, shapes, errors)
@@ -511,12 +513,12 @@ def _followed(
             damping=share * line.damping, absolute_damping=share * line.absolute_damping
         )
         matrices, _ = line_matrices(partly)
-        found, kept, error = corrected_pole(matrices, pole + step)
-        turned = matrices.full @ kept
-        lost = found.imag <= 0.0 or error > 1e-4 * abs(found)
+        corrected, vector, error = corrected_pole(matrices, pole + step)
+        turned = matrices.full @ vector
+        lost = corrected.imag <= 0.0 or error > 1e-4 * abs(corrected)
         if lost or _alike(line, shape, turned) < _ALIKE:
             return None
-        pole, step, shape = found, found - pole, turned
+        pole, step, shape = corrected, corrected - pole, turned
     return pole, shape / shape[np.argmax(np.abs(shape))], error
 
 
@@ -532,7 +534,7 @@ def _alike(line: Line, one: ComplexArray, other: ComplexArray) -> float:
 # ----------------------------------------------------------------------------
 
 
-class Poles(NamedTuple):
+class LinePoles(NamedTuple):
     """Poles (r,) in rad/s with vectors (r, n) and `scale` (r,) = x^T (2 s J + C) x.
 
     `order` (r,) is the place of the order of the excitation that they are met by.
@@ -546,11 +548,11 @@ class Poles(NamedTuple):
 
 def poles_at_orders(
     pole: ComplexArray, shape: ComplexArray, scale: ComplexArray, count: int
-) -> Poles:
+) -> LinePoles:
     """The same poles (r,) at each of so many orders."""
     each = np.tile(np.arange(len(pole)), count)
     order = np.repeat(np.arange(count), len(pole))
-    return Poles(pole[each], shape[each], scale[each], order)
+    return LinePoles(pole[each], shape[each], scale[each], order)
 
 
 def all_poles(line: Line, unit: float) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
@@ -565,7 +567,7 @@ def all_poles(line: Line, unit: float) -> tuple[ComplexArray, ComplexArray, Comp
 
 def all_poles_by_order(
     line: Line, speed_stiffness: FloatArray, order: FloatArray, unit: float
-) -> Poles:
+) -> LinePoles:
     """The same at each order (m,) of a line whose stiffness grows with the square of the speed.
 
     By `speed_stiffness` (e,) in N m/rad per (rad/s)^2; at a pole s of an order the speed is
@@ -579,7 +581,7 @@ def all_poles_by_order(
     counts = [len(one[0]) for one in sets]
     pole, shape, scale = (np.concatenate(part) for part in zip(*sets, strict=True))
     scale = np.asarray(scale, dtype=np.complex128)
-    return Poles(pole, shape, scale, np.repeat(np.arange(len(order)), counts))
+    return LinePoles(pole, shape, scale, np.repeat(np.arange(len(order)), counts))
 
 
 def _all_poles(

@@ -112,8 +112,8 @@ def plan_of(line: Line, root: int) -> Plan | None:
         each = parts(values)
         return [value(sum((each[e] for e in one), 0.0)) for one in tree.elements]
 
-    own = (line.inertia, line.ground_stiffness, line.absolute_damping)
-    stations = [[value(part) for part in parts(one)] for one in own]
+    of_stations = (line.inertia, line.ground_stiffness, line.absolute_damping)
+    stations = [[value(part) for part in parts(one)] for one in of_stations]
     between = [
         branches(one) for one in (line.stiffness, line.stiffness * line.loss_factor, line.damping)
     ]
@@ -141,7 +141,7 @@ class Branches:
         self.highest = float(np.max(frequency, initial=0.0))
         self.space = np.empty(len(frequency), dtype=np.complex128)
         self.last: tuple[float, ...] = ()
-        self.kept: Element = (self.space, 0.0, 0.0)
+        self.stored: Element = (self.space, 0.0, 0.0)
 
     def element(self, i: int) -> Element:
         plan = self.plan
@@ -158,8 +158,8 @@ class Branches:
             return self._varied(stiffness, loss, damping)
         if (stiffness, loss, damping) != self.last:
             self.last = (stiffness, loss, damping)
-            self.kept = self._constant(stiffness, loss, damping)
-        return self.kept
+            self.stored = self._constant(stiffness, loss, damping)
+        return self.stored
 
     def _constant(self, stiffness: float, loss: float, damping: float) -> Element:
         imaginary = abs(loss) + self.highest * damping
@@ -195,9 +195,9 @@ class Stations:
     def __init__(self, plan: Plan, frequency: FloatArray, negative: ComplexArray):
         self.plan, self.frequency, self.negative = plan, frequency, negative
         self.last: tuple[float, ...] = ()
-        self.kept = negative
+        self.stored = negative
 
-    def own(self, i: int) -> ComplexArray:
+    def dynamic_stiffness(self, i: int) -> ComplexArray:
         """(f,), `negative` being -w^2."""
         inertia, stiffness, damping = (
             0.0 if one is None else one
@@ -211,11 +211,11 @@ class Stations:
             or isinstance(damping, np.ndarray)
         ):
             self.last = ()
-            self.kept = self._formed(inertia, stiffness, damping)
+            self.stored = self._formed(inertia, stiffness, damping)
         elif (inertia, stiffness, damping) != self.last:
             self.last = (inertia, stiffness, damping)
-            self.kept = self._formed(inertia, stiffness, damping)
-        return self.kept
+            self.stored = self._formed(inertia, stiffness, damping)
+        return self.stored
 
     def _formed(
         self,
@@ -223,12 +223,12 @@ class Stations:
         stiffness: float | FloatArray,
         damping: float | FloatArray,
     ) -> ComplexArray:
-        own = np.asarray(self.negative * inertia)
+        dynamic_stiffness = np.asarray(self.negative * inertia)
         if np.any(stiffness):
-            own.real += stiffness
+            dynamic_stiffness.real += stiffness
         if np.any(damping):
-            np.multiply(self.frequency, damping, out=own.imag)
-        return own
+            np.multiply(self.frequency, damping, out=dynamic_stiffness.imag)
+        return dynamic_stiffness
 
 
 # ----------------------------------------------------------------------------
@@ -258,7 +258,7 @@ class Check:
         self.unit = ROUNDINGS + 0.5 * EPSILON * max(self.children)
         self.waiting = list(self.children)
         self.last: tuple[object, ...] | None = None
-        self.kept = square
+        self.stored = square
         self.stiffness: list[FloatArray | None] = [None] * n
         self.torque: list[FloatArray | None] = [None] * n
         self.share: list[FloatArray] = [square] * n
@@ -268,7 +268,7 @@ class Check:
         self.error: FloatArray = np.zeros(())
         self.largest: FloatArray = np.zeros(())
 
-    def _own(self, i: int) -> FloatArray:
+    def _uncertainty_of(self, i: int) -> FloatArray:
         """Uncertainty of a station's dynamic stiffness: products, and one addition for each branch.
 
         That of the last station is kept for neighbours that are alike; not to be written into.
@@ -282,12 +282,12 @@ class Check:
         if same is None or same != self.last:
             roundings = (2.0 + 0.5 * branches) * EPSILON / self.unit
             self.last = same
-            self.kept = self.square * (0.0 if inertia is None else roundings * inertia)
+            self.stored = self.square * (0.0 if inertia is None else roundings * inertia)
             if stiffness is not None:
-                self.kept += roundings * np.abs(stiffness)
+                self.stored += roundings * np.abs(stiffness)
             if damping is not None:
-                self.kept += self.frequency * (roundings * damping)
-        return self.kept
+                self.stored += self.frequency * (roundings * damping)
+        return self.stored
 
     def down(
         self, i: int, p: int, r: FloatArray, element: float | FloatArray, passed: ComplexArray,
@@ -300,15 +300,17 @@ class Check:
         gathered = self.stiffness[i]
         self.stiffness[i] = None
         self.turn[i] = t = np.multiply(r, element, out=self.room[0, i])
-        uncertainty = np.multiply(self._own(i) if gathered is None else gathered, r, out=gathered)
+        uncertainty = np.multiply(
+            self._uncertainty_of(i) if gathered is None else gathered, r, out=gathered
+        )
         self.share[i] = share = np.add(uncertainty, 1.0, out=self.room[1, i])
         if alone is not None:
-            size, own = np.abs(alone), self.torque[i]
+            size, dynamic_stiffness = np.abs(alone), self.torque[i]
             carried = share * size
-            if own is not None:
-                own *= r
-                carried += own
-                size += own
+            if dynamic_stiffness is not None:
+                dynamic_stiffness *= r
+                carried += dynamic_stiffness
+                size += dynamic_stiffness
             carried *= element
             above = self.torque[p]
             self.torque[p] = carried if above is None else np.add(above, carried, out=carried)
@@ -317,18 +319,18 @@ class Check:
         uncertainty *= element
         uncertainty += np.abs(passed)
         above = self.stiffness[p]
-        uncertainty += self._own(p) if above is None else above
+        uncertainty += self._uncertainty_of(p) if above is None else above
         self.stiffness[p] = uncertainty
 
     def root(self, i: int, x: ComplexArray, r: ComplexArray, load: ComplexArray | None) -> None:
         """Of the angle of a root with the compliance r."""
-        size, own, uncertainty = np.abs(x), self.torque[i], self.stiffness[i]
+        size, dynamic_stiffness, uncertainty = np.abs(x), self.torque[i], self.stiffness[i]
         bend = np.abs(r)
-        wrong = bend * (self._own(i) if uncertainty is None else uncertainty)
+        wrong = bend * (self._uncertainty_of(i) if uncertainty is None else uncertainty)
         wrong = size * (wrong + 1.0)
         if load is not None:
             rounded = np.abs(load)
-            wrong += bend * (rounded if own is None else rounded + own)
+            wrong += bend * (rounded if dynamic_stiffness is None else rounded + dynamic_stiffness)
         self._keep(i, size, wrong)
 
     def up(self, i: int, p: int, x: ComplexArray) -> None:
@@ -371,7 +373,7 @@ GROWTH = 1e4
 LARGE_PAGES = 1 << 19
 
 
-class Solution(NamedTuple):
+class LineSolution(NamedTuple):
     """Angles (n, r, f) and, where asked for, their absolute error (r, f).
 
     `growth` (f,) is set where no error was asked for: elimination lost four digits or more there.
@@ -400,9 +402,9 @@ def room_for(plan: Plan, count: int, estimate: bool) -> Room:
     n, width = len(plan.inertia), 2 if plan.damped else 1
     entries, checks = width * n * count, 2 * n * count if estimate else 0
     whole = entries + checks
-    piece = np.empty(max(whole, LARGE_PAGES) if whole > LARGE_PAGES // 4 else whole)
-    turn: ComplexArray = piece[:entries].view(np.complex128 if plan.damped else np.float64)
-    check = piece[entries:whole].reshape(2, n, count if estimate else 0)
+    memory = np.empty(max(whole, LARGE_PAGES) if whole > LARGE_PAGES // 4 else whole)
+    turn: ComplexArray = memory[:entries].view(np.complex128 if plan.damped else np.float64)
+    check = memory[entries:whole].reshape(2, n, count if estimate else 0)
     return Room(turn.reshape(n, count), check)
 
 
@@ -413,7 +415,7 @@ def eliminate(
     estimate: bool,
     angle: ComplexArray,
     room: Room | None = None,
-) -> Solution:
+) -> LineSolution:
     """Angles at frequencies (f,), written into `angle` (n, r, f); `room` is memory used again.
 
     `torque` has for each station an array that broadcasts to (r, f), or None where there is none;
@@ -438,23 +440,23 @@ def eliminate(
     branches, stations = Branches(plan, frequency), Stations(plan, frequency, negative)
     for i in tree.order:
         p, attached, load = tree.parent[i], ground[i], torque[i]
-        own = stations.own(i) if attached is None else attached
+        dynamic_stiffness = stations.dynamic_stiffness(i) if attached is None else attached
         if p < 0:
-            compliance[i], free = _root(own)
+            compliance[i], free = _root(dynamic_stiffness)
             if load is not None and np.any(free):
                 lost |= free & ~_balanced(load, acting)
             if i in meeting:
                 growth |= ~(meeting[i] * np.abs(compliance[i]) <= GROWTH)
             continue
         element, bound, largest = branches.element(i)
-        whole = np.add(own, element, out=turn[i])
+        whole = np.add(dynamic_stiffness, element, out=turn[i])
         np.divide(1.0, whole, out=whole)
         size = np.abs(whole)
         if load is not None:
             # what the torque does by itself waits where the angle will be
             np.multiply(whole, load, out=angle[i])
         t = np.multiply(whole, element, out=whole)
-        passed = np.multiply(own, t, out=attached)
+        passed = np.multiply(dynamic_stiffness, t, out=attached)
         if not estimate and tree.parent[p] < 0:
             # what cancels at a root is a resonance of the whole line
             meeting[p] = np.maximum(meeting.get(p, 0.0), np.abs(passed))
@@ -463,7 +465,9 @@ def eliminate(
         if check is not None:
             check.down(i, p, size, bound, passed, None if load is None else angle[i])
         above = ground[p]
-        ground[p] = np.add(passed, stations.own(p) if above is None else above, out=passed)
+        ground[p] = np.add(
+            passed, stations.dynamic_stiffness(p) if above is None else above, out=passed
+        )
         ground[i] = None
         if load is not None:
             moved, acted = np.multiply(element, angle[i]), torque[p]
@@ -489,19 +493,21 @@ def eliminate(
                 check.up(i, p, out)
     if check is None:
         nothing = np.zeros((0, 0))
-        return Solution(angle, nothing, growth | lost, nothing)
+        return LineSolution(angle, nothing, growth | lost, nothing)
     error = np.broadcast_to(check.error, angle.shape[1:]) * check.unit
     if lost.any():
         error[:, lost] = np.inf
     if not np.isfinite(np.max(error, initial=0.0)):
         error[np.isnan(error)] = np.inf
-    return Solution(angle, error, growth, np.broadcast_to(check.largest, error.shape))
+    return LineSolution(angle, error, growth, np.broadcast_to(check.largest, error.shape))
 
 
-def _root(own: ComplexArray) -> tuple[ComplexArray, BoolArray]:
+def _root(dynamic_stiffness: ComplexArray) -> tuple[ComplexArray, BoolArray]:
     """Compliance of a root, 0 where it is free, and where that is."""
-    free: BoolArray = own == 0.0
-    return np.divide(1.0, np.where(free, np.inf, own) if free.any() else own), free
+    free: BoolArray = dynamic_stiffness == 0.0
+    return np.divide(
+        1.0, np.where(free, np.inf, dynamic_stiffness) if free.any() else dynamic_stiffness
+    ), free
 
 
 def _balanced(load: ComplexArray, acting: list[ComplexArray | None]) -> BoolArray:
@@ -540,7 +546,7 @@ def dense_solution(
     torque: list[ComplexArray | None],
     part: slice,
     angle: ComplexArray,
-) -> Solution:
+) -> LineSolution:
     """As `eliminate`, by inverting the dynamic stiffness; one step of refinement.
 
     The error is |inverse| (|residual| + round-off of data and residual), row by row. Frequencies
@@ -561,22 +567,22 @@ def dense_solution(
     scaled = matrix / (scale[:, :, None] * scale[:, None, :])
     inverse, singular = _inverse(scaled)
     right = load / scale[..., None]
-    found = inverse @ right
-    found += inverse @ (right - scaled @ found)
+    solution = inverse @ right
+    solution += inverse @ (right - scaled @ solution)
     size, right_size = np.abs(scaled), np.abs(right)
     if np.any(frequency == 0.0):
-        _held(line, frequency, scaled, right, inverse, found, singular)
-    residual = np.abs(right - scaled @ found)
+        _held(line, frequency, scaled, right, inverse, solution, singular)
+    residual = np.abs(right - scaled @ solution)
     data = _data_size(taken, frequency) / (scale[:, :, None] * scale[:, None, :])
-    uncertainty = residual + DENSE_ROUNDINGS * ((size + data) @ np.abs(found) + right_size)
+    uncertainty = residual + DENSE_ROUNDINGS * ((size + data) @ np.abs(solution) + right_size)
     error = np.abs(inverse) @ uncertainty / scale[..., None]
-    angle[...] = (found / scale[..., None]).transpose(1, 2, 0)
+    angle[...] = (solution / scale[..., None]).transpose(1, 2, 0)
     angle[:, :, singular] = 0.0
     largest = np.max(np.abs(angle), axis=0)
     worst = np.max(error, axis=1).T + 2.0 * EPSILON * largest
     worst[:, singular] = np.inf
     worst[~np.isfinite(worst)] = np.inf
-    return Solution(angle, worst, np.zeros(count, dtype=bool), largest)
+    return LineSolution(angle, worst, np.zeros(count, dtype=bool), largest)
 
 
 def _data_size(line: Line, frequency: FloatArray) -> FloatArray:
@@ -613,7 +619,7 @@ def _held(
     matrix: ComplexArray,
     right: ComplexArray,
     inverse: ComplexArray,
-    found: ComplexArray,
+    solution: ComplexArray,
     singular: BoolArray,
 ) -> None:
     """At rest: the least twist that meets balanced torques, where a piece is free to turn."""
@@ -621,7 +627,7 @@ def _held(
         return
     for i in np.flatnonzero(frequency == 0.0).tolist():
         inverse[i] = np.linalg.pinv(matrix[i], rcond=1e-12, hermitian=False)
-        found[i] = inverse[i] @ right[i]
-        left = np.abs(right[i] - matrix[i] @ found[i])
-        size = np.abs(matrix[i]) @ np.abs(found[i]) + np.abs(right[i])
+        solution[i] = inverse[i] @ right[i]
+        left = np.abs(right[i] - matrix[i] @ solution[i])
+        size = np.abs(matrix[i]) @ np.abs(solution[i]) + np.abs(right[i])
         singular[i] = bool(np.any(left > 1e-10 * np.max(size)))

@@ -18,7 +18,7 @@ from vibecalc.numerics.rounding import (
     IntArray,
 )
 from vibecalc.torsion.elimination import (
-    Solution,
+    LineSolution,
     dense_solution,
     eliminate,
     mapped,
@@ -35,10 +35,10 @@ BLOCK = 1 << 19
 LONGEST = 8192
 
 #: places along each axis at which the size of a torque is examined
-LOOKS = 16
+SAMPLES = 16
 
 
-class Forced(NamedTuple):
+class ForcedResponse(NamedTuple):
     """Angles (..., n) in rad, complex, 0-to-peak, and their absolute error (...), over stations.
 
     The error bounds the round-off for the line, frequency and torques as given. It is empty (size
@@ -49,8 +49,8 @@ class Forced(NamedTuple):
     error: FloatArray
 
 
-class Masked(NamedTuple):
-    """As `Forced`, with `masked` (...) where there is no response; angle 0, error infinite."""
+class MaskedResponse(NamedTuple):
+    """As `ForcedResponse`; `masked` (...) where there is none: angle 0, error infinite."""
 
     angle: ComplexArray
     error: FloatArray
@@ -64,7 +64,7 @@ def forced(
     *,
     stations: Sequence[int] | None = None,
     estimate: bool = True,
-) -> Forced:
+) -> ForcedResponse:
     """Steady angles of all stations.
 
     Parameters
@@ -89,10 +89,10 @@ def forced(
         torques on a free line that do not balance. Balanced ones leave a twist; the angles then
         have a mean of zero, weighted with inertia (the limit of low frequency).
     """
-    found = forced_masked(line, frequency, torque, stations=stations, estimate=estimate)
-    if np.any(found.masked):
-        w = np.broadcast_to(np.asarray(frequency, dtype=float), found.masked.shape)
-        first = float(w[found.masked][0])
+    masked = forced_masked(line, frequency, torque, stations=stations, estimate=estimate)
+    if np.any(masked.masked):
+        w = np.broadcast_to(np.asarray(frequency, dtype=float), masked.masked.shape)
+        first = float(w[masked.masked][0])
         why = (
             "the torques on a line that is free to turn do not balance"
             if first == 0.0
@@ -101,7 +101,7 @@ def forced(
         raise NumericalFailure(
             f"forced torsional response: no steady response at {first:.12g} rad/s: {why}"
         )
-    return Forced(found.angle, found.error)
+    return ForcedResponse(masked.angle, masked.error)
 
 
 def forced_masked(
@@ -112,7 +112,7 @@ def forced_masked(
     stations: Sequence[int] | None = None,
     estimate: bool = True,
     dense: bool = False,
-) -> Masked:
+) -> MaskedResponse:
     """As `forced` for a range of frequencies: what is singular is masked instead of refused.
 
     `dense` asks for a full solve with pivoting at each frequency, also where elimination would do.
@@ -180,19 +180,19 @@ def forced_masked(
     whole = (*several, *shape)
     reported = np.reshape(error, whole) if estimate else np.zeros(0)
     by_station = np.moveaxis(angle.reshape(n, *whole), 0, -1)
-    return Masked(by_station, reported, masked.reshape(whole))
+    return MaskedResponse(by_station, reported, masked.reshape(whole))
 
 
 def _without_turning(line: Line, angle: ComplexArray, part: slice, still: IntArray) -> ComplexArray:
-    """Angles (n, r, f) at rest, less the mean of each piece that nothing holds."""
+    """Angles (n, r, f) at rest, less the mean of each part that nothing holds."""
     n = line.inertia.shape[-1]
-    piece = np.arange(n)
+    group = np.arange(n)
     for _ in range(n):
         for e, (a, b) in enumerate(zip(line.first, line.second, strict=True)):
             if np.any(line.stiffness[..., e]) or np.any(line.damping[..., e]):
-                piece[[a, b]] = min(piece[a], piece[b])
-    for one in set(piece.tolist()):
-        inside = np.flatnonzero(piece == one)
+                group[[a, b]] = min(group[a], group[b])
+    for one in set(group.tolist()):
+        inside = np.flatnonzero(group == one)
         inertia = line.inertia[..., inside]
         if inertia.ndim > 1:
             inertia = inertia[part][still]
@@ -225,15 +225,17 @@ def _flat_loads(
     else:
         whole = np.broadcast_to(load, (*several, *shape, count))
     flat = np.moveaxis(whole, -1, 0).reshape(count, copies, -1)
-    _, across, along = (1 + size // LOOKS for size in flat.shape)
+    _, across, along = (1 + size // SAMPLES for size in flat.shape)
     return flat, np.max(np.abs(flat[:, ::across, ::along]), axis=(1, 2), initial=0.0)
 
 
 # ----------------------------------------------------------------------------
-# Frequencies at which elimination along a tree loses digits, solved again in other ways.
+# Frequencies at which elimination along a tree loses digits, solved again by other methods.
 # ----------------------------------------------------------------------------
 
-Way: TypeAlias = Callable[[Line, FloatArray, list[ComplexArray | None], ComplexArray], Solution]
+Method: TypeAlias = Callable[
+    [Line, FloatArray, list[ComplexArray | None], ComplexArray], LineSolution
+]
 
 #: with a relative error above this a frequency is solved again
 UNCERTAIN = 1e-9
@@ -259,17 +261,17 @@ def corrected(
 
     `angle` (n, r, bad) is what elimination towards the root found, `error` its error if it
     is `known`, infinite otherwise. They are solved from other roots, torque by torque, and dense.
-    Of all ways the one with the smallest error is kept: near a true resonance none helps.
+    Of all methods the one with the smallest error counts: near a true resonance none helps.
     """
     n, copies = angle.shape[:2]
     roots = [one for one in (root, 0, n // 2, n - 1) if not known or one != root]
-    ways: list[Way] = [partial(_from_root, root=one) for one in dict.fromkeys(roots)]
+    from_roots: list[Method] = [partial(_from_root, root=one) for one in dict.fromkeys(roots)]
     largest = np.max(np.abs(angle), axis=0)
     left: IntArray = np.arange(len(bad))
     # a handful of small dense solves takes less time than any elimination
     few = n * n * copies * len(bad) <= FEW
-    for way in [_dense, *ways, _superposed] if few else [*ways, _superposed, _dense]:
-        size = max(1, ENTRIES // ((4 * n * n if way is _dense else n) * copies))
+    for method in [_dense, *from_roots, _superposed] if few else [*from_roots, _superposed, _dense]:
+        size = max(1, ENTRIES // ((4 * n * n if method is _dense else n) * copies))
         for start in range(0, len(left), size):
             part = left[start : start + size]
             rows = bad[part]
@@ -278,17 +280,17 @@ def corrected(
             ]
             chosen = mapped(line, partial(_rows, rows=rows))
             with np.errstate(all="ignore"):
-                again = way(
+                again = method(
                     chosen,
                     frequency[rows],
                     loads,
                     np.empty((n, copies, len(rows)), dtype=np.complex128),
                 )
             better = again.error < error[:, part]
-            found, least = angle[..., part], error[:, part]
-            found[:, better], least[better] = again.angle[:, better], again.error[better]
-            angle[..., part], error[:, part] = found, least
-            largest[:, part] = np.max(np.abs(found), axis=0)
+            best_angle, least = angle[..., part], error[:, part]
+            best_angle[:, better], least[better] = again.angle[:, better], again.error[better]
+            angle[..., part], error[:, part] = best_angle, least
+            largest[:, part] = np.max(np.abs(best_angle), axis=0)
         left = left[np.any(~(error[:, left] <= UNCERTAIN * largest[:, left]), axis=0)]
         if len(left) == 0:
             break
@@ -301,7 +303,7 @@ def _rows(values: FloatArray, rows: IntArray) -> FloatArray:
 
 def _dense(
     line: Line, frequency: FloatArray, torque: list[ComplexArray | None], angle: ComplexArray
-) -> Solution:
+) -> LineSolution:
     return dense_solution(line, frequency, torque, slice(0, len(frequency)), angle)
 
 
@@ -311,7 +313,7 @@ def _from_root(
     torque: list[ComplexArray | None],
     angle: ComplexArray,
     root: int,
-) -> Solution:
+) -> LineSolution:
     plan = plan_of(line, root)
     if plan is None:
         return _dense(line, frequency, torque, angle)
@@ -320,7 +322,7 @@ def _from_root(
 
 def _superposed(
     line: Line, frequency: FloatArray, torque: list[ComplexArray | None], angle: ComplexArray
-) -> Solution:
+) -> LineSolution:
     """Each station's torque alone, with that station as the root, and their sum.
 
     Where the torques act on a resonant sub-line, what they do inside it cancels against what it
@@ -335,7 +337,7 @@ def _superposed(
             part = _from_root(line, frequency, alone, np.empty_like(angle), root=i)
             angle += part.angle
             error += part.error + EPSILON * np.max(np.abs(angle), axis=0)
-    return Solution(
+    return LineSolution(
         angle, error, np.zeros(len(frequency), dtype=bool), np.max(np.abs(angle), axis=0)
     )
 
@@ -364,18 +366,18 @@ def modal_damping(line: Line, shape: ArrayLike) -> ModalDamping:
     """Damping of a line seen from modes of shape (m, n)."""
     modes = np.asarray(shape, dtype=float)
     loss = network_matrix(line, line.stiffness * line.loss_factor, np.zeros_like(line.inertia))
-    found, coupling = [], 0.0
+    ratios, coupling = [], 0.0
     for matrix in (damping_matrix(line), loss):
         between = modes @ matrix @ modes.T
-        own = np.diagonal(between).copy()
-        rest = np.abs(between - np.diag(own))
+        diagonal = np.diagonal(between).copy()
+        coupled = np.abs(between - np.diag(diagonal))
         # round-off of the triple product, in what is added up
-        rest -= 8.0 * EPSILON * (np.abs(modes) @ np.abs(matrix) @ np.abs(modes).T)
-        scale = np.sqrt(np.outer(np.abs(own), np.abs(own)))
-        share = np.where(scale > 0.0, rest / np.where(scale > 0.0, scale, 1.0), 0.0)
+        coupled -= 8.0 * EPSILON * (np.abs(modes) @ np.abs(matrix) @ np.abs(modes).T)
+        scale = np.sqrt(np.outer(np.abs(diagonal), np.abs(diagonal)))
+        share = np.where(scale > 0.0, coupled / np.where(scale > 0.0, scale, 1.0), 0.0)
         coupling = max(coupling, float(np.max(share, initial=0.0)))
-        found.append(own)
-    return ModalDamping(found[0], found[1], coupling)
+        ratios.append(diagonal)
+    return ModalDamping(ratios[0], ratios[1], coupling)
 
 
 def forced_modal(
@@ -386,7 +388,7 @@ def forced_modal(
     frequency: ArrayLike,
     torque: ArrayLike,
     frequency_error: ArrayLike = 0.0,
-) -> Forced:
+) -> ForcedResponse:
     """As `forced`, as a sum over all undamped modes (m,), shapes (m, n), of one line.
 
     The error counts the round-off of the sum and `frequency_error` (m,) of the modes, not errors
@@ -434,7 +436,7 @@ def forced_modal(
         stiffness
     ) + 8.0 * EPSILON * np.abs(part)
     error = np.max(np.where(weak, 0.0, slack) @ np.abs(modes), axis=-1)
-    return Forced(angle, error)
+    return ForcedResponse(angle, error)
 
 
 # ----------------------------------------------------------------------------
@@ -471,7 +473,7 @@ def modal_line(
 
 def ratio_response(
     modal: ModalLine, frequency: FloatArray, torque: ComplexArray, freedom: IntArray
-) -> Masked:
+) -> MaskedResponse:
     """Angles (..., n) for torques (..., k) on k freedoms at frequencies (...) in rad/s.
 
     A frequency on a mode that is driven and not damped, to within four digits, is masked. The
@@ -479,10 +481,12 @@ def ratio_response(
     """
     modes, w = modal.modes, np.asarray(frequency)[..., None]
     natural, inertia = modes.frequency, modes.modal_inertia
-    own = modes.shape[:, freedom]
-    drive = torque @ own.T
+    at_freedom = modes.shape[:, freedom]
+    drive = torque @ at_freedom.T
     size = np.abs(torque).sum(axis=-1, keepdims=True)
-    drive_uncertainty = size * (8.0 * EPSILON * np.max(np.abs(own), axis=1) + modes.shape_error)
+    drive_uncertainty = size * (
+        8.0 * EPSILON * np.max(np.abs(at_freedom), axis=1) + modes.shape_error
+    )
     stiffness = inertia * (natural - w) * (natural + w) + 1j * (w * modal.dashpot + modal.loss)
     uncertainty = 8.0 * EPSILON * np.abs(stiffness)
     uncertainty = uncertainty + 2.0 * inertia * (natural * modes.frequency_error + EPSILON * w**2)
@@ -496,4 +500,4 @@ def ratio_response(
     slack = slack + np.abs(part) * (8.0 * EPSILON + modes.shape_error)
     error = np.sum(np.where(weak, 0.0, slack), axis=-1)
     angle[masked] = 0.0
-    return Masked(angle, np.where(masked, np.inf, error), masked)
+    return MaskedResponse(angle, np.where(masked, np.inf, error), masked)

@@ -277,9 +277,11 @@ def throw_flexibility(throw: Throw, formula: str = "carter") -> WithError:
     pin = rule.pin_length * l_c + rule.pin_by_web * h + rule.pin_by_diameter * d_c
     web = rule.web * free / (h * b**3)
     value = journal / _hollow(d_j, b_j) + pin / _hollow(d_c, b_c) + web
-    found = closed_form(value, 20.0)
+    flexibility = closed_form(value, 20.0)
     # what the crank radius less the diameters loses in its difference
-    return found._replace(error=found.error + closed_form(4.0 * web * r / free, 1.0).error)
+    return flexibility._replace(
+        error=flexibility.error + closed_form(4.0 * web * r / free, 1.0).error
+    )
 
 
 def throw_stiffness(throw: Throw, shear_modulus: FloatArray, formula: str = "carter") -> WithError:
@@ -308,20 +310,20 @@ def stiffness_spread(
     throw: Throw, shear_modulus: FloatArray, formulas: tuple[str, ...] = tuple(THROW_FORMULAS)
 ) -> StiffnessSpread:
     """All named formulas side by side; those that do not apply are listed in `left_out`."""
-    found: dict[str, WithError] = {}
+    estimates: dict[str, WithError] = {}
     left: list[str] = []
     for name in formulas:
         try:
-            found[name] = throw_stiffness(throw, shear_modulus, name)
+            estimates[name] = throw_stiffness(throw, shear_modulus, name)
         except NumericalFailure:
             left.append(name)
-    if not found:
+    if not estimates:
         raise NumericalFailure("none of the formulas applies to this throw")
-    stiffness = np.stack([one.value for one in found.values()])
+    stiffness = np.stack([one.value for one in estimates.values()])
     low, high = stiffness.min(axis=0), stiffness.max(axis=0)
-    error = np.stack([one.error for one in found.values()])
+    error = np.stack([one.error for one in estimates.values()])
     return StiffnessSpread(
-        tuple(found), stiffness, error, np.asarray((high - low) / (high + low)), tuple(left)
+        tuple(estimates), stiffness, error, np.asarray((high - low) / (high + low)), tuple(left)
     )
 
 

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.damped_modes import LineModes
-from vibecalc.torsion.line import Line, network_matrix, pieces, stiffness_matrix, walk
+from vibecalc.torsion.line import Line, connected_parts, network_matrix, stiffness_matrix, walk
 from vibecalc.torsion.modes import Modes
 
 # ----------------------------------------------------------------------------
@@ -51,18 +51,18 @@ class HolzerTable(NamedTuple):
 
 
 def holzer_rows(line: Line) -> HolzerRows:
-    """Rows of the piece with most stations, from its end nearest to the first station.
+    """Rows of the part with most stations, from its end nearest to the first station.
 
     The main row leads to the end that is farthest from it. Parallel shafts count as one. Raises
-    `NumericalFailure` for closed loops and for a piece without any inertia.
+    `NumericalFailure` for closed loops and for a part without any inertia.
     """
-    piece = max(pieces(line), key=lambda one: len(one.spring))
-    if not piece.is_tree:
+    part = max(connected_parts(line), key=lambda one: len(one.spring))
+    if not part.is_tree:
         raise NumericalFailure("a Holzer table is of a line without closed loops of shafts")
-    start = next(s for s, others in piece.spring.items() if len(others) < 2)
-    towards = walk(piece.spring, start)
+    start = next(s for s, others in part.spring.items() if len(others) < 2)
+    towards = walk(part.spring, start)
     end = list(towards)[-1]
-    parent = walk(piece.spring, end)
+    parent = walk(part.spring, end)
     children: dict[int, list[int]] = {station: [] for station in parent}
     size = dict.fromkeys(parent, 1)
     for station in reversed(parent):
@@ -83,7 +83,7 @@ def holzer_rows(line: Line) -> HolzerRows:
     return HolzerRows(
         np.array(order),
         np.array([place.get(parent[station], -1) for station in order]),
-        np.array([piece.spring[station][parent[station]] for station in order[:-1]]),
+        np.array([part.spring[station][parent[station]] for station in order[:-1]]),
     )
 
 
@@ -130,9 +130,9 @@ def holzer_table(line: Line, frequency: ArrayLike) -> HolzerTable:
                 total[..., i] += total[..., j]
                 error[..., i] += error[..., j]
                 branch[i] += branch[j]
-            own, to_ground = inertia_w2[..., i] * angle[..., i], ground[i] * angle[..., i]
-            total[..., i] += own - to_ground
-            size = np.abs(own) + np.abs(to_ground) + np.abs(total[..., i])
+            inertial, to_ground = inertia_w2[..., i] * angle[..., i], ground[i] * angle[..., i]
+            total[..., i] += inertial - to_ground
+            size = np.abs(inertial) + np.abs(to_ground) + np.abs(total[..., i])
             error[..., i] += rate[..., i] * angle_error[..., i]
             error[..., i] += (2.0 + len(above[i])) * EPSILON * size
             if i < count - 1:
@@ -140,9 +140,11 @@ def holzer_table(line: Line, frequency: ArrayLike) -> HolzerTable:
     if not np.all(np.isfinite(total)):
         raise NumericalFailure("the angles of the Holzer table leave the range of numbers")
     twist = total[..., :-1] / rows.stiffness
-    own = inertia_w2 * angle
+    inertial = inertia_w2 * angle
     last = total[..., -1]
-    return HolzerTable(rows, inertia, inertia_w2, angle, own, total, twist, last, error[..., -1])
+    return HolzerTable(
+        rows, inertia, inertia_w2, angle, inertial, total, twist, last, error[..., -1]
+    )
 
 
 # ----------------------------------------------------------------------------
@@ -192,12 +194,12 @@ def shape_uncertainty(line: Line, modes: Modes) -> ShapeUncertainty:
     answer = _answers(line, inert, shape)
     moved = np.zeros((len(modes.frequency), count + 1, 1 + 2 * count + len(first)))
     of_element = answer[..., first] - answer[..., second]
-    own = answer * (inert * shape)[:, None, :]
+    inertial = answer * (inert * shape)[:, None, :]
     element, ground = of_element * twist[:, None, :], answer * held[:, None, :]
-    left = own.sum(axis=-1) - element.sum(axis=-1) - ground.sum(axis=-1)
-    parts = np.concatenate([own, element, ground], axis=-1)
-    found = np.concatenate([CORRECTIONS * left[..., None], ROUNDINGS * EPSILON * parts], axis=-1)
-    moved[moving] = np.where(np.isfinite(found), found, np.inf)
+    left = inertial.sum(axis=-1) - element.sum(axis=-1) - ground.sum(axis=-1)
+    parts = np.concatenate([inertial, element, ground], axis=-1)
+    errors = np.concatenate([CORRECTIONS * left[..., None], ROUNDINGS * EPSILON * parts], axis=-1)
+    moved[moving] = np.where(np.isfinite(errors), errors, np.inf)
     return ShapeUncertainty(modes.shape_error, moved, counted)
 
 
@@ -216,13 +218,15 @@ def damped_shape_uncertainty(line: Line, modes: LineModes, stations: int) -> Sha
     shape, pole = modes.shape[moving], modes.pole[moving][:, None]
     dashpot = line.damping + line.loss_factor * line.stiffness / np.abs(pole)
     twist = shape[:, first] - shape[:, second]
-    own, braked = pole**2 * line.inertia, pole * line.absolute_damping
+    inertial, braked = pole**2 * line.inertia, pole * line.absolute_damping
     matrix = np.zeros((len(shape), count + 1, count + 1), dtype=np.complex128)
     element: ComplexArray = np.asarray(line.stiffness + pole * dashpot, dtype=np.complex128)
-    ground: ComplexArray = np.asarray(own + braked + line.ground_stiffness, dtype=np.complex128)
+    ground: ComplexArray = np.asarray(
+        inertial + braked + line.ground_stiffness, dtype=np.complex128
+    )
     dynamic = network_matrix(line, element, ground)
     place = np.arange(count)
-    scale = 1.0 / np.sqrt(np.abs(dynamic[:, place, place]) + np.abs(own) + 1e-300)
+    scale = 1.0 / np.sqrt(np.abs(dynamic[:, place, place]) + np.abs(inertial) + 1e-300)
     element = np.asarray(dashpot, dtype=np.complex128)
     ground = np.asarray(2.0 * pole * line.inertia + line.absolute_damping, dtype=np.complex128)
     slope = network_matrix(line, element, ground)
@@ -241,14 +245,14 @@ def damped_shape_uncertainty(line: Line, modes: LineModes, stations: int) -> Sha
     answer = answer * scale[:, None, :]
     of_element = answer[..., first] - answer[..., second]
     torques = (
-        (answer, own * shape), (of_element, line.stiffness * twist),
+        (answer, inertial * shape), (of_element, line.stiffness * twist),
         (of_element, pole * dashpot * twist), (answer, line.ground_stiffness * shape),
         (answer, braked * shape),
     )  # fmt: skip
     parts = np.concatenate([moves * torque[:, None, :] for moves, torque in torques], axis=-1)
     left = CORRECTIONS * parts.sum(axis=-1, keepdims=True)
-    found = np.concatenate([left, ROUNDINGS * EPSILON * parts], axis=-1)
-    moved[moving] = np.where(np.isfinite(found), found, np.inf)
+    errors = np.concatenate([left, ROUNDINGS * EPSILON * parts], axis=-1)
+    moved[moving] = np.where(np.isfinite(errors), errors, np.inf)
     return ShapeUncertainty(modes.shape_error, moved, counted)
 
 
@@ -274,9 +278,9 @@ def angle_uncertainty(uncertainty: ShapeUncertainty) -> FloatArray:
 
 def spread(moved: FloatArray | ComplexArray) -> FloatArray:
     """Size of moves (..., p): the first in full, the others as what has no common sign."""
-    rest = np.sqrt(np.sum(np.square(np.abs(moved[..., 1:])), axis=-1))
-    found = np.abs(moved[..., 0]) + rest
-    return np.asarray(np.where(np.isfinite(found), found, np.inf))
+    rounding = np.sqrt(np.sum(np.square(np.abs(moved[..., 1:])), axis=-1))
+    total = np.abs(moved[..., 0]) + rounding
+    return np.asarray(np.where(np.isfinite(total), total, np.inf))
 
 
 def _answers(line: Line, inert: FloatArray, shape: FloatArray) -> FloatArray:
@@ -334,11 +338,11 @@ def measured(
         first = np.where(table.still[..., None], 0.0, moved[:, :1])
         moved = moved - angle[..., None] * first
         frequency = uncertainty.moved[:, -1:]
-        own = table.inertia_w2[..., None] * (moved + angle[..., None] * frequency)
+        inertial = table.inertia_w2[..., None] * (moved + angle[..., None] * frequency)
         torque = table.inertia_w2 * angle
-        own[:, place, 1 + freedom] += once * torque
+        inertial[:, place, 1 + freedom] += once * torque
         held = line.ground_stiffness[freedom] * angle
-        total = own - line.ground_stiffness[freedom][:, None] * moved
+        total = inertial - line.ground_stiffness[freedom][:, None] * moved
         total[:, place, 1 + count + len(line.first) + freedom] -= once * held
         size = torque - held
         for row, below in enumerate(rows.below[:-1].tolist()):
@@ -347,7 +351,7 @@ def measured(
         sums = np.abs(size)
         for row, below in enumerate(rows.below[:-1].tolist()):
             sums[:, below] += sums[:, row]
-        errors = spread(moved), spread(own), spread(total)
+        errors = spread(moved), spread(inertial), spread(total)
     rounding = np.abs(angle), np.abs(torque), sums
     moving = uncertainty.moving[:, None]
     return tuple(  # type: ignore[return-value]

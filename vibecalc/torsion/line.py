@@ -120,25 +120,29 @@ def without_freedom(line: Line, freedom: int, element: int) -> tuple[Line, IntAr
     With the places of the elements (e,) and of the freedoms (n,) that it still has.
     """
     n, e = line.inertia.size, line.stiffness.size
-    kept, between = np.flatnonzero(np.arange(n) != freedom), np.flatnonzero(np.arange(e) != element)
+    left_freedoms, between = (
+        np.flatnonzero(np.arange(n) != freedom),
+        np.flatnonzero(np.arange(e) != element),
+    )
     number = np.cumsum(np.arange(n) != freedom) - 1
     left = Line(
-        line.inertia[kept], line.absolute_damping[kept], line.ground_stiffness[kept],
-        number[line.first[between]], number[line.second[between]], line.stiffness[between],
-        line.damping[between], line.loss_factor[between],
+        line.inertia[left_freedoms], line.absolute_damping[left_freedoms],
+        line.ground_stiffness[left_freedoms], number[line.first[between]],
+        number[line.second[between]], line.stiffness[between], line.damping[between],
+        line.loss_factor[between],
     )  # fmt: skip
-    return left, between, kept
+    return left, between, left_freedoms
 
 
 # ----------------------------------------------------------------------------
-# The network of a shaft line: connected pieces, paths and trees, massless stations.
+# The network of a shaft line: connected parts, paths and trees, massless stations.
 #
 # Everything here is done on element values, never on an assembled matrix: sums, products and
 # quotients of positive numbers lose no digits, differences of a matrix do.
 # ----------------------------------------------------------------------------
 
 
-class Piece(NamedTuple):
+class LinePart(NamedTuple):
     """What hangs together: stations by their number in the line, springs (kg m^2, N m/rad).
 
     `spring[a][b]` = `spring[b][a]` is the stiffness between two stations, parallel elements
@@ -156,21 +160,21 @@ class Piece(NamedTuple):
 
     @property
     def is_free(self) -> bool:
-        """No spring to ground: the piece has a rigid mode."""
+        """No spring to ground: the part has a rigid mode."""
         return not any(self.ground.values())
 
 
-class Condensed(NamedTuple):
+class CondensedStation(NamedTuple):
     """A massless station taken out: its angle is the mean of `weight` by station of others."""
 
     station: int
     weight: dict[int, float]
 
 
-def pieces(line: Line) -> list[Piece]:
-    """The connected pieces of a line without leading axes, the one of station 0 first.
+def connected_parts(line: Line) -> list[LinePart]:
+    """The connected parts of a line without leading axes, the one of station 0 first.
 
-    Raises `NumericalFailure` for a piece that has no inertia at all: it has no modes.
+    Raises `NumericalFailure` for a part that has no inertia at all: it has no modes.
     """
     count = len(line.inertia)
     spring: dict[int, dict[int, float]] = {station: {} for station in range(count)}
@@ -180,20 +184,20 @@ def pieces(line: Line) -> list[Piece]:
         if k != 0.0 and a != b:
             spring[a][b] = spring[b][a] = spring[a].get(b, 0.0) + k
     inertia, ground = line.inertia.tolist(), line.ground_stiffness.tolist()
-    found, left = [], dict.fromkeys(range(count))
+    parts, left = [], dict.fromkeys(range(count))
     while left:
         reached = list(walk(spring, next(iter(left))))
         for station in reached:
             del left[station]
-        part = {station: spring[station] for station in reached}
-        piece = Piece(part, {s: inertia[s] for s in reached}, {s: ground[s] for s in reached})
-        if not any(piece.inertia.values()):
+        springs = {station: spring[station] for station in reached}
+        part = LinePart(springs, {s: inertia[s] for s in reached}, {s: ground[s] for s in reached})
+        if not any(part.inertia.values()):
             raise NumericalFailure(
                 f"the shaft line has a piece without any inertia, with station {reached[0] + 1}: "
                 "it has no modes"
             )
-        found.append(piece)
-    return found
+        parts.append(part)
+    return parts
 
 
 def walk(spring: dict[int, dict[int, float]], root: int) -> dict[int, int]:
@@ -208,22 +212,22 @@ def walk(spring: dict[int, dict[int, float]], root: int) -> dict[int, int]:
     return parent
 
 
-def path_order(piece: Piece) -> list[int] | None:
-    """Stations of a piece from one end to the other, None if it is no simple row."""
-    ends = [station for station, others in piece.spring.items() if len(others) < 2]
-    branched = any(len(others) > 2 for others in piece.spring.values())
-    return None if branched or not ends else list(walk(piece.spring, ends[0]))
+def path_order(part: LinePart) -> list[int] | None:
+    """Stations of a part from one end to the other, None if it is no simple row."""
+    ends = [station for station, others in part.spring.items() if len(others) < 2]
+    branched = any(len(others) > 2 for others in part.spring.values())
+    return None if branched or not ends else list(walk(part.spring, ends[0]))
 
 
-def condense(piece: Piece, most_springs: int) -> tuple[Piece, list[Condensed]]:
+def condense(part: LinePart, most_springs: int) -> tuple[LinePart, list[CondensedStation]]:
     """Take out massless stations that hold at most `most_springs` shafts; exact, in this order.
 
     Star to mesh: springs k_a to the neighbours and k_g to ground become springs k_a k_b / s
     between them and k_a k_g / s to ground, s the sum. All terms are positive.
     """
-    spring = {station: dict(others) for station, others in piece.spring.items()}
-    inertia, ground = dict(piece.inertia), dict(piece.ground)
-    taken: list[Condensed] = []
+    spring = {station: dict(others) for station, others in part.spring.items()}
+    inertia, ground = dict(part.inertia), dict(part.ground)
+    taken: list[CondensedStation] = []
     waiting = True
     while waiting:
         waiting = False
@@ -232,7 +236,7 @@ def condense(piece: Piece, most_springs: int) -> tuple[Piece, list[Condensed]]:
             if len(others) > most_springs:
                 continue
             total = sum(others.values()) + ground[station]
-            taken.append(Condensed(station, {a: k / total for a, k in others.items()}))
+            taken.append(CondensedStation(station, {a: k / total for a, k in others.items()}))
             names = list(others)
             for place, a in enumerate(names):
                 ground[a] += others[a] * (ground[station] / total)
@@ -242,10 +246,10 @@ def condense(piece: Piece, most_springs: int) -> tuple[Piece, list[Condensed]]:
                     spring[a][b] = spring[b][a] = spring[a].get(b, 0.0) + joined
             del spring[station], inertia[station], ground[station]
             waiting = True
-    return Piece(spring, inertia, ground), taken
+    return LinePart(spring, inertia, ground), taken
 
 
-def angles_of_condensed(shape: FloatArray, taken: list[Condensed]) -> None:
+def angles_of_condensed(shape: FloatArray, taken: list[CondensedStation]) -> None:
     """Fill in, in place, the angles (..., n) of the stations that `condense` took out."""
     for station, weight in reversed(taken):
         shape[..., station] = sum(

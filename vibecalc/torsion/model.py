@@ -121,7 +121,7 @@ def shaft_elements(
     inertia: Sequence[float] | NDArray[np.float64],
 ) -> list[Element]:
     """All shafts; a damping ratio is that of the two neighbours against each other alone."""
-    found = []
+    elements = []
     for shaft, (first, second) in zip(line.shafts, shaft_ends(line), strict=True):
         stiffness = _stiffness(shaft, given.crank_radius)
         damping = shaft.damping or 0.0
@@ -133,7 +133,7 @@ def shaft_elements(
         modulus = shaft.section_modulus or (
             float(section_modulus(outer, bore).value) if outer else 0.0
         )
-        found.append(
+        elements.append(
             Element(
                 name=shaft.name or f"{first} - {second}",
                 kind="shaft",
@@ -148,7 +148,7 @@ def shaft_elements(
                 tensile_strength=shaft.tensile_strength or 0.0,
             )
         )
-    return found
+    return elements
 
 
 def _stiffness(shaft: Shaft, crank_radius: float) -> float:
@@ -218,7 +218,7 @@ def damper_elements(line: ShaftLine, at: Mapping[str, int]) -> list[AttachedElem
     With the angle theta + s r / (R + r) of its mass about the axis (s its swing) it is a ring of
     inertia m (R + r)^2 on a spring of m (R + r)^2 n^2 w^2, n^2 = R / r, at the speed w.
     """
-    found = []
+    elements = []
     for one in line.dampers:
         inertia, spring = one.inertia or 0.0, 0.0
         if one.order is not None and one.mass is not None and one.arm_radius is not None:
@@ -235,8 +235,8 @@ def damper_elements(line: ShaftLine, at: Mapping[str, int]) -> list[AttachedElem
             loss_factor=one.loss_factor,
             speed_stiffness=spring,
         )
-        found.append(AttachedElement(element, one.kind, inertia))
-    return found
+        elements.append(AttachedElement(element, one.kind, inertia))
+    return elements
 
 
 # ----------------------------------------------------------------------------
@@ -264,7 +264,7 @@ class Gearing:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Attached:
+class AttachedDamper:
     """A damper: the freedom that carries it, that of its ring, its element; SI values as given.
 
     `inertia`, `stiffness` and `damping` are own ones; those of pendulums are the ring and the
@@ -315,7 +315,7 @@ class ShaftLineModel:
     cylinder_station: Places
     cylinder_freedom: Places
     gears: tuple[Gearing, ...]
-    dampers: tuple[Attached, ...]
+    dampers: tuple[AttachedDamper, ...]
     load_station: int
     load_freedom: int
     taken_station: Places
@@ -351,11 +351,11 @@ def build_shaft_line(case: Case) -> ShaftLineModel:
     ratio = np.array(speed_ratios(len(names), joints(parts), crank_station(parts)).ratio)
     rigid = [g.between for g in parts.gears if g.mesh_stiffness is None]
     freedom = np.array(merged(len(names), [(at[a], at[b]) for a, b in rigid]), dtype=np.int64)
-    own = np.array(station_inertia(parts, case.machine.crank_train, train))
+    inertia_of = np.array(station_inertia(parts, case.machine.crank_train, train))
     stations = int(freedom.max()) + 1
     damped = [station.absolute_damping for station in parts.stations]
     held = [station.ground_stiffness for station in parts.stations]
-    shafts = shaft_elements(parts, case.machine.crank_train, at, own)
+    shafts = shaft_elements(parts, case.machine.crank_train, at, inertia_of)
     meshes = gear_elements(parts, at)
     attached = damper_elements(parts, at)
     elements = [*shafts, *meshes, *(one.element for one in attached)]
@@ -365,7 +365,7 @@ def build_shaft_line(case: Case) -> ShaftLineModel:
     ends += [(freedom[one.element.first], place) for one, place in zip(attached, ring, strict=True)]
     square, n = element_ratio**2, stations + len(attached)
     line = Line(
-        inertia=_gathered(own, ratio, freedom, n) + _rings(attached, ratio, stations, n),
+        inertia=_gathered(inertia_of, ratio, freedom, n) + _rings(attached, ratio, stations, n),
         absolute_damping=_gathered(damped, ratio, freedom, n),
         ground_stiffness=_gathered(held, ratio, freedom, n),
         first=np.array([a for a, _ in ends], dtype=np.int64),
@@ -390,7 +390,7 @@ def build_shaft_line(case: Case) -> ShaftLineModel:
         freedom=freedom,
         freedom_names=(*together, *(one.element.name for one in attached)),
         freedom_ratio=np.array([*ratio[leaders], *(ratio[one.element.first] for one in attached)]),
-        station_values=ratio**2 * np.array([own, damped, held]),
+        station_values=ratio**2 * np.array([inertia_of, damped, held]),
         section_ends=np.array([(one.first, one.second) for one in elements], dtype=np.int64),
         section_names=tuple(one.name for one in elements),
         section_kinds=tuple(one.kind for one in elements),
@@ -403,7 +403,7 @@ def build_shaft_line(case: Case) -> ShaftLineModel:
         cylinder_freedom=freedom[cylinder],
         gears=_gearings(parts, at, meshes, len(shafts)),
         dampers=tuple(
-            Attached(
+            AttachedDamper(
                 name=one.element.name,
                 kind=one.kind,
                 station=one.element.first,
@@ -424,10 +424,10 @@ def build_shaft_line(case: Case) -> ShaftLineModel:
     )
 
 
-def _gathered(own: Array | list[float], ratio: Array, freedom: Places, n: int) -> Array:
+def _gathered(values: Array | list[float], ratio: Array, freedom: Places, n: int) -> Array:
     """Values by station, referred and summed over those of one freedom."""
     total = np.zeros(n)
-    np.add.at(total, freedom, np.asarray(own, dtype=float) * ratio**2)
+    np.add.at(total, freedom, np.asarray(values, dtype=float) * ratio**2)
     return total
 
 
@@ -449,11 +449,11 @@ def _cylinder_stations(parts: Parts, train: CrankTrain) -> Places:
 def _gearings(
     parts: Parts, at: dict[str, int], meshes: list[Element], shafts: int
 ) -> tuple[Gearing, ...]:
-    found, elastic = [], {one.name: shafts + place for place, one in enumerate(meshes)}
+    gearings, elastic = [], {one.name: shafts + place for place, one in enumerate(meshes)}
     for gear in parts.gears:
         first, second = gear.between
         name = gear.name or f"{first} - {second}"
-        found.append(
+        gearings.append(
             Gearing(
                 name=name,
                 first=at[first],
@@ -463,7 +463,7 @@ def _gearings(
                 element=elastic.get(name, -1) if gear.mesh_stiffness is not None else -1,
             )
         )
-    return tuple(found)
+    return tuple(gearings)
 
 
 # ----------------------------------------------------------------------------
@@ -481,15 +481,15 @@ def spin_inertia(case: Case, built: ShaftLineModel) -> WithError:
     line = case.machine.shaft_line
     assert line is not None, "only asked of a machine with a shaft line"
     train = case.machine.crank_train
-    own = np.array(station_inertia(line, train, build_crank_train(train)))
-    found, size = np.zeros(len(built.freedom_names)), np.zeros(len(built.freedom_names))
-    spin = own * built.station_ratio
-    np.add.at(found, built.freedom, spin)
+    inertia = np.array(station_inertia(line, train, build_crank_train(train)))
+    total, size = np.zeros(len(built.freedom_names)), np.zeros(len(built.freedom_names))
+    spin = inertia * built.station_ratio
+    np.add.at(total, built.freedom, spin)
     np.add.at(size, built.freedom, np.abs(spin))
     for damper in built.dampers:
-        found[damper.ring] = damper.inertia * built.station_ratio[damper.station]
-    size += np.abs(found)
-    return WithError(found, (len(own) + 2) * EPSILON * size)
+        total[damper.ring] = damper.inertia * built.station_ratio[damper.station]
+    size += np.abs(total)
+    return WithError(total, (len(inertia) + 2) * EPSILON * size)
 
 
 # ----------------------------------------------------------------------------

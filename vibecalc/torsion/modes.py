@@ -10,7 +10,14 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
-from vibecalc.torsion.line import Line, Piece, angles_of_condensed, condense, path_order, pieces
+from vibecalc.torsion.line import (
+    Line,
+    LinePart,
+    angles_of_condensed,
+    condense,
+    connected_parts,
+    path_order,
+)
 from vibecalc.torsion.modes_of_tree import (
     clusters,
     factor_modes,
@@ -33,7 +40,7 @@ from vibecalc.torsion.modes_of_tree import (
 # ----------------------------------------------------------------------------
 
 
-class Row(NamedTuple):
+class StationRow(NamedTuple):
     """Inertias (n,), springs to ground (n,), and shafts (n - 1,) between neighbours."""
 
     inertia: FloatArray
@@ -41,7 +48,7 @@ class Row(NamedTuple):
     stiffness: FloatArray
 
 
-def bidiagonal_factor(row: Row) -> FloatArray:
+def bidiagonal_factor(row: StationRow) -> FloatArray:
     """The upper bidiagonal factor (n, n) in rad/s; its singular values are the frequencies."""
     count = len(row.inertia)
     root = np.sqrt(row.inertia)
@@ -103,17 +110,17 @@ def natural_modes(line: Line) -> Modes:
     without inertia moves as statics bids; its infinite frequency is left out. Stiffness zero
     parts a line. Shapes of frequencies that agree to their error are any orthogonal ones of
     their space, and their `shape_error` says so by being 2. Raises `NumericalFailure` for a
-    piece without inertia.
+    part without inertia.
     """
     count = len(line.inertia)
     if _is_row(line):
-        row = Row(line.inertia, line.ground_stiffness, line.stiffness)
+        row = StationRow(line.inertia, line.ground_stiffness, line.stiffness)
         frequency, shape = _row_modes(row)
         relative = relative_error(count)
         return _finished(line.inertia, frequency, shape, relative * frequency)
     frequencies, errors, shapes = [], [], []
-    for piece in pieces(line):
-        frequency, shape, error = _piece_modes(piece, count)
+    for connected in connected_parts(line):
+        frequency, shape, error = _part_modes(connected, count)
         frequencies.append(frequency)
         errors.append(error)
         shapes.append(shape)
@@ -133,7 +140,7 @@ def _is_row(line: Line) -> bool:
     return bool(first == list(range(elements)) and second == list(range(1, elements + 1)))
 
 
-def _row_modes(row: Row) -> tuple[FloatArray, FloatArray]:
+def _row_modes(row: StationRow) -> tuple[FloatArray, FloatArray]:
     """Frequencies (n,) and shapes (n, n) of a row in which every station has inertia."""
     free = not row.ground.any()
     factor = bidiagonal_factor(row)
@@ -162,24 +169,24 @@ def _row_modes(row: Row) -> tuple[FloatArray, FloatArray]:
     return frequency, shape
 
 
-def _piece_modes(piece: Piece, count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _part_modes(connected: LinePart, count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Frequencies (m,), shapes (m, count) and absolute frequency errors (m,) of one piece."""
-    small, taken = condense(piece, 2)
+    small, taken = condense(connected, 2)
     order = path_order(small)
     if order is not None:
         stiffness = [small.spring[a][b] for a, b in pairwise(order)]
-        row = Row(
+        row = StationRow(
             np.array([small.inertia[name] for name in order]),
             np.array([small.ground[name] for name in order]),
             np.array(stiffness),
         )
         frequency, part = _row_modes(row)
-        error = relative_error(len(piece.spring)) * frequency
+        error = relative_error(len(connected.spring)) * frequency
     elif small.is_tree:
         order = list(small.spring)
         frequency, part, error = tree_modes(small)
     else:
-        small, taken = condense(piece, len(piece.spring))
+        small, taken = condense(connected, len(connected.spring))
         order = list(small.spring)
         frequency, part, bound = factor_modes(small)
         error = np.where(frequency > 0.0, bound + relative_error(len(order)) * frequency, 0.0)
@@ -196,7 +203,7 @@ def _finished(
     error: FloatArray,
     owner: IntArray | None = None,
 ) -> Modes:
-    """Scale shapes and bound what their error may be; modes of other pieces do not mix."""
+    """Scale shapes and bound what their error may be; modes of other parts do not mix."""
     modes = np.arange(len(frequency))
     size = np.abs(shape)
     # within a thousandth stations count as equal: no rounding may choose the sign
@@ -281,7 +288,7 @@ def bidiagonal_singular_values(factor: FloatArray) -> FloatArray:
 # ----------------------------------------------------------------------------
 
 
-def row_shapes(row: Row, frequency: FloatArray) -> FloatArray:
+def row_shapes(row: StationRow, frequency: FloatArray) -> FloatArray:
     """Shapes (m, n), largest component of each at angle about 1, at natural frequencies (m,)."""
     count, modes = len(row.inertia), len(frequency)
     if count == 1:
@@ -289,18 +296,18 @@ def row_shapes(row: Row, frequency: FloatArray) -> FloatArray:
     # one piece of memory for all that is needed on the way: the system keeps it for the next call,
     # and handing it out anew takes longer than the arithmetic
     scratch = np.empty((6, count, modes))
-    own, other = scratch[:2]
+    dynamic, other = scratch[:2]
     hanging, ratio = scratch[2:].reshape(2, count, 2, modes)
     ratio = ratio[1:]
-    np.multiply(-row.inertia[:, None], frequency**2, out=own)
-    own += row.ground[:, None]
+    np.multiply(-row.inertia[:, None], frequency**2, out=dynamic)
+    dynamic += row.ground[:, None]
     springs = np.stack([row.stiffness, row.stiffness[::-1]], axis=1)
     with np.errstate(all="ignore"):
-        _march(own, springs, hanging, ratio, 0.0)
+        _march(dynamic, springs, hanging, ratio, 0.0)
     if not np.isfinite(ratio).all():
-        _march(own, springs, hanging, ratio, 2.0**-60)
+        _march(dynamic, springs, hanging, ratio, 2.0**-60)
     np.add(hanging[:, 0], hanging[::-1, 1], out=other)
-    other -= own
+    other -= dynamic
     np.abs(other, out=other)
     other /= row.inertia[:, None]
     leftward, rightward = ratio[:, 0], ratio[::-1, 1]
@@ -318,11 +325,11 @@ def row_shapes(row: Row, frequency: FloatArray) -> FloatArray:
 
 
 def _march(
-    own: FloatArray, springs: FloatArray, hanging: FloatArray, ratio: FloatArray, nudge: float
+    dynamic: FloatArray, springs: FloatArray, hanging: FloatArray, ratio: FloatArray, nudge: float
 ) -> None:
     """From the left and from the right, in place: Z with the station's own, `hanging` (n, 2, m),
     and its angle over that of the next station, `ratio` (n - 1, 2, m)."""
-    hanging[:, 0], hanging[:, 1] = own, own[::-1]
+    hanging[:, 0], hanging[:, 1] = dynamic, dynamic[::-1]
     ratio[:] = springs[:, :, None]
     pivot = np.empty_like(hanging[0])
     for share, here, there in zip(list(ratio), list(hanging[:-1]), list(hanging[1:]), strict=True):

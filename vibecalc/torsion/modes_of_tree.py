@@ -6,7 +6,7 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray, IntArray
-from vibecalc.torsion.line import Line, Piece, pieces, walk
+from vibecalc.torsion.line import Line, LinePart, connected_parts, walk
 
 # ----------------------------------------------------------------------------
 # How many modes of a tree of shafts lie below a frequency (Riccati transfer, sign count).
@@ -36,17 +36,17 @@ class Tree(NamedTuple):
     stiffness: list[float]
 
 
-def rooted(piece: Piece, root: int | None = None) -> Tree:
-    """A piece without loops as a tree; the root is a station's number in the line."""
-    parents = walk(piece.spring, next(iter(piece.spring)) if root is None else root)
+def rooted(part: LinePart, root: int | None = None) -> Tree:
+    """A part without loops as a tree; the root is a station's number in the line."""
+    parents = walk(part.spring, next(iter(part.spring)) if root is None else root)
     station = list(parents)
     place = {name: index for index, name in enumerate(station)}
     return Tree(
         station,
-        np.array([piece.inertia[name] for name in station]),
-        np.array([piece.ground[name] for name in station]),
+        np.array([part.inertia[name] for name in station]),
+        np.array([part.ground[name] for name in station]),
         [-1 if parents[name] < 0 else place[parents[name]] for name in station],
-        [0.0 if parents[name] < 0 else piece.spring[name][parents[name]] for name in station],
+        [0.0 if parents[name] < 0 else part.spring[name][parents[name]] for name in station],
     )
 
 
@@ -63,9 +63,9 @@ def modes_below(tree: Tree, frequency: FloatArray) -> IntArray:
     hanging = tree.ground[:, None] - np.outer(tree.inertia, frequency**2)
     count = np.zeros(frequency.shape, dtype=np.int64)
     for index in range(len(tree.station) - 1, 0, -1):
-        pivot, _, seen = handed_on(tree.stiffness[index], hanging[index])
+        pivot, _, passed = handed_on(tree.stiffness[index], hanging[index])
         count += pivot < 0.0
-        hanging[tree.parent[index]] += seen
+        hanging[tree.parent[index]] += passed
     count += hanging[0] < 0.0
     return count
 
@@ -143,15 +143,15 @@ def riccati_frequencies(line: Line) -> FloatArray:
     recurrence. Raises `NumericalFailure` for a closed loop of shafts, which has no leaf to
     begin at.
     """
-    found = []
-    for piece in pieces(line):
-        if not piece.is_tree:
+    frequencies = []
+    for part in connected_parts(line):
+        if not part.is_tree:
             raise NumericalFailure(
                 "the transfer matrix follows rows and branches of shafts, not a closed loop: "
                 "use the eigenvalues"
             )
-        found.append(tree_frequencies(rooted(piece)))
-    return np.sort(np.concatenate(found))
+        frequencies.append(tree_frequencies(rooted(part)))
+    return np.sort(np.concatenate(frequencies))
 
 
 # ----------------------------------------------------------------------------
@@ -166,52 +166,52 @@ def riccati_frequencies(line: Line) -> FloatArray:
 NEARLY = 1e-3
 
 
-def factor_modes(piece: Piece) -> tuple[FloatArray, FloatArray, float]:
-    """Frequencies (n,) ascending, shapes (n, n) and one absolute error, of any piece with inertia.
+def factor_modes(part: LinePart) -> tuple[FloatArray, FloatArray, float]:
+    """Frequencies (n,) ascending, shapes (n, n) and one absolute error, of any part with inertia.
 
     One row of the factor for each shaft and each spring to ground; a rigid mode is exactly 0.
     """
-    place = {name: index for index, name in enumerate(piece.spring)}
-    root = np.sqrt([piece.inertia[name] for name in piece.spring])
+    place = {name: index for index, name in enumerate(part.spring)}
+    root = np.sqrt([part.inertia[name] for name in part.spring])
     rows = []
-    for a, others in piece.spring.items():
+    for a, others in part.spring.items():
         for b, k in others.items():
             if place[a] < place[b]:
                 rows.append(np.zeros(len(root)))
                 rows[-1][place[a]] = np.sqrt(k) / root[place[a]]
                 rows[-1][place[b]] = -np.sqrt(k) / root[place[b]]
-        if piece.ground[a]:
+        if part.ground[a]:
             rows.append(np.zeros(len(root)))
-            rows[-1][place[a]] = np.sqrt(piece.ground[a]) / root[place[a]]
+            rows[-1][place[a]] = np.sqrt(part.ground[a]) / root[place[a]]
     while len(rows) < len(root):
         rows.append(np.zeros(len(root)))
     _, value, vector = np.linalg.svd(np.array(rows), full_matrices=True)
     frequency, shape = value[::-1].copy(), vector[::-1] / root
     error = 2.0 * len(rows) * EPSILON * float(value[0])
-    if piece.is_free:
+    if part.is_free:
         frequency[0], shape[0] = 0.0, 1.0
     return frequency, shape, error
 
 
-def tree_modes(piece: Piece) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Frequencies (m,), shapes (m, n) by order of the piece's stations, absolute errors (m,)."""
+def tree_modes(part: LinePart) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Frequencies (m,), shapes (m, n) by order of the part's stations, absolute errors (m,)."""
     start, dense, error = None, None, 0.0
-    if all(piece.inertia.values()):
-        start, dense, error = factor_modes(piece)
-    tree = rooted(piece)
+    if all(part.inertia.values()):
+        start, dense, error = factor_modes(part)
+    tree = rooted(part)
     frequency = tree_frequencies(tree, start, error)
-    inertia = np.array([piece.inertia[name] for name in piece.spring])
-    place = {name: index for index, name in enumerate(piece.spring)}
-    own, seen = _messages(piece, frequency)
+    inertia = np.array([part.inertia[name] for name in part.spring])
+    place = {name: index for index, name in enumerate(part.spring)}
+    station_z, passed = _messages(part, frequency)
     heavy = np.flatnonzero(inertia > 0.0)
-    meeting = np.abs(np.array([_everything(own, seen, piece, name) for name in piece.spring]))
+    meeting = np.abs(np.array([_everything(station_z, passed, part, name) for name in part.spring]))
     best = np.asarray(heavy)[np.argmin(meeting[heavy] / inertia[heavy, None], axis=0)]
-    shape = _shapes(piece, frequency, best, place)
+    shape = _shapes(part, frequency, best, place)
     better = np.argmax(shape**2 * inertia, axis=1)
-    shape = _shapes(piece, frequency, better, place)
+    shape = _shapes(part, frequency, better, place)
     for first, last in clusters(frequency):
         shape[first:last] = _independent(
-            piece,
+            part,
             frequency[first:last],
             shape[first:last],
             place,
@@ -222,37 +222,40 @@ def tree_modes(piece: Piece) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def _messages(
-    piece: Piece, frequency: FloatArray
+    part: LinePart, frequency: FloatArray
 ) -> tuple[dict[int, FloatArray], dict[tuple[int, int], FloatArray]]:
     """Own Z of each station, and Z that station b sees through the shaft from a, by (a, b)."""
     square = frequency**2
-    own = {name: piece.ground[name] - piece.inertia[name] * square for name in piece.spring}
-    parent = walk(piece.spring, next(iter(piece.spring)))
+    station_z = {name: part.ground[name] - part.inertia[name] * square for name in part.spring}
+    parent = walk(part.spring, next(iter(part.spring)))
     inwards = [(a, b) for a, b in parent.items() if b >= 0][::-1]
-    seen: dict[tuple[int, int], FloatArray] = {}
+    passed: dict[tuple[int, int], FloatArray] = {}
     for a, b in inwards + [(b, a) for a, b in inwards[::-1]]:
         # summed anew without the shaft itself: a difference would cancel
-        hanging = own[a] + sum(seen[other, a] for other in piece.spring[a] if other != b)
-        seen[a, b] = handed_on(piece.spring[a][b], hanging)[2]
-    return own, seen
+        hanging = station_z[a] + sum(passed[other, a] for other in part.spring[a] if other != b)
+        passed[a, b] = handed_on(part.spring[a][b], hanging)[2]
+    return station_z, passed
 
 
 def _everything(
-    own: dict[int, FloatArray], seen: dict[tuple[int, int], FloatArray], piece: Piece, name: int
+    station_z: dict[int, FloatArray],
+    passed: dict[tuple[int, int], FloatArray],
+    part: LinePart,
+    name: int,
 ) -> FloatArray:
     """Torque over angle with which a station would have to be driven; nearly 0 at a mode."""
-    return own[name] + sum(seen[other, name] for other in piece.spring[name])
+    return station_z[name] + sum(passed[other, name] for other in part.spring[name])
 
 
 def _shapes(
-    piece: Piece, frequency: FloatArray, start: IntArray, place: dict[int, int]
+    part: LinePart, frequency: FloatArray, start: IntArray, place: dict[int, int]
 ) -> FloatArray:
     """Shapes (m, n) that are 1 at the station `start` (m,) of each mode."""
     names = list(place)
     shape = np.ones((len(frequency), len(names)))
     for station in set(start.tolist()):
         which = np.flatnonzero(start == station)
-        tree = rooted(piece, names[station])
+        tree = rooted(part, names[station])
         hanging = tree.ground[:, None] - np.outer(tree.inertia, frequency[which] ** 2)
         ratio = np.ones_like(hanging)
         for index in range(len(names) - 1, 0, -1):
@@ -278,7 +281,7 @@ def clusters(frequency: FloatArray, relative: float = 1e-6) -> list[tuple[int, i
 
 
 def _independent(
-    piece: Piece,
+    part: LinePart,
     frequency: FloatArray,
     shape: FloatArray,
     place: dict[int, int],
@@ -290,42 +293,42 @@ def _independent(
     Equal branches have as many shapes at one frequency as there are branches less one. Started
     from each station in turn, the recurrences give them all; `dense` ones stand by.
     """
-    own = orthogonal(shape, inertia)
-    if own is not None:
-        return own
+    station_z = orthogonal(shape, inertia)
+    if station_z is not None:
+        return station_z
     heavy = np.flatnonzero(inertia > 0.0)
     mean = float(np.mean(frequency))
-    trial = _shapes(piece, np.full(len(heavy), mean), heavy, place)
+    trial = _shapes(part, np.full(len(heavy), mean), heavy, place)
     trial /= np.sqrt(trial**2 @ inertia)[:, None]
     # a start at rest in the mode gives no mode: what is left to drive it tells
 
     def lack(shapes: FloatArray) -> FloatArray:
-        torque = _residual(piece, shapes, mean, place)[:, heavy] / np.sqrt(inertia[heavy])
+        torque = _residual(part, shapes, mean, place)[:, heavy] / np.sqrt(inertia[heavy])
         largest: FloatArray = np.abs(torque).max(axis=1) / np.sqrt(shapes**2 @ inertia)
         return largest
 
     size = lack(trial) + 1e-300
-    found: list[FloatArray] = []
+    chosen: list[FloatArray] = []
     for _ in frequency:
-        rest = np.sqrt(trial**2 @ inertia)
-        basis = trial[np.argmin(size / np.maximum(rest, 1e-12))]
-        for other in found:
+        remainder = np.sqrt(trial**2 @ inertia)
+        basis = trial[np.argmin(size / np.maximum(remainder, 1e-12))]
+        for other in chosen:
             basis = basis - (basis * inertia) @ other * other
         basis = basis / np.sqrt(basis**2 @ inertia)
         trial = trial - np.outer(trial @ (basis * inertia), basis)
-        found.append(basis)
-    best = np.array(found)
+        chosen.append(basis)
+    best = np.array(chosen)
     return best if dense is None or lack(best).max() <= lack(dense).max() else dense
 
 
 def _residual(
-    piece: Piece, shape: FloatArray, frequency: float, place: dict[int, int]
+    part: LinePart, shape: FloatArray, frequency: float, place: dict[int, int]
 ) -> FloatArray:
     """Torques (m, n) that shapes lack to be modes at a frequency."""
     torque = np.zeros_like(shape)
-    for a, others in piece.spring.items():
+    for a, others in part.spring.items():
         i = place[a]
-        torque[:, i] += (piece.ground[a] - frequency**2 * piece.inertia[a]) * shape[:, i]
+        torque[:, i] += (part.ground[a] - frequency**2 * part.inertia[a]) * shape[:, i]
         for b, k in others.items():
             torque[:, i] += k * (shape[:, i] - shape[:, place[b]])
     return torque
@@ -371,5 +374,5 @@ def orthogonal_pairs(
     sound: BoolArray = np.abs(cosine) <= 0.9
     cosine = np.where(sound, cosine, 0.0)[:, None]
     total, apart = 0.5 / np.sqrt(1.0 + cosine), 0.5 / np.sqrt(1.0 - cosine)
-    own, other = total + apart, total - apart
-    return np.stack([own * one + other * two, other * one + own * two], axis=1), sound
+    station_z, other = total + apart, total - apart
+    return np.stack([station_z * one + other * two, other * one + station_z * two], axis=1), sound

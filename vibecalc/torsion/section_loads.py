@@ -88,7 +88,7 @@ def section_peaks(
     """
     speeds, orders = np.asarray(speed, dtype=float), np.asarray(order, dtype=float)
     rows = rows or min(256, 1 + BLOCK // (len(orders) * line.inertia.shape[-1]))
-    found, masks = [], []
+    results, masks = [], []
     for start in range(0, len(speeds), rows):
         part = speeds[start : start + rows]
         w = part[:, None] * orders
@@ -98,9 +98,9 @@ def section_peaks(
         total = np.moveaxis(sections.total, -1, 1)
         result = synthesis(orders, total, np.moveaxis(sections.error, -1, 1))
         infinite = masked[:, None]
-        found.append(Synthesis(*(np.where(infinite, np.inf, one) for one in result)))
+        results.append(Synthesis(*(np.where(infinite, np.inf, one) for one in result)))
         masks.append(masked)
-    parts = zip(*found, strict=True)
+    parts = zip(*results, strict=True)
     return SectionPeaks(Synthesis(*(np.concatenate(one) for one in parts)), np.concatenate(masks))
 
 
@@ -130,10 +130,10 @@ def largest_half_range(
         frequency = speed[part, None] * order
         solved = forced_masked(line, frequency, torque(speed[part]), stations=stations)
         uncertainty = np.where(solved.masked, 0.0, solved.error)
-        seen = section_torque(line, frequency, solved.angle, uncertainty)
-        wave, wave_error = seen.total, seen.error
+        through = section_torque(line, frequency, solved.angle, uncertainty)
+        wave, wave_error = through.total, through.error
         if of_twist:
-            wave = seen.twist
+            wave = through.twist
             wave_error = np.broadcast_to(2.0 * uncertainty[..., None], wave.shape)
         whole = synthesis(
             order,
@@ -143,8 +143,8 @@ def largest_half_range(
         masked = np.any(solved.masked, axis=-1)
         value[part] = np.where(masked, np.inf, np.max(weight[counts] * whole.half_range, axis=-1))
         # of orders the squares add: each is a solution of its own
-        own = np.sqrt(np.sum(np.square(wave_error[..., counts]), axis=1))
-        bound = np.minimum(whole.error, own + 8.0 * EPSILON * whole.half_range)
+        wave_uncertainty = np.sqrt(np.sum(np.square(wave_error[..., counts]), axis=1))
+        bound = np.minimum(whole.error, wave_uncertainty + 8.0 * EPSILON * whole.half_range)
         error[part] = np.where(masked, 0.0, np.max(weight[counts] * bound, axis=-1))
     return value, error
 
@@ -191,17 +191,17 @@ def _walked(
 ) -> tuple[list[int], list[tuple[int, int]]]:
     """Freedoms, each after the one it hangs on, with that one and the element between (or -1)."""
     above = [(-1, -1)] * len(neighbours)
-    seen = [False] * len(neighbours)
+    visited = [False] * len(neighbours)
     order: list[int] = []
     for root in range(len(neighbours)):
-        if seen[root]:
+        if visited[root]:
             continue
-        seen[root] = True
+        visited[root] = True
         queue = [root]
         for station in queue:
             for other, edge in neighbours[station]:
-                if not seen[other]:
-                    seen[other] = True
+                if not visited[other]:
+                    visited[other] = True
                     above[other] = (station, edge)
                     queue.append(other)
         order += queue
@@ -238,13 +238,13 @@ def mesh_torque(
     An order 0 among them would be counted alongside `mean`.
     """
     steady = np.asarray(mean, dtype=float)
-    found = synthesis(order, amplitude, error)
-    least, largest = steady + found.lowest, steady + found.highest
-    half_range = np.broadcast_to(found.half_range, least.shape)
+    varying = synthesis(order, amplitude, error)
+    least, largest = steady + varying.lowest, steady + varying.highest
+    half_range = np.broadcast_to(varying.half_range, least.shape)
     size = np.abs(steady)
     unloaded = np.where(half_range > 0.0, np.inf, 0.0)
     share = np.where(size > 0.0, half_range / np.where(size > 0.0, size, 1.0), unloaded)
-    uncertainty = found.error + EPSILON * (size + half_range)
+    uncertainty = varying.error + EPSILON * (size + half_range)
     hammer = (least < -uncertainty) & (largest > uncertainty)
     # the end that the mean keeps away from zero decides
     near = np.minimum(np.abs(least), np.abs(largest)) <= uncertainty

@@ -7,8 +7,8 @@ from vibecalc.errors import KeyPath, NumericalFailure, Problem
 from vibecalc.parts.crank_train import turns
 from vibecalc.schema import Case
 from vibecalc.torsion.shaft_line_tables import (
-    Joined,
     ShaftLine,
+    StationJoint,
     crank_station,
     joints,
     merged,
@@ -137,28 +137,26 @@ def _cylinders(line: ShaftLine, names: Sequence[str]) -> Iterator[Problem]:
 
 
 def _network(line: ShaftLine) -> Iterator[Problem]:
-    """One piece, ratios that agree, cylinders at the speed of the crankshaft."""
+    """One connected part, ratios that agree, cylinders at the speed of the crankshaft."""
     names = [station.name for station in line.stations]
     joined = joints(line)
-    found = speed_ratios(len(names), joined, crank_station(line))
-    if found.contradiction is not None:
-        place, others, own = found.contradiction
+    ratios = speed_ratios(len(names), joined, crank_station(line))
+    if ratios.contradiction is not None:
+        place, others, stated_ratio = ratios.contradiction
         gears = len(line.shafts)
         key = ("gears", place - gears) if place >= gears else ("shafts", place)
-        one: Joined = joined[place]
+        one: StationJoint = joined[place]
         yield Problem(
             path=(*LINE, *key),
             message="the ratios around a loop contradict each other: the line cannot turn",
             found=f"{names[one.second]!r} turns {others:.9g} times as fast as "
-            f"{names[one.first]!r} by the others, {own:.9g} times by this one",
+            f"{names[one.first]!r} by the others, {stated_ratio:.9g} times by this one",
             allowed="one ratio between two stations, whichever way it is reckoned",
             hint="gear wheels turn opposite ways unless reverses = false",
         )
         return
     strays = [
-        place
-        for place, piece in enumerate(found.piece)
-        if piece != found.piece[crank_station(line)]
+        place for place, part in enumerate(ratios.part) if part != ratios.part[crank_station(line)]
     ]
     if strays:
         yield Problem(
@@ -182,7 +180,7 @@ def _network(line: ShaftLine) -> Iterator[Problem]:
                 allowed="a mesh_stiffness for one of the gears, or no such shaft",
             )
     for place, station in enumerate(line.stations):
-        ratio = found.ratio[place]
+        ratio = ratios.ratio[place]
         if (station.cylinder or station.cylinders) and abs(ratio - 1.0) > 1e-9:
             yield Problem(
                 path=(*LINE, "stations", place),
@@ -199,8 +197,8 @@ def _inertias(case: Case, line: ShaftLine) -> Iterator[Problem]:
     train = case.machine.crank_train
     if not turns(train):
         return
-    own = station_inertia(line, train, build_crank_train(train))
-    if not any(own):
+    inertia = station_inertia(line, train, build_crank_train(train))
+    if not any(inertia):
         yield Problem(
             path=(*LINE, "stations"),
             message="the line has no inertia at all",
@@ -208,15 +206,15 @@ def _inertias(case: Case, line: ShaftLine) -> Iterator[Problem]:
         )
     at = {station.name: place for place, station in enumerate(line.stations)}
     for place, (a, b) in enumerate(shaft_ends(line)):
-        if line.shafts[place].damping_ratio and not (own[at[a]] > 0.0 and own[at[b]] > 0.0):
+        if line.shafts[place].damping_ratio and not (inertia[at[a]] > 0.0 and inertia[at[b]] > 0.0):
             yield Problem(
                 path=(*LINE, "shafts", place, "damping_ratio"),
                 message="a damping ratio of two neighbours needs an inertia at both ends",
-                found=f"{own[at[a]]:g} kg*m^2 at {a!r} and {own[at[b]]:g} kg*m^2 at {b!r}",
+                found=f"{inertia[at[a]]:g} kg*m^2 at {a!r} and {inertia[at[b]]:g} kg*m^2 at {b!r}",
                 allowed="damping in N*m*s/rad instead",
             )
     try:
-        shaft_elements(line, train, at, own)
+        shaft_elements(line, train, at, inertia)
     except NumericalFailure as error:
         place = next(n for n, shaft in enumerate(line.shafts) if shaft.throw is not None)
         yield Problem(

@@ -320,7 +320,7 @@ class ShaftLine(Table):
 # ----------------------------------------------------------------------------
 
 
-class Joined(NamedTuple):
+class StationJoint(NamedTuple):
     """Two stations that something joins, and the speed of the second over that of the first."""
 
     first: int
@@ -331,11 +331,11 @@ class Joined(NamedTuple):
 class Ratios(NamedTuple):
     """Speed ratio of each station, and the first joint that contradicts the others, or None.
 
-    A station that nothing joins to the crankshaft counts from the first one of its own piece.
+    A station that nothing joins to the crankshaft counts from the first one of its own part.
     """
 
     ratio: list[float]
-    piece: list[int]
+    part: list[int]
     contradiction: tuple[int, float, float] | None
 
 
@@ -364,13 +364,13 @@ def shaft_ends(line: ShaftLine) -> list[tuple[str, str]]:
     return ends
 
 
-def joints(line: ShaftLine) -> list[Joined]:
+def joints(line: ShaftLine) -> list[StationJoint]:
     """All shafts, then all gears; those to stations that do not exist are left out."""
     at = {station.name: place for place, station in enumerate(line.stations)}
     ends = [(pair, 1.0) for pair in shaft_ends(line)]
     ends += [(gear.between, gear_ratio(gear)) for gear in line.gears]
     return [
-        Joined(at[first], at[second], ratio)
+        StationJoint(at[first], at[second], ratio)
         for (first, second), ratio in ends
         if first in at and second in at
     ]
@@ -384,28 +384,28 @@ def crank_station(line: ShaftLine) -> int:
     return 0
 
 
-def speed_ratios(count: int, joined: Sequence[Joined], start: int) -> Ratios:
-    """Join stations one joint after the other; a joint within a piece has to agree with it."""
+def speed_ratios(count: int, joined: Sequence[StationJoint], start: int) -> Ratios:
+    """Join stations one joint after the other; a joint within a part has to agree with it."""
     ratio, members = [1.0] * count, [[station] for station in range(count)]
-    piece = list(range(count))
+    part = list(range(count))
     contradiction = None
     for place, one in enumerate(joined):
-        found, wanted = ratio[one.second], ratio[one.first] * one.ratio
-        if piece[one.first] != piece[one.second]:
-            small, large = piece[one.second], piece[one.first]
-            factor = wanted / found
+        present, wanted = ratio[one.second], ratio[one.first] * one.ratio
+        if part[one.first] != part[one.second]:
+            small, large = part[one.second], part[one.first]
+            factor = wanted / present
             if len(members[small]) > len(members[large]):
                 small, large, factor = large, small, 1.0 / factor
             for station in members[small]:
-                ratio[station], piece[station] = ratio[station] * factor, large
+                ratio[station], part[station] = ratio[station] * factor, large
             members[large] += members[small]
-        elif contradiction is None and abs(found - wanted) > SAME_RATIO * abs(wanted):
-            contradiction = (place, found / ratio[one.first], one.ratio)
-    for number in set(piece):
-        base = ratio[start if piece[start] == number else min(members[number])]
+        elif contradiction is None and abs(present - wanted) > SAME_RATIO * abs(wanted):
+            contradiction = (place, present / ratio[one.first], one.ratio)
+    for number in set(part):
+        base = ratio[start if part[start] == number else min(members[number])]
         for station in members[number]:
             ratio[station] /= base
-    return Ratios(ratio, piece, contradiction)
+    return Ratios(ratio, part, contradiction)
 
 
 def merged(count: int, rigid: Iterable[tuple[int, int]]) -> list[int]:

@@ -531,9 +531,9 @@ def _entries(case: "Case", path: str, axis: str) -> Entries | None:
     torsion = None if case.response is None else case.response.torsion
     design, line = case.damper_design, case.machine.shaft_line
     if axis == "speed":
-        own = design and design.speeds if path.startswith(DESIGN) else None
-        where = "damper_design.speeds" if own else "response.torsion.speeds"
-        return Entries.of_speeds(own or (torsion and torsion.speeds), where)
+        asked = design and design.speeds if path.startswith(DESIGN) else None
+        where = "damper_design.speeds" if asked else "response.torsion.speeds"
+        return Entries.of_speeds(asked or (torsion and torsion.speeds), where)
     if axis == "half_order" and path.startswith(ROOT):
         return _planned_orders(case, path)
     if axis == "mode" and line is not None and path.startswith(ROOT):

@@ -161,8 +161,8 @@ def propulsion_shaft_limits(
             f"IACS UR M68 has no limit at {worst:g} of the rated speed; it covers 0 to 1.05"
         )
     counted, size = counted_strength(strength, material), size_factor(wide)
-    course = np.where(ratio < 0.9, 3.0 - 2.0 * ratio**2, 1.38)
-    steady = (counted / 1e6 + 160.0) / 18.0 * factor * size * course * 1e6
+    speed_factor = np.where(ratio < 0.9, 3.0 - 2.0 * ratio**2, 1.38)
+    steady = (counted / 1e6 + 160.0) / 18.0 * factor * size * speed_factor * 1e6
     continuous = closed_form(steady, 30.0)
     transient = closed_form(1.7 * steady / np.sqrt(factor), 34.0)
     return StressLimits(continuous.value, transient.value, continuous.error, transient.error)

@@ -91,16 +91,16 @@ def synthesis(order: ArrayLike, amplitude: ArrayLike, error: ArrayLike = 0.0) ->
             part = slice(start, start + ROWS) if every else left[start : start + ROWS]
             # a power of two: its reciprocal is exact
             less = 1.0 / scale[part, None]
-            found = settled(rows[part] * less, size[part] * less, cycle)
-            value[:, part], place[:, part], certain[:, part] = found
+            highest_of = settled(rows[part] * less, size[part] * less, cycle)
+            value[:, part], place[:, part], certain[:, part] = highest_of
         block = max(1, BLOCK // cycle.samples)
-        for way in (settled_by_cells, _searched):
-            side, rest = np.nonzero(~certain)
-            for start in range(0, len(rest), block):
-                own, part = side[start : start + block], rest[start : start + block]
-                less = (1.0 - 2.0 * own[:, None]) / scale[part, None]
-                found = way(rows[part] * less, size[part] * np.abs(less), cycle)
-                value[own, part], place[own, part], certain[own, part] = found
+        for method in (settled_by_cells, _searched):
+            side, uncertain = np.nonzero(~certain)
+            for start in range(0, len(uncertain), block):
+                sign, part = side[start : start + block], uncertain[start : start + block]
+                less = (1.0 - 2.0 * sign[:, None]) / scale[part, None]
+                highest_of = method(rows[part] * less, size[part] * np.abs(less), cycle)
+                value[sign, part], place[sign, part], certain[sign, part] = highest_of
     highest, lowest = value * scale
     at_highest, at_lowest = place * turns
     lowest = -lowest
@@ -117,12 +117,12 @@ def synthesis(order: ArrayLike, amplitude: ArrayLike, error: ArrayLike = 0.0) ->
     return Synthesis(*(np.reshape(one, shape) for one in parts))
 
 
-def _searched(rows: ComplexArray, size: FloatArray, cycle: "Cycle") -> "Settled":
-    """Highest values by branch and bound, where a look at the cells does not settle them."""
+def _searched(rows: ComplexArray, size: FloatArray, cycle: "Cycle") -> "SignalPeak":
+    """Highest values by branch and bound, where bounds on the cells do not settle them."""
     samples = 1 << math.ceil(math.log2(SAMPLES_PER_ORDER * cycle.top))
     sampled = _sampled(rows, cycle.number, cycle.top, samples)
     found = _highest(rows, cycle.number, cycle.top, sampled)
-    return Settled(*found, np.ones(len(rows), dtype=bool))
+    return SignalPeak(*found, np.ones(len(rows), dtype=bool))
 
 
 def _sampled(rows: ComplexArray, number: IntArray, top: int, samples: int) -> FloatArray:
@@ -155,12 +155,12 @@ def _highest(
 
 
 # ----------------------------------------------------------------------------
-# Highest values of many signals over a cycle, where a look at few places settles it.
+# Highest values of many signals over a cycle, where samples at few places settle it.
 #
 # Signals are sampled in single precision: that tells which samples can be next to the maximum.
 # Where these stand about one that is higher than its neighbours, a Taylor polynomial in double
 # precision, about a place next to that peak, tells it; where that does not settle it, polynomials
-# about each of the samples do. Where the second derivative is below zero all over what is looked
+# about each of the samples do. Where the second derivative is below zero all over what is examined
 # at, Newton's method on the slope finds the one maximum that it has. Rows that are not so simple
 # are named, for a search by branch and bound.
 # ----------------------------------------------------------------------------
@@ -179,7 +179,7 @@ NEWTON, PEAK_NEWTON, ENOUGH = 12, 2, 1e-8
 HARDLY = 1e-7
 
 
-class Settled(NamedTuple):
+class SignalPeak(NamedTuple):
     """Of signals (..., r): highest value, its place in [0, 2 pi), and whether that is certain.
 
     The axis in front, where there is one, is that of the signals and of their negatives.
@@ -241,16 +241,16 @@ def even_smooth(least: int) -> int:
     """The first even number from `least` on whose prime factors are 2, 3 and 5."""
     count = max(2, least + least % 2)
     while True:
-        rest = count
+        cofactor = count
         for prime in (2, 3, 5):
-            while rest % prime == 0:
-                rest //= prime
-        if rest == 1:
+            while cofactor % prime == 0:
+                cofactor //= prime
+        if cofactor == 1:
             return count
         count += 2
 
 
-def settled(rows: ComplexArray, size: FloatArray, cycle: Cycle) -> Settled:
+def settled(rows: ComplexArray, size: FloatArray, cycle: Cycle) -> SignalPeak:
     """Highest values of the signals (r, m) and of their negatives, from the peaks of samples.
 
     `size` (r, m) are the magnitudes, which sum up to below 1.
@@ -265,7 +265,7 @@ def settled(rows: ComplexArray, size: FloatArray, cycle: Cycle) -> Settled:
     return _about(rows, cycle, peaks, beyond)
 
 
-def settled_by_cells(rows: ComplexArray, size: FloatArray, cycle: Cycle) -> Settled:
+def settled_by_cells(rows: ComplexArray, size: FloatArray, cycle: Cycle) -> SignalPeak:
     """Highest values of the signals alone, from the cells about the samples next to the maxima."""
     _, _, high, _ = _single(rows, (size @ cycle.moments)[:, 0], cycle)
     return _tops(rows, cycle, high, math.pi * cycle.top / cycle.samples)
@@ -331,20 +331,20 @@ def _peaks(
     sign = (1 - 2 * down).astype(sampled.dtype)
     flat, round_about = sampled.reshape(-1), np.arange(-2, samples + 2) % samples
 
-    def seen(which: IntArray | slice, steps: int) -> FloatArray:
+    def neighbour(which: IntArray | slice, steps: int) -> FloatArray:
         at = round_about[sample[which] + (steps + 2)]
         at += begin[which]
         return np.asarray(flat[at] * sign[which])
 
-    here, before, after = flat[chosen] * sign, seen(np.s_[:], -1), seen(np.s_[:], 1)
+    here, before, after = flat[chosen] * sign, neighbour(np.s_[:], -1), neighbour(np.s_[:], 1)
     is_peak = (here > before) & (here >= after)
-    top, rest = np.flatnonzero(is_peak), np.flatnonzero(~is_peak)
+    top, others = np.flatnonzero(is_peak), np.flatnonzero(~is_peak)
     alone = np.zeros((2, count), dtype=bool)
     alone[down[top], row[top]] = True
     # what is no peak itself is next to one, and so within what is examined there
-    nearby = (before[rest] > seen(rest, -2)) & (before[rest] >= here[rest])
-    nearby |= (after[rest] > here[rest]) & (after[rest] >= seen(rest, 2))
-    far = rest[~nearby]
+    nearby = (before[others] > neighbour(others, -2)) & (before[others] >= here[others])
+    nearby |= (after[others] > here[others]) & (after[others] >= neighbour(others, 2))
+    far = others[~nearby]
     alone[down[far], row[far]] = False
     here, before, after = here[top], before[top], after[top]
     bend = (before - here) + (after - here)
@@ -356,7 +356,7 @@ def _peaks(
     return _Peaks(row[top] + start, sample[top], sign[top], vertex, to_left, to_right, alone)
 
 
-def _about(rows: ComplexArray, cycle: Cycle, peaks: _Peaks, left_out: FloatArray) -> Settled:
+def _about(rows: ComplexArray, cycle: Cycle, peaks: _Peaks, left_out: FloatArray) -> SignalPeak:
     """Highest values of signals (r, m) and of their negatives, where their peaks settle them.
 
     `left_out` (r,) bounds the first derivative that the polynomials have no more.
@@ -378,24 +378,24 @@ def _about(rows: ComplexArray, cycle: Cycle, peaks: _Peaks, left_out: FloatArray
     step = whole / cycle.samples
     offset = (place / PLACES - 0.5) * step
     begin, end = -peaks.before * step - offset, peaks.after * step - offset
-    at, found = _newton(taylor, begin, end, PEAK_NEWTON)
+    at, converged = _newton(taylor, begin, end, PEAK_NEWTON)
     value = _at(taylor, at)
     power = np.arange(2, PEAK_DEGREE + 2)
     tail = left_out[row] / math.factorial(PEAK_DEGREE + 1)
     far = np.maximum(-begin, end)
     size = np.concatenate([taylor[2:3], np.abs(taylor[3:]), tail[None]])
-    found &= tail * np.abs(at) ** (PEAK_DEGREE + 1) <= 0.25 * EPSILON
-    found &= _at(size * (power * (power - 1))[:, None], far) < 0.0
+    converged &= tail * np.abs(at) ** (PEAK_DEGREE + 1) <= 0.25 * EPSILON
+    converged &= _at(size * (power * (power - 1))[:, None], far) < 0.0
     first = np.flatnonzero(np.diff(group, prepend=-1))
-    value = np.where(found, value, -np.inf)
+    value = np.where(converged, value, -np.inf)
     highest = np.full(2 * len(rows), -np.inf)
     highest[group[first]] = np.maximum.reduceat(value, first) if len(first) else 0.0
     certain = peaks.alone.reshape(-1) & np.isfinite(highest)
-    rest = np.flatnonzero(~found)
+    open_ = np.flatnonzero(~converged)
     size[0] = np.maximum(size[0], 0.0)
-    reach = np.abs(taylor[1, rest]) + far[rest] * _at(size[:, rest], far[rest])
-    reach = taylor[0, rest] + far[rest] * reach
-    certain[group[rest[reach >= highest[group[rest]] - 4.0 * EPSILON]]] = False
+    reach = np.abs(taylor[1, open_]) + far[open_] * _at(size[:, open_], far[open_])
+    reach = taylor[0, open_] + far[open_] * reach
+    certain[group[open_[reach >= highest[group[open_]] - 4.0 * EPSILON]]] = False
     spot = peaks.sample * step + (offset + at)
     spot += np.where(spot < -HARDLY, whole, 0.0)
     spot -= np.where(spot >= whole - HARDLY, whole, 0.0)
@@ -405,7 +405,7 @@ def _about(rows: ComplexArray, cycle: Cycle, peaks: _Peaks, left_out: FloatArray
         spot = np.where(reached, np.maximum(spot, 0.0), np.inf)
         nearest[group[first]] = np.minimum.reduceat(spot, first)
     nearest /= cycle.top
-    return Settled(highest.reshape(2, -1), nearest.reshape(2, -1), certain.reshape(2, -1))
+    return SignalPeak(highest.reshape(2, -1), nearest.reshape(2, -1), certain.reshape(2, -1))
 
 
 def _tops(
@@ -413,7 +413,7 @@ def _tops(
     cycle: Cycle,
     chosen: IntArray,
     half: float,
-) -> Settled:
+) -> SignalPeak:
     """Highest values from the cells about `chosen` samples, in the sequence of the rows."""
     row, sample = np.divmod(chosen, cycle.samples)
     local = rows[row]
@@ -427,8 +427,8 @@ def _tops(
     taylor, row, sample = taylor[:, possible], row[possible], sample[possible]
     bend = (power * (power - 1) * half ** (power - 2)) @ np.abs(taylor[3:])
     concave = 2.0 * taylor[2] + bend < 0.0
-    at, found = _newton(taylor, -half, half, NEWTON)
-    simple = concave & found
+    at, converged = _newton(taylor, -half, half, NEWTON)
+    simple = concave & converged
     certain = np.ones(len(rows), dtype=bool)
     certain[row[~simple]] = False
     value = _at(taylor, at)
@@ -441,7 +441,7 @@ def _tops(
     place = np.where(place < 0.0, place + 2.0 * math.pi * cycle.top, place)
     reached = value >= highest[row] - 8.0 * EPSILON
     first = np.minimum.reduceat(np.where(reached, place, np.inf), start)
-    return Settled(highest, first / cycle.top, certain)
+    return SignalPeak(highest, first / cycle.top, certain)
 
 
 def _newton(

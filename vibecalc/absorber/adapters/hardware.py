@@ -53,7 +53,7 @@ _CHOSEN = (
 )
 
 
-class Held(NamedTuple):
+class InstalledParts(NamedTuple):
     """Springs and oil that stay while the oil warms: the best pair in stock, else those built in.
 
     `least` is the peak of the tuning.
@@ -72,7 +72,7 @@ class Offers(NamedTuple):
     error: FloatArray
 
 
-def emit_stock(scene: Scene, parts: AbsorberParts, tuned: Absorber | None) -> Held | None:
+def emit_stock(scene: Scene, parts: AbsorberParts, tuned: Absorber | None) -> InstalledParts | None:
     """Emit springs, oils and their pairs; give what stays while the oil warms, if there is any.
 
     Pairs are priced against the tuning.
@@ -102,7 +102,7 @@ def emit_stock(scene: Scene, parts: AbsorberParts, tuned: Absorber | None) -> He
     if best is None:
         return _as_built(parts, scale, filled, least, viscous)
     oil = next(oil for oil in parts.stock.oils if oil.name == oils.names[best[1]])
-    return Held(float(springs.ratio[best[0]]), oil, least)
+    return InstalledParts(float(springs.ratio[best[0]]), oil, least)
 
 
 def emit_stock_in_line(scene: Scene, parts: AbsorberParts, tuned: Absorber | None) -> None:
@@ -146,7 +146,7 @@ def _emit_pairs(
     z1, m = float(np.asarray(tuned.primary_damping)), float(np.asarray(tuned.mass_ratio))
     k, z2 = springs.ratio[:, None], dampers.ratio[None, :]
     try:
-        found = stock_choice(
+        choice = stock_choice(
             z1, m, springs.ratio, dampers.ratio, least, *pair,
             stiffness=limits.stiffness, damping=limits.damping, travel=limits.travel,
         )  # fmt: skip
@@ -157,18 +157,18 @@ def _emit_pairs(
         return None
     stray = springs.error[:, None] / np.where(k > 0.0, k, 1.0)
     stray = stray + dampers.error / np.where(z2 > 0.0, z2, 1.0)
-    finite = np.isfinite(found.peak)
-    top = np.where(finite, found.peak, 0.0)
-    error = np.where(finite, found.error, 0.0) + 4.0 * top * (1.0 + top) * stray
+    finite = np.isfinite(choice.peak)
+    top = np.where(finite, choice.peak, 0.0)
+    error = np.where(finite, choice.error, 0.0) + 4.0 * top * (1.0 + top) * stray
     axes = {"stock_spring": springs.names, axis: dampers.names}
-    scene.emit(f"{HARDWARE_ROOT}/{name}/peak", found.peak, error, axes)
-    scene.emit(f"{HARDWARE_ROOT}/{name}/penalty", found.penalty, 2.0 * error / least, axes)
-    moved = np.where(np.isfinite(found.travel), found.travel, 0.0)
-    scene.emit(f"{HARDWARE_ROOT}/{name}/travel", found.travel, 1e-9 * moved, axes)
-    scene.emit(f"{HARDWARE_ROOT}/{name}/allowed", found.allowed.astype(int), 0.0, axes)
-    best = found.spring, found.oil
-    peak, uncertainty = float(found.peak[best]), float(error[best])
-    if found.unsure:
+    scene.emit(f"{HARDWARE_ROOT}/{name}/peak", choice.peak, error, axes)
+    scene.emit(f"{HARDWARE_ROOT}/{name}/penalty", choice.penalty, 2.0 * error / least, axes)
+    moved = np.where(np.isfinite(choice.travel), choice.travel, 0.0)
+    scene.emit(f"{HARDWARE_ROOT}/{name}/travel", choice.travel, 1e-9 * moved, axes)
+    scene.emit(f"{HARDWARE_ROOT}/{name}/allowed", choice.allowed.astype(int), 0.0, axes)
+    best = choice.spring, choice.oil
+    peak, uncertainty = float(choice.peak[best]), float(error[best])
+    if choice.unsure:
         scene.warn("the best two pairs of stock parts differ by less than the error of their peaks")
     scene.emit(f"{HARDWARE_ROOT}/buy/peak", peak, uncertainty)
     scene.emit(f"{HARDWARE_ROOT}/buy/penalty", peak / least - 1.0, 2.0 * uncertainty / least)
@@ -177,15 +177,15 @@ def _emit_pairs(
 
 def _as_built(
     parts: AbsorberParts, scale: Scale, filled: Filling, least: float, viscous: bool
-) -> Held | None:
+) -> InstalledParts | None:
     springs = parts.springs
     if filled.oil is None:
         return None
     if viscous:
-        return Held(0.0, filled.oil, least)
+        return InstalledParts(0.0, filled.oil, least)
     if springs is None or springs.stiffness is None:
         return None
-    return Held(springs.stiffness / scale.stiffness, filled.oil, least)
+    return InstalledParts(springs.stiffness / scale.stiffness, filled.oil, least)
 
 
 def _springs(scene: Scene, parts: AbsorberParts, scale: Scale) -> Offers | None:
@@ -254,7 +254,7 @@ def _right(oil: Oil, filled: Filling, wanted: float) -> tuple[float, float]:
 # ----------------------------------------------------------------------------
 
 
-def emit_warming(scene: Scene, options: Tuning, parts: AbsorberParts, held: Held) -> None:
+def emit_warming(scene: Scene, options: Tuning, parts: AbsorberParts, held: InstalledParts) -> None:
     """Damping and peak at each temperature, springs kept; and the springs that would be best."""
     asked, filled, scale = options.temperatures, parts.filling, parts.scale
     if asked is None or filled is None or scale is None or parts.absorber is None:
@@ -270,18 +270,18 @@ def emit_warming(scene: Scene, options: Tuning, parts: AbsorberParts, held: Held
         return oil_damping(held.oil, filled.gap, warm)
 
     warm = np.linspace(asked.start, asked.stop, asked.points)
-    course = warming(warm, damping_at, scale.stiffness, scale.inertia, peak_of, held.least)
+    warmed = warming(warm, damping_at, scale.stiffness, scale.inertia, peak_of, held.least)
     axes = {"temperature": warm}
-    scene.emit(f"{HARDWARE_ROOT}/warming/damping", *course.damping, axes)
-    scene.emit(f"{HARDWARE_ROOT}/warming/secondary_damping", *course.secondary_damping, axes)
-    scene.emit(f"{HARDWARE_ROOT}/warming/peak", *course.peak, axes)
+    scene.emit(f"{HARDWARE_ROOT}/warming/damping", *warmed.damping, axes)
+    scene.emit(f"{HARDWARE_ROOT}/warming/secondary_damping", *warmed.secondary_damping, axes)
+    scene.emit(f"{HARDWARE_ROOT}/warming/peak", *warmed.peak, axes)
     if options.kind in ("viscous", "lanchester"):
         return
-    best = given_damping(z1, m, course.secondary_damping.value, *pair)
+    best = given_damping(z1, m, warmed.secondary_damping.value, *pair)
     value = np.where(np.isfinite(best.value), best.value, 0.0)
     error = np.where(np.isfinite(best.value), best.value_error, 0.0)
     # the spring follows the damping that the oil gives
-    spread = course.secondary_damping.error / course.secondary_damping.value
+    spread = warmed.secondary_damping.error / warmed.secondary_damping.value
     scene.emit(
         f"{HARDWARE_ROOT}/warming/best_stiffness_ratio", value, error + 4.0 * value * spread, axes
     )
@@ -302,8 +302,8 @@ def run_absorber_parts(scene: Scene) -> None:
         _emit_bending(scene, parts.bending)
     if parts.scale is None or parts.absorber is None:
         return
-    own = parts.scale.frequency
-    scene.emit(f"{HARDWARE_ROOT}/primary_frequency", own, 8.0 * EPSILON * own)
+    natural = parts.scale.frequency
+    scene.emit(f"{HARDWARE_ROOT}/primary_frequency", natural, 8.0 * EPSILON * natural)
     _emit_built(scene, parts)
     _emit_gap(scene, parts)
     tuned: Absorber | None = scene.handed_on.get("tuned")
@@ -333,8 +333,8 @@ def _emit_rod(scene: Scene, parts: AbsorberParts) -> None:
 
 def _emit_bending(scene: Scene, given: Bending) -> None:
     modes = {"mode": np.arange(1, given.modes + 1)}
-    found = bending_frequencies(given.rod, given.body, given.modes)
-    scene.emit(f"{HARDWARE_ROOT}/bending/frequency", found.value, found.error, modes)
+    bending = bending_frequencies(given.rod, given.body, given.modes)
+    scene.emit(f"{HARDWARE_ROOT}/bending/frequency", bending.value, bending.error, modes)
     if given.spin:
         whirl = whirl_frequencies(given.rod, given.body, given.spin, given.modes)
         scene.emit(
@@ -367,9 +367,9 @@ def _emit_built(scene: Scene, parts: AbsorberParts) -> None:
     filled = parts.filling
     if filled is None or filled.oil is None:
         return
-    found = oil_damping(filled.oil, filled.gap, filled.temperature)
-    size = found.value / parts.scale.damping
-    error = found.error / parts.scale.damping + 8.0 * EPSILON * size
+    of_oil = oil_damping(filled.oil, filled.gap, filled.temperature)
+    size = of_oil.value / parts.scale.damping
+    error = of_oil.error / parts.scale.damping + 8.0 * EPSILON * size
     scene.emit(f"{HARDWARE_ROOT}/built/secondary_damping", size, error)
     if not scene.wants(f"{HARDWARE_ROOT}/built/peak", f"{HARDWARE_ROOT}/built/peak_frequency"):
         return
@@ -436,7 +436,7 @@ def _pair(scene: Scene) -> tuple[str, str]:
     return tuning.excitation, tuning.response
 
 
-def _emit_warming(scene: Scene, parts: AbsorberParts, held: Held) -> None:
+def _emit_warming(scene: Scene, parts: AbsorberParts, held: InstalledParts) -> None:
 
     tuning = scene.case.tuning
     if tuning is not None and tuning.temperatures is not None:

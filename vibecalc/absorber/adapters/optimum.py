@@ -24,7 +24,7 @@ from vibecalc.numerics.rounding import EPSILON, WithError
 # ----------------------------------------------------------------------------
 
 
-class Best(NamedTuple):
+class BestTuning(NamedTuple):
     """Stiffness and damping found, what they make small (`value`; `alone` without an absorber).
 
     `is_held`: one tuning, held by its peaks, and no set of them. `remarks`: words for the report.
@@ -48,7 +48,7 @@ class Best(NamedTuple):
     above_floor_error: float = 0.0
 
 
-def best_tuning(options: Tuning, z1: float, m: float) -> Best:
+def best_tuning(options: Tuning, z1: float, m: float) -> BestTuning:
     """The optimum for one primary damping and mass ratio.
 
     Raises NumericalFailure where there is none: a response that grows without bound, or has no
@@ -62,22 +62,23 @@ def best_tuning(options: Tuning, z1: float, m: float) -> Best:
     if options.kind == "lanchester":
         _, z2, _ = lanchester(np.asarray(m))
         damping = float(z2)
-        return Best(
+        return BestTuning(
             0.0, damping, 0.0, 8.0 * EPSILON * damping, np.nan, 0.0, np.nan, 0.0, True, 1,
         )  # fmt: skip
     if is_endless(pair, z1):
         raise NumericalFailure(_endless(pair, threshold(*pair).why))
     viscous = options.kind == "viscous"
-    found = pure_viscous(z1, m, *pair) if viscous else undamped_spring(z1, m, *pair)
-    value, error = float(found.value), float(found.value_error)
+    restricted = pure_viscous(z1, m, *pair) if viscous else undamped_spring(z1, m, *pair)
+    value, error = float(restricted.value), float(restricted.value_error)
     if not np.isfinite(value):
         raise NumericalFailure(
             "the best such absorber is locked to the primary: a mass fastened rigidly does more"
         )
     place = (0.0, value, 0.0, error) if viscous else (value, 0.0, error, 0.0)
-    return Best(
-        *place, float(found.largest), float(found.largest_error), np.nan,
-        float(found.largest_error), bool(found.held_by), int(np.max(found.evaluations)),
+    return BestTuning(
+        *place, float(restricted.largest), float(restricted.largest_error), np.nan,
+        float(restricted.largest_error), bool(restricted.held_by),
+        int(np.max(restricted.evaluations)),
     )  # fmt: skip
 
 
@@ -97,9 +98,9 @@ def level_of(options: Tuning, absorber: Absorber) -> WithError:
     return WithError(found.largest, found.largest_error)
 
 
-def _free(z1: float, m: float, pair: tuple[str, str]) -> Best:
-    found = minimax(z1, m, *pair)
-    outcome, limit = int(found.outcome), threshold(*pair)
+def _free(z1: float, m: float, pair: tuple[str, str]) -> BestTuning:
+    tuning = minimax(z1, m, *pair)
+    outcome, limit = int(tuning.outcome), threshold(*pair)
     if outcome == UNBOUNDED:
         raise NumericalFailure(_endless(pair, limit.why))
     remarks: tuple[str, ...] = ()
@@ -110,19 +111,19 @@ def _free(z1: float, m: float, pair: tuple[str, str]) -> Best:
         )
     elif outcome == SET:
         remarks = (f"many tunings are as good: {limit.why}; the one given is one of them",)
-    return Best(
-        float(found.stiffness_ratio), float(found.secondary_damping),
-        float(found.stiffness_error), float(found.damping_error), float(found.largest),
-        float(found.largest_error), np.nan, float(found.largest_error), outcome != NO_HELP,
-        int(found.evaluations), remarks, outcome == BALANCED,
-        float(found.above_floor),
-        float(found.excess_error / (found.largest + found.floor)) + 4.0 * EPSILON * float(
-            found.above_floor
+    return BestTuning(
+        float(tuning.stiffness_ratio), float(tuning.secondary_damping),
+        float(tuning.stiffness_error), float(tuning.damping_error), float(tuning.largest),
+        float(tuning.largest_error), np.nan, float(tuning.largest_error), outcome != NO_HELP,
+        int(tuning.evaluations), remarks, outcome == BALANCED,
+        float(tuning.above_floor),
+        float(tuning.excess_error / (tuning.largest + tuning.floor)) + 4.0 * EPSILON * float(
+            tuning.above_floor
         ),
     )  # fmt: skip
 
 
-def _least_squares(options: Tuning, z1: float, m: float) -> Best:
+def _least_squares(options: Tuning, z1: float, m: float) -> BestTuning:
     if options.kind != "free":
         raise NumericalFailure(
             f"a mean square is tuned with both spring and damper, not of kind {options.kind!r}"
@@ -134,7 +135,7 @@ def _least_squares(options: Tuning, z1: float, m: float) -> Best:
         )
     helps = not bool(found.no_help)
     remarks = () if helps else ("no absorber of this mass lowers the mean square",)
-    return Best(
+    return BestTuning(
         float(found.stiffness_ratio), float(found.secondary_damping),
         float(found.stiffness_error), float(found.damping_error), float(found.value),
         float(found.value_error), float(found.alone), 0.0, helps, found.steps, remarks,
@@ -175,7 +176,7 @@ def limits_of(options: Tuning) -> Limits:
     return Limits(stiffness, damping, np.inf if bounds.travel is None else bounds.travel)
 
 
-def within_bounds(options: Tuning, z1: float, m: float, best: Best) -> BoundedTuning | None:
+def within_bounds(options: Tuning, z1: float, m: float, best: BestTuning) -> BoundedTuning | None:
     """The best tuning within the bounds of the case; None where the best one of all keeps them.
 
     Raises NumericalFailure where nothing keeps them.
@@ -192,9 +193,9 @@ def within_bounds(options: Tuning, z1: float, m: float, best: Best) -> BoundedTu
     )  # fmt: skip
 
 
-def as_best(options: Tuning, found: BoundedTuning, z1: float, m: float) -> Best:
+def as_best(options: Tuning, bounded: BoundedTuning, z1: float, m: float) -> BestTuning:
     """The tuning within bounds as the answer to the case."""
-    tuning = found.tuning
+    tuning = bounded.tuning
     alone = peaks(Absorber(z1, m, 0.0, 0.0), options.excitation, options.response)
     helps = bool(tuning.peak < float(alone.largest) * (1.0 - _NO_LOWER))
     remarks: tuple[str, ...] = ()
@@ -205,7 +206,7 @@ def as_best(options: Tuning, found: BoundedTuning, z1: float, m: float) -> Best:
             f"{float(alone.largest):.6g}",
         )
     stiff_error, damp_error = (float(error) for error in tuning.ratio_error[:2])
-    return Best(
+    return BestTuning(
         float(tuning.stiffness_ratio[0]), float(tuning.secondary_damping[0]),
         stiff_error, damp_error, tuning.peak, tuning.peak_error, np.nan, tuning.peak_error,
         helps, tuning.evaluations, remarks, False,
@@ -213,7 +214,7 @@ def as_best(options: Tuning, found: BoundedTuning, z1: float, m: float) -> Best:
 
 
 def emit_comparison(
-    scene: Scene, options: Tuning, free: Absorber, best: Best, found: BoundedTuning | None
+    scene: Scene, options: Tuning, free: Absorber, best: BestTuning, bounded: BoundedTuning | None
 ) -> None:
     """Which bounds hold the tuning, and next to it the one that there would be without them."""
     pair = options.excitation, options.response
@@ -225,13 +226,13 @@ def emit_comparison(
         value = float(one.largest)
         error = float(one.largest_error) + best.peak_error * (name == "peak")
         scene.emit(f"{TUNING_ROOT}/unbounded/{name}", value, error if np.isfinite(value) else 0.0)
-    active = np.array([int(found is not None and name in found.active) for name in HELD_BY])
+    active = np.array([int(bounded is not None and name in bounded.active) for name in HELD_BY])
     scene.emit(f"{TUNING_ROOT}/bounds/active", active, 0.0, {"tuning_bound": HELD_BY})
     least, cost = float(top.largest), 0.0
     error = 0.0
-    if found is not None:
-        cost = found.tuning.peak / least - 1.0
-        error = (2.0 * found.tuning.peak_error + float(top.largest_error)) / least + 4.0 * EPSILON
+    if bounded is not None:
+        cost = bounded.tuning.peak / least - 1.0
+        error = (2.0 * bounded.tuning.peak_error + float(top.largest_error)) / least + 4.0 * EPSILON
     scene.emit(f"{TUNING_ROOT}/bounds/penalty", cost, error if np.isfinite(cost) else 0.0)
     scene.cite(
         "sequential quadratic programming on the levels of all peaks, then Newton's method",
@@ -240,11 +241,11 @@ def emit_comparison(
     )
 
 
-def emit_bounded_proof(scene: Scene, options: Tuning, found: BoundedTuning) -> None:
+def emit_bounded_proof(scene: Scene, options: Tuning, bounded: BoundedTuning) -> None:
     """The peaks that hold a tuning within bounds, their weights, and what is left of slopes."""
-    tuning = found.tuning
+    tuning = bounded.tuning
     axes = {"active": np.arange(1, len(tuning.frequency) + 1)}
-    relative = float(np.max(tuning.ratio_error / np.maximum(_sizes(found), EPSILON)))
+    relative = float(np.max(tuning.ratio_error / np.maximum(_sizes(bounded), EPSILON)))
     height = np.full(len(tuning.frequency), tuning.peak)
     scene.emit(f"{TUNING_ROOT}/active/magnitude", height, tuning.peak_error, axes)
     off = 16.0 * (EPSILON + relative)
@@ -259,8 +260,8 @@ def emit_bounded_proof(scene: Scene, options: Tuning, found: BoundedTuning) -> N
         scene.emit(f"{TUNING_ROOT}/certificate", tuning.residual, tuning.residual + 16.0 * EPSILON)
 
 
-def _sizes(found: BoundedTuning) -> np.ndarray:
-    both = np.append(found.tuning.stiffness_ratio, found.tuning.secondary_damping)
+def _sizes(bounded: BoundedTuning) -> np.ndarray:
+    both = np.append(bounded.tuning.stiffness_ratio, bounded.tuning.secondary_damping)
     return np.where(both > 0.0, both, 1.0)
 
 
@@ -290,16 +291,16 @@ def emit_chart(scene: Scene, options: Tuning) -> None:
     pair = options.excitation, options.response
     k, z2, errors = _tunings(options, z1, m)
     there = Absorber(z1, m, k, z2)
-    found = peaks(there, *pair)
-    own = np.where(k > 0.0, own_damping_ratio(there), 0.0)
+    top = peaks(there, *pair)
+    on_secondary = np.where(k > 0.0, own_damping_ratio(there), 0.0)
     axes = {"primary_damping": damping, "mass_ratio": ratio}
     scene.emit(f"{TUNING_ROOT}/chart/stiffness_ratio", k, errors[0], axes)
     scene.emit(f"{TUNING_ROOT}/chart/secondary_damping", z2, errors[1], axes)
     safe = [np.where(part > 0.0, part, 1.0) for part in (k, z2)]
     relative = errors[0] / safe[0] + errors[1] / safe[1] + 8.0 * EPSILON
-    scene.emit(f"{TUNING_ROOT}/chart/own_damping", own, own * relative, axes)
-    uncertainty = np.where(np.isfinite(found.largest), found.largest_error, 0.0)
-    scene.emit(f"{TUNING_ROOT}/chart/peak", found.largest, uncertainty + errors[2], axes)
+    scene.emit(f"{TUNING_ROOT}/chart/own_damping", on_secondary, on_secondary * relative, axes)
+    uncertainty = np.where(np.isfinite(top.largest), top.largest_error, 0.0)
+    scene.emit(f"{TUNING_ROOT}/chart/peak", top.largest, uncertainty + errors[2], axes)
 
 
 def _tunings(
@@ -316,11 +317,11 @@ def _tunings(
             least.stiffness_error, least.damping_error, zero,
         )  # fmt: skip
     if options.kind == "viscous":
-        found = pure_viscous(z1, m, *pair)
-        return zero, found.value, (zero, found.value_error, found.largest_error)
+        restricted = pure_viscous(z1, m, *pair)
+        return zero, restricted.value, (zero, restricted.value_error, restricted.largest_error)
     if options.kind == "undamped_spring":
-        found = undamped_spring(z1, m, *pair)
-        return found.value, zero, (found.value_error, zero, found.largest_error)
+        restricted = undamped_spring(z1, m, *pair)
+        return restricted.value, zero, (restricted.value_error, zero, restricted.largest_error)
     if options.kind == "lanchester":
         z2 = zero + METHODS["lanchester"].formula(m)[1]
         return zero, z2, (zero, 8.0 * EPSILON * z2, zero)

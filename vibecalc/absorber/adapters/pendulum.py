@@ -31,8 +31,8 @@ _SMALL = 0.2
 def run_absorber_pendulum(scene: Scene) -> None:
     """Emit order, detuning, response to the torque of the case and the torque of a jump."""
     parts = build_pendulum(scene.case)
-    own = tuning_order(parts.pendulum)
-    scene.emit(f"{PENDULUM_ROOT}/order", own.value, own.error)
+    tuned = tuning_order(parts.pendulum)
+    scene.emit(f"{PENDULUM_ROOT}/order", tuned.value, tuned.error)
     radius = float(np.asarray(parts.pendulum.path_radius))
     scene.emit(f"{PENDULUM_ROOT}/path_radius", radius, 8.0 * EPSILON * radius)
     scene.emit(
@@ -53,9 +53,9 @@ def run_absorber_pendulum(scene: Scene) -> None:
         f"{PENDULUM_ROOT}/stiffness", float(nearby.stiffness), 2.0 * error * float(nearby.stiffness)
     )
     if parts.swings.size:
-        found = order_of_swing(parts.pendulum, parts.swings)
+        orders = order_of_swing(parts.pendulum, parts.swings)
         scene.emit(
-            f"{PENDULUM_ROOT}/order_of_swing", found.value, found.error, {"swing": parts.swings}
+            f"{PENDULUM_ROOT}/order_of_swing", orders.value, orders.error, {"swing": parts.swings}
         )
     if parts.torque is not None:
         _emit_small(scene, parts, nearby, parts.torque)
@@ -74,13 +74,13 @@ def run_absorber_pendulum(scene: Scene) -> None:
 def _emit_small(scene: Scene, parts: PendulumParts, nearby: Secondary, torque: float) -> None:
     """Rotor and swing under the torque, as far as swings are small; rotor with locked pendulums."""
     frequency, hold = parts.order * parts.speed, parts.rotor_stiffness
-    found = small_motion(nearby, frequency, torque, hold)
-    if np.isinf(np.abs(found.rotor)):
+    motion = small_motion(nearby, frequency, torque, hold)
+    if np.isinf(np.abs(motion.rotor)):
         raise NumericalFailure(
             f"order {parts.order:.6g} meets an undamped resonance of rotor and pendulum"
         )
-    scene.emit(f"{PENDULUM_ROOT}/small/rotor", found.rotor, found.rotor_error)
-    scene.emit(f"{PENDULUM_ROOT}/small/swing", found.swing, found.swing_error)
+    scene.emit(f"{PENDULUM_ROOT}/small/rotor", motion.rotor, motion.rotor_error)
+    scene.emit(f"{PENDULUM_ROOT}/small/swing", motion.swing, motion.swing_error)
     inertia = float(nearby.primary_inertia + nearby.inertia)
     locked = torque / (hold - inertia * frequency**2)
     lost = (hold + inertia * frequency**2) * abs(locked) / torque
@@ -102,7 +102,7 @@ def _emit_small(scene: Scene, parts: PendulumParts, nearby: Secondary, torque: f
         f"{PENDULUM_ROOT}/response/without", alone.astype(complex),
         1e-12 * np.where(np.isfinite(alone), np.abs(alone), 0.0), axes,
     )  # fmt: skip
-    reach = float(np.abs(found.swing))
+    reach = float(np.abs(motion.swing))
     if reach > _SMALL:
         scene.warn(
             f"swings of {np.degrees(reach):.4g} degrees under this torque, by equations for small "
@@ -116,14 +116,14 @@ def _emit_steady(scene: Scene, parts: PendulumParts) -> None:
     square = parts.speed**2
     for swing in parts.swings[parts.swings > 0.0]:
         try:
-            found = steady_motion(parts.pendulum, parts.rotor_inertia, parts.order, swing)
+            motion = steady_motion(parts.pendulum, parts.rotor_inertia, parts.order, swing)
         except NumericalFailure as failure:
             scene.warn(f"beyond a swing of {np.degrees(swing):.4g} degrees: {failure}")
             break
         swings.append(float(swing))
-        torques.append(float(found.torque.value) * square)
-        errors.append(float(found.torque.error) * square)
-        reach.append((float(found.largest.value), float(found.largest.error)))
+        torques.append(float(motion.torque.value) * square)
+        errors.append(float(motion.torque.error) * square)
+        reach.append((float(motion.largest.value), float(motion.largest.error)))
     axes = {"steady_swing": np.array(swings)}
     scene.emit(f"{PENDULUM_ROOT}/steady/torque", np.array(torques), np.array(errors), axes)
     largest, uncertainties = np.array(reach).reshape(-1, 2).T

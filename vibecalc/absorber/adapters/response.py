@@ -53,12 +53,12 @@ def family(
     case: Case, options: AbsorberResponse, parts: AbsorberParts, tuned: Absorber | None
 ) -> Curves:
     """The curves that a case asks for, in the order in which they are listed there."""
-    own, first = parts.absorber, "as given"
+    absorber, first = parts.absorber, "as given"
     if tuned is not None:
-        own, first = tuned, "tuned"
-    elif own is None or not parts.is_complete:
+        absorber, first = tuned, "tuned"
+    elif absorber is None or not parts.is_complete:
         raise NumericalFailure("the absorber has no spring or no damper, and no tuning finds it")
-    z1, m, k, z2 = (float(np.asarray(part)) for part in own)
+    z1, m, k, z2 = (float(np.asarray(part)) for part in absorber)
     rows = [(first, (z1, m, k, z2))]
     if options.limits:
         rows += [("locked", (z1, m, np.inf, z2)), ("free", (z1, m, 0.0, 0.0))]
@@ -76,13 +76,13 @@ def varied_key(vary: Vary) -> str:
 
 
 def _varied(
-    vary: Vary, own: tuple[float, float, float, float], ratio: float | None
+    vary: Vary, given: tuple[float, float, float, float], ratio: float | None
 ) -> list[tuple[str, tuple[float, float, float, float]]]:
     key = varied_key(vary)
     place = ("primary_damping", "mass_ratio", "stiffness_ratio", "secondary_damping")
     rows = []
     for value in getattr(vary, key):
-        each = dict(zip(place, own, strict=True))
+        each = dict(zip(place, given, strict=True))
         if key == "own_damping":
             ratio = value
         else:
@@ -136,8 +136,8 @@ def moved_several(
 
 
 def _largest_move(read, tuned, uncertainty: TuningError, names: tuple[str, str]) -> FloatArray:  # type: ignore[no-untyped-def]
-    own = np.asarray(read(tuned))
-    total = np.zeros(own.shape)
+    tuned_value = np.asarray(read(tuned))
+    total = np.zeros(tuned_value.shape)
     for name, errors in zip(names, uncertainty, strict=True):
         ratios = np.atleast_1d(np.asarray(getattr(tuned, name), dtype=float))
         for place, error in enumerate(np.atleast_1d(errors).tolist()):
@@ -148,10 +148,10 @@ def _largest_move(read, tuned, uncertainty: TuningError, names: tuple[str, str])
             off[place] *= 1.0 + _STEP
             one = off if np.ndim(getattr(tuned, name)) else float(off[0])
             there = np.asarray(read(tuned._replace(**{name: one})))
-            if there.shape != own.shape:
+            if there.shape != tuned_value.shape:
                 continue
             with np.errstate(invalid="ignore"):
-                change = np.abs(there - own)
+                change = np.abs(there - tuned_value)
             total += np.where(np.isfinite(change), change, 0.0) * (error / (_STEP * size))
     return total
 
@@ -167,13 +167,13 @@ def weight_error(
 
     The slopes move with the ratios by their second derivatives, and are rounded.
     """
-    found = several_slopes(system, frequency, transfer)
+    slopes = several_slopes(system, frequency, transfer)
     errors = np.concatenate([np.atleast_1d(part) for part in uncertainty])
     size = len(errors)
-    slope = found.first[:, :size]
+    slope = slopes.first[:, :size]
     ratios = np.concatenate([np.atleast_1d(part) for part in system[2:4]]).astype(float)
     scale = np.where((ratios > 0.0) & np.isfinite(ratios), ratios, 0.0)
-    off = np.abs(found.second[:, :size, :size]) @ errors
+    off = np.abs(slopes.second[:, :size, :size]) @ errors
     off = (off + _ROUNDINGS * EPSILON * np.abs(slope)) * scale
     table = np.vstack([(slope * scale).T, np.ones(len(weight))])
     return np.asarray(np.abs(np.linalg.pinv(table))[:, :size] @ (off.T @ np.abs(weight)))
@@ -214,9 +214,9 @@ def run_absorber(scene: Scene) -> None:
 
 def _moved(scene: Scene, curves: Curves, read: Callable[[Absorber], np.ndarray]) -> np.ndarray:
     """What the error of a tuning does to a reading of the first curve; zero of one given."""
-    own = Absorber(*(float(np.asarray(part).flat[0]) for part in curves.absorber))
+    first = Absorber(*(float(np.asarray(part).flat[0]) for part in curves.absorber))
     uncertainty = scene.handed_on.get("tuned_uncertainty")
-    return np.zeros(()) if uncertainty is None else moved(read, own, uncertainty)
+    return np.zeros(()) if uncertainty is None else moved(read, first, uncertainty)
 
 
 def _shown(ratios: np.ndarray, excitation: str, response: str, one: Absorber) -> np.ndarray:
@@ -236,15 +236,15 @@ def _reported(scene: Scene, curves: Curves, pair: tuple[str, str]) -> Curves:
     except NumericalFailure:
         if scene.wanted is not None:
             raise
-    kept = [0]
+    shown = [0]
     for place, name in enumerate(curves.names[1:], start=1):
         try:
             peaks(Absorber(*(np.asarray(part)[place] for part in curves.absorber)), *pair)
-            kept.append(place)
+            shown.append(place)
         except NumericalFailure as failure:
             scene.warn(f"curve {name!r} left out: {failure}")
-    names = tuple(curves.names[place] for place in kept)
-    return Curves(names, Absorber(*(np.asarray(part)[kept] for part in curves.absorber)))
+    names = tuple(curves.names[place] for place in shown)
+    return Curves(names, Absorber(*(np.asarray(part)[shown] for part in curves.absorber)))
 
 
 def frequency_ratios(options: AbsorberResponse, parts: AbsorberParts) -> np.ndarray:
@@ -263,34 +263,34 @@ def emit_frequencies(scene: Scene, parts: AbsorberParts, ratios: np.ndarray) -> 
     """The same in rad/s, for a primary with units."""
     if parts.scale is None:
         return
-    own = parts.scale.frequency
+    natural = parts.scale.frequency
     scene.emit(
         f"{RESPONSE_ROOT}/frequency",
-        own * ratios,
-        8.0 * EPSILON * own * np.max(ratios),
+        natural * ratios,
+        8.0 * EPSILON * natural * np.max(ratios),
         {"frequency_ratio": ratios},
     )
-    scene.emit(f"{RESPONSE_ROOT}/primary_frequency", own, 8.0 * EPSILON * own)
+    scene.emit(f"{RESPONSE_ROOT}/primary_frequency", natural, 8.0 * EPSILON * natural)
 
 
 def _emit_peaks(scene: Scene, curves: Curves, pair: tuple[str, str]) -> None:
     axes = {"curve": curves.names}
-    found = peaks(curves.absorber, *pair)
+    tops = peaks(curves.absorber, *pair)
     places = axes | {"peak": np.arange(1, _MOST + 1)}
-    spread = np.where(found.found, 4.0 * EPSILON * found.frequency, 0.0)
+    spread = np.where(tops.present, 4.0 * EPSILON * tops.frequency, 0.0)
     spread[0] += _moved(scene, curves, lambda one: peaks(one, *pair).frequency)
-    error = np.where(np.isfinite(found.error), found.error, 0.0)
+    error = np.where(np.isfinite(tops.error), tops.error, 0.0)
     error[0] += _moved(scene, curves, lambda one: peaks(one, *pair).magnitude)
-    scene.emit(f"{RESPONSE_ROOT}/peak/magnitude", found.magnitude, error, places)
-    scene.emit(f"{RESPONSE_ROOT}/peak/frequency_ratio", found.frequency, spread, places)
-    uncertainty = np.where(np.isfinite(found.largest_error), found.largest_error, 0.0)
+    scene.emit(f"{RESPONSE_ROOT}/peak/magnitude", tops.magnitude, error, places)
+    scene.emit(f"{RESPONSE_ROOT}/peak/frequency_ratio", tops.frequency, spread, places)
+    uncertainty = np.where(np.isfinite(tops.largest_error), tops.largest_error, 0.0)
     uncertainty[0] += _moved(scene, curves, lambda one: peaks(one, *pair).largest)
-    scene.emit(f"{RESPONSE_ROOT}/largest", found.largest, uncertainty, axes)
-    finite = np.isfinite(found.where)
-    where = np.where(finite, 4.0 * EPSILON * np.where(finite, found.where, 0.0), 0.0)
+    scene.emit(f"{RESPONSE_ROOT}/largest", tops.largest, uncertainty, axes)
+    finite = np.isfinite(tops.where)
+    where = np.where(finite, 4.0 * EPSILON * np.where(finite, tops.where, 0.0), 0.0)
     # it is one of the peaks: what these move by
     where[0] += np.max(spread[0], initial=0.0) if finite[0] else 0.0
-    scene.emit(f"{RESPONSE_ROOT}/largest_frequency_ratio", found.where, where, axes)
+    scene.emit(f"{RESPONSE_ROOT}/largest_frequency_ratio", tops.where, where, axes)
     travel = peaks(curves.absorber, pair[0], TRAVEL)
     uncertainty = np.where(np.isfinite(travel.largest_error), travel.largest_error, 0.0)
     uncertainty[0] += _moved(scene, curves, lambda one: peaks(one, pair[0], TRAVEL).largest)
@@ -311,8 +311,8 @@ def _emit_landmarks(scene: Scene, curves: Curves, pair: tuple[str, str]) -> None
         ("antiresonance", marks.antiresonance, off), ("locked_frequency_ratio", marks.locked, 0.0),
     ):  # fmt: skip
         scene.emit(f"{RESPONSE_ROOT}/{name}", float(value), (4.0 * EPSILON + share) * float(value))
-    found = poles(Absorber(z1, m, k, z2))
-    values, uncertainty = found.value[found.found], found.error[found.found]
+    roots = poles(Absorber(z1, m, k, z2))
+    values, uncertainty = roots.value[roots.present], roots.error[roots.present]
     rank = np.lexsort((values.imag, -values.real))
     axes = {"pole": np.arange(1, len(rank) + 1)}
     far = _moved(scene, curves, lambda one: poles(one).value)

@@ -24,7 +24,7 @@ from vibecalc.absorber.stage import asked_of
 from vibecalc.absorber.tables import Tuning
 from vibecalc.absorber.transfer import Absorber, transfer_of
 from vibecalc.absorber.tuning.several import tuned as solved
-from vibecalc.absorber.tuning.several_search import Problem, Travel
+from vibecalc.absorber.tuning.several_search import Travel, TuningProblem
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, WithError
@@ -40,7 +40,7 @@ _NO_LOWER = 1e-9
 _PLACE = 16.0 * EPSILON
 
 
-class Peaks(NamedTuple):
+class SystemPeaks(NamedTuple):
     """Maxima (p,) of one system, and the largest response with its place."""
 
     frequency: np.ndarray
@@ -57,12 +57,12 @@ def run_several_tuning(scene: Scene) -> None:
     assert options is not None
     z1, pair = parts.primary_damping, (options.excitation, options.response)
     m = np.array([branch.mass_ratio for branch in parts.branches])
-    found = solved(_problem(options, parts, m), STARTS)
-    system = Several(z1, m, found.stiffness_ratio, found.secondary_damping, parents_of(parts))
+    best = solved(_problem(options, parts, m), STARTS)
+    system = Several(z1, m, best.stiffness_ratio, best.secondary_damping, parents_of(parts))
     scene.handed_on["several"] = system
     names = {"absorber": tuple(branch.name for branch in parts.branches)}
-    count, error = len(m), found.ratio_error
-    k, z2 = found.stiffness_ratio, found.secondary_damping
+    count, error = len(m), best.ratio_error
+    k, z2 = best.stiffness_ratio, best.secondary_damping
     scene.emit(f"{TUNING_ROOT}/primary_damping", z1)
     scene.emit(f"{TUNING_ROOT}/each/mass_ratio", m, 2.0 * EPSILON * np.max(m), names)
     scene.emit(f"{TUNING_ROOT}/each/stiffness_ratio", k, error[:count], names)
@@ -70,14 +70,16 @@ def run_several_tuning(scene: Scene) -> None:
     uncertainty = tuning_error(error[:count], error[count : 2 * count])
     scene.handed_on["several_uncertainty"] = uncertainty
     safe = np.where(k > 0.0, k, 1.0)
-    own = np.where(k > 0.0, z2 / np.sqrt(m * safe), 0.0)
+    on_secondary = np.where(k > 0.0, z2 / np.sqrt(m * safe), 0.0)
     off = np.where(
         k > 0.0,
-        uncertainty.damping / np.sqrt(m * safe) + 0.5 * own * uncertainty.stiffness / safe,
+        uncertainty.damping / np.sqrt(m * safe) + 0.5 * on_secondary * uncertainty.stiffness / safe,
         0,
     )
-    scene.emit(f"{TUNING_ROOT}/each/own_damping", own, off + 4.0 * EPSILON * own, names)
-    scene.emit(f"{TUNING_ROOT}/peak", found.peak, found.peak_error)
+    scene.emit(
+        f"{TUNING_ROOT}/each/own_damping", on_secondary, off + 4.0 * EPSILON * on_secondary, names
+    )
+    scene.emit(f"{TUNING_ROOT}/peak", best.peak, best.peak_error)
     alone = peaks(Absorber(z1, 1.0, 0.0, 0.0), *pair)
     least = float(alone.largest)
     scene.emit(
@@ -87,26 +89,26 @@ def run_several_tuning(scene: Scene) -> None:
     )
     _emit_travels(scene, system, pair[0], uncertainty, names)
     _emit_units(scene, parts, system, uncertainty, names)
-    axes = {"active": np.arange(1, len(found.frequency) + 1)}
-    height = np.full(len(found.frequency), found.peak)
-    far = moved_several(lambda one: places_near(one, pair, found.frequency), system, uncertainty)
-    scene.emit(f"{TUNING_ROOT}/active/frequency_ratio", found.frequency, far + _PLACE, axes)
-    scene.emit(f"{TUNING_ROOT}/active/magnitude", height, found.peak_error, axes)
-    far = weight_error(system, transfer_of(*pair), found.frequency, found.weight, uncertainty)
-    scene.emit(f"{TUNING_ROOT}/active/weight", found.weight, far + _PLACE, axes)
+    axes = {"active": np.arange(1, len(best.frequency) + 1)}
+    height = np.full(len(best.frequency), best.peak)
+    far = moved_several(lambda one: places_near(one, pair, best.frequency), system, uncertainty)
+    scene.emit(f"{TUNING_ROOT}/active/frequency_ratio", best.frequency, far + _PLACE, axes)
+    scene.emit(f"{TUNING_ROOT}/active/magnitude", height, best.peak_error, axes)
+    far = weight_error(system, transfer_of(*pair), best.frequency, best.weight, uncertainty)
+    scene.emit(f"{TUNING_ROOT}/active/weight", best.weight, far + _PLACE, axes)
     # zero at the exact optimum, so that all of it is error
-    scene.emit(f"{TUNING_ROOT}/certificate", found.residual, found.residual + _PLACE, terms=1.0)
-    scene.emit(f"{TUNING_ROOT}/evaluations", found.evaluations)
+    scene.emit(f"{TUNING_ROOT}/certificate", best.residual, best.residual + _PLACE, terms=1.0)
+    scene.emit(f"{TUNING_ROOT}/evaluations", best.evaluations)
     if options.mistuning:
-        _emit_mistuning(scene, options, system, found.peak, uncertainty)
-    if options.bounds is not None and found.peak >= least * (1.0 - _NO_LOWER):
+        _emit_mistuning(scene, options, system, best.peak, uncertainty)
+    if options.bounds is not None and best.peak >= least * (1.0 - _NO_LOWER):
         scene.warn(
             f"no absorbers within the bounds do better than none: with the best of them the "
-            f"largest response is {found.peak:.6g}, without absorbers {least:.6g}"
+            f"largest response is {best.peak:.6g}, without absorbers {least:.6g}"
         )
-    elif found.no_help:
+    elif best.no_help:
         scene.warn("many tunings are as good: the largest response stands at one end")
-    elif found.agreeing < 2:
+    elif best.agreeing < 2:
         scene.warn("only one of the best starts ends at this tuning; another may be better")
     scene.cite(
         "sequential quadratic programming on the levels of all peaks, then Newton's method",
@@ -152,10 +154,10 @@ def _emit_units(
             np.where(np.isfinite(ratio), error, 0.0),
             names,
         )
-    own = scale.frequency * np.sqrt(k / m)
+    frequency = scale.frequency * np.sqrt(k / m)
     share = uncertainty.stiffness / np.where((k > 0.0) & np.isfinite(k), k, 1.0) + 8.0 * EPSILON
-    error = np.where(np.isfinite(own), own * share, 0.0)
-    scene.emit(f"{TUNING_ROOT}/each/frequency", own, error, names)
+    error = np.where(np.isfinite(frequency), frequency * share, 0.0)
+    scene.emit(f"{TUNING_ROOT}/each/frequency", frequency, error, names)
 
 
 def numbers(system: Several) -> range:
@@ -171,7 +173,7 @@ def places_near(system: Several, pair: tuple[str, str], near: np.ndarray) -> np.
     return np.asarray(found[np.argmin(np.abs(found - near[:, None]), axis=1)])
 
 
-def _problem(options: Tuning, parts: AbsorberParts, m: np.ndarray) -> Problem:
+def _problem(options: Tuning, parts: AbsorberParts, m: np.ndarray) -> TuningProblem:
     bounds, count = options.bounds, len(m)
     lower, upper = np.zeros(2 * count), np.full(2 * count, np.inf)
     travel: tuple[Travel, ...] = ()
@@ -184,7 +186,7 @@ def _problem(options: Tuning, parts: AbsorberParts, m: np.ndarray) -> Problem:
                 lower[place], upper[place] = given
         if bounds.travel is not None:
             travel = tuple(Travel(number, bounds.travel) for number in range(1, count + 1))
-    return Problem(
+    return TuningProblem(
         parts.primary_damping,
         m,
         parents_of(parts),
@@ -209,19 +211,22 @@ def _emit_mistuning(
     sizes = np.array(sorted({sign * size for size in options.mistuning for sign in (-1.0, 1.0)}))
     keys = ("stiffness_ratio", "secondary_damping")
 
-    def mistuned(own: Several) -> list[list[SeveralPeaks]]:
-        parts = [(key, np.asarray(getattr(own, key))) for key in keys]
+    def mistuned(absorbers: Several) -> list[list[SeveralPeaks]]:
+        parts = [(key, np.asarray(getattr(absorbers, key))) for key in keys]
         return [
-            [several_peaks(own._replace(**{key: part * (1.0 + size)}), *pair) for size in sizes]
+            [
+                several_peaks(absorbers._replace(**{key: part * (1.0 + size)}), *pair)
+                for size in sizes
+            ]
             for key, part in parts
         ]
 
-    def tops(own: Several) -> np.ndarray:
-        return np.array([[one.largest for one in row] for row in mistuned(own)])
+    def tops(absorbers: Several) -> np.ndarray:
+        return np.array([[one.largest for one in row] for row in mistuned(absorbers)])
 
-    found = mistuned(system)
-    loss = np.array([[one.largest for one in row] for row in found]) / best - 1.0
-    error = max(one.largest_error for row in found for one in row) + moved_several(
+    responses = mistuned(system)
+    loss = np.array([[one.largest for one in row] for row in responses]) / best - 1.0
+    error = max(one.largest_error for row in responses for one in row) + moved_several(
         tops, system, uncertainty
     )
     axes = {"mistuned": ("stiffness", "damping"), "deviation": sizes}
@@ -232,7 +237,7 @@ def reach(system: Several, excitation: str) -> tuple[np.ndarray, np.ndarray]:
     """Largest travel of each absorber, and its error."""
     none = np.zeros(0)
     each = [
-        Peaks(none, none, none, 0.0, 0.0, 0.0)
+        SystemPeaks(none, none, none, 0.0, 0.0, 0.0)
         if is_fastened(system, number)
         else peaks_of(system, excitation, TRAVEL, number)
         for number in numbers(system)
@@ -245,14 +250,14 @@ def is_fastened(system: Several, number: int) -> bool:
     return bool(np.isinf(np.asarray(system.stiffness_ratio)[number - 1]))
 
 
-def peaks_of(system: Several, excitation: str, response: str, absorber: int = 1) -> Peaks:
+def peaks_of(system: Several, excitation: str, response: str, absorber: int = 1) -> SystemPeaks:
     """All peaks; on an undamped natural frequency the largest is infinite."""
     try:
         found = several_peaks(system, excitation, response, absorber)
     except NumericalFailure:
         none = np.zeros(0)
-        return Peaks(none, none, none, np.inf, 0.0, np.inf)
-    return Peaks(
+        return SystemPeaks(none, none, none, np.inf, 0.0, np.inf)
+    return SystemPeaks(
         found.frequency,
         found.magnitude,
         found.error,
@@ -358,23 +363,23 @@ def _emit_peaks(
     uncertainty: TuningError,
     absorbers: dict[str, tuple[str, ...]],
 ) -> None:
-    found = [
+    tops = [
         _limit(name, one, pair[0], pair[1]) if name in _LIMITS else peaks_of(one, pair[0], pair[1])
         for name, one in zip(names, systems, strict=True)
     ]
-    most = max(1, *(len(one.frequency) for one in found))
-    place, height = np.zeros((len(found), most)), np.zeros((len(found), most))
-    for row, one in enumerate(found):
+    most = max(1, *(len(one.frequency) for one in tops))
+    place, height = np.zeros((len(tops), most)), np.zeros((len(tops), most))
+    for row, one in enumerate(tops):
         place[row, : len(one.frequency)] = one.frequency
         height[row, : len(one.frequency)] = one.magnitude
-    error = max((float(np.max(one.error, initial=0.0)) for one in found), default=0.0)
+    error = max((float(np.max(one.error, initial=0.0)) for one in tops), default=0.0)
     # of the first curve, which may be a tuned one
-    own = found[0].frequency
+    frequency = tops[0].frequency
     far = [
         float(np.max(moved_several(read, systems[0], uncertainty), initial=0.0))
         for read in (
             lambda one: peaks_of(one, *pair).magnitude,
-            lambda one: places_near(one, pair, own),
+            lambda one: places_near(one, pair, frequency),
             lambda one: reach(one, pair[0])[0],
         )
     ]
@@ -383,9 +388,9 @@ def _emit_peaks(
     by_peak = axes | {"peak": np.arange(1, most + 1)}
     scene.emit(f"{RESPONSE}/peak/magnitude", height, error + far[0], by_peak)
     scene.emit(f"{RESPONSE}/peak/frequency_ratio", place, near, by_peak)
-    largest = np.array([one.largest for one in found])
-    where = np.array([one.where for one in found])
-    error = max(one.largest_error for one in found) + far[0]
+    largest = np.array([one.largest for one in tops])
+    where = np.array([one.where for one in tops])
+    error = max(one.largest_error for one in tops) + far[0]
     scene.emit(f"{RESPONSE}/largest", largest, error, axes)
     scene.emit(f"{RESPONSE}/largest_frequency_ratio", where, near, axes)
     travels, off = (
@@ -395,13 +400,13 @@ def _emit_peaks(
     scene.emit(f"{RESPONSE}/each/largest_travel", travels, error, axes | absorbers)
 
 
-def _limit(name: str, system: Several, excitation: str, response: str) -> Peaks:
+def _limit(name: str, system: Several, excitation: str, response: str) -> SystemPeaks:
     """Of all masses fastened rigidly, or of none: the primary, a system of one mass."""
     mass = float(np.sum(system.mass_ratio))
     stiff = np.inf if name == "locked" else 0.0
     one = peaks(Absorber(system.primary_damping, mass, stiff, 0.0), excitation, response)
-    there = one.found & np.isfinite(one.magnitude)  # an infinite one is shown by the largest
-    return Peaks(
+    there = one.present & np.isfinite(one.magnitude)  # an infinite one is shown by the largest
+    return SystemPeaks(
         one.frequency[there],
         one.magnitude[there],
         one.error[there],

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vibecalc.absorber.adapters.optimum import (
-    Best,
+    BestTuning,
     as_best,
     best_tuning,
     emit_bounded_proof,
@@ -45,23 +45,23 @@ _FORMS = {
 _STEP = 1e-4
 
 
-def emit_methods(scene: Scene, options: Tuning, tuned: Absorber, best: Best) -> None:
+def emit_methods(scene: Scene, options: Tuning, tuned: Absorber, best: BestTuning) -> None:
     """Tunings by other methods, the peaks that they promise and those that they give."""
     z1, m = float(np.asarray(tuned.primary_damping)), float(np.asarray(tuned.mass_ratio))
     pair = options.excitation, options.response
-    own, least = float(peaks(tuned, *pair).largest), float(level_of(options, tuned).value)
+    optimum, least = float(peaks(tuned, *pair).largest), float(level_of(options, tuned).value)
     names = options.compare
     rows = []
     for name in names:
         if name == "numerical":
-            k, z2, promise = best.stiffness_ratio, best.secondary_damping, own
+            k, z2, promise = best.stiffness_ratio, best.secondary_damping, optimum
         elif options.norm == "h2":
             form = least_squares.closed_form(m, *pair)
             k, z2, promise = (float(x) for x in (form[0], form[1], np.inf))
         else:
-            found = closed_form(_FORMS[name], m, z1, *pair)
-            k, z2 = float(found.stiffness_ratio), float(found.secondary_damping)
-            promise = float(found.promised)
+            closed = closed_form(_FORMS[name], m, z1, *pair)
+            k, z2 = float(closed.stiffness_ratio), float(closed.secondary_damping)
+            promise = float(closed.promised)
             _cite_form(scene, name)
         one = Absorber(z1, m, k, z2)
         there, level = peaks(one, *pair), level_of(options, one)
@@ -172,17 +172,17 @@ def emit_sensitivity(
             f"no slopes of this tuning: with damping of the primary the {pair[1]} under excitation "
             f"by {pair[0]} has no bound at high frequency"
         )
-    found: dict[str, list[tuple[float, float]]] = {"k": [], "z2": [], "peak": []}
+    derivatives: dict[str, list[tuple[float, float]]] = {"k": [], "z2": [], "peak": []}
     for place, value in enumerate((z1, m)):
         width = _STEP * max(value, 0.01 if place == 0 else 0.0)
         each = [_slopes(options, z1, m, place, step) for step in (width, 0.5 * width)]
         sharper = (4.0 * each[1] - each[0]) / 3.0
         uncertainty = np.abs(each[1] - each[0]) + 1e-13 / width
-        for name, slope, error in zip(found, sharper, uncertainty, strict=True):
-            found[name].append((float(slope), float(error)))
+        for name, slope, error in zip(derivatives, sharper, uncertainty, strict=True):
+            derivatives[name].append((float(slope), float(error)))
     axes = {"ratio": names}
     for name, key in (("stiffness_ratio", "k"), ("secondary_damping", "z2"), ("peak", "peak")):
-        values, errors = np.array(found[key]).T
+        values, errors = np.array(derivatives[key]).T
         scene.emit(f"{TUNING_ROOT}/sensitivity/{name}", values, errors, axes)
 
 
@@ -231,15 +231,15 @@ def run_absorber_tuning(scene: Scene) -> None:
         raise ValueError("the case has no absorber to tune")
     z1, m = parts.primary_damping, float(np.asarray(parts.absorber.mass_ratio))
     free = best = best_tuning(options, z1, m)
-    found = None if options.bounds is None else within_bounds(options, z1, m, free)
-    if found is not None:
-        best = as_best(options, found, z1, m)
+    bounded = None if options.bounds is None else within_bounds(options, z1, m, free)
+    if bounded is not None:
+        best = as_best(options, bounded, z1, m)
     tuned = Absorber(z1, m, best.stiffness_ratio, best.secondary_damping)
     scene.handed_on["tuned"], scene.handed_on["tuned_uncertainty"] = tuned, _uncertainty(best)
     _emit_best(scene, options, best, tuned)
     _emit_units(scene, options, parts, best)
-    if found is not None:
-        emit_bounded_proof(scene, options, found)
+    if bounded is not None:
+        emit_bounded_proof(scene, options, bounded)
     elif options.norm == "h_infinity":
         _emit_proof(scene, options, tuned, _uncertainty(best))
     alone = Absorber(z1, m, free.stiffness_ratio, free.secondary_damping)
@@ -248,9 +248,9 @@ def run_absorber_tuning(scene: Scene) -> None:
     if options.mistuning and scene.wants(*_of("mistuning")):
         _nearby(scene, "mistuning", lambda: emit_mistuning(scene, options, tuned))
     if options.sensitivity and scene.wants(*_of("sensitivity")):
-        _nearby(scene, "sensitivity", lambda: emit_sensitivity(scene, options, z1, m, found))
+        _nearby(scene, "sensitivity", lambda: emit_sensitivity(scene, options, z1, m, bounded))
     if options.bounds is not None:
-        emit_comparison(scene, options, alone, free, found)
+        emit_comparison(scene, options, alone, free, bounded)
     if options.chart is not None and scene.wants(*_of("chart")):
         emit_chart(scene, options)
     if options.kind == "free" and options.norm == "h_infinity" and scene.wants(*_of("map")):
@@ -275,7 +275,7 @@ def _nearby(scene: Scene, name: str, study: Callable[[], None]) -> None:
         scene.warn(f"{_LEFT_OUT[name]} left out: {failure}")
 
 
-def _emit_best(scene: Scene, options: Tuning, best: Best, tuned: Absorber) -> None:
+def _emit_best(scene: Scene, options: Tuning, best: BestTuning, tuned: Absorber) -> None:
     z1, m = float(np.asarray(tuned.primary_damping)), float(np.asarray(tuned.mass_ratio))
     pair = options.excitation, options.response
     scene.emit(f"{TUNING_ROOT}/primary_damping", z1)
@@ -285,15 +285,17 @@ def _emit_best(scene: Scene, options: Tuning, best: Best, tuned: Absorber) -> No
     k, z2 = best.stiffness_ratio, best.secondary_damping
     relative = best.damping_error / (z2 or 1.0) + best.stiffness_error / (k or 1.0)
     if options.kind == "free":
-        own = float(own_damping_ratio(tuned)) if k > 0.0 else 0.0
-        scene.emit(f"{TUNING_ROOT}/own_damping", own, own * (relative + 4.0 * EPSILON))
+        on_secondary = float(own_damping_ratio(tuned)) if k > 0.0 else 0.0
+        scene.emit(
+            f"{TUNING_ROOT}/own_damping", on_secondary, on_secondary * (relative + 4.0 * EPSILON)
+        )
     both = (("peak", tuned), ("peak_alone", Absorber(z1, m, 0.0, 0.0)))
     for name, absorber in both:
         if not scene.wants(f"{TUNING_ROOT}/{name}"):
             continue
-        found = peaks(absorber, *pair)
-        error = float(found.largest_error)
-        value = float(found.largest)
+        top = peaks(absorber, *pair)
+        error = float(top.largest_error)
+        value = float(top.largest)
         uncertainty = best.peak_error if name == "peak" else 0.0
         scene.emit(
             f"{TUNING_ROOT}/{name}", value, error + uncertainty if np.isfinite(value) else 0.0
@@ -327,7 +329,7 @@ def _emit_best(scene: Scene, options: Tuning, best: Best, tuned: Absorber) -> No
         scene.warn(words)
 
 
-def _emit_units(scene: Scene, options: Tuning, parts: AbsorberParts, best: Best) -> None:
+def _emit_units(scene: Scene, options: Tuning, parts: AbsorberParts, best: BestTuning) -> None:
     scale = parts.scale
     if scale is None:
         return
@@ -341,12 +343,12 @@ def _emit_units(scene: Scene, options: Tuning, parts: AbsorberParts, best: Best)
     error = scale.stiffness * best.stiffness_error + 8.0 * EPSILON * stiff
     scene.emit(f"{TUNING_ROOT}/{kind}_stiffness", stiff, error)
     m = float(np.asarray(parts.absorber.mass_ratio)) if parts.absorber is not None else 1.0
-    own = scale.frequency * np.sqrt(best.stiffness_ratio / m)
+    frequency = scale.frequency * np.sqrt(best.stiffness_ratio / m)
     error = best.stiffness_error / (best.stiffness_ratio or 1.0) + 8.0 * EPSILON
-    scene.emit(f"{TUNING_ROOT}/secondary_frequency", own, own * error)
+    scene.emit(f"{TUNING_ROOT}/secondary_frequency", frequency, frequency * error)
 
 
-def _uncertainty(best: Best) -> TuningError:
+def _uncertainty(best: BestTuning) -> TuningError:
     return tuning_error(best.stiffness_error, best.damping_error)
 
 
@@ -365,12 +367,12 @@ def _emit_proof(scene: Scene, options: Tuning, tuned: Absorber, uncertainty: Tun
             )
     if not scene.wants(*_of("active")):
         return
-    found = peaks(tuned, *pair)
-    top = found.found & (found.magnitude >= found.largest * (1.0 - _EQUAL))
+    tops = peaks(tuned, *pair)
+    top = tops.present & (tops.magnitude >= tops.largest * (1.0 - _EQUAL))
     axes = {"active": np.arange(1, int(np.sum(top)) + 1)}
-    error = np.max(found.error[top], initial=0.0)
-    scene.emit(f"{TUNING_ROOT}/active/magnitude", found.magnitude[top], error, axes)
-    places = found.frequency[top]
+    error = np.max(tops.error[top], initial=0.0)
+    scene.emit(f"{TUNING_ROOT}/active/magnitude", tops.magnitude[top], error, axes)
+    places = tops.frequency[top]
     off = moved(lambda one: peaks(one, *pair).frequency, tuned, uncertainty)[top]
     scene.emit(f"{TUNING_ROOT}/active/frequency_ratio", places, off + _PLACE * places, axes)
     off = moved(lambda one: certify(one, *pair, equal=_NEARLY).weight, tuned, uncertainty)[top]

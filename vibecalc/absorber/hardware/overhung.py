@@ -373,7 +373,7 @@ def rayleigh_frequency(rod: OverhungRod, body: EndBody) -> WithError:
     end, slope = -np.sin(beyond), -wave * np.cos(beyond)
     moved = np.square(end + offset * slope)
     kinetic = line * square + mass * moved + diametral * slope**2
-    found = closed_form(wave**2 * np.sqrt(stiff * square / kinetic), 20.0)
+    frequency = closed_form(wave**2 * np.sqrt(stiff * square / kinetic), 20.0)
     # the two parts of the motion of the mass may cancel
     lost = mass * (np.square(end) + np.square(offset * slope)) / kinetic
-    return found._replace(error=np.asarray(found.error * (1.0 + lost)))
+    return frequency._replace(error=np.asarray(frequency.error * (1.0 + lost)))

@@ -54,11 +54,11 @@ def _fourth_powers(outer: np.ndarray, inner: np.ndarray) -> np.ndarray:
 # ----------------------------------------------------------------------------
 # Mass and polar inertia of seismic masses made of rings of rectangular section.
 #
-# A ring with a groove or a counter bore is a ring less a ring: add `Inertia` values with sign.
+# A ring with a groove or a counter bore is a ring less a ring: add `BodyInertia` values with sign.
 # ----------------------------------------------------------------------------
 
 
-class Inertia(NamedTuple):
+class BodyInertia(NamedTuple):
     """Mass in kg, moment about the axis and about a diameter through the mass centre in kg m^2."""
 
     mass: WithError
@@ -68,7 +68,7 @@ class Inertia(NamedTuple):
 
 def ring_inertia(
     density: ArrayLike, outer_radius: ArrayLike, inner_radius: ArrayLike, width: ArrayLike
-) -> Inertia:
+) -> BodyInertia:
     """Ring of density kg/m^3 with outer and inner radius and width in m; inner radius 0: a disc.
 
     m = pi rho b (Ro^2 - Ri^2), Jp = m (Ro^2 + Ri^2) / 2, Jd = Jp / 2 + m b^2 / 12.
@@ -76,7 +76,7 @@ def ring_inertia(
     heavy, outer, inner, wide = floats(density, outer_radius, inner_radius, width)
     mass = math.pi * heavy * wide * (outer - inner) * (outer + inner)
     polar = 0.5 * mass * (outer * outer + inner * inner)
-    return Inertia(
+    return BodyInertia(
         closed_form(mass, 7.0),
         closed_form(polar, 11.0),
         closed_form(0.5 * polar + mass * wide * wide / 12.0, 14.0),
@@ -100,9 +100,9 @@ def inner_radius_for(
     value = outer * missing**0.25
     safe = np.where(missing > 0.0, missing, 1.0)
     share = np.where(missing > 0.0, 0.25 / safe, 1.0)
-    found = closed_form(value, 4.0)
-    return found._replace(
-        error=np.asarray(found.error + value * share * closed_form(1.0, 12).error)
+    radius = closed_form(value, 4.0)
+    return radius._replace(
+        error=np.asarray(radius.error + value * share * closed_form(1.0, 12).error)
     )
 
 
@@ -276,7 +276,7 @@ class Springs(NamedTuple):
     casing_radius: FloatArray
     mass_radius: FloatArray
     angle: FloatArray
-    rise: FloatArray
+    axial_offset: FloatArray
     tension: FloatArray
 
 
@@ -285,13 +285,13 @@ def axial_torsional_stiffness(springs: Springs) -> WithError:
 
     Raises NumericalFailure where a spring has no length.
     """
-    rate, first, second, angle, rise, tension = np.broadcast_arrays(*floats(*springs))
+    rate, first, second, angle, axial_offset, tension = np.broadcast_arrays(*floats(*springs))
     # a^2 + b^2 - 2 a b cos d without cancellation for a short spring
     chord = np.square(second - first) + 4.0 * first * second * np.square(np.sin(0.5 * angle))
-    length = np.sqrt(chord + np.square(rise))
+    length = np.sqrt(chord + np.square(axial_offset))
     if np.any(length <= 0.0):
         raise NumericalFailure("a spring whose two ends meet has no direction and no stiffness")
-    along, lever = rise / length, first * second * np.sin(angle) / length
+    along, lever = axial_offset / length, first * second * np.sin(angle) / length
     direction = np.stack([along, lever], axis=-1)
     square = direction[..., :, None] * direction[..., None, :]
     bend = np.zeros_like(square)

@@ -29,7 +29,7 @@ _NONE = "none"
 _AS_TUNED = "as tuned"
 TUNING_BOUNDS = "tuning/bounds/penalty"
 _PAIRS = 5
-_COURSE = 9
+_MOST_ROWS = 9
 
 
 def absorber_parts(result: Result) -> Section | None:
@@ -129,8 +129,12 @@ def _best(record: Record, penalty: Quantity) -> list[tuple[str, str, float]]:
     springs, oils = (labels(axis) for axis in penalty.axes)
     values = np.asarray(penalty.values, dtype=float)
     path = penalty.path.replace("/penalty", "/allowed")
-    kept = having(record, path, *(axis.name for axis in penalty.axes))
-    values = values if kept is None else np.where(np.asarray(kept.values) > 0, values, np.inf)
+    admissible = having(record, path, *(axis.name for axis in penalty.axes))
+    values = (
+        values
+        if admissible is None
+        else np.where(np.asarray(admissible.values) > 0, values, np.inf)
+    )
     order = np.argsort(values, axis=None, kind="stable")
     places = [np.unravel_index(int(place), values.shape) for place in order]
     return [(springs[i], oils[j], float(values[i, j])) for i, j in places
@@ -159,19 +163,19 @@ def _warming(record: Record) -> list[str]:
     if peak is None:
         return []
     warm = np.asarray(peak.axes[0].values, dtype=float)
-    chosen = np.unique(np.linspace(0, len(warm) - 1, _COURSE).round().astype(int))
+    chosen = np.unique(np.linspace(0, len(warm) - 1, _MOST_ROWS).round().astype(int))
     names = (
         ("secondary_damping", "damping\nratio"), ("peak", "peak, these\nsprings"),
         ("best_stiffness_ratio", "best stiff-\nness ratio"), ("best_peak", "peak with\nit"),
     )  # fmt: skip
-    found = [
+    shown = [
         (quantity, words)
         for name, words in names
         if (quantity := having(record, f"{HARDWARE}warming/{name}", "temperature")) is not None
     ]
-    columns = [number("oil at degC", 12), *(number(words, 13) for _, words in found)]
+    columns = [number("oil at degC", 12), *(number(words, 13) for _, words in shown)]
     rows = [
-        [f"{warm[i] - ICE:.1f}", *(show(float(q.values[i]), q.error_estimate) for q, _ in found)]
+        [f"{warm[i] - ICE:.1f}", *(show(float(q.values[i]), q.error_estimate) for q, _ in shown)]
         for i in chosen
     ]
     return [*paragraph(_warmed(record)), *table(columns, rows)]

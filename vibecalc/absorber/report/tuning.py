@@ -98,9 +98,9 @@ def _peaks(record: Record) -> list[str]:
     place = having(record, ABSORBER + "peak/frequency_ratio", "curve", "peak")
     if height is None or place is None:
         return []
-    own = scalar_of(record, ABSORBER + "primary_frequency")
+    natural = scalar_of(record, ABSORBER + "primary_frequency")
     columns = [Column("maxima of curve", 30), number("frequency\nratio", 13)]
-    columns += [number("Hz", 12)] if own is not None else []
+    columns += [number("Hz", 12)] if natural is not None else []
     columns += [number("height", 13)]
     rows = []
     tops, spots = np.asarray(height.values), np.asarray(place.values)
@@ -108,25 +108,25 @@ def _peaks(record: Record) -> list[str]:
         for top, spot in zip(heights, places, strict=True):
             if top > 0.0:
                 row = [label, show(spot)]
-                row += [show(hertz(own * spot))] if own is not None else []
+                row += [show(hertz(natural * spot))] if natural is not None else []
                 rows.append([*row, show(top, height.error_estimate)])
     return table(columns, rows) if rows else []
 
 
 def _poles(record: Record) -> list[str]:
-    found = having(record, ABSORBER + "pole", "pole")
-    if found is None:
+    quantity = having(record, ABSORBER + "pole", "pole")
+    if quantity is None:
         return []
     columns = (number("pole", 6), number("decay", 13), number("frequency\nratio", 13),
                number("damping\nratio", 13))  # fmt: skip
     rows = []
-    for place, value in enumerate(np.asarray(found.values), start=1):
-        if value.imag < -found.error_estimate:
+    for place, value in enumerate(np.asarray(quantity.values), start=1):
+        if value.imag < -quantity.error_estimate:
             continue
         size = abs(value)
         rows.append([
-            str(place), show(-value.real, found.error_estimate),
-            show(value.imag, found.error_estimate),
+            str(place), show(-value.real, quantity.error_estimate),
+            show(value.imag, quantity.error_estimate),
             show(-value.real / size if size > 0.0 and math.isfinite(size) else 0.0, 1e-15),
         ])  # fmt: skip
     return [*paragraph("poles over the primary's own frequency, one of each pair:"),
@@ -144,7 +144,7 @@ _KINDS = {
     "undamped_spring": "a spring without a damper",
     "lanchester": "the damper without a spring that suits an undamped primary",
 }
-_FOUND = (
+_RESULTS = (
     *("primary_damping", "mass_ratio", "stiffness_ratio", "secondary_damping", "own_damping"),
     *("torsional_stiffness", "torsional_damping", "linear_stiffness", "linear_damping"),
     *("secondary_frequency", "peak", "peak_less_one", "mean_square", "travel"),
@@ -161,7 +161,7 @@ def absorber_tuning(result: Result) -> Section | None:
     if not shown:
         return None
     lines = _conclusion(result)
-    scalar, _ = scalars(record, (TUNING + name for name in _FOUND), TUNING)
+    scalar, _ = scalars(record, (TUNING + name for name in _RESULTS), TUNING)
     blocks = [lines, scalar, _each(record), _bounded(record), _mistuned(result)]
     details = {
         "peaks that hold the optimum": _proof(record),
@@ -387,7 +387,7 @@ _SCALARS = (
     *("inertia", "stiffness", "small/rotor", "small/swing", "small/rotor_without"),
     *("jump/torque", "jump/swing"),
 )
-_COURSE = 9
+_MOST_ROWS = 9
 
 
 def pendulum(result: Result) -> Section | None:
@@ -397,23 +397,23 @@ def pendulum(result: Result) -> Section | None:
     if not shown:
         return None
     lines, _ = scalars(record, (PENDULUM + name for name in _SCALARS), PENDULUM)
-    details = {"order against swing": _course(record)}
+    details = {"order against swing": _order_of_swing(record)}
     return section("Centrifugal pendulums", [lines, _words(result)], details, shown)
 
 
-def _course(record: Record) -> list[str]:
-    found = having(record, PENDULUM + "order_of_swing", "swing")
-    if found is None:
+def _order_of_swing(record: Record) -> list[str]:
+    quantity = having(record, PENDULUM + "order_of_swing", "swing")
+    if quantity is None:
         return []
-    swings = np.asarray(found.axes[0].values, dtype=float)
-    chosen = np.unique(np.linspace(0, len(swings) - 1, _COURSE).round().astype(int))
-    small = float(found.values[0])
+    swings = np.asarray(quantity.axes[0].values, dtype=float)
+    chosen = np.unique(np.linspace(0, len(swings) - 1, _MOST_ROWS).round().astype(int))
+    small = float(quantity.values[0])
     columns = (number("swing, deg", 12), number("order", 13), number("off by, %", 12))
     rows = []
     for i in chosen:
-        value = float(found.values[i])
+        value = float(quantity.values[i])
         off = 100.0 * (value / small - 1.0)
-        slack = 200.0 * found.error_estimate / small
+        slack = 200.0 * quantity.error_estimate / small
         rows.append([f"{math.degrees(swings[i]):.1f}", show(value), show(off, slack, 3)])
     return table(columns, rows)
 

@@ -26,7 +26,7 @@ _CLOSE = 1e-9
 _FAR = 25.0
 
 
-class Problem(NamedTuple):
+class MeanSquare(NamedTuple):
     """Systems (r,), their forms with weights, and what they have alone and with the mass locked."""
 
     z1: np.ndarray
@@ -37,7 +37,7 @@ class Problem(NamedTuple):
     locked: np.ndarray
 
 
-class End(NamedTuple):
+class MeanSquareEnd(NamedTuple):
     """Where a descent ended: k / m, log z2, log of the mean square, error of both, convergence."""
 
     kappa: np.ndarray
@@ -48,7 +48,7 @@ class End(NamedTuple):
     steps: int
 
 
-def problem(z1: np.ndarray, m: np.ndarray, parts: tuple[str, str]) -> Problem:
+def problem(z1: np.ndarray, m: np.ndarray, parts: tuple[str, str]) -> MeanSquare:
     """Systems with the forms named by `parts` (see `weights`)."""
     names = [name for name in parts if name]
     factors = (np.ones_like(z1), 4.0 * z1 * z1)[: len(names)]
@@ -58,10 +58,10 @@ def problem(z1: np.ndarray, m: np.ndarray, parts: tuple[str, str]) -> Problem:
         held = (f * (1.0 + m) ** p for f, p in zip(factors, powers, strict=True))
         locked = 0.5 * np.pi / z1 * sum(held)
     forms = tuple(numerator_form(name, z1, m) for name in names)
-    return Problem(z1, m, forms, factors, alone, locked)
+    return MeanSquare(z1, m, forms, factors, alone, locked)
 
 
-def undamped_optimum(given: Problem, on_boundary: bool) -> tuple[np.ndarray, np.ndarray]:
+def undamped_optimum(given: MeanSquare, on_boundary: bool) -> tuple[np.ndarray, np.ndarray]:
     """k / m and z2 for z1 = 0, from the first form: z q + 4 g z^3 over m^2 z^2."""
     form = given.forms[0]
     fall = 1.0 + form.b
@@ -71,7 +71,7 @@ def undamped_optimum(given: Problem, on_boundary: bool) -> tuple[np.ndarray, np.
     return k / given.m, np.sqrt(0.25 * bend / form.g)
 
 
-def logarithm(given: Problem, kappa: np.ndarray, depth: np.ndarray) -> np.ndarray:
+def logarithm(given: MeanSquare, kappa: np.ndarray, depth: np.ndarray) -> np.ndarray:
     """Logarithm of the mean square."""
     k, z = given.m * kappa, np.exp(depth)
     top = sum(
@@ -83,7 +83,7 @@ def logarithm(given: Problem, kappa: np.ndarray, depth: np.ndarray) -> np.ndarra
     return logged
 
 
-def stiff_starts(given: Problem) -> list[tuple[np.ndarray, np.ndarray]]:
+def stiff_starts(given: MeanSquare) -> list[tuple[np.ndarray, np.ndarray]]:
     """k / m and log z2 of nearly locked secondaries, along the best ratio k / z2 there, if any.
 
     See `mean_square_threshold` for the quadratic in that ratio.
@@ -99,7 +99,9 @@ def stiff_starts(given: Problem) -> list[tuple[np.ndarray, np.ndarray]]:
     return [(ratio * z, np.log(m * z)) for z in (2.0, 20.0, 200.0)]
 
 
-def descend(given: Problem, kappa: np.ndarray, depth: np.ndarray, on_boundary: bool) -> End:
+def descend(
+    given: MeanSquare, kappa: np.ndarray, depth: np.ndarray, on_boundary: bool
+) -> MeanSquareEnd:
     """Newton with backtracking until every system rests, or leaves for the free or locked state."""
     kappa, depth = kappa.copy(), depth.copy()
     level = logarithm(given, kappa, depth)
@@ -122,18 +124,18 @@ def descend(given: Problem, kappa: np.ndarray, depth: np.ndarray, on_boundary: b
     with np.errstate(divide="ignore", over="ignore"):
         uncertainty = size + 40.0 * EPSILON / np.maximum(least, 1e-300)
     good = (size < 1e-5) & (least > 0.0)
-    return End(kappa, depth, level, uncertainty, good, steps)
+    return MeanSquareEnd(kappa, depth, level, uncertainty, good, steps)
 
 
-def _rows(given: Problem, live: np.ndarray) -> Problem:
-    return Problem(
+def _rows(given: MeanSquare, live: np.ndarray) -> MeanSquare:
+    return MeanSquare(
         given.z1[live], given.m[live], tuple(Form(*(a[live] for a in f)) for f in given.forms),
         tuple(f[live] for f in given.factors), given.alone[live], given.locked[live],
     )  # fmt: skip
 
 
 def _step(
-    given: Problem, kappa: np.ndarray, depth: np.ndarray, level: np.ndarray, on_boundary: bool
+    given: MeanSquare, kappa: np.ndarray, depth: np.ndarray, level: np.ndarray, on_boundary: bool
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """One step of every system: the new k / m, log z2 and level, its size, and who could move."""
     slope, bend, held, wide = _local(given, kappa, depth, on_boundary)
@@ -164,7 +166,7 @@ def _step(
 
 
 def _local(
-    given: Problem, kappa: np.ndarray, depth: np.ndarray, on_boundary: bool
+    given: MeanSquare, kappa: np.ndarray, depth: np.ndarray, on_boundary: bool
 ) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...], np.ndarray, np.ndarray]:
     """Slope and curvature, where k is held at zero, and where log k is the coordinate."""
     slope, bend = _derivatives(given, kappa, depth)
@@ -177,7 +179,7 @@ def _local(
 
 
 def _derivatives(
-    given: Problem, kappa: np.ndarray, depth: np.ndarray
+    given: MeanSquare, kappa: np.ndarray, depth: np.ndarray
 ) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...]]:
     """Slope (2) and second derivatives (kk, kz, zz) of the logarithm by k / m and log z2."""
     k, z, m = given.m * kappa, np.exp(depth), given.m
@@ -354,7 +356,9 @@ def closed_form(
     )  # fmt: skip
 
 
-def _problem(z1: np.ndarray, m: np.ndarray, excitation: str, response: str, white: str) -> Problem:
+def _problem(
+    z1: np.ndarray, m: np.ndarray, excitation: str, response: str, white: str
+) -> MeanSquare:
     chosen = weights(excitation, response, white)
     if chosen.reason and (not chosen.undamped_only or np.any(z1 > 0.0)):
         raise NumericalFailure(

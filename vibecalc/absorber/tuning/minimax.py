@@ -53,33 +53,33 @@ def undamped_start(mass_ratio: np.ndarray, transfer: Transfer) -> tuple[np.ndarr
 
 #: first and shortest step, in logarithms; what needs a shorter one is left to the search
 _FIRST, _SHORTEST = 0.8, 0.02
-#: Newton iterations granted to one step of the way
+#: Newton iterations granted to one step of the path
 _ITERATIONS = 11
 #: last step of Newton's method at a place that is only passed
-_ON_THE_WAY = 1e-2
+_ALONG_PATH = 1e-2
 
 
-class Followed(NamedTuple):
-    """Where the way ended (place, ln u as in `Balance`), whether at its end, evaluations (n,)."""
+class PathEnd(NamedTuple):
+    """Where the path ended (place, ln u as in `Balance`), whether at its end, evaluations (n,)."""
 
     balance: Balance
     reached: np.ndarray
     evaluations: np.ndarray
 
 
-def sound(found: Balance, enough: float | np.ndarray = 1e-6) -> np.ndarray:
+def sound(balance: Balance, enough: float | np.ndarray = 1e-6) -> np.ndarray:
     """Two equal peaks that oppose each other, on a floor of positive curvature."""
     with np.errstate(invalid="ignore"):
         good: np.ndarray = (
-            (found.step <= enough) & (found.curvature > 0.0)
-            & (found.weight > 0.02) & (found.weight < 0.98)
-            & (np.abs(found.y[0] - found.y[1]) > 1e-6)
+            (balance.step <= enough) & (balance.curvature > 0.0)
+            & (balance.weight > 0.02) & (balance.weight < 0.98)
+            & (np.abs(balance.y[0] - balance.y[1]) > 1e-6)
         )  # fmt: skip
     return good
 
 
-def follow(primary_damping: np.ndarray, mass_ratio: np.ndarray, transfer: Transfer) -> Followed:
-    """Follow the optimum from z1 = 0 to z1 (n,), the whole way at once where Newton allows it.
+def follow(primary_damping: np.ndarray, mass_ratio: np.ndarray, transfer: Transfer) -> PathEnd:
+    """Follow the optimum from z1 = 0 to z1 (n,), the whole path at once where Newton allows it.
 
     The step is halved where the optimum is not found and doubled where it is; the prediction
     runs on in logarithms, so that no ratio becomes negative. What has a threshold (force and
@@ -111,12 +111,12 @@ def follow(primary_damping: np.ndarray, mass_ratio: np.ndarray, transfer: Transf
     began = sound(now)
     here, before = zero.copy(), zero.copy()
     last = now
-    way = np.where(began & (whole > 0.0), whole, 0.0)
-    stride = np.minimum(way, _FIRST)
-    live = np.flatnonzero(way > 0.0)
+    path = np.where(began & (whole > 0.0), whole, 0.0)
+    stride = np.minimum(path, _FIRST)
+    live = np.flatnonzero(path > 0.0)
     while len(live):
-        goal = np.minimum(here[live] + stride[live], way[live])
-        ended = goal >= way[live]
+        goal = np.minimum(here[live] + stride[live], path[live])
+        ended = goal >= path[live]
         target = np.where(ended, primary_damping[live], _damping(goal, light[live], threshold))
         share = np.where(
             here[live] > before[live],
@@ -128,19 +128,19 @@ def follow(primary_damping: np.ndarray, mass_ratio: np.ndarray, transfer: Transf
         ]
         trial = two_peaks(
             tunings(target, mass_ratio[live], transfer), guess[0], guess[1], _ITERATIONS,
-            np.where(ended, 1e-9, _ON_THE_WAY),
+            np.where(ended, 1e-9, _ALONG_PATH),
         )  # fmt: skip
         used[live] += trial.evaluations
-        good = sound(trial, np.where(ended, 1e-6, _ON_THE_WAY))
+        good = sound(trial, np.where(ended, 1e-6, _ALONG_PATH))
         won = live[good]
         last = merged(last, won, some_of(now, won))
         now = merged(now, won, Balance(*(a[..., good] for a in trial)))
         before[won] = here[won]
         here[won] = goal[good]
         stride[live] = np.where(good, 2.0 * stride[live], 0.5 * stride[live])
-        live = live[(here[live] < way[live]) & (stride[live] > np.minimum(_SHORTEST, way[live]))]
-    reached = began & (here >= way) & (np.isfinite(whole))
-    return Followed(now, reached, used)
+        live = live[(here[live] < path[live]) & (stride[live] > np.minimum(_SHORTEST, path[live]))]
+    reached = began & (here >= path) & (np.isfinite(whole))
+    return PathEnd(now, reached, used)
 
 
 def merged(old: Balance, rows: np.ndarray, new: Balance) -> Balance:
@@ -151,16 +151,16 @@ def merged(old: Balance, rows: np.ndarray, new: Balance) -> Balance:
     return result
 
 
-def some_of(found: Balance, rows: np.ndarray) -> Balance:
+def some_of(balance: Balance, rows: np.ndarray) -> Balance:
     """Some rows."""
-    return Balance(*(a[..., rows] for a in found))
+    return Balance(*(a[..., rows] for a in balance))
 
 
-def _damping(way: np.ndarray, light: np.ndarray, threshold: bool) -> np.ndarray:
-    """z1 at a place of the way, e^way = 1 + z1 / light, over 1 - 2 z1^2 towards a threshold."""
-    z1: np.ndarray = light * np.expm1(way)
+def _damping(path: np.ndarray, light: np.ndarray, threshold: bool) -> np.ndarray:
+    """z1 at a place of the path, e^path = 1 + z1 / light, over 1 - 2 z1^2 towards a threshold."""
+    z1: np.ndarray = light * np.expm1(path)
     if threshold:
-        z1 = 2.0 * z1 / (1.0 + np.sqrt(1.0 + 8.0 * light * np.exp(way) * z1))
+        z1 = 2.0 * z1 / (1.0 + np.sqrt(1.0 + 8.0 * light * np.exp(path) * z1))
     return z1
 
 
@@ -220,7 +220,7 @@ def minimax(
 
     z1 and m broadcast; all points are solved together. The two peaks and the tuning are the
     unknowns of one Newton iteration, followed from the undamped primary (Nishihara and Asami's
-    closed form, or one near it); points that leave this way are searched with exact peaks.
+    closed form, or one near it); points that leave this path are searched with exact peaks.
     Raises NumericalFailure for ratios out of range, for responses of the secondary, and where no
     optimum is found. Tested for m from 1e-4 to 10 and z1 from 0 to 2.
     """
@@ -240,10 +240,10 @@ def minimax(
     points = tunings(z1, m, transfer)
     outcome = _without_absorber(points, transfer)
     asked = np.flatnonzero(outcome == BALANCED)
-    found, place, used = _solve(z1[asked], m[asked], points.some(asked), transfer)
-    held = sound(found)
+    balance, place, used = _solve(z1[asked], m[asked], points.some(asked), transfer)
+    held = sound(balance)
     outcome[asked[~held]] = SET
-    return _record(points, outcome, asked, found, place, used, shape)
+    return _record(points, outcome, asked, balance, place, used, shape)
 
 
 def _without_absorber(points: Tunings, transfer: Transfer) -> np.ndarray:
@@ -266,9 +266,9 @@ def _solve(
         empty = np.zeros((2, 0))
         none = np.zeros(0)
         return Balance(empty, empty, none, none, none, none, none.astype(int)), empty, none
-    way = follow(z1, m, transfer)
-    found, used, place = way.balance, way.evaluations.copy(), way.balance.place.copy()
-    lost = np.flatnonzero(~way.reached)
+    path = follow(z1, m, transfer)
+    balance, used, place = path.balance, path.evaluations.copy(), path.balance.place.copy()
+    lost = np.flatnonzero(~path.reached)
     for short in (0.02, 1e-3, 1e-5):
         if not len(lost):
             break
@@ -283,21 +283,21 @@ def _solve(
             level = np.exp(slopes(some, again.place, again.y).level[0])
             good = sound(again) & (level <= np.max(lower.excess, axis=0) * (1.0 + 1e-9))
         good &= ~on_floor
-        found = merged(found, lost[good], some_of(again, np.flatnonzero(good)))
-        found.step[lost[on_floor]] = np.inf
+        balance = merged(balance, lost[good], some_of(again, np.flatnonzero(good)))
+        balance.step[lost[on_floor]] = np.inf
         lost = lost[~(on_floor | good)]
     if len(lost):
         raise NumericalFailure(
             f"no optimal tuning found at primary damping {z1[lost[0]]:.6g} and mass ratio "
             f"{m[lost[0]]:.6g} ({len(lost)} of {len(m)} points)"
         )
-    done = sound(found)
-    place[:, done] = found.place[:, done]
-    return found, place, used
+    done = sound(balance)
+    place[:, done] = balance.place[:, done]
+    return balance, place, used
 
 
 def _record(
-    points: Tunings, outcome: np.ndarray, asked: np.ndarray, found: Balance, place: np.ndarray,
+    points: Tunings, outcome: np.ndarray, asked: np.ndarray, balance: Balance, place: np.ndarray,
     used: np.ndarray, shape: tuple[int, ...],
 ) -> Tuning:  # fmt: skip
     count = len(outcome)
@@ -308,12 +308,12 @@ def _record(
     k[asked], z2[asked] = np.exp(place[0]), np.exp(place[1]) / 2.0
     evaluations[asked] = used
     held = outcome[asked] == BALANCED
-    rows, own = asked[held], np.flatnonzero(held)
-    value, value_error, spread = _level(points.some(rows), some_of(found, own))
+    rows, held_place = asked[held], np.flatnonzero(held)
+    value, value_error, spread = _level(points.some(rows), some_of(balance, held_place))
     level[rows], level_error[rows] = value, value_error
     k_error[rows], z2_error[rows] = k[rows] * spread, z2[rows] * spread
-    frequency[rows] = np.exp(found.y[:, own] / 2.0).T
-    weight[rows] = np.stack([found.weight[own], 1.0 - found.weight[own]], axis=-1)
+    frequency[rows] = np.exp(balance.y[:, held_place] / 2.0).T
+    weight[rows] = np.stack([balance.weight[held_place], 1.0 - balance.weight[held_place]], axis=-1)
     floor = np.sqrt(points.weights.floor_squared)
     largest = np.where(outcome == UNBOUNDED, np.inf, np.sqrt(floor * floor + level))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -326,23 +326,23 @@ def _record(
     return Tuning(*(a.reshape((*shape, *a.shape[1:])) for a in columns))
 
 
-def _level(points: Tunings, found: Balance) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _level(points: Tunings, balance: Balance) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Common excess of both peaks, its error, and the relative error of k and z2."""
-    seen = excess(points.parts(found.place), points.weights, np.exp(found.y))
-    value = seen.above[0] / seen.below[0]
+    value_at = excess(points.parts(balance.place), points.weights, np.exp(balance.y))
+    value = value_at.above[0] / value_at.below[0]
     noise = _ROUNDINGS * UNIT_ROUNDOFF * (
-        seen.above_size / np.abs(seen.above[0]) + seen.below_size / seen.below[0]
+        value_at.above_size / np.abs(value_at.above[0]) + value_at.below_size / value_at.below[0]
     )  # fmt: skip
-    share = np.stack([found.weight, 1.0 - found.weight])
+    share = np.stack([balance.weight, 1.0 - balance.weight])
     level = np.sum(share * value, axis=0)
     # the mean with these weights is stationary in the tuning; the gap is all of first order
     relative = np.sum(share * noise, axis=0)
-    steep = slopes(points, found.place, found.y)
+    steep = slopes(points, balance.place, balance.y)
     apart = np.hypot(*(steep.p[:, 0] - steep.p[:, 1]))
     size = 1.0 + np.max(np.abs(steep.p), axis=(0, 1))
     worst = np.max(noise, axis=0)
     # across: the levels are equal to their noise; along: the slopes are, over the curvature
     # (two fifths of each bound: roundings do not all point one way, as random machines show)
-    spread = 0.4 * (worst / apart + worst * size / found.curvature)
-    spread += found.step**2 + 2.0 * UNIT_ROUNDOFF * np.max(np.abs(found.place), axis=0)
+    spread = 0.4 * (worst / apart + worst * size / balance.curvature)
+    spread += balance.step**2 + 2.0 * UNIT_ROUNDOFF * np.max(np.abs(balance.place), axis=0)
     return level, level * (relative + 2.0 * UNIT_ROUNDOFF), spread

@@ -61,17 +61,17 @@ def slopes(points: Tunings, place: np.ndarray, y: np.ndarray) -> Slopes:
     """Derivatives at `place` (2, n) and `y` (..., n). NaN where A is not positive."""
     parts = points.parts(place)
     u = np.exp(y)
-    found = excess(parts, points.weights, u, ALL)
+    over_floor = excess(parts, points.weights, u, ALL)
     g0, g1 = parts.g0, parts.g1
     scale = np.stack(
         np.broadcast_arrays(1.0, u, u * u, g0, g1, u * g0, u * g1, g0 * g0, g0 * g1, g1 * g1)
     )
     # in logarithms a second derivative by one variable gains the first
-    a, q = (side * scale / side[0] for side in (found.above, found.below))
+    a, q = (side * scale / side[0] for side in (over_floor.above, over_floor.below))
     first = a[[1, 3, 4]] - q[[1, 3, 4]]
     second = [a[i] - a[j] * a[k] - q[i] + q[j] * q[k] for i, j, k in _PAIRS]
     with np.errstate(invalid="ignore"):
-        level = np.log(found.above[0] / found.below[0])
+        level = np.log(over_floor.above[0] / over_floor.below[0])
     return Slopes(
         level, first[0], second[0] + first[0], first[1:], np.stack(second[1:3]),
         np.stack([second[3] + first[1], second[4], second[5] + first[2]]),
@@ -81,7 +81,7 @@ def slopes(points: Tunings, place: np.ndarray, y: np.ndarray) -> Slopes:
 _PAIRS = ((2, 1, 1), (5, 1, 3), (6, 1, 4), (7, 3, 3), (8, 3, 4), (9, 4, 4))
 
 
-class Reduced(NamedTuple):
+class ReducedPeak(NamedTuple):
     """The level of a peak as a function of p alone, its frequency following: value, slope, bend."""
 
     level: np.ndarray
@@ -89,13 +89,13 @@ class Reduced(NamedTuple):
     pp: np.ndarray
 
 
-def reduced(found: Slopes) -> Reduced:
+def reduced(slope_terms: Slopes) -> ReducedPeak:
     """Eliminate y: the peak of the parabola through the point (to second order)."""
-    step = found.y / found.yy
-    level = found.level - 0.5 * found.y * step
-    slope = found.p - found.yp * step
-    (a, b), yy = found.yp, found.yy
-    return Reduced(level, slope, found.pp - np.stack([a * a, a * b, b * b]) / yy)
+    step = slope_terms.y / slope_terms.yy
+    level = slope_terms.level - 0.5 * slope_terms.y * step
+    slope = slope_terms.p - slope_terms.yp * step
+    (a, b), yy = slope_terms.yp, slope_terms.yy
+    return ReducedPeak(level, slope, slope_terms.pp - np.stack([a * a, a * b, b * b]) / yy)
 
 
 def times(bend: np.ndarray, vector: np.ndarray) -> np.ndarray:
@@ -114,7 +114,7 @@ _FIRST, _LARGEST = 0.5, 1.5
 _SHORT = 0.02
 
 
-class Descended(NamedTuple):
+class PeakPair(NamedTuple):
     """Best place (2, n), ln u of its two highest peaks (2, n) and their excess (2, n).
 
     A place without a second peak has its excess as zero; without any peak above the floor, both.
@@ -136,9 +136,9 @@ def two_highest(points: Tunings, place: np.ndarray) -> tuple[np.ndarray, np.ndar
     rows, u, value = rows[order], u[order], value[order]
     rank = np.arange(len(rows)) - np.searchsorted(rows, rows)
     y, level = np.zeros((2, count)), np.zeros((2, count))
-    kept = rank < 2
-    y[rank[kept], rows[kept]] = np.log(u[kept])
-    level[rank[kept], rows[kept]] = value[kept]
+    two = rank < 2
+    y[rank[two], rows[two]] = np.log(u[two])
+    level[rank[two], rows[two]] = value[two]
     swap = (level[1] > 0.0) & (y[1] < y[0])
     y[:, swap], level[:, swap] = y[::-1, swap], level[::-1, swap]
     return y, level
@@ -146,7 +146,7 @@ def two_highest(points: Tunings, place: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 def descend(
     points: Tunings, place: np.ndarray, rounds: int = 60, short: float = _SHORT
-) -> Descended:
+) -> PeakPair:
     """Lower the largest peak from `place` (2, n) until the step is `short` or no peak is left."""
     best = place.copy()
     y, level = two_highest(points, best)
@@ -173,7 +173,7 @@ def descend(
             reach[live] < 1e-3 * short
         )
         live = live[~(ended | (better & (top <= 0.0)))]
-    return Descended(best, y, level, used)
+    return PeakPair(best, y, level, used)
 
 
 def _step(
@@ -191,7 +191,9 @@ def _step(
     return np.where(np.isfinite(step), step, 0.0)
 
 
-def _downhill(flat: Reduced, main: np.ndarray, chosen: np.ndarray, reach: np.ndarray) -> np.ndarray:
+def _downhill(
+    flat: ReducedPeak, main: np.ndarray, chosen: np.ndarray, reach: np.ndarray
+) -> np.ndarray:
     """Newton's step of the higher peak where it bends upwards, else along its slope."""
     slope, bend = flat.p[:, main, chosen], flat.pp[:, main, chosen]
     kk, kz, zz = bend
@@ -202,7 +204,7 @@ def _downhill(flat: Reduced, main: np.ndarray, chosen: np.ndarray, reach: np.nda
     return _within(step, reach)
 
 
-def _balanced(flat: Reduced, reach: np.ndarray) -> np.ndarray:
+def _balanced(flat: ReducedPeak, reach: np.ndarray) -> np.ndarray:
     """Step to equal peaks and down along them; NaN where one peak would carry all the weight."""
     apart = flat.p[:, 0] - flat.p[:, 1]
     length = np.hypot(*apart)
@@ -271,9 +273,9 @@ def two_peaks(
     with np.errstate(all="ignore"):
         for _ in range(most):
             now = points.some(live) if len(live) < count else points
-            found = slopes(now, place[:, live], y[:, live])
+            local = slopes(now, place[:, live], y[:, live])
             used[live] += 2
-            flat = reduced(found)
+            flat = reduced(local)
             w = weight[live]
             bend = w * flat.pp[:, 0] + (1.0 - w) * flat.pp[:, 1]
             apart = flat.p[:, 0] - flat.p[:, 1]
@@ -290,9 +292,9 @@ def two_peaks(
             turned = times(bend, step) + flat.p[:, 1]
             new = -np.sum(apart * turned, axis=0) / length**2
             # a frequency moves with the tuning and to the top of its own parabola
-            shift = -(found.y + np.sum(found.yp * step[:, None], axis=0)) / found.yy
+            shift = -(local.y + np.sum(local.yp * step[:, None], axis=0)) / local.yy
             shift = np.clip(shift, -_REACH, _REACH)
-            wrong = ~np.all(found.yy < 0.0, axis=0)
+            wrong = ~np.all(local.yy < 0.0, axis=0)
             step[:, wrong] = np.nan
             place[:, live] += step
             y[:, live] += shift
@@ -353,16 +355,16 @@ def certify(
     transfer = transfer_of(excitation, response)
     z1, m, k, z2 = np.broadcast_arrays(*(np.asarray(a, dtype=float) for a in absorber))
     shape = m.shape
-    found = peaks(Absorber(z1, m, k, z2), excitation, response)
+    tops = peaks(Absorber(z1, m, k, z2), excitation, response)
     z1, m, k, z2 = (np.array(a).reshape(-1) for a in (z1, m, k, z2))
-    flat = Peaks(*(np.reshape(a, (m.size, *a.shape[len(shape) :])) for a in found))
+    flat = Peaks(*(np.reshape(a, (m.size, *a.shape[len(shape) :])) for a in tops))
     points = tunings(z1, m, transfer)
     floor = np.sqrt(points.weights.floor_squared)
-    top = np.max(np.where(flat.found, flat.excess, -np.inf), axis=1)
+    top = np.max(np.where(flat.present, flat.excess, -np.inf), axis=1)
     usable = np.isfinite(k) & np.isfinite(z2) & np.isfinite(flat.largest) & (k + z2 > 0.0)
     on_floor = (top <= 0.0) & (floor > 0.0) & (flat.largest <= floor * (1.0 + 8.0 * UNIT_ROUNDOFF))
     usable &= ~on_floor & np.isfinite(top) & (top > 0.0)
-    active = flat.found & (flat.excess >= top[:, None] * (1.0 - equal)) & usable[:, None]
+    active = flat.present & (flat.excess >= top[:, None] * (1.0 - equal)) & usable[:, None]
 
     weight = np.zeros(active.shape)
     residual, curvature = np.full(m.size, np.inf), np.full(m.size, -np.inf)
@@ -398,13 +400,13 @@ def _peak_derivatives(
         same.primary_damping, same.mass_ratio, m * one, k * one, g1 * one, np.zeros(len(y), int)
     )
     u = np.exp(y)
-    seen = excess(parts, same.weights, u, ALL)
+    over_floor = excess(parts, same.weights, u, ALL)
     unit = [k if k > 0.0 else m, g1 if g1 > 0.0 else 2.0 * m]
     scale = [1.0, u, u * u, unit[0], unit[1], u * unit[0], u * unit[1],
              unit[0] ** 2, unit[0] * unit[1], unit[1] ** 2]  # fmt: skip
     a, q = (
         np.stack([part * factor for part, factor in zip(side / side[0], scale, strict=True)])
-        for side in (seen.above, seen.below)
+        for side in (over_floor.above, over_floor.below)
     )
     first = a - q
     pairs = ((2, 1, 1), (5, 1, 3), (6, 1, 4), (7, 3, 3), (8, 3, 4), (9, 4, 4))
@@ -448,11 +450,13 @@ def _settled(columns: np.ndarray, held: np.ndarray, count: int) -> np.ndarray | 
     which = np.flatnonzero(held[:count])
     if not len(which):
         return None
-    last, rest = which[-1], [*which[:-1], *(count + np.flatnonzero(held[count:]))]
+    last, others = which[-1], [*which[:-1], *(count + np.flatnonzero(held[count:]))]
     shares = np.zeros(columns.shape[1])
-    if rest:
-        base = np.where(np.array(rest) < count, 1.0, 0.0) * columns[:, last, None]
-        shares[rest] = np.linalg.lstsq(columns[:, rest] - base, -columns[:, last], rcond=None)[0]
+    if others:
+        base = np.where(np.array(others) < count, 1.0, 0.0) * columns[:, last, None]
+        shares[others] = np.linalg.lstsq(columns[:, others] - base, -columns[:, last], rcond=None)[
+            0
+        ]
     shares[last] = 1.0 - np.sum(shares[which[:-1]])
     return shares[:count] if np.all(shares >= 0.0) else None
 

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.several_peaks import several_slopes
 from vibecalc.absorber.transfer import Absorber, transfer_of
-from vibecalc.absorber.tuning.several_search import Held, Problem, hold, usual_size
+from vibecalc.absorber.tuning.several_search import OptimalPoint, TuningProblem, hold, usual_size
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import WithError
 
@@ -53,16 +53,16 @@ def mistuning(
     signs_z = np.array([0, 0, 0, -1, 1, -1, 1, -1, 1])
     off = share[:, None]
     moved = Absorber(z1, m, k * (1.0 + off * signs_k), z * (1.0 + off * signs_z))
-    found = peaks(moved, excitation, response)
-    tuned = found.largest[..., :1]
+    tops = peaks(moved, excitation, response)
+    tuned = tops.largest[..., :1]
     if not np.all(np.isfinite(tuned) & (tuned > 0.0)):
         raise NumericalFailure(
             f"the largest {response} under {excitation!r} of the tuned absorber is not finite: no "
             "loss can be determined"
         )
     with np.errstate(invalid="ignore"):
-        ratio = found.largest / tuned
-        uncertainty = found.largest_error / tuned + ratio * found.largest_error[..., :1] / tuned
+        ratio = tops.largest / tuned
+        uncertainty = tops.largest_error / tuned + ratio * tops.largest_error[..., :1] / tuned
     loss = ratio - 1.0
     error = np.where(np.isfinite(ratio), uncertainty + 4e-16, np.inf)
     worst = np.argmax(loss[..., 5:], axis=-1)[..., None]
@@ -117,7 +117,7 @@ def sensitivity(
     locked = np.isinf(start[:n]) | np.isinf(start[n:])
     fixed = np.concatenate([locked, locked])
     start = np.where(fixed, 0.0, start)
-    problem = Problem(
+    problem = TuningProblem(
         float(primary_damping), m, parent, excitation, response, np.zeros(2 * n),
         np.where(fixed, 0.0, np.inf), locked=tuple(bool(one) for one in locked),
     )  # fmt: skip
@@ -136,13 +136,13 @@ def sensitivity(
     table, right, free, slope = _conditions(problem, held, scale)
     if held.curvature < _FLAT:
         raise NumericalFailure("sensitivity: the optimum is one of a set and has no derivative")
-    found = -np.linalg.solve(table, right)
+    solution = -np.linalg.solve(table, right)
     # what a residual and rounding may change, by the condition of the system
-    grown = np.abs(np.linalg.inv(table)) @ (np.abs(right) + np.abs(table) @ np.abs(found))
+    grown = np.abs(np.linalg.inv(table)) @ (np.abs(right) + np.abs(table) @ np.abs(solution))
     uncertainty = (held.residual + held.step + 4.0 * float(np.max(held.rows.error))) * grown
     moved, error = np.zeros((2 * n, 1 + n)), np.zeros((2 * n, 1 + n))
     count = int(np.sum(free))
-    moved[free], error[free] = found[:count], uncertainty[:count]
+    moved[free], error[free] = solution[:count], uncertainty[:count]
     moved, error = moved * scale[:, None], error * scale[:, None]
     weight = held.weight[held.active]
     peak = float(np.exp(0.5 * np.max(held.rows.level[held.active])))
@@ -156,28 +156,28 @@ def sensitivity(
 
 
 def _conditions(
-    problem: Problem, held: Held, scale: np.ndarray
+    problem: TuningProblem, held: OptimalPoint, scale: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Matrix of the conditions, their derivatives by the data, free unknowns, slopes by the data.
 
     Unknowns: ratios in units of `scale`, weights, level.
     """
     size, count = len(scale), int(np.sum(held.active))
-    found = several_slopes(
+    slopes = several_slopes(
         problem.system(held.ratios), held.rows.frequency[held.active],
         transfer_of(problem.excitation, problem.response),
     )  # fmt: skip
     weight = held.weight[held.active]
     free = ~(held.on_lower | held.on_upper)
-    bend = np.tensordot(weight, found.second, 1)
-    own = (scale[:, None] * bend[:size, :size] * scale)[np.ix_(free, free)]
-    slope = (found.first[:, :size] * scale)[:, free]
+    bend = np.tensordot(weight, slopes.second, 1)
+    block = (scale[:, None] * bend[:size, :size] * scale)[np.ix_(free, free)]
+    slope = (slopes.first[:, :size] * scale)[:, free]
     width = int(np.sum(free))
     table = np.zeros((width + count + 1, width + count + 1))
-    table[:width, :width] = own
+    table[:width, :width] = block
     table[:width, width:-1], table[width:-1, :width] = slope.T, slope
     table[width:-1, -1], table[-1, width:-1] = -1.0, 1.0
-    data = found.first[:, size:]
+    data = slopes.first[:, size:]
     right = np.zeros((width + count + 1, data.shape[1]))
     right[:width] = (scale[:, None] * bend[:size, size:])[free]
     right[width:-1] = data

@@ -18,12 +18,12 @@ from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 #: range of ln (free ratio / m) searched, wide enough for both limits to be felt
 _REACH = (-30.0, 12.0)
 #: places examined first, closer together where absorbers are tuned
-_LOOK = np.unique(np.concatenate([np.linspace(*_REACH, 15), np.linspace(-4.0, 2.0, 19)]))
+_FIRST_PLACES = np.unique(np.concatenate([np.linspace(*_REACH, 15), np.linspace(-4.0, 2.0, 19)]))
 #: halvings that leave the rest to Newton's method
 _HALVINGS = 22
 
 
-class Restricted(NamedTuple):
+class RestrictedTuning(NamedTuple):
     """Best tunings (...) along one line, sup |H| there and errors of both.
 
     `value` of the free ratio; `held_by` the number of active peaks: 1 where one peak is stationary
@@ -42,7 +42,7 @@ class Restricted(NamedTuple):
 def pure_viscous(
     primary_damping: ArrayLike, mass_ratio: ArrayLike, excitation: str = "force",
     response: str = "displacement",
-) -> Restricted:  # fmt: skip
+) -> RestrictedTuning:  # fmt: skip
     """Best z2 of a damper without a spring (type B of Baca Vasquez, 2007; Houdaille)."""
     return given_stiffness(primary_damping, mass_ratio, 0.0, excitation, response)
 
@@ -50,7 +50,7 @@ def pure_viscous(
 def undamped_spring(
     primary_damping: ArrayLike, mass_ratio: ArrayLike, excitation: str = "force",
     response: str = "displacement",
-) -> Restricted:  # fmt: skip
+) -> RestrictedTuning:  # fmt: skip
     """Best k of a secondary without damping. Raises NumericalFailure for an undamped primary."""
     if np.any(np.asarray(primary_damping) == 0.0):
         raise NumericalFailure("without any damping the response is infinite whatever the spring")
@@ -60,7 +60,7 @@ def undamped_spring(
 def given_stiffness(
     primary_damping: ArrayLike, mass_ratio: ArrayLike, stiffness_ratio: ArrayLike,
     excitation: str = "force", response: str = "displacement",
-) -> Restricted:  # fmt: skip
+) -> RestrictedTuning:  # fmt: skip
     """Best z2 for a given k >= 0."""
     transfer = _known(excitation, response)
     z1, m, k = _checked(primary_damping, mass_ratio, stiffness_ratio)
@@ -70,7 +70,7 @@ def given_stiffness(
 def given_damping(
     primary_damping: ArrayLike, mass_ratio: ArrayLike, secondary_damping: ArrayLike,
     excitation: str = "force", response: str = "displacement",
-) -> Restricted:  # fmt: skip
+) -> RestrictedTuning:  # fmt: skip
     """Best k for a given z2 >= 0."""
     transfer = _known(excitation, response)
     z1, m, z2 = _checked(primary_damping, mass_ratio, secondary_damping)
@@ -96,7 +96,7 @@ def _checked(*ratios: ArrayLike) -> tuple[np.ndarray, ...]:
 def _along(
     z1: np.ndarray, m: np.ndarray, given: np.ndarray, damping_free: bool, transfer: Transfer,
     asked: tuple[str, str],
-) -> Restricted:  # fmt: skip
+) -> RestrictedTuning:  # fmt: skip
     """Halve the interval by the sign of the slope of the highest peak, then Newton's method."""
     shape = m.shape
     z1, m, given = (a.reshape(-1) for a in (z1, m, given))
@@ -105,22 +105,22 @@ def _along(
     def top(logs: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return _top(z1, m, given, logs, damping_free, transfer)
 
-    # the largest peak may have humps far from tune: look once at the whole range
-    look = _LOOK
+    # the largest peak may have humps far from tune: sample the whole range once
+    first_places = _FIRST_PLACES
     if not damping_free and np.any(given == 0.0):
         # the peak that a very soft spring without damper adds is too sharp to be seen
-        look = look[look >= -9.0]
-    many = len(look)
-    places = (np.log(m) + look[:, None]).reshape(-1)
+        first_places = first_places[first_places >= -9.0]
+    many = len(first_places)
+    places = (np.log(m) + first_places[:, None]).reshape(-1)
     levels = _top(
         np.tile(z1, many), np.tile(m, many), np.tile(given, many), places, damping_free, transfer
     )[1][0].reshape(many, count)
     # without a damped primary there always is a peak: one that is not seen is too high
     levels = np.where((levels == -np.inf) & (z1 == 0.0), np.inf, levels)
     best = np.argmin(levels, axis=0)
-    low = np.log(m) + look[np.maximum(best - 1, 0)]
-    high = np.log(m) + look[np.minimum(best + 1, len(look) - 1)]
-    rises = best < len(look) - 1
+    low = np.log(m) + first_places[np.maximum(best - 1, 0)]
+    high = np.log(m) + first_places[np.minimum(best + 1, len(first_places) - 1)]
+    rises = best < len(first_places) - 1
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         y, level, slope = top(middle)
@@ -146,9 +146,9 @@ def _along(
     steep = np.where(held == 2, there.largest, 0.0)
     wrong = np.where(inside, free * 64.0 * UNIT_ROUNDOFF * (1.0 + steep), 0.0)
     held = np.where(inside, held, 0)
-    used = np.full(count, _HALVINGS + len(_LOOK) + 8)
+    used = np.full(count, _HALVINGS + len(_FIRST_PLACES) + 8)
     columns = (free, there.largest, wrong, error, held, used)
-    return Restricted(*(np.reshape(a, shape) for a in columns))
+    return RestrictedTuning(*(np.reshape(a, shape) for a in columns))
 
 
 def _top(
@@ -158,8 +158,8 @@ def _top(
     """ln u (2, n) and excess (2, n) of the two highest peaks, and the slope of the highest."""
     free = np.exp(logs)
     k, z2 = (given, free) if damping_free else (free, given)
-    own = coupling(Absorber(z1, m, k, z2))
-    rows, u, value, _ = maxima(own, measure(own, transfer), near_poles(own))
+    coupled = coupling(Absorber(z1, m, k, z2))
+    rows, u, value, _ = maxima(coupled, measure(coupled, transfer), near_poles(coupled))
     y, level = np.zeros((2, len(m))), np.full((2, len(m)), -np.inf)
     order = np.lexsort((-value, rows))
     rank = np.arange(len(rows)) - np.searchsorted(rows[order], rows[order])
@@ -176,20 +176,20 @@ def _slope(
     """Of w = ln (excess) at y (2, n): value, slopes by the free logarithm and by y, bends."""
     free = np.exp(logs)
     k, z2 = (given, free) if damping_free else (free, given)
-    own = Coupling(z1, m, m, k, 2.0 * z2, np.zeros(len(m), dtype=int))
-    weights: Measure = measure(own, transfer)
+    coupled = Coupling(z1, m, m, k, 2.0 * z2, np.zeros(len(m), dtype=int))
+    weights: Measure = measure(coupled, transfer)
     u = np.exp(y)
     with np.errstate(all="ignore"):
-        seen = excess(own, weights, u, ALL)
+        over_floor = excess(coupled, weights, u, ALL)
         first, mixed, second = (4, 6, 9) if damping_free else (3, 5, 7)
         ratio = 2.0 * free if damping_free else free
-        a, q = (side / side[0] for side in (seen.above, seen.below))
+        a, q = (side / side[0] for side in (over_floor.above, over_floor.below))
         slope = (a[first] - q[first]) * ratio
         along = (a[1] - q[1]) * u
         yy = (a[2] - a[1] ** 2 - q[2] + q[1] ** 2) * u * u + along
         yp = (a[mixed] - a[1] * a[first] - q[mixed] + q[1] * q[first]) * u * ratio
         pp = (a[second] - a[first] ** 2 - q[second] + q[first] ** 2) * ratio**2 + slope
-        level = np.log(seen.above[0] / seen.below[0])
+        level = np.log(over_floor.above[0] / over_floor.below[0])
     return level, slope, along, yy, yp, pp
 
 
@@ -222,7 +222,7 @@ def _finish(
 # ----------------------------------------------------------------------------
 
 #: a part that exceeds a bound by less than this share keeps it
-_KEPT = 1e-9
+_WITHIN = 1e-9
 
 
 class StockChoice(NamedTuple):
@@ -260,13 +260,13 @@ def stock_choice(
     k = np.asarray(stiffness_ratios, dtype=float)
     z = np.broadcast_to(np.asarray(dampings, dtype=float), (len(k), np.shape(dampings)[-1]))
     absorber = Absorber(primary_damping, mass_ratio, k[:, None], z)
-    found = peaks(absorber, excitation, response)
+    tops = peaks(absorber, excitation, response)
     moved = peaks(absorber, excitation, "relative_displacement").largest
     held = [
-        (ratio >= low * (1.0 - _KEPT)) & (ratio <= high * (1.0 + _KEPT))
+        (ratio >= low * (1.0 - _WITHIN)) & (ratio <= high * (1.0 + _WITHIN))
         for ratio, (low, high) in ((k[:, None], stiffness), (z, damping))
     ]
-    inside = (moved <= travel * (1.0 + _KEPT)) & np.isfinite(found.largest)
+    inside = (moved <= travel * (1.0 + _WITHIN)) & np.isfinite(tops.largest)
     allowed = inside & held[0] & held[1]
     if not np.any(allowed) and np.any(inside):
         raise NumericalFailure(
@@ -278,7 +278,7 @@ def stock_choice(
             f"none of the {allowed.size} pairs in stock has a finite peak with a spring "
             f"travel of at most {travel:.6g}; the least travel is {float(np.min(moved)):.6g}"
         )
-    height = np.where(allowed, found.largest, np.inf)
+    height = np.where(allowed, tops.largest, np.inf)
     ranking = np.argsort(height, axis=None, kind="stable")[: int(np.sum(allowed))]
     order = np.stack(np.unravel_index(ranking, height.shape), axis=-1)
     spring, oil = (int(place) for place in order[0])
@@ -286,10 +286,9 @@ def stock_choice(
     if len(order) > 1:
         first, second = tuple(order[0]), tuple(order[1])
         unsure = bool(
-            height[second] - height[first]
-            <= found.largest_error[first] + found.largest_error[second]
+            height[second] - height[first] <= tops.largest_error[first] + tops.largest_error[second]
         )
     return StockChoice(
-        found.largest, found.largest_error, moved, allowed, found.largest / free_peak - 1.0,
+        tops.largest, tops.largest_error, moved, allowed, tops.largest / free_peak - 1.0,
         spring, oil, order, unsure,
     )  # fmt: skip

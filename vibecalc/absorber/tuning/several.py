@@ -12,10 +12,10 @@ from vibecalc.absorber.tuning.minimax import BALANCED, minimax
 from vibecalc.absorber.tuning.minimax_steps import certify
 from vibecalc.absorber.tuning.several_search import (
     Descent,
-    Held,
-    Problem,
+    OptimalPoint,
     Rows,
     Travel,
+    TuningProblem,
     descend,
     hold,
     largest,
@@ -99,14 +99,14 @@ def several_tuning(
     size = 2 * len(m) + (len(m) - 1) * share_masses
     lower, upper = np.zeros(size), np.full(size, np.inf)
     lower[2 * len(m) :], upper[2 * len(m) :] = 0.02, 0.98
-    problem = Problem(
+    problem = TuningProblem(
         float(primary_damping), m, tuple(parent), excitation, response, lower, upper,
         shares=share_masses,
     )  # fmt: skip
     return tuned(problem, starts or (4 + 4 * len(m) if len(m) < 3 else 8 * len(m)))
 
 
-def tuned(problem: Problem, count: int) -> SeveralTuning:
+def tuned(problem: TuningProblem, count: int) -> SeveralTuning:
     """Solve a problem with bounds and limits of travel from `count` starts."""
     scale = usual_size(problem)
     rough: list[Descent] = []
@@ -141,7 +141,7 @@ def tuned(problem: Problem, count: int) -> SeveralTuning:
     level = largest(best.rows)[0]
     if len(still.level) and float(np.max(still.level)) >= level - 1e-9:
         return _set_of_optima(problem, best, agreeing, len(ends), used)
-    choices: list[tuple[float, Problem, Held]] = []
+    choices: list[tuple[float, TuningProblem, OptimalPoint]] = []
     for end in ends:
         held = hold(problem, end.ratios, scale)
         if held is not None:
@@ -151,8 +151,8 @@ def tuned(problem: Problem, count: int) -> SeveralTuning:
     choices += _fastened(problem, ends, scale)
     if choices:
         # where a finite tuning and its limit are as good, the finite one
-        found, its, held = min(choices, key=lambda choice: choice[0])
-        if found <= level + _SAME:
+        best_level, its, held = min(choices, key=lambda choice: choice[0])
+        if best_level <= level + _SAME:
             return _certified(its, held, scale, agreeing, len(ends), used)
     raise NumericalFailure(
         f"tuning of {len(problem.mass_ratio)} absorbers: the lowest peak found, "
@@ -161,12 +161,12 @@ def tuned(problem: Problem, count: int) -> SeveralTuning:
 
 
 def _fastened(
-    problem: Problem, ends: list[Descent], scale: np.ndarray
-) -> list[tuple[float, Problem, Held]]:
+    problem: TuningProblem, ends: list[Descent], scale: np.ndarray
+) -> list[tuple[float, TuningProblem, OptimalPoint]]:
     """The limit with those absorbers rigidly fastened that the descents made very stiff."""
     n = len(problem.mass_ratio)
     tried: set[tuple[bool, ...]] = set()
-    found = []
+    choices = []
     for end in ends:
         size = end.ratios / scale
         stiff = (size[:n] > _STIFF) & np.isinf(problem.upper[:n])
@@ -183,8 +183,8 @@ def _fastened(
         last = descend(limit, np.where(fixed, 0.0, end.ratios), scale, _FINE)
         held = hold(limit, last.ratios, scale)
         if held is not None:
-            found.append((largest(held.rows)[0], limit, held))
-    return found
+            choices.append((largest(held.rows)[0], limit, held))
+    return choices
 
 
 def _merit(end: Descent) -> float:
@@ -192,7 +192,7 @@ def _merit(end: Descent) -> float:
     return level + 100.0 * over
 
 
-def _travels(problem: Problem, rows: Rows) -> tuple[np.ndarray, np.ndarray]:
+def _travels(problem: TuningProblem, rows: Rows) -> tuple[np.ndarray, np.ndarray]:
     """Largest travels (limits,) and which of them are at their limit."""
     over = np.array([
         float(np.max(rows.level[rows.kind == j], initial=-np.inf))
@@ -203,12 +203,17 @@ def _travels(problem: Problem, rows: Rows) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _certified(
-    problem: Problem, held: Held, scale: np.ndarray, agreeing: int, count: int, used: int
+    problem: TuningProblem,
+    held: OptimalPoint,
+    scale: np.ndarray,
+    agreeing: int,
+    count: int,
+    used: int,
 ) -> SeveralTuning:
     level = largest(held.rows)[0]
     peak, n = float(np.exp(0.5 * level)), len(problem.mass_ratio)
-    own = held.active & (held.rows.kind == 0)
-    uncertainty = float(np.max(held.rows.error[own]) + np.ptp(held.rows.level[own]))
+    on_curve = held.active & (held.rows.kind == 0)
+    uncertainty = float(np.max(held.rows.error[on_curve]) + np.ptp(held.rows.level[on_curve]))
     # the step to the exact conditions is of second order in what is left of them
     curvature = held.curvature if np.isfinite(held.curvature) else 1.0
     slope = np.linalg.norm(held.rows.slope[held.active] * scale, axis=1)
@@ -219,14 +224,15 @@ def _certified(
         k = np.where(problem.locked, np.inf, k)
     return SeveralTuning(
         problem.masses(held.ratios), k, z, peak,
-        0.5 * peak * (uncertainty + held.residual * move), scale * move, held.rows.frequency[own],
-        held.weight[own], held.residual, held.curvature, held.on_lower, held.on_upper,
-        *_travels(problem, held.rows), False, False, agreeing, count, used,
+        0.5 * peak * (uncertainty + held.residual * move), scale * move,
+        held.rows.frequency[on_curve], held.weight[on_curve], held.residual, held.curvature,
+        held.on_lower, held.on_upper, *_travels(problem, held.rows), False, False, agreeing, count,
+        used,
     )  # fmt: skip
 
 
 def _set_of_optima(
-    problem: Problem, best: Descent, agreeing: int, count: int, used: int
+    problem: TuningProblem, best: Descent, agreeing: int, count: int, used: int
 ) -> SeveralTuning:
     level, n, size = largest(best.rows)[0], len(problem.mass_ratio), len(best.ratios)
     peak, none = float(np.exp(0.5 * level)), np.zeros(size, dtype=bool)
@@ -247,7 +253,7 @@ __all__ = ["SeveralTuning", "Travel", "several_tuning", "tuned"]
 # ----------------------------------------------------------------------------
 
 
-def free_optimum(problem: Problem) -> SeveralTuning | None:
+def free_optimum(problem: TuningProblem) -> SeveralTuning | None:
     """The minimax of one absorber without limits; None where two equal peaks do not hold it.
 
     Next to a threshold the peaks stand above the floor by less than the levels of several absorbers
@@ -263,12 +269,12 @@ def free_optimum(problem: Problem) -> SeveralTuning | None:
         return None
     k, z2 = best.stiffness_ratio.reshape(1), best.secondary_damping.reshape(1)
     ratios = np.append(k, z2)
-    found = several_slopes(problem.system(ratios), best.frequency, transfer_of(*pair))
+    slopes = several_slopes(problem.system(ratios), best.frequency, transfer_of(*pair))
     # along the line of equal levels, per relative change of both ratios
-    slope = found.first[:, :2] * ratios
+    slope = slopes.first[:, :2] * ratios
     apart = slope[0] - slope[1]
     along = np.array([-apart[1], apart[0]]) / max(float(np.linalg.norm(apart)), 1e-300)
-    bend = np.tensordot(best.weight, found.second[:, :2, :2], 1) * ratios[:, None] * ratios
+    bend = np.tensordot(best.weight, slopes.second[:, :2, :2], 1) * ratios[:, None] * ratios
     none = np.zeros(2, dtype=bool)
     return SeveralTuning(
         m, k, z2, float(best.largest), float(best.largest_error),
@@ -284,7 +290,7 @@ def free_optimum(problem: Problem) -> SeveralTuning | None:
 # ----------------------------------------------------------------------------
 
 #: an optimum that exceeds a limit of travel by less than this keeps it
-_KEPT = 1e-9
+_WITHIN = 1e-9
 #: what may hold an optimum
 HELD_BY = (
     "least stiffness", "least damping", "largest stiffness", "largest damping", "spring travel",
@@ -330,7 +336,7 @@ def bounded_tuning(
     if not travel > 0.0:
         raise NumericalFailure(f"a largest spring travel of {travel:.6g} leaves no motion to use")
     m = np.array([float(mass_ratio)])
-    bare = Problem(
+    bare = TuningProblem(
         float(primary_damping), m, (0,), excitation, response, np.zeros(2), np.full(2, np.inf)
     )
     free = free_optimum(bare)
@@ -343,29 +349,29 @@ def bounded_tuning(
     if (
         keeps(there, stiffness, damping)
         and not free.is_set
-        and free_travel <= travel * (1.0 + _KEPT)
+        and free_travel <= travel * (1.0 + _WITHIN)
     ):
         reach = np.array([free_travel] * len(limits))
-        held = free._replace(travel=reach, travel_active=reach >= travel * (1.0 - _KEPT))
+        held = free._replace(travel=reach, travel_active=reach >= travel * (1.0 - _WITHIN))
         return BoundedTuning(
             held, free_travel, free_uncertainty, free.peak, free_travel, 0.0, 4e-16,
             ("spring travel",) if np.any(held.travel_active) else (),
         )  # fmt: skip
-    found = tuned(bare._replace(lower=lower, upper=upper, travel=limits), 8)
-    reached, uncertainty = spring_travel(primary_damping, m[0], found, excitation)
+    bounded = tuned(bare._replace(lower=lower, upper=upper, travel=limits), 8)
+    reached, uncertainty = spring_travel(primary_damping, m[0], bounded, excitation)
     active = tuple(
         name
         for name, held in zip(
             HELD_BY,
-            (*found.on_lower, *found.on_upper, bool(limits) and bool(found.travel_active[0])),
+            (*bounded.on_lower, *bounded.on_upper, bool(limits) and bool(bounded.travel_active[0])),
             strict=True,
         )
         if held
     )
-    ratio = found.peak / free.peak
+    ratio = bounded.peak / free.peak
     return BoundedTuning(
-        found, reached, uncertainty, free.peak, free_travel, ratio - 1.0,
-        ratio * (found.peak_error / found.peak + free.peak_error / free.peak) + 4e-16,
+        bounded, reached, uncertainty, free.peak, free_travel, ratio - 1.0,
+        ratio * (bounded.peak_error / bounded.peak + free.peak_error / free.peak) + 4e-16,
         active,
     )  # fmt: skip
 

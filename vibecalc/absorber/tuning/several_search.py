@@ -25,7 +25,7 @@ class Travel(NamedTuple):
     limit: float
 
 
-class Problem(NamedTuple):
+class TuningProblem(NamedTuple):
     """min over k (n) and z (n) within bounds of the largest |H| over frequency.
 
     `lower`, `upper` (q,): k first, then z; infinite for none. `travel`: largest spring travels,
@@ -99,7 +99,7 @@ class Rows(NamedTuple):
         return Rows(*(part[chosen] for part in self))
 
 
-def rows_at(problem: Problem, ratios: np.ndarray) -> Rows:
+def rows_at(problem: TuningProblem, ratios: np.ndarray) -> Rows:
     """Every peak that counts, of the response and of each limited travel.
 
     Raises NumericalFailure where a peak is infinite.
@@ -113,35 +113,35 @@ def rows_at(problem: Problem, ratios: np.ndarray) -> Rows:
 
 
 def _of(
-    problem: Problem, ratios: np.ndarray, response: str, absorber: int, unit: float, kind: int
+    problem: TuningProblem, ratios: np.ndarray, response: str, absorber: int, unit: float, kind: int
 ) -> Rows:
     system, size = problem.system(ratios), len(ratios)
-    found = several_peaks(system, problem.excitation, response, absorber)
-    if not np.isfinite(found.largest):
+    tops = several_peaks(system, problem.excitation, response, absorber)
+    if not np.isfinite(tops.largest):
         raise NumericalFailure(
             f"the largest {response} under {problem.excitation!r} is infinite: it grows with "
             "frequency without bound"
         )
     transfer = transfer_of(problem.excitation, response)
-    kept = found.magnitude > _LOW * found.largest
-    x, nearby = found.frequency[kept], found.shoulder
+    high = tops.magnitude > _LOW * tops.largest
+    x, nearby = tops.frequency[high], tops.shoulder
     top = several_slopes(system, x, transfer, absorber)
     side = several_slopes(system, nearby, transfer, absorber, follow=False)
     ends = [
         (height, where)
-        for height, where in ((found.at_zero, 0.0), (found.at_infinity, np.inf))
-        if height > _LOW * found.largest
+        for height, where in ((tops.at_zero, 0.0), (tops.at_infinity, np.inf))
+        if height > _LOW * tops.largest
     ]
     flat = len(ends)
     level = np.concatenate(
-        [2.0 * np.log(found.magnitude[kept]), side.level, [2.0 * np.log(h) for h, _ in ends]]
+        [2.0 * np.log(tops.magnitude[high]), side.level, [2.0 * np.log(h) for h, _ in ends]]
     )
     onto = problem.onto()
     slope = np.concatenate([top.first @ onto.T, side.first @ onto.T, np.zeros((flat, size))])
     bend = np.concatenate(
         [onto @ top.second @ onto.T, onto @ side.second @ onto.T, np.zeros((flat, size, size))]
     )
-    uncertainty = 2.0 * found.error[kept] / found.magnitude[kept]
+    uncertainty = 2.0 * tops.error[high] / tops.magnitude[high]
     count = len(level)
     return Rows(
         level - 2.0 * np.log(unit), slope, bend, np.full(count, kind),
@@ -164,7 +164,7 @@ def largest(rows: Rows) -> tuple[float, float]:
 _PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 
 
-def usual_size(problem: Problem) -> np.ndarray:
+def usual_size(problem: TuningProblem) -> np.ndarray:
     """Size (q,) of stiffness, damping and share: m, m sqrt(sum m), 1, within finite bounds."""
     m = problem.mass_ratio
     whole = float(np.sum(m))
@@ -177,29 +177,29 @@ def usual_size(problem: Problem) -> np.ndarray:
     return np.asarray(np.minimum(np.maximum(size, problem.lower), upper))
 
 
-def starts(problem: Problem, count: int) -> list[np.ndarray]:
+def starts(problem: TuningProblem, count: int) -> list[np.ndarray]:
     """`count` points (q,) in units of `usual_size`."""
     n, size = len(problem.mass_ratio), len(problem.lower)
     equal = np.full(size - 2 * n, 1.0 / n)
     whole = float(np.sum(problem.mass_ratio))
-    found = []
+    points = []
     middle = np.arange(n) - 0.5 * (n - 1)
     for sense in (1.0, -1.0)[: 1 if n == 1 else 2]:
         # neighbours a bandwidth apart, each with its part of the damping
         apart = 1.0 + sense * 1.2 * np.sqrt(whole / (1.0 + whole)) / n * middle
-        found.append(np.concatenate([apart**2, np.full(n, 0.61 / np.sqrt(n)), equal]))
+        points.append(np.concatenate([apart**2, np.full(n, 0.61 / np.sqrt(n)), equal]))
     if n > 1:  # one does the work, the others hang on as a stiff or a heavily damped rest
-        found.append(np.concatenate([np.ones(n), np.geomspace(0.1, 0.6, n), equal]))
-        found.append(np.concatenate([np.ones(n), np.geomspace(0.6, 0.1, n), equal]))
+        points.append(np.concatenate([np.ones(n), np.geomspace(0.1, 0.6, n), equal]))
+        points.append(np.concatenate([np.ones(n), np.geomspace(0.6, 0.1, n), equal]))
     index = 1
-    while len(found) < count:
+    while len(points) < count:
         unit = np.array([_radical_inverse(index, _PRIMES[i % 12]) for i in range(size)])
         stiff = 0.2 * 10.0 ** unit[:n]
         drag = 0.05 * 30.0 ** unit[n : 2 * n]
         share = unit[2 * n :] / max(float(np.sum(unit[2 * n :])) * 1.05, 1.0)
-        found.append(np.concatenate([stiff, drag, np.clip(share, 0.05, 0.95)]))
+        points.append(np.concatenate([stiff, drag, np.clip(share, 0.05, 0.95)]))
         index += 1
-    return found[:count]
+    return points[:count]
 
 
 def _radical_inverse(index: int, base: int) -> float:
@@ -234,7 +234,7 @@ class Descent(NamedTuple):
     evaluations: int
 
 
-def descend(problem: Problem, start: np.ndarray, scale: np.ndarray, least: float) -> Descent:
+def descend(problem: TuningProblem, start: np.ndarray, scale: np.ndarray, least: float) -> Descent:
     """Descend until the box is smaller than `least` (relative); `scale` (q,) is a usual size.
 
     Raises NumericalFailure where the peaks at the start are infinite.
@@ -300,11 +300,11 @@ def _quadratic_step(rows: Rows, box: tuple[np.ndarray, np.ndarray]) -> tuple[np.
     floor = 1e-3 * max(float(np.max(np.abs(values))), 1e-3)
     values = np.maximum(np.abs(values), floor)
     step = np.clip(_least_distance(rows, level, (values, vectors), box), *box)
-    own = rows.kind == 0
+    on_curve = rows.kind == 0
     moved = rows.level + rows.slope @ step
     bent = 0.5 * float(values @ (step @ vectors) ** 2)
-    model = float(np.max(moved[own])) + bent
-    excess = max(float(np.max(moved[~own], initial=0.0)), 0.0)
+    model = float(np.max(moved[on_curve])) + bent
+    excess = max(float(np.max(moved[~on_curve], initial=0.0)), 0.0)
     return step, level + _PENALTY * over - model - _PENALTY * excess
 
 
@@ -320,13 +320,13 @@ def _least_distance(
     values, vectors = bend
     size, count = len(values), len(rows.level)
     back = vectors / np.sqrt(values)  # step from the scaled unknowns
-    own = (rows.kind == 0).astype(float)
+    on_curve = (rows.kind == 0).astype(float)
     root = np.sqrt(_SOFT)
     table = np.zeros((count + 1 + 2 * size, size + 2))
     right = np.zeros(len(table))
     table[:count, :size] = -rows.slope @ back
-    table[:count, size], table[:count, size + 1] = own / root, (1.0 - own) / root
-    right[:count] = rows.level - own * level + np.where(own > 0.0, 1.0, _PENALTY) / _SOFT
+    table[:count, size], table[:count, size + 1] = on_curve / root, (1.0 - on_curve) / root
+    right[:count] = rows.level - on_curve * level + np.where(on_curve > 0.0, 1.0, _PENALTY) / _SOFT
     table[count, size + 1], right[count] = 1.0 / root, _PENALTY / _SOFT
     table[count + 1 : count + 1 + size, :size], right[count + 1 : count + 1 + size] = back, box[0]
     table[count + 1 + size :, :size], right[count + 1 + size :] = -back, -box[1]
@@ -337,9 +337,9 @@ def _least_distance(
     goal = np.zeros(size + 3)
     goal[-1] = 1.0
     matrix = np.concatenate([table.T, right[None]])
-    found = nonnegative_least_squares(matrix, goal)
-    rest = matrix @ found - goal
-    step: np.ndarray = back @ (-rest[:size] / rest[-1] * far)
+    multipliers = nonnegative_least_squares(matrix, goal)
+    gap = matrix @ multipliers - goal
+    step: np.ndarray = back @ (-gap[:size] / gap[-1] * far)
     return step
 
 
@@ -351,7 +351,7 @@ _NEWTON_STEPS = 15
 _TIE = (1e-7, 1e-4, 1e-2, 1e-1)
 
 
-class Held(NamedTuple):
+class OptimalPoint(NamedTuple):
     """A point that meets the conditions.
 
     `active` marks the rows that hold it, `weight` (r,) their multipliers (those of the objective
@@ -372,7 +372,7 @@ class Held(NamedTuple):
     evaluations: int
 
 
-def hold(problem: Problem, start: np.ndarray, scale: np.ndarray) -> Held | None:
+def hold(problem: TuningProblem, start: np.ndarray, scale: np.ndarray) -> OptimalPoint | None:
     """Newton from near a minimax; None where no set of peaks and bounds holds a point nearby."""
     used = 0
     for tie in _TIE:
@@ -384,8 +384,8 @@ def hold(problem: Problem, start: np.ndarray, scale: np.ndarray) -> Held | None:
 
 
 def _with(
-    problem: Problem, start: np.ndarray, scale: np.ndarray, tie: float
-) -> tuple[Held | None, int]:
+    problem: TuningProblem, start: np.ndarray, scale: np.ndarray, tie: float
+) -> tuple[OptimalPoint | None, int]:
     ratios, used = start, 0
     first = np.inf
     length = 0.0
@@ -426,18 +426,18 @@ def _with(
         ratios = moved
     else:
         return None, used
-    rest = weight_all @ local.slope
-    residual = float(np.linalg.norm(rest[free]))
+    residual_slope = weight_all @ local.slope
+    residual = float(np.linalg.norm(residual_slope[free]))
     far = 1e-9 + 1e2 * float(np.max(rows.error))
     spread = float(np.ptp(rows.level[active & (rows.kind == 0)]))
-    own_weight = float(np.sum(weight_all[active & (rows.kind == 0)]))
-    fine = residual < 1e-6 and spread < far and abs(own_weight - 1.0) < 1e-6
+    curve_weight = float(np.sum(weight_all[active & (rows.kind == 0)]))
+    fine = residual < 1e-6 and spread < far and abs(curve_weight - 1.0) < 1e-6
     fine &= bool(np.max(rows.level[rows.kind > 0], initial=0.0) < far)
     fine &= curvature > -1e-7 and top <= first + 1e-7
     if not fine:
         return None, used
     return (
-        Held(ratios, rows, active, weight_all, on_lower & ~free, on_upper & ~free, residual,
+        OptimalPoint(ratios, rows, active, weight_all, on_lower & ~free, on_upper & ~free, residual,
              curvature, length, used),
         used,
     )  # fmt: skip
@@ -457,25 +457,25 @@ def _solve(
     bend = np.tensordot(weight[active], held.bend, 1) * scale[:, None] * scale[None, :]
     bend = bend[np.ix_(free, free)]
     slope = (held.slope * scale)[:, free]
-    own = (held.kind == 0).astype(float)
+    on_curve = (held.kind == 0).astype(float)
     count, width = len(held.level), int(np.sum(free))
-    if not count or not np.any(own):
+    if not count or not np.any(on_curve):
         return None
     level = float(np.max(held.level[held.kind == 0]))
     table = np.zeros((width + count + 1, width + count + 1))
     table[:width, :width] = bend
     table[:width, width:-1] = slope.T
     table[width:-1, :width] = slope
-    table[width:-1, -1] = -own
-    table[-1, width:-1] = own
+    table[width:-1, -1] = -on_curve
+    table[-1, width:-1] = on_curve
     right = np.zeros(width + count + 1)
-    right[width:-1] = own * level - held.level
+    right[width:-1] = on_curve * level - held.level
     right[-1] = 1.0
-    found = np.linalg.lstsq(table, right, rcond=1e-13)[0]
+    solution = np.linalg.lstsq(table, right, rcond=1e-13)[0]
     step = np.zeros(len(free))
-    step[free] = found[:width]
+    step[free] = solution[:width]
     # directions in which all active levels stay together
-    differences = slope - np.outer(own, own @ slope / np.sum(own))
+    differences = slope - np.outer(on_curve, on_curve @ slope / np.sum(on_curve))
     _, singular, turned = np.linalg.svd(differences, full_matrices=True)
     rank = int(np.sum(singular > 1e-9 * max(float(np.max(singular, initial=0.0)), 1e-300)))
     loose = turned[rank:]

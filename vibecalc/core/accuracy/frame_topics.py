@@ -121,18 +121,18 @@ def find_topics(loaded: "LoadedCase") -> list[Topic]:
     def wanted() -> float:
         if search.target is not None:
             return parse_quantity(search.target, goal)
-        course = along(search)
-        return course.evaluate(course.written)[0] + parse_quantity(str(search.change), goal)
+        curve = along(search)
+        return curve.evaluate(curve.written)[0] + parse_quantity(str(search.change), goal)
 
     def own(points: float) -> Answer:
-        course = along(search.model_copy(update={"points": int(points)}))
-        found = choose(course, course.evaluate(course.written), goal)
+        curve = along(search.model_copy(update={"points": int(points)}))
+        found = choose(curve, curve.evaluate(curve.written), goal)
         key = found.solution.sample.key
-        return Answer(np.array([key]), float(found.course.evaluations + 1))
+        return Answer(np.array([key]), float(found.curve.evaluations + 1))
 
     def fresh() -> Callable[[float], float]:
-        course = along(search)
-        return lambda key: course.evaluate(key)[0] - wanted()
+        curve = along(search)
+        return lambda key: curve.evaluate(key)[0] - wanted()
 
     one = along(search)
     ask = Ask("find", search.name, f"{search.key} that brings {search.quantity} to what is wanted",

@@ -12,7 +12,7 @@ import numpy as np
 
 from vibecalc.core.accuracy.topic import NOTHING_TO_SET, Answer, Reference, Solver, Topic
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.cycle_peak import SAMPLES_PER_ORDER, kept_orders, vector_cycle_peak
+from vibecalc.numerics.cycle_peak import SAMPLES_PER_ORDER, needed_orders, vector_cycle_peak
 from vibecalc.numerics.gauss import gauss_rule
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
 
@@ -347,8 +347,8 @@ def peak_over_cycle(ask: Ask, rows: np.ndarray, orders: np.ndarray) -> Topic:
     around = curve(first + period * (np.arange(points) / points - 0.5))
     tops = (around >= np.roll(around, 1)) & (around > np.roll(around, -1))
     alone = int(np.sum(tops & (around > (1.0 - 1e-3) * value))) == 1
-    kept = int(kept_orders(rows[None], orders // step)[0][0])
-    work = float(SAMPLES_PER_ORDER * kept + 30) if orders.max() > step else 1.0
+    needed = int(needed_orders(rows[None], orders // step)[0][0])
+    work = float(SAMPLES_PER_ORDER * needed + 30) if orders.max() > step else 1.0
 
     def own(_: float) -> Answer:
         found = vector_cycle_peak(rows, orders)

@@ -48,20 +48,20 @@ def read_columns(folder: Path, name: str) -> Columns:
     Raises Unreadable for a file that is not there, not in the folder, or no table.
     """
     text = _read(folder, name)
-    kept = [
+    lines_with_data = [
         (number, line)
         for number, line in enumerate(text.splitlines(), start=1)
         if line.strip() and not line.startswith("#")
     ]
-    if not kept:
+    if not lines_with_data:
         raise Unreadable("the file is empty", "a line of column names, then lines of values")
-    reader = csv.reader((line for _, line in kept), skipinitialspace=True)
+    reader = csv.reader((line for _, line in lines_with_data), skipinitialspace=True)
     rows: list[list[str]] = []
     lines: list[int] = []
     try:
         for row in reader:
             rows.append([cell.strip() for cell in row])
-            lines.append(kept[reader.line_num - 1][0])
+            lines.append(lines_with_data[reader.line_num - 1][0])
     except csv.Error as error:
         raise Unreadable(f"the file is no CSV: {error}") from None
     if len(rows) < 2:
@@ -70,13 +70,13 @@ def read_columns(folder: Path, name: str) -> Columns:
         )
     if len(rows) - 1 > MOST_ROWS:
         raise Unreadable(f"the file has {len(rows) - 1} lines of values", f"up to {MOST_ROWS}")
-    head = _head(rows[0], kept[0][1])
+    head = _head(rows[0], lines_with_data[0][1])
     for row, line in zip(rows[1:], lines[1:], strict=True):
         if len(row) != len(head):
             raise Unreadable(
                 f"line {line} of the file has {len(row)} cell{'' if len(row) == 1 else 's'}",
                 f"{len(head)}, as in the line of names",
-                _separator(kept[0][1]),
+                _separator(lines_with_data[0][1]),
             )
     return {
         column: Column(unit, [row[place] for row in rows[1:]], lines[1:])
@@ -115,11 +115,11 @@ def _head(cells: Sequence[str], line: str) -> list[tuple[str, str]]:
         raise Unreadable(f"the file has {len(cells)} columns", f"up to {MOST_COLUMNS}")
     names: list[tuple[str, str]] = []
     for place, cell in enumerate(cells, start=1):
-        name, bracket, rest = cell.partition("[")
-        unit = rest.removesuffix("]")
+        name, bracket, bracketed = cell.partition("[")
+        unit = bracketed.removesuffix("]")
         if not name.strip():
             raise Unreadable(f"column {place} has no name", "a name, or a name and a [unit]")
-        odd = unit == rest or "[" in unit or "]" in unit or len(unit) > LONGEST_UNIT
+        odd = unit == bracketed or "[" in unit or "]" in unit or len(unit) > LONGEST_UNIT
         if bracket and odd:
             raise Unreadable(
                 f"the name of column {place} cannot be read: {cell[:40]!r}",
@@ -256,7 +256,7 @@ def check_numbers(name: str, column: Column) -> None:
     """Raise Unreadable at the first cell of a column that is no finite number."""
     for cell, line in zip(column.cells, column.lines, strict=True):
         try:
-            number, own = split_number(cell)
+            number, cell_unit = split_number(cell)
             finite = math.isfinite(float(number))
         except UnitError as error:
             what = f"{error.message}: {cell[:40]!r}" if cell else "no number"
@@ -268,7 +268,7 @@ def check_numbers(name: str, column: Column) -> None:
                 f"line {line}, column {name}: too large for a double: {cell[:40]!r}",
                 "a finite number in every cell",
             )
-        if column.unit and own:
+        if column.unit and cell_unit:
             raise Unreadable(
                 f"line {line}, column {name}: the unit stands twice: {cell[:40]!r}",
                 f"numbers alone in a column of [{column.unit}]",
@@ -376,11 +376,11 @@ def rows_of(columns: Columns, path: KeyPath) -> list[dict[str, Any]]:
         shape = shapes[name]
         if shape.kind == "number":
             check_unit(name, column.unit, shape.unit or "")
-        kept = [place for place, cell in enumerate(column.cells) if cell]
-        cells, lines = [column.cells[p] for p in kept], [column.lines[p] for p in kept]
+        filled = [place for place, cell in enumerate(column.cells) if cell]
+        cells, lines = [column.cells[p] for p in filled], [column.lines[p] for p in filled]
         if shape.kind == "number":
             check_numbers(name, Column(column.unit, cells, lines))
-        for place, cell in zip(kept, cells, strict=True):
+        for place, cell in zip(filled, cells, strict=True):
             rows[place][name] = _value(cell, column.unit, shape)
     return rows
 

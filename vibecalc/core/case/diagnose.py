@@ -25,13 +25,13 @@ def explain(errors: Iterable[Error]) -> list[Problem]:
     too short because of its faulty entries is not reported. The nearest known key is looked for
     where the first few keys are unknown: thousands of them are no slips of the keyboard.
     """
-    found = [(_path(error["loc"]), error) for error in errors]
-    broken = {path[:size] for path, _ in found for size in range(len(path))}
-    unknown = [path for path, error in found if error["type"] == _UNKNOWN]
+    by_path = [(_path(error["loc"]), error) for error in errors]
+    broken = {path[:size] for path, _ in by_path for size in range(len(path))}
+    unknown = [path for path, error in by_path if error["type"] == _UNKNOWN]
     near = {path: _nearest_key(path) for path in unknown[:_MOST_SUGGESTED]}
     misspelt = {(*path[:-1], key) for path, key in near.items() if key}
     problems: dict[KeyPath, Problem] = {}
-    for path, error in found:
+    for path, error in by_path:
         kind = error["type"]
         above = {path[:size] for size in range(1, len(path) + 1)}
         swallowed = kind == "missing" and not misspelt.isdisjoint(above)
@@ -244,19 +244,19 @@ def _tables_with(key: str) -> tuple[str, ...]:
 @cache
 def _tables_by_key() -> dict[str, list[str]]:
     """Key -> every table below the root of a case that has it."""
-    found: dict[str, list[str]] = {}
+    tables: dict[str, list[str]] = {}
 
     def search(table: type[Table], above: str) -> None:
         for name, field in keys_of(table).items():
             if above:
-                found.setdefault(name, []).append(above)
+                tables.setdefault(name, []).append(above)
             shape = shape_of(field)
             below = shape.table or (shape.item.table if shape.item else None)
             if below is not None:
                 search(below, f"{above}.{name}" if above else name)
 
     search(named("vibecalc.schema:Case"), "")
-    return found
+    return tables
 
 
 def _description(path: KeyPath) -> str:

@@ -111,7 +111,7 @@ class Table(BaseModel):
 
 
 @dataclass(frozen=True)
-class Later:
+class DeferredTable:
     """A table that is imported, and its schema built, where a case has it: `later` names it."""
 
     where: str
@@ -139,7 +139,7 @@ class Later:
 def later(names: dict[str, str]) -> dict[str, Any]:
     """Stand-ins for tables in annotations, by their name; `names` lists them for each module."""
     return {
-        name: Annotated[Any, Later(f"{module}:{name}")]
+        name: Annotated[Any, DeferredTable(f"{module}:{name}")]
         for module, listed in names.items()
         for name in listed.split()
     }

@@ -340,11 +340,11 @@ def _excerpt(place: Location, label: str | None = None) -> list[str]:
         return [f"     | {_printable(place.override)}"]
     # A long line is cut around the mark, so that the mark stays on the screen.
     first = max(0, place.column - 1 - _WIDEST // 2) if len(place.excerpt) > _WIDEST else 0
-    piece = place.excerpt[first : first + _WIDEST]
+    shown = place.excerpt[first : first + _WIDEST]
     column = place.column - 1 - first
-    lines = [f"{place.line:4d} | {_printable(piece)}"]
+    lines = [f"{place.line:4d} | {_printable(shown)}"]
     if label is not None:
-        mark = "^" * max(1, min(place.length, len(piece) - column))
+        mark = "^" * max(1, min(place.length, len(shown) - column))
         lines.append(f"     | {' ' * column}{mark} {_printable(label)}".rstrip())
     return lines
 

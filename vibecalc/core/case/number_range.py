@@ -58,7 +58,7 @@ def range_problems(case: Case, places: Sequence[KeyPath] | None = None) -> list[
     problems = []
     whole = case.model_dump(by_alias=True, exclude_none=True) if places is None else case
     places = present(case) if places is None else places
-    for path, value in (found for place in places for found in _numbers(_at(whole, place), place)):
+    for path, value in (entry for place in places for entry in _numbers(_at(whole, place), place)):
         key = next(str(part) for part in reversed(path) if isinstance(part, str))
         size = abs(value)
         if key in ANGLES:

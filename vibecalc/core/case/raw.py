@@ -266,13 +266,13 @@ def case_at(
 def _replaced(place: Any, path: KeyPath, value: Any) -> Any:
     if not path:
         return value
-    first, rest = path[0], path[1:]
+    first, further = path[0], path[1:]
     if isinstance(first, int):
         entries = list(place)  # a list that the case leaves out begins as an empty table
         old = entries[first] if first < len(entries) else {}
-        entries[first : first + 1] = [_replaced(old, rest, value)]
+        entries[first : first + 1] = [_replaced(old, further, value)]
         return entries
-    return {**place, first: _replaced(place.get(first, {}), rest, value)}
+    return {**place, first: _replaced(place.get(first, {}), further, value)}
 
 
 def unknown(path: KeyPath, what: str, name: str, known: Sequence[str]) -> Problem:

@@ -178,48 +178,50 @@ def both(names: Collection[str], word: str = "and") -> str:
 
 @dataclass(frozen=True)
 class OneOf:
-    """One of some ways, or at most one; a way is one key, or several that go together."""
+    """One of some alternatives, or at most one; each is one key, or several that go together."""
 
-    ways: tuple[tuple[str, ...], ...]
+    alternatives: tuple[tuple[str, ...], ...]
     needed: bool | Callable[[Row], Any]
     allowed: str
     hint: str
 
     def __call__(self, row: Row) -> Iterator[Problem]:
-        """Yield each way beyond the first, or that there is none."""
-        given = [said[0] for way in self.ways if (said := row.said(*way))]
-        allowed = self.allowed or ", or ".join(map(both, self.ways))
+        """Yield each alternative beyond the first, or that there is none."""
+        given = [said[0] for alternative in self.alternatives if (said := row.said(*alternative))]
+        allowed = self.allowed or ", or ".join(map(both, self.alternatives))
         for key in given[1:]:
             message = f"{key} and {given[0]} exclude each other"
             yield row.problem(key, message, allowed=allowed, also=given[0])
         needed = self.needed(row) if callable(self.needed) else self.needed
-        if needed and row.lacks(*(key for way in self.ways for key in way)):
-            message = f"{row.header()} has neither {' nor '.join(map(both, self.ways))}"
+        if needed and row.lacks(*(key for alternative in self.alternatives for key in alternative)):
+            message = f"{row.header()} has neither {' nor '.join(map(both, self.alternatives))}"
             yield row.problem("", message, allowed=allowed, hint=self.hint)
 
     def schema(self, model: type[Table]) -> list[Schema]:
         """What an editor can hold such a table to."""
-        found: list[Schema] = [
+        schemas: list[Schema] = [
             {"not": {"required": [one, other]}}
-            for first, second in combinations(self.ways, 2)
+            for first, second in combinations(self.alternatives, 2)
             for one in first
             for other in second
             if not _default(model, one) and not _default(model, other)
         ]
-        every = [{"required": [key]} for way in self.ways for key in way]
-        return [*found, {"anyOf": every}] if self.needed is True else found
+        every = [{"required": [key]} for alternative in self.alternatives for key in alternative]
+        return [*schemas, {"anyOf": every}] if self.needed is True else schemas
 
 
 def one_of(
-    *ways: str, when: bool | Callable[[Row], Any] = True, allowed: str = "", hint: str = ""
+    *alternatives: str, when: bool | Callable[[Row], Any] = True, allowed: str = "", hint: str = ""
 ) -> OneOf:
-    """Exactly one of these ways, each the names of its keys; or none where `when` says no."""
-    return OneOf(tuple(tuple(way.split()) for way in ways), when, allowed, hint)
+    """Exactly one of these alternatives, each of names of keys; or none where `when` says no."""
+    return OneOf(
+        tuple(tuple(alternative.split()) for alternative in alternatives), when, allowed, hint
+    )
 
 
-def at_most_one(*ways: str, allowed: str = "") -> OneOf:
-    """One of these ways, or none."""
-    return one_of(*ways, when=False, allowed=allowed)
+def at_most_one(*alternatives: str, allowed: str = "") -> OneOf:
+    """One of these alternatives, or none."""
+    return one_of(*alternatives, when=False, allowed=allowed)
 
 
 @dataclass(frozen=True)
@@ -244,8 +246,8 @@ class Needs:
     def schema(self, model: type[Table]) -> list[Schema]:
         """What an editor can hold such a table to."""
         others = {"anyOf": [{"required": [other]} for other in self.others]}
-        found = {"dependentSchemas": {self.key: others}} if self.key else others
-        return [] if self.when else [found]
+        dependent = {"dependentSchemas": {self.key: others}} if self.key else others
+        return [] if self.when else [dependent]
 
 
 def needs(
@@ -309,7 +311,7 @@ class ByKind:
 
     def schema(self, model: type[Table]) -> list[Schema]:
         """What an editor can hold such a table to."""
-        found: list[Schema] = []
+        schemas: list[Schema] = []
         for kind, (needed, other) in self.kinds.items():
             defaults = {key: _default(model, key) for key in sorted(self._known())}
             foreign = {
@@ -321,8 +323,8 @@ class ByKind:
             if kind != next(iter(self.kinds)) or not self.kind_of:  # the first one is not said
                 said["required"] = [self.key]
             then = {"required": list(needed), "properties": foreign}
-            found.append({"if": said, "then": then})
-        return found
+            schemas.append({"if": said, "then": then})
+        return schemas
 
 
 def by_kind(

@@ -196,7 +196,7 @@ def inside(value: float, shape: Shape) -> bool:
 # Checks of [[find]]: keys of this case, bounds.
 # ----------------------------------------------------------------------------
 
-_FOUND_ALONG = ("machine", "excitation", "response", "isolation")
+_SEARCHABLE = ("machine", "excitation", "response", "isolation")
 
 
 def check_find(row: Row) -> Iterator[Problem]:
@@ -207,16 +207,16 @@ def check_find(row: Row) -> Iterator[Problem]:
 def _keys(data: Data, row: Data, path: KeyPath) -> Iterator[Problem]:
     """Problems of key, bounds, and of the keys that follow it."""
     key, also = row.get("key"), row.get("also")
-    found = yield from _number(data, key, (*path, "key"))
-    if found is not None and math.isnan(found[1]) and also:
+    number = yield from _number(data, key, (*path, "key"))
+    if number is not None and math.isnan(number[1]) and also:
         yield Problem(
             path=(*path, "also"),
             message=f"keys cannot change in the ratio of {key}, which the case leaves out",
             hint=f"write {key} into the case",
         )
     ratios: list[float] = []
-    if found is not None:
-        shape, written = found
+    if number is not None:
+        shape, written = number
         yield from bound_problems(row, path, shape)
         bounds = [read_number(row.get(side), shape.unit or "") for side in ("lower", "upper")]
         if also and written == 0.0:
@@ -235,9 +235,9 @@ def _keys(data: Data, row: Data, path: KeyPath) -> Iterator[Problem]:
             yield Problem(path=place, message=f"{other} is changed twice by this [[find]]")
             continue
         taken.append(other)
-        found = yield from _number(data, other, place)
-        if found is not None:
-            yield from _followed(str(other), *found, ratios, place)
+        number = yield from _number(data, other, place)
+        if number is not None:
+            yield from _followed(str(other), *number, ratios, place)
 
 
 def _number(
@@ -247,7 +247,7 @@ def _number(
     if not isinstance(key, str) or not key:
         return None
     try:
-        shape = changeable(data, key, _FOUND_ALONG)
+        shape = changeable(data, key, _SEARCHABLE)
         written = _written(data, key)
     except UsageError as error:
         yield Problem(

@@ -21,7 +21,7 @@ SearchMethod = Literal[
 ]
 
 
-class Tied(Table):
+class TiedKey(Table):
     """A key that follows a variable: factor times its value, plus an offset."""
 
     key: Name = Field(description="the key that follows")
@@ -35,7 +35,7 @@ class Variable(Table):
     key: Name = Field(description="as in machine.mounts.each.stiffness or ...cylinders[0].position")
     lower: Value = Field(description="lower bound, SI or with a unit")
     upper: Value = Field(description="upper bound, SI or with a unit")
-    follow: tuple[Tied, ...] = Field(
+    follow: tuple[TiedKey, ...] = Field(
         (),
         alias="with",
         max_length=32,

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
-from vibecalc.core.case.fields import Kind, Later, Table, Unit
+from vibecalc.core.case.fields import DeferredTable, Kind, Table, Unit
 from vibecalc.core.results.named import named
 from vibecalc.errors import KeyPath
 from vibecalc.unit_table import WORDS
@@ -109,7 +109,7 @@ def _shape(annotation: Any, metadata: tuple[Any, ...]) -> Shape:
         return Shape(kind=named)
     origin = get_origin(annotation)
     for mark in metadata if annotation is Any else ():
-        if isinstance(mark, Later):
+        if isinstance(mark, DeferredTable):
             return _shape(mark.target, ())
     if origin is Annotated:
         inner, *marks = get_args(annotation)
@@ -118,8 +118,8 @@ def _shape(annotation: Any, metadata: tuple[Any, ...]) -> Shape:
         members = [member for member in get_args(annotation) if member is not type(None)]
         first = _shape(members[0], metadata)
         return replace(first, or_three=True) if len(members) > 1 else first
-    found = {name: value for mark in metadata for name, value in _marks(mark)}
-    lengths = (int(found.get("min_length", 0)), found.get("max_length"))
+    limits = {name: value for mark in metadata for name, value in _marks(mark)}
+    lengths = (int(limits.get("min_length", 0)), limits.get("max_length"))
     if origin is tuple:
         members = [member for member in get_args(annotation) if member is not Ellipsis]
         if get_args(annotation)[-1] is not Ellipsis:
@@ -133,18 +133,18 @@ def _shape(annotation: Any, metadata: tuple[Any, ...]) -> Shape:
         return Shape(kind="text", lengths=lengths)
     if annotation is bool:
         return Shape(kind="flag")
-    bounds = _stricter({name: float(found[name]) for name in BOUND_SIGNS if name in found})
+    bounds = _stricter({name: float(limits[name]) for name in BOUND_SIGNS if name in limits})
     unit = next((mark.symbol for mark in metadata if isinstance(mark, Unit)), "")
     return Shape(kind="whole" if annotation is int else "number", unit=unit, bounds=bounds)
 
 
-def _stricter(found: dict[str, float]) -> tuple[tuple[str, float], ...]:
+def _stricter(limits: dict[str, float]) -> tuple[tuple[str, float], ...]:
     """One bound for each side: a field may sharpen that of its type, as in > 0 next to >= 0."""
     for excluding, including, sharper in (("gt", "ge", 1.0), ("lt", "le", -1.0)):
-        if excluding in found and including in found:
-            excluded = sharper * (found[excluding] - found[including]) >= 0.0
-            del found[including if excluded else excluding]
-    return tuple(found.items())
+        if excluding in limits and including in limits:
+            excluded = sharper * (limits[excluding] - limits[including]) >= 0.0
+            del limits[including if excluded else excluding]
+    return tuple(limits.items())
 
 
 def _flat(marks: list[Any]) -> list[Any]:

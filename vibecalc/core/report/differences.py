@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from xml.etree import ElementTree
 
 from vibecalc.core.report.writing import Column, number, table
-from vibecalc.core.results.compare import Comparison, Row
+from vibecalc.core.results.compare import ComparedRow, Comparison
 
 _COLUMNS = (
     Column("quantity", 42),
@@ -52,8 +52,11 @@ def render_differences(comparison: Comparison, count: int = 10) -> str:
         lines.append("")
     if comparison.ignored:
         named = ", ".join(comparison.ignored[:3])
-        rest = len(comparison.ignored) - 3
-        lines += [f"Ignored by the rules: {named}{f' and {rest} more' if rest > 0 else ''}", ""]
+        further = len(comparison.ignored) - 3
+        lines += [
+            f"Ignored by the rules: {named}{f' and {further} more' if further > 0 else ''}",
+            "",
+        ]
     compared = f"{_count(len(comparison.rows), 'quantity', 'quantities')} compared"
     verdict = _count(len(differing), "differs", "differ") if differing else "all the same"
     return "\n".join([*lines, f"{compared}, {verdict}."]) + "\n"
@@ -117,7 +120,7 @@ def _count(number_of: int, one: str, many: str) -> str:
     return f"{number_of} {one if number_of == 1 else many}"
 
 
-def _cells(row: Row) -> tuple[str, ...]:
+def _cells(row: ComparedRow) -> tuple[str, ...]:
     where = f"\n  {row.entry}" if row.entry else ""
     many = f"\n  {row.failed} of {row.entries} entries" if row.failed and row.entries > 1 else ""
     return (
@@ -135,7 +138,7 @@ def _ratio(ratio: float) -> str:
     return f"{ratio:.3g}" if 1e-3 <= ratio < 999.5 or ratio == 0.0 else f"{ratio:.1e}"
 
 
-def _sentence(row: Row) -> str:
+def _sentence(row: ComparedRow) -> str:
     parts = list(row.problems)
     if row.failed:
         where = f" at {row.entry}" if row.entry else ""
@@ -157,7 +160,7 @@ def _short(entry: float | complex | str | None) -> str:
     return f"{entry:.8g}"
 
 
-def _row_object(row: Row) -> dict[str, object]:
+def _row_object(row: ComparedRow) -> dict[str, object]:
     return {
         "quantity": row.path,
         "same": row.same,

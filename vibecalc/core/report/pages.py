@@ -139,8 +139,8 @@ def brief(rows: Sequence[ReferenceRow]) -> list[str]:
     """
     sources = Counter(_source(row) for row in rows if row.verdict == WITHIN)
     named = ", ".join(f"{source} ({count})" for source, count in sources.most_common(_MOST_SOURCES))
-    rest = len(sources) - _MOST_SOURCES
-    named += f" and {_many(rest, 'more source')}" if rest > 0 else ""
+    further = len(sources) - _MOST_SOURCES
+    named += f" and {_many(further, 'more source')}" if further > 0 else ""
     lines = paragraph(f"match: {named}") if named else []
     known = [row for row in rows if row.verdict == KNOWN]
     reasons = Counter(_note(row) for row in known)
@@ -305,9 +305,9 @@ def tolerance(result: Result) -> Section | None:
     return Section("Tolerance", pairs(rows, 16), frozenset())
 
 
-def _tolerance_words(result: Result, found: ToleranceSummary) -> str:
+def _tolerance_words(result: Result, summary: ToleranceSummary) -> str:
     """The line of `tolerance_line`, and the path of the worst."""
-    return tolerance_line(result) + (f": {found.worst}" if found.worst else "")
+    return tolerance_line(result) + (f": {summary.worst}" if summary.worst else "")
 
 
 def tolerance_line(result: Result) -> str:

@@ -103,7 +103,7 @@ def scalar_of(record: Record, path: str) -> float | None:
 def along(record: Record, path: str, axis: str) -> tuple[Quantity, np.ndarray] | None:
     """A quantity of the one axis `axis` and that axis' values; None if there is none such."""
     quantity = record.quantities.get(path)
-    if quantity is None or [own.name for own in quantity.axes] != [axis]:
+    if quantity is None or [one.name for one in quantity.axes] != [axis]:
         return None
     return quantity, np.asarray(quantity.axes[0].values)
 
@@ -275,19 +275,19 @@ def by_axis(
     Each is a path, words, and the unit to show it in where that is not in the words. Equal rows are
     one. Of the quantity `blank` an infinite entry is none, shown as "-".
     """
-    found = []
+    shown = []
     for path, words, *unit in names:
         quantity = having(record, path, axis)
         if quantity is not None:
             head = " ".join([words, *unit]).replace("\n ", "\n")
-            found.append((quantity, head, convert(1.0, quantity.unit, *unit) if unit else 1.0))
-    if not found:
+            shown.append((quantity, head, convert(1.0, quantity.unit, *unit) if unit else 1.0))
+    if not shown:
         return []
-    columns = [Column(title, width), *(number(words, each) for _, words, _ in found)]
+    columns = [Column(title, width), *(number(words, each) for _, words, _ in shown)]
     rows = []
-    for place, label in enumerate(labels(found[0][0].axes[0])):
+    for place, label in enumerate(labels(shown[0][0].axes[0])):
         row = [label]
-        for quantity, _, factor in found:
+        for quantity, _, factor in shown:
             value = float(magnitudes(quantity)[place]) * factor
             if quantity.path == blank and not np.isfinite(value):
                 row.append("-")

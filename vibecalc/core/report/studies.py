@@ -62,16 +62,16 @@ def in_unit(quantity: Quantity, unit: str) -> tuple[float, float]:
 
 def start_of(result: Result, key: str) -> float | None:
     """The start value of a variable: from the record, else as the case has it; None if neither."""
-    kept = scalar_of(result.record, AT_START + VARIABLE + key)
-    if kept is not None:
-        return kept
-    found: Any = result.case
+    stored = scalar_of(result.record, AT_START + VARIABLE + key)
+    if stored is not None:
+        return stored
+    part: Any = result.case
     for name in key.replace("[", ".").replace("]", "").split("."):
         try:
-            found = found[int(name)] if name.isdigit() else found[name]
+            part = part[int(name)] if name.isdigit() else part[name]
         except (KeyError, IndexError, TypeError):
             return None
-    return float(found) if isinstance(found, int | float) else None
+    return float(part) if isinstance(part, int | float) else None
 
 
 # ----------------------------------------------------------------------------
@@ -134,7 +134,7 @@ def _deviation(record: Record, key: str, unit: str) -> list[str]:
     if size is None or loss is None:
         return []
     moved, lost = float(size.values), float(loss.values)
-    way = "more" if moved > 0 else "less"
+    direction = "more" if moved > 0 else "less"
     amount = f"{show(abs(convert(moved, size.unit, unit)))} {unit}".rstrip()
     objective = scalar_of(record, _PREFIX + "objective")
     if abs(lost) <= loss.error_estimate:
@@ -143,7 +143,7 @@ def _deviation(record: Record, key: str, unit: str) -> list[str]:
         share = f" ({show_percent(abs(lost / objective)).lstrip('+')})" if objective else ""
         verb = "costs" if lost > 0 else "gains"
         effect = f"{verb} {show(abs(lost), digits=4)} {loss.unit}".rstrip() + share
-    words = [f"at the optimum {amount} {way} {effect}"]
+    words = [f"at the optimum {amount} {direction} {effect}"]
     margin = record.quantities.get(f"{_PREFIX}deviation/margin/{key}")
     if margin is not None and float(margin.values) < -margin.error_estimate:
         broken = show_percent(-float(margin.values)).removeprefix("+")
@@ -186,15 +186,15 @@ _MACHINE, _COUNTS = "machine/", "/evaluations"
 
 def find(result: Result) -> Section | None:
     """The section, None if the case searches for nothing."""
-    own = [path for path in result.record if path.startswith(FIND_PREFIX)]
+    paths = [path for path in result.record if path.startswith(FIND_PREFIX)]
     rows, below, missing = [], list[str](), list[str]()
     words, machines = list[str](), list[list[str]]()
     for search in entries(result, "find"):
-        found = _found(result, search)
-        if "value" in found:
-            rows.append(_row(search, found))
-            below += paragraph(_find_words(result, search, found), "-")
-            machines.append(_machine(result, search, found))
+        parts = _results_of(result, search)
+        if "value" in parts:
+            rows.append(_row(search, parts))
+            below += paragraph(_find_words(result, search, parts), "-")
+            machines.append(_machine(result, search, parts))
         else:
             missing.append(str(search["name"]))
     if not rows:
@@ -203,13 +203,13 @@ def find(result: Result) -> Section | None:
         words += paragraph(f"nothing found for {', '.join(missing)}: see the warnings", "-")
     words += paragraph("all other sections show the case as written", "-")
     details = {"what each search reached": together(below, *machines)}
-    return section("Found values", [[*table(_COLUMNS, rows), *words]], details, own)
+    return section("Found values", [[*table(_COLUMNS, rows), *words]], details, paths)
 
 
-def _machine(result: Result, search: Mapping[str, Any], found: Mapping[str, Quantity]) -> list[str]:
+def _machine(result: Result, search: Mapping[str, Any], parts: Mapping[str, Quantity]) -> list[str]:
     """What else is not as written in the machine found, by its numbers."""
     rows = []
-    for name, quantity in found.items():
+    for name, quantity in parts.items():
         path = name.removeprefix(_MACHINE)
         before = result.record.quantities.get(path)
         if path == name or before is None or before.axes or path.endswith(_COUNTS):
@@ -230,7 +230,7 @@ def _machine(result: Result, search: Mapping[str, Any], found: Mapping[str, Quan
     return [*table((head, number("written"), number("found"), Column("unit", 10)), rows)]
 
 
-def _found(result: Result, search: Mapping[str, Any]) -> dict[str, Quantity]:
+def _results_of(result: Result, search: Mapping[str, Any]) -> dict[str, Quantity]:
     """What was found, by the last part of its path."""
     root = f"{FIND_PREFIX}{search['name']}/"
     return {
@@ -240,37 +240,37 @@ def _found(result: Result, search: Mapping[str, Any]) -> dict[str, Quantity]:
     }
 
 
-def _row(search: Mapping[str, Any], found: Mapping[str, Quantity]) -> list[str]:
-    unit = bound_unit(search, found["value"].unit)
+def _row(search: Mapping[str, Any], parts: Mapping[str, Quantity]) -> list[str]:
+    unit = bound_unit(search, parts["value"].unit)
     return [
         str(search["name"]),
         str(search["key"]),
-        show(*in_unit(found["written"], unit), _DIGITS) if "written" in found else "-",
-        show(*in_unit(found["value"], unit), _DIGITS),
+        show(*in_unit(parts["written"], unit), _DIGITS) if "written" in parts else "-",
+        show(*in_unit(parts["value"], unit), _DIGITS),
         unit,
-        _number(found, "ratio"),
-        _number(found, "reached"),
-        str(search["seek"]) if search.get("seek") else _number(found, "wanted"),
+        _number(parts, "ratio"),
+        _number(parts, "reached"),
+        str(search["seek"]) if search.get("seek") else _number(parts, "wanted"),
     ]
 
 
-def _find_words(result: Result, search: Mapping[str, Any], found: Mapping[str, Quantity]) -> str:
+def _find_words(result: Result, search: Mapping[str, Any], parts: Mapping[str, Quantity]) -> str:
     where = dict(search.get("where") or {})
     path, key = str(search["quantity"]), str(search["key"])
     words = name_of(path, where)
-    words += f": {_number(found, 'reached')} {found['reached'].unit}".rstrip()
-    unit = bound_unit(search, found["value"].unit)
-    words += f" with {key} = {show(*in_unit(found['value'], unit), _DIGITS)} {unit}".rstrip()
+    words += f": {_number(parts, 'reached')} {parts['reached'].unit}".rstrip()
+    unit = bound_unit(search, parts["value"].unit)
+    words += f" with {key} = {show(*in_unit(parts['value'], unit), _DIGITS)} {unit}".rstrip()
     words += _written(result, path, where)
     if search.get("change") is not None:
         words += f"; wanted: a change of {search['change']}"
     if search.get("also"):
         also = (
-            f"{one} = {_number(found, f'also/{one}')} {found[f'also/{one}'].unit}"
+            f"{one} = {_number(parts, f'also/{one}')} {parts[f'also/{one}'].unit}"
             for one in search["also"]
         )
         words += f"; in the same ratio: {', '.join(also)}"
-    others = found.get("others")
+    others = parts.get("others")
     if others is not None and others.values.size:
         values = (convert(float(other), others.unit, unit) for other in others.values[:_MOST])
         shown = ", ".join(show(other, digits=_DIGITS) for other in values)
@@ -292,8 +292,8 @@ def _written(result: Result, path: str, where: Mapping[str, Any]) -> str:
     return f"; as written {shown} {quantity.unit}".rstrip()
 
 
-def _number(found: Mapping[str, Quantity], name: str) -> str:
-    quantity = found.get(name)
+def _number(parts: Mapping[str, Quantity], name: str) -> str:
+    quantity = parts.get(name)
     if quantity is None:
         return "-"
     return show(quantity.values[()], quantity.error_estimate, _DIGITS)
@@ -329,16 +329,16 @@ _WORST = ("_peak", "/sag", "/excursion")
 def optimisation(result: Result) -> Section | None:
     """The section, None if the case does not optimise."""
     record = result.record
-    own = [path for path in record if path.startswith(PREFIX) and not path.startswith(AT_START)]
-    if not own:
+    paths = [path for path in record if path.startswith(PREFIX) and not path.startswith(AT_START)]
+    if not paths:
         return None
-    rest = [record[path] for path in own if not path.startswith(_REPORTED)]
+    others = [record[path] for path in paths if not path.startswith(_REPORTED)]
     blocks = [_variables(result), _objective(result), advice(result), holding(record)]
     blocks += [_nearby(record), front(result)]
-    how = together(optima(record), searches(record), grouped(rest, PREFIX))
+    how = together(optima(record), searches(record), grouped(others, PREFIX))
     details: dict[str, Part] = {"methods side by side": search_methods(result)}
     details["optima and searches"] = how
-    return section("Optimisation", blocks, details, own)
+    return section("Optimisation", blocks, details, paths)
 
 
 def _variables(result: Result) -> list[str]:
@@ -391,9 +391,9 @@ def _ties(variable: Mapping[str, Any]) -> list[str]:
     return lines
 
 
-def _bound(value: float | str, own: str, unit: str) -> str:
+def _bound(value: float | str, key_unit: str, unit: str) -> str:
     """A bound as a number in the unit that is shown."""
-    return show(convert(parse_quantity(value, own), own, unit))
+    return show(convert(parse_quantity(value, key_unit), key_unit, unit))
 
 
 def _objective(result: Result) -> list[str]:
@@ -405,11 +405,11 @@ def _objective(result: Result) -> list[str]:
     where = dict(objective.get("where") or {})
     # The worst entry is the largest of what is made small, and the other way round.
     side: Literal["max", "min"] = "max" if sense == "smallest" else "min"
-    found = _end(result.record) == "optimum"
+    at_optimum = _end(result.record) == "optimum"
     quantity = result.record[path]
     name, unit = read_as(path, quantity.unit)
     factor = convert(1.0, quantity.unit, unit)
-    words = f"objective: {sense} {name}" if found else f"objective: {name}"
+    words = f"objective: {sense} {name}" if at_optimum else f"objective: {name}"
     try:
         value, label = worst(quantity, where, side)
         words += f": {show(value * factor, quantity.error_estimate * factor)} {unit}".rstrip()
@@ -470,14 +470,14 @@ def holding(record: Record) -> list[str]:
         return []
     rows = []
     for i, name in enumerate(labels(margin[0].axes[0])):
-        rise = float(multiplier[0].values[i])
+        price = float(multiplier[0].values[i])
         rows.append(
             [
                 name,
                 show(float(margin[0].values[i]), margin[0].error_estimate),
-                show(rise, multiplier[0].error_estimate),
+                show(price, multiplier[0].error_estimate),
                 multiplier[0].unit,
-                "active" if rise else "",
+                "active" if price else "",
             ]
         )
     columns = (
@@ -499,11 +499,11 @@ def side_of(record: Record, key: str) -> str:
 def optima(record: Record) -> list[str]:
     """Distinct optima, best first, with the number of searches that ended there."""
     objective = along(record, _PREFIX + "optima/objective", "optimum")
-    found_by = along(record, _PREFIX + "optima/found_by", "optimum")
-    if objective is None or found_by is None:
+    searches_to = along(record, _PREFIX + "optima/found_by", "optimum")
+    if objective is None or searches_to is None:
         return []
     rows = [
-        [str(int(label)), _searches_objective(objective[0], i), str(int(found_by[0].values[i]))]
+        [str(int(label)), _searches_objective(objective[0], i), str(int(searches_to[0].values[i]))]
         for i, label in enumerate(objective[1][:_ROWS])
     ]
     columns = (
@@ -511,7 +511,7 @@ def optima(record: Record) -> list[str]:
         number(f"objective {objective[0].unit}".rstrip(), 20),
         number("searches", 10),
     )
-    return [*table(columns, rows), *_rest(len(objective[1]), "optima")]
+    return [*table(columns, rows), *_further_rows(len(objective[1]), "optima")]
 
 
 def searches(record: Record) -> list[str]:
@@ -536,7 +536,7 @@ def searches(record: Record) -> list[str]:
         number("limits kept", 12),
         number("evaluations", 12),
     )
-    return [*table(columns, rows), *_rest(len(objective[1]), "searches")]
+    return [*table(columns, rows), *_further_rows(len(objective[1]), "searches")]
 
 
 def _searches_objective(quantity: Quantity, i: int) -> str:
@@ -544,7 +544,7 @@ def _searches_objective(quantity: Quantity, i: int) -> str:
     return "failed" if math.isinf(value) else show(value, quantity.error_estimate)
 
 
-def _rest(count: int, noun: str) -> list[str]:
+def _further_rows(count: int, noun: str) -> list[str]:
     if count <= _ROWS:
         return []
     return paragraph(f"{count - _ROWS} further {noun} are in the result file")

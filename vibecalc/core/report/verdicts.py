@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from vibecalc.core.report.sections import asked, entries, name_of, naming, not_found
-from vibecalc.core.report.writing import Printed, read_printed, rpm, show
+from vibecalc.core.report.writing import PrintedValue, read_printed, rpm, show
 from vibecalc.core.results.record import Estimate, Quantity, Result
 from vibecalc.core.results.select import curving, held, scalar, uncertainty, worst
 from vibecalc.core.results.tolerance import UNRESOLVED, remedy
@@ -243,7 +243,7 @@ def counted_misses(result: Result) -> int:
 
 def misses(references: Sequence[ReferenceRow], limits: Sequence[LimitRow]) -> list[str]:
     """One line of words for each counted reference outside its tolerance and each missed limit."""
-    found = [
+    problems = [
         f"{name_of(row.quantity, row.where)}: published {row.value:.10g} {row.unit}".rstrip()
         + f", {_computed(row.computed, 10)}"
         + ("" if row.resolved else f" +-{row.error_estimate:.3g}, unresolved")
@@ -257,13 +257,13 @@ def misses(references: Sequence[ReferenceRow], limits: Sequence[LimitRow]) -> li
             fate = f"is {limit.state}"
             if limit.expect != KEPT:
                 fate = f"was expected to be {limit.expect}, {fate}"
-            found.append(
+            problems.append(
                 f"limit on {name_of(limit.quantity, limit.where)} {fate}{where}: "
                 f"{_computed(limit.computed, 6, '')} {limit.unit}".rstrip()
                 + f", margin {limit.margin:.3g}"
                 + (f" +-{limit.error_estimate:.3g}" if limit.state == UNDECIDED else "")
             )
-    return found
+    return problems
 
 
 def _computed(value: float, digits: int, lead: str = "computed ") -> str:
@@ -330,7 +330,7 @@ def _judge_reference(result: Result, entry: Mapping[str, Any]) -> ReferenceRow:
     )
 
 
-def _tolerance(entry: Mapping[str, Any], printed: Printed) -> float:
+def _tolerance(entry: Mapping[str, Any], printed: PrintedValue) -> float:
     if entry.get("atol") is not None:
         given = read_printed(entry["atol"], default_unit=printed.unit)
         return convert(given.number, given.unit, printed.unit)

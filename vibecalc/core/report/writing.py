@@ -298,7 +298,7 @@ def is_speed(path: str) -> bool:
 # ----------------------------------------------------------------------------
 
 
-class Printed(NamedTuple):
+class PrintedValue(NamedTuple):
     """A printed value: `number` and `half_unit` are in `unit`, `text` has the digits as written."""
 
     number: float
@@ -307,7 +307,7 @@ class Printed(NamedTuple):
     text: str
 
 
-def read_printed(value: float | str, unit: str = "", default_unit: str = "") -> Printed:
+def read_printed(value: float | str, unit: str = "", default_unit: str = "") -> PrintedValue:
     """Read a reference value.
 
     The unit is the one in the text, else `unit`, else `default_unit` (that of the quantity).
@@ -316,9 +316,9 @@ def read_printed(value: float | str, unit: str = "", default_unit: str = "") -> 
     the ".0" of a whole one; whoever means a zero after the point writes a text.
     """
     if isinstance(value, str):
-        digits, own_unit = split_number(value)
+        digits, printed_unit = split_number(value)
         digits = digits.replace("_", "")
-        unit = own_unit or unit
+        unit = printed_unit or unit
     else:
         digits = repr(float(value)).removesuffix(".0")
     unit = unit or default_unit
@@ -326,7 +326,7 @@ def read_printed(value: float | str, unit: str = "", default_unit: str = "") -> 
     if not isinstance(exponent, int):
         raise ValueError(f"not a finite number: {value!r}")
     half_unit = float(Decimal((0, (5,), exponent - 1)))
-    return Printed(float(digits), unit, half_unit, digits)
+    return PrintedValue(float(digits), unit, half_unit, digits)
 
 
 #: what a level or a lag of nothing is called

@@ -34,7 +34,7 @@ _OVER_MODES = {"spectrum": by_spectrum, "mode_shape": by_mode_shape}
 
 
 @dataclass(frozen=True, kw_only=True)
-class Row:
+class ComparedRow:
     """The comparison of one quantity, shown by its worst entry.
 
     `ratio` is difference over allowed, at most 1 where the entry is the same; `failed` of
@@ -74,7 +74,7 @@ class Change:
 class Comparison:
     """All rows, in the order of the reference; quantities left out; changes of the case."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[ComparedRow, ...]
     ignored: tuple[str, ...] = ()
     changes: tuple[Change, ...] = ()
 
@@ -83,7 +83,7 @@ class Comparison:
         """Whether every compared quantity is the same."""
         return all(row.same for row in self.rows)
 
-    def worst(self, count: int = 10) -> tuple[Row, ...]:
+    def worst(self, count: int = 10) -> tuple[ComparedRow, ...]:
         """The rows that differ most: those with problems first, then by ratio."""
         ordered = sorted(self.rows, key=lambda row: (not row.problems, -row.ratio))
         return tuple(ordered[:count])
@@ -100,7 +100,7 @@ def compare(reference: Result, value: Result, rules: Rules | None = None) -> Com
     without counting. Raises UsageError where a rule does not fit a quantity.
     """
     chosen = rules or Rules()
-    rows: list[Row] = []
+    rows: list[ComparedRow] = []
     ignored: list[str] = []
     lost = last_digits(reference.record)
     matches: dict[tuple[str, float], ModeMatch | None] = {}
@@ -110,9 +110,9 @@ def compare(reference: Result, value: Result, rules: Rules | None = None) -> Com
         if rule.compare == "ignore":
             ignored.append(path)
         elif path not in value.record:
-            rows.append(Row(path=path, kind="missing", problems=("is missing",)))
+            rows.append(ComparedRow(path=path, kind="missing", problems=("is missing",)))
         elif path not in reference.record:
-            rows.append(Row(path=path, kind="extra", problems=("is not in the reference",)))
+            rows.append(ComparedRow(path=path, kind="extra", problems=("is not in the reference",)))
         else:
             rows.append(_compared(reference.record, value.record, path, rule, lost, matches))
     return Comparison(rows=tuple(rows), ignored=tuple(ignored), changes=_changes(reference, value))
@@ -125,14 +125,14 @@ def _compared(
     rule: Rule,
     lost: float,
     matches: dict[tuple[str, float], ModeMatch | None],
-) -> Row:
+) -> ComparedRow:
     one, other = reference[path], value[path]
     # what is left of terms that cancel has no scale of its own
     one = replace(one, error_estimate=one.error_estimate + lost * one.terms)
     kind = rule.compare or _natural_kind(one)
     problems = _structure(one, other)
     if problems:
-        return Row(path=path, kind=kind, unit=one.unit, problems=problems)
+        return ComparedRow(path=path, kind=kind, unit=one.unit, problems=problems)
     full = completed(rule, kind)
     if kind == "curve":
         axis = _curve_axis(one)
@@ -246,9 +246,9 @@ def _alone(one: Quantity, other: Quantity, match: ModeMatch) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _row(quantity: Quantity, kind: str, entries: Entries, problems: tuple[str, ...]) -> Row:
+def _row(quantity: Quantity, kind: str, entries: Entries, problems: tuple[str, ...]) -> ComparedRow:
     if not entries.labels:
-        return Row(path=quantity.path, kind=kind, unit=quantity.unit, problems=problems)
+        return ComparedRow(path=quantity.path, kind=kind, unit=quantity.unit, problems=problems)
     difference, allowed = entries.difference, entries.allowed
     within = (difference <= allowed) & (difference < math.inf)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -256,7 +256,7 @@ def _row(quantity: Quantity, kind: str, entries: Entries, problems: tuple[str, .
     ratio = np.where(np.isnan(ratio), math.inf, ratio)
     # Where numbers are equally far off, the one that is further apart is shown.
     worst = int(np.lexsort((difference, ratio))[-1])
-    return Row(
+    return ComparedRow(
         path=quantity.path,
         kind=kind,
         unit=quantity.unit,

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.core.results.compare_rules import (
-    Aligned,
+    AlignedArrays,
     Entries,
     Rule,
     apart,
@@ -85,7 +85,12 @@ def match_modes(
 
 
 def by_spectrum(
-    aligned: Aligned, reference: Quantity, value: Quantity, rule: Rule, match: ModeMatch, axis: Axis
+    aligned: AlignedArrays,
+    reference: Quantity,
+    value: Quantity,
+    rule: Rule,
+    match: ModeMatch,
+    axis: Axis,
 ) -> Entries:
     """Entries over matched modes; sums over coinciding ones, except frequencies themselves."""
     single = reference.path.rpartition("/")[2] == "natural_frequency"
@@ -112,7 +117,12 @@ def by_spectrum(
 
 
 def by_mode_shape(
-    aligned: Aligned, reference: Quantity, value: Quantity, rule: Rule, match: ModeMatch, axis: Axis
+    aligned: AlignedArrays,
+    reference: Quantity,
+    value: Quantity,
+    rule: Rule,
+    match: ModeMatch,
+    axis: Axis,
 ) -> Entries:
     """Sine of the angle between a shape and the space of the reference's shapes, per mode.
 
@@ -125,17 +135,17 @@ def by_mode_shape(
     sines: list[float] = []
     allowed: list[float] = []
     for (members, others), gap in zip(match.groups, match.gaps, strict=True):
-        found = outside(left[list(members)], right[list(others)])
+        sines_outside = outside(left[list(members)], right[list(others)])
         for position, other in enumerate(others):
             names.append(_mode_label(axis, members[position : position + 1]))
-            sines.append(float(found[position]))
+            sines.append(float(sines_outside[position]))
             lengths = np.linalg.norm(left[members[position]]), np.linalg.norm(right[other])
-            known, own = (
+            reference_error, value_error = (
                 quantity.error_estimate * math.sqrt(left.shape[1]) / max(float(length), 1e-300)
                 for quantity, length in zip((reference, value), lengths, strict=True)
             )
             rtol = rule.rtol or 0.0
-            margin = rtol + uncertainty(known, own, rtol)
+            margin = rtol + uncertainty(reference_error, value_error, rtol)
             allowed.append(margin / min(1.0, 2.0 * max(gap, rule.repeated or 0.0, 1e-15)))
     difference = np.array(sines)
     with np.errstate(invalid="ignore"):
@@ -158,9 +168,10 @@ def outside(basis: np.ndarray, shapes: np.ndarray) -> np.ndarray:
     lengths = np.linalg.norm(shapes, axis=1)
     directions, sizes, _ = np.linalg.svd(basis.T, full_matrices=False)
     directions = directions[:, sizes > 1e-12 * max(float(sizes.max(initial=0.0)), 1e-300)]
-    rest = shapes.T - directions @ (np.conj(directions.T) @ shapes.T)
-    rest -= directions @ (np.conj(directions.T) @ rest)  # once more: the first leaves round-off
-    share = np.linalg.norm(rest, axis=0) / np.where(lengths > 0, lengths, 1.0)
+    remainder = shapes.T - directions @ (np.conj(directions.T) @ shapes.T)
+    # once more: the first leaves round-off
+    remainder -= directions @ (np.conj(directions.T) @ remainder)
+    share = np.linalg.norm(remainder, axis=0) / np.where(lengths > 0, lengths, 1.0)
     share = np.where(lengths > 0, share, float(directions.shape[1] >= len(basis)))
     return np.where(usable, share, math.inf)
 
@@ -198,7 +209,7 @@ def _mode_label(axis: Axis, members: tuple[int, ...]) -> str:
 
 
 def by_curve(
-    aligned: Aligned, reference: Quantity, value: Quantity, rule: Rule, name: str
+    aligned: AlignedArrays, reference: Quantity, value: Quantity, rule: Rule, name: str
 ) -> tuple[Entries, tuple[str, ...]]:
     """Compare at the samples of both curves, straight between samples, within a tube.
 
@@ -225,12 +236,12 @@ def by_curve(
         (x_left, y_left, x_right, y_right, axis_left),
         (x_right, y_right, x_left, y_left, axis_right),
     ):
-        kept = np.flatnonzero((x >= ends[0]) & (x <= ends[1]))
-        limit = _interpolated(x[kept], x_left, allowed).real
-        met = _interpolated(x[kept], other_x, other_y)
-        difference = _distances(x[kept], y[kept], other_x, other_y, shift, limit, met, rule)
-        shown = (y[kept], met) if axis is axis_left else (met, y[kept])
-        names += _names(axis, kept, aligned.axes)
+        within = np.flatnonzero((x >= ends[0]) & (x <= ends[1]))
+        limit = _interpolated(x[within], x_left, allowed).real
+        met = _interpolated(x[within], other_x, other_y)
+        difference = _distances(x[within], y[within], other_x, other_y, shift, limit, met, rule)
+        shown = (y[within], met) if axis is axis_left else (met, y[within])
+        names += _names(axis, within, aligned.axes)
         parts.append((*shown, difference, limit))
     real = not np.iscomplexobj(aligned.reference) and not np.iscomplexobj(aligned.value)
     flat = [np.concatenate([part[i].ravel() for part in parts]) for i in range(4)]
@@ -277,13 +288,13 @@ def _from_polyline(
         same = same | (np.isnan(nodes_y) & np.isnan(y))
     met = (same & inside[:, None]).any(axis=0)
     with np.errstate(invalid="ignore", divide="ignore"):
-        step, rise = np.diff(nodes_x)[:, None], np.diff(nodes_y, axis=0)
+        step, change = np.diff(nodes_x)[:, None], np.diff(nodes_y, axis=0)
         offset = x - nodes_x[:-1, None]
         start = np.clip(np.where(step > 0, (offset - shift) / step, 0.0), 0.0, 1.0)
         stop = np.clip(np.where(step > 0, (offset + shift) / step, 1.0), 0.0, 1.0)
-        along = (np.conj(rise) * (y - nodes_y[:-1])).real / np.abs(rise) ** 2
+        along = (np.conj(change) * (y - nodes_y[:-1])).real / np.abs(change) ** 2
         along = np.clip(np.where(np.isfinite(along), along, start), start, stop)
-        gaps = np.abs(y - (nodes_y[:-1] + along * rise))
+        gaps = np.abs(y - (nodes_y[:-1] + along * change))
         points = np.where(inside[:, None], np.abs(y - nodes_y), math.inf)
     gaps = np.concatenate([gaps, points])
     gaps = np.where(np.isnan(gaps), math.inf, gaps)
@@ -313,8 +324,8 @@ def _columns(values: np.ndarray) -> np.ndarray:
     return values.reshape(values.shape[0], -1).astype(complex)
 
 
-def _names(axis: Axis, kept: np.ndarray, others: tuple[Axis, ...]) -> tuple[str, ...]:
-    values = np.asarray(axis.values)[kept]
+def _names(axis: Axis, within: np.ndarray, others: tuple[Axis, ...]) -> tuple[str, ...]:
+    values = np.asarray(axis.values)[within]
     shown = Axis(name=axis.name, values=values, unit=axis.unit)
     return labels((shown, *others))
 

@@ -95,11 +95,11 @@ class Rules:
 
     def given(self, path: str) -> Rule:
         """What the file says about the quantity at `path`, key by key; None where it is silent."""
-        found: dict[str, Any] = _said(self.default)
+        merged: dict[str, Any] = _said(self.default)
         for rule in self.rules:
             if fnmatch.fnmatchcase(path, rule.quantity):
-                found |= _said(rule)
-        return Rule(**{**found, "quantity": path})
+                merged |= _said(rule)
+        return Rule(**{**merged, "quantity": path})
 
 
 def completed(rule: Rule, compare: str) -> Rule:
@@ -243,7 +243,7 @@ class Entries(NamedTuple):
     allowed: np.ndarray
 
 
-class Aligned(NamedTuple):
+class AlignedArrays(NamedTuple):
     """Two arrays over the same axes, and what had to be left out of either."""
 
     reference: np.ndarray
@@ -252,7 +252,7 @@ class Aligned(NamedTuple):
     problems: tuple[str, ...]
 
 
-def align(reference: Quantity, value: Quantity, free: str | None = None) -> Aligned:
+def align(reference: Quantity, value: Quantity, free: str | None = None) -> AlignedArrays:
     """Entries that both have, in the order of the reference; axis names are the same in both.
 
     The axis named `free` is put first and left as it is in either array (it is not in `axes`).
@@ -270,11 +270,11 @@ def align(reference: Quantity, value: Quantity, free: str | None = None) -> Alig
         problems += _left_out(other, from_right, "is not in the reference")
         left = left.take(from_left, axis=position)
         right = right.take(from_right, axis=position)
-        kept = np.asarray(one.values)[from_left]
-        axes.append(Axis(name=one.name, values=kept, unit=one.unit, long_name=one.long_name))
+        shared = np.asarray(one.values)[from_left]
+        axes.append(Axis(name=one.name, values=shared, unit=one.unit, long_name=one.long_name))
     if first is not None:
         left, right = np.moveaxis(left, first, 0), np.moveaxis(right, first, 0)
-    return Aligned(left, right, tuple(axes), tuple(problems))
+    return AlignedArrays(left, right, tuple(axes), tuple(problems))
 
 
 def match_labels(left: np.ndarray, right: np.ndarray) -> tuple[list[int], list[int]]:
@@ -320,8 +320,8 @@ def _match_names(left: list[str], right: list[str]) -> tuple[list[int], list[int
     return [one for one, _ in pairs], [other for _, other in pairs]
 
 
-def _left_out(axis: Axis, kept: list[int], words: str) -> list[str]:
-    lost = sorted(set(range(len(axis.values))) - set(kept))
+def _left_out(axis: Axis, shared: list[int], words: str) -> list[str]:
+    lost = sorted(set(range(len(axis.values))) - set(shared))
     if not lost:
         return []
     more = f" (and {len(lost) - 1} more)" if len(lost) > 1 else ""
@@ -338,10 +338,10 @@ _STANDARD_ERRORS = 4.0
 _GROWTH = 10.0
 #: of the terms that cancel: what the last bits of sums and of their inputs may leave of them
 _LAST_DIGITS = 1e-13
-_FOUND = "optimisation/variable/"
+_OPTIMISED = "optimisation/variable/"
 
 
-def by_value(aligned: Aligned, reference: Quantity, value: Quantity, rule: Rule) -> Entries:
+def by_value(aligned: AlignedArrays, reference: Quantity, value: Quantity, rule: Rule) -> Entries:
     """Each entry for itself; complex entries are points in the plane, names equal or not."""
     left, right = aligned.reference.ravel(), aligned.value.ravel()
     names = labels(aligned.axes)
@@ -352,7 +352,7 @@ def by_value(aligned: Aligned, reference: Quantity, value: Quantity, rule: Rule)
     return Entries(names, left, right, apart(left, right, rule), allowed)
 
 
-def by_vector(aligned: Aligned, reference: Quantity, value: Quantity, rule: Rule) -> Entries:
+def by_vector(aligned: AlignedArrays, reference: Quantity, value: Quantity, rule: Rule) -> Entries:
     """The entries along the last axis as one vector: length of the difference."""
     if not aligned.axes or aligned.reference.dtype.kind not in "biufc":
         return by_value(aligned, reference, value, rule)
@@ -364,7 +364,7 @@ def by_vector(aligned: Aligned, reference: Quantity, value: Quantity, rule: Rule
     return Entries(labels(aligned.axes[:-1]), left, right, difference, allowed)
 
 
-def by_phase(aligned: Aligned, reference: Quantity, value: Quantity, rule: Rule) -> Entries:
+def by_phase(aligned: AlignedArrays, reference: Quantity, value: Quantity, rule: Rule) -> Entries:
     """Angles modulo one turn, in rad; `rtol` and `atol` are in rad.
 
     Of complex entries the angle counts, where the reference is above the amplitude floor; the
@@ -376,9 +376,9 @@ def by_phase(aligned: Aligned, reference: Quantity, value: Quantity, rule: Rule)
     errors = _uncertainty(reference, value, rule)
     if np.iscomplexobj(left) and np.iscomplexobj(right):
         amplitude = np.abs(left)
-        kept = np.flatnonzero(amplitude > (rule.floor or 0.0) * scale_of(amplitude))
-        left, right = left[kept], right[kept]
-        names = tuple(names[position] for position in kept)
+        significant = np.flatnonzero(amplitude > (rule.floor or 0.0) * scale_of(amplitude))
+        left, right = left[significant], right[significant]
+        names = tuple(names[position] for position in significant)
         # A value of zero has no phase: as far off as can be.
         turned = np.where(right == 0, math.pi, np.abs(np.angle(right * np.conj(left))))
         allowed = margin + errors / np.abs(left)
@@ -425,15 +425,15 @@ def tolerance(
     return allowed + (rule.rtol or 0.0) * size
 
 
-def uncertainty(known: float, own: float, margin: float) -> float:
-    """What the error estimates of the reference (`known`) and the value (`own`) allow together.
+def uncertainty(known: float, other: float, margin: float) -> float:
+    """What the error estimates of the reference (`known`) and the value (`other`) allow together.
 
     The value's counts up to ten times that of the reference, next to the `margin` that is allowed
     anyway: numbers that got worse do not excuse themselves by saying so. An estimate that is not
     finite allows nothing.
     """
     known = known if math.isfinite(known) else 0.0
-    return known + (min(own, _GROWTH * known + margin) if math.isfinite(own) else 0.0)
+    return known + (min(other, _GROWTH * known + margin) if math.isfinite(other) else 0.0)
 
 
 def last_digits(reference: Record) -> float:
@@ -443,11 +443,11 @@ def last_digits(reference: Record) -> float:
     so do both of two results.
     """
     shares = [0.0]
-    for path in (path for path in reference if path.startswith(_FOUND)):
-        found = reference[path]
-        size = 1.0 if found.unit == "rad" else abs(float(found.values))
+    for path in (path for path in reference if path.startswith(_OPTIMISED)):
+        variable = reference[path]
+        size = 1.0 if variable.unit == "rad" else abs(float(variable.values))
         if size > 0.0:
-            shares.append(found.error_estimate / size)
+            shares.append(variable.error_estimate / size)
     return _LAST_DIGITS + 2.0 * max(shares)
 
 

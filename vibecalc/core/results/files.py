@@ -119,8 +119,8 @@ def _written_aside(path: Path | str, content: bytes) -> tuple[Path, Path]:
 
 
 def _cannot(target: Path, error: OSError) -> UsageError:
-    kept = ", the old one is untouched" if os.path.isfile(target) else ""
-    return UsageError(f"cannot write {target}: {_why(error)}{kept}")
+    untouched = ", the old one is untouched" if os.path.isfile(target) else ""
+    return UsageError(f"cannot write {target}: {_why(error)}{untouched}")
 
 
 def _host() -> str:
@@ -195,8 +195,8 @@ def _reason(error: OSError, target: Path) -> str:
     if error.errno is not None:
         return os.strerror(error.errno).lower()
     text = str(error)
-    _, found, rest = text.partition("error message = '")
-    return rest.partition("'")[0].lower() if found else text
+    _, matched, remainder = text.partition("error message = '")
+    return remainder.partition("'")[0].lower() if matched else text
 
 
 # ----------------------------------------------------------------------------
@@ -214,7 +214,7 @@ class PatientFile(io.RawIOBase):
     def __init__(self, path: Path) -> None:
         self._number = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
         self._position = self._size = 0
-        self._kept: list[tuple[int, bytes]] = []
+        self._pending: list[tuple[int, bytes]] = []
         self._failure: OSError | None = None
 
     def check(self) -> None:
@@ -255,14 +255,14 @@ class PatientFile(io.RawIOBase):
         view = memoryview(buffer).cast("B")
         start = self._position
         wanted = max(0, min(len(view), self._size - start))
-        found = b""
-        while len(found) < wanted:
-            piece = os.pread(self._number, wanted - len(found), start + len(found))
-            if not piece:  # written, but not to the disk
+        read = b""
+        while len(read) < wanted:
+            part = os.pread(self._number, wanted - len(read), start + len(read))
+            if not part:  # written, but not to the disk
                 break
-            found += piece
-        view[:wanted] = found.ljust(wanted, b"\0")
-        for place, content in self._kept:
+            read += part
+        view[:wanted] = read.ljust(wanted, b"\0")
+        for place, content in self._pending:
             first, last = max(start, place), min(start + wanted, place + len(content))
             if first < last:
                 view[first - start : last - start] = content[first - place : last - place]
@@ -279,7 +279,7 @@ class PatientFile(io.RawIOBase):
         except OSError as error:
             self._failure = error
         if done < len(view):
-            self._kept.append((self._position + done, bytes(view[done:])))
+            self._pending.append((self._position + done, bytes(view[done:])))
         self._position += len(view)
         self._size = max(self._size, self._position)
         return len(view)

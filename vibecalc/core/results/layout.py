@@ -85,15 +85,15 @@ def _collections(content: bytes) -> Iterator[tuple[int, int]]:
 def _is_whole(collection: bytes, size: int) -> bool:
     if size < _HEADER or len(collection) < size:
         return False
-    place, seen = _HEADER, set()
+    place, visited = _HEADER, set()
     while size - place >= _HEADER:
         index = int.from_bytes(collection[place : place + 2], "little")
         length = int.from_bytes(collection[place + 8 : place + 16], "little")
         if index == 0:  # free space, which counts its own header, up to the end
             return length == size - place
-        if index in seen:
+        if index in visited:
             return False
-        seen.add(index)
+        visited.add(index)
         place += _HEADER + -(-length // 8) * 8
     return place <= size
 

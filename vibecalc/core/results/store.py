@@ -203,17 +203,17 @@ class _Writer:
         from h5py import h5d, h5s, h5t
 
         if _is_text(values):
-            kept = np.array([_plain(str(text)) for text in values.ravel()], dtype=self.text_dtype)
-            kept = kept.reshape(values.shape)
+            stored = np.array([_plain(str(text)) for text in values.ravel()], dtype=self.text_dtype)
+            stored = stored.reshape(values.shape)
             in_file, in_memory = self.text_in_file, self.text_in_memory
         else:
-            kept = np.array(values, dtype=_STORED[values.dtype.kind], order="C")
-            in_file = in_memory = h5t.py_create(kept.dtype, logical=True)
-        space = h5s.create_simple(kept.shape) if kept.ndim else self.scalar
-        options = self.compact if 0 < kept.size <= _COMPACT_ENTRIES else self.contiguous
+            stored = np.array(values, dtype=_STORED[values.dtype.kind], order="C")
+            in_file = in_memory = h5t.py_create(stored.dtype, logical=True)
+        space = h5s.create_simple(stored.shape) if stored.ndim else self.scalar
+        options = self.compact if 0 < stored.size <= _COMPACT_ENTRIES else self.contiguous
         dataset = h5d.create(group, _encoded(name), in_file, space, options)
-        if kept.size:
-            dataset.write(h5s.ALL, h5s.ALL, kept, mtype=in_memory)
+        if stored.size:
+            dataset.write(h5s.ALL, h5s.ALL, stored, mtype=in_memory)
         return dataset
 
     def text(self, place: Any, name: str, text: str) -> None:

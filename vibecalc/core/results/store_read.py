@@ -193,13 +193,13 @@ def _provenance(file: Any) -> tuple[dict[str, str | int | float], dict[str, floa
     if PROVENANCE not in file:
         return {}, {}
     group = file[PROVENANCE]
-    found: dict[str, str | int | float] = {
+    words: dict[str, str | int | float] = {
         name: value if isinstance(value, str) else value.item()
         for name, value in group.attrs.items()
         if name != TEXT_CHECKSUM
     }
     times = group[TIMINGS].attrs if TIMINGS in group else {}
-    return found, {name: float(value) for name, value in times.items()}
+    return words, {name: float(value) for name, value in times.items()}
 
 
 def _attribute(place: Any, path: Path, name: str) -> Any:

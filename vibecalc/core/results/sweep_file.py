@@ -82,14 +82,14 @@ class SweepHead:
 
     `result` has the case, plan, warnings and methods, and no quantities; `identity` and `base`
     are the hashes of the sweep and of what its points share; `design` says in plain values how
-    the points were chosen; `kept` are the paths asked for.
+    the points were chosen; `stored` are the paths asked for.
     """
 
     result: Result
     axes: tuple[SweptAxis, ...]
     sampling: str
     design: Mapping[str, Any]
-    kept: tuple[str, ...]
+    stored: tuple[str, ...]
     identity: str
     base: str
 
@@ -140,10 +140,10 @@ def _within(first: int, last: int, shape: Sequence[int]) -> Iterator[Box]:
 
 def read_points(dataset: Any, first: int, last: int, shape: Sequence[int]) -> np.ndarray:
     """Rows (last - first, own axes...) of a dataset (grid..., own axes...)."""
-    own = dataset.shape[len(shape) :]
-    rows = np.empty((last - first, *own), dtype=dataset.dtype)
+    lengths = dataset.shape[len(shape) :]
+    rows = np.empty((last - first, *lengths), dtype=dataset.dtype)
     for place, start, stop in boxes(first, last, shape):
-        rows[start - first : stop - first] = dataset[place].reshape(stop - start, *own)
+        rows[start - first : stop - first] = dataset[place].reshape(stop - start, *lengths)
     return rows
 
 
@@ -169,7 +169,7 @@ def chunk_shape(shape: Sequence[int]) -> tuple[int, ...]:
 # What the file of a sweep says of itself: whose it is, for which case and which points.
 # ----------------------------------------------------------------------------
 
-_PIECE = 1 << 20  # bytes
+_BLOCK = 1 << 20  # bytes
 
 
 def check_origin(file: Any, path: Path) -> None:
@@ -210,7 +210,7 @@ def read_head(file: Any, path: Path) -> SweepHead:
         axes=tuple(_swept(file, axis) for axis in _json_list(place, path, "axes")),
         sampling=_text(place, path, "sampling"),
         design=json_table(place, path, "design"),
-        kept=tuple(str(name) for name in _json_list(place, path, "kept")),
+        stored=tuple(str(name) for name in _json_list(place, path, "kept")),
         identity=_text(place, path, "identity"),
         base=_text(place, path, "base"),
     )
@@ -243,21 +243,21 @@ def text_checksum(path: Path) -> int:
     with open(path, "rb") as stream:
         while True:
             stream.seek(address)
-            piece = stream.read(_PIECE)
-            found = piece.find(_COLLECTION)
-            if found >= 0:
-                address += found
+            block = stream.read(_BLOCK)
+            position = block.find(_COLLECTION)
+            if position >= 0:
+                address += position
                 stream.seek(address + 8)
                 size = max(int.from_bytes(stream.read(8), "little"), len(_COLLECTION))
                 stream.seek(address)
                 address += size
-                while size > 0 and (piece := stream.read(min(size, _PIECE))):
-                    checksum = zlib.crc32(piece, checksum)
-                    size -= len(piece)
-            elif len(piece) < _PIECE:
+                while size > 0 and (block := stream.read(min(size, _BLOCK))):
+                    checksum = zlib.crc32(block, checksum)
+                    size -= len(block)
+            elif len(block) < _BLOCK:
                 return checksum
             else:
-                address += len(piece) - len(_COLLECTION) + 1
+                address += len(block) - len(_COLLECTION) + 1
 
 
 # ----------------------------------------------------------------------------

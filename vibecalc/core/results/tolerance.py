@@ -140,8 +140,8 @@ def _advice(paths: list[str]) -> str:
 
 def helps(path: str) -> tuple[str, ...]:
     """What lets a result meet the tolerance."""
-    own = path[_begin(path) :]
-    fitting = [start for start in HELPS if own.startswith(start)]
+    beginning = path[_begin(path) :]
+    fitting = [start for start in HELPS if beginning.startswith(start)]
     return HELPS[max(fitting, key=len)] if fitting else (CANCELS,)
 
 
@@ -175,13 +175,13 @@ def summarised(record: Record, rtol: float) -> ToleranceSummary:
     for path, quantity in record.items():
         if not _has_error(quantity):
             continue
-        own = reached(quantity, record)
-        if own is None:
+        share_reached = reached(quantity, record)
+        if share_reached is None:
             exempt[why_exempt(quantity, record)] += 1
             continue
-        held, met = held + 1, met + int(own <= rtol)
-        if own > share:
-            worst, share = path, own
+        held, met = held + 1, met + int(share_reached <= rtol)
+        if share_reached > share:
+            worst, share = path, share_reached
     ranked = sorted(exempt.items(), key=lambda one: (-one[1], one[0]))
     return ToleranceSummary(rtol, held, met, worst, max(share, 0.0), tuple(ranked))
 

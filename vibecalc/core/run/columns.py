@@ -40,12 +40,14 @@ class Columns:
 
     def written(self, *path: str | int) -> Any:
         """What the case has at a place; None where it, or a table above it, is absent."""
-        found: Any = self.case
+        part_of_case: Any = self.case
         for part in path:
-            if found is None:
+            if part_of_case is None:
                 return None
-            found = found[part] if isinstance(part, int) else getattr(found, part)
-        return found
+            part_of_case = (
+                part_of_case[part] if isinstance(part, int) else getattr(part_of_case, part)
+            )
+        return part_of_case
 
     def optional(self, *path: str | int) -> FloatArray | None:
         """A number (points,) or (1,), or None where the case has none."""
@@ -95,11 +97,11 @@ class Sheet:
         """Whether any of these results is asked for."""
         return not self._wanted.isdisjoint(paths)
 
-    def emit(self, path: str, found: WithError, axes: Mapping[str, Any] | None = None) -> None:
+    def emit(self, path: str, result: WithError, axes: Mapping[str, Any] | None = None) -> None:
         """Take values and errors (points or 1, own axes...); NumericalFailure for a NaN."""
         if path not in self._wanted:
             return
-        values, error = np.asarray(found.value), np.asarray(found.error, dtype=float)
+        values, error = np.asarray(result.value), np.asarray(result.error, dtype=float)
         if np.isnan(values).any():
             raise NumericalFailure(f"{path} has no defined value at some points")
         largest = error.reshape(len(error), -1).max(axis=1, initial=0.0)
@@ -111,9 +113,9 @@ class Sheet:
         )
 
 
-def kept_only(found: WithError, counts: np.ndarray, axis: int = -1) -> WithError:
+def counted_only(result: WithError, counts: np.ndarray, axis: int = -1) -> WithError:
     """Zero where an order does not count; `counts` (points or 1, orders) lies along `axis`."""
-    value, error = found
+    value, error = result
     shape = [1] * value.ndim
     shape[0], shape[axis] = counts.shape
     mask = counts.reshape(shape)

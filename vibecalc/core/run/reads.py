@@ -75,7 +75,7 @@ def _fields_of(kind: type[Table]) -> frozenset[str]:
     return frozenset(kind.model_fields)
 
 
-class Traced:
+class TracedTable:
     """Stands for a table; see `traced`."""
 
     def __init__(self, table: Table, node: Tree, reads: Reads):
@@ -92,22 +92,22 @@ class Traced:
             value = getattr(table, name)
             if isinstance(value, Table):
                 below = _note(node, name, {}, reads)
-                value = Traced(value, below, reads)
+                value = TracedTable(value, below, reads)
             else:
                 _note(node, name, _plain(value) is not value, reads)
             self.__dict__[name] = value  # the next time it is read as fast as any attribute
             return value
         for base in kind.__mro__:
             if name in vars(base) and base is not BaseModel:
-                found = vars(base)[name]
-                if isinstance(found, FunctionType | property):
-                    return found.__get__(self, kind)
+                attribute = vars(base)[name]
+                if isinstance(attribute, FunctionType | property):
+                    return attribute.__get__(self, kind)
                 return getattr(table, name)
         _note(node, WHOLE, True, reads)
         return getattr(table, name)
 
     def __eq__(self, other: object) -> bool:
-        return bool(self._whole() == (other._whole() if type(other) is Traced else other))
+        return bool(self._whole() == (other._whole() if type(other) is TracedTable else other))
 
     def __hash__(self) -> int:
         return hash(self._whole())
@@ -138,7 +138,7 @@ def traced(table: T, reads: Reads) -> T:
 
     Once `reads` is closed, a field that was not read before raises RuntimeError.
     """
-    return cast(T, Traced(cast(Table, table), reads.tree, reads))
+    return cast(T, TracedTable(cast(Table, table), reads.tree, reads))
 
 
 class TracedEntries(dict[str, Any]):
@@ -171,15 +171,15 @@ class TracedEntries(dict[str, Any]):
         super().__setitem__(name, value)
 
 
-def held(left: Any) -> Iterator[Traced]:
+def held(left: Any) -> Iterator[TracedTable]:
     """The stand-ins for tables in tuples, lists, dicts and objects."""
-    waiting, seen = [left], set[int]()
+    waiting, visited = [left], set[int]()
     while waiting:
         one = waiting.pop()
-        if id(one) in seen:
+        if id(one) in visited:
             continue
-        seen.add(id(one))
-        if type(one) is Traced:
+        visited.add(id(one))
+        if type(one) is TracedTable:
             yield one
         elif isinstance(one, tuple | list | set | frozenset):
             waiting += one

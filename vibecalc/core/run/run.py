@@ -37,8 +37,8 @@ if TYPE_CHECKING:
 MOST_BYTES = 256_000_000
 #: of an outcome next to its arrays
 OVERHEAD = 4096
-#: ways of reading of one stage that are looked up; what the oldest have made is made again
-MOST_WAYS = 8
+#: sets of reads of one stage that are looked up; what the oldest have made is made again
+MOST_READS = 8
 
 RunStage = Callable[[Stage, Scene], None]
 
@@ -56,7 +56,7 @@ class Outcome:
 class StageCache:
     """Outcomes of stages by the content of what they read; the oldest ones go first.
 
-    What a stage reads may hang on what it finds: each way of reading that was met is kept.
+    What a stage reads may hang on what it finds: each set of reads that was met is stored.
 
     `ran` and `reused` count, by the module of a stage, how often it ran and how often it did not
     have to. One cache serves any number of cases.
@@ -65,8 +65,8 @@ class StageCache:
     most_bytes: int = MOST_BYTES
     ran: dict[str, int] = field(default_factory=dict)
     reused: dict[str, int] = field(default_factory=dict)
-    _kept: "OrderedDict[bytes, tuple[Any, int]]" = field(default_factory=OrderedDict)
-    _ways: dict[Any, dict[bytes, Reads]] = field(default_factory=dict)
+    _stored: "OrderedDict[bytes, tuple[Any, int]]" = field(default_factory=OrderedDict)
+    _read_sets: dict[Any, dict[bytes, Reads]] = field(default_factory=dict)
     _size: int = 0
     _last: "tuple[Case, dict[int, Any]] | None" = None
 
@@ -78,11 +78,11 @@ class StageCache:
 
     def find(self, key: bytes) -> Any:
         """What is kept under a key, or None; it counts as the youngest then."""
-        found = self._kept.get(key)
-        if found is None:
+        stored = self._stored.get(key)
+        if stored is None:
             return None
-        self._kept.move_to_end(key)
-        return found[0]
+        self._stored.move_to_end(key)
+        return stored[0]
 
     def keep(self, key: bytes, value: Any) -> None:
         """Keep a value, its arrays closed to writing; forget the oldest beyond `most_bytes`."""
@@ -90,14 +90,14 @@ class StageCache:
         for array in _arrays(value):
             array.flags.writeable = False
             size += array.nbytes
-        self._size += size - self._kept.pop(key, (None, 0))[1]
-        self._kept[key] = (value, size)
-        while self._size > self.most_bytes and len(self._kept) > 1:
-            self._size -= self._kept.popitem(last=False)[1][1]
+        self._size += size - self._stored.pop(key, (None, 0))[1]
+        self._stored[key] = (value, size)
+        while self._size > self.most_bytes and len(self._stored) > 1:
+            self._size -= self._stored.popitem(last=False)[1][1]
 
-    def ways(self, what: Any) -> dict[bytes, Reads]:
-        """The ways of reading known of something that is made, the latest last."""
-        return self._ways.setdefault(what, {})
+    def read_sets(self, what: Any) -> dict[bytes, Reads]:
+        """The sets of reads known of something that is made, the latest last."""
+        return self._read_sets.setdefault(what, {})
 
 
 class CachedRun:
@@ -169,7 +169,7 @@ class CachedRun:
             return self.once(name, make)
 
         entries = TracedEntries(scene.handed_on, reads)
-        own = Scene(
+        stage_scene = Scene(
             case=traced(scene.case, reads),
             parts=self._parts(reads),
             wanted=scene.wanted,
@@ -177,46 +177,46 @@ class CachedRun:
             maker=once,
         )
         try:
-            run_stage(stage, own)
+            run_stage(stage, stage_scene)
         except NumericalFailure as failure:
             return Outcome(Record(), {}, str(failure))
-        return Outcome(own.record, entries.left)
+        return Outcome(stage_scene.record, entries.left)
 
     def _parts(self, reads: Reads) -> MachineParts:
         return cast(MachineParts, _Parts(self, reads))
 
     def _find(self, what: Any) -> bytes | None:
         """Key of what is known to be the same, None where nothing is."""
-        ways = self._cache.ways(what)
-        for way in reversed(ways):
-            key = self._key(what, way, ways[way])
+        read_sets = self._cache.read_sets(what)
+        for digest in reversed(read_sets):
+            key = self._key(what, digest, read_sets[digest])
             if key is not None and self._cache.find(key) is not None:
-                ways[way] = ways.pop(way)
+                read_sets[digest] = read_sets.pop(digest)
                 return key
         return None
 
     def _keep(self, what: Any, reads: Reads, value: Any, handed_on: Any) -> bytes:
-        way = reads.close(handed_on)
-        ways = self._cache.ways(what)
-        ways[way] = ways.pop(way, reads)
-        if len(ways) > MOST_WAYS:
-            del ways[next(iter(ways))]
-        key = self._key(what, way, reads)
+        digest = reads.close(handed_on)
+        read_sets = self._cache.read_sets(what)
+        read_sets[digest] = read_sets.pop(digest, reads)
+        if len(read_sets) > MOST_READS:
+            del read_sets[next(iter(read_sets))]
+        key = self._key(what, digest, reads)
         assert key is not None  # all that was read is there
         self._cache.keep(key, value)
         return key
 
-    def _key(self, what: Any, way: bytes, reads: Reads) -> bytes | None:
+    def _key(self, what: Any, digest: bytes, reads: Reads) -> bytes | None:
         """Key of what is made by reading that; None where a part of that is not made yet."""
-        found = reads.contents(self._case, self._known)
-        if found is None:
+        contents = reads.contents(self._case, self._known)
+        if contents is None:
             return None
         # what was made in this run counts, even if it is forgotten by now
         made = [self._once.get(name) or self._find(name) for name in sorted(reads.made)]
         if None in made:
             return None
         handed = [self._handed.get(name) for name in sorted(reads.handed)]
-        content = written((what, way, found, handed, made))
+        content = written((what, digest, contents, handed, made))
         return hashlib.blake2b(content, digest_size=20).digest()
 
 

@@ -162,8 +162,8 @@ def _check_name(
                 hint=_nearest(str(value), names[axis]),
             )
     if case.sweep is None:  # which may change them, and computes no references
-        own = {axis: value for axis, value in where.items() if axis in entry.axes}
-        yield from missing_entries(path, quantity, own, case)
+        named = {axis: value for axis, value in where.items() if axis in entry.axes}
+        yield from missing_entries(path, quantity, named, case)
 
 
 def unknown_quantity(path: KeyPath, quantity: str, known: Mapping[str, Entry]) -> Problem:

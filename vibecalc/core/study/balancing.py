@@ -22,7 +22,7 @@ MOST_STEPS = 200
 _GROWTH = 8.0
 _ROUNDS = 40
 #: share of a bound that rounding may pass it by
-_KEPT = 1e-12
+_WITHIN = 1e-12
 
 
 class LeastNorm(NamedTuple):
@@ -84,23 +84,27 @@ def least_norm(
         solution, held = _sharpened(constant, scaled, member, block, start)
         outwards = _outwards(solution, member, held).T
         rank = int(np.linalg.matrix_rank(np.vstack([scaled, outwards])))
-    rest = constant + scaled @ solution
-    value = float(np.linalg.norm(rest))
+    residual = constant + scaled @ solution
+    value = float(np.linalg.norm(residual))
     return LeastNorm(
         unknowns=solution * radius[block],
         value=size * value,
-        lower_bound=size * _lower_bound(constant, scaled, member, rest, value),
+        lower_bound=size * _lower_bound(constant, scaled, member, residual, value),
         held=held,
         free_directions=int(solution.size - rank),
     )
 
 
 def _lower_bound(
-    constant: np.ndarray, columns: np.ndarray, member: np.ndarray, rest: np.ndarray, value: float
+    constant: np.ndarray,
+    columns: np.ndarray,
+    member: np.ndarray,
+    residual: np.ndarray,
+    value: float,
 ) -> float:
     if value == 0.0:
         return 0.0
-    direction = rest / value
+    direction = residual / value
     pulls = np.sqrt(member @ (columns.T @ direction) ** 2)
     return max(0.0, float(direction @ constant - np.sum(pulls)))
 
@@ -167,8 +171,8 @@ def _sharpened(
             price[held] += step[point.size :]
             if np.max(np.abs(step[: point.size])) <= 8.0 * EPSILON:
                 break
-        over = member @ point**2 > 1.0 + _KEPT
-        negative = price < -_KEPT * max(float(np.max(np.abs(price))), np.finfo(float).tiny)
+        over = member @ point**2 > 1.0 + _WITHIN
+        negative = price < -_WITHIN * max(float(np.max(np.abs(price))), np.finfo(float).tiny)
         if not np.any(over | negative):
             length = np.sqrt(member @ point**2)
             return point / np.maximum(length, 1.0)[block], held & (price > 0.0)
@@ -196,7 +200,7 @@ _INSIDE = 1e-9
 _ROUNDINGS = 64.0
 
 
-class Balanced(NamedTuple):
+class BalancedWeights(NamedTuple):
     """The least residual that weights within their bounds reach, lower bounds and limits apart.
 
     `allowed` says that `optimum` keeps those, too; `lower_bound` holds in any case.
@@ -224,7 +228,7 @@ def balances(case: "Case") -> bool:
     return asked and bool(_weights(tuple(variable.key for variable in study.variables)))
 
 
-def balance(binding: "Binding", case: "Case") -> Balanced | None:
+def balance(binding: "Binding", case: "Case") -> BalancedWeights | None:
     """Solve for the weights; None where forces turn out not to be linear in them, as with ties.
 
     Raises NumericalFailure where the case has no forces.
@@ -238,10 +242,10 @@ def balance(binding: "Binding", case: "Case") -> Balanced | None:
         off = problem.forces(problem.variables(somewhere)) - constant - columns @ somewhere
         if np.linalg.norm(off) > _LINEAR * size:
             return None
-    found = least_norm(constant, columns, problem.block, problem.radius)
-    variables = problem.variables(found.unknowns)
+    solution = least_norm(constant, columns, problem.block, problem.radius)
+    variables = problem.variables(solution.unknowns)
     objective, margins = binding.evaluate(variables)
-    lower_bound = max(0.0, found.lower_bound - _ROUNDINGS * EPSILON * size)
+    lower_bound = max(0.0, solution.lower_bound - _ROUNDINGS * EPSILON * size)
     inside, moved = problem.moved_inside(variables)
     stiffness = np.linalg.svd(columns * problem.reach, compute_uv=False)
     weakest = stiffness[stiffness > 1e-12 * stiffness[0]][-1] if stiffness[0] > 0.0 else size
@@ -255,11 +259,11 @@ def balance(binding: "Binding", case: "Case") -> Balanced | None:
         reason="solved as linear least squares within bounds",
         evaluations=problem.evaluations,
     )
-    pulls = columns.T @ (constant + columns @ found.unknowns) / (found.value or 1.0)
-    held, price = problem.bounds(found.held, found.unknowns, pulls)
+    pulls = columns.T @ (constant + columns @ solution.unknowns) / (solution.value or 1.0)
+    held, price = problem.bounds(solution.held, solution.unknowns, pulls)
     optimum = Optimum(
         variables=moved,
-        variables_error=problem.errors(found.unknowns, held, error),
+        variables_error=problem.errors(solution.unknowns, held, error),
         objective=objective,
         objective_error=objective - lower_bound if objective > lower_bound else EPSILON * size,
         margins=margins,
@@ -269,16 +273,16 @@ def balance(binding: "Binding", case: "Case") -> Balanced | None:
         bound_multipliers=price,
         active_entries=(0,),
         kkt_residual=max(0.0, objective - lower_bound) / size if size else 0.0,
-        free_directions=found.free_directions,
+        free_directions=solution.free_directions,
         method="convex",
         evaluations=problem.evaluations,
         failures=0,
         failure_messages=(),
         history=(end,),
         optima=(LocalOptimum(variables=moved, objective=objective, found_by=1),),
-        notes=_notes(found.free_directions),
+        notes=_notes(solution.free_directions),
     )
-    return Balanced(optimum, lower_bound, inside and end.feasible)
+    return BalancedWeights(optimum, lower_bound, inside and end.feasible)
 
 
 def _notes(free_directions: int) -> tuple[str, ...]:
@@ -372,9 +376,9 @@ class _Problem:
         """Whether variables keep all their bounds but for rounding, and the same within them."""
         binding = self._binding
         slack = _INSIDE * (binding.upper - binding.lower)
-        kept = (variables >= binding.lower - slack) & (variables <= binding.upper + slack)
+        inside = (variables >= binding.lower - slack) & (variables <= binding.upper + slack)
         moved = np.clip(variables, binding.lower, binding.upper)
-        return bool(np.all(kept)), np.where(kept, moved, variables)
+        return bool(np.all(inside)), np.where(inside, moved, variables)
 
     def bounds(
         self, held: np.ndarray, unknowns: np.ndarray, pulls: np.ndarray
@@ -385,11 +389,13 @@ class _Problem:
             np.zeros(len(self._binding.keys)),
         )
         for index in np.flatnonzero(held):
-            own = self.block == index
-            size = float(np.linalg.norm(unknowns[own]))
+            of_weight = self.block == index
+            size = float(np.linalg.norm(unknowns[of_weight]))
             place, weight = self._weights[index].unbalance, self._weights[index]
-            sides[place] = 1 if weight.phase is not None or unknowns[own][0] > 0.0 else -1
-            price[place] = sides[place] * float(pulls[own] @ unknowns[own]) / (size or 1.0)
+            sides[place] = 1 if weight.phase is not None or unknowns[of_weight][0] > 0.0 else -1
+            price[place] = (
+                sides[place] * float(pulls[of_weight] @ unknowns[of_weight]) / (size or 1.0)
+            )
         return sides, price
 
     def errors(self, unknowns: np.ndarray, sides: np.ndarray, share: float) -> np.ndarray:

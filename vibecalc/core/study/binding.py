@@ -83,10 +83,12 @@ class Binding:
         return checked_case(self._resolved, settings, self._cache)
 
     def apart(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """The way from one point to another, (n,) in SI, along angles the shorter one around."""
-        way = np.asarray(other - one)
+        """The difference of two points, (n,) in SI, along angles the shorter one around."""
+        difference = np.asarray(other - one)
         period = np.where(self.period > 0.0, self.period, 1.0)
-        return np.where(self.period > 0.0, way - period * np.round(way / period), way)
+        return np.where(
+            self.period > 0.0, difference - period * np.round(difference / period), difference
+        )
 
     def evaluate(self, variables: np.ndarray) -> tuple[float, np.ndarray]:
         """Objective (to be made small) and dimensionless margins, kept where >= 0.

@@ -200,9 +200,9 @@ def execute(loaded: LoadedCase, progress: bool = False) -> Result:
         with telling(progress) as tell:
             record = run_case(loaded.case, timings=timings, tell=tell)
         if loaded.case.find:
-            from vibecalc.core.study.find import add_found
+            from vibecalc.core.study.find import add_solutions
 
-            add_found(record, loaded, timings=timings, progress=progress)
+            add_solutions(record, loaded, timings=timings, progress=progress)
     else:
         from vibecalc.core.study.optimise import optimise
 

@@ -15,7 +15,14 @@ from vibecalc.core.results.record import Axis, Method, Quantity, Record
 from vibecalc.core.results.select import worst
 from vibecalc.core.run.run import StageCache, run_case
 from vibecalc.core.study.binding import checked_case
-from vibecalc.core.study.find_solutions import Course, Level, Sample, Solution, extremes, roots
+from vibecalc.core.study.find_solutions import (
+    Level,
+    Sample,
+    SampledCurve,
+    Solution,
+    extremes,
+    roots,
+)
 from vibecalc.core.study.planned import FIND, MACHINE, find_entries, machine_paths
 from vibecalc.core.study.variables import period_of
 from vibecalc.errors import NumericalFailure, ResultError
@@ -93,69 +100,71 @@ class Along:
 _REASONS = 3
 
 
-class Choice(NamedTuple):
-    """The solution that is named, the others, and the course they stand on.
+class ChosenSolution(NamedTuple):
+    """The solution that is named, the others, and the curve they stand on.
 
     `level` is what was wanted, None for an extreme.
     """
 
     solution: Solution
     others: list[Solution]
-    course: Course
+    curve: SampledCurve
     level: Level | None
     notes: list[str]
 
 
-def choose(along: Along, as_written: tuple[float, float], unit: str) -> Choice:
+def choose(along: Along, as_written: tuple[float, float], unit: str) -> ChosenSolution:
     """Search between the bounds; `as_written` is the result of the case and its error, in `unit`.
 
     A wanted value: the solution nearest to the key as written, by ratio where both are positive.
-    An extreme: the lowest minimum or the highest maximum. NumericalFailure, with what was seen,
+    An extreme: the lowest minimum or the highest maximum. NumericalFailure, with what was computed,
     where there is none.
     """
     search = along.search
     # around a turn and two steps on, so that what lies where its ends meet has neighbours
     step = along.turn / (search.points - 1)
-    course = Course(along.evaluate, along.lower, along.upper + 2.0 * step)
+    curve = SampledCurve(along.evaluate, along.lower, along.upper + 2.0 * step)
     if math.isfinite(as_written[0]) and math.isfinite(along.written):
-        course.know(along.written, *as_written)
-    course.look(search.points + (2 if along.turn else 0))
-    seen = [sample for stretch in course.stretches() for sample in stretch]
-    if not seen:
+        curve.know(along.written, *as_written)
+    curve.sample(search.points + (2 if along.turn else 0))
+    computed = [sample for stretch in curve.stretches() for sample in stretch]
+    if not computed:
         raise NumericalFailure(
-            f"none of {len(course.samples)} points could be computed: {_reasons(course)}"
+            f"none of {len(curve.samples)} points could be computed: {_reasons(curve)}"
         )
-    if _constant(seen):
+    if _constant(computed):
         raise NumericalFailure(
             f"{search.quantity} does not change between the bounds of {search.key}: it is "
-            f"{_shown(seen[0].value, unit)} at all of {len(seen)} points"
+            f"{_shown(computed[0].value, unit)} at all of {len(computed)} points"
         )
     if search.seek is not None:
         sign = 1.0 if search.seek == "minimum" else -1.0
-        found = _around(along, extremes(course, sign))
-        notes = [] if along.turn else list(_beyond(along, course, found, sign, unit))
+        solutions = _around(along, extremes(curve, sign))
+        notes = [] if along.turn else list(_beyond(along, curve, solutions, sign, unit))
         level = None
     else:
         level = _level(along, as_written, unit)
-        found, jumps = roots(course, level)
-        found = _around(along, found)
-        found.sort(key=lambda solution: _distance(along, solution.sample))
+        solutions, jumps = roots(curve, level)
+        solutions = _around(along, solutions)
+        solutions.sort(key=lambda solution: _distance(along, solution.sample))
         notes = [
             f"{search.quantity} jumps past the wanted value at {_shown(one.key, along.unit)}: "
             "that is no solution"
             for one in jumps
         ]
-    if not found:
-        raise NumericalFailure(_nothing(along, course, level, unit, notes))
-    return Choice(found[0], found[1:], course, level, [*notes, *_skipped(along, course)])
+    if not solutions:
+        raise NumericalFailure(_nothing(along, curve, level, unit, notes))
+    return ChosenSolution(
+        solutions[0], solutions[1:], curve, level, [*notes, *_skipped(along, curve)]
+    )
 
 
-def _around(along: Along, found: list[Solution]) -> list[Solution]:
+def _around(along: Along, solutions: list[Solution]) -> list[Solution]:
     """Solutions on a whole turn, from its lower end on; what was met on both turns counts once."""
     if not along.turn:
-        return found
+        return solutions
     once: list[Solution] = []
-    for one in found:
+    for one in solutions:
         on = (one.sample.key - along.lower) % along.turn
         on -= along.turn if along.turn - on <= one.error else 0.0
         moved = Solution(one.sample._replace(key=along.lower + max(on, 0.0)), one.error)
@@ -183,46 +192,50 @@ def _distance(along: Along, sample: Sample) -> float:
     return abs(sample.key - along.near)
 
 
-def _constant(seen: list[Sample]) -> bool:
+def _constant(computed: list[Sample]) -> bool:
     """Whether all samples are the same within their errors: three at least, to mean something."""
-    values = [sample.value for sample in seen]
-    return len(seen) > 2 and max(values) - min(values) <= 2.0 * min(one.error for one in seen)
+    values = [sample.value for sample in computed]
+    return len(computed) > 2 and max(values) - min(values) <= 2.0 * min(
+        one.error for one in computed
+    )
 
 
 def _beyond(
-    along: Along, course: Course, found: list[Solution], sign: float, unit: str
+    along: Along, curve: SampledCurve, solutions: list[Solution], sign: float, unit: str
 ) -> Iterator[str]:
     """Say where a bound, or the end of what can be computed, is better than every extreme."""
-    ends = [one for stretch in course.stretches() for one in (stretch[0], stretch[-1])]
+    ends = [one for stretch in curve.stretches() for one in (stretch[0], stretch[-1])]
     best = min(ends, key=lambda one: sign * one.value)
-    if found and sign * (best.value - found[0].sample.value) < 0.0:
+    if solutions and sign * (best.value - solutions[0].sample.value) < 0.0:
         yield (
             f"the {along.search.seek} is that between the bounds; {along.search.quantity} is "
             f"{'lower' if sign > 0.0 else 'higher'} still, {_shown(best.value, unit)}, "
-            f"{_place(along, course, best)}"
+            f"{_place(along, curve, best)}"
         )
 
 
-def _place(along: Along, course: Course, sample: Sample) -> str:
-    at_bound = sample.place in (course.first, course.last)
+def _place(along: Along, curve: SampledCurve, sample: Sample) -> str:
+    at_bound = sample.place in (curve.first, curve.last)
     where = "at the bound" if at_bound else "next to what cannot be computed, at"
     return f"{where} {_shown(sample.key, along.unit)}"
 
 
-def _nothing(along: Along, course: Course, level: Level | None, unit: str, notes: list[str]) -> str:
+def _nothing(
+    along: Along, curve: SampledCurve, level: Level | None, unit: str, notes: list[str]
+) -> str:
     search = along.search
-    seen = [sample for stretch in course.stretches() for sample in stretch]
-    low, high = (pick(seen, key=lambda one: one.value) for pick in (min, max))
+    computed = [sample for stretch in curve.stretches() for sample in stretch]
+    low, high = (pick(computed, key=lambda one: one.value) for pick in (min, max))
     bounds = f"{_shown(along.lower, along.unit)} and {_shown(along.upper, along.unit)}"
     if level is None:
         best = low if search.seek == "minimum" else high
         words = (
             f"no {search.seek} of {search.quantity} for {search.key} between {bounds}: "
             f"its {'lowest' if best is low else 'highest'} value, {_shown(best.value, unit)}, is "
-            f"{_place(along, course, best)}"
+            f"{_place(along, curve, best)}"
         )
     else:
-        nearest = min(seen, key=lambda one: abs(level.off(one)))
+        nearest = min(computed, key=lambda one: abs(level.off(one)))
         words = (
             f"no {search.key} between {bounds} brings {search.quantity} to "
             f"{_shown(level.wanted, unit)}: it goes from {_shown(low.value, unit)} at "
@@ -230,22 +243,22 @@ def _nothing(along: Along, course: Course, level: Level | None, unit: str, notes
             f"{_shown(high.key, along.unit)}, and is nearest at {_shown(nearest.key, along.unit)} "
             f"with {_shown(nearest.value, unit)}"
         )
-    return "; ".join([words, *notes, *_skipped(along, course)])
+    return "; ".join([words, *notes, *_skipped(along, curve)])
 
 
-def _skipped(along: Along, course: Course) -> Iterator[str]:
-    failed = course.failed()
+def _skipped(along: Along, curve: SampledCurve) -> Iterator[str]:
+    failed = curve.failed()
     if failed:
         first, last = (_shown(one.key, along.unit) for one in (failed[0], failed[-1]))
         between = f"at {first}" if first == last else f"between {first} and {last}"
         yield (
-            f"{len(failed)} of {len(course.samples)} points could not be computed, {between}, "
-            f"and no solution next to or between them is claimed: {_reasons(course)}"
+            f"{len(failed)} of {len(curve.samples)} points could not be computed, {between}, "
+            f"and no solution next to or between them is claimed: {_reasons(curve)}"
         )
 
 
-def _reasons(course: Course) -> str:
-    reasons = list(dict.fromkeys(sample.failure for sample in course.failed()))
+def _reasons(curve: SampledCurve) -> str:
+    reasons = list(dict.fromkeys(sample.failure for sample in curve.failed()))
     more = f"; and {len(reasons) - _REASONS} more" if len(reasons) > _REASONS else ""
     return "; ".join(reasons[:_REASONS]) + more
 
@@ -263,7 +276,7 @@ _STEP = 1e-4
 _CITATION = "Brent, Algorithms for Minimization without Derivatives, 1973, ch. "
 
 
-def add_found(
+def add_solutions(
     record: Record, loaded: "LoadedCase", *, timings: dict[str, float], progress: bool = False
 ) -> None:
     """Add `find/...` of all searches to the record of the case as written.
@@ -275,7 +288,7 @@ def add_found(
     started = time.perf_counter()
     resolved = {k: v for k, v in loaded.resolved.items() if k not in NOT_COMPUTED}
     cache = StageCache()  # searches along different keys share the stages that these do not touch
-    chosen: list[tuple[Along, Choice]] = []
+    chosen: list[tuple[Along, ChosenSolution]] = []
     failures: list[str] = []
     with _counted(progress) as count:
         for search in loaded.case.find:
@@ -317,7 +330,9 @@ def add_found(
     timings[FIND] = time.perf_counter() - started
 
 
-def _add_machine(record: Record, along: Along, choice: Choice, paths: tuple[str, ...]) -> None:
+def _add_machine(
+    record: Record, along: Along, choice: ChosenSolution, paths: tuple[str, ...]
+) -> None:
     """Results of the machine that was found, next to those of the case as written.
 
     Their errors count that of the key, by the slope towards the farther bound.
@@ -327,17 +342,17 @@ def _add_machine(record: Record, along: Along, choice: Choice, paths: tuple[str,
     far = along.upper if along.upper - key > key - along.lower else along.lower
     step = _STEP * (far - key)
     try:
-        found, nearby = along.results(key, wanted), along.results(key + step, wanted)
+        results, nearby = along.results(key, wanted), along.results(key + step, wanted)
     except NumericalFailure as failure:  # of what was not sought
         record.warnings.append(f"{root} is left out: {failure}")
         return
-    for path, quantity in found.items():
+    for path, quantity in results.items():
         moved = abs(nearby[path].values - quantity.values) if path in nearby else 0.0
         uncertainty = quantity.error_estimate + float(moved) * abs(error / step)
         record.add(replace(quantity, path=f"{root}/{path}", error_estimate=uncertainty))
 
 
-def _numbers(along: Along, choice: Choice) -> dict[str, tuple[Any, float]]:
+def _numbers(along: Along, choice: ChosenSolution) -> dict[str, tuple[Any, float]]:
     """Names below `find/<name>/` with value and absolute error."""
     (sample, error), others = choice.solution, choice.others
     numbers: dict[str, tuple[Any, float]] = {"value": (sample.key, error)}
@@ -360,8 +375,8 @@ def _numbers(along: Along, choice: Choice) -> dict[str, tuple[Any, float]]:
     for key, value in along.changed(sample.key).items():
         if key != along.search.key:
             numbers[f"also/{key}"] = (value, error * abs(value / sample.key))
-    numbers["evaluations"] = (choice.course.evaluations, 0.0)
-    numbers["failures"] = (len(choice.course.failed()), 0.0)
+    numbers["evaluations"] = (choice.curve.evaluations, 0.0)
+    numbers["failures"] = (len(choice.curve.failed()), 0.0)
     return numbers
 
 

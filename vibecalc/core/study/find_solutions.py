@@ -33,7 +33,7 @@ class Sample(NamedTuple):
     failure: str = ""
 
 
-class Course:
+class SampledCurve:
     """Samples between two bounds, in order; no value of the key is evaluated twice.
 
     Places are values of the key in SI, or their logarithms where both bounds are positive and
@@ -80,7 +80,7 @@ class Course:
             raise NumericalFailure(known[0].failure)
         return known[0]
 
-    def look(self, points: int) -> None:
+    def sample(self, points: int) -> None:
         """Sample evenly spread places, then close in on stretches without results."""
         step = (self.last - self.first) / (points - 1)
         for number in range(points):
@@ -152,7 +152,7 @@ _FINEST = 1e-9
 _NARROWINGS = 12
 
 
-def extremes(course: Course, sign: float) -> list[Solution]:
+def extremes(curve: SampledCurve, sign: float) -> list[Solution]:
     """All minima (sign 1) or maxima (-1) between the bounds, best first; bounds are none."""
 
     def height(sample: Sample) -> float:
@@ -160,22 +160,22 @@ def extremes(course: Course, sign: float) -> list[Solution]:
 
     done: list[Valley] = []
     for _ in range(ROUNDS):
-        new = [valley for valley in valleys(course, height) if not _within(valley, done)]
+        new = [valley for valley in valleys(curve, height) if not _within(valley, done)]
         if not new:
             break
         for valley in new:
             try:
-                bottom(course, height, valley)
+                bottom(curve, height, valley)
             except NumericalFailure:
                 continue
             done.append(valley)
-    found = [_solution(course, height, valley) for valley in done]
-    return sorted(found, key=lambda solution: height(solution.sample))
+    solutions = [_solution(curve, height, valley) for valley in done]
+    return sorted(solutions, key=lambda solution: height(solution.sample))
 
 
-def valleys(course: Course, height: Height) -> Iterator[Valley]:
+def valleys(curve: SampledCurve, height: Height) -> Iterator[Valley]:
     """A lowest sample between the nearest ones that are certainly higher, on both sides."""
-    for stretch in course.stretches():
+    for stretch in curve.stretches():
         known: set[tuple[float, float]] = set()
         for position, low in enumerate(stretch):
             left = _wall(height, low, stretch[:position][::-1])
@@ -188,7 +188,7 @@ def valleys(course: Course, height: Height) -> Iterator[Valley]:
 
 
 def bottom(
-    course: Course, height: Height, valley: Valley, enough: float = -math.inf
+    curve: SampledCurve, height: Height, valley: Valley, enough: float = -math.inf
 ) -> Sample | None:
     """Close in on the bottom of a valley; ends early below `enough`. NumericalFailure inside it."""
     from scipy.optimize import minimize_scalar
@@ -200,21 +200,21 @@ def bottom(
     known = {1.0: left, middle: low, 2.0: right}
 
     def function(scaled: float) -> float:
-        at = known.get(scaled) or course.at(left.place + (scaled - 1.0) * span)
+        at = known.get(scaled) or curve.at(left.place + (scaled - 1.0) * span)
         if height(at) < enough:
-            raise _Enough
+            raise _LowEnough
         return height(at)
 
     depth = min(height(left), height(right)) - height(low)
     tolerance = max(_FINEST, 0.02 * math.sqrt(min(1.0, _uncertainty(low, low) / depth)))
     try:
         minimize_scalar(function, bracket=(1.0, middle, 2.0), method="brent", tol=tolerance)
-    except _Enough:
+    except _LowEnough:
         return None
-    return _lowest(course, height, valley)
+    return _lowest(curve, height, valley)
 
 
-class _Enough(Exception):
+class _LowEnough(Exception):
     """Low enough."""
 
 
@@ -225,10 +225,10 @@ def _within(valley: Valley, done: list[Valley]) -> bool:
 def _wall(height: Height, low: Sample, others: list[Sample]) -> Sample | None:
     """The first that is certainly higher, if none before it is lower."""
     for other in others:
-        rise = height(other) - height(low)
-        if rise > _uncertainty(low, other):
+        increase = height(other) - height(low)
+        if increase > _uncertainty(low, other):
             return other
-        if rise < 0.0:
+        if increase < 0.0:
             return None
     return None
 
@@ -238,17 +238,17 @@ def _uncertainty(one: Sample, other: Sample) -> float:
     return one.error + other.error + 4.0 * EPSILON * max(abs(one.value), abs(other.value))
 
 
-def _lowest(course: Course, height: Height, valley: Valley) -> Sample:
+def _lowest(curve: SampledCurve, height: Height, valley: Valley) -> Sample:
     left, _, right = valley
     inside = [
-        one for one in course.samples if left.place <= one.place <= right.place and not one.failure
+        one for one in curve.samples if left.place <= one.place <= right.place and not one.failure
     ]
     return min(inside, key=height)
 
 
-def _solution(course: Course, height: Height, valley: Valley) -> Solution:
-    low = _lowest(course, height, valley)
-    (stretch,) = [stretch for stretch in course.stretches() if low in stretch]
+def _solution(curve: SampledCurve, height: Height, valley: Valley) -> Solution:
+    low = _lowest(curve, height, valley)
+    (stretch,) = [stretch for stretch in curve.stretches() if low in stretch]
     position = stretch.index(low)
     walls = []
     for others, end in (
@@ -256,23 +256,23 @@ def _solution(course: Course, height: Height, valley: Valley) -> Solution:
         (stretch[position + 1 :], valley[2]),
     ):
         wall = _wall(height, low, others)
-        walls.append(end if wall is None else _narrowed(course, height, low, wall))
+        walls.append(end if wall is None else _narrowed(curve, height, low, wall))
     # a lower sample may have turned up while the walls were moved
-    lowest = _lowest(course, height, valley)
-    return Solution(lowest, course.spread(lowest, *walls))
+    lowest = _lowest(curve, height, valley)
+    return Solution(lowest, curve.spread(lowest, *walls))
 
 
-def _narrowed(course: Course, height: Height, low: Sample, wall: Sample) -> Sample:
+def _narrowed(curve: SampledCurve, height: Height, low: Sample, wall: Sample) -> Sample:
     """A nearer sample that is certainly higher, as a parabola through both has it."""
     factor = 1.25
     for _ in range(_NARROWINGS):
         distance = wall.place - low.place
         share = factor * math.sqrt(_uncertainty(low, wall) / (height(wall) - height(low)))
-        step = max(share * abs(distance), course.resolution(low.place))
+        step = max(share * abs(distance), curve.resolution(low.place))
         if step > 0.6 * abs(distance):
             break
         try:
-            nearer = course.at(low.place + math.copysign(step, distance))
+            nearer = curve.at(low.place + math.copysign(step, distance))
         except NumericalFailure:
             break
         if height(nearer) - height(low) > _uncertainty(low, nearer):
@@ -323,25 +323,25 @@ class Roots(NamedTuple):
     jumps: list[Sample]
 
 
-def roots(course: Course, level: Level) -> Roots:
-    """All places between the samples of `course` where the result has the wanted value.
+def roots(curve: SampledCurve, level: Level) -> Roots:
+    """All places between the samples of `curve` where the result has the wanted value.
 
     Two solutions closer together than samples are found where the curve between them shows; what
     lies next to or between failed samples is not claimed. NumericalFailure where all samples are
     solutions.
     """
-    if all(level.side(one) == 0 for stretch in course.stretches() for one in stretch):
+    if all(level.side(one) == 0 for stretch in curve.stretches() for one in stretch):
         raise NumericalFailure("the result has the wanted value everywhere between the bounds")
-    if not list(_crossings(course, level)):
-        _nearest_dip(course, level)
-    _dips(course, level)
+    if not list(_crossings(curve, level)):
+        _nearest_dip(curve, level)
+    _dips(curve, level)
     done: list[tuple[Sample, Sample]] = []
     ends: list[Solution] = []
     jumps: list[Sample] = []
     for _ in range(ROUNDS):
-        for one, other in [pair for pair in _crossings(course, level) if not _tried(pair, done)]:
+        for one, other in [pair for pair in _crossings(curve, level) if not _tried(pair, done)]:
             try:
-                end = _closed_in(course, level, one, other)
+                end = _closed_in(curve, level, one, other)
             except NumericalFailure:
                 continue  # a sample without a result now cuts the bracket
             done.append((one, other))
@@ -349,18 +349,18 @@ def roots(course: Course, level: Level) -> Roots:
             if abs(level.off(end)) > max(size, 8.0 * level.unsure(end)):
                 jumps.append(end)
             elif level.side(end) != 0:
-                near = [pair for pair in _crossings(course, level) if end in pair]
+                near = [pair for pair in _crossings(curve, level) if end in pair]
                 nearby = [sample for pair in near for sample in pair]
                 if nearby:  # else a sample next to it is a solution, and stands for both
-                    ends.append(Solution(end, course.spread(end, *nearby)))
-    groups = [group for stretch in course.stretches() for group in _groups(stretch, level)]
-    ends += [_root(course, level, group) for group in groups]
+                    ends.append(Solution(end, curve.spread(end, *nearby)))
+    groups = [group for stretch in curve.stretches() for group in _groups(stretch, level)]
+    ends += [_root(curve, level, group) for group in groups]
     return Roots(_merged(sorted(ends, key=lambda solution: solution.sample.place), level), jumps)
 
 
-def _crossings(course: Course, level: Level) -> Iterator[tuple[Sample, Sample]]:
+def _crossings(curve: SampledCurve, level: Level) -> Iterator[tuple[Sample, Sample]]:
     """Neighbours on different sides of the wanted value, both certainly."""
-    for stretch in course.stretches():
+    for stretch in curve.stretches():
         for one, other in pairwise(stretch):
             if level.side(one) * level.side(other) < 0:
                 yield one, other
@@ -370,47 +370,47 @@ def _tried(pair: tuple[Sample, Sample], done: list[tuple[Sample, Sample]]) -> bo
     return any(one.place <= pair[0].place and pair[1].place <= other.place for one, other in done)
 
 
-def _closed_in(course: Course, level: Level, one: Sample, other: Sample) -> Sample:
+def _closed_in(curve: SampledCurve, level: Level, one: Sample, other: Sample) -> Sample:
     from scipy.optimize import brentq
 
     def function(place: float) -> float:
-        sample = course.at(place)
+        sample = curve.at(place)
         off = level.off(sample)
         return 0.0 if abs(off) <= 0.25 * level.unsure(sample) else off
 
-    tolerance = course.resolution(one.place)
+    tolerance = curve.resolution(one.place)
     place = brentq(function, one.place, other.place, xtol=tolerance, rtol=4.0 * EPSILON)
-    return course.at(float(place))
+    return curve.at(float(place))
 
 
-def _dips(course: Course, level: Level) -> None:
+def _dips(curve: SampledCurve, level: Level) -> None:
     """Look between samples where the curve turns so near the wanted value that it may pass it."""
-    for dip in _turning(course, level):
+    for dip in _turning(curve, level):
         left, low, right = (abs(level.off(one)) for one in dip)
         if level.side(dip[1]) == 0 or _vertex(dip, left, low, right) <= max(left, right) - low:
-            _look_into(course, level, dip)
+            _look_into(curve, level, dip)
 
 
-def _nearest_dip(course: Course, level: Level) -> None:
-    dips = list(_turning(course, level))
+def _nearest_dip(curve: SampledCurve, level: Level) -> None:
+    dips = list(_turning(curve, level))
     if dips:
-        _look_into(course, level, min(dips, key=lambda dip: abs(level.off(dip[1]))))
+        _look_into(curve, level, min(dips, key=lambda dip: abs(level.off(dip[1]))))
 
 
-def _turning(course: Course, level: Level) -> list[Valley]:
+def _turning(curve: SampledCurve, level: Level) -> list[Valley]:
     """Three samples on one side of the wanted value, the middle one nearest to it or there."""
     return [
         dip
-        for dip in valleys(course, lambda sample: abs(level.off(sample)))
+        for dip in valleys(curve, lambda sample: abs(level.off(sample)))
         if level.side(dip[0]) == level.side(dip[2]) != 0
         and level.side(dip[1]) != -level.side(dip[0])
     ]
 
 
-def _look_into(course: Course, level: Level, dip: Valley) -> None:
+def _look_into(curve: SampledCurve, level: Level, dip: Valley) -> None:
     side, beyond = level.side(dip[0]), -2.0 * level.unsure(dip[1])
     with suppress(NumericalFailure):  # kept among the samples with its words
-        bottom(course, lambda sample: side * level.off(sample), dip, enough=beyond)
+        bottom(curve, lambda sample: side * level.off(sample), dip, enough=beyond)
 
 
 def _vertex(dip: Valley, left: float, low: float, right: float) -> float:
@@ -448,26 +448,26 @@ def _merged(ends: list[Solution], level: Level) -> list[Solution]:
     return merged
 
 
-def _root(course: Course, level: Level, group: list[Sample]) -> Solution:
+def _root(curve: SampledCurve, level: Level, group: list[Sample]) -> Solution:
     best = min(group, key=lambda sample: abs(level.off(sample)))
     nearby = [
-        _root_narrowed(course, level, best, one) for one in (group[0], group[-1]) if one is not best
+        _root_narrowed(curve, level, best, one) for one in (group[0], group[-1]) if one is not best
     ]
-    return Solution(best, course.spread(best, *nearby))
+    return Solution(best, curve.spread(best, *nearby))
 
 
-def _root_narrowed(course: Course, level: Level, best: Sample, beyond: Sample) -> Sample:
+def _root_narrowed(curve: SampledCurve, level: Level, best: Sample, beyond: Sample) -> Sample:
     """A nearer sample that is certainly off the wanted value, as the slope has it."""
     factor, side = 2.0, level.side(beyond)
     for _ in range(_NARROWINGS if side else 0):
         distance = beyond.place - best.place
-        rest = level.unsure(best) + abs(level.off(best))
-        step = factor * rest / abs(level.off(beyond)) * abs(distance)
-        step = max(step, course.resolution(best.place))
+        off = level.unsure(best) + abs(level.off(best))
+        step = factor * off / abs(level.off(beyond)) * abs(distance)
+        step = max(step, curve.resolution(best.place))
         if step > 0.6 * abs(distance):
             break
         try:
-            nearer = course.at(best.place + math.copysign(step, distance))
+            nearer = curve.at(best.place + math.copysign(step, distance))
         except NumericalFailure:
             break
         if level.side(nearer) == side:

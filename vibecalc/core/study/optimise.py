@@ -11,7 +11,7 @@ import numpy as np
 
 from vibecalc.core.results.record import Method, Record
 from vibecalc.core.run.run import run_case
-from vibecalc.core.study.balancing import Balanced, balance, balances
+from vibecalc.core.study.balancing import BalancedWeights, balance, balances
 from vibecalc.core.study.binding import Binding
 from vibecalc.core.study.planned import ROOT
 from vibecalc.core.study.record import (
@@ -48,7 +48,7 @@ def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool 
         raise ValueError("the case has no [optimisation]")
     binding = Binding(loaded)
     started = time.perf_counter()
-    balanced: Balanced | None = None
+    balanced: BalancedWeights | None = None
     with _shown(binding, progress) as evaluate:
         with suppress(NumericalFailure):
             binding.evaluate(binding.first)
@@ -56,41 +56,41 @@ def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool 
             balanced = balance(binding, loaded.case)
         try:
             if balanced is not None and balanced.allowed:
-                found = balanced.optimum
+                optimum = balanced.optimum
             else:
-                found = _searched(binding, loaded.case, evaluate, balanced)
+                optimum = _searched(binding, loaded.case, evaluate, balanced)
         except Infeasible as nearest:
             timings["optimisation"] = time.perf_counter() - started
             return _nearest(loaded.case, binding, nearest, timings)
         except NumericalFailure as error:
             raise NumericalFailure(f"{error} {_legend(binding)}") from error
     seconds = time.perf_counter() - started
-    record = run_case(binding.case_at(found.variables), timings=timings)
+    record = run_case(binding.case_at(optimum.variables), timings=timings)
     timings["optimisation"] = seconds
-    add_optimum(record, loaded.case, binding, found)
+    add_optimum(record, loaded.case, binding, optimum)
     if balanced is not None:
         bound = {"lower_bound": (balanced.lower_bound, 0.0)}
         add_numbers(record, loaded.case, bound, {})
-    if found.failures:
-        why = "; ".join(found.failure_messages[:3])
+    if optimum.failures:
+        why = "; ".join(optimum.failure_messages[:3])
         record.warnings.append(
-            f"{found.failures} of {found.evaluations} points could not be evaluated: {why}"
+            f"{optimum.failures} of {optimum.evaluations} points could not be evaluated: {why}"
         )
-    record.warnings += [note for note in found.notes if note not in record.warnings]
+    record.warnings += [note for note in optimum.notes if note not in record.warnings]
     _add_start(record, binding)
-    record.methods.append(_CONVEX if found.method == "convex" else _method(study.method))
+    record.methods.append(_CONVEX if optimum.method == "convex" else _method(study.method))
     for asked, part in (
         (study.compare, compare_methods),
         (study.sensitivity, add_sensitivity),
         (study.second_objective, add_front),
     ):
         if asked:
-            part(record, loaded.case, binding, found, timings)
+            part(record, loaded.case, binding, optimum, timings)
     return record
 
 
 def _searched(
-    binding: Binding, case: "Case", evaluate: Evaluate, balanced: Balanced | None
+    binding: Binding, case: "Case", evaluate: Evaluate, balanced: BalancedWeights | None
 ) -> "Optimum":
     """The search from many starts; one more at the optimum without limits, where that is known."""
     from vibecalc.core.study.search.minimise import minimise

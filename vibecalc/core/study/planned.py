@@ -49,8 +49,8 @@ def machine_paths(case: "Case", search: "Find") -> tuple[str, ...]:
 
 
 def _find_entries(search: "Find", written: float, unit: str, kind: str | None) -> Iterator[Entry]:
-    root, key, own = f"{FIND}/{search.name}", search.key, field_unit(search.key)
-    yield Entry(f"{root}/value", (), own, f"{key} that brings what is wanted")
+    root, key, key_unit = f"{FIND}/{search.name}", search.key, field_unit(search.key)
+    yield Entry(f"{root}/value", (), key_unit, f"{key} that brings what is wanted")
     is_written = math.isfinite(written)
     if is_written and written != 0.0:
         yield Entry(f"{root}/ratio", (), "", "that value over the one written")
@@ -58,8 +58,10 @@ def _find_entries(search: "Find", written: float, unit: str, kind: str | None) -
     if search.seek is None:
         yield Entry(f"{root}/wanted", (), unit, f"{search.quantity} that is wanted", kind)
     if is_written:
-        yield Entry(f"{root}/written", (), own, f"{key} as written")
-    yield Entry(f"{root}/others", ("solution",), own, f"further values of {key} between the bounds")
+        yield Entry(f"{root}/written", (), key_unit, f"{key} as written")
+    yield Entry(
+        f"{root}/others", ("solution",), key_unit, f"further values of {key} between the bounds"
+    )
     yield Entry(
         f"{root}/others_reached", ("solution",), unit, f"{search.quantity} with these", kind
     )
@@ -111,32 +113,38 @@ def further_entries(study: "Optimisation", planned: Mapping[str, Entry]) -> Iter
         yield from _methods(unit, kind)
     if study.second_objective:
         second = planned.get(study.second_objective.quantity)
-        own, own_kind = (second.unit, second.amplitude) if second else ("", None)
+        second_unit, second_kind = (second.unit, second.amplitude) if second else ("", None)
         axes = ("front_point",)
         yield Entry(f"{ROOT}/front/objective", axes, unit, "objective along the front", kind)
-        yield Entry(f"{ROOT}/front/second_objective", axes, own, "second objective there", own_kind)
+        yield Entry(
+            f"{ROOT}/front/second_objective",
+            axes,
+            second_unit,
+            "second objective there",
+            second_kind,
+        )
         for key in keys:
             yield Entry(f"{ROOT}/front/variable/{key}", axes, field_unit(key), f"{key} there")
         yield Entry(f"{ROOT}/front/evaluations", (), "", "points evaluated for the front")
 
 
 def _sensitivity(key: str, unit: str) -> Iterator[Entry]:
-    own = field_unit(key)
+    key_unit = field_unit(key)
     yield Entry(
         f"{ROOT}/sensitivity/{key}",
         ("point",),
-        _over(unit, own),
+        _over(unit, key_unit),
         f"objective per unit of {key}",
     )
     cost = f"{ROOT}/deviation"
-    yield Entry(f"{cost}/size/{key}", (), own, f"1 % of the bounds of {key}, the worse way")
+    yield Entry(f"{cost}/size/{key}", (), key_unit, f"1 % of the bounds of {key}, the worse way")
     yield Entry(f"{cost}/loss/{key}", (), unit, "objective lost by it at the optimum")
     yield Entry(f"{cost}/margin/{key}", (), "", "least margin of all limits there")
 
 
 def _methods(unit: str, kind: str | None) -> Iterator[Entry]:
     axes = ("method",)
-    for name, own, words, amplitude in (
+    for name, value_unit, words, amplitude in (
         ("objective", unit, "objective where the method ended", kind),
         ("shortfall", unit, "how much worse it is than the optimum", None),
         ("distance", "", "largest distance of a variable from the optimum, over its bounds", None),
@@ -146,14 +154,14 @@ def _methods(unit: str, kind: str | None) -> Iterator[Entry]:
         ("evaluations", "", "points evaluated", None),
         ("failures", "", "points that could not be evaluated", None),
     ):
-        yield Entry(f"{ROOT}/methods/{name}", axes, own, words, amplitude)
+        yield Entry(f"{ROOT}/methods/{name}", axes, value_unit, words, amplitude)
 
 
-def _over(unit: str, own: str) -> str:
+def _over(unit: str, key_unit: str) -> str:
     """Unit of a slope."""
-    if not own:
+    if not key_unit:
         return unit
-    bottom = f"({own})" if any(mark in own for mark in "*/") else own
+    bottom = f"({key_unit})" if any(mark in key_unit for mark in "*/") else key_unit
     return f"{unit or '1'}/{bottom}"
 
 
@@ -178,13 +186,17 @@ def _entries(case: "Case") -> Iterator[Entry]:
     unit, kind = (goal.unit, goal.amplitude) if goal else ("", None)
     for variable in study.variables:
         key = variable.key
-        own = field_unit(key)
-        yield Entry(f"{ROOT}/variable/{key}", (), own, f"{key} at the optimum")
+        key_unit = field_unit(key)
+        yield Entry(f"{ROOT}/variable/{key}", (), key_unit, f"{key} at the optimum")
         yield Entry(
             f"{ROOT}/active_bound/{key}", (), "", "-1 at lower bound, 1 at upper, 0 between"
         )
-        yield Entry(f"{ROOT}/history/start/{key}", ("search",), own, f"{key} where searches began")
-        yield Entry(f"{ROOT}/history/end/{key}", ("search",), own, f"{key} where searches ended")
+        yield Entry(
+            f"{ROOT}/history/start/{key}", ("search",), key_unit, f"{key} where searches began"
+        )
+        yield Entry(
+            f"{ROOT}/history/end/{key}", ("search",), key_unit, f"{key} where searches ended"
+        )
     yield Entry(f"{ROOT}/objective", (), unit, "objective at the optimum", kind)
     if balances(case):
         yield Entry(f"{ROOT}/lower_bound", (), unit, "no values within the bounds give less", kind)

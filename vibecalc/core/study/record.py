@@ -14,7 +14,7 @@ from vibecalc.units import parse_quantity
 
 if TYPE_CHECKING:
     from vibecalc.core.study.binding import Binding
-    from vibecalc.core.study.search.methods import Found
+    from vibecalc.core.study.search.methods import MethodEnd
     from vibecalc.core.study.search.problem import Optimum
     from vibecalc.schema import Case
 
@@ -58,9 +58,9 @@ def add_numbers(
         )
 
 
-def add_optimum(record: Record, case: "Case", binding: "Binding", found: "Optimum") -> None:
+def add_optimum(record: Record, case: "Case", binding: "Binding", optimum: "Optimum") -> None:
     """The optimum, what holds it, and how the searches ended."""
-    searches, optima = found.history, found.optima
+    searches, optima = optimum.history, optimum.optima
     axes = {
         "search": np.arange(1, len(searches) + 1),
         "optimum": np.arange(1, len(optima) + 1),
@@ -68,12 +68,12 @@ def add_optimum(record: Record, case: "Case", binding: "Binding", found: "Optimu
     }
     # the objective is a result too, and as uncertain as that
     goal = record[binding.goal.quantity]
-    off = max(found.objective_error, float(goal.error_estimate))
+    off = max(optimum.objective_error, float(goal.error_estimate))
     values: Numbers = {
-        "objective": (binding.sign * found.objective, off),
-        "kkt_residual": (found.kkt_residual, 0.0),
-        "evaluations": (found.evaluations, 0.0),
-        "failures": (found.failures, 0.0),
+        "objective": (binding.sign * optimum.objective, off),
+        "kkt_residual": (optimum.kkt_residual, 0.0),
+        "evaluations": (optimum.evaluations, 0.0),
+        "failures": (optimum.failures, 0.0),
         "history/objective": (
             [_known(binding.sign * s.objective) for s in searches],
             off,
@@ -84,11 +84,11 @@ def add_optimum(record: Record, case: "Case", binding: "Binding", found: "Optimu
         "optima/found_by": ([o.found_by for o in optima], 0.0),
     }
     if binding.limits:
-        values["margin"] = (found.margins, binding.accuracy)
-        values["multiplier"] = (found.margin_multipliers, _price_error(found))
+        values["margin"] = (optimum.margins, binding.accuracy)
+        values["multiplier"] = (optimum.margin_multipliers, _price_error(optimum))
     for i, key in enumerate(binding.keys):
-        values[f"variable/{key}"] = (found.variables[i], float(found.variables_error[i]))
-        values[f"active_bound/{key}"] = (int(found.active_bounds[i]), 0.0)
+        values[f"variable/{key}"] = (optimum.variables[i], float(optimum.variables_error[i]))
+        values[f"active_bound/{key}"] = (int(optimum.active_bounds[i]), 0.0)
         values[f"history/start/{key}"] = ([s.start[i] for s in searches], 0.0)
         values[f"history/end/{key}"] = ([s.end[i] for s in searches], 0.0)
     add_numbers(record, case, values, axes)
@@ -109,12 +109,12 @@ def add_nearest(
     add_numbers(record, case, values, {"limit": np.array(binding.margin_names(), dtype=object)})
 
 
-def _price_error(found: "Optimum") -> float:
+def _price_error(optimum: "Optimum") -> float:
     """Error of the multipliers: slopes known ten times worse, relatively, than the variables."""
-    size = np.abs(found.variables)
-    uncertainty = np.max(found.variables_error[size > 0.0] / size[size > 0.0], initial=0.0)
-    largest = np.max(np.abs(found.margin_multipliers), initial=0.0)
-    return float(largest * (found.kkt_residual + 10.0 * uncertainty))
+    size = np.abs(optimum.variables)
+    uncertainty = np.max(optimum.variables_error[size > 0.0] / size[size > 0.0], initial=0.0)
+    largest = np.max(np.abs(optimum.margin_multipliers), initial=0.0)
+    return float(largest * (optimum.kkt_residual + 10.0 * uncertainty))
 
 
 def _known(objective: float) -> float:
@@ -147,7 +147,7 @@ def compare_methods(
     study = case.optimisation
     assert study is not None
     names = list(study.compare)
-    ends: list[Found] = []
+    ends: list[MethodEnd] = []
     for name in names:
         started = time.perf_counter()
         try:
@@ -174,8 +174,8 @@ def compare_methods(
     sizes = [abs(end.objective) for end in ends]
     error = binding.accuracy * max(sizes)
     width = binding.upper - binding.lower
-    ways = [np.abs(binding.apart(optimum.variables, end.variables)) for end in ends]
-    away = [float(np.max(way / width)) for way in ways]
+    differences = [np.abs(binding.apart(optimum.variables, end.variables)) for end in ends]
+    away = [float(np.max(difference / width)) for difference in differences]
     reach = float(np.max(optimum.variables_error / width))
     add_numbers(
         record,
@@ -222,7 +222,7 @@ def add_front(
     started = time.perf_counter()
     binding.evaluate_both(optimum.variables, second)  # how accurate the second objective is
     try:
-        found = front(
+        trade_offs = front(
             lambda variables: binding.evaluate_both(variables, second),
             binding.lower,
             binding.upper,
@@ -237,19 +237,22 @@ def add_front(
         raise NumericalFailure(f"the front cannot be traced: {failure}") from failure
     timings["front"] = time.perf_counter() - started
     numbers: Numbers = {
-        "front/objective": (binding.sign * found.objective, float(np.max(found.objective_error))),
-        "front/second_objective": (
-            sign_of(second) * found.second_objective,
-            float(np.max(found.second_objective_error)),
+        "front/objective": (
+            binding.sign * trade_offs.objective,
+            float(np.max(trade_offs.objective_error)),
         ),
-        "front/evaluations": (found.evaluations, 0.0),
+        "front/second_objective": (
+            sign_of(second) * trade_offs.second_objective,
+            float(np.max(trade_offs.second_objective_error)),
+        ),
+        "front/evaluations": (trade_offs.evaluations, 0.0),
     }
     for i, key in enumerate(binding.keys):
-        error = float(np.max(found.variables_error[:, i]))
-        numbers[f"front/variable/{key}"] = (found.variables[:, i], error)
-    axis = np.arange(1, found.objective.size + 1)
+        error = float(np.max(trade_offs.variables_error[:, i]))
+        numbers[f"front/variable/{key}"] = (trade_offs.variables[:, i], error)
+    axis = np.arange(1, trade_offs.objective.size + 1)
     add_numbers(record, case, numbers, {"front_point": axis})
-    record.warnings += [f"front: {note}" for note in found.notes]
+    record.warnings += [f"front: {note}" for note in trade_offs.notes]
     record.methods.append(
         Method(
             name="epsilon-constraint method",
@@ -300,17 +303,17 @@ def _slopes(
 ) -> None:
     from vibecalc.core.study.search.trade_offs import slopes_at
 
-    found = {}
+    slopes_of = {}
     for name, point in places.items():
         try:
-            found[name] = slopes_at(
+            slopes_of[name] = slopes_at(
                 binding.evaluate, binding.lower, binding.upper, point, binding.accuracy
             )
         except NumericalFailure as failure:
             record.warnings.append(f"no slopes of the objective at the {name}: {failure}")
     for i, key in enumerate(binding.keys):
-        known = [name for name, slopes in found.items() if slopes.known[i]]
-        lost = [name for name in found if name not in known]
+        known = [name for name, slopes in slopes_of.items() if slopes.known[i]]
+        lost = [name for name in slopes_of if name not in known]
         if lost:
             places_lost = " and the ".join(lost)
             record.warnings.append(
@@ -318,8 +321,8 @@ def _slopes(
                 "a kink, or no values next to it"
             )
         if known:
-            values = [binding.sign * found[name].slope[i] for name in known]
-            error = max(float(found[name].error[i]) for name in known)
+            values = [binding.sign * slopes_of[name].slope[i] for name in known]
+            error = max(float(slopes_of[name].error[i]) for name in known)
             add_numbers(
                 record,
                 case,
@@ -344,9 +347,9 @@ def _deviations(record: Record, case: "Case", binding: "Binding", optimum: "Opti
         if not cost.known[i]:
             record.warnings.append(f"1 % more or less of {key} has no result at the optimum")
             continue
-        loss_error = float(cost.rise_error[i]) + optimum.objective_error
+        loss_error = float(cost.loss_error[i]) + optimum.objective_error
         numbers[f"deviation/size/{key}"] = (cost.deviation[i], 0.0)
-        numbers[f"deviation/loss/{key}"] = (cost.rise[i], loss_error)
+        numbers[f"deviation/loss/{key}"] = (cost.loss[i], loss_error)
         if binding.limits:
             numbers[f"deviation/margin/{key}"] = (cost.margin[i], binding.accuracy)
     add_numbers(record, case, numbers, {})

@@ -22,8 +22,12 @@ if TYPE_CHECKING:
 
 def shown_as(value: float, unit: str, written: float | str) -> str:
     """A value of the SI unit `unit` as a text in the unit that `written` carries, if it does."""
-    own = split_number(written)[1] if isinstance(written, str) else ""
-    return f"{convert(value, unit, own):.6g} {own}" if own else f"{value:.6g} {unit}".rstrip()
+    written_unit = split_number(written)[1] if isinstance(written, str) else ""
+    return (
+        f"{convert(value, unit, written_unit):.6g} {written_unit}"
+        if written_unit
+        else f"{value:.6g} {unit}".rstrip()
+    )
 
 
 def period_of(key: str, machine: "Machine") -> float:
@@ -76,9 +80,9 @@ def study_problems(case: "Case") -> list[Problem]:
         swapped = study.model_copy(update={"objective": second})
         alone = case.model_copy(update={"optimisation": swapped, "reference": (), "limit": ()})
         problems += [
-            replace(found, path=("optimisation", "second_objective", *found.path[2:]))
-            for found in check_targets(alone)
-            if found.path[:2] == ("optimisation", "objective")
+            replace(problem, path=("optimisation", "second_objective", *problem.path[2:]))
+            for problem in check_targets(alone)
+            if problem.path[:2] == ("optimisation", "objective")
         ]
     doubled = [name for name in dict.fromkeys(study.compare) if study.compare.count(name) > 1]
     problems += [
@@ -111,15 +115,15 @@ def _start(case: "Case") -> Iterator[Problem]:
         for place, tie in enumerate(variable.follow):
             offset = 0.0 if tie.offset is None else parse_quantity(tie.offset, unit)
             wanted = tie.factor * written + offset
-            found = number_at(resolved, tie.key, wanted)
-            off = found - wanted
+            tied = number_at(resolved, tie.key, wanted)
+            off = tied - wanted
             period = period_of(tie.key, case.machine)
             off -= period * round(off / period) if period else 0.0
-            if abs(off) > 1e-6 * max(abs(wanted), abs(found), abs(offset), upper - lower):
+            if abs(off) > 1e-6 * max(abs(wanted), abs(tied), abs(offset), upper - lower):
                 yield Problem(
                     path=(*path, "with", place),
                     message=f"{tie.key} as written is not what it is to follow {variable.key} by",
-                    found=shown_as(found, unit, variable.upper),
+                    found=shown_as(tied, unit, variable.upper),
                     allowed=shown_as(wanted, unit, variable.upper),
                     hint="write that into the case: the search starts from it",
                 )

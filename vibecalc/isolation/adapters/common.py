@@ -42,7 +42,7 @@ class RunUpSetup(NamedTuple):
     idle: Callable[[float, float], tuple[str, ...]]
 
 
-class Section(NamedTuple):
+class RunUpSection(NamedTuple):
     """A part of a run-up, between two speeds in rad/s."""
 
     setup: RunUpSetup
@@ -70,8 +70,8 @@ class CyclePeak(NamedTuple):
 
 def peak_with_tail(harmonics: WithError, forcing: Forcing) -> CyclePeak:
     """Peaks of harmonics (..., orders)."""
-    kept = forcing.kept
-    peak = cycle_peak(harmonics.value[..., :kept], forcing.orders[:kept])
+    used = forcing.retained
+    peak = cycle_peak(harmonics.value[..., :used], forcing.orders[:used])
     rounding, dropped = _left_out(harmonics, forcing)
     rounding = peak.error + rounding
     return CyclePeak(peak.value, rounding + dropped, size_of_terms(rounding))
@@ -86,9 +86,9 @@ def emit_peak(scene: Scene, path: str, harmonics: WithError, forcing: Forcing) -
 
 def _left_out(harmonics: WithError, forcing: Forcing) -> tuple[np.ndarray, np.ndarray]:
     """Rounding of the kept orders and size of the dropped ones, summed."""
-    kept = forcing.kept
-    dropped: np.ndarray = forcing.tail * np.abs(harmonics.value[..., kept:]).sum(-1)
-    return harmonics.error[..., :kept].sum(-1), dropped
+    used = forcing.retained
+    dropped: np.ndarray = forcing.tail * np.abs(harmonics.value[..., used:]).sum(-1)
+    return harmonics.error[..., :used].sum(-1), dropped
 
 
 def emit_static(
@@ -120,15 +120,15 @@ def emit_support_motion(
     `displacement` and `force` are (mounts, directions, orders), `up` (directions,) picks the
     vertical component, `sag` (mounts,) is added to its peak.
     """
-    kept = forcing.kept
-    axes = {"mount": names, "direction": directions, "order": forcing.orders[:kept]}
+    used = forcing.retained
+    axes = {"mount": names, "direction": directions, "order": forcing.orders[:used]}
     for group, harmonics in (("displacement", displacement), ("force", force)):
         scene.emit(
             f"isolation/support_{group}/steady_harmonics",
-            harmonics.value[..., :kept],
-            harmonics.error[..., :kept],
+            harmonics.value[..., :used],
+            harmonics.error[..., :used],
             axes,
-            terms=size_of_terms(harmonics.error[..., :kept]),
+            terms=size_of_terms(harmonics.error[..., :used]),
         )
     rows = {}
     if scene.wants(*HEIGHTS):
@@ -163,8 +163,8 @@ def _peaks_together(rows: dict[str, WithError], forcing: Forcing) -> dict[str, C
 
 def _vector_peak(force: WithError, forcing: Forcing) -> CyclePeak:
     """Largest length (mounts,) of force vectors (mounts, directions, orders)."""
-    kept = forcing.kept
-    peak = vector_cycle_peak(force.value[..., :kept], forcing.orders[:kept])
+    used = forcing.retained
+    peak = vector_cycle_peak(force.value[..., :used], forcing.orders[:used])
     rounding, dropped = _left_out(force, forcing)
     whole = peak.error + np.linalg.norm(rounding + dropped, axis=-1)
     return CyclePeak(

@@ -50,7 +50,7 @@ def run_isolation_pitch(scene: Scene) -> None:
     resonances = pitch_resonances(pitch, couple)
     undriven = left_out(resonances)[:, 0]
     couple = WithError(np.where(undriven, 0.0, couple.value), couple.error)
-    kept, speed = forcing.kept, scene.case.machine.speed
+    used, speed = forcing.retained, scene.case.machine.speed
     for warning in check_operating_point(resonances, forcing.orders, speed):
         scene.warn(warning)
     frequency = forcing.orders * speed
@@ -60,15 +60,15 @@ def run_isolation_pitch(scene: Scene) -> None:
         driven.couple_error @ np.abs(parts.across),
     )
     angle = model.angle_harmonics(pitch, torque.value, torque.error, frequency, undriven)
-    axes = {"order": forcing.orders[:kept]}
+    axes = {"order": forcing.orders[:used]}
     if scene.wants("isolation/pitch/transmissibility"):
-        passing = model.transmissibility(pitch, frequency[:kept])
+        passing = model.transmissibility(pitch, frequency[:used])
         scene.emit("isolation/pitch/transmissibility", passing.value, passing.error, axes)
     if scene.wants("isolation/pitch/transmissibility_curve"):
-        _emit_curve(scene, pitch, float(frequency[kept - 1]))
-    rounding = angle.error[:kept]
+        _emit_curve(scene, pitch, float(frequency[used - 1]))
+    rounding = angle.error[:used]
     terms = size_of_terms(rounding)
-    scene.emit("isolation/pitch/angle_harmonics", angle.value[:kept], rounding, axes, terms=terms)
+    scene.emit("isolation/pitch/angle_harmonics", angle.value[:used], rounding, axes, terms=terms)
     emit_peak(scene, "isolation/pitch/angle_peak", angle, forcing)
     if scene.wants(*LEVER_FORCES):
         through = model.transmitted_couple(pitch, angle, frequency)
@@ -80,22 +80,22 @@ def run_isolation_pitch(scene: Scene) -> None:
             pitch, lever, parts.position, parts.stiffness, parts.damping, parts.structural
         )
     )
-    first = WithError(couple.value[:kept], couple.error[:kept])
+    first = WithError(couple.value[:used], couple.error[:used])
     in_run_up, few = pitch_resonances(pitch, first), forcing.few
-    rest = WithError(couple.value[few], couple.error[few])
+    higher = WithError(couple.value[few], couple.error[few])
     scene.handed_on["run_up"] = RunUpSetup(
         rows=with_left_out(
-            pitch_rows(pitch, readout, forcing.orders[:kept], first, undriven[:kept]),
-            pitch_rows(pitch, readout, forcing.orders[few], rest, undriven[few]),
+            pitch_rows(pitch, readout, forcing.orders[:used], first, undriven[:used]),
+            pitch_rows(pitch, readout, forcing.orders[few], higher, undriven[few]),
             forcing.few_tail,
         ),
-        harmonics=forcing.orders[:kept],
+        harmonics=forcing.orders[:used],
         step=1,
         resonances=in_run_up,
         shows=(readout.spring[:, 0, 0].real != 0.0)[None, :],
         row_of=row_of,
         lever_rows=1,
-        idle=lambda low, high: idle_warnings(in_run_up, forcing.orders[:kept], low, high),
+        idle=lambda low, high: idle_warnings(in_run_up, forcing.orders[:used], low, high),
     )
 
 
@@ -132,15 +132,15 @@ def _emit_lever_force(
     scene: Scene, forcing: Forcing, torque: WithError, through: WithError, lever: float
 ) -> None:
     """The source's reading: couple over lever, with the body held still and on its mounts."""
-    kept = forcing.kept
+    used = forcing.retained
     for name, couple in (("rigid", torque), ("steady", through)):
         force = model.lever_force(couple, lever)
         scene.emit(
             f"isolation/lever_force/{name}_harmonics",
-            force.value[:kept],
-            force.error[:kept],
-            {"order": forcing.orders[:kept]},
-            terms=size_of_terms(force.error[:kept]),
+            force.value[:used],
+            force.error[:used],
+            {"order": forcing.orders[:used]},
+            terms=size_of_terms(force.error[:used]),
         )
         emit_peak(scene, f"isolation/lever_force/{name}_peak", force, forcing)
 

@@ -13,7 +13,7 @@ from vibecalc.isolation.adapters.common import (
     emit_support_motion,
     isolation_of,
 )
-from vibecalc.isolation.planar import kept_freedoms
+from vibecalc.isolation.planar import dofs_of_model
 from vibecalc.isolation.rigid_body import (
     all_six,
     displacement,
@@ -29,7 +29,7 @@ from vibecalc.numerics.rounding import WithError
 from vibecalc.parts.body import DIRECTIONS, RigidBody
 from vibecalc.parts.matrices import assemble, displacement_at
 from vibecalc.parts.mounts import Mounts
-from vibecalc.response.forced import Undriven, dynamics, require_digits, response
+from vibecalc.response.forced import UndrivenModes, dynamics, require_digits, response
 from vibecalc.response.modal_damping import (
     body_resonances,
     damped_basis,
@@ -70,29 +70,29 @@ def run_isolation_rigid_body(scene: Scene) -> None:
     whole = assemble(
         body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
     )
-    kept = freedoms_of(scene)
-    matrices = restricted(whole, kept)
+    dofs = freedoms_of(scene)
+    matrices = restricted(whole, dofs)
     shapes = damped_basis(matrices, modes(matrices))
     scene.cite(
         "rigid body on mounts, 6 x 6 complex dynamic stiffness",
         "response on the mounts",
         "Harris and Piersol, Shock and Vibration Handbook, 5th ed. 2002, ch. 3",
     )
-    _emit_modes(scene, matrices, shapes, kept)
-    sag = _emit_static(scene, held(whole, kept), body, mounts)
+    _emit_modes(scene, matrices, shapes, dofs)
+    sag = _emit_static(scene, held(whole, dofs), body, mounts)
 
-    load = _loads(forcing.per_speed_squared, kept)
+    load = _loads(forcing.per_speed_squared, dofs)
     resonances = body_resonances(matrices, shapes, load)
     speed = scene.case.machine.speed
     for warning in check_operating_point(resonances, forcing.orders, speed):
         scene.warn(warning)
     undriven = _undriven(resonances, shapes)
     frequency = forcing.orders * speed
-    driven = _loads(at_speed(forcing.per_speed_squared, speed), kept)
+    driven = _loads(at_speed(forcing.per_speed_squared, speed), dofs)
     system = dynamics(matrices, frequency, undriven)
     motion = response(system, driven.value, driven.error)
     require_digits(matrices, system, driven, motion, forcing.orders, speed)
-    motion = WithError(*(all_six(part, kept) for part in motion))
+    motion = WithError(*(all_six(part, dofs) for part in motion))
     _emit_motion(scene, forcing, motion)
     at_mounts = displacement(motion, mounts.position)
     force = mount_force(at_mounts, frequency, mounts.stiffness, mounts.damping, mounts.structural)
@@ -103,19 +103,19 @@ def run_isolation_rigid_body(scene: Scene) -> None:
 
 def freedoms_of(scene: Scene) -> np.ndarray:
     """The motions (f,) that the model of `[isolation]` keeps, as indices into x y z rx ry rz."""
-    return kept_freedoms(isolation_of(scene).model, scene.case.machine.crank_train.axis)
+    return dofs_of_model(isolation_of(scene).model, scene.case.machine.crank_train.axis)
 
 
-def _loads(excitation: Excitation, kept: np.ndarray) -> WithError:
-    return WithError(*(part[..., kept] for part in as_loads(excitation)))
+def _loads(excitation: Excitation, dofs: np.ndarray) -> WithError:
+    return WithError(*(part[..., dofs] for part in as_loads(excitation)))
 
 
-def _undriven(resonances: Resonances, shapes: Modes) -> Undriven:
-    return Undriven(left_out(resonances), shapes.shape, shapes.eigenvalue)
+def _undriven(resonances: Resonances, shapes: Modes) -> UndrivenModes:
+    return UndrivenModes(left_out(resonances), shapes.shape, shapes.eigenvalue)
 
 
-def _emit_modes(scene: Scene, matrices: Matrices, shapes: Modes, kept: np.ndarray) -> None:
-    axes = {"mode": np.arange(1, len(kept) + 1), "coordinate": COORDINATES}
+def _emit_modes(scene: Scene, matrices: Matrices, shapes: Modes, dofs: np.ndarray) -> None:
+    axes = {"mode": np.arange(1, len(dofs) + 1), "coordinate": COORDINATES}
     ratio = damping_ratio(matrices, shapes)
     share = energy_fraction(matrices, shapes)
     scene.emit(
@@ -125,8 +125,8 @@ def _emit_modes(scene: Scene, matrices: Matrices, shapes: Modes, kept: np.ndarra
         axes,
     )
     scene.emit("isolation/modes/damping_ratio", ratio.value, ratio.error, axes)
-    scene.emit("isolation/modes/shape", all_six(shapes.shape.T, kept), shapes.shape_error, axes)
-    scene.emit("isolation/modes/energy_fraction", all_six(share.value, kept), share.error, axes)
+    scene.emit("isolation/modes/shape", all_six(shapes.shape.T, dofs), shapes.shape_error, axes)
+    scene.emit("isolation/modes/energy_fraction", all_six(share.value, dofs), share.error, axes)
 
 
 def _emit_static(scene: Scene, matrices: Matrices, body: RigidBody, mounts: Mounts) -> WithError:
@@ -145,15 +145,15 @@ def _emit_static(scene: Scene, matrices: Matrices, body: RigidBody, mounts: Moun
 
 
 def _emit_motion(scene: Scene, forcing: Forcing, motion: WithError) -> None:
-    kept = forcing.kept
-    axes = {"order": forcing.orders[:kept], "direction": DIRECTIONS}
+    used = forcing.retained
+    axes = {"order": forcing.orders[:used], "direction": DIRECTIONS}
     for name, part in (("translation", slice(0, 3)), ("rotation", slice(3, 6))):
         scene.emit(
             f"isolation/body/{name}_harmonics",
-            motion.value[:kept, part],
-            motion.error[:kept, part],
+            motion.value[:used, part],
+            motion.error[:used, part],
             axes,
-            terms=size_of_terms(motion.error[:kept, part]),
+            terms=size_of_terms(motion.error[:used, part]),
         )
 
 
@@ -168,29 +168,29 @@ def _hand_on_run_up(
     freedoms = freedoms_of(scene)
     whole = mount_readout(mounts.position, mounts.stiffness, mounts.damping, mounts.structural)
     readout = whole._replace(spring=whole.spring[..., freedoms], damper=whole.damper[..., freedoms])
-    kept, orders = forcing.kept, forcing.orders
-    first = WithError(load.value[:kept], load.error[:kept])
+    used, orders = forcing.retained, forcing.orders
+    first = WithError(load.value[:used], load.error[:used])
     few = forcing.few
-    rest = WithError(load.value[few], load.error[few])
+    higher = WithError(load.value[few], load.error[few])
     resonances = body_resonances(matrices, shapes, first)
     left_alone = _undriven(resonances, shapes)
     resonances = with_damped_poles(resonances, matrices, shapes, first)
-    beyond = body_resonances(matrices, shapes, rest)
-    seen = mounts.stiffness @ displacement_at(mounts.position)[..., freedoms] @ shapes.shape
-    size = np.sqrt(np.square(seen).sum(axis=1)).T
+    beyond = body_resonances(matrices, shapes, higher)
+    stretch = mounts.stiffness @ displacement_at(mounts.position)[..., freedoms] @ shapes.shape
+    size = np.sqrt(np.square(stretch).sum(axis=1)).T
     shows = size > 1e-12 * size.max()
     scene.handed_on["mounted"] = MountedBody(freedoms, matrices, shapes, readout, shows)
     scene.handed_on["run_up"] = RunUpSetup(
         rows=with_left_out(
-            body_rows(matrices, readout, orders[:kept], first, left_alone),
-            body_rows(matrices, readout, orders[few], rest, _undriven(beyond, shapes)),
+            body_rows(matrices, readout, orders[:used], first, left_alone),
+            body_rows(matrices, readout, orders[few], higher, _undriven(beyond, shapes)),
             forcing.few_tail,
         ),
-        harmonics=orders[:kept],
+        harmonics=orders[:used],
         step=1,
         resonances=resonances,
         shows=shows,
         row_of=np.arange(len(mounts.names)),
         lever_rows=0,
-        idle=lambda low, high: idle_warnings(resonances, orders[:kept], low, high),
+        idle=lambda low, high: idle_warnings(resonances, orders[:used], low, high),
     )

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.isolation.adapters.common import RunUpSetup, Section, isolation_of
+from vibecalc.isolation.adapters.common import RunUpSection, RunUpSetup, isolation_of
 from vibecalc.isolation.run_up import joined, run_up, run_up_peak
 from vibecalc.isolation.run_up_peaks import RunUpPeak, highest_of
 from vibecalc.parts.firing import torque_reaches_mounts
@@ -50,7 +50,7 @@ def run_run_up(scene: Scene) -> None:
         _warn_masked(scene, len(masked.low), float(masked.centre[0]), float(masked.order[0]))
 
 
-def sections(scene: Scene) -> tuple[Section, ...]:
+def sections(scene: Scene) -> tuple[RunUpSection, ...]:
     """The run-up in one part, or in several where the torque of the gas has kinks."""
     span = isolation_of(scene).run_up
     if span is None:
@@ -59,10 +59,10 @@ def sections(scene: Scene) -> tuple[Section, ...]:
         from vibecalc.isolation.adapters.torque_reaction import torque_sections
 
         return torque_sections(scene, span.start, span.stop)
-    return (Section(scene.handed_on["run_up"], span.start, span.stop),)
+    return (RunUpSection(scene.handed_on["run_up"], span.start, span.stop),)
 
 
-def _given(part: Section) -> tuple[Any, ...]:
+def _given(part: RunUpSection) -> tuple[Any, ...]:
     setup = part.setup
     return (setup.rows, setup.harmonics, setup.resonances, part.start, part.stop, setup.shows)
 

@@ -37,14 +37,15 @@ Passing = Callable[[np.ndarray, np.ndarray | float], WithError]
 
 
 class Couples(NamedTuple):
-    """Couples (m,) on the body about the crankshaft at the orders (m,), twice as many as `kept`.
+    """Couples (m,) on the body about the crankshaft at the orders (m,), twice as many as
+    `retained`.
 
     `total` is of gas and inertia; `added` is what the shaking of the crank train lacks of it;
     `mean` a number.
     """
 
     order: np.ndarray
-    kept: int
+    retained: int
     total: WithError
     added: WithError
     mean: WithError
@@ -59,7 +60,7 @@ class TorqueLaw(NamedTuple):
     """
 
     order: np.ndarray
-    kept: int
+    retained: int
     speeds: np.ndarray
     gas: WithError
     mean: WithError
@@ -88,25 +89,25 @@ def couples_of(scene: Scene, shaking_orders: int) -> Couples:
     if not shakes_with_torque(scene.case):
         transfer = line_passing(scene)(law.order, speed)
         total = couple_on_body(torque, transfer)
-        return Couples(law.order, law.kept, total, total, mean)
+        return Couples(law.order, law.retained, total, total, mean)
     total = couple_on_body(torque, share=law.share)
     added = couple_on_body(gas, share=law.share)
-    return Couples(law.order, law.kept, total, added, WithError(-mean.value, mean.error))
+    return Couples(law.order, law.retained, total, added, WithError(-mean.value, mean.error))
 
 
 def torque_law(scene: Scene, shaking_orders: int) -> TorqueLaw:
     """The torque of the cylinders at any speed, with twice the orders that are kept."""
     case = scene.case
     step = TURN / cycle_angle(case.machine)
-    kept = int(np.ceil(_highest(scene, shaking_orders) / step))
-    order = step * np.arange(1, 2 * kept + 1)
+    used = int(np.ceil(_highest(scene, shaking_orders) / step))
+    order = step * np.arange(1, 2 * used + 1)
     rotor, share = case.machine.rotor, 1.0
     if rotor is not None:
         rod, train = case.machine.crank_train.rod, scene.parts.crank_train
         difference = rod_difference(train, rod) if rod is not None and rod.inertia else None
         motion = scene.handed_on["motion"]
         share = float(share_of_rotor(train, motion, rotor.inertia, difference))
-    return TorqueLaw(order, kept, *_torques(scene, order), share)
+    return TorqueLaw(order, used, *_torques(scene, order), share)
 
 
 def total_torque(law: TorqueLaw, speed: np.ndarray | float) -> WithError:
@@ -132,8 +133,8 @@ def _highest(scene: Scene, shaking_orders: int) -> float:
     if orders is not None:
         step = orders.step or TURN / cycle_angle(case.machine)
         said = orders.highest or (orders.count or 0) * step
-    own = None if case.excitation is None else case.excitation.orders
-    return max(said, shaking_orders, USUAL_ORDERS if own is None and not said else 0)
+    given_orders = None if case.excitation is None else case.excitation.orders
+    return max(said, shaking_orders, USUAL_ORDERS if given_orders is None and not said else 0)
 
 
 def _torques(scene: Scene, order: np.ndarray) -> tuple[np.ndarray, WithError, WithError, WithError]:

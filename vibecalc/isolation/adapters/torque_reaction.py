@@ -7,7 +7,7 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing
 from vibecalc.excitation.inertia_forces import as_loads, at_speed
-from vibecalc.isolation.adapters.common import RunUpSetup, Section, isolation_of
+from vibecalc.isolation.adapters.common import RunUpSection, RunUpSetup, isolation_of
 from vibecalc.isolation.adapters.rigid_body import MountedBody
 from vibecalc.isolation.adapters.torque_couple import (
     Couples,
@@ -18,7 +18,7 @@ from vibecalc.isolation.adapters.torque_couple import (
     torque_law,
     total_torque,
 )
-from vibecalc.isolation.planar import kept_freedoms
+from vibecalc.isolation.planar import dofs_of_model
 from vibecalc.isolation.results import TORQUE_REACTION_ROOT
 from vibecalc.isolation.rigid_body import (
     all_six,
@@ -47,7 +47,7 @@ from vibecalc.parts.body import DIRECTIONS
 from vibecalc.parts.firing import TURN, cycle_angle, shakes_with_torque
 from vibecalc.parts.matrices import assemble
 from vibecalc.parts.mounts import Mounts
-from vibecalc.response.forced import Undriven, dynamics, require_digits, response
+from vibecalc.response.forced import UndrivenModes, dynamics, require_digits, response
 from vibecalc.response.modal_damping import body_resonances, damped_basis, with_damped_poles
 from vibecalc.response.modes import Modes, modes
 from vibecalc.response.resonances import Resonances, check_operating_point, idle_warnings, left_out
@@ -72,21 +72,21 @@ def run_torque_reaction(scene: Scene) -> None:
     whole = assemble(
         body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
     )
-    freedoms = kept_freedoms(options.model, scene.case.machine.crank_train.axis)
+    freedoms = dofs_of_model(options.model, scene.case.machine.crank_train.axis)
     matrices, whole = restricted(whole, freedoms), held(whole, freedoms)
     shapes = damped_basis(matrices, modes(matrices))
-    couples = couples_of(scene, forcing.kept)
+    couples = couples_of(scene, forcing.retained)
     scene.cite(
         "torque reaction of the cylinders with the shaking of the crank train, order by order",
         f"{scene.case.machine.kind} on its mounts",
         "docs/theory_torsion_mounts.md",
     )
-    kept, order = couples.kept, couples.order
+    used, order = couples.retained, couples.order
     scene.emit(
         f"{TORQUE_REACTION_ROOT}/couple",
-        couples.total.value[:kept],
-        couples.total.error[:kept],
-        {"half_order": order[:kept]},
+        couples.total.value[:used],
+        couples.total.error[:used],
+        {"half_order": order[:used]},
     )
     scene.emit(f"{TORQUE_REACTION_ROOT}/mean_couple", couples.mean.value, couples.mean.error)
 
@@ -118,12 +118,12 @@ def run_torque_reaction(scene: Scene) -> None:
     by_mount = {"mount": mounts.names}
     scene.emit(
         f"{TORQUE_REACTION_ROOT}/support_force",
-        force.value[..., :kept],
-        force.error[..., :kept],
-        {**by_mount, "direction": DIRECTIONS, "half_order": order[:kept]},
+        force.value[..., :used],
+        force.error[..., :used],
+        {**by_mount, "direction": DIRECTIONS, "half_order": order[:used]},
     )
     for name, harmonics in (("peak", force), ("of_torque", of_torque)):
-        peak = vector_peak(harmonics, order, kept)
+        peak = vector_peak(harmonics, order, used)
         scene.emit(f"{TORQUE_REACTION_ROOT}/support_force_{name}", peak.value, peak.error, by_mount)
     mean = _mean_force(whole, mounts, couples.mean, axis)
     scene.emit(
@@ -141,7 +141,7 @@ def run_torque_reaction(scene: Scene) -> None:
     downwards = WithError(
         -np.einsum("mdn,d->mn", force.value, up), np.einsum("mdn,d->mn", force.error, up)
     )
-    load = extreme_loads(downwards, order, kept, WithError(share, share_error))
+    load = extreme_loads(downwards, order, used, WithError(share, share_error))
     scene.emit(f"{TORQUE_REACTION_ROOT}/largest_load", load.highest, load.error, by_mount)
     scene.emit(f"{TORQUE_REACTION_ROOT}/minimum_load", load.lowest, load.error, by_mount)
 
@@ -162,7 +162,7 @@ def _motion(
     resonances = body_resonances(matrices, shapes, loads)
     for warning in check_operating_point(resonances, order, speed):
         scene.warn(warning)
-    undriven = Undriven(undriven_pairs(resonances), shapes.shape, shapes.eigenvalue)
+    undriven = UndrivenModes(undriven_pairs(resonances), shapes.shape, shapes.eigenvalue)
     system = dynamics(matrices, order * speed, undriven)
     motion = response(system, loads.value, loads.error)
     require_digits(matrices, system, loads, motion, order, speed)
@@ -189,19 +189,19 @@ def _mean_force(
 
 
 def _emit_motion(scene: Scene, motion: WithError, axis: np.ndarray, couples: Couples) -> None:
-    kept = couples.kept
-    axes = {"half_order": couples.order[:kept], "direction": DIRECTIONS}
+    used = couples.retained
+    axes = {"half_order": couples.order[:used], "direction": DIRECTIONS}
     for name, part in (("translation", slice(0, 3)), ("rotation", slice(3, 6))):
         scene.emit(
             f"{TORQUE_REACTION_ROOT}/{name}",
-            motion.value[:kept, part],
-            motion.error[:kept, part],
+            motion.value[:used, part],
+            motion.error[:used, part],
             axes,
         )
     roll = WithError(motion.value[:, 3:] @ axis, motion.error[:, 3:] @ np.abs(axis))
-    peak = cycle_peak(roll.value[:kept], np.rint(2.0 * couples.order[:kept]).astype(np.int64))
+    peak = cycle_peak(roll.value[:used], np.rint(2.0 * couples.order[:used]).astype(np.int64))
     scene.emit(
-        f"{TORQUE_REACTION_ROOT}/roll_peak", peak.value, peak.error + torque_left_out(roll, kept)
+        f"{TORQUE_REACTION_ROOT}/roll_peak", peak.value, peak.error + torque_left_out(roll, used)
     )
 
 
@@ -209,15 +209,15 @@ def _emit_nearest(
     scene: Scene, shapes: Modes, resonances: Resonances, loads: WithError, couples: Couples
 ) -> None:
     """The nearest order of each mode, and a warning for those that nearly meet."""
-    speed, kept = scene.case.machine.speed, couples.kept
-    listed = WithError(loads.value[:kept], loads.error[:kept])
-    found = nearest_driven(shapes, listed, couples.order[:kept], speed)
-    axes = {"mode": np.arange(1, len(found.order) + 1)}
-    scene.emit(f"{TORQUE_REACTION_ROOT}/nearest_order", found.order, 0.0, axes)
-    scene.emit(f"{TORQUE_REACTION_ROOT}/margin", found.margin, found.margin_error, axes)
-    for mode in np.flatnonzero(np.abs(found.margin) < CLOSE):
+    speed, used = scene.case.machine.speed, couples.retained
+    listed = WithError(loads.value[:used], loads.error[:used])
+    nearest = nearest_driven(shapes, listed, couples.order[:used], speed)
+    axes = {"mode": np.arange(1, len(nearest.order) + 1)}
+    scene.emit(f"{TORQUE_REACTION_ROOT}/nearest_order", nearest.order, 0.0, axes)
+    scene.emit(f"{TORQUE_REACTION_ROOT}/margin", nearest.margin, nearest.margin_error, axes)
+    for mode in np.flatnonzero(np.abs(nearest.margin) < CLOSE):
         scene.warn(
-            f"order {found.order[mode]:g} of the torque reaction and the shaking is within "
+            f"order {nearest.order[mode]:g} of the torque reaction and the shaking is within "
             f"{CLOSE:.0%} of mode {mode + 1} of the body on its mounts, "
             f"{resonances.frequency[mode]:.6g} rad/s (damping ratio "
             f"{resonances.damping_ratio[mode]:.2g})"
@@ -235,14 +235,14 @@ def _emit_nearest(
 _NARROW = 1e-3
 
 
-def torque_sections(scene: Scene, start: float, stop: float) -> tuple[Section, ...]:
+def torque_sections(scene: Scene, start: float, stop: float) -> tuple[RunUpSection, ...]:
     """The range from `start` to `stop`, cut at the speeds of the gas cards within it."""
     forcing: Forcing = scene.handed_on["forcing"]
-    law = torque_law(scene, forcing.kept)
+    law = torque_law(scene, forcing.retained)
     within = law.speeds[(law.speeds > start) & (law.speeds < stop)]
     passing = None if shakes_with_torque(scene.case) else line_passing(scene)
     return tuple(
-        Section(_setup(scene, law, passing, low, high), low, high)
+        RunUpSection(_setup(scene, law, passing, low, high), low, high)
         for low, high in pairwise([start, *within.tolist(), stop])
     )
 
@@ -253,7 +253,7 @@ def _setup(
     """Rows and resonances between two speeds."""
     mounted: MountedBody = scene.handed_on["mounted"]
     forcing: Forcing = scene.handed_on["forcing"]
-    own = np.zeros(0) if passing is None else _line_frequencies(scene, high)
+    line_frequency = np.zeros(0) if passing is None else _line_frequencies(scene, high)
     axis, ends = scene.parts.crank_train.axis, np.array([low, high])
     none = WithError(np.zeros(len(law.order)), np.zeros(len(law.order)))
     whole = WithError(*as_loads(forcing.per_speed_squared))
@@ -266,21 +266,25 @@ def _setup(
         at_ends = couple(ends, errors=True)
         forces = [force, *_about(WithError(at_ends.value, at_ends.error), about)]
         resonances = _met(mounted, forces)
-        undriven = Undriven(left_out(resonances), mounted.shapes.shape, mounted.shapes.eigenvalue)
+        undriven = UndrivenModes(
+            left_out(resonances), mounted.shapes.shape, mounted.shapes.eigenvalue
+        )
         given = (mounted.matrices, mounted.readout, law.order[part], force, undriven)
         return body_rows(*given, couple, about), _with_poles(mounted, resonances, forces)
 
-    rows, resonances = of_orders(slice(law.kept))
-    beyond, _ = of_orders(slice(law.kept, None))
-    step, order = TURN / cycle_angle(scene.case.machine), law.order[: law.kept]
+    rows, resonances = of_orders(slice(law.retained))
+    beyond, _ = of_orders(slice(law.retained, None))
+    step, order = TURN / cycle_angle(scene.case.machine), law.order[: law.retained]
     return RunUpSetup(
         rows=with_left_out(rows, beyond, TAIL),
-        harmonics=np.arange(1, law.kept + 1),
+        harmonics=np.arange(1, law.retained + 1),
         step=step,
         resonances=resonances._replace(
             frequency=resonances.frequency / step,
-            moved_frequency=np.concatenate([resonances.moved_frequency, own]) / step,
-            moved_ratio=np.concatenate([resonances.moved_ratio, np.full(len(own), _NARROW)]),
+            moved_frequency=np.concatenate([resonances.moved_frequency, line_frequency]) / step,
+            moved_ratio=np.concatenate(
+                [resonances.moved_ratio, np.full(len(line_frequency), _NARROW)]
+            ),
         ),
         shows=mounted.shows,
         row_of=np.arange(mounted.shows.shape[1]),

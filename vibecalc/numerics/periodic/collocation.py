@@ -52,7 +52,7 @@ class _State(NamedTuple):
     size: FloatArray
 
 
-class _Look(Protocol):
+class _StateAt(Protocol):
     """Evaluates an iterate."""
 
     def __call__(self, left: FloatArray, stages: FloatArray, scale: FloatArray, /) -> _State: ...
@@ -65,24 +65,24 @@ def newton(
     tolerance: float = 1e-13,
     most: int = MOST_ITERATIONS,
 ) -> PeriodicSolution:
-    """Solve on the edges and with the pieces of `start`, from its values.
+    """Solve on the edges and with the intervals of `start`, from its values.
 
     A member has converged when the correction that would follow is predicted, from the two before,
     to lie below `tolerance` times the scale, or when corrections are down to round-off. Members
     that fail keep their last acceptable iterate and are marked in `converged`; nothing is raised.
     """
-    rule, piece = gauss_rule(start.points), start.piece
+    rule, interval = gauss_rule(start.points), start.interval
     widths, x = np.diff(start.edges), panel_nodes(start.edges, start.points)
     members = len(widths)
 
-    def look(left: FloatArray, stages: FloatArray, scale: FloatArray) -> _State:
-        f, jacobian = problem.rhs(x, stages, piece)
+    def state_at(left: FloatArray, stages: FloatArray, scale: FloatArray) -> _State:
+        f, jacobian = problem.rhs(x, stages, interval)
         missed = gaps(rule, widths, left, stages, f)
         return _State(left, stages, jacobian, missed, _size(missed, scale))
 
     with np.errstate(all="ignore"):
         scale = _scale(problem, start.stages)
-        now = look(start.left, start.stages, scale)
+        now = state_at(start.left, start.stages, scale)
         active = np.isfinite(now.size)
         converged = np.zeros(members, dtype=bool)
         correction = np.full(members, np.inf)
@@ -108,7 +108,7 @@ def newton(
                 converged |= ended
                 active = np.zeros(members, dtype=bool)
                 break
-            now, taken = _search(look, now, step.left, step.stages, active, ended, scale)
+            now, taken = _search(state_at, now, step.left, step.stages, active, ended, scale)
             converged |= ended
             active &= ~ended & (taken > 0.0)
             # a shortened step says nothing of the quadratic convergence
@@ -120,7 +120,7 @@ def newton(
 
 
 def _search(
-    look: _Look, now: _State, left: FloatArray, stages: FloatArray,
+    state_at: _StateAt, now: _State, left: FloatArray, stages: FloatArray,
     active: BoolArray, ended: BoolArray, scale: FloatArray,
 ) -> tuple[_State, FloatArray]:  # fmt: skip
     """Step along the correction, halved until the residual shrinks; lengths (B,), 0 if none does.
@@ -130,15 +130,15 @@ def _search(
     length = active.astype(np.float64)
     for _ in range(MOST_HALVINGS):
         trial = _moved(now, left, stages, length)
-        seen = look(trial.left, trial.stages, scale)
+        tried = state_at(trial.left, trial.stages, scale)
         enough = np.maximum((1.0 - 0.1 * length) * now.size, _ROUND_OFF)
-        good = (seen.size <= enough) | ended | ~active
+        good = (tried.size <= enough) | ended | ~active
         if good.all():
-            return seen, length
+            return tried, length
         length = np.where(good, length, 0.5 * length)
     length = np.where(good, length, 0.0)
     trial = _moved(now, left, stages, length)
-    return look(trial.left, trial.stages, scale), length
+    return state_at(trial.left, trial.stages, scale), length
 
 
 def _moved(now: _State, left: FloatArray, stages: FloatArray, length: FloatArray) -> _State:
@@ -189,8 +189,8 @@ def _scale(
     return np.where(size > 0.0, size, 1.0)
 
 
-def pieces_at(problem: PeriodicProblem, y: FloatArray) -> IntArray:
-    """Piece of every point: how many thresholds lie at or below the switch; y (B, P, s, n)."""
+def intervals_at(problem: PeriodicProblem, y: FloatArray) -> IntArray:
+    """Interval of every point: how many thresholds lie at or below the switch; y (B, P, s, n)."""
     if problem.switch is None or problem.thresholds is None:
         return np.zeros(y.shape[:-1], dtype=np.int64)
     return levels(problem.switch(y), problem.thresholds)
@@ -223,7 +223,7 @@ _CLOSE = 1e-9
 
 
 def split(problem: PeriodicProblem, solution: PeriodicSolution) -> tuple[FloatArray, IntArray]:
-    """Edges (B, P' + 1) with the crossings among the given ones, and the pieces (B, P').
+    """Edges (B, P' + 1) with the crossings among the given ones, and the intervals (B, P').
 
     P' is the number of given panels and of the most crossings that a member has; members with
     fewer get panels without width at their end.
@@ -237,7 +237,7 @@ def split(problem: PeriodicProblem, solution: PeriodicSolution) -> tuple[FloatAr
     extra[member, np.arange(len(member)) - first[member]] = place
     edges = np.sort(np.concatenate([base, extra], axis=1), axis=1)
     middle = 0.5 * (edges[:, 1:] + edges[:, :-1])
-    return edges, pieces_at(problem, evaluate(solution, middle)[:, :, None])[..., 0]
+    return edges, intervals_at(problem, evaluate(solution, middle)[:, :, None])[..., 0]
 
 
 def _crossings(problem: PeriodicProblem, solution: PeriodicSolution) -> tuple[IntArray, FloatArray]:
@@ -352,7 +352,7 @@ def _without_narrow(
 # Periodic solutions by Gauss collocation on panels, with kinks in x and in the state.
 #
 # Kinks in x stand among the given edges. Kinks in the state are found: the equations are solved
-# with every point on its own piece, the panels are split at the crossings, and solving and
+# with every point in its own interval, the panels are split at the crossings, and solving and
 # splitting alternate until the edges stand. Since the right-hand side is continuous at a kink, an
 # edge that is off by d changes the solution by the order of d^2, so that the edges settle
 # quadratically.
@@ -376,7 +376,7 @@ def solve_periodic(
     guess: ArrayLike | PeriodicSolution,
     *,
     tolerance: float = 1e-13,
-    rest: float | None = None,
+    edge_tolerance: float | None = None,
 ) -> PeriodicSolution:
     """Periodic solution with `points` Gauss points in each panel.
 
@@ -390,7 +390,7 @@ def solve_periodic(
         A constant state, or another solution (of any points and panels) to start from.
     tolerance : float
         Of the Newton iteration, relative to the scale of the states.
-    rest : float, optional
+    edge_tolerance : float, optional
         Edges at kinks may be off by so much of a period, by the quadratic law alone: saves a round
         where the values count. Multipliers are off by as much as the edges are.
 
@@ -398,8 +398,8 @@ def solve_periodic(
     -------
     PeriodicSolution
         `converged` says for which members there is one; no exception is raised. `edge_error` above
-        3e-9, or `rest`, means that the edges did not come to rest within the allowed number of
-        splittings.
+        3e-9, or `edge_tolerance`, means that the edges did not come to rest within the allowed
+        number of splittings.
 
     Source: Ascher, Mattheij and Russell (1995), Numerical solution of boundary value problems for
     ordinary differential equations, chapter 5.
@@ -408,26 +408,26 @@ def solve_periodic(
         start = _onto_rule(guess, points, problem)
         return newton(problem, start._replace(edge_error=np.zeros(len(start.edges))),
                       tolerance=tolerance)  # fmt: skip
-    if isinstance(guess, PeriodicSolution) and guess.piece is not None:
+    if isinstance(guess, PeriodicSolution) and guess.interval is not None:
         solution = guess
     else:
         rough = points if isinstance(guess, PeriodicSolution) else min(points, _ROUGH_POINTS)
-        start = _onto_rule(guess, rough, problem)._replace(piece=None)
+        start = _onto_rule(guess, rough, problem)._replace(interval=None)
         solution = newton(problem, start, tolerance=max(_ROUGH, tolerance))
     before = np.full(len(solution.edges), np.inf)
-    stands = _STANDS if rest is None else rest
+    stands = _STANDS if edge_tolerance is None else edge_tolerance
     coarse = solution.points < points
     for _ in range(MOST_SPLITS):
-        edges, piece = split(problem, solution)
+        edges, interval = split(problem, solution)
         move = _movement(solution.edges, edges)
-        solution = _carried(solution, edges, piece, points)
+        solution = _carried(solution, edges, interval, points)
         aim = float(np.clip(move.max() ** 4, tolerance, _ROUGH))
         off = _left_over(move, before, points)
-        if rest is not None and points > 2:
+        if edge_tolerance is not None and points > 2:
             off = np.minimum(off, _GROWN_HERE * np.minimum(move, 1e3) ** 2)
         solution = newton(problem, solution, tolerance=aim)._replace(edge_error=off)
-        at_rest = (off[solution.converged] <= stands).all() and aim <= tolerance
-        if at_rest and not coarse:
+        settled = (off[solution.converged] <= stands).all() and aim <= tolerance
+        if settled and not coarse:
             break
         # few points may have overlooked a crossing
         before, coarse = move, False
@@ -441,11 +441,11 @@ def _onto_rule(
     if not isinstance(guess, PeriodicSolution):
         return constant_start(problem, points, guess)
     base = problem.batch_edges(len(guess.edges))
-    free = problem.switch is None or guess.piece is None
+    free = problem.switch is None or guess.interval is None
     if free and (guess.edges.shape != base.shape or np.any(guess.edges != base)):
         return _carried(guess, base, None, points)
     if free:
-        guess = guess._replace(piece=None)
+        guess = guess._replace(interval=None)
     if guess.points == points:
         return guess
     values = np.concatenate([guess.left[:, :, None], guess.stages], axis=2)
@@ -453,7 +453,7 @@ def _onto_rule(
 
 
 def _carried(
-    solution: PeriodicSolution, edges: FloatArray, piece: IntArray | None, points: int
+    solution: PeriodicSolution, edges: FloatArray, interval: IntArray | None, points: int
 ) -> PeriodicSolution:
     """Values of a solution on other panels, as a start."""
     members, panels, states = len(edges), edges.shape[1] - 1, solution.left.shape[2]
@@ -462,7 +462,11 @@ def _carried(
     values = values.reshape(members, panels, points + 1, states)
     transfer = np.broadcast_to(np.eye(states), (members, panels, states, states))
     return solution._replace(
-        edges=edges, piece=piece, left=values[:, :, 0], stages=values[:, :, 1:], transfer=transfer
+        edges=edges,
+        interval=interval,
+        left=values[:, :, 0],
+        stages=values[:, :, 1:],
+        transfer=transfer,
     )
 
 

@@ -123,12 +123,12 @@ def floquet_multipliers(problem: PeriodicProblem, solution: PeriodicSolution) ->
 
     The error counts discretisation of the linearised problem and round-off.
     """
-    found = [
+    computed = [
         product_multipliers(_transfers(problem, solution, points))
         for points in (solution.points + 1, solution.points)
     ]
-    finer, own = found
-    error = np.abs(own.value - finer.value) + finer.error
+    finer, plain = computed
+    error = np.abs(plain.value - finer.value) + finer.error
     return Multipliers(finer.value, error)
 
 
@@ -189,7 +189,7 @@ def _transfers(problem: PeriodicProblem, solution: PeriodicSolution, points: int
         stages = between_rules(solution.points, points) @ values
     x = panel_nodes(solution.edges, points)
     with np.errstate(all="ignore"):
-        f, jacobian = problem.rhs(x, stages, solution.piece)
+        f, jacobian = problem.rhs(x, stages, solution.interval)
         missed = gaps(rule, widths, solution.left, stages, f)
         return newton_step(rule, widths, jacobian, missed).transfer
 
@@ -202,7 +202,7 @@ def _eigenvalues(
     Last, the first place of every group of each member.
     """
     members, states = turn.shape[:2]
-    found = np.empty((members, states), dtype=np.complex128)
+    multipliers = np.empty((members, states), dtype=np.complex128)
     settled, groups = True, []
     for member in range(members):
         size = np.abs(np.diagonal(triangle[member]))
@@ -218,5 +218,5 @@ def _eigenvalues(
             block = slice(low, high)
             part = turn[member, block, block] @ triangle[member, block, block]
             values = np.linalg.eigvals(part).astype(np.complex128)
-            found[member, block] = values[np.lexsort((-values.imag, -np.abs(values)))]
-    return found, bool(settled), groups
+            multipliers[member, block] = values[np.lexsort((-values.imag, -np.abs(values)))]
+    return multipliers, bool(settled), groups

@@ -52,7 +52,7 @@ def solve_fourier(
     Parameters
     ----------
     rhs : Rhs
-        As for panels, called with one panel of `points` points and piece None.
+        As for panels, called with one panel of `points` points and interval None.
     points : int
         Odd, at least 3, so that every harmonic has its sine and cosine.
     guess : array (n,), (B, n) or (B, N, n)
@@ -74,14 +74,14 @@ def solve_fourier(
     grid = np.broadcast_to(x, (members, 1, points)).copy()
     matrix = _differentiation(points) * (2.0 * np.pi / period)
 
-    def look(at: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def state_at(at: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         f, jacobian = rhs(grid, at[:, None], None)
         missed = matrix @ at - f[:, 0]
         size = np.abs(missed).max(axis=(1, 2))
         return missed, jacobian[:, 0], np.where(np.isnan(size), np.inf, size)
 
     with np.errstate(all="ignore"):
-        missed, jacobian, size = look(values)
+        missed, jacobian, size = state_at(values)
         active, converged = np.isfinite(size), np.zeros(members, dtype=bool)
         before, count = np.full(members, np.inf), 0
         while active.any() and count < MOST_ITERATIONS:
@@ -97,14 +97,14 @@ def solve_fourier(
             for _ in range(_MOST_HALVINGS):
                 trial = np.where(length[:, None, None] > 0.0,
                                  values + length[:, None, None] * step, values)  # fmt: skip
-                seen = look(trial)
-                good = (seen[2] <= (1.0 - 0.1 * length) * size) | ended | ~active
+                tried = state_at(trial)
+                good = (tried[2] <= (1.0 - 0.1 * length) * size) | ended | ~active
                 if good.all():
                     break
                 length = np.where(good, length, 0.5 * length)
             taken = good & active
             values = np.where(taken[:, None, None], trial, values)
-            missed, jacobian, size = seen if taken.all() else look(values)
+            missed, jacobian, size = tried if taken.all() else state_at(values)
             before = np.where(length == 1.0, last, np.inf)
             converged |= ended & taken
             active &= taken & ~ended
@@ -223,7 +223,7 @@ def march_turns(
     `floor` is the value at which a member counts as stalled; `tolerance` is relative to the largest
     value of a turn. Each panel is one implicit Gauss step; where Newton's method fails in it, it is
     divided, and a member whose value cannot be carried through a 64th of a panel, or meets the
-    floor, has stalled. The right-hand side gets piece None.
+    floor, has stalled. The right-hand side gets interval None.
     """
     value = np.atleast_1d(np.asarray(start, dtype=np.float64)).copy()
     rows = np.atleast_2d(np.asarray(edges, dtype=np.float64))
@@ -273,22 +273,22 @@ def _panel(
     active: BoolArray, floor: float, points: int,
 ) -> tuple[FloatArray, BoolArray, FloatArray]:  # fmt: skip
     """Values at `high`, which members have stalled on the way, and the slope summed along it."""
-    found, good, grown = _step(rhs, low, high, value, points)
-    good &= found > floor
+    stepped, good, grown = _step(rhs, low, high, value, points)
+    good &= stepped > floor
     if (good | ~active).all():
-        return np.where(active, found, value), np.zeros(len(value), dtype=bool), grown
+        return np.where(active, stepped, value), np.zeros(len(value), dtype=bool), grown
     # those that fail try ever smaller parts, each from where it stands
     done = good | ~active
-    now, at = np.where(good & active, found, value), np.where(done, high, low)
+    now, at = np.where(good & active, stepped, value), np.where(done, high, low)
     width = (high - low) * 0.5
     smallest = (high - low) * 0.5**_MOST_DIVISIONS
     lost, growth = np.zeros(len(value), dtype=bool), np.where(good, grown, 0.0)
     while not (done | lost).all():
         target = np.where(done | lost, at, np.minimum(at + width, high))
-        found, good, grown = _step(rhs, at, target, now, points)
-        good &= (found > floor) & ~done & ~lost
+        stepped, good, grown = _step(rhs, at, target, now, points)
+        good &= (stepped > floor) & ~done & ~lost
         growth += np.where(good, grown, 0.0)
-        now, at = np.where(good, found, now), np.where(good, target, at)
+        now, at = np.where(good, stepped, now), np.where(good, target, at)
         lost |= ~good & ~done & (width <= smallest)
         width = np.where(good | done, width, 0.5 * width)
         done |= at >= high
@@ -322,6 +322,6 @@ def _step(
             break
         before = size
     f, jacobian = rhs(x, stages[:, None, :, None], None)
-    found = value + (width * f[:, 0, :, 0]) @ rule.weights
+    stepped = value + (width * f[:, 0, :, 0]) @ rule.weights
     grown = (width * jacobian[:, 0, :, 0, 0]) @ rule.weights
-    return found, good & np.isfinite(found), grown
+    return stepped, good & np.isfinite(stepped), grown

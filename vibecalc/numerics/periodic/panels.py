@@ -21,20 +21,20 @@ from vibecalc.numerics.rounding import BoolArray, FloatArray, IntArray
 class Rhs(Protocol):
     """Right-hand side: x (B, P, s), y (B, P, s, n) to f (B, P, s, n) and df/dy (B, P, s, n, n).
 
-    With `piece` (B, P) all points of a panel use that piece of the state-dependent curve, smoothly
-    continued beyond its ends; with None every point uses the piece it lies on. P and s may be any
-    (the same points may come as P s panels of one point). The same x object comes again as long as
-    the panels stay, so that what depends on x alone can be kept. Values outside the domain may be
-    returned as NaN: the step is then shortened.
+    With `interval` (B, P) all points of a panel use that interval of the state-dependent curve,
+    smoothly continued beyond its ends; with None every point uses the interval it lies on. P and s
+    may be any (the same points may come as P s panels of one point). The same x object comes again
+    as long as the panels stay, so that what depends on x alone can be kept. Values outside the
+    domain may be returned as NaN: the step is then shortened.
     """
 
     def __call__(
-        self, x: FloatArray, y: FloatArray, piece: IntArray | None, /
+        self, x: FloatArray, y: FloatArray, interval: IntArray | None, /
     ) -> tuple[FloatArray, FloatArray]: ...
 
 
 class Switch(Protocol):
-    """Scalar function of the state that chooses the piece: y (B, P, s, n) to (B, P, s)."""
+    """Scalar function of the state that chooses the interval: y (B, P, s, n) to (B, P, s)."""
 
     def __call__(self, y: FloatArray, /) -> FloatArray: ...
 
@@ -42,10 +42,10 @@ class Switch(Protocol):
 class PeriodicProblem(NamedTuple):
     """`edges` (B, P + 1) or (P + 1,) ascending, every x at which the right-hand side has a kink.
 
-    `switch` and `thresholds` (T,) or (B, T), ascending: piece k holds where k thresholds lie at or
-    below the switch. Without a switch `piece` is always None. `scale` (n,): sizes of the states to
-    which corrections are compared; by default each state's largest value, which will not do for a
-    state that is zero all along.
+    `switch` and `thresholds` (T,) or (B, T), ascending: interval k holds where k thresholds lie at
+    or below the switch. Without a switch `interval` is always None. `scale` (n,): sizes of the
+    states to which corrections are compared; by default each state's largest value, which will not
+    do for a state that is zero all along.
     """
 
     rhs: Rhs
@@ -66,8 +66,8 @@ class PeriodicSolution(NamedTuple):
     """Collocation polynomials of degree s on each panel.
 
     edges (B, P + 1); left (B, P, n) values at the panels' left ends; stages (B, P, s, n) at the
-    Gauss points; piece (B, P) or None; transfer (B, P, n, n) derivatives of a panel's right value
-    by its left one, at the last iterate but one; correction (B,) the last Newton correction
+    Gauss points; interval (B, P) or None; transfer (B, P, n, n) derivatives of a panel's right
+    value by its left one, at the last iterate but one; correction (B,) the last Newton correction
     relative to the scale; residual (B,) of the last equations evaluated, likewise; edge_error (B,)
     how far, over the period, edges at kinks are from where they belong; iterations of Newton in
     total; converged (B,).
@@ -76,7 +76,7 @@ class PeriodicSolution(NamedTuple):
     edges: FloatArray
     left: FloatArray
     stages: FloatArray
-    piece: IntArray | None
+    interval: IntArray | None
     transfer: FloatArray
     correction: FloatArray
     residual: FloatArray
@@ -141,15 +141,15 @@ def evaluate(solution: PeriodicSolution, x: ArrayLike) -> FloatArray:
     # one search for all members: each is shifted by two of the longest periods
     shift = (2.0 * period.max()) * np.arange(members)[:, None] - first
     index = np.searchsorted((edges + shift).ravel(), (at + shift).ravel(), side="right")
-    own = index.reshape(at.shape) - np.arange(members)[:, None] * (panels + 1) - 1
-    own = np.clip(own, 0, panels - 1)
+    panel = index.reshape(at.shape) - np.arange(members)[:, None] * (panels + 1) - 1
+    panel = np.clip(panel, 0, panels - 1)
     row = np.arange(members)[:, None]
-    width = edges[row, own + 1] - edges[row, own]
-    position = (at - edges[row, own]) / np.where(width > 0.0, width, 1.0)
+    width = edges[row, panel + 1] - edges[row, panel]
+    position = (at - edges[row, panel]) / np.where(width > 0.0, width, 1.0)
     rule = gauss_rule(solution.points)
     basis = interpolation_rows(rule.dense_nodes, rule.dense_weights, position)
     values = np.concatenate([solution.left[:, :, None], solution.stages], axis=2)
-    return np.asarray((basis[..., None, :] @ values[row, own])[..., 0, :])
+    return np.asarray((basis[..., None, :] @ values[row, panel])[..., 0, :])
 
 
 def running_integral(edges: FloatArray, integrand: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -199,14 +199,14 @@ def solve_scalar(transfer: FloatArray, offset: FloatArray) -> FloatArray:
         offset = np.where(back[:, None], -offset[:, ::-1] / safe, offset)
         transfer = np.where(back[:, None], 1.0 / safe, transfer)
     if members == 1:
-        found = _one_member(transfer[0].tolist(), offset[0].tolist())
+        solution = _one_member(transfer[0].tolist(), offset[0].tolist())
     else:
-        found = _many_members(transfer, offset)
+        solution = _many_members(transfer, offset)
     if turned:
         # from the last edge backwards: 0, P - 1, ..., 1
         order = np.concatenate([[0], np.arange(panels - 1, 0, -1)])
-        found = np.where(back[:, None], found[:, order], found)
-    return found
+        solution = np.where(back[:, None], solution[:, order], solution)
+    return solution
 
 
 def _one_member(transfer: list[float], offset: list[float]) -> FloatArray:
@@ -268,11 +268,11 @@ def solve_blocks(transfer: FloatArray, offset: FloatArray) -> tuple[FloatArray, 
             from_second[:, :, top, :states],
             from_first[:, :, top, states:] + from_second[:, :, top, states:],
         ))  # fmt: skip
-        rest = slice(2 * pairs, panels)
-        before = np.concatenate([from_first[:, :, low, :states], before[:, rest]], axis=1)
-        after = np.concatenate([from_second[:, :, low, :states], after[:, rest]], axis=1)
+        unpaired = slice(2 * pairs, panels)
+        before = np.concatenate([from_first[:, :, low, :states], before[:, unpaired]], axis=1)
+        after = np.concatenate([from_second[:, :, low, :states], after[:, unpaired]], axis=1)
         joined = from_first[:, :, low, states:] + from_second[:, :, low, states:]
-        right = np.concatenate([joined, right[:, rest]], axis=1)
+        right = np.concatenate([joined, right[:, unpaired]], axis=1)
         panels = pairs + panels % 2
     return _unfold(before[:, 0], after[:, 0], right[:, 0], levels)
 
@@ -289,18 +289,18 @@ def _unfold(
     size = np.linalg.norm(before, axis=(1, 2)) + np.linalg.norm(after, axis=(1, 2))
     condition = np.linalg.norm(inverse, axis=(1, 2)) * size
     condition = np.where(np.isfinite(condition), condition, np.inf)
-    found = (inverse @ right)[:, None, :, :]
+    solution = (inverse @ right)[:, None, :, :]
     for triangle, first, second, value in reversed(levels):
         pairs = triangle.shape[1]
-        following = np.concatenate([found[:, 1:], found[:, :1]], axis=1)[:, :pairs]
-        known = value - first @ found[:, :pairs] - second @ following
+        following = np.concatenate([solution[:, 1:], solution[:, :1]], axis=1)[:, :pairs]
+        known = value - first @ solution[:, :pairs] - second @ following
         between = np.linalg.solve(triangle, known)
-        whole = np.empty((len(found), pairs + found.shape[1], *found.shape[2:]))
-        whole[:, 0 : 2 * pairs : 2] = found[:, :pairs]
+        whole = np.empty((len(solution), pairs + solution.shape[1], *solution.shape[2:]))
+        whole[:, 0 : 2 * pairs : 2] = solution[:, :pairs]
         whole[:, 1 : 2 * pairs : 2] = between
-        whole[:, 2 * pairs :] = found[:, pairs:]
-        found = whole
-    return found[..., 0], condition
+        whole[:, 2 * pairs :] = solution[:, pairs:]
+        solution = whole
+    return solution[..., 0], condition
 
 
 def _inverse_or_nan(matrix: FloatArray) -> FloatArray:
@@ -334,7 +334,7 @@ class Gaps(NamedTuple):
     ends: FloatArray
 
 
-class Step(NamedTuple):
+class PanelStep(NamedTuple):
     """Corrections left (B, P, n) and stages (B, P, s, n); transfer (B, P, n, n).
 
     `condition` (B,): how much an error of one panel can grow around the turn; None for one state,
@@ -361,7 +361,9 @@ def gaps(
     return Gaps(stage, left + rule.weights @ scaled - following)
 
 
-def newton_step(rule: GaussRule, widths: FloatArray, jacobian: FloatArray, missed: Gaps) -> Step:
+def newton_step(
+    rule: GaussRule, widths: FloatArray, jacobian: FloatArray, missed: Gaps
+) -> PanelStep:
     """Step that makes the linearised equations hold; jacobian (B, P, s, n, n).
 
     Not finite for a member whose linearised problem has no single solution.
@@ -371,7 +373,9 @@ def newton_step(rule: GaussRule, widths: FloatArray, jacobian: FloatArray, misse
     return _system_step(rule, widths, jacobian, missed)
 
 
-def _scalar_step(rule: GaussRule, widths: FloatArray, jacobian: FloatArray, missed: Gaps) -> Step:
+def _scalar_step(
+    rule: GaussRule, widths: FloatArray, jacobian: FloatArray, missed: Gaps
+) -> PanelStep:
     scaled = widths[..., None] * jacobian
     gap = missed.stages[..., 0]
     if len(rule.nodes) == 1:
@@ -392,7 +396,7 @@ def _scalar_step(rule: GaussRule, widths: FloatArray, jacobian: FloatArray, miss
     shift = missed.ends[..., 0] + np.add.reduce(weighted * offset, axis=-1)
     left = solve_scalar(transfer, shift)
     stages = response * left[..., None] + offset
-    return Step(left[..., None], stages[..., None], transfer[..., None, None], None)
+    return PanelStep(left[..., None], stages[..., None], transfer[..., None, None], None)
 
 
 def scalar_condition(transfer: FloatArray) -> FloatArray:
@@ -425,7 +429,9 @@ def _eliminate(
     return answers[0].reshape(shape), answers[1].reshape(shape)
 
 
-def _system_step(rule: GaussRule, widths: FloatArray, jacobian: FloatArray, missed: Gaps) -> Step:
+def _system_step(
+    rule: GaussRule, widths: FloatArray, jacobian: FloatArray, missed: Gaps
+) -> PanelStep:
     members, panels, count, states = missed.stages.shape
     size = count * states
     scaled = widths[..., None, None, None] * jacobian
@@ -444,7 +450,7 @@ def _system_step(rule: GaussRule, widths: FloatArray, jacobian: FloatArray, miss
     transfer = ahead[..., :states] + np.eye(states)
     left, condition = solve_blocks(transfer, missed.ends + ahead[..., states])
     stages = (solved[..., :states] @ left[..., None])[..., 0] + solved[..., states]
-    return Step(left, stages.reshape(missed.stages.shape), transfer, condition)
+    return PanelStep(left, stages.reshape(missed.stages.shape), transfer, condition)
 
 
 def solve_or_nan(matrix: FloatArray, right: FloatArray) -> FloatArray:

@@ -9,9 +9,9 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.gauss import between_rules, gauss_rule
 from vibecalc.numerics.periodic.collocation import solve_periodic
 from vibecalc.numerics.periodic.panels import (
+    PanelStep,
     PeriodicProblem,
     PeriodicSolution,
-    Step,
     evaluate,
     gaps,
     newton_step,
@@ -25,9 +25,9 @@ from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray
 # Error estimate of a collocation solution: one Newton step from it with one more Gauss point.
 #
 # The step sees what the solution misses between its own points, what Newton left over, and, since
-# every point is put on its own piece there, crossings of a kink that were overlooked. It solves the
-# linearised problem around the whole turn, so that an error that feeds itself (a multiplier near 1)
-# is estimated with that growth.
+# every point is put in its own interval there, crossings of a kink that were overlooked. It solves
+# the linearised problem around the whole turn, so that an error that feeds itself (a multiplier
+# near 1) is estimated with that growth.
 # ----------------------------------------------------------------------------
 
 #: for what one more point still misses, and for what the linearised step leaves out
@@ -85,8 +85,8 @@ def estimate_error(
     lost = ~solution.converged[:, None] | ~np.isfinite(ends + between + floor)
     safety = _SAFETY_WITH_KINKS if kinks_inside else _SAFETY
 
-    def honest(found: FloatArray) -> FloatArray:
-        return np.where(lost, np.inf, found)
+    def honest(estimate: FloatArray) -> FloatArray:
+        return np.where(lost, np.inf, estimate)
 
     return PeriodicError(
         honest(safety * ends + floor),
@@ -102,9 +102,9 @@ def _edges_off(problem: PeriodicProblem, solution: PeriodicSolution) -> FloatArr
     No point stands between the edge and the kink, so that the step cannot see it.
     """
     members, states = len(solution.left), solution.left.shape[2]
-    if problem.switch is None or solution.piece is None or not solution.edge_error.any():
+    if problem.switch is None or solution.interval is None or not solution.edge_error.any():
         return np.zeros((members, states))
-    f, jacobian = problem.rhs(solution.nodes, solution.stages, solution.piece)
+    f, jacobian = problem.rhs(solution.nodes, solution.stages, solution.interval)
     rate = np.abs(f).reshape(members, -1, states).max(axis=1)
     bend = np.abs(jacobian).reshape(members, -1, states, states).max(axis=1)
     off = solution.edge_error * (solution.edges[:, -1] - solution.edges[:, 0])
@@ -113,14 +113,14 @@ def _edges_off(problem: PeriodicProblem, solution: PeriodicSolution) -> FloatArr
 
 def _step(
     problem: PeriodicProblem, edges: FloatArray, left: FloatArray, stages: FloatArray
-) -> Step:
-    """Newton step from these values, every point on its own piece."""
+) -> PanelStep:
+    """Newton step from these values, every point in its own interval."""
     rule, widths = gauss_rule(stages.shape[2]), np.diff(edges)
     f, jacobian = problem.rhs(panel_nodes(edges, stages.shape[2]), stages, None)
     return newton_step(rule, widths, jacobian, gaps(rule, widths, left, stages, f))
 
 
-def _halved_step(problem: PeriodicProblem, solution: PeriodicSolution) -> Step:
+def _halved_step(problem: PeriodicProblem, solution: PeriodicSolution) -> PanelStep:
     """The same with every panel in two, each with the solution's own number of points."""
     edges = solution.edges
     middle = 0.5 * (edges[:, 1:] + edges[:, :-1])
@@ -223,7 +223,7 @@ def _unsplit(
     where: str,
     points: int | None,
 ) -> tuple[PeriodicSolution, PeriodicError] | None:
-    """The solution with every point on its own piece, if that is good enough."""
+    """The solution with every point in its own interval, if that is good enough."""
     whole = problem._replace(switch=None, thresholds=None)
     solution = solve_periodic(whole, points or 2, guess, tolerance=1e-8)
     error = estimate_error(whole, solution, kinks_inside=True)

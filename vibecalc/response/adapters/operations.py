@@ -33,10 +33,10 @@ from vibecalc.response.energies import (
     mass_of,
     stiffness_of,
 )
-from vibecalc.response.forced import Undriven
+from vibecalc.response.forced import UndrivenModes
 from vibecalc.response.operations import (
     PhaseRange,
-    Superposed,
+    SuperposedMotion,
     at_phase,
     mean_energy_range,
     peak_energy_range,
@@ -46,13 +46,13 @@ from vibecalc.response.operations import (
 from vibecalc.response.tables import Balance, Operation, Response
 
 # ----------------------------------------------------------------------------
-# Loads of several ways of running a machine, with several ways of balancing its crankshaft.
+# Loads of several operations of a machine, with several balances of its crankshaft.
 # ----------------------------------------------------------------------------
 
 AS_IN_CASE = "as in the case"
 
 
-class Loads(NamedTuple):
+class OperationLoads(NamedTuple):
     """Loads per crank speed squared: `shaking` of each operation, `residual` of each balance too.
 
     Shaking is that of pistons, weights and shafts of the case; the residual is that of the throws
@@ -67,7 +67,7 @@ class Loads(NamedTuple):
 
 def operation_loads(
     scene: Scene, operations: Sequence[Operation], balances: Sequence[Balance] = ()
-) -> Loads:
+) -> OperationLoads:
     """Loads of some operations with some balances; without these, with that of the case."""
     motion: PistonMotion = scene.handed_on["motion"]
     excitation = scene.case.excitation
@@ -91,7 +91,7 @@ def operation_loads(
             for _, names in named
         ]
         residual.append(tuple(rotating_part(whole, row, highest) for row in rows))
-    return Loads(
+    return OperationLoads(
         tuple(operation.name for operation in operations),
         tuple(name for name, _ in named),
         tuple(shaking),
@@ -138,7 +138,9 @@ def _stacked(rows: Sequence[WithError]) -> WithError:
     return WithError(np.stack([r.value for r in rows]), np.stack([r.error for r in rows]))
 
 
-def _undriven(scene: Scene, system: LinearSystem, loads: Loads, orders: np.ndarray) -> Undriven:
+def _undriven(
+    scene: Scene, system: LinearSystem, loads: OperationLoads, orders: np.ndarray
+) -> UndrivenModes:
     """Modes that no part of a load drives where an order meets them.
 
     The parts are judged one by one: two that cancel at the nominal phase of a weight do not cancel
@@ -155,8 +157,8 @@ def _emit(
     system: LinearSystem,
     options: Response,
     forcing: Forcing,
-    loads: Loads,
-    parts: Superposed,
+    loads: OperationLoads,
+    parts: SuperposedMotion,
 ) -> None:
     orders, speed = forcing.orders, scene.case.machine.speed
     axes = {"operation": loads.operations, "balance": loads.balances}
@@ -178,7 +180,7 @@ def _emit(
             _emit_range(scene, stem, "mean", _mean_range(weight, state, forcing), axes)
         if scene.wants(f"{stem}/peak_low", f"{stem}/peak_high"):
             rtol = scene.case.accuracy.rtol
-            ends = peak_energy_range(weight, state, orders, forcing.kept, forcing.tail, rtol)
+            ends = peak_energy_range(weight, state, orders, forcing.retained, forcing.tail, rtol)
             _emit_range(scene, stem, "peak", ends, axes)
 
 
@@ -191,28 +193,28 @@ def _emit_cycle(
     axes: dict[str, tuple[str, ...]],
 ) -> WithError:
     """Mean and peak over the cycle; the peak, which is sought, only where somebody wants it."""
-    kept = forcing.kept
+    used = forcing.retained
     if scene.wants(f"{stem}/peak"):
-        whole = energy_over_cycle(weight, state, forcing.orders, kept, forcing.tail)
+        whole = energy_over_cycle(weight, state, forcing.orders, used, forcing.tail)
         mean = WithError(whole.mean, whole.mean_error)
         scene.emit(f"{stem}/peak", whole.peak, whole.peak_error, axes)
     else:
-        first = WithError(state.value[..., :kept, :], state.error[..., :kept, :])
-        guards = WithError(state.value[..., kept:, :], state.error[..., kept:, :])
+        first = WithError(state.value[..., :used, :], state.error[..., :used, :])
+        guards = WithError(state.value[..., used:, :], state.error[..., used:, :])
         each = energy_by_order(weight, first)
         total = each.mean.sum(-1)
-        rest = dropped_mean(weight, guards, forcing.tail)
-        mean = WithError(total, each.mean_error.sum(-1) + kept * EPSILON * total + rest)
+        dropped = dropped_mean(weight, guards, forcing.tail)
+        mean = WithError(total, each.mean_error.sum(-1) + used * EPSILON * total + dropped)
     scene.emit(f"{stem}/mean", mean.value, mean.error, axes)
     return mean
 
 
-def _mean_range(weight: WithError, state: Superposed, forcing: Forcing) -> PhaseRange:
-    kept, shaking = forcing.kept, state.shaking
-    guards = WithError(shaking.value[:, kept:], shaking.error[:, kept:])
-    first = WithError(shaking.value[:, :kept], shaking.error[:, :kept])
-    rest = dropped_mean(weight, guards, forcing.tail)
-    return mean_energy_range(weight, state._replace(shaking=first), rest)
+def _mean_range(weight: WithError, state: SuperposedMotion, forcing: Forcing) -> PhaseRange:
+    used, shaking = forcing.retained, state.shaking
+    guards = WithError(shaking.value[:, used:], shaking.error[:, used:])
+    first = WithError(shaking.value[:, :used], shaking.error[:, :used])
+    dropped = dropped_mean(weight, guards, forcing.tail)
+    return mean_energy_range(weight, state._replace(shaking=first), dropped)
 
 
 def _emit_range(

@@ -19,7 +19,13 @@ from vibecalc.response.energies import (
     stiffness_of,
     velocity,
 )
-from vibecalc.response.forced import Undriven, dynamics, modal_response, require_digits, response
+from vibecalc.response.forced import (
+    UndrivenModes,
+    dynamics,
+    modal_response,
+    require_digits,
+    response,
+)
 from vibecalc.response.modal_damping import (
     body_resonances,
     damped_basis,
@@ -29,7 +35,7 @@ from vibecalc.response.modal_damping import (
 )
 from vibecalc.response.modes import Modes, modal_assurance, modes
 from vibecalc.response.resonances import (
-    Masked,
+    MaskedSpeeds,
     Resonances,
     check_operating_point,
     energy_speeds,
@@ -58,8 +64,8 @@ class LinearSystem(NamedTuple):
 
 def linear_system(scene: Scene) -> LinearSystem:
     """The system of the case, built once per run."""
-    found: LinearSystem = scene.once("linear_system", _build)
-    return found
+    system: LinearSystem = scene.once("linear_system", _build)
+    return system
 
 
 def _build(case: "Case") -> LinearSystem:
@@ -84,19 +90,21 @@ def ratios_of(scene: Scene, system: LinearSystem) -> WithError:
     """
     machine = scene.case.machine
     mounts = machine.mounts
-    rest = build_system(machine)
+    system_without = build_system(machine)
     given = 0.0 if mounts is None else mounts.modal_damping or 0.0
     if mounts is not None and mounts.stiffness_matrix is not None:
         given += 0.5 * (mounts.loss_factor or 0.0)
-        rest = rest._replace(structural=np.zeros((6, 6)), structural_error=np.zeros((6, 6)))
-    found = damping_ratio(rest, system.shapes)
-    value = found.value + given
-    return WithError(value, found.error + EPSILON * np.abs(value))
+        system_without = system_without._replace(
+            structural=np.zeros((6, 6)), structural_error=np.zeros((6, 6))
+        )
+    ratios = damping_ratio(system_without, system.shapes)
+    value = ratios.value + given
+    return WithError(value, ratios.error + EPSILON * np.abs(value))
 
 
 def undriven_at_operating_point(
     scene: Scene, system: LinearSystem, load: WithError, orders: np.ndarray
-) -> Undriven:
+) -> UndrivenModes:
     """Modes that an order meets without driving them; NumericalFailure where it drives one.
 
     `load` (orders, 6) may have any scale.
@@ -104,7 +112,7 @@ def undriven_at_operating_point(
     resonances = resonances_of(system, load)
     for warning in check_operating_point(resonances, orders, scene.case.machine.speed):
         scene.warn(warning)
-    return Undriven(left_out(resonances), system.shapes.shape, system.shapes.eigenvalue)
+    return UndrivenModes(left_out(resonances), system.shapes.shape, system.shapes.eigenvalue)
 
 
 def resonances_of(system: LinearSystem, load: WithError) -> Resonances:
@@ -178,7 +186,7 @@ def _motion(
     system: LinearSystem,
     frequency: np.ndarray,
     driven: WithError,
-    undriven: Undriven,
+    undriven: UndrivenModes,
     forcing: Forcing,
     speed: float,
 ) -> WithError:
@@ -208,8 +216,10 @@ def _emit_modes(scene: Scene, system: LinearSystem, forcing: Forcing) -> None:
     # weighed by the diagonal alone: under the whole mass matrix the modes of one machine are
     # orthogonal by definition, while this says which look alike
     diagonal = np.diag(np.diagonal(matrices.mass))
-    own = WithError(shapes.shape, shapes.shape_error)
-    alike = modal_assurance(own, own, WithError(diagonal, DATA_ROUNDINGS * EPSILON * diagonal))
+    vectors = WithError(shapes.shape, shapes.shape_error)
+    alike = modal_assurance(
+        vectors, vectors, WithError(diagonal, DATA_ROUNDINGS * EPSILON * diagonal)
+    )
     # a mode is like itself, whatever rounding has done to it
     np.fill_diagonal(alike.value, 1.0)
     np.fill_diagonal(alike.error, 0.0)
@@ -226,7 +236,7 @@ def _emit_nearest(
     """The excited order next to each mode: how far the machine stays away from resonance."""
     load = as_loads(forcing.per_speed_squared)
     driven = np.any(np.abs(load.value) > 4.0 * load.error, axis=-1)
-    orders = forcing.orders[: forcing.kept][driven[: forcing.kept]]
+    orders = forcing.orders[: forcing.retained][driven[: forcing.retained]]
     if not orders.size:
         return
     met = orders * scene.case.machine.speed / frequency[:, None]
@@ -288,15 +298,15 @@ def _pick(whole: WithError, part: slice) -> WithError:
 def _emit_with_peak(
     scene: Scene, stem: str, suffix: str, forcing: Forcing, rows: WithError
 ) -> None:
-    kept, orders = forcing.kept, forcing.orders[: forcing.kept]
+    used, orders = forcing.retained, forcing.orders[: forcing.retained]
     axes = {"order": orders, "direction": DIRECTIONS}
-    rounding = rows.error[:kept]
-    scene.emit(f"{stem}{suffix}", rows.value[:kept], rounding, axes, terms=size_of_terms(rounding))
+    rounding = rows.error[:used]
+    scene.emit(f"{stem}{suffix}", rows.value[:used], rounding, axes, terms=size_of_terms(rounding))
     if not scene.wants(f"{stem}_peak"):
         return
-    peak = cycle_peak(rows.value[:kept].T, orders)
+    peak = cycle_peak(rows.value[:used].T, orders)
     rounding = peak.error + rounding.sum(0)
-    error = rounding + forcing.tail * np.abs(rows.value[kept:]).sum(0)
+    error = rounding + forcing.tail * np.abs(rows.value[used:]).sum(0)
     scene.emit(f"{stem}_peak", peak.value, error, axes, terms=size_of_terms(rounding))
 
 
@@ -312,9 +322,9 @@ def _emit_energies(
         "kinetic and potential energy, mean and peak",
         "docs/theory.md",
     )
-    kept, speed = forcing.kept, scene.case.machine.speed
-    axes = {"order": forcing.orders[:kept]}
-    whole = energies_over_cycle(matrices, motion, forcing.orders, speed, kept, forcing.tail)
+    used, speed = forcing.retained, scene.case.machine.speed
+    axes = {"order": forcing.orders[:used]}
+    whole = energies_over_cycle(matrices, motion, forcing.orders, speed, used, forcing.tail)
     pairs = (
         ("kinetic", mass_of(matrices), velocity(motion, frequency), whole.kinetic),
         ("potential", stiffness_of(matrices), motion, whole.potential),
@@ -322,8 +332,8 @@ def _emit_energies(
     for name, weight, state, total in pairs:
         stem = f"response/{name}_energy"
         each = energy_by_order(weight, state)
-        scene.emit(f"{stem}/mean_by_order", each.mean[:kept], each.mean_error[:kept], axes)
-        scene.emit(f"{stem}/peak_by_order", each.peak[:kept], each.peak_error[:kept], axes)
+        scene.emit(f"{stem}/mean_by_order", each.mean[:used], each.mean_error[:used], axes)
+        scene.emit(f"{stem}/peak_by_order", each.peak[:used], each.peak_error[:used], axes)
         scene.emit(f"{stem}/mean", total.mean, total.mean_error)
         scene.emit(f"{stem}/peak", total.peak, total.peak_error)
 
@@ -344,13 +354,13 @@ def run_speeds(scene: Scene) -> None:
         raise ValueError("the case has no run-up in [response]")
     forcing, system = forcing_of(scene), linear_system(scene)
     first, last = options.run_up.start, options.run_up.stop
-    kept, orders = forcing.kept, forcing.orders[: forcing.kept]
+    used, orders = forcing.retained, forcing.orders[: forcing.retained]
     load = as_loads(forcing.per_speed_squared)
-    resonances = resonances_of(system, WithError(load.value[:kept], load.error[:kept]))
+    resonances = resonances_of(system, WithError(load.value[:used], load.error[:used]))
     masked = masked_speeds(resonances, orders, first, last)
     for warning in idle_warnings(resonances, orders, first, last):
         scene.warn(warning)
-    shown = _worth_points(system, resonances, load.value[:kept], orders)
+    shown = _worth_points(system, resonances, load.value[:used], orders)
     speed = _with_ends(energy_speeds(shown, orders, masked, first, last), masked, first, last)
     axes = {"speed": speed, "masked": np.arange(1, len(masked.centre) + 1)}
     for name, energy in _energies(system, resonances, forcing, load, speed).items():
@@ -369,7 +379,7 @@ def _worth_points(
     return resonances._replace(idle=resonances.idle | (moved < WORTH_POINTS * np.max(moved)))
 
 
-def _with_ends(speed: np.ndarray, masked: Masked, first: float, last: float) -> np.ndarray:
+def _with_ends(speed: np.ndarray, masked: MaskedSpeeds, first: float, last: float) -> np.ndarray:
     """The speeds, and all ends of the masked intervals, however narrow these are."""
     ends = np.concatenate([masked.low, masked.high])
     ends = ends[(ends >= first) & (ends <= last) & outside(masked, ends)]
@@ -389,29 +399,29 @@ def _energies(
 
     At rest nothing moves, held or not.
     """
-    matrices, kept = system.matrices, forcing.kept
-    chosen = np.concatenate([np.arange(kept), forcing.few])
+    matrices, used = system.matrices, forcing.retained
+    chosen = np.concatenate([np.arange(used), forcing.few])
     count = len(forcing.few)
     idle = np.pad(left_out(resonances), ((0, count), (0, 0)))
-    undriven = Undriven(idle, system.shapes.shape, system.shapes.eigenvalue)
+    undriven = UndrivenModes(idle, system.shapes.shape, system.shapes.eigenvalue)
     turning = speed > 0.0
     frequency = speed[turning][:, None] * forcing.orders[chosen]
     square = np.square(speed[turning])[:, None, None]
     stiffness = dynamics(matrices, frequency, undriven)
     motion = response(stiffness, square * load.value[chosen], square * load.error[chosen])
-    found = {}
+    ranges = {}
     for name, weight, state in (
         ("kinetic", mass_of(matrices), velocity(motion, frequency)),
         ("potential", stiffness_of(matrices), motion),
     ):
-        each = energy_by_order(weight, WithError(*(part[:, :kept] for part in state)))
+        each = energy_by_order(weight, WithError(*(part[:, :used] for part in state)))
         value, error = np.zeros(speed.shape), np.zeros(speed.shape)
         value[turning] = each.mean.sum(-1)
-        guards = WithError(*(part[:, kept:] for part in state))
+        guards = WithError(*(part[:, used:] for part in state))
         error[turning] = (
             each.mean_error.sum(-1)
-            + kept * UNIT_ROUNDOFF * value[turning]
+            + used * UNIT_ROUNDOFF * value[turning]
             + dropped_mean(weight, guards, forcing.few_tail)
         )
-        found[name] = WithError(value, error)
-    return found
+        ranges[name] = WithError(value, error)
+    return ranges

@@ -18,7 +18,13 @@ from vibecalc.response.switching.follow import Transient, follow, lasting_peaks,
 from vibecalc.response.switching.instant import instantaneous, worst_instant
 from vibecalc.response.switching.motion import passages
 from vibecalc.response.switching.readings import columns, steady_peaks
-from vibecalc.response.switching.system import Loads, ModalSystem, Piece, modal_loads, steady_motion
+from vibecalc.response.switching.system import (
+    Loads,
+    ModalSystem,
+    SpeedSegment,
+    modal_loads,
+    steady_motion,
+)
 from vibecalc.response.tables import Operation, Switching
 
 # ----------------------------------------------------------------------------
@@ -39,14 +45,14 @@ _WORTH_A_WORD = 1e-6
 
 
 def short_watch_warning(
-    labels: Sequence[str], words: str, after: float, found: Sequence[Transient]
+    labels: Sequence[str], words: str, after: float, transients: Sequence[Transient]
 ) -> str | None:
     """One sentence for the changes of which larger peaks may come after the time watched.
 
     `after` in s is that time from the last change of load, `words` say how the change is made.
     """
     parts = []
-    for label, each in zip(labels, found, strict=True):
+    for label, each in zip(labels, transients, strict=True):
         grows = _may_grow(each) if each.settling.after > after else []
         if grows:
             parts.append(
@@ -61,12 +67,12 @@ def short_watch_warning(
     )
 
 
-def _may_grow(found: Transient) -> list[str]:
+def _may_grow(transient: Transient) -> list[str]:
     """`kinetic energy (up to 1.2 times)`: readings whose later bound is above their peak."""
-    peaks = lasting_peaks(found)
+    peaks = lasting_peaks(transient)
     names = []
     for name, part in READINGS:
-        value, later = peaks.value[part], found.later[part]
+        value, later = peaks.value[part], transient.later[part]
         scale = float(np.max(value))
         beyond = later > value + peaks.error[part] + _WORTH_A_WORD * scale
         if np.any(beyond):
@@ -91,7 +97,7 @@ INSTANT = tuple(path for path in CATALOGUE if path.startswith(f"{ROOT}/instant/"
 REVERSAL = tuple(
     path for path in CATALOGUE if path.startswith((f"{ROOT}/reversal/", f"{ROOT}/passage/"))
 )
-WAYS = {"instant": "at once", "reversal": "through rest"}
+CHANGE_KINDS = {"instant": "at once", "reversal": "through rest"}
 PEAKS = (
     ("translation", slice(0, 3)),
     ("rotation", slice(3, 6)),
@@ -146,21 +152,21 @@ def _study(scene: Scene) -> _Study:
     options = response.switching
     known = {operation.name: operation for operation in response.operations}
     chosen: list[Operation] = [known[name] for name in options.between]
-    found = operation_loads(scene, chosen)
+    of_operations = operation_loads(scene, chosen)
     each = [
         as_loads(add(shaking, residual[0]))
-        for shaking, residual in zip(found.shaking, found.residual, strict=True)
+        for shaking, residual in zip(of_operations.shaking, of_operations.residual, strict=True)
     ]
     forcing = forcing_of(scene)
     per_square = np.stack([load.value for load in each])
     # the errors count the guard orders, which stand for all that is dropped
-    per_square[:, forcing.kept :] *= forcing.tail
+    per_square[:, forcing.retained :] *= forcing.tail
     matrices, shapes = linear_system(scene)
     ratio = ratios_of(scene, LinearSystem(matrices, shapes)).value
     _warn_of_coupling(scene, matrices, shapes)
     system = ModalSystem(shapes.shape, shapes.natural_frequency, ratio)
     orders = np.arange(1, per_square.shape[1] + 1)
-    loads = Loads(orders, per_square, np.zeros((2, 6)), forcing.kept)
+    loads = Loads(orders, per_square, np.zeros((2, 6)), forcing.retained)
     speed = scene.case.machine.speed
     return _Study(system, loads, options, speed, options.between)
 
@@ -170,9 +176,9 @@ def _warn_of_coupling(scene: Scene, matrices: Matrices, shapes: Modes) -> None:
     shape, root = shapes.shape, np.sqrt(shapes.natural_frequency)
     between = shape.T @ matrices.damping @ shape
     between = np.abs(between + (shape.T @ matrices.structural @ shape) / np.outer(root, root))
-    own = float(np.max(np.diagonal(between)))
+    diagonal = float(np.max(np.diagonal(between)))
     np.fill_diagonal(between, 0.0)
-    share = float(np.max(between)) / own if own > 0.0 else 0.0
+    share = float(np.max(between)) / diagonal if diagonal > 0.0 else 0.0
     if share > WORTH_WARNING:
         scene.warn(
             f"the damping couples the modes: between two of them it reaches {100.0 * share:.2g} % "
@@ -183,7 +189,7 @@ def _warn_of_coupling(scene: Scene, matrices: Matrices, shapes: Modes) -> None:
 
 def _emit_instant(scene: Scene, study: _Study) -> None:
     options, stem = study.options, f"{ROOT}/instant"
-    found = [
+    transients = [
         instantaneous(
             study.system,
             study.loads,
@@ -197,7 +203,7 @@ def _emit_instant(scene: Scene, study: _Study) -> None:
         )
         for before, after in study.changes
     ]
-    _emit_transients(scene, study, "instant", found)
+    _emit_transients(scene, study, "instant", transients)
     if not scene.wants(f"{stem}/worst_kinetic_energy_peak", f"{stem}/worst_angle"):
         return
     worst = [worst_instant(study.system, study.loads, *pair, study.speed) for pair in study.changes]
@@ -217,37 +223,37 @@ def _emit_instant(scene: Scene, study: _Study) -> None:
 def _emit_reversal(scene: Scene, study: _Study) -> None:
     options, speed, stem = study.options, study.speed, f"{ROOT}/reversal"
     sense = -1.0 if options.reverses else 1.0
-    courses, found = [], []
+    profiles, transients = [], []
     for before, after in study.changes:
-        pieces = [Piece(options.run_down, speed, 0.0, before)]
+        profile = [SpeedSegment(options.run_down, speed, 0.0, before)]
         if options.stand > 0.0:
-            pieces.append(Piece(options.stand, 0.0, 0.0, after))
-        pieces.append(Piece(options.run_up, 0.0, sense * speed, after))
-        pieces.append(Piece(options.after, sense * speed, sense * speed, after))
-        courses.append(pieces)
-        found.append(
+            profile.append(SpeedSegment(options.stand, 0.0, 0.0, after))
+        profile.append(SpeedSegment(options.run_up, 0.0, sense * speed, after))
+        profile.append(SpeedSegment(options.after, sense * speed, sense * speed, after))
+        profiles.append(profile)
+        transients.append(
             follow(
                 study.system,
                 study.loads,
-                pieces,
+                profile,
                 angle=options.crank_angle,
                 before=before,
                 buckets=BUCKETS,
                 tolerance=options.settled,
             )
         )
-    _emit_transients(scene, study, "reversal", found)
-    axes = {"change": study.labels, "reversal_time": found[0].history.time[1:]}
+    _emit_transients(scene, study, "reversal", transients)
+    axes = {"change": study.labels, "reversal_time": transients[0].history.time[1:]}
     scene.emit(
         f"{stem}/speed",
-        [each.history.speed[1:] for each in found],
+        [each.history.speed[1:] for each in transients],
         8.0 * EPSILON * speed,
         axes,
     )
-    _emit_passages(scene, study, courses)
+    _emit_passages(scene, study, profiles)
     if not scene.wants(f"{stem}/slow_kinetic_energy"):
         return
-    slow = [slow_peaks(study.system, study.loads, pieces) for pieces in courses]
+    slow = [slow_peaks(study.system, study.loads, profile) for profile in profiles]
     kinetic = COLUMNS.kinetic
     scene.emit(
         f"{stem}/slow_kinetic_energy",
@@ -257,11 +263,11 @@ def _emit_reversal(scene: Scene, study: _Study) -> None:
     )
 
 
-def _emit_passages(scene: Scene, study: _Study, courses: list[list[Piece]]) -> None:
+def _emit_passages(scene: Scene, study: _Study, profiles: list[list[SpeedSegment]]) -> None:
     rows = [
         (number, met)
-        for number, pieces in enumerate(courses, start=1)
-        for met in passages(study.system, study.loads, pieces)
+        for number, profile in enumerate(profiles, start=1)
+        for met in passages(study.system, study.loads, profile)
     ]
     strongest = max((met.slow_energy for _, met in rows), default=0.0)
     rows = [row for row in rows if row[1].slow_energy >= WORTH_NAMING * strongest]
@@ -296,17 +302,17 @@ def _emit_steady(scene: Scene, study: _Study) -> None:
     )
 
 
-def _emit_transients(scene: Scene, study: _Study, way: str, found: list[Transient]) -> None:
-    options, stem = study.options, f"{ROOT}/{way}"
+def _emit_transients(scene: Scene, study: _Study, kind: str, transients: list[Transient]) -> None:
+    options, stem = study.options, f"{ROOT}/{kind}"
     axes: dict[str, Any] = {
         "change": study.labels,
         "direction": DIRECTIONS,
-        f"{way}_time": found[0].history.time[1:],
+        f"{kind}_time": transients[0].history.time[1:],
     }
-    short = short_watch_warning(study.labels, WAYS[way], options.after, found)
+    short = short_watch_warning(study.labels, CHANGE_KINDS[kind], options.after, transients)
     if short is not None:
         scene.warn(short)
-    peaks = [lasting_peaks(each) for each in found]
+    peaks = [lasting_peaks(each) for each in transients]
     for name, part in PEAKS:
         values = np.array([each.value[part] for each in peaks])
         error = np.array([each.error[part] for each in peaks])
@@ -319,26 +325,28 @@ def _emit_transients(scene: Scene, study: _Study, way: str, found: list[Transien
     uncertainty = max(float(each.time_error[kinetic]) for each in peaks)
     scene.emit(f"{stem}/peak_time", [each.time[kinetic] for each in peaks], uncertainty, axes)
     # at once, the crank keeps its speed
-    slope = 0.0 if way == "instant" else study.speed / min(options.run_down, options.run_up)
+    slope = 0.0 if kind == "instant" else study.speed / min(options.run_down, options.run_up)
     scene.emit(
         f"{stem}/peak_speed", [each.speed[kinetic] for each in peaks], slope * uncertainty, axes
     )
-    settled = [each.settling for each in found]
+    settled = [each.settling for each in transients]
     scene.emit(
         f"{stem}/settle_time",
         [each.after for each in settled],
         max(each.error for each in settled),
         axes,
     )
-    _emit_histories(scene, stem, found, axes)
+    _emit_histories(scene, stem, transients, axes)
 
 
-def _emit_histories(scene: Scene, stem: str, found: list[Transient], axes: dict[str, Any]) -> None:
+def _emit_histories(
+    scene: Scene, stem: str, transients: list[Transient], axes: dict[str, Any]
+) -> None:
     """Highest and lowest samples for pictures; the error is that of a sample."""
     kinetic = COLUMNS.kinetic
-    error = np.array([each.peaks.error for each in found])
-    high = np.array([each.history.high for each in found])
-    low = np.array([each.history.low for each in found])
+    error = np.array([each.peaks.error for each in transients])
+    high = np.array([each.history.high for each in transients])
+    low = np.array([each.history.low for each in transients])
     scene.emit(f"{stem}/kinetic_energy_high", high[..., kinetic], error[:, kinetic], axes)
     for name, samples in (("high", high), ("low", low)):
         moved = np.swapaxes(samples[..., :3], -1, -2)

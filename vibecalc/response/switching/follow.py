@@ -7,10 +7,10 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, WithError
-from vibecalc.response.switching.motion import Segment, follow_course
+from vibecalc.response.switching.motion import Segment, follow_profile
 from vibecalc.response.switching.readings import (
     History,
-    Peaks,
+    ReadingPeaks,
     columns,
     history,
     read_bound,
@@ -23,8 +23,8 @@ from vibecalc.response.switching.system import (
     Loads,
     ModalLoads,
     ModalSystem,
-    Piece,
-    Steady,
+    SpeedSegment,
+    SteadyMotion,
     modal_loads,
     modal_size,
     propagator,
@@ -39,7 +39,7 @@ from vibecalc.response.switching.system import (
 _HALVINGS = 100
 
 
-class Settling(NamedTuple):
+class SettlingTime(NamedTuple):
     """`time` in s from the course's start, with its error; `after` in s from the last change.
 
     `deviation` is the size of the deviation just after the last change, over the reference size.
@@ -59,7 +59,7 @@ def settling(
     reference: float,
     reference_error: float,
     tolerance: float,
-) -> Settling:
+) -> SettlingTime:
     """When free motion from the state `deviation` (modes, 2) has died down.
 
     The size of the deviation is sqrt(2 E), E being the kinetic and potential energy of the
@@ -91,7 +91,7 @@ def settling(
     uncertainty += tolerance * reference_error
     threshold = tolerance * reference
     if start <= threshold:
-        return Settling(last_change, 0.0, 0.0, start / reference if reference else 0.0)
+        return SettlingTime(last_change, 0.0, 0.0, start / reference if reference else 0.0)
     if threshold <= uncertainty:
         raise NumericalFailure(
             "no settling time: the final motion is so small that the deviation from it drowns in "
@@ -108,7 +108,7 @@ def settling(
         _first_below(size, level) for level in (threshold + uncertainty, threshold - uncertainty)
     )
     error = max(high - after, after - low) + 8.0 * EPSILON * (after + last_change)
-    return Settling(last_change + after, error, after, start / reference)
+    return SettlingTime(last_change + after, error, after, start / reference)
 
 
 def _first_below(size: Callable[[float], float], level: float) -> float:
@@ -139,8 +139,8 @@ class Transient(NamedTuple):
     """
 
     history: History
-    peaks: Peaks
-    settling: Settling
+    peaks: ReadingPeaks
+    settling: SettlingTime
     final: WithError
     later: np.ndarray
 
@@ -148,27 +148,27 @@ class Transient(NamedTuple):
 def follow(
     system: ModalSystem,
     loads: Loads,
-    pieces: Sequence[Piece],
+    profile: Sequence[SpeedSegment],
     *,
     angle: float = 0.0,
     before: int | None = None,
     buckets: int = 400,
     tolerance: float = 0.05,
 ) -> Transient:
-    """Follow a body from a steady motion through pieces of linearly changing crank speed.
+    """Follow a body from a steady motion through segments of linearly changing crank speed.
 
     Parameters
     ----------
     system, loads
         Modes with their damping; loads on the body for each operation.
-    pieces
-        The course, in time; each begins at the speed at which the one before it ends. Speed 0 is
+    profile
+        Segments in time; each begins at the speed at which the one before it ends. Speed 0 is
         a stand, negative speeds turn the other way. The last speed and operation go on for ever.
     angle
         Crank angle at time 0, rad.
     before
         Operation whose steady motion, at the first speed, the body is in at time 0; that of the
-        first piece if not given.
+        first segment if not given.
     buckets
         Number of equal spans of time in the history.
     tolerance
@@ -187,13 +187,13 @@ def follow(
         A driven mode is not held or has no damping, the course is too long to follow, or the
         settling drowns in rounding or in what the dropped orders may add.
     ValueError
-        The speed jumps between pieces.
+        The speed jumps between segments.
     """
     modal = modal_loads(system, loads)
-    first = pieces[0].operation if before is None else before
-    total = sum(piece.duration for piece in pieces)
-    segments = follow_course(
-        system, modal, pieces, angle=angle, before=first, longest=0.5 * total / buckets
+    first = profile[0].operation if before is None else before
+    total = sum(segment.duration for segment in profile)
+    segments = follow_profile(
+        system, modal, profile, angle=angle, before=first, longest=0.5 * total / buckets
     )
     peaks = true_peaks(system, modal, segments)
     last = segments[-1]
@@ -205,7 +205,7 @@ def follow(
 
 
 def _deviation(
-    system: ModalSystem, loads: ModalLoads, segment: Segment, steady: Steady, time: float
+    system: ModalSystem, loads: ModalLoads, segment: Segment, steady: SteadyMotion, time: float
 ) -> np.ndarray:
     """State (modes, 2) on the grid at a segment's start or end, less the final steady one."""
     speed = segment.run.end_speed
@@ -218,18 +218,20 @@ def _settled(
     system: ModalSystem,
     loads: ModalLoads,
     segments: list[Segment],
-    steady: Steady,
+    steady: SteadyMotion,
     final: WithError,
-    peaks: Peaks,
+    peaks: ReadingPeaks,
     tolerance: float,
-) -> Settling:
+) -> SettlingTime:
     last = segments[-1]
     # a last piece of constant speed is free deviation from its start, a ramp from its end
     time = 0.0 if last.run.acceleration == 0.0 else last.run.duration
     deviation = _deviation(system, loads, last, steady, time)
     energy = columns(len(system.shape)).energy
-    rest = final.value[energy] == 0.0
-    height, uncertainty = (peaks.value, peaks.error) if rest else (final.value, final.error)
+    at_standstill = final.value[energy] == 0.0
+    height, uncertainty = (
+        (peaks.value, peaks.error) if at_standstill else (final.value, final.error)
+    )
     reference = float(np.sqrt(2.0 * height[energy]))
     uncertainty_size = float(uncertainty[energy]) / reference if reference else 0.0
     error = last.error + steady.error
@@ -238,7 +240,7 @@ def _settled(
 
 
 def _later(
-    system: ModalSystem, loads: ModalLoads, last: Segment, steady: Steady, final: WithError
+    system: ModalSystem, loads: ModalLoads, last: Segment, steady: SteadyMotion, final: WithError
 ) -> np.ndarray:
     """Bound (columns,) on the readings after the course: steady peaks and what is left."""
     begin = 0.0 if last.run.acceleration == 0.0 else last.run.duration
@@ -256,24 +258,24 @@ def _later(
 # ----------------------------------------------------------------------------
 
 
-def lasting_peaks(found: Transient) -> Peaks:
+def lasting_peaks(transient: Transient) -> ReadingPeaks:
     """The larger of the peaks on the way and of the steady motion that the body settles into.
 
     A peak below that of the steady motion would only say that the time was too short for it. Where
     the steady motion is the larger one by more than the errors, the body comes up to it later than
     it is followed: the time and the speed are those of the end, exactly by that definition.
     """
-    peaks, final = found.peaks, found.final
+    peaks, final = transient.peaks, transient.final
     larger = final.value > peaks.value
     clear = final.value - final.error > peaks.value + peaks.error
-    end = float(found.history.time[-1])
+    end = float(transient.history.time[-1])
     # the error bounds the larger of two, whichever it truly is
-    return Peaks(
+    return ReadingPeaks(
         np.where(larger, final.value, peaks.value),
         np.where(clear, final.error, np.maximum(peaks.error, final.error)),
         np.where(clear, end, peaks.time),
         np.where(clear, 4.0 * EPSILON * end, peaks.time_error),
-        np.where(clear, found.history.speed[-1], peaks.speed),
+        np.where(clear, transient.history.speed[-1], peaks.speed),
     )
 
 
@@ -297,7 +299,7 @@ class SlowPeaks(NamedTuple):
     speed: np.ndarray
 
 
-def slow_peaks(system: ModalSystem, loads: Loads, pieces: Sequence[Piece]) -> SlowPeaks:
+def slow_peaks(system: ModalSystem, loads: Loads, profile: Sequence[SpeedSegment]) -> SlowPeaks:
     """Largest steady readings at any speed that the course passes or stays at.
 
     Speeds stand close around each resonance and evenly between; around the highest of each
@@ -312,9 +314,9 @@ def slow_peaks(system: ModalSystem, loads: Loads, pieces: Sequence[Piece]) -> Sl
     modal = modal_loads(system, loads)
     width = 2 * len(system.shape) + 3
     value, error, best = np.zeros((3, width))
-    for operation in sorted({piece.operation for piece in pieces}):
-        mine = [piece for piece in pieces if piece.operation == operation]
-        speeds = np.unique(np.concatenate([_speeds(system, modal, piece) for piece in mine]))
+    for operation in sorted({segment.operation for segment in profile}):
+        mine = [segment for segment in profile if segment.operation == operation]
+        speeds = np.unique(np.concatenate([_speeds(system, modal, segment) for segment in mine]))
         motion = _motions(system, modal, operation, speeds)
         heights = reading_peaks(system, *motion, modal.orders)[0]
         for column in range(width):
@@ -327,8 +329,8 @@ def slow_peaks(system: ModalSystem, loads: Loads, pieces: Sequence[Piece]) -> Sl
     return SlowPeaks(value, error, best)
 
 
-def _speeds(system: ModalSystem, loads: ModalLoads, piece: Piece) -> np.ndarray:
-    low, high = sorted((piece.start_speed, piece.end_speed))
+def _speeds(system: ModalSystem, loads: ModalLoads, segment: SpeedSegment) -> np.ndarray:
+    low, high = sorted((segment.start_speed, segment.end_speed))
     spread = np.concatenate([[0.0], np.geomspace(0.1, 30.0, _NEAR)])
     spread = np.concatenate([-spread[:0:-1], spread])
     centre = (system.frequency / loads.orders[:, None])[..., None]

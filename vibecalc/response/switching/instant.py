@@ -20,7 +20,7 @@ from vibecalc.response.switching.readings import (
 from vibecalc.response.switching.system import (
     Loads,
     ModalSystem,
-    Piece,
+    SpeedSegment,
     decay_bound,
     modal_loads,
     modal_size,
@@ -63,9 +63,9 @@ def instantaneous(
     """
     if duration is None:
         duration = _until_settled(system, loads, before, after, speed, angle, tolerance)
-    pieces = [Piece(duration, speed, speed, after)]
+    profile = [SpeedSegment(duration, speed, speed, after)]
     return follow(
-        system, loads, pieces, angle=angle, before=before, buckets=buckets, tolerance=tolerance
+        system, loads, profile, angle=angle, before=before, buckets=buckets, tolerance=tolerance
     )
 
 
@@ -114,7 +114,7 @@ _DIVIDED, _LEVELS, _MOST_CELLS = 8, 8, 256
 _FINE = 1e-11
 
 
-class Worst(NamedTuple):
+class WorstReading(NamedTuple):
     """Largest magnitude (columns,) of each reading over all angles of change, with its error.
 
     `angle` is the crank angle at the change in [0, 2 pi), `time` in s from it to the peak (0 and
@@ -139,7 +139,7 @@ class _Change(NamedTuple):
 
 def worst_instant(
     system: ModalSystem, loads: Loads, before: int, after: int, speed: float
-) -> Worst:
+) -> WorstReading:
     """Peaks of `instantaneous` for the angle at which each is largest; columns as in `readings`.
 
     At a time t after the change, a reading is a sum of orders of the angle of change: its largest
@@ -168,7 +168,7 @@ def worst_instant(
 
     if not np.any(start_size > 0.0):
         none = np.zeros(len(height))
-        return Worst(final.value, final.error, none, none)
+        return WorstReading(final.value, final.error, none, none)
     curved = bend > 0.0
     step = float(np.min(np.sqrt(8.0 * _COARSE * height[curved] / bend[curved])))
     times, tops, angles, beyond = _survey(change, _lengths(final.value), left, step)
@@ -191,7 +191,7 @@ def worst_instant(
     slack[energy] = value[energy] * slack[energy] * 2.0 + slack[energy] ** 2
     value[energy] = value[energy] ** 2
     error = read_error(system, value, 2.0 * uncertainty + 16.0 * EPSILON * size, size) + slack
-    return Worst(value, error, np.where(quiet, 0.0, angle), np.where(quiet, 0.0, time))
+    return WorstReading(value, error, np.where(quiet, 0.0, angle), np.where(quiet, 0.0, time))
 
 
 def _lengths(peaks: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ from vibecalc.response.switching.system import (
     Loads,
     ModalLoads,
     ModalSystem,
-    Piece,
+    SpeedSegment,
     decay_bound,
     fastest_rate,
     memory,
@@ -44,7 +44,7 @@ class Run(NamedTuple):
     speed: float
     acceleration: float
     operation: int
-    piece: int
+    segment: int
 
     def angle_at(self, time: np.ndarray) -> np.ndarray:
         """Crank angle at times after the run's start."""
@@ -60,30 +60,32 @@ class Run(NamedTuple):
         return self.speed + self.acceleration * self.duration
 
 
-def runs_of(pieces: Sequence[Piece], angle: float) -> list[Run]:
-    """The pieces one after the other; one that passes a standstill gives two runs.
+def runs_of(profile: Sequence[SpeedSegment], angle: float) -> list[Run]:
+    """The segments one after the other; one that passes a standstill gives two runs.
 
-    Raises ValueError where a piece does not begin at the speed at which the one before it ends.
+    Raises ValueError where a segment does not begin at the speed at which the one before it ends.
     """
     runs: list[Run] = []
-    start, speed = 0.0, pieces[0].start_speed
-    for number, piece in enumerate(pieces):
-        if piece.start_speed != speed:
-            raise ValueError(f"piece {number} begins at {piece.start_speed}, not at {speed}")
-        acceleration = (piece.end_speed - speed) / piece.duration
-        ends = [piece.duration]
+    start, speed = 0.0, profile[0].start_speed
+    for number, segment in enumerate(profile):
+        if segment.start_speed != speed:
+            raise ValueError(f"segment {number} begins at {segment.start_speed}, not at {speed}")
+        acceleration = (segment.end_speed - speed) / segment.duration
+        ends = [segment.duration]
         # next to nothing before or after the standstill is no run of its own
-        rest = -speed / acceleration if acceleration else 0.0
-        if speed * piece.end_speed < 0.0 and 0.0 < rest < piece.duration:
-            ends = [rest, piece.duration]
+        standstill = -speed / acceleration if acceleration else 0.0
+        if speed * segment.end_speed < 0.0 and 0.0 < standstill < segment.duration:
+            ends = [standstill, segment.duration]
         begin = 0.0
         for end in ends:
             at = 0.0 if begin > 0.0 else speed
-            run = Run(start + begin, end - begin, angle, at, acceleration, piece.operation, number)
+            run = Run(
+                start + begin, end - begin, angle, at, acceleration, segment.operation, number
+            )
             runs.append(run)
             angle = float(np.mod(run.angle_at(np.array(end - begin)), 2.0 * np.pi))
             begin = end
-        start, speed = start + piece.duration, piece.end_speed
+        start, speed = start + segment.duration, segment.end_speed
     return runs
 
 
@@ -248,11 +250,11 @@ def driven_part(
     time = begin[:, None] + step[:, None] * place
     force, _ = load_at(loads, run, time.ravel(), with_rate=False)
     force = force.reshape(*time.shape, -1) * (step[:, None] * weight)[..., None]
-    rest = propagator(system, step[:, None] * (1.0 - place))
+    remaining = propagator(system, step[:, None] * (1.0 - place))
     return np.stack(
         [
-            np.sum(rest.from_velocity * force, axis=1),
-            np.sum(rest.rate_from_velocity * force, axis=1),
+            np.sum(remaining.from_velocity * force, axis=1),
+            np.sum(remaining.rate_from_velocity * force, axis=1),
         ],
         axis=-1,
     )
@@ -264,7 +266,7 @@ def _scan(
     """Add up the panels in blocks that advance together; also how many additions follow another.
 
     Within a block the sum starts from rest; the state at the block's start comes on top through
-    the free motion over the whole way, in one step. Nothing is ever amplified.
+    the free motion over the whole time, in one step. Nothing is ever amplified.
     """
     count, modes = gained.shape[:2]
     length = max(1, int(np.sqrt(count)))
@@ -277,13 +279,13 @@ def _scan(
     for number in range(length):
         total = propagator(system, step[:, number])(total) + padded[:, number]
         local[:, number] = total
-    way = np.cumsum(step, axis=1)
+    elapsed = np.cumsum(step, axis=1)
     starts = np.empty((blocks, modes, 2))
-    over = propagator(system, way[:, -1])
+    over = propagator(system, elapsed[:, -1])
     for number in range(blocks):
         starts[number] = state
         state = type(over)(*(entry[number] for entry in over))(state) + total[number]
-    carried = propagator(system, way)(starts[:, None]) + local
+    carried = propagator(system, elapsed)(starts[:, None]) + local
     states = np.concatenate([starts[:1], carried.reshape(-1, modes, 2)[:count]])
     return states, length + blocks
 
@@ -309,7 +311,7 @@ class Segment(NamedTuple):
     largest: np.ndarray
 
 
-class Motion(NamedTuple):
+class ModalMotion(NamedTuple):
     """Modal displacement and its three derivatives by time, each (times, modes)."""
 
     displacement: np.ndarray
@@ -318,25 +320,25 @@ class Motion(NamedTuple):
     jerk: np.ndarray
 
 
-def follow_course(
+def follow_profile(
     system: ModalSystem,
     loads: ModalLoads,
-    pieces: Sequence[Piece],
+    profile: Sequence[SpeedSegment],
     *,
     angle: float,
     before: int,
     longest: float,
 ) -> list[Segment]:
-    """Segments of a course that begins in the steady motion of the operation `before`.
+    """Segments of a speed profile that begins in the steady motion of the operation `before`.
 
     At a constant speed the motion is the steady one plus free motion, in closed form; else it is
     marched. `longest` in s bounds the distance of the times. Raises NumericalFailure if there
     would be too many of them.
     """
-    runs = runs_of(pieces, angle)
+    runs = runs_of(profile, angle)
     grids = [panel_grid(system, loads, run, longest) for run in runs]
     require_panels(sum(map(len, grids)), 0.0, runs[-1].start + runs[-1].duration)
-    first = pieces[0].start_speed
+    first = profile[0].start_speed
     begin = steady_motion(system, loads, before, first)
     state = steady_state(begin, loads.orders, first, np.asarray(angle))
     segments, error = [], begin.error
@@ -376,13 +378,17 @@ def _constant_speed(
     return states, added
 
 
-def motion_on_grid(system: ModalSystem, loads: ModalLoads, segment: Segment, part: slice) -> Motion:
+def motion_on_grid(
+    system: ModalSystem, loads: ModalLoads, segment: Segment, part: slice
+) -> ModalMotion:
     """The motion at some of the segment's own times."""
     force, rate = load_at(loads, segment.run, segment.grid[part])
     return _derived(system, segment.state[part], force, rate)
 
 
-def motion_at(system: ModalSystem, loads: ModalLoads, segment: Segment, time: np.ndarray) -> Motion:
+def motion_at(
+    system: ModalSystem, loads: ModalLoads, segment: Segment, time: np.ndarray
+) -> ModalMotion:
     """The motion at any times (times,) after the segment's start, as exactly as on the grid."""
     run, grid = segment.run, segment.grid
     if run.acceleration == 0.0:
@@ -396,17 +402,19 @@ def motion_at(system: ModalSystem, loads: ModalLoads, segment: Segment, time: np
     return _derived(system, state, force, rate)
 
 
-def _derived(system: ModalSystem, state: np.ndarray, force: np.ndarray, rate: np.ndarray) -> Motion:
+def _derived(
+    system: ModalSystem, state: np.ndarray, force: np.ndarray, rate: np.ndarray
+) -> ModalMotion:
     """Acceleration and jerk from the equation of motion."""
     damping, stiffness = 2.0 * system.damping_ratio * system.frequency, system.frequency**2
     displacement, velocity = state[..., 0], state[..., 1]
     acceleration = force - damping * velocity - stiffness * displacement
     jerk = rate - damping * acceleration - stiffness * velocity
-    return Motion(displacement, velocity, acceleration, jerk)
+    return ModalMotion(displacement, velocity, acceleration, jerk)
 
 
 # ----------------------------------------------------------------------------
-# Which resonances a course runs through, when, and how fast.
+# Which resonances a speed profile runs through, when, and how fast.
 # ----------------------------------------------------------------------------
 
 
@@ -422,12 +430,12 @@ class Passage(NamedTuple):
     order: int
     speed: float
     time: float
-    piece: int
+    segment: int
     slow_energy: float
     haste: float
 
 
-def passages(system: ModalSystem, loads: Loads, pieces: Sequence[Piece]) -> list[Passage]:
+def passages(system: ModalSystem, loads: Loads, profile: Sequence[SpeedSegment]) -> list[Passage]:
     """All passages of driven modes in order of time; a constant speed passes none.
 
     An order n passes a mode where n |w| is its undamped natural frequency; there
@@ -437,8 +445,8 @@ def passages(system: ModalSystem, loads: Loads, pieces: Sequence[Piece]) -> list
     are not listed. Raises NumericalFailure as `modal_loads` does.
     """
     modal = modal_loads(system, loads)
-    found = []
-    for run in runs_of(pieces, 0.0):
+    listed = []
+    for run in runs_of(profile, 0.0):
         if run.acceleration == 0.0:
             continue
         for number, order in enumerate(modal.orders.tolist()):
@@ -450,15 +458,15 @@ def passages(system: ModalSystem, loads: Loads, pieces: Sequence[Piece]) -> list
                 ratio, frequency = system.damping_ratio[mode], system.frequency[mode]
                 size = frequency * float(force[mode]) / (2.0 * ratio * order**2)
                 haste = order * abs(run.acceleration) / (ratio * frequency) ** 2
-                found.append(
+                listed.append(
                     Passage(
                         mode + 1,
                         order,
                         float(speed[mode]),
                         run.start + float(time[mode]),
-                        run.piece,
+                        run.segment,
                         float(0.5 * size**2),
                         float(haste),
                     )
                 )
-    return sorted(found, key=lambda passage: (passage.time, passage.mode))
+    return sorted(listed, key=lambda passage: (passage.time, passage.mode))

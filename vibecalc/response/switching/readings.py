@@ -6,8 +6,8 @@ import numpy as np
 
 from vibecalc.numerics.cycle_peak import Peak, cycle_peak, vector_cycle_peak
 from vibecalc.numerics.rounding import EPSILON, WithError
-from vibecalc.response.switching.motion import Motion, Segment, motion_at, motion_on_grid
-from vibecalc.response.switching.system import ModalLoads, ModalSystem, Steady
+from vibecalc.response.switching.motion import ModalMotion, Segment, motion_at, motion_on_grid
+from vibecalc.response.switching.system import ModalLoads, ModalSystem, SteadyMotion
 
 # ----------------------------------------------------------------------------
 # What is read off the motion: displacements, forces through the mounts, energies.
@@ -48,7 +48,7 @@ def momentum_rows(system: ModalSystem) -> np.ndarray:
     return rows
 
 
-def read(system: ModalSystem, motion: Motion) -> Jet:
+def read(system: ModalSystem, motion: ModalMotion) -> Jet:
     """All readings of a motion.
 
     The mounts push the ground with K x + C x' = M V (w^2 q + 2 zeta w q'), the modal damping being
@@ -106,7 +106,7 @@ def read_error(
 
 
 def steady_peaks(
-    system: ModalSystem, steady: Steady, orders: np.ndarray, speed: float
+    system: ModalSystem, steady: SteadyMotion, orders: np.ndarray, speed: float
 ) -> WithError:
     """Largest magnitudes (columns,) of all readings over a cycle of the steady motion."""
     rates = 1j * (orders * speed)[:, None] * steady.amplitude
@@ -127,8 +127,8 @@ def reading_peaks(
     energies = [_energy_peak(system, amplitude, rate, orders, which) for which in range(3)]
     parts = zip(linear, *energies, strict=True)
     value, angle, error = (
-        np.concatenate([first, *(one[..., None] for one in rest)], axis=-1)
-        for first, *rest in parts
+        np.concatenate([first, *(one[..., None] for one in others)], axis=-1)
+        for first, *others in parts
     )
     return value, angle, error
 
@@ -196,7 +196,7 @@ def candidates(
     derivatives there, which tells how far it may be off.
     """
     best = np.zeros(2 * len(system.shape) + 3)
-    kept = []
+    blocks = []
     for number, segment in enumerate(segments):
         grid = segment.grid
         for start in range(0, len(grid) - 1, _BLOCK):
@@ -209,8 +209,8 @@ def candidates(
             left, right = times[at], times[at + 1]
             inside = left + guess[at, column] * (right - left)
             owner = np.full(len(at), number)
-            kept.append(Candidates(upper[at, column], column, owner, left, right, inside))
-    joined = Candidates(*(np.concatenate(part) for part in zip(*kept, strict=True)))
+            blocks.append(Candidates(upper[at, column], column, owner, left, right, inside))
+    joined = Candidates(*(np.concatenate(part) for part in zip(*blocks, strict=True)))
     return best, joined.take(joined.upper >= best[joined.column])
 
 
@@ -251,7 +251,7 @@ _STEPS = 10
 _SETTLED = 1e-6
 
 
-class Peaks(NamedTuple):
+class ReadingPeaks(NamedTuple):
     """Largest magnitudes (columns,) with absolute errors, when (s), and at which crank speed.
 
     The time is the first at which the value is reached to within rounding; its error is that of
@@ -265,7 +265,7 @@ class Peaks(NamedTuple):
     speed: np.ndarray
 
 
-def true_peaks(system: ModalSystem, loads: ModalLoads, segments: list[Segment]) -> Peaks:
+def true_peaks(system: ModalSystem, loads: ModalLoads, segments: list[Segment]) -> ReadingPeaks:
     """Peaks of all readings: intervals that may hold one are searched on the motion itself."""
     sampled, all_of_them = candidates(system, loads, segments)
     width = len(sampled)
@@ -297,7 +297,9 @@ def true_peaks(system: ModalSystem, loads: ModalLoads, segments: list[Segment]) 
         speed[column] = segment.run.speed_at(time[first])
     longest = max(float(np.max(np.diff(segment.grid))) for segment in segments)
     uncertainty = np.sqrt(4.0 * error / np.where(round_ > 0.0, round_, np.inf))
-    return Peaks(value, error, moment, np.where(uncertainty > 0.0, uncertainty, longest), speed)
+    return ReadingPeaks(
+        value, error, moment, np.where(uncertainty > 0.0, uncertainty, longest), speed
+    )
 
 
 def _climb(
@@ -310,7 +312,7 @@ def _climb(
     """
     low, high, time = which.left.copy(), which.right.copy(), which.guess.copy()
     width = high - low
-    low_seen, high_seen = np.zeros((2, len(time)), dtype=bool)
+    low_known, high_known = np.zeros((2, len(time)), dtype=bool)
     best, best_time, best_bend = np.full(len(time), -1.0), time.copy(), np.zeros(len(time))
     slack = np.zeros(len(time))
     open_ = np.ones(len(time), dtype=bool)
@@ -329,13 +331,13 @@ def _climb(
             np.where(rises, time[now], low[now]),
             np.where(rises, high[now], time[now]),
         )
-        low_seen[now], high_seen[now] = low_seen[now] | rises, high_seen[now] | ~rises
+        low_known[now], high_known[now] = low_known[now] | rises, high_known[now] | ~rises
         round_ = bend < 0.0
         target = time[now] - np.divide(slope, bend, out=np.zeros_like(slope), where=round_)
         inside = round_ & (target >= low[now]) & (target <= high[now])
         middle = 0.5 * (low[now] + high[now])
-        up = np.where(high_seen[now], middle, high[now])
-        down = np.where(low_seen[now], middle, low[now])
+        up = np.where(high_known[now], middle, high[now])
+        down = np.where(low_known[now], middle, low[now])
         target = np.where(inside, target, np.where(rises, up, down))
         moved = np.abs(target - time[now])
         slack[now] = np.abs(slope) * moved + np.maximum(size - best[now], 0.0)

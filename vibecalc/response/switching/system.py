@@ -40,18 +40,18 @@ class Loads(NamedTuple):
     proportion to the crank; not for the torque that a driven machine off the body keeps.
     `per_acceleration` (operations, coordinates), real, is a load G w' without an order, such as
     the couple -J w' about the shaft of a rotor J that is driven from the body; often 0.
-    `kept` is the number of orders that move the body; without it all do. Those behind them are
+    `retained` is the number of orders that move the body; without it all do. Those behind them are
     dropped from the motion, and what they would add stands in its errors.
     """
 
     orders: np.ndarray
     per_speed_squared: np.ndarray
     per_acceleration: np.ndarray
-    kept: int | None = None
+    retained: int | None = None
 
 
-class Piece(NamedTuple):
-    """A part of the course: the crank's speed is linear in time, one operation works.
+class SpeedSegment(NamedTuple):
+    """A part of a speed profile: the crank's speed is linear in time, one operation works.
 
     `duration` in s, speeds in rad/s (negative: the other sense), `operation` an index.
     """
@@ -100,21 +100,24 @@ def modal_loads(system: ModalSystem, loads: Loads) -> ModalLoads:
     _refuse(driven & ~(system.frequency > 0.0), _NOT_HELD)
     _refuse(driven & ~(system.damping_ratio > 0.0), _NOT_DAMPED)
 
-    kept_orders = loads.orders[: loads.kept]
-    dropped_orders, dropped = loads.orders[len(kept_orders) :], amplitude[:, len(kept_orders) :]
-    order = np.argsort(kept_orders, kind="stable")
+    retained_orders = loads.orders[: loads.retained]
+    dropped_orders, dropped = (
+        loads.orders[len(retained_orders) :],
+        amplitude[:, len(retained_orders) :],
+    )
+    order = np.argsort(retained_orders, kind="stable")
     sorted_size = np.max(np.abs(amplitude[:, order]), axis=0)
-    rest = np.cumsum(sorted_size[::-1], axis=0)[::-1]
-    needed = np.any(rest > _NEGLIGIBLE * np.sum(sorted_size, axis=0), axis=1)
-    kept = order[needed & np.any(sorted_size > 0.0, axis=1)]
-    rest_of_them = np.sum(np.abs(amplitude[:, order[~needed]]), axis=1)
-    noise = noise[:, kept] * driven
+    remainder = np.cumsum(sorted_size[::-1], axis=0)[::-1]
+    needed = np.any(remainder > _NEGLIGIBLE * np.sum(sorted_size, axis=0), axis=1)
+    used = order[needed & np.any(sorted_size > 0.0, axis=1)]
+    left_out = np.sum(np.abs(amplitude[:, order[~needed]]), axis=1)
+    noise = noise[:, used] * driven
     return ModalLoads(
-        loads.orders[kept],
-        amplitude[:, kept],
+        loads.orders[used],
+        amplitude[:, used],
         noise,
         push,
-        rest_of_them,
+        left_out,
         driven,
         dropped_orders,
         dropped,
@@ -282,7 +285,7 @@ def real_rows(amplitude: np.ndarray) -> np.ndarray:
 # ----------------------------------------------------------------------------
 
 
-class Steady(NamedTuple):
+class SteadyMotion(NamedTuple):
     """Modal amplitudes (orders, modes), complex 0-peak in q = Re sum Q_n exp(i n theta).
 
     `error` (modes,) bounds the error of the size sqrt(q'^2 + w^2 q^2) at any instant.
@@ -292,7 +295,9 @@ class Steady(NamedTuple):
     error: np.ndarray
 
 
-def steady_motion(system: ModalSystem, loads: ModalLoads, operation: int, speed: float) -> Steady:
+def steady_motion(
+    system: ModalSystem, loads: ModalLoads, operation: int, speed: float
+) -> SteadyMotion:
     """Q_n = W^2 p_n / (w^2 - n^2 W^2 + 2 i zeta w n W) at the crank speed W, of either sign."""
     rate = (loads.orders * speed)[:, None]
     frequency, push = system.frequency, loads.amplitude[operation] * speed**2
@@ -309,7 +314,7 @@ def steady_motion(system: ModalSystem, loads: ModalLoads, operation: int, speed:
     stiffest = frequency * np.minimum(2.0 * system.damping_ratio, 1.0)
     left_out = loads.left_out[operation] * speed**2 * loads.driven
     left_out = 2.0 * left_out / np.where(loads.driven, stiffest, 1.0)
-    return Steady(amplitude, uncertainty + left_out)
+    return SteadyMotion(amplitude, uncertainty + left_out)
 
 
 def _size_of_dropped(
@@ -325,7 +330,9 @@ def _size_of_dropped(
     return size
 
 
-def steady_state(steady: Steady, orders: np.ndarray, speed: float, angle: np.ndarray) -> np.ndarray:
+def steady_state(
+    steady: SteadyMotion, orders: np.ndarray, speed: float, angle: np.ndarray
+) -> np.ndarray:
     """Displacement and velocity (..., modes, 2) at crank angles (...)."""
     rates = 1j * (orders * speed)[:, None] * steady.amplitude
     modes = steady.amplitude.shape[1]

@@ -15,9 +15,9 @@ from vibecalc.roll.control.full_model import Law, closed_loop
 from vibecalc.roll.control.gains import (
     BOUNDS,
     UNCONTROLLED,
-    Controlled,
+    ControlledLoop,
     Demands,
-    Load,
+    LoopLoad,
     certify,
     evaluate,
     evaluate_at_speed,
@@ -74,15 +74,17 @@ class Setup(NamedTuple):
 
     def load(
         self, speed: float, reference: float | None = None, offset: float | None = None
-    ) -> Load:
+    ) -> LoopLoad:
         """Load at a mean speed; the torque of the motor at no slip counts with it."""
         at = self.torque.at(speed)
-        own = self.offset if offset is None else offset
+        added = self.offset if offset is None else offset
         mean = self.torque.mean
         speed_of_field = self.reference if reference is None else reference
-        return Load(speed_of_field, float(mean.value) + own, at.value, float(mean.error), at.error)
+        return LoopLoad(
+            speed_of_field, float(mean.value) + added, at.value, float(mean.error), at.error
+        )
 
-    def kept(self, levels: WithError) -> WithError:
+    def reported(self, levels: WithError) -> WithError:
         """The orders that the case asks for; a search may need more."""
         count = len(self.orders)
         return WithError(levels.value[..., :count], levels.error[..., :count])
@@ -106,7 +108,7 @@ def setup(case: Case) -> Setup:
     options, parts = case.response.control, build_roll(case)
     machine = as_batch(parts.machine)
     drive = roll_drive(parts)._replace(circuit=None)
-    found = disturbance(machine, drive, max(options.orders, *_tuned(options)))
+    demand = disturbance(machine, drive, max(options.orders, *_tuned(options)))
     gain, offset = options.motor_gain, 0.0
     if gain is None:
         line = tangent(machine, drive)
@@ -116,18 +118,18 @@ def setup(case: Case) -> Setup:
         shell = float(machine.shell_inertia[0])
         model = rotor_alone(float(machine.rotor_inertia[0]), shell, gain)._replace(viscous=drag)
     else:
-        model = model_from_full(found.whole, found.coupling, found.crank, gain, drag)
+        model = model_from_full(demand.whole, demand.coupling, demand.crank, gain, drag)
     synchronous = float(np.max(drive.synchronous_speed))
     most = float(machine.motor_scale[0]) * breakdown(drive.motor)[1]
-    alone = steady_speed(model, UNCONTROLLED, synchronous, float(found.mean.value) + offset)
-    alone = WithError(alone.value, alone.error + found.mean.error / gain)
+    alone = steady_speed(model, UNCONTROLLED, synchronous, float(demand.mean.value) + offset)
+    alone = WithError(alone.value, alone.error + demand.mean.error / gain)
     if not alone.value > 0.0:
         raise NumericalFailure(
             f"control: a motor of {gain:.6g} N*m*s/rad does not carry the mean torque of "
-            f"{-found.mean.value:.6g} N*m below its synchronous speed of {synchronous:.6g} rad/s"
+            f"{-demand.mean.value:.6g} N*m below its synchronous speed of {synchronous:.6g} rad/s"
         )
     return Setup(
-        options, machine, drive, model, found, gain, offset, most, synchronous,
+        options, machine, drive, model, demand, gain, offset, most, synchronous,
         synchronous if options.reference is None else options.reference, alone,
         float(alone.value) if options.target_speed is None else options.target_speed,
         np.arange(1, options.orders + 1),
@@ -143,17 +145,17 @@ def _tuned(options: Control) -> tuple[int, ...]:
 # ----------------------------------------------------------------------------
 
 
-def put(scene: Scene, name: str, found: WithError, axes: Mapping[str, Any] | None = None) -> None:
+def put(scene: Scene, name: str, value: WithError, axes: Mapping[str, Any] | None = None) -> None:
     """Emit one value with its error below the root of the stage."""
-    scene.emit(f"{CONTROL}/{name}", found.value, found.error, axes)
+    scene.emit(f"{CONTROL}/{name}", value.value, value.error, axes)
 
 
 def emit_loop(
-    scene: Scene, below: str, found: Controlled, given: Setup,
+    scene: Scene, below: str, loop: ControlledLoop, given: Setup,
     axes: Mapping[str, Any] | None = None,
 ) -> None:  # fmt: skip
     """Status, margins and demands on the actuator; a loop that is not stable has no margins."""
-    margins = found.margins
+    margins = loop.margins
     rounding = 8.0 * EPSILON * np.abs(margins.feedthrough)
     for name, value in {
         "status": WithError(margins.status, np.zeros(())),
@@ -163,25 +165,25 @@ def emit_loop(
         "delay_margin": margins.delay,
         "bandwidth": margins.bandwidth,
         "feedthrough": WithError(margins.feedthrough, rounding),
-        "command_rate": found.command_rate,
-        "torque_peak": torque_peak(found, given),
+        "command_rate": loop.command_rate,
+        "torque_peak": torque_peak(loop, given),
     }.items():
         put(scene, below + name, value, axes)
 
 
-def torque_peak(found: Controlled, given: Setup) -> WithError:
+def torque_peak(loop: ControlledLoop, given: Setup) -> WithError:
     """Largest torque of the motor over a turn of the reduced model; infinite if not stable.
 
     In the mean it carries the load and viscous friction.
     """
     drag = float(given.machine.friction_damping[0])
-    mean = drag * found.speed.value - float(given.torque.mean.value)
-    stable = found.margins.stable
-    harmonics, error = found.harmonics.motor_torque
+    mean = drag * loop.speed.value - float(given.torque.mean.value)
+    stable = loop.margins.stable
+    harmonics, error = loop.harmonics.motor_torque
     known = np.where(stable[..., None], harmonics, 0.0)
     orders = np.arange(harmonics.shape[-1] + 1)
     peak = cycle_peak(np.concatenate([mean[..., None] + 0j, known], axis=-1), orders)
-    uncertainty = peak.error + np.sum(error, axis=-1) + drag * found.speed.error
+    uncertainty = peak.error + np.sum(error, axis=-1) + drag * loop.speed.error
     uncertainty = uncertainty + float(given.torque.mean.error)
     return WithError(np.where(stable, peak.value, np.inf), np.where(stable, uncertainty, 0.0))
 
@@ -222,13 +224,13 @@ def run_control(scene: Scene) -> None:
     without = evaluate(
         given.model, UNCONTROLLED, given.load(float(given.alone.value), given.synchronous)
     )
-    found, load = _closed(given)
+    loop, load = _closed(given)
     _emit_model(scene, given, load)
-    _emit_found(scene, given, found, without)
-    emit_loop(scene, "", found, given)
-    _judge(scene, given, found)
-    _emit_poles(scene, given, found)
-    quiet = given.kept(without.level)
+    _emit_controlled(scene, given, loop, without)
+    emit_loop(scene, "", loop, given)
+    _judge(scene, given, loop)
+    _emit_poles(scene, given, loop)
+    quiet = given.reported(without.level)
     if options.motor_gains:
         emit_motor_gains(scene, given)
     if options.gains or options.feedbacks:
@@ -239,16 +241,16 @@ def run_control(scene: Scene) -> None:
     if scene.wants(*below(f"{CONTROL}/range/"), f"{CONTROL}/full/attenuation"):
         alone = emit_range(scene, given, quiet)
     if options.full_model and scene.wants(*below(f"{CONTROL}/full/")):
-        _emit_full(scene, given, found, alone)
+        _emit_full(scene, given, loop, alone)
 
 
-def _emit_full(scene: Scene, given: Setup, found: Controlled, without: WithError | None) -> None:
-    """The full model; where the reduced loop is unstable it may have no motion to look at."""
+def _emit_full(scene: Scene, given: Setup, loop: ControlledLoop, without: WithError | None) -> None:
+    """The full model; where the reduced loop is unstable it may have no motion at all."""
     try:
-        feedback = float(found.speed_feedback.value)
-        emit_full(scene, given, feedback, given.kept(found.level), without)
+        feedback = float(loop.speed_feedback.value)
+        emit_full(scene, given, feedback, given.reported(loop.level), without)
     except NumericalFailure as failure:
-        status = int(found.margins.status)
+        status = int(loop.margins.status)
         if status < 2:
             raise
         scene.warn(
@@ -257,7 +259,7 @@ def _emit_full(scene: Scene, given: Setup, found: Controlled, without: WithError
         )
 
 
-def _closed(given: Setup) -> tuple[Controlled, Load]:
+def _closed(given: Setup) -> tuple[ControlledLoop, LoopLoad]:
     """The loop of the case and its load, with the speed feedback given or what keeps the target."""
     controller = given.controller()
     if given.options.speed_feedback is None:
@@ -274,7 +276,7 @@ def _closed(given: Setup) -> tuple[Controlled, Load]:
     return evaluate(given.model, controller, load), load
 
 
-def _emit_model(scene: Scene, given: Setup, load: Load) -> None:
+def _emit_model(scene: Scene, given: Setup, load: LoopLoad) -> None:
     for name, value in {
         "motor_gain": given.gain,
         "motor_offset": given.offset,
@@ -288,35 +290,37 @@ def _emit_model(scene: Scene, given: Setup, load: Load) -> None:
     put(scene, "mean_torque", given.torque.mean)
     put(scene, "speed_without", given.alone)
     both = WithError(np.asarray(load.harmonics), np.asarray(load.harmonics_error))
-    put(scene, "disturbance", given.kept(both), {"order": given.orders})
+    put(scene, "disturbance", given.reported(both), {"order": given.orders})
 
 
-def _emit_found(scene: Scene, given: Setup, found: Controlled, without: Controlled) -> None:
+def _emit_controlled(
+    scene: Scene, given: Setup, loop: ControlledLoop, without: ControlledLoop
+) -> None:
     axes = {"order": given.orders}
-    put(scene, "speed", found.speed)
-    put(scene, "speed_feedback", found.speed_feedback)
-    put(scene, "shell_acceleration", given.kept(found.harmonics.shell_acceleration), axes)
-    level, quiet = given.kept(found.level), given.kept(without.level)
+    put(scene, "speed", loop.speed)
+    put(scene, "speed_feedback", loop.speed_feedback)
+    put(scene, "shell_acceleration", given.reported(loop.harmonics.shell_acceleration), axes)
+    level, quiet = given.reported(loop.level), given.reported(without.level)
     put(scene, "level", level, axes)
     put(scene, "level_without", quiet, axes)
     put(scene, "attenuation", less(quiet, level), axes)
 
 
-def _emit_poles(scene: Scene, given: Setup, found: Controlled) -> None:
+def _emit_poles(scene: Scene, given: Setup, loop: ControlledLoop) -> None:
     """Poles of the loop and their way as the gain grows; with a delay a search that may fail."""
-    controller = given.controller()._replace(speed_feedback=found.speed_feedback.value)
+    controller = given.controller()._replace(speed_feedback=loop.speed_feedback.value)
     try:
-        own = poles(loop_of(given.model, controller), _BRANCHES)
+        roots = poles(loop_of(given.model, controller), _BRANCHES)
         put(
-            scene, "pole", WithError(own.value, own.error),
-            {"pole": np.arange(1, own.value.shape[-1] + 1)},
+            scene, "pole", WithError(roots.value, roots.error),
+            {"pole": np.arange(1, roots.value.shape[-1] + 1)},
         )  # fmt: skip
         if not scene.wants(f"{CONTROL}/locus/pole"):
             return
-        gain, kept = given.options.gain, given.options.speed_feedback is None
+        gain, traced = given.options.gain, given.options.speed_feedback is None
         gains = np.geomspace(min(1.0, 0.1 * gain), _BEYOND * max(1.0, gain), _LOCUS)
         moving = root_locus(
-            given.model, controller, gains, given.load(given.target) if kept else None,
+            given.model, controller, gains, given.load(given.target) if traced else None,
             given.target, _BRANCHES,
         )  # fmt: skip
         axes = {"locus_gain": gains, "branch": np.arange(1, moving.pole.shape[-1] + 1)}
@@ -325,17 +329,17 @@ def _emit_poles(scene: Scene, given: Setup, found: Controlled) -> None:
         scene.warn(f"the poles of the loop are left out: {failure}")
 
 
-def _judge(scene: Scene, given: Setup, found: Controlled) -> None:
-    status = int(found.margins.status)
+def _judge(scene: Scene, given: Setup, loop: ControlledLoop) -> None:
+    status = int(loop.margins.status)
     if status == 1:
         scene.warn(
             f"the loop is {STATUS[1]}: its gain at high frequency is "
-            f"{abs(float(found.margins.feedthrough)):.4g}, so that the least delay lets it "
+            f"{abs(float(loop.margins.feedthrough)):.4g}, so that the least delay lets it "
             "diverge; its levels hold on paper only"
         )
     elif status > 1:
         scene.warn(f"the loop is {STATUS[status]}: its amplitudes have no bound")
-    asked = float(torque_peak(found, given).value)
+    asked = float(torque_peak(loop, given).value)
     if status < 2 and asked > given.breakdown:
         scene.warn(
             f"the loop asks the motor for up to {asked:.5g} N*m, and it gives "
@@ -384,11 +388,11 @@ def _cite(scene: Scene) -> None:
 
 def emit_range(scene: Scene, given: Setup, reduced: WithError) -> WithError | None:
     """Levels of the full model without control, less those of the reduced one; and the first."""
-    found: list[WithError] = []
+    levels: list[WithError] = []
     lines = given.drive._replace(motor=straight(given.gain, given.offset))
     for drive in (given.drive, lines):
         try:
-            found.append(_uncontrolled(scene, given, drive))
+            levels.append(_uncontrolled(scene, given, drive))
         except NumericalFailure as failure:
             scene.warn(
                 "without control the full model has no running state to hold the reduced one "
@@ -396,12 +400,12 @@ def emit_range(scene: Scene, given: Setup, reduced: WithError) -> WithError | No
             )
             break
     axes = {"order": given.orders}
-    if found:
-        put(scene, "range/level", found[0], axes)
-        put(scene, "range/difference", less(found[0], reduced), axes)
-    if len(found) > 1:
-        put(scene, "range/linear_difference", less(found[1], reduced), axes)
-    return found[0] if found else None
+    if levels:
+        put(scene, "range/level", levels[0], axes)
+        put(scene, "range/difference", less(levels[0], reduced), axes)
+    if len(levels) > 1:
+        put(scene, "range/linear_difference", less(levels[1], reduced), axes)
+    return levels[0] if levels else None
 
 
 def emit_full(
@@ -412,30 +416,30 @@ def emit_full(
     law = Law(
         options.gain, feedback, options.acceleration_feedback, given.reference, options.actuator_lag
     )
-    found = closed_loop(
+    closed = closed_loop(
         given.machine, given.drive, law,
         rtol=scene.case.accuracy.rtol, orders=len(given.orders),
     )  # fmt: skip
     axes = {
         "order": given.orders,
-        "multiplier": np.arange(1, len(found.multiplier) + 1),
+        "multiplier": np.arange(1, len(closed.multiplier) + 1),
     }
-    level = level_of(found.harmonics.value, found.harmonics.error, reference=1.0)
-    if not found.stable:
+    level = level_of(closed.harmonics.value, closed.harmonics.error, reference=1.0)
+    if not closed.stable:
         level = WithError(np.full(len(given.orders), np.inf), np.zeros(len(given.orders)))
-        size = float(np.max(np.abs(found.multiplier)))
+        size = float(np.max(np.abs(closed.multiplier)))
         scene.warn(
             "under control the motion of the full model is unstable: a disturbance grows by the "
             f"factor {size:.6g} in each turn. It has no levels"
         )
-    put(scene, "full/speed", found.speed)
+    put(scene, "full/speed", closed.speed)
     put(scene, "full/level", level, axes)
     put(scene, "full/difference", less(level, reduced), axes)
     if without is not None:
         put(scene, "full/attenuation", less(without, level), axes)
-    put(scene, "full/multiplier", WithError(found.multiplier, found.multiplier_error), axes)
-    put(scene, "full/stable", WithError(np.asarray(int(found.stable)), np.zeros(())))
-    put(scene, "full/largest_slip", found.largest_slip)
+    put(scene, "full/multiplier", WithError(closed.multiplier, closed.multiplier_error), axes)
+    put(scene, "full/stable", WithError(np.asarray(int(closed.stable)), np.zeros(())))
+    put(scene, "full/largest_slip", closed.largest_slip)
     scene.cite(
         "Gauss collocation of rotor, pistons, shell and controller over the crank angle",
         "the closed loop in the full nonlinear model, and its stability",
@@ -471,7 +475,7 @@ def emit_motor_gains(scene: Scene, given: Setup) -> None:
     found = motor_gain_study(given.model, gains, load)
     axes = {"motor_gain": gains, "order": given.orders}
     put(scene, "motor_gains/speed", found.speed, axes)
-    put(scene, "motor_gains/level", given.kept(found.level), axes)
+    put(scene, "motor_gains/level", given.reported(found.level), axes)
 
 
 def emit_grid(scene: Scene, given: Setup, without: WithError) -> None:
@@ -480,15 +484,15 @@ def emit_grid(scene: Scene, given: Setup, without: WithError) -> None:
     gains = np.array(options.gains or (options.gain,))
     feedbacks = np.array(options.feedbacks or (options.acceleration_feedback,))
     controller = given.controller()._replace(gain=gains[:, None], acceleration_feedback=feedbacks)
-    found = evaluate_at_speed(given.model, controller, given.load(given.target), given.target)
+    loop = evaluate_at_speed(given.model, controller, given.load(given.target), given.target)
     axes = {"gain": gains, "feedback": feedbacks, "order": given.orders}
-    feedback = WithError(found.speed_feedback.value[:, 0], found.speed_feedback.error[:, 0])
+    feedback = WithError(loop.speed_feedback.value[:, 0], loop.speed_feedback.error[:, 0])
     put(scene, "grid/speed_feedback", feedback, axes)
-    emit_loop(scene, "grid/", found, given, axes)
-    level = given.kept(found.level)
+    emit_loop(scene, "grid/", loop, given, axes)
+    level = given.reported(loop.level)
     put(scene, "grid/level", level, axes)
     put(scene, "grid/attenuation", less(without, level), axes)
-    lost, brittle = (int(np.sum(found.margins.status >= 2)), int(np.sum(found.margins.status == 1)))
+    lost, brittle = (int(np.sum(loop.margins.status >= 2)), int(np.sum(loop.margins.status == 1)))
     if lost or brittle:
         scene.warn(
             f"of {gains.size * feedbacks.size} pairs of gain and feedback {lost} are not stable "
@@ -506,17 +510,17 @@ def emit_tuned(scene: Scene, given: Setup, asked: Tune, without: WithError) -> N
         asked.delay_margin,
     )
     load, controller = given.load(given.target), given.controller()
-    found = tune(given.model, controller, load, given.target, demands, asked.orders)
-    proof = certify(given.model, controller, load, given.target, demands, found, asked.orders)
-    put(scene, "tuned/gain", found.gain)
-    put(scene, "tuned/acceleration_feedback", found.acceleration_feedback)
-    put(scene, "tuned/speed_feedback", found.controlled.speed_feedback)
-    put(scene, "tuned/objective", found.objective)
+    tuned = tune(given.model, controller, load, given.target, demands, asked.orders)
+    proof = certify(given.model, controller, load, given.target, demands, tuned, asked.orders)
+    put(scene, "tuned/gain", tuned.gain)
+    put(scene, "tuned/acceleration_feedback", tuned.acceleration_feedback)
+    put(scene, "tuned/speed_feedback", tuned.controlled.speed_feedback)
+    put(scene, "tuned/objective", tuned.objective)
     axes = {"order": given.orders, "bound": np.array(BOUNDS, dtype=object)}
-    level = given.kept(found.controlled.level)
+    level = given.reported(tuned.controlled.level)
     put(scene, "tuned/level", level, axes)
     put(scene, "tuned/attenuation", less(without, level), axes)
-    emit_loop(scene, "tuned/", found.controlled, given)
+    emit_loop(scene, "tuned/", tuned.controlled, given)
     put(scene, "tuned/active", WithError(proof.active.astype(float), np.zeros(())), axes)
     # the differences are good to 1e-7, the place where they are taken to little more than 1e-6
     uncertainty = 1e-5 * (1.0 + np.abs(proof.multiplier))

@@ -18,12 +18,12 @@ from vibecalc.excitation.induction_motor_flux import (
 from vibecalc.excitation.induction_motor_identify import Identifiability, identifiability
 from vibecalc.numerics.level import level_of
 from vibecalc.numerics.rounding import EPSILON, FloatArray, WithError
-from vibecalc.roll.adapters.readings import Seen, course_of, seen_in, spectra_of
+from vibecalc.roll.adapters.readings import MachineTurn, machine_turn, spectra_of, time_history
 from vibecalc.roll.mechanism import RollDrive, RollMachine
 from vibecalc.roll.model import FittedMotor
 from vibecalc.roll.results import COMPARED, ENERGIES, MOTOR
 from vibecalc.roll.running import Running, running_state, steady_drive
-from vibecalc.roll.steady import Steady, steady_state
+from vibecalc.roll.steady import SteadyTurn, steady_state
 from vibecalc.roll.tables import Roll
 from vibecalc.roll.turn import mean
 
@@ -40,10 +40,10 @@ _Pair = tuple[WithError, WithError]
 
 def emit_fit(scene: Scene, fitted: FittedMotor) -> None:
     """Parameters, what the table tells of them, differences from it, points of the curve."""
-    fit, own, other = fitted.fit, fitted.circuit.motor, fitted.other.motor
-    cages = {"cage": np.arange(1, np.asarray(own.rotor_resistance).size + 1)}
+    fit, motor, other = fitted.fit, fitted.circuit.motor, fitted.other.motor
+    cages = {"cage": np.arange(1, np.asarray(motor.rotor_resistance).size + 1)}
     for name in ("stator_leakage", "magnetising_inductance", "rotor_resistance", "rotor_leakage"):
-        value, moved = np.asarray(getattr(own, name)), np.asarray(getattr(other, name))
+        value, moved = np.asarray(getattr(motor, name)), np.asarray(getattr(other, name))
         scene.emit(f"{MOTOR}/{name}", value, _apart(_exact(value), _exact(moved)), cages)
     _emit_identifiability(scene, fitted)
     rows = {"slip": fit.slip}
@@ -77,10 +77,10 @@ def emit_transients(
     _emit(scene, "stator_time", (one.stator, twin.stator), {})
     _emit(scene, "rotor_open_time", (one.rotor_open, twin.rotor_open), cages)
     _emit(scene, "rotor_short_time", (one.rotor_short, twin.rotor_short), cages)
-    found = tuple(_fading(circuit, slip) for circuit, slip in zip(circuits, slips, strict=True))
-    axes = {"transient": np.arange(1, found[0][0].value.size + 1)}
+    fading = tuple(_fading(circuit, slip) for circuit, slip in zip(circuits, slips, strict=True))
+    axes = {"transient": np.arange(1, fading[0][0].value.size + 1)}
     for place, name in enumerate(("transient_decay_time", "transient_frequency")):
-        _emit(scene, name, (found[0][place], found[1][place]), axes)
+        _emit(scene, name, (fading[0][place], fading[1][place]), axes)
     numbers = np.arange(1, orders + 1)
     answers = [
         torque_answer(circuit.motor, slip, speed * numbers)
@@ -93,9 +93,9 @@ def emit_transients(
 
 def _emit_identifiability(scene: Scene, fitted: FittedMotor) -> None:
     fit = fitted.fit
-    own = fit.identifiability
+    chosen = fit.identifiability
     twin = identifiability(fitted.other.motor, fit.slip[fit.used], np.ones(int(fit.used.sum())))
-    names, count = {"motor_parameter": own.names}, len(own.names)
+    names, count = {"motor_parameter": chosen.names}, len(chosen.names)
     numbers = {"combination": np.arange(1, count + 1)}
     for name, field in (
         ("parameter_spread", "held_spread"),
@@ -103,36 +103,40 @@ def _emit_identifiability(scene: Scene, fitted: FittedMotor) -> None:
         ("combination_spread", "spread"),
         ("singular_value", "singular_values"),
     ):
-        value, moved = getattr(own, field), getattr(twin, field)
+        value, moved = getattr(chosen, field), getattr(twin, field)
         known = np.isfinite(value) & np.isfinite(moved)
         change = np.abs(np.subtract(value, moved, out=np.zeros_like(value), where=known))
         size = float(np.max(value, initial=0.0, where=known))
         # the least of the singular values that are not zero sets what rounding costs a spread
-        loss = 1.0 if field == "singular_values" else _loss(own)
+        loss = 1.0 if field == "singular_values" else _loss(chosen)
         scene.emit(f"{MOTOR}/{name}", value, change + _FIT_ROUNDING * loss * size, names | numbers)
-    turned = np.abs(own.combinations - twin.combinations) + (_FIT_ROUNDING / _gaps(own))[:, None]
-    scene.emit(f"{MOTOR}/combination", own.combinations, turned, names | numbers)
+    turned = (
+        np.abs(chosen.combinations - twin.combinations) + (_FIT_ROUNDING / _gaps(chosen))[:, None]
+    )
+    scene.emit(f"{MOTOR}/combination", chosen.combinations, turned, names | numbers)
 
 
-def _loss(own: Identifiability) -> float:
-    there = own.singular_values[np.isfinite(own.spread)]
+def _loss(identifiability: Identifiability) -> float:
+    there = identifiability.singular_values[np.isfinite(identifiability.spread)]
     return float(there.max() / there.min())
 
 
-def _gaps(own: Identifiability) -> FloatArray:
+def _gaps(identifiability: Identifiability) -> FloatArray:
     """Distance (n,) of each singular value from the others, over the largest; zeros are one."""
-    values = np.where(np.isfinite(own.spread), own.singular_values, 0.0)
+    values = np.where(np.isfinite(identifiability.spread), identifiability.singular_values, 0.0)
     apart = np.abs(values[:, None] - values)
     alike = np.eye(values.size, dtype=bool) | ((values == 0.0)[:, None] & (values == 0.0))
     return np.asarray(np.min(np.where(alike, np.inf, apart), axis=1) / values.max())
 
 
 def _emit_curve(scene: Scene, fitted: FittedMotor) -> None:
-    own, other = fitted.circuit.motor, fitted.other.motor
+    motor, other = fitted.circuit.motor, fitted.other.motor
     # closer together where the machine runs
-    slips = float(own.synchronous_speed) * np.linspace(0.0, 1.0, _SHOWN) ** 2
-    _emit(scene, "curve", (steady_torque(own, slips), steady_torque(other, slips)), {"slip": slips})
-    one, twin = torque_curve(own), torque_curve(other)
+    slips = float(motor.synchronous_speed) * np.linspace(0.0, 1.0, _SHOWN) ** 2
+    _emit(
+        scene, "curve", (steady_torque(motor, slips), steady_torque(other, slips)), {"slip": slips}
+    )
+    one, twin = torque_curve(motor), torque_curve(other)
     for name in ("breakdown_slip", "breakdown_torque", "locked_rotor_torque", "gain"):
         _emit(scene, name, (getattr(one, name), getattr(twin, name)), {})
 
@@ -144,9 +148,9 @@ def _fading(circuit: CircuitMotor, slip: float) -> tuple[WithError, WithError]:
     return WithError(1.0 / rate, error / rate**2), WithError(np.abs(value.imag), error)
 
 
-def _first(found: WithError) -> WithError:
+def _first(answer: WithError) -> WithError:
     """The static answer is real, and the same at every frequency."""
-    value, error = (np.broadcast_to(part, (np.size(part),))[0] for part in found)
+    value, error = (np.broadcast_to(part, (np.size(part),))[0] for part in answer)
     return WithError(np.asarray(value.real), np.asarray(error))
 
 
@@ -154,9 +158,9 @@ def _exact(value: FloatArray) -> WithError:
     return WithError(value, np.zeros_like(value))
 
 
-def _apart(own: WithError, other: WithError) -> FloatArray:
-    rounding = _FIT_ROUNDING * np.abs(own.value)
-    return np.asarray(np.abs(own.value - other.value) + own.error + rounding)
+def _apart(value: WithError, other: WithError) -> FloatArray:
+    rounding = _FIT_ROUNDING * np.abs(value.value)
+    return np.asarray(np.abs(value.value - other.value) + value.error + rounding)
 
 
 def _emit(scene: Scene, name: str, pair: _Pair, axes: Mapping[str, Any]) -> None:
@@ -181,7 +185,7 @@ def uncertain(
     check = steady_state(
         machine, other, running.check.points, started_at=started_at, start=running.check
     )
-    if not check.found[0]:
+    if not check.solved[0]:
         raise NumericalFailure(
             "roll: within what the fit of the motor leaves open the running state is lost"
         )
@@ -194,18 +198,18 @@ def emit_motor(
     machine: RollMachine,
     fitted: FittedMotor,
     running: Running,
-    looks: tuple[Seen, Seen],
+    turns: tuple[MachineTurn, MachineTurn],
 ) -> None:
     """Fit and transients of the motor, its energies, and the same machine without transients."""
     for text in (*fitted.fit.assumptions, *fitted.fit.warnings):
         scene.warn(f"motor: {text}")
     emit_fit(scene, fitted)
-    slips = [float(mean(look.turn, _slip(look))[0]) for look in looks]
-    speeds = [2.0 * np.pi / float(look.turn.period[0]) for look in looks]
+    slips = [float(mean(one.turn, _slip(one))[0]) for one in turns]
+    speeds = [2.0 * np.pi / float(one.turn.period[0]) for one in turns]
     emit_transients(scene, fitted, slips, speeds, options.orders)
     _emit_energies(scene, fitted, running)
     if scene.wants(*COMPARED):
-        _emit_compared(scene, options, machine, looks)
+        _emit_compared(scene, options, machine, turns)
     scene.cite(
         "induction machine with stator and rotor flux transients, fitted to the slip table",
         "motor",
@@ -213,19 +217,19 @@ def emit_motor(
     )
 
 
-def _slip(look: Seen) -> FloatArray:
-    return np.asarray(look.drive.synchronous_speed - look.turn.crank_speed)
+def _slip(turn: MachineTurn) -> FloatArray:
+    return np.asarray(turn.drive.synchronous_speed - turn.turn.crank_speed)
 
 
 def _emit_energies(scene: Scene, fitted: FittedMotor, running: Running) -> None:
-    own = _energies(fitted.circuit, running.state)
+    energies = _energies(fitted.circuit, running.state)
     twin = _energies(fitted.other, running.check)
     for name in ENERGIES:
-        error = abs(float(own[name].value - twin[name].value)) + float(own[name].error)
-        scene.emit(f"{MOTOR}/energy/{name}", float(own[name].value), error)
+        error = abs(float(energies[name].value - twin[name].value)) + float(energies[name].error)
+        scene.emit(f"{MOTOR}/energy/{name}", float(energies[name].value), error)
 
 
-def _energies(circuit: CircuitMotor, state: Steady) -> dict[str, WithError]:
+def _energies(circuit: CircuitMotor, state: SteadyTurn) -> dict[str, WithError]:
     """Work of a turn, with the rounding in it."""
     turn, stages = state.turn, state.solution.stages[0]
     flat = stages.reshape(-1, stages.shape[-1])
@@ -239,26 +243,26 @@ def _energies(circuit: CircuitMotor, state: Steady) -> dict[str, WithError]:
 
 
 def _emit_compared(
-    scene: Scene, options: Roll, machine: RollMachine, looks: tuple[Seen, Seen]
+    scene: Scene, options: Roll, machine: RollMachine, turns: tuple[MachineTurn, MachineTurn]
 ) -> None:
     """Levels with the steady curve and with the table, and what changes from one to the next."""
-    own, other = (steady_drive(look.drive) for look in looks)
-    static = _solved(scene, options, machine, own, other)
-    table = looks[0].drive._replace(circuit=None)
+    drive, other = (steady_drive(one.drive) for one in turns)
+    static = _solved(scene, options, machine, drive, other)
+    table = turns[0].drive._replace(circuit=None)
     plain = _solved(scene, options, machine, table, table)
     axes = {"order": np.arange(1, options.orders + 1)}
-    found = [None if look is None else _levels(look, options.orders) for look in (plain, static)]
-    for name, look, level in zip(("table", "static"), (plain, static), found, strict=True):
-        if look is not None and level is not None:
-            _emit_speed(scene, f"{name}_speed", look)
+    levels = [None if one is None else _levels(one, options.orders) for one in (plain, static)]
+    for name, one, level in zip(("table", "static"), (plain, static), levels, strict=True):
+        if one is not None and level is not None:
+            _emit_speed(scene, f"{name}_speed", one)
             scene.emit(f"{MOTOR}/{name}_level", *level, axes)
-    steps = (("fit", found[0], found[1]), ("dynamics", found[1], _levels(looks, options.orders)))
+    steps = (("fit", levels[0], levels[1]), ("dynamics", levels[1], _levels(turns, options.orders)))
     for name, before, after in steps:
         if before is not None and after is not None:
             change = _less(after[0], before[0])
             scene.emit(f"{MOTOR}/{name}_change", change, before[1] + after[1], axes)
     if static is not None and scene.wants(*_CYCLE):
-        (angles, first), (_, second) = (course_of(look) for look in static)
+        (angles, first), (_, second) = (time_history(one) for one in static)
         for path, variable in zip(_CYCLE, ("slip", "motor_torque"), strict=True):
             size = float(np.max(np.abs(first[variable])))
             error = np.abs(first[variable] - second[variable]) + _ROUNDING * size
@@ -267,7 +271,7 @@ def _emit_compared(
 
 def _solved(
     scene: Scene, options: Roll, machine: RollMachine, drive: RollDrive, other: RollDrive
-) -> tuple[Seen, Seen] | None:
+) -> tuple[MachineTurn, MachineTurn] | None:
     """The running state with a motor without transients, and its check with `other`.
 
     None, and a warning, if there is no such state.
@@ -280,7 +284,7 @@ def _solved(
             orders=options.orders,
             started_at=options.started_at,
             points=options.points,
-            course=scene.wants(*_CYCLE),
+            between_points=scene.wants(*_CYCLE),
         )
     except NumericalFailure as failure:
         which = "the slip table" if drive.circuit is None else "the steady torque of its motor"
@@ -289,16 +293,16 @@ def _solved(
     if other is not drive:
         running = uncertain(machine, other, running, options.started_at)
     one, twin = (
-        seen_in(machine, own, state)
-        for state, own in ((running.state, drive), (running.check, other))
+        machine_turn(machine, fitted, state)
+        for state, fitted in ((running.state, drive), (running.check, other))
     )
     return one, twin
 
 
-def _levels(looks: tuple[Seen, Seen], orders: int) -> tuple[FloatArray, FloatArray]:
+def _levels(turns: tuple[MachineTurn, MachineTurn], orders: int) -> tuple[FloatArray, FloatArray]:
     """Levels of the shell's acceleration (orders,) and their errors."""
     (values, rounding), (others, _) = (
-        spectra_of(look, orders)["shell_acceleration"] for look in looks
+        spectra_of(one, orders)["shell_acceleration"] for one in turns
     )
     return level_of(values, np.abs(values - others) + rounding, reference=1.0)
 
@@ -309,6 +313,6 @@ def _less(level: FloatArray, other: FloatArray) -> FloatArray:
     return np.subtract(level, other, out=np.zeros_like(level), where=both)
 
 
-def _emit_speed(scene: Scene, name: str, looks: tuple[Seen, Seen]) -> None:
-    one, twin = (2.0 * np.pi / float(look.turn.period[0]) for look in looks)
+def _emit_speed(scene: Scene, name: str, turns: tuple[MachineTurn, MachineTurn]) -> None:
+    one, twin = (2.0 * np.pi / float(turn.turn.period[0]) for turn in turns)
     scene.emit(f"{MOTOR}/{name}", one, abs(one - twin) + _ROUNDING * one)

@@ -1,4 +1,4 @@
-"""What is read off one turn of a roll machine: spectra, numbers, course over the turn, peaks."""
+"""What is read off one turn of a roll machine: spectra, numbers, time histories, peaks."""
 
 from collections.abc import Callable
 from typing import NamedTuple, TypeVar
@@ -10,8 +10,8 @@ from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.roll.mechanism import RollDrive, RollMachine
 from vibecalc.roll.rates import demand
 from vibecalc.roll.results import FORCES, VARIABLES
-from vibecalc.roll.running import Course, course_of_state, speed_of_state
-from vibecalc.roll.steady import Steady
+from vibecalc.roll.running import TurnMotion, motion_of_state, speed_of_state
+from vibecalc.roll.steady import SteadyTurn
 from vibecalc.roll.turn import (
     Turn,
     balance,
@@ -23,9 +23,9 @@ from vibecalc.roll.turn import (
     rounding_left,
 )
 
-#: crank angles of the course over a turn, both ends included
+#: crank angles of the time histories of a turn, both ends included
 _SHOWN = 361
-#: points on a panel that show its peaks without further looks
+#: points on a panel that show its peaks without further samples
 _RESOLVED = 4
 #: of what a step of the setting leaves of a difference, over what the step before left
 _SLACK = 10.0
@@ -35,11 +35,11 @@ _PART = 1e-3
 #: of an angular momentum; a few roundings of the sums that it comes from
 _STILL = 16.0 * EPSILON
 
-#: what a reading of a look may be
+#: what a reading of a turn may be
 _Read = TypeVar("_Read")
 
 
-class Seen(NamedTuple):
+class MachineTurn(NamedTuple):
     """One machine (B = 1) with its turn, and its motion at any angle.
 
     `speed` is the crank speed alone at any angle, where the points of the turn show its peaks.
@@ -48,15 +48,15 @@ class Seen(NamedTuple):
     machine: RollMachine
     drive: RollDrive
     turn: Turn
-    course: Course
+    motion: TurnMotion
     speed: Callable[[FloatArray], FloatArray] | None = None
 
 
-def seen_in(machine: RollMachine, drive: RollDrive, state: Steady) -> Seen:
+def machine_turn(machine: RollMachine, drive: RollDrive, state: SteadyTurn) -> MachineTurn:
     """What is seen of a state found by collocation."""
-    course = course_of_state(machine, drive, state)
+    motion = motion_of_state(machine, drive, state)
     speed = speed_of_state(state) if state.points >= _RESOLVED else None
-    return Seen(machine, drive, state.turn, course, speed)
+    return MachineTurn(machine, drive, state.turn, motion, speed)
 
 
 class Value(NamedTuple):
@@ -67,17 +67,17 @@ class Value(NamedTuple):
     error: float = 0.0
 
 
-def spectra_of(seen: Seen, orders: int) -> dict[str, tuple[np.ndarray, float]]:
+def spectra_of(solved: MachineTurn, orders: int) -> dict[str, tuple[np.ndarray, float]]:
     """Harmonics (orders,) or (cylinders, orders) by name, each with the rounding in them."""
-    read = readings(seen.machine, seen.drive, seen.turn)
+    read = readings(solved.machine, solved.drive, solved.turn)
     numbers = np.arange(1.0, orders + 1)
-    found = {}
+    spectra = {}
     for name in (*VARIABLES, *FORCES):
         values = np.asarray(getattr(read, name))
-        rounding = rounding_left(seen.machine, read, name)
+        rounding = rounding_left(solved.machine, read, name)
         by_order = harmonics if name in VARIABLES else by_cylinder
-        found[name] = by_order(seen.turn, values, numbers)[0], rounding
-    return found
+        spectra[name] = by_order(solved.turn, values, numbers)[0], rounding
+    return spectra
 
 
 def lags_of(values: np.ndarray, error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -88,50 +88,50 @@ def lags_of(values: np.ndarray, error: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return np.where(there, np.mod(-np.angle(values), 2.0 * np.pi), 0.0), np.arcsin(share)
 
 
-class Looks(NamedTuple):
+class TurnSolutions(NamedTuple):
     """The motion by the method of a case, and what tells how far it is off.
 
     `other` is from another setting; `order` that of the method, 0 if not known, and `safety` what a
-    difference of settings then counts. `best` are two looks by collocation, where another method
+    difference of settings then counts. `best` are two turns by collocation, where another method
     has found the motion: no estimate is below what it differs from these. `coarse`, from a setting
     before the other one, tells how much of a difference a step of the setting leaves; `steps` is
     how long the last step is over the one before.
     """
 
-    own: Seen
-    other: Seen
+    solution: MachineTurn
+    other: MachineTurn
     order: int = 0
     safety: float = 1.0
-    best: tuple[Seen, Seen] | None = None
-    coarse: Seen | None = None
+    best: tuple[MachineTurn, MachineTurn] | None = None
+    coarse: MachineTurn | None = None
     steps: float = 1.0
 
-    def read(self, reading: Callable[[Seen], _Read]) -> tuple[_Read, ...]:
-        """The same reading of every look, the own first."""
+    def read(self, reading: Callable[[MachineTurn], _Read]) -> tuple[_Read, ...]:
+        """The same reading of every turn, that of the method first."""
         nearby = self.best or (() if self.coarse is None else (self.coarse,))
-        return tuple(reading(look) for look in (self.own, self.other, *nearby))
+        return tuple(reading(one) for one in (self.solution, self.other, *nearby))
 
     def error(self, *values: ArrayLike, single: bool = False) -> FloatArray:
         """Error of the first of values that came from `read`.
 
         A `single` one, such as a peak, may agree by luck: of such nothing is extrapolated.
         """
-        own, other, *best = (np.asarray(value) for value in values)
+        solution, other, *best = (np.asarray(value) for value in values)
         if self.coarse is not None and single:
-            return np.asarray(np.maximum(np.abs(own - other), _PART * np.abs(other - best[0])))
+            return np.asarray(np.maximum(np.abs(solution - other), _PART * np.abs(other - best[0])))
         if self.coarse is not None:
-            return left_over(own, other, best[0], self.steps)
+            return left_over(solution, other, best[0], self.steps)
         # two runs with fixed steps may differ by less than both are off
         power = 2.0**self.order
         factor = 2.0 * power / (power - 1.0) if self.order else self.safety
-        found = factor * np.abs(own - other)
+        estimate = factor * np.abs(solution - other)
         if best:
-            found = np.maximum(found, np.abs(own - best[0]) + np.abs(best[0] - best[1]))
-        return np.asarray(found)
+            estimate = np.maximum(estimate, np.abs(solution - best[0]) + np.abs(best[0] - best[1]))
+        return np.asarray(estimate)
 
 
 def left_over(
-    own: FloatArray, other: FloatArray, coarse: FloatArray, steps: float = 1.0
+    solution: FloatArray, other: FloatArray, coarse: FloatArray, steps: float = 1.0
 ) -> FloatArray:
     """Error of what the finest of three settings gives, by how fast their differences fall.
 
@@ -141,7 +141,7 @@ def left_over(
     strong low ones: each entry has its own share, none less than the largest entry's, and none less
     than a two-hundredth, as nobody has seen the last step but one repeat itself.
     """
-    last, before = np.abs(own - other), np.abs(other - coarse)
+    last, before = np.abs(solution - other), np.abs(other - coarse)
     tiny = np.finfo(float).tiny
     most = float(np.max(last, initial=0.0)) / max(float(np.max(before, initial=0.0)), tiny)
     share = np.divide(last, before, out=np.ones_like(last), where=before > 0.0)
@@ -149,9 +149,9 @@ def left_over(
     return np.asarray(last * np.clip(_SLACK * left**steps, _LEAST_LEFT, 1.0))
 
 
-def numbers_of(seen: Seen) -> dict[str, Value]:
+def numbers_of(solved: MachineTurn) -> dict[str, Value]:
     """Speed, slip, torque, balances."""
-    machine, drive, turn = seen.machine, seen.drive, seen.turn
+    machine, drive, turn = solved.machine, solved.drive, solved.turn
     read = readings(machine, drive, turn)
     work = balance(machine, turn, read)
     need = demand(machine, drive)
@@ -172,7 +172,7 @@ def numbers_of(seen: Seen) -> dict[str, Value]:
     pushed = abs(momentum) + float(np.sum(rate * np.abs(read.mount_torque)))
     # a margin is as sure as the torque that it is over
     lean = max(moved / motor, 1.0) if motor > 0.0 else 1.0
-    found = {
+    values = {
         "speed": Value(speed, speed),
         "mean_slip": Value(float(mean(turn, read.slip)[0]), speed),
         "mean_torque": Value(torque, moved / (2.0 * np.pi)),
@@ -185,57 +185,57 @@ def numbers_of(seen: Seen) -> dict[str, Value]:
     for name, size in (
         ("gas", moved), ("friction", moved), ("mounts", yielded), ("residual", moved)
     ):  # fmt: skip
-        found[f"energy/{name}"] = Value(float(getattr(work, name)[0]), size)
-    return found
+        values[f"energy/{name}"] = Value(float(getattr(work, name)[0]), size)
+    return values
 
 
-def leak_of(seen: Seen) -> float:
+def leak_of(solved: MachineTurn) -> float:
     """Work that is left over in a turn, over all that is moved; zero for the exact motion.
 
     It tells of what all settings have in common, such as a kink that lies a little off its panel
     end.
     """
-    found = numbers_of(seen)["energy/residual"]
-    return abs(found.value) / found.size if found.size > 0.0 else 0.0
+    residual = numbers_of(solved)["energy/residual"]
+    return abs(residual.value) / residual.size if residual.size > 0.0 else 0.0
 
 
-def extremes_of(seen: Seen) -> dict[str, Value]:
+def extremes_of(solved: MachineTurn) -> dict[str, Value]:
     """Largest slip and variation of the speed, found between the points."""
-    at = seen.speed or (lambda angles: np.asarray(seen.course(angles).crank_speed[0]))
-    angles, known = seen.turn.crank_angle[0], seen.turn.crank_speed[0]
-    slow, one = peak(lambda x: -at(x), (angles, -known) if seen.speed else None)
-    fast, other = peak(at, (angles, known) if seen.speed else None)
-    speed = 2.0 * np.pi / float(seen.turn.period[0])
-    sync = float(np.max(seen.drive.synchronous_speed))
+    at = solved.speed or (lambda angles: np.asarray(solved.motion(angles).crank_speed[0]))
+    angles, known = solved.turn.crank_angle[0], solved.turn.crank_speed[0]
+    slow, one = peak(lambda x: -at(x), (angles, -known) if solved.speed else None)
+    fast, other = peak(at, (angles, known) if solved.speed else None)
+    speed = 2.0 * np.pi / float(solved.turn.period[0])
+    sync = float(np.max(solved.drive.synchronous_speed))
     return {
         "speed_variation": Value((fast + slow) / speed, 1.0, (one + other) / speed),
         "largest_slip": Value(sync + slow, sync, one),
     }
 
 
-def course_of(seen: Seen) -> tuple[FloatArray, dict[str, FloatArray]]:
+def time_history(solved: MachineTurn) -> tuple[FloatArray, dict[str, FloatArray]]:
     """Crank angles (k,) and variables over the turn (k,), forces (cylinders, k)."""
     angles = np.linspace(0.0, 2.0 * np.pi, _SHOWN)
-    at = seen.course(angles)
-    read = readings(seen.machine, seen.drive, at)
-    found = {name: np.asarray(getattr(read, name))[0] for name in VARIABLES}
+    at = solved.motion(angles)
+    read = readings(solved.machine, solved.drive, at)
+    histories = {name: np.asarray(getattr(read, name))[0] for name in VARIABLES}
     for name in (*FORCES, "gas_force"):
-        found[name] = np.asarray(getattr(read, name))[0].T
-    found["time"] = at.time[0]
-    return angles, found
+        histories[name] = np.asarray(getattr(read, name))[0].T
+    histories["time"] = at.time[0]
+    return angles, histories
 
 
-def peaks_of(seen: Seen) -> dict[str, tuple[FloatArray, FloatArray]]:
-    """Largest magnitude of each force (cylinders,), and what looking for it leaves open."""
-    found = {}
+def peaks_of(solved: MachineTurn) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """Largest magnitude of each force (cylinders,), and what the search for it leaves open."""
+    peaks = {}
     for name in FORCES:
         tops = []
-        for place in range(seen.machine.reciprocating_mass.shape[-1]):
+        for place in range(solved.machine.reciprocating_mass.shape[-1]):
 
             def size(angles: FloatArray, name: str = name, place: int = place) -> FloatArray:
-                read = readings(seen.machine, seen.drive, seen.course(angles))
+                read = readings(solved.machine, solved.drive, solved.motion(angles))
                 return np.asarray(np.abs(np.asarray(getattr(read, name))[0, :, place]))
 
             tops.append(peak(size))
-        found[name] = np.array([top for top, _ in tops]), np.array([left for _, left in tops])
-    return found
+        peaks[name] = np.array([top for top, _ in tops]), np.array([left for _, left in tops])
+    return peaks

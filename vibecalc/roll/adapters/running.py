@@ -11,22 +11,22 @@ from vibecalc.numerics.level import level_of
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.roll.adapters.motor import emit_motor, uncertain
 from vibecalc.roll.adapters.readings import (
-    Looks,
-    Seen,
-    course_of,
+    MachineTurn,
+    TurnSolutions,
     extremes_of,
     lags_of,
     leak_of,
+    machine_turn,
     numbers_of,
     peaks_of,
-    seen_in,
     spectra_of,
+    time_history,
 )
 from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch, is_mounted
-from vibecalc.roll.methods import Asked, find
+from vibecalc.roll.methods import Settings, find
 from vibecalc.roll.model import RollParts, build_roll, fitted_motor, roll_drive
 from vibecalc.roll.results import FORCES, ROLL, SHAKING
-from vibecalc.roll.running import Running, course_of_turn, running_state
+from vibecalc.roll.running import Running, motion_of_turn, running_state
 from vibecalc.roll.sensitivity import changes, sensitivity
 from vibecalc.roll.tables import Roll
 from vibecalc.roll.turn import Turn, by_cylinder, classical, harmonics, level, readings
@@ -62,17 +62,17 @@ def run_roll(scene: Scene) -> None:
         orders=options.orders,
         started_at=options.started_at,
         points=options.points if options.method == "collocation" else None,
-        course=scene.wants(*_below("cycle")),
+        between_points=scene.wants(*_below("cycle")),
     )
     if fitted is not None:
         running = uncertain(machine, checked, running, options.started_at)
-    looks = _looks(options, machine, drive, checked, running)
-    _emit_spectra(scene, parts, options.orders, looks)
-    _emit_numbers(scene, looks)
-    _emit_course(scene, parts, looks)
+    solutions = _solutions(options, machine, drive, checked, running)
+    _emit_spectra(scene, parts, options.orders, solutions)
+    _emit_numbers(scene, solutions)
+    _emit_time_history(scene, parts, solutions)
     _emit_stability(scene, machine, running)
     if fitted is not None and scene.wants(*_below("motor")):
-        emit_motor(scene, options, machine, fitted, running, (looks.own, looks.other))
+        emit_motor(scene, options, machine, fitted, running, (solutions.solution, solutions.other))
     if options.interpolations and scene.wants(*_below("interpolation")):
         emit_interpolations(scene, parts, options, machine, drive)
     if options.compare and scene.wants(*_below("method")):
@@ -80,10 +80,10 @@ def run_roll(scene: Scene) -> None:
     if options.sensitivity and scene.wants(*_below("sensitivity")):
         emit_sensitivity(scene, parts, options, machine, drive, running)
     if options.classical and scene.wants(*_below("classical")):
-        emit_classical(scene, parts, looks, options.orders)
+        emit_classical(scene, parts, solutions, options.orders)
     if options.classical and scene.wants(*_below("shaking")):
-        best = looks.best or (looks.other,)
-        emit_shaking(scene, looks.own, best[0], options.orders)
+        best = solutions.best or (solutions.other,)
+        emit_shaking(scene, solutions.solution, best[0], options.orders)
 
 
 def _below(part: str) -> tuple[str, ...]:
@@ -92,42 +92,50 @@ def _below(part: str) -> tuple[str, ...]:
     return below(f"{ROLL}/{part}/")
 
 
-def _looks(
+def _solutions(
     options: Roll, machine: RollMachine, drive: RollDrive, checked: RollDrive, running: Running
-) -> Looks:
+) -> TurnSolutions:
     """The motion by the method of the case, from its setting and a finer (or coarser) one.
 
     `checked` is the drive of the check: that of the motion, but for what a fit leaves open.
     """
     one, other = (
-        seen_in(machine, own, state)
-        for own, state in ((drive, running.state), (checked, running.check))
+        machine_turn(machine, chosen, state)
+        for chosen, state in ((drive, running.state), (checked, running.check))
     )
     if options.method == "collocation":
-        # with points of the case nobody has looked whether these are enough
+        # with points of the case nobody has checked whether these are enough
         near = running.coarse
         if near is None:
-            return Looks(one, other, safety=_CHOSEN if options.points else 1.0)
-        coarse = seen_in(machine, drive, near)
+            return TurnSolutions(one, other, safety=_CHOSEN if options.points else 1.0)
+        coarse = machine_turn(machine, drive, near)
         settings = (running.state.points, running.check.points, near.points)
-        return Looks(
+        return TurnSolutions(
             one,
             other,
             coarse=coarse,
             steps=(settings[0] - settings[1]) / (settings[1] - settings[2]),
         )
     fading = float(np.max(np.abs(running.multiplier)))
-    asked = Asked(options.points, options.step, options.started_at, running.state.momentum, fading)
-    found = find(options.method, machine, drive, asked)
-    each = [Seen(machine, drive, turn, course_of_turn(turn)) for turn in (found.turn, found.finer)]
-    return Looks(each[0], each[1], found.order, best=(one, other))
+    asked = Settings(
+        options.points, options.step, options.started_at, running.state.momentum, fading
+    )
+    computed = find(options.method, machine, drive, asked)
+    each = [
+        MachineTurn(machine, drive, turn, motion_of_turn(turn))
+        for turn in (computed.turn, computed.finer)
+    ]
+    return TurnSolutions(each[0], each[1], computed.order, best=(one, other))
 
 
-def _emit_spectra(scene: Scene, parts: RollParts, orders: int, looks: Looks) -> None:
+def _emit_spectra(scene: Scene, parts: RollParts, orders: int, solutions: TurnSolutions) -> None:
     numbers = np.arange(1, orders + 1)
-    spectra, leak = looks.read(lambda seen: spectra_of(seen, orders)), leak_of(looks.own)
+    spectra, leak = (
+        solutions.read(lambda seen: spectra_of(seen, orders)),
+        leak_of(solutions.solution),
+    )
     for name, (values, rounding) in spectra[0].items():
-        error = looks.error(*(each[name][0] for each in spectra)) + rounding
+        error = solutions.error(*(each[name][0] for each in spectra)) + rounding
         error = error + leak * np.max(np.abs(values), initial=0.0)
         axes = {"order": numbers, "cylinder": np.array(parts.names, dtype=object)}
         scene.emit(f"{ROLL}/{name}", values, error, axes)
@@ -136,37 +144,37 @@ def _emit_spectra(scene: Scene, parts: RollParts, orders: int, looks: Looks) -> 
         scene.emit(f"{ROLL}/phase_lag/{name}", *lags_of(values, error), axes)
 
 
-def _emit_numbers(scene: Scene, looks: Looks) -> None:
-    each, leak = looks.read(numbers_of), leak_of(looks.own)
+def _emit_numbers(scene: Scene, solutions: TurnSolutions) -> None:
+    each, leak = solutions.read(numbers_of), leak_of(solutions.solution)
     extremes: frozenset[str] = frozenset()
     if scene.wants(f"{ROLL}/speed_variation", f"{ROLL}/largest_slip"):
-        for found, more in zip(each, looks.read(extremes_of), strict=True):
-            found.update(more)
+        for values_of, more in zip(each, solutions.read(extremes_of), strict=True):
+            values_of.update(more)
             extremes = frozenset(more)
     for name, number in each[0].items():
-        values = [found[name].value for found in each]
+        values = [values_of[name].value for values_of in each]
         # a margin without end has no error
         finite = np.all(np.isfinite(values))
-        apart = float(looks.error(*values, single=name in extremes)) if finite else 0.0
+        apart = float(solutions.error(*values, single=name in extremes)) if finite else 0.0
         error = apart + number.error + (_ROUNDING + leak) * number.size
         if name in _ZERO:
             error = max(error, abs(number.value))
         scene.emit(f"{ROLL}/{name}", number.value, error, terms=number.size)
 
 
-def _emit_course(scene: Scene, parts: RollParts, looks: Looks) -> None:
+def _emit_time_history(scene: Scene, parts: RollParts, solutions: TurnSolutions) -> None:
     if scene.wants(*_below("cycle")):
-        courses = looks.read(course_of)
-        angles, own = courses[0]
+        histories = solutions.read(time_history)
+        angles, values_of = histories[0]
         axes = {"cylinder": np.array(parts.names, dtype=object), "crank_angle": angles}
-        for name, values in own.items():
+        for name, values in values_of.items():
             rounding = _ROUNDING * float(np.max(np.abs(values), initial=0.0))
-            error = looks.error(*(each[name] for _, each in courses)) + rounding
+            error = solutions.error(*(each[name] for _, each in histories)) + rounding
             scene.emit(f"{ROLL}/cycle/{name}", values, error, axes)
     if scene.wants(*(f"{ROLL}/{name}_peak" for name in FORCES)):
-        peaks = looks.read(peaks_of)
+        peaks = solutions.read(peaks_of)
         for name, (values, left) in peaks[0].items():
-            apart = looks.error(*(each[name][0] for each in peaks), single=True)
+            apart = solutions.error(*(each[name][0] for each in peaks), single=True)
             error = apart + left + _ROUNDING * values
             scene.emit(f"{ROLL}/{name}_peak", values, error, {"cylinder": parts.names})
 
@@ -209,11 +217,11 @@ _GRID = 1441
 def emit_interpolations(
     scene: Scene, parts: RollParts, options: Roll, machine: RollMachine, motor: RollDrive
 ) -> None:
-    """Levels with every way to read the gas tables, and what these differ by."""
-    found, uncertainty = [], []
+    """Levels with every interpolation of the gas tables, and what these differ by."""
+    levels, uncertainty = [], []
     orders = np.arange(1, options.orders + 1)
-    for way in parts.interpolations:
-        drive = motor._replace(gas=roll_drive(parts, way).gas)
+    for interpolation in parts.interpolations:
+        drive = motor._replace(gas=roll_drive(parts, interpolation).gas)
         running = running_state(
             machine,
             drive,
@@ -225,11 +233,11 @@ def emit_interpolations(
             _levels(machine, drive, state.turn, options.orders)
             for state in (running.state, running.check)
         ]
-        found.append(each[0])
+        levels.append(each[0])
         uncertainty.append(np.abs(_apart(*each)))
-    if not found:
+    if not levels:
         return
-    values, error = np.array(found), np.array(uncertainty) + _STUDY_ROUNDING
+    values, error = np.array(levels), np.array(uncertainty) + _STUDY_ROUNDING
     axes = {"interpolant": parts.interpolations, "order": orders}
     scene.emit(f"{ROLL}/interpolation/level", values, error, axes)
     known = np.all(np.isfinite(values), axis=0)
@@ -248,10 +256,10 @@ def emit_methods(
 ) -> None:
     """Levels by other methods, less those of the method of the case, and the work of each."""
     fading = float(np.max(np.abs(running.multiplier)))
-    asked = Asked(None, options.step, options.started_at, running.state.momentum, fading)
+    asked = Settings(None, options.step, options.started_at, running.state.momentum, fading)
     levels, uncertainties, works = [], [], []
     names = tuple(dict.fromkeys(options.compare))
-    own, twin = (
+    level, twin = (
         _levels(machine, drive, state.turn, options.orders)
         for state in (running.state, running.check)
     )
@@ -260,18 +268,18 @@ def emit_methods(
             turn, finer = running.state.turn, running.check.turn
             work = running.state.evaluations
         else:
-            found = find(name, machine, drive, asked)
-            turn, finer, work = found.turn, found.finer, found.work
+            solved = find(name, machine, drive, asked)
+            turn, finer, work = solved.turn, solved.finer, solved.work
         each = [_levels(machine, drive, one, options.orders) for one in (turn, finer)]
         levels.append(each[0])
         # no other method is known better than it agrees with collocation
-        apart = np.abs(_apart(each[0], own)) + np.abs(_apart(own, twin))
+        apart = np.abs(_apart(each[0], level)) + np.abs(_apart(level, twin))
         uncertainties.append(np.maximum(2.0 * np.abs(_apart(*each)), apart) + _STUDY_ROUNDING)
         works.append(work)
     axes = {"method": names, "order": np.arange(1, options.orders + 1)}
     values, error = np.array(levels), np.array(uncertainties)
     scene.emit(f"{ROLL}/method/level", values, error, axes)
-    scene.emit(f"{ROLL}/method/difference", _apart(values, own), error, axes)
+    scene.emit(f"{ROLL}/method/difference", _apart(values, level), error, axes)
     scene.emit(f"{ROLL}/method/work", works, 0.0, axes)
 
 
@@ -290,7 +298,7 @@ def emit_sensitivity(
     levels = _levels(machine, drive, running.state.turn, options.orders)
     there = levels > np.max(levels) - _SILENT
     orders = [int(n) for n in np.arange(1, options.orders + 1)[there]]
-    found = sensitivity(
+    result = sensitivity(
         machine,
         drive,
         orders,
@@ -298,8 +306,8 @@ def emit_sensitivity(
         points=running.state.points,
         started_at=options.started_at,
     )
-    axes = {"parameter": found.parameters, "order": orders}
-    scene.emit(f"{ROLL}/sensitivity/level", found.value, found.error, axes)
+    axes = {"parameter": result.parameters, "order": orders}
+    scene.emit(f"{ROLL}/sensitivity/level", result.value, result.error, axes)
     altered = changes(
         machine,
         drive,
@@ -329,17 +337,17 @@ def emit_sensitivity(
 def emit_classical(
     scene: Scene,
     parts: RollParts,
-    looks: Looks,
+    solutions: TurnSolutions,
     orders: int,
 ) -> None:
     """What constant speed and a fixed shell get wrong in the forces at the pistons."""
     numbers = np.arange(1.0, orders + 1)
-    each = looks.read(lambda seen: _mistakes(seen, numbers))
+    each = solutions.read(lambda seen: _mistakes(seen, numbers))
     for name in FORCES:
         largest = np.max(np.abs(each[0][name][0]))
         axes = {"cylinder": parts.names, "order": numbers.astype(int)}
-        for what, *values in zip(_MISTAKES, *(found[name] for found in each), strict=True):
-            error = looks.error(*values) + 1e-13 * largest
+        for what, *values in zip(_MISTAKES, *(mistakes[name] for mistakes in each), strict=True):
+            error = solutions.error(*values) + 1e-13 * largest
             scene.emit(f"{ROLL}/classical/{name}_{what}", values[0], error, axes)
 
 
@@ -347,16 +355,16 @@ _MISTAKES = ("peak", "error", "error_by_order")
 
 
 def _mistakes(
-    seen: Seen, numbers: FloatArray
+    solved: MachineTurn, numbers: FloatArray
 ) -> dict[str, tuple[FloatArray, FloatArray, np.ndarray]]:
     """Peak, largest error over the peak, error of the harmonics; for each force, each cylinder."""
-    machine, drive = seen.machine, seen.drive
-    plain = classical(machine, drive, seen.turn, numbers)
-    right = readings(machine, drive, seen.turn)
+    machine, drive = solved.machine, solved.drive
+    plain = classical(machine, drive, solved.turn, numbers)
+    right = readings(machine, drive, solved.turn)
     # peaks and errors on an even grid, the same for every setting
-    even = seen.course(np.linspace(0.0, 2.0 * np.pi, _GRID))
+    even = solved.motion(np.linspace(0.0, 2.0 * np.pi, _GRID))
     flat, exact = classical(machine, drive, even, numbers), readings(machine, drive, even)
-    found = {}
+    mistakes = {}
     for name, spectrum in (
         ("rod_force", plain.rod_harmonics),
         ("wall_force", plain.wall_harmonics),
@@ -365,13 +373,13 @@ def _mistakes(
         true = np.asarray(getattr(exact, name))[0]
         peak = np.max(np.abs(true), axis=0)
         off = np.max(np.abs(textbook - true), axis=0)
-        harmonic = by_cylinder(seen.turn, np.asarray(getattr(right, name)), numbers)[0]
-        found[name] = (
+        harmonic = by_cylinder(solved.turn, np.asarray(getattr(right, name)), numbers)[0]
+        mistakes[name] = (
             np.max(np.abs(textbook), axis=0),
             off / np.where(peak > 0.0, peak, 1.0),
             spectrum[0] - harmonic,
         )
-    return found
+    return mistakes
 
 
 def _levels(machine: RollMachine, drive: RollDrive, turn: Turn, orders: int) -> FloatArray:
@@ -397,7 +405,7 @@ def _apart(one: FloatArray, other: FloatArray) -> FloatArray:
 DIRECTIONS = ("x", "y", "z")
 
 
-def emit_shaking(scene: Scene, seen: Seen, finer: Seen, orders: int) -> None:
+def emit_shaking(scene: Scene, solved: MachineTurn, finer: MachineTurn, orders: int) -> None:
     """Force and couple of the masses at the mean speed found, orders 1 .. `orders`, and peaks.
 
     The peaks are of all orders.
@@ -405,9 +413,9 @@ def emit_shaking(scene: Scene, seen: Seen, finer: Seen, orders: int) -> None:
     train = scene.parts.crank_train
     motion = exact_motion(scene.case, train, orders)
     driven = train_excitation(train, scene.parts.rotating_masses, motion, scene.case.machine)
-    speed, other = (2.0 * np.pi / float(look.turn.period[0]) for look in (seen, finer))
+    speed, other = (2.0 * np.pi / float(one.turn.period[0]) for one in (solved, finer))
     square, uncertainty = speed**2, abs(speed**2 - other**2)
-    numbers, kept = np.arange(1, motion.kept + 1), motion.kept
+    numbers, retained = np.arange(1, motion.highest_order + 1), motion.highest_order
     for name, value, error in (
         ("force", driven.force, driven.force_error),
         ("couple", driven.couple, driven.couple_error),
@@ -422,10 +430,10 @@ def emit_shaking(scene: Scene, seen: Seen, finer: Seen, orders: int) -> None:
             axes,
             terms=size_of_terms(rounding[:orders]),
         )
-        peak = cycle_peak(square * value[:kept].T, numbers)
-        spread = off[:kept].sum(0) + motion.tail * square * np.abs(value[kept:]).sum(0)
+        peak = cycle_peak(square * value[:retained].T, numbers)
+        spread = off[:retained].sum(0) + motion.tail * square * np.abs(value[retained:]).sum(0)
         axes = {"direction": DIRECTIONS}
-        terms = size_of_terms(peak.error + rounding[:kept].sum(0))
+        terms = size_of_terms(peak.error + rounding[:retained].sum(0))
         scene.emit(f"{SHAKING}/{name}_peak", peak.value, peak.error + spread, axes, terms=terms)
     scene.cite(
         "d'Alembert sums of the crank train at the mean speed found",

@@ -9,10 +9,10 @@ from vibecalc.numerics.rounding import EPSILON
 from vibecalc.roll.mechanism import RollDrive, RollMachine
 from vibecalc.roll.model import build_roll, roll_drive
 from vibecalc.roll.results import HISTORIES, PEAKS, START, STEPPED
-from vibecalc.roll.start_up import StartUp as Found
+from vibecalc.roll.start_up import StartUp as StartUpResult
 from vibecalc.roll.start_up import start_angles, start_up
 from vibecalc.roll.start_up_readings import QUANTITIES, mean_speed
-from vibecalc.roll.start_up_system import FULL_LOAD, Load
+from vibecalc.roll.start_up_system import FULL_LOAD, LoadSteps
 from vibecalc.roll.tables import StartUp
 
 #: intervals of the histories
@@ -39,11 +39,11 @@ def run_start_up(scene: Scene) -> None:
         emit_start_angles(scene, options, machine, drive)
 
 
-def load_of(options: StartUp) -> Load:
+def load_of(options: StartUp) -> LoadSteps:
     """The factor on the gas forces in time."""
     if options.load is None:
         return FULL_LOAD
-    return Load(np.array(options.load.time), np.array(options.load.factor))
+    return LoadSteps(np.array(options.load.time), np.array(options.load.factor))
 
 
 def _emit_march(
@@ -55,7 +55,7 @@ def _emit_march(
         "start-up and changes of load",
         "docs/theory_roll.md; cf. Hairer, Norsett and Wanner (1993), sections II.5 and II.6",
     )
-    found = start_up(
+    result = start_up(
         machine,
         drive,
         duration=options.duration,
@@ -66,52 +66,52 @@ def _emit_march(
         tolerance=tolerance,
         buckets=BUCKETS,
     )
-    if found.verdict not in _RUNS:
-        scene.warn(f"the machine does not start within {options.duration:.6g} s: {found.reason}")
-    elif found.verdict == "running":
+    if result.verdict not in _RUNS:
+        scene.warn(f"the machine does not start within {options.duration:.6g} s: {result.reason}")
+    elif result.verdict == "running":
         scene.warn(
-            f"start-up: {found.reason} within {100.0 * options.settled:.3g} % after "
+            f"start-up: {result.reason} within {100.0 * options.settled:.3g} % after "
             f"{options.duration:.6g} s; a longer duration shows when"
         )
-    _emit_verdict(scene, options, found)
-    _emit_peaks(scene, found)
-    _emit_energies(scene, found)
-    _emit_courses(scene, found)
+    _emit_verdict(scene, options, result)
+    _emit_peaks(scene, result)
+    _emit_energies(scene, result)
+    _emit_time_histories(scene, result)
     if options.load is not None:
-        _emit_load(scene, found)
+        _emit_load(scene, result)
 
 
-def _emit_verdict(scene: Scene, options: StartUp, found: Found) -> None:
-    runs, error = found.verdict in _RUNS, found.error
+def _emit_verdict(scene: Scene, options: StartUp, result: StartUpResult) -> None:
+    runs, error = result.verdict in _RUNS, result.error
     scene.emit(f"{START}/started", int(runs))
-    scene.emit(f"{START}/settled", int(found.verdict == "settled"))
-    turning = found.verdict in _TURNS_OVER and found.speed is not None
+    scene.emit(f"{START}/settled", int(result.verdict == "settled"))
+    turning = result.verdict in _TURNS_OVER and result.speed is not None
     scene.emit(
         f"{START}/running_speed",
-        found.speed if turning else 0.0,
+        result.speed if turning else 0.0,
         error.get("speed", 0.0) if turning else 0.0,
     )
     for name in ("time_to_speed", "time_to_steady"):
-        value = getattr(found, name)
+        value = getattr(result, name)
         known = value is not None and runs
         scene.emit(f"{START}/{name}", value if known else np.inf, error.get(name, 0.0) * known)
     turns = np.inf
-    if runs and found.time_to_steady is not None:
-        since = float(found.stretches.begin[-1])
-        begun = found.turns.begin
-        turns = float(np.sum((begun >= since) & (begun < found.time_to_steady)))
+    if runs and result.time_to_steady is not None:
+        since = float(result.stretches.begin[-1])
+        begun = result.turns.begin
+        turns = float(np.sum((begun >= since) & (begun < result.time_to_steady)))
     scene.emit(f"{START}/turns_to_steady", turns)
 
 
-def _emit_peaks(scene: Scene, found: Found) -> None:
+def _emit_peaks(scene: Scene, result: StartUpResult) -> None:
     for name in PEAKS:
-        row, top = QUANTITIES.index(name), found.peaks
+        row, top = QUANTITIES.index(name), result.peaks
         scene.emit(f"{START}/{name}_peak", top.value[row], top.error[row])
         scene.emit(f"{START}/{name}_peak_time", top.time[row], top.time_error[row])
 
 
-def _emit_energies(scene: Scene, found: Found) -> None:
-    work, error = found.energies, found.error
+def _emit_energies(scene: Scene, result: StartUpResult) -> None:
+    work, error = result.energies, result.error
     taken = {
         "motor": work.motor,
         "gas": -work.gas,
@@ -126,14 +126,14 @@ def _emit_energies(scene: Scene, found: Found) -> None:
         scene.emit(f"{START}/energy/{name}", value + 0.0, off + size)
 
 
-def _emit_courses(scene: Scene, found: Found) -> None:
-    axes: dict[str, Any] = {"start_time": found.history.time[1:]}
+def _emit_time_histories(scene: Scene, result: StartUpResult) -> None:
+    axes: dict[str, Any] = {"start_time": result.history.time[1:]}
     for name in HISTORIES:
         row = QUANTITIES.index(name)
-        for end, values in (("low", found.history.low), ("high", found.history.high)):
-            error = found.history_error[row]
+        for end, values in (("low", result.history.low), ("high", result.history.high)):
+            error = result.history_error[row]
             scene.emit(f"{START}/history/{name}_{end}", values[row], error, axes)
-    turns, off = found.turns, found.turn_error
+    turns, off = result.turns, result.turn_error
     axes = {"turn": np.arange(1, len(turns.begin) + 1)}
     speed = mean_speed(turns)
     scene.emit(f"{START}/turn/begin", turns.begin, off.begin, axes)
@@ -141,11 +141,11 @@ def _emit_courses(scene: Scene, found: Found) -> None:
     scene.emit(f"{START}/turn/shell_acceleration", turns.amplitude, off.amplitude, axes)
 
 
-def _emit_load(scene: Scene, found: Found) -> None:
-    steps = found.stretches
+def _emit_load(scene: Scene, result: StartUpResult) -> None:
+    steps = result.stretches
     axes = {"load_step": steps.begin}
     scene.emit(f"{START}/load/factor", steps.factor, 0.0, axes)
-    scene.emit(f"{START}/load/speed", steps.speed, found.stretch_speed_error, axes)
+    scene.emit(f"{START}/load/speed", steps.speed, result.stretch_speed_error, axes)
     for name in STEPPED:
         row = QUANTITIES.index(name)
         values, error = steps.peaks.value[:, row], steps.peaks.error[:, row]
@@ -168,31 +168,31 @@ def emit_start_angles(
     """Emit the intervals of angles, under the largest load of the case from the start on."""
     assert options.angles is not None
     largest = 1.0 if options.load is None else max(options.load.factor)
-    found = start_angles(
+    result = start_angles(
         machine,
         drive,
         duration=options.start_within or options.duration,
         angles=options.angles,
-        load=Load(np.zeros(1), np.array([largest])),
+        load=LoadSteps(np.zeros(1), np.array([largest])),
         width=WIDTH,
         tolerance=TOLERANCE,
     )
     stem = f"{START}/start_angles"
-    starts = np.asarray(found.starts, dtype=np.int64)
-    scene.emit(f"{stem}/starts", starts, 0.0, {"start_angle": found.angle})
-    axes = {"start_interval": np.arange(1, len(found.interval) + 1)}
+    starts = np.asarray(result.starts, dtype=np.int64)
+    scene.emit(f"{stem}/starts", starts, 0.0, {"start_angle": result.angle})
+    axes = {"start_interval": np.arange(1, len(result.interval) + 1)}
     for column, name in enumerate(("lower", "upper")):
-        scene.emit(f"{stem}/{name}", found.interval[:, column], found.error + TOLERANCE, axes)
-    moved = 2 * len(found.interval) * TOLERANCE / (2.0 * np.pi)
-    error = found.fraction_error + moved + 8.0 * EPSILON
-    scene.emit(f"{stem}/fraction", found.fraction, error)
-    if found.islands:
+        scene.emit(f"{stem}/{name}", result.interval[:, column], result.error + TOLERANCE, axes)
+    moved = 2 * len(result.interval) * TOLERANCE / (2.0 * np.pi)
+    error = result.fraction_error + moved + 8.0 * EPSILON
+    scene.emit(f"{stem}/fraction", result.fraction, error)
+    if result.islands:
         scene.warn(
             "start angles: between two that start and do not, more than one border was found; "
             "there are probably more, which more angles may show"
         )
     dry = machine.friction_torque > 0.0 or machine.piston_friction > 0.0
-    if 0.0 < found.fraction < 1.0 and not dry:
+    if 0.0 < result.fraction < 1.0 and not dry:
         scene.warn(
             "start angles: without dry friction a machine that rocks may get over at a later "
             "swing, so that its start angles depend on the time allowed, "

@@ -16,7 +16,7 @@ from vibecalc.numerics.periodic.panels import (
 )
 from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray, WithError
 from vibecalc.roll.mechanism import RollDrive, RollMachine, inertia, is_mounted, smooth_angles
-from vibecalc.roll.rates import Place, demand, mounted_scale, place_at, shell_speed
+from vibecalc.roll.rates import AngleTerms, demand, mounted_scale, place_at, shell_speed
 from vibecalc.roll.turn import Turn, harmonics, readings
 
 # ----------------------------------------------------------------------------
@@ -44,7 +44,7 @@ class Law(NamedTuple):
     lag: float = 0.0
 
 
-class Driven(NamedTuple):
+class DrivenMotor(NamedTuple):
     """What the motor does (..., k): slip in rad/s and torque in N m, with its slopes by the states
     (..., k, n).
     """
@@ -80,19 +80,19 @@ class ControlledRates:
         self.machine, self.drive, self.law, self.momentum = machine, drive, law, momentum
         self.states = (1 if momentum is not None else 3) + (law.lag > 0.0)
         self._angles: FloatArray | None = None
-        self._place: Place | None = None
+        self._place: AngleTerms | None = None
 
     def __call__(
-        self, crank_angle: FloatArray, state: FloatArray, piece: IntArray | None
+        self, crank_angle: FloatArray, state: FloatArray, interval: IntArray | None
     ) -> tuple[FloatArray, FloatArray]:
         members, panels, points = crank_angle.shape
         flat = state.reshape(members, panels * points, self.states)
         flat = np.where(flat[..., :1] > 0.0, flat, np.nan)
-        chosen = None if piece is None else np.repeat(piece, points, axis=1)
+        chosen = None if interval is None else np.repeat(interval, points, axis=1)
         value, jacobian = self._rates(self.place(crank_angle), flat, chosen)
         return value.reshape(state.shape), jacobian.reshape(*state.shape, self.states)
 
-    def place(self, crank_angle: FloatArray) -> Place:
+    def place(self, crank_angle: FloatArray) -> AngleTerms:
         """Inertia and torques at the angles (B, P, s), as (B, P s)."""
         if self._place is None or self._angles is not crank_angle:
             flat = crank_angle.reshape(len(crank_angle), -1)
@@ -100,20 +100,22 @@ class ControlledRates:
             self._angles = crank_angle
         return self._place
 
-    def driven(self, place: Place, state: FloatArray, piece: IntArray | None = None) -> Driven:
+    def driven(
+        self, place: AngleTerms, state: FloatArray, interval: IntArray | None = None
+    ) -> DrivenMotor:
         """Slip and torque at states (B, k, n)."""
-        return self._driven(self._bare(place, state), state, piece)
+        return self._driven(self._bare(place, state), state, interval)
 
     def lagged_slip(self, state: FloatArray) -> FloatArray:
         """Slip at states (B, P, s, n) of an actuator with a lag."""
         return np.asarray(state[..., -1] - state[..., 0])
 
     def _rates(
-        self, place: Place, state: FloatArray, piece: IntArray | None
+        self, place: AngleTerms, state: FloatArray, interval: IntArray | None
     ) -> tuple[FloatArray, FloatArray]:
         law, speed = self.law, state[..., 0]
         bare = self._bare(place, state)
-        motor = self._driven(bare, state, piece)
+        motor = self._driven(bare, state, interval)
         shell = bare.shell + bare.shell_gain * motor.torque
         crank = bare.crank + bare.crank_gain * motor.torque
         shell_by = bare.shell_by + bare.shell_gain[..., None] * motor.torque_by
@@ -145,24 +147,24 @@ class ControlledRates:
         by[..., 0] -= law.gain * law.speed_feedback
         return asked, by
 
-    def _driven(self, bare: _Bare, state: FloatArray, piece: IntArray | None) -> Driven:
+    def _driven(self, bare: _Bare, state: FloatArray, interval: IntArray | None) -> DrivenMotor:
         law, scale = self.law, self.machine.motor_scale[..., None]
         speed = state[..., 0]
         if law.lag > 0.0:
             slip = state[..., -1] - speed
-            found = slip_torque(self.drive.motor, slip, piece)
+            curve = slip_torque(self.drive.motor, slip, interval)
             by = np.zeros(state.shape)
-            by[..., 0], by[..., -1] = -scale * found.slope, scale * found.slope
-            return Driven(slip, scale * found.value, by)
+            by[..., 0], by[..., -1] = -scale * curve.slope, scale * curve.slope
+            return DrivenMotor(slip, scale * curve.value, by)
         asked, by = self._asked(speed, bare.shell, bare.shell_by)
         back = law.gain * law.acceleration_feedback * bare.shell_gain * scale
         slip = self._implicit(asked - speed, back)
-        found = slip_torque(self.drive.motor, slip, piece)
+        curve = slip_torque(self.drive.motor, slip, interval)
         by[..., 0] -= 1.0
         # a loop that answers itself more than once has no motion of its own
-        firm = 1.0 + back * found.slope
-        slope = np.where(firm > 0.0, scale * found.slope / firm, np.nan)
-        return Driven(slip, scale * found.value, slope[..., None] * by)
+        firm = 1.0 + back * curve.slope
+        slope = np.where(firm > 0.0, scale * curve.slope / firm, np.nan)
+        return DrivenMotor(slip, scale * curve.value, slope[..., None] * by)
 
     def _implicit(self, free: FloatArray, back: FloatArray) -> FloatArray:
         """The slip (...,) that solves slip + back torque(slip) = free."""
@@ -176,16 +178,16 @@ class ControlledRates:
         slip = free - back * slip_torque(motor, free).value
         for _ in range(_NEWTON_STEPS):
             slip = np.where((slip > low) & (slip < high), slip, 0.5 * (low + high))
-            found = slip_torque(motor, slip)
-            over = slip + back * found.value - free
+            curve = slip_torque(motor, slip)
+            over = slip + back * curve.value - free
             low, high = np.where(over < 0.0, slip, low), np.where(over > 0.0, slip, high)
-            step = over / (1.0 + back * found.slope)
+            step = over / (1.0 + back * curve.slope)
             if not np.any(np.abs(step) > 1e-15 * (1.0 + np.abs(slip))):
                 break
             slip = slip - step
         return np.asarray(slip)
 
-    def _bare(self, place: Place, state: FloatArray) -> _Bare:
+    def _bare(self, place: AngleTerms, state: FloatArray) -> _Bare:
         """Rotor, shell and load, all but the motor; the equations are those of `inertia.py`."""
         moved, speed = place.moved, state[..., 0]
         outer, outer_by = np.zeros_like(speed), np.zeros(state.shape)
@@ -238,10 +240,10 @@ _SMALL = 1e-2
 #: rounds until edges at kinks and the momentum of a free shell stand, and what counts as standing
 _ROUNDS, _EDGES_STAND, _STILL = 12, 1e-8, 1e-13
 #: examines each panel for a slip that meets a node of the motor's curve
-_LOOKS, _HALVINGS = 24, 48
+_SAMPLES, _HALVINGS = 24, 48
 
 
-class Closed(NamedTuple):
+class ClosedLoopTurn(NamedTuple):
     """One turn of a controlled machine (B = 1); `slip` and `torque` (1, k) of its motor."""
 
     turn: Turn
@@ -266,7 +268,7 @@ class ClosedLoop(NamedTuple):
     multiplier_error: FloatArray
     stable: bool
     largest_slip: WithError
-    closed: Closed
+    closed: ClosedLoopTurn
 
 
 def closed_loop(
@@ -278,19 +280,19 @@ def closed_loop(
     """
     numbers = np.arange(1.0, orders + 1)
 
-    def look(closed: Closed) -> ComplexArray:
+    def level_of_turn(closed: ClosedLoopTurn) -> ComplexArray:
         read = readings(machine, drive, closed.turn, closed.torque, pistons=False)
         return np.asarray(harmonics(closed.turn, read.shell_acceleration, numbers)[0])
 
     check = _state(machine, drive, law, _POINT_LEVELS[0], None)
-    closed, before = check, look(check)
-    found, apart = before, np.full(orders, np.inf)
+    closed, before = check, level_of_turn(check)
+    level, apart = before, np.full(orders, np.inf)
     for points in _POINT_LEVELS[1:]:
-        check, before = closed, found
+        check, before = closed, level
         closed = _state(machine, drive, law, points, check.solution)
-        found = look(closed)
-        apart = np.abs(found - before)
-        if np.max(apart) <= _SMALL * rtol * np.max(np.abs(found)):
+        level = level_of_turn(closed)
+        apart = np.abs(level - before)
+        if np.max(apart) <= _SMALL * rtol * np.max(np.abs(level)):
             break
     _check_slip(closed, drive)
     speed = [2.0 * np.pi / float(one.turn.period[0]) for one in (closed, check)]
@@ -298,7 +300,7 @@ def closed_loop(
     value, error = floquet_multipliers(closed.problem, closed.solution)
     size = np.abs(closed.torque).max() / float(machine.shell_inertia[0])
     return ClosedLoop(
-        WithError(found, apart + 1e-14 * size),
+        WithError(level, apart + 1e-14 * size),
         WithError(np.asarray(speed[0]), np.asarray(abs(speed[0] - speed[1]) + 1e-14 * speed[0])),
         value[0],
         error[0],
@@ -310,7 +312,7 @@ def closed_loop(
 
 def _state(
     machine: RollMachine, drive: RollDrive, law: Law, points: int, near: PeriodicSolution | None
-) -> Closed:
+) -> ClosedLoopTurn:
     free, lagged = not is_mounted(machine), law.lag > 0.0
     constant = _guess(machine, drive, law)
     guess: FloatArray | PeriodicSolution = constant if near is None else near
@@ -354,7 +356,7 @@ def _state(
             break
     place = rates.place(solution.nodes)
     motor = rates.driven(place, solution.stages.reshape(1, -1, rates.states))
-    return Closed(turn, motor.slip, motor.torque, problem, solution)
+    return ClosedLoopTurn(turn, motor.slip, motor.torque, problem, solution)
 
 
 def _guess(machine: RollMachine, drive: RollDrive, law: Law) -> FloatArray:
@@ -418,7 +420,9 @@ def _with_kinks(base: FloatArray, rates: ControlledRates, solution: PeriodicSolu
         state = evaluate(solution, angle)
         return np.asarray(rates.driven(rates.place(angle[None, None]), state).slip[0])
 
-    angle = (base[:-1, None] + np.diff(base)[:, None] * np.linspace(0.0, 1.0, _LOOKS)[:-1]).ravel()
+    angle = (
+        base[:-1, None] + np.diff(base)[:, None] * np.linspace(0.0, 1.0, _SAMPLES)[:-1]
+    ).ravel()
     angle = np.append(angle, base[-1])
     over = slip(angle)[:, None] - rates.drive.motor.threshold
     row, column = np.nonzero(np.sign(over[1:]) * np.sign(over[:-1]) < 0.0)
@@ -437,12 +441,12 @@ def _with_kinks(base: FloatArray, rates: ControlledRates, solution: PeriodicSolu
         same = (at - node) * sense > 0.0
         low, high = np.where(same, middle, low), np.where(same, high, middle)
     every = np.sort(np.concatenate([base, 0.5 * (low + high)]))
-    kept = every[np.concatenate([[True], np.diff(every) > 1e-9])]
-    kept[-1] = base[-1]
-    return np.asarray(kept)
+    edges = every[np.concatenate([[True], np.diff(every) > 1e-9])]
+    edges[-1] = base[-1]
+    return np.asarray(edges)
 
 
-def _check_slip(closed: Closed, drive: RollDrive) -> None:
+def _check_slip(closed: ClosedLoopTurn, drive: RollDrive) -> None:
     largest = float(np.max(np.abs(closed.slip)))
     if drive.holds or largest <= drive.motor.largest:
         return

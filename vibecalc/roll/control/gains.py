@@ -11,7 +11,7 @@ from vibecalc.numerics.matrices import nonnegative_least_squares
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
 from vibecalc.roll.control.loop import (
     Controller,
-    Harmonics,
+    LoopHarmonics,
     ReducedModel,
     harmonics,
     loop_of,
@@ -27,7 +27,7 @@ from vibecalc.roll.control.margins import Margins, margins
 _DECIBEL = 20.0 / np.log(10.0)
 
 
-class Load(NamedTuple):
+class LoopLoad(NamedTuple):
     """What the machine does to its rotor at constant speed, and what it is set to run at.
 
     `reference` R (rad/s); `mean` d_0 (N m, negative for a machine that takes power);
@@ -41,7 +41,7 @@ class Load(NamedTuple):
     harmonics_error: ArrayLike = 0.0
 
 
-class Controlled(NamedTuple):
+class ControlledLoop(NamedTuple):
     """Closed loops (...), orders last where there are any.
 
     `speed` rad/s (the equilibrium, also of a loop that leaves it); `speed_feedback` (1);
@@ -52,32 +52,32 @@ class Controlled(NamedTuple):
 
     speed: WithError
     speed_feedback: WithError
-    harmonics: Harmonics
+    harmonics: LoopHarmonics
     level: WithError
     command_rate: WithError
     margins: Margins
 
 
-def evaluate(model: ReducedModel, controller: Controller, load: Load) -> Controlled:
+def evaluate(model: ReducedModel, controller: Controller, load: LoopLoad) -> ControlledLoop:
     """Behaviour under given feedbacks; all inputs broadcast. Herold 1977, eqs. 98 to 113."""
     return _evaluated(model, controller, load, np.zeros(()))
 
 
 def evaluate_at_speed(
-    model: ReducedModel, controller: Controller, load: Load, target: ArrayLike
-) -> Controlled:
+    model: ReducedModel, controller: Controller, load: LoopLoad, target: ArrayLike
+) -> ControlledLoop:
     """The same with the speed feedback that keeps `target` (rad/s); the controller's is ignored.
 
     The gain must not be zero.
     """
     feedback = speed_feedback_for(model, controller.gain, load.reference, load.mean, target)
-    kept = controller._replace(speed_feedback=feedback.value)
-    return _evaluated(model, kept, load, feedback.error)
+    with_feedback = controller._replace(speed_feedback=feedback.value)
+    return _evaluated(model, with_feedback, load, feedback.error)
 
 
 def _evaluated(
-    model: ReducedModel, controller: Controller, load: Load, feedback_error: np.ndarray
-) -> Controlled:
+    model: ReducedModel, controller: Controller, load: LoopLoad, feedback_error: np.ndarray
+) -> ControlledLoop:
     speed = steady_speed(model, controller, load.reference, load.mean)
     motor = np.asarray(model.motor_gain)
     forward = np.abs(np.asarray(controller.gain) * motor)
@@ -86,22 +86,23 @@ def _evaluated(
     )
     extra = (np.asarray(load.mean_error) + forward * np.abs(speed.value) * feedback_error) / under
     speed = WithError(speed.value, speed.error + extra)
-    found = margins(loop_of(model, controller))
+    stability = margins(loop_of(model, controller))
     answer = harmonics(
         model, controller, speed.value, np.asarray(load.harmonics, dtype=complex),
         load.harmonics_error, speed.error,
     )  # fmt: skip
     # what an uncertainty of the feedback does to the response, through the stiffness of the loop
     stiff = np.abs(forward * feedback_error / under)[..., None]
-    answer = Harmonics(*(_masked(part, found.stable, stiff) for part in answer))
+    answer = LoopHarmonics(*(_masked(part, stability.stable, stiff) for part in answer))
     level = decibels(answer.shell_acceleration)
     rate = _rate(answer.command, speed)
     feedback = np.broadcast_to(
-        np.asarray(controller.speed_feedback, dtype=float), found.stable.shape
+        np.asarray(controller.speed_feedback, dtype=float), stability.stable.shape
     )
-    return Controlled(
-        _full(speed, found.stable), _full(WithError(feedback, feedback_error), found.stable),
-        answer, level, rate, found,
+    return ControlledLoop(
+        _full(speed, stability.stable),
+        _full(WithError(feedback, feedback_error), stability.stable),
+        answer, level, rate, stability,
     )  # fmt: skip
 
 
@@ -148,7 +149,7 @@ def _rate(command: WithError, speed: WithError) -> WithError:
 UNCONTROLLED = Controller(gain=1.0, speed_feedback=0.0, acceleration_feedback=0.0)
 
 
-def motor_gain_study(model: ReducedModel, motor_gains: ArrayLike, load: Load) -> Controlled:
+def motor_gain_study(model: ReducedModel, motor_gains: ArrayLike, load: LoopLoad) -> ControlledLoop:
     """Speed and levels for `motor_gains` (m,) in N m s/rad: Herold 1977, Table 8, Fig. 27.
 
     The speed is R + d_0 / K_M, with R the synchronous speed and d_0 negative. Eq. 114 prints
@@ -166,7 +167,7 @@ def motor_gain_study(model: ReducedModel, motor_gains: ArrayLike, load: Load) ->
 FINE = 9
 
 
-class Zoomed(NamedTuple):
+class ZoomedWindow(NamedTuple):
     """Best point, its merit, and the window that is left around it; all (...)."""
 
     at: np.ndarray
@@ -178,7 +179,7 @@ class Zoomed(NamedTuple):
 def zoom(
     merit: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray,
     points: int, rounds: int,
-) -> Zoomed:  # fmt: skip
+) -> ZoomedWindow:  # fmt: skip
     """Least merit on [low, high] (...), all of them at once, by grids around the best point.
 
     merit takes (..., points). A window keeps the neighbours of its best point, so that a minimum
@@ -195,7 +196,7 @@ def zoom(
         low = np.take_along_axis(x, np.maximum(best - 1, 0), axis=-1)[..., 0]
         high = np.take_along_axis(x, np.minimum(best + 1, points - 1), axis=-1)[..., 0]
         points = FINE
-    return Zoomed(at, least, low, high)
+    return ZoomedWindow(at, least, low, high)
 
 
 # ----------------------------------------------------------------------------
@@ -205,7 +206,7 @@ def zoom(
 _COARSE, _ROUNDS = 33, 16
 
 #: so many of the first gains are followed for so many rounds, then the best of them alone
-_KEPT, _TOGETHER = 3, 4
+_BEST, _TOGETHER = 3, 4
 _INNER = 33
 
 #: step in ln K that shows how flat the minimum is
@@ -229,11 +230,11 @@ class Demands(NamedTuple):
     delay_margin: float = 0.0
 
 
-class Tuned(NamedTuple):
+class TunedGains(NamedTuple):
     """The best gains, with errors from the last bracket and from how flat the minimum is.
 
     `objective` dB re 1 rad/s^2, its error how much it changes across that bracket: the search is
-    local at the end, and looks everywhere at first on a grid only. `controlled`: all of the
+    local at the end, and samples everywhere at first on a grid only. `controlled`: all of the
     chosen loop; its margins' `bandwidth` and its `command_rate` are what the actuator must bear.
     `evaluations`: how many loops were examined.
     """
@@ -241,11 +242,11 @@ class Tuned(NamedTuple):
     gain: WithError
     acceleration_feedback: WithError
     objective: WithError
-    controlled: Controlled
+    controlled: ControlledLoop
     evaluations: int
 
 
-def objective_of(controlled: Controlled, orders: ArrayLike, weight: str) -> np.ndarray:
+def objective_of(controlled: ControlledLoop, orders: ArrayLike, weight: str) -> np.ndarray:
     """Level in dB to be lowered: of the "largest" of `orders`, or of their "energy" together."""
     level = controlled.level.value[..., np.asarray(orders, dtype=int) - 1]
     if weight == "largest":
@@ -256,7 +257,7 @@ def objective_of(controlled: Controlled, orders: ArrayLike, weight: str) -> np.n
     return energy
 
 
-def slacks(controlled: Controlled, demands: Demands) -> np.ndarray:
+def slacks(controlled: ControlledLoop, demands: Demands) -> np.ndarray:
     """Margins minus demands (..., 3), each over its demand or as it is where none is made.
 
     Order: gain (dB), phase (rad), delay (s).
@@ -272,9 +273,9 @@ def slacks(controlled: Controlled, demands: Demands) -> np.ndarray:
 
 
 def tune(
-    model: ReducedModel, controller: Controller, load: Load, target: float, demands: Demands,
+    model: ReducedModel, controller: Controller, load: LoopLoad, target: float, demands: Demands,
     orders: ArrayLike = (1, 2), weight: str = "largest",
-) -> Tuned:  # fmt: skip
+) -> TunedGains:  # fmt: skip
     """Lower the level of `orders` over gain and acceleration feedback, the speed kept at `target`.
 
     `controller` gives lag and delay (scalars). For each gain the best feedback is bracketed, and
@@ -304,7 +305,7 @@ def tune(
     grid = np.linspace(first, last, _COARSE)
     _, level = best_feedback(grid)
     step = (last - first) / (_COARSE - 1)
-    starts = grid[np.argsort(level, kind="stable")[:_KEPT]]
+    starts = grid[np.argsort(level, kind="stable")[:_BEST]]
     near = (np.maximum(starts - step, first), np.minimum(starts + step, last))
     rough = zoom(lambda u: best_feedback(u)[1], *near, FINE, _TOGETHER)
     chosen = int(np.argmin(rough.level))
@@ -334,7 +335,7 @@ def tune(
     loose, lean = _looseness(nearby, at, float(v[0]), float(objective), level_error)
     gain_error += gain * loose
     feedback_error += float(np.hypot(bend, feedback)) * lean * loose
-    return Tuned(
+    return TunedGains(
         WithError(np.asarray(gain), np.asarray(gain_error)),
         WithError(np.asarray(feedback), np.asarray(feedback_error)),
         WithError(objective, np.asarray(level_error)), controlled, count[0],
@@ -348,9 +349,9 @@ def _looseness(
 
     From the best levels a step _ASIDE to both sides, of which the smaller rise counts.
     """
-    rise = max(float(np.min(level)) - least, noise)
+    increase = max(float(np.min(level)) - least, noise)
     lean = float(np.max(np.abs(nearby - centre))) / _ASIDE
-    return _ASIDE * float(np.sqrt(noise / rise)), lean
+    return _ASIDE * float(np.sqrt(noise / increase)), lean
 
 
 def _bend(model: ReducedModel, demands: Demands) -> float:
@@ -366,8 +367,8 @@ def _around(
     """Levels at the corners of the last bracket; those that break a bound do not count."""
     one = np.array([-1.0, 1.0])
     level = merit(gain + gain_error * one[:, None], feedback + feedback_error * one)
-    kept: np.ndarray = level[level < _BROKEN]
-    return kept if kept.size else merit(np.asarray(gain), np.asarray(feedback))
+    usable: np.ndarray = level[level < _BROKEN]
+    return usable if usable.size else merit(np.asarray(gain), np.asarray(feedback))
 
 
 # ----------------------------------------------------------------------------
@@ -399,8 +400,8 @@ class Certificate(NamedTuple):
 
 
 def certify(
-    model: ReducedModel, controller: Controller, load: Load, target: float, demands: Demands,
-    tuned: Tuned, orders: ArrayLike = (1, 2), weight: str = "largest",
+    model: ReducedModel, controller: Controller, load: LoopLoad, target: float, demands: Demands,
+    tuned: TunedGains, orders: ArrayLike = (1, 2), weight: str = "largest",
 ) -> Certificate:  # fmt: skip
     """First-order conditions at a tuned loop, from central differences in ln K and ln |k_S|.
 
@@ -415,11 +416,11 @@ def certify(
     tried = controller._replace(
         gain=gain * np.exp(offset[:, 0]), acceleration_feedback=feedback + span * offset[:, 1]
     )
-    found = evaluate_at_speed(model, tried, load, target)
-    slack = slacks(found, demands)
-    pieces = found.level.value[:, order - 1]
+    controlled = evaluate_at_speed(model, tried, load, target)
+    slack = slacks(controlled, demands)
+    levels = controlled.level.value[:, order - 1]
     if weight != "largest":
-        pieces = objective_of(found, order, weight)[:, None]
+        levels = objective_of(controlled, order, weight)[:, None]
 
     room = np.array([
         np.log(gain / demands.gain[0]), np.log(demands.gain[1] / gain),
@@ -427,17 +428,17 @@ def certify(
     ])  # fmt: skip
     wanted = np.array([demands.gain_margin, demands.phase_margin, demands.delay_margin]) > 0.0
     active = np.concatenate([wanted & (slack[0] <= _ACTIVE), room <= _ACTIVE])
-    tied = pieces[0] >= np.max(pieces[0]) - 1e-5
+    tied = levels[0] >= np.max(levels[0]) - 1e-5
     margin_slope = _slopes(np.where(np.isfinite(slack), slack, 0.0))
     bound_slope = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
-    level_slope = _slopes(pieces)[tied]
+    level_slope = _slopes(levels)[tied]
     bounds = np.concatenate([margin_slope, bound_slope])[active]
 
     scale = float(np.max(np.abs(level_slope))) or 1.0
     columns = np.concatenate([level_slope, -bounds]).T / scale
     heavy = np.concatenate([np.ones(len(level_slope)), np.zeros(len(bounds))]) * 1e3
     weights = nonnegative_least_squares(np.vstack([columns, heavy]), np.array([0.0, 0.0, 1e3]))
-    share, multiplier = np.zeros(pieces.shape[1]), np.zeros(len(BOUNDS))
+    share, multiplier = np.zeros(levels.shape[1]), np.zeros(len(BOUNDS))
     share[tied] = weights[: len(level_slope)]
     multiplier[active] = weights[len(level_slope) :]
     return Certificate(active, multiplier, share, float(np.linalg.norm(columns @ weights)))

@@ -11,7 +11,7 @@ from vibecalc.excitation.slip_torque import SlipCurve, slip_torque
 from vibecalc.numerics.gauss import gauss_rule
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, FloatArray, WithError
 from vibecalc.roll.mechanism import RollDrive, RollMachine, motor_torque, smooth_angles
-from vibecalc.roll.rates import Place, demand, place_at
+from vibecalc.roll.rates import AngleTerms, demand, place_at
 
 # ----------------------------------------------------------------------------
 # The motor's curve as a straight line through the slip at which the machine runs.
@@ -48,9 +48,9 @@ def tangent(machine: RollMachine, drive: RollDrive) -> Tangent:
         return float(at.value[0, 0]) - drag * (sync - slip) - float(need.torque[0])
 
     slip = _rising_zero(spare, float(need.slip[0]), sync)
-    found = slip_torque(drive.motor, np.array([slip]))
+    curve = slip_torque(drive.motor, np.array([slip]))
     scale = float(machine.motor_scale[0])
-    gain, torque = scale * float(found.slope[0]), scale * float(found.value[0])
+    gain, torque = scale * float(curve.slope[0]), scale * float(curve.value[0])
     if gain <= 0.0:
         raise NumericalFailure(
             f"control: the motor's torque does not rise with the slip at {slip:.6g} rad/s, where "
@@ -85,7 +85,7 @@ def _rising_zero(spare: Callable[[float], float], near: float, size: float) -> f
 # What gas, inertia and friction do to a rotor at constant speed: the load of the reduced model.
 # ----------------------------------------------------------------------------
 
-#: Gauss points on a panel next to those that the highest order needs, and on the finer look
+#: Gauss points on a panel next to those that the highest order needs, and on the finer sampling
 _POINTS, _MORE = 10, 4
 _WIDEST = np.pi / 18.0
 
@@ -146,7 +146,7 @@ def disturbance(machine: RollMachine, drive: RollDrive, orders: int) -> Disturba
 
 def _sums(
     machine: RollMachine, drive: RollDrive, edges: FloatArray, points: int, orders: int
-) -> tuple[np.ndarray, np.ndarray, Place]:
+) -> tuple[np.ndarray, np.ndarray, AngleTerms]:
     """Means over the turn of load and Q' times exp(-i n b), n from 0, and what they are made of."""
     nodes = gauss_rule(points).nodes
     angle = (edges[:-1, None] + np.diff(edges)[:, None] * nodes).ravel()
@@ -318,7 +318,7 @@ def speed_feedback_for(
 # ----------------------------------------------------------------------------
 
 
-class Harmonics(NamedTuple):
+class LoopHarmonics(NamedTuple):
     """Complex amplitudes (..., orders), 0-to-peak, x(t) = Re sum X_n exp(i n W t); orders 1, 2, ...
 
     `shell_acceleration`, `rotor_acceleration` (rad/s^2), `rotor_speed` (rad/s), `motor_torque`
@@ -335,7 +335,7 @@ class Harmonics(NamedTuple):
 def harmonics(
     model: ReducedModel, controller: Controller, speed: ArrayLike, disturbance: ArrayLike,
     disturbance_error: ArrayLike = 0.0, speed_error: ArrayLike = 0.0,
-) -> Harmonics:  # fmt: skip
+) -> LoopHarmonics:  # fmt: skip
     """Response to the disturbance: Herold 1977, eqs. 112 and 113, with phases and any order.
 
     Parameters
@@ -371,10 +371,10 @@ def harmonics(
         drift = speed_off / np.abs(s)
     command = -back / _wide(model.motor_gain)
 
-    def times(factor: np.ndarray, own: ArrayLike = 0.0) -> WithError:
+    def times(factor: np.ndarray, relative: ArrayLike = 0.0) -> WithError:
         value = factor * rotor
         error = np.abs(factor) * rotor_error + np.abs(value) * (
-            8.0 * UNIT_ROUNDOFF + np.asarray(own)
+            8.0 * UNIT_ROUNDOFF + np.asarray(relative)
         )
         return WithError(value, error)
 
@@ -385,7 +385,7 @@ def harmonics(
     back_off = loose * gap + drift * (1.0 + turned + gap)
     moved = _wide(model.motor_gain) * (command - 1.0)
     moved_off = (np.abs(back) * back_off) / np.maximum(np.abs(moved), 1e-300)
-    return Harmonics(
+    return LoopHarmonics(
         times(-_wide(model.ratio) * s, drift), times(s, drift), times(np.ones_like(s)),
         times(moved, moved_off), times(command, back_off),
     )  # fmt: skip

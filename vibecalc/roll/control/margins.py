@@ -66,9 +66,9 @@ def crossings(loop: Loop) -> Crossings:
     x_error = np.where(present, np.minimum(x_error, x), 0.0)
     w_error = x_error / w + UNIT_ROUNDOFF * w
 
-    own = np.arctan2(q1 * w, q0) - np.arctan2(p1 * w, p0 - p2 * x)
-    critical = np.mod(math.pi + own, _TURN)
-    slack = np.mod(math.pi + own - w * delay, _TURN)
+    angle = np.arctan2(q1 * w, q0) - np.arctan2(p1 * w, p0 - p2 * x)
+    critical = np.mod(math.pi + angle, _TURN)
+    slack = np.mod(math.pi + angle - w * delay, _TURN)
     turning = np.abs(phase_slope(wide, w))
     phase_error = turning * w_error + 8.0 * UNIT_ROUNDOFF * (_TURN + w * delay)
     outward = np.where(present, np.sign(np.where(square == 0.0, 0.0, slope)), 0.0)
@@ -242,7 +242,7 @@ def _pick(
 
 def _candidates(loop: Loop, cross: Crossings) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """|L| where L is real and negative, its frequency and its error; |L| = 0 for none. (..., m)"""
-    at_rest = np.where(loop.q0 * loop.p0 < 0.0, np.abs(loop.q0 / loop.p0), 0.0)
+    at_zero = np.where(loop.q0 * loop.p0 < 0.0, np.abs(loop.q0 / loop.p0), 0.0)
     level = feedthrough(loop)
     # with a delay the phase passes -180 degrees again and again, however high the frequency
     end = np.where((loop.delay > 0.0) | (level < 0.0), np.abs(level), 0.0)
@@ -252,7 +252,7 @@ def _candidates(loop: Loop, cross: Crossings) -> tuple[np.ndarray, np.ndarray, n
         met = (loop.delay == 0.0) & (factor > 0.0) & (square > 0.0) & np.isfinite(square)
         plain = np.where(met, 1.0 / factor, 0.0)
     here = np.sqrt(np.where(met, square, 1.0))
-    sizes = [at_rest, end, plain]
+    sizes = [at_zero, end, plain]
     rates = [np.zeros_like(here), np.full_like(here, np.inf), here]
     closed = np.stack(sizes, axis=-1)
     places = np.stack(rates, axis=-1)
@@ -415,8 +415,8 @@ class Margins(NamedTuple):
 def margins(loop: Loop) -> Margins:
     """All margins of every loop, in closed form but for the phase crossovers of a delayed loop."""
     cross = crossings(loop)
-    found = status(loop, cross)
-    stable = found <= 1
+    verdict = status(loop, cross)
+    stable = verdict <= 1
     level = feedthrough(loop)
     gain = gain_margin(loop, cross)
     phase, phase_at = _phase_margin(cross)
@@ -436,7 +436,7 @@ def margins(loop: Loop) -> Margins:
         np.where(never, np.inf, width), np.where(never | (width == 0.0), 0.0, width_error)
     )
     return Margins(
-        found, stable,
+        verdict, stable,
         _only(stable, gain.upper, gain.upper_error, 1.0),
         np.where(stable, gain.upper_frequency, np.inf),
         _only(stable, gain.lower, gain.lower_error, 1.0),

@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.roll.control.gains import Load
+from vibecalc.roll.control.gains import LoopLoad
 from vibecalc.roll.control.loop import Controller, Loop, ReducedModel, loop_of, speed_feedback_for
 from vibecalc.roll.control.margins import poles_right, rounding_of, shifted
 
 # ----------------------------------------------------------------------------
-# Where to begin looking for the poles of a loop with a delay.
+# Where to begin the search for the poles of a loop with a delay.
 # ----------------------------------------------------------------------------
 
 
@@ -54,8 +54,8 @@ def _by_leading_terms(loop: Loop, branches: int) -> np.ndarray:
         chain: np.ndarray = (np.log(level) + 2j * math.pi * number) / time
         return chain
     if loop.p2 > 0.0 and loop.q1 != 0.0:
-        found: np.ndarray = lambertw(-loop.q1 * time / loop.p2, number) / time
-        return found
+        roots: np.ndarray = lambertw(-loop.q1 * time / loop.p2, number) / time
+        return roots
     if loop.q0 == 0.0:
         return np.zeros(0, dtype=complex)
     if loop.p2 == 0.0:
@@ -75,7 +75,7 @@ _STAND_INS = (8, 12, 16, 22, 30)
 _SAME = 1e-7
 
 
-class Poles(NamedTuple):
+class LoopPoles(NamedTuple):
     """Poles (..., count) in 1/s, rightmost first, pairs with the positive imaginary part first.
 
     `complete`: every pole to the right of the last is there, by an exact count. False only for
@@ -88,7 +88,7 @@ class Poles(NamedTuple):
     complete: np.ndarray
 
 
-def poles(loop: Loop, count: int = 6) -> Poles:
+def poles(loop: Loop, count: int = 6) -> LoopPoles:
     """Closed-loop poles; lag and delay must be the same for all loops.
 
     Without a delay there are two (lag > 0) or one, whatever `count` says, and infinity stands for
@@ -103,10 +103,10 @@ def poles(loop: Loop, count: int = 6) -> Poles:
     for place in np.ndindex(shape):
         one = Loop(*(a[place] for a in loop))
         value[place], complete[place] = _late(one, count)
-    return Poles(value, _error(loop, value), complete)
+    return LoopPoles(value, _error(loop, value), complete)
 
 
-def _plain(loop: Loop) -> Poles:
+def _plain(loop: Loop) -> LoopPoles:
     linear, constant = loop.p1 + loop.q1, loop.p0 + loop.q0
     with np.errstate(divide="ignore", invalid="ignore"):
         if not np.any(loop.p2 > 0.0):
@@ -121,7 +121,7 @@ def _plain(loop: Loop) -> Poles:
             value = np.where(swings, 0.5 * pair / loop.p2[..., None], real)
     value = _ordered(value)
     error = np.where(np.isfinite(value), _error(loop, np.where(np.isfinite(value), value, 0)), 0)
-    return Poles(value, error, np.ones(loop.p0.shape, dtype=bool))
+    return LoopPoles(value, error, np.ones(loop.p0.shape, dtype=bool))
 
 
 def _ordered(value: np.ndarray) -> np.ndarray:
@@ -157,16 +157,16 @@ def _late(loop: Loop, count: int) -> tuple[np.ndarray, bool]:
     if loop.p2 == 0.0 and loop.q1 != 0.0:
         chain = float(np.log(np.abs(loop.q1) / loop.p1) / loop.delay)
     for trial, order in enumerate(_STAND_INS):
-        found = _polished(loop, first_guesses(loop, order, (2 * count + 4) << trial))
-        inside = found[found.real > chain + 1e-9 * (1.0 + abs(chain))]
-        chosen = found if chain == -np.inf else inside
+        roots = _polished(loop, first_guesses(loop, order, (2 * count + 4) << trial))
+        inside = roots[roots.real > chain + 1e-9 * (1.0 + abs(chain))]
+        chosen = roots if chain == -np.inf else inside
         edge = _edge(chosen, count, chain)
         if edge is not None and poles_right(shifted(loop, edge)) == np.sum(chosen.real > edge):
             if chain == -np.inf or len(chosen) >= count:
                 return chosen[:count], True
-            rest = found[found.real <= edge]
-            rest = rest[np.argsort(np.abs(rest.imag), kind="stable")]
-            together = np.concatenate([chosen, rest[: count - len(chosen)]])
+            remainder = roots[roots.real <= edge]
+            remainder = remainder[np.argsort(np.abs(remainder.imag), kind="stable")]
+            together = np.concatenate([chosen, remainder[: count - len(chosen)]])
             if len(together) == count:
                 return together, False
     raise NumericalFailure(
@@ -175,19 +175,19 @@ def _late(loop: Loop, count: int) -> tuple[np.ndarray, bool]:
     )
 
 
-def _edge(found: np.ndarray, count: int, chain: float) -> float | None:
+def _edge(roots: np.ndarray, count: int, chain: float) -> float | None:
     """A line left of the poles wanted and clear of all, to count what lies to its right."""
-    if len(found) <= count:
+    if len(roots) <= count:
         if chain == -np.inf:
             return None
-        last = float(found[-1].real) if len(found) else chain + 1.0 + abs(chain)
+        last = float(roots[-1].real) if len(roots) else chain + 1.0 + abs(chain)
         return 0.5 * (last + chain)
-    gaps = found[count - 1 : -1].real - found[count:].real
-    wide = np.flatnonzero(gaps > 1e-6 * (1.0 + np.abs(found[count:].real)))
+    gaps = roots[count - 1 : -1].real - roots[count:].real
+    wide = np.flatnonzero(gaps > 1e-6 * (1.0 + np.abs(roots[count:].real)))
     if not len(wide):
         return None
     first = count - 1 + int(wide[0])
-    return float(0.5 * (found[first].real + found[first + 1].real))
+    return float(0.5 * (roots[first].real + roots[first + 1].real))
 
 
 def _polished(loop: Loop, start: np.ndarray) -> np.ndarray:
@@ -204,11 +204,11 @@ def _polished(loop: Loop, start: np.ndarray) -> np.ndarray:
         good = np.isfinite(value) & (np.abs(value) <= 100.0 * rounding_of(loop, s))
     s = s[good]
     s = np.where(np.abs(s.imag) <= 1e-9 * np.abs(s), s.real + 0j, s.real + 1j * np.abs(s.imag))
-    kept: list[complex] = []
+    distinct: list[complex] = []
     for root in s:
-        if all(abs(root - other) > _SAME * abs(root) for other in kept):
-            kept.append(complex(root))
-    both = kept + [root.conjugate() for root in kept if root.imag > 0.0]
+        if all(abs(root - other) > _SAME * abs(root) for other in distinct):
+            distinct.append(complex(root))
+    both = distinct + [root.conjugate() for root in distinct if root.imag > 0.0]
     return _ordered(np.array(both, dtype=complex))
 
 
@@ -230,7 +230,7 @@ class Locus(NamedTuple):
 
 
 def root_locus(
-    model: ReducedModel, controller: Controller, gains: ArrayLike, load: Load | None = None,
+    model: ReducedModel, controller: Controller, gains: ArrayLike, load: LoopLoad | None = None,
     target: float = 0.0, count: int = 6,
 ) -> Locus:  # fmt: skip
     """Poles for each of `gains` (g,); with a `load` the speed feedback keeps `target` (rad/s).
@@ -243,10 +243,10 @@ def root_locus(
     gain = np.asarray(gains, dtype=float)
     moved = controller._replace(gain=gain)
     if load is not None:
-        kept = speed_feedback_for(model, gain, load.reference, load.mean, target)
-        moved = moved._replace(speed_feedback=kept.value)
-    found = poles(loop_of(model, moved), count)
-    pole, error = found.value.copy(), found.error.copy()
+        feedback = speed_feedback_for(model, gain, load.reference, load.mean, target)
+        moved = moved._replace(speed_feedback=feedback.value)
+    located = poles(loop_of(model, moved), count)
+    pole, error = located.value.copy(), located.error.copy()
     for row in range(1, len(gain)):
         away = np.abs(pole[row - 1][:, None] - pole[row][None, :])
         away = np.where(np.isfinite(away), away, 1e300)

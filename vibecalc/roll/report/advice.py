@@ -71,8 +71,8 @@ def changes(result: Result) -> Changes | None:
     # harmonics that are zero have no change in dB, and need not be among the orders
     level = having(record, ROLL + "level/shell_acceleration", "order")
     known = [] if level is None else [np.asarray(level.axes[0].values)[oscillating(level)]]
-    own = [np.asarray(one.axes[1].values)[oscillating(one)] for one in given]
-    orders = np.unique(np.concatenate([*own, *known]))
+    shown = [np.asarray(one.axes[1].values)[oscillating(one)] for one in given]
+    orders = np.unique(np.concatenate([*shown, *known]))
     acts = shell_acts(record, orders)
     values = np.stack([_spread(one, names, orders) for one in both])
     values = np.where(acts | np.isnan(values), values, 0.0)
@@ -88,26 +88,28 @@ def changes(result: Result) -> Changes | None:
     )
 
 
-def _spread(found: Quantity | None, names: list[str], orders: np.ndarray) -> np.ndarray:
+def _spread(quantity: Quantity | None, names: list[str], orders: np.ndarray) -> np.ndarray:
     """Values (names, orders), zero within the error; rows that are not there are NaN."""
     values = np.full((len(names), len(orders)), np.nan)
-    if found is None:
+    if quantity is None:
         return values
-    rows = [names.index(str(name)) for name in labels(found.axes[0])]
+    rows = [names.index(str(name)) for name in labels(quantity.axes[0])]
     values[rows] = 0.0
-    chosen = oscillating(found)
-    given = np.asarray(found.axes[1].values)[chosen]
-    own = np.asarray(found.values, dtype=float)[:, chosen]
-    seen = np.isfinite(own) & (np.abs(own) > known_error(found))
+    chosen = oscillating(quantity)
+    given = np.asarray(quantity.axes[1].values)[chosen]
+    effect = np.asarray(quantity.values, dtype=float)[:, chosen]
+    seen = np.isfinite(effect) & (np.abs(effect) > known_error(quantity))
     there = np.isin(given, orders)
-    values[np.ix_(rows, np.searchsorted(orders, given[there]))] = np.where(seen, own, 0.0)[:, there]
+    values[np.ix_(rows, np.searchsorted(orders, given[there]))] = np.where(seen, effect, 0.0)[
+        :, there
+    ]
     return values
 
 
 def advice(result: Result) -> list[str]:
     """For each order the changes that lower it most, and what they do to the other orders."""
-    found = changes(result)
-    if found is None:
+    effects = changes(result)
+    if effects is None:
         return []
     level = having(result.record, ROLL + "level/shell_acceleration", "order")
     columns = (
@@ -117,12 +119,12 @@ def advice(result: Result) -> list[str]:
         number("by dB", 8),
         Column("and raises orders", 24),
     )
-    rows = [row for j in range(len(found.orders)) for row in _rows(found, j, level)]
+    rows = [row for j in range(len(effects.orders)) for row in _rows(effects, j, level)]
     curved = any(_CURVED in cell for row in rows for cell in row)
     return [
         *paragraph(f"What lowers each harmonic of the shell, for {PERCENT} % of a parameter:"),
-        *_all_orders(found),
-        *_missing(found, result.record),
+        *_all_orders(effects),
+        *_missing(effects, result.record),
         *table(columns, rows),
         *paragraph(
             "by dB: computed with the running state of the machine so changed; effects of changes "
@@ -133,12 +135,14 @@ def advice(result: Result) -> list[str]:
     ]
 
 
-def _rows(found: Changes, j: int, level: Quantity | None) -> list[list[str]]:
-    order = str(int(found.orders[j]))
-    shown = "" if level is None else decibels(_at(level, int(found.orders[j])), bool(found.acts[j]))
-    if not found.acts[j]:
+def _rows(effects: Changes, j: int, level: Quantity | None) -> list[list[str]]:
+    order = str(int(effects.orders[j]))
+    shown = (
+        "" if level is None else decibels(_at(level, int(effects.orders[j])), bool(effects.acts[j]))
+    )
+    if not effects.acts[j]:
         return [[order, shown, "nothing to lower", "", ""]]
-    effect = found.values[:, :, j]
+    effect = effects.values[:, :, j]
     places = [(side, i) for i in range(effect.shape[1]) for side in (0, 1)]
     lowering = [place for place in places if effect[place] <= -_WORTH]
     strongest = sorted(lowering, key=lambda place: float(effect[place]))[:_STRONGEST]
@@ -147,8 +151,8 @@ def _rows(found: Changes, j: int, level: Quantity | None) -> list[list[str]]:
     rows = []
     for place, (side, i) in enumerate(strongest):
         head = [order, shown] if place == 0 else ["", ""]
-        words = change(found.words[i], side) + (_CURVED if found.curved[side, i, j] else "")
-        rows.append([*head, words, f"{effect[side, i]:.2f}", _raised(found, side, i)])
+        words = change(effects.words[i], side) + (_CURVED if effects.curved[side, i, j] else "")
+        rows.append([*head, words, f"{effect[side, i]:.2f}", _raised(effects, side, i)])
     return rows
 
 
@@ -157,10 +161,10 @@ def change(words: str, side: int) -> str:
     return f"{PERCENT} % {'less' if side else 'more'} {words}"
 
 
-def _raised(found: Changes, side: int, i: int) -> str:
-    up = found.values[side, i] >= _WORTH
-    words = [joined(found.orders[up])] if up.any() else []
-    words += [_THOSE] if found.wakes[i] else []
+def _raised(effects: Changes, side: int, i: int) -> str:
+    up = effects.values[side, i] >= _WORTH
+    words = [joined(effects.orders[up])] if up.any() else []
+    words += [_THOSE] if effects.wakes[i] else []
     return ", ".join(words) or "none"
 
 
@@ -178,13 +182,13 @@ def joined(orders: Sequence[int] | np.ndarray) -> str:
     return ", ".join(words)
 
 
-def _all_orders(found: Changes) -> list[str]:
+def _all_orders(effects: Changes) -> list[str]:
     """Changes that lower every harmonic at once."""
     lines = []
-    for i, words in enumerate(found.words):
+    for i, words in enumerate(effects.words):
         for side in (0, 1):
-            row = found.values[side, i, found.acts]
-            if found.wakes[i] or not row.size or not np.all(row <= -_WORTH):
+            row = effects.values[side, i, effects.acts]
+            if effects.wakes[i] or not row.size or not np.all(row <= -_WORTH):
                 continue
             low, high = f"{-row.max():.2f}", f"{-row.min():.2f}"
             by = f"{low} dB" if low == high else f"{low} to {high} dB"
@@ -192,14 +196,14 @@ def _all_orders(found: Changes) -> list[str]:
     return lines
 
 
-def _missing(found: Changes, record: Record) -> list[str]:
+def _missing(effects: Changes, record: Record) -> list[str]:
     """Changes that leave no running state, where such changes were examined at all."""
     words = []
     for side, name in enumerate(("more", "less")):
         if f"{ROLL}sensitivity/ten_percent_{name}" in record:
-            gone = np.isnan(found.values[side]).all(axis=1)
-            words += [change(found.words[i], side) for i in np.flatnonzero(gone)]
-    if not words or not found.orders.size:
+            gone = np.isnan(effects.values[side]).all(axis=1)
+            words += [change(effects.words[i], side) for i in np.flatnonzero(gone)]
+    if not words or not effects.orders.size:
         return []
     return paragraph(f"no running state was found with {', nor with '.join(words)}", "-")
 

@@ -155,8 +155,8 @@ def _model(record: Record) -> list[str]:
             continue
         quantity = record[CONTROL + name]
         factor, unit = (rpm(1.0), "rpm") if quantity.unit == "rad/s" else (1.0, quantity.unit)
-        own, error = float(quantity.values) * factor, quantity.error_estimate * factor
-        rows.append([words, show(own, error), unit])
+        shown_value, error = float(quantity.values) * factor, quantity.error_estimate * factor
+        rows.append([words, show(shown_value, error), unit])
     columns = (Column("reduced model", 44), number("value", 13), Column("unit", 11))
     return table(columns, rows) if rows else []
 
@@ -169,9 +169,12 @@ def _loop(result: Result) -> list[str]:
     asked = table_of(result.case, "response", "control")
     lag, delay = asked.get("actuator_lag"), asked.get("delay")
     feedback = scalar_of(record, CONTROL + "speed_feedback")
-    own = 0.0 if feedback is None else float(record[CONTROL + "speed_feedback"].values)
+    speed_feedback = 0.0 if feedback is None else float(record[CONTROL + "speed_feedback"].values)
     rows = [
-        ("controller", feedback_words(asked.get("gain"), own, asked.get("acceleration_feedback"))),
+        (
+            "controller",
+            feedback_words(asked.get("gain"), speed_feedback, asked.get("acceleration_feedback")),
+        ),
         ("actuator", f"lag {in_time(lag)}, delay {in_time(delay)}"),
         ("stability", words),
         *margin_words(record, ""),
@@ -192,16 +195,16 @@ def _pole(value: complex) -> str:
 
 def _levels(record: Record) -> list[str]:
     """Levels by order; those of a loop that is not stable have no bound."""
-    found = [
+    shown = [
         (quantity, title, is_level)
         for name, title, is_level in _COLUMNS
         if (quantity := having(record, CONTROL + name, "order")) is not None
     ]
-    if not found:
+    if not shown:
         return []
-    columns, orders = [number("order", 5)], found[0][0].axes[0].values
+    columns, orders = [number("order", 5)], shown[0][0].axes[0].values
     rows = [[str(int(order))] for order in orders]
-    for quantity, title, is_level in found:
+    for quantity, title, is_level in shown:
         columns.append(number(title, 10))
         for place, row in enumerate(rows):
             row.append(_cell(quantity, place, is_level))
@@ -254,18 +257,18 @@ def _louder(record: Record) -> str:
 
 
 def _range(record: Record) -> list[str]:
-    own = having(record, CONTROL + "range/difference", "order")
-    if own is None:
+    difference = having(record, CONTROL + "range/difference", "order")
+    if difference is None:
         return []
-    values = np.asarray(own.values, dtype=float)
-    orders = own.axes[0].values
-    kept = [str(int(order)) for order in orders[np.abs(values) <= _CLOSE]]
+    values = np.asarray(difference.values, dtype=float)
+    orders = difference.axes[0].values
+    close = [str(int(order)) for order in orders[np.abs(values) <= _CLOSE]]
     words = (
         f"without control the reduced model is within {_CLOSE:g} dB of the full one in orders "
-        f"{', '.join(kept)}" if kept else
+        f"{', '.join(close)}" if close else
         f"without control the reduced model is more than {_CLOSE:g} dB off in every order"
     )  # fmt: skip
-    words += _apart("; the full one is", own, int(np.argmax(np.abs(values))))
+    words += _apart("; the full one is", difference, int(np.argmax(np.abs(values))))
     straight = having(record, CONTROL + "range/linear_difference", "order")
     if straight is not None:
         off = np.asarray(straight.values, dtype=float)

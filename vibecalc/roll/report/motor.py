@@ -64,8 +64,8 @@ def roll_motor(result: Result) -> Section | None:
 def _changes(record: Record) -> list[str]:
     """Levels from the table to the circuit to its transients, and the torque's answer."""
     static = having(record, _MOTOR + "static_level", "order")
-    own = having(record, ROLL + "level/shell_acceleration", "order")
-    if static is None or own is None:
+    level = having(record, ROLL + "level/shell_acceleration", "order")
+    if static is None or level is None:
         return []
     columns = [number("order", 6)]
     rows = [[str(int(static.axes[0].values[i]))] for i in oscillating(static)]
@@ -75,14 +75,14 @@ def _changes(record: Record) -> list[str]:
         (_MOTOR + "fit_change", "the fit\ndB"),
         (_MOTOR + "static_level", "steady curve\ndB"),
         (_MOTOR + "dynamics_change", "transients\ndB"),
-        (own.path, "with them\ndB"),
+        (level.path, "with them\ndB"),
     ):
-        found = having(record, path, "order")
-        if found is None:
+        quantity = having(record, path, "order")
+        if quantity is None:
             continue
         columns.append(number(words, 13))
-        for row, i in zip(rows, oscillating(found), strict=True):
-            row.append(decibels(found.values[i], bool(acts[i])))
+        for row, i in zip(rows, oscillating(quantity), strict=True):
+            row.append(decibels(quantity.values[i], bool(acts[i])))
     _add_answer(record, columns, rows)
     lines = paragraph(
         "levels of the shell acceleration; what the fitted curve in place of the table changes, "
@@ -136,16 +136,18 @@ def _parameters(record: Record) -> list[str]:
     alone = {} if free is None else dict(zip(labels(free.axes[0]), free.values, strict=True))
     rows = []
     for name, words, key in _OF_ALL:
-        found = having(record, _MOTOR + name)
-        if found is not None:
-            rows.append(_parameter(words, found, float(found.values), key, known, alone))
+        quantity = having(record, _MOTOR + name)
+        if quantity is not None:
+            rows.append(_parameter(words, quantity, float(quantity.values), key, known, alone))
     for name, words, key in _OF_CAGES:
-        found = having(record, _MOTOR + name, "cage")
-        if found is None:
+        quantity = having(record, _MOTOR + name, "cage")
+        if quantity is None:
             continue
-        for cage, value in zip(labels(found.axes[0]), found.values, strict=True):
-            own = key if len(found.values) == 1 else f"{key} {cage}"
-            rows.append(_parameter(f"{words} {cage}", found, float(value), own, known, alone))
+        for cage, value in zip(labels(quantity.axes[0]), quantity.values, strict=True):
+            name_of = key if len(quantity.values) == 1 else f"{key} {cage}"
+            rows.append(
+                _parameter(f"{words} {cage}", quantity, float(value), name_of, known, alone)
+            )
     columns = (Column("fitted parameter", 30), number("value", 13), Column("unit", 5),
                number("for 1 % in\nthe table %", 13), number("nothing\nassumed %", 17))  # fmt: skip
     return table(columns, rows) if rows else []
@@ -153,14 +155,14 @@ def _parameters(record: Record) -> list[str]:
 
 def _parameter(
     words: str,
-    found: Quantity,
+    quantity: Quantity,
     value: float,
     key: str,
     known: dict[str, float],
     alone: dict[str, float],
 ) -> list[str]:
-    shown = show(value, found.error_estimate)
-    return [words, shown, found.unit, _percent(known.get(key)), _percent(alone.get(key))]
+    shown = show(value, quantity.error_estimate)
+    return [words, shown, quantity.unit, _percent(known.get(key)), _percent(alone.get(key))]
 
 
 def _percent(spread: float | None) -> str:
@@ -172,8 +174,8 @@ def _percent(spread: float | None) -> str:
 
 def _rows(record: Record) -> list[str]:
     paths = ("torque", "fitted", "difference", "relative_difference", "used")
-    found = [having(record, f"{_MOTOR}table/{name}", "slip") for name in paths]
-    torque, fitted, difference, relative, used = found
+    quantities = [having(record, f"{_MOTOR}table/{name}", "slip") for name in paths]
+    torque, fitted, difference, relative, used = quantities
     if torque is None or fitted is None or difference is None or relative is None or used is None:
         return []
     rows = [
@@ -200,12 +202,12 @@ def _rows(record: Record) -> list[str]:
 def _points(record: Record) -> list[str]:
     rows = []
     for name, words in _POINTS:
-        found = having(record, _MOTOR + name)
-        if found is None:
+        quantity = having(record, _MOTOR + name)
+        if quantity is None:
             continue
-        value = float(found.values)
+        value = float(quantity.values)
         nearby = f"{show(rpm(value), digits=5)} rpm" if name == "breakdown_slip" else ""
-        rows.append([words, show(value, found.error_estimate), found.unit, nearby])
+        rows.append([words, show(value, quantity.error_estimate), quantity.unit, nearby])
     for name, words in (
         ("rotor_open_time", "stator open"),
         ("rotor_short_time", "stator short"),

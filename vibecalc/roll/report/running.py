@@ -134,9 +134,9 @@ def _stability(record: Record) -> list[str]:
         if largest > _SLOW:
             turns = math.ceil(math.log(0.01) / math.log(largest))
             words += f", 1 % after {turns} turns"
-    found = having(record, ROLL + "multiplier", "multiplier")
-    if found is not None:
-        values = np.asarray(found.values, dtype=complex)
+    quantity = having(record, ROLL + "multiplier", "multiplier")
+    if quantity is not None:
+        values = np.asarray(quantity.values, dtype=complex)
         ordered = values[np.argsort(-np.abs(values), kind="stable")][:_MULTIPLIERS]
         words += "; Floquet multipliers " + ", ".join(_complex(one) for one in ordered)
         words += ", ..." if values.size > _MULTIPLIERS else ""
@@ -193,17 +193,17 @@ def _more(record: Record) -> list[str]:
 def _by_order(
     record: Record, names: Sequence[tuple[str, str]], width: int, with_level: bool = True
 ) -> list[str]:
-    found = [
+    shown = [
         (harmonics, words)
         for name, words in names
         if (harmonics := having(record, ROLL + name, "order")) is not None
         and (with_level or np.any(acting(harmonics)[oscillating(harmonics)]))
     ]
-    if not found:
+    if not shown:
         return []
     columns = [number("order", 6)]
-    rows = _order_rows(found[0][0])
-    for harmonics, words in found:
+    rows = _order_rows(shown[0][0])
+    for harmonics, words in shown:
         columns.append(number(f"{words}\n{harmonics.unit}", width))
         columns += [number("level\ndB", 8)] if with_level else []
         columns.append(number("lag\ndeg", 7))
@@ -267,12 +267,12 @@ def forces(record: Record) -> list[str]:
 def shaking(record: Record) -> list[str]:
     """What the textbook has for the whole body: its force and couple, and no roll."""
     words = []
-    for name, way in (("force", "along"), ("couple", "about")):
+    for name, direction in (("force", "along"), ("couple", "about")):
         peak = having(record, f"{ROLL}shaking/{name}_peak", "direction")
         if peak is None:
             return []
         shown = [
-            f"{show(value, peak.error_estimate, _DIGITS)} {peak.unit} {way} {label}"
+            f"{show(value, peak.error_estimate, _DIGITS)} {peak.unit} {direction} {label}"
             for label, value in zip(labels(peak.axes[0]), peak.values, strict=True)
             if float(value) > peak.error_estimate
         ]
@@ -356,33 +356,36 @@ def _open(spread: np.ndarray, orders: np.ndarray, acts: np.ndarray) -> str:
 
 def _methods(result: Result) -> list[str]:
     record = result.record
-    found = having(record, ROLL + "method/difference", "method", "order")
-    if found is None:
+    differences = having(record, ROLL + "method/difference", "method", "order")
+    if differences is None:
         return []
-    own = str(table_of(result.case, "response", "roll").get("method") or "collocation")
-    columns = [number("order", 9), *(number(f"{name} dB", 14) for name in labels(found.axes[0]))]
-    orders = np.asarray(found.axes[1].values)
-    chosen = oscillating(found)
+    method = str(table_of(result.case, "response", "roll").get("method") or "collocation")
+    columns = [
+        number("order", 9),
+        *(number(f"{name} dB", 14) for name in labels(differences.axes[0])),
+    ]
+    orders = np.asarray(differences.axes[1].values)
+    chosen = oscillating(differences)
     acts = shell_acts(record, orders)[chosen]
     rows = []
     for i, shows in zip(chosen, acts, strict=True):
         cells = [_miss(float(one)) if shows else "-"
-                 for one in found.values[:, i]]  # fmt: skip
+                 for one in differences.values[:, i]]  # fmt: skip
         rows.append([str(int(orders[i])), *cells])
-    lines = paragraph(f"level of the shell acceleration by other methods, less that by {own}")
+    lines = paragraph(f"level of the shell acceleration by other methods, less that by {method}")
     below = []
-    kept = np.abs(found.values[:, chosen[acts]])
-    if kept.size:
-        worst = [_miss(float(one)).lstrip("+") for one in kept.max(axis=1)]
+    misses = np.abs(differences.values[:, chosen[acts]])
+    if misses.size:
+        worst = [_miss(float(one)).lstrip("+") for one in misses.max(axis=1)]
         below.append(["largest", *worst])
-    points, words = _work(record, found)
+    points, words = _work(record, differences)
     return [*lines, *table(columns, rows, below + points), *words]
 
 
-def _work(record: Record, found: Quantity) -> tuple[list[list[str]], list[str]]:
+def _work(record: Record, differences: Quantity) -> tuple[list[list[str]], list[str]]:
     """A row of the counted work of each method, and what it counts."""
     work = having(record, ROLL + "method/work", "method")
-    if work is None or len(work.values) != len(found.values):
+    if work is None or len(work.values) != len(differences.values):
         return [], []
     row = ["points", *(str(round(float(one))) for one in work.values)]
     words = "points: evaluations of the right-hand side of the equations of motion"

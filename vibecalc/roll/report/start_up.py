@@ -61,8 +61,8 @@ def _verdict(result: Result) -> list[str]:
     if not started:
         duration = options.get("duration")
         within = f" within {duration:g} s" if isinstance(duration, int | float) else ""
-        rest = f"; it makes {turns}" if turns else "; it does not turn over"
-        return paragraph(f"IT DOES NOT START{within}{rest}. The reason stands in the warnings.")
+        remark = f"; it makes {turns}" if turns else "; it does not turn over"
+        return paragraph(f"IT DOES NOT START{within}{remark}. The reason stands in the warnings.")
     words = "it starts" + (f": {turns}" if turns else "")
     to_speed = scalar_of(record, _STEM + "time_to_speed")
     if to_speed is not None and math.isfinite(to_speed):
@@ -105,15 +105,15 @@ def _steady(record: Record) -> list[str]:
 def _peaks(record: Record) -> list[str]:
     rows = []
     for name, words in _PEAKS:
-        found = record.quantities.get(f"{_STEM}{name}_peak")
+        quantity = record.quantities.get(f"{_STEM}{name}_peak")
         when = scalar_of(record, f"{_STEM}{name}_peak_time")
-        if found is None or found.axes or not abs(found.values) > found.error_estimate:
+        if quantity is None or quantity.axes or not abs(quantity.values) > quantity.error_estimate:
             continue
-        value = float(found.values)
-        unit = read_as(found.path, found.unit)[1] if name != "crank_speed" else "rpm"
-        factor = convert(1.0, found.unit, unit)
+        value = float(quantity.values)
+        unit = read_as(quantity.path, quantity.unit)[1] if name != "crank_speed" else "rpm"
+        factor = convert(1.0, quantity.unit, unit)
         after = "" if when is None else show(when, digits=4)
-        rows.append([words, show(value * factor, found.error_estimate * factor), unit, after])
+        rows.append([words, show(value * factor, quantity.error_estimate * factor), unit, after])
     columns = (
         Column("largest on the way", 30),
         number("value", 13),
@@ -146,13 +146,13 @@ def _load(record: Record) -> list[str]:
         turned = show(rpm(float(mean))) if mean else "-"
         rows.append([f"{float(begin):g}", f"{float(times):g}", turned])
     for name, words in _STEPS:
-        found = having(record, _STEM + "load/" + name, "load_step")
-        if found is None:
+        quantity = having(record, _STEM + "load/" + name, "load_step")
+        if quantity is None:
             continue
         columns.append(number(words, 13))
-        scale = 1e3 if found.unit == "rad" else 1.0
-        for row, value in zip(rows, found.values, strict=True):
-            row.append(show(scale * float(value), scale * found.error_estimate, _DIGITS))
+        scale = 1e3 if quantity.unit == "rad" else 1.0
+        for row, value in zip(rows, quantity.values, strict=True):
+            row.append(show(scale * float(value), scale * quantity.error_estimate, _DIGITS))
     return [
         *table(columns, rows),
         *paragraph("speed: mean of the last whole turn under that load; then the largest values"),

@@ -38,19 +38,19 @@ def run_torsion_as_published(scene: Scene) -> None:
     scene.emit(f"{PUBLISHED}natural_frequency", frequency, uncertainty, modes)
     _emit_rayleigh(scene, setup, options, frequency, number)
     torque, error = _torque(setup)
-    found = modal_excitation(shape, frequency, setup.model.line.inertia, torque, error)
-    found = _with_shape_error(found, shape_error, torque)
+    excitation = modal_excitation(shape, frequency, setup.model.line.inertia, torque, error)
+    excitation = _with_shape_error(excitation, shape_error, torque)
     order = setup.drive.order
-    _emit_intensity(scene, found, number, order)
+    _emit_intensity(scene, excitation, number, order)
     ratio = 0.0 if options.magnifier == "empirical" else options.damping_ratio
     zeta = np.full(len(place), 0.0 if options.magnifier == "undamped" else ratio)
     if setup.torsion.speeds is not None:
         _emit_twist(
-            scene, setup.torsion.speeds, found, (frequency, uncertainty, number, order), zeta
+            scene, setup.torsion.speeds, excitation, (frequency, uncertainty, number, order), zeta
         )
     if options.magnifier != "undamped":
         damped = None if options.magnifier == "empirical" else zeta
-        _emit_criticals(scene, found, number, order, damped)
+        _emit_criticals(scene, excitation, number, order, damped)
     scene.cite(
         "modal route of the source: modal twist at crank angle zero, shapes with 1 at the first "
         "freedom; it is no twist of a shaft",
@@ -97,20 +97,20 @@ def _torque(setup: Setup) -> tuple[np.ndarray, FloatArray]:
 
 
 def _with_shape_error(
-    found: ModalExcitation, shape_error: FloatArray, torque: np.ndarray
+    excitation: ModalExcitation, shape_error: FloatArray, torque: np.ndarray
 ) -> ModalExcitation:
     """The same with what the errors of the shapes add."""
     added = shape_error[:, None] * np.abs(torque).sum(axis=1)
-    share = np.abs(found.deflection).max(axis=1, keepdims=True)
-    stiffness = np.abs(found.vector_sum).max(axis=1, keepdims=True) / np.where(
+    share = np.abs(excitation.deflection).max(axis=1, keepdims=True)
+    stiffness = np.abs(excitation.vector_sum).max(axis=1, keepdims=True) / np.where(
         share > 0.0, share, 1.0
     )
     # modal inertia is quadratic in the shape
-    own = 2.0 * shape_error[:, None] * np.abs(found.deflection)
+    deflected = 2.0 * shape_error[:, None] * np.abs(excitation.deflection)
     turned = added / np.where(stiffness > 0.0, stiffness, 1.0)
-    return found._replace(
-        vector_sum_error=found.vector_sum_error + added,
-        deflection_error=found.deflection_error + turned + own,
+    return excitation._replace(
+        vector_sum_error=excitation.vector_sum_error + added,
+        deflection_error=excitation.deflection_error + turned + deflected,
     )
 
 
@@ -118,8 +118,8 @@ def _emit_rayleigh(
     scene: Scene, setup: Setup, options: AsPublished, frequency: FloatArray, number: np.ndarray
 ) -> None:
     """The series through the ratio of the case at the two lowest elastic modes."""
-    own = setup.modes.frequency[setup.modes.frequency > 0.0][:2]
-    series = caughey_series(own, np.full(len(own), options.damping_ratio))
+    elastic = setup.modes.frequency[setup.modes.frequency > 0.0][:2]
+    series = caughey_series(elastic, np.full(len(elastic), options.damping_ratio))
     alpha = np.append(series.alpha, 0.0)[:2]
     error = np.append(series.error, 0.0)[:2]
     scene.emit(f"{PUBLISHED}rayleigh_inertia", alpha[0], error[0])
@@ -130,24 +130,24 @@ def _emit_rayleigh(
 
 
 def _emit_intensity(
-    scene: Scene, found: ModalExcitation, number: np.ndarray, order: FloatArray
+    scene: Scene, excitation: ModalExcitation, number: np.ndarray, order: FloatArray
 ) -> None:
     axes = {"elastic_mode": number, "half_order": order}
-    scene.emit(f"{PUBLISHED}intensity", found.vector_sum, found.vector_sum_error, axes)
-    scene.emit(f"{PUBLISHED}static_twist", found.deflection, found.deflection_error, axes)
-    largest = order[np.argmax(np.abs(found.vector_sum), axis=1)]
+    scene.emit(f"{PUBLISHED}intensity", excitation.vector_sum, excitation.vector_sum_error, axes)
+    scene.emit(f"{PUBLISHED}static_twist", excitation.deflection, excitation.deflection_error, axes)
+    largest = order[np.argmax(np.abs(excitation.vector_sum), axis=1)]
     scene.emit(f"{PUBLISHED}largest_intensity_order", largest, 0.0, {"elastic_mode": number})
 
 
 def _emit_twist(
-    scene: Scene, asked: LineSpeeds, found: ModalExcitation,
+    scene: Scene, asked: LineSpeeds, excitation: ModalExcitation,
     of_modes: tuple[FloatArray, FloatArray, np.ndarray, FloatArray], zeta: FloatArray,
 ) -> None:  # fmt: skip
     frequency, uncertainty, number, order = of_modes
     speeds = line_speeds(asked)
-    twist = modal_twist(found, frequency, order, speeds, zeta)
+    twist = modal_twist(excitation, frequency, order, speeds, zeta)
     # a frequency that is off by so much moves the resonance
-    moved = modal_twist(found, frequency + uncertainty, order, speeds, zeta)
+    moved = modal_twist(excitation, frequency + uncertainty, order, speeds, zeta)
     error = twist.error + 2.0 * np.abs(moved.magnitude - twist.magnitude)
     error = error + 8.0 * EPSILON * twist.magnitude
     axes = {"elastic_mode": number, "speed": speeds}
@@ -156,10 +156,10 @@ def _emit_twist(
 
 
 def _emit_criticals(
-    scene: Scene, found: ModalExcitation, number: np.ndarray, order: FloatArray,
+    scene: Scene, excitation: ModalExcitation, number: np.ndarray, order: FloatArray,
     zeta: FloatArray | None,
 ) -> None:  # fmt: skip
-    sums = twist_on_criticals(found, order, zeta)
+    sums = twist_on_criticals(excitation, order, zeta)
     value, error = sums.value[..., -1], sums.error[..., -1]
     axes = {"elastic_mode": number, "half_order": order}
     scene.emit(f"{PUBLISHED}twist_at_critical", value, error, axes)

@@ -10,7 +10,7 @@ from vibecalc.excitation.cylinder_torque import major_orders
 from vibecalc.numerics.rounding import EPSILON, SINGULAR, BoolArray, FloatArray, IntArray
 from vibecalc.torsion.adapters.curves import ROWS, solved
 from vibecalc.torsion.adapters.setup import Setup
-from vibecalc.torsion.damped_modes import NO_PEAK, mode_number, own_pole, vibrating_guesses
+from vibecalc.torsion.damped_modes import NO_PEAK, converged_pole, mode_number, vibrating_guesses
 from vibecalc.torsion.line import stiffness_matrix
 from vibecalc.torsion.modes import natural_modes
 from vibecalc.torsion.results import ROOT
@@ -68,20 +68,20 @@ def _met(setup: Setup, order: float) -> tuple[FloatArray, FloatArray]:
     square = np.linalg.eigvals(np.linalg.solve(inertia, stiffness))
     uncertainty = 64.0 * EPSILON * len(square) * float(np.max(np.abs(square)))
     real = np.abs(square.imag) <= 1e-6 * np.abs(square)
-    kept = np.sort(square.real[real & (square.real > uncertainty)])
+    positive = np.sort(square.real[real & (square.real > uncertainty)])
     speed = np.where(modes.frequency > 0.0, np.inf, 0.0)
     error = np.zeros(len(speed))
-    for met in np.sqrt(kept).tolist():
+    for met in np.sqrt(positive).tolist():
         there = natural_modes(setup.model.at(met))
         mode = int(np.argmin(np.abs(there.frequency - order * met)))
         # one step of Newton's method on w(speed) - order speed; its slope is negative
-        own, shape = there.frequency[mode], there.shape[mode]
-        rise = met * float(shape @ added @ shape) / (there.modal_inertia[mode] * own)
-        left = own - order * met
-        speed[mode] = met + left / (order - rise)
-        rounding = there.frequency_error[mode] + 4.0 * EPSILON * own
+        frequency, shape = there.frequency[mode], there.shape[mode]
+        growth = met * float(shape @ added @ shape) / (there.modal_inertia[mode] * frequency)
+        left = frequency - order * met
+        speed[mode] = met + left / (order - growth)
+        rounding = there.frequency_error[mode] + 4.0 * EPSILON * frequency
         # the step leaves the square of what it mends
-        error[mode] = rounding / (order - rise) + left**2 / (own * (order - rise))
+        error[mode] = rounding / (order - growth) + left**2 / (frequency * (order - growth))
     return speed, error
 
 
@@ -117,7 +117,7 @@ def _met_by_pole(setup: Setup, order: float, guess: complex) -> tuple[float, flo
     at, pole, last = abs(guess) / order, guess, None
     for _ in range(_ROUNDS):
         try:
-            pole, _, uncertainty, _ = own_pole(setup.model.at(at), pole)
+            pole, _, uncertainty, _ = converged_pole(setup.model.at(at), pole)
         except NumericalFailure:
             return None
         left = abs(pole) - order * at
@@ -161,10 +161,14 @@ def emit_separation(scene: Scene, setup: Setup, where: str, low: float, high: fl
     """
     rule, firing = setup.torsion.separation, setup.drive.firing
     modes, order = setup.natural(), setup.drive.order
-    found = separation(modes.frequency, order, low, high, rule or "api_618")
+    verdict = separation(modes.frequency, order, low, high, rule or "api_618")
     blank, major = beyond(setup, high), major_orders(firing.angle, order, firing.bank)
     shape = (len(modes.frequency), len(CLASSES))
-    margin, nearest, kept = np.full(shape, np.inf), np.zeros(shape), np.ones(shape, dtype=np.int64)
+    margin, nearest, sufficient = (
+        np.full(shape, np.inf),
+        np.zeros(shape),
+        np.ones(shape, dtype=np.int64),
+    )
     error = np.zeros(shape)
     uncertainty: FloatArray = modes.frequency_error[:, None] / (
         order * (low if low > 0.0 else high)
@@ -173,20 +177,20 @@ def emit_separation(scene: Scene, setup: Setup, where: str, low: float, high: fl
         places = np.flatnonzero(chosen)
         if not len(places):
             continue
-        own = found.margin[:, places]
-        best = np.argmin(own, axis=1)
-        row = np.arange(len(own))
-        margin[:, column] = np.where(blank, np.inf, own[row, best])
+        by_order = verdict.margin[:, places]
+        best = np.argmin(by_order, axis=1)
+        row = np.arange(len(by_order))
+        margin[:, column] = np.where(blank, np.inf, by_order[row, best])
         nearest[:, column] = np.where(blank, 0.0, order[places][best])
-        kept[:, column] = np.where(blank, True, np.all(found.kept[:, places], axis=1))
-        rounding = 8.0 * EPSILON * (1.0 + np.abs(own[row, best]))
+        sufficient[:, column] = np.where(blank, True, np.all(verdict.kept[:, places], axis=1))
+        rounding = 8.0 * EPSILON * (1.0 + np.abs(by_order[row, best]))
         error[:, column] = uncertainty[:, places][row, best] + rounding
     axes = {"mode": np.arange(1, shape[0] + 1), "order_class": CLASSES}
     place = f"{ROOT}/separation/{where}"
     scene.emit(f"{place}/margin", margin, np.where(np.isfinite(margin), error, 0.0), axes)
     scene.emit(f"{place}/half_order", nearest, 0.0, axes)
     if rule is not None:
-        scene.emit(f"{place}/sufficient", kept, 0.0, axes)
+        scene.emit(f"{place}/sufficient", sufficient, 0.0, axes)
 
 
 # ----------------------------------------------------------------------------
@@ -197,7 +201,7 @@ def emit_separation(scene: Scene, setup: Setup, where: str, low: float, high: fl
 STILL = 1e-11
 
 
-class Undamped(NamedTuple):
+class UndampedResonances(NamedTuple):
     """By rising speed (u,) in rad/s; `mode` from 1; `low` and `high` enclose what has no digits.
 
     `endless` (e,) is the lowest of the speeds at which a section twists without end, NaN for none.
@@ -212,7 +216,7 @@ class Undamped(NamedTuple):
     endless: FloatArray
 
 
-def undamped_speeds(setup: Setup, first: float, last: float) -> Undamped:
+def undamped_speeds(setup: Setup, first: float, last: float) -> UndampedResonances:
     """Those from `first` to `last` whose order drives the mode, in rad/s."""
     modes, drive, line = setup.natural(), setup.drive, setup.model.line
     natural = np.where(modes.frequency > 0.0, modes.frequency, 1.0)
@@ -238,7 +242,7 @@ def undamped_speeds(setup: Setup, first: float, last: float) -> Undamped:
     for one, which in zip(at[::-1].tolist(), mode[::-1].tolist(), strict=True):
         twist = np.abs(modes.shape[which, line.first] - modes.shape[which, line.second])
         endless[twist > STILL * twist.max(initial=0.0)] = one
-    return Undamped(
+    return UndampedResonances(
         speed=at,
         low=at - width,
         high=at + width,
@@ -260,7 +264,7 @@ SCALES = np.array([0.0025, 0.005, 0.01, 0.02, 0.04])
 NEAR, WIDER = 0.03, 2.0
 
 
-class Meeting(NamedTuple):
+class MeetingOrder(NamedTuple):
     """At each maximum (r,): half range of the referred twist, order and mode (from 1); 0: none."""
 
     twist: FloatArray
@@ -268,7 +272,7 @@ class Meeting(NamedTuple):
     mode: IntArray
 
 
-def meeting(setup: Setup, speed: FloatArray, section: IntArray, end: BoolArray) -> Meeting:
+def meeting(setup: Setup, speed: FloatArray, section: IntArray, end: BoolArray) -> MeetingOrder:
     """What resonates in sections (r,) at the speeds (r,) of their maxima; nothing at an `end` (r,).
 
     The curve itself says how wide a maximum is: the least distance at which half of what it stands
@@ -277,24 +281,24 @@ def meeting(setup: Setup, speed: FloatArray, section: IntArray, end: BoolArray) 
     order meets near by.
     """
     if not len(speed):
-        return Meeting(np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.int64))
+        return MeetingOrder(np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.int64))
     order = setup.drive.order
     sides = np.concatenate([[1.0], 1.0 - SCALES, 1.0 + SCALES])
     unique, place = np.unique(speed, return_inverse=True)
-    size, half, twist, masked = _looked_at(setup, unique[:, None] * sides, place, section)
+    size, half, twist, masked = _half_ranges_at(setup, unique[:, None] * sides, place, section)
     low, high = slice(1, 1 + len(SCALES)), slice(1 + len(SCALES), None)
     out = half[:, :1] - 0.5 * (half[:, low] + half[:, high])
     wide = np.argmax(out >= 0.5 * out.max(axis=1, keepdims=True), axis=1)
-    own = np.arange(len(speed))
-    gain = size[:, 0] - 0.5 * (size[:, low] + size[:, high])[own, wide]
+    row = np.arange(len(speed))
+    gain = size[:, 0] - 0.5 * (size[:, low] + size[:, high])[row, wide]
     gain = np.where(masked, np.inf, np.where(end[:, None], 0.0, gain))
     best = np.argmax(gain, axis=1)
     mode = _modes(setup, speed, section, best)
-    found = (gain[own, best] > 0.0) & (mode > 0)
-    return Meeting(twist, np.where(found, order[best], 0.0), np.where(found, mode, 0))
+    meets = (gain[row, best] > 0.0) & (mode > 0)
+    return MeetingOrder(twist, np.where(meets, order[best], 0.0), np.where(meets, mode, 0))
 
 
-def _looked_at(
+def _half_ranges_at(
     setup: Setup, speeds: FloatArray, place: IntArray, section: IntArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
     """Amplitudes (r, k, m) and half ranges (r, k) of torques, of twists (r,), masked (r, m).
@@ -329,12 +333,12 @@ def _modes(setup: Setup, speed: FloatArray, section: IntArray, order: IntArray) 
     finite = np.isfinite(met) & (met > 0.0)
     share = np.where(finite, met, 1.0) / speed
     near = finite & (np.abs(share - 1.0) <= NEAR + WIDER * ratio)
-    own = np.arange(len(speed))
-    torque = drive.torque(speed)[own, order]
+    row = np.arange(len(speed))
+    torque = drive.torque(speed)[row, order]
     drives = np.abs(modes.shape[:, drive.freedom] @ torque.T)
     twist = np.abs(modes.shape[:, line.first[section]] - modes.shape[:, line.second[section]])
     away = np.hypot(share**2 - 1.0, 2.0 * ratio * share) + 1e-12
     inertia = np.where(modes.inertia > 0.0, modes.inertia, np.inf)[:, None]
     height = np.where(near, drives * twist / (inertia * away), -1.0)
     best = np.argmax(height, axis=0)
-    return np.where(height[best, own] >= 0.0, best + 1, 0)
+    return np.where(height[best, row] >= 0.0, best + 1, 0)

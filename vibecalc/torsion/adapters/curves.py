@@ -36,7 +36,7 @@ def sides(shaft: ShaftLineModel) -> list[Side]:
 
     Raises NumericalFailure where rigid gears close a loop: statics does not tell their torques.
     """
-    found = []
+    all_sides = []
     rigid = [gear for gear in shaft.gears if gear.element < 0]
     for gear in rigid:
         others = [other for other in rigid if other is not gear]
@@ -50,8 +50,8 @@ def sides(shaft: ShaftLineModel) -> list[Side]:
         lighter = inertia[list(second)].sum() <= inertia[list(first)].sum()
         wheel, inside = (gear.second, second) if lighter else (gear.first, first)
         stations = np.isin(np.arange(len(shaft.station_names)), list(inside))
-        found.append(Side(stations, wheel, 1.0 if lighter else -1.0))
-    return found
+        all_sides.append(Side(stations, wheel, 1.0 if lighter else -1.0))
+    return all_sides
 
 
 def _reached(gears: list[Gearing], start: int) -> set[int]:
@@ -79,21 +79,21 @@ def gear_torques(
     `angle` (..., n), torque of sections (..., e) and of cylinders (..., k) at frequencies (...).
     What damps the modes of `model` as such takes its part: it goes with the inertias.
     """
-    found = np.empty((*angle.shape[:-1], len(shaft.gears)), dtype=np.complex128)
+    torques = np.empty((*angle.shape[:-1], len(shaft.gears)), dtype=np.complex128)
     rigid = iter(sides(shaft))
     w = np.asarray(frequency)
     for place, gear in enumerate(shaft.gears):
         if gear.element >= 0:
-            found[..., place] = section[..., gear.element]
+            torques[..., place] = section[..., gear.element]
             continue
         side, wheel, sign = next(rigid)
         inertia, damping, held = shaft.station_values[:, side].sum(axis=1)
-        own = angle[..., shaft.freedom[wheel]]
-        value = (held - w**2 * inertia + 1j * w * damping) * own
+        wheel_angle = angle[..., shaft.freedom[wheel]]
+        value = (held - w**2 * inertia + 1j * w * damping) * wheel_angle
         value = value + inertia * modal_braking(model, w, angle)[..., shaft.freedom[wheel]]
         value = value + section @ _leaving(shaft, side)
-        found[..., place] = sign * (value - torque[..., side[drive.station]].sum(axis=-1))
-    return found
+        torques[..., place] = sign * (value - torque[..., side[drive.station]].sum(axis=-1))
+    return torques
 
 
 def gear_uncertainties(
@@ -106,12 +106,12 @@ def gear_uncertainties(
     torque: FloatArray,
 ) -> FloatArray:
     """Absolute errors (..., g) of those, from errors of the same shapes."""
-    found = np.empty((*angle.shape[:-1], len(shaft.gears)))
+    errors = np.empty((*angle.shape[:-1], len(shaft.gears)))
     rigid = iter(sides(shaft))
     w = np.asarray(frequency)
     for place, gear in enumerate(shaft.gears):
         if gear.element >= 0:
-            found[..., place] = section[..., gear.element]
+            errors[..., place] = section[..., gear.element]
             continue
         side, wheel, _ = next(rigid)
         inertia, damping, held = shaft.station_values[:, side].sum(axis=1)
@@ -119,8 +119,8 @@ def gear_uncertainties(
         moved = modal_braking(model, w, angle, bound=True)[..., shaft.freedom[wheel]]
         value = value + inertia * np.abs(moved)
         value = value + section @ np.abs(_leaving(shaft, side))
-        found[..., place] = value + torque[..., side[drive.station]].sum(axis=-1)
-    return found
+        errors[..., place] = value + torque[..., side[drive.station]].sum(axis=-1)
+    return errors
 
 
 def modal_braking(
@@ -205,7 +205,7 @@ def by_freedom(shaft: ShaftLineModel, mean: FloatArray) -> FloatArray:
     return np.asarray(mean @ on)
 
 
-def own_of_gears(shaft: ShaftLineModel) -> FloatArray:
+def actual_per_referred(shaft: ShaftLineModel) -> FloatArray:
     """What referred torques of gears (g,) count on the shaft of the first wheel."""
     firsts: list[Gearing] = list(shaft.gears)
     return 1.0 / shaft.station_ratio[[gear.first for gear in firsts]]
@@ -256,7 +256,7 @@ class Curves(NamedTuple):
     masked: BoolArray
 
 
-class Solved(NamedTuple):
+class OrderSolution(NamedTuple):
     """All orders (s, m, ...) at some speeds, referred: angles, twists, torques of sections."""
 
     frequency: FloatArray
@@ -268,7 +268,7 @@ class Solved(NamedTuple):
     masked: BoolArray
 
 
-def solved(model: Model, drive: Drive, speed: FloatArray, estimate: bool = False) -> Solved:
+def solved(model: Model, drive: Drive, speed: FloatArray, estimate: bool = False) -> OrderSolution:
     """Angles and torques at speeds (s,) in rad/s; `error` (s, m) of the angles, if asked for."""
     load = drive.torque(speed)
     found = model.solve(speed, drive.order, load, drive.freedom, estimate)
@@ -276,7 +276,7 @@ def solved(model: Model, drive: Drive, speed: FloatArray, estimate: bool = False
     w = speed[:, None] * drive.order
     twist = found.angle[..., line.first] - found.angle[..., line.second]
     torque = complex_stiffness(line, w) * twist
-    return Solved(w, found.angle, twist, torque, load, found.error, found.masked)
+    return OrderSolution(w, found.angle, twist, torque, load, found.error, found.masked)
 
 
 def sweep(
@@ -295,36 +295,36 @@ def sweep(
 def _block(
     model: Model, drive: Drive, speed: FloatArray, shaft: ShaftLineModel | None, angles: bool
 ) -> Curves:
-    found = solved(model, drive, speed)
+    state = solved(model, drive, speed)
     damped = damped_elements(model.line)
-    signals = [found.twist, found.torque[..., damped]]
+    signals = [state.twist, state.torque[..., damped]]
     if angles:
-        signals.append(found.angle)
+        signals.append(state.angle)
     if shaft is not None and shaft.gears:
         signals.append(
             gear_torques(
-                shaft, drive, model, found.frequency, found.angle, found.torque, found.load
+                shaft, drive, model, state.frequency, state.angle, state.torque, state.load
             )
         )
     ends = np.cumsum([one.shape[-1] for one in signals])[:-1]
     # signals in front and orders last, as they lie in memory
     stacked = np.concatenate([np.moveaxis(one, -1, 0) for one in signals])
     total = synthesis(drive.order, stacked)
-    kept = (total.half_range.T, total.highest.T, total.lowest.T)
+    extremes = (total.half_range.T, total.highest.T, total.lowest.T)
     # by kind of signal, then half range, highest and lowest
-    twist, apart, *others = zip(*(np.split(one, ends, axis=1) for one in kept), strict=True)
+    twist, apart, *others = zip(*(np.split(one, ends, axis=1) for one in extremes), strict=True)
     stiffness = np.broadcast_to(model.at(speed).stiffness, twist[0].shape)
     half, highest, lowest = (stiffness * one for one in twist)
-    for each, own in zip((half, highest, lowest), apart, strict=True):
-        each[:, damped] = own
+    for each, damped_rows in zip((half, highest, lowest), apart, strict=True):
+        each[:, damped] = damped_rows
     none = np.zeros((len(speed), 0))
     gears = others[-1] if len(others) > angles else (none, none, none)
-    masked = np.any(found.masked, axis=-1)
+    masked = np.any(state.masked, axis=-1)
     line = model.at(speed[:, None])
     heat = np.zeros((len(speed), len(line.first)))
     if len(damped):
-        twisted = found.twist[..., damped]
-        factor = found.frequency[..., None] * loss_stiffness(line, found.frequency)[..., damped]
+        twisted = state.twist[..., damped]
+        factor = state.frequency[..., None] * loss_stiffness(line, state.frequency)[..., damped]
         square = np.square(twisted.real) + np.square(twisted.imag)
         heat[:, damped] = 0.5 * np.sum(factor * square, axis=1)
     curves = (
@@ -346,39 +346,39 @@ CORRECTIONS = 4.0
 
 
 def rounding_uncertainty(
-    setup: Setup, speed: FloatArray, found: Solved
+    setup: Setup, speed: FloatArray, state: OrderSolution
 ) -> tuple[FloatArray, FloatArray]:
     """What rounding may move angles (s, m, n) and twists (s, m, e) by; 0 where masked.
 
     The torques that the equations of motion lack, with the angles found, are put on the line once
     more. Their own rounding is of the size of that of the first solve, and so is the answer. No
-    more is reported than the bound of the solver, `found.error` (s, m), which one number for all
+    more is reported than the bound of the solver, `state.error` (s, m), which one number for all
     angles makes far too large for the twists of a line that turns as a whole.
     """
     line = setup.model.at(speed[:, None])
     a, b = line.first, line.second
-    bound = np.where(found.masked, 0.0, found.error)[..., None]
-    size = np.abs(found.angle)
+    bound = np.where(state.masked, 0.0, state.error)[..., None]
+    size = np.abs(state.angle)
     least = EPSILON * (size[..., a] + size[..., b])
-    moved = np.where(found.masked[..., None], 0.0, _correction(setup, speed, found))
+    moved = np.where(state.masked[..., None], 0.0, _correction(setup, speed, state))
     angle = CORRECTIONS * np.max(np.abs(moved), axis=-1, keepdims=True) + EPSILON * size
     twist = CORRECTIONS * np.abs(moved[..., a] - moved[..., b]) + least
     return np.minimum(angle, bound), np.minimum(twist, 2.0 * bound + least)
 
 
-def _correction(setup: Setup, speed: FloatArray, found: Solved) -> ComplexArray:
+def _correction(setup: Setup, speed: FloatArray, state: OrderSolution) -> ComplexArray:
     """Angles (s, m, n) for what is left of the torques."""
-    line, w = setup.model.at(speed[:, None]), found.frequency[..., None]
-    own = line.ground_stiffness - w**2 * line.inertia + 1j * w * line.absolute_damping
-    left = -own * found.angle
+    line, w = setup.model.at(speed[:, None]), state.frequency[..., None]
+    dynamic = line.ground_stiffness - w**2 * line.inertia + 1j * w * line.absolute_damping
+    left = -dynamic * state.angle
     if setup.model.modal is not None:
-        left -= line.inertia * modal_braking(setup.model, found.frequency, found.angle)
-    torque = complex_stiffness(line, found.frequency) * found.twist
+        left -= line.inertia * modal_braking(setup.model, state.frequency, state.angle)
+    torque = complex_stiffness(line, state.frequency) * state.twist
     for e, (first, second) in enumerate(zip(line.first, line.second, strict=True)):
         left[..., first] -= torque[..., e]
         left[..., second] += torque[..., e]
     for place, freedom in enumerate(setup.drive.freedom):
-        left[..., freedom] += found.load[..., place]
+        left[..., freedom] += state.load[..., place]
     every = np.arange(len(line.inertia))
     return setup.model.solve(speed, setup.drive.order, left, every, estimate=False).angle
 
@@ -435,7 +435,7 @@ class CurveUncertainty(NamedTuple):
     gear: FloatArray
 
 
-class OwnUncertainty(NamedTuple):
+class SectionUncertainty(NamedTuple):
     """Absolute errors (r,), referred, of twist and torque, each of one section at one speed."""
 
     twist: FloatArray
@@ -449,13 +449,13 @@ def curve_uncertainty(setup: Setup, speed: FloatArray, telling: FloatArray) -> C
     return CurveUncertainty(*(np.max(part, axis=0, initial=0.0) for part in found))
 
 
-def own_uncertainty(setup: Setup, speed: FloatArray, section: IntArray) -> OwnUncertainty:
+def section_uncertainty(setup: Setup, speed: FloatArray, section: IntArray) -> SectionUncertainty:
     """Errors of half ranges of sections (r,), each at its own speed (r,); 0 where unbounded."""
     at, place = np.unique(speed, return_inverse=True)
     parts = [_errors(setup, at[k : k + ROWS])[:2] for k in range(0, len(at), ROWS)]
     if not parts:
-        return OwnUncertainty(np.zeros(0), np.zeros(0))
-    return OwnUncertainty(
+        return SectionUncertainty(np.zeros(0), np.zeros(0))
+    return SectionUncertainty(
         *(np.concatenate(part)[place, section] for part in zip(*parts, strict=True))
     )
 
@@ -468,23 +468,23 @@ def twist_uncertainty(setup: Setup, at: FloatArray) -> FloatArray:
 
 def _errors(setup: Setup, at: FloatArray) -> CurveUncertainty:
     """Errors of sums over orders at speeds (s,), each with s in front; 0 where unbounded."""
-    found = solved(setup.model, setup.drive, at, estimate=True)
+    state = solved(setup.model, setup.drive, at, estimate=True)
     angle, twist = data_uncertainty(setup, at)
-    own_angle, own_twist = rounding_uncertainty(setup, at, found)
-    angle = angle + own_angle
-    twist = twist + own_twist
+    rounded_angle, rounded_twist = rounding_uncertainty(setup, at, state)
+    angle = angle + rounded_angle
+    twist = twist + rounded_twist
     line = setup.model.at(at[:, None])
-    torque = np.abs(complex_stiffness(line, found.frequency)) * twist
-    torque = torque + 4.0 * EPSILON * np.abs(found.torque)
-    sums = [(twist, found.twist), (torque, found.torque), (angle, found.angle)]
+    torque = np.abs(complex_stiffness(line, state.frequency)) * twist
+    torque = torque + 4.0 * EPSILON * np.abs(state.torque)
+    sums = [(twist, state.twist), (torque, state.torque), (angle, state.angle)]
     if len(line.first) == len(setup.shaft.section_names):  # else the line without dampers
         known = setup.drive.torque_error(at)
-        of_line = (setup.shaft, setup.drive, setup.model, found.frequency)
-        gear = gear_torques(*of_line, found.angle, found.torque, found.load)
+        of_line = (setup.shaft, setup.drive, setup.model, state.frequency)
+        gear = gear_torques(*of_line, state.angle, state.torque, state.load)
         sums.append((gear_uncertainties(*of_line, angle, torque, known), gear))
     else:
-        sums.append((torque[..., :0], found.torque[..., :0]))
-    clear = ~np.any(found.masked, axis=1)[:, None]
+        sums.append((torque[..., :0], state.torque[..., :0]))
+    clear = ~np.any(state.masked, axis=1)[:, None]
     return CurveUncertainty(*(np.where(clear, _summed(*one), 0.0) for one in sums))
 
 
@@ -502,8 +502,8 @@ def shifted_twist(setup: Setup, speed: FloatArray, error: FloatArray) -> FloatAr
     section = np.arange(len(speed))
     half = []
     for at in (speed, speed + error):
-        own = [solved(setup.model, setup.drive, at[k : k + ROWS]) for k in section[::ROWS]]
-        twist = np.concatenate([one.twist for one in own])[section, :, section]
-        clear = ~np.concatenate([np.any(one.masked, axis=1) for one in own])
+        blocks = [solved(setup.model, setup.drive, at[k : k + ROWS]) for k in section[::ROWS]]
+        twist = np.concatenate([one.twist for one in blocks])[section, :, section]
+        clear = ~np.concatenate([np.any(one.masked, axis=1) for one in blocks])
         half.append(np.where(clear, synthesis(setup.drive.order, twist).half_range, 0.0))
     return np.asarray(np.abs(half[1] - half[0]))

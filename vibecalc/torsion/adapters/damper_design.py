@@ -22,8 +22,8 @@ from vibecalc.torsion.damper_design.design import (
 )
 from vibecalc.torsion.damper_design.problem import (
     Damper,
+    DamperProblem,
     Limits,
-    Problem,
     SpeedTorque,
     speed_torque,
 )
@@ -41,21 +41,21 @@ from vibecalc.torsion.tables import DamperDesign
 _STIFFNESS, _DAMPING = (0.05, 4.0), (0.02, 4.0)
 
 
-class Asked(NamedTuple):
+class DesignTask(NamedTuple):
     """`problem` and `limits` are referred; `ratio` is the own speed ratio of the damper's shaft.
 
     `element` (e,) are the places, among the sections of the case, of the elements of the line
     without the ring; `table` is the value to compare with, or None.
     """
 
-    problem: Problem
+    problem: DamperProblem
     limits: Limits
     ratio: float
     element: np.ndarray
     table: Damper | None
 
 
-def build_problem(setup: Setup, options: DamperDesign) -> Asked:
+def build_problem(setup: Setup, options: DamperDesign) -> DesignTask:
     """The line without the ring, its torque, the weights of its sections, bounds and limits."""
     if setup.torsion.damping_model is not None and setup.model.modal is not None:
         raise NumericalFailure(
@@ -75,14 +75,14 @@ def build_problem(setup: Setup, options: DamperDesign) -> Asked:
         station = shaft.station_names.index(options.on)
         carrier = int(shaft.freedom[station])
     ratio = float(shaft.station_ratio[station])
-    asked = options.speeds or setup.torsion.speeds
-    assert asked is not None
-    speeds = (asked.start, asked.stop)
-    own = None if replaced is None else Damper(
+    task = options.speeds or setup.torsion.speeds
+    assert task is not None
+    speeds = (task.start, task.stop)
+    replaced_damper = None if replaced is None else Damper(
         replaced.inertia, replaced.stiffness, replaced.damping
     )  # fmt: skip
-    limits = _limits(options, own, line, speeds, setup, ratio)
-    problem = Problem(
+    limits = _limits(options, replaced_damper, line, speeds, setup, ratio)
+    problem = DamperProblem(
         line=line,
         station=int(np.flatnonzero(freedom == carrier)[0]),
         order=setup.drive.order,
@@ -95,9 +95,13 @@ def build_problem(setup: Setup, options: DamperDesign) -> Asked:
     table = None
     if options.compare is not None:
         values = (options.compare.stiffness, options.compare.damping)
-        inertia = limits.inertia[0] if own is None or options.inertia else own.inertia * ratio**2
+        inertia = (
+            limits.inertia[0]
+            if replaced_damper is None or options.inertia
+            else replaced_damper.inertia * ratio**2
+        )
         table = Damper(inertia, *(value * ratio**2 for value in values))
-    return Asked(problem, limits, ratio, element, table)
+    return DesignTask(problem, limits, ratio, element, table)
 
 
 def _without_ring(setup: Setup, name: str) -> tuple[Line, np.ndarray, np.ndarray]:
@@ -144,24 +148,24 @@ def _torque(setup: Setup, freedom: np.ndarray) -> SpeedTorque:
 
 
 def _limits(
-    options: DamperDesign, own: Damper | None, line: Line, speeds: tuple[float, float],
+    options: DamperDesign, replaced: Damper | None, line: Line, speeds: tuple[float, float],
     setup: Setup, ratio: float,
 ) -> Limits:  # fmt: skip
-    """Bounds of what is looked for, equal ones of what is not; referred."""
+    """Bounds of what is searched, equal ones of what is not; referred."""
     square = ratio**2
     bounds = options.bounds
     given: dict[str, float | None] = {
         "inertia": options.inertia, "stiffness": options.stiffness, "damping": options.damping,
     }  # fmt: skip
-    if own is not None:
-        for name, value in own._asdict().items():
+    if replaced is not None:
+        for name, value in replaced._asdict().items():
             given[name] = value if given[name] is None else given[name]
     ring = given["inertia"]
-    asked = None if bounds is None else bounds.inertia
+    task = None if bounds is None else bounds.inertia
     if "inertia" in options.find:
-        if asked is None:
+        if task is None:
             raise NumericalFailure("a ring inertia is looked for between bounds: give them")
-        inertia = (asked[0] * square, asked[1] * square)
+        inertia = (task[0] * square, task[1] * square)
     elif ring is None:
         raise NumericalFailure(f"no inertia of the ring on {options.on!r} is known: give one")
     else:
@@ -178,20 +182,20 @@ def _limits(
         "stiffness": (_STIFFNESS[0] * middle * low**2, _STIFFNESS[1] * middle * high**2),
         "damping": (_DAMPING[0] * middle * low, _DAMPING[1] * middle * high),
     }
-    found: dict[str, tuple[float, float]] = {}
+    spans: dict[str, tuple[float, float]] = {}
     for name, span in usual.items():
         said = None if bounds is None else getattr(bounds, name)
         if name in options.find:
-            found[name] = span if said is None else (said[0] * square, said[1] * square)
+            spans[name] = span if said is None else (said[0] * square, said[1] * square)
         else:
             value = given[name]
             if value is None and name == "damping":
                 raise NumericalFailure("the damping is neither looked for nor given")
-            found[name] = ((value or 0.0) * square, (value or 0.0) * square)
-    kept = options.limits
-    heat = np.inf if kept is None or kept.heat is None else kept.heat
-    travel = np.inf if kept is None or kept.travel is None else kept.travel / abs(ratio)
-    return Limits(inertia, found["stiffness"], found["damping"], heat, travel)
+            spans[name] = ((value or 0.0) * square, (value or 0.0) * square)
+    limits = options.limits
+    heat = np.inf if limits is None or limits.heat is None else limits.heat
+    travel = np.inf if limits is None or limits.travel is None else limits.travel / abs(ratio)
+    return Limits(inertia, spans["stiffness"], spans["damping"], heat, travel)
 
 
 # ----------------------------------------------------------------------------
@@ -207,28 +211,28 @@ def run_damper_design(scene: Scene) -> None:
     if options is None:
         raise ValueError("the case has no [damper_design]")
     setup = build_setup(scene.case)
-    asked = build_problem(setup, options)
-    low, high = asked.problem.speed
+    task = build_problem(setup, options)
+    low, high = task.problem.speed
     if not low <= setup.speed <= high:
         low, high, at = (30.0 / math.pi * speed for speed in (low, high, setup.speed))
         scene.warn(
             f"the damper is tuned over {low:.4g} to {high:.4g} rpm; the operating speed of "
             f"{at:.4g} rpm lies outside"
         )
-    found = design(asked.problem, asked.limits)
-    _emit_damper(scene, asked, found)
-    seen = performance_of(asked.problem, found)
-    _emit_seen(scene, "", options, asked, seen, (found.worst, found.worst_error))
-    _emit_proof(scene, asked, found)
+    best = design(task.problem, task.limits)
+    _emit_damper(scene, task, best)
+    achieved = performance_of(task.problem, best)
+    _emit_achieved(scene, "", options, task, achieved, (best.worst, best.worst_error))
+    _emit_proof(scene, task, best)
     if options.compare is not None:
-        _emit_table(scene, options, asked, found)
+        _emit_table(scene, options, task, best)
     if scene.wants(f"{DESIGN}sensitivity"):
-        off = mistuning(asked.problem, found, options.tolerance)
+        off = mistuning(task.problem, best, options.tolerance)
         axes = {"stiffness_factor": off.stiffness, "damping_factor": off.damping}
-        scene.emit(f"{DESIGN}sensitivity", off.rise, off.rise_error, axes)
-    emit_chart(scene, options, asked, found)
-    emit_rings(scene, options, asked, found)
-    emit_curves(scene, setup, options, asked, found)
+        scene.emit(f"{DESIGN}sensitivity", off.increase, off.increase_error, axes)
+    emit_chart(scene, options, task, best)
+    emit_rings(scene, options, task, best)
+    emit_curves(scene, setup, options, task, best)
     scene.cite(
         "minimax over spring and dashpot by peaks of all sections and speeds, Newton's method "
         "on the conditions that hold the tuning",
@@ -238,83 +242,83 @@ def run_damper_design(scene: Scene) -> None:
     )
 
 
-def _emit_damper(scene: Scene, asked: Asked, found: Design) -> None:
+def _emit_damper(scene: Scene, task: DesignTask, best: Design) -> None:
     """Own values: referred ones over the square of the speed ratio of its shaft."""
-    square = asked.ratio**2
+    square = task.ratio**2
     names = ("inertia", "stiffness", "damping")
-    values = [value / square for value in found.damper]
-    errors = [float(error) / square for error in found.damper_error]
+    values = [value / square for value in best.damper]
+    errors = [float(error) / square for error in best.damper_error]
     for name, value, error in zip(names, values, errors, strict=True):
         scene.emit(f"{DESIGN}{name}", value, error + 4.0 * EPSILON * value)
     inertia, stiffness, damping = values
     relative = [e / v if v > 0.0 else 0.0 for e, v in zip(errors, values, strict=True)]
-    own = math.sqrt(stiffness / inertia)
+    natural = math.sqrt(stiffness / inertia)
     uncertainty = 0.5 * (relative[0] + relative[1]) + 4.0 * EPSILON
-    scene.emit(f"{DESIGN}natural_frequency", own, own * uncertainty)
+    scene.emit(f"{DESIGN}natural_frequency", natural, natural * uncertainty)
     ratio = damping / (2.0 * math.sqrt(stiffness * inertia)) if stiffness > 0.0 else math.inf
     error = ratio * (uncertainty + relative[2]) if stiffness > 0.0 else 0.0
     scene.emit(f"{DESIGN}damping_ratio", ratio, error)
 
 
-def _emit_seen(
-    scene: Scene, stem: str, options: DamperDesign, asked: Asked, seen: Performance,
+def _emit_achieved(
+    scene: Scene, stem: str, options: DamperDesign, task: DesignTask, achieved: Performance,
     worst: tuple[float, float],
 ) -> None:  # fmt: skip
     path = f"{DESIGN}{stem}"
     scene.emit(f"{path}worst_{options.objective}", worst[0], worst[1])
-    scene.emit(f"{path}worst_section", seen.section + 1, 0.0)
-    place = seen.speed_error
-    scene.emit(f"{path}worst_speed", seen.speed, place[0])
-    scene.emit(f"{path}heat", seen.heat, seen.heat_error)
-    scene.emit(f"{path}heat_speed", seen.heat_speed, place[1])
-    ratio = abs(asked.ratio)
-    scene.emit(f"{path}travel", ratio * seen.travel, ratio * seen.travel_error)
-    scene.emit(f"{path}travel_speed", seen.travel_speed, place[2])
+    scene.emit(f"{path}worst_section", achieved.section + 1, 0.0)
+    place = achieved.speed_error
+    scene.emit(f"{path}worst_speed", achieved.speed, place[0])
+    scene.emit(f"{path}heat", achieved.heat, achieved.heat_error)
+    scene.emit(f"{path}heat_speed", achieved.heat_speed, place[1])
+    ratio = abs(task.ratio)
+    scene.emit(f"{path}travel", ratio * achieved.travel, ratio * achieved.travel_error)
+    scene.emit(f"{path}travel_speed", achieved.travel_speed, place[2])
 
 
-def _emit_proof(scene: Scene, asked: Asked, found: Design) -> None:
+def _emit_proof(scene: Scene, task: DesignTask, best: Design) -> None:
     """The peaks that hold the tuning, from low to high speed, the pull of bounds, the ends."""
-    order = np.argsort(found.speed, kind="stable")
-    row, count = found.reading[order], len(asked.problem.weight)
+    order = np.argsort(best.speed, kind="stable")
+    row, count = best.reading[order], len(task.problem.weight)
     kind = np.where(row < count, _SECTION, np.where(row == count, _HEAT, _TRAVEL))
     section = np.where(row < count, row + 1, 0)
-    whole = np.array([found.worst, asked.limits.heat, asked.limits.travel])
-    level = found.value[order] / whole[kind.astype(int)]
+    whole = np.array([best.worst, task.limits.heat, task.limits.travel])
+    level = best.value[order] / whole[kind.astype(int)]
     axes = {"active": np.arange(1, len(row) + 1)}
     scene.emit(f"{DESIGN}active/kind", kind, 0.0, axes)
     scene.emit(f"{DESIGN}active/section", section, 0.0, axes)
-    speed = found.speed[order]
-    scene.emit(f"{DESIGN}active/speed", speed, found.speed_error[order], axes)
-    slack = found.worst_error / found.worst + 2.0 * EPSILON
+    speed = best.speed[order]
+    scene.emit(f"{DESIGN}active/speed", speed, best.speed_error[order], axes)
+    slack = best.worst_error / best.worst + 2.0 * EPSILON
     scene.emit(f"{DESIGN}active/level", level, slack, axes)
-    uncertainty_of_weight = found.weight_error[order] + 2.0 * EPSILON * np.abs(found.weight[order])
-    scene.emit(f"{DESIGN}active/weight", found.weight[order], uncertainty_of_weight, axes)
+    uncertainty_of_weight = best.weight_error[order] + 2.0 * EPSILON * np.abs(best.weight[order])
+    scene.emit(f"{DESIGN}active/weight", best.weight[order], uncertainty_of_weight, axes)
     names = {"design_value": ("inertia", "stiffness", "damping")}
-    scene.emit(f"{DESIGN}bound_sensitivity", found.bound_weight, found.bound_error, names)
+    scene.emit(f"{DESIGN}bound_sensitivity", best.bound_weight, best.bound_error, names)
     # zero at an optimum: all of it is error
-    scene.emit(f"{DESIGN}certificate", found.residual, found.residual, terms=1.0)
-    scene.emit(f"{DESIGN}curvature", found.curvature, found.curvature_error)
-    axes = {"basin": np.arange(1, len(found.basin) + 1)}
-    square = asked.ratio**2
+    scene.emit(f"{DESIGN}certificate", best.residual, best.residual, terms=1.0)
+    scene.emit(f"{DESIGN}curvature", best.curvature, best.curvature_error)
+    axes = {"basin": np.arange(1, len(best.basin) + 1)}
+    square = task.ratio**2
     # ends of descents: how far the optimum of each basin is from there
-    uncertainty = found.basin_error / square + 4.0 * EPSILON * found.basin / square
-    scene.emit(f"{DESIGN}basin/stiffness", found.basin[:, 1] / square, uncertainty[:, 1], axes)
-    scene.emit(f"{DESIGN}basin/damping", found.basin[:, 2] / square, uncertainty[:, 2], axes)
-    rise = (found.basin_worst_error + found.worst_error) / found.worst + 2.0 * EPSILON
-    scene.emit(f"{DESIGN}basin/worst", found.basin_worst / found.worst, rise, axes)
+    uncertainty = best.basin_error / square + 4.0 * EPSILON * best.basin / square
+    scene.emit(f"{DESIGN}basin/stiffness", best.basin[:, 1] / square, uncertainty[:, 1], axes)
+    scene.emit(f"{DESIGN}basin/damping", best.basin[:, 2] / square, uncertainty[:, 2], axes)
+    ratio_error = (best.basin_worst_error + best.worst_error) / best.worst + 2.0 * EPSILON
+    scene.emit(f"{DESIGN}basin/worst", best.basin_worst / best.worst, ratio_error, axes)
 
 
-def _emit_table(scene: Scene, options: DamperDesign, asked: Asked, found: Design) -> None:
-    assert asked.table is not None
-    seen = performance(asked.problem, asked.table)
-    _emit_seen(scene, "table/", options, asked, seen, (seen.worst, seen.worst_error))
-    gain = seen.worst / found.worst
-    error = gain * (seen.worst_error / seen.worst + found.worst_error / found.worst)
+def _emit_table(scene: Scene, options: DamperDesign, task: DesignTask, best: Design) -> None:
+    assert task.table is not None
+    achieved = performance(task.problem, task.table)
+    _emit_achieved(scene, "table/", options, task, achieved, (achieved.worst, achieved.worst_error))
+    gain = achieved.worst / best.worst
+    error = gain * (achieved.worst_error / achieved.worst + best.worst_error / best.worst)
     scene.emit(f"{DESIGN}table/gain", gain, error)
-    limits = asked.limits
+    limits = task.limits
     for value, limit, words in (
-        (seen.heat, limits.heat, "heat in its dashpot"),
-        (seen.travel, limits.travel, "travel of its ring"),
+        (achieved.heat, limits.heat, "heat in its dashpot"),
+        (achieved.travel, limits.travel, "travel of its ring"),
     ):
         if value > limit:
             scene.warn(f"the table value of the damper does not keep the limit on the {words}")
@@ -337,36 +341,36 @@ _MAP, _MAP_SPEEDS, _AROUND = 31, 121, 12.0
 _MOVED = 1e-6
 
 
-def emit_chart(scene: Scene, options: DamperDesign, asked: Asked, found: Design) -> None:
+def emit_chart(scene: Scene, options: DamperDesign, task: DesignTask, best: Design) -> None:
     """Worst section, heat and travel over stiffness and damping around optimum and table value."""
     paths = [f"{DESIGN}chart/{name}" for name in (options.objective, "heat", "travel")]
     if not {"stiffness", "damping"} <= set(options.find) or not scene.wants(*paths):
         return
     spans = []
     for place in (1, 2):
-        own = [found.damper[place]] + ([asked.table[place]] if asked.table is not None else [])
-        low, high = asked.limits.bounds[place]
-        seen = [value for value in own if value > 0.0]
-        low = max(low, min(seen) / _AROUND)
-        high = min(high, max(seen) * _AROUND)
-        spans.append((min(low, min(seen)), max(high, max(seen))))
-    inertia = found.damper.inertia
-    limits = asked.limits._replace(inertia=(inertia, inertia), stiffness=spans[0], damping=spans[1])
-    drawn = chart(asked.problem, limits, _MAP, _MAP_SPEEDS)
-    square = asked.ratio**2
+        marked = [best.damper[place]] + ([task.table[place]] if task.table is not None else [])
+        low, high = task.limits.bounds[place]
+        positive = [value for value in marked if value > 0.0]
+        low = max(low, min(positive) / _AROUND)
+        high = min(high, max(positive) * _AROUND)
+        spans.append((min(low, min(positive)), max(high, max(positive))))
+    inertia = best.damper.inertia
+    limits = task.limits._replace(inertia=(inertia, inertia), stiffness=spans[0], damping=spans[1])
+    drawn = chart(task.problem, limits, _MAP, _MAP_SPEEDS)
+    square = task.ratio**2
     axes = {
         "chart_stiffness": drawn.stiffness / square,
         "chart_damping": drawn.damping / square,
     }
     # read on a grid of speeds: the true peaks lie elsewhere
-    uncertainty = chart_error(asked.problem, drawn)
+    uncertainty = chart_error(task.problem, drawn)
     scene.emit(f"{DESIGN}chart/{options.objective}", drawn.worst[0], uncertainty[0], axes)
     scene.emit(f"{DESIGN}chart/heat", drawn.heat[0], uncertainty[1], axes)
-    ratio = abs(asked.ratio)
+    ratio = abs(task.ratio)
     scene.emit(f"{DESIGN}chart/travel", drawn.travel[0] * ratio, uncertainty[2] * ratio, axes)
 
 
-def emit_rings(scene: Scene, options: DamperDesign, asked: Asked, found: Design) -> None:
+def emit_rings(scene: Scene, options: DamperDesign, task: DesignTask, best: Design) -> None:
     """The best damper of other rings, where the case asks for them."""
     if not options.rings:
         return
@@ -375,19 +379,19 @@ def emit_rings(scene: Scene, options: DamperDesign, asked: Asked, found: Design)
         return
     rows = []
     bounds = options.bounds
-    for inertia in (value * asked.ratio**2 for value in sorted(options.rings)):
-        share = inertia / found.damper.inertia
-        limits = asked.limits._replace(inertia=(inertia, inertia))
+    for inertia in (value * task.ratio**2 for value in sorted(options.rings)):
+        share = inertia / best.damper.inertia
+        limits = task.limits._replace(inertia=(inertia, inertia))
         # what suits a ring grows with it
         if bounds is None or bounds.stiffness is None:
             limits = limits._replace(stiffness=_scaled(limits.stiffness, share))
         if bounds is None or bounds.damping is None:
             limits = limits._replace(damping=_scaled(limits.damping, share))
         try:
-            one = design(asked.problem, limits)
+            one = design(task.problem, limits)
         except NumericalFailure as failure:
-            own = inertia / asked.ratio**2
-            scene.warn(f"no best damper reported for a ring of {own:.6g} kg m^2: {failure}")
+            actual = inertia / task.ratio**2
+            scene.warn(f"no best damper reported for a ring of {actual:.6g} kg m^2: {failure}")
             continue
         rows.append((
             inertia, one.damper.stiffness, one.damper.damping, one.worst,
@@ -395,7 +399,7 @@ def emit_rings(scene: Scene, options: DamperDesign, asked: Asked, found: Design)
         ))  # fmt: skip
     if not rows:
         raise NumericalFailure("none of the rings of the case has a best damper")
-    table, square = np.array(rows).T, asked.ratio**2
+    table, square = np.array(rows).T, task.ratio**2
     axes = {"ring_inertia": table[0] / square}
     scene.emit(f"{DESIGN}ring/stiffness", table[1] / square, table[4] / square, axes)
     scene.emit(f"{DESIGN}ring/damping", table[2] / square, table[5] / square, axes)
@@ -409,7 +413,7 @@ def _scaled(bounds: tuple[float, float], share: float) -> tuple[float, float]:
 
 
 def emit_curves(
-    scene: Scene, setup: Setup, options: DamperDesign, asked: Asked, found: Design
+    scene: Scene, setup: Setup, options: DamperDesign, task: DesignTask, best: Design
 ) -> None:
     """Largest section at each speed without ring, with the table value and with the optimum."""
     if not scene.wants(f"{DESIGN}curve/{options.objective}"):
@@ -419,29 +423,29 @@ def emit_curves(
     make = np.geomspace if given.spacing == "logarithmic" else np.linspace
     speeds = np.asarray(make(given.start, given.stop, given.points))
     dampers: dict[str, Damper | None] = {"none": None}
-    if asked.table is not None:
-        dampers["table value"] = asked.table
-    dampers["optimum"] = found.damper
+    if task.table is not None:
+        dampers["table value"] = task.table
+    dampers["optimum"] = best.damper
     rows, errors = [], []
     for damper in dampers.values():
-        value, error = largest_section(setup, asked, damper, speeds)
+        value, error = largest_section(setup, task, damper, speeds)
         rows.append(value)
         errors.append(error)
-    errors[-1] = errors[-1] + _of_tuning(setup, asked, found, speeds, rows[-1])
+    errors[-1] = errors[-1] + _of_tuning(setup, task, best, speeds, rows[-1])
     axes = {"damper_curve": tuple(dampers), "speed": speeds}
     scene.emit(f"{DESIGN}curve/{options.objective}", np.array(rows), np.array(errors), axes)
 
 
 def _of_tuning(
-    setup: Setup, asked: Asked, found: Design, speeds: FloatArray, value: FloatArray
+    setup: Setup, task: DesignTask, best: Design, speeds: FloatArray, value: FloatArray
 ) -> FloatArray:
     """What the errors of the damper found do to its curve (s,): each value moved a little."""
-    share, error = relative_error(found), np.zeros(len(speeds))
+    share, error = relative_error(best), np.zeros(len(speeds))
     for place in np.flatnonzero(share):
         factor = np.ones(3)
         factor[place] += _MOVED
-        damper = Damper(*(float(one) for one in factor * np.array(found.damper)))
-        moved, _ = largest_section(setup, asked, damper, speeds)
+        damper = Damper(*(float(one) for one in factor * np.array(best.damper)))
+        moved, _ = largest_section(setup, task, damper, speeds)
         known = np.isfinite(moved) & np.isfinite(value)
         slope = np.abs(np.where(known, moved, 0.0) - np.where(known, value, 0.0)) / _MOVED
         error = error + share[place] * slope
@@ -449,12 +453,12 @@ def _of_tuning(
 
 
 def largest_section(
-    setup: Setup, asked: Asked, damper: Damper | None, speeds: FloatArray
+    setup: Setup, task: DesignTask, damper: Damper | None, speeds: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Largest weighted half range (s,) at speeds (s,), infinite where nothing damps; its error."""
-    problem, drive = asked.problem, setup.drive
+    problem, drive = task.problem, setup.drive
     line = problem.line if damper is None else with_ring(problem.line, problem.station, *damper)
-    number = {int(old): new for new, old in enumerate(_freedoms(setup, asked))}
+    number = {int(old): new for new, old in enumerate(_freedoms(setup, task))}
     stations = [number[int(place)] for place in drive.freedom]
     of_twist = problem.quantity == "twist"
     return largest_half_range(
@@ -462,10 +466,10 @@ def largest_section(
     )
 
 
-def _freedoms(setup: Setup, asked: Asked) -> np.ndarray:
+def _freedoms(setup: Setup, task: DesignTask) -> np.ndarray:
     """Freedoms of the case's line that the line without ring has, in its order."""
     every = np.arange(setup.model.line.inertia.size)
-    if asked.problem.line.inertia.size == every.size:
+    if task.problem.line.inertia.size == every.size:
         return every
-    rings = {one.ring for one in setup.shaft.dampers if one.element not in asked.element}
+    rings = {one.ring for one in setup.shaft.dampers if one.element not in task.element}
     return np.array([place for place in every if place not in rings])

@@ -7,7 +7,7 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray, distinct
-from vibecalc.torsion.adapters.curves import own_uncertainty, solved
+from vibecalc.torsion.adapters.curves import section_uncertainty, solved
 from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.critical_speeds import (
     EQUAL,
@@ -84,14 +84,14 @@ def _bound(setup: Setup, limit: TorsionLimit) -> Bound:
         return _class_rule(setup, limit, section, diameter, strength)
     nodes, values = np.array(limit.curve.speed), np.array(limit.curve.stress)
 
-    def course(speed: FloatArray) -> FloatArray:
+    def continuous_limit(speed: FloatArray) -> FloatArray:
         found = np.interp(speed, nodes, values, left=np.inf, right=np.inf)
         return np.repeat(found[..., None], len(section), axis=-1)
 
     none = np.zeros(len(section))
     return Bound(
         section,
-        course,
+        continuous_limit,
         lambda speed: np.full((*speed.shape, len(section)), np.inf),
         Basis(diameter, strength, none, none, none, 0.0),
         (float(nodes[0]), float(nodes[-1])),
@@ -151,11 +151,11 @@ def _diameters(shaft: ShaftLineModel, section: IntArray) -> FloatArray:
 # range about the speed of largest use.
 # ----------------------------------------------------------------------------
 
-#: minima above a limit, lowest first, that are looked for between the speeds
+#: minima above a limit, lowest first, that are searched between the speeds
 DIPS = 64
 
 
-class Exceeded(NamedTuple):
+class ExceededRanges(NamedTuple):
     """Ranges (b,) above one limit in rad/s: ends, speed of the largest use inside, with errors.
 
     `rule` (b, 2) is what the formula of a class rule bars about that speed, 0 without a rule.
@@ -179,7 +179,7 @@ def exceeded_of(
     speed: FloatArray,
     undamped: FloatArray,
     factor: FloatArray,
-) -> Exceeded:
+) -> ExceededRanges:
     """Ranges above a limit with the uses (s, r) of its sections and the largest of each, `top`."""
     excess = _excess(setup, bound)
     near = [
@@ -189,8 +189,8 @@ def exceeded_of(
         _close(use, make, speed, undamped),
         _dips(excess, use, speed),
     ]
-    found = barred_ranges(excess, distinct(np.concatenate(near)))
-    ends = list(zip(found.start.tolist(), found.end.tolist(), strict=True))
+    ranges = barred_ranges(excess, distinct(np.concatenate(near)))
+    ends = list(zip(ranges.start.tolist(), ranges.end.tolist(), strict=True))
     peaks = [_peak(use, top, make, speed, undamped, *one) for one in ends]
     peak, peak_error = (np.array([one[k] for one in peaks]) for k in (0, 1))
     rule, permitted = np.zeros((len(ends), 2)), np.ones(len(ends), dtype=np.int64)
@@ -198,13 +198,13 @@ def exceeded_of(
     if rated and len(ends):
         barred = barred_range(peak, rated)
         rule = np.stack([barred.lower, barred.upper], axis=1)
-        below = found.end <= NO_BARRED_RANGE * rated
+        below = ranges.end <= NO_BARRED_RANGE * rated
         permitted = (barred.permitted & below).astype(np.int64)
     error = np.array([_uncertainty(setup, bound, excess, one, factor) for one in ends])
-    return Exceeded(found.start, found.end, error, peak, peak_error, rule, permitted)
+    return ExceededRanges(ranges.start, ranges.end, error, peak, peak_error, rule, permitted)
 
 
-def emit_barred(scene: Scene, ranges: list[Exceeded]) -> None:
+def emit_barred(scene: Scene, ranges: list[ExceededRanges]) -> None:
     """Ranges above each limit, in the order of the limits, and what is barred for all of them."""
     place = f"{ROOT}/exceeded"
     start, end, error, peak, peak_error, rule, permitted = (
@@ -228,13 +228,13 @@ def emit_barred(scene: Scene, ranges: list[Exceeded]) -> None:
     joined = united(lower, upper)
     axes = {"barred": np.arange(1, len(joined) + 1)}
     uncertainty = np.maximum(error, off)
-    off_of = np.array([np.max(uncertainty[own]) for own in joined])
+    off_of = np.array([np.max(uncertainty[group]) for group in joined])
     for name, value in (
-        ("from", [np.min(lower[own]) for own in joined]),
-        ("to", [np.max(upper[own]) for own in joined]),
+        ("from", [np.min(lower[group]) for group in joined]),
+        ("to", [np.max(upper[group]) for group in joined]),
     ):
         scene.emit(f"{ROOT}/barred/{name}", np.array(value), off_of, axes)
-    allowed = np.array([np.min(permitted[own]) for own in joined], dtype=np.int64)
+    allowed = np.array([np.min(permitted[group]) for group in joined], dtype=np.int64)
     scene.emit(f"{ROOT}/barred/permitted", allowed, 0.0, axes)
 
 
@@ -247,7 +247,7 @@ def united(lower: FloatArray, upper: FloatArray) -> list[IntArray]:
             groups.append([])
         groups[-1].append(place)
         reach = max(reach, float(upper[place]))
-    return [np.array(own, dtype=np.int64) for own in groups]
+    return [np.array(group, dtype=np.int64) for group in groups]
 
 
 def _close(
@@ -261,9 +261,9 @@ def _close(
     place = place + 1
     if not len(place):
         return np.zeros(0)
-    seen = narrowed(make(section), speed[place - 1], speed[place], speed[place + 1])
-    kept = seen >= EQUAL
-    return maxima(make, use, speed, section[kept], place[kept], undamped).speed
+    use_there = narrowed(make(section), speed[place - 1], speed[place], speed[place + 1])
+    near = use_there >= EQUAL
+    return maxima(make, use, speed, section[near], place[near], undamped).speed
 
 
 def _dips(
@@ -284,8 +284,8 @@ def _dips(
             [start[:, None] + (at - start)[:, None] * share,
              at[:, None] + (end - at)[:, None] * share[1:]], axis=1,
         )  # fmt: skip
-        found = excess(where.ravel()).reshape(where.shape)
-        best = np.clip(np.argmin(found, axis=1), 1, where.shape[1] - 2)
+        values = excess(where.ravel()).reshape(where.shape)
+        best = np.clip(np.argmin(values, axis=1), 1, where.shape[1] - 2)
         start, at, end = where[row, best - 1], where[row, best], where[row, best + 1]
     return at
 
@@ -303,34 +303,36 @@ def _peak(
     without_end = undamped[(undamped >= start) & (undamped <= end)]
     if len(without_end):
         return float(without_end[0]), 1e-10 * float(without_end[0])
-    found: list[tuple[float, float, float]] = []
+    peaks: list[tuple[float, float, float]] = []
     inside = np.flatnonzero((speed >= start) & (speed <= end))
     if len(inside):
         place, section = np.unravel_index(int(np.argmax(use[inside])), use[inside].shape)
         at = np.array([inside[place]])
         near = maxima(make, use, speed, np.array([section]), at, undamped)
-        found.append((float(near.value[0]), float(near.speed[0]), float(near.speed_error[0])))
+        peaks.append((float(near.value[0]), float(near.speed[0]), float(near.speed_error[0])))
     for k in np.flatnonzero((top.speed >= start) & (top.speed <= end)).tolist():
-        found.append((float(top.value[k]), float(top.speed[k]), float(top.speed_error[k])))
-    if not found:  # narrower than the steps of the sweep
+        peaks.append((float(top.value[k]), float(top.speed[k]), float(top.speed_error[k])))
+    if not peaks:  # narrower than the steps of the sweep
         return 0.5 * (start + end), 0.5 * (end - start)
-    _, at_speed, error = max(found)
+    _, at_speed, error = max(peaks)
     return at_speed, error
 
 
 def _excess(setup: Setup, bound: Bound) -> Callable[[FloatArray], FloatArray]:
     """Largest stress less what is allowed, over the sections of a limit, at speeds (s,)."""
-    own = bound.section
-    factor = 1.0 / (setup.shaft.section_modulus[own] * np.abs(setup.shaft.section_ratio[own]))
+    section = bound.section
+    factor = 1.0 / (
+        setup.shaft.section_modulus[section] * np.abs(setup.shaft.section_ratio[section])
+    )
 
     def excess(speed: FloatArray) -> FloatArray:
-        found = solved(setup.model, setup.drive, speed)
-        torque = np.moveaxis(found.torque[..., own], 1, -1)
+        state = solved(setup.model, setup.drive, speed)
+        torque = np.moveaxis(state.torque[..., section], 1, -1)
         stress = synthesis(setup.drive.order, torque).half_range * factor
         limit = bound.continuous(speed)
         says = np.isfinite(limit)
         over = np.where(says, stress - np.where(says, limit, 0.0), -1.0)
-        endless = np.any(found.masked, axis=1) & np.any(says, axis=1)
+        endless = np.any(state.masked, axis=1) & np.any(says, axis=1)
         return np.where(endless, np.inf, np.max(over, axis=1))
 
     return excess
@@ -344,10 +346,10 @@ def _uncertainty(
     factor: FloatArray,
 ) -> float:
     """What an error of the stress moves an end of a range by: over the slope there."""
-    at, own = np.array(ends), bound.section
-    known = own_uncertainty(setup, np.repeat(at, len(own)), np.tile(own, 2)).torque * np.tile(
-        factor, 2
-    )
+    at, section = np.array(ends), bound.section
+    known = section_uncertainty(
+        setup, np.repeat(at, len(section)), np.tile(section, 2)
+    ).torque * np.tile(factor, 2)
     error = np.max(known.reshape(2, -1), axis=1)
     step = 1e-7 * at
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -130,12 +130,17 @@ def _over_the_cycle(scene: Scene, setup: Setup) -> None:
 
 def _stations(scene: Scene, setup: Setup) -> None:
     drive, shaft, at = setup.drive, setup.shaft, np.array([setup.speed])
-    own = np.zeros((len(shaft.station_names), len(drive.order)), dtype=np.complex128)
+    by_station = np.zeros((len(shaft.station_names), len(drive.order)), dtype=np.complex128)
     ratio = shaft.station_ratio[drive.station]
-    own[drive.station] = drive.torque(at)[0].T / ratio[:, None]
+    by_station[drive.station] = drive.torque(at)[0].T / ratio[:, None]
     error = float(np.max(drive.torque_error(at)[0] / np.abs(ratio), initial=0.0))
     axes = {"station": shaft.station_names, "half_order": drive.order}
-    scene.emit(f"{PLACE}/station_torque", own, error + 2.0 * EPSILON * np.max(np.abs(own)), axes)
+    scene.emit(
+        f"{PLACE}/station_torque",
+        by_station,
+        error + 2.0 * EPSILON * np.max(np.abs(by_station)),
+        axes,
+    )
 
 
 def _sums(scene: Scene, setup: Setup) -> None:
@@ -163,10 +168,10 @@ def _sums(scene: Scene, setup: Setup) -> None:
     scene.emit(f"{PLACE}/vector_sum", value, uncertainty, axes)
     scene.emit(f"{PLACE}/rank", order_ranks(value, uncertainty), 0.0, axes)
     torque, error = drive.torque(at)[0], drive.torque_error(at)[0]
-    own = every[:, drive.freedom]
-    intensity = own @ torque.T
-    uncertainty = np.abs(own) @ error.T + _on_freedoms(moved, torque, drive.freedom)
-    many = (4.0 + own.shape[1]) * EPSILON * (np.abs(own) @ np.abs(torque).T)
+    driven = every[:, drive.freedom]
+    intensity = driven @ torque.T
+    uncertainty = np.abs(driven) @ error.T + _on_freedoms(moved, torque, drive.freedom)
+    many = (4.0 + driven.shape[1]) * EPSILON * (np.abs(driven) @ np.abs(torque).T)
     scene.emit(f"{PLACE}/intensity", intensity, uncertainty + many, axes)
     angles = drive.firing.angle, drive.order, drive.firing.bank
     scene.emit(f"{PLACE}/major", major_orders(*angles).astype(np.int64), 0.0, axes)

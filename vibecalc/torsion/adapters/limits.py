@@ -7,10 +7,10 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
-from vibecalc.torsion.adapters.critical import Undamped
-from vibecalc.torsion.adapters.curves import own_uncertainty
+from vibecalc.torsion.adapters.critical import UndampedResonances
+from vibecalc.torsion.adapters.curves import section_uncertainty
 from vibecalc.torsion.adapters.exceeded import Bound, bounds, emit_barred, exceeded_of
-from vibecalc.torsion.adapters.maxima import Dense, torque_value
+from vibecalc.torsion.adapters.maxima import DenseSweep, torque_value
 from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.critical_speeds import Maxima, Value, largest
 from vibecalc.torsion.results import ROOT
@@ -45,13 +45,13 @@ def limit_levels(setup: Setup, speed: FloatArray, torque: FloatArray) -> tuple[F
     factor = per_torque(setup)
     levels = []
     for bound in bounds(setup):
-        own = bound.section
-        allowed = bound.continuous(speed) / factor[own]
+        section = bound.section
+        allowed = bound.continuous(speed) / factor[section]
         says = np.isfinite(allowed)
         some = np.where(says, allowed, 1.0)
-        use = np.where(says, torque[:, own] / some, 0.0)
+        use = np.where(says, torque[:, section] / some, 0.0)
         level = np.full_like(torque, np.inf)
-        level[:, own] = np.where(says, some * np.minimum(np.max(use, axis=0), 1.0), np.inf)
+        level[:, section] = np.where(says, some * np.minimum(np.max(use, axis=0), 1.0), np.inf)
         levels.append(level)
     return tuple(levels)
 
@@ -62,14 +62,14 @@ def limit_corners(setup: Setup, speed: FloatArray) -> FloatArray:
     return np.asarray(every[(every > speed[0]) & (every < speed[-1])])
 
 
-def uses_of(setup: Setup, bound: Bound, dense: Dense, undamped: Undamped) -> Uses:
+def uses_of(setup: Setup, bound: Bound, dense: DenseSweep, undamped: UndampedResonances) -> Uses:
     """From referred half ranges of torques."""
     speed, torque = dense
-    factor, own = per_torque(setup), bound.section
+    factor, section = per_torque(setup), bound.section
     limit = bound.continuous(speed)
-    use = np.where(np.isfinite(limit), torque[:, own] * factor[own] / limit, 0.0)
+    use = np.where(np.isfinite(limit), torque[:, section] * factor[section] / limit, 0.0)
     make = _use_of(setup, bound, factor)
-    top = largest(make, use, speed, undamped.speed, _inside(bound, undamped.endless[own]))
+    top = largest(make, use, speed, undamped.speed, _inside(bound, undamped.endless[section]))
     return Uses(use, _within(bound, top, use, speed, make), make)
 
 
@@ -102,18 +102,18 @@ def emit_limits(
     scene: Scene,
     setup: Setup,
     speed: FloatArray,
-    dense: Dense,
-    undamped: Undamped,
+    dense: DenseSweep,
+    undamped: UndampedResonances,
 ) -> None:
     """Uses and barred ranges from referred half ranges of torques.
 
     `speed` (s,) are those of the sweep, at which the limits are reported.
     """
     asked = bounds(setup)
-    found = [uses_of(setup, bound, dense, undamped) for bound in asked]
+    uses = [uses_of(setup, bound, dense, undamped) for bound in asked]
     each = [
         _each(bound, one.top, stress_uncertainty(setup, bound, one.top))
-        for bound, one in zip(asked, found, strict=True)
+        for bound, one in zip(asked, uses, strict=True)
     ]
     _worst(scene, asked, each, speed)
     table = LimitTable(scene, setup, asked)
@@ -146,12 +146,12 @@ def emit_limits(
             *(setup, bound, one.curve, one.top, one.make, dense.speed, undamped.speed),
             factor[bound.section],
         )
-        for bound, one in zip(asked, found, strict=True)
+        for bound, one in zip(asked, uses, strict=True)
     ]
     emit_barred(scene, ranges)
 
 
-class _Each(NamedTuple):
+class _LargestUse(NamedTuple):
     """Of one limit, by section (r,): the largest use with stresses and limits there, errors.
 
     `passing` is the transient limit over the lasting one, `off` the error of the stress.
@@ -171,15 +171,15 @@ class _Each(NamedTuple):
 
 def stress_uncertainty(setup: Setup, bound: Bound, top: Maxima) -> FloatArray:
     """Errors (r,) of the stresses at the largest uses of a limit."""
-    torque = own_uncertainty(setup, top.speed, bound.section).torque
+    torque = section_uncertainty(setup, top.speed, bound.section).torque
     return np.asarray(torque * per_torque(setup)[bound.section])
 
 
-def _each(bound: Bound, top: Maxima, off: FloatArray) -> _Each:
+def _each(bound: Bound, top: Maxima, off: FloatArray) -> _LargestUse:
     """`off` (r,) are the errors of the stresses."""
     row = np.arange(len(top.speed))
     allowed, transient = (
-        course(top.speed)[row, row] for course in (bound.continuous, bound.transient)
+        limit_at(top.speed)[row, row] for limit_at in (bound.continuous, bound.transient)
     )
     says, passes = np.isfinite(allowed), np.isfinite(transient)
     safe = np.where(says, allowed, 1.0)
@@ -193,7 +193,7 @@ def _each(bound: Bound, top: Maxima, off: FloatArray) -> _Each:
     moved = np.where(says, np.max(np.abs(steps - safe), axis=0), 0.0)
     finite = np.where(np.isfinite(stress), stress, 0.0)
     stress_error = off + ROUNDING * finite + moved * finite / safe
-    return _Each(
+    return _LargestUse(
         top,
         stress,
         allowed,
@@ -207,7 +207,7 @@ def _each(bound: Bound, top: Maxima, off: FloatArray) -> _Each:
     )
 
 
-def _worst(scene: Scene, asked: list[Bound], each: list[_Each], speed: FloatArray) -> None:
+def _worst(scene: Scene, asked: list[Bound], each: list[_LargestUse], speed: FloatArray) -> None:
     """Largest use of each limit, and the course of the limit in the section that has it."""
     place = [int(np.argmax(one.top.value)) for one in each]
     axes = {"limit": np.arange(1, len(each) + 1), "speed": speed}
@@ -245,8 +245,8 @@ def _use_of(setup: Setup, bound: Bound, factor: FloatArray) -> Callable[[IntArra
 
         def value(speed: FloatArray) -> FloatArray:
             limit = bound.continuous(speed)
-            own = np.take_along_axis(limit, place[:, None, None], axis=2)[..., 0]
-            return np.where(np.isfinite(own), torque(speed) * share / own, 0.0)
+            at_place = np.take_along_axis(limit, place[:, None, None], axis=2)[..., 0]
+            return np.where(np.isfinite(at_place), torque(speed) * share / at_place, 0.0)
 
         return value
 

@@ -5,11 +5,11 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.numerics.rounding import FloatArray, IntArray, distinct
-from vibecalc.torsion.adapters.critical import Undamped
+from vibecalc.torsion.adapters.critical import UndampedResonances
 from vibecalc.torsion.adapters.curves import ROWS, solved, speeds_at_once
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup
 from vibecalc.torsion.critical_speeds import NarrowResonances, Value, narrow_resonance_speeds
-from vibecalc.torsion.damped_modes import Poles, all_poles, all_poles_by_order, poles_at_orders
+from vibecalc.torsion.damped_modes import LinePoles, all_poles, all_poles_by_order, poles_at_orders
 from vibecalc.torsion.line import complex_stiffness
 from vibecalc.torsion.synthesis import synthesis
 
@@ -24,13 +24,13 @@ def torque_value(model: Model, drive: Drive, section: IntArray) -> Value:
     def value(speed: FloatArray) -> FloatArray:
         # sections that are highest at one resonance are examined from the same places
         flat, place = np.unique(speed, return_inverse=True)
-        place, own = place.ravel(), np.repeat(section, speed.shape[1])
+        place, repeated = place.ravel(), np.repeat(section, speed.shape[1])
         torque = np.empty((len(place), len(drive.order)), dtype=np.complex128)
         size = speeds_at_once(model, drive)
         for start in range(0, len(flat), size):
-            found = solved(model, drive, flat[start : start + size])
+            state = solved(model, drive, flat[start : start + size])
             held = np.flatnonzero((place >= start) & (place < start + size))
-            torque[held] = found.torque[place[held] - start, :, own[held]]
+            torque[held] = state.torque[place[held] - start, :, repeated[held]]
         half = synthesis(drive.order, torque).half_range
         return np.asarray(half.reshape(speed.shape))
 
@@ -41,11 +41,11 @@ def torque_value(model: Model, drive: Drive, section: IntArray) -> Value:
 # Speeds between those of a sweep at which a resonance too narrow for its steps may stand.
 # ----------------------------------------------------------------------------
 
-#: freedoms up to which the poles of the damped line are looked for; else modes without coupling
+#: freedoms up to which the poles of the damped line are computed; else modes without coupling
 FREEDOMS = 200
 
 
-class Dense(NamedTuple):
+class DenseSweep(NamedTuple):
     """The speeds of a sweep with those of narrow resonances (r,), referred half ranges (r, e)."""
 
     speed: FloatArray
@@ -56,9 +56,9 @@ def with_narrow_resonances(
     setup: Setup,
     speed: FloatArray,
     torque: FloatArray,
-    undamped: Undamped,
+    undamped: UndampedResonances,
     levels: tuple[FloatArray, ...] = (),
-) -> Dense:
+) -> DenseSweep:
     """Put in what the sweep (s,), with torques (s, e), may have stepped over.
 
     That is: where a damped pole meets an order, is narrower than the steps, and may reach, on what
@@ -66,17 +66,17 @@ def with_narrow_resonances(
     or (s, e).
     """
     if len(speed) < 2:
-        return Dense(speed, torque)
-    found = _narrow_resonances(setup, speed[0], speed[-1])
-    extra = narrow_resonance_speeds(speed, torque, found, levels)
+        return DenseSweep(speed, torque)
+    narrow = _narrow_resonances(setup, speed[0], speed[-1])
+    extra = narrow_resonance_speeds(speed, torque, narrow, levels)
     if not len(extra):
-        return Dense(speed, torque)
+        return DenseSweep(speed, torque)
     endless = (extra[:, None] >= undamped.low) & (extra[:, None] <= undamped.high)
     extra = extra[(extra > speed[0]) & (extra < speed[-1]) & ~np.any(endless, axis=1)]
-    return added(setup, Dense(speed, torque), extra)
+    return added(setup, DenseSweep(speed, torque), extra)
 
 
-def added(setup: Setup, dense: Dense, extra: FloatArray) -> Dense:
+def added(setup: Setup, dense: DenseSweep, extra: FloatArray) -> DenseSweep:
     """With more speeds (r,), in any order, but those at which nothing damps an order."""
     extra = distinct(extra[~np.isin(extra, dense.speed)])
     parts = [np.zeros((0, dense.torque.shape[1]))]
@@ -87,11 +87,11 @@ def added(setup: Setup, dense: Dense, extra: FloatArray) -> Dense:
     values = np.concatenate(parts)
     clear = np.all(np.isfinite(values), axis=1)
     every = np.concatenate([dense.speed, extra[clear]])
-    rise = np.argsort(every, kind="stable")
-    return Dense(every[rise], np.concatenate([dense.torque, values[clear]])[rise])
+    ascending = np.argsort(every, kind="stable")
+    return DenseSweep(every[ascending], np.concatenate([dense.torque, values[clear]])[ascending])
 
 
-def _poles(setup: Setup) -> Poles:
+def _poles(setup: Setup) -> LinePoles:
     """Poles of the line with positive frequency, each at every order."""
     order, model, line = setup.drive.order, setup.model, setup.model.line
     if model.modal is not None or len(line.inertia) > FREEDOMS:
@@ -113,10 +113,10 @@ def _narrow_resonances(setup: Setup, first: float, last: float) -> NarrowResonan
     speed, width = poles.pole.imag / order, np.abs(poles.pole.real) / order
     inside = (speed + 3.0 * width > first) & (speed - 3.0 * width < last) & (width > 0.0)
     inside &= np.isfinite(poles.scale) & (poles.scale != 0.0)
-    kept = np.flatnonzero(inside)
-    height = np.empty((len(kept), len(line.first)))
-    for start in range(0, len(kept), 8 * ROWS):
-        part = kept[start : start + 8 * ROWS]
+    used = np.flatnonzero(inside)
+    height = np.empty((len(used), len(line.first)))
+    for start in range(0, len(used), 8 * ROWS):
+        part = used[start : start + 8 * ROWS]
         at = np.clip(speed[part], first, last)
         shape = poles.shape[part]
         torque = drive.torque(at)[np.arange(len(part)), poles.order[part]]
@@ -126,5 +126,5 @@ def _narrow_resonances(setup: Setup, first: float, last: float) -> NarrowResonan
         stiff = np.abs(complex_stiffness(setup.model.at(at), at * order[part]))
         height[start : start + 8 * ROWS] = stiff * twist * amplitude[:, None]
     # no digits below this: a narrower one is masked
-    width = np.maximum(width[kept], 1e-11 * speed[kept])
-    return NarrowResonances(speed[kept], width, height)
+    width = np.maximum(width[used], 1e-11 * speed[used])
+    return NarrowResonances(speed[used], width, height)

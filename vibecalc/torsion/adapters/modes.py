@@ -115,13 +115,13 @@ def _emit_ratios(scene: Scene, setup: Setup, natural: LineModes) -> None:
         error = np.where(natural.frequency > 0.0, natural.frequency_error / size, 0.0)
     elif setup.model.modal is None and np.any(ratio):
         try:
-            found = equivalent_modes(line, setup.modes)
+            equivalent = equivalent_modes(line, setup.modes)
         except NumericalFailure as failure:
             scene.warn(f"no damping ratios: {failure}")
             return
-        ratio = found.damping_ratio
-        size = np.where(found.frequency > 0.0, found.frequency, 1.0)
-        error = np.where(found.frequency > 0.0, found.pole_error / size, 0.0)
+        ratio = equivalent.damping_ratio
+        size = np.where(equivalent.frequency > 0.0, equivalent.frequency, 1.0)
+        error = np.where(equivalent.frequency > 0.0, equivalent.pole_error / size, 0.0)
     axes = {"mode": np.arange(1, len(ratio) + 1)}
     scene.emit(path, ratio, error + 8.0 * EPSILON * np.abs(ratio), axes, terms=1.0)
 
@@ -145,9 +145,9 @@ def _strain(
     safe = np.where(moving, total, 1.0)
     share = np.where(moving[:, None], energy / safe[:, None], 0.0)
     # d share = (d energy - share d total) / total
-    own = 2.0 * (line.stiffness * twist.conj())[..., None] * ends
-    whole = own.sum(axis=1) + 2.0 * shape.conj() * line.ground_stiffness
-    weight = (own - share[..., None] * whole[:, None, :]) / safe[:, None, None]
+    by_ends = 2.0 * (line.stiffness * twist.conj())[..., None] * ends
+    whole = by_ends.sum(axis=1) + 2.0 * shape.conj() * line.ground_stiffness
+    weight = (by_ends - share[..., None] * whole[:, None, :]) / safe[:, None, None]
     off = uncertainty_of(uncertainty, weight) + 8.0 * EPSILON * share
     return share, np.where(moving[:, None], off, 0.0)
 
@@ -186,9 +186,9 @@ def emit_holzer(scene: Scene, setup: Setup, line: Line, uncertainty: ShapeUncert
     angle_error = modes.shape_error[:, None] / np.abs(unit) * np.hypot(1.0, angle)
     ground = line.ground_stiffness[rows.freedom]
     inertia_w2 = modes.frequency[:, None] ** 2 * line.inertia[rows.freedom]
-    own = inertia_w2 * angle
-    own_error = inertia_w2 * angle_error + 8.0 * EPSILON * np.abs(own)
-    total, total_error = own - ground * angle, own_error + ground * angle_error
+    inertia_torque = inertia_w2 * angle
+    inertia_error = inertia_w2 * angle_error + 8.0 * EPSILON * np.abs(inertia_torque)
+    total, total_error = inertia_torque - ground * angle, inertia_error + ground * angle_error
     for row, below in enumerate(rows.below[:-1]):
         total[:, below] += total[:, row]
         # without a common sign
@@ -197,20 +197,20 @@ def emit_holzer(scene: Scene, setup: Setup, line: Line, uncertainty: ShapeUncert
     twist = angle[:, :-1] - angle[:, rows.below[:-1]]
     apart = np.abs(total[:, :-1] - rows.stiffness * twist).max(axis=1, keepdims=True, initial=0.0)
     common = modes.shape_error[:, None] / np.abs(unit)  # of the first row
-    seen = MANY * apart + (8.0 * EPSILON + common) * np.abs(total)
-    total_error = np.where(np.any(ground), total_error, np.minimum(total_error, seen))
+    closing = MANY * apart + (8.0 * EPSILON + common) * np.abs(total)
+    total_error = np.where(np.any(ground), total_error, np.minimum(total_error, closing))
     if uncertainty.moved.shape[-1]:
         table = Angles(line, rows, unit, still, angle, inertia_w2)
         moved = zip(
-            (angle_error, own_error, total_error), measured(table, uncertainty), strict=True
+            (angle_error, inertia_error, total_error), measured(table, uncertainty), strict=True
         )
-        angle_error, own_error, total_error = (np.minimum(*both) for both in moved)
+        angle_error, inertia_error, total_error = (np.minimum(*both) for both in moved)
     try:
         left = holzer_table(line, modes.frequency).residual
     except NumericalFailure:  # a branch that swings alone: what the shapes leave
         left = total[:, -1]
     scene.emit(PLACES[0], angle, angle_error, axes)
-    scene.emit(PLACES[1], own, own_error, axes)
+    scene.emit(PLACES[1], inertia_torque, inertia_error, axes)
     scene.emit(PLACES[2], total, total_error, axes)
     # at a natural frequency nothing is left
     scene.emit(PLACES[3], left, np.abs(left) + total_error[:, -1], axes)

@@ -23,7 +23,13 @@ from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArr
 from vibecalc.parts.crank_train import build_crank_train
 from vibecalc.parts.geometry import CrankGeometry
 from vibecalc.torsion.damped_modes import LineModes, damped_line_modes, undamped_line_modes
-from vibecalc.torsion.forced import Masked, ModalLine, forced_masked, modal_line, ratio_response
+from vibecalc.torsion.forced import (
+    MaskedResponse,
+    ModalLine,
+    forced_masked,
+    modal_line,
+    ratio_response,
+)
 from vibecalc.torsion.line import Line
 from vibecalc.torsion.model import ShaftLineModel, build_shaft_line
 from vibecalc.torsion.modes import Modes, natural_modes
@@ -134,8 +140,10 @@ def build_drive(
     motored = None
     if _motored(case) and not all_fire:
         without = tuple(motored_cylinder(machine, card, geometry) for card in cards)
-        found = cylinder_torque(without, geometry, reciprocating_mass=0.0, harmonics=harmonics)
-        motored = _thinned(found, every)
+        without_combustion = cylinder_torque(
+            without, geometry, reciprocating_mass=0.0, harmonics=harmonics
+        )
+        motored = _thinned(without_combustion, every)
     gas = cylinder_gas(
         healthy, firing.pressure_scale, misfiring=~firing.fires, motored=motored
     )  # (cards, cylinders, orders)
@@ -146,15 +154,15 @@ def build_drive(
     turned = phasor(healthy.order, firing.angle).T  # (cylinders, orders)
     moved = inertia_harmonics(geometry, 1.0, 0.0, healthy.order)
     rocked = inertia_harmonics(geometry, 0.0, rod_inertia, healthy.order)
-    own = masses[:, None] * moved.value + rocked.value
-    own_error = masses[:, None] * moved.error + rocked.error + 2.0 * EPSILON * np.abs(own)
+    by_mass = masses[:, None] * moved.value + rocked.value
+    by_mass_error = masses[:, None] * moved.error + rocked.error + 2.0 * EPSILON * np.abs(by_mass)
     many = (6.0 + len(on)) * EPSILON
     return Drive(
         order=healthy.order,
         gas=np.swapaxes(gas.value * turned, -1, -2) @ on,
         gas_error=np.swapaxes(gas.error + many * np.abs(gas.value), -1, -2) @ size,
-        inertia=(own * turned).T @ on,
-        inertia_error=(own_error + many * np.abs(own)).T @ size,
+        inertia=(by_mass * turned).T @ on,
+        inertia_error=(by_mass_error + many * np.abs(by_mass)).T @ size,
         mean=gas.mean @ on,
         mean_error=(gas.mean_error + many * np.abs(gas.mean)) @ size,
         station=station,
@@ -240,7 +248,7 @@ class Model(NamedTuple):
         torque: ComplexArray,
         freedom: IntArray,
         estimate: bool = True,
-    ) -> Masked:
+    ) -> MaskedResponse:
         """Referred angles (..., s, m, n) for torques (..., s, m, k) on k places of freedoms."""
         frequency = speed[:, None] * order
         loaded = np.flatnonzero(np.bincount(freedom))
@@ -279,7 +287,7 @@ class Setup(NamedTuple):
 
 
 #: bytes of an array from which on memory is still taken from the system and handed back
-_KEPT = 1 << 24
+_RESERVED = 1 << 24
 
 
 def _keep_freed_memory() -> None:
@@ -289,7 +297,7 @@ def _keep_freed_memory() -> None:
     glibc keeps what is freed up to twice the size of the largest piece that was ever handed back,
     which this makes and frees without touching it; other allocators take no notice.
     """
-    np.empty(_KEPT, dtype=np.uint8)
+    np.empty(_RESERVED, dtype=np.uint8)
 
 
 def build_setup(case: "Case") -> Setup:

@@ -7,19 +7,19 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray, distinct
 from vibecalc.torsion.adapters.critical import (
-    Meeting,
-    Undamped,
+    MeetingOrder,
+    UndampedResonances,
     emit_separation,
     meeting,
     undamped_speeds,
 )
 from vibecalc.torsion.adapters.curves import (
     Curves,
-    OwnUncertainty,
+    SectionUncertainty,
+    actual_per_referred,
     by_freedom,
     curve_uncertainty,
-    own_of_gears,
-    own_uncertainty,
+    section_uncertainty,
     shifted_twist,
     station_means,
     steady_gears,
@@ -27,7 +27,7 @@ from vibecalc.torsion.adapters.curves import (
     sweep,
 )
 from vibecalc.torsion.adapters.limits import emit_limits, limit_corners, limit_levels
-from vibecalc.torsion.adapters.maxima import Dense, added, torque_value, with_narrow_resonances
+from vibecalc.torsion.adapters.maxima import DenseSweep, added, torque_value, with_narrow_resonances
 from vibecalc.torsion.adapters.modes import emit_campbell
 from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.adapters.steady import setup_of
@@ -60,7 +60,7 @@ PEAK = tuple(
 THERE = tuple(f"{ROOT}/largest/{name}" for name in ("twist_half_range", "mode", "half_order"))
 
 
-class Range(NamedTuple):
+class SpeedCurves(NamedTuple):
     """Curves of the line at the speeds (s,), with errors, and its endless resonances."""
 
     speed: FloatArray
@@ -69,10 +69,10 @@ class Range(NamedTuple):
     torque_error: FloatArray
     angle_error: FloatArray
     gear_error: FloatArray
-    undamped: Undamped
+    undamped: UndampedResonances
     largest: Maxima
-    largest_error: OwnUncertainty
-    dense: Dense
+    largest_error: SectionUncertainty
+    dense: DenseSweep
 
 
 def run_torsion_speeds(scene: Scene) -> None:
@@ -89,20 +89,20 @@ def run_torsion_speeds(scene: Scene) -> None:
     uncertainty = curve_uncertainty(
         setup, speed, telling_speeds(speed, curves.torque, undamped.speed)
     )
-    own = own_uncertainty(setup, top.speed, top.section)
-    found = Range(speed, curves, *uncertainty, undamped, top, own, dense)
-    _curves(scene, setup, found)
+    largest_error = section_uncertainty(setup, top.speed, top.section)
+    swept = SpeedCurves(speed, curves, *uncertainty, undamped, top, largest_error, dense)
+    _curves(scene, setup, swept)
     emit_campbell(scene, setup, speed)
-    _mean(scene, setup, found)
+    _mean(scene, setup, swept)
     _masked(scene, undamped)
-    _largest(scene, setup, found)
+    _largest(scene, setup, swept)
     if scene.wants(*PEAK):
         high = [
             peaks(make, dense.torque, dense.speed, section, undamped.speed)
             for section in _most_loaded(setup, top.value)
         ]
         joined = Maxima(*(np.concatenate(part) for part in zip(*high, strict=True)))
-        _peaks(scene, setup, found, joined)
+        _peaks(scene, setup, swept, joined)
     emit_separation(scene, setup, "range", speed[0], speed[-1])
     if len(top.section) > REFINED:
         scene.warn(
@@ -112,14 +112,14 @@ def run_torsion_speeds(scene: Scene) -> None:
     if setup.torsion.limits:
         emit_limits(scene, setup, speed, dense, undamped)
     if setup.shaft.dampers:
-        emit_bare(scene, setup, speed, top.value, own.torque)
+        emit_bare(scene, setup, speed, top.value, largest_error.torque)
     if setup.torsion.misfire:
         emit_healthy_range(scene, setup, speed)
 
 
 def _dense(
-    scene: Scene, setup: Setup, speed: FloatArray, torque: FloatArray, undamped: Undamped
-) -> Dense:
+    scene: Scene, setup: Setup, speed: FloatArray, torque: FloatArray, undamped: UndampedResonances
+) -> DenseSweep:
     """The sweep (s,) of torques (s, e) with what it may have stepped over."""
     levels = limit_levels(setup, speed, torque) if setup.torsion.limits else ()
     if scene.wants(*PEAK):
@@ -141,22 +141,22 @@ def chosen(options: LineSpeeds) -> FloatArray:
     return np.asarray(found)
 
 
-def _curves(scene: Scene, setup: Setup, found: Range) -> None:
-    shaft, curves = setup.shaft, found.curves
+def _curves(scene: Scene, setup: Setup, swept: SpeedCurves) -> None:
+    shaft, curves = setup.shaft, swept.curves
     axes = {
-        "speed": found.speed,
+        "speed": swept.speed,
         "station": shaft.station_names,
         "section": shaft.section_names,
         "damper": tuple(one.name for one in shaft.dampers),
     }
-    ratio, own = np.abs(shaft.section_ratio), np.abs(shaft.station_ratio)
-    angle = curves.angle[:, shaft.freedom] * own
-    off = found.angle_error[shaft.freedom] * own
+    ratio, station_ratio = np.abs(shaft.section_ratio), np.abs(shaft.station_ratio)
+    angle = curves.angle[:, shaft.freedom] * station_ratio
+    off = swept.angle_error[shaft.freedom] * station_ratio
     scene.emit(f"{SPEEDS}/angle_half_range", angle.T, off, axes)
-    twist, off = curves.twist * ratio, found.twist_error * ratio
+    twist, off = curves.twist * ratio, swept.twist_error * ratio
     scene.emit(f"{SPEEDS}/twist_half_range", twist.T, off, axes)
     scene.emit(f"{SPEEDS}/twist_peak", (curves.travel * ratio).T, off, axes)
-    torque, off = curves.torque / ratio, found.torque_error / ratio
+    torque, off = curves.torque / ratio, swept.torque_error / ratio
     scene.emit(f"{SPEEDS}/torque_half_range", torque.T, off, axes)
     stressed = np.flatnonzero(shaft.section_modulus)
     if len(stressed):
@@ -168,23 +168,23 @@ def _curves(scene: Scene, setup: Setup, found: Range) -> None:
     if shaft.dampers:
         rings = [one.element for one in shaft.dampers]
         heat = curves.heat[:, rings]
-        scene.emit(f"{SPEEDS}/heat", heat.T, _heat_uncertainty(found, rings), axes)
+        scene.emit(f"{SPEEDS}/heat", heat.T, _heat_uncertainty(swept, rings), axes)
         travel = (curves.travel * ratio)[:, rings].T
-        scene.emit(f"{SPEEDS}/travel", travel, (found.twist_error * ratio)[rings], axes)
+        scene.emit(f"{SPEEDS}/travel", travel, (swept.twist_error * ratio)[rings], axes)
 
 
-def _heat_uncertainty(found: Range, rings: list[int]) -> FloatArray:
+def _heat_uncertainty(swept: SpeedCurves, rings: list[int]) -> FloatArray:
     """Errors of the powers: twice that of the twist, relatively, at the largest."""
-    twist, heat = found.curves.twist[:, rings], found.curves.heat[:, rings]
+    twist, heat = swept.curves.twist[:, rings], swept.curves.heat[:, rings]
     finite = np.isfinite(twist).all(axis=1)
     top = np.max(twist[finite], axis=0, initial=0.0)
-    relative = 2.0 * found.twist_error[rings] / np.where(top > 0.0, top, 1.0)
+    relative = 2.0 * swept.twist_error[rings] / np.where(top > 0.0, top, 1.0)
     return np.asarray(np.max(heat[finite], axis=0, initial=0.0) * (relative + 16.0 * EPSILON))
 
 
-def _mean(scene: Scene, setup: Setup, found: Range) -> None:
+def _mean(scene: Scene, setup: Setup, swept: SpeedCurves) -> None:
     """Mean torques, with them the largest magnitude in the sections, and gears."""
-    shaft, speed, curves, top = setup.shaft, found.speed, found.curves, found.largest
+    shaft, speed, curves, top = setup.shaft, swept.speed, swept.curves, swept.largest
     total = setup.drive.mean_torque(speed).sum(axis=1)
     total_error = setup.drive.mean_torque_error(speed).sum(axis=1) + EPSILON * np.abs(total)
     scene.emit(f"{SPEEDS}/mean_torque", total, total_error, {"speed": speed})
@@ -198,16 +198,16 @@ def _mean(scene: Scene, setup: Setup, found: Range) -> None:
     ratio = np.abs(shaft.section_ratio)
     steady = np.max(np.abs(shares), axis=1, initial=0.0) * np.max(mean_error)
     axes = {"speed": speed, "section": shaft.section_names}
-    error = (found.torque_error + steady) / ratio
+    error = (swept.torque_error + steady) / ratio
     scene.emit(f"{SPEEDS}/torque_peak", (peak / ratio).T, error, axes)
     if not shaft.gears:
         return
     near = top.speed[np.isfinite(top.value)]
-    every = distinct(np.concatenate([found.dense.speed, near, found.undamped.speed]))
-    emit_gears(scene, setup, speed, curves, shares, found.gear_error, every)
+    every = distinct(np.concatenate([swept.dense.speed, near, swept.undamped.speed]))
+    emit_gears(scene, setup, speed, curves, shares, swept.gear_error, every)
 
 
-def _masked(scene: Scene, undamped: Undamped) -> None:
+def _masked(scene: Scene, undamped: UndampedResonances) -> None:
     axes = {"masked": np.arange(1, len(undamped.speed) + 1)}
     scene.emit(f"{ROOT}/masked/from", undamped.low, undamped.error, axes)
     scene.emit(f"{ROOT}/masked/to", undamped.high, undamped.error, axes)
@@ -220,20 +220,20 @@ def _masked(scene: Scene, undamped: Undamped) -> None:
         )
 
 
-def _largest(scene: Scene, setup: Setup, found: Range) -> None:
-    shaft, top = setup.shaft, found.largest
+def _largest(scene: Scene, setup: Setup, swept: SpeedCurves) -> None:
+    shaft, top = setup.shaft, swept.largest
     ratio = np.abs(shaft.section_ratio)
     axes = {"section": shaft.section_names}
-    value, error = top.value / ratio, found.largest_error.torque / ratio
+    value, error = top.value / ratio, swept.largest_error.torque / ratio
     scene.emit(f"{ROOT}/largest/torque_half_range", value, error, axes)
     scene.emit(f"{ROOT}/largest/speed", top.speed, top.speed_error, axes)
     if scene.wants(*THERE):
-        seen = _meeting(setup, found, top)
-        twist = np.where(np.isfinite(top.value), seen.twist, np.inf) * ratio
+        met = _meeting(setup, swept, top)
+        twist = np.where(np.isfinite(top.value), met.twist, np.inf) * ratio
         moved = shifted_twist(setup, top.speed, top.speed_error)
-        scene.emit(THERE[0], twist, (found.largest_error.twist + moved) * ratio, axes)
-        scene.emit(THERE[1], seen.mode, 0.0, axes)
-        scene.emit(THERE[2], seen.order, 0.0, axes)
+        scene.emit(THERE[0], twist, (swept.largest_error.twist + moved) * ratio, axes)
+        scene.emit(THERE[1], met.mode, 0.0, axes)
+        scene.emit(THERE[2], met.order, 0.0, axes)
     stressed = np.flatnonzero(shaft.section_modulus)
     if len(stressed):
         modulus = shaft.section_modulus[stressed]
@@ -256,20 +256,20 @@ def _most_loaded(setup: Setup, value: FloatArray) -> list[int]:
     return list(dict.fromkeys(chosen))
 
 
-def _peaks(scene: Scene, setup: Setup, found: Range, high: Maxima) -> None:
-    seen = _meeting(setup, found, high)
+def _peaks(scene: Scene, setup: Setup, swept: SpeedCurves, high: Maxima) -> None:
+    met = _meeting(setup, swept, high)
     axes = {"peak": np.arange(1, len(high.speed) + 1)}
-    own = np.abs(setup.shaft.section_ratio[high.section])
-    error = own_uncertainty(setup, high.speed, high.section).torque / own
+    section_ratio = np.abs(setup.shaft.section_ratio[high.section])
+    error = section_uncertainty(setup, high.speed, high.section).torque / section_ratio
     scene.emit(f"{ROOT}/peak/speed", high.speed, high.speed_error, axes)
-    scene.emit(f"{ROOT}/peak/torque_half_range", high.value / own, error, axes)
+    scene.emit(f"{ROOT}/peak/torque_half_range", high.value / section_ratio, error, axes)
     scene.emit(f"{ROOT}/peak/section", high.section + 1, 0.0, axes)
-    scene.emit(f"{ROOT}/peak/mode", seen.mode, 0.0, axes)
-    scene.emit(f"{ROOT}/peak/half_order", seen.order, 0.0, axes)
+    scene.emit(f"{ROOT}/peak/mode", met.mode, 0.0, axes)
+    scene.emit(f"{ROOT}/peak/half_order", met.order, 0.0, axes)
 
 
-def _meeting(setup: Setup, found: Range, high: Maxima) -> Meeting:
-    end = (high.speed <= found.speed[0]) | (high.speed >= found.speed[-1])
+def _meeting(setup: Setup, swept: SpeedCurves, high: Maxima) -> MeetingOrder:
+    end = (high.speed <= swept.speed[0]) | (high.speed >= swept.speed[-1])
     return meeting(setup, high.speed, high.section, end)
 
 
@@ -292,10 +292,10 @@ def emit_gears(
     """Mean and alternating torques, the least over a cycle, ranges in which it changes its sign.
 
     `curves` at speeds (s,), with errors (g,) of referred torques of gears; `shares` say what the
-    sections carry of the mean torques. Ranges are looked for between the speeds `every` (r,).
+    sections carry of the mean torques. Ranges are searched between the speeds `every` (r,).
     """
     shaft = setup.shaft
-    size = np.abs(own_of_gears(shaft))
+    size = np.abs(actual_per_referred(shaft))
     axes = {"speed": speed, "gear": tuple(one.name for one in shaft.gears)}
     through, uncertainty = _gear_means(setup, speed, shares)
     off = size * error + uncertainty
@@ -308,7 +308,7 @@ def emit_gears(
     if not scene.wants(*HAMMERING):
         return
     ends = [_ranges(setup, every, shares, gear, float(off[gear])) for gear in range(len(size))]
-    rows = [(*one, number) for number, found in enumerate(ends, start=1) for one in found]
+    rows = [(*one, number) for number, ranges_of in enumerate(ends, start=1) for one in ranges_of]
     low, high, uncertainties, number = (np.array([row[k] for row in rows]) for k in range(4))
     axes = {"hammering": np.arange(1, len(rows) + 1)}
     scene.emit(HAMMERING[0], low, uncertainties, axes)
@@ -320,10 +320,10 @@ def _gear_means(
     setup: Setup, speed: FloatArray, shares: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Mean torques (s, g) on the first wheels, and the largest error (g,) of each."""
-    shaft, own = setup.shaft, own_of_gears(setup.shaft)
+    shaft, scale = setup.shaft, actual_per_referred(setup.shaft)
     mean, _ = station_means(shaft, setup.drive, speed, setup.speed)
-    through = steady_gears(shaft, by_freedom(shaft, mean) @ shares.T, mean) * own
-    error = steady_uncertainties(shaft, setup.drive, speed, mean, shares) * np.abs(own)
+    through = steady_gears(shaft, by_freedom(shaft, mean) @ shares.T, mean) * scale
+    error = steady_uncertainties(shaft, setup.drive, speed, mean, shares) * np.abs(scale)
     return through, np.max(error, axis=0)
 
 
@@ -335,8 +335,8 @@ def _least(
     A mean that is zero to within its error `uncertainty` (g,) has no sense: the lower one of both
     counts.
     """
-    own = own_of_gears(shaft)
-    size, turned = np.abs(own), (own < 0.0) != (through < 0.0)
+    scale = actual_per_referred(shaft)
+    size, turned = np.abs(scale), (scale < 0.0) != (through < 0.0)
     ends = curves.gear_highest, -curves.gear_lowest
     down = (
         np.where(np.abs(through) <= uncertainty, np.maximum(*ends), np.where(turned, *ends)) * size
@@ -355,9 +355,9 @@ def _ranges(
         through, uncertainty = _gear_means(setup, at, shares)
         return -off - _least(setup.shaft, curves, through, uncertainty)[:, gear]
 
-    found = barred_ranges(reversed_by, speed)
+    barred = barred_ranges(reversed_by, speed)
     rows = []
-    for start, end in zip(found.start.tolist(), found.end.tolist(), strict=True):
+    for start, end in zip(barred.start.tolist(), barred.end.tolist(), strict=True):
         at = np.array([start, end])
         step = 1e-7 * at
         nearby = reversed_by(np.concatenate([at - step, at + step]))

@@ -7,12 +7,12 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray
 from vibecalc.torsion.adapters.critical import beyond, emit_critical, emit_separation
 from vibecalc.torsion.adapters.curves import (
-    Solved,
+    OrderSolution,
+    actual_per_referred,
     by_freedom,
     data_uncertainty,
     gear_torques,
     gear_uncertainties,
-    own_of_gears,
     rounding_uncertainty,
     solved,
     station_means,
@@ -68,22 +68,22 @@ SLOW = 0.1
 class _Uncertainty:
     """Absolute errors at one speed by order (m, ...): of the data, and rounding."""
 
-    def __init__(self, setup: Setup, found: Solved, line: Line) -> None:
+    def __init__(self, setup: Setup, state: OrderSolution, line: Line) -> None:
         at = np.array([setup.speed])
         angle, twist = data_uncertainty(setup, at)
-        own_angle, own_twist = rounding_uncertainty(setup, at, found)
-        self.angle = (angle + own_angle)[0]
-        self.twist = (twist + own_twist)[0]
-        size = np.abs(complex_stiffness(line, found.frequency[0]))
-        self.torque = size * self.twist + 4.0 * EPSILON * np.abs(found.torque[0])
+        rounded_angle, rounded_twist = rounding_uncertainty(setup, at, state)
+        self.angle = (angle + rounded_angle)[0]
+        self.twist = (twist + rounded_twist)[0]
+        size = np.abs(complex_stiffness(line, state.frequency[0]))
+        self.torque = size * self.twist + 4.0 * EPSILON * np.abs(state.torque[0])
 
 
 def emit_steady(scene: Scene, setup: Setup) -> None:
     """Angles, twists, torques and stresses by order, their half ranges, heat, gears, margins."""
-    found = operating(setup)
+    state = operating(setup)
     shaft, order = setup.shaft, setup.drive.order
     line = setup.model.at(setup.speed)
-    uncertainty = _Uncertainty(setup, found, line)
+    uncertainty = _Uncertainty(setup, state, line)
     axes: dict[str, object] = {
         "station": shaft.station_names,
         "section": shaft.section_names,
@@ -91,15 +91,15 @@ def emit_steady(scene: Scene, setup: Setup) -> None:
         "damper": tuple(one.name for one in shaft.dampers),
         "gear": tuple(one.name for one in shaft.gears),
     }
-    own = shaft.station_ratio
-    angle = (found.angle[0][:, shaft.freedom] * own).T
-    angle_uncertainty = (uncertainty.angle[:, shaft.freedom] * np.abs(own)).T
+    station_ratio = shaft.station_ratio
+    angle = (state.angle[0][:, shaft.freedom] * station_ratio).T
+    angle_uncertainty = (uncertainty.angle[:, shaft.freedom] * np.abs(station_ratio)).T
     scene.emit(f"{ROOT}/angle", angle, angle_uncertainty, axes)
     total = summed(order, angle, angle_uncertainty)
     scene.emit(f"{ROOT}/angle_half_range", total.half_range, total.error, axes)
     scene.emit(f"{ROOT}/angle_peak", total.peak, total.error, axes)
     ratio = shaft.section_ratio
-    twist, twist_uncertainty = (found.twist[0] * ratio).T, (uncertainty.twist * np.abs(ratio)).T
+    twist, twist_uncertainty = (state.twist[0] * ratio).T, (uncertainty.twist * np.abs(ratio)).T
     scene.emit(f"{ROOT}/twist", twist, twist_uncertainty, axes)
     turned = summed(order, twist, twist_uncertainty)
     scene.emit(f"{ROOT}/twist_half_range", turned.half_range, turned.error, axes)
@@ -108,10 +108,10 @@ def emit_steady(scene: Scene, setup: Setup) -> None:
     if dampers:
         travel = turned.peak[dampers], turned.error[dampers]
         scene.emit(f"{ROOT}/damper/travel", *travel, axes)
-    _torques(scene, setup, found, uncertainty, axes)
-    _heat(scene, setup, found, uncertainty, line, axes)
+    _torques(scene, setup, state, uncertainty, axes)
+    _heat(scene, setup, state, uncertainty, line, axes)
     if shaft.gears:
-        _gears(scene, setup, found, uncertainty, axes)
+        _gears(scene, setup, state, uncertainty, axes)
     _margins(scene, setup)
     if scene.wanted is None:  # a study of many points needs no sentences
         warn_of_orders(scene, setup)
@@ -123,15 +123,15 @@ def emit_steady(scene: Scene, setup: Setup) -> None:
     )
 
 
-def operating(setup: Setup) -> Solved:
+def operating(setup: Setup) -> OrderSolution:
     """All orders at the operating speed.
 
     Raises NumericalFailure naming mode and order where nothing damps what an order excites.
     """
-    found = solved(setup.model, setup.drive, np.array([setup.speed]), estimate=True)
-    met = np.flatnonzero(found.masked[0])
+    state = solved(setup.model, setup.drive, np.array([setup.speed]), estimate=True)
+    met = np.flatnonzero(state.masked[0])
     if len(met):
-        order, w = setup.drive.order[met[0]], float(found.frequency[0, met[0]])
+        order, w = setup.drive.order[met[0]], float(state.frequency[0, met[0]])
         every = setup.natural().frequency
         mode = nearest_mode(every, np.array([w]))[0]
         natural = float(every[mode - 1]) if mode else 0.0
@@ -150,7 +150,7 @@ def operating(setup: Setup) -> Solved:
             "response has no bound there. Give shafts, stations or a damper some damping, or "
             "move the speed"
         )
-    return found
+    return state
 
 
 def nearest_mode(natural: FloatArray, frequency: FloatArray) -> np.ndarray:
@@ -163,11 +163,15 @@ def nearest_mode(natural: FloatArray, frequency: FloatArray) -> np.ndarray:
 
 
 def _torques(
-    scene: Scene, setup: Setup, found: Solved, uncertainty: _Uncertainty, axes: dict[str, object]
+    scene: Scene,
+    setup: Setup,
+    state: OrderSolution,
+    uncertainty: _Uncertainty,
+    axes: dict[str, object],
 ) -> None:
     shaft, order = setup.shaft, setup.drive.order
     ratio = shaft.section_ratio
-    torque = (found.torque[0] / ratio).T
+    torque = (state.torque[0] / ratio).T
     torque_uncertainty = (uncertainty.torque / np.abs(ratio)).T
     scene.emit(f"{ROOT}/torque", torque, torque_uncertainty, axes)
     total = summed(order, torque, torque_uncertainty)
@@ -207,19 +211,19 @@ def _mean_sections(setup: Setup) -> tuple[FloatArray, FloatArray]:
 def _heat(
     scene: Scene,
     setup: Setup,
-    found: Solved,
+    state: OrderSolution,
     uncertainty: _Uncertainty,
     line: Line,
     axes: dict[str, object],
 ) -> None:
     shaft = setup.shaft
-    w = found.frequency[0]
-    by_order = heat(line, w, found.angle[0])
+    w = state.frequency[0]
+    by_order = heat(line, w, state.angle[0])
     element = by_order.element.sum(axis=0)
     share = w[:, None] * complex_stiffness(line, w).imag * uncertainty.twist
-    error = np.sum(share * (np.abs(found.twist[0]) + uncertainty.twist), axis=0)
+    error = np.sum(share * (np.abs(state.twist[0]) + uncertainty.twist), axis=0)
     error = np.abs(error) + 16.0 * EPSILON * np.abs(element)
-    moved = uncertainty.angle * (np.abs(found.angle[0]) + uncertainty.angle)
+    moved = uncertainty.angle * (np.abs(state.angle[0]) + uncertainty.angle)
     ground_error = np.sum(w[:, None] ** 2 * line.absolute_damping * moved, axis=0)
     ground = by_order.ground.sum(axis=0)
     ground_error = np.abs(ground_error) + 16.0 * EPSILON * np.abs(ground)
@@ -236,20 +240,22 @@ def _heat(
     scene.emit(f"{ROOT}/section_heat", element, error, axes)
     scene.emit(f"{ROOT}/station_heat", at_station, station_error, axes)
     if setup.torsion.damping_model is not None and setup.torsion.damping_model.kind == "modal":
-        _heat_of_modes(scene, setup, found, uncertainty)
+        _heat_of_modes(scene, setup, state, uncertainty)
     if shaft.dampers:
         dampers = [one.element for one in shaft.dampers]
         scene.emit(f"{ROOT}/damper/heat", element[dampers], error[dampers], axes)
 
 
-def _heat_of_modes(scene: Scene, setup: Setup, found: Solved, uncertainty: _Uncertainty) -> None:
+def _heat_of_modes(
+    scene: Scene, setup: Setup, state: OrderSolution, uncertainty: _Uncertainty
+) -> None:
     """Mean power (m,) of ratios by mode, w^2 c |coordinate|^2 / 2: it has no place in the line."""
-    modal, w = setup.model.modal, found.frequency[0]
+    modal, w = setup.model.modal, state.frequency[0]
     assert modal is not None
     modes, inertia = setup.modes, setup.model.line.inertia
     lever = (modes.shape * inertia / modes.modal_inertia[:, None]).T
-    coordinate = np.abs(found.angle[0] @ lever)
-    off = uncertainty.angle @ np.abs(lever) + (np.abs(found.angle[0]) @ inertia)[:, None] * (
+    coordinate = np.abs(state.angle[0] @ lever)
+    off = uncertainty.angle @ np.abs(lever) + (np.abs(state.angle[0]) @ inertia)[:, None] * (
         (modes.shape_error + 8.0 * EPSILON) / modes.modal_inertia
     )
     factor = 0.5 * w[:, None] * (w[:, None] * modal.dashpot + modal.loss)
@@ -266,24 +272,28 @@ def _heat_of_modes(scene: Scene, setup: Setup, found: Solved, uncertainty: _Unce
 
 
 def _gears(
-    scene: Scene, setup: Setup, found: Solved, uncertainty: _Uncertainty, axes: dict[str, object]
+    scene: Scene,
+    setup: Setup,
+    state: OrderSolution,
+    uncertainty: _Uncertainty,
+    axes: dict[str, object],
 ) -> None:
     shaft, drive, at = setup.shaft, setup.drive, np.array([setup.speed])
-    own = own_of_gears(shaft)
-    w = found.frequency[0]
+    scale = actual_per_referred(shaft)
+    w = state.frequency[0]
     of_line = (shaft, drive, setup.model, w)
-    torque = gear_torques(*of_line, found.angle[0], found.torque[0], found.load[0]) * own
+    torque = gear_torques(*of_line, state.angle[0], state.torque[0], state.load[0]) * scale
     known = drive.torque_error(at)[0]
     off = (
         gear_uncertainties(*of_line, uncertainty.angle, uncertainty.torque, known).T
-        * np.abs(own)[:, None]
+        * np.abs(scale)[:, None]
     )
     shares = steady_shares(setup.model.at(setup.speed))
     mean, _ = station_means(shaft, drive, at, setup.speed)
     sections = by_freedom(shaft, mean) @ shares.T
-    steady = (steady_gears(shaft, sections, mean) * own)[0]
+    steady = (steady_gears(shaft, sections, mean) * scale)[0]
     mesh = mesh_torque(steady, drive.order, torque.T, off)
-    steady_error = steady_uncertainties(shaft, drive, at, mean, shares)[0] * np.abs(own)
+    steady_error = steady_uncertainties(shaft, drive, at, mean, shares)[0] * np.abs(scale)
     scene.emit(f"{ROOT}/gear/mean_torque", steady, steady_error, axes)
     scene.emit(f"{ROOT}/gear/alternating_torque", mesh.half_range, mesh.error, axes)
     both = -mesh.largest, mesh.least
@@ -325,20 +335,20 @@ NOTICEABLE = 0.01
 
 def warn_of_orders(scene: Scene, setup: Setup) -> None:
     """Look at the operating speed at twice as many orders, by the smallest step of the cycle."""
-    own = setup.drive.order
+    used = setup.drive.order
     base = 2.0 * np.pi / setup.drive.firing.cycle
-    drive = build_drive(scene.case, setup.shaft, orders=(2.0 * float(own[-1]), float(base)))
-    found = solved(setup.model, drive, np.array([setup.speed]))
-    order, torque = drive.order, found.torque[0].T / setup.shaft.section_ratio[:, None]
-    kept = np.min(np.abs(order[:, None] - own), axis=1) < 0.25 * base
-    half = synthesis(order[kept], torque[:, kept]).half_range
-    seen = half > NOTICEABLE * half.max(initial=0.0)
-    if not np.any(seen):
+    drive = build_drive(scene.case, setup.shaft, orders=(2.0 * float(used[-1]), float(base)))
+    state = solved(setup.model, drive, np.array([setup.speed]))
+    order, torque = drive.order, state.torque[0].T / setup.shaft.section_ratio[:, None]
+    known = np.min(np.abs(order[:, None] - used), axis=1) < 0.25 * base
+    half = synthesis(order[known], torque[:, known]).half_range
+    noticeable = half > NOTICEABLE * half.max(initial=0.0)
+    if not np.any(noticeable):
         return
-    safe = np.where(seen, half, np.inf)
+    safe = np.where(noticeable, half, np.inf)
 
     def tell(chosen: BoolArray, what: str) -> None:
-        met = order[chosen & found.masked[0]]
+        met = order[chosen & state.masked[0]]
         if len(met):
             scene.warn(
                 f"{what} are left out; order {met[0]:g} of them is on an undamped natural "
@@ -354,9 +364,9 @@ def warn_of_orders(scene: Scene, setup: Setup) -> None:
                 f"case in '{setup.shaft.section_names[most]}'"
             )
 
-    between = ~kept & (order < own[-1])
+    between = ~known & (order < used[-1])
     if np.any(between):
-        step = float(own[0])
+        step = float(used[0])
         half_orders = "half orders" if step == 1.0 and base < 1.0 else "orders between"
         tell(between, f"the {half_orders}, since the step of the orders is {step:g},")
-    tell(order > own[-1] + 0.25 * base, f"the orders above {own[-1]:g}, up to {order[-1]:g},")
+    tell(order > used[-1] + 0.25 * base, f"the orders above {used[-1]:g}, up to {order[-1]:g},")

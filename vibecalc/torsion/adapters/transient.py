@@ -14,7 +14,7 @@ from vibecalc.torsion.results import TRANSIENT
 from vibecalc.torsion.section_loads import section_torque
 from vibecalc.torsion.synthesis import synthesis
 from vibecalc.torsion.transient.cycles import (
-    Sliding,
+    SlidingExtremes,
     against_quasi_steady,
     largest_swings,
     section_peaks,
@@ -33,11 +33,11 @@ from vibecalc.torsion.transient.motion import (
 )
 from vibecalc.torsion.transient.peaks import (
     Envelope,
-    TimeCourse,
+    SectionHistory,
     envelope,
     frequency_waterfall,
     order_waterfall,
-    time_course,
+    section_history,
 )
 
 # ----------------------------------------------------------------------------
@@ -46,7 +46,7 @@ from vibecalc.torsion.transient.peaks import (
 
 #: tolerance of the march: nothing that is read off it is reported more sharply
 _RTOL = 1e-7
-#: windows in which peaks are looked for; of a cycle, in a time of fewer cycles than that, where
+#: windows in which peaks are searched; of a cycle, in a time of fewer cycles than that, where
 #: the speed stays
 _FEWEST, _MOST, _PER_CYCLE, _SHORT = 4, 400, 6, 20
 #: speeds of the steady curve before its peaks are added
@@ -68,16 +68,16 @@ def run_torsion_transient(scene: Scene) -> None:
         path.line, path.order, path.stretches, path.speed, start=path.start,
         reaction=path.reaction, rtol=max(_RTOL, scene.case.accuracy.rtol),
     )  # fmt: skip
-    found = envelope(run_, _windows(setup, run_, options.kind in STEPS))
+    extremes = envelope(run_, _windows(setup, run_, options.kind in STEPS))
     size = np.abs(setup.shaft.section_ratio)
     slide = emit_envelope(scene, setup, run_)
-    worst = _emit_peaks(scene, setup, run_, found)
+    worst = _emit_peaks(scene, setup, run_, extremes)
     if options.kind in STEPS:
-        _emit_steps(scene, setup, path, run_, found, size)
+        _emit_steps(scene, setup, path, run_, extremes, size)
     else:
-        _emit_passage(scene, setup, path, run_, found, slide)
-        emit_supply(scene, setup, run_, found)
-    emit_looks(scene, setup, run_, worst)
+        _emit_passage(scene, setup, path, run_, extremes, slide)
+        emit_supply(scene, setup, run_, extremes)
+    emit_histories(scene, setup, run_, worst)
     scene.cite(
         "exact propagation of the line over steps with the torque as a polynomial, crank speed "
         "prescribed; envelope from states inside the steps",
@@ -104,29 +104,31 @@ def _axes(setup: Setup) -> dict[str, object]:
     return {"section": setup.shaft.section_names}
 
 
-def _emit_peaks(scene: Scene, setup: Setup, run_: TransientRun, found: Envelope) -> int:
+def _emit_peaks(scene: Scene, setup: Setup, run_: TransientRun, extremes: Envelope) -> int:
     """Largest magnitudes; gives the section of the largest, counted from 0."""
-    peaks, axes = section_peaks(run_, found), _axes(setup)
-    own = peaks.peak / np.abs(setup.shaft.section_ratio)
-    scene.emit(f"{TRANSIENT}peak", own, peaks.error / np.abs(setup.shaft.section_ratio), axes)
+    peaks, axes = section_peaks(run_, extremes), _axes(setup)
+    actual = peaks.peak / np.abs(setup.shaft.section_ratio)
+    scene.emit(f"{TRANSIENT}peak", actual, peaks.error / np.abs(setup.shaft.section_ratio), axes)
     uncertainty = float(np.max(time_uncertainty(run_, peaks)))
     scene.emit(f"{TRANSIENT}peak_time", peaks.time, uncertainty, axes)
-    fastest = float(np.max(np.abs(acceleration_at(run_.stretches, run_.borders, found.time))))
+    fastest = float(np.max(np.abs(acceleration_at(run_.stretches, run_.borders, extremes.time))))
     slip = fastest * uncertainty + 8.0 * EPSILON * float(np.max(peaks.speed))
     scene.emit(f"{TRANSIENT}peak_speed", peaks.speed, slip, axes)
-    worst = int(np.argmax(own))
+    worst = int(np.argmax(actual))
     scene.emit(f"{TRANSIENT}worst_section", worst + 1, 0.0)
     return worst
 
 
 def _emit_passage(
-    scene: Scene, setup: Setup, path: Journey, run_: TransientRun, found: Envelope,
-    slide: Sliding | None,
+    scene: Scene, setup: Setup, path: Journey, run_: TransientRun, extremes: Envelope,
+    slide: SlidingExtremes | None,
 ) -> None:  # fmt: skip
     """Half ranges of the windows next to the steady ones at the same speeds."""
     size = np.abs(setup.shaft.section_ratio)
     start, end = path.moving
-    inside = np.flatnonzero((found.time[:-1] >= start - 1e-12) & (found.time[1:] <= end + 1e-12))
+    inside = np.flatnonzero(
+        (extremes.time[:-1] >= start - 1e-12) & (extremes.time[1:] <= end + 1e-12)
+    )
     if inside.size < 3:
         raise NumericalFailure(
             "the change of speed takes so short a part of the time watched that nothing can be "
@@ -134,24 +136,26 @@ def _emit_passage(
         )
     # with the windows that reach beyond the change: what counts is examined between its ends
     rows = slice(max(int(inside[0]) - 1, 0), int(inside[-1]) + 2)
-    own = Envelope(found.time[rows.start : rows.stop + 1], *(part[rows] for part in found[1:]))
+    within = Envelope(
+        extremes.time[rows.start : rows.stop + 1], *(part[rows] for part in extremes[1:])
+    )
     ends = speed_at(run_.stretches, run_.borders, np.array([start, end]))
     speeds, steady, uncertainty, damped = _steady(
-        setup, np.concatenate([ends[ends > 0.0], found.speed])
+        setup, np.concatenate([ends[ends > 0.0], extremes.speed])
     )
     close = EPSILON * float(speeds[-1])
     between = float(ends.min()) - close, float(ends.max()) + close
-    passage = against_quasi_steady(own, speeds, steady, between)
+    passage = against_quasi_steady(within, speeds, steady, between)
     # samples at the ends of the change belong to it
     slip = 8.0 * EPSILON * float(run_.borders.time[-1])
     cycle = setup.drive.firing.cycle
-    swings = largest_swings(run_, own, cycle, (start - slip, end + slip))
+    swings = largest_swings(run_, within, cycle, (start - slip, end + slip))
     if slide is not None:
         emit_half_ranges(scene, setup, slide, speeds, steady, uncertainty)
     axes = _axes(setup)
     error = swings.error
     scene.emit(f"{TRANSIENT}peak_half_range", swings.half_range / size, error / size, axes)
-    rate = acceleration_at(run_.stretches, run_.borders, own.time)
+    rate = acceleration_at(run_.stretches, run_.borders, within.time)
     step = float(np.max(np.abs(rate))) * swings.time_error + 8.0 * EPSILON * float(speeds[-1])
     scene.emit(f"{TRANSIENT}peak_half_range_speed", swings.speed, step, axes)
     top = passage.steady_peak if damped else np.full_like(passage.steady_peak, np.inf)
@@ -163,7 +167,7 @@ def _emit_passage(
     over = swings.half_range / top - 1.0
     uncertainty_over = np.where(np.isfinite(top), (error + slack) / passage.steady_peak, 0.0)
     scene.emit(f"{TRANSIENT}overshoot", over, uncertainty_over + 1e-12, axes)
-    lag = np.sign(own.speed[-1] - own.speed[0]) * (swings.speed - passage.steady_speed)
+    lag = np.sign(within.speed[-1] - within.speed[0]) * (swings.speed - passage.steady_speed)
     scene.emit(f"{TRANSIENT}lag", lag, step + width, axes)
     if not damped:
         scene.warn(
@@ -178,20 +182,20 @@ def _slack(speeds: FloatArray, steady: FloatArray, top: FloatArray) -> FloatArra
     The peak may have a corner, where crest and trough change places: half the second difference.
     """
     place, section = np.searchsorted(speeds, top), np.arange(len(top))
-    own = steady[place, section]
+    half_range = steady[place, section]
     sides = steady[np.maximum(place - 1, 0), section], steady[
         np.minimum(place + 1, len(speeds) - 1), section
     ]  # fmt: skip
-    bend = np.maximum(own - sides[0], 0.0) + np.maximum(own - sides[1], 0.0)
+    bend = np.maximum(half_range - sides[0], 0.0) + np.maximum(half_range - sides[1], 0.0)
     # at an end of the range nothing lies beyond
     inside = (place > 0) & (place < len(speeds) - 1)
-    slack: FloatArray = np.where(inside, 0.5 * bend, 0.0) + _ROUNDED * own
+    slack: FloatArray = np.where(inside, 0.5 * bend, 0.0) + _ROUNDED * half_range
     return slack
 
 
-def _steady(setup: Setup, seen: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, bool]:
+def _steady(setup: Setup, passed: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, bool]:
     """Speeds (k,), referred half ranges (k, e), their errors (e,), and whether anything damps."""
-    low, high = float(seen.min()), float(seen.max())
+    low, high = float(passed.min()), float(passed.max())
     cards = setup.drive.card_speed
     if len(cards) > 1:  # an end may be a rounding away from that of the cards
         low, high = (
@@ -210,24 +214,24 @@ def _steady(setup: Setup, seen: FloatArray) -> tuple[FloatArray, FloatArray, Flo
     speeds = np.linspace(low, high, _SPEEDS)
     values = curve(speeds)
     coarse = values[::2]
-    kept = np.all(np.isfinite(values), axis=1)
+    bounded = np.all(np.isfinite(values), axis=1)
     line = setup.model.line
     damped = bool(
         np.any(line.damping) or np.any(line.absolute_damping) or setup.model.modal is not None
     )
     uncertainty = np.array([
-        np.max(np.abs(np.interp(speeds[kept], speeds[::2], coarse[:, s]) - values[kept, s]))
-        if np.all(kept) else 0.0
+        np.max(np.abs(np.interp(speeds[bounded], speeds[::2], coarse[:, s]) - values[bounded, s]))
+        if np.all(bounded) else 0.0
         for s in range(values.shape[1])
     ]) / 3.0  # fmt: skip
-    speeds, values = speeds[kept], values[kept]
-    if damped and np.all(kept):
+    speeds, values = speeds[bounded], values[bounded]
+    if damped and np.all(bounded):
         speeds, values = _zoomed(curve, speeds, values)
         # peaks that were not examined again may rise between their speeds
         inner = values[1:-1]
-        rise = 0.5 * (2.0 * inner - values[:-2] - values[2:])
+        overshoot = 0.5 * (2.0 * inner - values[:-2] - values[2:])
         top = (inner > values[:-2]) & (inner >= values[2:])
-        uncertainty = np.maximum(uncertainty, np.max(np.where(top, rise, 0.0), axis=0))
+        uncertainty = np.maximum(uncertainty, np.max(np.where(top, overshoot, 0.0), axis=0))
     if low == high or len(speeds) < 2:
         raise NumericalFailure("the speed hardly changes: nothing to compare the run with")
     return speeds, values, uncertainty, damped
@@ -253,7 +257,7 @@ def _zoomed(
 
 
 def _emit_steps(
-    scene: Scene, setup: Setup, path: Journey, run_: TransientRun, found: Envelope,
+    scene: Scene, setup: Setup, path: Journey, run_: TransientRun, extremes: Envelope,
     size: FloatArray,
 ) -> None:  # fmt: skip
     """Largest magnitudes of the steady vibration before and after, and what the change adds."""
@@ -262,7 +266,7 @@ def _emit_steps(
     for name, (value, error) in zip(("before", "after"), ends, strict=True):
         scene.emit(f"{TRANSIENT}steady_{name}", value / size, error / size, axes)
     larger = np.maximum(ends[0][0], ends[1][0])
-    peaks = section_peaks(run_, found)
+    peaks = section_peaks(run_, extremes)
     safe = np.where(larger > 0.0, larger, 1.0)
     factor = np.where(larger > 0.0, peaks.peak / safe, 1.0)
     uncertainty = (peaks.error + factor * (ends[0][1] + ends[1][1])) / safe + 4.0 * EPSILON
@@ -299,10 +303,10 @@ def _steady_peak(
 # ----------------------------------------------------------------------------
 
 
-def emit_supply(scene: Scene, setup: Setup, run: TransientRun, found: Envelope) -> None:
+def emit_supply(scene: Scene, setup: Setup, run: TransientRun, extremes: Envelope) -> None:
     """The torque of the acceleration where it is largest, its source, and peaks without it."""
     system, shaft = run.system, setup.shaft
-    time = np.union1d(run.borders.time, found.time)
+    time = np.union1d(run.borders.time, extremes.time)
     # a value at a border belongs to the stretch behind it: a little before it counts too
     time = np.union1d(time, np.maximum(time - 1e-9 * time[-1], 0.0))
     rate = acceleration_at(run.stretches, run.borders, time)
@@ -324,21 +328,25 @@ def emit_supply(scene: Scene, setup: Setup, run: TransientRun, found: Envelope) 
     speed = float(speed_at(run.stretches, run.borders, time[place : place + 1])[0])
     mean = mean_torque(part, speeds, speed, since)
     supplied += float((system.balance @ mean - mean)[shaft.load_freedom])
-    own = float(shaft.station_ratio[shaft.load_station])
+    station_ratio = float(shaft.station_ratio[shaft.load_station])
     size = abs(whole) + float(np.abs(mean).sum())
-    scene.emit(f"{TRANSIENT}acceleration_supplied", supplied / own, 1e-12 * size / abs(own))
+    scene.emit(
+        f"{TRANSIENT}acceleration_supplied",
+        supplied / station_ratio,
+        1e-12 * size / abs(station_ratio),
+    )
     scene.emit(f"{TRANSIENT}acceleration_supplied_at", shaft.load_station + 1, 0.0)
     carried = system.torque @ static_state(system, system.balance @ pull)
     uncertainty = 1e-12 * np.max(np.abs(carried), initial=0.0)
     ratio = shaft.section_ratio
     scene.emit(f"{TRANSIENT}acceleration_part", carried / ratio, uncertainty / np.abs(ratio), axes)
-    middle = 0.5 * (found.time[:-1] + found.time[1:])
-    ends = acceleration_at(run.stretches, run.borders, found.time)
+    middle = 0.5 * (extremes.time[:-1] + extremes.time[1:])
+    ends = acceleration_at(run.stretches, run.borders, extremes.time)
     now = acceleration_at(run.stretches, run.borders, middle)
     off = np.maximum(np.abs(ends[:-1] - now), np.abs(ends[1:] - now)) / abs(top)
-    own_part = np.outer(now / top, carried)
-    slack = found.error + np.outer(off, np.abs(carried)) + uncertainty
-    left = np.maximum(np.abs(found.high - own_part), np.abs(found.low - own_part))
+    supplied_part = np.outer(now / top, carried)
+    slack = extremes.error + np.outer(off, np.abs(carried)) + uncertainty
+    left = np.maximum(np.abs(extremes.high - supplied_part), np.abs(extremes.low - supplied_part))
     row, column = left.argmax(axis=0), np.arange(left.shape[1])
     error = np.maximum(slack[row, column], (left + slack).max(axis=0) - left[row, column])
     values = left[row, column] / np.abs(ratio)
@@ -354,47 +362,47 @@ _TIMES = 200
 _RESULTS = ("speed", "torque_low", "torque_high", "half_range", "quasi_steady")
 
 
-def emit_envelope(scene: Scene, setup: Setup, run: TransientRun) -> Sliding | None:
+def emit_envelope(scene: Scene, setup: Setup, run: TransientRun) -> SlidingExtremes | None:
     """Emit speed and extremes; None where nobody asks for them, or no cycle can slide."""
     if not scene.wants(*(TRANSIENT + name for name in _RESULTS)):
         return None
-    found = sliding(run, setup.drive.firing.cycle, _TIMES)
-    if found is None:
+    moving = sliding(run, setup.drive.firing.cycle, _TIMES)
+    if moving is None:
         scene.warn(
             "the change in time is watched for hardly a cycle of the machine: there is no "
             "envelope over a whole cycle; watch a longer time after it"
         )
         return None
-    axes = {"section": setup.shaft.section_names, "transient_time": found.time}
-    top = float(np.max(found.speed, initial=0.0))
-    scene.emit(f"{TRANSIENT}speed", found.speed, 8.0 * EPSILON * top, axes)
+    axes = {"section": setup.shaft.section_names, "transient_time": moving.time}
+    top = float(np.max(moving.speed, initial=0.0))
+    scene.emit(f"{TRANSIENT}speed", moving.speed, 8.0 * EPSILON * top, axes)
     # an own torque has the sign of its shaft's sense
     ratio = setup.shaft.section_ratio
-    ends = np.sort(np.stack([found.low / ratio, found.high / ratio]), axis=0)
-    error = found.error / np.abs(ratio)
+    ends = np.sort(np.stack([moving.low / ratio, moving.high / ratio]), axis=0)
+    error = moving.error / np.abs(ratio)
     scene.emit(f"{TRANSIENT}torque_low", ends[0].T, error, axes)
     scene.emit(f"{TRANSIENT}torque_high", ends[1].T, error, axes)
-    return found
+    return moving
 
 
 def emit_half_ranges(
-    scene: Scene, setup: Setup, found: Sliding, speeds: FloatArray, steady: FloatArray,
+    scene: Scene, setup: Setup, moving: SlidingExtremes, speeds: FloatArray, steady: FloatArray,
     uncertainty: FloatArray,
 ) -> None:  # fmt: skip
     """Half ranges next to the largest steady ones (k, e) at the speeds (k,) of each window."""
     size = np.abs(setup.shaft.section_ratio)
-    axes = {"section": setup.shaft.section_names, "transient_time": found.time}
-    half = 0.5 * (found.high - found.low)
+    axes = {"section": setup.shaft.section_names, "transient_time": moving.time}
+    half = 0.5 * (moving.high - moving.low)
     ends = [
         np.stack([np.interp(side, speeds, part) for part in steady.T], axis=1)
-        for side in (found.speed_low, found.speed_high)
+        for side in (moving.speed_low, moving.speed_high)
     ]
     nearby = np.maximum(*ends)
-    first = np.searchsorted(speeds, found.speed_low)
-    last = np.searchsorted(speeds, found.speed_high, side="right")
+    first = np.searchsorted(speeds, moving.speed_low)
+    last = np.searchsorted(speeds, moving.speed_high, side="right")
     for row in np.flatnonzero(last > first):
         nearby[row] = np.maximum(nearby[row], steady[first[row] : last[row]].max(axis=0))
-    scene.emit(f"{TRANSIENT}half_range", (half / size).T, found.error / size, axes)
+    scene.emit(f"{TRANSIENT}half_range", (half / size).T, moving.error / size, axes)
     scene.emit(f"{TRANSIENT}quasi_steady", (nearby / size).T, uncertainty / size, axes)
 
 
@@ -412,19 +420,19 @@ _TABLE = 20001
 _RADIANS = 1.0
 
 
-def emit_looks(scene: Scene, setup: Setup, run: TransientRun, section: int) -> None:
+def emit_histories(scene: Scene, setup: Setup, run: TransientRun, section: int) -> None:
     """Course and waterfalls of one section, counted from 0."""
     times = np.linspace(0.0, float(run.borders.time[-1]), _TABLE)
     angles = angle_at(run.stretches, run.borders, times)
     ratio = float(setup.shaft.section_ratio[section])
-    _emit_course(scene, run, section, ratio, (times, angles))
+    _emit_history(scene, run, section, ratio, (times, angles))
     paths = [f"{TRANSIENT}waterfall/{name}" for name in ("speed", "order", "frequency")]
     if not scene.wants(*paths):
         return
     _emit_waterfalls(scene, setup, run, section, ratio, (times, angles))
 
 
-def _emit_course(
+def _emit_history(
     scene: Scene, run: TransientRun, section: int, ratio: float,
     table: tuple[FloatArray, FloatArray],
 ) -> None:  # fmt: skip
@@ -434,18 +442,18 @@ def _emit_course(
     ) else float(times[-1])  # fmt: skip
     middle, reach = float(np.interp(when, times, angles)), 2.0 * np.pi * _ABOUT
     start, end = (float(np.interp(middle + s * reach, angles, times)) for s in (-1.0, 1.0))
-    found = time_course(run, start, max(end, start + 1e-9))
-    every = max(1, -(-len(found.time) // _POINTS))
-    value = found.value[::every, section] / ratio
+    history = section_history(run, start, max(end, start + 1e-9))
+    every = max(1, -(-len(history.time) // _POINTS))
+    value = history.value[::every, section] / ratio
     error = run.torque_error[section] / abs(ratio)
-    axes = {"history_time": found.time[::every]}
+    axes = {"history_time": history.time[::every]}
     scene.emit(f"{TRANSIENT}history/torque", value, error, axes)
 
 
-def _thinned(found: TimeCourse, longest: float) -> TimeCourse:
+def _thinned(history: SectionHistory, longest: float) -> SectionHistory:
     """Every so many-th point, no two further apart than `longest` s (or as far as they are)."""
-    every = max(1, int(longest / float(np.max(np.diff(found.time)))))
-    return TimeCourse(*(part[::every] for part in found))
+    every = max(1, int(longest / float(np.max(np.diff(history.time)))))
+    return SectionHistory(*(part[::every] for part in history))
 
 
 def _emit_waterfalls(
@@ -473,11 +481,11 @@ def _emit_waterfalls(
         place = float(np.interp(when, times, angles))
         ends = [float(np.interp(place + s * reach, angles, times)) for s in (-1.0, 1.0)]
         low, high = min(ends[0], when - 0.51 * width), max(ends[1], when + 0.51 * width)
-        near = time_course(run, max(low, 0.0), min(high, total), known=known)
-        found = _thinned(near, limit)
+        near = section_history(run, max(low, 0.0), min(high, total), known=known)
+        history = _thinned(near, limit)
         at = np.array([when])
-        by_order = order_waterfall(found, section, order, at, turns)
-        by_frequency = frequency_waterfall(found, section, frequency, at, width)
+        by_order = order_waterfall(history, section, order, at, turns)
+        by_frequency = frequency_waterfall(history, section, frequency, at, width)
         of_order[row], of_frequency[row] = by_order.amplitude[0], by_frequency.amplitude[0]
         sums = np.maximum(sums, [by_order.error.max(), by_frequency.error.max()])
     speed = speed_at(run.stretches, run.borders, centre)

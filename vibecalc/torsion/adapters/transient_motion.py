@@ -67,7 +67,7 @@ def journey(setup: Setup, machine: "Machine", options: Transient) -> Journey:
     if duration is None:
         assert options.acceleration is not None
         duration = abs(end - begin) / options.acceleration
-        duration /= 1.0 - 0.5 * (_rise(options.kind) + SWING)
+        duration /= 1.0 - 0.5 * (_ramp_share(options.kind) + SWING)
     parts = _held(setup, begin, before) + _sweep(setup, begin, end, duration, options.kind)
     if end > 0.0:
         parts += _held(setup, end, options.after)
@@ -116,7 +116,7 @@ def _held(setup: Setup, speed: float, duration: float) -> tuple[Stretch, ...]:
     return (stretch(duration, 0.0, gas, inertia, load=load, exponent=exponent),)
 
 
-def _rise(kind: str) -> float:
+def _ramp_share(kind: str) -> float:
     """Share of the time in which the acceleration grows."""
     return RAMP if kind == "start" else SWING
 
@@ -128,10 +128,10 @@ def _sweep(
 
     The acceleration grows and fades along straight lines: one that jumped would strike the line.
     """
-    rise, starts = _rise(kind), kind == "start"
-    plain = np.array([0.0, rise, 1.0 - SWING, 1.0])
-    share = np.union1d(plain, _shares(plain, *_profile(plain, rise, begin, end), setup))
-    border, slope = _profile(share, rise, begin, end)
+    ramp, starts = _ramp_share(kind), kind == "start"
+    plain = np.array([0.0, ramp, 1.0 - SWING, 1.0])
+    share = np.union1d(plain, _shares(plain, *_profile(plain, ramp, begin, end), setup))
+    border, slope = _profile(share, ramp, begin, end)
     load, exponent = _taken(setup)
     parts = []
     for k, length in enumerate(np.diff(share)):
@@ -154,10 +154,10 @@ def _sweep(
 
 
 def _profile(
-    share: FloatArray, rise: float, begin: float, end: float
+    share: FloatArray, ramp: float, begin: float, end: float
 ) -> tuple[FloatArray, FloatArray]:
     """Speeds (k,) in rad/s and their slopes (k,) against the share of the time, at shares (k,)."""
-    growth = np.minimum(np.minimum(share / rise, (1.0 - share) / SWING), 1.0)
+    growth = np.minimum(np.minimum(share / ramp, (1.0 - share) / SWING), 1.0)
     added = 0.5 * (growth[1:] + growth[:-1]) * np.diff(share)
     speed = begin + (end - begin) * np.append(0.0, np.cumsum(added) / added.sum())
     return speed, (end - begin) / added.sum() * growth
@@ -206,14 +206,16 @@ def _lost(setup: Setup, machine: "Machine", name: str) -> ComplexArray:
     place = drive.firing.names.index(name)
     if not drive.firing.fires[place]:
         raise NumericalFailure(f"cylinder {name!r} misfires from the beginning: no onset")
-    own = drive.healthy(setup.speed)
-    value, mean = own.gas, own.mean
+    healthy = drive.healthy(setup.speed)
+    value, mean = healthy.gas, healthy.mean
     if setup.torsion.misfire_kind == "motored":
         harmonics = round(float(drive.order[-1]) * drive.firing.cycle / (2.0 * np.pi))
         cards = [motored_cylinder(machine, card, drive.geometry) for card in drive.cards]
-        found = cylinder_torque(cards, drive.geometry, reciprocating_mass=0.0, harmonics=harmonics)
-        left = weighted(found, drive.weights(np.asarray(setup.speed)))
-        keep = np.isin(found.order, drive.order)
+        without = cylinder_torque(
+            cards, drive.geometry, reciprocating_mass=0.0, harmonics=harmonics
+        )
+        left = weighted(without, drive.weights(np.asarray(setup.speed)))
+        keep = np.isin(without.order, drive.order)
         value, mean = value - left.gas[keep], mean - left.mean
     scale = drive.firing.pressure_scale[place] * shaft.station_ratio[shaft.cylinder_station[place]]
     turned = phasor(drive.order, drive.firing.angle[place])

@@ -12,7 +12,7 @@ from vibecalc.torsion.section_loads import section_torque
 from vibecalc.torsion.synthesis import synthesis
 from vibecalc.torsion.variable_inertia.motion import (
     VariableLine,
-    free_pieces,
+    free_parts,
     inertia_at,
     inertia_variation,
     variable_line,
@@ -25,7 +25,7 @@ from vibecalc.torsion.variable_inertia.stability import (
     wedges,
 )
 from vibecalc.torsion.variable_inertia.steady import (
-    Steady,
+    SteadyTwist,
     constant_response,
     feed,
     steady_response,
@@ -107,9 +107,9 @@ def system_of(setup: Setup, speed: float) -> VariableLine:
     variation[drive.freedom] = given[:, :last]
     load = np.zeros(line.inertia.size)
     load[setup.shaft.load_freedom] = 1.0
-    for piece in free_pieces(line):
-        if not np.any(piece * load):  # a ring in oil alone: nothing drives it on the mean
-            load += piece * line.inertia
+    for part in free_parts(line):
+        if not np.any(part * load):  # a ring in oil alone: nothing drives it on the mean
+            load += part * line.inertia
     turns = round(drive.firing.cycle / (2.0 * np.pi))
     return variable_line(line, variation, turns=turns, load=load)
 
@@ -135,21 +135,23 @@ def gas_torque(setup: Setup, speed: float) -> ComplexArray:
     return torque
 
 
-def half_ranges(system: VariableLine, speed: float, found: Steady) -> tuple[FloatArray, FloatArray]:
+def half_ranges(
+    system: VariableLine, speed: float, steady: SteadyTwist
+) -> tuple[FloatArray, FloatArray]:
     """Half range of the referred torque of each element over the cycle, (e,), and its error.
 
     Orders above the highest that was kept are missing in it: what those inside drive there counts.
     """
-    frequency = speed * found.order[1:]
+    frequency = speed * steady.order[1:]
     parts = section_torque(
-        system.line, frequency, found.angle[0, 1:], found.error[0, 1:].max(axis=-1)
+        system.line, frequency, steady.angle[0, 1:], steady.error[0, 1:].max(axis=-1)
     )
-    total = synthesis(found.order[1:], parts.total.T, parts.error.T)
+    total = synthesis(steady.order[1:], parts.total.T, parts.error.T)
     line = system.line
     stiff = np.abs(
         line.stiffness * (1.0 + 1j * line.loss_factor) + 1j * frequency[-1] * line.damping
     )
-    return total.half_range, total.error + _BEYOND * stiff * found.beyond[0]
+    return total.half_range, total.error + _BEYOND * stiff * steady.beyond[0]
 
 
 def relative_change(
@@ -165,7 +167,7 @@ def relative_change(
 
 def _operating(
     setup: Setup, system: VariableLine, torque: ComplexArray, asked: int | None, scene: Scene
-) -> tuple[float, Steady, Steady]:
+) -> tuple[float, SteadyTwist, SteadyTwist]:
     """Highest order, and the motions with mean inertias and with those as they turn."""
     first = float(np.ceil(max(setup.drive.order[-1], system.variation.shape[1]))) + 1.0
     tries = [float(asked)] if asked is not None else [np.ceil(f * first) for f in _TRIES]
@@ -194,8 +196,8 @@ def _emit_variation(scene: Scene, setup: Setup, system: VariableLine) -> None:
     uncertainty = 0.125 * (angle[1] - angle[0]) ** 2 * bend / np.where(mean > 0.0, mean, 1.0)
     uncertainty = uncertainty + 8.0 * EPSILON
     axes = {"station": setup.shaft.station_names}
-    own = setup.shaft.freedom
-    scene.emit(f"{VARIABLE}relative_variation", share[own], uncertainty[own], axes)
+    freedom = setup.shaft.freedom
+    scene.emit(f"{VARIABLE}relative_variation", share[freedom], uncertainty[freedom], axes)
 
 
 def _emit_secondary(
@@ -204,19 +206,19 @@ def _emit_secondary(
 ) -> None:  # fmt: skip
     """Which orders feed which in one section, of the linear motion."""
     linear = steady_response(system, setup.speed, torque, highest)
-    found = feed(system, setup.speed, linear.angle[0], linear.error[0])
-    own = found.twist[..., section] * float(setup.shaft.section_ratio[section])
-    size = np.abs(own)
+    forced = feed(system, setup.speed, linear.angle[0], linear.error[0])
+    actual = forced.twist[..., section] * float(setup.shaft.section_ratio[section])
+    size = np.abs(actual)
     total = size.sum(axis=1)
     best = np.argmax(size, axis=1)
     row = np.arange(len(size))
     axes = {"half_order": linear.order[1:]}
     line, uncertainty = system.line, linear.error[0]
     # what orders above the highest feed is missing: the truncation of the response itself
-    error = found.error[..., section].sum(axis=1)
+    error = forced.error[..., section].sum(axis=1)
     error = error + uncertainty[:, line.first[section]] + uncertainty[:, line.second[section]]
     error = error * abs(float(setup.shaft.section_ratio[section]))
-    scene.emit(f"{VARIABLE}secondary/twist", own.sum(axis=1)[1:], error[1:], axes)
+    scene.emit(f"{VARIABLE}secondary/twist", actual.sum(axis=1)[1:], error[1:], axes)
     scene.emit(f"{VARIABLE}secondary/source", linear.order[best][1:], 0.0, axes)
     share = np.where(total > 0.0, size[row, best] / np.where(total > 0.0, total, 1.0), 0.0)
     # of what is lost in round-off the share says nothing
@@ -224,7 +226,7 @@ def _emit_secondary(
     scene.emit(f"{VARIABLE}secondary/share", share[1:], np.minimum(known[1:], 1.0), axes)
 
 
-def _emit_stability(scene: Scene, setup: Setup, system: VariableLine, motion: Steady) -> None:
+def _emit_stability(scene: Scene, setup: Setup, system: VariableLine, motion: SteadyTwist) -> None:
     found = stability(
         system, setup.speed, angle=motion.angle[0], angle_error=motion.error[0],
         basis=basis_of(setup, system),
@@ -245,7 +247,7 @@ def basis_of(setup: Setup, system: VariableLine) -> FloatArray | None:
 #: even steps of the range; criticals that are added, the lowest orders first; wedges that are
 #: reported
 _EVEN, _CRITICALS, _WEDGES = 31, 20, 8
-#: a wedge whose growth is below this share of what damping takes away is not looked into
+#: a wedge whose growth is below this share of what damping takes away is not examined
 _FEARED, _MOST_RANGES = 0.3, 4
 
 
@@ -310,11 +312,15 @@ def _emit_wedges(scene: Scene, setup: Setup) -> Wedges:
     asked, modes = setup.torsion.speeds, setup.modes
     assert asked is not None
     system = system_of(setup, setup.speed)
-    found = wedges(system, modes.frequency, modes.shape, modes.modal_inertia)
-    inside = (found.speed >= asked.start) & (found.speed <= asked.stop) & (found.half_width > 0.0)
-    kept = np.flatnonzero(inside)[:_WEDGES]
-    first = Wedges(**{name: part[kept] for name, part in found._asdict().items()})
-    axes = {"wedge": np.arange(1, len(kept) + 1)}
+    all_wedges = wedges(system, modes.frequency, modes.shape, modes.modal_inertia)
+    inside = (
+        (all_wedges.speed >= asked.start)
+        & (all_wedges.speed <= asked.stop)
+        & (all_wedges.half_width > 0.0)
+    )
+    shown = np.flatnonzero(inside)[:_WEDGES]
+    first = Wedges(**{name: part[shown] for name, part in all_wedges._asdict().items()})
+    axes = {"wedge": np.arange(1, len(shown) + 1)}
     for name, value, error in (
         ("speed", first.speed, first.error), ("half_width", first.half_width, first.error),
         ("order", first.order.astype(float), 0.0), ("first_mode", first.first + 1.0, 0.0),
@@ -327,7 +333,7 @@ def _emit_wedges(scene: Scene, setup: Setup) -> Wedges:
     return first
 
 
-def _emit_unstable(scene: Scene, setup: Setup, found: Wedges) -> None:
+def _emit_unstable(scene: Scene, setup: Setup, regions: Wedges) -> None:
     """Ranges, about the widest wedges, in which the line as it is damped has growing vibration."""
 
     asked = setup.torsion.speeds
@@ -336,14 +342,14 @@ def _emit_unstable(scene: Scene, setup: Setup, found: Wedges) -> None:
     if np.any(setup.model.speed_stiffness):
         scene.warn("unstable ranges are those of pendulums as they are at the operating speed")
     decay = _decay(setup)
-    held = np.sqrt(decay[found.first] * decay[found.second])
-    feared = np.flatnonzero(found.growth > _FEARED * held)[:_MOST_RANGES]
-    centre, width = found.speed[feared], found.half_width[feared] + found.error[feared]
-    looked = (centre[:, None] + width[:, None] * np.array([-4.0, -1.5, 0.0, 1.5, 4.0])).ravel()
-    looked = np.clip(looked, asked.start, asked.stop)
+    held = np.sqrt(decay[regions.first] * decay[regions.second])
+    feared = np.flatnonzero(regions.growth > _FEARED * held)[:_MOST_RANGES]
+    centre, width = regions.speed[feared], regions.half_width[feared] + regions.error[feared]
+    examined = (centre[:, None] + width[:, None] * np.array([-4.0, -1.5, 0.0, 1.5, 4.0])).ravel()
+    examined = np.clip(examined, asked.start, asked.stop)
     ranges = (
-        unstable_ranges(system, np.unique(looked), basis=basis_of(setup, system))
-        if looked.size
+        unstable_ranges(system, np.unique(examined), basis=basis_of(setup, system))
+        if examined.size
         else []
     )
     axes = {"unstable": np.arange(1, len(ranges) + 1)}

@@ -6,12 +6,12 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
-from vibecalc.torsion.adapters.critical import Undamped, undamped_speeds
+from vibecalc.torsion.adapters.critical import UndampedResonances, undamped_speeds
 from vibecalc.torsion.adapters.curves import (
     CurveUncertainty,
-    OwnUncertainty,
+    SectionUncertainty,
     curve_uncertainty,
-    own_uncertainty,
+    section_uncertainty,
     shifted_twist,
     solved,
     sweep,
@@ -25,7 +25,7 @@ from vibecalc.torsion.adapters.limits import (
     stress_uncertainty,
     uses_of,
 )
-from vibecalc.torsion.adapters.maxima import Dense, added, torque_value, with_narrow_resonances
+from vibecalc.torsion.adapters.maxima import DenseSweep, added, torque_value, with_narrow_resonances
 from vibecalc.torsion.adapters.setup import Setup, build_drive, build_model, natural_of
 from vibecalc.torsion.critical_speeds import Maxima, largest, telling_speeds
 from vibecalc.torsion.line import complex_stiffness
@@ -45,17 +45,17 @@ class State(NamedTuple):
     section: IntArray
 
 
-class Nearby(NamedTuple):
+class NearbyRange(NamedTuple):
     """Referred half ranges at speeds (s, k), the largest torques (k,), twists there (k,)."""
 
     twist: FloatArray
     torque: FloatArray
-    undamped: Undamped
+    undamped: UndampedResonances
     top: Maxima
-    dense: Dense
+    dense: DenseSweep
     twist_there: FloatArray
     uncertainty: CurveUncertainty
-    own: OwnUncertainty
+    largest_error: SectionUncertainty
 
 
 def emit_operating(scene: Scene, state: State) -> tuple[FloatArray, FloatArray]:
@@ -70,20 +70,22 @@ def emit_operating(scene: Scene, state: State) -> tuple[FloatArray, FloatArray]:
     return _emit(scene, state, "", curves.torque[0], curves.twist[0], uncertainty, {})
 
 
-def emit_range(scene: Scene, state: State, speed: FloatArray, limited: bool = False) -> Nearby:
+def emit_range(scene: Scene, state: State, speed: FloatArray, limited: bool = False) -> NearbyRange:
     """Curves over speeds (s,) and the largest values of each section.
 
     `limited`: what the line has limits for is examined as closely as its largest values.
     """
-    found = _over(state.setup, speed, limited)
-    _emit(scene, state, "speeds/", found.torque, found.twist, found.uncertainty, {"speed": speed})
-    _emit(scene, state, "largest/", found.top.value, found.twist_there, found.own, {})
+    nearby = _over(state.setup, speed, limited)
+    _emit(
+        scene, state, "speeds/", nearby.torque, nearby.twist, nearby.uncertainty, {"speed": speed}
+    )
+    _emit(scene, state, "largest/", nearby.top.value, nearby.twist_there, nearby.largest_error, {})
     axes = {"section": _names(state, state.section)}
-    scene.emit(f"{state.place}/largest/speed", found.top.speed, found.top.speed_error, axes)
-    return found
+    scene.emit(f"{state.place}/largest/speed", nearby.top.speed, nearby.top.speed_error, axes)
+    return nearby
 
 
-def _over(setup: Setup, speed: FloatArray, limited: bool) -> Nearby:
+def _over(setup: Setup, speed: FloatArray, limited: bool) -> NearbyRange:
     model, drive = setup.model, setup.drive
     curves = sweep(model, drive, speed, None, angles=False)
     undamped = undamped_speeds(setup, speed[0], speed[-1])
@@ -96,14 +98,14 @@ def _over(setup: Setup, speed: FloatArray, limited: bool) -> Nearby:
     uncertainty = curve_uncertainty(
         setup, speed, telling_speeds(speed, curves.torque, undamped.speed)
     )
-    own_error = own_uncertainty(setup, top.speed, top.section)
+    error = section_uncertainty(setup, top.speed, top.section)
     moved = shifted_twist(setup, top.speed, top.speed_error)
-    own_error = own_error._replace(twist=own_error.twist + moved)
+    error = error._replace(twist=error.twist + moved)
     there = solved(model, drive, top.speed)
-    own = there.twist[np.arange(len(top.section)), :, top.section]
-    half = synthesis(drive.order, own).half_range
+    of_section = there.twist[np.arange(len(top.section)), :, top.section]
+    half = synthesis(drive.order, of_section).half_range
     twist = np.where(np.isfinite(top.value), half, np.inf)
-    return Nearby(curves.twist, curves.torque, undamped, top, dense, twist, uncertainty, own_error)
+    return NearbyRange(curves.twist, curves.torque, undamped, top, dense, twist, uncertainty, error)
 
 
 def _emit(
@@ -112,25 +114,25 @@ def _emit(
     kind: str,
     torque: FloatArray,
     twist: FloatArray,
-    uncertainty: CurveUncertainty | OwnUncertainty,
+    uncertainty: CurveUncertainty | SectionUncertainty,
     axes: dict[str, FloatArray],
 ) -> tuple[FloatArray, FloatArray]:
     """Own torques, twists and stresses of referred ones (..., k)."""
     shaft, place = state.setup.shaft, f"{state.place}/{kind}"
     ratio = np.abs(shaft.section_ratio[state.section])
     named = {**axes, "section": _names(state, state.section)}
-    own, error = torque / ratio, uncertainty.torque / ratio
-    scene.emit(f"{place}torque_half_range", own.T, error, named)
+    actual, error = torque / ratio, uncertainty.torque / ratio
+    scene.emit(f"{place}torque_half_range", actual.T, error, named)
     scene.emit(f"{place}twist_half_range", (twist * ratio).T, uncertainty.twist * ratio, named)
     modulus = shaft.section_modulus[state.section]
     some = np.flatnonzero(modulus)
     if len(some):
         named = {**axes, "section": _names(state, state.section[some])}
-        stress = own[..., some] / modulus[some]
+        stress = actual[..., some] / modulus[some]
         off = error[some] / modulus[some] * (1.0 + 4.0 * EPSILON)
         top = np.max(stress, initial=0.0, where=np.isfinite(stress))
         scene.emit(f"{place}stress_half_range", stress.T, off + 4.0 * EPSILON * top, named)
-    return own, error
+    return actual, error
 
 
 def _names(state: State, places: IntArray) -> tuple[str, ...]:
@@ -179,14 +181,14 @@ def emit_bare(
     modes = {"bare_mode": np.arange(1, len(frequency) + 1)}
     scene.emit(f"{BARE}/natural_frequency", frequency, bare.modes.frequency_error, modes)
     emit_operating(scene, state)
-    found = emit_range(scene, state, speed)
+    nearby = emit_range(scene, state, speed)
     ratio = np.abs(shaft.section_ratio[stays])
-    value, error = found.top.value / ratio, found.own.torque / ratio
-    own, own_error = damped[stays] / ratio, damped_error[stays] / ratio
-    finite = np.isfinite(own) & np.isfinite(value) & (own > 0.0)
-    safe = np.where(finite, own, 1.0)
+    value, error = nearby.top.value / ratio, nearby.largest_error.torque / ratio
+    actual, actual_error = damped[stays] / ratio, damped_error[stays] / ratio
+    finite = np.isfinite(actual) & np.isfinite(value) & (actual > 0.0)
+    safe = np.where(finite, actual, 1.0)
     gain = np.where(finite, np.where(finite, value, 0.0) / safe, np.inf)
-    off = np.where(finite, (error + np.where(finite, gain, 0.0) * own_error) / safe, 0.0)
+    off = np.where(finite, (error + np.where(finite, gain, 0.0) * actual_error) / safe, 0.0)
     axes = {"section": tuple(shaft.section_names[e] for e in stays)}
     scene.emit(f"{ROOT}/reduction", gain, off, axes)
 
@@ -244,10 +246,10 @@ def _dampers(scene: Scene, setup: Setup) -> None:
     """Heat of the dampers and the largest travel of their rings, at the operating speed."""
     shaft, at = setup.shaft, np.array([setup.speed])
     rings = [one.element for one in shaft.dampers]
-    found = solved(setup.model, setup.drive, at)
-    masked = bool(found.masked.any())
-    twist = found.twist[0][:, rings]
-    line, w = setup.model.at(setup.speed), found.frequency[0]
+    state = solved(setup.model, setup.drive, at)
+    masked = bool(state.masked.any())
+    twist = state.twist[0][:, rings]
+    line, w = setup.model.at(setup.speed), state.frequency[0]
     power = 0.5 * w[:, None] * complex_stiffness(line, w).imag[:, rings]
     heat = np.sum(power * np.abs(twist) ** 2, axis=0)
     error = twist_uncertainty(setup, at)[0][:, rings]

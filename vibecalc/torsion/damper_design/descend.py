@@ -7,8 +7,8 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import FloatArray
-from vibecalc.torsion.damper_design.peaks import LEVEL, Peaks, Survey, survey, worst_section
-from vibecalc.torsion.damper_design.problem import Limits, Problem
+from vibecalc.torsion.damper_design.peaks import LEVEL, DamperPeaks, Survey, survey, worst_section
+from vibecalc.torsion.damper_design.problem import DamperProblem, Limits
 from vibecalc.torsion.damper_design.readings import map_readings
 
 # ----------------------------------------------------------------------------
@@ -31,7 +31,7 @@ class Chart(NamedTuple):
     travel: FloatArray
 
 
-def chart(problem: Problem, limits: Limits, points: int = 41, speeds: int = 161) -> Chart:
+def chart(problem: DamperProblem, limits: Limits, points: int = 41, speeds: int = 161) -> Chart:
     """Map of `points` values of each of J, k and c whose bounds differ."""
     return chart_of(survey(problem, limits, speeds), points)
 
@@ -47,24 +47,24 @@ def chart_of(prepared: Survey, points: int) -> Chart:
     shape = (inertia.size, stiffness.size, damping.size)
     worst, heat, travel = np.empty(shape), np.empty(shape), np.empty(shape)
     for index, value in enumerate(inertia):
-        found = prepared.table(float(value))
-        seen = np.max(map_readings(prepared.system, found, k, c), axis=1)
-        worst[index] = np.max(seen[:, :-3], axis=1).reshape(shape[1:])
-        heat[index] = seen[:, -3].reshape(shape[1:])
-        travel[index] = np.max(seen[:, -2:], axis=1).reshape(shape[1:])
+        responses = prepared.table(float(value))
+        values = np.max(map_readings(prepared.system, responses, k, c), axis=1)
+        worst[index] = np.max(values[:, :-3], axis=1).reshape(shape[1:])
+        heat[index] = values[:, -3].reshape(shape[1:])
+        travel[index] = np.max(values[:, -2:], axis=1).reshape(shape[1:])
     return Chart(inertia, stiffness, damping, worst, heat, travel)
 
 
-def valleys(prepared: Survey, found: Chart, most: int) -> FloatArray:
+def valleys(prepared: Survey, chart: Chart, most: int) -> FloatArray:
     """Variables (b, v) of all local minima of the map, lowest first, at most `most`.
 
     Outside the limits the excess counts in units of the largest value, so that the least violated
     place is a valley too.
     """
     limits = prepared.limits
-    over = np.maximum(found.heat / limits.heat, found.travel / limits.travel) - 1.0
-    price = limits.inertia_price * found.inertia[:, None, None]
-    level = found.worst + price
+    over = np.maximum(chart.heat / limits.heat, chart.travel / limits.travel) - 1.0
+    price = limits.inertia_price * chart.inertia[:, None, None]
+    level = chart.worst + price
     level = np.where(over > 0.0, np.max(level) * (1.0 + over), level)
     padded = np.pad(level, 1, constant_values=np.inf)
     shape = level.shape
@@ -74,7 +74,7 @@ def valleys(prepared: Survey, found: Chart, most: int) -> FloatArray:
         lowest &= level <= padded[part]
     places = np.argwhere(lowest)
     places = places[np.argsort(level[lowest], kind="stable")][:most]
-    axes = (found.inertia, found.stiffness, found.damping)
+    axes = (chart.inertia, chart.stiffness, chart.damping)
     values = np.stack([axes[i][places[:, i]] for i in prepared.moving], axis=-1)
     return np.log(values)
 
@@ -101,14 +101,14 @@ _HALVINGS = 6
 _LEFT = 0.1
 
 
-class Place(NamedTuple):
+class DesignPoint(NamedTuple):
     """Variables (v,), their peaks, and merit: worst section, price and
     violated limits (with an infinite penalty the excess alone); `over` the worst excess over a
     limit, over that limit.
     """
 
     variables: FloatArray
-    seen: Peaks
+    peaks: DamperPeaks
     merit: float
     over: float
 
@@ -116,20 +116,20 @@ class Place(NamedTuple):
 def place(
     prepared: Survey, variables: FloatArray, penalty: float = _PENALTIES[0],
     share: float = _SHARE, tolerance: float = LEVEL,
-) -> Place:  # fmt: skip
+) -> DesignPoint:  # fmt: skip
     """The peaks of one damper."""
     damper = prepared.damper(variables)
-    seen = prepared.peaks(damper, share, tolerance)
+    tops = prepared.peaks(damper, share, tolerance)
     sections = prepared.system.twist.shape[0]
-    level = seen.value / prepared.scale[seen.row]
-    worst = worst_section(seen, sections)
-    over = float(np.max(level[seen.row >= sections], initial=1.0)) - 1.0
+    level = tops.value / prepared.scale[tops.row]
+    worst = worst_section(tops, sections)
+    over = float(np.max(level[tops.row >= sections], initial=1.0)) - 1.0
     price = prepared.limits.inertia_price * damper.inertia
     merit = worst + price + penalty * worst * over if penalty < np.inf else over
-    return Place(variables, seen, merit, over)
+    return DesignPoint(variables, tops, merit, over)
 
 
-def descend(prepared: Survey, start: FloatArray) -> Place:
+def descend(prepared: Survey, start: FloatArray) -> DesignPoint:
     """Search from logarithms (v,) until steps of a thousandth bring nothing."""
     bounds = prepared.logarithms
     end = np.clip(start, bounds[:, 0], bounds[:, 1])
@@ -146,13 +146,13 @@ def descend(prepared: Survey, start: FloatArray) -> Place:
     return place(prepared, found.variables)
 
 
-def lenient(prepared: Survey, most: int) -> list[Place]:
+def lenient(prepared: Survey, most: int) -> list[DesignPoint]:
     """Corners of the bounds by their excess over a limit, at most `most`.
 
     Rings that are all but locked or free turn little into heat: the map over the middle of the
     bounds may show nothing of them.
     """
-    found: list[Place] = []
+    found: list[DesignPoint] = []
     for corner in product(*prepared.logarithms):
         try:
             found.append(place(prepared, np.array(corner), tolerance=_TOLERANCE))
@@ -162,7 +162,7 @@ def lenient(prepared: Survey, most: int) -> list[Place]:
     return sorted(found, key=lambda one: (one.over, one.merit))[:most]
 
 
-def _descend(prepared: Survey, start: FloatArray, penalty: float) -> Place:
+def _descend(prepared: Survey, start: FloatArray, penalty: float) -> DesignPoint:
     bounds = prepared.logarithms
     here = place(prepared, start, penalty, tolerance=_TOLERANCE)
     radius = 0.4
@@ -193,17 +193,17 @@ def _descend(prepared: Survey, start: FloatArray, penalty: float) -> Place:
 
 
 def _linear_program(
-    prepared: Survey, here: Place, radius: float, penalty: float
+    prepared: Survey, here: DesignPoint, radius: float, penalty: float
 ) -> tuple[FloatArray, float]:
     """Best step (v,) within the radius if all were linear, and the merit it would gain."""
     from scipy.optimize import linprog
 
-    seen, moving = here.seen, prepared.moving
-    section = seen.row < prepared.system.twist.shape[0]
-    worst = float(np.max(seen.value[section]))
-    scale = np.where(section, worst, prepared.scale[seen.row])
-    slope = seen.slope[:, moving] / scale[:, None]
-    level = seen.value / scale
+    tops, moving = here.peaks, prepared.moving
+    section = tops.row < prepared.system.twist.shape[0]
+    worst = float(np.max(tops.value[section]))
+    scale = np.where(section, worst, prepared.scale[tops.row])
+    slope = tops.slope[:, moving] / scale[:, None]
+    level = tops.value / scale
     # unknowns: step, level of the sections, excess over limits
     rows = np.hstack([slope, -section[:, None].astype(float), -(~section[:, None]).astype(float)])
     right = np.where(section, 0.0, 1.0) - level
@@ -214,22 +214,22 @@ def _linear_program(
         cost = np.append(np.zeros(moving.size), [0.0, 1.0])
     bounds = prepared.logarithms - here.variables[:, None]
     box = [(max(low, -radius), min(high, radius)) for low, high in bounds]
-    found = linprog(cost, rows, right, bounds=[*box, (None, None), (0.0, None)], method="highs")
-    if found.x is None:
+    solution = linprog(cost, rows, right, bounds=[*box, (None, None), (0.0, None)], method="highs")
+    if solution.x is None:
         return np.zeros(moving.size), 0.0
-    step = np.asarray(found.x[: moving.size])
+    step = np.asarray(solution.x[: moving.size])
     excess = max(0.0, float(np.max(level[~section], initial=1.0)) - 1.0)
     if only_excess:
-        return step, excess - float(found.fun)
-    return step, worst * (1.0 + penalty * excess - float(found.fun))
+        return step, excess - float(solution.fun)
+    return step, worst * (1.0 + penalty * excess - float(solution.fun))
 
 
-def on_the_way(prepared: Survey, broken: Place, kept: Place) -> FloatArray:
+def nearest_within_limits(prepared: Survey, broken: DesignPoint, within: DesignPoint) -> FloatArray:
     """Variables (v,) between a place that breaks a limit and one that keeps it, which still do.
 
     Halving the straight way in logarithms: as near to the first as a few steps tell.
     """
-    bad, good = broken.variables, kept.variables
+    bad, good = broken.variables, within.variables
     for _ in range(_HALVINGS):
         middle = 0.5 * (bad + good)
         if place(prepared, middle, tolerance=_TOLERANCE).over <= 0.0:
@@ -239,7 +239,7 @@ def on_the_way(prepared: Survey, broken: Place, kept: Place) -> FloatArray:
     return good
 
 
-def foreseen(prepared: Survey, end: Place) -> tuple[FloatArray, float]:
+def foreseen(prepared: Survey, end: DesignPoint) -> tuple[FloatArray, float]:
     """Length (v,) of the step that a linear program would still take, and what it would gain.
 
     What is left of a broken limit counts as if it were the objective.
@@ -247,7 +247,7 @@ def foreseen(prepared: Survey, end: Place) -> tuple[FloatArray, float]:
     penalty = np.inf if end.over > BROKEN else _PENALTIES[0]
     step, gain = _linear_program(prepared, end, _LEFT, penalty)
     sections = prepared.system.twist.shape[0]
-    worst = worst_section(end.seen, sections)
+    worst = worst_section(end.peaks, sections)
     return np.abs(step) + _SMALL, abs(gain) * (worst if penalty == np.inf else 1.0) + (
         end.over * worst
     )

@@ -9,23 +9,23 @@ from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
 from vibecalc.torsion.damper_design.descend import (
     BROKEN,
     Chart,
-    Place,
+    DesignPoint,
     chart_of,
     descend,
     lenient,
-    on_the_way,
+    nearest_within_limits,
     valleys,
 )
-from vibecalc.torsion.damper_design.peaks import Peaks, Survey, drift, place_error, survey
-from vibecalc.torsion.damper_design.problem import Damper, Limits, Problem, system_of
+from vibecalc.torsion.damper_design.peaks import DamperPeaks, Survey, drift, place_error, survey
+from vibecalc.torsion.damper_design.problem import Damper, DamperProblem, Limits, system_of
 from vibecalc.torsion.damper_design.readings import reading_error
-from vibecalc.torsion.damper_design.settle import Held, basin_errors, settle
+from vibecalc.torsion.damper_design.settle import Stationary, basin_errors, settle
 
 # ----------------------------------------------------------------------------
 # The spring and dashpot (and ring) of a damper that make the worst section of a line least.
 # ----------------------------------------------------------------------------
 
-#: corners of the bounds from which a place that keeps the limits is looked for
+#: corners of the bounds from which a place that keeps the limits is searched
 _CORNERS = 4
 #: share by which ends of descents of one optimum may differ
 _AS_GOOD = 1e-3
@@ -77,12 +77,17 @@ class Design(NamedTuple):
 
 
 def design(
-    problem: Problem, limits: Limits, *, map_points: int = 15, speeds: int = 161, starts: int = 4
+    problem: DamperProblem,
+    limits: Limits,
+    *,
+    map_points: int = 15,
+    speeds: int = 161,
+    starts: int = 4,
 ) -> Design:
     """Minimise the worst weighted half range over the range of speeds and over all sections.
 
     `map_points` values of each variable span the map whose valleys, at most `starts`, are searched;
-    `speeds` points of the range only say where to look for peaks. Raises NumericalFailure for a
+    `speeds` points of the range only say where to search peaks. Raises NumericalFailure for a
     problem without meaning, limits that no damper found keeps, and a tuning that cannot be proved.
     """
     prepared = survey(problem, limits, speeds)
@@ -97,7 +102,9 @@ def design_from(prepared: Survey, starts: FloatArray) -> Design:
         corners = lenient(prepared, _CORNERS)
         begin = [one.variables for one in corners]
         # where a limit is just met on the way there, the worst section may be far better
-        begin += [on_the_way(prepared, ends[0], one) for one in corners if one.over <= 0.0]
+        begin += [
+            nearest_within_limits(prepared, ends[0], one) for one in corners if one.over <= 0.0
+        ]
         more = [descend(prepared, start) for start in begin]
         ends = sorted(ends + more, key=_rank)
     _keeps_limits(prepared, ends)
@@ -130,32 +137,33 @@ def _starts(prepared: Survey, points: int, most: int) -> FloatArray:
     return valleys(prepared, chart_of(prepared, count), most)
 
 
-def _rank(end: Place) -> tuple[bool, float]:
+def _rank(end: DesignPoint) -> tuple[bool, float]:
     """Places that keep the limits first, by merit; then the others, by their excess."""
     broken = end.over > BROKEN
     return broken, end.over if broken else end.merit
 
 
-def _keeps_limits(prepared: Survey, ends: list[Place]) -> None:
+def _keeps_limits(prepared: Survey, ends: list[DesignPoint]) -> None:
     """Raise NumericalFailure where the least violated place found breaks a limit."""
     least = ends[0]
     if least.over <= BROKEN:
         return
     sections = prepared.system.twist.shape[0]
-    asked = least.seen.row >= sections
-    level = least.seen.value[asked] / prepared.scale[least.seen.row[asked]]
+    asked = least.peaks.row >= sections
+    level = least.peaks.value[asked] / prepared.scale[least.peaks.row[asked]]
     index = int(np.argmax(level))
-    name, unit = _ASKED[int(least.seen.row[asked][index]) - sections]
+    name, unit = _ASKED[int(least.peaks.row[asked][index]) - sections]
     damper = prepared.damper(least.variables)
     raise NumericalFailure(
         f"found no damper within the bounds that keeps its limits ({len(ends)} descents, no proof "
         f"that there is none): the least violated one found, k = {damper.stiffness:.6g} N m/rad "
         f"and c = {damper.damping:.6g} N m s/rad, has a {name} of "
-        f"{least.seen.value[asked][index]:.6g} {unit} at {least.seen.speed[asked][index]:.6g} rad/s"
+        f"{least.peaks.value[asked][index]:.6g} {unit} at "
+        f"{least.peaks.speed[asked][index]:.6g} rad/s"
     )
 
 
-def _record(prepared: Survey, held: Held, ends: list[Place]) -> Design:
+def _record(prepared: Survey, held: Stationary, ends: list[DesignPoint]) -> Design:
     damper = prepared.damper(held.variables)
     error, pull, pull_error = np.zeros(3), np.zeros(3), np.zeros(3)
     pull_error[prepared.moving] = held.bound_error
@@ -168,10 +176,10 @@ def _record(prepared: Survey, held: Held, ends: list[Place]) -> Design:
         worst=held.level,
         worst_error=held.level_error,
         objective=held.level + prepared.limits.inertia_price * damper.inertia,
-        reading=held.seen.row,
-        speed=held.seen.speed,
-        angle=np.mod(held.seen.phase, 2.0 * np.pi) * prepared.system.problem.cycle / (2.0 * np.pi),
-        value=held.seen.value,
+        reading=held.peaks.row,
+        speed=held.peaks.speed,
+        angle=np.mod(held.peaks.phase, 2.0 * np.pi) * prepared.system.problem.cycle / (2.0 * np.pi),
+        value=held.peaks.value,
         weight=held.weight,
         bound_weight=pull,
         residual=held.residual,
@@ -215,10 +223,10 @@ class Performance(NamedTuple):
     travel_speed: float
     slope: FloatArray
     speed_error: FloatArray
-    place: Peaks
+    place: DamperPeaks
 
 
-def performance(problem: Problem, damper: Damper, speeds: int = 161) -> Performance:
+def performance(problem: DamperProblem, damper: Damper, speeds: int = 161) -> Performance:
     """Worst readings of a given damper; stiffness 0 is a viscous one."""
     inertia, stiffness, damping = (float(value) for value in damper)
     limits = Limits((inertia,) * 2, (stiffness,) * 2, (damping,) * 2)
@@ -227,35 +235,35 @@ def performance(problem: Problem, damper: Damper, speeds: int = 161) -> Performa
     # heat and travel are read without a limit: with a scale below anything they always count
     scale = prepared.scale.copy()
     scale[sections:] = 1e-300
-    seen = prepared._replace(scale=scale).peaks(damper, _SHARE)
+    tops = prepared._replace(scale=scale).peaks(damper, _SHARE)
     best = [
-        first_of_the_highest(seen.row, seen.speed, np.where(rows, seen.value, -np.inf))
-        for rows in (seen.row < sections, seen.row == sections, seen.row > sections)
+        first_of_the_highest(tops.row, tops.speed, np.where(rows, tops.value, -np.inf))
+        for rows in (tops.row < sections, tops.row == sections, tops.row > sections)
     ]
-    error = reading_error(prepared.system, damper, seen.speed, seen.row)[best]
-    value, speed = seen.value[best], seen.speed[best]
+    error = reading_error(prepared.system, damper, tops.speed, tops.row)[best]
+    value, speed = tops.value[best], tops.speed[best]
     return Performance(
-        float(value[0]), float(error[0]), int(seen.row[best[0]]), float(speed[0]),
+        float(value[0]), float(error[0]), int(tops.row[best[0]]), float(speed[0]),
         float(value[1]), float(error[1]), float(speed[1]),
-        float(value[2]), float(error[2]), float(speed[2]), seen.slope[best],
-        place_error(prepared.system, damper, seen.some(np.array(best))), seen.some(np.array(best)),
+        float(value[2]), float(error[2]), float(speed[2]), tops.slope[best],
+        place_error(prepared.system, damper, tops.some(np.array(best))), tops.some(np.array(best)),
     )  # fmt: skip
 
 
-def performance_of(problem: Problem, tuned: Design, speeds: int = 161) -> Performance:
+def performance_of(problem: DamperProblem, tuned: Design, speeds: int = 161) -> Performance:
     """The same of the damper found, its own errors counted in heat, travel and their speeds.
 
     `worst` is flat to first order there; that of the design has its own error.
     """
-    seen = performance(problem, tuned.damper, speeds)
+    achieved = performance(problem, tuned.damper, speeds)
     share = relative_error(tuned)
-    grown = np.abs(seen.slope) @ share
+    grown = np.abs(achieved.slope) @ share
     step = (problem.speed[1] - problem.speed[0]) / (speeds - 1)
-    moved = np.abs(drift(system_of(problem), tuned.damper, seen.place, step)) @ share
-    return seen._replace(
-        heat_error=seen.heat_error + float(grown[1]),
-        travel_error=seen.travel_error + float(grown[2]),
-        speed_error=seen.speed_error + moved,
+    moved = np.abs(drift(system_of(problem), tuned.damper, achieved.place, step)) @ share
+    return achieved._replace(
+        heat_error=achieved.heat_error + float(grown[1]),
+        travel_error=achieved.travel_error + float(grown[2]),
+        speed_error=achieved.speed_error + moved,
     )
 
 
@@ -275,40 +283,41 @@ def first_of_the_highest(row: IntArray, speed: FloatArray, value: FloatArray) ->
     return int(equal[np.lexsort((speed[equal], row[equal]))[0]])
 
 
-def gain(problem: Problem, tuned: Design, other: Damper) -> tuple[float, float]:
+def gain(problem: DamperProblem, tuned: Design, other: Damper) -> tuple[float, float]:
     """Worst section of another damper over that of the design, and the error of the quotient."""
-    seen = performance(problem, other)
-    ratio = seen.worst / tuned.worst
-    return ratio, ratio * (seen.worst_error / seen.worst + tuned.worst_error / tuned.worst)
+    achieved = performance(problem, other)
+    ratio = achieved.worst / tuned.worst
+    return ratio, ratio * (achieved.worst_error / achieved.worst + tuned.worst_error / tuned.worst)
 
 
 class Mistuning(NamedTuple):
-    """Factors `stiffness` (a,), `damping` (b,) on k and c, and `rise` (a, b): worst section over
-    that of the tuning, 1 where nothing is lost; absolute `rise_error`."""
+    """Factors `stiffness` (a,), `damping` (b,) on k and c, and `increase` (a, b): worst section
+    over
+    that of the tuning, 1 where nothing is lost; absolute `increase_error`."""
 
     stiffness: FloatArray
     damping: FloatArray
-    rise: FloatArray
-    rise_error: FloatArray
+    increase: FloatArray
+    increase_error: FloatArray
 
 
-def mistuning(problem: Problem, tuned: Design, share: float = 0.1) -> Mistuning:
+def mistuning(problem: DamperProblem, tuned: Design, share: float = 0.1) -> Mistuning:
     """What spring and dashpot off by a share, each and together, do to the worst section."""
     if not 0.0 < share < 1.0:
         raise NumericalFailure("an error of spring and dashpot is a share between 0 and 1")
     factor = np.array([1.0 - share, 1.0, 1.0 + share])
-    own = factor if tuned.damper.stiffness > 0.0 else np.ones(1)
-    rise, error = np.ones((own.size, 3)), np.zeros((own.size, 3))
+    stiffness_factor = factor if tuned.damper.stiffness > 0.0 else np.ones(1)
+    increase, error = np.ones((stiffness_factor.size, 3)), np.zeros((stiffness_factor.size, 3))
     uncertainty = relative_error(tuned) + 2.0 * EPSILON
-    for i, a in enumerate(own):
+    for i, a in enumerate(stiffness_factor):
         for j, b in enumerate(factor):
             if a != 1.0 or b != 1.0:
                 inertia, stiffness, damping = tuned.damper
-                seen = performance(problem, Damper(inertia, a * stiffness, b * damping))
-                rise[i, j] = seen.worst / tuned.worst
-                off = seen.worst_error + float(np.abs(seen.slope[0]) @ uncertainty)
-                error[i, j] = off / tuned.worst + rise[i, j] * tuned.worst_error / tuned.worst
-    return Mistuning(own, factor, rise, error)
+                achieved = performance(problem, Damper(inertia, a * stiffness, b * damping))
+                increase[i, j] = achieved.worst / tuned.worst
+                off = achieved.worst_error + float(np.abs(achieved.slope[0]) @ uncertainty)
+                error[i, j] = off / tuned.worst + increase[i, j] * tuned.worst_error / tuned.worst
+    return Mistuning(stiffness_factor, factor, increase, error)
 
 
 # ----------------------------------------------------------------------------
@@ -319,7 +328,7 @@ def mistuning(problem: Problem, tuned: Design, share: float = 0.1) -> Mistuning:
 _BEYOND = 2.0
 
 
-def chart_error(problem: Problem, drawn: Chart) -> FloatArray:
+def chart_error(problem: DamperProblem, drawn: Chart) -> FloatArray:
     """Errors (3,) of worst section, heat and travel anywhere on the map of the first inertia.
 
     The peaks are followed at the corners, where rings are all but locked or free and resonances
@@ -334,11 +343,11 @@ def chart_error(problem: Problem, drawn: Chart) -> FloatArray:
     for i, j in sorted(places):
         damper = Damper(float(drawn.inertia[0]), float(drawn.stiffness[i]), float(drawn.damping[j]))
         try:
-            seen = performance(problem, damper)
+            achieved = performance(problem, damper)
         except NumericalFailure:
             # a mode that this ring leaves undamped: no peak to compare with
             continue
-        exact = (seen.worst, seen.heat, seen.travel)
+        exact = (achieved.worst, achieved.heat, achieved.travel)
         error = np.maximum(error, [abs(a - one[i, j]) for a, one in zip(exact, maps, strict=True)])
     if not np.any(error):
         raise NumericalFailure("no place on the map of dampers has a peak to compare it with")

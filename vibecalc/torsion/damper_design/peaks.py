@@ -6,9 +6,16 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray, IntArray
-from vibecalc.torsion.damper_design.problem import Damper, Limits, Problem, System, check, system_of
+from vibecalc.torsion.damper_design.problem import (
+    Damper,
+    DamperProblem,
+    Limits,
+    System,
+    check,
+    system_of,
+)
 from vibecalc.torsion.damper_design.readings import (
-    Table,
+    NominalTable,
     map_readings,
     reading_error,
     readings,
@@ -28,7 +35,7 @@ LEVEL = 1e-15
 _SAME_CREST = 0.3
 
 
-class Peaks(NamedTuple):
+class DamperPeaks(NamedTuple):
     """Local maxima over speed: reading number, speed in rad/s, value, slopes by ln J, k, c.
 
     `bend` (p,) second derivative by speed; 0 at an end of the range. `phase` (p, 2) of the crest
@@ -42,28 +49,30 @@ class Peaks(NamedTuple):
     bend: FloatArray
     phase: FloatArray
 
-    def some(self, which: BoolArray | IntArray) -> "Peaks":
+    def some(self, which: BoolArray | IntArray) -> "DamperPeaks":
         """The peaks that an index names."""
-        return Peaks(
+        return DamperPeaks(
             self.row[which], self.speed[which], self.value[which], self.slope[which],
             self.bend[which], self.phase[which],
         )  # fmt: skip
 
-    def joined(self, other: "Peaks") -> "Peaks":
+    def joined(self, other: "DamperPeaks") -> "DamperPeaks":
         """These and others."""
-        return Peaks(
+        return DamperPeaks(
             np.append(self.row, other.row), np.append(self.speed, other.speed),
             np.append(self.value, other.value), np.append(self.slope, other.slope, axis=0),
             np.append(self.bend, other.bend), np.append(self.phase, other.phase, axis=0),
         )  # fmt: skip
 
 
-def about(seen: Peaks, speed: tuple[float, float], step: float) -> tuple[FloatArray, FloatArray]:
+def about(
+    tops: DamperPeaks, speed: tuple[float, float], step: float
+) -> tuple[FloatArray, FloatArray]:
     """Speeds (p,), (p,) close on both sides of peaks, where they have fallen by a thousandth."""
-    bend = np.maximum(np.abs(seen.bend), 1e-300)
-    width = np.where(seen.bend < 0.0, np.sqrt(1e-3 * np.abs(seen.value) / bend), 1e-3 * speed[1])
+    bend = np.maximum(np.abs(tops.bend), 1e-300)
+    width = np.where(tops.bend < 0.0, np.sqrt(1e-3 * np.abs(tops.value) / bend), 1e-3 * speed[1])
     width = np.minimum(width, 0.5 * step)
-    return np.maximum(seen.speed - width, speed[0]), np.minimum(seen.speed + width, speed[1])
+    return np.maximum(tops.speed - width, speed[0]), np.minimum(tops.speed + width, speed[1])
 
 
 def same_branch(system: System, first: FloatArray, second: FloatArray) -> BoolArray:
@@ -76,7 +85,7 @@ def same_branch(system: System, first: FloatArray, second: FloatArray) -> BoolAr
 def follow(
     system: System, damper: Damper, row: IntArray, low: FloatArray, high: FloatArray,
     tolerance: float = LEVEL, near: FloatArray | None = None,
-) -> Peaks:  # fmt: skip
+) -> DamperPeaks:  # fmt: skip
     """The maximum of row[i] in or uphill of speeds low[i] to high[i], where the slope is zero.
 
     Regula falsi with halved ends (Illinois), with a bisection where it stalls, all brackets in one
@@ -84,7 +93,7 @@ def follow(
     times bracket falls below `tolerance` of the value. With phases `near` (p, 2) the crest and the
     trough next to them are followed, otherwise the highest and the lowest are taken at each speed.
     """
-    own = near is not None
+    given_phase = near is not None
     low, high, left, right, nearby = _uphill(system, damper, row, low, high, near)
     inside = (left > 0.0) & (right < 0.0)
     speed = np.where(inside, 0.5 * (low + high), np.where(right >= 0.0, high, low))
@@ -99,7 +108,7 @@ def follow(
         guess = np.where(step % 8 == 0, 0.5 * (a + b), guess)
         first, last = nearby[0, open_], nearby[1, open_]
         close = np.where((guess - a < b - guess)[:, None], first, last)
-        now = readings(system, damper, guess, row[open_], close if own else None)
+        now = readings(system, damper, guess, row[open_], close if given_phase else None)
         rising = now.by_speed > 0.0
         nearby[0, open_] = np.where(rising[:, None], now.phase, first)
         nearby[1, open_] = np.where(rising[:, None], last, now.phase)
@@ -113,7 +122,7 @@ def follow(
         done |= (high[open_] - low[open_]) <= 4e-16 * guess
         open_ = open_[~done]
     close = np.where((speed - low < high - speed)[:, None], nearby[0], nearby[1])
-    final = readings(system, damper, speed, row, close if own else None)
+    final = readings(system, damper, speed, row, close if given_phase else None)
     shift = 1e-6 * speed[inside]
     bend = np.zeros(row.size)
     if np.any(inside):
@@ -123,7 +132,7 @@ def follow(
         ).by_speed  # fmt: skip
         before, after = np.split(shifted, 2)
         bend[inside] = (after - before) / (2.0 * shift)
-    return Peaks(row, speed, final.value, final.by_damper, bend, final.phase)
+    return DamperPeaks(row, speed, final.value, final.by_damper, bend, final.phase)
 
 
 def _uphill(
@@ -134,7 +143,7 @@ def _uphill(
     (2, p, 2) there."""
     slowest, fastest = system.problem.speed
     low, high = low.copy(), high.copy()
-    own = near is not None
+    given_phase = near is not None
     both = None if near is None else np.tile(near, (2, 1))
     ends = readings(system, damper, np.append(low, high), np.append(row, row), both)
     left, right = np.split(ends.by_speed, 2)
@@ -150,10 +159,10 @@ def _uphill(
         beyond = np.clip(beyond, slowest, fastest)
         first, last = phase[0, moved], phase[1, moved]
         close = np.where(rising[:, None], last, first)
-        found = readings(system, damper, beyond, row[moved], close if own else None)
-        new = found.by_speed
-        phase[0, moved] = np.where(rising[:, None], last, found.phase)
-        phase[1, moved] = np.where(rising[:, None], found.phase, first)
+        ahead = readings(system, damper, beyond, row[moved], close if given_phase else None)
+        new = ahead.by_speed
+        phase[0, moved] = np.where(rising[:, None], last, ahead.phase)
+        phase[1, moved] = np.where(rising[:, None], ahead.phase, first)
         low[moved], high[moved], left[moved], right[moved] = (
             np.where(rising, high[moved], beyond), np.where(rising, beyond, low[moved]),
             np.where(rising, right[moved], new), np.where(rising, new, left[moved]),
@@ -169,36 +178,36 @@ def _uphill(
 _MOVED = 1e-4
 
 
-def place_error(system: System, damper: Damper, seen: Peaks) -> FloatArray:
+def place_error(system: System, damper: Damper, tops: DamperPeaks) -> FloatArray:
     """Error (p,) of the speeds of peaks of this damper, in rad/s.
 
     The slope that is left over the curvature, and the round-off of the slope: that of the value
     over the width of the peak. At an end of the range the speed is that end.
     """
-    left = readings(system, damper, seen.speed, seen.row, seen.phase).by_speed
-    noise = reading_error(system, damper, seen.speed, seen.row)
-    bend = np.abs(seen.bend)
-    inside = (seen.bend < 0.0) & (seen.value > 0.0)
+    left = readings(system, damper, tops.speed, tops.row, tops.phase).by_speed
+    noise = reading_error(system, damper, tops.speed, tops.row)
+    bend = np.abs(tops.bend)
+    inside = (tops.bend < 0.0) & (tops.value > 0.0)
     safe = np.where(inside, bend, 1.0)
-    own = np.abs(left) / safe + noise / np.sqrt(np.where(inside, seen.value, 1.0) * safe)
-    error: FloatArray = np.where(inside, own, 0.0) + 2.0 * EPSILON * seen.speed
+    moved = np.abs(left) / safe + noise / np.sqrt(np.where(inside, tops.value, 1.0) * safe)
+    error: FloatArray = np.where(inside, moved, 0.0) + 2.0 * EPSILON * tops.speed
     return error
 
 
-def drift(system: System, damper: Damper, seen: Peaks, step: float) -> FloatArray:
+def drift(system: System, damper: Damper, tops: DamperPeaks, step: float) -> FloatArray:
     """What the speeds of peaks move (p, 3) by the logarithms of J, k and c, in rad/s.
 
     `step` is that of the grid of speeds on which they were found.
     """
-    low, high = about(seen, system.problem.speed, step)
-    moved = np.zeros((seen.row.size, 3))
+    low, high = about(tops, system.problem.speed, step)
+    moved = np.zeros((tops.row.size, 3))
     for column in range(3):
         pair = []
         for side in (_MOVED, -_MOVED):
             factor = np.ones(3)
             factor[column] += side
             nearby = Damper(*(float(value) for value in factor * np.array(damper)))
-            pair.append(follow(system, nearby, seen.row, low, high, near=seen.phase).speed)
+            pair.append(follow(system, nearby, tops.row, low, high, near=tops.phase).speed)
         moved[:, column] = (pair[0] - pair[1]) / (2.0 * _MOVED)
     return moved
 
@@ -206,9 +215,9 @@ def drift(system: System, damper: Damper, seen: Peaks, step: float) -> FloatArra
 # ----------------------------------------------------------------------------
 # The largest readings over the range of speeds, at speeds found continuously.
 #
-# A coarse grid of speeds only says where to look. Each local maximum is followed to where its slope
-# by speed vanishes, and narrow resonances, which a grid may miss, are looked up from the damped
-# poles of the line with this damper.
+# A coarse grid of speeds only says where to search. Each local maximum is followed to where its
+# slope by speed vanishes, and narrow resonances, which a grid may miss, are computed from the
+# damped poles of the line with this damper.
 # ----------------------------------------------------------------------------
 
 #: half width over speed of a resonance without damping, and how far it stands out
@@ -216,9 +225,9 @@ _UNDAMPED, _UNBOUNDED = 1e-9, 1e6
 
 
 def peaks(
-    system: System, found: Table, damper: Damper, scale: FloatArray, share: float,
+    system: System, responses: NominalTable, damper: Damper, scale: FloatArray, share: float,
     tolerance: float = LEVEL,
-) -> Peaks:  # fmt: skip
+) -> DamperPeaks:  # fmt: skip
     """All maxima over speed: sections that reach `share` of the worst one, heat and travel.
 
     Readings are compared over `scale` (e + 3,); rows of infinite scale are left out. Heat and
@@ -226,9 +235,9 @@ def peaks(
     inertia is that of the table.
     """
     coarse = map_readings(
-        system, found, np.array([damper.stiffness]), np.array([damper.damping])
+        system, responses, np.array([damper.stiffness]), np.array([damper.damping])
     )[0] / scale  # fmt: skip
-    grid = found.speed
+    grid = responses.speed
     padded = np.pad(coarse, ((1, 1), (0, 0)), constant_values=-np.inf)
     local = (coarse >= padded[:-2]) & (coarse > padded[2:])
     place, row = np.nonzero(local & np.isfinite(scale))
@@ -240,24 +249,26 @@ def peaks(
         rows = np.flatnonzero(np.isfinite(scale))
         speed, width = np.repeat(narrow[:, 0], rows.size), np.repeat(narrow[:, 1], rows.size)
         added = np.tile(rows, len(narrow))
-        own = map_readings(
+        undamped_values = map_readings(
             system, table(system, damper, narrow[:, 0], bounded=False),
             np.array([damper.stiffness]), np.array([damper.damping]),
         )[0]  # fmt: skip
-        seen = (own[:, rows] / scale[rows]).ravel()
+        levels = (undamped_values[:, rows] / scale[rows]).ravel()
         undamped = (width <= _UNDAMPED * speed) & (added < scale.size - 3)
-        if np.any(seen[undamped] > _UNBOUNDED * np.max(coarse[:, :-3])):
-            first = speed[undamped][int(np.argmax(seen[undamped]))]
+        if np.any(levels[undamped] > _UNBOUNDED * np.max(coarse[:, :-3])):
+            first = speed[undamped][int(np.argmax(levels[undamped]))]
             raise NumericalFailure(
                 f"a mode that the damper does not reach is excited without damping at "
                 f"{first:.6g} rad/s: no tuning bounds it"
             )
         low = np.append(low, np.maximum(speed - 3.0 * width, grid[0]))
         high = np.append(high, np.minimum(speed + 3.0 * width, grid[-1]))
-        row, value = np.append(row, added), np.append(value, seen)
+        row, value = np.append(row, added), np.append(value, levels)
     # a reading on the grid may lie below its peak: a wide net first, the exact share after
-    kept = _high_enough(system, row, value, 0.85 * share)
-    result = follow(system, damper, row[kept], low[kept], high[kept], tolerance)
+    high_enough = _high_enough(system, row, value, 0.85 * share)
+    result = follow(
+        system, damper, row[high_enough], low[high_enough], high[high_enough], tolerance
+    )
     level = result.value / scale[result.row]
     result = _single(system, result.some(_high_enough(system, result.row, level, share)))
     which, phase = rivals(system, damper, result.speed, result.row, result.phase)
@@ -273,8 +284,8 @@ def peaks(
 def _high_enough(system: System, row: IntArray, level: FloatArray, share: float) -> BoolArray:
     """Which levels reach a share of the worst section, or of the limit of heat and travel."""
     section = row < system.twist.shape[0]
-    kept: BoolArray = level >= share * np.where(section, np.max(level[section]), 1.0)
-    return kept
+    enough: BoolArray = level >= share * np.where(section, np.max(level[section]), 1.0)
+    return enough
 
 
 def narrow_resonances(system: System, damper: Damper, grid: FloatArray) -> FloatArray:
@@ -297,22 +308,22 @@ def narrow_resonances(system: System, damper: Damper, grid: FloatArray) -> Float
     width = (np.abs(pole.real)[:, None] / order).ravel()
     width = np.maximum(width, _UNDAMPED * speed)
     step = np.interp(speed, grid[1:], np.diff(grid))
-    kept = (speed > grid[0]) & (speed < grid[-1]) & (width < 2.0 * step)
-    return np.stack([speed[kept], width[kept]], axis=-1)
+    narrow = (speed > grid[0]) & (speed < grid[-1]) & (width < 2.0 * step)
+    return np.stack([speed[narrow], width[narrow]], axis=-1)
 
 
-def _single(system: System, found: Peaks) -> Peaks:
+def _single(system: System, tops: DamperPeaks) -> DamperPeaks:
     """Without what two brackets found twice."""
-    kept: list[int] = []
-    for i in np.argsort(-found.value, kind="stable"):
+    single: list[int] = []
+    for i in np.argsort(-tops.value, kind="stable"):
         twin = (
-            (found.row[kept] == found.row[i])
-            & (np.abs(found.speed[kept] / found.speed[i] - 1.0) < 1e-7)
-            & same_branch(system, found.phase[kept], found.phase[i])
+            (tops.row[single] == tops.row[i])
+            & (np.abs(tops.speed[single] / tops.speed[i] - 1.0) < 1e-7)
+            & same_branch(system, tops.phase[single], tops.phase[i])
         )
         if not np.any(twin):
-            kept.append(int(i))
-    return found.some(np.array(kept, dtype=np.int64))
+            single.append(int(i))
+    return tops.some(np.array(single, dtype=np.int64))
 
 
 # ----------------------------------------------------------------------------
@@ -320,7 +331,7 @@ def _single(system: System, found: Peaks) -> Peaks:
 # ----------------------------------------------------------------------------
 
 #: tables kept, one for each ring inertia
-_KEPT = 8
+_CACHED = 8
 
 
 class Survey(NamedTuple):
@@ -334,7 +345,7 @@ class Survey(NamedTuple):
     moving: IntArray
     grid: FloatArray
     scale: FloatArray
-    tables: dict[float, Table]
+    tables: dict[float, NominalTable]
 
     def damper(self, variables: FloatArray) -> Damper:
         """From logarithms (v,) of the moving values; the others stand at their bounds."""
@@ -347,17 +358,17 @@ class Survey(NamedTuple):
         values = np.clip(values, self.bounds[:, 0], self.bounds[:, 1])
         return Damper(*(float(value) for value in values))
 
-    def table(self, inertia: float) -> Table:
+    def table(self, inertia: float) -> NominalTable:
         """Of this ring inertia, solved once."""
         if inertia not in self.tables:
-            if len(self.tables) >= _KEPT:
+            if len(self.tables) >= _CACHED:
                 self.tables.pop(next(iter(self.tables)))
             middle = np.sqrt(self.bounds[1:, 0] * self.bounds[1:, 1])
             nominal = Damper(inertia, float(middle[0]), float(middle[1]))
             self.tables[inertia] = table(self.system, nominal, self.grid, bounded=False)
         return self.tables[inertia]
 
-    def peaks(self, damper: Damper, share: float, tolerance: float = LEVEL) -> Peaks:
+    def peaks(self, damper: Damper, share: float, tolerance: float = LEVEL) -> DamperPeaks:
         """See `worst.peaks`."""
         found = self.table(damper.inertia)
         return peaks(self.system, found, damper, self.scale, share, tolerance)
@@ -368,7 +379,7 @@ class Survey(NamedTuple):
         return np.log(self.bounds[self.moving])
 
 
-def survey(problem: Problem, limits: Limits, speeds: int = 161) -> Survey:
+def survey(problem: DamperProblem, limits: Limits, speeds: int = 161) -> Survey:
     """Raises NumericalFailure for a problem without meaning; `speeds` only guides the search."""
     check(problem, limits)
     system = system_of(problem)
@@ -383,6 +394,6 @@ def survey(problem: Problem, limits: Limits, speeds: int = 161) -> Survey:
     )  # fmt: skip
 
 
-def worst_section(seen: Peaks, sections: int) -> float:
+def worst_section(tops: DamperPeaks, sections: int) -> float:
     """Largest weighted half range among peaks."""
-    return float(np.max(seen.value[seen.row < sections]))
+    return float(np.max(tops.value[tops.row < sections]))

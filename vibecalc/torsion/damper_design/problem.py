@@ -26,10 +26,10 @@ class SpeedTorque(NamedTuple):
 
 def torque_at(torque: SpeedTorque, speed: FloatArray) -> tuple[ComplexArray, ComplexArray]:
     """Torque and its derivative by speed, (s, m, n) each, at speeds (s,)."""
-    piece = np.searchsorted(torque.knot, speed, side="right") - 1
-    piece = np.clip(piece, 0, len(torque.coefficient) - 1)
-    beyond = (speed - torque.knot[piece])[:, None, None]
-    parts = torque.coefficient[piece]
+    interval = np.searchsorted(torque.knot, speed, side="right") - 1
+    interval = np.clip(interval, 0, len(torque.coefficient) - 1)
+    beyond = (speed - torque.knot[interval])[:, None, None]
+    parts = torque.coefficient[interval]
     value, slope = np.zeros_like(parts[:, 0]), np.zeros_like(parts[:, 0])
     for power in range(parts.shape[1] - 1, -1, -1):
         slope = slope * beyond + value
@@ -53,12 +53,12 @@ def speed_torque(gas: ComplexArray, inertia: ComplexArray, card_speed: FloatArra
         return SpeedTorque(np.array([0.0, np.inf]), parts[None])
     slope = np.diff(gas, axis=0) / np.diff(card_speed)[:, None, None]
     begin = card_speed[:-1, None, None]
-    pieces = np.stack(
+    lines = np.stack(
         [gas[:-1] + begin**2 * inertia, slope + 2.0 * begin * inertia,
          np.broadcast_to(inertia, slope.shape)],
         axis=1,
     )  # fmt: skip
-    return SpeedTorque(card_speed, pieces)
+    return SpeedTorque(card_speed, lines)
 
 
 class Damper(NamedTuple):
@@ -69,7 +69,7 @@ class Damper(NamedTuple):
     damping: float
 
 
-class Problem(NamedTuple):
+class DamperProblem(NamedTuple):
     """A line without the ring of its damper, and what is made small.
 
     `station` the freedom that carries the damper; its hub belongs to the line.
@@ -112,7 +112,7 @@ class Limits(NamedTuple):
         return np.array([self.inertia, self.stiffness, self.damping], dtype=float)
 
 
-def harmonics(problem: Problem) -> IntArray:
+def harmonics(problem: DamperProblem) -> IntArray:
     """Number of periods in a cycle of each order (m,); refuses orders that are not whole there."""
     exact = np.asarray(problem.order, dtype=float) * problem.cycle / (2.0 * np.pi)
     whole = np.rint(exact)
@@ -121,7 +121,7 @@ def harmonics(problem: Problem) -> IntArray:
     return whole.astype(np.int64)
 
 
-def check(problem: Problem, limits: Limits) -> None:
+def check(problem: DamperProblem, limits: Limits) -> None:
     """Raise NumericalFailure for a design that has no meaning."""
     bounds = limits.bounds
     low, high = bounds.T
@@ -169,7 +169,7 @@ class System(NamedTuple):
     (n + 1,) the ring's angle. `mass`, `loss`, `spring` (n + 1, n + 1) are the line's own.
     """
 
-    problem: Problem
+    problem: DamperProblem
     harmonic: IntArray
     angle: FloatArray
     twist: FloatArray
@@ -189,7 +189,7 @@ class System(NamedTuple):
         return matrix
 
 
-def system_of(problem: Problem) -> System:
+def system_of(problem: DamperProblem) -> System:
     """Raises NumericalFailure for a line in several pieces."""
     line = problem.line
     angle = _spanning(line)
@@ -235,15 +235,15 @@ def _spanning(line: Line) -> FloatArray:
     held = line.ground_stiffness if np.any(line.ground_stiffness > 0.0) else line.inertia
     root = int(np.argmax(held))
     angle[root, 0] = 1.0
-    seen, waiting, column = {root}, [root], 1
+    visited, waiting, column = {root}, [root], 1
     while waiting:
         a = waiting.pop()
         for b, sign in nearby[a]:
-            if b not in seen:
+            if b not in visited:
                 # twist first - second: phi_b = phi_a - twist where a comes first
                 angle[b] = angle[a]
                 angle[b, column] += sign
-                seen.add(b)
+                visited.add(b)
                 waiting.append(b)
                 column += 1
     return angle
@@ -298,8 +298,8 @@ def states(system: System, damper: Damper, speed: FloatArray) -> States:
     right[..., 0] = torque @ system.angle
     right[..., -1, 1] = 1.0
     right[..., 2] = system.ring
-    found = solve(matrix, right)
-    u, spring, ring = np.moveaxis(found, -1, 0)
+    solution = solve(matrix, right)
+    u, spring, ring = np.moveaxis(solution, -1, 0)
     mass = system.mass + damper.inertia * np.outer(system.ring, system.ring)
     by_frequency = u @ (1j * system.loss) - 2.0 * w[..., None] * (u @ mass)
     by_frequency[..., -1] += 1j * damper.damping * u[..., -1]

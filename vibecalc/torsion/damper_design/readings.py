@@ -142,26 +142,26 @@ def readings(
     With phases `near` (s, 2) the crest and the trough next to them are read instead.
     """
     sections = system.twist.shape[0]
-    found = states(system, damper, speed)
+    state = states(system, damper, speed)
     here = np.arange(speed.size)
     value, slope = np.empty(speed.size), np.empty((4, speed.size))
     phases = np.zeros((speed.size, 2))
     heat = row == sections
     travel = row > sections
     order = np.asarray(system.problem.order, dtype=float)
-    relative, change = found.value[..., -1], found.slope[..., -1]
+    relative, change = state.value[..., -1], state.slope[..., -1]
     if np.any(heat):
         power, by = _heat(relative[heat], change[:, heat], speed[heat][:, None] * order, damper)
         by[3] += 2.0 * power / speed[heat]
         value[heat], slope[:, heat] = power, by
     other = ~heat
     if np.any(other):
-        own = np.where(row < sections, row, 0)
+        section = np.where(row < sections, row, 0)
         factor, rate = section_factor(system, speed)
-        factor, rate = factor[here, :, own], rate[here, :, own]
-        twist = np.einsum("smn,sn->sm", found.value, system.twist[own])
+        factor, rate = factor[here, :, section], rate[here, :, section]
+        twist = np.einsum("smn,sn->sm", state.value, system.twist[section])
         amplitude = factor * twist
-        by_all = factor * np.einsum("dsmn,sn->dsm", found.slope, system.twist[own])
+        by_all = factor * np.einsum("dsmn,sn->dsm", state.slope, system.twist[section])
         by_all[3] += rate * twist
         amplitude = np.where(travel[:, None], relative, amplitude)[other]
         by_all = np.where(travel[:, None], change, by_all)[:, other]
@@ -179,9 +179,9 @@ def readings(
 def signals(system: System, damper: Damper, speed: FloatArray, row: IntArray) -> ComplexArray:
     """Amplitudes (s, m) of the course that row[i], a section or a travel, reads at speed[i]."""
     value = states(system, damper, speed).value
-    own = np.where(row < system.twist.shape[0], row, 0)
-    factor = section_factor(system, speed)[0][np.arange(speed.size), :, own]
-    section = factor * np.einsum("smn,sn->sm", value, system.twist[own])
+    section_row = np.where(row < system.twist.shape[0], row, 0)
+    factor = section_factor(system, speed)[0][np.arange(speed.size), :, section_row]
+    section = factor * np.einsum("smn,sn->sm", value, system.twist[section_row])
     amplitude: ComplexArray = np.where(
         (row < system.twist.shape[0])[:, None], section, value[..., -1]
     )
@@ -208,9 +208,9 @@ def reading_error(system: System, damper: Damper, speed: FloatArray, row: IntArr
     error = solution_error(system, damper, speed)
     value = np.abs(states(system, damper, speed).value)
     here = np.arange(speed.size)
-    own = np.minimum(row, sections - 1)
-    factor = np.abs(section_factor(system, speed)[0][here, :, own])
-    size = np.abs(system.twist[own])
+    section = np.minimum(row, sections - 1)
+    factor = np.abs(section_factor(system, speed)[0][here, :, section])
+    size = np.abs(system.twist[section])
     of_section = factor * np.einsum("smn,sn->sm", error, size)
     rounding = 8.0 * UNIT_ROUNDOFF * factor * np.einsum("smn,sn->sm", value, size)
     of_heat = damper.damping * (speed[:, None] * np.asarray(system.problem.order)) ** 2
@@ -245,7 +245,7 @@ def rivals(
     """
     sections = system.twist.shape[0]
     which: list[int] = []
-    found: list[list[float]] = []
+    starts: list[list[float]] = []
     waves = np.flatnonzero(row != sections)
     if waves.size:
         amplitude = signals(system, damper, speed[waves], row[waves])
@@ -260,14 +260,14 @@ def rivals(
             value = (0.5 * (high[i][:, None] + low[i])).ravel()
         order = np.argsort(-value, kind="stable")
         order = order[value[order] >= (1.0 - _CLOSE) * value[order[0]]]
-        kept = 0
+        pairs = 0
         for one in order[: _PAIRS + 1]:
             away = np.abs(np.angle(np.exp(1j * (pair[one] - phase[place]))))
-            if np.any(away > 1e-6) and kept < _PAIRS:
+            if np.any(away > 1e-6) and pairs < _PAIRS:
                 which.append(place)
-                found.append(pair[one].tolist())
-                kept += 1
-    return np.array(which, dtype=np.int64), np.array(found, dtype=float).reshape(-1, 2)
+                starts.append(pair[one].tolist())
+                pairs += 1
+    return np.array(which, dtype=np.int64), np.array(starts, dtype=float).reshape(-1, 2)
 
 
 # ----------------------------------------------------------------------------
@@ -283,7 +283,7 @@ MAP_SAMPLES = 6
 _BLOCK = 1 << 21
 
 
-class Table(NamedTuple):
+class NominalTable(NamedTuple):
     """At s speeds and m orders with the nominal damper: `section` (s, m, e) what is read of each
     section, `section_unit` the same for a unit torque between hub and ring, `relative` and
     `relative_unit` (s, m) for hub less ring; `..._error` bounds on their round-off."""
@@ -299,7 +299,9 @@ class Table(NamedTuple):
     relative_error: FloatArray
 
 
-def table(system: System, nominal: Damper, speed: FloatArray, *, bounded: bool = True) -> Table:
+def table(
+    system: System, nominal: Damper, speed: FloatArray, *, bounded: bool = True
+) -> NominalTable:
     """Solve once at speeds (s,), for all springs and dashpots on a ring of this inertia.
 
     Without `bounded` no errors are formed, and they are infinite: a search needs none.
@@ -311,64 +313,64 @@ def table(system: System, nominal: Damper, speed: FloatArray, *, bounded: bool =
     right[..., -1, 1] = 1.0
     loaded, unit = np.moveaxis(solve(matrix, right), -1, 0)
     factor = section_factor(system, speed)[0]
-    own, of_section = np.full(w.shape, np.inf), np.full(factor.shape, np.inf)
+    of_ring, of_section = np.full(w.shape, np.inf), np.full(factor.shape, np.inf)
     if bounded:
         error = solution_error(system, nominal, speed)
-        own, of_section = error[..., -1], np.abs(factor) * (error @ np.abs(system.twist.T))
-    return Table(
+        of_ring, of_section = error[..., -1], np.abs(factor) * (error @ np.abs(system.twist.T))
+    return NominalTable(
         nominal, speed, w, factor * (loaded @ system.twist.T), factor * (unit @ system.twist.T),
         loaded[..., -1], unit[..., -1],
-        of_section, own,
+        of_section, of_ring,
     )  # fmt: skip
 
 
 def amplitudes(
-    found: Table, stiffness: FloatArray, damping: FloatArray
+    responses: NominalTable, stiffness: FloatArray, damping: FloatArray
 ) -> tuple[ComplexArray, ComplexArray, FloatArray]:
     """Sections (b, s, m, e), hub less ring (b, s, m) for dampers (b,), and an error of sections.
 
     The error (b, s, m, e) grows by what cancels in 1 + d h and in the difference.
     """
-    section, relative, taken, loop = _changed(found, stiffness, damping)
+    section, relative, taken, loop = _changed(responses, stiffness, damping)
     grown = 1.0 + np.abs(loop) / np.abs(1.0 + loop)
-    scale = found.relative_error / np.maximum(np.abs(found.relative), 1e-300)
+    scale = responses.relative_error / np.maximum(np.abs(responses.relative), 1e-300)
     lost = (scale + 16.0 * UNIT_ROUNDOFF) * grown**2
-    error = found.section_error * grown[..., None] + lost[..., None] * np.abs(taken)
+    error = responses.section_error * grown[..., None] + lost[..., None] * np.abs(taken)
     return section, relative, error
 
 
 def _changed(
-    found: Table, stiffness: FloatArray, damping: FloatArray
+    responses: NominalTable, stiffness: FloatArray, damping: FloatArray
 ) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
     """Sections, hub less ring, what was taken from the nominal sections, and d h."""
-    change = (stiffness - found.nominal.stiffness)[:, None, None] + 1j * (
-        damping - found.nominal.damping
-    )[:, None, None] * found.frequency
-    loop = change * found.relative_unit
+    change = (stiffness - responses.nominal.stiffness)[:, None, None] + 1j * (
+        damping - responses.nominal.damping
+    )[:, None, None] * responses.frequency
+    loop = change * responses.relative_unit
     share = change / (1.0 + loop)
-    relative = found.relative / (1.0 + loop)
-    taken = found.section_unit * (share * found.relative)[..., None]
-    return found.section - taken, relative, taken, loop
+    relative = responses.relative / (1.0 + loop)
+    taken = responses.section_unit * (share * responses.relative)[..., None]
+    return responses.section - taken, relative, taken, loop
 
 
 def map_readings(
-    system: System, found: Table, stiffness: FloatArray, damping: FloatArray
+    system: System, responses: NominalTable, stiffness: FloatArray, damping: FloatArray
 ) -> FloatArray:
     """Readings (b, s, e + 3) of dampers (b,), from samples of the cycle.
 
     They miss a few percent of the highest orders: good enough to find basins and brackets;
     `readings` has what is reported.
     """
-    speeds, _, sections = found.section.shape
+    speeds, _, sections = responses.section.shape
     highest = int(system.harmonic.max())
     block = max(1, _BLOCK // (speeds * (sections + 1) * MAP_SAMPLES * highest))
     result = np.empty((stiffness.size, speeds, sections + 3))
     for start in range(0, stiffness.size, block):
         part = slice(start, start + block)
-        section, relative, _, _ = _changed(found, stiffness[part], damping[part])
+        section, relative, _, _ = _changed(responses, stiffness[part], damping[part])
         result[part, :, :sections] = _ranges(np.moveaxis(section, -1, -2), system)[0]
         result[part, :, sections] = 0.5 * damping[part, None] * np.sum(
-            np.abs(found.frequency * relative) ** 2, axis=-1
+            np.abs(responses.frequency * relative) ** 2, axis=-1
         )  # fmt: skip
         _, result[part, :, sections + 1], result[part, :, sections + 2] = _ranges(relative, system)
     return result

@@ -6,9 +6,9 @@ import numpy as np
 
 from vibecalc.numerics.matrices import nonnegative_least_squares
 from vibecalc.numerics.rounding import BoolArray, FloatArray
-from vibecalc.torsion.damper_design.descend import BROKEN, Place, foreseen
+from vibecalc.torsion.damper_design.descend import BROKEN, DesignPoint, foreseen
 from vibecalc.torsion.damper_design.peaks import (
-    Peaks,
+    DamperPeaks,
     Survey,
     about,
     drift,
@@ -35,10 +35,10 @@ _PROBE = 1e-10
 _SLOPE = 3.0
 
 
-class Held(NamedTuple):
+class Stationary(NamedTuple):
     """A tuning at which weighted slopes cancel.
 
-    `weight` (p,) of the peaks `seen`, of sections they add up to 1; `fixed` (v,) variables at a
+    `weight` (p,) of the peaks `peaks`, of sections they add up to 1; `fixed` (v,) variables at a
     bound and `bound_weight` (v,) what those bounds pull; `variable_error` (v,) of the logarithms;
     `weight_error` (p,), `bound_error` (v,), `speed_error` (p,) in rad/s and `curvature_error`;
     `residual` of the slopes over the level, `curvature` least of the Lagrangian along directions
@@ -47,7 +47,7 @@ class Held(NamedTuple):
 
     variables: FloatArray
     level: float
-    seen: Peaks
+    peaks: DamperPeaks
     weight: FloatArray
     fixed: BoolArray
     bound_weight: FloatArray
@@ -61,25 +61,27 @@ class Held(NamedTuple):
     curvature_error: float
 
 
-def newton(prepared: Survey, variables: FloatArray, seen: Peaks, fixed: BoolArray) -> Held | None:
+def newton(
+    prepared: Survey, variables: FloatArray, tops: DamperPeaks, fixed: BoolArray
+) -> Stationary | None:
     """Iterate with these active peaks and fixed variables; None where it does not converge."""
     moving, free = prepared.moving, np.flatnonzero(~fixed)
     x = variables.copy()
-    weight = np.zeros(seen.row.size)
+    weight = np.zeros(tops.row.size)
     last = np.inf
     for _ in range(_MOST_STEPS):
-        now = tracked(prepared, x, seen)
+        now = tracked(prepared, x, tops)
         if now is None:
             return None
-        seen = now
-        scale = _scale(prepared, seen)
-        slope = seen.slope[:, moving] / scale[:, None]
+        tops = now
+        scale = _scale(prepared, tops)
+        slope = tops.slope[:, moving] / scale[:, None]
         if not np.any(weight):
-            weight = _weights(prepared, x, seen, slope, free)
-        hessian = _hessian(prepared, x, seen, weight, scale)
+            weight = _weights(prepared, x, tops, slope, free)
+        hessian = _hessian(prepared, x, tops, weight, scale)
         if hessian is None:
             return None
-        matrix, right = _conditions(prepared, x, seen, slope, weight, hessian, free)
+        matrix, right = _conditions(prepared, x, tops, slope, weight, hessian, free)
         solution: FloatArray = np.array(np.linalg.lstsq(matrix, right, rcond=1e-13)[0], dtype=float)
         step = solution[: free.size]
         weight = solution[free.size + 1 :]
@@ -87,26 +89,26 @@ def newton(prepared: Survey, variables: FloatArray, seen: Peaks, fixed: BoolArra
         x = x.copy()
         x[free] += step * min(1.0, _LONGEST / max(length, 1e-300))
         if length < 1e-10 or (length < 1e-6 and length > 0.3 * last):
-            return _finished(prepared, x, seen, weight, fixed, hessian, matrix, length)
+            return _finished(prepared, x, tops, weight, fixed, hessian, matrix, length)
         last = length
     return None
 
 
-def tracked(prepared: Survey, variables: FloatArray, seen: Peaks) -> Peaks | None:
+def tracked(prepared: Survey, variables: FloatArray, tops: DamperPeaks) -> DamperPeaks | None:
     """The same peaks of a damper close by; None where one has gone from its place."""
     system = prepared.system
-    low, high = about(seen, system.problem.speed, prepared.grid[1] - prepared.grid[0])
-    now = follow(system, prepared.damper(variables), seen.row, low, high, near=seen.phase)
-    reach = 3.0 * np.maximum(high - seen.speed, seen.speed - low)
-    gone = np.abs(now.speed - seen.speed) > reach
+    low, high = about(tops, system.problem.speed, prepared.grid[1] - prepared.grid[0])
+    now = follow(system, prepared.damper(variables), tops.row, low, high, near=tops.phase)
+    reach = 3.0 * np.maximum(high - tops.speed, tops.speed - low)
+    gone = np.abs(now.speed - tops.speed) > reach
     return None if np.any(gone) else now
 
 
-def _scale(prepared: Survey, seen: Peaks) -> FloatArray:
+def _scale(prepared: Survey, tops: DamperPeaks) -> FloatArray:
     """Worst section for sections, the limit for heat and travel (p,)."""
-    section = seen.row < prepared.system.twist.shape[0]
-    worst = np.max(seen.value[section])
-    return np.where(section, worst, prepared.scale[seen.row])
+    section = tops.row < prepared.system.twist.shape[0]
+    worst = np.max(tops.value[section])
+    return np.where(section, worst, prepared.scale[tops.row])
 
 
 def _price(prepared: Survey, x: FloatArray, scale: FloatArray) -> FloatArray:
@@ -117,27 +119,27 @@ def _price(prepared: Survey, x: FloatArray, scale: FloatArray) -> FloatArray:
 
 
 def _weights(
-    prepared: Survey, x: FloatArray, seen: Peaks, slope: FloatArray, free: np.ndarray
+    prepared: Survey, x: FloatArray, tops: DamperPeaks, slope: FloatArray, free: np.ndarray
 ) -> FloatArray:
     """First weights (p,), none negative, by least squares."""
-    section = seen.row < prepared.system.twist.shape[0]
-    price = _price(prepared, x, _section_scale(prepared, seen))[free]
+    section = tops.row < prepared.system.twist.shape[0]
+    price = _price(prepared, x, _section_scale(prepared, tops))[free]
     rows = np.vstack([slope.T[free], section.astype(float)])
     return nonnegative_least_squares(rows, np.append(-price, 1.0))
 
 
-def _section_scale(prepared: Survey, seen: Peaks) -> FloatArray:
+def _section_scale(prepared: Survey, tops: DamperPeaks) -> FloatArray:
     """The worst section as an array (1,)."""
-    return np.array([np.max(seen.value[seen.row < prepared.system.twist.shape[0]])])
+    return np.array([np.max(tops.value[tops.row < prepared.system.twist.shape[0]])])
 
 
 def _hessian(
-    prepared: Survey, x: FloatArray, seen: Peaks, weight: FloatArray, scale: FloatArray,
+    prepared: Survey, x: FloatArray, tops: DamperPeaks, weight: FloatArray, scale: FloatArray,
     difference: float = _DIFFERENCE,
 ) -> FloatArray | None:  # fmt: skip
     """Curvature (v, v) of the weighted peaks and the price, by central differences of slopes."""
     count = prepared.moving.size
-    price = _price(prepared, x, _section_scale(prepared, seen))
+    price = _price(prepared, x, _section_scale(prepared, tops))
     result = np.diag(price)
     share = weight / scale
     for column in range(count):
@@ -145,7 +147,7 @@ def _hessian(
         for side in (1.0, -1.0):
             nearby = x.copy()
             nearby[column] += side * difference
-            now = tracked(prepared, nearby, seen)
+            now = tracked(prepared, nearby, tops)
             if now is None:
                 return None
             pair.append(share @ now.slope[:, prepared.moving])
@@ -155,33 +157,33 @@ def _hessian(
 
 
 def _conditions(
-    prepared: Survey, x: FloatArray, seen: Peaks, slope: FloatArray, weight: FloatArray,
+    prepared: Survey, x: FloatArray, tops: DamperPeaks, slope: FloatArray, weight: FloatArray,
     hessian: FloatArray, free: np.ndarray,
 ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
     """Newton's matrix and right-hand side for step (f,), level and new weights (p,)."""
-    section = seen.row < prepared.system.twist.shape[0]
-    f, p = free.size, seen.row.size
-    scale = _scale(prepared, seen)
+    section = tops.row < prepared.system.twist.shape[0]
+    f, p = free.size, tops.row.size
+    scale = _scale(prepared, tops)
     matrix = np.zeros((f + 1 + p, f + 1 + p))
     matrix[:f, :f] = hessian[np.ix_(free, free)]
     matrix[:f, f + 1 :] = slope[:, free].T
     matrix[f, f + 1 :] = section
     matrix[f + 1 :, :f] = slope[:, free]
     matrix[f + 1 :, f] = -section.astype(float)
-    level = seen.value / scale
-    price = _price(prepared, x, _section_scale(prepared, seen))[free]
+    level = tops.value / scale
+    price = _price(prepared, x, _section_scale(prepared, tops))[free]
     right = np.concatenate([-price, [1.0], np.where(section, 0.0, 1.0) - level])
     return matrix, right
 
 
 def _finished(
-    prepared: Survey, x: FloatArray, seen: Peaks, weight: FloatArray, fixed: BoolArray,
+    prepared: Survey, x: FloatArray, tops: DamperPeaks, weight: FloatArray, fixed: BoolArray,
     hessian: FloatArray, matrix: FloatArray, length: float,
-) -> Held | None:  # fmt: skip
+) -> Stationary | None:  # fmt: skip
     """Level, errors and certificate at the end of the iteration."""
-    end = tracked(prepared, x, seen)
+    end = tracked(prepared, x, tops)
     inwards = np.where(x < prepared.logarithms.mean(axis=1), _PROBE, -_PROBE) * ~fixed
-    nearby = tracked(prepared, x + inwards, seen)
+    nearby = tracked(prepared, x + inwards, tops)
     if end is None or nearby is None:
         return None
     moving, free = prepared.moving, np.flatnonzero(~fixed)
@@ -216,7 +218,7 @@ def _finished(
     spread = float(np.abs(weight) @ value_noise)
     unequal = float(np.max(np.abs(end.value[section] / worst - level / worst), initial=0.0))
     curvature = _curvature(matrix, free.size)
-    rise = spread + float(np.sum(residual) * np.max(error, initial=0.0)) + unequal
+    slack = spread + float(np.sum(residual) * np.max(error, initial=0.0)) + unequal
     step = prepared.grid[1] - prepared.grid[0]
     by_damper = drift(prepared.system, damper, end, step)[:, moving]
     speed_error = place_error(prepared.system, damper, end) + np.abs(by_damper) @ error
@@ -226,8 +228,8 @@ def _finished(
         if wider is None:
             return None
         curvature_error = float(np.linalg.norm(wider - hessian, 2)) + slope_noise / _DIFFERENCE
-    return Held(
-        x, level, end, weight, fixed, bound, error, worst * rise,
+    return Stationary(
+        x, level, end, weight, fixed, bound, error, worst * slack,
         float(np.max(residual, initial=0.0)), curvature,
         weight_error, np.where(fixed, bound_error, 0.0), speed_error, curvature_error,
     )  # fmt: skip
@@ -262,7 +264,7 @@ _SHARE = 0.9
 _ONE_CYCLE = 1e-3
 
 
-def settle(prepared: Survey, end: Place) -> Held | None:
+def settle(prepared: Survey, end: DesignPoint) -> Stationary | None:
     """Refine the end of a descent; None where no set of peaks and bounds holds it.
 
     Crests of one cycle that are all but equal may rise and fall together everywhere: no tuning
@@ -270,30 +272,32 @@ def settle(prepared: Survey, end: Place) -> Held | None:
     """
     for alone in (False, True):
         for closeness in _CLOSENESS:
-            seen, fixed = _first_guess(prepared, end, closeness, alone)
-            held = _iterate(prepared, end, seen, fixed, alone)
+            tops, fixed = _first_guess(prepared, end, closeness, alone)
+            held = _iterate(prepared, end, tops, fixed, alone)
             if held is not None and _is_minimum(prepared, end, held):
                 return held
     return None
 
 
-def _same_cycle(seen: Peaks, one: Peaks) -> BoolArray:
+def _same_cycle(tops: DamperPeaks, one: DamperPeaks) -> BoolArray:
     """Which peaks (p,) are read in the same cycle as a single one."""
-    near = np.abs(seen.speed / one.speed[0] - 1.0) < _ONE_CYCLE
-    same: BoolArray = near & (seen.row == one.row[0])
+    near = np.abs(tops.speed / one.speed[0] - 1.0) < _ONE_CYCLE
+    same: BoolArray = near & (tops.row == one.row[0])
     return same
 
 
-def _highest(seen: Peaks) -> Peaks:
+def _highest(tops: DamperPeaks) -> DamperPeaks:
     """The highest peak of each cycle."""
-    kept: list[int] = []
-    for i in np.argsort(-seen.value, kind="stable"):
-        if not np.any(_same_cycle(seen.some(np.array(kept, dtype=int)), seen.some(np.array([i])))):
-            kept.append(int(i))
-    return seen.some(np.array(kept, dtype=int))
+    highest: list[int] = []
+    for i in np.argsort(-tops.value, kind="stable"):
+        if not np.any(
+            _same_cycle(tops.some(np.array(highest, dtype=int)), tops.some(np.array([i])))
+        ):
+            highest.append(int(i))
+    return tops.some(np.array(highest, dtype=int))
 
 
-def _is_minimum(prepared: Survey, end: Place, held: Held) -> bool:
+def _is_minimum(prepared: Survey, end: DesignPoint, held: Stationary) -> bool:
     """Whether the refined place is no saddle and no worse than where the descent ended."""
     cost = prepared.limits.inertia_price * prepared.damper(held.variables).inertia
     lower = held.level + cost <= end.merit * (1.0 + 1e-6) or end.over > 1e-6
@@ -301,41 +305,41 @@ def _is_minimum(prepared: Survey, end: Place, held: Held) -> bool:
 
 
 def _first_guess(
-    prepared: Survey, end: Place, closeness: float, alone: bool
-) -> tuple[Peaks, BoolArray]:
+    prepared: Survey, end: DesignPoint, closeness: float, alone: bool
+) -> tuple[DamperPeaks, BoolArray]:
     """Peaks near the top and bounds nearby that least squares gives a weight."""
-    seen, x = _highest(end.seen) if alone else end.seen, end.variables
-    section = seen.row < prepared.system.twist.shape[0]
-    worst = float(np.max(seen.value[section]))
-    scale = np.where(section, worst, prepared.scale[seen.row])
-    near = seen.value / scale >= 1.0 - closeness
-    seen, section, scale = seen.some(near), section[near], scale[near]
+    tops, x = _highest(end.peaks) if alone else end.peaks, end.variables
+    section = tops.row < prepared.system.twist.shape[0]
+    worst = float(np.max(tops.value[section]))
+    scale = np.where(section, worst, prepared.scale[tops.row])
+    near = tops.value / scale >= 1.0 - closeness
+    tops, section, scale = tops.some(near), section[near], scale[near]
     bounds = prepared.logarithms
     low, high = x - bounds[:, 0] < closeness, bounds[:, 1] - x < closeness
     normals = np.hstack([np.diag(high.astype(float)), -np.diag(low.astype(float))])
-    slope = (seen.slope[:, prepared.moving] / scale[:, None]).T
+    slope = (tops.slope[:, prepared.moving] / scale[:, None]).T
     top = np.hstack([slope, normals])
     last = np.append(section.astype(float), np.zeros(normals.shape[1]))
     cost = prepared.limits.inertia_price * prepared.damper(x).inertia / worst
     right = np.append(-cost * (prepared.moving == 0), 1.0)
     weight = nonnegative_least_squares(np.vstack([top, last]), right)
-    used = weight[: seen.row.size] > _WRONG
-    pulls = weight[seen.row.size :].reshape(2, -1).sum(axis=0)
-    return seen.some(used), pulls > _WRONG
+    used = weight[: tops.row.size] > _WRONG
+    pulls = weight[tops.row.size :].reshape(2, -1).sum(axis=0)
+    return tops.some(used), pulls > _WRONG
 
 
 def _iterate(
-    prepared: Survey, end: Place, seen: Peaks, fixed: BoolArray, alone: bool
-) -> Held | None:
+    prepared: Survey, end: DesignPoint, tops: DamperPeaks, fixed: BoolArray, alone: bool
+) -> Stationary | None:
     bounds = prepared.logarithms
     sections = prepared.system.twist.shape[0]
     x = end.variables.copy()
     for _ in range(_ROUNDS):
-        if not np.any(seen.row < sections):
+        if not np.any(tops.row < sections):
             return None
         nearer = np.where(x < bounds.mean(axis=1), bounds[:, 0], bounds[:, 1])
         x = np.where(fixed, nearer, x)
-        held = newton(prepared, x, seen, fixed)
+        held = newton(prepared, x, tops, fixed)
         if held is None:
             return None
         beyond = (held.variables < bounds[:, 0]) | (held.variables > bounds[:, 1])
@@ -343,9 +347,9 @@ def _iterate(
             fixed = fixed | beyond
             x = np.clip(held.variables, bounds[:, 0], bounds[:, 1])
             continue
-        x, seen = held.variables, held.seen
+        x, tops = held.variables, held.peaks
         if held.weight.size > 1 and float(np.min(held.weight)) < -_WRONG:
-            seen = seen.some(np.arange(seen.row.size) != int(np.argmin(held.weight)))
+            tops = tops.some(np.arange(tops.row.size) != int(np.argmin(held.weight)))
             continue
         # a lower bound holds back a value that would gain by falling, an upper one by rising
         upper = x > bounds.mean(axis=1)
@@ -357,26 +361,26 @@ def _iterate(
         if missing is None:
             return held
         if alone:
-            seen = seen.some(~_same_cycle(seen, missing))
-        seen = seen.joined(missing)
+            tops = tops.some(~_same_cycle(tops, missing))
+        tops = tops.joined(missing)
     return None
 
 
-def _above(prepared: Survey, held: Held) -> Peaks | None:
+def _above(prepared: Survey, held: Stationary) -> DamperPeaks | None:
     """The worst peak above the level or a limit that is not yet held, or None."""
-    seen = prepared.peaks(prepared.damper(held.variables), _SHARE)
-    section = seen.row < prepared.system.twist.shape[0]
-    scale = np.where(section, held.level, prepared.scale[seen.row])
-    over = seen.value / scale - 1.0
-    for i, (row, speed) in enumerate(zip(seen.row, seen.speed, strict=True)):
-        known = (held.seen.row == row) & (np.abs(held.seen.speed / speed - 1.0) < 1e-5)
-        known &= same_branch(prepared.system, held.seen.phase, seen.phase[i])
+    tops = prepared.peaks(prepared.damper(held.variables), _SHARE)
+    section = tops.row < prepared.system.twist.shape[0]
+    scale = np.where(section, held.level, prepared.scale[tops.row])
+    over = tops.value / scale - 1.0
+    for i, (row, speed) in enumerate(zip(tops.row, tops.speed, strict=True)):
+        known = (held.peaks.row == row) & (np.abs(held.peaks.speed / speed - 1.0) < 1e-5)
+        known &= same_branch(prepared.system, held.peaks.phase, tops.phase[i])
         if np.any(known):
             over[i] = 0.0
     worst = int(np.argmax(over))
     if over[worst] <= 1e-10 + 2.0 * held.level_error / held.level:
         return None
-    return seen.some(np.array([worst]))
+    return tops.some(np.array([worst]))
 
 
 # ----------------------------------------------------------------------------
@@ -391,7 +395,9 @@ _SETTLED = 0.01
 _RIVAL = 1.05
 
 
-def basin_errors(prepared: Survey, held: Held, ends: list[Place]) -> tuple[FloatArray, FloatArray]:
+def basin_errors(
+    prepared: Survey, held: Stationary, ends: list[DesignPoint]
+) -> tuple[FloatArray, FloatArray]:
     """Errors (b, 3) of J, k, c and (b,) of the objective of all ends.
 
     The way to the optimum that Newton's method finds from an end. Where none proves one, and in
@@ -400,28 +406,28 @@ def basin_errors(prepared: Survey, held: Held, ends: list[Place]) -> tuple[Float
     away, above = np.zeros((len(ends), 3)), np.zeros(len(ends))
     known = [held]
     for place, end in enumerate(ends):
-        found = next((one for one in known if _belongs(prepared, one, end)), None)
+        tuning = next((one for one in known if _belongs(prepared, one, end)), None)
         step, above[place] = foreseen(prepared, end)
         # Newton's method costs as much as a descent: not where nothing more is to be had
         rival = end.over <= BROKEN and end.merit < _RIVAL * _merit(prepared, held)
-        if found is None and rival and np.max(step, initial=0.0) > _SETTLED:
-            found = settle(prepared, end)
-            if found is not None:
-                known.append(found)
-        if found is not None:
-            step = np.abs(found.variables - end.variables) + found.variable_error
-            above[place] = abs(_merit(prepared, found) - end.merit) + found.level_error
+        if tuning is None and rival and np.max(step, initial=0.0) > _SETTLED:
+            tuning = settle(prepared, end)
+            if tuning is not None:
+                known.append(tuning)
+        if tuning is not None:
+            step = np.abs(tuning.variables - end.variables) + tuning.variable_error
+            above[place] = abs(_merit(prepared, tuning) - end.merit) + tuning.level_error
         values = np.array(prepared.damper(end.variables))[prepared.moving]
         away[place, prepared.moving] = values * step
     return away, above
 
 
-def _merit(prepared: Survey, held: Held) -> float:
+def _merit(prepared: Survey, held: Stationary) -> float:
     price = prepared.limits.inertia_price * prepared.damper(held.variables).inertia
     return held.level + price
 
 
-def _belongs(prepared: Survey, held: Held, end: Place) -> bool:
+def _belongs(prepared: Survey, held: Stationary, end: DesignPoint) -> bool:
     near = np.max(np.abs(held.variables - end.variables), initial=0.0) < _SAME
     high = _merit(prepared, held)
     return bool(near and abs(end.merit - high) < _AS_HIGH * high)

@@ -144,20 +144,20 @@ def _proof(result: Result) -> list[str]:
 
 
 def _sensitivity(record: Record) -> list[str]:
-    found = having(record, DESIGN + "sensitivity", "stiffness_factor", "damping_factor")
-    if found is None:
+    quantity = having(record, DESIGN + "sensitivity", "stiffness_factor", "damping_factor")
+    if quantity is None:
         return []
-    across = [f"{float(v):g}" for v in found.axes[1].values]
+    across = [f"{float(v):g}" for v in quantity.axes[1].values]
     columns = (Column("stiffness times", 18), *(number(f"damping\ntimes {v}", 14) for v in across))
     rows = [
-        [f"{float(k):g}", *(_rise(float(v) - 1.0) for v in row)]
-        for k, row in zip(found.axes[0].values, found.values, strict=True)
+        [f"{float(k):g}", *(_increase(float(v) - 1.0) for v in row)]
+        for k, row in zip(quantity.axes[0].values, quantity.values, strict=True)
     ]
     words = "Largest half range with other springs and damping, against the optimum:"
     return [*paragraph(words), *table(columns, rows)]
 
 
-def _rise(share: float) -> str:
+def _increase(share: float) -> str:
     return f"{100.0 * share:+.2f} %" if abs(share) > 5e-5 else "0"
 
 

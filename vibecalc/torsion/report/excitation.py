@@ -137,7 +137,7 @@ def _orders(result: Result) -> list[str]:
         "of a cos(q t) + b sin(q t), amplitude 0-to-peak, phase of the cosine (positive leads); "
         "tangential pressure: amplitude over piston area and crank radius."
     )
-    return [*paragraph(words), *table(columns, rows), *_rest(values.size)]
+    return [*paragraph(words), *table(columns, rows), *_higher_orders(values.size)]
 
 
 def _narrow(value: float, nothing: float, factor: float) -> str:
@@ -145,7 +145,7 @@ def _narrow(value: float, nothing: float, factor: float) -> str:
     return next((text for text in texts if len(text) <= _WIDE), texts[-1])
 
 
-def _rest(count: int) -> list[str]:
+def _higher_orders(count: int) -> list[str]:
     more = count - MOST_ORDERS
     return paragraph(f"and {more} higher orders, in the result file") if more > 0 else []
 
@@ -198,7 +198,12 @@ def _vectors(result: Result) -> list[str]:
     if isinstance(silent, list | tuple) and silent:
         words += " The sums count all cylinders alike, as if all fired; the torques do not."
     ranked = _ranked(record, sums, modes, names)
-    return [*ranked, *paragraph(words), *table(columns, rows), *_rest(sums.values.shape[1])]
+    return [
+        *ranked,
+        *paragraph(words),
+        *table(columns, rows),
+        *_higher_orders(sums.values.shape[1]),
+    ]
 
 
 def _sum(sums: Quantity, mode: int, place: int) -> str:

@@ -88,7 +88,7 @@ class Variant(NamedTuple):
     prefix: str
 
 
-class Row(NamedTuple):
+class SummaryRow(NamedTuple):
     """A quantity: a text and a place for each variant by its prefix, limit and flag."""
 
     words: str
@@ -118,13 +118,13 @@ def variants(result: Result) -> list[Variant]:
     return found
 
 
-def own_entry(record: Record, path: str, section: str) -> float | None:
+def section_entry(record: Record, path: str, section: str) -> float | None:
     """The entry of a section under `TORSION`, None if it has none."""
     quantity: Quantity | None = having(record, TORSION + path, "section")
-    found = [] if quantity is None else labels(quantity.axes[0])
-    if quantity is None or section not in found:
+    names = [] if quantity is None else labels(quantity.axes[0])
+    if quantity is None or section not in names:
         return None
-    return float(quantity.values[found.index(section)])
+    return float(quantity.values[names.index(section)])
 
 
 def bound_of(result: Result, path: str, factor: float) -> tuple[str, str, float]:
@@ -143,7 +143,7 @@ def bound_of(result: Result, path: str, factor: float) -> tuple[str, str, float]
 # ----------------------------------------------------------------------------
 
 
-def frequencies(result: Result, columns: list[Variant]) -> Iterator[Row]:
+def frequencies(result: Result, columns: list[Variant]) -> Iterator[SummaryRow]:
     record = result.record
     natural = having(record, TORSION + "modes/natural_frequency", "mode")
     modes = elastic_modes(result)
@@ -159,7 +159,7 @@ def frequencies(result: Result, columns: list[Variant]) -> Iterator[Row]:
         lowest = int(np.flatnonzero(bare > 0.0)[0])
         value[BARE] = show(hertz(bare[lowest]), digits=4)
         where[BARE] = ("1st elastic", f"{show(rpm(bare[lowest]), digits=4)} cpm")
-    yield Row("lowest natural frequency", "Hz", value, where=where)
+    yield SummaryRow("lowest natural frequency", "Hz", value, where=where)
 
 
 class Separation(NamedTuple):
@@ -183,7 +183,7 @@ def separation_rule(result: Result) -> "SeparationRule | None":
 def separations(result: Result, modes: list[int]) -> Iterator[Separation]:
     """The mode next to an order of each class at the operating speed, first one that is close."""
     record, rule = result.record, separation_rule(result)
-    margin, order, kept = (
+    margin, order, sufficient = (
         having(record, f"{TORSION}separation/{OPERATING}/{name}", "mode", "order_class")
         for name in ("margin", "half_order", "sufficient")
     )
@@ -192,7 +192,11 @@ def separations(result: Result, modes: list[int]) -> Iterator[Separation]:
     for place, kind in enumerate(labels(margin.axes[1])):
         away = np.asarray(margin.values, dtype=float)[:, place]
         counts = [mode for mode in modes if np.isfinite(away[mode]) and order.values[mode, place]]
-        close = [] if kept is None else [mode for mode in counts if not kept.values[mode, place]]
+        close = (
+            []
+            if sufficient is None
+            else [mode for mode in counts if not sufficient.values[mode, place]]
+        )
         if not counts:
             continue
         least = min(close or counts, key=lambda mode: float(away[mode]))
@@ -201,7 +205,7 @@ def separations(result: Result, modes: list[int]) -> Iterator[Separation]:
         yield Separation(kind, least, met, float(away[least]), required, bool(close))
 
 
-def stress_limits(result: Result, columns: list[Variant]) -> Iterator[Row]:
+def stress_limits(result: Result, columns: list[Variant]) -> Iterator[SummaryRow]:
     """A row for each limit of the stress: use, over the speed range and at the operating speed."""
     record = result.record
     if not has_limits(record):
@@ -212,7 +216,7 @@ def stress_limits(result: Result, columns: list[Variant]) -> Iterator[Row]:
     known = names(record, "torque_half_range", "section")
     for i, word in enumerate(flags):
         name = rule_of(given[i]).name if i < len(given) else ""
-        for way, path in ((ANY, "limit/largest_use"), (OPERATING, "limit/operating_use")):
+        for scope, path in ((ANY, "limit/largest_use"), (OPERATING, "limit/operating_use")):
             uses = {
                 variant.prefix: float(use[i])
                 for variant in columns
@@ -221,17 +225,19 @@ def stress_limits(result: Result, columns: list[Variant]) -> Iterator[Row]:
             }
             if not uses:
                 continue
-            flag = word if way == ANY else "kept" if uses.get("", 0.0) <= 1.0 else BROKEN
+            flag = word if scope == ANY else "kept" if uses.get("", 0.0) <= 1.0 else BROKEN
             value = {
                 prefix: show(100.0 * use, digits=4) + (ABOVE if prefix and use > 1.0 else "")
                 for prefix, use in uses.items()
             }
             at = OPERATING
             place = -1
-            if way == ANY and speed is not None and section is not None:
+            if scope == ANY and speed is not None and section is not None:
                 at, place = f"{turns(speed[i])} rpm", int(section[i]) - 1
             where = (known[place] if 0 <= place < len(known) else "", f"{at}: {name}")
-            yield Row(f"stress over limit {i + 1}, {way}", "%", value, "100", flag, {"": where})
+            yield SummaryRow(
+                f"stress over limit {i + 1}, {scope}", "%", value, "100", flag, {"": where}
+            )
 
 
 def hammering(record: Record) -> list[tuple[str, str]] | None:
@@ -247,15 +253,15 @@ def hammering(record: Record) -> list[tuple[str, str]] | None:
 
 def hammering_at(record: Record) -> list[tuple[str, str]] | None:
     """Each gear, and the ranges of speeds in which its torque reverses ("" if it does not)."""
-    found = having(record, TORSION + "speeds/gear_hammers", "gear", "speed")
-    if found is None:
+    hammers = having(record, TORSION + "speeds/gear_hammers", "gear", "speed")
+    if hammers is None:
         return None
     low, high, gear = (
         vector(record, f"hammering/{n}", "hammering") for n in ("from", "to", "gear")
     )
     shown = []
-    for place, name in enumerate(labels(found.axes[0])):
-        loud = bool(np.any(np.asarray(found.values)[place]))
+    for place, name in enumerate(labels(hammers.axes[0])):
+        loud = bool(np.any(np.asarray(hammers.values)[place]))
         ends = []
         if low is not None and high is not None and gear is not None:
             ends = [
@@ -284,7 +290,7 @@ _DAMPERS = (
 )
 
 
-def _rows(result: Result) -> list[Row]:
+def _rows(result: Result) -> list[SummaryRow]:
     columns = variants(result)
     parts = (frequencies, _largest, stress_limits, _dampers)
     return [row for part in parts for row in part(result, columns)]
@@ -318,34 +324,34 @@ def _where(result: Result) -> list[str]:
     return table(head, places) if places else []
 
 
-def _places(row: Row, columns: list[Variant]) -> Iterator[tuple[bool, Variant, str]]:
+def _places(row: SummaryRow, columns: list[Variant]) -> Iterator[tuple[bool, Variant, str]]:
     there = [variant for variant in columns if variant.prefix in row.where]
     for place, variant in enumerate(there):
         yield place == 0, variant, variant.prefix
 
 
-def _largest(result: Result, columns: list[Variant]) -> Iterator[Row]:
+def _largest(result: Result, columns: list[Variant]) -> Iterator[SummaryRow]:
     """Torque, stress and twist: the worst section over the speeds, and at the operating speed."""
     record = result.record
     for words, name, factor, unit in _LARGEST:
         if name == "torque_half_range":
             factor, unit = torque_unit(record)
-        for way, path in ((ANY, f"largest/{name}"), (OPERATING, name)):
-            found = {
+        for scope, path in ((ANY, f"largest/{name}"), (OPERATING, name)):
+            sizes = {
                 variant.prefix: top
                 for variant in columns
                 if (top := _top(record, variant.prefix, path, factor)) is not None
             }
-            if not found:
+            if not sizes:
                 continue
             limit, flag, most = bound_of(result, TORSION + path, factor)
             value, where = {}, {}
-            for prefix, (size, text, section) in found.items():
+            for prefix, (size, text, section) in sizes.items():
                 value[prefix] = text + (ABOVE if prefix and size > most else "")
-                at = _at_speed(result, prefix, name, section) if way == ANY else OPERATING
+                at = _at_speed(result, prefix, name, section) if scope == ANY else OPERATING
                 endless = ("", "undamped criticals, listed below")
                 where[prefix] = (section, at) if np.isfinite(size) else endless
-            yield Row(f"{words}, {way}", unit, value, limit, flag, where)
+            yield SummaryRow(f"{words}, {scope}", unit, value, limit, flag, where)
 
 
 def _top(record: Record, prefix: str, path: str, factor: float) -> tuple[float, str, str] | None:
@@ -369,17 +375,19 @@ def _at_speed(result: Result, prefix: str, name: str, section: str) -> str:
     """Where the largest entry of a section is; the speed may be that of one quantity."""
     record = result.record
     paths = [f"{prefix}largest/{one}" for one in (name.replace("half_range", "speed"), "speed")]
-    speed = next((s for path in paths if (s := own_entry(record, path, section)) is not None), None)
+    speed = next(
+        (s for path in paths if (s := section_entry(record, path, section)) is not None), None
+    )
     if speed is None:
         return ANY
     mode, order = (
-        own_entry(record, f"{prefix}largest/{part}", section) for part in ("mode", "half_order")
+        section_entry(record, f"{prefix}largest/{part}", section) for part in ("mode", "half_order")
     )
     met = "" if mode is None or order is None else meeting(mode_names(result), mode, order)
     return f"{turns(speed)} rpm" + (f" ({met})" if met else "")
 
 
-def _dampers(result: Result, columns: list[Variant]) -> Iterator[Row]:
+def _dampers(result: Result, columns: list[Variant]) -> Iterator[SummaryRow]:
     record = result.record
     for words, path, factor, unit in _DAMPERS:
         value, where = {}, {}
@@ -394,7 +402,7 @@ def _dampers(result: Result, columns: list[Variant]) -> Iterator[Row]:
             value[variant.prefix] = text + (ABOVE if variant.prefix and sizes[place] > most else "")
             where[variant.prefix] = (labels(quantity.axes[0])[place], OPERATING)
         if value:
-            yield Row(f"{words}, {OPERATING}", unit, value, limit, flag, where)
+            yield SummaryRow(f"{words}, {OPERATING}", unit, value, limit, flag, where)
 
 
 # ----------------------------------------------------------------------------
@@ -420,20 +428,20 @@ def conclusion(result: Result) -> str:
 
 
 def _of_limits(record: Record) -> Iterator[str]:
-    found = verdicts(record)
-    if not found:
+    words_of = verdicts(record)
+    if not words_of:
         return
-    broken = [str(i + 1) for i, word in enumerate(found) if word == BROKEN]
+    broken = [str(i + 1) for i, word in enumerate(words_of) if word == BROKEN]
     if broken:
         plural = "limits" if len(broken) > 1 else "limit"
         yield f"the stress exceeds {plural} {joined(broken)}" + _where_broken(record)
     else:
-        what = "limits" if len(found) > 1 else "limit"
+        what = "limits" if len(words_of) > 1 else "limit"
         yield f"the stress at the operating speed is within the {what}"
     barred = barred_ranges(record)
     if barred:
         yield f"{joined(barred)} {'are' if len(barred) > 1 else 'is'} barred for lasting operation"
-    elif not broken and PASSING not in found:
+    elif not broken and PASSING not in words_of:
         yield "no speed range is barred"
 
 

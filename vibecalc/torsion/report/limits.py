@@ -68,7 +68,7 @@ def verdicts(record: Record) -> list[str]:
     return words
 
 
-class Exceeded(NamedTuple):
+class ExceededRow(NamedTuple):
     """A range in rad/s above a limit (from 1), whether its rule permits to bar it, that range."""
 
     low: float
@@ -79,7 +79,7 @@ class Exceeded(NamedTuple):
     formula: tuple[float, float]
 
 
-def exceeded_rows(record: Record) -> list[Exceeded]:
+def exceeded_rows(record: Record) -> list[ExceededRow]:
     """The ranges above the limits; what a record does not have of them is 0, or permitted."""
     low, high, limit, allowed, peak, start, stop = (
         vector(record, f"exceeded/{name}", "exceeded")
@@ -91,7 +91,7 @@ def exceeded_rows(record: Record) -> list[Exceeded]:
     parts = [low, high, *(none if one is None else one for one in (limit, peak, start, stop))]
     permitted = every if allowed is None else allowed
     return [
-        Exceeded(a, b, int(n), bool(permitted[i]), at, (f, t))
+        ExceededRow(a, b, int(n), bool(permitted[i]), at, (f, t))
         for i, (a, b, n, at, f, t) in enumerate(zip(*parts, strict=True))
     ]
 
@@ -105,8 +105,8 @@ def barred_ranges(record: Record) -> list[str]:
 
 
 def _barred(record: Record) -> list[str]:
-    found = exceeded_rows(record)
-    if not found:
+    exceeded = exceeded_rows(record)
+    if not exceeded:
         return []
     columns = [number("from\nrpm", 8), number("to\nrpm", 8), number("limit", 5),
                number("worst at\nrpm", 8), number("by formula\nfrom, rpm", 10),
@@ -115,7 +115,7 @@ def _barred(record: Record) -> list[str]:
         [turns(one.low), turns(one.high), str(one.limit) if one.limit else "",
          turns(one.peak) if one.peak else "", *(turns(end) if end else "" for end in one.formula),
          "may be done" if one.permitted else "NOT ALLOWED"]
-        for one in found
+        for one in exceeded
     ]  # fmt: skip
     words = "Speed ranges in which the stress exceeds what is allowed for lasting operation:"
     return [*paragraph(words), *table(columns, rows)]
@@ -130,8 +130,8 @@ def rule_of(limit: Mapping[str, Any]) -> "Rule":
 
 def limits_of(result: Result) -> list[Mapping[str, Any]]:
     """`response.torsion.limits` of the case."""
-    found: Any = asked(result).get("limits") or ()
-    return list(found)
+    limits: Any = asked(result).get("limits") or ()
+    return list(limits)
 
 
 def _origins(result: Result) -> list[str]:

@@ -77,13 +77,13 @@ def mode_names(result: Result, undamped: bool = False) -> list[str]:
     if natural is None:
         return []
     ratio = vector(result.record, "modes/damping_ratio", "mode")
-    line, elastic, found = line_of(result), 0, []
+    line, elastic, names = line_of(result), 0, []
     form = "{}-node" if line is not None and is_chain(line) else "elastic {}"
     for i, value in enumerate(natural):
         elastic += int(value > 0.0)
         still = "overdamped" if ratio is not None and ratio[i] == 1.0 else "rigid"
-        found.append(form.format(elastic) if value > 0.0 else still)
-    return found
+        names.append(form.format(elastic) if value > 0.0 else still)
+    return names
 
 
 def torque_unit(record: Record) -> tuple[float, str]:
@@ -192,18 +192,18 @@ def rows_by(
     Columns: path under `TORSION`, factor from SI, title and width, left out where all is zero;
     `more` are made of the place.
     """
-    found = [
+    shown = [
         (quantity, factor, number(title, wide))
         for path, factor, title, wide in columns
         if (quantity := having(record, TORSION + path, axis)) and np.any(quantity.values)
     ]
-    if not found:
+    if not shown:
         return []
-    heads = [Column(axis, width), *(head for *_, head in found), *(head for head, _ in more)]
+    heads = [Column(axis, width), *(head for *_, head in shown), *(head for head, _ in more)]
     rows = [
-        [name, *(entry(quantity, name, factor) for quantity, factor, _ in found),
+        [name, *(entry(quantity, name, factor) for quantity, factor, _ in shown),
          *(text(i) for _, text in more)]
-        for i, name in enumerate(labels(found[0][0].axes[0]))
+        for i, name in enumerate(labels(shown[0][0].axes[0]))
     ]  # fmt: skip
     return table(heads, rows)
 
@@ -363,14 +363,14 @@ def _banks(train: Mapping[str, Any]) -> str:
 
 def _gas(train: Mapping[str, Any]) -> str:
     cards, cycle = train.get("gas_cards") or (), table_of(train, "gas_cycle")
-    way = str(train.get("gas_interpolation") or "linear")
+    interpolation = str(train.get("gas_interpolation") or "linear")
     if cards:
         speeds = ", ".join(turns(float(card["speed"])) for card in cards)
-        return f"pressure cards at {speeds} rpm ({way})"
+        return f"pressure cards at {speeds} rpm ({interpolation})"
     if cycle:
         return f"computed cycle ({cycle.get('kind')})"
     if train.get("gas_pressure"):
-        return f"one pressure card for all speeds ({way})"
+        return f"one pressure card for all speeds ({interpolation})"
     return "none"
 
 

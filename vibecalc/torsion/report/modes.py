@@ -63,7 +63,7 @@ def _modes(result: Result, natural: Quantity) -> list[str]:
         return paragraph("The line has no elastic mode.")
     errors = vector(record, "modes/frequency_error", "mode")
     ratio = having(record, MODES + "damping_ratio", "mode")
-    margin, order, kept = (
+    margin, order, sufficient = (
         having(record, f"{TORSION}separation/operating/{name}", "mode", "order_class")
         for name in ("margin", "half_order", "sufficient")
     )
@@ -85,8 +85,8 @@ def _modes(result: Result, natural: Quantity) -> list[str]:
             assert margin is not None and order is not None  # or there are no kinds
             row += _away(float(margin.values[i, k]), float(order.values[i, k]))
         if rule:
-            known = kept is not None and any(row[5:])
-            close = kept is not None and not np.all(kept.values[i])
+            known = sufficient is not None and any(row[5:])
+            close = sufficient is not None and not np.all(sufficient.values[i])
             row.append("" if not known else CLOSE if close else "kept")
         rows.append([*row, _seat(record, i)])
     more = int(np.count_nonzero(natural.values)) - len(chosen)
@@ -153,10 +153,10 @@ _DAMPED = (
 
 
 def _frequency_words(result: Result) -> str:
-    ways = "by eigenvalues"
+    methods = "by eigenvalues"
     if TRANSFER in result.record:
-        ways += " and by transfer matrix with mode count"
-    return f"Natural frequencies of the line without damping, {ways}."
+        methods += " and by transfer matrix with mode count"
+    return f"Natural frequencies of the line without damping, {methods}."
 
 
 def _lossy_words(result: Result) -> str:
@@ -171,7 +171,7 @@ def _lossy_words(result: Result) -> str:
 
 def _separation(result: Result) -> list[str]:
     """Distance of each mode from major and other orders over the range of speeds."""
-    margin, order, kept = (
+    margin, order, sufficient = (
         having(result.record, f"{TORSION}separation/range/{name}", "mode", "order_class")
         for name in ("margin", "half_order", "sufficient")
     )
@@ -187,7 +187,7 @@ def _separation(result: Result) -> list[str]:
         pairs_ = zip(margin.values[i], order.values[i], strict=True)
         row = [cell_ for one in pairs_ for cell_ in _away(float(one[0]), float(one[1]))]
         if any(row):
-            close = kept is not None and not np.all(kept.values[i])
+            close = sufficient is not None and not np.all(sufficient.values[i])
             row += [] if rule is None else [CLOSE if close else "kept"]
             rows.append([names[i], *row])
     words = f"Margins to the orders over {range_words(result)}; inside: the critical lies in it."
@@ -201,8 +201,8 @@ def _asks(margin: dict[float, float]) -> str:
     """`10 % of order 1 and 5 % of orders 2 to 10`."""
     parts = []
     for share in sorted(set(margin.values()), reverse=True):
-        first, *rest = sorted(order for order, one in margin.items() if one == share)
-        which = f"orders {first:g} to {rest[-1]:g}" if rest else f"order {first:g}"
+        first, *others = sorted(order for order, one in margin.items() if one == share)
+        which = f"orders {first:g} to {others[-1]:g}" if others else f"order {first:g}"
         parts.append(f"{100.0 * share:g} % of {which}")
     return joined(parts)
 
@@ -284,10 +284,10 @@ def holzer(result: Result) -> list[str]:
         lines += [""] if lines else []
         lines += _table(result.record, line, rows, angle, mode, names[mode])
         shown.append(mode)
-    return lines + _rest(result, shown)
+    return lines + _modes_without_table(result, shown)
 
 
-def _rest(result: Result, shown: list[int]) -> list[str]:
+def _modes_without_table(result: Result, shown: list[int]) -> list[str]:
     """Which modes have no table here, and why."""
     natural = undamped_frequency(result.record)
     if natural is None:

@@ -347,14 +347,14 @@ def _published_modes(result: Result) -> list[str]:
         ("largest_twist", "largest twist\non a critical\nmrad", lambda v: show(1e3 * v, digits=4)),
         ("largest_twist_order", "of order", order_text),
     )
-    found = [
+    shown = [
         (quantity, title, text)
         for name, title, text in kinds
         if (quantity := having(record, _PUBLISHED + name, "elastic_mode")) is not None
     ]
-    columns = [Column("mode", 10), *(number(title, 15) for _, title, _ in found)]
+    columns = [Column("mode", 10), *(number(title, 15) for _, title, _ in shown)]
     rows = [
-        [known[int(label) - 1], *(text(float(one.values[i])) for one, _, text in found)]
+        [known[int(label) - 1], *(text(float(one.values[i])) for one, _, text in shown)]
         for i, label in enumerate(labels(natural.axes[0]))
     ]
     return table(columns, rows)

@@ -10,10 +10,10 @@ from vibecalc.torsion.transient.march import TransientRun
 from vibecalc.torsion.transient.motion import angle_at, speed_at
 from vibecalc.torsion.transient.peaks import (
     Envelope,
-    TimeCourse,
+    SectionHistory,
     angle_between,
     peak,
-    time_course,
+    section_history,
 )
 
 # ----------------------------------------------------------------------------
@@ -24,7 +24,7 @@ from vibecalc.torsion.transient.peaks import (
 # so that only what changes from cycle to cycle moves the envelope.
 # ----------------------------------------------------------------------------
 
-#: the samples are this many times finer than the first look
+#: the samples are this many times finer than the first sampling
 _FINER = 4
 #: cycles that are sampled at once, and samples that are kept beyond the windows of a block
 _BLOCK, _MARGIN = 8.0, 3
@@ -36,7 +36,7 @@ _PLACE = 0.1
 FEWEST = 1.05
 
 
-class Sliding(NamedTuple):
+class SlidingExtremes(NamedTuple):
     """v windows, e sections: `low`, `high` (v, e) in N m with `error` (v, e).
 
     `time` (v,) in s and `speed` (v,) in rad/s of the crank are those in the middle of each window
@@ -52,7 +52,7 @@ class Sliding(NamedTuple):
     speed_high: FloatArray
 
 
-def sliding(run: TransientRun, cycle: float, count: int = 200) -> Sliding | None:
+def sliding(run: TransientRun, cycle: float, count: int = 200) -> SlidingExtremes | None:
     """Lowest and highest section torques over a cycle of `cycle` rad about each of `count` times.
 
     The times are equally spaced, the first and last half a cycle from the ends of the run. Where
@@ -72,13 +72,13 @@ def sliding(run: TransientRun, cycle: float, count: int = 200) -> Sliding | None
     low, high, error = (np.empty((count, e)) for _ in range(3))
     for rows in _blocks(middle, max(_BLOCK * cycle, 4.0 * reach)):
         begin, end = float(starts[rows[0]]), float(ends[rows[-1]])
-        course = _course(run, begin, end)
-        jump = _uneven(course.time, run)
+        history = _history(run, begin, end)
+        jump = _uneven(history.time, run)
         for section in range(e):
             for sign, out in ((1.0, high), (-1.0, low)):
-                value = sign * course.value[:, section]
-                own, uncertainty = _highest(course.time, value, jump, starts[rows], ends[rows])
-                out[rows, section] = sign * own
+                value = sign * history.value[:, section]
+                extreme, uncertainty = _highest(history.time, value, jump, starts[rows], ends[rows])
+                out[rows, section] = sign * extreme
                 first = sign > 0.0
                 error[rows, section] = (
                     uncertainty if first else np.maximum(error[rows, section], uncertainty)
@@ -89,7 +89,7 @@ def sliding(run: TransientRun, cycle: float, count: int = 200) -> Sliding | None
         for a, b in zip(starts, ends, strict=True)
     ]
     speeds = [speed_at(run.stretches, run.borders, one) for one in inner]
-    return Sliding(
+    return SlidingExtremes(
         time, speed_at(run.stretches, run.borders, time), low, high, error + run.torque_error,
         np.array([one.min() for one in speeds]), np.array([one.max() for one in speeds]),
     )  # fmt: skip
@@ -118,10 +118,10 @@ def _blocks(angle: FloatArray, span: float) -> list[IntArray]:
     return [np.flatnonzero(number == one) for one in np.unique(number)]
 
 
-def _course(run: TransientRun, begin: float, end: float) -> TimeCourse:
+def _history(run: TransientRun, begin: float, end: float) -> SectionHistory:
     """Samples from a little before `begin` to a little after `end`."""
-    step = max(piece.step for piece in run.pieces)
-    return time_course(run, begin - _MARGIN * step, end + _MARGIN * step, finer=_FINER)
+    step = max(block.step for block in run.blocks)
+    return section_history(run, begin - _MARGIN * step, end + _MARGIN * step, finer=_FINER)
 
 
 def _uneven(time: FloatArray, run: TransientRun) -> np.ndarray:
@@ -160,9 +160,9 @@ def _highest(
     first = np.searchsorted(when + _PLACE * gap, starts)
     last = np.searchsorted(when - _PLACE * gap, ends, side="right")
     for row in range(size):
-        own = slice(int(first[row]), int(last[row]))
-        values = np.concatenate([best[[row, size + row]], height[own]])
-        uncertainties = np.concatenate([error[[row, size + row]], uncertainty[own]])
+        inside = slice(int(first[row]), int(last[row]))
+        values = np.concatenate([best[[row, size + row]], height[inside]])
+        uncertainties = np.concatenate([error[[row, size + row]], uncertainty[inside]])
         winner = int(np.argmax(values))
         top[row] = values[winner]
         # what reaches as high within its error may be the highest
@@ -203,8 +203,8 @@ def values_at(
 # A slow swing may not have both within a cycle: the values at the two ends of one count too.
 # ----------------------------------------------------------------------------
 
-#: share of the highest bound that windows of the first look reach; looks before all are taken
-_FIRST, _LOOKS = 0.98, 3
+#: share of the highest bound that windows of the first round reach; rounds before all are taken
+_FIRST, _ROUNDS = 0.98, 3
 #: share of the second difference, and of the spacing, by which a parabola's peak may be off
 _VALUE, _SWING_PLACE = 0.02, 0.1
 
@@ -221,39 +221,39 @@ class Swings(NamedTuple):
 
 
 def largest_swings(
-    run: TransientRun, found: Envelope, cycle: float, span: tuple[float, float] | None = None
+    run: TransientRun, extremes: Envelope, cycle: float, span: tuple[float, float] | None = None
 ) -> Swings:
     """The largest half range over a cycle of `cycle` rad of the crank that begins anywhere.
 
     Within the `span` of time in s, where that is given; the windows must cover it.
 
-    `found` are windows side by side. What those reach together that a cycle meets bounds its swing:
-    two of them, but more where the crank is slow and a window holds less than a cycle.
+    `extremes` are windows side by side. What those reach together that a cycle meets bounds its
+    swing: two of them, but more where the crank is slow and a window holds less than a cycle.
     """
-    angle = angle_at(run.stretches, run.borders, found.time)
-    count, sections = found.high.shape
+    angle = angle_at(run.stretches, run.borders, extremes.time)
+    count, sections = extremes.high.shape
     # where the last cycle that begins in each window has ended
     after = np.minimum(np.searchsorted(angle, angle[1:] + cycle * (1.0 + 1e-9)), count)
     bound = np.array([
-        0.5 * (found.high[k:end].max(axis=0) - found.low[k:end].min(axis=0))
+        0.5 * (extremes.high[k:end].max(axis=0) - extremes.low[k:end].min(axis=0))
         for k, end in enumerate(after)
     ])  # fmt: skip
     best = np.zeros((4, sections))
     wanted = np.any(bound >= _FIRST * bound.max(axis=0), axis=1)
-    seen = np.zeros_like(wanted)
-    for look in range(_LOOKS + 1):
-        for first, last in _spans(np.flatnonzero(wanted & ~seen)):
-            begin, end = float(found.time[first]), float(found.time[after[last]])
+    examined = np.zeros_like(wanted)
+    for round_ in range(_ROUNDS + 1):
+        for first, last in _spans(np.flatnonzero(wanted & ~examined)):
+            begin, end = float(extremes.time[first]), float(extremes.time[after[last]])
             if span is not None:
                 begin, end = max(begin, span[0]), min(end, span[1])
-            course = time_course(run, begin, end)
+            history = section_history(run, begin, end)
             for section in range(sections):
-                own = _swing(course, section, cycle)
-                if own[0] > best[0, section]:
-                    best[:, section] = own
-        seen |= wanted
-        wanted = np.any(bound > best[0], axis=1) if look < _LOOKS - 1 else np.ones_like(seen)
-        if np.all(seen | ~np.any(bound > best[0], axis=1)):
+                swing = _swing(history, section, cycle)
+                if swing[0] > best[0, section]:
+                    best[:, section] = swing
+        examined |= wanted
+        wanted = np.any(bound > best[0], axis=1) if round_ < _ROUNDS - 1 else np.ones_like(examined)
+        if np.all(examined | ~np.any(bound > best[0], axis=1)):
             break
     half, error, time, uncertainty = best
     speed = speed_at(run.stretches, run.borders, time)
@@ -269,16 +269,18 @@ def _spans(place: IntArray) -> list[tuple[int, int]]:
     return list(zip(firsts.tolist(), place[np.append(cuts, place.size - 1)].tolist(), strict=True))
 
 
-def _swing(course: TimeCourse, section: int, cycle: float) -> tuple[float, float, float, float]:
+def _swing(
+    history: SectionHistory, section: int, cycle: float
+) -> tuple[float, float, float, float]:
     """Half range, its error, time and error of the time of one section."""
-    up = _crests(course.time, course.value[:, section])
-    down = _crests(course.time, -course.value[:, section])
-    angles = [np.interp(side[0], course.time, course.angle) for side in (up, down)]
+    up = _crests(history.time, history.value[:, section])
+    down = _crests(history.time, -history.value[:, section])
+    angles = [np.interp(side[0], history.time, history.angle) for side in (up, down)]
     near = np.abs(angles[0][:, None] - angles[1]) <= cycle * (1.0 + 1e-9)
     half = np.where(near, 0.5 * (up[1][:, None] + down[1]), -np.inf)
     uncertainty = 0.5 * (up[2][:, None] + down[2])
     middle = 0.5 * (up[0][:, None] + down[0])
-    whole = _apart(course, section, cycle)
+    whole = _apart(history, section, cycle)
     middle, half, uncertainty = (
         np.append(pairs[near], ends)
         for pairs, ends in zip((middle, half, uncertainty), whole, strict=True)
@@ -290,48 +292,48 @@ def _swing(course: TimeCourse, section: int, cycle: float) -> tuple[float, float
         float(uncertainty[best]), float(np.max((half + uncertainty)[rival])) - float(half[best])
     )
     away = float(np.max(np.abs(middle[rival] - middle[best])))
-    step = 0.5 * _SWING_PLACE * float(np.max(np.diff(course.time)))
+    step = 0.5 * _SWING_PLACE * float(np.max(np.diff(history.time)))
     return float(half[best]), error, float(middle[best]), away + 2.0 * step
 
 
 def _apart(
-    course: TimeCourse, section: int, cycle: float
+    history: SectionHistory, section: int, cycle: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Times midway, half ranges and their errors of values a whole cycle apart, at their crests."""
-    first = np.flatnonzero(course.angle + cycle <= course.angle[-1])
+    first = np.flatnonzero(history.angle + cycle <= history.angle[-1])
     if first.size < 3:
         return np.zeros(0), np.zeros(0), np.zeros(0)
-    begin, value = course.time[first], course.value[:, section]
-    # the last cycle ends where the course does
-    last = _time_of_swing(course, course.angle[-1:] - cycle)
+    begin, value = history.time[first], history.value[:, section]
+    # the last cycle ends where the time history does
+    last = _time_of_swing(history, history.angle[-1:] - cycle)
     if last[0] - begin[-1] > _SWING_PLACE * (begin[-1] - begin[-2]):
         begin = np.append(begin, last)
-    end = _time_of_swing(course, angle_between(course, begin) + cycle)
-    (near, own), (far, slip) = (values_at(course.time, value, at) for at in (begin, end))
+    end = _time_of_swing(history, angle_between(history, begin) + cycle)
+    (near, value_error), (far, slip) = (values_at(history.time, value, at) for at in (begin, end))
     gap, middle = 0.5 * (far - near), 0.5 * (begin + end)
     sides = [_crests(middle, sign * gap) for sign in (1.0, -1.0)]
     time, half, uncertainty = (np.concatenate(parts) for parts in zip(*sides, strict=True))
-    return time, half, uncertainty + np.interp(time, middle, slip + own)
+    return time, half, uncertainty + np.interp(time, middle, slip + value_error)
 
 
-def _time_of_swing(course: TimeCourse, angle: FloatArray) -> FloatArray:
+def _time_of_swing(history: SectionHistory, angle: FloatArray) -> FloatArray:
     """Times at which the crank has turned that far."""
-    time = np.interp(angle, course.angle, course.time)
+    time = np.interp(angle, history.angle, history.time)
     for _ in range(2):
-        speed = np.interp(time, course.time, course.speed)
-        late = angle_between(course, time) - angle
+        speed = np.interp(time, history.time, history.speed)
+        late = angle_between(history, time) - angle
         time = time - np.where(speed > 0.0, late / np.where(speed > 0.0, speed, 1.0), 0.0)
-    return np.asarray(np.clip(time, course.time[0], course.time[-1]))
+    return np.asarray(np.clip(time, history.time[0], history.time[-1]))
 
 
 def _crests(time: FloatArray, value: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Times, heights and errors of the crests of a course, its two ends among them."""
+    """Times, heights and errors of the crests of a time history, its two ends among them."""
     inner = np.flatnonzero((value[1:-1] >= value[:-2]) & (value[1:-1] > value[2:])) + 1
     before, after = time[inner] - time[inner - 1], time[inner + 1] - time[inner]
-    rise = (value[inner] - value[inner - 1]) / before
+    before_slope = (value[inner] - value[inner - 1]) / before
     fall = (value[inner + 1] - value[inner]) / after
-    bend = (fall - rise) / (before + after)
-    slope = (rise * after + fall * before) / (before + after)
+    bend = (fall - before_slope) / (before + after)
+    slope = (before_slope * after + fall * before) / (before + after)
     shift = np.clip(-0.5 * slope / bend, -before, after)
     ends = np.array([0, value.size - 1])
     return (
@@ -375,16 +377,16 @@ class Passage(NamedTuple):
     lag: FloatArray
 
 
-def section_peaks(run: TransientRun, found: Envelope) -> SectionPeaks:
+def section_peaks(run: TransientRun, extremes: Envelope) -> SectionPeaks:
     """Largest magnitudes over the whole run, from its envelope."""
-    size = np.stack([found.high, -found.low])
+    size = np.stack([extremes.high, -extremes.low])
     side, row = np.unravel_index(size.reshape(-1, size.shape[2]).argmax(axis=0), size.shape[:2])
     section = np.arange(size.shape[2])
     peak = size[side, row, section]
-    time = np.where(side == 0, found.time_high[row, section], found.time_low[row, section])
+    time = np.where(side == 0, extremes.time_high[row, section], extremes.time_low[row, section])
     # another window within its own uncertainty of the best may hold a higher value, never by more
-    upper = (np.maximum(found.high, -found.low) + found.error).max(axis=0)
-    error = np.maximum(found.error[row, section], upper - peak)
+    upper = (np.maximum(extremes.high, -extremes.low) + extremes.error).max(axis=0)
+    error = np.maximum(extremes.error[row, section], upper - peak)
     return SectionPeaks(peak, error, time, speed_at(run.stretches, run.borders, time))
 
 
@@ -394,22 +396,22 @@ def time_uncertainty(run: TransientRun, peaks: SectionPeaks) -> FloatArray:
     Within so much of a smooth peak the torque is as high as its error says; of peaks that are
     equally high within their errors any one may be the peak.
     """
-    step = max(piece.step for piece in run.pieces)
+    step = max(block.step for block in run.blocks)
     uncertainty = np.full(peaks.time.size, step)
     for section, time in enumerate(peaks.time):
-        near = time_course(run, time - 1.5 * step, time + 1.5 * step, finer=_FINER)
+        near = section_history(run, time - 1.5 * step, time + 1.5 * step, finer=_FINER)
         value = np.abs(near.value[:, section])
         middle = int(np.clip(np.argmin(np.abs(near.time - time)), 1, value.size - 2))
         before, after = np.diff(near.time[middle - 1 : middle + 2])
-        rise, fall = np.diff(value[middle - 1 : middle + 2]) / (before, after)
-        bend = 2.0 * (rise - fall) / (before + after)
+        ascent, fall = np.diff(value[middle - 1 : middle + 2]) / (before, after)
+        bend = 2.0 * (ascent - fall) / (before + after)
         if abs(near.time[middle] - time) <= max(before, after) and bend > 0.0:
             uncertainty[section] = min(step, 2.0 * np.sqrt(2.0 * peaks.error[section] / bend))
     return uncertainty
 
 
 def against_quasi_steady(
-    found: Envelope,
+    extremes: Envelope,
     speed: FloatArray,
     steady: FloatArray,
     between: tuple[float, float] | None = None,
@@ -421,13 +423,13 @@ def against_quasi_steady(
     middle of the first and the last window. Raises NumericalFailure if the speed does not go one
     way, or leaves the speeds of the steady curve.
     """
-    change = np.diff(found.speed)
+    change = np.diff(extremes.speed)
     if not (np.all(change > 0.0) or np.all(change < 0.0)):
         raise NumericalFailure(
             "a run is compared with the steady response only where its speed goes one way"
         )
     speed, steady = np.asarray(speed, dtype=float), np.asarray(steady, dtype=float)
-    low, high = found.speed.min(), found.speed.max()
+    low, high = extremes.speed.min(), extremes.speed.max()
     if low < speed[0] or high > speed[-1]:
         raise NumericalFailure(
             f"the steady response covers {speed[0]:.6g} to {speed[-1]:.6g} rad/s, the run "
@@ -435,14 +437,14 @@ def against_quasi_steady(
         )
     sections = np.arange(steady.shape[1])
     # a window has the largest of the steady values between the speeds at its borders
-    half_way = 0.5 * (found.speed[:-1] + found.speed[1:])
-    ends = 2.0 * found.speed[[0, -1]] - half_way[[0, -1]]
+    half_way = 0.5 * (extremes.speed[:-1] + extremes.speed[1:])
+    ends = 2.0 * extremes.speed[[0, -1]] - half_way[[0, -1]]
     edges = np.concatenate([ends[:1], half_way, ends[1:]])
     within = edges[:-1] + np.linspace(0.0, 1.0, 9)[:, None] * np.diff(edges)
     at_windows = np.stack(
         [np.interp(within, speed, steady[:, s]).max(axis=0) for s in sections], axis=1
     )
-    half = 0.5 * (found.high - found.low)
+    half = 0.5 * (extremes.high - extremes.low)
     least, most = (low, high) if between is None else between
     inside = np.flatnonzero((speed >= least) & (speed <= most))
     if inside.size == 0:
@@ -451,8 +453,8 @@ def against_quasi_steady(
     peak, steady_peak = half[best, sections], steady[top, sections]
     if np.any(steady_peak <= 0.0):
         raise NumericalFailure("a section has no steady response to compare with")
-    lag = np.sign(change[0]) * (found.speed[best] - speed[top])
+    lag = np.sign(change[0]) * (extremes.speed[best] - speed[top])
     return Passage(
-        half, at_windows, peak, found.speed[best], steady_peak, speed[top],
+        half, at_windows, peak, extremes.speed[best], steady_peak, speed[top],
         peak / steady_peak - 1.0, lag,
     )  # fmt: skip

@@ -12,12 +12,12 @@ from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF, BoolArray, Float
 from vibecalc.torsion.line import Line, damping_matrix
 from vibecalc.torsion.transient.motion import (
     CYCLE,
-    Course,
+    SpeedProfile,
     Stretch,
     TorqueLaw,
-    course,
     load_at,
     speed_after,
+    speed_profile,
     time_of_speed,
     torque_at,
     torque_law,
@@ -38,7 +38,7 @@ class TransientSystem(NamedTuple):
     """x' = state_matrix x + input_matrix torque, s states, n freedoms, e elements, SI units.
 
     `twist` (e, s) and `torque` (e, s) read an element's twist and its torque (stiffness and damping
-    part) from the state. `balance` (n, n) turns mean torques into those that leave every piece
+    part) from the state. `balance` (n, n) turns mean torques into those that leave every part
     without a ground spring on its prescribed motion. `idle` (s,) marks twists that act on nothing
     (elements of dashpots only). `twist_scale` (e,) is what a twist is multiplied with in the state,
     `fastest` in rad/s bounds the frequency of every mode.
@@ -55,8 +55,8 @@ class TransientSystem(NamedTuple):
     fastest: float
 
 
-def pieces(line: Line) -> FloatArray:
-    """0/1 matrix (p, n): the freedoms of each connected piece that no ground spring holds."""
+def free_parts(line: Line) -> FloatArray:
+    """0/1 matrix (p, n): the freedoms of each connected part that no ground spring holds."""
     from scipy.sparse.csgraph import connected_components
 
     n = line.inertia.shape[-1]
@@ -71,12 +71,12 @@ def pieces(line: Line) -> FloatArray:
 
 
 def balance_matrix(line: Line, reaction: FloatArray | None) -> FloatArray:
-    """I - reaction (sum over the piece): mean torques (n,) to those without resultant.
+    """I - reaction (sum over the part): mean torques (n,) to those without resultant.
 
     `reaction` (n,) are the shares by which the stations take what holds the prescribed motion (the
     driven machine, say); None: by their inertias, as if the whole line were slowed down evenly.
     """
-    member = pieces(line)
+    member = free_parts(line)
     share = member * (line.inertia if reaction is None else np.asarray(reaction, dtype=float))
     total = share.sum(axis=1, keepdims=True)
     if (total <= 0.0).any():
@@ -237,8 +237,8 @@ def propagator(
         border = restriction(part / parts, (part + 1) / parts)
         total = np.matmul(transition, total) + np.tensordot(border, moment, 1)
         transitions.append(power if view is None else view @ power)
-        seen = total if view is None else np.matmul(view, total)
-        weights.append(np.einsum("gl,lsn->sgn", to_legendre, seen))
+        viewed = total if view is None else np.matmul(view, total)
+        weights.append(np.einsum("gl,lsn->sgn", to_legendre, viewed))
     return Propagator(np.array(transitions), np.array(weights), (x + 1.0) / 2.0)
 
 
@@ -254,15 +254,15 @@ def scan(transition: FloatArray, start: FloatArray, gain: FloatArray) -> FloatAr
     padded = np.zeros((blocks * length, size))
     padded[:count] = gain
     inner = padded.reshape(blocks, length, size)
-    own = np.zeros((blocks, size))
+    local = np.zeros((blocks, size))
     for place in range(length):
-        own = own @ transition.T + inner[:, place]
+        local = local @ transition.T + inner[:, place]
     across = np.linalg.matrix_power(transition, length)
     begin = np.empty((blocks, size))
     carried = np.asarray(start, dtype=float)
     for block in range(blocks):
         begin[block] = carried
-        carried = across @ carried + own[block]
+        carried = across @ carried + local[block]
     states = np.empty((blocks, length, size))
     for place in range(length):
         begin = begin @ transition.T + inner[:, place]
@@ -271,7 +271,7 @@ def scan(transition: FloatArray, start: FloatArray, gain: FloatArray) -> FloatAr
 
 
 # ----------------------------------------------------------------------------
-# Pieces of equal steps: a stretch is cut where the speed halves, each piece has its step.
+# Blocks of equal steps: a stretch is cut where the speed halves, each block has its step.
 # ----------------------------------------------------------------------------
 
 #: radians of the highest order in one step, and of the highest mode that is followed in detail
@@ -287,7 +287,7 @@ MOST_STEPS = 4_000_000
 FEWEST = 16
 
 
-class Piece(NamedTuple):
+class StepBlock(NamedTuple):
     """`steps` steps of `step` s in stretch number `stretch`, from `offset` s after its start."""
 
     stretch: int
@@ -297,17 +297,21 @@ class Piece(NamedTuple):
 
 
 def cut(
-    stretches: Sequence[Stretch], borders: Course, highest: float, fastest: float, finer: float
-) -> list[Piece]:
-    """Pieces with an even number of steps; `highest` order, `fastest` mode in rad/s.
+    stretches: Sequence[Stretch],
+    borders: SpeedProfile,
+    highest: float,
+    fastest: float,
+    finer: float,
+) -> list[StepBlock]:
+    """Blocks with an even number of steps; `highest` order, `fastest` mode in rad/s.
 
     `finer` divides every step. Raises NumericalFailure beyond MOST_STEPS.
     """
     excited = highest * float(borders.speed.max())
     followed = min(fastest, FOLLOWED * excited) if excited > 0.0 else fastest
-    # the slowest piece is that of 2^-12 of the highest speed, whatever the modes
+    # the slowest block is that of 2^-12 of the highest speed, whatever the modes
     floor = max(followed * ORDER_STEP / MODE_STEP, excited * 2.0**-12)
-    parts: list[Piece] = []
+    parts: list[StepBlock] = []
     for number, part in enumerate(stretches):
         start, end = borders.speed[number], borders.speed[number + 1]
         level, cuts = max(start, end), [0.0, part.duration]
@@ -322,29 +326,29 @@ def cut(
             rate = max(floor, highest * float(speeds.max()), 1e-300)
             length = min(ORDER_STEP / rate, part.duration / FEWEST) / finer
             count = 2 * max(1, int(np.ceil((right - left) / length / 2.0)))
-            parts.append(Piece(number, left, (right - left) / count, count))
-    if sum(piece.steps for piece in parts) > MOST_STEPS:
+            parts.append(StepBlock(number, left, (right - left) / count, count))
+    if sum(block.steps for block in parts) > MOST_STEPS:
         raise NumericalFailure(
             f"the transient needs more than {MOST_STEPS} steps: shorten it or drop high orders"
         )
     return parts
 
 
-def piece_gain(
-    piece: Piece, law: TorqueLaw, part: Stretch, borders: Course, weight: FloatArray,
+def block_gain(
+    block: StepBlock, law: TorqueLaw, part: Stretch, borders: SpeedProfile, weight: FloatArray,
     place: FloatArray, steps: IntArray,
 ) -> FloatArray:  # fmt: skip
-    """What the torque adds to the state in the given steps (counted from 0) of a piece, (steps, s).
+    """What the torque adds to the state in the given steps (counted from 0) of a block, (steps, s).
 
     `weight` (s, p, n) of a propagator, `place` (p,) its Gauss points as shares of the step. The
     angle at the start of each step is formed in the widest float and reduced to one cycle.
     """
-    begin = piece.offset + steps * np.longdouble(piece.step)
-    origin, speed = borders.angle[piece.stretch], float(borders.speed[piece.stretch])
+    begin = block.offset + steps * np.longdouble(block.step)
+    origin, speed = borders.angle[block.stretch], float(borders.speed[block.stretch])
     turned = origin + turned_after(part, speed, begin)
     reduced = np.asarray(turned % CYCLE, dtype=float)[:, None]
     since = np.asarray(begin, dtype=float)[:, None]
-    ahead = place * piece.step
+    ahead = place * block.step
     rate = speed_after(part, speed, since)
     growth = part.acceleration + part.acceleration_rate * since
     bend = part.acceleration_rate * ahead
@@ -363,13 +367,13 @@ def piece_gain(
 
 
 def inside(
-    piece: Piece, law: TorqueLaw, part: Stretch, borders: Course, tool: Propagator,
+    block: StepBlock, law: TorqueLaw, part: Stretch, borders: SpeedProfile, tool: Propagator,
     states: FloatArray, steps: IntArray,
 ) -> FloatArray:  # fmt: skip
     """States (steps, parts, s) at the parts of the given steps, whose starts are `states`."""
     parts, size, points, n = tool.weight.shape
     merged = tool.weight.reshape(parts * size, points, n)
-    gain = piece_gain(piece, law, part, borders, merged, tool.place, steps)
+    gain = block_gain(block, law, part, borders, merged, tool.place, steps)
     inner = np.einsum("ks,jts->kjt", states, tool.transition, optimize=True)
     reached: FloatArray = gain.reshape(-1, parts, size) + inner
     return reached
@@ -380,7 +384,7 @@ def inside(
 # ----------------------------------------------------------------------------
 
 
-def rest(system: TransientSystem) -> FloatArray:
+def rest_state(system: TransientSystem) -> FloatArray:
     """The state (s,) without twist and relative velocity."""
     return np.zeros(system.state_matrix.shape[0])
 
@@ -430,7 +434,7 @@ def steady_start(
 
 def static_state(system: TransientSystem, torque: FloatArray) -> FloatArray:
     """State (s,) held by constant balanced torques (n,): the least energy among all solutions."""
-    state = rest(system)
+    state = rest_state(system)
     if not np.any(torque):
         return state
     used = ~system.idle
@@ -461,7 +465,7 @@ ROUNDINGS = 4.0
 
 
 class TransientRun(NamedTuple):
-    """A run that was marched: per piece the states (count + 1, s) at the ends of its steps.
+    """A run that was marched: per block the states (count + 1, s) at the ends of its steps.
 
     `torque_error` and `twist_error` (e,) bound the errors of section torques in N m and twists in
     rad at every time, absolute.
@@ -469,9 +473,9 @@ class TransientRun(NamedTuple):
 
     system: TransientSystem
     stretches: tuple[Stretch, ...]
-    borders: Course
+    borders: SpeedProfile
     laws: tuple[TorqueLaw, ...]
-    pieces: tuple[Piece, ...]
+    blocks: tuple[StepBlock, ...]
     states: tuple[FloatArray, ...]
     torque_error: FloatArray
     twist_error: FloatArray
@@ -500,7 +504,7 @@ def transient(
     would turn backwards, a start on an undamped critical, or if rtol cannot be reached.
     """
     system = transient_system(line, reaction)
-    borders = course(stretches, speed, angle)
+    borders = speed_profile(stretches, speed, angle)
     laws = tuple(
         torque_law(order, part, system.balance, system.inertia, borders.speed[k : k + 2])
         for k, part in enumerate(stretches)
@@ -508,7 +512,7 @@ def transient(
     if start == "steady":
         begin = steady_start(system, order, stretches[0], speed, angle)
     else:
-        begin = rest(system)
+        begin = rest_state(system)
     highest = float(laws[0].power.max(initial=0.0)) / 2.0
     turned = float(abs(borders.angle).max() * np.finfo(np.longdouble).eps)
     phase = highest * (turned + 8.0 * np.pi * UNIT_ROUNDOFF)
@@ -516,7 +520,7 @@ def transient(
     for finer in (1.0, 2.0, 4.0, 8.0):
         parts = cut(stretches, borders, highest, system.fastest, finer)
         fine = march(system, stretches, borders, laws, parts, begin)
-        coarse = [piece._replace(step=2.0 * piece.step, steps=piece.steps // 2) for piece in parts]
+        coarse = [block._replace(step=2.0 * block.step, steps=block.steps // 2) for block in parts]
         rough = march(system, stretches, borders, laws, coarse, begin)
         errors = [
             run_error(view, system, parts, fine, rough, phase)
@@ -534,28 +538,28 @@ def transient(
 
 
 def march(
-    system: TransientSystem, stretches: Sequence[Stretch], borders: Course,
-    laws: Sequence[TorqueLaw], parts: Sequence[Piece], begin: FloatArray,
+    system: TransientSystem, stretches: Sequence[Stretch], borders: SpeedProfile,
+    laws: Sequence[TorqueLaw], parts: Sequence[StepBlock], begin: FloatArray,
 ) -> list[FloatArray]:  # fmt: skip
-    """States (count + 1, s) of every piece, each beginning where the one before ends."""
+    """States (count + 1, s) of every block, each beginning where the one before ends."""
     states, current, known = [], begin, {}
-    for piece in parts:
-        if piece.step not in known:
-            known[piece.step] = propagator(system, piece.step)
-        tool, part, law = known[piece.step], stretches[piece.stretch], laws[piece.stretch]
+    for block in parts:
+        if block.step not in known:
+            known[block.step] = propagator(system, block.step)
+        tool, part, law = known[block.step], stretches[block.stretch], laws[block.stretch]
         size = system.state_matrix.shape[0]
         batch = max(1, CHUNK // (2 * POINTS * max(law.power.size, system.inertia.size)))
-        gain = np.empty((piece.steps, size))
-        for first in range(0, piece.steps, batch):
-            steps = np.arange(first, min(piece.steps, first + batch))
-            gain[steps] = piece_gain(piece, law, part, borders, tool.weight[-1], tool.place, steps)
+        gain = np.empty((block.steps, size))
+        for first in range(0, block.steps, batch):
+            steps = np.arange(first, min(block.steps, first + batch))
+            gain[steps] = block_gain(block, law, part, borders, tool.weight[-1], tool.place, steps)
         states.append(scan(tool.transition[-1], current, gain))
         current = states[-1][-1]
     return states
 
 
 def run_error(
-    view: FloatArray, system: TransientSystem, parts: Sequence[Piece],
+    view: FloatArray, system: TransientSystem, parts: Sequence[StepBlock],
     fine: list[FloatArray], rough: list[FloatArray], phase: float,
 ) -> FloatArray:  # fmt: skip
     """Absolute error (e,) of what `view` (e, s) reads: half steps against whole, and rounding.
@@ -563,12 +567,12 @@ def run_error(
     `phase` in rad is what rounded crank angles turn the highest order by.
     """
     gap, lasting, largest = np.zeros((3, view.shape[0]))
-    steps, size = sum(piece.steps for piece in parts), 0.0
-    for piece, one, other in zip(parts, fine, rough, strict=True):
+    steps, size = sum(block.steps for block in parts), 0.0
+    for block, one, other in zip(parts, fine, rough, strict=True):
         largest = np.maximum(largest, np.abs(one @ view.T).max(axis=0))
         gap = np.maximum(gap, np.abs((one[::2] - other) @ view.T).max(axis=0))
         size = max(size, float(np.sqrt((one**2).sum(axis=1).max())))
-        lasting = np.maximum(lasting, rounding_sum(view, system, piece.step, steps))
+        lasting = np.maximum(lasting, rounding_sum(view, system, block.step, steps))
     error: FloatArray = gap / GAIN_OF_HALVING + UNIT_ROUNDOFF * size * lasting + phase * largest
     return error
 

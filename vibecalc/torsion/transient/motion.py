@@ -39,7 +39,7 @@ class Stretch(NamedTuple):
     acceleration_rate: float = 0.0
 
 
-class Course(NamedTuple):
+class SpeedProfile(NamedTuple):
     """Where the stretches begin: b stretches, b + 1 borders; angle in the widest float there is."""
 
     time: FloatArray
@@ -63,12 +63,12 @@ def stretch(
     A load (n,) without `exponent` is constant.
     """
     gas = np.asarray(gas, dtype=complex)
-    own = np.zeros_like(gas) if inertia is None else np.asarray(inertia, dtype=complex)
+    mass_torque = np.zeros_like(gas) if inertia is None else np.asarray(inertia, dtype=complex)
     last = gas if gas_end is None else np.asarray(gas_end, dtype=complex)
     taken = np.atleast_2d(np.zeros(gas.shape[0]) if load is None else load).astype(float)
     power = np.zeros(len(taken)) if exponent is None else np.asarray(exponent, dtype=float)
     return Stretch(
-        float(duration), float(acceleration), gas, last, own, *scale, taken, power,
+        float(duration), float(acceleration), gas, last, mass_torque, *scale, taken, power,
         float(acceleration_rate),
     )  # fmt: skip
 
@@ -103,7 +103,7 @@ def time_of_speed(part: Stretch, speed: float, wanted: float) -> float:
     return float(2.0 * change / (part.acceleration + np.copysign(root, change)))
 
 
-def course(stretches: Sequence[Stretch], speed: float, angle: float = 0.0) -> Course:
+def speed_profile(stretches: Sequence[Stretch], speed: float, angle: float = 0.0) -> SpeedProfile:
     """Time in s, speed in rad/s and crank angle in rad at every border.
 
     Raises NumericalFailure if a stretch does not last, its acceleration changes its sign or the
@@ -132,40 +132,44 @@ def course(stretches: Sequence[Stretch], speed: float, angle: float = 0.0) -> Co
         angles.append(angles[-1] + turned_after(part, speeds[-1], long))
         times.append(times[-1] + part.duration)
         speeds.append(end)
-    return Course(np.array(times), np.array(speeds), np.array(angles))
+    return SpeedProfile(np.array(times), np.array(speeds), np.array(angles))
 
 
-def speed_at(stretches: Sequence[Stretch], borders: Course, time: FloatArray) -> FloatArray:
+def speed_at(stretches: Sequence[Stretch], borders: SpeedProfile, time: FloatArray) -> FloatArray:
     """Speed of the crank in rad/s at times (...) in s from the start of the run."""
     found: FloatArray = _by_stretch(stretches, borders, time)[0]
     return found
 
 
-def angle_at(stretches: Sequence[Stretch], borders: Course, time: FloatArray) -> FloatArray:
+def angle_at(stretches: Sequence[Stretch], borders: SpeedProfile, time: FloatArray) -> FloatArray:
     """Angle of the crank in rad at times (...) in s from the start of the run."""
     found: FloatArray = _by_stretch(stretches, borders, time)[1]
     return found
 
 
-def acceleration_at(stretches: Sequence[Stretch], borders: Course, time: FloatArray) -> FloatArray:
+def acceleration_at(
+    stretches: Sequence[Stretch], borders: SpeedProfile, time: FloatArray
+) -> FloatArray:
     """Acceleration of the crank in rad/s^2 at times (...) in s from the start of the run."""
     found: FloatArray = _by_stretch(stretches, borders, time)[2]
     return found
 
 
-def _by_stretch(stretches: Sequence[Stretch], borders: Course, time: FloatArray) -> FloatArray:
+def _by_stretch(
+    stretches: Sequence[Stretch], borders: SpeedProfile, time: FloatArray
+) -> FloatArray:
     """Speeds, angles and accelerations (3, ...)."""
     time = np.asarray(time, dtype=float)
     place = np.searchsorted(borders.time, time, side="right") - 1
     place = np.clip(place, 0, len(stretches) - 1)
-    found = np.empty((3, *time.shape))
+    values = np.empty((3, *time.shape))
     for k in np.unique(place):
         part, here = stretches[k], place == k
         since, speed = time[here] - borders.time[k], float(borders.speed[k])
-        found[0, here] = speed_after(part, speed, since)
-        found[1, here] = float(borders.angle[k]) + turned_after(part, speed, since)
-        found[2, here] = part.acceleration + part.acceleration_rate * since
-    return found
+        values[0, here] = speed_after(part, speed, since)
+        values[1, here] = float(borders.angle[k]) + turned_after(part, speed, since)
+        values[2, here] = part.acceleration + part.acceleration_rate * since
+    return values
 
 
 # ----------------------------------------------------------------------------

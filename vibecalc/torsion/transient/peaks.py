@@ -12,19 +12,19 @@ from vibecalc.torsion.transient.motion import speed_at, turned_after
 # ----------------------------------------------------------------------------
 # Envelope and true maxima of section torques or twists along a run.
 #
-# Every step is looked into at several points; in each window of time the steps with the highest
-# (and lowest) peaks among them are looked into again with finer ones, and a polynomial through
+# Every step is sampled at several points; in each window of time the steps with the highest
+# (and lowest) peaks among them are sampled again with finer ones, and a polynomial through
 # five of these gives the extreme value. States inside a step are as exact as those at its ends.
 # ----------------------------------------------------------------------------
 
-#: points in a step: bounds of the first look, and of the second per point of the first
-FEWEST_POINTS, MOST_POINTS, SECOND_LOOK = 6, 36, 8
+#: points in a step: bounds of the first sampling, and of the second per point of the first
+FEWEST_POINTS, MOST_POINTS, SECOND_SAMPLING = 6, 36, 8
 
-#: steps of a window that are looked into a second time
+#: steps of a window that are sampled a second time
 CANDIDATES = 3
 
-#: radians of the fastest mode between two points of the first look
-LOOK_STEP = 1.0 / 3.0
+#: radians of the fastest mode between two points of the first sampling
+SAMPLE_STEP = 1.0 / 3.0
 
 #: states held at once
 CHUNK = 2_000_000
@@ -46,26 +46,26 @@ class Envelope(NamedTuple):
     time_high: FloatArray
 
 
-def points_in(run: TransientRun, piece: int) -> int:
-    """How many points of a step of that piece the first look takes."""
-    wanted = run.system.fastest * run.pieces[piece].step / LOOK_STEP
+def points_in(run: TransientRun, block: int) -> int:
+    """How many points of a step of that block the first sampling takes."""
+    wanted = run.system.fastest * run.blocks[block].step / SAMPLE_STEP
     return int(np.clip(np.ceil(wanted), FEWEST_POINTS, MOST_POINTS))
 
 
-def look(
-    run: TransientRun, piece: int, tool: Propagator, steps: IntArray, view: FloatArray
+def step_values(
+    run: TransientRun, block: int, tool: Propagator, steps: IntArray, view: FloatArray
 ) -> FloatArray:
-    """Values (steps, parts + 1, e) at the start and the parts of steps of a piece.
+    """Values (steps, parts + 1, e) at the start and the parts of steps of a block.
 
-    `tool` is the propagator of that piece's step to its parts, with the same `view` (e, s).
+    `tool` is the propagator of that block's step to its parts, with the same `view` (e, s).
     """
-    data, size, parts = run.pieces[piece], view.shape[1], tool.transition.shape[0]
+    data, size, parts = run.blocks[block], view.shape[1], tool.transition.shape[0]
     part, law = run.stretches[data.stretch], run.laws[data.stretch]
     values = np.empty((steps.size, parts + 1, view.shape[0]))
     batch = max(1, CHUNK // (parts * size + 10 * 2 * law.power.size))
     for first in range(0, steps.size, batch):
         some = steps[first : first + batch]
-        begin = run.states[piece][some]
+        begin = run.states[block][some]
         values[first : first + batch, 0] = begin @ view.T
         values[first : first + batch, 1:] = inside(data, law, part, run.borders, tool, begin, some)
     return values
@@ -84,39 +84,41 @@ def envelope(run: TransientRun, windows: int = 200, of: str = "torque") -> Envel
     best = {sign: np.full((windows, e), -np.inf) for sign in (1, -1)}
     when = {sign: np.zeros((windows, e)) for sign in (1, -1)}
     uncertainty = np.zeros((windows, e))
-    for number, piece in enumerate(run.pieces):
+    for number, block in enumerate(run.blocks):
         parts = points_in(run, number)
-        steps = np.arange(piece.steps)
+        steps = np.arange(block.steps)
         rough_tool, fine_tool = (
-            propagator(run.system, piece.step, count, view)
-            for count in (parts, parts * SECOND_LOOK)
+            propagator(run.system, block.step, count, view)
+            for count in (parts, parts * SECOND_SAMPLING)
         )
-        first = look(run, number, rough_tool, steps, view)
-        since = run.borders.time[piece.stretch] + piece.offset
-        start = since + piece.step * steps
+        first = step_values(run, number, rough_tool, steps, view)
+        since = run.borders.time[block.stretch] + block.offset
+        start = since + block.step * steps
         window = np.clip(np.searchsorted(borders, start, side="right") - 1, 0, windows - 1)
         cuts = np.concatenate([[0], np.flatnonzero(np.diff(window)) + 1])
-        ends = np.concatenate([cuts[1:], [piece.steps]])
+        ends = np.concatenate([cuts[1:], [block.steps]])
         rows = window[cuts]
         for sign in (1, -1):
             rough = peak(sign * first)[0]
             chosen, rival = candidates(rough, cuts, ends)
             unique, place = np.unique(chosen, return_inverse=True)
             place, section = place.reshape(chosen.shape), np.arange(e)
-            value, share, error = peak(sign * look(run, number, fine_tool, unique, view))
+            value, share, error = peak(sign * step_values(run, number, fine_tool, unique, view))
             fine = value[place, section]
-            # a step left out may rise above its first look as much as one that was looked into
-            rise = np.abs(fine - np.take_along_axis(rough[:, None], chosen, axis=0)).max(axis=1)
+            # a step left out may rise above its first samples as much as one that was sampled twice
+            refinement = np.abs(fine - np.take_along_axis(rough[:, None], chosen, axis=0)).max(
+                axis=1
+            )
             winner = fine.argmax(axis=1)[:, None]
             new = np.take_along_axis(fine, winner, axis=1)[:, 0]
             step = np.take_along_axis(chosen, winner, axis=1)[:, 0]
             at = np.take_along_axis(place, winner, axis=1)[:, 0]
             better = new > best[sign][rows]
-            moment = start[step] + piece.step * share[at, section]
+            moment = start[step] + block.step * share[at, section]
             when[sign][rows] = np.where(better, moment, when[sign][rows])
             best[sign][rows] = np.maximum(best[sign][rows], new)
-            own = error[at, section] + np.maximum(rival + rise - new, 0.0)
-            uncertainty[rows] = np.maximum(uncertainty[rows], own)
+            place_error = error[at, section] + np.maximum(rival + refinement - new, 0.0)
+            uncertainty[rows] = np.maximum(uncertainty[rows], place_error)
     for sign in (1, -1):
         fill_empty(best[sign], when[sign])
     middle = 0.5 * (borders[:-1] + borders[1:])
@@ -147,9 +149,9 @@ def peak(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     centre = np.clip(index, 2, last - 2)
     odd, odd_far = at(centre + 1) - at(centre - 1), at(centre + 2) - at(centre - 2)
     even, even_far = at(centre + 1) + at(centre - 1), at(centre + 2) + at(centre - 2)
-    own = at(centre)
-    fourth = even_far - 4.0 * even + 6.0 * own
-    c1, c2 = (8.0 * odd - odd_far) / 12.0, (16.0 * even - even_far - 30.0 * own) / 24.0
+    at_centre = at(centre)
+    fourth = even_far - 4.0 * even + 6.0 * at_centre
+    c1, c2 = (8.0 * odd - odd_far) / 12.0, (16.0 * even - even_far - 30.0 * at_centre) / 24.0
     c3, c4 = (odd_far - 2.0 * odd) / 12.0, fourth / 24.0
     u = near + move - centre
     for _ in range(3):
@@ -157,7 +159,7 @@ def peak(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         curve = 2.0 * c2 + u * (6.0 * c3 + u * 12.0 * c4)
         down = curve < 0.0
         u = np.clip(u - np.where(down, slope / np.where(down, curve, 1.0), 0.0), -2.0, 2.0)
-    value = own + u * (c1 + u * (c2 + u * (c3 + u * c4)))
+    value = at_centre + u * (c1 + u * (c2 + u * (c3 + u * c4)))
     share = np.where(value > sample, centre + u, index) / last
     value = np.maximum(value, sample)
     error = np.abs(value - np.maximum(parabola, sample)) / 4.0 + np.abs(fourth) / 64.0
@@ -167,7 +169,7 @@ def peak(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 def candidates(rough: FloatArray, cuts: IntArray, ends: IntArray) -> tuple[IntArray, FloatArray]:
     """The most promising steps of each window (windows, c, e) and the best of the others.
 
-    `rough` (count, e) are the peaks of the first look; `cuts` and `ends` bound the windows. A
+    `rough` (count, e) are the peaks of the first sampling; `cuts` and `ends` bound the windows. A
     window of few steps has some of them twice, and no other (minus infinity).
     """
     chosen = np.empty((cuts.size, CANDIDATES, rough.shape[1]), dtype=np.int64)
@@ -194,7 +196,7 @@ def fill_empty(best: FloatArray, when: FloatArray) -> None:
 # ----------------------------------------------------------------------------
 
 
-class TimeCourse(NamedTuple):
+class SectionHistory(NamedTuple):
     """Values (k, e) at times (k,) in s, with the crank's angle in rad and speed in rad/s (k,)."""
 
     time: FloatArray
@@ -217,35 +219,35 @@ class Waterfall(NamedTuple):
     error: FloatArray
 
 
-def time_course(
+def section_history(
     run: TransientRun, start: float, end: float, of: str = "torque", finer: int = 1,
     known: dict[tuple[float, int], Propagator] | None = None,
-) -> TimeCourse:  # fmt: skip
-    """Section torques in N m (of="twist": twists in rad) at all times of the first look.
+) -> SectionHistory:  # fmt: skip
+    """Section torques in N m (of="twist": twists in rad) at all times of the first sampling.
 
     `finer` times as many where that is more than one. `known` keeps the propagators for the next
     call with the same run and `of`.
     """
     view = run.system.torque if of == "torque" else run.system.twist
     times, values, angles = [], [], []
-    for number, piece in enumerate(run.pieces):
-        since = float(run.borders.time[piece.stretch]) + piece.offset
-        first = int(np.clip(np.floor((start - since) / piece.step), 0, piece.steps))
-        last = int(np.clip(np.ceil((end - since) / piece.step), 0, piece.steps))
+    for number, block in enumerate(run.blocks):
+        since = float(run.borders.time[block.stretch]) + block.offset
+        first = int(np.clip(np.floor((start - since) / block.step), 0, block.steps))
+        last = int(np.clip(np.ceil((end - since) / block.step), 0, block.steps))
         if last <= first:
             continue
         parts = points_in(run, number) * finer
         if known is None:
             known = {}
-        if (piece.step, parts) not in known:
-            known[piece.step, parts] = propagator(run.system, piece.step, parts, view)
-        tool = known[piece.step, parts]
-        inner = look(run, number, tool, np.arange(first, last), view)[:, :-1]
-        passed = piece.step * (np.arange(first * parts, last * parts) / parts)
-        own = piece.offset + passed
-        begin = float(run.borders.angle[piece.stretch]), float(run.borders.speed[piece.stretch])
+        if (block.step, parts) not in known:
+            known[block.step, parts] = propagator(run.system, block.step, parts, view)
+        tool = known[block.step, parts]
+        inner = step_values(run, number, tool, np.arange(first, last), view)[:, :-1]
+        passed = block.step * (np.arange(first * parts, last * parts) / parts)
+        since_start = block.offset + passed
+        begin = float(run.borders.angle[block.stretch]), float(run.borders.speed[block.stretch])
         times.append(since + passed)
-        angles.append(begin[0] + turned_after(run.stretches[piece.stretch], begin[1], own))
+        angles.append(begin[0] + turned_after(run.stretches[block.stretch], begin[1], since_start))
         values.append(inner.reshape(-1, inner.shape[2]))
     if not times:
         raise NumericalFailure(f"no part of the run lies between {start:.6g} and {end:.6g} s")
@@ -254,53 +256,53 @@ def time_course(
         angles.append(run.borders.angle[-1:].astype(float))
         values.append((run.states[-1][-1] @ view.T)[None])
     time = np.concatenate(times)
-    kept = (time >= start) & (time <= end)
+    within = (time >= start) & (time <= end)
     speed = speed_at(run.stretches, run.borders, time)
-    return TimeCourse(
-        time[kept], np.concatenate(angles)[kept], speed[kept], np.concatenate(values)[kept]
+    return SectionHistory(
+        time[within], np.concatenate(angles)[within], speed[within], np.concatenate(values)[within]
     )
 
 
 def order_waterfall(
-    found: TimeCourse, section: int, order: FloatArray, centre: FloatArray, turns: float
+    history: SectionHistory, section: int, order: FloatArray, centre: FloatArray, turns: float
 ) -> Waterfall:
     """Complex amplitudes of orders (m,) in Hann windows of `turns` turns about times `centre` (v,).
 
     An amplitude A stands for Re(A exp(i q theta)). An order further than 2 / turns from q adds
     little to it.
     """
-    place = angle_between(found, np.asarray(centre, dtype=float))
-    return slide(found, section, order, centre, found.angle, place, 2.0 * np.pi * turns)
+    place = angle_between(history, np.asarray(centre, dtype=float))
+    return slide(history, section, order, centre, history.angle, place, 2.0 * np.pi * turns)
 
 
-def angle_between(found: TimeCourse, time: FloatArray) -> FloatArray:
+def angle_between(history: SectionHistory, time: FloatArray) -> FloatArray:
     """Crank angles (v,) between the samples, from angles and speeds: exact where jerk is even."""
-    first = np.clip(np.searchsorted(found.time, time, side="right") - 1, 0, found.time.size - 2)
-    width = found.time[first + 1] - found.time[first]
-    u = (time - found.time[first]) / width
-    low, high = (width * found.speed[first + side] for side in (0, 1))
-    turned = found.angle[first + 1] - found.angle[first]
-    way = u * (low + u * (3.0 * turned - 2.0 * low - high + u * (low + high - 2.0 * turned)))
-    angle: FloatArray = found.angle[first] + way
+    first = np.clip(np.searchsorted(history.time, time, side="right") - 1, 0, history.time.size - 2)
+    width = history.time[first + 1] - history.time[first]
+    u = (time - history.time[first]) / width
+    low, high = (width * history.speed[first + side] for side in (0, 1))
+    turned = history.angle[first + 1] - history.angle[first]
+    turned_on = u * (low + u * (3.0 * turned - 2.0 * low - high + u * (low + high - 2.0 * turned)))
+    angle: FloatArray = history.angle[first] + turned_on
     return angle
 
 
 def frequency_waterfall(
-    found: TimeCourse, section: int, frequency: FloatArray, centre: FloatArray, width: float
+    history: SectionHistory, section: int, frequency: FloatArray, centre: FloatArray, width: float
 ) -> Waterfall:
     """The same for frequencies (m,) in rad/s in windows of `width` s; phases at time zero."""
     at = np.asarray(centre, dtype=float)
-    return slide(found, section, frequency, at, found.time, at, width)
+    return slide(history, section, frequency, at, history.time, at, width)
 
 
 def slide(
-    found: TimeCourse, section: int, rate: FloatArray, centre: FloatArray,
+    history: SectionHistory, section: int, rate: FloatArray, centre: FloatArray,
     axis: FloatArray, place: FloatArray, width: float,
 ) -> Waterfall:  # fmt: skip
     """Windows of `width` about `place` (v,) on an axis (k,), either angle or time."""
     rate, centre = np.asarray(rate, dtype=float), np.asarray(centre, dtype=float)
     out = np.zeros((2, centre.size, rate.size), dtype=complex)
-    value = found.value[:, section]
+    value = history.value[:, section]
     for row, middle in enumerate(place):
         inside = np.flatnonzero(np.abs(axis - middle) < 0.5 * width)
         if inside.size < 16:
@@ -311,7 +313,7 @@ def slide(
             out[which, row] = _window(
                 axis[some][::every], value[some][::every], rate, middle, width
             )
-    speed = np.interp(centre, found.time, found.speed)
+    speed = np.interp(centre, history.time, history.speed)
     return Waterfall(centre, speed, rate, out[0], np.abs(out[0] - out[1]))
 
 

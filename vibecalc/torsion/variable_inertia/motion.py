@@ -42,7 +42,7 @@ class VariableLine(NamedTuple):
     turns: int
 
 
-class Inertia(NamedTuple):
+class LineInertia(NamedTuple):
     """Inertias and their first two derivatives by the angle, (..., n) in kg m^2."""
 
     value: FloatArray
@@ -87,7 +87,7 @@ def inertia_variation(inertia_torque: ArrayLike) -> ComplexArray:
     return np.asarray(2.0j * torque / np.arange(1, torque.shape[-1] + 1))
 
 
-def inertia_at(system: VariableLine, angle: FloatArray) -> Inertia:
+def inertia_at(system: VariableLine, angle: FloatArray) -> LineInertia:
     """Inertias at the crank angles (..., n) of the freedoms, rad."""
     highest = system.variation.shape[-1]
     order = np.arange(1, highest + 1)
@@ -95,17 +95,17 @@ def inertia_at(system: VariableLine, angle: FloatArray) -> Inertia:
     value = system.line.inertia + turned.real.sum(axis=-1)
     slope = -(order * turned.imag).sum(axis=-1)
     curvature = -(order**2 * turned.real).sum(axis=-1)
-    return Inertia(value, slope, curvature)
+    return LineInertia(value, slope, curvature)
 
 
-def free_pieces(line: Line) -> FloatArray:
-    """Rows (r, n) of ones and zeros: the freedoms of each piece that no ground stiffness holds."""
+def free_parts(line: Line) -> FloatArray:
+    """Rows (r, n) of ones and zeros: the freedoms of each part that no ground stiffness holds."""
     n = line.inertia.shape[-1]
-    piece = np.arange(n)
+    part = np.arange(n)
     for a, b, k in zip(line.first, line.second, line.stiffness, strict=True):
         if k != 0.0:
-            piece[piece == piece[b]] = piece[a]
-    rows = [(piece == one).astype(np.float64) for one in np.unique(piece)]
+            part[part == part[b]] = part[a]
+    rows = [(part == one).astype(np.float64) for one in np.unique(part)]
     free = [row for row in rows if not np.any(row * line.ground_stiffness)]
     return np.array(free).reshape(-1, n)
 
@@ -122,7 +122,7 @@ def free_pieces(line: Line) -> FloatArray:
 # ----------------------------------------------------------------------------
 
 
-class Terms(NamedTuple):
+class EquationTerms(NamedTuple):
     """At crank angles (S,): what multiplies d'', d' and d, and the torque left over, each (S, n).
 
     `gap` is T - J phi'' - 1/2 J' (w + phi')^2, without the terms of shafts and dampers.
@@ -134,7 +134,7 @@ class Terms(NamedTuple):
     gap: FloatArray
 
 
-class Course(NamedTuple):
+class TwistMotion(NamedTuple):
     """Twist of every freedom against uniform turning (S, n), its rate and acceleration."""
 
     angle: FloatArray
@@ -142,13 +142,15 @@ class Course(NamedTuple):
     acceleration: FloatArray
 
 
-def course(harmonics: ComplexArray, turns: int, speed: float, crank_angle: FloatArray) -> Course:
+def twist_motion(
+    harmonics: ComplexArray, turns: int, speed: float, crank_angle: FloatArray
+) -> TwistMotion:
     """Values at w t = crank_angle (S,) of harmonics (N + 1, n), orders k / turns, 0-to-peak."""
     order = np.arange(len(harmonics)) / turns
     phase = np.exp(1j * np.asarray(crank_angle)[:, None] * order)
     turn = (1j * speed * order)[:, None]
     parts = (harmonics, turn * harmonics, turn**2 * harmonics)
-    return Course(*((phase @ part).real for part in parts))
+    return TwistMotion(*((phase @ part).real for part in parts))
 
 
 def terms(
@@ -159,13 +161,13 @@ def terms(
     torque: ComplexArray,
     *,
     follows: bool,
-) -> Terms:
+) -> EquationTerms:
     """Terms about the motion `angle` (N + 1, n) at w t = crank_angle (S,).
 
     `torque` (T, n) holds the gas torque's orders k / turns, 0-to-peak (order 0 its real part); with
     `follows` it is a function of each throw's own angle, else of w t alone.
     """
-    motion = course(angle, system.turns, speed, crank_angle)
+    motion = twist_motion(angle, system.turns, speed, crank_angle)
     place = np.asarray(crank_angle)[:, None] + motion.angle
     inertia = inertia_at(system, place)
     order = np.arange(len(torque))[:, None] / system.turns
@@ -176,7 +178,7 @@ def terms(
     gap = turned.real.sum(axis=1)
     gap = gap - inertia.value * motion.acceleration - 0.5 * inertia.slope * turning**2
     stiffness = inertia.slope * motion.acceleration + 0.5 * inertia.curvature * turning**2 - slope
-    return Terms(inertia.value, inertia.slope * turning, stiffness, gap)
+    return EquationTerms(inertia.value, inertia.slope * turning, stiffness, gap)
 
 
 def acceleration(
@@ -237,7 +239,7 @@ class Blocks(NamedTuple):
     size: FloatArray
 
 
-class Solved(NamedTuple):
+class HarmonicSolution(NamedTuple):
     """Inner d (Q, m); round-off and truncation (Q, m), absolute; orders just beyond (P - Q, m)."""
 
     value: ComplexArray
@@ -271,7 +273,7 @@ def shaft_matrices(system: VariableLine, speed: float, step: IntArray) -> Comple
 
 
 def station_values(
-    system: VariableLine, speed: float, parts: Terms, step: IntArray
+    system: VariableLine, speed: float, parts: EquationTerms, step: IntArray
 ) -> ComplexArray:
     """The bracket (P, P, n) of the rows and columns `step`, from samples over the cycle."""
     span = int(step[-1] - step[0])
@@ -284,7 +286,7 @@ def station_values(
 def blocks(
     system: VariableLine,
     speed: float,
-    parts: Terms,
+    parts: EquationTerms,
     angle: ComplexArray,
     step: IntArray,
     basis: FloatArray,
@@ -304,7 +306,7 @@ def blocks(
     place = np.arange(len(step))
     matrix = np.ascontiguousarray(matrix)
     matrix[place, :, place, :] += basis @ shafts @ basis.T
-    free = free_pieces(system.line)[: len(basis[0]) if np.any(step == 0) else 0]
+    free = free_parts(system.line)[: len(basis[0]) if np.any(step == 0) else 0]
     load, origin = (basis @ (free * part).T for part in (system.load, system.line.inertia))
     inertial = (speed / system.turns * step)[:, None] ** 2 * np.abs(parts.inertia).max(axis=0)
     large, wide = np.abs(shafts), np.abs(basis)
@@ -313,16 +315,16 @@ def blocks(
     return Blocks(step, matrix, gap @ basis.T, load, origin, wide @ large @ wide.T)
 
 
-def solve(found: Blocks, highest: int, size: FloatArray) -> Solved | None:
+def solve(system_blocks: Blocks, highest: int, size: FloatArray) -> HarmonicSolution | None:
     """Orders to `highest` (steps), what rounding does to them, and what the orders beyond do.
 
     Orders beyond are driven by those inside and act back on them once: three times that is the
     estimate of the truncation. `size` (Q, m) says how large the terms of the right side are.
     None if the matrix is singular to working precision.
     """
-    inside = np.abs(found.step) <= highest
-    matrix, count = _bordered(found, inside)
-    inner, outer = found.matrix[inside], found.matrix[~inside]
+    inside = np.abs(system_blocks.step) <= highest
+    matrix, count = _bordered(system_blocks, inside)
+    inner, outer = system_blocks.matrix[inside], system_blocks.matrix[~inside]
     solver = _factored(matrix)
     if solver is None:
         return None
@@ -330,13 +332,13 @@ def solve(found: Blocks, highest: int, size: FloatArray) -> Solved | None:
     def answer(right: ComplexArray) -> ComplexArray:
         padded = np.zeros((len(matrix), right.shape[1]), dtype=np.complex128)
         padded[:count] = right
-        found_ = solver(padded)
-        return np.asarray(found_ + solver(padded - matrix @ found_))
+        first = solver(padded)
+        return np.asarray(first + solver(padded - matrix @ first))
 
-    shape = (int(inside.sum()), found.gap.shape[1])
-    value = answer(found.gap[inside].reshape(-1, 1))[:, 0]
-    own_size = found.size[inside] @ np.abs(value[:count]).reshape(*shape, 1)
-    size = size + own_size[..., 0]
+    shape = (int(inside.sum()), system_blocks.gap.shape[1])
+    value = answer(system_blocks.gap[inside].reshape(-1, 1))[:, 0]
+    inner_size = system_blocks.size[inside] @ np.abs(value[:count]).reshape(*shape, 1)
+    size = size + inner_size[..., 0]
     term = EPSILON * (
         np.abs(matrix) @ np.abs(value) + np.append(size, np.zeros(len(value) - count))
     )
@@ -346,30 +348,34 @@ def solve(found: Blocks, highest: int, size: FloatArray) -> Solved | None:
     rounding = _SAFETY * np.sqrt((np.abs(spread) ** 2).sum(axis=1)).reshape(shape)
     value = value[:count]
     if not outer.size:
-        return Solved(value.reshape(shape), rounding, np.zeros(shape), found.gap[:0])
-    driven = found.gap[~inside].reshape(-1) - outer[:, :, inside].reshape(-1, count) @ value
-    own = outer[:, :, ~inside].reshape(len(driven), -1)
-    beyond = np.asarray(np.linalg.solve(own, driven), dtype=np.complex128)
+        return HarmonicSolution(
+            value.reshape(shape), rounding, np.zeros(shape), system_blocks.gap[:0]
+        )
+    driven = system_blocks.gap[~inside].reshape(-1) - outer[:, :, inside].reshape(-1, count) @ value
+    outer_block = outer[:, :, ~inside].reshape(len(driven), -1)
+    beyond = np.asarray(np.linalg.solve(outer_block, driven), dtype=np.complex128)
     back = inner[:, :, ~inside].reshape(count, -1) @ beyond
     truncation = 3.0 * np.abs(answer(back[:, None])[:count, 0])
-    return Solved(
+    return HarmonicSolution(
         value.reshape(shape), rounding, truncation.reshape(shape), beyond.reshape(-1, shape[1])
     )
 
 
-def _bordered(found: Blocks, inside: np.ndarray) -> tuple[ComplexArray, int]:
+def _bordered(system_blocks: Blocks, inside: np.ndarray) -> tuple[ComplexArray, int]:
     """Inner matrix with the load's torque and the origin of the time at order 0."""
-    inner = found.matrix[inside][:, :, inside]
+    inner = system_blocks.matrix[inside][:, :, inside]
     count = inner.shape[0] * inner.shape[1]
-    pieces = found.load.shape[1]
-    matrix = np.zeros((count + pieces, count + pieces), dtype=np.complex128)
+    parts = system_blocks.load.shape[1]
+    matrix = np.zeros((count + parts, count + parts), dtype=np.complex128)
     matrix[:count, :count] = inner.reshape(count, count)
-    if pieces:
-        start = int(np.flatnonzero(found.step[inside] == 0)[0]) * inner.shape[1]
+    if parts:
+        start = int(np.flatnonzero(system_blocks.step[inside] == 0)[0]) * inner.shape[1]
         place = slice(start, start + inner.shape[1])
         scale = np.abs(matrix).max()
-        matrix[place, count:] = -scale * found.load / np.abs(found.load).max(axis=0)
-        matrix[count:, place] = scale * (found.origin / np.abs(found.origin).max(axis=0)).T
+        matrix[place, count:] = -scale * system_blocks.load / np.abs(system_blocks.load).max(axis=0)
+        matrix[count:, place] = (
+            scale * (system_blocks.origin / np.abs(system_blocks.origin).max(axis=0)).T
+        )
     return matrix, count
 
 

@@ -10,7 +10,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.gauss import GaussRule, gauss_rule
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.line import damping_matrix, stiffness_matrix
-from vibecalc.torsion.variable_inertia.motion import VariableLine, free_pieces, terms
+from vibecalc.torsion.variable_inertia.motion import VariableLine, free_parts, terms
 
 # ----------------------------------------------------------------------------
 # Stability of a line with variable inertias: multipliers over a cycle and rates of growth.
@@ -108,12 +108,12 @@ def stability(
     return _judged(system, float(speed), shapes, turn, panels, noise)
 
 
-def refuse_unstable(found: Stability, speed: float) -> None:
+def refuse_unstable(stability: Stability, speed: float) -> None:
     """NumericalFailure if small deviations grow: there is no steady motion at this speed."""
-    if found.unstable:
+    if stability.unstable:
         raise NumericalFailure(
             f"variable inertia at {speed:.6g} rad/s: no steady motion; small vibration grows by "
-            f"{found.growth:.4g} 1/s (parametric instability). More damping or another speed"
+            f"{stability.growth:.4g} 1/s (parametric instability). More damping or another speed"
         )
 
 
@@ -138,11 +138,11 @@ def _turn(
     panels = density * int(np.ceil(period * max(pace, orders * speed / 3.0) / _PANEL))
     edges = np.arange(panels) / panels
     at = (edges[:, None] + rule.nodes / panels).ravel() * (2.0 * np.pi * system.turns)
-    found = terms(system, speed, at, angle, torque, follows=follows)
+    samples = terms(system, speed, at, angle, torque, follows=follows)
     pairs = (shapes[:, None] * shapes).reshape(-1, shapes.shape[1])
     size, m = len(at), len(shapes)
-    inverse = np.linalg.inv((found.inertia @ pairs.T).reshape(size, m, m))
-    spring = stiffness + (found.stiffness @ pairs.T).reshape(size, m, m)
+    inverse = np.linalg.inv((samples.inertia @ pairs.T).reshape(size, m, m))
+    spring = stiffness + (samples.stiffness @ pairs.T).reshape(size, m, m)
     scale = np.sqrt(np.diagonal(mean))
     slope = np.zeros((size, 2 * m, 2 * m))
     slope[:, :m, m:] = scale[:, None] * inverse * scale * pace
@@ -203,11 +203,11 @@ def _judged(
     twist = shapes.T @ (right[:m] / scale[:, None])
     common = np.zeros(len(turn))
     total = (line.inertia[:, None] * np.abs(twist) ** 2).sum(axis=0)
-    for piece in free_pieces(line):
-        weight = piece * line.inertia
+    for part in free_parts(line):
+        weight = part * line.inertia
         common += np.abs(weight @ twist) ** 2 / weight.sum() / np.where(total > 0.0, total, 1.0)
     vibrates = np.ones(len(turn), dtype=bool)
-    vibrates[np.argsort(-common, kind="stable")[: 2 * len(free_pieces(line))]] = False
+    vibrates[np.argsort(-common, kind="stable")[: 2 * len(free_parts(line))]] = False
     size = np.maximum(np.abs(multiplier), np.finfo(float).tiny)
     rate = np.where(vibrates, np.log(size) / period, -np.inf)
     worst = int(np.argmax(rate))
@@ -262,7 +262,7 @@ class Wedges(NamedTuple):
     error: FloatArray
 
 
-class Range(NamedTuple):
+class UnstableRange(NamedTuple):
     """Speeds between which vibration grows, rad/s, with errors, and the fastest growth seen."""
 
     low: float
@@ -306,15 +306,15 @@ def unstable_ranges(
     *,
     basis: FloatArray | None = None,
     motion: Motion | None = None,
-) -> list[Range]:
+) -> list[UnstableRange]:
     """Ranges about uniform turning, or `motion`, with borders by bisection between speeds (S,).
 
-    The speeds must be as close as the ranges looked for; add the centres of `wedges`. The line's
+    The speeds must be as close as the ranges searched; add the centres of `wedges`. The line's
     damping counts. A range that reaches an end of the speeds ends there, with the error 0.
     """
     speeds = np.unique(np.asarray(speed, dtype=np.float64))
     growth = {float(w): _growth(system, float(w), basis, motion) for w in speeds}
-    found: list[Range] = []
+    ranges: list[UnstableRange] = []
     inside = np.array([growth[float(w)] > 0.0 for w in speeds])
     starts = np.flatnonzero(inside & ~np.append(False, inside[:-1]))
     ends = np.flatnonzero(inside & ~np.append(inside[1:], False))
@@ -326,8 +326,8 @@ def unstable_ranges(
             high, other = _border(system, high, float(speeds[end + 1]), basis, motion)
             error = max(error, other)
         worst = max(speeds[start : end + 1], key=lambda w: growth[float(w)])
-        found.append(Range(low, high, error, float(worst), growth[float(worst)]))
-    return found
+        ranges.append(UnstableRange(low, high, error, float(worst), growth[float(worst)]))
+    return ranges
 
 
 def _growth(

@@ -9,11 +9,11 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, SINGULAR, ComplexArray, FloatArray
 from vibecalc.torsion.line import Line
 from vibecalc.torsion.variable_inertia.motion import (
-    Solved,
-    Terms,
+    EquationTerms,
+    HarmonicSolution,
     VariableLine,
     blocks,
-    free_pieces,
+    free_parts,
     shaft_matrices,
     solve,
     station_values,
@@ -38,7 +38,7 @@ _PASSES = 4
 _COARSE = 1e-2
 
 
-class Steady(NamedTuple):
+class SteadyTwist(NamedTuple):
     """Twist against uniform turning, 0-to-peak, phase from w t = 0, by speed, order and freedom.
 
     `order` (N + 1,); `angle` and `error` (S, N + 1, n) in rad; `beyond` (S,) is the largest twist
@@ -60,7 +60,7 @@ def steady_response(
     follows: bool = False,
     exact: bool = False,
     basis: FloatArray | None = None,
-) -> Steady:
+) -> SteadyTwist:
     """Steady motion at the speeds (S,), with the inertia torque that the variation makes.
 
     Parameters
@@ -80,7 +80,7 @@ def steady_response(
 
     Returns
     -------
-    Steady
+    SteadyTwist
         The error counts round-off (sampled), three times what the orders beyond give back, the
         last step of Newton's method, and with `basis` the twist that the residual drives outside
         its span at constant inertia (an estimate, no bound). Linearisation is not counted.
@@ -100,12 +100,12 @@ def steady_response(
         for w, force in zip(speeds, forces, strict=True)
     ]
     angle, error, beyond = (np.array(part) for part in zip(*rows, strict=True))
-    return Steady(np.arange(highest + 1) / system.turns, angle, error, beyond)
+    return SteadyTwist(np.arange(highest + 1) / system.turns, angle, error, beyond)
 
 
 def constant_response(
     system: VariableLine, speed: ArrayLike, torque: ArrayLike, highest_order: float
-) -> Steady:
+) -> SteadyTwist:
     """The same with mean inertias and the inertia torque as a load: what is usually computed."""
     speeds = np.atleast_1d(np.asarray(speed, dtype=np.float64))
     forces = np.asarray(torque, dtype=np.complex128)
@@ -144,8 +144,8 @@ def _one_speed(
         parts = terms(system, speed, crank_angle, angle, torque, follows=follows)
         if count == 0:
             size += np.abs(shapes) @ np.abs(parts.gap).max(axis=0)
-        found = _step(system, speed, parts, angle, shapes, (highest, bound, apart), size)
-        step = _one_sided(found.value) @ shapes
+        solution = _step(system, speed, parts, angle, shapes, (highest, bound, apart), size)
+        step = _one_sided(solution.value) @ shapes
         largest = float(np.abs(angle + step).max())
         last, move = move, float(np.abs(step).max())
         # small steps that no longer shrink are round-off
@@ -158,24 +158,24 @@ def _one_speed(
             f"variable inertia at {speed:.6g} rad/s: Newton's method has not settled after "
             f"{MOST_ITERATIONS} steps (the last {move:.2g} rad); it is large or does not exist"
         )
-    error = _trusted(found, shapes, largest, speed, system, move if exact else 0.0)
+    error = _trusted(solution, shapes, largest, speed, system, move if exact else 0.0)
     if basis is not None:
         # with `exact` the residual is that of the system linearised about the last motion
         before = np.zeros_like(angle) if not exact else angle
         parts = terms(system, speed, crank_angle, before, torque, follows=follows)
         error += _outside(system, speed, parts, before, angle - before)
-    return angle, error, float(np.abs(found.beyond @ shapes).max(initial=0.0) * 2.0)
+    return angle, error, float(np.abs(solution.beyond @ shapes).max(initial=0.0) * 2.0)
 
 
 def _step(
     system: VariableLine,
     speed: float,
-    parts: Terms,
+    parts: EquationTerms,
     angle: ComplexArray,
     shapes: FloatArray,
     reach: tuple[int, int, int],
     size: FloatArray,
-) -> Solved:
+) -> HarmonicSolution:
     """Newton's step; `reach` is the highest step, that of the orders beyond, and how far apart
     coupled steps are at least: whole and half orders have nothing to do with each other at first.
     """
@@ -184,17 +184,19 @@ def _step(
     inside = np.arange(-highest, highest + 1)
     value = np.zeros((len(inside), len(shapes)), dtype=np.complex128)
     rounding, truncation, beyond = np.zeros(value.shape), np.zeros(value.shape), []
-    for rest in range(apart):
-        own = step[step % apart == rest]
-        place = inside % apart == rest
+    for remainder in range(apart):
+        steps_here = step[step % apart == remainder]
+        place = inside % apart == remainder
         if not place.any():
             continue
-        found = solve(blocks(system, speed, parts, angle, own, shapes), highest, size[place])
-        if found is None:
+        solution = solve(
+            blocks(system, speed, parts, angle, steps_here, shapes), highest, size[place]
+        )
+        if solution is None:
             raise _singular(speed, system)
-        value[place], rounding[place], truncation[place] = found[:3]
-        beyond.append(found.beyond)
-    return Solved(value, rounding, truncation, np.concatenate(beyond))
+        value[place], rounding[place], truncation[place] = solution[:3]
+        beyond.append(solution.beyond)
+    return HarmonicSolution(value, rounding, truncation, np.concatenate(beyond))
 
 
 def _reach(system: VariableLine, torque: ComplexArray, follows: bool) -> int:
@@ -213,7 +215,7 @@ def _one_sided(value: np.ndarray) -> ComplexArray:
 
 
 def _trusted(
-    found: Solved,
+    solution: HarmonicSolution,
     shapes: FloatArray,
     largest: float,
     speed: float,
@@ -221,10 +223,10 @@ def _trusted(
     move: float,
 ) -> FloatArray:
     """Absolute error (N + 1, n), or the failure that it amounts to."""
-    middle = len(found.value) // 2
+    middle = len(solution.value) // 2
     rounding, truncation = (
         (part[middle:] + part[middle::-1]) @ np.abs(shapes)
-        for part in (found.rounding, found.truncation)
+        for part in (solution.rounding, solution.truncation)
     )
     if not np.isfinite(rounding).all() or rounding.max() > SINGULAR * largest:
         raise _singular(speed, system)
@@ -237,7 +239,11 @@ def _trusted(
 
 
 def _outside(
-    system: VariableLine, speed: float, parts: Terms, before: ComplexArray, step: ComplexArray
+    system: VariableLine,
+    speed: float,
+    parts: EquationTerms,
+    before: ComplexArray,
+    step: ComplexArray,
 ) -> FloatArray:
     """Twist (N + 1, n) that the residual of all freedoms would drive at constant inertia."""
     highest = len(step) - 1
@@ -248,17 +254,17 @@ def _outside(
     residual -= (shafts @ whole[..., None])[..., 0]
     values = station_values(system, speed, parts, orders)
     residual -= np.einsum("pqi,qi->pi", values, two_sided_angle(step, highest))
-    own = shafts.copy()
+    dynamic = shafts.copy()
     index = np.arange(len(system.line.inertia))
     frequency = speed / system.turns * orders
-    own[:, index, index] -= frequency[:, None] ** 2 * system.line.inertia
+    dynamic[:, index, index] -= frequency[:, None] ** 2 * system.line.inertia
 
-    inverse = np.empty_like(own)
+    inverse = np.empty_like(dynamic)
     try:
-        inverse[orders != 0] = np.linalg.inv(own[orders != 0])
+        inverse[orders != 0] = np.linalg.inv(dynamic[orders != 0])
     except np.linalg.LinAlgError:
         raise _singular(speed, system) from None
-    inverse[orders == 0] = np.linalg.pinv(own[orders == 0], hermitian=True)
+    inverse[orders == 0] = np.linalg.pinv(dynamic[orders == 0], hermitian=True)
     # what is missing at one order is missing in what that order feeds
     missing = np.zeros(residual.shape)
     for _ in range(_PASSES):
@@ -341,8 +347,8 @@ def _coupling(
     half = np.zeros((2 * count, n), dtype=np.complex128)
     given = 0.5 * (np.abs(system.variation) if sizes else system.variation).T
     steps = system.turns * np.arange(1, len(given) + 1)
-    kept = steps < 2 * count
-    half[steps[kept]] = given[kept]
+    within = steps < 2 * count
+    half[steps[within]] = given[within]
     both = np.concatenate([half[:0:-1].conj(), half])
     step = np.arange(count)
     middle = 2 * count - 1
@@ -360,20 +366,20 @@ def _compliance(
     system: VariableLine, speed: float, step: int, n: int
 ) -> tuple[ComplexArray, float]:
     """Twist (n, n) of the mean line for torques at one order, and its relative round-off."""
-    own = shaft_matrices(system, speed, np.array([step]))[0]
+    dynamic = shaft_matrices(system, speed, np.array([step]))[0]
     index = np.arange(n)
-    own[index, index] -= (speed * step / system.turns) ** 2 * system.line.inertia
+    dynamic[index, index] -= (speed * step / system.turns) ** 2 * system.line.inertia
     if step == 0:
-        free = free_pieces(system.line)
+        free = free_parts(system.line)
         load, origin = free * system.load, free * system.line.inertia
-        scale = np.abs(own).max()
+        scale = np.abs(dynamic).max()
         load, origin = (scale * (part.T / np.abs(part).max(axis=1)) for part in (load, origin))
         corner = np.zeros((len(free), len(free)))
-        own = np.block([[own, -load], [origin.T, corner]])
-    relative = EPSILON * float(np.linalg.cond(own)) if own.size else 0.0
+        dynamic = np.block([[dynamic, -load], [origin.T, corner]])
+    relative = EPSILON * float(np.linalg.cond(dynamic)) if dynamic.size else 0.0
     if not relative < SINGULAR:
         raise NumericalFailure(
             f"variable inertia at {speed:.6g} rad/s: order {step / system.turns:g} meets an "
             "undamped natural frequency of the line"
         )
-    return np.asarray(np.linalg.inv(own)[:n, :n]), relative
+    return np.asarray(np.linalg.inv(dynamic)[:n, :n]), relative

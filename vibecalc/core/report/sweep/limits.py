@@ -43,17 +43,17 @@ class Limit(NamedTuple):
 
 def judge(sweep: SweepView) -> tuple[list[Limit], list[str]]:
     """Limits on what the sweep keeps, in the order of the case, and quantities it does not keep."""
-    found: list[Limit] = []
+    limits: list[Limit] = []
     missing: list[str] = []
     rows: Any = sweep.case.get("limit") or ()
     for row in rows:
         path = str(row["quantity"])
-        if path not in sweep.kept:
+        if path not in sweep.quantities:
             missing.append(path)
             continue
         sides: tuple[Side, Side] = ("max", "min")
-        found += [_judge(sweep, row, path, side) for side in sides if row.get(side) is not None]
-    return found, list(dict.fromkeys(missing))
+        limits += [_judge(sweep, row, path, side) for side in sides if row.get(side) is not None]
+    return limits, list(dict.fromkeys(missing))
 
 
 def keeping_all(sweep: SweepView, limits: Sequence[Limit]) -> np.ndarray:
@@ -116,7 +116,7 @@ def least_broken(sweep: SweepView, limits: Sequence[Limit]) -> tuple[int, Limit,
 
 
 def _judge(sweep: SweepView, row: Mapping[str, Any], path: str, side: Side) -> Limit:
-    unit = sweep.kept[path].unit
+    unit = sweep.quantities[path].unit
     printed = read_printed(row[side], default_unit=unit)
     where = dict(row.get("where") or {})
     bound = convert(printed.number, printed.unit, unit)
@@ -174,7 +174,7 @@ def nearest(sweep: SweepView, among: np.ndarray) -> int | None:
     logarithmic, low, width = _scales(sweep)
     centre = _scaled(here[None, :], logarithmic, low, width)[0]
     choice = np.array([bool(key.names) for key in sweep.keys])
-    smallest, found = np.inf, int(points[0])
+    smallest, point = np.inf, int(points[0])
     for start in range(0, points.size, _BLOCK):
         block = points[start : start + _BLOCK]
         apart = np.abs(_scaled(sweep.values_of(block), logarithmic, low, width) - centre)
@@ -183,8 +183,8 @@ def nearest(sweep: SweepView, among: np.ndarray) -> int | None:
         distance = np.round(np.sum(apart**2, axis=1), 12)
         place = int(np.argmin(distance))
         if distance[place] < smallest:
-            smallest, found = float(distance[place]), int(block[place])
-    return found
+            smallest, point = float(distance[place]), int(block[place])
+    return point
 
 
 def ranges(sweep: SweepView, among: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -261,7 +261,7 @@ def limit_lines(sweep: SweepView, limits: Sequence[Limit], missing: Sequence[str
     return lines
 
 
-def kept_share(sweep: SweepView, limits: Sequence[Limit]) -> str:
+def share_within_limits(sweep: SweepView, limits: Sequence[Limit]) -> str:
     """`all 3 limits are kept at 120 of 441 (27.2 %) computed points`."""
     counted = sweep.done & sweep.independent
     kept = int(np.count_nonzero(keeping_all(sweep, limits) & counted))
@@ -278,7 +278,7 @@ def kept_share(sweep: SweepView, limits: Sequence[Limit]) -> str:
 def _decided_by(sweep: SweepView, limits: Sequence[Limit]) -> str:
     """What would decide the limits that the error of a point reaches over."""
     open_ = [one for one in limits if np.any(sweep.done & ~one.kept & ~one.broken)]
-    said = dict.fromkeys(remedy(sweep.kept[one.quantity], sweep.case) for one in open_)
+    said = dict.fromkeys(remedy(sweep.quantities[one.quantity], sweep.case) for one in open_)
     return f"{' and '.join(said)} would decide it"
 
 
@@ -311,9 +311,9 @@ def _region(sweep: SweepView, limits: Sequence[Limit]) -> list[str]:
     lines: list[str] = []
     if not kept.any():
         lines += paragraph("No computed point keeps all limits.")
-        found = least_broken(sweep, limits)
-        if found is not None:
-            point, limit, share = found
+        broken = least_broken(sweep, limits)
+        if broken is not None:
+            point, limit, share = broken
             text = f"least broken at {sweep.words_of(point)}: {read_as(limit.quantity, '')[0]} is "
             text += f"{show(100.0 * share, digits=3)} % of its bound beyond it"
             label = limit.worst.label(point)
@@ -374,5 +374,5 @@ def _nearest(sweep: SweepView, kept: np.ndarray) -> str:
     if here is None or near is None:
         return ""
     pairs = zip(sweep.keys, here, strict=True)
-    own = ", ".join(f"{key.words} = {key.shown(value)}" for key, value in pairs)
-    return f"nearest to the case as written ({own}): {sweep.words_of(near)}."
+    written = ", ".join(f"{key.words} = {key.shown(value)}" for key, value in pairs)
+    return f"nearest to the case as written ({written}): {sweep.words_of(near)}."

@@ -95,7 +95,7 @@ _ORDERS = (1, 2)
 def resonances(axes: "Axes", sweep: SweepView, part: Plane) -> None:
     """Dotted lines, if x is the crank speed and the sweep keeps the natural frequencies."""
     axis = sweep.grid[part.axes[0]]
-    path = next((path for path in sweep.kept if path.endswith(_MODES)), None)
+    path = next((path for path in sweep.quantities if path.endswith(_MODES)), None)
     if path is None or axis.keys[0].key != _SPEED:
         return
     natural, _ = entries(sweep, path)
@@ -186,7 +186,7 @@ def _panel(axes: "Axes", sweep: SweepView, part: Plane, one: Shown, own: Sequenc
         for i, name in enumerate(names):
             look = style | line_style(i) | ({"ls": "none"} if line == "none" else {})
             axes.plot(x, gaps(drawn[:, i]), label=None if at_end else name, **look)
-        note = f"{sweep.kept[one.path].axes[0].name} at the right" if at_end else ""
+        note = f"{sweep.quantities[one.path].axes[0].name} at the right" if at_end else ""
     unbounded = np.isinf(drawn).any(axis=1)
     if unbounded.any():
         places = np.full(np.count_nonzero(unbounded), 0.97)
@@ -253,7 +253,7 @@ def _separate(
     sweep: SweepView, part: Plane, one: Shown
 ) -> tuple[np.ndarray, tuple[str, ...]] | None:
     """Entries that are unlike each other and few, where nothing else asks for several lines."""
-    own, levels = sweep.kept[one.path].axes, sweep.kept[one.path].unit == "dB"
+    own, levels = sweep.quantities[one.path].axes, sweep.quantities[one.path].unit == "dB"
     if len(part.axes) > 1 or len(own) != 1 or (own[0].name in _ALIKE and not levels):
         return None
     if not 2 <= len(own[0].values) <= (_LEVELS if levels else _ENTRIES):

@@ -150,8 +150,8 @@ def panels(sweep: SweepView, limits: Sequence[Limit], points: np.ndarray, most: 
 def shown(sweep: SweepView, path: str) -> Shown:
     """A result in a unit that suits its size: rpm, Hz, mm, mJ, else as it is."""
     counted = worst(sweep, path)
-    factor, unit = shown_unit(path, sweep.kept[path].unit, counted.values)
-    return Shown(path, sweep.kept[path].long_name or short_name(path), unit, factor, counted)
+    factor, unit = shown_unit(path, sweep.quantities[path].unit, counted.values)
+    return Shown(path, sweep.quantities[path].long_name or short_name(path), unit, factor, counted)
 
 
 def short_name(path: str) -> str:

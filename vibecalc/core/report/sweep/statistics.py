@@ -62,17 +62,17 @@ class Worst(NamedTuple):
 def numeric(sweep: SweepView) -> list[str]:
     """Paths of kept results that are numbers, those that the case asks to keep in its order."""
     asked: Any = (sweep.case.get("sweep") or {}).get("keep") or ()
-    paths = [str(path) for path in asked if str(path) in sweep.kept]
-    paths += [path for path in sweep.kept if path not in paths]
+    paths = [str(path) for path in asked if str(path) in sweep.quantities]
+    paths += [path for path in sweep.quantities if path not in paths]
     spreads = {f"{path}_standard_error" for path in paths}
-    return [path for path in paths if path not in spreads and _is_number(sweep.kept[path])]
+    return [path for path in paths if path not in spreads and _is_number(sweep.quantities[path])]
 
 
 def read_worst(
     sweep: SweepView, path: str, where: Mapping[str, Any] | None = None
 ) -> tuple[str, str, Worst]:
     """Name and unit in which a result is read, and the largest entry at each point in it."""
-    own = sweep.kept[path].unit
+    own = sweep.quantities[path].unit
     name, unit = read_as(path, own)
     return name, unit, worst(sweep, path, where).times(convert(1.0, own, unit))
 
@@ -86,7 +86,7 @@ def worst(
     first one counts, so that round-off does not choose the name. Raises ResultError where an axis
     or entry does not exist.
     """
-    quantity = sweep.kept[path]
+    quantity = sweep.quantities[path]
     places, labels = _places(quantity, where or {})
     stacked = sweep.read(path)
     values = _chosen(stacked.values, places)
@@ -99,7 +99,7 @@ def worst(
 
 def entries(sweep: SweepView, path: str) -> tuple[np.ndarray, tuple[str, ...]]:
     """All entries of a result at each point, (points, entries), and their names."""
-    places, labels = _places(sweep.kept[path], {})
+    places, labels = _places(sweep.quantities[path], {})
     values = _chosen(sweep.read(path).values, places)
     return np.where(sweep.done[:, None], values, np.nan), labels
 
@@ -137,14 +137,16 @@ def _reduced(values: np.ndarray, errors: np.ndarray, side: Side) -> tuple[np.nda
 
 
 def _spread(
-    sweep: SweepView, path: str, own: np.ndarray | None, places: np.ndarray, entry: np.ndarray
+    sweep: SweepView, path: str, spread: np.ndarray | None, places: np.ndarray, entry: np.ndarray
 ) -> np.ndarray | None:
     """Standard error of the entry that counts: its own result if kept, else one for all."""
     twin = f"{path}_standard_error"
-    if twin in sweep.kept and _shape(sweep.kept[twin]) == _shape(sweep.kept[path]):
+    if twin in sweep.quantities and _shape(sweep.quantities[twin]) == _shape(
+        sweep.quantities[path]
+    ):
         values = _chosen(sweep.read(twin).values, places)
         return np.asarray(np.where(sweep.done, values[np.arange(len(values)), entry], np.nan))
-    return None if own is None else np.where(sweep.done, own, np.nan)
+    return None if spread is None else np.where(sweep.done, spread, np.nan)
 
 
 def _is_number(quantity: Quantity) -> bool:
@@ -179,7 +181,7 @@ def extreme_lines(sweep: SweepView) -> list[str]:
     unbounded: list[str] = []
     for path in numeric(sweep):
         name, unit, counted = read_worst(sweep, path)
-        orders = _orders(sweep.kept[path])
+        orders = _orders(sweep.quantities[path])
         for place, order in enumerate(orders):
             title = f"  order {order}" if place else f"{name}\n  order {order}"
             rows += _rows(sweep, worst(sweep, path, {"order": order}), title, unit)
@@ -274,11 +276,11 @@ def statistic_lines(sweep: SweepView) -> list[str]:
     rows, notes = [], []
     for path in numeric(sweep):
         name, unit, counted = read_worst(sweep, path)
-        found = sample_statistics(sweep, counted)
-        if isinstance(found, str):
-            notes.append(f"{name}: {found}")
+        statistics = sample_statistics(sweep, counted)
+        if isinstance(statistics, str):
+            notes.append(f"{name}: {statistics}")
             continue
-        centre, ranks = found
+        centre, ranks = statistics
         terms = counted.estimate(0).terms
 
         def shown(value: Any, error: Any, terms: float = terms) -> str:
@@ -320,14 +322,14 @@ def index_lines(sweep: SweepView) -> list[str]:
     samples = 0
     for path in numeric(sweep):
         title, _, counted = read_worst(sweep, path)
-        found = indices_of(sweep, counted)
-        if isinstance(found, str):
-            notes.append(f"{title}: {found}")
+        indices = indices_of(sweep, counted)
+        if isinstance(indices, str):
+            notes.append(f"{title}: {indices}")
             continue
-        samples = found.samples
+        samples = indices.samples
         for place, name in enumerate(names):
             cells = [title if place == 0 else "", name]
-            for part in (found.first, found.total):
+            for part in (indices.first, indices.total):
                 cells.append(f"{float(part.value[place]):.3f}")
                 cells.append(f"{float(part.standard_error[place]):.3f}")
             rows.append(cells)

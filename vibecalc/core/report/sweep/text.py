@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.core.report.sweep.limits import Limit, judge, kept_share, limit_lines
+from vibecalc.core.report.sweep.limits import Limit, judge, limit_lines, share_within_limits
 from vibecalc.core.report.sweep.statistics import extreme_lines, index_lines, statistic_lines
 from vibecalc.core.report.sweep.view import SweepView, causes, example, failure_lines
 from vibecalc.core.report.writing import (
@@ -23,7 +23,7 @@ from vibecalc.core.report.writing import (
 from vibecalc.core.results.layout import DONE, NOT_RUN, STATUS_WORDS
 
 if TYPE_CHECKING:
-    from vibecalc.core.study.sweep.prepare import Forecast, Kept, Prepared
+    from vibecalc.core.study.sweep.prepare import Forecast, PreparedSweep, StoredQuantity
 
 # ----------------------------------------------------------------------------
 # What `sweep` says before it starts and after it ends, in words and as plain objects.
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 _UNITS = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"), (1.0, "s"))
 
 
-def forecast_object(prepared: "Prepared", found: "Forecast", chunks: int) -> dict[str, Any]:
+def forecast_object(prepared: "PreparedSweep", forecast: "Forecast", chunks: int) -> dict[str, Any]:
     """What `--dry-run --json` prints; seconds and bytes are estimates."""
     design, strategy = prepared.design, prepared.strategy
     return {
@@ -52,38 +52,39 @@ def forecast_object(prepared: "Prepared", found: "Forecast", chunks: int) -> dic
                 "axes": None if one.axes is None else dict(one.axes),
                 "reason": one.reason or None,
             }
-            for one in found.kept
+            for one in forecast.stored
         ],
-        "tried": found.tried,
-        "failed": len(found.failures),
-        "processes": found.jobs,
-        "seconds": found.seconds,
-        "bytes": found.size,
+        "tried": forecast.tried,
+        "failed": len(forecast.failures),
+        "processes": forecast.jobs,
+        "seconds": forecast.seconds,
+        "bytes": forecast.size,
         "identity": prepared.identity.sweep,
     }
 
 
-def render_forecast(prepared: "Prepared", found: "Forecast", chunks: int, output: Path) -> str:
+def render_forecast(
+    prepared: "PreparedSweep", forecast: "Forecast", chunks: int, output: Path
+) -> str:
     """The same as text."""
     design, strategy = prepared.design, prepared.strategy
     sizes = " x ".join(str(size) for size in design.shape)
     shape = f", a grid of {sizes}" if design.sampling == "grid" else f", {design.sampling} sampling"
-    tried = (
-        f"from {_count(found.tried, 'point')} that {'was' if found.tried == 1 else 'were'} tried"
-    )
+    were = "was" if forecast.tried == 1 else "were"
+    tried = f"from {_count(forecast.tried, 'point')} that {were} tried"
     size = f"{strategy.chunk_size} points each" if chunks > 1 else "all points"
+    processes = _count(forecast.jobs, "process", "es")
     rows = [
         ("points", f"{design.count}{shape}"),
         ("strategy", f"{strategy.kind}: {strategy.reason}"),
         ("chunks", f"{chunks}, {size}"),
-        ("time", f"about {duration(found.seconds)} with {_count(found.jobs, 'process', 'es')}, "
-                 f"{tried}"),
-        ("file", f"about {_bytes(found.size)}, {output}"),
-    ]  # fmt: skip
-    if found.failures:
-        rows.append(("failed", f"{len(found.failures)} of those tried: {found.failures[0]}"))
+        ("time", f"about {duration(forecast.seconds)} with {processes}, {tried}"),
+        ("file", f"about {_bytes(forecast.size)}, {output}"),
+    ]
+    if forecast.failures:
+        rows.append(("failed", f"{len(forecast.failures)} of those tried: {forecast.failures[0]}"))
     lines = [f"{prepared.loaded.path}: {prepared.loaded.case.title}", *pairs(rows, 10), "", "kept"]
-    lines += pairs([(one.path, _shape_words(one)) for one in found.kept], 48)
+    lines += pairs([(one.path, _shape_words(one)) for one in forecast.stored], 48)
     return "\n".join([*lines, "", "nothing was written"])
 
 
@@ -110,7 +111,7 @@ def outcome_object(
         ],
         "quantities": {
             path: {"unit": one.unit, "axes": [axis.name for axis in one.axes]}
-            for path, one in sweep.kept.items()
+            for path, one in sweep.quantities.items()
         },
         "left_out": dict(sweep.left_out),
         "limits": [
@@ -150,7 +151,7 @@ def duration(seconds: float) -> str:
     return f"{seconds / size:.2g} {name}"
 
 
-def _shape_words(one: "Kept") -> str:
+def _shape_words(one: "StoredQuantity") -> str:
     if one.axes is None:
         return one.reason
     axes = " x ".join(f"{name} ({length})" for name, length in one.axes)
@@ -262,7 +263,7 @@ def conclusion(sweep: SweepView, limits: Sequence[Limit]) -> str:
     if count[NOT_RUN]:
         clauses.append(f"{count[NOT_RUN]} {'was' if count[NOT_RUN] == 1 else 'were'} not run")
     if limits:
-        clauses.append(kept_share(sweep, limits))
+        clauses.append(share_within_limits(sweep, limits))
     return "; ".join(clauses) + "."
 
 

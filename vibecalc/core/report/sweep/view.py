@@ -68,7 +68,7 @@ class GridAxis(NamedTuple):
         return bool(np.ptp(steps) <= _LOG_RTOL * abs(steps[0]) and steps[0] != 0.0)
 
 
-class Stacked(NamedTuple):
+class StackedResult(NamedTuple):
     """A result at all points: values (points, own axes), error (points,), perhaps spread."""
 
     values: np.ndarray
@@ -78,7 +78,8 @@ class Stacked(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class SweepView:
-    """A sweep. Points are counted in C order; `kept` describes each result without its values.
+    """A sweep. Points are counted in C order; `quantities` describes each result without its
+    values.
 
     `read` gives the values of one path, so that no more than one result is in memory at a time.
     `grid` is empty for a sampling, `drawn` (points, keys) is None for a grid; `together` has the
@@ -95,8 +96,8 @@ class SweepView:
     indices: bool = False
     status: np.ndarray
     message: Callable[[int], str]
-    kept: Mapping[str, Quantity]
-    read: Callable[[str], Stacked]
+    quantities: Mapping[str, Quantity]
+    read: Callable[[str], StackedResult]
     facts: Sequence[tuple[str, str]] = ()
     left_out: Mapping[str, str] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
@@ -180,7 +181,7 @@ def view_of(result: SweepResult) -> SweepView:
         indices=bool(head.design.get("indices")),
         status=result.status().ravel(),
         message=lambda point: reasons.get(point, ""),
-        kept={path: _described(quantity) for path, quantity in result.quantities.items()},
+        quantities={path: _described(quantity) for path, quantity in result.quantities.items()},
         read=lambda path: _read(result.quantities[path], result.count),
         facts=(
             ("sha256 of the case", head.result.case_sha256),
@@ -211,32 +212,39 @@ def _short(keys: list[str], case: Mapping[str, Any]) -> list[str]:
     """The shortest end of each key that no other key has, and whose it is where many have such."""
     parts = [key.split(".") for key in keys]
     names = []
-    for mine, own in enumerate(parts):
+    for mine, path_parts in enumerate(parts):
         others = [other for place, other in enumerate(parts) if place != mine]
-        sizes = range(1, len(own) + 1)
-        size = next((n for n in sizes if all(o[-n:] != own[-n:] for o in others)), len(own))
-        if size == 1 and own[-1] in _SHARED and own[-2:-1] and own[-2] in _OWNERS:
+        sizes = range(1, len(path_parts) + 1)
+        size = next(
+            (n for n in sizes if all(o[-n:] != path_parts[-n:] for o in others)), len(path_parts)
+        )
+        if (
+            size == 1
+            and path_parts[-1] in _SHARED
+            and path_parts[-2:-1]
+            and path_parts[-2] in _OWNERS
+        ):
             size = 2
-        owner = _member(own[:-1], case) if size == 2 else ""
-        mark = " " if size == 2 and own[-2] in _OWNERS else "."
-        words = f"{own[-1]} of {owner}" if owner else mark.join(own[-size:])
+        owner = _member(path_parts[:-1], case) if size == 2 else ""
+        mark = " " if size == 2 and path_parts[-2] in _OWNERS else "."
+        words = f"{path_parts[-1]} of {owner}" if owner else mark.join(path_parts[-size:])
         names.append(words.replace("_", " "))
     return names
 
 
 def _member(parts: Sequence[str], case: Mapping[str, Any]) -> str:
     """The name that the case gives to a member of a list, `cylinders[0]`; empty if it has none."""
-    found: Any = case
+    node: Any = case
     for part in parts:
         match = re.fullmatch(r"(\w+)(?:\[(\d+)\])?", part)
-        if match is None or not isinstance(found, Mapping):
+        if match is None or not isinstance(node, Mapping):
             return ""
-        found = found.get(match[1])
+        node = node.get(match[1])
         if match[2] is not None:
-            inside = isinstance(found, list | tuple) and int(match[2]) < len(found)
-            found = found[int(match[2])] if inside else None
+            inside = isinstance(node, list | tuple) and int(match[2]) < len(node)
+            node = node[int(match[2])] if inside else None
     indexed = bool(parts) and parts[-1].endswith("]")
-    return str(found.get("name") or "") if indexed and isinstance(found, Mapping) else ""
+    return str(node.get("name") or "") if indexed and isinstance(node, Mapping) else ""
 
 
 def _described(quantity: StackedQuantity) -> Quantity:
@@ -253,11 +261,11 @@ def _described(quantity: StackedQuantity) -> Quantity:
     )
 
 
-def _read(quantity: StackedQuantity, count: int) -> Stacked:
-    own = tuple(len(axis.values) for axis in quantity.axes)
+def _read(quantity: StackedQuantity, count: int) -> StackedResult:
+    lengths = tuple(len(axis.values) for axis in quantity.axes)
     spread = quantity.standard_errors()
-    return Stacked(
-        quantity.values().reshape(count, *own),
+    return StackedResult(
+        quantity.values().reshape(count, *lengths),
         quantity.errors().reshape(count),
         None if spread is None else spread.reshape(count),
     )

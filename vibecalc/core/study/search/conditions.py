@@ -57,10 +57,10 @@ def slope(sampler: Values, unit: np.ndarray, direction: np.ndarray, noise: np.nd
     """
     best: Slope | None = None
     for spacing in SPACINGS:
-        found = _at_spacing(sampler, unit, direction, noise, spacing)
-        if found is None:
+        spaced = _at_spacing(sampler, unit, direction, noise, spacing)
+        if spaced is None:
             continue
-        candidate, truncation = found
+        candidate, truncation = spaced
         if best is None:
             best = candidate
         else:

@@ -24,8 +24,8 @@ BEND = 10.0
 WORTH = 0.1
 
 
-class Settled(NamedTuple):
-    """The end of the descent on the unit cube; `rise` and `error` as in `active_set`.
+class DescentEnd(NamedTuple):
+    """The end of the descent on the unit cube; `excess` and `error` as in `active_set`.
 
     `residual` is the fall that the planes still promise, over the radius and the steepest slope;
     `margins` (m,) and `bounds` (n,) are the multipliers of the last linear programme.
@@ -33,7 +33,7 @@ class Settled(NamedTuple):
 
     unit: np.ndarray
     error: np.ndarray
-    rise: float
+    excess: float
     residual: float
     margins: np.ndarray
     bounds: np.ndarray
@@ -54,7 +54,7 @@ class _Plane(NamedTuple):
     first: np.ndarray
 
 
-def settle(sampler: Values, start: np.ndarray) -> Settled | None:
+def settle(sampler: Values, start: np.ndarray) -> DescentEnd | None:
     """Descend on a function whose pieces meet in kinks, such as the largest of hidden curves.
 
     Parameters
@@ -65,7 +65,7 @@ def settle(sampler: Values, start: np.ndarray) -> Settled | None:
 
     Returns
     -------
-    settled : Settled or None
+    settled : DescentEnd or None
         None where the surroundings cannot be evaluated.
 
     Notes
@@ -84,10 +84,10 @@ def settle(sampler: Values, start: np.ndarray) -> Settled | None:
     planes: list[_Plane] = []
     news = [(unit, 0.5)] * (2 * start.size + 1)
     for _ in range(MOST_ROUNDS):
-        found = [_plane(sampler, point, size * radius, next(offsets)) for point, size in news]
+        new_planes = [_plane(sampler, point, size * radius, next(offsets)) for point, size in news]
         planes = [
             plane
-            for plane in planes + [one for one in found if one is not None]
+            for plane in planes + [one for one in new_planes if one is not None]
             if np.max(np.abs(plane.point - unit)) <= 1.5 * radius
         ]
         lowest = _lowest(planes, sampler.entries, unit, radius) if planes else None
@@ -114,8 +114,8 @@ def settle(sampler: Values, start: np.ndarray) -> Settled | None:
             error = np.full(unit.size, radius + step + np.sqrt(2 * noise))
             # a gradient taken across a kink lifts a plane a little: count the promise fourfold
             # and the pieces bend away from their planes by the square of the radius
-            rise = 4 * promised + BEND * radius**2 + 1e-12 + 2 * noise
-            return Settled(unit, error, rise, residual, lowest.margins, lowest.bounds)
+            excess = 4 * promised + BEND * radius**2 + 1e-12 + 2 * noise
+            return DescentEnd(unit, error, excess, residual, lowest.margins, lowest.bounds)
         vain = 0
         radius = max(LAST_RADIUS, min(0.25 * radius, 4 * step))
     return None
@@ -171,21 +171,21 @@ def _lowest(planes: list[_Plane], entries: int, unit: np.ndarray, radius: float)
     right = np.concatenate([top - height[:, :entries].ravel(), height[:, entries:].ravel()])
     least, most = np.maximum(-1.0, -unit / radius), np.minimum(1.0, (1 - unit) / radius)
     bounds = [*zip(least.tolist(), most.tolist(), strict=True), (None, None), (0.0, None)]
-    found = linprog(
+    programme = linprog(
         np.append(np.zeros(size), [1.0, PRICE]),
         A_ub=np.vstack([objective, margin]),
         b_ub=right / scale,
         bounds=bounds,
         method="highs-ds",
     )
-    if found.x is None:
+    if programme.x is None:
         return None
-    duals = -np.asarray(found.ineqlin.marginals)[count * entries :]
+    duals = -np.asarray(programme.ineqlin.marginals)[count * entries :]
     margins = np.sum(duals.reshape(count, rows - entries), axis=0)
-    walls = np.where(least > -1.0, found.lower.marginals[:size], 0.0)
-    walls = walls + np.where(most < 1.0, found.upper.marginals[:size], 0.0)
-    merit = top + scale * float(found.x[size] + PRICE * found.x[size + 1])
-    lowest = np.clip(unit + radius * found.x[:size], 0, 1)
+    walls = np.where(least > -1.0, programme.lower.marginals[:size], 0.0)
+    walls = walls + np.where(most < 1.0, programme.upper.marginals[:size], 0.0)
+    merit = top + scale * float(programme.x[size] + PRICE * programme.x[size + 1])
+    lowest = np.clip(unit + radius * programme.x[:size], 0, 1)
     return _Lowest(lowest, merit, margins, walls * scale / radius)
 
 

@@ -113,17 +113,17 @@ def local_search(sampler: Values, start: np.ndarray, *, to_the_end: bool = False
             "bounds": [(0.0, 1.0)] * size,
         }
     try:
-        found = minimize(
+        solution = minimize(
             x0=point, method="SLSQP", options={"ftol": accuracy, "maxiter": MOST_STEPS}, **arguments
         )
     except _NearZero:
         return LocalEnd(best[0], "near zero")
     except _Stranded:
         return LocalEnd(best[0], "stopped next to points that cannot be evaluated")
-    end = np.clip(found.x[:size], 0, 1)
+    end = np.clip(solution.x[:size], 0, 1)
     if not np.all(np.isfinite(end)) or sampler(end) is None:
         return LocalEnd(best[0], "stopped next to points that cannot be evaluated")
-    return LocalEnd(end, REASONS.get(int(found.status), str(found.message).lower()))
+    return LocalEnd(end, REASONS.get(int(solution.status), str(solution.message).lower()))
 
 
 def _vanishing(sampler: Values, vector: np.ndarray) -> bool:
@@ -198,10 +198,13 @@ def feasible_point(sampler: Sampler, ends: list[np.ndarray], margins: int) -> np
             best, least = end, float(np.max(vector))
         if least <= 0:
             return best
-    found = sampler(best)
-    assert found is not None
-    kept = found[sampler.entries :]
-    worst = ", ".join(f"margin {index} is {kept[index]:.6g}" for index in np.flatnonzero(kept < 0))
+    values = sampler(best)
+    assert values is not None
+    margin_values = values[sampler.entries :]
+    worst = ", ".join(
+        f"margin {index} is {margin_values[index]:.6g}"
+        for index in np.flatnonzero(margin_values < 0)
+    )
     nearest = sampler.box.values(best)
     raise Infeasible(
         f"no point within the bounds keeps all limits. The least violated one found is at "
@@ -217,12 +220,12 @@ def feasible_point(sampler: Sampler, ends: list[np.ndarray], margins: int) -> np
 # ----------------------------------------------------------------------------
 
 #: violation up to which the end of a local search counts as feasible, before it is refined
-NEARLY_KEPT = 1e-6
+FEASIBLE_WITHIN = 1e-6
 #: an objective whose change is a smaller share of it than this counts as constant
 UNRESOLVED = 2e-11
 
 
-class End(NamedTuple):
+class SearchEnd(NamedTuple):
     """Start and end of a local search on the unit cube; objective and violation at its end."""
 
     start: np.ndarray
@@ -233,15 +236,15 @@ class End(NamedTuple):
     evaluations: int
 
 
-class Ends(NamedTuple):
+class SearchEnds(NamedTuple):
     """All local searches, and what there is to say about them."""
 
-    ends: list[End]
+    ends: list[SearchEnd]
     notes: tuple[str, ...]
     flat: bool = False
 
 
-class Walked(Protocol):
+class SearchOutcome(Protocol):
     """What a search hands back: the end on the unit cube, and in words why it stopped."""
 
     @property
@@ -254,9 +257,9 @@ class Walked(Protocol):
 def search_all(
     sampler: Sampler,
     points: np.ndarray,
-    searcher: Callable[[Values, np.ndarray], Walked] = local_search,
+    searcher: Callable[[Values, np.ndarray], SearchOutcome] = local_search,
     most: int | None = None,
-) -> Ends:
+) -> SearchEnds:
     """Search from every start that can be evaluated; `sampler.scale` is set on the way.
 
     Parameters
@@ -281,7 +284,7 @@ def search_all(
             f"none of the {len(points)} starting points of the search can be evaluated; the first "
             f"says: {next(iter(sampler.failures.values()))}"
         )
-    ends: list[End] = []
+    ends: list[SearchEnd] = []
     notes: tuple[str, ...] = ()
     walks = 0
     for point, vector in zip(points, vectors, strict=True):
@@ -290,7 +293,7 @@ def search_all(
             break
         if vector is None:
             reason = f"cannot be evaluated: {sampler.failures[(point + 0.0).tobytes()]}"
-            ends.append(End(point, point, np.nan, np.inf, reason, 0))
+            ends.append(SearchEnd(point, point, np.nan, np.inf, reason, 0))
         elif sampler.left < sampler.reserve and any(end.violation < np.inf for end in ends):
             notes = (f"the budget ended the search after {len(ends)} of {len(points)} starts",)
             break
@@ -298,9 +301,9 @@ def search_all(
             walk = searcher(sampler, point)
             walks += 1
             ends.append(_end(sampler, point, walk.unit, walk.reason, sampler.count - before))
-    if not any(end.violation <= NEARLY_KEPT for end in ends):
+    if not any(end.violation <= FEASIBLE_WITHIN for end in ends):
         ends += _from_feasible(sampler, ends, known[0].size - sampler.entries)
-    return Ends(ends, notes, flat)
+    return SearchEnds(ends, notes, flat)
 
 
 def set_scale(sampler: Sampler, points: np.ndarray) -> tuple[list[np.ndarray | None], bool]:
@@ -318,7 +321,7 @@ def set_scale(sampler: Sampler, points: np.ndarray) -> tuple[list[np.ndarray | N
     return vectors, change <= least
 
 
-def _from_feasible(sampler: Sampler, ends: list[End], margins: int) -> list[End]:
+def _from_feasible(sampler: Sampler, ends: list[SearchEnd], margins: int) -> list[SearchEnd]:
     """Find a point that keeps all limits and search from it."""
     nearest = sorted(
         (end for end in ends if np.isfinite(end.violation)), key=lambda end: end.violation
@@ -326,21 +329,21 @@ def _from_feasible(sampler: Sampler, ends: list[End], margins: int) -> list[End]
     before = sampler.count
     start = feasible_point(sampler, [end.unit for end in nearest], margins)
     unit, reason = local_search(sampler, start)
-    found = _end(sampler, start, unit, reason, sampler.count - before)
-    if found.violation <= NEARLY_KEPT:
-        return [found]
-    return [found, _end(sampler, start, start, "keeps the limits, not improved", 0)]
+    improved = _end(sampler, start, unit, reason, sampler.count - before)
+    if improved.violation <= FEASIBLE_WITHIN:
+        return [improved]
+    return [improved, _end(sampler, start, start, "keeps the limits, not improved", 0)]
 
 
 def _end(
     sampler: Sampler, start: np.ndarray, unit: np.ndarray, reason: str, evaluations: int
-) -> End:
+) -> SearchEnd:
     unit = sampler.box.fold(unit)
     vector = sampler(unit)
     assert vector is not None
     objective = float(np.max(vector[: sampler.entries]))
     violation = float(np.max(-vector[sampler.entries :], initial=0.0))
-    return End(start, unit, objective, violation, reason, evaluations)
+    return SearchEnd(start, unit, objective, violation, reason, evaluations)
 
 
 def _change(sampler: Sampler, points: np.ndarray, vectors: list[np.ndarray | None]) -> float:

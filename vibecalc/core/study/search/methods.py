@@ -64,13 +64,13 @@ def hooke_jeeves(function: Scalar, start: np.ndarray, step: float, tolerance: fl
     """
     step = float(2.0 ** np.round(np.log2(step)))
     start = np.round(start * _FINEST) / _FINEST
-    seen: dict[bytes, float] = {}
+    known: dict[bytes, float] = {}
 
     def value_at(point: np.ndarray) -> float:
         key = (point + 0.0).tobytes()
-        if key not in seen:
-            seen[key] = function(point)
-        return seen[key]
+        if key not in known:
+            known[key] = function(point)
+        return known[key]
 
     signs = np.ones(start.size)
 
@@ -88,14 +88,14 @@ def hooke_jeeves(function: Scalar, start: np.ndarray, step: float, tolerance: fl
 
     base, value = start, value_at(start)
     while True:
-        found, lowest = explore(base)
+        explored, lowest = explore(base)
         while lowest < value:
-            before, base, value = base, found, lowest
-            found, lowest = explore(np.clip(2.0 * base - before, 0.0, 1.0))
+            before, base, value = base, explored, lowest
+            explored, lowest = explore(np.clip(2.0 * base - before, 0.0, 1.0))
         if explore(base)[1] < value:
             continue
         if step <= tolerance:
-            return Descent(base, value, len(seen), True)
+            return Descent(base, value, len(known), True)
         step = 0.5 * step
 
 
@@ -131,9 +131,9 @@ def nelder_mead(function: Scalar, start: np.ndarray, step: float, tolerance: flo
     point, value = start, counted(start)
     edge = step
     for _ in range(MOST_RESTARTS):
-        found, lowest, settled = _crawl(counted, point, value, edge, tolerance)
+        crawled, lowest, settled = _crawl(counted, point, value, edge, tolerance)
         gained = lowest < value
-        point, value = found, lowest
+        point, value = crawled, lowest
         if not gained and settled and edge <= 10.0 * tolerance:
             return Descent(point, value, evaluations, True)
         edge = max(10.0 * tolerance, edge if not settled else 0.1 * edge)
@@ -239,17 +239,17 @@ def augmented(sampler: Values, start: np.ndarray, inner: Inner) -> Walk:
         return float(np.max(vector[:entries]) + 0.5 * weight * np.sum(short**2))
 
     if price.size == 0:
-        found = inner(merit, start, FIRST_STEP, TOLERANCE)
-        return Walk(found.point, _words(found.converged), found.converged)
+        descent = inner(merit, start, FIRST_STEP, TOLERANCE)
+        return Walk(descent.point, _words(descent.converged), descent.converged)
     point, step, tolerance, before = start, FIRST_STEP, FIRST_TOLERANCE, np.inf
     for _ in range(MOST_ROUNDS):
-        found = inner(merit, point, step, tolerance)
-        point = found.point
+        descent = inner(merit, point, step, tolerance)
+        point = descent.point
         vector = sampler(point)
         assert vector is not None
         unsettled = float(np.max(np.abs(np.minimum(vector[entries:], price / weight))))
         if unsettled <= SETTLED and tolerance <= TOLERANCE:
-            return Walk(point, _words(found.converged), found.converged)
+            return Walk(point, _words(descent.converged), descent.converged)
         price = np.maximum(0.0, price - weight * vector[entries:])
         if unsettled > 0.25 * before and weight < LARGEST_WEIGHT:
             weight *= 4.0
@@ -292,14 +292,14 @@ def differential_evolution(sampler: Values, start: np.ndarray) -> Walk:
         vector = sampler(np.clip(unit, 0.0, 1.0))
         return np.inf if vector is None else float(np.max(vector[:entries]))
 
-    def kept(unit: np.ndarray) -> np.ndarray:
+    def limit_margins(unit: np.ndarray) -> np.ndarray:
         vector = sampler(np.clip(unit, 0.0, 1.0))
         return np.full(margins, -1e6) if vector is None else vector[entries:]
 
-    found = evolve(
+    solution = evolve(
         objective,
         [(0.0, 1.0)] * start.size,
-        constraints=(NonlinearConstraint(kept, 0.0, np.inf),) if margins else (),
+        constraints=(NonlinearConstraint(limit_margins, 0.0, np.inf),) if margins else (),
         seed=np.random.default_rng(SEED),
         x0=start,
         polish=False,
@@ -307,8 +307,8 @@ def differential_evolution(sampler: Values, start: np.ndarray) -> Walk:
         atol=SPREAD,
         maxiter=MOST_GENERATIONS,
     )
-    reason = "converged" if found.success else f"stopped after {MOST_GENERATIONS} generations"
-    return Walk(np.clip(found.x, 0.0, 1.0), reason, bool(found.success))
+    reason = "converged" if solution.success else f"stopped after {MOST_GENERATIONS} generations"
+    return Walk(np.clip(solution.x, 0.0, 1.0), reason, bool(solution.success))
 
 
 # ----------------------------------------------------------------------------
@@ -333,7 +333,7 @@ class Method(NamedTuple):
     everywhere: bool = False
 
 
-class Found(NamedTuple):
+class MethodEnd(NamedTuple):
     """Where one method ended, without any help, and what it cost.
 
     `variables` (n,), `objective` (its largest entry) and `margins` (m,) as `evaluate` gives them;
@@ -362,7 +362,7 @@ def find(
     first: ArrayLike | None = None,
     budget: int = 20000,
     period: ArrayLike = 0.0,
-) -> Found:
+) -> MethodEnd:
     """Search with one method of `METHODS` from one start, and take its end as it is.
 
     Parameters
@@ -388,7 +388,7 @@ def find(
     if vectors[0] is None:
         why = next(iter(sampler.failures.values()))
         raise NumericalFailure(f"the start of the search cannot be evaluated: {why}")
-    watched = _Watched(sampler, budget)
+    watched = _WatchedSampler(sampler, budget)
     watched(start)
     try:
         walk = METHODS[name].search(watched, start)
@@ -398,7 +398,7 @@ def find(
     vector = sampler(walk.unit)
     assert vector is not None
     margins = vector[sampler.entries :]
-    return Found(
+    return MethodEnd(
         variables=box.values(walk.unit),
         objective=float(np.max(vector[: sampler.entries])) * sampler.scale,
         margins=margins,
@@ -418,7 +418,7 @@ def _residual(sampler: Sampler, unit: np.ndarray) -> float:
         return np.inf
 
 
-class _Watched:
+class _WatchedSampler:
     """The sampler with an end to its evaluations and a memory for the best point met."""
 
     def __init__(self, sampler: Sampler, budget: int):

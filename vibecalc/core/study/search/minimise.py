@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.core.study.search.local_search import (
-    NEARLY_KEPT,
+    FEASIBLE_WITHIN,
     VANISHING,
-    End,
-    Ends,
+    SearchEnd,
+    SearchEnds,
     local_search,
     search_all,
 )
@@ -25,7 +25,7 @@ from vibecalc.core.study.search.problem import (
     Search,
     spread,
 )
-from vibecalc.core.study.search.refine import Refined, keeps, refine
+from vibecalc.core.study.search.refine import RefinedOptimum, keeps, refine
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON
 
@@ -74,14 +74,14 @@ def _same(sampler: Sampler, one: EndPoint, other: EndPoint) -> bool:
     if abs(one.objective - other.objective) > EQUAL:
         return False
     try:
-        way = sampler.box.apart(one.unit, other.unit)
-        vectors = [sampler(one.unit + part * way) for part in _BETWEEN]
+        difference = sampler.box.apart(one.unit, other.unit)
+        vectors = [sampler(one.unit + part * difference) for part in _BETWEEN]
     except BudgetSpent:
         return False
     return all(
         vector is not None
         and abs(float(np.max(vector[: sampler.entries])) - one.objective) <= EQUAL
-        and bool(np.all(vector[sampler.entries :] >= -NEARLY_KEPT))
+        and bool(np.all(vector[sampler.entries :] >= -FEASIBLE_WITHIN))
         for vector in vectors
     )
 
@@ -99,7 +99,7 @@ SHORT_OF = 3e-2
 MOST_RIVALS = 4
 
 
-class Distinct(NamedTuple):
+class DistinctEnd(NamedTuple):
     """An end point apart from all others, and how many searches ended there."""
 
     unit: np.ndarray
@@ -107,14 +107,16 @@ class Distinct(NamedTuple):
     found_by: int
 
 
-class Choice(NamedTuple):
+class ChosenOptimum(NamedTuple):
     """The optimum, refined, and all distinct ends that keep the limits, lowest first."""
 
-    best: Refined
-    distinct: tuple[Distinct, ...]
+    best: RefinedOptimum
+    distinct: tuple[DistinctEnd, ...]
 
 
-def choose(sampler: Sampler, ends: list[End], begin: np.ndarray, accuracy: float) -> Choice:
+def choose(
+    sampler: Sampler, ends: list[SearchEnd], begin: np.ndarray, accuracy: float
+) -> ChosenOptimum:
     """Refine the ends that compete and take the lowest; of equally low ones the nearest to begin.
 
     Raises
@@ -128,14 +130,14 @@ def choose(sampler: Sampler, ends: list[End], begin: np.ndarray, accuracy: float
     vanishes = sampler.smallest >= 0 and lowest < VANISHING
     equal = VANISHING if vanishes else 1e-6
 
-    def rank(one: Distinct) -> tuple[float, ...]:
+    def rank(one: DistinctEnd) -> tuple[float, ...]:
         away = round(float(np.linalg.norm(sampler.box.apart(begin, one.unit))), 6)
         return (away, *np.round(one.unit, 6))
 
     level = sorted((one for one in distinct if one.objective <= lowest + equal), key=rank)
     rivals = [one for one in distinct if lowest + equal < one.objective <= lowest + RIVALS]
     half = MOST_RIVALS // 2
-    refined: list[Refined] = []
+    refined: list[RefinedOptimum] = []
     final = {id(one): one for one in distinct}
     for one in level[:half] + rivals[:half] + level[half:] + rivals[half:]:
         if len(refined) == MOST_RIVALS:
@@ -143,42 +145,42 @@ def choose(sampler: Sampler, ends: list[End], begin: np.ndarray, accuracy: float
         if any(_covers(sampler.box, done, one) for done in refined):
             continue
         below = min((done.objective for done in refined), default=np.inf)
-        found = refine(sampler, one.unit, accuracy, below)
-        if found is not None and keeps(sampler, found.unit):
-            found = found._replace(unit=sampler.box.fold(found.unit))
-            refined.append(found)
-            final[id(one)] = one._replace(unit=found.unit, objective=found.objective)
+        optimum = refine(sampler, one.unit, accuracy, below)
+        if optimum is not None and keeps(sampler, optimum.unit):
+            optimum = optimum._replace(unit=sampler.box.fold(optimum.unit))
+            refined.append(optimum)
+            final[id(one)] = one._replace(unit=optimum.unit, objective=optimum.objective)
     if not refined:
         raise NumericalFailure(
             "no search ended in a point that can be shown to be an optimum; the lowest end is at "
             f"{sampler.box.values(distinct[0].unit).tolist()} with the objective "
             f"{lowest * sampler.scale:.9g}. Ask for more starts or narrow the bounds."
         )
-    least = min(one.objective + one.rise for one in refined)
-    lowest_ones = [one for one in refined if one.objective - one.rise <= least]
-    best = min(lowest_ones, key=lambda one: rank(Distinct(one.unit, one.objective, 1)))
+    least = min(one.objective + one.excess for one in refined)
+    lowest_ones = [one for one in refined if one.objective - one.excess <= least]
+    best = min(lowest_ones, key=lambda one: rank(DistinctEnd(one.unit, one.objective, 1)))
     ordered = sorted(final.values(), key=lambda one: (one.objective, *one.unit))
     joined = [
         group[0]._replace(found_by=sum(one.found_by for one in group))
         for group in groups(sampler, ordered)
     ]
-    return Choice(best, tuple(joined))
+    return ChosenOptimum(best, tuple(joined))
 
 
-def anywhere(sampler: Sampler, ends: list[End]) -> Choice:
+def anywhere(sampler: Sampler, ends: list[SearchEnd]) -> ChosenOptimum:
     """The choice where the objective is the same everywhere: the first end that keeps all limits.
 
     It counts as the same where its change is below `search.UNRESOLVED` of its magnitude.
     """
     distinct = _distinct(sampler.box, ends)
-    end = next(end for end in ends if end.violation <= NEARLY_KEPT)
+    end = next(end for end in ends if end.violation <= FEASIBLE_WITHIN)
     vector = sampler(end.unit)
     assert vector is not None
     margins = np.maximum(0.0, -vector[sampler.entries :])
-    best = Refined(
+    best = RefinedOptimum(
         unit=end.unit,
         error=np.full(end.unit.size, float(np.max(margins, initial=0.0))),
-        rise=2.0,  # the scale is the largest change seen, rounded to a power of two
+        excess=2.0,  # the scale is the largest change seen, rounded to a power of two
         objective=end.objective,
         margins=np.zeros(margins.size),
         bounds=np.zeros(end.unit.size),
@@ -189,10 +191,10 @@ def anywhere(sampler: Sampler, ends: list[End]) -> Choice:
         free_directions=end.unit.size,
         method="flat",
     )
-    return Choice(best, distinct)
+    return ChosenOptimum(best, distinct)
 
 
-def only_point(sampler: Sampler) -> tuple[Ends, Choice]:
+def only_point(sampler: Sampler) -> tuple[SearchEnds, ChosenOptimum]:
     """The answer where all variables are held: one evaluation.
 
     Raises
@@ -217,10 +219,10 @@ def only_point(sampler: Sampler) -> tuple[Ends, Choice]:
         )
     objective = float(np.max(vector[: sampler.entries]))
     floor = EPSILON * abs(objective)
-    best = Refined(
+    best = RefinedOptimum(
         unit=nowhere,
         error=nowhere,
-        rise=floor,
+        excess=floor,
         objective=objective,
         margins=np.zeros(margins.size),
         bounds=nowhere,
@@ -231,24 +233,24 @@ def only_point(sampler: Sampler) -> tuple[Ends, Choice]:
         free_directions=0,
         method="fixed",
     )
-    end = End(nowhere, nowhere, objective, 0.0, "all variables are held", 1)
-    return Ends([end], ()), Choice(best, (Distinct(nowhere, objective, 1),))
+    end = SearchEnd(nowhere, nowhere, objective, 0.0, "all variables are held", 1)
+    return SearchEnds([end], ()), ChosenOptimum(best, (DistinctEnd(nowhere, objective, 1),))
 
 
-def _distinct(box: Box, ends: list[End]) -> tuple[Distinct, ...]:
-    kept = [end for end in ends if end.violation <= NEARLY_KEPT]
-    found: list[Distinct] = []
-    for end in sorted(kept, key=lambda end: (end.objective, *end.unit)):
-        for index, one in enumerate(found):
+def _distinct(box: Box, ends: list[SearchEnd]) -> tuple[DistinctEnd, ...]:
+    feasible = [end for end in ends if end.violation <= FEASIBLE_WITHIN]
+    distinct: list[DistinctEnd] = []
+    for end in sorted(feasible, key=lambda end: (end.objective, *end.unit)):
+        for index, one in enumerate(distinct):
             if np.max(np.abs(box.apart(one.unit, end.unit)), initial=0.0) < SAME:
-                found[index] = one._replace(found_by=one.found_by + 1)
+                distinct[index] = one._replace(found_by=one.found_by + 1)
                 break
         else:
-            found.append(Distinct(end.unit, end.objective, 1))
-    return tuple(found)
+            distinct.append(DistinctEnd(end.unit, end.objective, 1))
+    return tuple(distinct)
 
 
-def _covers(box: Box, done: Refined, end: Distinct) -> bool:
+def _covers(box: Box, done: RefinedOptimum, end: DistinctEnd) -> bool:
     """Whether an end is nearby and no lower: a search that stopped short of the same optimum."""
     near = np.max(np.abs(box.apart(done.unit, end.unit)), initial=0.0) < SHORT_OF
     return bool(near) and done.objective <= end.objective
@@ -263,8 +265,8 @@ def summary(
     sampler: Sampler,
     whole: Box,
     moving: np.ndarray,
-    search: Ends,
-    choice: Choice,
+    search: SearchEnds,
+    choice: ChosenOptimum,
     rtol: float,
 ) -> Optimum:
     """Put the choice into the units of the caller.
@@ -276,7 +278,7 @@ def summary(
         Bounds of all n variables.
     moving : (n,) array
         Which of them are not held by equal bounds.
-    search, choice : Ends, Choice
+    search, choice : SearchEnds, ChosenOptimum
     rtol : float
         As in `minimise`.
     """
@@ -297,7 +299,7 @@ def summary(
     inner = sampler.box.slope(optimum[moving])
     nothing = np.zeros(whole.lower.size)
     objective = float(np.max(vector[: sampler.entries])) * scale
-    objective_error = best.rise * scale + 2 * EPSILON * abs(objective)
+    objective_error = best.excess * scale + 2 * EPSILON * abs(objective)
     return Optimum(
         variables=optimum,
         variables_error=spread_out(
@@ -325,7 +327,7 @@ def summary(
                 end=variables(end.unit),
                 objective=end.objective * scale,
                 violation=end.violation,
-                feasible=end.violation <= NEARLY_KEPT,
+                feasible=end.violation <= FEASIBLE_WITHIN,
                 reason=end.reason,
                 evaluations=end.evaluations,
             )
@@ -468,6 +470,6 @@ def minimise(
     except BudgetSpent:
         raise NumericalFailure(
             f"the search had spent its {budget} evaluations before an optimum was pinned down; "
-            f"{sampler.lowest_kept()}. Allow more evaluations or ask for fewer starts."
+            f"{sampler.lowest_feasible()}. Allow more evaluations or ask for fewer starts."
         ) from None
     return summary(sampler, whole, moving, search, choice, rtol)

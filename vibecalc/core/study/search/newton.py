@@ -25,7 +25,7 @@ from vibecalc.errors import NumericalFailure
 FLAT = 1e-7
 
 
-class Step(NamedTuple):
+class NewtonStep(NamedTuple):
     """The point after a step, its error (n,), and by how much the objective may be too high.
 
     `length` is the largest change of a coordinate; `least_curvature` that of the directions
@@ -34,7 +34,7 @@ class Step(NamedTuple):
 
     unit: np.ndarray
     error: np.ndarray
-    rise: float
+    excess: float
     free_directions: int
     length: float
     least_curvature: float
@@ -48,7 +48,7 @@ def newton_step(
     bias: np.ndarray,
     active: Active,
     pulls: Pulls,
-) -> Step | None:
+) -> NewtonStep | None:
     """Step to the conditions and down the curvature of the Lagrangian; None where that fails.
 
     Parameters
@@ -88,7 +88,7 @@ def newton_step(
 
     step = np.zeros(unit.size)
     error = np.zeros(unit.size)
-    rise = 0.0
+    excess = 0.0
     free_directions = 0
     least_curvature = np.inf
     if along.shape[1]:
@@ -115,35 +115,35 @@ def newton_step(
         limit = 0.1 / max(0.1, float(np.max(np.abs(move))))
         step = along @ (move * limit)
         error = np.abs(along) @ spread
-        rise = float(spread @ np.abs(curvature) @ spread)
+        excess = float(spread @ np.abs(curvature) @ spread)
     moved = np.clip(unit + step, 0, 1)
     vector = sampler(moved)
     if vector is None:
         return None
-    kept = _conditions(vector, entries, active)
+    residuals = _conditions(vector, entries, active)
     for _ in range(6):  # chords: the inverse stays, one evaluation each
-        if not kept.size or np.all(np.abs(kept) <= scatter):
+        if not residuals.size or np.all(np.abs(residuals) <= scatter):
             break
         trial = moved.copy()
-        trial[free] -= inverse @ kept
+        trial[free] -= inverse @ residuals
         trial = np.clip(trial, 0, 1)
         there = sampler(trial)
         if there is None:
             return None
-        next_kept = _conditions(there, entries, active)
-        if np.max(np.abs(next_kept)) >= 0.9 * np.max(np.abs(kept)):
+        next_residuals = _conditions(there, entries, active)
+        if np.max(np.abs(next_residuals)) >= 0.9 * np.max(np.abs(residuals)):
             break
-        moved, vector, kept = trial, there, next_kept
-    uncertainty = scatter + unseen + np.abs(kept)
+        moved, vector, residuals = trial, there, next_residuals
+    uncertainty = scatter + unseen + np.abs(residuals)
     error[free] += np.abs(inverse) @ uncertainty
     pull = np.abs(
         np.concatenate(
             [pulls.entries[list(active.entries[1:])], pulls.margins[list(active.margins)]]
         )
     )
-    rise += float(pull @ uncertainty) + float(np.max((noise + bias)[list(active.entries)]))
+    excess += float(pull @ uncertainty) + float(np.max((noise + bias)[list(active.entries)]))
     length = float(np.max(np.abs(moved - unit), initial=0.0))
-    return Step(moved, error, rise, free_directions, length, least_curvature)
+    return NewtonStep(moved, error, excess, free_directions, length, least_curvature)
 
 
 def _curvature(
@@ -160,11 +160,11 @@ def _curvature(
     for row in range(count):
         for column in range(row + 1):  # mixed ones by polarisation, from the direction between
             between = along[:, row] + along[:, column]
-            found = slope(sampler, unit, between / np.linalg.norm(between), noise)
-            table[row, column] = table[column, row] = weights @ found.second
-            unsure = max(unsure, float(np.abs(weights) @ found.second_error))
-    own = np.diag(table)
-    mixed = table - 0.5 * (own[:, None] + own[None, :])
+            second = slope(sampler, unit, between / np.linalg.norm(between), noise)
+            table[row, column] = table[column, row] = weights @ second.second
+            unsure = max(unsure, float(np.abs(weights) @ second.second_error))
+    diagonal = np.diag(table)
+    mixed = table - 0.5 * (diagonal[:, None] + diagonal[None, :])
     return np.where(np.eye(count, dtype=bool), table, mixed), unsure
 
 
@@ -186,19 +186,19 @@ BALANCED = 1e-5
 _SLACK = 1e-2
 
 
-class Polished(NamedTuple):
+class PolishedOptimum(NamedTuple):
     """An optimum on the unit cube, in scaled units; `error` (n,) is of `unit`."""
 
     unit: np.ndarray
     error: np.ndarray
-    rise: float
+    excess: float
     active: Active
     pulls: Pulls
     free_directions: int
     least_curvature: float
 
 
-def polish(sampler: Values, start: np.ndarray, accuracy: float) -> Polished | None:
+def polish(sampler: Values, start: np.ndarray, accuracy: float) -> PolishedOptimum | None:
     """Refine the end of a local search; None where no smooth optimum is found nearby.
 
     Parameters
@@ -211,8 +211,8 @@ def polish(sampler: Values, start: np.ndarray, accuracy: float) -> Polished | No
 
     Returns
     -------
-    polished : Polished or None
-        `rise` bounds the distance of the objective from that of the exact optimum.
+    polished : PolishedOptimum or None
+        `excess` bounds the distance of the objective from that of the exact optimum.
 
     Notes
     -----
@@ -251,7 +251,7 @@ def _from(
     slopes: Gradient,
     active: Active,
     pulls: Pulls,
-) -> Polished | None:
+) -> PolishedOptimum | None:
     """Newton steps and changes of the active set until nothing moves."""
     unit = start
     last = np.inf
@@ -281,8 +281,8 @@ def _from(
 
 
 def _accepted(
-    step: Step, missing: float, slopes: Gradient, active: Active, pulls: Pulls
-) -> Polished | None:
+    step: NewtonStep, missing: float, slopes: Gradient, active: Active, pulls: Pulls
+) -> PolishedOptimum | None:
     """The end of the iteration with all its errors, or None if the gradients do not balance."""
     blur = np.abs(pulls.weights) @ slopes.error
     if pulls.residual > BALANCED or np.max(blur) > 1e2 * BALANCED:
@@ -290,10 +290,10 @@ def _accepted(
     # a bound that hardly pulls may be a little off the exact optimum
     weak = (active.sides != 0) & (np.abs(pulls.bounds) <= 10 * blur)
     far = np.where(active.sides == 0, missing, 0.0)
-    return Polished(
+    return PolishedOptimum(
         unit=step.unit,
         error=step.error + far + np.where(weak, 10 * blur, 0.0),
-        rise=step.rise + float(np.abs(pulls.left) @ far),
+        excess=step.excess + float(np.abs(pulls.left) @ far),
         active=active,
         pulls=pulls,
         free_directions=step.free_directions,

@@ -11,7 +11,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON
 
 # ----------------------------------------------------------------------------
-# Variables between bounds, scaled to the unit cube; angles that go all the way around.
+# Variables between bounds, scaled to the unit cube; angles that go all around.
 # ----------------------------------------------------------------------------
 
 #: share of a period that bounds may fall short of it and still hold all of it
@@ -40,7 +40,7 @@ class Box:
 
     @property
     def around(self) -> np.ndarray:
-        """(n,) whether a variable goes all the way around."""
+        """(n,) whether a variable goes all around."""
         if self.period is None:
             return np.zeros(self.lower.size, dtype=bool)
         whole = self.upper - self.lower >= (1.0 - _WHOLE) * self.period
@@ -63,9 +63,9 @@ class Box:
         return np.where(around, (1.0 + self._turned(unit)) / 3.0, unit)
 
     def apart(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """The shortest way from one point of the unit cube to the other, whole periods dropped."""
-        way = np.asarray(other - one)
-        return np.where(self.around, way - np.round(3.0 * way) / 3.0, way)
+        """The shortest difference of two points of the unit cube, whole periods dropped."""
+        difference = np.asarray(other - one)
+        return np.where(self.around, difference - np.round(3.0 * difference) / 3.0, difference)
 
     @staticmethod
     def _turned(unit: np.ndarray) -> np.ndarray:
@@ -184,7 +184,7 @@ class Sampler:
         """Whether a point has been evaluated already."""
         return (unit + 0.0).tobytes() in self._known
 
-    def lowest_kept(self) -> str:
+    def lowest_feasible(self) -> str:
         """In words, the lowest point met that keeps all limits."""
         lowest, where = self._lowest
         if where is None:
@@ -209,13 +209,15 @@ class Sampler:
             self.failures[key] = str(failure)
             return None
         entries = np.atleast_1d(np.asarray(objective, dtype=float)).ravel()
-        kept = np.atleast_1d(np.asarray(margins, dtype=float)).ravel()
+        margin_values = np.atleast_1d(np.asarray(margins, dtype=float)).ravel()
         if np.max(entries) == -np.inf:
             raise NumericalFailure(
                 f"the objective is minus infinity at {variables.tolist()}: there is no smallest "
                 "value. Narrow the bounds of the variables or choose another objective."
             )
-        vector = np.concatenate([entries, np.where(kept == np.inf, AMPLE_MARGIN, kept)])
+        vector = np.concatenate(
+            [entries, np.where(margin_values == np.inf, AMPLE_MARGIN, margin_values)]
+        )
         if not np.all(np.isfinite(vector)):
             what = "objective" if not np.all(np.isfinite(entries)) else "margin of a limit"
             self.failures[key] = f"the {what} is not a finite number"
@@ -225,7 +227,7 @@ class Sampler:
             self._size = vector.size
         elif entries.size != self.entries or vector.size != self._size:
             raise ValueError("the number of objective entries or margins changes between points")
-        if np.all(kept >= 0) and np.max(entries) < self._lowest[0]:
+        if np.all(margin_values >= 0) and np.max(entries) < self._lowest[0]:
             self._lowest = (float(np.max(entries)), variables)
         self.smallest = min(self.smallest, float(np.max(entries)))
         self.largest = max(self.largest, float(np.max(np.abs(entries))))

@@ -6,7 +6,7 @@ import numpy as np
 
 from vibecalc.core.study.search.kinks import reach_zero, settle
 from vibecalc.core.study.search.local_search import local_search
-from vibecalc.core.study.search.newton import Polished, polish
+from vibecalc.core.study.search.newton import PolishedOptimum, polish
 from vibecalc.core.study.search.problem import Sampler, SumOfSquares, spread
 from vibecalc.numerics.rounding import EPSILON
 
@@ -15,18 +15,18 @@ NEAR_ZERO = 3e-2
 #: an objective this small next to the largest one met is zero
 ZERO = 1e-11
 #: margins are kept down to this
-KEPT = 1e-9
+MARGIN_WITHIN = 1e-9
 #: fall that the planes may still promise, relative to radius and slope
 SETTLED = 2e-2
 MOST_RESTARTS = 3
 
 
-class Refined(NamedTuple):
+class RefinedOptimum(NamedTuple):
     """A local optimum on the unit cube, in scaled units, with what holds it and its error."""
 
     unit: np.ndarray
     error: np.ndarray
-    rise: float
+    excess: float
     objective: float
     margins: np.ndarray
     bounds: np.ndarray
@@ -40,7 +40,7 @@ class Refined(NamedTuple):
 
 def refine(
     sampler: Sampler, unit: np.ndarray, accuracy: float, below: float = np.inf
-) -> Refined | None:
+) -> RefinedOptimum | None:
     """Refine the end of a local search and show that it is a local optimum, or return None.
 
     A norm that vanishes at its minimum has a cone there: its square is smooth and gives the zero
@@ -50,21 +50,25 @@ def refine(
     """
     for _ in range(MOST_RESTARTS):
         if _may_vanish(sampler, unit):
-            found = _zero(sampler, unit, accuracy)
-            if found is not None:
-                return found
+            optimum = _zero(sampler, unit, accuracy)
+            if optimum is not None:
+                return optimum
             unit = local_search(sampler, unit, to_the_end=True).unit
-        found = _newton(sampler, unit, accuracy)
-        if found is None:
+        optimum = _newton(sampler, unit, accuracy)
+        if optimum is None:
             unit = local_search(sampler, unit, to_the_end=True).unit
             if _top(sampler, unit) >= below:
                 return None
-            found = _newton(sampler, unit, accuracy) or _planes(sampler, unit, accuracy)
-            if found is not None and found.method != "newton" and _may_vanish(sampler, found.unit):
-                found = _kinked_zero(sampler, found.unit, accuracy) or found
-        lower = _lower_nearby(sampler, unit if found is None else found.unit, found)
+            optimum = _newton(sampler, unit, accuracy) or _planes(sampler, unit, accuracy)
+            if (
+                optimum is not None
+                and optimum.method != "newton"
+                and _may_vanish(sampler, optimum.unit)
+            ):
+                optimum = _kinked_zero(sampler, optimum.unit, accuracy) or optimum
+        lower = _lower_nearby(sampler, unit if optimum is None else optimum.unit, optimum)
         if lower is None:
-            return found
+            return optimum
         unit = local_search(sampler, lower).unit
     return None
 
@@ -73,11 +77,13 @@ def _may_vanish(sampler: Sampler, unit: np.ndarray) -> bool:
     return sampler.smallest >= 0 and _top(sampler, unit) <= NEAR_ZERO
 
 
-def _lower_nearby(sampler: Sampler, unit: np.ndarray, found: Refined | None) -> np.ndarray | None:
+def _lower_nearby(
+    sampler: Sampler, unit: np.ndarray, optimum: RefinedOptimum | None
+) -> np.ndarray | None:
     """A clearly lower point in the surroundings, as next to a saddle, or None."""
-    if found is not None and found.method == "newton" and found.free_directions == 0:
+    if optimum is not None and optimum.method == "newton" and optimum.free_directions == 0:
         return None  # its curvature is known
-    margin = 1e-9 if found is None else 1e-9 + 2 * found.rise
+    margin = 1e-9 if optimum is None else 1e-9 + 2 * optimum.excess
     lowest, where = _top(sampler, unit) - margin, None
     directions = np.concatenate(
         [np.eye(unit.size), -np.eye(unit.size), 2 * spread(4 * unit.size, unit.size) - 1]
@@ -96,7 +102,7 @@ def _lower_nearby(sampler: Sampler, unit: np.ndarray, found: Refined | None) -> 
 def keeps(sampler: Sampler, unit: np.ndarray) -> bool:
     """Whether all margins are kept at a point of the unit cube, but for round-off."""
     vector = sampler(unit)
-    return vector is not None and bool(np.all(vector[sampler.entries :] >= -KEPT))
+    return vector is not None and bool(np.all(vector[sampler.entries :] >= -MARGIN_WITHIN))
 
 
 def _top(sampler: Sampler, unit: np.ndarray) -> float:
@@ -104,64 +110,64 @@ def _top(sampler: Sampler, unit: np.ndarray) -> float:
     return np.inf if vector is None else float(np.max(vector[: sampler.entries]))
 
 
-def _zero(sampler: Sampler, unit: np.ndarray, accuracy: float) -> Refined | None:
+def _zero(sampler: Sampler, unit: np.ndarray, accuracy: float) -> RefinedOptimum | None:
     largest = sampler.largest / sampler.scale
     squares = SumOfSquares(sampler)
-    found: Polished | None = None
+    minimum: PolishedOptimum | None = None
     for _ in range(2):  # a second pass, as the first may come from far
-        found = polish(squares, unit if found is None else found.unit, accuracy)
-        if found is None:
+        minimum = polish(squares, unit if minimum is None else minimum.unit, accuracy)
+        if minimum is None:
             return _kinked_zero(sampler, unit, accuracy)
-    assert found is not None
-    objective = _top(sampler, found.unit)
+    assert minimum is not None
+    objective = _top(sampler, minimum.unit)
     if objective > ZERO * largest:
         return _kinked_zero(sampler, unit, accuracy)
-    if not _is_cone(sampler, found.unit):
+    if not _is_cone(sampler, minimum.unit):
         return None
     floor = 4 * max(EPSILON, accuracy) * largest
-    away = floor * np.sqrt(2.0 / found.least_curvature)
-    count = squares(found.unit)
+    away = floor * np.sqrt(2.0 / minimum.least_curvature)
+    count = squares(minimum.unit)
     assert count is not None
-    return Refined(
-        unit=found.unit,
-        error=found.error + np.where(found.active.sides == 0, away, 0.0),
-        rise=objective + floor,
+    return RefinedOptimum(
+        unit=minimum.unit,
+        error=minimum.error + np.where(minimum.active.sides == 0, away, 0.0),
+        excess=objective + floor,
         objective=objective,
         margins=np.zeros(count.size - 1),
         bounds=np.zeros(unit.size),
-        sides=found.active.sides,
+        sides=minimum.active.sides,
         active_margins=(),
         active_entries=tuple(range(sampler.entries)),
         residual=objective / max(largest, 1e-300),
-        free_directions=found.free_directions,
+        free_directions=minimum.free_directions,
         method="zero",
     )
 
 
-def _kinked_zero(sampler: Sampler, unit: np.ndarray, accuracy: float) -> Refined | None:
+def _kinked_zero(sampler: Sampler, unit: np.ndarray, accuracy: float) -> RefinedOptimum | None:
     """A zero whose square is not smooth enough, or bends too much, for Newton's method."""
     largest = sampler.largest / sampler.scale
     floor = 4 * max(EPSILON, accuracy) * largest
-    found = reach_zero(sampler, unit, floor, ZERO * largest)
-    if found is None or not keeps(sampler, found.unit):
+    zero = reach_zero(sampler, unit, floor, ZERO * largest)
+    if zero is None or not keeps(sampler, zero.unit):
         return None
-    vector = sampler(found.unit)
+    vector = sampler(zero.unit)
     assert vector is not None
-    sides = np.where(found.unit <= 0, -1, np.where(found.unit >= 1, 1, 0))
+    sides = np.where(zero.unit <= 0, -1, np.where(zero.unit >= 1, 1, 0))
     # half the slope that was seen: it is sampled in some directions only
-    away = (found.objective + floor) / (0.5 * found.slope)
-    return Refined(
-        unit=found.unit,
+    away = (zero.objective + floor) / (0.5 * zero.slope)
+    return RefinedOptimum(
+        unit=zero.unit,
         error=np.full(unit.size, away),
-        rise=found.objective + floor,
-        objective=found.objective,
+        excess=zero.objective + floor,
+        objective=zero.objective,
         margins=np.zeros(vector.size - sampler.entries),
         bounds=np.zeros(unit.size),
         sides=sides,
         active_margins=(),
         active_entries=tuple(range(sampler.entries)),
-        residual=found.objective / max(largest, 1e-300),
-        free_directions=found.free_directions,
+        residual=zero.objective / max(largest, 1e-300),
+        free_directions=zero.free_directions,
         method="zero",
     )
 
@@ -175,51 +181,51 @@ def _is_cone(sampler: Sampler, unit: np.ndarray) -> bool:
     return bool(far < 3 * near[steepest])
 
 
-def _newton(sampler: Sampler, unit: np.ndarray, accuracy: float) -> Refined | None:
-    found = polish(sampler, unit, accuracy)
-    if found is None or not keeps(sampler, found.unit):
+def _newton(sampler: Sampler, unit: np.ndarray, accuracy: float) -> RefinedOptimum | None:
+    polished = polish(sampler, unit, accuracy)
+    if polished is None or not keeps(sampler, polished.unit):
         return None
-    objective = _top(sampler, found.unit)
-    return Refined(
-        unit=found.unit,
-        error=found.error,
-        rise=found.rise,
+    objective = _top(sampler, polished.unit)
+    return RefinedOptimum(
+        unit=polished.unit,
+        error=polished.error,
+        excess=polished.excess,
         objective=objective,
-        margins=found.pulls.margins,
-        bounds=found.pulls.bounds,
-        sides=found.active.sides,
-        active_margins=tuple(sorted(found.active.margins)),
-        active_entries=tuple(sorted(found.active.entries)),
-        residual=found.pulls.residual,
-        free_directions=found.free_directions,
+        margins=polished.pulls.margins,
+        bounds=polished.pulls.bounds,
+        sides=polished.active.sides,
+        active_margins=tuple(sorted(polished.active.margins)),
+        active_entries=tuple(sorted(polished.active.entries)),
+        residual=polished.pulls.residual,
+        free_directions=polished.free_directions,
         method="newton",
     )
 
 
-def _planes(sampler: Sampler, unit: np.ndarray, accuracy: float) -> Refined | None:
-    found = settle(sampler, unit)
-    if found is None or found.residual > SETTLED:
+def _planes(sampler: Sampler, unit: np.ndarray, accuracy: float) -> RefinedOptimum | None:
+    end = settle(sampler, unit)
+    if end is None or end.residual > SETTLED:
         return None
-    vector = sampler(found.unit)
+    vector = sampler(end.unit)
     assert vector is not None
     entries = sampler.entries
     objective = float(np.max(vector[:entries]))
-    pulling = (found.margins > 1e-6) & (vector[entries:] < 1e-6)
-    sides = np.where(found.unit <= 0, -1, np.where(found.unit >= 1, 1, 0))
-    sides = np.where(np.abs(found.bounds) > 1e-6, sides, 0)
-    return Refined(
-        unit=found.unit,
-        error=np.where(sides == 0, found.error, 0.0),
-        rise=found.rise + accuracy * (abs(objective) + float(np.sum(found.margins))),
+    pulling = (end.margins > 1e-6) & (vector[entries:] < 1e-6)
+    sides = np.where(end.unit <= 0, -1, np.where(end.unit >= 1, 1, 0))
+    sides = np.where(np.abs(end.bounds) > 1e-6, sides, 0)
+    return RefinedOptimum(
+        unit=end.unit,
+        error=np.where(sides == 0, end.error, 0.0),
+        excess=end.excess + accuracy * (abs(objective) + float(np.sum(end.margins))),
         objective=objective,
-        margins=np.where(pulling, found.margins, 0.0),
-        bounds=np.where(sides != 0, found.bounds, 0.0),
+        margins=np.where(pulling, end.margins, 0.0),
+        bounds=np.where(sides != 0, end.bounds, 0.0),
         sides=sides,
         active_margins=tuple(int(index) for index in np.flatnonzero(pulling)),
         active_entries=tuple(
             int(index) for index in np.flatnonzero(vector[:entries] >= objective - 1e-6)
         ),
-        residual=found.residual,
+        residual=end.residual,
         free_directions=0,
         method="sampled planes",
     )

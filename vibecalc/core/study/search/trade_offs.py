@@ -48,7 +48,7 @@ class Front(NamedTuple):
 
 
 class _Point(NamedTuple):
-    found: Optimum
+    optimum: Optimum
     first: float
     second: float
     second_error: float
@@ -124,10 +124,10 @@ def front(
 
         return search(limited, first=start, starts=more)
 
-    def described(found: Optimum) -> _Point:
-        one, two, _ = both(found.variables)
-        error = accuracy * abs(two) + _carried(both, found, lower, upper)
-        return _Point(found, one, two, error)
+    def described(optimum: Optimum) -> _Point:
+        one, two, _ = both(optimum.variables)
+        error = accuracy * abs(two) + _carried(both, optimum, lower, upper)
+        return _Point(optimum, one, two, error)
 
     def end_of(goal: int) -> _Point:
         def alone(variables: np.ndarray) -> tuple[float, np.ndarray]:
@@ -141,7 +141,7 @@ def front(
         for slack in _SLACKS:
             try:
                 bound = lowest.second + slack * span
-                return described(bounded(bound, span, lowest.found.variables))
+                return described(bounded(bound, span, lowest.optimum.variables))
             except NumericalFailure as failure:
                 why = str(failure)
         notes.append(f"the best second objective is reached at many points, this is one: {why}")
@@ -152,9 +152,9 @@ def front(
     span = begin.second - other.second
     if span <= begin.second_error + other.second_error:
         return _front([begin], len(remembered), ("one point is the best for both objectives",))
-    if other.found.free_directions:
+    if other.optimum.free_directions:
         other = far_end(other, span)
-    found = [begin]
+    front_points = [begin]
     gaps = [_Gap(begin, other, begin.second, other.second)]
     for _ in range(points - 2):
         gap = gaps.pop(int(np.argmax([one.size() for one in gaps])))
@@ -162,20 +162,22 @@ def front(
         point = None
         for start, more in ((gap.left, 0), (gap.right, 2)):
             try:
-                point = described(bounded(bound, span, start.found.variables, more))
+                point = described(bounded(bound, span, start.optimum.variables, more))
                 break
             except NumericalFailure as failure:
                 why = str(failure)
         if point is None:
             notes.append(f"no optimum with the second objective at {bound:.6g}: {why}")
             continue
-        found.append(point)
+        front_points.append(point)
         gaps.append(_Gap(gap.left, point, gap.high, bound))
         gaps.append(_Gap(point, gap.right, min(bound, point.second), gap.low))
-    kept = _undominated([*found, other])
-    if len(kept) < len(found) + 1:
-        notes.append(f"{len(found) + 1 - len(kept)} points were as good as others or dominated")
-    return _front(kept, len(remembered), tuple(notes))
+    best = _undominated([*front_points, other])
+    if len(best) < len(front_points) + 1:
+        notes.append(
+            f"{len(front_points) + 1 - len(best)} points were as good as others or dominated"
+        )
+    return _front(best, len(remembered), tuple(notes))
 
 
 def _undominated(points: list[_Point]) -> list[_Point]:
@@ -184,50 +186,50 @@ def _undominated(points: list[_Point]) -> list[_Point]:
         np.array(part) for part in ([p.first for p in points], [p.second for p in points])
     )
     near_one, near_two = (SAME * max(float(np.ptp(part)), 1e-300) for part in (ones, twos))
-    kept: list[_Point] = []
+    best: list[_Point] = []
     for index in np.lexsort((twos, ones)):
         one, two = ones[index], twos[index]
         beaten = (ones <= one + near_one) & (twos <= two + near_two)
         better = beaten & ((ones < one - near_one) | (twos < two - near_two))
-        same = any(abs(p.first - one) <= near_one and abs(p.second - two) <= near_two for p in kept)
+        same = any(abs(p.first - one) <= near_one and abs(p.second - two) <= near_two for p in best)
         if not np.any(better) and not same:
-            kept.append(points[index])
-    return kept
+            best.append(points[index])
+    return best
 
 
 def _carried(
     both: Callable[[np.ndarray], tuple[float, float, np.ndarray]],
-    found: Optimum,
+    optimum: Optimum,
     lower: ArrayLike,
     upper: ArrayLike,
 ) -> float:
     """Error of the second objective that comes from the errors of the variables."""
     low, high = np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
     total = 0.0
-    for axis, error in enumerate(found.variables_error):
+    for axis, error in enumerate(optimum.variables_error):
         if error == 0.0:
             continue
         step = max(_STEP * (high[axis] - low[axis]), float(error))
-        rises = []
+        slopes = []
         for side in (-1.0, 1.0):
-            nearby = found.variables.copy()
+            nearby = optimum.variables.copy()
             nearby[axis] = np.clip(nearby[axis] + side * step, low[axis], high[axis])
-            if nearby[axis] != found.variables[axis]:
+            if nearby[axis] != optimum.variables[axis]:
                 try:
-                    rise = abs(both(nearby)[1] - both(found.variables)[1])
+                    increase = abs(both(nearby)[1] - both(optimum.variables)[1])
                 except NumericalFailure:
                     continue
-                rises.append(rise / abs(nearby[axis] - found.variables[axis]))
-        total += float(error) * max(rises, default=0.0)
+                slopes.append(increase / abs(nearby[axis] - optimum.variables[axis]))
+        total += float(error) * max(slopes, default=0.0)
     return total
 
 
 def _front(points: list[_Point], evaluations: int, notes: tuple[str, ...]) -> Front:
     return Front(
-        variables=np.array([p.found.variables for p in points]),
-        variables_error=np.array([p.found.variables_error for p in points]),
+        variables=np.array([p.optimum.variables for p in points]),
+        variables_error=np.array([p.optimum.variables_error for p in points]),
         objective=np.array([p.first for p in points]),
-        objective_error=np.array([p.found.objective_error for p in points]),
+        objective_error=np.array([p.optimum.objective_error for p in points]),
         second_objective=np.array([p.second for p in points]),
         second_objective_error=np.array([p.second_error for p in points]),
         evaluations=evaluations,
@@ -245,7 +247,7 @@ _TIE = 1e-6
 DEVIATION = 0.01
 
 
-class Slopes(NamedTuple):
+class ObjectiveSlopes(NamedTuple):
     """Derivatives of the objective by each variable, in the units of both, with their errors.
 
     `known` (n,) is False where there is none: on a kink or next to points without a value.
@@ -259,21 +261,21 @@ class Slopes(NamedTuple):
 class Cost(NamedTuple):
     """What a deviation of a variable costs, the worse of both directions inside the bounds.
 
-    `deviation` (n,) is how far the variable was moved, with its sign; `rise` (n,) the change of
-    the objective there, positive for worse, and `rise_error` its error; `margin` (n,) the least
+    `deviation` (n,) is how far the variable was moved, with its sign; `loss` (n,) the change of
+    the objective there, positive for worse, and `loss_error` its error; `margin` (n,) the least
     margin of all limits there. `known` (n,) is False where neither direction has a value.
     """
 
     deviation: np.ndarray
-    rise: np.ndarray
-    rise_error: np.ndarray
+    loss: np.ndarray
+    loss_error: np.ndarray
     margin: np.ndarray
     known: np.ndarray
 
 
 def slopes_at(
     evaluate: Evaluate, lower: ArrayLike, upper: ArrayLike, at: ArrayLike, accuracy: float = 0.0
-) -> Slopes:
+) -> ObjectiveSlopes:
     """Differentiate the objective (its largest entry) at a point within the bounds.
 
     Parameters
@@ -301,7 +303,7 @@ def slopes_at(
     if vectors[0] is None:
         raise NumericalFailure(next(iter(sampler.failures.values())))
     noise = measured_noise(sampler, unit) + accuracy * np.abs(vectors[0]) / sampler.scale
-    found, error = np.zeros(point.size), np.zeros(point.size)
+    first, error = np.zeros(point.size), np.zeros(point.size)
     known = np.zeros(point.size, dtype=bool)
     for axis, direction in enumerate(np.eye(point.size)):
         try:
@@ -309,11 +311,11 @@ def slopes_at(
         except NumericalFailure:
             continue
         known[axis] = not one.kinked[0]
-        found[axis], error[axis] = one.first[0], one.error[0]
+        first[axis], error[axis] = one.first[0], one.error[0]
     inner = box.slope(point)
-    values = found * sampler.scale / inner
+    values = first * sampler.scale / inner
     uncertainty = error * sampler.scale / inner + 8.0 * EPSILON * np.abs(values)
-    return Slopes(np.where(known, values, 0.0), np.where(known, uncertainty, 0.0), known)
+    return ObjectiveSlopes(np.where(known, values, 0.0), np.where(known, uncertainty, 0.0), known)
 
 
 def cost_of_deviation(
@@ -338,7 +340,7 @@ def cost_of_deviation(
     largest = _largest(evaluate)
     here = float(np.max(largest(point)[0]))
     size = point.size
-    deviation, rise, error = np.zeros(size), np.full(size, -np.inf), np.zeros(size)
+    deviation, loss, error = np.zeros(size), np.full(size, -np.inf), np.zeros(size)
     margin, known = np.full(size, np.inf), np.zeros(size, dtype=bool)
     for axis in range(size):
         for side in (1.0, -1.0):
@@ -357,11 +359,11 @@ def cost_of_deviation(
             known[axis] = True
             margin[axis] = min(margin[axis], float(np.min(margins, initial=np.inf)))
             # where both directions cost the same, rounding would choose: the first counts
-            tie = error[axis] + _TIE * abs(rise[axis]) if np.isfinite(rise[axis]) else 0.0
-            if there - here > rise[axis] + tie:
-                deviation[axis], rise[axis] = moved[axis] - point[axis], there - here
+            tie = error[axis] + _TIE * abs(loss[axis]) if np.isfinite(loss[axis]) else 0.0
+            if there - here > loss[axis] + tie:
+                deviation[axis], loss[axis] = moved[axis] - point[axis], there - here
                 error[axis] = (accuracy + 4.0 * EPSILON) * (abs(there) + abs(here))
-    return Cost(deviation, np.where(known, rise, 0.0), error, margin, known)
+    return Cost(deviation, np.where(known, loss, 0.0), error, margin, known)
 
 
 def _largest(evaluate: Evaluate) -> Evaluate:

@@ -13,7 +13,7 @@ from vibecalc.core.results.record import Axis, Quantity
 from vibecalc.core.run.columns import Column
 from vibecalc.core.study.sweep.blocks import Block, BlockQuantity, joined_axes, make_block, padded
 from vibecalc.core.study.sweep.design import Design
-from vibecalc.core.study.sweep.evaluate import Evaluator, Found
+from vibecalc.core.study.sweep.evaluate import Evaluator, Quantities
 from vibecalc.numerics.rounding import IntArray
 
 
@@ -44,17 +44,19 @@ class ArrayEvaluator(Evaluator):
             status[place], message[place] = code, text
         if not parts:
             return make_block(numbers, status, message, [one[2] for one in alone], self._keep)
-        found = [one[2] for one in alone]
-        quantities = {path: _joined(path, parts, left, found, count) for path in self._keep}
-        return Block(numbers, status, tuple(message), quantities)
+        single = [one[2] for one in alone]
+        results = {path: _joined(path, parts, left, single, count) for path in self._keep}
+        return Block(numbers, status, tuple(message), results)
 
 
 def _joined(
-    path: str, parts: Sequence[Part], left: IntArray, alone: Sequence[Found], count: int
+    path: str, parts: Sequence[Part], left: IntArray, alone: Sequence[Quantities], count: int
 ) -> BlockQuantity:
     """One quantity of all parts and single runs; a point without it is NaN."""
     single = [
-        (place, found[path]) for place, found in zip(left, alone, strict=True) if path in found
+        (place, results[path])
+        for place, results in zip(left, alone, strict=True)
+        if path in results
     ]
     rows: list[tuple[IntArray, Column]] = [(part.places, part.columns[path]) for part in parts]
     rows += [(np.array([place]), _as_column(quantity)) for place, quantity in single]

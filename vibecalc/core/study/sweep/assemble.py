@@ -96,8 +96,8 @@ def _nowhere(quantity: BlockQuantity) -> BlockQuantity:
 
 def _on(quantity: BlockQuantity, axes: tuple[Axis, ...]) -> BlockQuantity:
     """The same quantity with longer axes."""
-    own = tuple(len(axis.values) for axis in axes)
-    values = padded(quantity.values, (len(quantity.values), *own))
+    lengths = tuple(len(axis.values) for axis in axes)
+    values = padded(quantity.values, (len(quantity.values), *lengths))
     if values is not quantity.values:
         values[np.isnan(quantity.errors)] = np.nan
     return quantity._replace(values=values, axes=axes)
@@ -174,7 +174,7 @@ def assemble(
             between()
             yield block
 
-    stacking = look_through(blocks(), head.kept, chunks.count)
+    stacking = look_through(blocks(), head.stored, chunks.count)
     write_stacked(target, head, stacking, blocks())
     return assembled(target, stacking)
 
@@ -185,7 +185,7 @@ def assembled(path: Path, stacking: Stacking) -> Assembled:
 
 
 def sweep_head(
-    result: Result, design: Design, identity: Identity, kept: Sequence[str]
+    result: Result, design: Design, identity: Identity, stored: Sequence[str]
 ) -> SweepHead:
     """What a file says of a sweep; `result` has case, plan and provenance, and no quantities."""
     if design.sampling == "grid":
@@ -197,7 +197,7 @@ def sweep_head(
         axes=axes,
         sampling=design.sampling,
         design=design.description(),
-        kept=tuple(kept),
+        stored=tuple(stored),
         identity=identity.sweep,
         base=identity.base,
     )
@@ -277,7 +277,7 @@ def merge(
             result = replace(head.result, provenance=dict(provenance), timings={})
             head = replace(head, result=result)
         whole = _Parts(opened)
-        stacking = look_through(whole.blocks(), head.kept, opened[0].count)
+        stacking = look_through(whole.blocks(), head.stored, opened[0].count)
         write_stacked(target, head, stacking, whole.blocks())
     return assembled(target, stacking)
 
@@ -293,7 +293,7 @@ def _check_same_sweep(first: SweepResult, other: SweepResult) -> None:
         why = "their cases are not the same"
     elif one.design != two.design:
         why = "they have other points"
-    elif set(one.kept) != set(two.kept):
+    elif set(one.stored) != set(two.stored):
         why = "they keep other quantities"
     else:
         why = "their cases are not the same"

@@ -72,14 +72,14 @@ def make_block(
     indices: np.ndarray,
     status: Sequence[int] | np.ndarray,
     message: Sequence[str],
-    found: Sequence[Mapping[str, Quantity]],
+    results: Sequence[Mapping[str, Quantity]],
     keep: Sequence[str],
 ) -> Block:
     """Stack what was found at each point (nothing where it failed) under the paths of `keep`."""
     quantities: dict[str, BlockQuantity] = {}
     left_out: dict[str, str] = {}
     for path in keep:
-        stacked = stack([one.get(path) for one in found], [int(index) for index in indices])
+        stacked = stack([one.get(path) for one in results], [int(index) for index in indices])
         if isinstance(stacked, str):
             left_out[path] = stacked
         elif stacked is not None:
@@ -114,9 +114,9 @@ def stack(
     shape = tuple(len(axis.values) for axis in axes)
     is_complex = any(np.iscomplexobj(one.values) for _, one in there)
     values = np.full((len(quantities), *shape), np.nan, dtype=complex if is_complex else float)
-    for row, found in enumerate(quantities):
-        if found is not None:
-            values[row] = padded(np.asarray(found.values), shape)
+    for row, quantity in enumerate(quantities):
+        if quantity is not None:
+            values[row] = padded(np.asarray(quantity.values), shape)
     errors = [np.nan if one is None else one.error_estimate for one in quantities]
     spread = [one.standard_error if one else None for one in quantities]
     return BlockQuantity(
@@ -215,8 +215,8 @@ def chunk_image(block: Block, identity: str) -> bytes:
 
 def chunk_block(content: bytes, path: Path, identity: str) -> Block:
     """The block in the bytes of a file; ResultError if they are not those once written."""
-    kept, checksum = content[:-_DIGITS], content[-_DIGITS:]
-    if hashlib.sha256(kept).hexdigest().encode() != checksum:
+    body, checksum = content[:-_DIGITS], content[-_DIGITS:]
+    if hashlib.sha256(body).hexdigest().encode() != checksum:
         raise ResultError(f"{path} is damaged: its checksum does not fit")
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as arrays:

@@ -16,7 +16,7 @@ from vibecalc.core.results.record import Entry
 from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.targets import unknown_quantity
 from vibecalc.core.study.sweep.design import Design, SweepAxis, make_design, size_words
-from vibecalc.core.study.sweep.values import Course, Drawn, Spread
+from vibecalc.core.study.sweep.values import AxisValues, RandomValues, SpacedValues
 from vibecalc.errors import CaseError, KeyPath, Problem
 from vibecalc.schema import Case
 
@@ -33,8 +33,8 @@ def forbidden_values(design: Design) -> Iterator[Problem]:
     """One problem for each key with values outside its bounds; no run is needed for it."""
     column = 0
     for axis in design.axes:
-        for index, (shape, course) in enumerate(zip(axis.shapes, axis.courses, strict=True)):
-            if not course.names and not np.all(allowed_by(shape, np.array(course.ends))):
+        for index, (shape, values) in enumerate(zip(axis.shapes, axis.key_values, strict=True)):
+            if not values.names and not np.all(allowed_by(shape, np.array(values.ends))):
                 yield from _of_key(design, axis, index, column)
             column += 1
 
@@ -48,20 +48,20 @@ def allowed_by(shape: Shape, values: np.ndarray) -> np.ndarray:
 
 
 def _of_key(design: Design, axis: SweepAxis, index: int, column: int) -> Iterator[Problem]:
-    course, shape = axis.courses[index], axis.shapes[index]
-    total = course.count if course.count is not None else design.count
-    if isinstance(course, Spread) and course.count is not None:
-        count, values = _on_spread(course, shape)
+    axis_values, shape = axis.key_values[index], axis.shapes[index]
+    total = axis_values.count if axis_values.count is not None else design.count
+    if isinstance(axis_values, SpacedValues) and axis_values.count is not None:
+        count, values = _on_spread(axis_values, shape)
     else:
-        count, values = _looked_through(design, course, shape, column, total)
+        count, values = _tested(design, axis_values, shape, column, total)
     if not count:
         return
-    many = f"{count} of {size_words(total)} {'points' if course.count is None else 'values'}"
+    many = f"{count} of {size_words(total)} {'points' if axis_values.count is None else 'values'}"
     if design.sampling == "grid" and len(design.axes) > 1:
         points = count * (design.count // total)
         many += f", {size_words(points)} of {size_words(design.count)} points"
     shown = ", ".join(f"{value:.6g}" for value in values) + (", ..." if count > _SHOWN else "")
-    one_sided = isinstance(course, Drawn) and course.scatter.kind == "normal"
+    one_sided = isinstance(axis_values, RandomValues) and axis_values.scatter.kind == "normal"
     yield Problem(
         path=axis.places[index],
         message=f"{axis.keys[index]} takes values that it must not have",
@@ -71,39 +71,39 @@ def _of_key(design: Design, axis: SweepAxis, index: int, column: int) -> Iterato
     )
 
 
-def _looked_through(
-    design: Design, course: Course, shape: Shape, column: int, total: int
+def _tested(
+    design: Design, axis_values: AxisValues, shape: Shape, column: int, total: int
 ) -> tuple[int, np.ndarray]:
     """How many values are forbidden, and the first of them."""
     count, first = 0, np.empty(0)
     for start in range(0, total, _BLOCK):
         numbers = np.arange(start, min(start + _BLOCK, total))
-        drawn = course.count is None
-        values = design.value_of(numbers)[:, column] if drawn else course.at(numbers)
+        drawn = axis_values.count is None
+        values = design.value_of(numbers)[:, column] if drawn else axis_values.at(numbers)
         wrong = values[~allowed_by(shape, values)]
         count += wrong.size
         first = np.concatenate([first, wrong[:_SHOWN]])[:_SHOWN]
     return count, first
 
 
-def _on_spread(course: Spread, shape: Shape) -> tuple[int, np.ndarray]:
+def _on_spread(axis_values: SpacedValues, shape: Shape) -> tuple[int, np.ndarray]:
     """The same for values that only rise or only fall, without looking at all of them."""
-    total = course.count or 0
+    total = axis_values.count or 0
     runs: list[range] = []
     for side in (("gt", "ge"), ("lt", "le")):
         bounds = tuple(bound for bound in shape.bounds if bound[0] in side)
         one_sided = replace(shape, bounds=bounds)
 
-        def kept(position: int, one_sided: Shape = one_sided) -> bool:
-            return bool(allowed_by(one_sided, course.at(np.array([position])))[0])
+        def allowed_at(position: int, one_sided: Shape = one_sided) -> bool:
+            return bool(allowed_by(one_sided, axis_values.at(np.array([position])))[0])
 
-        if not kept(0):
-            runs.append(range(bisect_left(range(total), True, key=kept)))
-        elif not kept(total - 1):
-            first = bisect_left(range(total), True, key=lambda position: not kept(position))
+        if not allowed_at(0):
+            runs.append(range(bisect_left(range(total), True, key=allowed_at)))
+        elif not allowed_at(total - 1):
+            first = bisect_left(range(total), True, key=lambda position: not allowed_at(position))
             runs.append(range(first, total))
     wrong = [position for run in runs for position in run[:_SHOWN]][:_SHOWN]
-    return sum(len(run) for run in runs), course.at(np.array(wrong, dtype=np.int64))
+    return sum(len(run) for run in runs), axis_values.at(np.array(wrong, dtype=np.int64))
 
 
 # ----------------------------------------------------------------------------
@@ -156,12 +156,12 @@ def _combinations(design: Design) -> Iterator[Settings]:
 def _no_point(design: Design, resolved: Mapping[str, Any]) -> Iterator[Problem]:
     """Problems of the first point if none of some points spread over the design is a case."""
     numbers = np.unique(np.linspace(0, design.count - 1, _PROBED).astype(np.int64))
-    found: list[Problem] = []
+    problems: list[Problem] = []
     for number in numbers:
         try:
             validate(case_at(resolved, design.settings(int(number))))
         except CaseError as error:
-            found = found or list(error.problems)
+            problems = problems or list(error.problems)
         else:
             return
     places = {
@@ -169,7 +169,7 @@ def _no_point(design: Design, resolved: Mapping[str, Any]) -> Iterator[Problem]:
         for axis in design.axes
         for path, place in zip(axis.paths, axis.places, strict=True)
     }
-    for problem in found[:_SHOWN]:
+    for problem in problems[:_SHOWN]:
         place: KeyPath = places.get(problem.path, ("sweep",))
         yield Problem(
             path=place,
@@ -186,10 +186,10 @@ def _no_point(design: Design, resolved: Mapping[str, Any]) -> Iterator[Problem]:
 # ----------------------------------------------------------------------------
 
 #: axes whose entries are chosen while a point is computed, so that no two points share them
-OWN_AXES = ("speed", "masked", "instant_time", "reversal_time", "passage", "contact")
+UNSHARED_AXES = ("speed", "masked", "instant_time", "reversal_time", "passage", "contact")
 
 
-def kept_paths(
+def stored_paths(
     keep: Sequence[str], case: "Case", design: Design, resolved: Mapping[str, Any]
 ) -> tuple[str, ...]:
     """Result paths that a sweep keeps, sorted.
@@ -205,7 +205,7 @@ def kept_paths(
     named = {limit.quantity for limit in case.limit}
     named |= {reference.quantity for reference in case.reference}
     wanted = {path for path in planned if not planned[path].axes or path in named}
-    return tuple(sorted(path for path in wanted if not _own_axis(planned[path])))
+    return tuple(sorted(path for path in wanted if not _unshared_axis(planned[path])))
 
 
 def keep_problems(
@@ -232,7 +232,7 @@ def keep_problems(
                     hint="keep what all points have, or sweep the choices one by one",
                 )
             )
-        elif axis := _own_axis(everywhere[path]):
+        elif axis := _unshared_axis(everywhere[path]):
             problems.append(
                 Problem(
                     path=place,
@@ -251,15 +251,15 @@ def _plans(design: Design, resolved: Mapping[str, Any]) -> list[tuple[Settings, 
     ]
 
 
-def _own_axis(entry: Entry) -> str:
-    return next((axis for axis in entry.axes if axis in OWN_AXES), "")
+def _unshared_axis(entry: Entry) -> str:
+    return next((axis for axis in entry.axes if axis in UNSHARED_AXES), "")
 
 
 def _instead(path: str, known: Mapping[str, Entry]) -> str:
     peak = f"{path}_peak"
     if peak in known:
         return f"keep {peak} instead"
-    shared = [other for other, entry in known.items() if not _own_axis(entry)]
+    shared = [other for other, entry in known.items() if not _unshared_axis(entry)]
     near = difflib.get_close_matches(path, shared, n=1, cutoff=0.7)
     return f"keep {near[0]} instead" if near else ""
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from vibecalc import __version__
-from vibecalc.core.study.sweep.pool import Done, Lost, Piece, Pool, Work
+from vibecalc.core.study.sweep.pool import Batch, ChunkResult, LostPoint, Pool, Work
 from vibecalc.errors import UsageError
 
 _ANSWER_WITHIN = 30  # seconds
@@ -67,8 +67,8 @@ class Cluster:
         return int(sum(self._client.nthreads().values()))
 
     def run(
-        self, works: Iterable[Work], tell: Callable[[Piece | Lost], None] = lambda _: None
-    ) -> Iterator[Done]:
+        self, works: Iterable[Work], tell: Callable[[Batch | LostPoint], None] = lambda _: None
+    ) -> Iterator[ChunkResult]:
         """Hand out chunks in their order and yield each as it is finished.
 
         Waits while the cluster has no workers. UsageError if the workers cannot be used;
@@ -76,24 +76,24 @@ class Cluster:
         """
         waiting = iter(works)
         queue = _distributed().as_completed(loop=self._client.loop)
-        under_way: dict[Any, tuple[Any, Work, int]] = {}
+        running: dict[Any, tuple[Any, Work, int]] = {}
         try:
             while True:
-                missing = max(1, _AHEAD * self.workers()) - len(under_way)
+                missing = max(1, _AHEAD * self.workers()) - len(running)
                 for work in islice(waiting, max(missing, 0)):
-                    self._submit(work, 0, under_way, queue)
-                if not under_way:
+                    self._submit(work, 0, running, queue)
+                if not running:
                     return
                 future = next(queue)
-                _, work, losses = under_way.pop(future.key)
+                _, work, losses = running.pop(future.key)
                 done = _result(
                     future, losses if self._client.status == "running" else _LOST_WORKERS
                 )
                 if done is None:
-                    self._submit(work, losses + 1, under_way, queue)
+                    self._submit(work, losses + 1, running, queue)
                     continue
-                for piece in done.pieces:
-                    tell(piece)
+                for batch in done.batches:
+                    tell(batch)
                 for lost in done.lost:
                     tell(lost)
                 yield done
@@ -101,14 +101,14 @@ class Cluster:
             raise UsageError(f"the connection to the cluster is lost: {error}") from error
         finally:
             with suppress(Exception):
-                self._client.cancel([future for future, _, _ in under_way.values()])
+                self._client.cancel([future for future, _, _ in running.values()])
 
-    def _submit(self, work: Work, losses: int, under_way: dict[Any, Any], queue: Any) -> None:
+    def _submit(self, work: Work, losses: int, running: dict[Any, Any], queue: Any) -> None:
         future = self._client.submit(
             compute, self._key, self._start, work, self._timeout, self._step, __version__,
             pure=False, priority=-work.number,
         )  # fmt: skip
-        under_way[future.key] = future, work, losses
+        running[future.key] = future, work, losses
         queue.add(future)
 
 
@@ -119,7 +119,7 @@ def compute(
     timeout: float | None,
     step: int,
     version: str,
-) -> Done:
+) -> ChunkResult:
     """Evaluate one chunk on a worker of the cluster, in the process of this thread."""
     if version != __version__:
         raise UsageError(f"a worker has vibecalc {__version__}, the sweep is of {version}")
@@ -150,11 +150,11 @@ def _close_pools(key: bytes) -> None:
                 del _pools[thread]
 
 
-def _result(future: Any, losses: int) -> Done | None:
+def _result(future: Any, losses: int) -> ChunkResult | None:
     """What came out; None if the chunk has to be handed out again."""
     dask = _distributed()
     try:
-        done: Done = future.result()
+        done: ChunkResult = future.result()
     except (dask.KilledWorker, dask.CancelledError) as error:
         if losses >= _LOST_WORKERS:
             raise UsageError(

@@ -11,9 +11,9 @@ from vibecalc.core.case.raw import key_text
 from vibecalc.core.case.tables import Along, Axis, Sweep
 from vibecalc.core.case.walk import Shape
 from vibecalc.core.results.catalogue import AXES
-from vibecalc.core.study.sweep.keys import Place, label, read_course, target
+from vibecalc.core.study.sweep.keys import KeyPlace, label, read_values, target
 from vibecalc.core.study.sweep.sampling import SEQUENCES
-from vibecalc.core.study.sweep.values import Course, Listed
+from vibecalc.core.study.sweep.values import AxisValues, ValueList
 from vibecalc.errors import CaseError, KeyPath, Problem, UnitError, UsageError
 from vibecalc.units import split_number
 
@@ -37,7 +37,7 @@ class SweepAxis:
     keys: tuple[str, ...]
     paths: tuple[KeyPath, ...]
     shapes: tuple[Shape, ...]
-    courses: tuple[Course, ...]
+    key_values: tuple[AxisValues, ...]
     labels: tuple[str, ...]
     written_units: tuple[str, ...]
     places: tuple[KeyPath, ...]
@@ -45,7 +45,7 @@ class SweepAxis:
     @property
     def count(self) -> int | None:
         """Points along the axis; None if it is only drawn from."""
-        return self.courses[0].count
+        return self.key_values[0].count
 
     @property
     def units(self) -> tuple[str, ...]:
@@ -55,7 +55,7 @@ class SweepAxis:
     @property
     def choices(self) -> tuple[tuple[str, ...], ...]:
         """For each key the names that its values count from 0; empty for a number."""
-        return tuple(course.names for course in self.courses)
+        return tuple(axis_values.names for axis_values in self.key_values)
 
     @property
     def values(self) -> np.ndarray:
@@ -66,11 +66,11 @@ class SweepAxis:
 
     def at(self, positions: np.ndarray) -> np.ndarray:
         """Values (len, k) at positions along the axis."""
-        return np.stack([course.at(positions) for course in self.courses], axis=1)
+        return np.stack([axis_values.at(positions) for axis_values in self.key_values], axis=1)
 
     def drawn(self, shares: np.ndarray) -> np.ndarray:
         """Values (len, k) at shares in (0, 1) of the axis; all keys take the same share."""
-        return np.stack([course.drawn(shares) for course in self.courses], axis=1)
+        return np.stack([axis_values.drawn(shares) for axis_values in self.key_values], axis=1)
 
 
 def read_axes(
@@ -100,30 +100,30 @@ def _read_axis(
     seen: dict[KeyPath, KeyPath],
     problems: list[Problem],
 ) -> SweepAxis | None:
-    rows: list[tuple[Place, KeyPath, Course]] = []
+    rows: list[tuple[KeyPlace, KeyPath, AxisValues]] = []
     tables: list[tuple[Along, KeyPath]] = [(table, path)]
     tables += [(one, (*path, "with", index)) for index, one in enumerate(table.together)]
     points = table.points if table.points is not None else len(table.values) or None
     for one, where in tables:
-        found = _target(one.key, where, resolved, seen, problems)
-        if found is None:
+        target_ = _target(one.key, where, resolved, seen, problems)
+        if target_ is None:
             continue
-        place = Place(one, where, found[1], problems)
-        course = read_course(place, sampled, points)
-        if course is None:
+        place = KeyPlace(one, where, target_[1], problems)
+        values = read_values(place, sampled, points)
+        if values is None:
             continue
         if one is table:
-            points = course.count
-        elif course.count is not None and points is not None and course.count != points:
+            points = values.count
+        elif values.count is not None and points is not None and values.count != points:
             problems.append(
                 Problem(
                     path=(*where, "key"),
                     message="keys that vary together need equally many values",
-                    found=f"{course.count} for {one.key}, {points} for {table.key}",
+                    found=f"{values.count} for {one.key}, {points} for {table.key}",
                     also=(*path, "key"),
                 )
             )
-        rows.append((place, found[0], course))
+        rows.append((place, target_[0], values))
     if len(rows) < len(tables):
         return None
     if not _points_differ(rows, path, problems):
@@ -133,7 +133,7 @@ def _read_axis(
         keys=tuple(key_text(key) for _, key, _ in rows),
         paths=tuple(key for _, key, _ in rows),
         shapes=tuple(place.shape for place, _, _ in rows),
-        courses=tuple(course for _, _, course in rows),
+        key_values=tuple(values for _, _, values in rows),
         labels=tuple(label(key) for _, key, _ in rows),
         written_units=tuple(_written_unit(place) for place, _, _ in rows),
         places=tuple(place.path for place, _, _ in rows),
@@ -177,10 +177,12 @@ def _target(
 
 
 def _points_differ(
-    rows: Sequence[tuple[Place, KeyPath, Course]], path: KeyPath, problems: list[Problem]
+    rows: Sequence[tuple[KeyPlace, KeyPath, AxisValues]], path: KeyPath, problems: list[Problem]
 ) -> bool:
     """Whether no two points of the axis are the same; only lists can repeat themselves."""
-    listed = [course.values for _, _, course in rows if isinstance(course, Listed)]
+    listed = [
+        axis_values.values for _, _, axis_values in rows if isinstance(axis_values, ValueList)
+    ]
     if len(listed) < len(rows) or len({len(values) for values in listed}) > 1:
         return True
     seen: dict[tuple[float | str, ...], int] = {}
@@ -199,7 +201,7 @@ def _points_differ(
     return True
 
 
-def _written_unit(place: Place) -> str:
+def _written_unit(place: KeyPlace) -> str:
     table, given = place.table, place.table.distribution
     ends = (table.stop, table.start, *table.values)
     drawn = (given.mean, given.upper, given.lower) if given else ()
@@ -218,10 +220,10 @@ def _named(axes: Sequence[SweepAxis]) -> tuple[SweepAxis, ...]:
     """Name each axis by the shortest end of its first key that nothing else is called."""
     endings = [_endings(axis.keys[0]) for axis in axes]
     names = []
-    for mine, own in enumerate(endings):
+    for mine, ends_of in enumerate(endings):
         others = {end for index, ends in enumerate(endings) if index != mine for end in ends}
-        free = [end for end in own if end not in others and end not in _TAKEN]
-        names.append((free or [own[-1]])[0])
+        free = [end for end in ends_of if end not in others and end not in _TAKEN]
+        names.append((free or [ends_of[-1]])[0])
     return tuple(replace(axis, name=name) for axis, name in zip(axes, names, strict=True))
 
 
@@ -327,8 +329,8 @@ class Design:
             "indices": self.indices,
             "axes": [
                 [
-                    {"key": key, **course.description()}
-                    for key, course in zip(axis.keys, axis.courses, strict=True)
+                    {"key": key, **axis_values.description()}
+                    for key, axis_values in zip(axis.keys, axis.key_values, strict=True)
                 ]
                 for axis in self.axes
             ],

@@ -19,7 +19,7 @@ from vibecalc.errors import CaseError, NumericalFailure, Problem, UsageError
 if TYPE_CHECKING:
     from vibecalc.schema import Case
 
-Found = Mapping[str, Quantity]
+Quantities = Mapping[str, Quantity]
 
 #: axis of results -> key of a case that is its one entry, unless the case lists several
 REPEATS = {"clearance": "machine.joints.wrist_pin.clearance"}
@@ -57,10 +57,10 @@ class Evaluator:
         statuses, messages, found = zip(*outcomes, strict=True) if outcomes else ((), (), ())
         return make_block(numbers, statuses, messages, found, self._keep)
 
-    def run_point(self, settings: Mapping[str, Any]) -> tuple[int, str, Found]:
+    def run_point(self, settings: Mapping[str, Any]) -> tuple[int, str, Quantities]:
         """Status, message and the kept results with some keys of the case set."""
         try:
-            found = self._computed(settings)
+            quantities = self._computed(settings)
         except CaseError as error:
             return REFUSED, refusal(error.problems), {}
         except UsageError as error:
@@ -69,9 +69,9 @@ class Evaluator:
             return FAILED, str(failure), {}
         except Exception:
             return BUG, traceback.format_exc(), {}
-        return DONE, "", found
+        return DONE, "", quantities
 
-    def _computed(self, settings: Mapping[str, Any]) -> Found:
+    def _computed(self, settings: Mapping[str, Any]) -> Quantities:
         if self._loaded.case.optimisation is not None:
             return self._optimised(settings)
         case = validate(case_at(self._loaded.resolved, settings))
@@ -91,7 +91,7 @@ class Evaluator:
         axes = tuple(axis for place, axis in enumerate(quantity.axes) if place not in repeated)
         return replace(quantity, values=quantity.values.squeeze(tuple(repeated)), axes=axes)
 
-    def _optimised(self, settings: Mapping[str, Any]) -> Found:
+    def _optimised(self, settings: Mapping[str, Any]) -> Quantities:
         from vibecalc.core.study.execute import physics_problems
         from vibecalc.core.study.optimise import optimise
 

@@ -10,7 +10,14 @@ import numpy as np
 from vibecalc.core.case.raw import get_key, key_text, parse_key
 from vibecalc.core.case.tables import Along, Distribution
 from vibecalc.core.case.walk import Shape, keys_of, shape_at, words
-from vibecalc.core.study.sweep.values import PARAMETERS, Course, Drawn, Listed, Scatter, Spread
+from vibecalc.core.study.sweep.values import (
+    PARAMETERS,
+    AxisValues,
+    RandomValues,
+    Scatter,
+    SpacedValues,
+    ValueList,
+)
 from vibecalc.errors import KeyPath, Problem, UnitError, UsageError
 from vibecalc.units import parse_quantity, split_number
 
@@ -113,7 +120,7 @@ Written = str | int | float
 _MOST_WHOLE = 100_000  # whole numbers on an axis; a longer one is not looked through
 
 
-class Place(NamedTuple):
+class KeyPlace(NamedTuple):
     """One key's table, where it stands, what its key may hold, and where problems go."""
 
     table: Along
@@ -131,15 +138,15 @@ class Place(NamedTuple):
         )
 
 
-def read_course(place: Place, sampled: bool, points: int | None) -> Course | None:
+def read_values(place: KeyPlace, sampled: bool, points: int | None) -> AxisValues | None:
     """The values of one key; None if its table has problems. `points` stands in for absent ones."""
     table, choice = place.table, place.shape.kind in ("choice", "text")
-    ways = {
+    forms = {
         "values": bool(table.values),
         "from": table.start is not None or table.stop is not None,
         "distribution": table.distribution is not None,
     }
-    used = [way for way, there in ways.items() if there]
+    used = [form for form, there in forms.items() if there]
     if len(used) != 1:
         what = "says twice what it takes" if used else "has no values"
         place.refuse(
@@ -163,7 +170,7 @@ def read_course(place: Place, sampled: bool, points: int | None) -> Course | Non
     return _drawn(place, sampled)
 
 
-def _listed(place: Place) -> Listed | None:
+def _listed(place: KeyPlace) -> ValueList | None:
     values = place.table.values
     if len(values) < 2:
         place.refuse(
@@ -181,10 +188,12 @@ def _listed(place: Place) -> Listed | None:
         if number is None:  # the first wrong one is enough
             return None
         numbers.append(number)
-    return Listed(values=tuple(numbers)) if _whole_where_needed(place, np.array(numbers)) else None
+    return (
+        ValueList(values=tuple(numbers)) if _whole_where_needed(place, np.array(numbers)) else None
+    )
 
 
-def _choices(place: Place) -> Listed | None:
+def _choices(place: KeyPlace) -> ValueList | None:
     allowed = place.shape.choices
     named = place.shape.kind == "text"
     wrong = [value for value in place.table.values if value not in allowed and not named]
@@ -197,10 +206,10 @@ def _choices(place: Place) -> Listed | None:
             hint=f"did you mean {near[0]!r}?" if near else "",
         )
         return None
-    return Listed(values=tuple(str(value) for value in place.table.values))
+    return ValueList(values=tuple(str(value) for value in place.table.values))
 
 
-def _spread(place: Place, sampled: bool, points: int | None) -> Spread | None:
+def _spread(place: KeyPlace, sampled: bool, points: int | None) -> SpacedValues | None:
     table = place.table
     if table.start is None or table.stop is None:
         missing = "from" if table.start is None else "to"
@@ -226,7 +235,7 @@ def _spread(place: Place, sampled: bool, points: int | None) -> Spread | None:
         place.refuse("points", "an axis needs two points or more", found=str(count))
         return None
     start, stop, factor = _decimals(table.start, table.stop, place.shape.unit or "", ends)
-    spread = Spread(start=start, stop=stop, factor=factor, log=logarithmic, count=count)
+    spread = SpacedValues(start=start, stop=stop, factor=factor, log=logarithmic, count=count)
     return spread if _whole_steps(place, spread) else None
 
 
@@ -244,7 +253,7 @@ def _decimals(
     return Decimal(repr(ends[0])), Decimal(repr(ends[1])), 1.0
 
 
-def _drawn(place: Place, sampled: bool) -> Drawn | None:
+def _drawn(place: KeyPlace, sampled: bool) -> RandomValues | None:
     given = place.table.distribution
     if given is None:
         return None
@@ -264,10 +273,10 @@ def _drawn(place: Place, sampled: bool) -> Drawn | None:
     if objection:
         place.refuse("distribution", objection)
         return None
-    return Drawn(scatter=scatter)
+    return RandomValues(scatter=scatter)
 
 
-def _parameters(place: Place, given: Distribution) -> tuple[float, ...] | None:
+def _parameters(place: KeyPlace, given: Distribution) -> tuple[float, ...] | None:
     needed = PARAMETERS[given.kind]
     written = {name: getattr(given, name) for name in type(given).model_fields if name != "kind"}
     extra = [name for name, value in written.items() if value is not None and name not in needed]
@@ -290,7 +299,7 @@ def _parameters(place: Place, given: Distribution) -> tuple[float, ...] | None:
     return tuple(numbers[name] for name in needed)
 
 
-def _number(place: Place, key: str, written: Written) -> float | None:
+def _number(place: KeyPlace, key: str, written: Written) -> float | None:
     try:
         return parse_quantity(written, place.shape.unit or "")
     except (UnitError, OverflowError) as error:
@@ -305,7 +314,7 @@ def _number(place: Place, key: str, written: Written) -> float | None:
         return None
 
 
-def _whole_where_needed(place: Place, values: np.ndarray) -> bool:
+def _whole_where_needed(place: KeyPlace, values: np.ndarray) -> bool:
     wrong = values[values != np.rint(values)] if place.shape.kind == "whole" else values[:0]
     if wrong.size:
         place.refuse(
@@ -316,7 +325,7 @@ def _whole_where_needed(place: Place, values: np.ndarray) -> bool:
     return not wrong.size
 
 
-def _whole_steps(place: Place, spread: Spread) -> bool:
+def _whole_steps(place: KeyPlace, spread: SpacedValues) -> bool:
     if place.shape.kind != "whole":
         return True
     if spread.count is None or spread.count > _MOST_WHOLE:

@@ -172,8 +172,8 @@ def check_output(output: Path, identity: Identity, resolved: Mapping[str, Any]) 
     if not is_sweep(output):
         raise UsageError(f"{output} is no sweep; --fresh replaces it, -o names another file")
     try:
-        with open_sweep(output) as found:
-            head = found.head
+        with open_sweep(output) as sweep:
+            head = sweep.head
     except ResultError as error:
         raise UsageError(f"{error}; --fresh replaces it") from error
     if head.identity == identity.sweep:
@@ -198,12 +198,12 @@ def complete(
         return None
     counts: Counter[int] = Counter()
     try:
-        with open_sweep(output) as found:
-            if found.head.identity != identity.sweep or found.count != chunks.count:
+        with open_sweep(output) as sweep:
+            if sweep.head.identity != identity.sweep or sweep.count != chunks.count:
                 return None
             for number in mine:
                 points = chunks.points(number)
-                _count(found, int(points[0]), int(points[-1]) + 1, counts)
+                _count(sweep, int(points[0]), int(points[-1]) + 1, counts)
     except ResultError:
         return None
     return None if any(counts[status] for status in (NOT_RUN, *UNLUCKY)) else counts
@@ -258,9 +258,9 @@ def _unlucky(chunks: ChunkFolder, number: int) -> bool:
     return bool(np.isin(chunks.read(number).status, UNLUCKY).any())
 
 
-def _count(found: SweepResult, first: int, last: int, counts: Counter[int]) -> None:
+def _count(sweep: SweepResult, first: int, last: int, counts: Counter[int]) -> None:
     for start in range(first, last, _AT_ONCE):
-        statuses = found.status_of(start, min(start + _AT_ONCE, last))
+        statuses = sweep.status_of(start, min(start + _AT_ONCE, last))
         for status, many in zip(*np.unique(statuses, return_counts=True), strict=True):
             counts[int(status)] += int(many)
 

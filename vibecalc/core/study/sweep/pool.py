@@ -118,14 +118,14 @@ class Work(NamedTuple):
     points: range
 
 
-class Piece(NamedTuple):
+class Batch(NamedTuple):
     """Points that were evaluated in one call, and what came out."""
 
     points: list[int]
     block: Any
 
 
-class Lost(NamedTuple):
+class LostPoint(NamedTuple):
     """A point without any result: why, and in words."""
 
     point: int
@@ -133,12 +133,12 @@ class Lost(NamedTuple):
     message: str
 
 
-class Done(NamedTuple):
+class ChunkResult(NamedTuple):
     """All that became of one chunk, in no particular order."""
 
     work: Work
-    pieces: list[Piece]
-    lost: list[Lost]
+    batches: list[Batch]
+    lost: list[LostPoint]
 
 
 @dataclass
@@ -148,11 +148,11 @@ class _Task:
     work: Work
     step: int
     left: list[int]
-    pieces: list[Piece] = field(default_factory=list)
-    lost: list[Lost] = field(default_factory=list)
+    batches: list[Batch] = field(default_factory=list)
+    lost: list[LostPoint] = field(default_factory=list)
     deaths: Counter[int] = field(default_factory=Counter)
 
-    def give_up(self, lost: Lost) -> None:
+    def give_up(self, lost: LostPoint) -> None:
         self.lost.append(lost)
         self.left.remove(lost.point)
 
@@ -207,8 +207,8 @@ class Pool:
             process.end()
 
     def run(
-        self, works: Iterable[Work], tell: Callable[[Piece | Lost], None] = lambda _: None
-    ) -> Iterator[Done]:
+        self, works: Iterable[Work], tell: Callable[[Batch | LostPoint], None] = lambda _: None
+    ) -> Iterator[ChunkResult]:
         """Hand out chunks in their order and yield each as it is finished.
 
         `tell` hears of every result at once. UsageError if processes die as they start;
@@ -270,8 +270,8 @@ class Pool:
         desk: _Desk,
         message: tuple[Any, ...],
         backlog: deque[_Task],
-        tell: Callable[[Piece | Lost], None],
-    ) -> Done | None:
+        tell: Callable[[Batch | LostPoint], None],
+    ) -> ChunkResult | None:
         kind, *content = message
         task = desk.task
         if kind == "ready":
@@ -288,14 +288,14 @@ class Pool:
                 self._failed_starts = 0
             elif kind == "have":
                 for points, block in content[0]:
-                    task.pieces.append(Piece(points, block))
-                    tell(task.pieces[-1])
+                    task.batches.append(Batch(points, block))
+                    tell(task.batches[-1])
                 known = {point for points, _ in content[0] for point in points}
                 task.left = [point for point in task.left if point not in known]
                 desk.at = []
             elif kind == "done":
                 desk.task, desk.at = None, []
-                return Done(task.work, task.pieces, task.lost)
+                return ChunkResult(task.work, task.batches, task.lost)
         return None
 
     def _bury(
@@ -303,7 +303,7 @@ class Pool:
         desk: _Desk,
         words: str,
         backlog: deque[_Task],
-        tell: Callable[[Piece | Lost], None],
+        tell: Callable[[Batch | LostPoint], None],
     ) -> None:
         """Another process takes over what a dead one had; a point that kills twice is left out."""
         del self._desks[desk.process]
@@ -324,11 +324,15 @@ class Pool:
             (point,) = desk.at
             task.deaths[point] += 1
             if task.deaths[point] >= _DEATHS:
-                task.give_up(Lost(point, DIED, f"the process died twice at this point ({words})"))
+                task.give_up(
+                    LostPoint(point, DIED, f"the process died twice at this point ({words})")
+                )
                 tell(task.lost[-1])
         backlog.appendleft(task)
 
-    def _end_attached(self, backlog: deque[_Task], tell: Callable[[Piece | Lost], None]) -> None:
+    def _end_attached(
+        self, backlog: deque[_Task], tell: Callable[[Batch | LostPoint], None]
+    ) -> None:
         if self._timeout is None:
             return
         now = time.monotonic()
@@ -342,7 +346,7 @@ class Pool:
                 task.step = 1
             else:
                 words = f"took longer than {self._timeout:g} s"
-                task.give_up(Lost(desk.at[0], TIMED_OUT, words))
+                task.give_up(LostPoint(desk.at[0], TIMED_OUT, words))
                 tell(task.lost[-1])
             backlog.appendleft(task)
 
@@ -352,30 +356,30 @@ class Pool:
 # ----------------------------------------------------------------------------
 
 
-class Here:
+class SerialPool:
     """This process, as a `Pool` is used; nothing guards it against points that hang or kill."""
 
     def __init__(self, start: Callable[[], Callable[[Any], Any]], *, step: int = 1):
         self._start, self._step = start, step
 
-    def __enter__(self) -> "Here":
+    def __enter__(self) -> "SerialPool":
         return self
 
     def __exit__(self, *_: object) -> None:
         pass
 
     def run(
-        self, works: Iterable[Work], tell: Callable[[Piece | Lost], None] = lambda _: None
-    ) -> Iterator[Done]:
+        self, works: Iterable[Work], tell: Callable[[Batch | LostPoint], None] = lambda _: None
+    ) -> Iterator[ChunkResult]:
         """Compute chunks in their order and yield each as it is finished."""
         evaluate = self._start()
         for work in works:
-            pieces = []
+            batches = []
             for first in range(work.points.start, work.points.stop, self._step):
                 points = list(range(first, min(first + self._step, work.points.stop)))
-                pieces.append(Piece(points, evaluate(np.array(points, dtype=np.int64))))
-                tell(pieces[-1])
-            yield Done(work, pieces, [])
+                batches.append(Batch(points, evaluate(np.array(points, dtype=np.int64))))
+                tell(batches[-1])
+            yield ChunkResult(work, batches, [])
 
 
 # ----------------------------------------------------------------------------
@@ -427,7 +431,7 @@ _AT_LEAST_EVERY = 0.5  # seconds between two messages with results; what a death
 def main() -> None:
     """Work until stdin ends, also when that is in the middle of a point."""
     gc.set_threshold(100_000, 20, 20)  # as the command line does, and for the same reason
-    incoming, outgoing = _own_streams()
+    incoming, outgoing = _process_streams()
     tasks: SimpleQueue[Any] = SimpleQueue()
     threading.Thread(target=_read, args=(incoming, tasks), daemon=True).start()
     try:
@@ -460,7 +464,7 @@ def _work(evaluate: Any, points: list[int], step: int, outgoing: BinaryIO) -> No
     send(outgoing, ("done",))
 
 
-def _own_streams() -> tuple[BinaryIO, BinaryIO]:
+def _process_streams() -> tuple[BinaryIO, BinaryIO]:
     """The two pipes to the sweep, out of reach of whatever prints or reads in this process."""
     sys.stdout.flush()
     incoming, outgoing = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")

@@ -23,7 +23,7 @@ from vibecalc.core.results.layout import DONE
 from vibecalc.core.run.plan import needed_stages, work_seconds
 from vibecalc.core.run.stage import work_of
 from vibecalc.core.study.sweep.blocks import Block, ChunkFolder, parts_folder
-from vibecalc.core.study.sweep.checks import kept_paths, sweep_problems
+from vibecalc.core.study.sweep.checks import stored_paths, sweep_problems
 from vibecalc.core.study.sweep.design import Design, make_design
 from vibecalc.errors import UnitError, UsageError
 from vibecalc.schema import SCHEMA_VERSION
@@ -354,7 +354,7 @@ def _sha256(content: Any) -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Prepared:
+class PreparedSweep:
     """A sweep that can start."""
 
     loaded: LoadedCase
@@ -387,7 +387,7 @@ class Prepared:
         return self.strategy.chunk_size if self.strategy.kind == "array" else 1
 
 
-def prepare(loaded: LoadedCase, jobs: int) -> Prepared:
+def prepare(loaded: LoadedCase, jobs: int) -> PreparedSweep:
     """Check the sweep of a case that may use so many processes.
 
     CaseError, with the places in the file, for all problems found.
@@ -400,8 +400,8 @@ def prepare(loaded: LoadedCase, jobs: int) -> Prepared:
         )
     raise_with_location(loaded, sweep_problems(loaded))
     design = make_design(case.sweep, resolved)
-    keep = kept_paths(case.sweep.keep, case, design, resolved)
-    return Prepared(
+    keep = stored_paths(case.sweep.keep, case, design, resolved)
+    return PreparedSweep(
         loaded=loaded,
         design=design,
         keep=keep,
@@ -419,8 +419,8 @@ _TRIED = 5
 
 
 @dataclass(frozen=True, kw_only=True)
-class Kept:
-    """A kept quantity: its own axes, each with its length; no axes are known if no point has it."""
+class StoredQuantity:
+    """A stored quantity: its axes, each with its length; no axes are known if no point has it."""
 
     path: str
     unit: str
@@ -430,12 +430,12 @@ class Kept:
 
 @dataclass(frozen=True, kw_only=True)
 class Forecast:
-    """Size, kept quantities, and time (s, with `jobs` processes) and size (bytes) as estimated.
+    """Size, stored quantities, and time (s, with `jobs` processes) and size (bytes) as estimated.
 
     `failures` are the words of those of the `tried` points that came to nothing.
     """
 
-    kept: tuple[Kept, ...]
+    stored: tuple[StoredQuantity, ...]
     tried: int
     failures: tuple[str, ...]
     jobs: int
@@ -443,7 +443,7 @@ class Forecast:
     size: int
 
 
-def forecast(prepared: Prepared, jobs: int | None) -> Forecast:
+def forecast(prepared: PreparedSweep, jobs: int | None) -> Forecast:
     """Compute a few points, spread over the sweep, and multiply."""
     design = prepared.design
     evaluate = prepared.start()()
@@ -461,20 +461,22 @@ def forecast(prepared: Prepared, jobs: int | None) -> Forecast:
             break
     each = (time.perf_counter() - started) / tried
     busy = jobs or (1 if prepared.is_short else processors())
-    kept = []
+    stored = []
     size = 1  # the status
     for path in prepared.keep:
         reasons = [block.left_out[path] for block in blocks if path in block.left_out]
-        found = [block.quantities[path] for block in blocks if path in block.quantities]
-        if reasons or not found:
+        present = [block.quantities[path] for block in blocks if path in block.quantities]
+        if reasons or not present:
             reason = reasons[0] if reasons else "no point that was tried has it"
-            kept.append(Kept(path=path, unit="", axes=None, reason=reason))
+            stored.append(StoredQuantity(path=path, unit="", axes=None, reason=reason))
             continue
-        largest = max(found, key=lambda one: one.values[0].size)
+        largest = max(present, key=lambda one: one.values[0].size)
         axes = tuple((axis.name, len(axis.values)) for axis in largest.axes)
-        kept.append(Kept(path=path, unit=largest.unit, axes=axes))
-        own = math.prod(length for _, length in axes)
-        size += own * largest.values.itemsize + (16 if largest.standard_errors is not None else 8)
+        stored.append(StoredQuantity(path=path, unit=largest.unit, axes=axes))
+        entries = math.prod(length for _, length in axes)
+        size += entries * largest.values.itemsize + (
+            16 if largest.standard_errors is not None else 8
+        )
     failures = [
         words
         for block in blocks
@@ -482,7 +484,7 @@ def forecast(prepared: Prepared, jobs: int | None) -> Forecast:
         if status != DONE
     ]
     return Forecast(
-        kept=tuple(kept),
+        stored=tuple(stored),
         tried=tried,
         failures=tuple(failures),
         jobs=busy,

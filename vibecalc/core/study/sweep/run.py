@@ -26,25 +26,31 @@ from vibecalc.core.study.sweep.output import (
     locked,
     take_up,
 )
-from vibecalc.core.study.sweep.pool import Done, Here, Lost, Piece, Pool, Work
-from vibecalc.core.study.sweep.prepare import Options, Outcome, Prepared, processors, shard_chunks
+from vibecalc.core.study.sweep.pool import Batch, ChunkResult, LostPoint, Pool, SerialPool, Work
+from vibecalc.core.study.sweep.prepare import (
+    Options,
+    Outcome,
+    PreparedSweep,
+    processors,
+    shard_chunks,
+)
 from vibecalc.errors import EXIT_INTERRUPTED, UsageError, VibecalcError
 
 # ----------------------------------------------------------------------------
-# The pieces of a chunk, whoever computed them and in how many calls, as one block.
+# The batches of a chunk, whoever computed them and in how many calls, as one block.
 # ----------------------------------------------------------------------------
 
 
-def block_of(done: Done, keep: Sequence[str]) -> Block:
+def block_of(done: ChunkResult, keep: Sequence[str]) -> Block:
     """One block of a finished chunk; the same for the same points, however they were cut up."""
     points = np.array(done.work.points, dtype=np.int64)
     status = np.full(points.size, NOT_RUN, dtype=np.int8)
     message = [""] * points.size
-    pieces: list[tuple[np.ndarray, Block]] = []
-    for piece in sorted(done.pieces, key=lambda piece: piece.points[0]):
-        block: Block = piece.block
+    parts: list[tuple[np.ndarray, Block]] = []
+    for batch in sorted(done.batches, key=lambda batch: batch.points[0]):
+        block: Block = batch.block
         rows = block.indices - points[0]
-        pieces.append((rows, block))
+        parts.append((rows, block))
         status[rows] = block.status
         for row, words in zip(rows, block.message, strict=True):
             message[row] = words
@@ -54,11 +60,11 @@ def block_of(done: Done, keep: Sequence[str]) -> Block:
     quantities: dict[str, BlockQuantity] = {}
     left_out: dict[str, str] = {}
     for path in keep:
-        reasons = [block.left_out[path] for _, block in pieces if path in block.left_out]
-        found = [
-            (rows, block.quantities[path]) for rows, block in pieces if path in block.quantities
+        reasons = [block.left_out[path] for _, block in parts if path in block.left_out]
+        present = [
+            (rows, block.quantities[path]) for rows, block in parts if path in block.quantities
         ]
-        whole = reasons[0] if reasons else _whole(found, points) if found else None
+        whole = reasons[0] if reasons else _whole(present, points) if present else None
         if isinstance(whole, str):
             left_out[path] = whole
         elif whole is not None:
@@ -67,30 +73,30 @@ def block_of(done: Done, keep: Sequence[str]) -> Block:
 
 
 def _whole(
-    pieces: Sequence[tuple[np.ndarray, BlockQuantity]], points: np.ndarray
+    parts: Sequence[tuple[np.ndarray, BlockQuantity]], points: np.ndarray
 ) -> BlockQuantity | str:
-    """One quantity of all pieces; a text says why they cannot be put together."""
-    rows, first = pieces[0]
+    """One quantity of all batches; a text says why they cannot be put together."""
+    rows, first = parts[0]
     if len(rows) == len(points):
         return first
     axes = first.axes
-    for others, one in pieces:
+    for others, one in parts:
         joined = joined_axes(axes, one.axes)
         if isinstance(joined, str):
             return f"{joined} (points {points[rows[0]]} and {points[others[0]]})"
         axes = joined
     shape = tuple(len(axis.values) for axis in axes)
-    is_complex = any(np.iscomplexobj(one.values) for _, one in pieces)
+    is_complex = any(np.iscomplexobj(one.values) for _, one in parts)
     values = np.full((points.size, *shape), np.nan, dtype=complex if is_complex else float)
     errors = np.full(points.size, np.nan)
     spread = np.full(points.size, np.nan)
-    for others, one in pieces:
+    for others, one in parts:
         values[others] = padded(one.values, (len(others), *shape))
         values[others[np.isnan(one.errors)]] = np.nan
         errors[others] = one.errors
         if one.standard_errors is not None:
             spread[others] = one.standard_errors
-    has_spread = any(one.standard_errors is not None for _, one in pieces)
+    has_spread = any(one.standard_errors is not None for _, one in parts)
     return first._replace(
         values=values, errors=errors, standard_errors=spread if has_spread else None, axes=axes
     )
@@ -158,7 +164,7 @@ def shown(points: int, finished: int, wanted: bool) -> Iterator[Advance]:
 
 _TOGETHER = 16  # points between two checks of the progress, where nothing guards single ones
 
-Tell = Callable[[Piece | Lost], None]
+Tell = Callable[[Batch | LostPoint], None]
 
 
 class Interrupted(VibecalcError):
@@ -170,11 +176,11 @@ class Interrupted(VibecalcError):
 class Workers(Protocol):
     """Whatever computes chunks: this process, others of this machine, or a cluster."""
 
-    def run(self, works: Iterator[Work], tell: Tell) -> Iterator[Done]:
+    def run(self, works: Iterator[Work], tell: Tell) -> Iterator[ChunkResult]:
         """Yield chunks as they are finished."""
 
 
-def sweep(prepared: Prepared, options: Options) -> Outcome:
+def sweep(prepared: PreparedSweep, options: Options) -> Outcome:
     """Compute what is missing of a sweep and write its file.
 
     UsageError if the output is another sweep's, in use or cannot be written, or if there are
@@ -205,9 +211,9 @@ def sweep(prepared: Prepared, options: Options) -> Outcome:
             _compute(prepared, options, chunks, mine, finished)
             made = _assemble(prepared, options, output, chunks, {*mine, *finished}, started)
         except KeyboardInterrupt:
-            raise Interrupted(_kept("interrupted", chunks, mine, options)) from None
+            raise Interrupted(_stopped_words("interrupted", chunks, mine, options)) from None
         except UsageError as error:
-            raise UsageError(_kept(str(error), chunks, mine, options)) from error
+            raise UsageError(_stopped_words(str(error), chunks, mine, options)) from error
     return Outcome(
         output=options.output,
         counts={status: many for status, many in made.counts.items() if status >= DONE},
@@ -218,7 +224,7 @@ def sweep(prepared: Prepared, options: Options) -> Outcome:
 
 
 def _compute(
-    prepared: Prepared,
+    prepared: PreparedSweep,
     options: Options,
     chunks: ChunkFolder,
     mine: Sequence[int],
@@ -235,8 +241,8 @@ def _compute(
         _workers(prepared, options, len(missing)) as workers,
     ):
 
-        def tell(heard: Piece | Lost) -> None:
-            if isinstance(heard, Lost):
+        def tell(heard: Batch | LostPoint) -> None:
+            if isinstance(heard, LostPoint):
                 advance(1, 1)
             else:
                 advance(len(heard.points), int(np.count_nonzero(heard.block.status != DONE)))
@@ -245,14 +251,16 @@ def _compute(
             chunks.write(done.work.number, block_of(done, prepared.keep))
 
 
-def _workers(prepared: Prepared, options: Options, missing: int) -> AbstractContextManager[Workers]:
+def _workers(
+    prepared: PreparedSweep, options: Options, missing: int
+) -> AbstractContextManager[Workers]:
     start, step = prepared.start(), prepared.step
     if options.cluster is not None:
         from vibecalc.core.study.sweep.cluster import Cluster
 
         return Cluster(start, address=options.cluster, timeout=options.timeout, step=step)
     if options.timeout is None and options.jobs in (None, 1) and prepared.is_short:
-        return Here(start, step=max(step, _TOGETHER))
+        return SerialPool(start, step=max(step, _TOGETHER))
     jobs = min(options.jobs or processors(), missing)
     return Pool(start, jobs=jobs, timeout=options.timeout, step=step)
 
@@ -264,7 +272,7 @@ def _works(chunks: ChunkFolder, numbers: Sequence[int]) -> Iterator[Work]:
 
 
 def _assemble(
-    prepared: Prepared,
+    prepared: PreparedSweep,
     options: Options,
     output: Path,
     chunks: ChunkFolder,
@@ -328,7 +336,7 @@ def _points(chunks: ChunkFolder, numbers: Iterable[int]) -> int:
     return sum(min(size, chunks.count - number * size) for number in numbers)
 
 
-def _kept(why: str, chunks: ChunkFolder, mine: Sequence[int], options: Options) -> str:
+def _stopped_words(why: str, chunks: ChunkFolder, mine: Sequence[int], options: Options) -> str:
     """Why a sweep stops, and how to go on."""
     finished = sum(chunks.path(number).is_file() for number in mine)
     if not finished:

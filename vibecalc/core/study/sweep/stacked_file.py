@@ -74,7 +74,7 @@ class Stacking:
     causes: dict[str, int] = field(default_factory=dict)
     counts: dict[int, int] = field(default_factory=dict)
     missing: list[tuple[int, int]] = field(default_factory=list)
-    seen: int = 0
+    counted: int = 0
 
     @property
     def failed(self) -> int:
@@ -83,28 +83,28 @@ class Stacking:
 
     def cause(self, message: str) -> int:
         """Number of the words about a point."""
-        return self.causes.get(_kept_words(message), self.causes.get(_OTHER_CAUSE, 0))
+        return self.causes.get(_cause_words(message), self.causes.get(_OTHER_CAUSE, 0))
 
 
-def look_through(blocks: Iterable[Block], kept: Iterable[str], count: int) -> Stacking:
+def look_through(blocks: Iterable[Block], stored: Iterable[str], count: int) -> Stacking:
     """Go through all blocks of a sweep of `count` points, ascending, one at a time.
 
-    Quantities come in the order of `kept`; those that no point has are not among them.
+    Quantities come in the order of `stored`; those that no point has are not among them.
     """
     stacking = Stacking()
-    found: dict[str, Stack] = {}
+    stacks: dict[str, Stack] = {}
     for block in blocks:
         stacking.left_out = {**block.left_out, **stacking.left_out}
         for path, quantity in block.quantities.items():
             if path in stacking.left_out:
                 continue
-            reason = _take(found, path, quantity)
+            reason = _take(stacks, path, quantity)
             if reason:
                 stacking.left_out[path] = reason
         _count(stacking, block)
-    _miss(stacking, stacking.seen, count)
+    _miss(stacking, stacking.counted, count)
     stacking.stacks = {
-        path: found[path] for path in kept if path in found and path not in stacking.left_out
+        path: stacks[path] for path in stored if path in stacks and path not in stacking.left_out
     }
     return stacking
 
@@ -116,15 +116,15 @@ def failures(block: Block) -> np.ndarray:
 
 def _count(stacking: Stacking, block: Block) -> None:
     first = int(block.indices[0])
-    _miss(stacking, stacking.seen, first)
+    _miss(stacking, stacking.counted, first)
     for row in np.flatnonzero(block.status == NOT_RUN):
         _miss(stacking, first + int(row), first + int(row) + 1)
-    stacking.seen = int(block.indices[-1]) + 1
+    stacking.counted = int(block.indices[-1]) + 1
     for status in np.unique(block.status[block.status != NOT_RUN]):
         many = int(np.count_nonzero(block.status == status))
         stacking.counts[int(status)] = stacking.counts.get(int(status), 0) + many
     for row in failures(block):
-        words = _kept_words(block.message[row])
+        words = _cause_words(block.message[row])
         if words not in stacking.causes:
             words = words if len(stacking.causes) < MOST_CAUSES else _OTHER_CAUSE
             stacking.causes.setdefault(words, len(stacking.causes))
@@ -140,16 +140,16 @@ def _miss(stacking: Stacking, first: int, after: int) -> None:
     stacking.missing.append((first, after - 1))
 
 
-def _take(found: dict[str, Stack], path: str, quantity: BlockQuantity) -> str:
+def _take(stacks: dict[str, Stack], path: str, quantity: BlockQuantity) -> str:
     """Join what a block has of a quantity to what is known; the reason if that cannot be."""
-    if path not in found:
-        found[path] = Stack(
+    if path not in stacks:
+        stacks[path] = Stack(
             axes=quantity.axes,
             unit=quantity.unit,
             long_name=quantity.long_name,
             amplitude=quantity.amplitude,
         )
-    known = found[path]
+    known = stacks[path]
     axes = joined_axes(known.axes, quantity.axes)
     if isinstance(axes, str):
         return axes
@@ -168,7 +168,7 @@ def _largest(known: float, errors: np.ndarray) -> float:
     return float(np.max(errors, initial=known, where=~np.isnan(errors)))
 
 
-def _kept_words(message: str) -> str:
+def _cause_words(message: str) -> str:
     """What a file can hold of a message."""
     plain = message.replace("\0", "").encode("utf-8", "replace").decode()
     cut = len(plain) > _LONGEST_CAUSE
@@ -187,7 +187,7 @@ _WHOLE, _REAL, _COMPLEX = np.dtype("<i8"), np.dtype("<f8"), np.dtype("<c16")
 def write_stacked(
     target: Path, head: SweepHead, stacking: Stacking, blocks: Iterable[Block]
 ) -> None:
-    """Write the blocks (ascending, the same that `stacking` has seen) to `target` in one step.
+    """Write the blocks (ascending, the same that `stacking` has counted) to `target` in one step.
 
     Equal input gives equal bytes; with other provenance, everything outside `/provenance` is
     equal. Points of no block are "not run". UsageError with the reason if it cannot be written.
@@ -241,17 +241,19 @@ class _StackedWriter:
             raise ValueError("the points of a block are not consecutive")
         write_points(self.status, block.status, first, self.shape)
         for path, stack in self.stacking.stacks.items():
-            found = block.quantities.get(path)
-            if found is None:
+            quantity = block.quantities.get(path)
+            if quantity is None:
                 continue
-            own = tuple(len(axis.values) for axis in stack.axes)
-            values = padded(found.values, (len(found.values), *own))
-            if values is not found.values:
-                values[np.isnan(found.errors)] = np.nan
+            lengths = tuple(len(axis.values) for axis in stack.axes)
+            values = padded(quantity.values, (len(quantity.values), *lengths))
+            if values is not quantity.values:
+                values[np.isnan(quantity.errors)] = np.nan
             write_points(self.values[path], values, first, self.shape)
-            write_points(self.errors[path], found.errors, first, self.shape)
-            if found.standard_errors is not None:
-                write_points(self.standard_errors[path], found.standard_errors, first, self.shape)
+            write_points(self.errors[path], quantity.errors, first, self.shape)
+            if quantity.standard_errors is not None:
+                write_points(
+                    self.standard_errors[path], quantity.standard_errors, first, self.shape
+                )
         rows = failures(block)
         if rows.size:
             place = slice(self.failed, self.failed + rows.size)
@@ -276,7 +278,7 @@ class _StackedWriter:
             ("sampling", head.sampling),
             ("design", json.dumps(head.design)),
             ("axes", json.dumps(axes)),
-            ("kept", json.dumps(list(head.kept))),
+            ("kept", json.dumps(list(head.stored))),
             ("left_out", json.dumps(self.stacking.left_out)),
         ):
             self.writer.text(place, name, text)
@@ -308,9 +310,9 @@ class _StackedWriter:
             columns.append(column)
         for start in range(0, axis.count, _AT_ONCE):
             stop = min(start + _AT_ONCE, axis.count)
-            found = axis.read(start, stop)
-            along = np.arange(start, stop) if sampled else found[0]
-            for column, values in zip(columns + filled, [*found, along], strict=not named):
+            read_columns = axis.read(start, stop)
+            along = np.arange(start, stop) if sampled else read_columns[0]
+            for column, values in zip(columns + filled, [*read_columns, along], strict=not named):
                 column[start:stop] = values
         return scale
 
@@ -323,8 +325,8 @@ class _StackedWriter:
         """The datasets of one quantity and of its errors."""
         from h5py import h5ds
 
-        own = tuple(len(axis.values) for axis in stack.axes)
-        values = self.over_points(path, _COMPLEX if stack.is_complex else _REAL, np.nan, own)
+        lengths = tuple(len(axis.values) for axis in stack.axes)
+        values = self.over_points(path, _COMPLEX if stack.is_complex else _REAL, np.nan, lengths)
         stage = path.partition("/")[0] if "/" in path else ""
         for position, axis in enumerate(stack.axes, start=len(self.shape)):
             h5ds.attach_scale(values.id, self.writer.scale(stage, axis), position)
@@ -343,11 +345,13 @@ class _StackedWriter:
             self.writer.text(made.id, "units", stack.unit)
             self.standard_errors[path] = made
 
-    def over_points(self, path: str, kind: np.dtype, fill: float, own: tuple[int, ...] = ()) -> Any:
+    def over_points(
+        self, path: str, kind: np.dtype, fill: float, lengths: tuple[int, ...] = ()
+    ) -> Any:
         """A dataset with the axes of the sweep, and its own after them."""
         from h5py import h5ds
 
-        made = self.dataset(path, (*self.shape, *own), kind, fill)
+        made = self.dataset(path, (*self.shape, *lengths), kind, fill)
         for position, axis in enumerate(self.head.axes):
             h5ds.attach_scale(made.id, self.scales[position], position)
             h5ds.set_label(made.id, position, axis.name.encode())

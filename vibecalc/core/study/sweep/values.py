@@ -67,10 +67,10 @@ def _uniform(shares: np.ndarray, lower: float, upper: float) -> np.ndarray:
 
 
 def _triangular(shares: np.ndarray, lower: float, upper: float, mode: float) -> np.ndarray:
-    width, rise, fall = upper - lower, mode - lower, upper - mode
-    rising = lower + np.sqrt(shares * width * rise)
+    width, ascent, fall = upper - lower, mode - lower, upper - mode
+    rising = lower + np.sqrt(shares * width * ascent)
     falling = upper - np.sqrt((1.0 - shares) * width * fall)
-    return np.clip(np.where(shares * width < rise, rising, falling), lower, upper)
+    return np.clip(np.where(shares * width < ascent, rising, falling), lower, upper)
 
 
 def _normal(shares: np.ndarray, mean: float, deviation: float) -> np.ndarray:
@@ -102,7 +102,7 @@ _DIGITS = Context(prec=40)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Listed:
+class ValueList:
     """Values as given: numbers, or names of choices (then `at` counts them from 0)."""
 
     values: tuple[float, ...] | tuple[str, ...]
@@ -138,7 +138,7 @@ class Listed:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Spread:
+class SpacedValues:
     """From `start` to `stop` in equal steps or equal ratios, ends included.
 
     The ends are numbers as written, and `factor` turns them into SI: the tenth value from 5 to 50
@@ -196,7 +196,7 @@ class Spread:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Drawn:
+class RandomValues:
     """Values drawn from a distribution; they have no positions along an axis."""
 
     scatter: Scatter
@@ -229,7 +229,7 @@ class Drawn:
         return {"distribution": self.scatter.kind, "parameters": list(self.scatter.parameters)}
 
 
-Course = Listed | Spread | Drawn
+AxisValues = ValueList | SpacedValues | RandomValues
 
 
 def picked(shares: np.ndarray, count: int) -> np.ndarray:
