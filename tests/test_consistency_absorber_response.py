@@ -15,7 +15,6 @@ from vibecalc.absorber.transfer import (
     amplitude,
     amplitude_with_error,
     damping_from_own_ratio,
-    damping_from_primary_ratio,
     fixed_points,
     landmarks,
     own_damping_ratio,
@@ -110,8 +109,6 @@ def test_damping_ratios_convert_back_and_forth():
     assert own_damping_ratio(Absorber(0.0, 0.1, 0.0826, z2)) == pytest.approx(0.185, rel=1e-15)
     assert np.isinf(own_damping_ratio(Absorber(0.0, 0.1, 0.0, 0.1)))
     assert own_damping_ratio(Absorber(0.0, 0.1, 0.0, 0.0)) == 0.0
-    # eq. 3.13: 2 eps2 mu x i is 2 z2 x i
-    assert damping_from_primary_ratio(0.422, 0.236) == pytest.approx(0.422 * 0.236)
 
 
 def test_poles_are_roots_and_undamped_ones_are_the_natural_frequencies():
