@@ -257,12 +257,6 @@ def amplitude_with_error(
     return WithError(value, error)
 
 
-def phase(value: ArrayLike) -> np.ndarray:
-    """Phase of an amplitude in (-pi, pi]; negative where the response lags behind."""
-    angle: np.ndarray = np.angle(np.asarray(value, dtype=complex))
-    return angle
-
-
 def _amplitude(
     absorber: Absorber, frequency: ArrayLike, excitation: str, response: str
 ) -> np.ndarray:

@@ -156,4 +156,3 @@ def _monotone(nodes: FloatArray, values: FloatArray) -> FloatArray:
 
 
 _PIECES = {"linear": _linear, "parabola": _parabola, "monotone": _monotone}
-INTERPOLATIONS = tuple(_PIECES)

@@ -275,13 +275,6 @@ def first_of_the_highest(row: IntArray, speed: FloatArray, value: FloatArray) ->
     return int(equal[np.lexsort((speed[equal], row[equal]))[0]])
 
 
-def gain(problem: Problem, tuned: Design, other: Damper) -> tuple[float, float]:
-    """Worst section of another damper over that of the design, and the error of the quotient."""
-    seen = performance(problem, other)
-    ratio = seen.worst / tuned.worst
-    return ratio, ratio * (seen.worst_error / seen.worst + tuned.worst_error / tuned.worst)
-
-
 class Mistuning(NamedTuple):
     """Factors `stiffness` (a,), `damping` (b,) on k and c, and `rise` (a, b): worst section over
     that of the tuning, 1 where nothing is lost; absolute `rise_error`."""
