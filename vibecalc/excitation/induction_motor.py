@@ -1,4 +1,4 @@
-"""Equivalent circuit of an induction motor: steady torque over slip, breakdown, running slip."""
+"""Equivalent circuit of an induction motor: steady torque over slip, breakdown."""
 
 from typing import NamedTuple
 
