@@ -21,7 +21,7 @@ PYTEST_OPTIONS ?=
 LEAST := generator generator_180 compressor pump absorber_rig_b engine_damped roll_measured
 KERNELS := property_measurement_cone property_modal_response property_isolation \
   property_excitation property_kinematics property_rod_inertia property_cycle_peak \
- property_periodic_numerics_estimate property_torsion_forced_sums \
+ property_periodic_numerics property_torsion_forced_sums \
   property_absorber_response convergence_periodic_numerics
 
 export OPENBLAS_NUM_THREADS := 1

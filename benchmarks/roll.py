@@ -19,7 +19,14 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
 import numpy as np
 from exact_roll import exact_levels, exact_turn
-from roll_machines import FIRST_MASS, SECOND_MASS, SYNCHRONOUS, source_drive, source_machine
+from roll_machines import (
+    FIRST_MASS,
+    SECOND_MASS,
+    SYNCHRONOUS,
+    quick_spectrum,
+    source_drive,
+    source_machine,
+)
 from rows import Report, Row, Table, digits, reported, seconds
 from timing import in_turns
 
@@ -28,7 +35,7 @@ from vibecalc.roll.march import march_to_repeat
 from vibecalc.roll.mechanism import RollMachine, as_batch
 from vibecalc.roll.methods import fourier_state, shooting_state
 from vibecalc.roll.running import running_state
-from vibecalc.roll.steady import quick_spectrum, quick_turn, started_momentum, steady_state
+from vibecalc.roll.steady import quick_turn, started_momentum, steady_state
 from vibecalc.roll.turn import Turn, harmonics, level, readings
 
 ORDERS = np.arange(1, 11)

@@ -3,12 +3,14 @@
 Printed, as the source came to them, and right; units are those of the printed number.
 """
 
+import math
 from functools import cache
 
 import numpy as np
 from absorber_grid import FREQUENCIES, grid_search, thousandths
 from pages import Row
 
+from vibecalc.absorber.hardware.oil_gap import Walther
 from vibecalc.absorber.peaks import Peaks, peaks
 from vibecalc.absorber.transfer import (
     Absorber,
@@ -25,6 +27,38 @@ SIZES = ("S", "M", "L")
 TABLE_3_1 = np.array([0.157, 0.128, 0.100]), np.array([0.263, 0.229, 0.217])
 TABLE_3_2 = np.array([0.371, 0.399, 0.422])
 MU_A, MU_B = np.array([0.246, 0.179, 0.129]), np.array([0.451, 0.327, 0.236])
+
+# Eqs. 3.16 and 3.17 in SI. The source prints nu = c h (1 - 1/(1 + 2 b/R)) / (1.019e-8 * 2 pi b R^3)
+# in cSt, kg, cm and s. The bracket is 2 b / (R + 2 b): the thin film at the rim, 2 pi b R^3 / h,
+# and on both sides of a full disc, pi R^4 / h, all with one clearance. In kg(force) s/cm^2, 1 cSt
+# of an oil of 1 g/cm^3 is 1.0197e-8: the viscosity found is the dynamic one in mPa s.
+
+#: kg/m^3: 1.019e-8 kg s/cm^2 for each centistoke, with 9.80665 m/s^2
+PUBLISHED_DENSITY = 1.019e-8 * 9.80665e4 / 1e-6
+
+
+def published_shares(radius: float, width: float, clearance: float) -> float:
+    """2 pi (b R^3 + R^4 / 2) / h in m^3, all in m: damping over dynamic viscosity."""
+    return 2.0 * math.pi * radius**3 * (width + 0.5 * radius) / clearance
+
+
+def published_damping(width: float) -> float:
+    """Damping in N m s/rad of a ring of the rig with its oil of 224.6 cSt."""
+    return PUBLISHED_DENSITY * 224.6e-6 * published_shares(0.14834, width, 0.00052)
+
+
+def published_viscosity(damping: np.ndarray, width: float) -> np.ndarray:
+    """Kinematic viscosity in cSt that the formula asks for a ring of the rig, of N m s/rad."""
+    return damping / (PUBLISHED_DENSITY * published_shares(0.14834, width, 0.00052)) * 1e6
+
+
+def cut_viscosity(line: Walther) -> tuple[float, float, float]:
+    """F and G of eq. 3.18 for an oil, cut to three digits, and its cSt at 20 C by them."""
+    low, high = (np.log10(np.log10(nu * 1e6 + 0.7)) for nu in line.viscosity)
+    cold, warm = np.log10(line.temperature)
+    slope = (low - high) / (warm - cold)
+    f, g = round(float(low + slope * cold), 3), round(float(slope), 3)
+    return f, g, 10.0 ** (10.0 ** (f - g * math.log10(293.15))) - 0.7
 
 
 def _tops(absorber: Absorber) -> Peaks:

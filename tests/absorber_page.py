@@ -12,8 +12,11 @@ from absorber_numbers import (
     SIZES,
     TABLE_3_1,
     TABLE_3_2,
+    cut_viscosity,
     damped,
     optima,
+    published_damping,
+    published_viscosity,
     tables_3_1_and_3_2,
     undamped,
 )
@@ -23,10 +26,7 @@ from test_docs import shows
 from vibecalc.absorber.hardware.oil_gap import (
     Walther,
     clearance_rule,
-    constants,
     kinematic_viscosity,
-    published_damping,
-    published_viscosity,
 )
 from vibecalc.absorber.hardware.overhung import bending_frequencies, rayleigh_frequency
 from vibecalc.absorber.hardware.rods_and_springs import (
@@ -34,18 +34,17 @@ from vibecalc.absorber.hardware.rods_and_springs import (
     OverhungRod,
     bending_stiffness,
     couple_stiffness,
-    published_rate_for_couple,
     rate_for_couple,
     spring_rate,
     torsional_stiffness,
 )
 from vibecalc.absorber.peaks import peaks
-from vibecalc.absorber.transfer import Absorber, damping_from_own_ratio, damping_from_primary_ratio
+from vibecalc.absorber.transfer import Absorber, damping_from_own_ratio
 
 TURN = 2.0 * math.pi
 PRIMARY, ALONE = np.array([0.313, 0.431, 0.599]), np.array([0.179, 0.297, 0.465])
 RING_A, RING_B, K1 = 0.077, 0.141, 1925.7
-RADIUS, WIDTH_A, WIDTH_B, PLAY = 0.14834, 0.0070, 0.0300, 0.00052
+WIDTH_A, WIDTH_B = 0.0070, 0.0300
 HOOK, TILT = 0.138, math.radians(20.0)
 OIL = Walther((313.15, 373.15), (86e-6, 13.8e-6))
 #: the source takes 9.81 for a kilogram of force, its viscosity formula 9.80665
@@ -101,21 +100,18 @@ def _last_digit(row: Row) -> Row:
 @cache
 def springs_and_oils() -> tuple[Row, ...]:
     k2 = TABLE_3_1[0] * K1
-    one, both = (f(k2, 4, HOOK, TILT).value / 1e3
-                 for f in (published_rate_for_couple, rate_for_couple))  # fmt: skip
+    both = rate_for_couple(k2, 4, HOOK, TILT).value / 1e3
+    one = both * math.cos(TILT)
     bought = float(couple_stiffness(342.0, 4, HOOK, TILT).value)
     damping_a = 2.0 * TABLE_3_1[1] * RING_A * np.sqrt(k2 / RING_A)
     wrong_b = 2.0 * TABLE_3_2 * PRIMARY * np.sqrt(K1 / PRIMARY)
     right_b = 2.0 * TABLE_3_2 * RING_B * np.sqrt(K1 / PRIMARY)
-    thick_a = published_viscosity(damping_a * KILOGRAM, RADIUS, WIDTH_A, PLAY).value * 1e6
-    thick_b, real_b = (published_viscosity(c * KILOGRAM, RADIUS, WIDTH_B, PLAY).value * 1e6
-                       for c in (wrong_b, right_b))  # fmt: skip
-    f, g = (round(float(value), 3) for value in constants(OIL))
-    cut = 10.0 ** (10.0 ** (f - g * math.log10(293.15))) - 0.7
-    built_a = published_damping(224.6e-6, RADIUS, WIDTH_A, PLAY).value
-    built_b = float(published_damping(224.6e-6, RADIUS, WIDTH_B, PLAY).value)
+    thick_a = published_viscosity(damping_a * KILOGRAM, WIDTH_A)
+    thick_b, real_b = (published_viscosity(c * KILOGRAM, WIDTH_B) for c in (wrong_b, right_b))
+    cut = cut_viscosity(OIL)[2]
+    built_a, built_b = published_damping(WIDTH_A), published_damping(WIDTH_B)
     natural = np.sqrt(K1 / PRIMARY[2])
-    own = float(built_a) / (2.0 * RING_A * np.sqrt(np.array([k2[2], bought]) / RING_A))
+    own = built_a / (2.0 * RING_A * np.sqrt(np.array([k2[2], bought]) / RING_A))
     cosine, j1 = "cos A once; force and lever both have it", "J1 for the J2 of eq. 3.13"
     rows = [
         *_triple("Table 3.4, N/mm", ("4.22", "3.44", "2.69"), both, one, "with the slip", cosine),
@@ -152,10 +148,8 @@ def responses() -> tuple[Row, ...]:
     natural, scale = np.sqrt(K1 / PRIMARY), 2.0 * np.sqrt(K1 * PRIMARY)
     mass_a, mass_b = RING_A / PRIMARY, RING_B / PRIMARY
     slip_a = peaks(Absorber(0.01, mass_a, 0.013, damping_from_own_ratio(0.094, mass_a, 0.013)))
-    slip_b = peaks(Absorber(0.01, mass_b, 0.0, damping_from_primary_ratio(0.014, mass_b)))
-    drag_a, drag_b = (
-        published_damping(224.6e-6, RADIUS, w, PLAY).value for w in (WIDTH_A, WIDTH_B)
-    )
+    slip_b = peaks(Absorber(0.01, mass_b, 0.0, 0.014 * mass_b))
+    drag_a, drag_b = published_damping(WIDTH_A), published_damping(WIDTH_B)
     stiff = couple_stiffness(342.0, 4, HOOK, TILT).value / K1
     real_a = peaks(Absorber(0.01, mass_a, stiff, drag_a / scale))
     real_b = peaks(Absorber(0.01, mass_b, 0.0, drag_b / scale))

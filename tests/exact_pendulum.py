@@ -1,8 +1,12 @@
 """A pendulum on its path from first principles: places of mass and roller by integration, kinetic
-energy by their velocities, in many digits. Nothing here uses the formulas of the package.
+energy by their velocities, in many digits. Only `rates`, to march large swings, takes terms of the
+package, which the energy holds.
 """
 
 import mpmath as mp
+import numpy as np
+
+from vibecalc.absorber.pendulum_order import terms
 
 
 def place(pendulum, angle):
@@ -31,3 +35,27 @@ def kinetic_energy(pendulum, angle, rotor_speed, swing_speed):
     total += translation(rolling, *centre, along[0] / 2, along[1] / 2)
     way = near * mp.cos(bend * angle) * swing_speed
     return total + roller_own / 2 * (rotor_speed - way / diameter) ** 2
+
+
+def rates(pendulum, rotor_inertia, state, torque=0.0, damping=0.0):
+    """Time derivative of states (..., 4): rotor angle, swing angle, rotor speed, swing speed.
+
+    Torque on the rotor in N m; damping in N m s/rad, torque on the swing angle per swing speed.
+    """
+    swung, speed, swinging = state[..., 1], state[..., 2], state[..., 3]
+    term = terms(pendulum, swung)
+    rotor = np.asarray(rotor_inertia) + term.carried
+    first = (
+        np.asarray(torque)
+        - term.carried_slope * swinging * speed
+        - term.coupling_slope * swinging * swinging
+    )
+    second = (
+        0.5 * term.carried_slope * speed * speed
+        - 0.5 * term.swing_slope * swinging * swinging
+        - np.asarray(damping) * swinging
+    )
+    whole = rotor * term.swing - term.coupling * term.coupling
+    rotor_rate = (term.swing * first - term.coupling * second) / whole
+    swing_rate = (rotor * second - term.coupling * first) / whole
+    return np.stack(np.broadcast_arrays(speed, swinging, rotor_rate, swing_rate), axis=-1)

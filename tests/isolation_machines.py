@@ -8,7 +8,7 @@ import numpy as np
 from vibecalc.isolation.pitch import Pitch, pitch_model
 from vibecalc.isolation.rows import Readout, pitch_readout
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.numerics.rounding import WithError
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
 from vibecalc.parts.matrices import assemble
 
 SPEED = 4900.0 * np.pi / 30.0
@@ -164,3 +164,15 @@ def join(first: Readout, second: Readout) -> Readout:
         np.concatenate([filled(first.damper), filled(second.damper)]),
         max(first.uncertainty, second.uncertainty),
     )
+
+
+def shows(readout: Readout, shape: np.ndarray, frequency: np.ndarray) -> np.ndarray:
+    """Which modes, `shape` (coordinates, modes), can be seen in which rows: (modes, rows).
+
+    A mode with a node at a mount does not show in it: its reading cancels to rounding.
+    """
+    rate = np.asarray(frequency)[:, None, None]
+    passing = readout.spring + 1j * rate[..., None] * readout.damper
+    reading = np.abs((passing @ shape.T[:, None, :, None])[..., 0])
+    terms = (np.abs(passing) @ np.abs(shape.T)[:, None, :, None])[..., 0]
+    return np.any(reading > 1e3 * UNIT_ROUNDOFF * terms, axis=-1)

@@ -10,6 +10,7 @@ from isolation_machines import (
     gibson_body,
     gibson_couple,
     gibson_supports,
+    shows,
 )
 
 from vibecalc.errors import NumericalFailure
@@ -20,7 +21,7 @@ from vibecalc.isolation.pitch import (
     transmissibility,
 )
 from vibecalc.isolation.rigid_body import mount_readout, static_deflection
-from vibecalc.isolation.rows import body_rows, pitch_rows, shows
+from vibecalc.isolation.rows import body_rows, pitch_rows
 from vibecalc.isolation.run_up import RunUp, run_up
 from vibecalc.numerics.rounding import SINGULAR, WithError
 from vibecalc.parts.matrices import assemble

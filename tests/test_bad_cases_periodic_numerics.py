@@ -1,4 +1,4 @@
-"""Claim: where there is no periodic solution, or none to the digits asked for, that is said."""
+"""Claim: where there is no periodic solution, that is said."""
 
 import numpy as np
 import pytest
@@ -7,8 +7,7 @@ from periodic_problems import TURN, linear_rhs
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.periodic.collocation import solve_periodic
 from vibecalc.numerics.periodic.other_methods import march_turns, solve_fourier
-from vibecalc.numerics.periodic.panels import PeriodicProblem, require_converged
-from vibecalc.numerics.periodic.tolerance import estimate_error, solve_to
+from vibecalc.numerics.periodic.panels import PeriodicProblem
 
 EDGES = np.linspace(0.0, TURN, 37)
 
@@ -25,11 +24,7 @@ def saddle_rhs(level):
 
 def test_no_periodic_solution_is_said():
     problem = PeriodicProblem(saddle_rhs(-0.5), EDGES)
-    with pytest.raises(NumericalFailure, match="Newton's method found none for 1 of 1 members"):
-        solve_to(problem, 1e-8, [2.0])
-    found = solve_periodic(problem, 4, [2.0])
-    assert not found.converged[0]
-    assert np.isinf(estimate_error(problem, found).between).all()
+    assert not solve_periodic(problem, 4, [2.0]).converged[0]
     march = march_turns(problem.rhs, EDGES, [5.0], floor=-2.0)
     assert march.stalled[0] and not march.converged[0]
     assert 0.0 <= march.stalled_at[0] < TURN
@@ -55,43 +50,21 @@ def test_marching_tells_which_members_have_a_solution():
 def test_members_without_a_solution_do_not_spoil_the_others():
     level = np.array([0.5, -0.8, 1.5])[:, None, None]
     problem = PeriodicProblem(saddle_rhs(level), EDGES)
-    found, error = solve_to(problem, 1e-9, np.full((3, 1), 2.0), partial=True)
+    found = solve_periodic(problem, 6, np.full((3, 1), 2.0))
     assert found.converged.tolist() == [True, False, True]
-    assert np.isinf(error.between[1, 0])
-    assert np.all(error.between[[0, 2]] < 1e-3)
     alone = solve_periodic(PeriodicProblem(saddle_rhs(0.5), EDGES), found.points, [2.0])
     assert np.abs(alone.stages[0] - found.stages[0]).max() < 1e-13
-    with pytest.raises(NumericalFailure, match=r"1 of 3 members \(1\)"):
-        require_converged(found)
 
 
 def test_a_multiplier_of_one_has_no_single_solution():
     flat = linear_rhs(lambda x: np.cos(x) + 1.0, np.zeros_like)
     for guess in ([0.0], [1.0]):
         assert not solve_periodic(PeriodicProblem(flat, EDGES), 3, guess).converged[0]
-    with pytest.raises(NumericalFailure):
-        solve_to(PeriodicProblem(flat, EDGES), 1e-6, [1.0])
 
     def still(x, y, piece):
         return np.ones_like(y), np.zeros((*y.shape, y.shape[-1]))
 
     assert not solve_periodic(PeriodicProblem(still, EDGES), 2, [1.0, 2.0]).converged[0]
-
-
-def test_round_off_is_said_when_it_stands_in_the_way():
-    rhs = linear_rhs(lambda x: 1e3 + np.cos(x), np.ones_like)
-    with pytest.raises(NumericalFailure, match="round-off stands in the way"):
-        solve_to(PeriodicProblem(rhs, EDGES), 1e-16, [1.0])
-    found, error = solve_to(PeriodicProblem(rhs, EDGES), 1e-16, [1.0], partial=True)
-    assert 1e-16 < error.between[0, 0] < 1e-11
-    assert np.abs(found.stages[..., 0] - 1e3 - (np.cos(found.nodes) + np.sin(found.nodes)) / 2).max(
-    ) <= error.between[0, 0]  # fmt: skip
-
-
-def test_too_few_panels_are_said():
-    rhs = linear_rhs(lambda x: np.cos(200.0 * x), np.ones_like)
-    with pytest.raises(NumericalFailure, match="give narrower panels"):
-        solve_to(PeriodicProblem(rhs, np.linspace(0.0, TURN, 4)), 1e-9, [1.0])
 
 
 def test_fourier_needs_an_odd_number_of_points_and_a_solution():

@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 from absorber_cases import PENDULUM, RATIOS, RIG, SEVERAL
+from exact_pendulum import rates
 
 from vibecalc.absorber.hardware.oil_gap import oil_damping
 from vibecalc.absorber.hardware.overhung import bending_frequencies
 from vibecalc.absorber.model import AbsorberParts, Branch, build_absorber
-from vibecalc.absorber.pendulum_order import PendulumParts, build_pendulum, rates, tuning_order
+from vibecalc.absorber.pendulum_order import PendulumParts, build_pendulum, tuning_order
 from vibecalc.absorber.transfer import amplitude
 from vibecalc.cli.starters import starter
 from vibecalc.core.case.load import resolve, validate

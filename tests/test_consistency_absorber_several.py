@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import differential_evolution
 
-from vibecalc.absorber.several import Several, parallel, series, several_amplitude
+from vibecalc.absorber.several import Several, several_amplitude
 from vibecalc.absorber.several_peaks import several_peaks, several_slopes
 from vibecalc.absorber.transfer import EXCITATIONS, RESPONSES, Absorber, amplitude, transfer_of
 from vibecalc.absorber.tuning.minimax import minimax
@@ -179,7 +179,7 @@ def certified(found, count):
 
 
 def test_two_in_parallel_have_three_equal_peaks():
-    found = several_tuning(0.0, [0.05, 0.05], parallel(2))
+    found = several_tuning(0.0, [0.05, 0.05], (0, 0))
     certified(found, 3)
     system = Several(0.0, found.mass_ratio, found.stiffness_ratio, found.secondary_damping, (0, 0))
     peaks = several_peaks(system)
@@ -189,11 +189,11 @@ def test_two_in_parallel_have_three_equal_peaks():
 
 @pytest.mark.long
 def test_two_in_series_need_no_damper_on_the_first():
-    equal = several_tuning(0.0, [0.05, 0.05], parallel(2))
-    shared = several_tuning(0.0, [0.05, 0.05], parallel(2), share_masses=True)
+    equal = several_tuning(0.0, [0.05, 0.05], (0, 0))
+    shared = several_tuning(0.0, [0.05, 0.05], (0, 0), share_masses=True)
     assert shared.peak < equal.peak
     assert np.sum(shared.mass_ratio) == pytest.approx(0.1, rel=1e-14)
-    found = several_tuning(0.0, [0.09, 0.01], series(2), share_masses=True)
+    found = several_tuning(0.0, [0.09, 0.01], (0, 1), share_masses=True)
     certified(found, 3)
     assert found.secondary_damping[0] == 0.0 and found.on_lower[2]
     assert found.peak < shared.peak
@@ -203,7 +203,7 @@ def test_two_in_series_need_no_damper_on_the_first():
 def test_an_absorber_that_is_best_fastened_to_another_is_said_to_be():
     # of two that hang on the first, one does better as a part of it: two in a row are left
     found = several_tuning(0.0, [0.06, 0.02, 0.02], (0, 1, 1))
-    row = several_tuning(0.0, [0.08, 0.02], series(2))
+    row = several_tuning(0.0, [0.08, 0.02], (0, 1))
     assert np.sum(np.isinf(found.stiffness_ratio)) == 1
     assert found.peak == pytest.approx(row.peak, rel=1e-11)
     system = Several(
@@ -228,7 +228,7 @@ def test_derivatives_nearby_a_fastened_absorber_are_those_of_the_smaller_system(
 
 
 def test_damped_primary_beyond_the_threshold_has_a_set_of_optima():
-    found = several_tuning(0.8, [0.05, 0.05], parallel(2))
+    found = several_tuning(0.8, [0.05, 0.05], (0, 0))
     assert found.is_set and found.no_help and found.peak == 1.0
 
 

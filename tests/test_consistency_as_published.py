@@ -11,7 +11,6 @@ from engine_as_published import ORDER, full_torque, modes
 from vibecalc.errors import NumericalFailure
 from vibecalc.torsion.as_published import (
     caughey_series,
-    critical_speeds,
     empirical_magnifier,
     magnifier,
     modal_excitation,
@@ -52,8 +51,7 @@ def test_all_modes_together_are_the_direct_solution():
 def test_twist_on_a_critical_is_the_twist_at_that_speed():
     ratio = np.full(7, 0.02)
     on = twist_on_criticals(EXCITATION, ORDER, ratio)
-    speeds = critical_speeds(FREQUENCY[1:], ORDER)
-    assert speeds[:, 1] == pytest.approx(FREQUENCY[1:], rel=1e-15)
+    speeds = FREQUENCY[1:, None] / ORDER
     for w in (0, 2, 17):
         for c in (0, 3):
             one = modal_excitation(SHAPE[c + 1 : c + 2], FREQUENCY[c + 1 : c + 2], INERTIA, TORQUE)

@@ -6,7 +6,6 @@ from long_but import long_but
 
 from vibecalc.excitation.cylinder_torque import gas_harmonics, motored_card
 from vibecalc.excitation.gas_tables import (
-    CARD_INTERPOLATIONS,
     FOUR_STROKE,
     card_weights,
     gas_card,
@@ -30,7 +29,7 @@ ANGLE = np.radians([-300.0, -180.0, -60.0, -20.0, 0.0, 7.0, 15.0, 40.0, 110.0, 2
 PRESSURE = 1e5 * np.array([1.3, 1.9, 4.0, 12.0, 30.0, 71.0, 60.0, 25.0, 6.0, 2.1, 1.3])
 
 
-@pytest.mark.parametrize("interpolation", CARD_INTERPOLATIONS)
+@pytest.mark.parametrize("interpolation", ["linear", "cubic", "monotone"])
 def test_cards_pass_through_their_table_and_forget_where_it_began(interpolation: str) -> None:
     card = gas_card(ANGLE, PRESSURE, interpolation, cycle=FOUR_STROKE, crankcase_pressure=101325.0)
     for turn in (-FOUR_STROKE, 0.0, 3 * FOUR_STROKE):

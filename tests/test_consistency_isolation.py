@@ -15,6 +15,7 @@ from isolation_machines import (
     gibson_supports,
     join,
     random_body,
+    shows,
 )
 from scipy.integrate import solve_ivp
 
@@ -35,7 +36,7 @@ from vibecalc.isolation.rigid_body import (
     mount_readout,
     static_deflection,
 )
-from vibecalc.isolation.rows import HarmonicsAt, body_rows, pitch_rows, shows
+from vibecalc.isolation.rows import HarmonicsAt, body_rows, pitch_rows
 from vibecalc.isolation.run_up import RunUpPeak, cycle_peaks, run_up, run_up_peak
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.rounding import WithError

@@ -6,10 +6,11 @@ import math
 
 import numpy as np
 import pytest
+from exact_pendulum import rates
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from vibecalc.absorber.pendulum_order import Pendulum, path_exponent, rates, tuning_order
+from vibecalc.absorber.pendulum_order import Pendulum, path_exponent, tuning_order
 from vibecalc.absorber.pendulum_steady import as_secondary, jump, small_motion, steady_motion
 
 POINT = Pendulum(1.3, 0.12, 0.02)

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from marched_systems import SmoothSystem, Tables
 from scipy.integrate import RK45
 
 from vibecalc.numerics import runge_kutta
-from vibecalc.numerics.runge_kutta import SmoothSystem, Tables
 from vibecalc.numerics.runge_kutta_march import march, sample
 
 #: loose enough that the longest step alone decides

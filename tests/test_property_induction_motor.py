@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from induction_motors import TWO_CAGES, random_motor
 from scipy.integrate import solve_ivp
 
-from vibecalc.excitation.induction_motor import running_slip, steady_torque, torque_curve
+from vibecalc.excitation.induction_motor import steady_torque, torque_curve
 from vibecalc.excitation.induction_motor_flux import (
     eigenvalues,
     flux_rates,
@@ -72,17 +72,6 @@ def test_curve_has_no_higher_point_than_its_breakdown(seed, cages):
     top = curve.breakdown_torque.value
     assert np.all(torque <= top * (1.0 + 1e-12))
     assert torque.max() > 0.9999 * top
-    signs = np.sign(np.diff(torque))
-    assert np.count_nonzero(np.diff(signs)) <= curve.extreme_slips.size
-    assert curve.extreme_slips.size % 2 == 1
-    for torque_asked in (0.3 * top, 0.999999 * top):
-        slip = running_slip(motor, torque_asked)
-        ours = steady_torque(motor, [slip.value - slip.error, slip.value, slip.value + slip.error])
-        # nothing nearer to synchronous speed carries it
-        nearer = steady_torque(motor, slip.value * np.linspace(0.0, 0.999, 200)).value
-        assert np.all(nearer < torque_asked)
-        assert abs(ours.value[1] - torque_asked) <= 1e-11 * top
-        assert slip.error <= 1e-6 * slip.value
 
 
 @settings(max_examples=60, deadline=None)

@@ -9,7 +9,6 @@ from vibecalc.torsion.damper_design.design import (
     Design,
     design,
     design_from,
-    gain,
     mistuning,
     performance,
 )
@@ -81,14 +80,12 @@ def test_a_limit_that_only_stiff_rings_keep_is_met_from_a_valley_that_breaks_it(
     assert kept > 3
 
 
-def test_viscous_damper_is_worse_and_gains_and_errors_are_those_of_performance(
+def test_viscous_damper_is_worse_and_mistuning_is_that_of_direct_solves(
     tuned: Design,
 ) -> None:
     viscous = design(branched(), FREE._replace(stiffness=(0.0, 0.0)), **QUICK)
     proves(viscous, 3)
     assert viscous.worst > tuned.worst
-    ratio, error = gain(branched(), tuned, viscous.damper)
-    assert abs(ratio - viscous.worst / tuned.worst) <= 2.0 * error < 1e-10
     seen = mistuning(branched(), tuned)
     assert (
         np.all(seen.increase >= 1.0) and seen.increase[1, 1] == 1.0 and seen.increase.max() > 1.01

@@ -7,7 +7,15 @@ import re
 
 import numpy as np
 import pytest
-from roll_machines import RADIUS, ROTOR, RPM, SYNCHRONOUS, source_drive, source_machine
+from roll_machines import (
+    RADIUS,
+    ROTOR,
+    RPM,
+    SYNCHRONOUS,
+    quick_spectrum,
+    source_drive,
+    source_machine,
+)
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.slip_torque import breakdown, linear_motor, rising_branch, slip_curve
@@ -16,13 +24,7 @@ from vibecalc.numerics.periodic.panels import constant_start
 from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch
 from vibecalc.roll.rates import roll_problem, surely_fastest
 from vibecalc.roll.running import running_state
-from vibecalc.roll.steady import (
-    SteadyTurn,
-    quick_spectrum,
-    quick_turn,
-    started_momentum,
-    steady_state,
-)
+from vibecalc.roll.steady import SteadyTurn, quick_turn, started_momentum, steady_state
 from vibecalc.roll.turn import harmonics, readings
 
 ORDERS = np.arange(1, 11)

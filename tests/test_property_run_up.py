@@ -8,13 +8,13 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from isolation_machines import Body, random_body
+from isolation_machines import Body, random_body, shows
 from random_machines import random_machine, without_damping
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.run.run import run_case
 from vibecalc.isolation.rigid_body import mount_readout
-from vibecalc.isolation.rows import HarmonicsAt, Jet, body_rows, shows
+from vibecalc.isolation.rows import HarmonicsAt, Jet, body_rows
 from vibecalc.isolation.run_up import RunUp, RunUpPeak, run_up, run_up_peak
 from vibecalc.isolation.run_up_grid import CachedFunction
 from vibecalc.numerics.rounding import WithError

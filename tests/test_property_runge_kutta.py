@@ -4,10 +4,11 @@ import mpmath
 import numpy as np
 import pytest
 from long_but import long_but
+from marched_systems import SmoothSystem, Tables
 from test_convergence_runge_kutta import bilinear
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.runge_kutta import EventOutcome, SmoothSystem, Tables
+from vibecalc.numerics.runge_kutta import EventOutcome
 from vibecalc.numerics.runge_kutta_march import fine, march, sample
 
 NO_PIECE = np.zeros((1, 0), dtype=np.int64)

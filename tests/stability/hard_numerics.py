@@ -10,7 +10,7 @@ from stability.hard_case import HardCase, Numbers, Way, condition_of, singular
 from vibecalc.measurement.complex_motion import Phasors, complex_motion
 from vibecalc.measurement.plate import point_row
 from vibecalc.numerics.cycle_peak import cycle_peak
-from vibecalc.numerics.periodic.panels import scalar_condition, solve_blocks, solve_scalar
+from vibecalc.numerics.periodic.panels import solve_blocks, solve_scalar
 from vibecalc.numerics.rounding import EPSILON, WithError
 
 #: a narrow beat: orders 59, 60, 61 in phase once a turn, 7e-4 rad off every grid of a degree
@@ -60,14 +60,15 @@ def cycle_truth() -> Numbers:
 
 
 def own_cycle() -> WithError:
-    """With what `periodic_error` makes of the growth around the turn, over the largest value."""
+    """With the growth of an error around the turn, over the largest value."""
     value = solve_scalar(TRANSFER[None], OFFSET[None])[0]
-    growth = scalar_condition(TRANSFER[None, :, None, None])[0]
+    product = np.prod(TRANSFER)
+    growth = (1.0 + product) / abs(1.0 - product)
     return WithError(value, np.full(PANELS, EPSILON * growth * np.max(np.abs(value))))
 
 
 def by_blocks() -> np.ndarray:
-    return solve_blocks(TRANSFER[None, :, None, None], OFFSET[None, :, None])[0].ravel()
+    return solve_blocks(TRANSFER[None, :, None, None], OFFSET[None, :, None]).ravel()
 
 
 def dense_cycle() -> np.ndarray:

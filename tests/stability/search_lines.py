@@ -11,7 +11,7 @@ from vibecalc.numerics.periodic.collocation import solve_periodic
 from vibecalc.numerics.periodic.multipliers import product_multipliers
 from vibecalc.numerics.periodic.other_methods import march_turns
 from vibecalc.numerics.periodic.panels import evaluate
-from vibecalc.numerics.periodic.tolerance import estimate_error
+from vibecalc.roll.running import point_levels
 from vibecalc.torsion.forced import forced_masked
 from vibecalc.torsion.line import Line, chain
 from vibecalc.torsion.modes import natural_modes
@@ -71,19 +71,21 @@ def line_forced(point: np.ndarray) -> float:
 
 
 def periodic(point: np.ndarray) -> float:
-    """Collocation with few points against many points on quarter panels."""
+    """Two numbers of points, as a running state takes them, against many on quarter panels."""
     random = np.random.default_rng(int(point[0] * 1e6))
     problem = (random_kinked if point[1] < 0.5 else random_smooth)(random)
-    found = solve_periodic(problem, 1 + int(point[2] * 7.99), [0.0])
-    error = estimate_error(problem, found)
+    levels = point_levels(1.0)
+    place = int(point[2] * (len(levels) - 1.01))
+    check = solve_periodic(problem, levels[place], [0.0])
+    found = solve_periodic(problem, levels[place + 1], check)
     fine = problem._replace(edges=halved(halved(problem.edges)))
     truth = solve_periodic(fine, 14, [0.3], tolerance=1e-15)
-    uncertainty = estimate_error(fine, truth)
-    if not (found.converged.all() and truth.converged.all()):
+    if not (check.converged.all() and found.converged.all() and truth.converged.all()):
         return 0.0
     x = np.linspace(0.0, 2.0 * np.pi, 401)
-    off = np.max(np.abs(evaluate(found, x) - evaluate(truth, x)))
-    return float(off / (error.between[0, 0] + uncertainty.between[0, 0]))
+    fewer, more, exact = (evaluate(one, x) for one in (check, found, truth))
+    rounding = 1e-13 * np.max(np.abs(exact))
+    return float(np.max(np.abs(more - exact)) / (np.max(np.abs(more - fewer)) + rounding))
 
 
 def marched(point: np.ndarray) -> float:
@@ -91,16 +93,18 @@ def marched(point: np.ndarray) -> float:
     random = np.random.default_rng(int(point[0] * 1e6))
     problem = random_smooth(random)
     fine = problem._replace(edges=halved(halved(problem.edges)))
-    found = solve_periodic(problem, 3 + int(point[1] * 5.99), [0.0])
-    error = estimate_error(problem, found)
+    points = 6 + int(point[1] * 5.99)
+    found, check = (solve_periodic(problem, one, [0.0]) for one in (points, points + 1))
     march = march_turns(fine.rhs, fine.edges, np.array([5.0]), points=12, tolerance=1e-13)
     if not (found.converged.all() and march.converged[0]):
         return 0.0
     # the start of the last turn is where the turn before has ended
-    off = abs(float(evaluate(found, fine.edges[-1:])[0, 0, 0] - march.path[0, -1]))
+    end = float(found.left[0, 0, 0])
+    off = abs(end - march.path[0, -1])
+    apart = abs(end - float(check.left[0, 0, 0]))
     # a step of the march ends its Newton iteration where the next would be below 1e-13
     left = 1e-13 * float(np.max(np.abs(march.path))) + float(march.change[0])
-    return float(off / (error.ends[0, 0] + left))
+    return float(off / (2.0 * apart + left))
 
 
 def multipliers(point: np.ndarray) -> float:
@@ -127,7 +131,7 @@ def multipliers(point: np.ndarray) -> float:
 LINES = (
     Contest("line modes", "bidiagonal or secular against bisection", 5, line_modes),
     Contest("line forced", "elimination against dense", 7, line_forced),
-    Contest("periodic", "few Gauss points against many", 3, periodic),
+    Contest("periodic", "two numbers of Gauss points against many", 3, periodic),
     Contest("periodic march", "collocation against a march", 2, marched),
     Contest("multipliers", "product of panels against long arithmetic", 4, multipliers),
 )

@@ -2,13 +2,13 @@
 
 import mpmath
 import numpy as np
-from isolation_machines import LEVER, random_body
+from isolation_machines import LEVER, random_body, shows
 from stability.hard_compressor import true_frequencies
 from stability.hard_kinematics import closed
 from stability.search import Contest
 
 from vibecalc.isolation.rigid_body import mount_readout
-from vibecalc.isolation.rows import body_rows, shows
+from vibecalc.isolation.rows import body_rows
 from vibecalc.isolation.run_up import cycle_peaks, run_up_peak
 from vibecalc.kinematics.harmonics import harmonics_with_error
 from vibecalc.kinematics.slider_crank import piston_motion

@@ -8,7 +8,7 @@ from stability.search_machines import between, worst
 
 from vibecalc.absorber.mean_square import mean_square
 from vibecalc.absorber.peaks import peaks
-from vibecalc.absorber.several import Several, parallel
+from vibecalc.absorber.several import Several
 from vibecalc.absorber.several_peaks import several_peaks
 from vibecalc.absorber.transfer import Absorber
 from vibecalc.absorber.tuning.minimax import BALANCED, minimax
@@ -31,7 +31,7 @@ def absorber_peaks(point: np.ndarray) -> float:
     z1, m, k, z2 = ratios(point)
     kind = KINDS[int(point[5] * (len(KINDS) - 0.01))]
     one = peaks(Absorber(z1, m, k, z2), *kind)
-    other = several_peaks(Several(z1, [m], [k], [z2], parallel(1)), *kind)
+    other = several_peaks(Several(z1, [m], [k], [z2], (0,)), *kind)
     if np.isinf(one.largest) and np.isinf(other.largest):
         return 0.0
     return worst(one.largest - other.largest, one.largest_error + other.largest_error)

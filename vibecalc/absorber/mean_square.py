@@ -47,10 +47,6 @@ class Terms(NamedTuple):
     by_zz: np.ndarray
 
 
-#: integral of |N / D|^2 over all x: pi / 2 times the form of this name over the denominator
-NUMERATORS = ("motion", "motion_rate", "ground", "ground_rate")
-
-
 def numerator_form(name: str, primary_damping: np.ndarray, mass_ratio: np.ndarray) -> Form:
     """Form over N1 ("motion"), s N1, N1 + m g ("ground", all inertia forces) and s (N1 + m g)."""
     z1, m = primary_damping, mass_ratio
@@ -112,7 +108,7 @@ _ROUNDINGS = 40
 
 
 class Weights(NamedTuple):
-    """Mean square = parts[0] + 4 z1^2 parts[1], by names of `NUMERATORS`; or the reason for none.
+    """Mean square = parts[0] + 4 z1^2 parts[1], names of `numerator_form`; or the reason for none.
 
     An empty name stands for nothing. `travel` is the power of s left over m for the motion of
     the secondary against the primary, -1 where another motion is meant.

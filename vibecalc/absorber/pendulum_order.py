@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from vibecalc.absorber import tables as parts
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.gauss import gauss_rule
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, WithError, closed_form, floats
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, WithError, floats
 from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
@@ -119,36 +119,6 @@ def terms(pendulum: Pendulum, angle: FloatArray) -> EnergyTerms:
     )
 
 
-def rates(
-    pendulum: Pendulum,
-    rotor_inertia: ArrayLike,
-    state: FloatArray,
-    torque: ArrayLike = 0.0,
-    damping: ArrayLike = 0.0,
-) -> FloatArray:
-    """Time derivative of states (..., 4): rotor angle, swing angle, rotor speed, swing speed.
-
-    Torque on the rotor in N m; damping in N m s/rad, torque on the swing angle per swing speed.
-    """
-    swung, speed, swinging = state[..., 1], state[..., 2], state[..., 3]
-    term = terms(pendulum, swung)
-    rotor = np.asarray(rotor_inertia) + term.carried
-    first = (
-        np.asarray(torque)
-        - term.carried_slope * swinging * speed
-        - term.coupling_slope * swinging * swinging
-    )
-    second = (
-        0.5 * term.carried_slope * speed * speed
-        - 0.5 * term.swing_slope * swinging * swinging
-        - np.asarray(damping) * swinging
-    )
-    whole = rotor * term.swing - term.coupling * term.coupling
-    rotor_rate = (term.swing * first - term.coupling * second) / whole
-    swing_rate = (rotor * second - term.coupling * first) / whole
-    return np.stack(np.broadcast_arrays(speed, swinging, rotor_rate, swing_rate), axis=-1)
-
-
 def _sinc(half: FloatArray) -> FloatArray:
     """sin x / x."""
     return np.asarray(np.sinc(half / np.pi))
@@ -192,12 +162,6 @@ def tuning_order(pendulum: Pendulum) -> WithError:
     value = np.sqrt(pull / moved)
     lost = near * (mass * (far + near) + 0.5 * rolling * (across + 0.5 * near)) / pull
     return WithError(value, (8.0 + 4.0 * lost) * UNIT_ROUNDOFF * value)
-
-
-def radius_for_order(vertex_distance: ArrayLike, order: ArrayLike) -> WithError:
-    """Path radius r in m of a point pendulum at the distance c: r = c / (1 + n^2)."""
-    far, number = floats(vertex_distance, order)
-    return closed_form(far / (1.0 + number * number), 4.0)
 
 
 def radius_for_order_with_rollers(pendulum: Pendulum, order: ArrayLike) -> WithError:

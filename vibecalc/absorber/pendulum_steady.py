@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.absorber.pendulum_order import Pendulum, largest_swing, terms, tuning_order
-from vibecalc.absorber.transfer import Absorber
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, ComplexArray, FloatArray, WithError, floats
 
@@ -56,23 +55,6 @@ def as_secondary(
     error = 16.0 * UNIT_ROUNDOFF * (1.0 + size) + 2.0 * order.error / order.value
     square = np.square(order.value * turning)
     return Secondary(left, inertia, square * inertia, drag * ratio**2, ratio, error)
-
-
-def as_absorber(
-    secondary: Secondary, primary_stiffness: ArrayLike, primary_damping: ArrayLike = 0.0
-) -> Absorber:
-    """The ratios of `response.absorber`, for a rotor held by a stiffness in N m/rad.
-
-    `primary_damping` is c1 / (2 sqrt(K1 J1)). The stiffness ratio grows with the square of the
-    rotor speed: a pendulum follows its order where a spring stays at its frequency.
-    """
-    (stiff,) = floats(primary_stiffness)
-    return Absorber(
-        primary_damping=np.asarray(primary_damping, dtype=float),
-        mass_ratio=secondary.inertia / secondary.primary_inertia,
-        stiffness_ratio=secondary.stiffness / stiff,
-        secondary_damping=secondary.damping / (2.0 * np.sqrt(stiff * secondary.primary_inertia)),
-    )
 
 
 class SmallMotion(NamedTuple):

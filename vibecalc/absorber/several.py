@@ -33,19 +33,6 @@ class Several(NamedTuple):
     parent: tuple[int, ...]
 
 
-def parallel(count: int) -> tuple[int, ...]:
-    """Parents of `count` secondaries that all sit on the primary system."""
-    return (0,) * count
-
-
-def series(count: int) -> tuple[int, ...]:
-    """Parents of a chain: the first on the primary system, each other on the one before it.
-
-    With two it is the three-mass system of Baca Vasquez (2007), Fig. 5.1.
-    """
-    return tuple(range(count))
-
-
 def checked_parents(system: Several) -> tuple[int, ...]:
     """The parents; raises NumericalFailure where they make no tree."""
     count = np.shape(system.mass_ratio)[-1]

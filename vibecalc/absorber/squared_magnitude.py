@@ -4,7 +4,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from vibecalc.absorber.transfer import Absorber, Coupling, Transfer, coupling, transfer_of
+from vibecalc.absorber.transfer import Coupling, Transfer
 
 # ----------------------------------------------------------------------------
 # What is made small: |H|^2 above the floor that no absorber can lower, without cancellation.
@@ -297,32 +297,6 @@ def _horner(polynomial: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, ...]:
 _Row: TypeAlias = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
-class SquaredMagnitude(NamedTuple):
-    """|H|^2 = P(u) / Q(u) = f^2 + A(u) / Q(u).
-
-    `numerator` P, `denominator` Q and `excess` A (..., n): coefficients by rising power of u,
-    both over what a missing spring or a free secondary makes them share; `floor` f (...).
-    """
-
-    numerator: np.ndarray
-    denominator: np.ndarray
-    excess: np.ndarray
-    floor: np.ndarray
-
-
-def squared_magnitude(
-    absorber: Absorber, excitation: str = "force", response: str = "displacement"
-) -> SquaredMagnitude:
-    """Polynomials of one response, for any shape of ratios."""
-    parts = coupling(absorber)
-    weights = measure(parts, transfer_of(excitation, response))
-    above, below = excess_polynomials(parts, weights)
-    floor = weights.floor_squared[..., None]
-    size = max(above.shape[-1], below.shape[-1])
-    top = _widened(above, size) + floor * _widened(below, size)
-    return SquaredMagnitude(top, below, above, np.sqrt(weights.floor_squared))
-
-
 def excess_polynomials(parts: Coupling, weights: Measure) -> tuple[np.ndarray, np.ndarray]:
     """A and Q (..., n) by rising power of u."""
     motion, mixed, cross, link, relative = form_polynomials(parts)
@@ -429,9 +403,3 @@ def positive_roots(polynomials: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     if not rows_of_roots:
         return np.zeros(0, dtype=int), np.zeros(0)
     return np.concatenate(rows_of_roots), np.concatenate(all_roots)
-
-
-def _widened(polynomial: np.ndarray, size: int) -> np.ndarray:
-    result = np.zeros((*polynomial.shape[:-1], size))
-    result[..., : polynomial.shape[-1]] = polynomial
-    return result

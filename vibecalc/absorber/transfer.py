@@ -92,15 +92,6 @@ def damping_from_own_ratio(
     return damping
 
 
-def damping_from_primary_ratio(ratio: ArrayLike, mass_ratio: ArrayLike) -> np.ndarray:
-    """z2 from c2 / (2 J2 w1), as eq. 3.13 uses it: z2 = ratio m.
-
-    Eq. 3.12 of the source prints J1 for J2; its Table 3.2 follows eq. 3.13, its Table 3.9 eq. 3.12.
-    """
-    damping: np.ndarray = np.asarray(ratio, dtype=float) * np.asarray(mass_ratio, dtype=float)
-    return damping
-
-
 def own_damping_ratio(absorber: Absorber) -> np.ndarray:
     """c2 / (2 J2 w2) = z2 / sqrt(m k): eps2 of eq. 2.7. Infinite at k = 0 with z2 > 0."""
     root = np.sqrt(np.multiply(absorber.mass_ratio, absorber.stiffness_ratio))
@@ -264,12 +255,6 @@ def amplitude_with_error(
         small = 4.0 * UNIT_ROUNDOFF * top[0] * gain / bottom[1]
         error = np.where(np.isinf(value), np.inf, np.where(value == 0.0, small, error))
     return WithError(value, error)
-
-
-def phase(value: ArrayLike) -> np.ndarray:
-    """Phase of an amplitude in (-pi, pi]; negative where the response lags behind."""
-    angle: np.ndarray = np.angle(np.asarray(value, dtype=complex))
-    return angle
 
 
 def _amplitude(

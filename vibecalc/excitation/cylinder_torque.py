@@ -263,7 +263,6 @@ def _panels(
 # compression and expansion without combustion (no fuel). Its masses go on moving unless it is lost.
 # ----------------------------------------------------------------------------
 
-MISFIRES = ("no_gas", "motored")
 PI = float(np.pi)
 
 

@@ -194,7 +194,6 @@ def _monotone(node: FloatArray, value: FloatArray) -> FloatArray:
 
 
 _INTERPOLANTS = {"linear": _linear, "cubic": _cubic, "monotone": _monotone}
-CARD_INTERPOLATIONS = tuple(_INTERPOLANTS)
 
 # ----------------------------------------------------------------------------
 # Force of the gas on a piston over one turn of its crank, from a table: piecewise polynomials.

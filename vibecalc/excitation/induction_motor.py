@@ -1,4 +1,4 @@
-"""Equivalent circuit of an induction motor: steady torque over slip, breakdown, running slip."""
+"""Equivalent circuit of an induction motor: steady torque over slip, breakdown."""
 
 from typing import NamedTuple
 
@@ -157,21 +157,19 @@ def _frequency(motor: InductionMotor, slip_speed: ArrayLike) -> FloatArray:
 class TorqueCurve(NamedTuple):
     """Points of the curve of one motor; slips in rad/s, mechanical, torques in N m.
 
-    `breakdown_slip` and `breakdown_torque`: the largest torque at slips above 0. `extreme_slips`
-    are all slips above 0 at which the torque is largest or smallest among its neighbours.
-    `gain` (N m s) is the slope at synchronous speed.
+    `breakdown_slip` and `breakdown_torque`: the largest torque at slips above 0. `gain` (N m s)
+    is the slope at synchronous speed.
     """
 
     gain: WithError
     breakdown_slip: WithError
     breakdown_torque: WithError
     locked_rotor_torque: WithError
-    extreme_slips: FloatArray
 
 
 def torque_curve(motor: InductionMotor) -> TorqueCurve:
     """Gain, breakdown and locked-rotor torque of one motor, with errors."""
-    slips, errors = _extremes(motor, 1.0)
+    slips, errors = _extremes(motor)
     torque = steady_torque(motor, slips)
     top = int(np.argmax(torque.value))
     return TorqueCurve(
@@ -179,49 +177,11 @@ def torque_curve(motor: InductionMotor) -> TorqueCurve:
         breakdown_slip=WithError(slips[top], errors[top]),
         breakdown_torque=WithError(torque.value[top], torque.error[top]),
         locked_rotor_torque=steady_torque(motor, motor.synchronous_speed),
-        extreme_slips=slips,
     )
 
 
-def running_slip(motor: InductionMotor, torque: float) -> WithError:
-    """Slip (rad/s) at which one motor carries a torque (N m), on the branch nearest to slip 0.
-
-    A negative torque, of a generator, gives a negative slip.
-
-    Raises
-    ------
-    NumericalFailure
-        The torque is beyond breakdown: no steady slip exists.
-    """
-    from scipy.optimize import brentq
-
-    if torque == 0.0:
-        return WithError(np.asarray(0.0), np.asarray(0.0))
-    side = 1.0 if torque > 0.0 else -1.0
-    slips, _ = _extremes(motor, side)
-    heights = side * steady_torque(motor, slips).value
-    reached = np.flatnonzero(heights >= abs(torque))
-    if reached.size == 0:
-        top = int(np.argmax(heights))
-        raise NumericalFailure(
-            f"the motor has no steady slip at {torque:.6g} N m: its breakdown torque is "
-            f"{side * heights[top]:.6g} N m, at a slip of {slips[top]:.6g} rad/s"
-        )
-    end = reached[0]
-    below = slips[end - 1] if end else 0.0
-    slip = brentq(
-        lambda s: float(steady_torque(motor, s).value) - torque,
-        min(below, slips[end]), max(below, slips[end]), xtol=1e-300, rtol=4.0 * EPSILON,
-    )  # fmt: skip
-    slope = float(torque_slope(motor, slip).value)
-    rounding = float(steady_torque(motor, slip).error) + EPSILON * abs(torque)
-    # where the curve is flat, the parabola over the peak is the safer guide
-    reach = rounding / max(slope, np.sqrt(rounding * abs(torque)) / abs(slip))
-    return WithError(np.asarray(slip), np.asarray(2.0 * reach + 8.0 * EPSILON * abs(slip)))
-
-
-def _extremes(motor: InductionMotor, side: float) -> tuple[FloatArray, FloatArray]:
-    """Slips of one sign at which the slope is zero, by growing size, and their errors."""
+def _extremes(motor: InductionMotor) -> tuple[FloatArray, FloatArray]:
+    """Slips above 0 at which the slope is zero, ascending, and their errors."""
     pairs = float(np.asarray(motor.pole_pairs))
     resistance, leakage = np.asarray(motor.rotor_resistance), np.asarray(motor.rotor_leakage)
     unit = float(np.exp(np.mean(np.log(resistance / leakage))))
@@ -230,7 +190,7 @@ def _extremes(motor: InductionMotor, side: float) -> tuple[FloatArray, FloatArra
     below_slope = np.asarray(np.polyder(below), dtype=np.float64)
     roots = np.roots(np.polysub(np.polymul(above_slope, below), np.polymul(above, below_slope)))
     real = np.asarray(roots.real[np.abs(roots.imag) <= 1e-7 * np.abs(roots)])
-    rough = np.sort(np.abs(real[real * side > 0.0])) * side * unit / pairs
+    rough = np.sort(real[real > 0.0]) * unit / pairs
     if rough.size == 0:
         raise NumericalFailure("the motor's torque curve has no breakdown: parameters out of range")
     return _polished(motor, rough)

@@ -156,4 +156,3 @@ def _monotone(nodes: FloatArray, values: FloatArray) -> FloatArray:
 
 
 _INTERPOLANTS = {"linear": _linear, "parabola": _parabola, "monotone": _monotone}
-INTERPOLATIONS = tuple(_INTERPOLANTS)

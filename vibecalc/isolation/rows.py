@@ -59,19 +59,6 @@ def distinct(readout: Readout) -> tuple[Readout, np.ndarray]:
     return Readout(readout.spring[first], readout.damper[first], readout.uncertainty), which
 
 
-def shows(readout: Readout, shape: np.ndarray, frequency: np.ndarray) -> np.ndarray:
-    """Which modes, `shape` (coordinates, modes), can be seen in which rows: (modes, rows).
-
-    A mode with a node at a mount does not show in it: its reading cancels to rounding.
-    """
-    rate = np.asarray(frequency)[:, None, None]
-    passing = readout.spring + 1j * rate[..., None] * readout.damper
-    reading = np.abs((passing @ shape.T[:, None, :, None])[..., 0])
-    terms = (np.abs(passing) @ np.abs(shape.T)[:, None, :, None])[..., 0]
-    visible: np.ndarray = np.any(reading > 1e3 * UNIT_ROUNDOFF * terms, axis=-1)
-    return visible
-
-
 # ----------------------------------------------------------------------------
 # Rows of a readout as functions of crank speed, with their slopes: what a run-up examines.
 # ----------------------------------------------------------------------------

@@ -212,27 +212,8 @@ def _shape_error(
 
 
 # ----------------------------------------------------------------------------
-# How alike two sets of mode shapes are, and how much of a rigid motion each mode carries.
+# How alike two sets of mode shapes are.
 # ----------------------------------------------------------------------------
-
-
-class Participation(NamedTuple):
-    """Part of each mode in unit motions of the whole body, both (modes, 6), errors absolute.
-
-    `factor` is v M e / (v M v) for a unit motion e along x, y, z (1) or about them (rad).
-    `effective_mass` is (v M e)^2 / (v M v), in kg or kg m^2: over all modes it adds up to the
-    diagonal of the mass matrix.
-    """
-
-    factor: np.ndarray
-    factor_error: np.ndarray
-    effective_mass: np.ndarray
-    effective_mass_error: np.ndarray
-
-
-def metres_and_radians(length: float) -> np.ndarray:
-    """Weight (6, 6) under which a turn counts as the way it makes at a distance `length`, in m."""
-    return np.diag([1.0, 1.0, 1.0, length**2, length**2, length**2])
 
 
 def modal_assurance(first: WithError, second: WithError, weight: WithError) -> WithError:
@@ -242,8 +223,8 @@ def modal_assurance(first: WithError, second: WithError, weight: WithError) -> W
 
     1 for shapes that differ by a factor only, 0 for shapes that are orthogonal. Coordinates in
     metres and in radians can be compared under a weight only. The mass matrix makes the answer
-    independent of units and reference point, and the modes of one machine orthogonal; with
-    `metres_and_radians` no masses are needed, and the length is a choice.
+    independent of units and reference point, and the modes of one machine orthogonal; under
+    a diagonal of 1 (m) and a length squared (rad) no masses are needed, and the length is a choice.
 
     Parameters
     ----------
@@ -284,28 +265,3 @@ def modal_assurance(first: WithError, second: WithError, weight: WithError) -> W
     spread = (2.0 * size + cross_error) * cross_error / scale
     relative = np.add.outer(v_uncertainty, u_uncertainty) + 8.0 * UNIT_ROUNDOFF
     return WithError(np.minimum(value, 1.0), spread + value * relative)
-
-
-def participation(matrices: Matrices, shapes: Modes) -> Participation:
-    """Part of every mode in the rigid motions along and about the axes of the reference point.
-
-    Source: R. W. Clough and J. Penzien, Dynamics of Structures, on the effective modal mass.
-    """
-    vector, size = shapes.shape.T, np.abs(shapes.shape).T
-    spread, mass = shapes.shape_error.T, np.abs(matrices.mass)
-    along = vector @ matrices.mass
-    rounded = matrices.mass_error + 16.0 * UNIT_ROUNDOFF * mass
-    along_error = size @ rounded + spread @ mass
-    modal_mass = np.sum(along * vector, axis=1, keepdims=True)
-    modal_mass_error = np.sum((size @ rounded) * size, axis=1, keepdims=True) / modal_mass
-    modal_mass_error = (
-        modal_mass_error + 2.0 * np.sum(np.abs(along) * spread, axis=1, keepdims=True) / modal_mass
-    )
-    factor, effective = along / modal_mass, along**2 / modal_mass
-    return Participation(
-        factor,
-        along_error / modal_mass + np.abs(factor) * modal_mass_error,
-        effective,
-        (2.0 * np.abs(along) + along_error) * along_error / modal_mass
-        + effective * modal_mass_error,
-    )

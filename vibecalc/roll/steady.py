@@ -36,13 +36,13 @@ from vibecalc.roll.rates import (
 from vibecalc.roll.turn import Turn
 
 # ----------------------------------------------------------------------------
-# A coarse running state of one free machine in some hundred microseconds, and its spectrum.
+# A coarse running state of one free machine in some hundred microseconds.
 #
 # The energy of the machine over the crank angle, E = mu w^2 / 2 + H^2 / (2 J), obeys dE/db = torque
 # (`rates.py`). What depends on the angle alone is taken at evenly spaced angles in one go; the
 # energy is then marched over them in plain floats by the rule of Adams and Bashforth of second
 # order, until a turn repeats. Good to some tenths of a decibel, without any error estimate: a start
-# for better methods, and a first estimate for searches.
+# for better methods.
 # ----------------------------------------------------------------------------
 
 #: angles of a turn, further turns at most, and the change of the energy at which a turn repeats
@@ -154,27 +154,6 @@ def _march(
         speeds.append(w)
         torques.append(torque)
     return _MarchedTurn(energy, last, speeds, torques)
-
-
-def quick_spectrum(turn: QuickTurn, orders: int) -> ComplexArray:
-    """Harmonics 1 to `orders` in time of the shell's acceleration, as `turn.harmonics` has them."""
-    moved, speed = turn.place.moved, turn.crank_speed
-    square, shell = speed * speed, moved.shell[0]
-    share = moved.coupling[0] / shell
-    drift = turn.momentum / shell
-    shell_slope, coupling_slope = moved.shell_slope[0], moved.coupling_slope[0]
-    steep = moved.crank_slope[0] - share * (2.0 * coupling_slope - share * shell_slope)
-    torque = turn.motor_torque + turn.place.load[0] - turn.place.drag[0, 0] * speed
-    torque = torque + 0.5 * (drift * drift * shell_slope - steep * square)
-    crank = torque * shell / moved.determinant[0]
-    rate = (shell_slope * (drift - share * speed) * speed + coupling_slope * square) / shell
-    acceleration = -rate - share * crank
-    slow = (_TURN / len(speed)) / speed
-    time = np.cumsum(slow) - 0.5 * (slow + slow[0])
-    period = slow.sum()
-    wave = np.exp((-1j * _TURN / period) * time)
-    powers = np.multiply.accumulate(np.broadcast_to(wave, (orders, len(wave))), axis=0)
-    return np.asarray(powers @ (acceleration * slow) * (2.0 / period))
 
 
 # ----------------------------------------------------------------------------

@@ -130,12 +130,6 @@ def modal_twist(
     return ModalTwist(total.real, np.abs(total), np.asarray(error))
 
 
-def critical_speeds(frequency: ArrayLike, order: ArrayLike) -> FloatArray:
-    """Speeds (m, q) in rad/s at which an order meets a natural frequency: 2 W_nc / w for w / 2."""
-    natural, orders = floats(frequency, order)
-    return np.asarray(natural[:, None] / orders)
-
-
 def twist_on_criticals(
     excitation: ModalExcitation, order: ArrayLike, damping_ratio: ArrayLike | None = None
 ) -> WithError:

@@ -343,7 +343,7 @@ def _superposed(
 
 
 # ----------------------------------------------------------------------------
-# Forced response by modes, for a line whose damping leaves the undamped modes uncoupled.
+# Damping of a line seen from its undamped modes, and whether it leaves them uncoupled.
 # ----------------------------------------------------------------------------
 
 #: coupling between modes, as a share of their own damping, that still counts as round-off
@@ -378,65 +378,6 @@ def modal_damping(line: Line, shape: ArrayLike) -> ModalDamping:
         coupling = max(coupling, float(np.max(share, initial=0.0)))
         ratios.append(diagonal)
     return ModalDamping(ratios[0], ratios[1], coupling)
-
-
-def forced_modal(
-    line: Line,
-    natural_frequency: ArrayLike,
-    shape: ArrayLike,
-    modal_inertia: ArrayLike,
-    frequency: ArrayLike,
-    torque: ArrayLike,
-    frequency_error: ArrayLike = 0.0,
-) -> ForcedResponse:
-    """As `forced`, as a sum over all undamped modes (m,), shapes (m, n), of one line.
-
-    The error counts the round-off of the sum and `frequency_error` (m,) of the modes, not errors
-    of their shapes. Modes left out are an error of the model that it does not count either.
-
-    Raises
-    ------
-    NumericalFailure
-        Damping couples the modes, or a frequency is at an undamped natural frequency that the
-        torques drive (at zero: torques on a free line that do not balance).
-    """
-    modes, w = np.asarray(shape, dtype=float), np.asarray(frequency, dtype=float)
-    inertia, natural = np.asarray(modal_inertia), np.asarray(natural_frequency)
-    damping = modal_damping(line, modes)
-    if damping.coupling > UNCOUPLED:
-        raise NumericalFailure(
-            f"modal response: damping couples the undamped modes (by {damping.coupling:.2g} of "
-            "their own damping), so that a sum over modes is not the response; use elimination"
-        )
-    load = np.asarray(torque, dtype=np.complex128)
-    drive = load @ modes.T
-    drive_uncertainty = 4.0 * EPSILON * (np.abs(load) @ np.abs(modes).T)
-    at = w[..., None]
-    # (natural - w)(natural + w) keeps the digits next to a resonance
-    stiffness = inertia * (natural - at) * (natural + at) + 1j * (
-        at * damping.dashpot + damping.loss
-    )
-    uncertainty = 4.0 * EPSILON * np.abs(stiffness)
-    uncertainty = uncertainty + 2.0 * inertia * (
-        natural * np.asarray(frequency_error) + EPSILON * at**2
-    )
-    idle = np.abs(drive) <= drive_uncertainty
-    weak = np.abs(stiffness) * SINGULAR <= uncertainty
-    if np.any(weak & ~idle):
-        where = np.argwhere(weak & ~idle)[0]
-        met = float(np.broadcast_to(at, weak.shape)[tuple(where)])
-        raise NumericalFailure(
-            f"modal response: {met:.12g} rad/s is natural frequency {int(where[-1])} of the line, "
-            "which the torques drive and nothing damps"
-        )
-    stiffness = np.where(weak, 1.0, stiffness)
-    part = np.where(weak, 0.0, drive / stiffness)
-    angle = part @ modes
-    slack = (drive_uncertainty + np.abs(part) * uncertainty) / np.abs(
-        stiffness
-    ) + 8.0 * EPSILON * np.abs(part)
-    error = np.max(np.where(weak, 0.0, slack) @ np.abs(modes), axis=-1)
-    return ForcedResponse(angle, error)
 
 
 # ----------------------------------------------------------------------------

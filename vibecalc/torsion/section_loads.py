@@ -1,4 +1,4 @@
-"""What sections, gears and dampers of a shaft line carry: torque, stress, heat."""
+"""What sections, gears and dampers of a shaft line carry: torque and heat."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -8,15 +8,12 @@ from numpy.typing import ArrayLike
 
 from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray
 from vibecalc.torsion.forced import forced_masked
-from vibecalc.torsion.line import Line, Values, stiffness_matrix
-from vibecalc.torsion.synthesis import Synthesis, synthesis
+from vibecalc.torsion.line import Line, stiffness_matrix
+from vibecalc.torsion.synthesis import synthesis
 
 # ----------------------------------------------------------------------------
-# Torque and stress of the elements of a shaft line, and their peaks against speed.
+# Torque of the elements of a shaft line, and the largest half range against speed.
 # ----------------------------------------------------------------------------
-
-#: angles of one block
-BLOCK = 1 << 17
 
 
 class SectionTorque(NamedTuple):
@@ -37,16 +34,6 @@ class SectionTorque(NamedTuple):
         return self.stiffness + self.damping
 
 
-class SectionPeaks(NamedTuple):
-    """Total torque of each element against speed, (speed, e), as `Synthesis`.
-
-    `masked` (speed,): some order is on an undamped natural frequency; the values are infinite.
-    """
-
-    torque: Synthesis
-    masked: BoolArray
-
-
 def section_torque(
     line: Line, frequency: ArrayLike, angle: ArrayLike, error: ArrayLike = 0.0
 ) -> SectionTorque:
@@ -64,44 +51,6 @@ def section_torque(
     size = line.stiffness * (1.0 + np.abs(line.loss_factor)) + w * line.damping
     uncertainty = 2.0 * np.asarray(error)[..., None] + 4.0 * EPSILON * np.abs(twist)
     return SectionTorque(twist, stiffness, damping, size * uncertainty)
-
-
-def shear_stress(torque: Values, section_modulus: FloatArray) -> Values:
-    """Nominal stress (..., e) in Pa, torque over polar section modulus (e,) in m^3."""
-    stress: Values = torque / section_modulus
-    return stress
-
-
-def section_peaks(
-    line: Line,
-    speed: ArrayLike,
-    order: ArrayLike,
-    torque: Callable[[FloatArray], ComplexArray],
-    rows: int | None = None,
-) -> SectionPeaks:
-    """Peak, half range and the rest of each element's torque against speed (speeds,) in rad/s.
-
-    `torque` gives for speeds (s,) the torques (s, m, n) or (m, n) of the orders (m,); those of an
-    order 0 must balance on a line that is free to turn, or every speed is masked. Speeds are
-    taken `rows` at a time (default: what fits some megabytes): what is stored beyond the result
-    does not grow with their number.
-    """
-    speeds, orders = np.asarray(speed, dtype=float), np.asarray(order, dtype=float)
-    rows = rows or min(256, 1 + BLOCK // (len(orders) * line.inertia.shape[-1]))
-    results, masks = [], []
-    for start in range(0, len(speeds), rows):
-        part = speeds[start : start + rows]
-        w = part[:, None] * orders
-        solved = forced_masked(line, w, torque(part))
-        masked = np.any(solved.masked, axis=-1)
-        sections = section_torque(line, w, solved.angle, np.where(solved.masked, 0.0, solved.error))
-        total = np.moveaxis(sections.total, -1, 1)
-        result = synthesis(orders, total, np.moveaxis(sections.error, -1, 1))
-        infinite = masked[:, None]
-        results.append(Synthesis(*(np.where(infinite, np.inf, one) for one in result)))
-        masks.append(masked)
-    parts = zip(*results, strict=True)
-    return SectionPeaks(Synthesis(*(np.concatenate(one) for one in parts)), np.concatenate(masks))
 
 
 #: speeds of one block of `largest_half_range`

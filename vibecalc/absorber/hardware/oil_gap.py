@@ -1,13 +1,12 @@
 """Viscous damping of a ring in the oil gap of its casing, for the oils that may fill it."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.absorber.hardware.rods_and_springs import Ranking, rank
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, WithError, closed_form, floats
 
@@ -23,8 +22,8 @@ from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, WithError, clo
 #
 # What holds it: a full, concentric gap and a Newtonian oil; films much thinner than the ring is
 # wide (corners are left out, a share of about h/b); motion slow enough that the film follows at
-# once (see `gap_oscillation`). Off centre by e in a gap h, the film alone drags 1/sqrt(1 - (e/h)^2)
-# as much at the rim, and pressure adds to that.
+# once. Off centre by e in a gap h, the film alone drags 1/sqrt(1 - (e/h)^2) as much at the rim, and
+# pressure adds to that.
 # ----------------------------------------------------------------------------
 
 
@@ -68,12 +67,6 @@ def gap_shares(gap: RingGap) -> GapShares:
     return GapShares(at_rim, at_sides, in_bore, closed_form(at_rim + at_sides + in_bore, 16.0))
 
 
-def gap_damping(gap: RingGap, dynamic_viscosity: ArrayLike) -> WithError:
-    """Torque per unit of relative angular speed in N m s/rad; dynamic viscosity in Pa s."""
-    total = gap_shares(gap).total
-    return closed_form(np.asarray(dynamic_viscosity) * total.value, 18.0)
-
-
 def viscosity_for_damping(gap: RingGap, damping: ArrayLike) -> WithError:
     """Dynamic viscosity in Pa s that gives a damping in N m s/rad."""
     return closed_form(np.asarray(damping) / gap_shares(gap).total.value, 18.0)
@@ -91,93 +84,6 @@ def _check(
         )
     if np.any(np.isfinite(bore) & (bore >= inner)):
         raise NumericalFailure("the gap in the bore is as wide as the bore itself")
-
-
-# ----------------------------------------------------------------------------
-# The viscosity formula of Baca (2007), eqs. 3.16 and 3.17, in SI, and what it stands for.
-#
-#     nu = c h (1 - 1/(1 + 2 b/R)) / (1.019e-8 * 2 pi b R^3)      (cSt; kg cm s, cm)
-#
-# The bracket is 2 b / (R + 2 b), so that c = 1.019e-8 * 2 pi nu (b R^3 + R^4/2) / h: the thin film
-# at the rim, 2 pi b R^3 / h, and on both sides of a *full* disc, pi R^4 / h, all with one
-# clearance. In kg(force) s/cm^2, 1 cSt of an oil of 1 g/cm^3 is 1.0197e-8: the number in front is a
-# density of 999 kg/m^3. The viscosity found is therefore the dynamic one in mPa s; an oil of 870
-# kg/m^3 needs 15 per cent more centistokes, and the hole in the ring asks for more again.
-# ----------------------------------------------------------------------------
-
-#: kg/m^3: 1.019e-8 kg s/cm^2 for each centistoke, with 9.80665 m/s^2
-PUBLISHED_DENSITY = 1.019e-8 * 9.80665e4 / 1e-6
-
-
-def published_shares(radius: ArrayLike, width: ArrayLike, clearance: ArrayLike) -> WithError:
-    """2 pi (b R^3 + R^4 / 2) / h in m^3, all in m: damping over dynamic viscosity."""
-    far, wide, thin = floats(radius, width, clearance)
-    return closed_form(2.0 * math.pi * far**3 * (wide + 0.5 * far) / thin, 9.0)
-
-
-def published_damping(
-    kinematic_viscosity: ArrayLike, radius: ArrayLike, width: ArrayLike, clearance: ArrayLike
-) -> WithError:
-    """Damping in N m s/rad of a kinematic viscosity in m^2/s, with the density of the formula."""
-    (thick,) = floats(kinematic_viscosity)
-    found = published_shares(radius, width, clearance)
-    return closed_form(PUBLISHED_DENSITY * thick * found.value, 12.0)
-
-
-def published_viscosity(
-    damping: ArrayLike, radius: ArrayLike, width: ArrayLike, clearance: ArrayLike
-) -> WithError:
-    """Kinematic viscosity in m^2/s of a damping in N m s/rad, with the density of the formula."""
-    (wanted,) = floats(damping)
-    found = published_shares(radius, width, clearance)
-    return closed_form(wanted / (PUBLISHED_DENSITY * found.value), 12.0)
-
-
-# ----------------------------------------------------------------------------
-# How far an oscillating wall is from dragging its film as if it moved steadily.
-#
-# A wall that oscillates with the angular frequency w over a film of thickness h on a resting wall
-# feels z coth z times the steady shear, z^2 = i w h^2 / nu (Stokes's layer between walls). The real
-# part multiplies the damping, 1 + (w h^2/nu)^2 / 45 + ...; the imaginary part is inertia, a third
-# of the film that moves with the wall while the film is thin.
-# ----------------------------------------------------------------------------
-
-#: beyond this real part of z, coth z is 1 to rounding
-_DEEP = 20.0
-
-#: below this |z|^2 the Taylor series of z coth z is used
-_NEAR = 0.05
-
-#: coefficients of z coth z in powers of z^2
-_SERIES = (1.0, 1.0 / 3.0, -1.0 / 45.0, 2.0 / 945.0, -1.0 / 4725.0, 2.0 / 93555.0,
-           -1382.0 / 638512875.0, 4.0 / 18243225.0)  # fmt: skip
-
-
-class FilmFactor(NamedTuple):
-    """Damping over that of steady shear, and inertia times frequency over the same; error of both.
-
-    A film with a steady damping c adds c * inertia / frequency to the moment of inertia.
-    """
-
-    damping: FloatArray
-    inertia: FloatArray
-    error: FloatArray
-
-
-def film_factor(
-    frequency: ArrayLike, clearance: ArrayLike, kinematic_viscosity: ArrayLike
-) -> FilmFactor:
-    """Factor at an angular frequency (rad/s), clearance (m) and kinematic viscosity (m^2/s)."""
-    speed, thin, thick = floats(frequency, clearance, kinematic_viscosity)
-    square = 1j * speed * thin * thin / thick
-    root = np.sqrt(square)
-    near = np.abs(square) < _NEAR
-    series = np.polynomial.polynomial.polyval(np.where(near, square, 0.0), np.array(_SERIES))
-    safe = np.where(near | (root.real > _DEEP), 1.0, root)
-    far = np.where(root.real > _DEEP, root, safe / np.tanh(safe))
-    factor = np.where(near, series, far)
-    error = 16.0 * UNIT_ROUNDOFF * np.abs(factor) + np.where(near, 3e-5 * _NEAR**8, 0.0)
-    return FilmFactor(factor.real, factor.imag, np.asarray(error))
 
 
 # ----------------------------------------------------------------------------
@@ -201,7 +107,7 @@ def clearance_rule(outer_radius: ArrayLike) -> WithError:
 # (Walther's equation with the constant of the chart; Baca 2007, eq. 3.18). The line holds above
 # 2 mm^2/s, where further terms of D341 vanish, and between the temperatures of the chart; what lies
 # outside is refused. Drawn through two measured points it interpolates well; beyond them the
-# measurements count more and more, which `spread` tells.
+# measurements count more and more.
 # ----------------------------------------------------------------------------
 
 #: temperatures of the chart, in K (-70 and 370 C)
@@ -219,21 +125,6 @@ class Walther(NamedTuple):
 
     temperature: tuple[ArrayLike, ArrayLike]
     viscosity: tuple[ArrayLike, ArrayLike]
-
-
-class WaltherConstants(NamedTuple):
-    """F and G of the line with decimal logarithms, mm^2/s and kelvin."""
-
-    intercept: FloatArray
-    slope: FloatArray
-
-
-def constants(line: Walther) -> WaltherConstants:
-    """F and G. Raises NumericalFailure for points that make no line (see `kinematic_viscosity`)."""
-    first, second, low, high = _ends(line)
-    slope = (low - high) / np.log(second / first)
-    intercept = (low + slope * np.log(first) - math.log(math.log(10.0))) / math.log(10.0)
-    return WaltherConstants(np.asarray(intercept), np.asarray(slope))
 
 
 def kinematic_viscosity(line: Walther, temperature: ArrayLike) -> WithError:
@@ -261,42 +152,6 @@ def kinematic_viscosity(line: Walther, temperature: ArrayLike) -> WithError:
     return WithError(value, error)
 
 
-def spread(
-    line: Walther, temperature: ArrayLike, measured: tuple[ArrayLike, ArrayLike]
-) -> FloatArray:
-    """What errors of the two measured viscosities (m^2/s, each at most so large) become, m^2/s.
-
-    Linear: d nu = Z ln Z sum w_i d nu_i / (Z_i ln Z_i), Z = nu + 0.7 mm^2/s, with the weights w_i
-    of the straight line, of which one is negative outside the two points.
-    """
-    found = kinematic_viscosity(line, temperature).value
-    first, second, low, high = _ends(line)
-    share = np.log(np.asarray(temperature) / first) / np.log(second / first)
-    here = (found + _SHIFT) / _UNIT
-    total = np.zeros(())
-    for weight, double, off in ((1.0 - share, low, measured[0]), (share, high, measured[1])):
-        there = np.exp(double)
-        total = total + np.abs(weight) * np.asarray(off) / (np.exp(there) * there)
-    return np.asarray(here * np.log(here) * total)
-
-
-def temperature_for(line: Walther, viscosity: ArrayLike) -> WithError:
-    """Temperature in K at which the oil has a viscosity in m^2/s. Raises as above."""
-    (wanted,) = floats(viscosity)
-    _in_range(wanted, None)
-    first, second, low, high = _ends(line)
-    share = (_double_log(wanted) - low) / (high - low)
-    value = first * np.exp(share * np.log(second / first))
-    if np.any((value < COLDEST) | (value > HOTTEST)):
-        raise NumericalFailure(
-            f"the oil would have to be at {float(value.flat[0]) - 273.15:.6g} C, outside the range "
-            f"of the viscosity line ({COLDEST - 273.15:.0f} to {HOTTEST - 273.15:.0f} C)"
-        )
-    steep = np.abs(np.log(second / first) / (high - low))
-    size = 8.0 + 8.0 * steep * (np.abs(low) + np.abs(high) + np.abs(_double_log(wanted)) + 2.0)
-    return WithError(value, value * size * UNIT_ROUNDOFF)
-
-
 def _double_log(viscosity: FloatArray) -> FloatArray:
     return np.asarray(np.log(np.log((viscosity + _SHIFT) / _UNIT)))
 
@@ -314,17 +169,15 @@ def _ends(line: Walther) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray
     return first, second, _double_log(thick), _double_log(thin)
 
 
-def _in_range(viscosity: FloatArray, temperature: FloatArray | None) -> None:
+def _in_range(viscosity: FloatArray, temperature: FloatArray) -> None:
     bad = (viscosity < THINNEST) | (viscosity > THICKEST)
     if not np.any(bad):
         return
     worst = float(np.broadcast_to(viscosity, bad.shape)[bad][0]) * 1e6
-    place = ""
-    if temperature is not None:
-        place = f" at {float(np.broadcast_to(temperature, bad.shape)[bad][0]) - 273.15:.6g} C"
+    warm = float(np.broadcast_to(temperature, bad.shape)[bad][0]) - 273.15
     raise NumericalFailure(
-        f"a kinematic viscosity of {worst:.4g} mm^2/s{place} is outside the range of the viscosity "
-        f"line, {THINNEST * 1e6:.0f} to {THICKEST * 1e6:.0e} mm^2/s"
+        f"a kinematic viscosity of {worst:.4g} mm^2/s at {warm:.6g} C is outside the range of the "
+        f"viscosity line, {THINNEST * 1e6:.0f} to {THICKEST * 1e6:.0e} mm^2/s"
     )
 
 
@@ -356,7 +209,7 @@ def oil_density(
 
 
 # ----------------------------------------------------------------------------
-# An oil from a list: what damping it gives in a gap at a temperature, and which is nearest.
+# An oil from a list: what damping it gives in a gap at a temperature, and the reverse.
 # ----------------------------------------------------------------------------
 
 _HALVINGS = 60
@@ -388,20 +241,6 @@ def oil_damping(oil: Oil, gap: RingGap, temperature: ArrayLike) -> WithError:
     return WithError(value, error)
 
 
-def nearest_oils(stock: Sequence[Oil], gap: RingGap, damping: float, temperature: float) -> Ranking:
-    """The oils of a list by how near they come, as a ratio, to a damping at a temperature (K).
-
-    An oil that is outside its viscosity line there comes with a damping of zero, last.
-    Raises NumericalFailure where none is left.
-    """
-    offered = np.array([_damping_or_none(oil, gap, temperature) for oil in stock])
-    if not np.any(offered):
-        raise NumericalFailure(
-            f"none of {len(stock)} oils has a known viscosity at {temperature - 273.15:.6g} C"
-        )
-    return rank(offered, damping)
-
-
 def right_temperature(oil: Oil, gap: RingGap, damping: float) -> WithError:
     """Temperature in K at which an oil gives a gap a damping in N m s/rad.
 
@@ -427,13 +266,6 @@ def right_temperature(oil: Oil, gap: RingGap, damping: float) -> WithError:
     return WithError(np.asarray(0.5 * (low + high)), np.asarray(uncertainty))
 
 
-def _damping_or_none(oil: Oil, gap: RingGap, temperature: float) -> float:
-    try:
-        return float(oil_damping(oil, gap, temperature).value)
-    except NumericalFailure:
-        return 0.0
-
-
 def _known_range(oil: Oil) -> tuple[float, float]:
     """Temperatures between which the line of an oil stays within its viscosities, to 1e-9 K."""
     inside = float(np.mean(np.asarray(oil.line.temperature, dtype=float)))
@@ -455,11 +287,6 @@ def _known(oil: Oil, temperature: float) -> bool:
     except NumericalFailure:
         return False
     return True
-
-
-def stock_array(stock: Sequence[Oil], gap: RingGap, temperature: ArrayLike) -> FloatArray:
-    """Damping (oils, temperatures) of every oil of a list; refuses as `oil_damping` does."""
-    return np.stack([oil_damping(oil, gap, temperature).value for oil in stock])
 
 
 # ----------------------------------------------------------------------------

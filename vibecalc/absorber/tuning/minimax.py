@@ -168,8 +168,7 @@ def _damping(path: np.ndarray, light: np.ndarray, threshold: bool) -> np.ndarray
 # The tuning that makes the largest response as small as it can be, for any primary damping.
 # ----------------------------------------------------------------------------
 
-#: what an answer is: `OUTCOMES[tuning.outcome]`
-OUTCOMES = ("balanced", "set", "no_help", "unbounded")
+#: what an answer is, see `Tuning`
 BALANCED, SET, NO_HELP, UNBOUNDED = range(4)
 
 #: rounding errors granted to an evaluation of a peak and of its slopes
@@ -179,7 +178,7 @@ _ROUNDINGS = 2.0
 class Tuning(NamedTuple):
     """Optimal tunings (...), with errors; frequencies, weights of the two peaks (..., 2).
 
-    `outcome`, an index into `OUTCOMES`:
+    `outcome`, one of the four above:
     balanced: one tuning, held by two equal peaks at `frequency` that no change lowers together;
     set: the largest |H| is the limit at zero or infinite frequency, which the primary system fixes,
     and many tunings reach it; the one returned is one of them;

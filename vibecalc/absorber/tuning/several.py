@@ -82,7 +82,7 @@ def several_tuning(
     Parameters
     ----------
     mass_ratio : (n,) array
-    parent : n whole numbers, see `Several`, `parallel` and `series`
+    parent : n whole numbers, see `Several`
     share_masses : bool
         Only the sum of the mass ratios is given; how it is shared out is found too.
     starts : int

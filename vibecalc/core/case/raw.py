@@ -3,7 +3,7 @@
 import difflib
 import re
 import tomllib
-from collections.abc import Collection, Iterator, Mapping, MutableMapping, Sequence
+from collections.abc import Collection, Mapping, MutableMapping, Sequence
 from typing import Any
 
 from vibecalc.core.case.locate import Overridden
@@ -43,27 +43,6 @@ def read_number(value: Any, unit: str) -> float | None:
         return parse_quantity(value, unit)
     except (UnitError, OverflowError):
         return None
-
-
-def either(
-    table: Data, path: KeyPath, one: str, others: tuple[str, ...], needed: bool = True
-) -> Iterator[Problem]:
-    """`one`, or some of `others`: not both, and, if `needed`, not none of them."""
-    given = [key for key in others if key in table]
-    listed = " and ".join(filter(None, (", ".join(others[:-1]), others[-1])))
-    if one in table and given:
-        yield Problem(
-            path=(*path, given[0]),
-            message=f"{given[0]} and {one} exclude each other",
-            allowed=f"{one}, or {listed}: one way or the other",
-            also=(*path, one),
-        )
-    elif needed and one not in table and not given and not misspelt(table, path, one, *others):
-        yield Problem(
-            path=path,
-            message=f"[{'.'.join(map(str, path))}] has neither {one} nor {listed}",
-            allowed=f"{one}, or {listed}",
-        )
 
 
 def misspelt(table: Data, path: KeyPath, *wanted: str) -> bool:

@@ -239,16 +239,6 @@ def describe_study(case: "Case") -> dict[str, str]:
     }
 
 
-def _modules(study: "Optimisation") -> Iterator[str]:
-    yield "optimisation.constrained"
-    if study.compare or study.method:
-        yield "optimisation.methods"
-    if study.sensitivity:
-        yield "optimisation.sensitivity"
-    if study.second_objective:
-        yield "optimisation.pareto"
-
-
 def _further_cost(study: "Optimisation") -> str:
     words = ""
     if study.compare:

@@ -113,10 +113,7 @@ def newton(
             active &= ~ended & (taken > 0.0)
             # a shortened step says nothing of the quadratic convergence
             correction = np.where(taken < 1.0, np.maximum(correction, 1.0), correction)
-    return start._replace(
-        left=now.left, stages=now.stages, transfer=transfer, correction=correction,
-        residual=now.size, iterations=start.iterations + count, converged=converged,
-    )  # fmt: skip
+    return start._replace(left=now.left, stages=now.stages, transfer=transfer, converged=converged)
 
 
 def _search(

@@ -27,15 +27,13 @@ class FourierSolution(NamedTuple):
     """Values (B, N, n) at x (N,), harmonics (B, N // 2 + 1, n), 0-to-peak (mean for order 0).
 
     y(x) = Re sum_k Y_k exp(i k (x - x_0) 2 pi / period). `error` (B, n) is absolute, for y at any
-    x; infinite where `converged` (B,) is false. `residual` (B,) is absolute, in units of y'.
+    x; infinite where `converged` (B,) is false.
     """
 
     x: FloatArray
     values: FloatArray
     harmonics: ComplexArray
     error: FloatArray
-    residual: FloatArray
-    iterations: int
     converged: BoolArray
 
 
@@ -111,8 +109,7 @@ def solve_fourier(
         harmonics = _harmonics(values)
         error = _error(rhs, grid, period, values, jacobian, matrix)
     error = np.where(converged[:, None] & np.isfinite(error), error, np.inf)
-    residual = np.asarray(size, dtype=np.float64)
-    return FourierSolution(x, values, harmonics, error, residual, count, converged)
+    return FourierSolution(x, values, harmonics, error, converged)
 
 
 @lru_cache(maxsize=16)

@@ -5,7 +5,6 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.gauss import GaussRule, gauss_rule, interpolation_rows
 from vibecalc.numerics.rounding import BoolArray, FloatArray, IntArray
 
@@ -67,10 +66,8 @@ class PeriodicSolution(NamedTuple):
 
     edges (B, P + 1); left (B, P, n) values at the panels' left ends; stages (B, P, s, n) at the
     Gauss points; interval (B, P) or None; transfer (B, P, n, n) derivatives of a panel's right
-    value by its left one, at the last iterate but one; correction (B,) the last Newton correction
-    relative to the scale; residual (B,) of the last equations evaluated, likewise; edge_error (B,)
-    how far, over the period, edges at kinks are from where they belong; iterations of Newton in
-    total; converged (B,).
+    value by its left one, at the last iterate but one; edge_error (B,) how far, over the period,
+    edges at kinks are from where they belong; converged (B,).
     """
 
     edges: FloatArray
@@ -78,10 +75,7 @@ class PeriodicSolution(NamedTuple):
     stages: FloatArray
     interval: IntArray | None
     transfer: FloatArray
-    correction: FloatArray
-    residual: FloatArray
     edge_error: FloatArray
-    iterations: int
     converged: BoolArray
 
     @property
@@ -122,7 +116,7 @@ def constant_start(problem: PeriodicProblem, points: int, guess: ArrayLike) -> P
     none = np.full(members, np.inf)
     transfer = np.broadcast_to(np.eye(states), (members, panels, states, states))
     yes = np.ones(members, dtype=bool)
-    return PeriodicSolution(edges, left, stages, None, transfer, none, none, none, 0, yes)
+    return PeriodicSolution(edges, left, stages, None, transfer, none, yes)
 
 
 def evaluate(solution: PeriodicSolution, x: ArrayLike) -> FloatArray:
@@ -164,19 +158,6 @@ def running_integral(edges: FloatArray, integrand: FloatArray) -> tuple[FloatArr
     ends = np.zeros(edges.shape)
     np.cumsum(scaled @ rule.weights, axis=1, out=ends[:, 1:])
     return ends[:, :-1, None] + scaled @ rule.integration.T, ends
-
-
-def require_converged(solution: PeriodicSolution, what: str = "periodic solution") -> None:
-    """Raise NumericalFailure naming the members without a solution, if there are any."""
-    lost = np.flatnonzero(~solution.converged)
-    if len(lost):
-        worst = float(np.max(solution.residual[lost]))
-        some = ", ".join(str(one) for one in lost[:8].tolist())
-        raise NumericalFailure(
-            f"{what}: Newton's method found none for {len(lost)} of {len(solution.converged)} "
-            f"members ({some}); relative residual {worst:.1e} after {solution.iterations} "
-            "iterations. Start nearer to it, use more panels, or march to see whether one exists"
-        )
 
 
 # ----------------------------------------------------------------------------
@@ -237,12 +218,12 @@ def _many_members(transfer: FloatArray, offset: FloatArray) -> FloatArray:
     return found.T
 
 
-def solve_blocks(transfer: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """d (B, P, n) from transfer (B, P, n, n) and offset (B, P, n), with a condition number (B,).
+def solve_blocks(transfer: FloatArray, offset: FloatArray) -> FloatArray:
+    """d (B, P, n) from transfer (B, P, n, n) and offset (B, P, n).
 
     Equations of neighbouring panels are combined by a QR factorisation of the block column of the
-    value between them, level by level, until one remains for d[0]. The condition number is that of
-    this last one; it is infinite, and d not finite, where it is singular (a multiplier 1).
+    value between them, level by level, until one remains for d[0]; d is not finite where that one
+    is singular (a multiplier 1).
 
     Source: Wright (1992), Stable parallel algorithms for two-point boundary value problems.
     """
@@ -279,16 +260,13 @@ def solve_blocks(transfer: FloatArray, offset: FloatArray) -> tuple[FloatArray, 
 
 def _unfold(
     before: FloatArray, after: FloatArray, right: FloatArray, levels: list[tuple[FloatArray, ...]]
-) -> tuple[FloatArray, FloatArray]:
+) -> FloatArray:
     """The last equation solved, then the values between, level by level."""
     closing = before + after
     try:
         inverse = np.linalg.inv(closing)
     except np.linalg.LinAlgError:
         inverse = np.stack([_inverse_or_nan(one) for one in closing])
-    size = np.linalg.norm(before, axis=(1, 2)) + np.linalg.norm(after, axis=(1, 2))
-    condition = np.linalg.norm(inverse, axis=(1, 2)) * size
-    condition = np.where(np.isfinite(condition), condition, np.inf)
     solution = (inverse @ right)[:, None, :, :]
     for triangle, first, second, value in reversed(levels):
         pairs = triangle.shape[1]
@@ -300,7 +278,7 @@ def _unfold(
         whole[:, 1 : 2 * pairs : 2] = between
         whole[:, 2 * pairs :] = solution[:, pairs:]
         solution = whole
-    return solution[..., 0], condition
+    return np.asarray(solution[..., 0])
 
 
 def _inverse_or_nan(matrix: FloatArray) -> FloatArray:
@@ -335,16 +313,11 @@ class Gaps(NamedTuple):
 
 
 class PanelStep(NamedTuple):
-    """Corrections left (B, P, n) and stages (B, P, s, n); transfer (B, P, n, n).
-
-    `condition` (B,): how much an error of one panel can grow around the turn; None for one state,
-    where `scalar_condition` says it.
-    """
+    """Corrections left (B, P, n) and stages (B, P, s, n); transfer (B, P, n, n)."""
 
     left: FloatArray
     stages: FloatArray
     transfer: FloatArray
-    condition: FloatArray | None
 
 
 def gaps(
@@ -396,13 +369,7 @@ def _scalar_step(
     shift = missed.ends[..., 0] + np.add.reduce(weighted * offset, axis=-1)
     left = solve_scalar(transfer, shift)
     stages = response * left[..., None] + offset
-    return PanelStep(left[..., None], stages[..., None], transfer[..., None, None], None)
-
-
-def scalar_condition(transfer: FloatArray) -> FloatArray:
-    """Growth (B,) of an error around the turn for one state, from transfer (B, P, 1, 1)."""
-    product = np.clip(np.prod(transfer[..., 0, 0], axis=1), -1e300, 1e300)
-    return np.asarray((1.0 + np.abs(product)) / np.abs(1.0 - product))
+    return PanelStep(left[..., None], stages[..., None], transfer[..., None, None])
 
 
 def _eliminate(
@@ -448,9 +415,9 @@ def _system_step(
     row = weighted.transpose(0, 1, 3, 2, 4).reshape(members, panels, states, size)
     ahead = row @ solved
     transfer = ahead[..., :states] + np.eye(states)
-    left, condition = solve_blocks(transfer, missed.ends + ahead[..., states])
+    left = solve_blocks(transfer, missed.ends + ahead[..., states])
     stages = (solved[..., :states] @ left[..., None])[..., 0] + solved[..., states]
-    return PanelStep(left, stages.reshape(missed.stages.shape), transfer, condition)
+    return PanelStep(left, stages.reshape(missed.stages.shape), transfer)
 
 
 def solve_or_nan(matrix: FloatArray, right: FloatArray) -> FloatArray:

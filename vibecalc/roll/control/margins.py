@@ -86,14 +86,6 @@ def phase_slope(loop: Loop, w: np.ndarray) -> np.ndarray:
     return slope
 
 
-def open_loop(loop: Loop, frequency: np.ndarray) -> np.ndarray:
-    """L(i w) at frequencies (..., m) in rad/s; the loop's own shape is (...)."""
-    p2, p1, p0, q1, q0, delay = (a[..., None] for a in loop)
-    s = 1j * np.asarray(frequency)
-    value: np.ndarray = (q1 * s + q0) * np.exp(-s * delay) / ((p2 * s + p1) * s + p0)
-    return value
-
-
 # ----------------------------------------------------------------------------
 # How many poles stand to the right, counted and not searched for, and what follows from it.
 # ----------------------------------------------------------------------------

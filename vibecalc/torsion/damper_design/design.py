@@ -283,13 +283,6 @@ def first_of_the_highest(row: IntArray, speed: FloatArray, value: FloatArray) ->
     return int(equal[np.lexsort((speed[equal], row[equal]))[0]])
 
 
-def gain(problem: DamperProblem, tuned: Design, other: Damper) -> tuple[float, float]:
-    """Worst section of another damper over that of the design, and the error of the quotient."""
-    achieved = performance(problem, other)
-    ratio = achieved.worst / tuned.worst
-    return ratio, ratio * (achieved.worst_error / achieved.worst + tuned.worst_error / tuned.worst)
-
-
 class Mistuning(NamedTuple):
     """Factors `stiffness` (a,), `damping` (b,) on k and c, and `increase` (a, b): worst section
     over

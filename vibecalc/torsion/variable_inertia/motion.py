@@ -198,16 +198,6 @@ def acceleration(
     return np.asarray((torque - shafts - 0.5 * inertia.slope * (speed + rate) ** 2) / inertia.value)
 
 
-def energy(
-    system: VariableLine, speed: float, crank_angle: float, angle: FloatArray, rate: FloatArray
-) -> FloatArray:
-    """Kinetic energy of the turning line and potential energy of its shafts (...,), J."""
-    inertia = inertia_at(system, crank_angle + angle).value
-    kinetic = 0.5 * (inertia * (speed + rate) ** 2).sum(axis=-1)
-    stored = 0.5 * (angle * (angle @ stiffness_matrix(system.line))).sum(axis=-1)
-    return np.asarray(kinetic + stored)
-
-
 # ----------------------------------------------------------------------------
 # Harmonic balance of small deviations with periodic coefficients: all orders in one system.
 #
