@@ -89,17 +89,20 @@ def test_dry_friction_brings_a_coasting_rotor_to_rest_and_holds_it() -> None:
     assert found.final[3] == pytest.approx(ROTOR * 50.0 / (ROTOR + HOUSING), rel=1e-9)
 
 
-def test_what_comes_to_rest_leaves_its_momentum_to_the_shell() -> None:
-    """Whatever the tolerance, the error that is stated covers where the shell ends."""
-    random = np.random.default_rng(3)
-    for tolerance in 10.0 ** -random.uniform(5.0, 10.0, 12):
-        friction, speed = random.uniform(5.0, 100.0), random.uniform(5.0, 80.0)
-        found = start_up(
-            bare(friction_torque=friction), without_gas(0.0), speed=speed, tolerance=tolerance,
-            duration=1.3 * REDUCED * speed / friction, crank_angle=random.uniform(0.0, 6.0),
-        )  # fmt: skip
-        exact = ROTOR * speed / (ROTOR + HOUSING)
-        assert found.final[3] == pytest.approx(exact, abs=found.final_error[3])
+@pytest.mark.parametrize(
+    ("tolerance", "friction", "speed"),
+    [(1e-5, 13.37262, 17.67186), (1e-7, 43.50424, 24.88664), (1e-7, 35.19916, 51.39924)],
+)
+def test_what_comes_to_rest_leaves_its_momentum_to_the_shell(
+    tolerance: float, friction: float, speed: float
+) -> None:
+    """The error that is stated covers where the shell ends, where a step ends just before rest."""
+    found = start_up(
+        bare(friction_torque=friction), without_gas(0.0), speed=speed, tolerance=tolerance,
+        duration=1.3 * REDUCED * speed / friction, crank_angle=1.0,
+    )  # fmt: skip
+    exact = ROTOR * speed / (ROTOR + HOUSING)
+    assert found.final[3] == pytest.approx(exact, abs=found.final_error[3])
 
 
 @pytest.mark.parametrize(("torque", "moves"), [(39.9, False), (40.1, True)])
