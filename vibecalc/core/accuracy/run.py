@@ -182,7 +182,7 @@ def measure_case(loaded: "LoadedCase", asked: Asked | None = None) -> Result:
     topics = [topic for topic in found.topics if topic.name in names]
     notes = list(found.notes)
     if not topics:
-        why = "; ".join(notes) or f"there is nothing to measure in {', '.join(stages)} of this case"
+        why = "; ".join(notes) or f"there is no question of accuracy for {', '.join(stages)}"
         raise UsageError(f"nothing to measure: {why}")
     done: list[Measured] = []
     timings = dict(found.timings)
