@@ -108,8 +108,10 @@ def _highest(system: System, pair: Pair, ends: tuple[float, float], known: float
     ask = Ask("absorber", "highest peak", f"of the first curve, {pair[0]} to {pair[1]}",
               "response/absorber/largest", "", 12.0 if n == 1 else 30.0 * n**2,
               "every peak is found, with a proof that there is no other")  # fmt: skip
-    way = ours("all peaks", "Newton's method on |H|^2 from the poles, signs of a polynomial", own)
-    return peak_over_range(ask, [way], lambda x: system.magnitude(pair, x), *ends,
+    solver = ours(
+        "all peaks", "Newton's method on |H|^2 from the poles, signs of a polynomial", own
+    )
+    return peak_over_range(ask, [solver], lambda x: system.magnitude(pair, x), *ends,
                            "frequency ratio []" if alone else "", known)  # fmt: skip
 
 
@@ -167,13 +169,13 @@ def tuning_topics(scene: Scene) -> list[Topic]:
     ask = Ask("tuning", "least peak", f"{n} absorber{'s' * many}, {pair[0]} to {pair[1]}",
               "tuning/peak", "", float(STARTS + 4) if many else 1.0,
               "the global one as its starts are many" if many else "")  # fmt: skip
-    way = ours("Newton's method on the balance of peaks", "levels of all peaks", own,
-               "starts" if many else "", (1, 2, 4, 8) if many else (1,), STARTS if many else 1,
-               citation="Nishihara and Asami (2002) for z1 = 0")  # fmt: skip
+    solver = ours("Newton's method on the balance of peaks", "levels of all peaks", own,
+                  "starts" if many else "", (1, 2, 4, 8) if many else (1,), STARTS if many else 1,
+                  citation="Nishihara and Asami (2002) for z1 = 0")  # fmt: skip
     last = float(STARTS if many else 1)
     first = _first_place(m, spring)
     return [optimum(
-        ask, [way], problem, [(value - 1.0, value + 1.0) for value in first], first, float,
+        ask, [solver], problem, [(value - 1.0, value + 1.0) for value in first], first, float,
         lambda: (np.log(run(last)[2]), run(last)[0], 0.0), (20, 40, 80, 160, 320),
         ("Nelder-Mead", "differential evolution"), "tunings whose peaks are evaluated",
         300 * n,
@@ -227,12 +229,12 @@ def pendulum_topics(scene: Scene) -> list[Topic]:
     tuned = float(tuning_order(pendulum).value)
     words = f"at a swing of {np.degrees(swing):.4g} degrees"
     ask = Ask("pendulum", "order of swing", words, "pendulum/order_of_swing", "")
-    way = ours("mean of the swing", "arithmetic-geometric mean, or a midpoint rule", own,
-               citation="Gauss; docs/theory_absorber.md")  # fmt: skip
+    solver = ours("mean of the swing", "arithmetic-geometric mean, or a midpoint rule", own,
+                  citation="Gauss; docs/theory_absorber.md")  # fmt: skip
     guess, size = (
         np.array([swing, 0.0, 2.0 * np.pi / tuned]),
         np.array([swing, tuned, 2.0 * np.pi / tuned]),
     )
-    return [periodic(ask, [way], rates, guess, (2,), np.linspace(0.0, 1.0, 3),
+    return [periodic(ask, [solver], rates, guess, (2,), np.linspace(0.0, 1.0, 3),
                      lambda start, _: np.array([2.0 * np.pi / start[2]]), size,
                      lambda: own(1.0).values, back=(1,))]  # fmt: skip

@@ -75,6 +75,6 @@ def pump_topics(scene: Scene) -> list[Topic]:
         "pump", "torque of the liquid", f"orders 1 to {HIGHEST} of the torque of one cylinder",
         f"{PUMP_ROOT}/torque", "N*m", 4.0, "panels serve any order and tell their error",
     )  # fmt: skip
-    ways = [ours("card and panels", "a fitted card, Gauss's rule on panels", panels)]
+    solvers = [ours("card and panels", "a fitted card, Gauss's rule on panels", panels)]
     edges = np.array([*ends, ends[0] + 2.0 * np.pi])
-    return [harmonics(ask, ways, torque, order, edges=edges)]
+    return [harmonics(ask, solvers, torque, order, edges=edges)]

@@ -31,7 +31,7 @@ def foundation_topics(scene: Scene) -> list[Topic]:
         "foundation", "force on the ground", "force of each order on what carries the foundation",
         "foundation/ground_force", "N",
     )  # fmt: skip
-    ways = [ours(
+    solvers = [ours(
         "closed form", "determinant of two masses", closed,
         citation="Den Hartog, Mechanical Vibrations, section 3.2",
     )]  # fmt: skip
@@ -43,4 +43,4 @@ def foundation_topics(scene: Scene) -> list[Topic]:
     )
     below = one.stiffness + 1j * (one.structural + w * one.damping)
     load = np.stack([force, np.zeros_like(force)], axis=-1)
-    return [forced(ask, ways, parts, w, load, lambda found: below * found[:, 1])]
+    return [forced(ask, solvers, parts, w, load, lambda found: below * found[:, 1])]

@@ -66,9 +66,9 @@ def impact_topics(scene: Scene) -> list[Topic]:
 
     ask = Ask("impact", "first contacts", "gap of the first eighth of a turn",
               "response/impact/first_turn_force", "m", 2.0, "a bound on its steps")  # fmt: skip
-    way = ours("from contact to contact", f"power series of degree {DEGREE}, contacts as roots",
-               exact, "parts of a panel", (1, 2, 3))  # fmt: skip
+    solver = ours("from contact to contact", f"power series of degree {DEGREE}, contacts as roots",
+                  exact, "parts of a panel", (1, 2, 3))  # fmt: skip
     scale = 1e-3 * clearance * np.array([1.0, 1.0 / contact])
-    return [time_history(ask, [way], rates, start, times, lambda rows: rows[:, 0], scale,
+    return [time_history(ask, [solver], rates, start, times, lambda rows: rows[:, 0], scale,
                          lambda: exact(2.0).values, stops=angle / drive.speed,
                          max_step=0.2 * contact)]  # fmt: skip

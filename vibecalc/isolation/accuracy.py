@@ -71,9 +71,9 @@ def isolation_topics(scene: Scene) -> list[Topic]:
     path = "isolation/support_force/steady_harmonics"
     ask = Ask("isolation", "support force by order", name, path, "N", 3.0,
               "guard orders are solved for the error estimate")  # fmt: skip
-    way = ours("orders at once", "dynamic stiffnesses inverted together, a step of refinement",
-               together, citation="Harris and Piersol (2002), ch. 3")  # fmt: skip
-    found = [forced(ask, [way], parts, w, load, read)]
+    solver = ours("orders at once", "dynamic stiffnesses inverted together, a step of refinement",
+                  together, citation="Harris and Piersol (2002), ch. 3")  # fmt: skip
+    found = [forced(ask, [solver], parts, w, load, read)]
     ask = Ask("isolation", "largest support force", name, LARGEST, "N")
     return [*found, peak_over_cycle(ask, together(1.0).values.T, orders)]
 
@@ -112,8 +112,12 @@ def run_up_topics(scene: Scene) -> list[Topic]:
     ask = Ask("run_up", "largest force of the run-up", f"from {ends[0]:.6g} to {ends[1]:.6g} rad/s",
               "isolation/support_force/run_up_peak", "N", 12.0,
               "all supports, and every resonance, so that no narrow one is missed")  # fmt: skip
-    way = ours("resonances and peaks", "speeds at and between resonances, Newton's method", alone)
-    return [peak_over_range(ask, [way], curve, *ends, "crank speed [rad/s]", known, work="speeds")]
+    solver = ours(
+        "resonances and peaks", "speeds at and between resonances, Newton's method", alone
+    )
+    return [
+        peak_over_range(ask, [solver], curve, *ends, "crank speed [rad/s]", known, work="speeds")
+    ]
 
 
 def torque_reaction_topics(scene: Scene) -> list[Topic]:

@@ -20,7 +20,6 @@ from vibecalc.core.report.canvas import (
     bounds_of,
     canvas,
     corners,
-    natural_frequencies,
     note,
     palette,
     project,
@@ -34,6 +33,7 @@ from vibecalc.core.report.curves import (
     Mark,
     Panel,
     Plot,
+    first_of,
     level,
     limits,
     over_turn,
@@ -260,6 +260,7 @@ TRANSMISSIBILITY = Curves(
 # The run-up: at each speed the largest force over the cycle, with limits and resonances.
 # ----------------------------------------------------------------------------
 
+_NATURAL = ("isolation/modes/natural_frequency", "isolation/pitch/natural_frequency")
 #: Room above the curves for the words of resonances, as a factor, for one mode and for several.
 _ROOM = (1.2, 1.9)
 
@@ -270,7 +271,7 @@ def _run_up_ends(plot: Plot) -> Ends:
     Flanks of an undamped resonance go up without end: in between, nothing would be left to see.
     """
     record, (speed, _) = plot.result.record, plot.drawn[0]
-    natural = rpm(1.0) * natural_frequencies(record)
+    natural = rpm(1.0) * first_of(record, *_NATURAL)
     first = 0.5 * min(natural, default=2.0 * float(speed.max()))
     low = max(float(speed.min()), 0.25 * min(first, float(speed.max())))
     plot.axes.set_xlim(low, float(speed.max()))
@@ -306,7 +307,7 @@ def _run_up(path: str, label: str, look: Look, **more: Any) -> Panel:
             Curve(f"{path}/run_up", "{each}", look),
             limits(top, "run-up"),
             _steady(f"{path}/steady_peak"),
-            resonances(),
+            resonances(*_NATURAL),
             spans("isolation/masked"),
             peak(top, f"{top}_speed"),
         ),

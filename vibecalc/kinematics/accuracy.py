@@ -53,13 +53,13 @@ def kinematics_topics(scene: Scene) -> list[Topic]:
         work = 2.0 * (min(int(terms), highest // 2) + 1) * terms
         return Answer(found[orders] / size, work / ONE_ANGLE)
 
-    ways = [ours(
+    solvers = [ours(
         "exact harmonics", "hypergeometric closed form; with an offset two series", exact,
         default=1.0 if cut is None else None, citation="cf. Biezeno and Grammel (1953), ch. XI",
     )]  # fmt: skip
     if offset == 0.0:
         terms = (1, 2, 4, 10, 20, 40, highest // 2 + 40)
-        ways.append(ours(
+        solvers.append(ours(
             "truncated series", "binomial series of the root, cut", truncated, "terms", terms, cut,
             "geometric", "Ong (2000), equation 2.15 with 40 terms; Gibson (2008) with one",
         ))  # fmt: skip
@@ -68,7 +68,7 @@ def kinematics_topics(scene: Scene) -> list[Topic]:
             f"{len(orders)} of the piston's acceleration to order {highest}, each over its size",
             "kinematics/acceleration_harmonics", "", 3.0,
             "one kernel serves every R/L below 1, where a cut series does not end, and offsets"),
-        ways, lambda angle: piston_path(angle, ratio, 1.0, ratio * offset).acceleration / ratio,
+        solvers, lambda angle: piston_path(angle, ratio, 1.0, ratio * offset).acceleration / ratio,
         orders, size=size, counts=[8.0 * 2**k for k in range(6)] + [16.0 * highest],
         exact=lambda: _reference(ratio, offset, orders, size),
     )]  # fmt: skip

@@ -59,9 +59,9 @@ def response_topics(scene: Scene) -> list[Topic]:
         ask = Ask("response", "natural frequencies", f"{len(size)} undamped, each over its value",
                   "response/modes/natural_frequency", "", 15.0,
                   "shapes, digits of low modes next to stiff ones, and errors")  # fmt: skip
-        way = ours("Cholesky, eigh, refined", "steps of refinement on the pencil", refined,
-                   citation="Ogita and Aishima (2018), algorithm 1")  # fmt: skip
-        found.append(modes(ask, [way], matrices.mass, matrices.stiffness, size))
+        solver = ours("Cholesky, eigh, refined", "steps of refinement on the pencil", refined,
+                      citation="Ogita and Aishima (2018), algorithm 1")  # fmt: skip
+        found.append(modes(ask, [solver], matrices.mass, matrices.stiffness, size))
     orders, load, error = _driven(scene)
     if options is None or not len(orders):
         return found
@@ -76,9 +76,9 @@ def response_topics(scene: Scene) -> list[Topic]:
         value = modal_response(system.matrices, shapes.shape, w, load, error).value
         return Answer(value[:, :3], EIGENPAIRS + SUM * count)
 
-    ways = [
-        ours(name, words, way, default=1.0 if options.method == name else None, citation=source)
-        for name, words, way, source in (
+    solvers = [
+        ours(name, words, solve, default=1.0 if options.method == name else None, citation=source)
+        for name, words, solve, source in (
             ("direct", "all orders inverted together, a step of refinement", direct,
              "Harris and Piersol (2002), ch. 3"),
             ("modal", "sum of all modes, a step of refinement", modal,
@@ -90,7 +90,7 @@ def response_topics(scene: Scene) -> list[Topic]:
               "response/translation_harmonics", "m", extra,
               "an error for every entry; modes are results themselves")  # fmt: skip
     parts = Matrices(*system.matrices[:4])
-    return [*found, forced(ask, ways, parts, w, load, lambda found: found[:, :3])]
+    return [*found, forced(ask, solvers, parts, w, load, lambda found: found[:, :3])]
 
 
 def _driven(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -130,9 +130,9 @@ def speeds_topics(scene: Scene) -> list[Topic]:
 
     ask = Ask("speeds", "mean kinetic energy over speed", f"{SPEEDS} speeds, {len(orders)} orders",
               "response/run_up/kinetic_energy", "J", INVERSE, "an error for each")  # fmt: skip
-    way = ours("direct", "orders and speeds inverted together, refined", direct)
+    solver = ours("direct", "orders and speeds inverted together, refined", direct)
     parts = Matrices(*system.matrices[:4])
-    return [forced(ask, [way], parts, w.ravel(), (square * load).reshape(-1, 6), energies)]
+    return [forced(ask, [solver], parts, w.ravel(), (square * load).reshape(-1, 6), energies)]
 
 
 def operations_topics(scene: Scene) -> list[Topic]:
@@ -189,12 +189,12 @@ def operations_topics(scene: Scene) -> list[Topic]:
               f"{loads.operations[at[0]]!r} with {loads.balances[at[1]]!r} at any angle",
               "response/operations/kinetic_energy/peak_low, peak_high", "J", 12.0,
               "no angle is left out, and both ends are proven to within rtol")  # fmt: skip
-    way = ours("branch and bound", "intervals that can hold no end are dropped", bounded, "rtol",
-               (1e-1, 1e-2, 1e-3, 1e-4, 1e-6), rtol, falling=True)  # fmt: skip
+    solver = ours("branch and bound", "intervals that can hold no end are dropped", bounded, "rtol",
+                  (1e-1, 1e-2, 1e-3, 1e-4, 1e-6), rtol, falling=True)  # fmt: skip
     ends = known - 0.5 * TURN, known + 0.5 * TURN
     return [
         peak_over_range(
-            ask, [way], curve, *ends, "", known, ends=False, work="peaks over the cycle"
+            ask, [solver], curve, *ends, "", known, ends=False, work="peaks over the cycle"
         )
     ]
 
@@ -255,10 +255,10 @@ def switching_topics(scene: Scene) -> list[Topic]:
     path = "response/switching/{}/translation_high, translation_low"
     ask = Ask("switching", "change at once", "translations in the two turns after the change",
               path.format("instant"), "m")  # fmt: skip
-    way = ours("closed form of modes", "steady and free motion of each mode", closed,
-               citation="cf. Goloskokow and Filippow (1971)")  # fmt: skip
+    solver = ours("closed form of modes", "steady and free motion of each mode", closed,
+                  citation="cf. Goloskokow and Filippow (1971)")  # fmt: skip
     topics = [time_history(
-        ask, [way], partial(rates, 1, 0.0), start, times, lambda states: states[:, :3], scale,
+        ask, [solver], partial(rates, 1, 0.0), start, times, lambda states: states[:, :3], scale,
         lambda: closed(1.0).values, matrix,
     )]  # fmt: skip
     if not options.run_down > 0.0:
@@ -279,10 +279,10 @@ def switching_topics(scene: Scene) -> list[Topic]:
 
     ask = Ask("switching", "run-down", f"translations in its first {span:.3g} s",
               path.format("reversal"), "m", 3.5, "short panels bound peaks between")  # fmt: skip
-    way = ours("quadrature of the propagator", "Gauss's rule on panels", quadrature,
-               "phase of a panel [rad]", (32.0, 16.0, 8.0, 4.0), PANEL_PHASE, "geometric",
-               "cf. Goloskokow and Filippow (1971)", falling=True)  # fmt: skip
+    solver = ours("quadrature of the propagator", "Gauss's rule on panels", quadrature,
+                  "phase of a panel [rad]", (32.0, 16.0, 8.0, 4.0), PANEL_PHASE, "geometric",
+                  "cf. Goloskokow and Filippow (1971)", falling=True)  # fmt: skip
     return [*topics, time_history(
-        ask, [way], partial(rates, 0, acceleration), start, moments,
+        ask, [solver], partial(rates, 0, acceleration), start, moments,
         lambda states: states[:, :3], scale, lambda: quadrature(0.5 * PANEL_PHASE).values, matrix,
     )]  # fmt: skip

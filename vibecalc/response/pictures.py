@@ -160,7 +160,7 @@ RESPONSE_RUN_UP = Curves(
                 Curve(_mean("potential"), "potential energy, mean", {"color": COLOURS[1]}),
                 peak(colour=COLOURS[1], below=True, unless="response/masked/low"),
                 spans("response/masked", "left out: no bound"),
-                resonances(),
+                resonances("response/modes/natural_frequency"),
                 operating,
             ),
             log="xy",

@@ -106,7 +106,7 @@ def roll_topics(scene: Scene) -> list[Topic]:
         found = find(method, machine, drive, asked)
         return Answer(spectrum(found.turn), float(found.work))
 
-    ways = [
+    solvers = [
         ours("collocation", "points until two numbers of them agree", as_run, "rtol",
              (1e-3, 1e-5, 1e-7, 1e-9, 1e-11), None if points else case.accuracy.rtol,
              citation=_ASCHER, falling=True),
@@ -153,7 +153,7 @@ def roll_topics(scene: Scene) -> list[Topic]:
     scale = np.array([TURN / start[1], start[1], 1e-2, 1.0])
     unknown = (1, 2, 3) if is_mounted(machine) else (1,)
     times = np.concatenate([[0.0], nodes, [TURN]])
-    return [slip, periodic(ask, ways, by_angle, start, unknown, times, read, scale,
+    return [slip, periodic(ask, solvers, by_angle, start, unknown, times, read, scale,
                            lambda: spectrum(turn), fine.solution.edges[0])]  # fmt: skip
 
 
@@ -189,8 +189,8 @@ def _slip(own: Running, synchronous: float) -> Topic:
     ask = Ask("roll", "largest slip", "within a turn of the running state",
               "response/roll/largest_slip", "rad/s", 12.0,
               "up to four peaks are followed, to the last digit")  # fmt: skip
-    way = ours("closer and closer looks", "about the highest points of the state", closer)
-    return peak_over_range(ask, [way], curve, known - 0.5 * TURN, known + 0.5 * TURN, "", known,
+    solver = ours("closer and closer samples", "about the highest points of the state", closer)
+    return peak_over_range(ask, [solver], curve, known - 0.5 * TURN, known + 0.5 * TURN, "", known,
                            kind="peak over a cycle", ends=False)  # fmt: skip
 
 
@@ -235,11 +235,11 @@ def start_up_topics(scene: Scene) -> list[Topic]:
     ask = Ask("start-up", "motion", f"speeds of crank and shell after {end:g} s",
               "response/start_up/history/crank_speed_low", "rad/s", 4.0,
               "a second march to an eighth of the tolerance proves the error")  # fmt: skip
-    way = ours("two marches", "order 5, steps ending on kinks", twice, "tolerance of a step",
-               (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10), tolerance, falling=True,
-               citation="Hairer, Norsett and Wanner (1993), section II.5")  # fmt: skip
+    solver = ours("two marches", "order 5, steps ending on kinks", twice, "tolerance of a step",
+                  (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10), tolerance, falling=True,
+                  citation="Hairer, Norsett and Wanner (1993), section II.5")  # fmt: skip
     size = np.array([1.0, synchronous, 1e-3, 1.0])
-    return [time_history(ask, [way], rates, start, np.array([0.0, end]),
+    return [time_history(ask, [solver], rates, start, np.array([0.0, end]),
                          lambda states: states[-1, [1, 3]], size,
                          lambda: marched(1e-11, 4).values, stops=load.time)]  # fmt: skip
 
@@ -270,8 +270,8 @@ def _load(given: Setup) -> Topic:
     ask = Ask("control", "load", f"mean and harmonics 1 to {orders} of the load on the rotor",
               "response/control/disturbance", "N*m", 6.0,
               "two rules prove the error, for any table of gas forces")  # fmt: skip
-    way = ours("two Gauss rules", "panels between all kinks", own)
-    return harmonics(ask, [way], signal, np.arange(orders + 1), edges=edges)
+    solver = ours("two Gauss rules", "panels between all kinks", own)
+    return harmonics(ask, [solver], signal, np.arange(orders + 1), edges=edges)
 
 
 def _loop(given: Setup) -> list[Topic]:
@@ -299,14 +299,14 @@ def _loop(given: Setup) -> list[Topic]:
 
     ask = Ask("control", "closed loop", f"harmonics 1 to {len(w)} of the shell's acceleration",
               "response/control/shell_acceleration", "rad/s^2")  # fmt: skip
-    way = ours("closed form", "the transfer function at each order", closed,
-               citation="Herold (1977), equations 112 and 113")  # fmt: skip
+    solver = ours("closed form", "the transfer function at each order", closed,
+                  citation="Herold (1977), equations 112 and 113")  # fmt: skip
     parts = Matrices(
         np.zeros((2, 2)), np.array([[motor + viscous, -motor], [gain * feedback, 1.0]]),
         np.array([[inertia, 0.0], [-gain * back * ratio, lag]]), np.zeros((2, 2)),
     )  # fmt: skip
     pushed = np.stack([torque, np.zeros_like(torque)], axis=-1)
-    return [forced(ask, [way], parts, w, pushed, lambda found: -1j * ratio * w * found[:, 0])]
+    return [forced(ask, [solver], parts, w, pushed, lambda found: -1j * ratio * w * found[:, 0])]
 
 
 def _shell_speed(machine: object, momentum: float, speed: float) -> float:

@@ -139,11 +139,11 @@ def torsion_topics(scene: Scene) -> list[Topic]:
         ask = Ask("torsion", "natural frequencies", f"{n} undamped, in rad/s",
                   "response/torsion/modes/natural_frequency", "rad/s", 8.0,
                   "shapes too, each mode to its own last digits")  # fmt: skip
-        way = ours("factor and mode counts", "bidiagonal factor; of trees halved brackets",
-                   lambda _: Answer(natural_modes(line).frequency, work),
-                   citation="Fernando and Parlett 1994")  # fmt: skip
+        solver = ours("factor and mode counts", "bidiagonal factor; of trees halved brackets",
+                      lambda _: Answer(natural_modes(line).frequency, work),
+                      citation="Fernando and Parlett 1994")  # fmt: skip
         whole = _matrices(line)
-        found.append(modes(ask, [way], whole.mass, whole.stiffness,
+        found.append(modes(ask, [solver], whole.mass, whole.stiffness,
                            exact=lambda: exact_matrices(line).stiffness))  # fmt: skip
     if not _by_modes(setup):
         found.append(_by_order(setup, line))
@@ -170,7 +170,7 @@ def _by_order(setup: Setup, line: Line) -> Topic:
 
     ask = Ask("torsion", "torques by order", f"{len(w)} orders at {setup.speed:.6g} rad/s",
               "response/torsion/torque", "N*m", 4.0, "an error bound at each order")  # fmt: skip
-    ways = [
+    solvers = [
         ours(name, words, lambda _, dense=dense: kernel(dense),  # type: ignore[misc]
              default=1.0 if name == taken else None)
         for name, words, dense in (
@@ -179,7 +179,7 @@ def _by_order(setup: Setup, line: Line) -> Topic:
         )
     ]  # fmt: skip
     read = partial(_sections, line, w)
-    return forced(ask, ways, _matrices(line), w, load, read, partial(exact_matrices, line))
+    return forced(ask, solvers, _matrices(line), w, load, read, partial(exact_matrices, line))
 
 
 def _cylinder(setup: Setup) -> Topic:
@@ -200,10 +200,10 @@ def _cylinder(setup: Setup) -> Topic:
 
     ask = Ask("torsion", "gas torque of a cylinder", f"{len(drive.order)} orders",
               "response/torsion/excitation/gas", "N*m")  # fmt: skip
-    way = ours("bounded panels", "Gauss points enough for a proof", panels,
-               citation="Trefethen 2013, theorem 19.3")  # fmt: skip
+    solver = ours("bounded panels", "Gauss points enough for a proof", panels,
+                  citation="Trefethen 2013, theorem 19.3")  # fmt: skip
     places = np.rint(drive.order * cycle / TURN).astype(int)
-    return harmonics(ask, [way], torque, places, cycle, edges)
+    return harmonics(ask, [solver], torque, places, cycle, edges)
 
 
 def _over_cycle(setup: Setup, rows: ComplexArray) -> Topic:
@@ -226,9 +226,9 @@ def _over_cycle(setup: Setup, rows: ComplexArray) -> Topic:
     ask = Ask("torsion", "highest torque over the cycle", f"section {worst + 1}, {count} orders",
               "response/torsion/torque_half_range", "N*m", 12.0,
               "samples so dense that no maximum is missed, for all sections")  # fmt: skip
-    way = ours("cells", "samples, then Taylor polynomials where the maximum may be", kernel)
+    solver = ours("cells", "samples, then Taylor polynomials where the maximum may be", kernel)
     ends = known - 0.5 * cycle, known + 0.5 * cycle
-    return peak_over_range(ask, [way], curve, *ends, "crank angle [rad]", known,
+    return peak_over_range(ask, [solver], curve, *ends, "crank angle [rad]", known,
                            kind="peak over a cycle", ends=False)  # fmt: skip
 
 
@@ -269,14 +269,16 @@ def torsion_speeds_topics(scene: Scene) -> list[Topic]:
     ask = Ask("torsion_speeds", "largest torque", f"section {section + 1} at any speed",
               "response/torsion/largest/torque_half_range", "N*m", 12.0 + points / 20.0,
               f"the case asks for curves at {int(points)} speeds")  # fmt: skip
-    way = ours("sweep and peaks", "poles looked up, the slope of the highest brought to zero",
-               kernel, "speeds", [one for one in SWEPT if one < points], points)  # fmt: skip
+    solver = ours("sweep and peaks", "poles first, the slope of the highest brought to zero",
+                  kernel, "speeds", [one for one in SWEPT if one < points], points)  # fmt: skip
     known = float(kernel(points).position or 0.0)
-    return [peak_over_range(ask, [way], curve, *ends, "crank speed [rad/s]", known, work="speeds")]
+    return [
+        peak_over_range(ask, [solver], curve, *ends, "crank speed [rad/s]", known, work="speeds")
+    ]
 
 
 class _Counted(Survey):
-    """A survey that counts the dampers whose peaks are looked for; `counts` has one entry."""
+    """A survey that counts the dampers whose peaks are sought; `counts` has one entry."""
 
     counts: list[int]
 
@@ -322,11 +324,11 @@ def damper_design_topics(scene: Scene) -> list[Topic]:
     ask = Ask("damper design", "least largest torque", f"order {problem.order[0]:g} alone",
               "damper_design/worst_torque", "rad" if problem.quantity == "twist" else "N*m", 7.5,
               "a map on which no valley is lost, a proof of the optimum")  # fmt: skip
-    way = ours("map and minimax", "downhill from the valley of a map, Newton's method",
-               lambda points: Answer(*searched(int(points))[:2]),
-               "points of a variable", MAPS, TAKEN, citation="Madsen 1975")  # fmt: skip
+    solver = ours("map and minimax", "downhill from the valley of a map, Newton's method",
+                  lambda points: Answer(*searched(int(points))[:2]),
+                  "points of a variable", MAPS, TAKEN, citation="Madsen 1975")  # fmt: skip
     return [optimum(
-        ask, [way], lambda: lambda place: (worst(problem, place), np.zeros(0)),
+        ask, [solver], lambda: lambda place: (worst(problem, place), np.zeros(0)),
         [(float(low), float(high)) for low, high in logarithms], middle, float,
         lambda: (searched(TAKEN)[2], float(searched(TAKEN)[0][0]), 0.0), (20, 40, 80, 160),
         ("Nelder-Mead", "differential evolution"), "dampers examined over all speeds", 300,
@@ -405,12 +407,13 @@ def torsion_transient_topics(scene: Scene) -> list[Topic]:
 
     ask = Ask("transient", "torques in time", f"first {duration:.4g} s of the change",
               "response/torsion/transient/peak", "N*m")  # fmt: skip
-    way = ours("exact propagation", "matrix exponential, torque a polynomial; whole and half steps",
-               lambda steps: Answer(propagated(steps), 1.5 * POINTS * steps), "steps",
-               {MOMENTS * max(1, round(one * taken / MOMENTS)) for one in SHARES}, taken,
-               "order 10 at least")  # fmt: skip
+    solver = ours("exact propagation",
+                  "matrix exponential, torque a polynomial; whole and half steps",
+                  lambda steps: Answer(propagated(steps), 1.5 * POINTS * steps), "steps",
+                  {MOMENTS * max(1, round(one * taken / MOMENTS)) for one in SHARES}, taken,
+                  "order 10 at least")  # fmt: skip
     return [time_history(
-        ask, [way], rates, begin, np.linspace(0.0, duration, MOMENTS + 1), shown,
+        ask, [solver], rates, begin, np.linspace(0.0, duration, MOMENTS + 1), shown,
         float(np.max(np.abs(begin), initial=1e-3)), lambda: propagated(4 * taken),
         system.state_matrix,
     )]  # fmt: skip
@@ -477,15 +480,15 @@ def torsion_variable_topics(scene: Scene) -> list[Topic]:
     ask = Ask("variable inertia", "half ranges", f"all sections at {speed:.6g} rad/s",
               "response/torsion/variable_inertia/torque_half_range", "N*m", 6.0,
               "loss factors and undamped lines too, an error estimate of every order")  # fmt: skip
-    way = ours("harmonic balance", "the whole Lagrangian system by Newton's method", balanced,
-               "highest order", [one for one in (12, 14, 16, 18, 20, 23) if one < taken], taken,
-               "geometric", "Pasricha and Carnegie 1976")  # fmt: skip
+    solver = ours("harmonic balance", "the whole Lagrangian system by Newton's method", balanced,
+                  "highest order", [one for one in (12, 14, 16, 18, 20, 23) if one < taken], taken,
+                  "geometric", "Pasricha and Carnegie 1976")  # fmt: skip
     times = TURN * system.turns / speed * np.arange(SAMPLES + 1) / SAMPLES
     size = np.concatenate(
         [np.full(n, 1e-2), np.full(n, speed), [speed**2 * line.inertia.sum(), 1.0]]
     )
     return [periodic(
-        ask, [way], rates, np.zeros(2 * n + 2), range(2 * n + 1), times, read, size,
+        ask, [solver], rates, np.zeros(2 * n + 2), range(2 * n + 1), times, read, size,
         lambda: balanced(np.ceil(1.5 * taken)).values, rtols=(1e-4, 1e-6),
         back=[*range(2 * n), 2 * n + 1], in_rows=True,
     )]  # fmt: skip

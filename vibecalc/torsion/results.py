@@ -6,12 +6,14 @@ from vibecalc.core.results.record import (
     PEAK,
     PLACE,
     RESONANCE,
-    STUDY,
     Entry,
     Headline,
     entry,
     exempt,
 )
+
+#: why results of studies are not held to the tolerance
+STUDY = "marches in time, differences, maps and ends of searches of a shaft line"
 
 # ----------------------------------------------------------------------------
 # Results of a shaft line: modes, what the cylinders do to it, and its vibration at one speed.

@@ -81,10 +81,10 @@ def whole_case_topics(case: "Case") -> list[Topic]:
     def topic(name: str, said: str, solve: Callable[[float], Answer], more: tuple[float, ...],
               reference: Reference) -> Topic:  # fmt: skip
         default = own if own > FINEST or more else None
-        way = ours("run", "the whole run of the case", solve, "[accuracy] rtol",
-                   (*TOLERANCES, *more), default, falling=True)  # fmt: skip
+        solver = ours("run", "the whole run of the case", solve, "[accuracy] rtol",
+                      (*TOLERANCES, *more), default, falling=True)  # fmt: skip
         return Topic(
-            WHOLE_CASE, name, f"{words}, {said}", "", "", "runs", lambda: reference, (way,)
+            WHOLE_CASE, name, f"{words}, {said}", "", "", "runs", lambda: reference, (solver,)
         )
 
     return [
@@ -137,11 +137,11 @@ def find_topics(loaded: "LoadedCase") -> list[Topic]:
     one = along(search)
     ask = Ask("find", search.name, f"{search.key} that brings {search.quantity} to what is wanted",
               f"find/{search.name}/value", one.unit, 4.0,
-              "looks over the whole of the bounds first, for other solutions")  # fmt: skip
-    looks = [points for points in (5, 9) if points <= search.points]
-    way = ours("look, then Brent's method", "evenly spread points first", own, "points", looks,
-               search.points, citation="Brent (1973), chapter 4")  # fmt: skip
-    return [wanted_value(ask, [way], fresh, one.lower, one.upper,
+              "samples all of the bounds first, for other solutions")  # fmt: skip
+    counts = [points for points in (5, 9) if points <= search.points]
+    solver = ours("samples, then Brent's method", "evenly spread points first", own, "points",
+                  counts, search.points, citation="Brent (1973), chapter 4")  # fmt: skip
+    return [wanted_value(ask, [solver], fresh, one.lower, one.upper,
                          lambda: float(own(search.points).values[0]), 1)]  # fmt: skip
 
 
@@ -200,7 +200,7 @@ def optimisation_topics(loaded: "LoadedCase") -> list[Topic]:
               "optimisation/objective", planned_quantities(loaded.case)[goal].unit,
               1.5 * (1.0 + study.starts),
               "the global optimum rests on all its starts, whose best ends are proven")  # fmt: skip
-    ways = [
+    solvers = [
         ours(f"{METHODS[method or STANDARD].words}, refined", "as the case is run", own, "starts",
              [one for one in (1, 2, 4) if one <= study.starts], study.starts,
              citation=METHODS[method or STANDARD].citation),
@@ -213,7 +213,7 @@ def optimisation_topics(loaded: "LoadedCase") -> list[Topic]:
     ]  # fmt: skip
     begin = box.unit(first.first)
     return [optimum(
-        ask, ways, problem, [(0.0, 1.0)] * len(begin), begin, lambda value: first.sign * value,
+        ask, solvers, problem, [(0.0, 1.0)] * len(begin), begin, lambda value: first.sign * value,
         lambda: run(study.starts)[:3], budgets, ("SLSQP", "COBYLA", "differential evolution"),
         "evaluations of the case",
     )]  # fmt: skip

@@ -87,7 +87,7 @@ def harmonics_of_samples(samples: np.ndarray, highest: int) -> np.ndarray:
 
 
 def harmonics(
-    ask: Ask, ways: Sequence[Solver], signal: Curve, orders: np.ndarray, cycle: float = TURN,
+    ask: Ask, solvers: Sequence[Solver], signal: Curve, orders: np.ndarray, cycle: float = TURN,
     edges: np.ndarray | None = None, size: np.ndarray | float = 1.0, counts: Sequence[float] = (),
     exact: Callable[[], Reference] | None = None, work: str = "angles",
 ) -> Topic:  # fmt: skip
@@ -117,7 +117,7 @@ def harmonics(
 
     settings = tuple(sorted(set(counts))) or SAMPLES
     plain = Solver("numpy.fft of samples", "at even angles", "samples", settings, sampled)
-    return _topic("harmonics", ask, work, exact or reference, (*ways, plain))
+    return _topic("harmonics", ask, work, exact or reference, (*solvers, plain))
 
 
 # ----------------------------------------------------------------------------
@@ -126,7 +126,7 @@ def harmonics(
 
 
 def modes(
-    ask: Ask, ways: Sequence[Solver], mass: np.ndarray, stiffness: np.ndarray,
+    ask: Ask, solvers: Sequence[Solver], mass: np.ndarray, stiffness: np.ndarray,
     size: np.ndarray | float = 1.0, exact: Callable[[], Any] | None = None,
 ) -> Topic:  # fmt: skip
     """Natural frequencies, rad/s, ascending, over `size`; `exact` has the stiffness in mpmath."""
@@ -158,7 +158,7 @@ def modes(
         Solver("scipy.linalg.eigh", "stiffness and mass", "", NOTHING_TO_SET, by_scipy),
         Solver("numpy.linalg.eigvals", "of mass^-1 stiffness", "", NOTHING_TO_SET, by_numpy),
     )
-    return _topic("modes", ask, "multiplications", reference, (*ways, *plain))
+    return _topic("modes", ask, "multiplications", reference, (*solvers, *plain))
 
 
 # ----------------------------------------------------------------------------
@@ -176,7 +176,7 @@ class Matrices(NamedTuple):
 
 
 def forced(
-    ask: Ask, ways: Sequence[Solver], parts: Matrices, frequency: np.ndarray, load: np.ndarray,
+    ask: Ask, solvers: Sequence[Solver], parts: Matrices, frequency: np.ndarray, load: np.ndarray,
     read: Callable[[np.ndarray], np.ndarray] = np.asarray,
     exact: Callable[[], Matrices] | None = None,
 ) -> Topic:  # fmt: skip
@@ -212,7 +212,7 @@ def forced(
         Solver("numpy.linalg.solve", "one after the other", "", NOTHING_TO_SET, looped),
         Solver("numpy.linalg.solve, all", "all together", "", NOTHING_TO_SET, stacked),
     )
-    return _topic("forced response", ask, "solutions", reference, (*ways, *plain))
+    return _topic("forced response", ask, "solutions", reference, (*solvers, *plain))
 
 
 # ----------------------------------------------------------------------------
@@ -221,8 +221,8 @@ def forced(
 
 GRIDS = tuple(float(8 * 4**k) for k in range(6))
 STARTS = tuple(float(8 * 2**k) for k in range(6))
-#: places of the first look of a reference, and its best that are followed
-LOOKED, RIVALS = 2001, 3
+#: places that a reference samples first, and how many of the best it follows
+FIRST_PLACES, RIVALS = 2001, 3
 
 
 class Highest(NamedTuple):
@@ -279,11 +279,11 @@ def smooth_place(curve: Curve, at: float, half: float) -> float:
 
 
 def _top_of(curve: Curve, low: float, high: float) -> Reference:
-    places = np.linspace(low, high, LOOKED)
+    places = np.linspace(low, high, FIRST_PLACES)
     values, step = curve(places), places[1] - places[0]
     padded = np.pad(values, 1, constant_values=-np.inf)
     tops = np.flatnonzero((values >= padded[:-2]) & (values >= padded[2:]))
-    found = [Highest(float(values[k]), float(places[k]), 0) for k in (0, LOOKED - 1)]
+    found = [Highest(float(values[k]), float(places[k]), 0) for k in (0, FIRST_PLACES - 1)]
     for k in tops[np.argsort(-values[tops])][:RIVALS].tolist():
         ends = max(low, places[k] - step), min(high, places[k] + step)
         found.append(bounded(curve, *ends, 1e-12 * max(abs(low), abs(high))))
@@ -296,12 +296,14 @@ def _top_of(curve: Curve, low: float, high: float) -> Reference:
             break
     value = max(float(curve(np.array([place]))[0]), best.value)
     agreement = max(abs(best.value / value - 1.0), 4.0 * EPSILON)
-    words = f"scipy's bounded search about the highest of {LOOKED}, a polynomial through the top"
+    words = (
+        f"scipy's bounded search about the highest of {FIRST_PLACES}, a polynomial through the top"
+    )
     return Reference(np.array([value]), agreement, words, place)
 
 
 def peak_over_range(
-    ask: Ask, ways: Sequence[Solver], curve: Curve, low: float, high: float, position: str,
+    ask: Ask, solvers: Sequence[Solver], curve: Curve, low: float, high: float, position: str,
     known: float, exact: Callable[[], Reference] | None = None, kind: str = "peak over a range",
     ends: bool = True, work: str = "values of the curve",
 ) -> Topic:  # fmt: skip
@@ -326,7 +328,7 @@ def peak_over_range(
         ),
     )  # fmt: skip
     reference = exact or cache(lambda: _top_of(curve, low, high))
-    return _topic(kind, ask, work, reference, (*ways, *plain), position)
+    return _topic(kind, ask, work, reference, (*solvers, *plain), position)
 
 
 def peak_over_cycle(ask: Ask, rows: np.ndarray, orders: np.ndarray) -> Topic:
@@ -382,7 +384,7 @@ def peak_over_cycle(ask: Ask, rows: np.ndarray, orders: np.ndarray) -> Topic:
         words = f"Newton's method in {DIGITS} digits (mpmath); no angle of a dense grid is higher"
         return Reference(np.array([height]), agreement, words, float(at) if alone else None)
 
-    ways = [ours(
+    solvers = [ours(
         "cycle_peak", "samples that cannot miss, Newton in concave cells", own,
         citation="M. Riesz (1914); Ehlich and Zeller (1964)",
     )]  # fmt: skip
@@ -390,7 +392,7 @@ def peak_over_cycle(ask: Ask, rows: np.ndarray, orders: np.ndarray) -> Topic:
     why = "no maximum can be missed: every order above rounding is sampled twelvefold"
     ask = ask._replace(extra=extra, why=why if extra > 1.0 else "")
     return peak_over_range(
-        ask, ways, curve, first - 0.5 * period, first + 0.5 * period,
+        ask, solvers, curve, first - 0.5 * period, first + 0.5 * period,
         "crank angle [rad]" if alone else "", first, reference, "peak over a cycle", False,
     )  # fmt: skip
 
@@ -431,7 +433,7 @@ def integrated(
 
 
 def time_history(
-    ask: Ask, ways: Sequence[Solver], rates: Rates, start: np.ndarray, times: np.ndarray,
+    ask: Ask, solvers: Sequence[Solver], rates: Rates, start: np.ndarray, times: np.ndarray,
     read: Callable[[np.ndarray], np.ndarray], scale: np.ndarray | float,
     fine: Callable[[], np.ndarray], jacobian: np.ndarray | None = None,
     stops: np.ndarray | None = None, max_step: float = np.inf,
@@ -460,7 +462,7 @@ def time_history(
         for name in ("RK45", "DOP853", "Radau")
     ]  # fmt: skip
     work = "evaluations of the equations"
-    return _topic("time history", ask, work, cache(reference), (*ways, *plain))
+    return _topic("time history", ask, work, cache(reference), (*solvers, *plain))
 
 
 def shot(
@@ -503,7 +505,7 @@ def shot(
 
 
 def periodic(
-    ask: Ask, ways: Sequence[Solver], rates: Rates, guess: np.ndarray, unknown: Sequence[int],
+    ask: Ask, solvers: Sequence[Solver], rates: Rates, guess: np.ndarray, unknown: Sequence[int],
     times: np.ndarray, read: Callable[[np.ndarray, np.ndarray], np.ndarray], scale: np.ndarray,
     fine: Callable[[], np.ndarray], stops: np.ndarray | None = None,
     rtols: Sequence[float] = (1e-4, 1e-6, 1e-8, 1e-10), back: Sequence[int] | None = None,
@@ -525,7 +527,7 @@ def periodic(
         "scipy DOP853, shooting", "Newton by differences", "rtol", tuple(rtols), shooting
     )
     work = "evaluations of the equations"
-    return _topic("periodic state", ask, work, cache(reference), (*ways, plain))
+    return _topic("periodic state", ask, work, cache(reference), (*solvers, plain))
 
 
 # ----------------------------------------------------------------------------
@@ -604,7 +606,7 @@ def within_budget(
 
 
 def optimum(
-    ask: Ask, ways: Sequence[Solver], problem: Callable[[], Limited],
+    ask: Ask, solvers: Sequence[Solver], problem: Callable[[], Limited],
     bounds: list[tuple[float, float]], first: np.ndarray, shown: Callable[[float], float],
     found: Callable[[], tuple[np.ndarray, float, float]], budgets: Sequence[float],
     methods: Sequence[str], work: str, confirm: int = 60,
@@ -637,11 +639,11 @@ def optimum(
         )
         for name in methods
     ]  # fmt: skip
-    return _topic("optimum", ask, work, cache(reference), (*ways, *plain))
+    return _topic("optimum", ask, work, cache(reference), (*solvers, *plain))
 
 
 def wanted_value(
-    ask: Ask, ways: Sequence[Solver], fresh: Callable[[], Callable[[float], float]], low: float,
+    ask: Ask, solvers: Sequence[Solver], fresh: Callable[[], Callable[[float], float]], low: float,
     high: float, found: Callable[[], float], before: int = 0,
 ) -> Topic:  # fmt: skip
     """The key at which a function is zero; `before` counts what was asked to set it up."""
@@ -674,4 +676,4 @@ def wanted_value(
         "scipy brentq", "between the bounds", "tolerance", (1e-2, 1e-4, 1e-8, 1e-12), brent
     )
     work = "evaluations of the case"
-    return _topic("optimum", ask, work, cache(reference), (*ways, plain))
+    return _topic("optimum", ask, work, cache(reference), (*solvers, plain))

@@ -94,7 +94,7 @@ class Topic(NamedTuple):
 
 
 # ----------------------------------------------------------------------------
-# What measuring one topic gives: a level for each setting of each method.
+# What measuring one topic gives: a trial for each setting of each method.
 # ----------------------------------------------------------------------------
 
 #: errors below so many roundings are not distinguished, however well the reference is known
@@ -104,10 +104,10 @@ _LEAST_ROUNDINGS = 64
 class Trial(NamedTuple):
     """One method at one setting.
 
-    `worst_relative`, `worst_level` [dB] and `position_error` [unit of the position] as `errors.py`
-    says; infinite for a level that was not measured. `position_error` is None where the topic asks
-    no position or the method gives none. `noise` is the relative error below which this topic does
-    not tell methods apart. `seconds` is the least of the repeats.
+    `worst_relative` is over the largest magnitude, `worst_level` in dB, `position_error` in the
+    unit of the position; infinite for a trial that was not measured. `position_error` is None where
+    the topic asks no position or the method gives none. `noise` is the relative error below which
+    this topic does not tell methods apart. `seconds` is the least of the repeats.
     """
 
     solver: str

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from vibecalc.core.report.sections import entries, scalar_of, speed_of
+from vibecalc.core.report.sections import entries, speed_of
 from vibecalc.core.report.writing import fold, rpm
-from vibecalc.core.results.record import Axis, Record, Result
+from vibecalc.core.results.record import Axis, Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -89,16 +89,6 @@ def waves(orders: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """exp(i n angle), shape (orders, angles); x = Re(X @ waves) is the signal of harmonics X."""
     turned = np.multiply.outer(np.asarray(orders, dtype=float), angle)
     return np.asarray(np.exp(1j * turned))
-
-
-def natural_frequencies(record: Record) -> np.ndarray:
-    """Natural frequencies in rad/s: the modes of the rigid body, else that of the pitch model."""
-    for subject in ("isolation", "response"):
-        modes = record.quantities.get(f"{subject}/modes/natural_frequency")
-        if modes is not None:
-            return np.atleast_1d(np.asarray(modes.values, dtype=float))
-    pitch = scalar_of(record, "isolation/pitch/natural_frequency")
-    return np.array([]) if pitch is None else np.array([pitch])
 
 
 def note(

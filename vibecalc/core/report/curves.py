@@ -22,7 +22,6 @@ from vibecalc.core.report.canvas import (
     gaps,
     length_scale,
     limit_line,
-    natural_frequencies,
     note,
     only,
     operating_line,
@@ -35,7 +34,7 @@ from vibecalc.core.report.sections import labels, magnitudes, read_as, scalar_of
 from vibecalc.core.report.verdicts import MEASURED, judge_references
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.catalogue import CATALOGUE
-from vibecalc.core.results.record import Axis, Entry, Quantity, Result
+from vibecalc.core.results.record import Axis, Entry, Quantity, Record, Result
 from vibecalc.units import convert, parse_quantity
 
 if TYPE_CHECKING:
@@ -365,11 +364,21 @@ def peak(
     return draw
 
 
-def resonances(orders: tuple[int, ...] = (1, 2)) -> Mark:
-    """Lines where an order meets a natural frequency; close ones of an order share their words."""
+def first_of(record: Record, *paths: str) -> np.ndarray:
+    """Values (n,) at the first of the paths that a result has; none without any."""
+    found = (record.quantities.get(path) for path in paths)
+    values = next((one.values for one in found if one is not None), np.zeros(0))
+    return np.atleast_1d(np.asarray(values, dtype=float))
+
+
+def resonances(*paths: str, orders: tuple[int, ...] = (1, 2)) -> Mark:
+    """Lines where an order meets a natural frequency, those at the first of `paths` that is there.
+
+    Close ones of an order share their words.
+    """
 
     def draw(plot: "Plot") -> None:
-        modes = rpm(1.0) * natural_frequencies(plot.result.record)
+        modes = rpm(1.0) * first_of(plot.result.record, *paths)
         speed = plot.drawn[0][0]
         named: list[tuple[float, str]] = []
         for order in orders:

@@ -44,7 +44,6 @@ PLACE = "places of peaks, which are flat there"
 SEARCHED = "ends of searches, where a minimum is flat"
 SPECTRUM = "levels and phases, for which the harmonics behind them stand"
 STATISTIC = "statistics, whose standard error is far larger"
-STUDY = "marches in time, differences, maps and ends of searches of a shaft line"
 UNCERTAINTY = "uncertainties, of which two digits tell all"
 
 #: what lets more results meet `[accuracy] rtol`

@@ -145,7 +145,7 @@ class Entries(NamedTuple):
         return cls(tuple(range(first, last + 1)), because)
 
     @classmethod
-    def of_speeds(cls, asked: "Any", table: str) -> "Entries | None":
+    def of_speeds(cls, asked: Any, table: str) -> "Entries | None":
         """The speeds of a curve that a table of the case asks for; None without that table."""
         words = f"[{table}] says from where to where"
         return cls((asked.start, asked.stop), words, between=True) if asked else None
