@@ -267,7 +267,7 @@ class Gearing:
 class AttachedDamper:
     """A damper: the freedom that carries it, that of its ring, its element; SI values as given.
 
-    `inertia`, `stiffness` and `damping` are own ones; those of pendulums are the ring and the
+    `inertia`, `stiffness` and `damping` are actual ones; those of pendulums are the ring and the
     spring at one rad/s of the station that they are equal to.
     """
 

@@ -18,7 +18,7 @@ STUDY = "marches in time, differences, maps and ends of searches of a shaft line
 # ----------------------------------------------------------------------------
 # Results of a shaft line: modes, what the cylinders do to it, and its vibration at one speed.
 #
-# Angles and torques are own ones, of the shaft they belong to. An amplitude of an order is
+# Angles and torques are actual ones, of the shaft they belong to. An amplitude of an order is
 # 0-to-peak; a half range is (highest - lowest) / 2 over the cycle of all orders together, without
 # the mean.
 # ----------------------------------------------------------------------------
@@ -310,7 +310,7 @@ TORSION_VARIANTS_ENTRIES = (
 # ----------------------------------------------------------------------------
 # Results of a shaft line next to the steady ones: transients, variable inertia, the modal route.
 #
-# Torques are own ones, of the shaft they belong to.
+# Torques are actual ones, of the shaft they belong to.
 # ----------------------------------------------------------------------------
 
 PUBLISHED, VARIABLE, TRANSIENT = (
@@ -451,8 +451,8 @@ TORSION_STUDIES_ENTRIES = (*AS_PUBLISHED, *VARIABLE_INERTIA, *TRANSIENTS)
 # ----------------------------------------------------------------------------
 # Results of the search for the damper of a shaft line.
 #
-# The damper's values are own ones, of the shaft that it hangs on. What is made small is the largest
-# half range over the cycle of all sections that count at all speeds of the range.
+# The damper's values are actual ones, of the shaft that carries it. What is made small is the
+# largest half range over the cycle of all sections that count at all speeds of the range.
 # ----------------------------------------------------------------------------
 
 DESIGN = "damper_design/"
