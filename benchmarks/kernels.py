@@ -18,8 +18,8 @@ from vibecalc.isolation.pitch import pitch_model, pitch_resonances
 from vibecalc.isolation.rows import pitch_readout, pitch_rows
 from vibecalc.isolation.run_up import cycle_peaks, run_up_peak
 from vibecalc.kinematics.harmonics import motion_harmonics
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak
-from vibecalc.numerics.rounding import WithError
 from vibecalc.parts.matrices import assemble
 from vibecalc.response.forced import dynamics, response
 
@@ -87,7 +87,7 @@ def run_up_against_sweep() -> Row:
     pitch = pitch_model(100.0 / 12.0 * (0.35**2 + 0.8**2), position, stiffness, damping, structural)
     orders = np.array([1, 2])
     couple = 0.3 * np.sqrt(3.0) * 0.4 * 0.06 * np.array([-1j, 0.3j])
-    driving = WithError(couple, 1e-16 * np.abs(couple))
+    driving = Bounded(couple, 1e-16 * np.abs(couple))
     readout = pitch_readout(pitch, 0.4, position[:1], stiffness[:1], damping[:1], structural[:1])
     rows = pitch_rows(pitch, readout, orders, driving)
     shows = np.ones((1, 2), dtype=bool)

@@ -20,8 +20,8 @@ from rows import Report, Row, reported, seconds
 from timing import in_turns
 
 from vibecalc.kinematics.harmonics import motion_harmonics
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.numerics.rounding import WithError
 from vibecalc.response.energies import (
     energies_over_cycle,
     energy_by_order,
@@ -49,8 +49,8 @@ class Machine(NamedTuple):
     """Matrices; loads (operations, orders, 6) by pistons, (operations, balances, 6) by weights."""
 
     matrices: Matrices
-    shaking: WithError
-    residual: WithError
+    shaking: Bounded
+    residual: Bounded
 
 
 def machine() -> Machine:
@@ -85,8 +85,8 @@ def machine() -> Machine:
     )
     return Machine(
         Matrices(mass, stiffness, nothing, nothing, *rounding),
-        WithError(shaking, 2.0**-50 * np.abs(shaking)),
-        WithError(residual, 2.0**-50 * np.abs(residual)),
+        Bounded(shaking, 2.0**-50 * np.abs(shaking)),
+        Bounded(residual, 2.0**-50 * np.abs(residual)),
     )
 
 

@@ -7,8 +7,9 @@ import numpy as np
 
 from vibecalc.isolation.pitch import Pitch, pitch_model
 from vibecalc.isolation.rows import Readout, pitch_readout
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 from vibecalc.parts.matrices import assemble
 
 SPEED = 4900.0 * np.pi / 30.0
@@ -40,10 +41,10 @@ class Body(NamedTuple):
     matrices: Matrices
 
 
-def gibson_couple() -> WithError:
+def gibson_couple() -> Bounded:
     """Couples +sin and -lambda sin of orders 1 and 2 about y, per squared speed."""
     value = COUPLE * np.array([-1j, 1j * RADIUS_TO_ROD])
-    return WithError(value, 4.0 * ROUNDING * np.abs(value))
+    return Bounded(value, 4.0 * ROUNDING * np.abs(value))
 
 
 def gibson_supports(damping: float = 50.0) -> tuple[np.ndarray, ...]:

@@ -23,7 +23,8 @@ from vibecalc.isolation.pitch import (
 from vibecalc.isolation.rigid_body import mount_readout, static_deflection
 from vibecalc.isolation.rows import body_rows, pitch_rows
 from vibecalc.isolation.run_up import RunUp, run_up
-from vibecalc.numerics.rounding import SINGULAR, WithError
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import SINGULAR
 from vibecalc.parts.matrices import assemble
 from vibecalc.response.forced import UndrivenModes, dynamics, response
 from vibecalc.response.modal_damping import body_resonances, damping_ratio
@@ -52,10 +53,10 @@ def undamped_run_up(start: float = 0.0, stop: float = SPEED) -> RunUp:
     return run_up(rows, ORDERS, resonances, start, stop, ALL_ROWS)
 
 
-def load_on(coordinate: int) -> WithError:
+def load_on(coordinate: int) -> Bounded:
     value = np.zeros((2, 6), dtype=complex)
     value[:, coordinate] = [1.0, 0.3j]
-    return WithError(value, 1e-16 * np.abs(value))
+    return Bounded(value, 1e-16 * np.abs(value))
 
 
 def test_second_order_on_an_undamped_frequency_is_refused_in_words() -> None:
@@ -94,7 +95,7 @@ def test_damping_opens_the_resonance() -> None:
 def test_an_order_that_does_not_drive_the_mode_is_a_warning_and_left_out() -> None:
     pitch, readout = gibson(0.0)
     couple = gibson_couple()
-    quiet = WithError(couple.value * np.array([1.0, 1e-18]), couple.error)
+    quiet = Bounded(couple.value * np.array([1.0, 1e-18]), couple.error)
     resonances = pitch_resonances(pitch, quiet)
     frequency = float(pitch.natural_frequency)
     warnings = check_operating_point(resonances, ORDERS, frequency / 2.0)
@@ -219,7 +220,7 @@ def test_exactly_singular_dynamic_stiffness_is_a_failure_with_words() -> None:
 
 
 def test_a_run_up_of_a_balanced_machine_is_zero_not_undefined() -> None:
-    quiet = WithError(np.zeros(2, dtype=complex), np.zeros(2))
+    quiet = Bounded(np.zeros(2, dtype=complex), np.zeros(2))
     pitch, readout = gibson()
     rows = pitch_rows(pitch, readout, ORDERS, quiet)
     passed = run_up(rows, ORDERS, pitch_resonances(pitch, quiet), 0.0, SPEED, ALL_ROWS)

@@ -31,7 +31,7 @@ from vibecalc.absorber.hardware.rods_and_springs import (
 )
 from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.transfer import Absorber
-from vibecalc.numerics.rounding import WithError
+from vibecalc.numerics.bounded import Bounded
 
 LINE = Walther((313.15, 373.15), (86e-6, 13.8e-6))
 THICK = Oil("VG 680", Walther((313.15, 373.15), (680e-6, 36e-6)), 900.0)
@@ -137,7 +137,7 @@ def test_warming_follows_the_oil_and_meets_the_optimum_on_the_way():
 
     def peak_of(damping):
         found = peaks(Absorber(0.01, mass, spring, damping))
-        return WithError(found.largest, found.largest_error)
+        return Bounded(found.largest, found.largest_error)
 
     warm = np.linspace(293.15, 373.15, 17)
     found = warming(warm, lambda t: oil_damping(THICK, GAP, t), stiffness, inertia, peak_of, 3.8)

@@ -38,8 +38,8 @@ from vibecalc.isolation.rigid_body import (
 )
 from vibecalc.isolation.rows import HarmonicsAt, body_rows, pitch_rows
 from vibecalc.isolation.run_up import RunUpPeak, cycle_peaks, run_up, run_up_peak
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak
-from vibecalc.numerics.rounding import WithError
 from vibecalc.parts.matrices import displacement_at
 from vibecalc.response.forced import dynamics, response
 from vibecalc.response.modal_damping import body_resonances
@@ -48,12 +48,12 @@ from vibecalc.response.modes import modes
 ALL_ROWS = np.ones((1, 5), dtype=bool)
 
 
-def six(couple: WithError) -> WithError:
+def six(couple: Bounded) -> Bounded:
     """A couple about y as forces (orders, 6)."""
     value = np.zeros((len(couple.value), 6), dtype=complex)
     error = np.zeros(value.shape)
     value[:, 4], error[:, 4] = couple.value, couple.error
-    return WithError(value, error)
+    return Bounded(value, error)
 
 
 def gibson_rows(damping: float = 50.0) -> HarmonicsAt:
@@ -65,7 +65,7 @@ def gibson_run_up(damping: float, start: float = 0.0, stop: float = SPEED) -> Ru
     return run_up(gibson_rows(damping), ORDERS, resonances, start, stop, ALL_ROWS).peak
 
 
-def body_run_up(body: Body, load: WithError, orders: np.ndarray, stop: float) -> RunUpPeak:
+def body_run_up(body: Body, load: Bounded, orders: np.ndarray, stop: float) -> RunUpPeak:
     readout = mount_readout(*body.mounts)
     shapes = modes(body.matrices)
     seen = shows(readout, shapes.shape, shapes.natural_frequency)
@@ -143,7 +143,7 @@ def test_steady_state_equals_the_run_up_at_operating_speed() -> None:
     here = cycle_peaks(gibson_rows(), ORDERS, np.array([SPEED]))
     assert here.value[0, 0] == pytest.approx(float(cycle_peak(passing, ORDERS).value), rel=1e-13)
     body = random_body(3)
-    load = WithError(np.array([[1.0, 2j, 3.0, -1j, 0.5, 1.0]]), np.zeros((1, 6)))
+    load = Bounded(np.array([[1.0, 2j, 3.0, -1j, 0.5, 1.0]]), np.zeros((1, 6)))
     speed, order = 50.0, np.array([2])
     system = dynamics(body.matrices, order * speed)
     motion = response(system, load.value * speed**2, load.error)
@@ -293,7 +293,7 @@ def test_run_up_of_random_bodies_holds_against_dense_sweeps(seed: int) -> None:
     orders = np.array([1, 2, 4])
     generator = np.random.default_rng(seed)
     value = generator.normal(size=(3, 6)) * np.array([[1.0], [0.3], [0.05]]) + 0j
-    load = WithError(value, ORDERS[0] * 1e-16 * np.abs(value))
+    load = Bounded(value, ORDERS[0] * 1e-16 * np.abs(value))
     stop = 3.0 * float(modes(body.matrices).natural_frequency[-1])
     peak = body_run_up(body, load, orders, stop)
     rows = body_rows(body.matrices, mount_readout(*body.mounts), orders, load)

@@ -15,6 +15,7 @@ from vibecalc.measurement.choosing import choose, most_telling
 from vibecalc.measurement.level_motions import evaluate, level_motions, refine
 from vibecalc.measurement.plate import difference_row, point_row, rotation_row
 from vibecalc.measurement.second_moments import ends, least_determined
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.level import DECIBEL, amplitude_of, level_of
 
 HALF = 0.05
@@ -247,8 +248,10 @@ def test_refine_leaves_an_exact_motion_alone():
 
 
 def test_levels_and_their_errors():
-    value, error = level_of(np.array([1e-5, 0.158, 1e-9]), np.array([1e-7, 0.0, 1e-9]), 1e-5)
+    value, error = level_of(
+        Bounded(np.array([1e-5, 0.158, 1e-9]), np.array([1e-7, 0.0, 1e-9])), 1e-5
+    )
     assert value[0] == 0.0 and value[2] == -np.inf
     assert error[0] == pytest.approx(-20.0 * np.log10(0.99), rel=1e-9)
     assert value[1] == pytest.approx(20.0 * np.log10(0.158e5), abs=error[1])
-    np.testing.assert_allclose(level_of(amplitude_of([86.9], 1e-5), 0.0, 1e-5).value, [86.9])
+    np.testing.assert_allclose(level_of(amplitude_of([86.9], 1e-5), 1e-5).value, [86.9])

@@ -13,7 +13,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.cylinder_torque import gas_harmonics
 from vibecalc.excitation.gas_tables import pressure_at
 from vibecalc.excitation.pressure_cycle import Liquid, cylinder_pressure, pump_card, pump_turn
-from vibecalc.numerics.rounding import WithError
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.parts.geometry import CrankGeometry
 
 #: a common one, an offset one either way, a long-stroke stiff one, a soft one with much dead volume
@@ -89,7 +89,7 @@ class Exact:
         return whole if order == 0 else 2 * whole
 
 
-def off(found: WithError, true: mpmath.mpf) -> float:
+def off(found: Bounded, true: mpmath.mpf) -> float:
     """The error in units of its estimate."""
     return abs(float(mpmath.mpf(float(found.value)) - true)) / float(found.error)
 

@@ -9,6 +9,7 @@ from roll_machines import ROTOR, SYNCHRONOUS, source_drive, source_machine
 from shipped_cases import CASES, fresh
 
 from vibecalc.core.study.execute import load_checked
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.level import level_of
 from vibecalc.roll.adapters.readings import (
     MachineTurn,
@@ -52,7 +53,9 @@ def test_results_are_those_of_the_kernels(name: str) -> None:
         by_order = harmonics if variable in VARIABLES else by_cylinder
         found = result.record[f"{ROLL}/{variable}"]
         np.testing.assert_array_equal(found.values, by_order(turn, values, ORDERS)[0])
-        levels, uncertainty = level_of(found.values, found.error_estimate, reference=1.0)
+        levels, uncertainty = level_of(
+            Bounded(found.values, np.asarray(found.error_estimate)), reference=1.0
+        )
         shown = result.record[f"{ROLL}/level/{variable}"]
         # where a harmonic is zero within its error both say so
         there = np.isfinite(shown.values) & np.isfinite(levels)
@@ -147,7 +150,9 @@ def test_peaks_are_no_lower_than_any_value_of_the_turn() -> None:
 
 
 def test_levels_below_their_error_are_zero() -> None:
-    levels, uncertainty = level_of(np.array([1.0, 1e-3j]), np.array([1e-2, 1e-2]), reference=1.0)
+    levels, uncertainty = level_of(
+        Bounded(np.array([1.0, 1e-3j]), np.array([1e-2, 1e-2])), reference=1.0
+    )
     assert levels.tolist() == [0.0, -np.inf]
     assert uncertainty[0] == pytest.approx(-20.0 * np.log10(0.99)) and uncertainty[1] == 0.0
 

@@ -18,7 +18,7 @@ from vibecalc.excitation.gas_tables import GasCard, pressure_at
 from vibecalc.excitation.model import crank_geometry, cycle_of, gas_cards
 from vibecalc.excitation.pressure_cycle import motored_cycle
 from vibecalc.isolation.torque_reaction import line_transfer
-from vibecalc.numerics.rounding import WithError
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.torsion.line import chain, dynamic_stiffness
 from vibecalc.torsion.model import build_shaft_line
 from vibecalc.torsion.modes import natural_modes
@@ -190,7 +190,7 @@ def test_error_of_the_transfer_bounds_what_it_misses() -> None:
     inertia = np.array([0.3, 0.7, 0.1, 2.1, 0.9])
     line = chain(inertia, np.array([1e6, 3e6, 2e5, 7e5]))
     line = line._replace(absolute_damping=np.array([0.0, 0.0, 0.0, 0.01, 0.0]))
-    spin = WithError(inertia * np.array([1.0, 1.0, -1.0, 1.0, -1.0]), np.zeros(5))
+    spin = Bounded(inertia * np.array([1.0, 1.0, -1.0, 1.0, -1.0]), np.zeros(5))
     own = natural_modes(line).frequency
     frequency = np.concatenate([own[1:] * (1.0 + 3e-7), [20.0, 4e4]])
     found = line_transfer(line, spin, frequency)

@@ -12,8 +12,8 @@ from mpmath import mpf
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.kinematics.harmonics import motion_harmonics
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.numerics.rounding import WithError
 from vibecalc.response.energies import (
     CycleEnergy,
     energies_over_cycle,
@@ -30,11 +30,11 @@ ORDERS = np.array([1, 2, 4, 6])
 SEEDS = range(6)
 
 
-def exactly(value: np.ndarray) -> WithError:
-    return WithError(value, np.zeros(np.shape(value)))
+def exactly(value: np.ndarray) -> Bounded:
+    return Bounded(value, np.zeros(np.shape(value)))
 
 
-def motion_of(seed: int) -> tuple[Matrices, WithError, float]:
+def motion_of(seed: int) -> tuple[Matrices, Bounded, float]:
     """Six coordinates of four orders of a random body, taken as exact; and its speed."""
     body, generator = random_body(seed), np.random.default_rng(seed)
     speed = float(modes(body.matrices).natural_frequency[2] * generator.uniform(0.3, 2.0))

@@ -12,8 +12,8 @@ from long_but import long_but
 from mpmath import mpf
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.numerics.rounding import WithError
 from vibecalc.response import operations as phase_search
 from vibecalc.response.energies import (
     dropped_mean,
@@ -40,11 +40,11 @@ ORDERS = np.array([1, 2, 4])
 SEEDS = range(8)
 
 
-def exactly(value: np.ndarray) -> WithError:
-    return WithError(value, np.zeros(np.shape(value)))
+def exactly(value: np.ndarray) -> Bounded:
+    return Bounded(value, np.zeros(np.shape(value)))
 
 
-def machine(seed: int) -> tuple[Matrices, float, WithError, WithError]:
+def machine(seed: int) -> tuple[Matrices, float, Bounded, Bounded]:
     """A random body, a speed, loads of 2 operations, and of 3 balances for each of them."""
     body, generator = random_body(seed), np.random.default_rng(seed)
     speed = float(modes(body.matrices).natural_frequency[1] * generator.uniform(0.4, 2.5))
@@ -81,7 +81,7 @@ def test_all_pairs_at_once_are_the_pairs_one_by_one(seed: int) -> None:
 
 def weights_and_states(
     matrices: Matrices, speed: float, parts: SuperposedMotion
-) -> list[tuple[WithError, SuperposedMotion]]:
+) -> list[tuple[Bounded, SuperposedMotion]]:
     return [
         (mass_of(matrices), states(parts, 1j * speed * ORDERS)),
         (stiffness_of(matrices), states(parts, np.ones(3))),
@@ -123,8 +123,8 @@ def test_guard_orders_enter_the_errors_of_the_ranges_only(seed: int) -> None:
     matrices, speed, shaking, residual = machine(seed)
     parts = superpose(matrices, ORDERS, speed, shaking, residual)
     for weight, state in weights_and_states(matrices, speed, parts):
-        first = state._replace(shaking=WithError(*(part[:, :2] for part in state.shaking)))
-        guards = WithError(*(part[:, 2:] for part in state.shaking))
+        first = state._replace(shaking=Bounded(*(part[:, :2] for part in state.shaking)))
+        guards = Bounded(*(part[:, 2:] for part in state.shaking))
         rest = dropped_mean(weight, guards, 1.0)
         few = energy_over_cycle(weight, at_phase(state), ORDERS, 2, 1.0)
         pairs = (

@@ -10,8 +10,9 @@ import pytest
 from isolation_machines import exact, exact_matrices, exact_response, random_body
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 from vibecalc.parts.matrices import assemble
 from vibecalc.response.forced import UndrivenModes, dynamics, modal_response, response
 from vibecalc.response.modal_damping import (
@@ -33,7 +34,7 @@ def load_of(generator: np.random.Generator, shape: tuple[int, ...]) -> np.ndarra
     return value
 
 
-def both(matrices: Matrices, frequency: np.ndarray, load: np.ndarray) -> tuple[WithError, ...]:
+def both(matrices: Matrices, frequency: np.ndarray, load: np.ndarray) -> tuple[Bounded, ...]:
     """By modes and directly; the two must agree."""
     nothing = np.zeros(load.shape)
     summed = modal_response(matrices, modes(matrices).shape, frequency, load, nothing)
@@ -42,7 +43,7 @@ def both(matrices: Matrices, frequency: np.ndarray, load: np.ndarray) -> tuple[W
     return summed, direct
 
 
-def off_truth(found: WithError, truth: np.ndarray) -> np.ndarray:
+def off_truth(found: Bounded, truth: np.ndarray) -> np.ndarray:
     """True errors (..., 6) against mpmath numbers."""
     pairs = zip(np.ravel(exact(found.value)), np.ravel(truth), strict=True)
     return np.array([float(abs(a - b)) for a, b in pairs]).reshape(found.value.shape)
@@ -119,7 +120,7 @@ def test_undamped_resonance_is_refused_and_one_in_ten_million_nearby_it_is_known
     shapes = modes(matrices)
     natural = float(shapes.natural_frequency[mode])
     load = ong_load()
-    force = WithError(load, 1e-16 * np.abs(load))
+    force = Bounded(load, 1e-16 * np.abs(load))
     with pytest.raises(NumericalFailure, match="without damping at its natural frequency"):
         modal_response(matrices, shapes.shape, np.array([natural]), *force)
     resonances = body_resonances(matrices, shapes, force)
@@ -259,7 +260,7 @@ def test_error_of_the_damping_matrix_is_honest() -> None:
                 [2 * mpmath.mpf(z) * mpmath.sqrt(v) for z, v in zip(ratio, values, strict=True)]
             )
             truth = lower * vectors * rate * vectors.T * lower.T
-            off = off_truth(WithError(found.value, found.error), np.array(truth.tolist()))
+            off = off_truth(Bounded(found.value, found.error), np.array(truth.tolist()))
             assert np.all(off <= found.error)
             ratios.append(found.error / np.maximum(off, UNIT_ROUNDOFF * np.abs(found.value)))
     assert np.median(ratios) < 2000.0

@@ -8,7 +8,7 @@ import pytest
 from isolation_machines import exact, random_body
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import WithError
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.response.energies import mass_of
 from vibecalc.response.modes import modal_assurance, modes
 
@@ -20,15 +20,15 @@ def metres_and_radians(length: float) -> np.ndarray:
     return np.diag([1.0, 1.0, 1.0, length**2, length**2, length**2])
 
 
-def exactly(value: np.ndarray) -> WithError:
-    return WithError(value, np.zeros(np.shape(value)))
+def exactly(value: np.ndarray) -> Bounded:
+    return Bounded(value, np.zeros(np.shape(value)))
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_modes_of_one_machine_are_orthogonal_under_its_mass(seed: int) -> None:
     matrices, generator = random_body(seed).matrices, np.random.default_rng(seed)
     shapes = modes(matrices)
-    set_ = WithError(shapes.shape, shapes.shape_error)
+    set_ = Bounded(shapes.shape, shapes.shape_error)
     scaled = set_.value * generator.choice([-1.0, 1.0], 6) * 10.0 ** generator.uniform(-5, 5, 6)
     found = modal_assurance(set_, exactly(scaled), mass_of(matrices))
     assert np.all(np.abs(found.value - np.eye(6)) <= found.error)
@@ -56,7 +56,7 @@ def test_value_and_error_against_fifty_digits(seed: int) -> None:
     weight = exactly(matrices.mass)
     first = exactly(generator.normal(size=(6, 2)) + 1j * generator.normal(size=(6, 2)))
     shift = 1e-9 * generator.normal(size=(6, 2))
-    known = WithError(generator.normal(size=(6, 2)), np.abs(shift))
+    known = Bounded(generator.normal(size=(6, 2)), np.abs(shift))
     found = modal_assurance(first, known, weight)
     with mpmath.workdps(50):
         w, v = exact(weight.value), exact(first.value)

@@ -17,7 +17,7 @@ from vibecalc.isolation.rigid_body import mount_readout
 from vibecalc.isolation.rows import HarmonicsAt, Jet, body_rows
 from vibecalc.isolation.run_up import RunUp, RunUpPeak, run_up, run_up_peak
 from vibecalc.isolation.run_up_grid import CachedFunction
-from vibecalc.numerics.rounding import WithError
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.parts.matrices import assemble
 from vibecalc.response.modal_damping import body_resonances
 from vibecalc.response.modes import modes
@@ -47,7 +47,7 @@ def passed(seed: int, light: float, tolerance: float) -> tuple[RunUp, RunUpPeak,
     orders = np.unique(generator.integers(1, 13, size=generator.integers(1, 9)))
     value = generator.normal(size=(len(orders), 6)) + 0j
     value *= np.exp(-generator.uniform(0.0, 1.5) * (orders - 1))[:, None]
-    load = WithError(value, 1e-16 * np.abs(value))
+    load = Bounded(value, 1e-16 * np.abs(value))
     shapes, readout = modes(body.matrices), mount_readout(*mounts)
     own = shapes.natural_frequency
     stop = float(generator.choice([3.0 * own[-1], own[-1] / orders[0], own[2], 1.2 * own[0]]))

@@ -18,7 +18,7 @@ import pytest
 
 from vibecalc.excitation.inertia_forces import reciprocating_excitation
 from vibecalc.kinematics.harmonics import motion_harmonics
-from vibecalc.numerics.rounding import WithError
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.response.energies import (
     Energies,
     energies_over_cycle,
@@ -68,7 +68,7 @@ def slipped(load: np.ndarray, frequency: np.ndarray, signs: np.ndarray = SIGNS) 
 
 def source_energies(amplitude: np.ndarray, frequency: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """w^2 X M X / 2 and X K X / 2 in in lbf: vibecalc's peak of motions that are in phase."""
-    motion = WithError(amplitude + 0j, np.zeros(amplitude.shape))
+    motion = Bounded(amplitude + 0j, np.zeros(amplitude.shape))
     kinetic = energy_by_order(mass_of(MATRICES), velocity(motion, frequency)).peak
     potential = energy_by_order(stiffness_of(MATRICES), motion).peak
     return kinetic / ong.ENERGY, potential / ong.ENERGY
@@ -154,7 +154,7 @@ def test_tables_4_2_4_5_and_4_6(pair: tuple[str, str]) -> None:
         assert digits(total, printed[pair]) == Decimal(MISPRINTED.get(printed[pair], printed[pair]))
 
 
-def right_motion() -> WithError:
+def right_motion() -> Bounded:
     load = shaking_loads()
     return response(dynamics(MATRICES, FREQUENCY), load, 2.0**-50 * np.abs(load))
 
@@ -247,8 +247,8 @@ def test_energies_of_one_frequency_do_not_add() -> None:
         MATRICES,
         ong.ORDERS,
         ong.SPEED,
-        WithError(load, 2.0**-50 * np.abs(load)),
-        WithError(turning, 2.0**-50 * np.abs(turning)),
+        Bounded(load, 2.0**-50 * np.abs(load)),
+        Bounded(turning, 2.0**-50 * np.abs(turning)),
     )
     angles = np.linspace(0.0, 2.0 * np.pi, 181)
     twice = [

@@ -56,15 +56,15 @@ def entry(row, levels, unit):
     if path == "candidate/level":
         motion = other if str(where["candidate"]).endswith("+/+") else taken
         size = np.abs(point_row(*PLACES[where["position"]]) @ motion)
-        return float(level_of(size, 0.0, REFERENCE).value)
+        return float(level_of(size, REFERENCE).value)
     if path.startswith("level/"):
         part = np.array(PARTS[path.removeprefix("level/")])
         size = np.abs((point_row(*PLACES[str(where["position"])]) * part) @ taken)
-        return float(level_of(size, 0.0, REFERENCE).value)
+        return float(level_of(size, REFERENCE).value)
     if path.endswith("_level"):
         place = ("translation_level", "roll_level", "pitch_level").index(path)
         scale = REFERENCE if place == 0 else 1.0
-        return float(level_of(np.abs(taken[place]), 0.0, scale).value)
+        return float(level_of(np.abs(taken[place]), scale).value)
     name, _, against = path.removeprefix("phase/").partition("_to_")
     phase = np.angle(taken[("translation", "roll", "pitch").index(name)])
     phase -= np.angle(taken[0]) if against else 0.0
@@ -184,9 +184,7 @@ def test_position_5_at_either_of_its_places_predicts_the_others_as_well():
             found = level_motions(rows, sizes, widths, rows[0], widths)
             levels = [
                 {
-                    name: float(
-                        level_of(point_row(*PLACES[name]) @ one.motion, 0.0, REFERENCE).value
-                    )
+                    name: float(level_of(point_row(*PLACES[name]) @ one.motion, REFERENCE).value)
                     for name in read
                 }
                 for one in found

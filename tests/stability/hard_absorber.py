@@ -17,17 +17,17 @@ from vibecalc.absorber.transfer import Absorber, damping_from_own_ratio, own_dam
 from vibecalc.absorber.tuning.closed_forms import den_hartog
 from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.absorber.tuning.restricted import pure_viscous
-from vibecalc.numerics.rounding import WithError
+from vibecalc.numerics.bounded import Bounded
 
 KIND = ("force", "displacement")
 NEARBY = 2**-0.5 - 1e-8
 
 
-def own(z1: float, m: float) -> WithError:
+def own(z1: float, m: float) -> Bounded:
     found = minimax(z1, m)
     values = np.array([found.stiffness_ratio, found.secondary_damping, found.above_floor])
     uncertainty = found.above_floor * found.excess_error / found.excess + 2e-16 * found.above_floor
-    return WithError(values, np.array([found.stiffness_error, found.damping_error, uncertainty]))
+    return Bounded(values, np.array([found.stiffness_error, found.damping_error, uncertainty]))
 
 
 @cache
@@ -115,9 +115,9 @@ def one_half() -> Numbers:
         return [mpf(1) / 27, damping, 3 / (2 * mp.sqrt(2)) - 1]
 
 
-def own_viscous(m: float) -> WithError:
+def own_viscous(m: float) -> Bounded:
     found = pure_viscous(0.0, m)
-    return WithError(
+    return Bounded(
         np.array([found.value, found.largest]), np.array([found.value_error, found.largest_error])
     )
 
@@ -163,12 +163,12 @@ def light_truth() -> Numbers:
         return [part for near in starts for part in peak(KIND, ratios, near)]
 
 
-def own_light() -> WithError:
+def own_light() -> Bounded:
     found = peaks(LIGHT)
     value = np.column_stack([found.frequency[:2], found.magnitude[:2]]).ravel()
     # a frequency is good to the rounding of its polish; what it does to the height is in that
     error = np.column_stack([1e-15 * found.frequency[:2], found.error[:2]]).ravel()
-    return WithError(value, error)
+    return Bounded(value, error)
 
 
 def light_roots() -> np.ndarray:

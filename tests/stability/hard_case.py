@@ -14,7 +14,8 @@ import mpmath
 import numpy as np
 
 from vibecalc.errors import VibecalcError
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
 #: digits of a double
 WHOLE = -math.log10(UNIT_ROUNDOFF)
@@ -55,7 +56,7 @@ class HardCase(NamedTuple):
     source: str
     condition: Callable[[], float]
     truth: Callable[[], Numbers] | None
-    own: Callable[[], WithError]
+    own: Callable[[], Bounded]
     does: str
     ways: tuple[Way, ...]
     scale: float | None = None

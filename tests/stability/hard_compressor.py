@@ -12,8 +12,9 @@ from isolation_machines import Body, exact_matrices, exact_response, random_body
 from stability.hard_case import HardCase, Numbers, Way, singular
 
 from vibecalc.kinematics.harmonics import motion_harmonics
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 from vibecalc.response.energies import energy_by_order, mass_of, velocity
 from vibecalc.response.forced import dynamics, require_digits, response
 from vibecalc.response.modal_damping import body_resonances
@@ -43,14 +44,14 @@ def as_stored(matrices: Matrices) -> tuple[mpmath.matrix, ...]:
     return tuple(mpmath.matrix(part.tolist()) for part in parts)
 
 
-def own_response(matrices: Matrices, speed: float, force: np.ndarray) -> WithError:
+def own_response(matrices: Matrices, speed: float, force: np.ndarray) -> Bounded:
     """As the stage does it: look for resonances, solve, see what is left of the digits."""
-    load = WithError(force[None].astype(complex), UNIT_ROUNDOFF * np.abs(force)[None])
+    load = Bounded(force[None].astype(complex), UNIT_ROUNDOFF * np.abs(force)[None])
     check_operating_point(body_resonances(matrices, modes(matrices), load), ORDER, speed)
     system = dynamics(matrices, ORDER * speed)
     motion = response(system, load.value, load.error)
     require_digits(matrices, system, load, motion, ORDER, speed)
-    return WithError(motion.value[0], motion.error[0])
+    return Bounded(motion.value[0], motion.error[0])
 
 
 def by_solve(matrices: Matrices, speed: float, force: np.ndarray) -> np.ndarray:
@@ -139,11 +140,11 @@ def motion() -> Motion:
     return Motion()
 
 
-def own_energy() -> WithError:
+def own_energy() -> Bounded:
     one = motion()
-    state = velocity(WithError(one.value, np.zeros(one.value.shape)), one.rate)
+    state = velocity(Bounded(one.value, np.zeros(one.value.shape)), one.rate)
     found = energy_by_order(mass_of(one.matrices), state)
-    return WithError(found.mean, found.mean_error)
+    return Bounded(found.mean, found.mean_error)
 
 
 def plain_energy() -> np.ndarray:
@@ -183,9 +184,9 @@ def true_frequencies(matrices: Matrices) -> list[mpmath.mpf]:
         return [mpmath.sqrt(one) for one in square]
 
 
-def own_frequencies(matrices: Matrices) -> WithError:
+def own_frequencies(matrices: Matrices) -> Bounded:
     found = modes(matrices)
-    return WithError(found.natural_frequency, found.natural_frequency_error)
+    return Bounded(found.natural_frequency, found.natural_frequency_error)
 
 
 def by_eigh(matrices: Matrices) -> np.ndarray:

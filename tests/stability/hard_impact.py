@@ -16,7 +16,7 @@ from vibecalc.impact.linkage import Drive, GasForce, Joint, Linkage, spread_star
 from vibecalc.impact.runs import distance, first_motion, parting
 from vibecalc.impact.simulate import simulate
 from vibecalc.impact.statistics import mean_over_runs
-from vibecalc.numerics.rounding import WithError
+from vibecalc.numerics.bounded import Bounded
 
 #: lightly damped and short of contact
 JOINT = Joint(1e-3, 1e5, 6.0, 0.4, "continuous")
@@ -34,11 +34,11 @@ def true_bounces() -> Numbers:
             for one in bounces(FLIGHT, JOINT, FORCE, *START, COUNT).tolist()]  # fmt: skip
 
 
-def own_bounces(force: float = FORCE) -> WithError:
+def own_bounces(force: float = FORCE) -> Bounded:
     still = Drive(SPEED, np.array([0]), np.array([0.0 + 0j]))
     gas = GasForce(np.array([0.0, np.pi]), np.array([force, force]))
     found = first_motion(Linkage(still, gas, FLIGHT, JOINT), np.array([JOINT.clearance]))
-    return WithError(found.contacts[0, :COUNT], found.contacts_error[0, :COUNT])
+    return Bounded(found.contacts[0, :COUNT], found.contacts_error[0, :COUNT])
 
 
 def bounce_condition() -> float:
@@ -94,10 +94,10 @@ def ensemble(members: int, turns: int, discard: int = 8) -> np.ndarray:
     return run.wrist_pin.mean_absolute_force[None, :, discard:]
 
 
-def own_mean() -> WithError:
+def own_mean() -> Bounded:
     found = mean_over_runs(ensemble(40, 10))
     uncertainty = 4.0 * np.hypot(found.standard_error, LONG_RUN_ERROR)
-    return WithError(found.value.ravel(), uncertainty.ravel())
+    return Bounded(found.value.ravel(), uncertainty.ravel())
 
 
 def turns_together() -> np.ndarray:

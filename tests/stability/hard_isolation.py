@@ -15,7 +15,7 @@ from vibecalc.excitation.balance import balance_table
 from vibecalc.isolation.pitch import pitch_resonances
 from vibecalc.isolation.rows import pitch_rows
 from vibecalc.isolation.run_up import run_up
-from vibecalc.numerics.rounding import WithError
+from vibecalc.numerics.bounded import Bounded
 
 STIFFNESS, ARM = 1e4, 0.4
 
@@ -51,7 +51,7 @@ def truth_of(damping: float, order: int) -> Numbers:
         return highest(*data, order)
 
 
-def own_peak(damping: float, stop: float) -> WithError:
+def own_peak(damping: float, stop: float) -> Bounded:
     pitch, readout = gibson(damping)
     couple = gibson_couple()
     rows = pitch_rows(pitch, readout, ORDERS, couple)
@@ -59,7 +59,7 @@ def own_peak(damping: float, stop: float) -> WithError:
     found = run_up(rows, ORDERS, pitch_resonances(pitch, couple), 0.0, stop, seen).peak
     value, speed = found.value.ravel()[0], found.speed.ravel()[0]
     uncertainty = np.array([found.error.ravel()[0], found.speed_error.ravel()[0]])
-    return WithError(np.array([value, speed]), uncertainty)
+    return Bounded(np.array([value, speed]), uncertainty)
 
 
 def forces(damping: float, speed: np.ndarray) -> np.ndarray:
@@ -114,11 +114,11 @@ def masked() -> HardCase:
 PHASES = {count: 2.0 * np.pi * np.arange(count) / count for count in (3, 4)}
 
 
-def own_sum(count: int) -> WithError:
+def own_sum(count: int) -> Bounded:
     phase = PHASES[count]
     one, two = np.zeros(count), np.arange(count, dtype=float)
     table = balance_table(np.array([1, 2]), crank_phase=phase, bank_angle=one, position=two)
-    return WithError(
+    return Bounded(
         np.concatenate([table.total_sine, table.total_cosine]),
         np.concatenate([table.total_sine_error, table.total_cosine_error]),
     )

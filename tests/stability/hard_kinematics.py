@@ -16,7 +16,7 @@ from vibecalc.core.study.execute import load_checked
 from vibecalc.kinematics.harmonics import harmonics_with_error
 from vibecalc.kinematics.slider_crank import piston_motion
 from vibecalc.kinematics.truncated_series import truncated_harmonics
-from vibecalc.numerics.rounding import WithError
+from vibecalc.numerics.bounded import Bounded
 
 ONG = 0.5 / 2.375
 
@@ -66,10 +66,10 @@ def by_plain_formula(ratio: float, orders: tuple[int, ...]) -> np.ndarray:
     return np.asarray(value * hyp2f1(-0.5, (n - 1.0) / 2, n / 2 + 1.0, kappa**4))
 
 
-def own(ratio: float, orders: tuple[int, ...]) -> WithError:
+def own(ratio: float, orders: tuple[int, ...]) -> Bounded:
     found = harmonics_with_error(ratio, max(orders), derivative=2)
     place = list(orders)
-    return WithError(found.values[place].real, found.error[place])
+    return Bounded(found.values[place].real, found.error[place])
 
 
 def harmonics_case(
@@ -127,9 +127,9 @@ def sharp_truth() -> list[mpmath.mpf]:
         return found
 
 
-def sharp_own() -> WithError:
+def sharp_own() -> Bounded:
     found = piston_motion(NEARBY, SHARP, 1.0)
-    return WithError(found.acceleration, found.acceleration_error)
+    return Bounded(found.acceleration, found.acceleration_error)
 
 
 def sharp_plain() -> np.ndarray:
@@ -157,10 +157,10 @@ def sharp_condition() -> float:
     return condition_of(acceleration, SHARP)
 
 
-def as_case() -> WithError:
+def as_case() -> Bounded:
     """The generator with a rod as long as its crank."""
     load_checked([CASES["generator"]], ['machine.crank_train.rod_length="60 mm"'])
-    return WithError(np.zeros(1), np.zeros(1))
+    return Bounded(np.zeros(1), np.zeros(1))
 
 
 def cases() -> tuple[HardCase, ...]:

@@ -9,9 +9,10 @@ from stability.hard_case import HardCase, Numbers, Way, condition_of, singular
 
 from vibecalc.measurement.complex_motion import Phasors, complex_motion
 from vibecalc.measurement.plate import point_row
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.periodic.panels import solve_blocks, solve_scalar
-from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.rounding import EPSILON
 
 #: a narrow beat: orders 59, 60, 61 in phase once a turn, 7e-4 rad off every grid of a degree
 ORDERS = np.array([1, 59, 60, 61, 200])
@@ -25,9 +26,9 @@ def peak_truth() -> Numbers:
         return [exact_peak([row], ORDERS.tolist())[0]]
 
 
-def own_peak() -> WithError:
+def own_peak() -> Bounded:
     found = cycle_peak(HARMONICS, ORDERS)
-    return WithError(found.value[None], found.error[None])
+    return Bounded(found.value[None], found.error[None])
 
 
 def grid_peak(count: int) -> np.ndarray:
@@ -59,12 +60,12 @@ def cycle_truth() -> Numbers:
         return exact_cycle(*(mpmath.mpf(float(one)) for one in TRANSFER))
 
 
-def own_cycle() -> WithError:
+def own_cycle() -> Bounded:
     """With the growth of an error around the turn, over the largest value."""
     value = solve_scalar(TRANSFER[None], OFFSET[None])[0]
     product = np.prod(TRANSFER)
     growth = (1.0 + product) / abs(1.0 - product)
-    return WithError(value, np.full(PANELS, EPSILON * growth * np.max(np.abs(value))))
+    return Bounded(value, np.full(PANELS, EPSILON * growth * np.max(np.abs(value))))
 
 
 def by_blocks() -> np.ndarray:
@@ -84,9 +85,9 @@ def line_rows() -> np.ndarray:
 READ = np.array([1.0 + 0j, 1.1, 1.4])
 
 
-def own_plate(rows: np.ndarray) -> WithError:
+def own_plate(rows: np.ndarray) -> Bounded:
     found = complex_motion(Phasors(rows, READ, np.full((2, 3), 1e-3), np.full((2, 3), 1e-3)))
-    return WithError(
+    return Bounded(
         found.motion, EPSILON * found.condition * np.abs(found.motion).max() * np.ones(3)
     )
 

@@ -14,7 +14,7 @@ from stability.hard_case import HardCase, Numbers, Way, singular
 from test_consistency_roll_core_hard import CASES as HELD
 from test_consistency_roll_core_hard import boxed
 
-from vibecalc.numerics.rounding import WithError
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.roll.march import march_to_repeat
 from vibecalc.roll.mechanism import RollDrive, RollMachine
 from vibecalc.roll.rates import RollRates, shell_speed
@@ -34,14 +34,14 @@ def spectrum(machine: RollMachine, drive: RollDrive, turn: Turn, orders: np.ndar
 
 
 def own(machine: RollMachine, drive: RollDrive, orders: np.ndarray, started: float | None
-        ) -> WithError:  # fmt: skip
+        ) -> Bounded:  # fmt: skip
     """As the stage does it: two numbers of points, their difference and what rounding leaves."""
     found = running_state(machine, drive, rtol=1e-9, orders=10, started_at=started)
     turn = found.state.turn
     value = spectrum(machine, drive, turn, orders)
     other = spectrum(machine, drive, found.check.turn, orders)
     rounding = rounding_left(machine, readings(machine, drive, turn), NAME)
-    return WithError(value, np.abs(value - other) + rounding)
+    return Bounded(value, np.abs(value - other) + rounding)
 
 
 def marched(method: str, orders: np.ndarray, fields: dict[str, object], drive: RollDrive,

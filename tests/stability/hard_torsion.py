@@ -13,7 +13,7 @@ from mpmath import mp, mpf
 from stability.hard_case import HardCase, Numbers, Way, singular
 from torsion_lines import engine, exact_count, hard_chain, star
 
-from vibecalc.numerics.rounding import WithError
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.torsion.forced import forced
 from vibecalc.torsion.line import Line, dynamic_stiffness, stiffness_matrix
 from vibecalc.torsion.modes import natural_modes
@@ -51,10 +51,10 @@ def truth_of(name: str) -> Numbers:
 
 
 @cache
-def own_modes(name: str) -> WithError:
+def own_modes(name: str) -> Bounded:
     found = natural_modes(line_of(name))
     place = list(LOOKED)
-    return WithError(found.frequency[place], found.frequency_error[place])
+    return Bounded(found.frequency[place], found.frequency_error[place])
 
 
 def energy_condition(name: str) -> float:
@@ -147,7 +147,7 @@ def rigid() -> HardCase:
     return HardCase(
         "the rigid mode of a graded row, against its lowest elastic one", "Baca Vasquez",
         lambda: 0.0, lambda: [mpf(0)],
-        lambda: WithError(natural_modes(line).frequency[:1], np.zeros(1)),
+        lambda: Bounded(natural_modes(line).frequency[:1], np.zeros(1)),
         "answers exactly 0",
         (Way("numpy.linalg.eigvalsh", lambda: np.sqrt(np.abs(
             np.linalg.eigvalsh(symmetric(line))[:1])), loose=True),
@@ -163,9 +163,9 @@ def twins() -> HardCase:
     def truth() -> Numbers:
         return [true_frequency(line, k, float(natural_modes(line).frequency[k])) for k in (1, 2, 3)]
 
-    def own() -> WithError:
+    def own() -> Bounded:
         found = natural_modes(line)
-        return WithError(found.frequency[1:4], found.frequency_error[1:4])
+        return Bounded(found.frequency[1:4], found.frequency_error[1:4])
 
     return HardCase(
         "a hub with three branches that differ by 1e-12", "found", lambda: 1.0, truth, own,
@@ -181,9 +181,9 @@ def torque_of(line: Line) -> np.ndarray:
     return torque
 
 
-def own_forced(line: Line, w: float) -> WithError:
+def own_forced(line: Line, w: float) -> Bounded:
     found = forced(line, w, torque_of(line))
-    return WithError(found.angle, np.full(found.angle.shape, float(found.error)))
+    return Bounded(found.angle, np.full(found.angle.shape, float(found.error)))
 
 
 def by_dense(line: Line, w: float) -> np.ndarray:

@@ -12,8 +12,8 @@ from vibecalc.isolation.rows import body_rows
 from vibecalc.isolation.run_up import cycle_peaks, run_up_peak
 from vibecalc.kinematics.harmonics import harmonics_with_error
 from vibecalc.kinematics.slider_crank import piston_motion
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak
-from vibecalc.numerics.rounding import WithError
 from vibecalc.response.forced import dynamics, modal_response, require_digits, response
 from vibecalc.response.modal_damping import body_resonances
 from vibecalc.response.modes import modes
@@ -102,7 +102,7 @@ def body_response(point: np.ndarray) -> float:
     shapes = modes(matrices)
     random = np.random.default_rng(int(point[2] * 1e5))
     force = (random.normal(size=6) + 1j * random.normal(size=6))[None]
-    load = WithError(force, 1e-16 * np.abs(force))
+    load = Bounded(force, 1e-16 * np.abs(force))
     away = between(point[3], 1e-12, 3.0) * (1 if point[4] > 0.5 else -1)
     speed = abs(float(shapes.natural_frequency[int(point[5] * 5.99)]) * (1.0 + away))
     one = np.array([1])
@@ -163,7 +163,7 @@ def run_up(point: np.ndarray) -> float:
     random = np.random.default_rng(int(point[2] * 1e5))
     orders = np.unique(random.integers(1, 13, 3))
     force = random.normal(size=(len(orders), 6)) + 1j * random.normal(size=(len(orders), 6))
-    load = WithError(force / LEVER, 1e-16 * np.abs(force))
+    load = Bounded(force / LEVER, 1e-16 * np.abs(force))
     shapes = modes(matrices)
     readout = mount_readout(*mounts)
     rows = body_rows(matrices, readout, orders, load)

@@ -7,7 +7,8 @@ import numpy as np
 
 from vibecalc.core.run.columns import Column, Sheet
 from vibecalc.errors import KeyPath, NumericalFailure
-from vibecalc.numerics.rounding import EPSILON, IntArray, WithError
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON, IntArray
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -67,5 +68,5 @@ def tunings(
         ("own_damping", ratio, ratio * relative),
         ("peak", top.largest, top.largest_error + tuning.largest_error[done]),
     ):
-        sheet.emit(f"tuning/{name}", WithError(value, error))
+        sheet.emit(f"tuning/{name}", Bounded(value, error))
     return done, sheet.columns, np.setdiff1d(every, done)

@@ -6,7 +6,8 @@ import numpy as np
 
 from vibecalc.absorber.transfer import Absorber, transfer_of
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON
 
 # ----------------------------------------------------------------------------
 # The mean squares of a two-mass system as quotients of sums of positive terms.
@@ -161,7 +162,7 @@ def weights(excitation: str, response: str, white: str = "") -> Weights:
 
 def mean_square(
     absorber: Absorber, excitation: str = "force", response: str = "displacement", white: str = ""
-) -> WithError:
+) -> Bounded:
     """Integral of |H(x)|^2 over x from minus to plus infinity, and its absolute error.
 
     For a white force of two-sided density S (per unit of angular frequency) the mean square of
@@ -189,7 +190,7 @@ def mean_square(
         value = np.where(locked, 0.0, value)
         if np.any(free):
             raise NumericalFailure(f"{response}: a secondary that nothing holds has no mean square")
-        return WithError(value, _ROUNDINGS * EPSILON * value)
+        return Bounded(value, _ROUNDINGS * EPSILON * value)
     total = np.zeros(z1.shape)
     bottom = evaluate_denominator(z1, m, k_, z_).value
     for name, factor in zip(chosen.parts, (np.ones_like(z1), 4.0 * z1 * z1), strict=True):
@@ -205,7 +206,7 @@ def mean_square(
             total += np.where(factor == 0.0, 0.0, factor * part)
     value = 0.5 * np.pi * total
     with np.errstate(invalid="ignore"):
-        return WithError(value, np.where(np.isinf(value), np.inf, _ROUNDINGS * EPSILON * value))
+        return Bounded(value, np.where(np.isinf(value), np.inf, _ROUNDINGS * EPSILON * value))
 
 
 def _travel(

@@ -9,8 +9,9 @@ from numpy.typing import ArrayLike
 
 from vibecalc.absorber import tables as parts
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.gauss import gauss_rule
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, WithError, floats
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, floats
 from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
@@ -145,7 +146,7 @@ _FIXED = {"circular": 0.0, "cycloidal": 1.0}
 PATHS = (*_FIXED, "epicycloidal")
 
 
-def tuning_order(pendulum: Pendulum) -> WithError:
+def tuning_order(pendulum: Pendulum) -> Bounded:
     """n, of small swings. Broadcasts.
 
     Raises NumericalFailure where nothing pulls the mass back (centre of the path at the axis or
@@ -161,10 +162,10 @@ def tuning_order(pendulum: Pendulum) -> WithError:
     moved = (mass + 0.25 * rolling + roller_inertia / diameter**2) * near**2 + inertia
     value = np.sqrt(pull / moved)
     lost = near * (mass * (far + near) + 0.5 * rolling * (across + 0.5 * near)) / pull
-    return WithError(value, (8.0 + 4.0 * lost) * UNIT_ROUNDOFF * value)
+    return Bounded(value, (8.0 + 4.0 * lost) * UNIT_ROUNDOFF * value)
 
 
-def radius_for_order_with_rollers(pendulum: Pendulum, order: ArrayLike) -> WithError:
+def radius_for_order_with_rollers(pendulum: Pendulum, order: ArrayLike) -> Bounded:
     """Path radius in m that tunes a pendulum with rollers or a swing inertia to an order.
 
     `path_radius` of the pendulum is not examined; vertex distances of mass and rollers stay. The
@@ -182,7 +183,7 @@ def radius_for_order_with_rollers(pendulum: Pendulum, order: ArrayLike) -> WithE
             "the inertia that turns with the arm is too large: no arm tunes it to this order"
         )
     value = (b + np.sqrt(room)) / (2.0 * a)
-    return WithError(value, UNIT_ROUNDOFF * value * (12.0 + 8.0 * b * b / room))
+    return Bounded(value, UNIT_ROUNDOFF * value * (12.0 + 8.0 * b * b / room))
 
 
 def path_exponent(path: str, pendulum: Pendulum) -> np.ndarray:
@@ -204,7 +205,7 @@ def path_exponent(path: str, pendulum: Pendulum) -> np.ndarray:
     return np.asarray(np.sqrt((centre - near) / centre))
 
 
-def detuning_coefficient(pendulum: Pendulum) -> WithError:
+def detuning_coefficient(pendulum: Pendulum) -> Bounded:
     """e in n(P) = n (1 + e P^2 + ...) for swings of angle +-P of the tangent.
 
     e = -(1 - q^2 / q0^2) / 16, q0 the exponent of equal times: a circle softens by P^2 / 16, a
@@ -215,7 +216,7 @@ def detuning_coefficient(pendulum: Pendulum) -> WithError:
         raise NumericalFailure("a mass that turns with an arm runs on a circle, not on a cycloid")
     even = path_exponent("epicycloidal", pendulum._replace(swing_inertia=0.0))
     share = np.square(bend / even)
-    return WithError(-(1.0 - share) / 16.0, UNIT_ROUNDOFF * (1.0 + 16.0 * share / even**2))
+    return Bounded(-(1.0 - share) / 16.0, UNIT_ROUNDOFF * (1.0 + 16.0 * share / even**2))
 
 
 def largest_swing(pendulum: Pendulum) -> np.ndarray:
@@ -258,7 +259,7 @@ _TOO_NEAR = (
 )
 
 
-def order_of_swing(pendulum: Pendulum, swing: ArrayLike) -> WithError:
+def order_of_swing(pendulum: Pendulum, swing: ArrayLike) -> Bounded:
     """n(P): frequency over rotor speed of free swings between -P and P (rad). Broadcasts.
 
     Raises NumericalFailure for swings that leave the path (its cusp, or half a turn of a circle),
@@ -284,12 +285,12 @@ def order_of_swing(pendulum: Pendulum, swing: ArrayLike) -> WithError:
         if np.all(change <= _SETTLED):
             value = 1.0 / after
             error = value * (change + 40.0 * UNIT_ROUNDOFF) + small.error
-            return WithError(value, error)
+            return Bounded(value, error)
         before = after
     raise NumericalFailure(_TOO_NEAR.format(float(np.max(far))))
 
 
-def _on_circle(small: WithError, swing: FloatArray) -> WithError:
+def _on_circle(small: Bounded, swing: FloatArray) -> Bounded:
     """n AGM(1, cos(P/2)).
 
     The mean grows by a smaller share than cos(P/2) does, so that roundings of P/2 and of the cosine
@@ -307,7 +308,7 @@ def _on_circle(small: WithError, swing: FloatArray) -> WithError:
     mean = 0.5 * (mean + root)
     value = small.value * mean
     error = value * (lost + (2.0 * steps + 4.0) * UNIT_ROUNDOFF) + small.error * mean
-    return WithError(value, error)
+    return Bounded(value, error)
 
 
 def _mean(pendulum: Pendulum, largest: FloatArray, points: int) -> FloatArray:

@@ -7,7 +7,8 @@ from numpy.typing import ArrayLike
 
 from vibecalc.absorber.pendulum_order import Pendulum, largest_swing, terms, tuning_order
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, ComplexArray, FloatArray, WithError, floats
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, ComplexArray, FloatArray, floats
 
 # ----------------------------------------------------------------------------
 # A pendulum, for small swings, as a secondary system on the rotor.
@@ -127,10 +128,10 @@ class SteadyMotion(NamedTuple):
     speed, by the rotor's angle. A positive torque accelerates the rotor while n T is below pi.
     """
 
-    torque: WithError
-    swing: WithError
-    largest: WithError
-    acceleration: WithError
+    torque: Bounded
+    swing: Bounded
+    largest: Bounded
+    acceleration: Bounded
 
 
 def steady_motion(
@@ -149,13 +150,13 @@ def steady_motion(
         common = good[..., : rough.shape[-1]]
         uncertainty = 2.0 * np.abs(common - rough) + 64.0 * UNIT_ROUNDOFF * np.abs(common)
         size = np.max(np.abs(common), axis=-1, keepdims=True)
-        results.append(WithError(common, uncertainty + 256.0 * UNIT_ROUNDOFF * size))
+        results.append(Bounded(common, uncertainty + 256.0 * UNIT_ROUNDOFF * size))
     torque, sines, largest, acceleration = results
     return SteadyMotion(_single(torque), sines, _single(largest), acceleration)
 
 
-def _single(value: WithError) -> WithError:
-    return WithError(value.value[..., 0], value.error[..., 0])
+def _single(value: Bounded) -> Bounded:
+    return Bounded(value.value[..., 0], value.error[..., 0])
 
 
 def _solved(
@@ -319,9 +320,9 @@ class Jump(NamedTuple):
     first sine of the swing (rad), which differ by the other sines.
     """
 
-    torque: WithError
-    swing: WithError
-    first_sine: WithError
+    torque: Bounded
+    swing: Bounded
+    first_sine: Bounded
 
 
 def jump(pendulum: Pendulum, rotor_inertia: float, order: float) -> Jump:
@@ -358,9 +359,9 @@ def jump(pendulum: Pendulum, rotor_inertia: float, order: float) -> Jump:
         np.max(motion.largest.error)
     )
     return Jump(
-        WithError(np.asarray(good[1]), np.asarray(abs(good[1] - rough[1]) + 2.0 * noise)),
-        WithError(np.asarray(reach(good[0])), np.asarray(off)),
-        WithError(np.asarray(0.5 * (low + high) + half * good[0]), np.asarray(half * uncertainty)),
+        Bounded(np.asarray(good[1]), np.asarray(abs(good[1] - rough[1]) + 2.0 * noise)),
+        Bounded(np.asarray(reach(good[0])), np.asarray(off)),
+        Bounded(np.asarray(0.5 * (low + high) + half * good[0]), np.asarray(half * uncertainty)),
     )
 
 

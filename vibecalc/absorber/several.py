@@ -7,7 +7,8 @@ from numpy.typing import ArrayLike
 
 from vibecalc.absorber.transfer import Transfer, transfer_of
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
 # ----------------------------------------------------------------------------
 # Several absorbers on one primary system, side by side, in a row, or as any tree: response.
@@ -254,7 +255,7 @@ _ROUNDINGS = 8.0
 
 def several_with_error(
     system: Several, frequency: np.ndarray, excitation: str, response: str, absorber: int = 1
-) -> WithError:
+) -> Bounded:
     """`several_amplitude` of one system at frequencies x (n,) with the error of |H|.
 
     Numerator and denominator are sums of terms that cancel near a zero or a resonance: what is left
@@ -263,13 +264,13 @@ def several_with_error(
     value = several_amplitude(system, frequency, excitation, response, absorber)
     above, below = several_polynomials(system, transfer_of(excitation, response), absorber)
     if not np.any(above):  # a mass that nothing moves, at a resonance as well
-        return WithError(np.zeros_like(value), np.zeros(value.shape))
+        return Bounded(np.zeros_like(value), np.zeros(value.shape))
     finite = np.isfinite(value)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         lost = [_lost(side, frequency) for side in (above, below)]
         share = np.where(value == 0.0, 0.0, lost[0]) + lost[1]
         error = _ROUNDINGS * UNIT_ROUNDOFF * np.abs(value) * share
-    return WithError(value, np.where(finite & np.isfinite(error), error, 0.0))
+    return Bounded(value, np.where(finite & np.isfinite(error), error, 0.0))
 
 
 def _lost(polynomial: Polynomial, x: np.ndarray) -> np.ndarray:

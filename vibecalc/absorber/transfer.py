@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
 # ----------------------------------------------------------------------------
 # A sprung and damped primary system with one absorber: its ratios and what may be asked of it.
@@ -243,7 +244,7 @@ def amplitude(
 def amplitude_with_error(
     absorber: Absorber, frequency: ArrayLike, excitation: str = "force",
     response: str = "displacement",
-) -> WithError:  # fmt: skip
+) -> Bounded:  # fmt: skip
     """`amplitude` with the absolute error of |H| due to rounding; infinite where H is."""
     value = _amplitude(absorber, frequency, excitation, response)
     x = np.minimum(np.abs(np.asarray(frequency, dtype=float)), _FAR)
@@ -254,7 +255,7 @@ def amplitude_with_error(
         # at a zero of the numerator nothing is left to be relative to
         small = 4.0 * UNIT_ROUNDOFF * top[0] * gain / bottom[1]
         error = np.where(np.isinf(value), np.inf, np.where(value == 0.0, small, error))
-    return WithError(value, error)
+    return Bounded(value, error)
 
 
 def _amplitude(

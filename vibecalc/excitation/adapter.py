@@ -11,8 +11,9 @@ from vibecalc.excitation.balance import balance_columns, residual
 from vibecalc.excitation.crank_forces import TurningWeights, crank_forces, turning_forces
 from vibecalc.excitation.inertia_forces import Excitation, at_speed, size_of_terms
 from vibecalc.kinematics.adapter import PistonMotion
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak
-from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.crank_train import CrankTrain, RotatingMasses
 from vibecalc.parts.firing import shakes_with_torque
 
@@ -60,7 +61,7 @@ def _turning(rotating: RotatingMasses) -> TurningWeights:
     )
 
 
-def rod_difference(train: CrankTrain, rod: "parts.Rod") -> WithError:
+def rod_difference(train: CrankTrain, rod: "parts.Rod") -> Bounded:
     """Moment of one rod beyond that of its two point masses, in kg m^2.
 
     Minus that of the point masses where the case does not give the rod's own moment.
@@ -72,7 +73,7 @@ def rod_difference(train: CrankTrain, rod: "parts.Rod") -> WithError:
         place = (rod.reciprocating_fraction or 0.0) * train.rod_length
     points = split_inertia(rod.mass, place, train.rod_length)
     value = (rod.inertia or 0.0) - points.value
-    return WithError(value, points.error + EPSILON * np.abs(value))
+    return Bounded(value, points.error + EPSILON * np.abs(value))
 
 
 # ----------------------------------------------------------------------------

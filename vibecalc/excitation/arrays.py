@@ -18,8 +18,9 @@ from vibecalc.kinematics.truncated_series import (
     truncated_dropped_acceleration,
     truncated_harmonics,
 )
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak
-from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray, WithError
+from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
 from vibecalc.parts.body import Frame, build_frame
 from vibecalc.parts.firing import shakes_with_torque
 from vibecalc.parts.geometry import CrankGeometry
@@ -193,7 +194,7 @@ class PistonMotions(NamedTuple):
     highest_order: IntArray
     tail: FloatArray
     dropped_after_guard: FloatArray
-    lacking: WithError
+    lacking: Bounded
 
 
 def piston_motion(columns: Columns, train: Train) -> PistonMotions:
@@ -216,7 +217,7 @@ def piston_motion(columns: Columns, train: Train) -> PistonMotions:
         highest_order=motion.highest_order[back],
         tail=motion.tail[back],
         dropped_after_guard=motion.dropped_after_guard[back],
-        lacking=WithError(motion.lacking.value[back], motion.lacking.error[back]),
+        lacking=Bounded(motion.lacking.value[back], motion.lacking.error[back]),
     )
 
 
@@ -238,7 +239,7 @@ def _exact_series(
     tail = np.where(beyond_last > 0.0, dropped / np.where(beyond_last > 0.0, beyond_last, 1.0), 1.0)
     reach = ratio * (1.0 + np.abs(offset))
     slip = EPSILON * (last + 2.0 + 1.0 / decay) / np.sqrt(1.0 - reach * reach)
-    lacking = WithError(dropped, uncertainty + (3.0 * EPSILON + slip) * dropped)
+    lacking = Bounded(dropped, uncertainty + (3.0 * EPSILON + slip) * dropped)
     error = _with_ratio_error(exact.values, exact.error, ratio)
     return PistonMotions(exact.values, error, last, tail, beyond.value, lacking)
 
@@ -253,7 +254,7 @@ def _cut_series(columns: Columns, ratio: FloatArray, terms: int) -> PistonMotion
     relative = EPSILON * (8.0 + 4.0 * terms / (1.0 - ratio * ratio))
     tail = np.full(ratio.shape, 1.0 if values.shape[-1] > highest + 1 else 0.0)
     nothing = np.zeros(ratio.shape)
-    return PistonMotions(values, error, used, tail, nothing, WithError(dropped, relative * dropped))
+    return PistonMotions(values, error, used, tail, nothing, Bounded(dropped, relative * dropped))
 
 
 def enough_orders(ratio: FloatArray, rtol: float, offset: FloatArray) -> IntArray:
@@ -339,7 +340,7 @@ def build_forces(columns: Columns) -> Forces:
     return Forces(train, motion, per_square, orders, orders <= motion.highest_order[:, None])
 
 
-def peak_with_tail(harmonics: WithError, forces: Forces) -> WithError:
+def peak_with_tail(harmonics: Bounded, forces: Forces) -> Bounded:
     """Peak over the cycle (points, ...) of the retained orders, the dropped ones in its error.
 
     `harmonics` (points or 1, ..., h) with as many axes in between as the caller likes.
@@ -352,10 +353,10 @@ def peak_with_tail(harmonics: WithError, forces: Forces) -> WithError:
     peak = cycle_peak(within, forces.orders[: forces.retained])
     left_out = np.where(counts, error, 0.0).sum(-1)
     left_out = left_out + tail * np.where(counts, 0.0, np.abs(value)).sum(-1)
-    return WithError(peak.value, peak.error + left_out)
+    return Bounded(peak.value, peak.error + left_out)
 
 
-def _rod_difference(columns: Columns, train: Train) -> WithError:
+def _rod_difference(columns: Columns, train: Train) -> Bounded:
     """Moments (points or 1, 1) of a rod beyond those of its two point masses."""
     from vibecalc.excitation.rod_inertia import split_inertia
 
@@ -366,7 +367,7 @@ def _rod_difference(columns: Columns, train: Train) -> WithError:
     points = split_inertia(columns.number(*rod, "mass"), place, train.rod_length)
     difference = columns.number(*rod, "inertia") - points.value
     uncertainty = points.error + EPSILON * np.abs(difference)
-    return WithError(difference[:, None], uncertainty[:, None])
+    return Bounded(difference[:, None], uncertainty[:, None])
 
 
 # ----------------------------------------------------------------------------
@@ -404,14 +405,14 @@ def emit_excitation(columns: Columns, forces: Forces, sheet: Sheet) -> None:
         ("force", driven.force, driven.force_error),
         ("couple", driven.couple, driven.couple_error),
     ):
-        emitted = WithError(value[:, :used], error[:, :used])
+        emitted = Bounded(value[:, :used], error[:, :used])
         sheet.emit(f"excitation/{name}", counted_only(emitted, counts, axis=1), axes)
     _peaks(forces, speed, sheet)
     for name, mass in (
         ("reciprocating", forces.train.reciprocating_mass),
         ("rotating", forces.train.rotating_mass),
     ):
-        emitted = WithError(mass, 4.0 * EPSILON * mass)
+        emitted = Bounded(mass, 4.0 * EPSILON * mass)
         sheet.emit(f"excitation/mass/{name}", emitted, {"cylinder": names})
     if sheet.wants(*COUNTERWEIGHT):
         _counterweights(columns, forces, speed, sheet)
@@ -429,13 +430,13 @@ def _emit_motion(forces: Forces, speed: FloatArray, sheet: Sheet) -> None:
     error = motion.error[:, : len(orders)] + 4.0 * EPSILON * np.abs(value)
     unit, axes = radius * speed**2, {"order": orders}
     scale = unit[:, None] * orders**2
-    position = WithError(radius[:, None] * value, radius[:, None] * error)
+    position = Bounded(radius[:, None] * value, radius[:, None] * error)
     sheet.emit("kinematics/position_harmonics", counted_only(position, counts), axes)
-    bent = WithError(-scale * value, scale * error)
+    bent = Bounded(-scale * value, scale * error)
     sheet.emit("kinematics/acceleration_harmonics", counted_only(bent, counts), axes)
     lacking = motion.lacking
     rounding = lacking.error + 4.0 * EPSILON * lacking.value
-    dropped = WithError(unit * lacking.value, unit * rounding)
+    dropped = Bounded(unit * lacking.value, unit * rounding)
     sheet.emit("kinematics/dropped_acceleration", dropped)
 
 
@@ -447,10 +448,10 @@ def _peaks(forces: Forces, speed: FloatArray, sheet: Sheet) -> None:
         ("couple", whole.couple, whole.couple_error),
     ):
         if sheet.wants(f"excitation/{name}_peak"):
-            rows = WithError(np.swapaxes(value, 1, 2), np.swapaxes(error, 1, 2))
+            rows = Bounded(np.swapaxes(value, 1, 2), np.swapaxes(error, 1, 2))
             peak = peak_with_tail(rows, forces)
             top = square * peak.value
-            found = WithError(top, square * peak.error + 3.0 * EPSILON * top)
+            found = Bounded(top, square * peak.error + 3.0 * EPSILON * top)
             sheet.emit(f"excitation/{name}_peak", found, {"direction": DIRECTIONS})
 
 
@@ -462,9 +463,9 @@ def _counterweights(columns: Columns, forces: Forces, speed: FloatArray, sheet: 
     force = unbalance * np.square(speed)[:, None]
     along = np.abs((forces.train.origin @ forces.train.frame.axis)[:, None] + position)
     axes = {"counterweight": [weight.name for weight in weights]}
-    sheet.emit(COUNTERWEIGHT[0], WithError(force, 2.0 * EPSILON * force), axes)
+    sheet.emit(COUNTERWEIGHT[0], Bounded(force, 2.0 * EPSILON * force), axes)
     couple = force * along
-    sheet.emit(COUNTERWEIGHT[1], WithError(couple, 6.0 * EPSILON * couple), axes)
+    sheet.emit(COUNTERWEIGHT[1], Bounded(couple, 6.0 * EPSILON * couple), axes)
 
 
 def _balance(columns: Columns, forces: Forces, names: list[str], sheet: Sheet) -> None:
@@ -497,4 +498,4 @@ def _residual(columns: Columns, forces: Forces, driven: Excitation, sheet: Sheet
     dropped = forces.motion.tail * guards.value
     total = first.value + np.hypot(first.value, dropped)
     added = dropped * (dropped / np.where(total > 0.0, total, 1.0))
-    sheet.emit(RESIDUAL, WithError(first.value, first.error + added))
+    sheet.emit(RESIDUAL, Bounded(first.value, first.error + added))

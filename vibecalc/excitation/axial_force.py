@@ -7,8 +7,9 @@ from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.inertia_forces import Complex, Real
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak
-from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.rounding import EPSILON
 
 
 class AxialForce(NamedTuple):
@@ -23,10 +24,10 @@ class AxialForce(NamedTuple):
     orders: np.ndarray
     harmonics: Complex
     error: Real
-    mean: WithError
-    sum_of_amplitudes: WithError
-    peak: WithError
-    rms: WithError
+    mean: Bounded
+    sum_of_amplitudes: Bounded
+    peak: Bounded
+    rms: Bounded
 
 
 def axial_force(
@@ -92,10 +93,10 @@ def axial_force(
         orders=order[order > 0],
         harmonics=harmonics,
         error=error,
-        mean=WithError(steady, 4.0 * EPSILON * np.abs(steady)),
-        sum_of_amplitudes=WithError(total, spread + size.shape[-1] * EPSILON * total),
-        peak=WithError(peak.value, peak.error + spread),
-        rms=WithError(rms, rounding * rms),
+        mean=Bounded(steady, 4.0 * EPSILON * np.abs(steady)),
+        sum_of_amplitudes=Bounded(total, spread + size.shape[-1] * EPSILON * total),
+        peak=Bounded(peak.value, peak.error + spread),
+        rms=Bounded(rms, rounding * rms),
     )
 
 

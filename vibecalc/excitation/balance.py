@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vibecalc.excitation.inertia_forces import Complex, Excitation, Real
-from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON
 
 # ----------------------------------------------------------------------------
 # The balance table of a crank train: sums of sin, cos, z sin and z cos over the cylinders.
@@ -160,15 +161,15 @@ TABLE = tuple(BalanceTable._fields[:8])
 BANKS = tuple(f"banks/{name}" for name in BankSums._fields[:6])
 
 
-def balance_columns(orders: ArrayLike, train: PlacedTrain) -> dict[str, WithError]:
+def balance_columns(orders: ArrayLike, train: PlacedTrain) -> dict[str, Bounded]:
     """Every column of the table by name, with its sums as numbers and as vectors."""
     angles = {"crank_phase": train.crank_phase, "bank_angle": train.bank_angle}
     table = balance_table(orders, **angles, position=train.position)
     sums = bank_sums(
         orders, **angles, position=train.position, stroke=train.stroke, across=train.across
     )
-    columns = dict(zip(TABLE, map(WithError, table[:8], table[8:]), strict=True))
-    return columns | dict(zip(BANKS, map(WithError, sums[:6], sums[6:]), strict=True))
+    columns = dict(zip(TABLE, map(Bounded, table[:8], table[8:]), strict=True))
+    return columns | dict(zip(BANKS, map(Bounded, sums[:6], sums[6:]), strict=True))
 
 
 # ----------------------------------------------------------------------------

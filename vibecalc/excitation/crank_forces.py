@@ -15,7 +15,8 @@ from vibecalc.excitation.inertia_forces import (
     reciprocating_excitation,
     rotating_excitation,
 )
-from vibecalc.numerics.rounding import EPSILON, FloatArray, WithError
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON, FloatArray
 
 
 class TurningWeights(NamedTuple):
@@ -71,7 +72,7 @@ def crank_forces(
     origin: FloatArray,
     *,
     turning: TurningWeights | None = None,
-    rod_difference: WithError | None = None,
+    rod_difference: Bounded | None = None,
     with_torque: bool = False,
     rotor_inertia: Any = None,
 ) -> Excitation:
@@ -118,7 +119,7 @@ def crank_forces(
 
 
 def share_of_rotor(
-    train: Pistons, motion: PistonSeries, rotor_inertia: Any, rod_difference: WithError | None
+    train: Pistons, motion: PistonSeries, rotor_inertia: Any, rod_difference: Bounded | None
 ) -> Any:
     """Share (...) of the torque on the crankshaft that turns what is fixed to it, and the body."""
     from vibecalc.excitation.inertia_forces import mean_inertia, rotor_share
@@ -185,7 +186,7 @@ def _reaction(train: Pistons, motion: PistonSeries, highest: int) -> Excitation:
 
 
 def _rods(
-    train: Pistons, difference: WithError, highest: int, with_torque: bool, share: Any
+    train: Pistons, difference: Bounded, highest: int, with_torque: bool, share: Any
 ) -> list[Excitation]:
     """Couples of the rods' own moments beyond those of their two point masses."""
     from vibecalc.excitation.rod_inertia import rod_inertia_excitation, rod_torque_reaction
@@ -195,7 +196,7 @@ def _rods(
         train.crank_radius, train.rod_length, train.wrist_pin_offset, highest_order=highest
     )
     runs = _runs(train)
-    kernels: list[tuple[Callable[..., Excitation], WithError]] = [
+    kernels: list[tuple[Callable[..., Excitation], Bounded]] = [
         (rod_inertia_excitation, turned.acceleration)
     ]
     if with_torque:

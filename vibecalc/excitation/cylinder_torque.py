@@ -17,6 +17,7 @@ from vibecalc.kinematics.harmonics import (
 )
 from vibecalc.kinematics.rod_angle import rod_angle_harmonics
 from vibecalc.kinematics.slider_crank import piston_path, top_dead_centre
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.gauss import gauss_rule
 from vibecalc.numerics.rounding import (
     EPSILON,
@@ -24,7 +25,6 @@ from vibecalc.numerics.rounding import (
     ComplexArray,
     FloatArray,
     IntArray,
-    WithError,
     distinct,
     two_product,
 )
@@ -52,7 +52,7 @@ BLOCK = 250_000
 SAMPLE_ROUNDINGS = 12.0
 #: errors without a common sign add as their squares do; this many times the root is not exceeded
 INDEPENDENT = 4.0
-PARTS = WithError._fields
+PARTS = ("value", "error")
 
 
 class CylinderTorque(NamedTuple):
@@ -89,8 +89,8 @@ def cylinder_torque(
     """
     order = np.arange(1, harmonics + 1, dtype=np.float64) * float(2.0 * np.pi / cards[0].cycle)
     computed = [gas_harmonics(card, geometry, order) for card in cards]
-    gas = WithError(*(np.stack([getattr(each, part) for each, _ in computed]) for part in PARTS))
-    mean = WithError(*(np.stack([getattr(each, part) for _, each in computed]) for part in PARTS))
+    gas = Bounded(*(np.stack([getattr(each, part) for each, _ in computed]) for part in PARTS))
+    mean = Bounded(*(np.stack([getattr(each, part) for _, each in computed]) for part in PARTS))
     inertia = inertia_harmonics(geometry, reciprocating_mass, rod_inertia_difference, order)
     return CylinderTorque(
         order, gas.value, gas.error, inertia.value, inertia.error, mean.value, mean.error
@@ -111,7 +111,7 @@ def weighted(torque: CylinderTorque, weights: ArrayLike) -> CylinderTorque:
 
 def gas_harmonics(
     card: GasCard, geometry: CrankGeometry, order: ArrayLike
-) -> tuple[WithError, WithError]:
+) -> tuple[Bounded, Bounded]:
     """Harmonics (m,) of the gas torque at the orders (m,), complex, and its mean (), in N m.
 
     Gauss panels that end at the nodes of the card. They are short against the distance of the poles
@@ -153,8 +153,8 @@ def gas_harmonics(
     spread = float(np.sqrt(INDEPENDENT**2 * np.sum(uncertainty**2) + np.sum(fit**2)))
     rounding = EPSILON * (8.0 + orders * width.max()) * magnitude
     error = np.broadcast_to(spread + rounding, value.shape)
-    gas = WithError(2.0 * value[1:], 2.0 * error[1:] + 2.0 * EPSILON * np.abs(value[1:]))
-    return gas, WithError(np.asarray(value[0].real), np.asarray(error[0]))
+    gas = Bounded(2.0 * value[1:], 2.0 * error[1:] + 2.0 * EPSILON * np.abs(value[1:]))
+    return gas, Bounded(np.asarray(value[0].real), np.asarray(error[0]))
 
 
 def inertia_harmonics(
@@ -162,7 +162,7 @@ def inertia_harmonics(
     reciprocating_mass: float,
     rod_inertia_difference: float,
     order: ArrayLike,
-) -> WithError:
+) -> Bounded:
     """Harmonics (m,) of the inertia torque at the orders (m,), N m per (rad/s)^2.
 
     Zero at the half orders, and without a mean: at constant speed the masses give back within a
@@ -180,13 +180,13 @@ def inertia_harmonics(
     )
     whole = orders == np.floor(orders)
     index = np.where(whole, orders, 0.0).astype(int)
-    return WithError(np.where(whole, value[index], 0.0), np.where(whole, error[index], 0.0))
+    return Bounded(np.where(whole, value[index], 0.0), np.where(whole, error[index], 0.0))
 
 
 @lru_cache(maxsize=16)
 def _of_unit_masses(
     radius: float, length: float, offset: float, highest: int
-) -> tuple[TorqueHarmonics, WithError]:
+) -> tuple[TorqueHarmonics, Bounded]:
     """Torque of a piston over m R^2 w^2, and what a rod's moment of inertia is multiplied with.
 
     A machine asks for the same crank drive with several masses.

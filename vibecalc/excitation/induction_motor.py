@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, WithError
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 
 # ----------------------------------------------------------------------------
 # Equivalent circuit of an induction motor: its torque at a steady slip.
@@ -69,7 +70,7 @@ class Circuit(NamedTuple):
     size: FloatArray
 
 
-def steady_torque(motor: InductionMotor, slip_speed: ArrayLike) -> WithError:
+def steady_torque(motor: InductionMotor, slip_speed: ArrayLike) -> Bounded:
     """Torque at a steady slip, N m (...,), with its rounding error.
 
     Parameters
@@ -82,7 +83,7 @@ def steady_torque(motor: InductionMotor, slip_speed: ArrayLike) -> WithError:
 
     Returns
     -------
-    WithError
+    Bounded
         (3/2) p V^2 Im Y / |D|^2. Nothing cancels in Im Y; what cancels in D as a generator is
         in the error.
     """
@@ -91,10 +92,10 @@ def steady_torque(motor: InductionMotor, slip_speed: ArrayLike) -> WithError:
     divisor = np.abs(circuit.divisor)
     value = 1.5 * p * (voltage / divisor) ** 2 * circuit.inverse_inductance.imag
     rounding = 16.0 + 8.0 * circuit.size / divisor
-    return WithError(np.asarray(value), np.asarray(EPSILON * rounding * np.abs(value)))
+    return Bounded(np.asarray(value), np.asarray(EPSILON * rounding * np.abs(value)))
 
 
-def torque_slope(motor: InductionMotor, slip_speed: ArrayLike) -> WithError:
+def torque_slope(motor: InductionMotor, slip_speed: ArrayLike) -> Bounded:
     """Derivative of `steady_torque` by the slip, N m s (...,), with its rounding error.
 
     Positive where the motor runs stably; at slip 0 it is the motor's gain.
@@ -108,7 +109,7 @@ def torque_slope(motor: InductionMotor, slip_speed: ArrayLike) -> WithError:
     factor = 1.5 * (p * voltage) ** 2
     rounding = 24.0 + 16.0 * circuit.size / np.abs(circuit.divisor)
     # a derivative passes through zero: its rounding is that of its two parts
-    return WithError(
+    return Bounded(
         np.asarray(factor * (terms[0] + terms[1])),
         np.asarray(factor * EPSILON * rounding * (np.abs(terms[0]) + np.abs(terms[1]))),
     )
@@ -161,10 +162,10 @@ class TorqueCurve(NamedTuple):
     is the slope at synchronous speed.
     """
 
-    gain: WithError
-    breakdown_slip: WithError
-    breakdown_torque: WithError
-    locked_rotor_torque: WithError
+    gain: Bounded
+    breakdown_slip: Bounded
+    breakdown_torque: Bounded
+    locked_rotor_torque: Bounded
 
 
 def torque_curve(motor: InductionMotor) -> TorqueCurve:
@@ -174,8 +175,8 @@ def torque_curve(motor: InductionMotor) -> TorqueCurve:
     top = int(np.argmax(torque.value))
     return TorqueCurve(
         gain=torque_slope(motor, 0.0),
-        breakdown_slip=WithError(slips[top], errors[top]),
-        breakdown_torque=WithError(torque.value[top], torque.error[top]),
+        breakdown_slip=Bounded(slips[top], errors[top]),
+        breakdown_torque=Bounded(torque.value[top], torque.error[top]),
         locked_rotor_torque=steady_torque(motor, motor.synchronous_speed),
     )
 

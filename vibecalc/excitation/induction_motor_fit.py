@@ -16,7 +16,8 @@ from vibecalc.excitation.induction_motor_identify import (
     transient_inductance,
     with_stator_leakage,
 )
-from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray, WithError
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray
 
 # ----------------------------------------------------------------------------
 # Least squares of a motor's rotor against a table, from many starts, ended by Newton steps.
@@ -276,7 +277,7 @@ class MotorFit(NamedTuple):
     motor: InductionMotor
     slip: FloatArray
     table: FloatArray
-    torque: WithError
+    torque: Bounded
     residual: FloatArray
     used: BoolArray
     worst_relative: float

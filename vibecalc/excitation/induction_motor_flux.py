@@ -14,7 +14,8 @@ from vibecalc.excitation.induction_motor import (
     torque_slope,
 )
 from vibecalc.excitation.slip_torque import Torque
-from vibecalc.numerics.rounding import EPSILON, SINGULAR, ComplexArray, FloatArray, WithError
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON, SINGULAR, ComplexArray, FloatArray
 
 # ----------------------------------------------------------------------------
 # Induction motor in time: flux linkages as states, torque, and where the power goes.
@@ -138,7 +139,7 @@ def flux_torque(system: FluxSystem, flux: ArrayLike) -> FluxTorque:
     return FluxTorque(0.5 * (f * gradient).sum(axis=-1), gradient, rounding * magnitudes)
 
 
-def steady_flux(motor: InductionMotor, slip_speed: ArrayLike) -> WithError:
+def steady_flux(motor: InductionMotor, slip_speed: ArrayLike) -> Bounded:
     """Fluxes (..., n) in V s of the steady state at a slip (rad/s, mechanical), with their error.
 
     From the equivalent circuit: f_m = V / D, f_stator = (1 + l Y) f_m and, since a cage's current
@@ -154,7 +155,7 @@ def steady_flux(motor: InductionMotor, slip_speed: ArrayLike) -> WithError:
     flux = np.concatenate([stator[..., None], air_gap[..., None] / branch], axis=-1)
     value = np.stack([flux.real, flux.imag], axis=-1).reshape(*flux.shape[:-1], -1)
     rounding = EPSILON * (12.0 + 4.0 * circuit.size / np.abs(circuit.divisor))
-    return WithError(value, np.repeat(rounding[..., None] * np.abs(flux), 2, axis=-1))
+    return Bounded(value, np.repeat(rounding[..., None] * np.abs(flux), 2, axis=-1))
 
 
 def _real(matrix: ComplexArray) -> FloatArray:
@@ -177,9 +178,9 @@ class TimeConstants(NamedTuple):
     stator resistance. `rotor_open` and `rotor_short` (..., cages), longest first: of the rotor
     with open and with shorted stator (of no resistance)."""
 
-    stator: WithError
-    rotor_open: WithError
-    rotor_short: WithError
+    stator: Bounded
+    rotor_open: Bounded
+    rotor_short: Bounded
 
 
 def time_constants(motor: InductionMotor) -> TimeConstants:
@@ -191,11 +192,11 @@ def time_constants(motor: InductionMotor) -> TimeConstants:
     shorted = magnetising * leakage / (magnetising + leakage)
     rounding = np.where(np.isfinite(stator), 16.0 * EPSILON * stator, 0.0)
     return TimeConstants(
-        WithError(stator, rounding), _rotor_times(motor, magnetising), _rotor_times(motor, shorted)
+        Bounded(stator, rounding), _rotor_times(motor, magnetising), _rotor_times(motor, shorted)
     )
 
 
-def eigenvalues(motor: InductionMotor, slip_speed: ArrayLike) -> WithError:
+def eigenvalues(motor: InductionMotor, slip_speed: ArrayLike) -> Bounded:
     """Eigenvalues (..., 1 + cages) in 1/s at a speed that is held, least damped first.
 
     Seen from the field's frame: a flux that stands still in the stator has an imaginary part near
@@ -219,12 +220,12 @@ def eigenvalues(motor: InductionMotor, slip_speed: ArrayLike) -> WithError:
         raise NumericalFailure("two electrical eigenvalues of the motor fall together")
     order = np.argsort(-values.real, axis=-1, kind="stable")
     values = np.take_along_axis(values, order, axis=-1)
-    return WithError(values, np.broadcast_to(bound[..., None], values.shape).copy())
+    return Bounded(values, np.broadcast_to(bound[..., None], values.shape).copy())
 
 
 def torque_answer(
     motor: InductionMotor, slip_speed: ArrayLike, frequency: ArrayLike
-) -> tuple[WithError, WithError]:
+) -> tuple[Bounded, Bounded]:
     """Small answer of the torque to the crank's speed, complex, N m s: T = Re(G w exp(i W t)).
 
     Parameters
@@ -253,7 +254,7 @@ def torque_answer(
     push = np.einsum("...ij,...j->...i", system.by_speed, flux)
     pull = np.einsum("...ij,...j->...i", system.torque_form, flux)
 
-    def answer(rate: FloatArray) -> WithError:
+    def answer(rate: FloatArray) -> Bounded:
         at = 1j * rate[..., None, None] * np.eye(flux.shape[-1]) - matrix
         loss = 8.0 * flux.shape[-1] * EPSILON * np.linalg.cond(at)
         if not np.all(loss < SINGULAR):
@@ -262,18 +263,18 @@ def torque_answer(
             )
         moved = np.linalg.solve(at, np.broadcast_to(push, at.shape[:-1])[..., None])[..., 0]
         size = np.linalg.norm(pull, axis=-1) * np.linalg.norm(moved, axis=-1)
-        return WithError((pull * moved).sum(axis=-1), np.asarray(loss * size))
+        return Bounded((pull * moved).sum(axis=-1), np.asarray(loss * size))
 
     return answer(given), answer(np.zeros_like(given))
 
 
-def _rotor_times(motor: InductionMotor, shared: FloatArray) -> WithError:
+def _rotor_times(motor: InductionMotor, shared: FloatArray) -> Bounded:
     """Eigenvalues of R^-1 (leakages + shared inductance), by its symmetric form."""
     root = np.sqrt(np.asarray(motor.rotor_resistance, dtype=float))
     leakage = np.asarray(motor.rotor_leakage, dtype=float)
     inductance = leakage[..., None] * np.eye(leakage.shape[-1]) + shared[..., None, None]
     times = np.linalg.eigvalsh(inductance / (root[..., :, None] * root[..., None, :]))[..., ::-1]
-    return WithError(times, 8.0 * times.shape[-1] * EPSILON * np.abs(times[..., :1] + 0.0 * times))
+    return Bounded(times, 8.0 * times.shape[-1] * EPSILON * np.abs(times[..., :1] + 0.0 * times))
 
 
 # ----------------------------------------------------------------------------

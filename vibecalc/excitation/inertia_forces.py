@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON
 
 # ----------------------------------------------------------------------------
 # Forces and couples per order, with their error estimates: the sum that every part enters.
@@ -96,9 +97,9 @@ def about_point(excitation: Excitation, point: ArrayLike) -> Excitation:
     return excitation._replace(couple=excitation.couple - moved, couple_error=couple_error)
 
 
-def as_loads(excitation: Excitation) -> WithError:
+def as_loads(excitation: Excitation) -> Bounded:
     """Forces and couples (..., orders, 6): x, y, z, then the couples about them."""
-    return WithError(
+    return Bounded(
         np.concatenate([excitation.force, excitation.couple], axis=-1),
         np.concatenate([excitation.force_error, excitation.couple_error], axis=-1),
     )

@@ -16,7 +16,8 @@ from vibecalc.kinematics.slider_crank import (
     stroke,
     top_dead_centre,
 )
-from vibecalc.numerics.rounding import EPSILON, FloatArray, WithError
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.parts.geometry import CrankGeometry
 
 # ----------------------------------------------------------------------------
@@ -193,12 +194,12 @@ def motored_cycle(cycle: PressureCycle, geometry: CrankGeometry) -> GasCard:
     return fitted_card(pressure, _breakpoints(cycle), _length(cycle))
 
 
-def mean_pressure(card: GasCard, geometry: CrankGeometry) -> WithError:
+def mean_pressure(card: GasCard, geometry: CrankGeometry) -> Bounded:
     """Mean indicated pressure, Pa: the work of one cycle over the swept volume."""
     _, mean = gas_harmonics(card, geometry, np.empty(0))
     travel = stroke(geometry.crank_radius, geometry.rod_length, geometry.wrist_pin_offset)
     factor = card.cycle / (geometry.piston_area * float(travel))
-    return WithError(mean.value * factor, mean.error * factor + 8e-16 * np.abs(mean.value * factor))
+    return Bounded(mean.value * factor, mean.error * factor + 8e-16 * np.abs(mean.value * factor))
 
 
 def cylinder_volume(
@@ -341,14 +342,14 @@ class PumpTurn(NamedTuple):
     pressure) volumes, m^3; `work` that the crank gives to the liquid, J.
     """
 
-    top: WithError
-    suction_opens: WithError
-    bottom: WithError
-    discharge_opens: WithError
-    swept: WithError
-    drawn: WithError
-    delivered: WithError
-    work: WithError
+    top: Bounded
+    suction_opens: Bounded
+    bottom: Bounded
+    discharge_opens: Bounded
+    swept: Bounded
+    drawn: Bounded
+    delivered: Bounded
+    work: Bounded
 
 
 def pump_turn(liquid: Liquid, geometry: CrankGeometry) -> PumpTurn:
@@ -378,9 +379,9 @@ def pump_turn(liquid: Liquid, geometry: CrankGeometry) -> PumpTurn:
     opened = _from_top(expanded / area, float(outer.position), geometry)
     closed = _from_bottom(compressed / area, float(inner.position), geometry)
     return PumpTurn(
-        WithError(np.asarray(outer.angle), np.asarray(outer.angle_error)),
+        Bounded(np.asarray(outer.angle), np.asarray(outer.angle_error)),
         opened,
-        WithError(np.asarray(inner.angle), np.asarray(inner.angle_error)),
+        Bounded(np.asarray(inner.angle), np.asarray(inner.angle_error)),
         closed,
         _with_error(swept, uncertainty * swept),
         _with_error(swept - expanded, uncertainty * (swept + expanded)),
@@ -440,7 +441,7 @@ def pump_card(liquid: Liquid, geometry: CrankGeometry) -> GasCard:
     return card._replace(error=card.error + 4.0 * np.pi * EPSILON * steepest)
 
 
-def _from_top(travel: float, top: float, geometry: CrankGeometry) -> WithError:
+def _from_top(travel: float, top: float, geometry: CrankGeometry) -> Bounded:
     """Crank angle at which the wrist pin, at first at `top`, has come in by `travel`."""
     radius, length, _, offset = geometry
     pin = top - travel
@@ -451,7 +452,7 @@ def _from_top(travel: float, top: float, geometry: CrankGeometry) -> WithError:
     return _turned(2.0 * half, float(np.arctan2(offset, pin)), square)
 
 
-def _from_bottom(travel: float, bottom: float, geometry: CrankGeometry) -> WithError:
+def _from_bottom(travel: float, bottom: float, geometry: CrankGeometry) -> Bounded:
     """Crank angle beyond bottom dead centre at which the wrist pin has come out by `travel`."""
     radius, length, _, offset = geometry
     pin = bottom + travel
@@ -462,7 +463,7 @@ def _from_bottom(travel: float, bottom: float, geometry: CrankGeometry) -> WithE
     return _turned(2.0 * half, float(np.pi + np.arctan2(offset, pin)), square)
 
 
-def _turned(turn: float, start: float, square: float) -> WithError:
+def _turned(turn: float, start: float, square: float) -> Bounded:
     slack = HALF_ANGLE_ROUNDINGS * EPSILON * float(np.sqrt(square / (1.0 - square)))
     return _with_error(start + turn, slack + 2.0 * EPSILON * (abs(start) + turn))
 
@@ -486,5 +487,5 @@ def _travel_from_bottom(angle: FloatArray, geometry: CrankGeometry) -> FloatArra
     return np.asarray(np.maximum(travel, 0.0))
 
 
-def _with_error(value: float, error: float) -> WithError:
-    return WithError(np.asarray(value), np.asarray(error))
+def _with_error(value: float, error: float) -> Bounded:
+    return Bounded(np.asarray(value), np.asarray(error))

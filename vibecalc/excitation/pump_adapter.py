@@ -8,7 +8,8 @@ from vibecalc.excitation.model import crank_geometry, firing_angle, liquid_of, p
 from vibecalc.excitation.pressure_cycle import cylinder_pressure, pump_turn
 from vibecalc.excitation.results import PUMP_ROOT
 from vibecalc.excitation.stage import USUAL_ORDERS
-from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON
 
 #: degrees of the pressure curve
 STEPS = 360
@@ -68,7 +69,7 @@ def _torque(scene: Scene, works: np.ndarray, angle: np.ndarray) -> None:
     scene.emit(f"{PUMP_ROOT}/mean_torque", count * mean.value, count * mean.error)
 
 
-def _ratio(one: WithError, other: WithError) -> WithError:
+def _ratio(one: Bounded, other: Bounded) -> Bounded:
     value = one.value / other.value
     uncertainty = one.error + value * other.error
-    return WithError(value, uncertainty / other.value + EPSILON * value)
+    return Bounded(value, uncertainty / other.value + EPSILON * value)

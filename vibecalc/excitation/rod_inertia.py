@@ -10,12 +10,13 @@ from numpy.typing import ArrayLike
 
 from vibecalc.excitation.inertia_forces import Excitation, order_phasors
 from vibecalc.kinematics.rod_angle import largest_rod_acceleration
-from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON
 
 
 def split_inertia(
     rod_mass: ArrayLike, crank_pin_to_mass_centre: ArrayLike, rod_length: ArrayLike
-) -> WithError:
+) -> Bounded:
     """Moment m l1 l2 of the two point masses about the rod's mass centre, kg m^2, and its error.
 
     Parameters
@@ -25,7 +26,7 @@ def split_inertia(
     """
     first, length = (np.asarray(v, float) for v in (crank_pin_to_mass_centre, rod_length))
     value = np.asarray(np.asarray(rod_mass, dtype=float) * first * (length - first))
-    return WithError(value, 2.0 * EPSILON * np.abs(value))
+    return Bounded(value, 2.0 * EPSILON * np.abs(value))
 
 
 def rod_inertia_excitation(
@@ -112,7 +113,7 @@ def rod_couple_peak(
     wrist_pin_offset: ArrayLike = 0.0,
     *,
     inertia_error: ArrayLike = 0.0,
-) -> WithError:
+) -> Bounded:
     """Largest couple |dJ| max |phi''| of one rod over a turn, all orders, per speed squared.
 
     With dJ = m l1 l2 (`split_inertia`) it bounds the couple of every rod of that mass and mass
@@ -130,7 +131,7 @@ def rod_couple_peak(
     size = np.abs(np.asarray(inertia_difference, dtype=float))
     value = size * largest.value
     error = size * largest.error + np.asarray(inertia_error) * largest.value + EPSILON * value
-    return WithError(value, error)
+    return Bounded(value, error)
 
 
 def _about_axis(

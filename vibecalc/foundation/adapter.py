@@ -6,8 +6,9 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing
 from vibecalc.foundation.results import ROOT
 from vibecalc.foundation.two_masses import TwoMasses, motion, natural_frequencies
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak
-from vibecalc.numerics.rounding import EPSILON, FloatArray, WithError
+from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.parts.body import DIRECTIONS
 
 
@@ -64,7 +65,7 @@ def two_masses(scene: Scene) -> tuple[TwoMasses, int]:
     ), up
 
 
-def _emit_peak(scene: Scene, path: str, harmonics: WithError, forcing: Forcing) -> None:
+def _emit_peak(scene: Scene, path: str, harmonics: Bounded, forcing: Forcing) -> None:
     """Largest value over a cycle; the guard orders tell what the rest leaves out."""
     used = forcing.retained
     peak = cycle_peak(harmonics.value[:used], forcing.orders[:used])

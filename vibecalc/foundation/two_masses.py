@@ -14,14 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import (
-    EPSILON,
-    SINGULAR,
-    BoolArray,
-    ComplexArray,
-    FloatArray,
-    WithError,
-)
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON, SINGULAR, BoolArray, ComplexArray, FloatArray
 
 #: roundings of a few products and one difference
 _ROUNDINGS = 8.0
@@ -50,10 +44,10 @@ class TwoMassMotion(NamedTuple):
     foundation, `rigid_force` is what the mounts would pass to a rigid one.
     """
 
-    machine: WithError
-    foundation: WithError
-    ground_force: WithError
-    rigid_force: WithError
+    machine: Bounded
+    foundation: Bounded
+    ground_force: Bounded
+    rigid_force: Bounded
 
 
 def motion(
@@ -78,9 +72,9 @@ def motion(
     lost_rigid = _lost(p, np.abs(mounts) + inertia, acts, w, "the machine on a rigid foundation")
     whole, p = np.where(acts, whole, 1.0), np.where(acts, p, 1.0)
 
-    def answer(factor: ComplexArray, share: FloatArray) -> WithError:
+    def answer(factor: ComplexArray, share: FloatArray) -> Bounded:
         value = factor * force
-        return WithError(value, np.abs(factor) * force_error + share * np.abs(value))
+        return Bounded(value, np.abs(factor) * force_error + share * np.abs(value))
 
     return TwoMassMotion(
         machine=answer(np.asarray((mounts + q) / whole), lost + _ROUNDINGS * EPSILON),

@@ -31,7 +31,8 @@ from vibecalc.impact.statistics import (
     standard_error,
 )
 from vibecalc.kinematics.harmonics import harmonics_with_error
-from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON
 
 if TYPE_CHECKING:
     from vibecalc.response.tables import Impact
@@ -299,7 +300,7 @@ def emit_dominance(
         scene.emit(f"response/impact/{name}", value, 0.0, axes, float(np.max(spread)))
 
 
-def _shaking(scene: Scene, joints: Joints, highest: int) -> WithError:
+def _shaking(scene: Scene, joints: Joints, highest: int) -> Bounded:
     """Inertia force (N,), N, of all that moves with the piston, magnitudes of orders 1 to N."""
     train, speed = scene.parts.crank_train, scene.case.machine.speed
     ratio = train.crank_radius / train.rod_length
@@ -309,10 +310,10 @@ def _shaking(scene: Scene, joints: Joints, highest: int) -> WithError:
     size = scale * np.abs(motion.values[1:])
     # R / L is itself rounded: d ln C_n / d ln(R / L) is about n / sqrt(1 - (R / L)^2)
     steepness = np.arange(1, highest + 1) / np.sqrt(1.0 - ratio**2)
-    return WithError(size, scale * motion.error[1:] + EPSILON * (8.0 + steepness) * size)
+    return Bounded(size, scale * motion.error[1:] + EPSILON * (8.0 + steepness) * size)
 
 
-def _motor(scene: Scene, orders: np.ndarray) -> WithError:
+def _motor(scene: Scene, orders: np.ndarray) -> Bounded:
     """Axial force (N,) of the motor, N, magnitudes at these orders."""
     motor = scene.case.machine.motor
     if motor is None:
@@ -329,4 +330,4 @@ def _motor(scene: Scene, orders: np.ndarray) -> WithError:
     here = np.isin(force.orders, orders)
     at = force.orders[here] - orders[0]
     value[at], error[at] = np.abs(force.harmonics[here]), force.error[here]
-    return WithError(value, error)
+    return Bounded(value, error)

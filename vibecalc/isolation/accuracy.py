@@ -23,9 +23,10 @@ from vibecalc.isolation.rigid_body import displacement, mount_force
 from vibecalc.isolation.rows import Jet
 from vibecalc.isolation.run_up import cycle_peaks, run_up_peak
 from vibecalc.isolation.torque_reaction import with_shaking
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.matrices import Matrices as Linear
-from vibecalc.numerics.rounding import FloatArray, WithError
+from vibecalc.numerics.rounding import FloatArray
 from vibecalc.parts.matrices import assemble, displacement_at
 from vibecalc.response.forced import dynamics, response
 
@@ -131,12 +132,12 @@ def torque_reaction_topics(scene: Scene) -> list[Topic]:
         at_speed(forcing.per_speed_squared, speed),
         couples_of(scene, forcing.retained),
     )
-    shaking = WithError(
+    shaking = Bounded(
         np.concatenate([driven.force, driven.couple], axis=-1),
         np.concatenate([driven.force_error, driven.couple_error], axis=-1),
     )
     order, couple = couples.order[: couples.retained], couples.added.value[: couples.retained]
-    given = WithError(couple, np.zeros(len(order)))
+    given = Bounded(couple, np.zeros(len(order)))
     loads = with_shaking(given, order, scene.parts.crank_train.axis, shaking)
     system = dynamics(assemble(body.mass_matrix, mounts.position, *held), order * speed)
     motion = displacement(response(system, loads.value, loads.error), mounts.position)

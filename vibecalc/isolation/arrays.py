@@ -10,14 +10,8 @@ from vibecalc.excitation.arrays import Forces, Train, peak_with_tail
 from vibecalc.excitation.inertia_forces import about_point
 from vibecalc.isolation import pitch as model
 from vibecalc.isolation.pitch import pitch_static
-from vibecalc.numerics.rounding import (
-    EPSILON,
-    SINGULAR,
-    UNIT_ROUNDOFF,
-    BoolArray,
-    FloatArray,
-    WithError,
-)
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON, SINGULAR, UNIT_ROUNDOFF, BoolArray, FloatArray
 from vibecalc.parts import tables as parts
 from vibecalc.parts.mounts import rotation
 
@@ -181,11 +175,11 @@ def pitch_of(mounted: MountedPoints) -> model.Pitch:
     )
 
 
-def couple_about_centre(forces: Forces, mounted: MountedPoints) -> WithError:
+def couple_about_centre(forces: Forces, mounted: MountedPoints) -> Bounded:
     """Couple (points or 1, h) about the pitch axis per crank speed squared."""
     about = about_point(forces.per_square, mounted.centre[:, None, :])
     across = mounted.across
-    return WithError(about.couple @ across, about.couple_error @ np.abs(across))
+    return Bounded(about.couple @ across, about.couple_error @ np.abs(across))
 
 
 def on_resonance(columns: Columns, forces: Forces, pitch: model.Pitch) -> BoolArray:
@@ -205,21 +199,21 @@ def emit_pitch(columns: Columns, forces: Forces, mounted: MountedPoints, sheet: 
     _emit_model(pitch, sheet)
     couple = couple_about_centre(forces, mounted)
     idle = (np.abs(couple.value) <= 4.0 * couple.error) & (_exposed(pitch) > 0.0)[:, None]
-    couple = WithError(
+    couple = Bounded(
         np.where(idle, 0.0, couple.value) if idle.any() else couple.value, couple.error
     )
     square = np.square(speed)[:, None]
     value = couple.value * square
-    torque = WithError(value, couple.error * square + 2.0 * EPSILON * np.abs(value))
+    torque = Bounded(value, couple.error * square + 2.0 * EPSILON * np.abs(value))
     frequency = forces.orders * speed[:, None]
     angle = model.angle_harmonics(pitch, torque.value, torque.error, frequency, idle)
     retained, counts = forces.retained, forces.counts
     axes = {"order": forces.orders[:retained]}
 
-    def emit_orders(path: str, harmonics: WithError) -> None:
+    def emit_orders(path: str, harmonics: Bounded) -> None:
         if sheet.wants(path):
             within = counted_only(
-                WithError(harmonics.value[:, :retained], harmonics.error[:, :retained]),
+                Bounded(harmonics.value[:, :retained], harmonics.error[:, :retained]),
                 counts[:, :retained],
             )
             sheet.emit(path, within, axes)
@@ -231,17 +225,17 @@ def emit_pitch(columns: Columns, forces: Forces, mounted: MountedPoints, sheet: 
     still = _scaled(peak_with_tail(couple, forces), square[:, 0]) if _wants_rigid(sheet) else None
     through = model.transmitted_couple(pitch, angle, frequency)
     for support, rows in (("rigid", torque), ("steady", through)):
-        lever = WithError(rows.value / mounted.lever[:, None], _over(rows, mounted.lever[:, None]))
+        lever = Bounded(rows.value / mounted.lever[:, None], _over(rows, mounted.lever[:, None]))
         emit_orders(f"{LEVER}/{support}_harmonics", lever)
         if sheet.wants(f"{LEVER}/{support}_peak"):
             known = still if support == "rigid" else None
             peak = peak_with_tail(rows, forces) if known is None else known
-            over = WithError(peak.value / mounted.lever, _over(peak, mounted.lever))
+            over = Bounded(peak.value / mounted.lever, _over(peak, mounted.lever))
             sheet.emit(f"{LEVER}/{support}_peak", over)
     if still is not None and sheet.wants(f"{FORCE}/rigid_peak"):
         share = np.abs(model.support_share(mounted.position, mounted.stiffness))
         top, uncertainty = still.value[:, None], still.error[:, None]
-        force_peak = WithError(share * top, share * (uncertainty + 8.0 * EPSILON * top))
+        force_peak = Bounded(share * top, share * (uncertainty + 8.0 * EPSILON * top))
         sheet.emit(f"{FORCE}/rigid_peak", force_peak, {"mount": mounted.names})
     _emit_supports(columns, forces, mounted, angle, frequency, sheet)
 
@@ -256,12 +250,12 @@ def _wants_rigid(sheet: Sheet) -> bool:
     return sheet.wants(f"{LEVER}/rigid_peak", f"{FORCE}/rigid_peak")
 
 
-def _scaled(peak: WithError, factor: FloatArray) -> WithError:
+def _scaled(peak: Bounded, factor: FloatArray) -> Bounded:
     top = peak.value * factor
-    return WithError(top, peak.error * factor + 3.0 * EPSILON * top)
+    return Bounded(top, peak.error * factor + 3.0 * EPSILON * top)
 
 
-def _over(rows: WithError, lever: FloatArray) -> FloatArray:
+def _over(rows: Bounded, lever: FloatArray) -> FloatArray:
     error: FloatArray = rows.error / lever + 2.0 * UNIT_ROUNDOFF * np.abs(rows.value / lever)
     return error
 
@@ -269,9 +263,9 @@ def _over(rows: WithError, lever: FloatArray) -> FloatArray:
 def _emit_model(pitch: model.Pitch, sheet: Sheet) -> None:
     for name in ("inertia", "stiffness", "damping"):
         value = getattr(pitch, name)
-        sheet.emit(f"{PITCH}/{name}", WithError(value, pitch.rounding * np.abs(value)))
+        sheet.emit(f"{PITCH}/{name}", Bounded(value, pitch.rounding * np.abs(value)))
     for name in ("natural_frequency", "damping_ratio"):
-        found = WithError(getattr(pitch, name), getattr(pitch, f"{name}_error"))
+        found = Bounded(getattr(pitch, name), getattr(pitch, f"{name}_error"))
         sheet.emit(f"{PITCH}/{name}", found)
 
 
@@ -279,7 +273,7 @@ def _emit_supports(
     columns: Columns,
     forces: Forces,
     mounted: MountedPoints,
-    angle: WithError,
+    angle: Bounded,
     frequency: FloatArray,
     sheet: Sheet,
 ) -> None:
@@ -290,8 +284,8 @@ def _emit_supports(
     }
     weight = mounted.mass * columns.number("isolation", "gravity")
     static = pitch_static(weight, 0.0, mounted.position, mounted.stiffness)
-    sheet.emit(f"{MOVED}/sag", WithError(static.sag, static.sag_error), axes)
-    sheet.emit(f"{FORCE}/static", WithError(static.share, static.share_error), axes)
+    sheet.emit(f"{MOVED}/sag", Bounded(static.sag, static.sag_error), axes)
+    sheet.emit(f"{FORCE}/static", Bounded(static.share, static.share_error), axes)
     if sheet.wants(f"{MOVED}/steady_harmonics", f"{FORCE}/steady_harmonics"):
         _emit_harmonics(forces, mounted, angle, frequency, axes, sheet)
     if sheet.wants(*HEIGHTS, f"{PITCH}/angle_peak"):
@@ -301,8 +295,8 @@ def _emit_supports(
         height = arm * swing.value[:, None]
         uncertainty = arm * swing.error[:, None] + 2.0 * EPSILON * height
         total = np.abs(static.sag) + height
-        sheet.emit(HEIGHTS[0], WithError(height, uncertainty), axes)
-        whole = WithError(total, static.sag_error + uncertainty + EPSILON * total)
+        sheet.emit(HEIGHTS[0], Bounded(height, uncertainty), axes)
+        whole = Bounded(total, static.sag_error + uncertainty + EPSILON * total)
         sheet.emit(HEIGHTS[1], whole, axes)
     if sheet.wants(f"{FORCE}/steady_peak"):
         alike = _alike(mounted)
@@ -315,14 +309,14 @@ def _emit_supports(
         )
         peak = peak_with_tail(_forces(some, angle, frequency), forces)
         which = [chosen.index(first) for first in alike]
-        at_mounts = WithError(peak.value[:, which], peak.error[:, which])
+        at_mounts = Bounded(peak.value[:, which], peak.error[:, which])
         sheet.emit(f"{FORCE}/steady_peak", at_mounts, axes)
 
 
 def _emit_harmonics(
     forces: Forces,
     mounted: MountedPoints,
-    angle: WithError,
+    angle: Bounded,
     frequency: FloatArray,
     axes: Mapping[str, object],
     sheet: Sheet,
@@ -330,13 +324,13 @@ def _emit_harmonics(
     used = forces.retained
     moved = model.support_displacement(angle, mounted.position)
     for group, rows in ((MOVED, moved), (FORCE, _forces(mounted, angle, frequency))):
-        cut = WithError(rows.value[..., :used], rows.error[..., :used])
+        cut = Bounded(rows.value[..., :used], rows.error[..., :used])
         within = counted_only(cut, forces.counts[:, :used])
-        at_mounts = WithError(within.value[:, :, None, :], within.error[:, :, None, :])
+        at_mounts = Bounded(within.value[:, :, None, :], within.error[:, :, None, :])
         sheet.emit(f"{group}/steady_harmonics", at_mounts, axes)
 
 
-def _forces(mounted: MountedPoints, angle: WithError, frequency: FloatArray) -> WithError:
+def _forces(mounted: MountedPoints, angle: Bounded, frequency: FloatArray) -> Bounded:
     return model.support_force(
         model.support_displacement(angle, mounted.position),
         frequency,

@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import DATA_ROUNDINGS, SINGULAR, UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import DATA_ROUNDINGS, SINGULAR, UNIT_ROUNDOFF
 from vibecalc.response.resonances import Resonances
 
 # ----------------------------------------------------------------------------
@@ -78,7 +79,7 @@ def pitch_model(
     )
 
 
-def pitch_dynamic_stiffness(pitch: Pitch, frequency: np.ndarray) -> WithError:
+def pitch_dynamic_stiffness(pitch: Pitch, frequency: np.ndarray) -> Bounded:
     """K (1 + i loss) + i w C - w^2 I at excitation frequencies (..., orders), in N m/rad.
 
     The error holds what is left of the digits where stiffness and inertia cancel.
@@ -88,7 +89,7 @@ def pitch_dynamic_stiffness(pitch: Pitch, frequency: np.ndarray) -> WithError:
     lagging = pitch.structural[..., None] + frequency * pitch.damping[..., None]
     value = (stiffness - inertial) + 1j * lagging
     loss = (pitch.rounding + 2.0 * UNIT_ROUNDOFF) * np.hypot(stiffness + inertial, lagging)
-    return WithError(value, loss)
+    return Bounded(value, loss)
 
 
 def angle_harmonics(
@@ -97,7 +98,7 @@ def angle_harmonics(
     couple_error: np.ndarray | float,
     frequency: np.ndarray,
     left_out: np.ndarray | bool = False,
-) -> WithError:
+) -> Bounded:
     """Complex pitch angle (rad, 0-pk) under couples about +y, per order.
 
     Parameters
@@ -114,10 +115,10 @@ def angle_harmonics(
     value = couple * flexibility
     size = np.abs(value)
     error = np.abs(flexibility) * (couple_error + size * resisting.error)
-    return WithError(value, error + 8.0 * UNIT_ROUNDOFF * size)
+    return Bounded(value, error + 8.0 * UNIT_ROUNDOFF * size)
 
 
-def transmissibility(pitch: Pitch, frequency: np.ndarray) -> WithError:
+def transmissibility(pitch: Pitch, frequency: np.ndarray) -> Bounded:
     """Complex couple on the ground over couple on the body, at frequencies (..., orders).
 
     Infinite on an undamped natural frequency, where the order must not be driven. Source: Gibson
@@ -134,10 +135,10 @@ def transmissibility(pitch: Pitch, frequency: np.ndarray) -> WithError:
     value = np.where(lost, np.inf, passing / np.where(lost, 1.0, resisting.value))
     relative = resisting.error / np.where(lost, 1.0, magnitude) + pitch.rounding
     error = (relative + 10.0 * UNIT_ROUNDOFF) * np.where(lost, 0.0, np.abs(value))
-    return WithError(value, error)
+    return Bounded(value, error)
 
 
-def transmitted_couple(pitch: Pitch, angle: WithError, frequency: np.ndarray) -> WithError:
+def transmitted_couple(pitch: Pitch, angle: Bounded, frequency: np.ndarray) -> Bounded:
     """Complex couple of all mounts on the ground (..., orders), in N m, from the pitch angle."""
     passing = (
         pitch.stiffness[..., None]
@@ -146,24 +147,24 @@ def transmitted_couple(pitch: Pitch, angle: WithError, frequency: np.ndarray) ->
     )
     value = passing * angle.value
     rounding = pitch.rounding + 8.0 * UNIT_ROUNDOFF
-    return WithError(value, np.abs(passing) * angle.error + rounding * np.abs(value))
+    return Bounded(value, np.abs(passing) * angle.error + rounding * np.abs(value))
 
 
-def support_displacement(angle: WithError, position: np.ndarray) -> WithError:
+def support_displacement(angle: Bounded, position: np.ndarray) -> Bounded:
     """Vertical displacement (..., mounts, orders) of the body at mounts along x, in m, z up."""
     arm = np.asarray(position)[..., :, None]
     value = -arm * angle.value[..., None, :]
     error = np.abs(arm) * angle.error[..., None, :] + 2.0 * UNIT_ROUNDOFF * np.abs(value)
-    return WithError(value, error)
+    return Bounded(value, error)
 
 
 def support_force(
-    displacement: WithError,
+    displacement: Bounded,
     frequency: np.ndarray,
     stiffness: np.ndarray,
     damping: np.ndarray,
     structural: np.ndarray,
-) -> WithError:
+) -> Bounded:
     """Vertical force of each mount on the ground (..., mounts, orders), N, positive up.
 
     A mount that is pressed down presses the ground down: the force has the sign of the
@@ -175,7 +176,7 @@ def support_force(
     value = passing * displacement.value
     rounding = (4.0 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
     error = np.abs(passing) * displacement.error + rounding * np.abs(value)
-    return WithError(value, error)
+    return Bounded(value, error)
 
 
 def support_share(position: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
@@ -189,14 +190,14 @@ def support_share(position: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
     return share
 
 
-def lever_force(couple: WithError, lever: np.ndarray | float) -> WithError:
+def lever_force(couple: Bounded, lever: np.ndarray | float) -> Bounded:
     """Couple over a lever, in N: the source's own reading of "the force on a support".
 
     It is the force of one pair of supports a distance `lever` from the pitch axis if that pair
     alone resisted; four equal supports carry a quarter each. Source: Gibson, equations 11, 12.
     """
     value = couple.value / lever
-    return WithError(value, couple.error / lever + UNIT_ROUNDOFF * np.abs(value))
+    return Bounded(value, couple.error / lever + UNIT_ROUNDOFF * np.abs(value))
 
 
 # ----------------------------------------------------------------------------
@@ -261,7 +262,7 @@ def pitch_static(
 # ----------------------------------------------------------------------------
 
 
-def pitch_resonances(pitch: Pitch, couple: WithError) -> Resonances:
+def pitch_resonances(pitch: Pitch, couple: Bounded) -> Resonances:
     """The one resonance of a pitch model without leading axes, couples (orders,) at any scale."""
     loss = 2.0 * (pitch.rounding + 2.0 * UNIT_ROUNDOFF)
     return Resonances(

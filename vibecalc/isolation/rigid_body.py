@@ -6,8 +6,9 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.isolation.rows import Readout
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.numerics.rounding import DATA_ROUNDINGS, SINGULAR, UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.rounding import DATA_ROUNDINGS, SINGULAR, UNIT_ROUNDOFF
 from vibecalc.parts.matrices import displacement_at
 
 # ----------------------------------------------------------------------------
@@ -171,23 +172,23 @@ def _free(how: str) -> str:
 # ----------------------------------------------------------------------------
 
 
-def displacement(body: WithError, position: np.ndarray) -> WithError:
+def displacement(body: Bounded, position: np.ndarray) -> Bounded:
     """Displacement (..., mounts, 3, orders) in m at points (mounts, 3), from X (..., orders, 6)."""
     transform = displacement_at(position)[..., None, :, :, :]
     value = (transform @ body.value[..., :, None, :, None])[..., 0]
     terms = np.abs(transform) @ np.abs(body.value)[..., :, None, :, None]
     error = np.abs(transform) @ body.error[..., :, None, :, None]
     total = (error + 4.0 * UNIT_ROUNDOFF * terms)[..., 0]
-    return WithError(np.moveaxis(value, -3, -1), np.moveaxis(total, -3, -1))
+    return Bounded(np.moveaxis(value, -3, -1), np.moveaxis(total, -3, -1))
 
 
 def mount_force(
-    motion: WithError,
+    motion: Bounded,
     frequency: np.ndarray,
     stiffness: np.ndarray,
     damping: np.ndarray,
     structural: np.ndarray,
-) -> WithError:
+) -> Bounded:
     """Force of each mount on the ground (..., mounts, 3, orders) in N, in complex amplitude.
 
     `motion` as `displacement` returns it, `frequency` (..., orders) rad/s, properties
@@ -199,7 +200,7 @@ def mount_force(
     rounding = (6.0 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
     spread = motion.error + rounding * np.abs(motion.value)
     error = (np.abs(passing) @ np.moveaxis(spread, -1, -2)[..., None])[..., 0]
-    return WithError(np.moveaxis(value, -2, -1), np.moveaxis(error, -2, -1))
+    return Bounded(np.moveaxis(value, -2, -1), np.moveaxis(error, -2, -1))
 
 
 # ----------------------------------------------------------------------------

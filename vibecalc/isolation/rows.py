@@ -5,8 +5,9 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from vibecalc.isolation.pitch import Pitch, pitch_dynamic_stiffness
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 from vibecalc.response.forced import UndrivenModes, dynamics, response
 
 # ----------------------------------------------------------------------------
@@ -176,7 +177,7 @@ def pitch_rows(
     pitch: Pitch,
     readout: Readout,
     orders: np.ndarray,
-    couple: WithError,
+    couple: Bounded,
     left_out: np.ndarray | bool = False,
 ) -> HarmonicsAt:
     """Rows of the pitch model under couples (orders,) per squared crank speed, N m s^2.
@@ -240,7 +241,7 @@ def body_rows(
     matrices: Matrices,
     readout: Readout,
     orders: np.ndarray,
-    force: WithError,
+    force: Bounded,
     undriven: UndrivenModes | None = None,
     couple_at: CoupleAt | None = None,
     about: np.ndarray | None = None,

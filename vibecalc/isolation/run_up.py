@@ -19,8 +19,8 @@ from vibecalc.isolation.run_up_grid import (
     sparse_speeds,
 )
 from vibecalc.isolation.run_up_peaks import RunUpPeak, Search, highest, highest_of
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak, vector_cycle_peak
-from vibecalc.numerics.rounding import WithError
 from vibecalc.response.resonances import MaskedSpeeds, Resonances, masked_speeds
 
 # ----------------------------------------------------------------------------
@@ -64,7 +64,7 @@ class RunUp(NamedTuple):
     """
 
     speed: np.ndarray
-    curve: WithError
+    curve: Bounded
     peak: RunUpPeak
     masked: MaskedSpeeds
     unresolved: int
@@ -127,7 +127,7 @@ def joined(parts: Sequence[RunUp]) -> RunUp:
     met = np.concatenate([[True], np.any(both[:, 1:] != both[:, :-1], axis=0)])[: len(masked.low)]
     return RunUp(
         speed[new],
-        WithError(*curve),
+        Bounded(*curve),
         highest_of([part.peak for part in parts]),
         MaskedSpeeds(*(each[met] for each in masked)),
         sum(part.unresolved for part in parts),
@@ -158,14 +158,15 @@ def run_up_peak(
     return highest(search, admitted(speed, search.masked, start, stop), 0.8, sparse=True)
 
 
-def cycle_peaks(harmonics_at: HarmonicsAt, orders: np.ndarray, speed: np.ndarray) -> WithError:
+def cycle_peaks(harmonics_at: HarmonicsAt, orders: np.ndarray, speed: np.ndarray) -> Bounded:
     """Exact peaks over the cycle (speeds, rows) of all rows, with absolute errors."""
 
-    def peaks(at: np.ndarray) -> WithError:
+    def peaks(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         jet = harmonics_at(at, errors=True)
-        return _exact_peaks(jet.value, _uncertainty(jet), orders)
+        found = _exact_peaks(jet.value, _uncertainty(jet), orders)
+        return found.value, found.error
 
-    return WithError(*in_blocks(peaks, speed, orders))
+    return Bounded(*in_blocks(peaks, speed, orders))
 
 
 def _uncertainty(jet: Jet) -> np.ndarray:
@@ -173,13 +174,13 @@ def _uncertainty(jet: Jet) -> np.ndarray:
     return np.asarray(np.sqrt(np.sum(np.square(np.sum(jet.error, axis=-1)), axis=-1)))
 
 
-def _exact_peaks(harmonics: np.ndarray, uncertainty: np.ndarray, orders: np.ndarray) -> WithError:
+def _exact_peaks(harmonics: np.ndarray, uncertainty: np.ndarray, orders: np.ndarray) -> Bounded:
     """Peaks (speeds, rows) of harmonics (speeds, rows, components, orders) of some uncertainty."""
     if harmonics.shape[-2] == 1:
         peak = cycle_peak(harmonics[..., 0, :], orders)
     else:
         peak = vector_cycle_peak(harmonics, orders)
-    return WithError(peak.value, peak.error + uncertainty)
+    return Bounded(peak.value, peak.error + uncertainty)
 
 
 def _search(

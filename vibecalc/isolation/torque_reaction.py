@@ -6,8 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.isolation.rows import EMPTY, Couple, CoupleAt
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
-from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
 from vibecalc.response.modal_damping import modal_force
 from vibecalc.response.modes import Modes
 from vibecalc.torsion.forced import forced
@@ -63,7 +64,7 @@ class MountLoads(NamedTuple):
     error: np.ndarray
 
 
-def line_transfer(line: Line, spin_inertia: WithError, frequency: np.ndarray) -> WithError:
+def line_transfer(line: Line, spin_inertia: Bounded, frequency: np.ndarray) -> Bounded:
     """Couple on the body for a unit torque on each freedom, (..., m, n) complex, and its error.
 
     Parameters
@@ -86,17 +87,15 @@ def line_transfer(line: Line, spin_inertia: WithError, frequency: np.ndarray) ->
         A frequency is a natural frequency of a line without damping.
     """
     rate = np.asarray(frequency, dtype=float)
-    spin = np.stack(spin_inertia).reshape(2, *(1,) * rate.ndim, -1)
+    spin = np.stack([*spin_inertia]).reshape(2, *(1,) * rate.ndim, -1)
     response = forced(line, rate, np.square(rate)[..., None] * spin)
     value, uncertainty = response.angle
     error = 2.0 * response.error[0] + response.error[1] + np.max(np.abs(uncertainty), axis=-1)
     error = error + 16.0 * EPSILON * np.max(np.abs(value), axis=-1)
-    return WithError(value, np.broadcast_to(error[..., None], value.shape))
+    return Bounded(value, np.broadcast_to(error[..., None], value.shape))
 
 
-def couple_on_body(
-    torque: WithError, transfer: WithError | None = None, share: float = 1.0
-) -> WithError:
+def couple_on_body(torque: Bounded, transfer: Bounded | None = None, share: float = 1.0) -> Bounded:
     """Couple (..., m) on the body, N m complex, of the torques (..., c, m) of its cylinders.
 
     `transfer` (m, c) belongs to the freedoms of the cylinders; without one it is minus `share`.
@@ -106,14 +105,14 @@ def couple_on_body(
     if transfer is None:
         count = count + 16.0 * EPSILON
         value = -share * torque.value.sum(-2)
-        return WithError(value, share * (torque.error.sum(-2) + count * size.sum(-2)))
-    given = WithError(*(np.swapaxes(part, -1, -2) for part in transfer))
+        return Bounded(value, share * (torque.error.sum(-2) + count * size.sum(-2)))
+    given = Bounded(*(np.swapaxes(part, -1, -2) for part in transfer))
     value = (given.value * torque.value).sum(-2)
     uncertainty = np.abs(given.value) * (torque.error + count * size)
-    return WithError(value, (uncertainty + given.error * (size + torque.error)).sum(-2))
+    return Bounded(value, (uncertainty + given.error * (size + torque.error)).sum(-2))
 
 
-def linear_couple(ends: np.ndarray, low: WithError, high: WithError) -> CoupleAt:
+def linear_couple(ends: np.ndarray, low: Bounded, high: Bounded) -> CoupleAt:
     """Couple (speeds, m) that is linear in the speed between two `ends`, given there (m,)."""
     span = ends[1] - ends[0]
     slope = (high.value - low.value) / span
@@ -129,7 +128,7 @@ def linear_couple(ends: np.ndarray, low: WithError, high: WithError) -> CoupleAt
     return couple_at
 
 
-def couple_by_differences(by_speed: Callable[[np.ndarray], WithError]) -> CoupleAt:
+def couple_by_differences(by_speed: Callable[[np.ndarray], Bounded]) -> CoupleAt:
     """Couple of any law (speeds,) to (speeds, m), its derivatives by central differences.
 
     The derivatives only lead a search for maxima: what they are off is in the error of the slope.
@@ -154,8 +153,8 @@ def couple_by_differences(by_speed: Callable[[np.ndarray], WithError]) -> Couple
 
 
 def with_shaking(
-    couple: WithError, half_order: np.ndarray, axis: np.ndarray, shaking: WithError
-) -> WithError:
+    couple: Bounded, half_order: np.ndarray, axis: np.ndarray, shaking: Bounded
+) -> Bounded:
     """Loads (m, 6) on the body: a couple (m,) about the unit vector `axis`, and what shakes it.
 
     `shaking` (n, 6) holds forces and couples of the orders 1 .. n at the speed; it enters at the
@@ -169,10 +168,10 @@ def with_shaking(
     place = half_order[whole].astype(int) - 1
     value[whole] += shaking.value[place]
     error[whole] += shaking.error[place] + EPSILON * np.abs(value[whole])
-    return WithError(value, error)
+    return Bounded(value, error)
 
 
-def torque_left_out(harmonics: WithError, retained: int) -> np.ndarray:
+def torque_left_out(harmonics: Bounded, retained: int) -> np.ndarray:
     """Error (...) of a sum over the first `retained` orders (..., m): rounding, and those beyond.
 
     What follows the m orders is taken for as much again as those from `retained` to m.
@@ -181,16 +180,16 @@ def torque_left_out(harmonics: WithError, retained: int) -> np.ndarray:
     return np.asarray(harmonics.error[..., :retained].sum(-1) + beyond)
 
 
-def vector_peak(harmonics: WithError, half_order: np.ndarray, retained: int) -> WithError:
+def vector_peak(harmonics: Bounded, half_order: np.ndarray, retained: int) -> Bounded:
     """Largest length (...) over the cycle of vectors (..., components, m) of halves of orders."""
     doubled = np.rint(2.0 * half_order[:retained]).astype(np.int64)
     peak = vector_cycle_peak(harmonics.value[..., :retained], doubled)
     dropped = np.sqrt(np.square(torque_left_out(harmonics, retained)).sum(-1))
-    return WithError(peak.value, peak.error + dropped)
+    return Bounded(peak.value, peak.error + dropped)
 
 
 def extreme_loads(
-    harmonics: WithError, half_order: np.ndarray, retained: int, constant: WithError
+    harmonics: Bounded, half_order: np.ndarray, retained: int, constant: Bounded
 ) -> MountLoads:
     """Highest and lowest of a constant (mounts,) and its alternating part (mounts, m)."""
     total = synthesis(half_order[:retained], harmonics.value[..., :retained])
@@ -201,7 +200,7 @@ def extreme_loads(
 
 
 def nearest_driven(
-    shapes: Modes, loads: WithError, half_order: np.ndarray, speed: float
+    shapes: Modes, loads: Bounded, half_order: np.ndarray, speed: float
 ) -> NearestOrder:
     """Which order comes nearest to each mode, of those of the loads (m, 6) that drive it.
 

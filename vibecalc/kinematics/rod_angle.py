@@ -18,7 +18,8 @@ from numpy.typing import ArrayLike
 from vibecalc.errors import NumericalFailure
 from vibecalc.kinematics.harmonics import pole, series_terms
 from vibecalc.kinematics.slider_crank import rod_projection
-from vibecalc.numerics.rounding import EPSILON, FloatArray, WithError, two_sum
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON, FloatArray, two_sum
 
 MOST_SAMPLES = 1 << 20
 #: relative rounding of a sample that is a product or quotient of some ten factors
@@ -33,11 +34,11 @@ class RodAngle(NamedTuple):
     real, absolute, and hold for the lengths as stored.
     """
 
-    angle: WithError
-    velocity: WithError
-    acceleration: WithError
-    product: WithError
-    tangent: WithError
+    angle: Bounded
+    velocity: Bounded
+    acceleration: Bounded
+    product: Bounded
+    tangent: Bounded
 
 
 def rod_angle_harmonics(
@@ -98,7 +99,7 @@ def rod_angle_harmonics(
 
 def largest_rod_acceleration(
     crank_radius: ArrayLike, rod_length: ArrayLike, wrist_pin_offset: ArrayLike = 0.0
-) -> WithError:
+) -> Bounded:
     """Largest |phi''| over a turn and its error, lam / sqrt(1 - (lam + |e|/L)^2), lam = R / L.
 
     phi'' falls steadily with sin t: with z = |sin phi| its slope is negative as long as
@@ -108,7 +109,7 @@ def largest_rod_acceleration(
     values = (crank_radius, rod_length, wrist_pin_offset)
     radius, length, offset = np.broadcast_arrays(*(np.asarray(v, dtype=np.float64) for v in values))
     value = np.asarray(radius / (length * np.sqrt(_clearance(radius, length, offset))))
-    return WithError(value, SAMPLE_ROUNDING * value)
+    return Bounded(value, SAMPLE_ROUNDING * value)
 
 
 def _clearance(radius: FloatArray, length: FloatArray, offset: FloatArray) -> FloatArray:
@@ -182,11 +183,11 @@ def _circle(count: int) -> tuple[FloatArray, FloatArray]:
 def _integrated(harmonics: np.ndarray, error: FloatArray) -> RodAngle:
     """phi and phi' from phi'', which leaves their high orders more digits than samples would."""
     angle, acceleration, product, tangent = (
-        WithError(*pair) for pair in zip(harmonics, error, strict=True)
+        Bounded(*pair) for pair in zip(harmonics, error, strict=True)
     )
     order = np.arange(1, harmonics.shape[-1])
     value, slip = acceleration.value[..., 1:], acceleration.error[..., 1:]
-    velocity = WithError(np.zeros_like(acceleration.value), np.zeros_like(acceleration.error))
+    velocity = Bounded(np.zeros_like(acceleration.value), np.zeros_like(acceleration.error))
     velocity.value[..., 1:] = -1j * value / order
     velocity.error[..., 1:] = (slip + EPSILON * np.abs(value)) / order
     angle.value[..., 1:] = -value / order**2

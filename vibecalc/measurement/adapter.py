@@ -40,8 +40,9 @@ from vibecalc.measurement.plate import (
     quietest,
 )
 from vibecalc.measurement.tables import Measurement
+from vibecalc.numerics.bounded import Bounded, stack
 from vibecalc.numerics.level import DECIBEL, level_of
-from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, WithError
+from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 
 # ----------------------------------------------------------------------------
 # The motion of each harmonic from its readings, with all that levels leave open.
@@ -102,7 +103,7 @@ class HarmonicMotion(NamedTuple):
             return float("inf") if np.any(turn != 0.0) else 0.0
         return float(self.spread.deviation(turn))
 
-    def signal(self, rows: FloatArray) -> WithError:
+    def signal(self, rows: FloatArray) -> Bounded:
         """Signals (...) at rows (..., 3) with their numerical error."""
         return signal(self.motion, self.rounding, rows)
 
@@ -127,14 +128,14 @@ def _solve(harmonic: Harmonic, reference: FloatArray, growth: FloatArray) -> Har
         raise NumericalFailure(f"harmonic {harmonic.order}: {failure}") from failure
 
 
-def signal(motion: ComplexArray, rounding: MotionSpread, rows: FloatArray) -> WithError:
+def signal(motion: ComplexArray, rounding: MotionSpread, rows: FloatArray) -> Bounded:
     """Signals (...) of a motion at rows (..., 3), and what rounding makes of them."""
     zero = np.zeros_like(rows)
     parts = (np.concatenate([rows, zero], axis=-1), np.concatenate([zero, rows], axis=-1))
     moved = np.hypot(*(rounding.bound(part) for part in parts))
     size = np.abs(rows) @ np.abs(motion)
     moved = np.where(np.isfinite(moved), moved, _IN_LINE * size)
-    return WithError(rows @ motion, np.asarray(moved + 8.0 * EPSILON * size))
+    return Bounded(rows @ motion, np.asarray(moved + 8.0 * EPSILON * size))
 
 
 def _from_levels(harmonic: Harmonic, reference: FloatArray) -> HarmonicMotion:
@@ -219,7 +220,7 @@ def _rows(reads: "list[InstrumentReading] | tuple[InstrumentReading, ...]") -> F
 # ----------------------------------------------------------------------------
 
 
-def phase_between(one: HarmonicMotion, row: FloatArray, other: FloatArray) -> WithError:
+def phase_between(one: HarmonicMotion, row: FloatArray, other: FloatArray) -> Bounded:
     """Phase (rad) of the signal of a row (3,) against that of another; 0 where there is none."""
     try:
         return phase_of(one.motion, one.rounding, row, other)
@@ -229,18 +230,18 @@ def phase_between(one: HarmonicMotion, row: FloatArray, other: FloatArray) -> Wi
 
 def phase_of(
     motion: ComplexArray, rounding: MotionSpread, row: FloatArray, other: FloatArray
-) -> WithError:
+) -> Bounded:
     """The same for any motion, in (-pi, pi]."""
     both, errors = signal(motion, rounding, np.stack([row, other]))
     if abs(both[1]) <= errors[1]:
         raise NumericalFailure("the signal that phases refer to is zero: a phase has no meaning")
     if abs(both[0]) <= errors[0]:
-        return WithError(np.array(0.0), np.array(0.0))
+        return Bounded(np.array(0.0), np.array(0.0))
     phase = float(np.angle(both[0] * np.conj(both[1])))
     error = float(errors[0] / abs(both[0]) + errors[1] / abs(both[1])) + 8.0 * EPSILON
     if phase <= -math.pi + error:
         phase += 2.0 * math.pi
-    return WithError(np.array(phase), np.array(error))
+    return Bounded(np.array(phase), np.array(error))
 
 
 # ----------------------------------------------------------------------------
@@ -260,8 +261,8 @@ def emit_readings(scene: Scene, solutions: list[HarmonicMotion]) -> None:
         for read in one.harmonic.reads:
             value, error = one.signal(read.row)
             if read.amplitude > 0.0:
-                computed, off = level_of(value, error, read.reference)
-                measured, _ = level_of(read.amplitude, 0.0, read.reference)
+                computed, off = level_of(Bounded(value, error), read.reference)
+                measured, _ = level_of(read.amplitude, read.reference)
                 levels.append((read.name, order, float(measured), float(computed), float(off)))
             if read.phase is not None:
                 shown = read.amplitude * np.exp(1j * read.phase)
@@ -376,8 +377,8 @@ def emit_candidates(scene: Scene, solutions: list[HarmonicMotion], reference: np
             np.array([getattr(one, key)[part] for one in signals]) for key in ("value", "error")
         )
         scale = zero.linear if name == "translation" else zero.angular
-        level = level_of(values, errors, scale)
-        scene.emit(f"measurement/candidate/{name}_level", *level, axes)
+        level = level_of(Bounded(values, errors), scale)
+        scene.emit(f"measurement/candidate/{name}_level", level, axes=axes)
         phase, off = phases[:, :, part].T
         scene.emit(f"measurement/candidate/{name}_phase", phase, off, axes)
     if table.positions:
@@ -385,13 +386,9 @@ def emit_candidates(scene: Scene, solutions: list[HarmonicMotion], reference: np
         both = [
             signal(one.candidates[place].motion, one.roundings[place], rows) for one, place in each
         ]
-        level = level_of(
-            np.stack([one.value for one in both]),
-            np.stack([one.error for one in both]),
-            zero.linear,
-        )
+        level = level_of(stack(both, axis=0), zero.linear)
         names = np.array([position.name for position in table.positions], dtype=object)
-        scene.emit("measurement/candidate/level", *level, {**axes, "position": names})
+        scene.emit("measurement/candidate/level", level, axes={**axes, "position": names})
         bounds = np.stack([one.level_bound(rows, place) for one, place in each])
         error = 1e-5 * np.where(np.isfinite(bounds), bounds, 0.0)
         scene.emit("measurement/candidate/level_bound", bounds, error, {**axes, "position": names})
@@ -404,7 +401,7 @@ def _rounded(one: HarmonicMotion, place: int) -> float:
     reads = reads or list(one.harmonic.solving)
     rows = np.array([read.row for read in reads])
     there = signal(one.candidates[place].motion, one.roundings[place], rows)
-    level = level_of(*there, reads[0].reference)
+    level = level_of(there, reads[0].reference)
     known = [8.0 * EPSILON * (abs(DECIBEL * np.log(r.amplitude / r.reference)) + DECIBEL)
              for r in reads if r.amplitude > 0.0]  # fmt: skip
     return float(np.max(level.error) + max(known, default=0.0))
@@ -451,7 +448,7 @@ def warn_of(scene: Scene, one: HarmonicMotion, table: Measurement) -> None:
 
 def _levels(further: "FurtherReading", table: Measurement) -> str:
     sizes, scale = further.apart.amplitudes, references(table).linear
-    first, other = (float(level_of(size, 0.0, scale).value) for size in sizes)
+    first, other = (float(level_of(size, scale).value) for size in sizes)
     return f"{first:.1f} dB with the one, {other:.1f} dB with the next"
 
 
@@ -489,7 +486,7 @@ def _further(one: HarmonicMotion, table: Measurement) -> FurtherReading | None:
         return None
     row = rows[fresh[choice.place]]
     both = [signal(one.candidates[place].motion, one.roundings[place], row) for place in range(2)]
-    errors = [float(level_of(*each, 1.0).error) for each in both]
+    errors = [float(level_of(each, 1.0).error) for each in both]
     return FurtherReading(names[fresh[choice.place]], choice, sum(errors))
 
 
@@ -566,16 +563,16 @@ def _emit_motion(
         scale = zero.linear if name == "translation" else zero.angular
         values, errors = _stacked([one.signal(row) for one in solutions])
         scene.emit(f"measurement/{name}", values, errors, axes)
-        scene.emit(f"measurement/{name}_level", *level_of(values, errors, scale), axes)
+        scene.emit(f"measurement/{name}_level", level_of(Bounded(values, errors), scale), axes=axes)
         phases = _stacked([phase_between(one, row, reference) for one in solutions])
-        scene.emit(f"measurement/phase/{name}", *phases, axes)
+        scene.emit(f"measurement/phase/{name}", phases, axes=axes)
         uncertainties = np.array([float(one.level_deviation(row[None])[0]) for one in solutions])
         _emit_uncertainty(scene, f"{name}_level", uncertainties, solutions, axes)
         uncertainties = np.array([one.phase_deviation(row, reference) for one in solutions])
         _emit_uncertainty(scene, f"{name}_phase", uncertainties, solutions, axes)
         if name != "translation":
             phases = _stacked([phase_between(one, row, np.eye(3)[0]) for one in solutions])
-            scene.emit(f"measurement/phase/{name}_to_translation", *phases, axes)
+            scene.emit(f"measurement/phase/{name}_to_translation", phases, axes=axes)
 
 
 def _emit_uncertainty(
@@ -606,12 +603,11 @@ def _emit_positions(
     axes = {"position": names, **orders}
     for part, mask in PARTS.items():
         values, errors = _stacked([one.signal(rows * np.array(mask)) for one in solutions])
-        scene.emit(f"measurement/level/{part}", *level_of(values, errors, zero), axes)
+        scene.emit(f"measurement/level/{part}", level_of(Bounded(values, errors), zero), axes=axes)
         if part == "standard":
             scene.emit("measurement/acceleration", values, errors, axes)
-            total = np.linalg.norm(values, axis=-1)
-            uncertainty = np.linalg.norm(errors, axis=-1)
-            scene.emit("measurement/level/all_orders", *level_of(total, uncertainty, zero), axes)
+            total = level_of(Bounded(values, errors).norm(), zero)
+            scene.emit("measurement/level/all_orders", total, axes=axes)
     deviations = np.stack([one.level_deviation(rows) for one in solutions], axis=-1)
     _emit_uncertainty(scene, "level", deviations, solutions, axes)
     bounds = np.stack([one.level_bound(rows) for one in solutions], axis=-1)
@@ -628,9 +624,9 @@ def _emit_fit(scene: Scene, solutions: list[HarmonicMotion], axes: dict[str, np.
     scene.emit("measurement/fit/misfit", misfit, error, axes, terms=1.0)
 
 
-def _stacked(each: list[WithError]) -> WithError:
+def _stacked(each: list[Bounded]) -> Bounded:
     """Results of the harmonics, one next to the other along the last axis."""
-    return WithError(
+    return Bounded(
         np.stack([np.asarray(one.value) for one in each], axis=-1),
         np.stack([np.asarray(one.error) for one in each], axis=-1),
     )

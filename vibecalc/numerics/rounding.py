@@ -1,7 +1,7 @@
 """Types of arrays, and what rounding does to the numbers in them."""
 
 from collections.abc import Iterable
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,24 +30,6 @@ DATA_ROUNDINGS = 8
 
 #: a response whose relative error estimate reaches this is refused: fewer than four digits remain
 SINGULAR = 1e-4
-
-
-class WithError(NamedTuple):
-    """Real or complex values and an absolute error of the same shape and unit."""
-
-    value: np.ndarray
-    error: np.ndarray
-
-
-# ----------------------------------------------------------------------------
-# Values of closed formulas in which nothing cancels, with the rounding they carry.
-# ----------------------------------------------------------------------------
-
-
-def closed_form(value: ArrayLike, roundings: float) -> WithError:
-    """`value` with the absolute error of that many rounded operations on positive terms."""
-    found = np.asarray(value, dtype=float)
-    return WithError(found, np.asarray(roundings * UNIT_ROUNDOFF * np.abs(found)))
 
 
 def distinct(values: ArrayLike) -> FloatArray:

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from vibecalc.core.case.number_range import LARGEST, SMALLEST
 from vibecalc.errors import KeyPath, Problem
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON, UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON, UNIT_ROUNDOFF
 from vibecalc.parts import tables as parts
 from vibecalc.parts.body import build_body
 from vibecalc.parts.mounts import build_mounts
@@ -103,11 +104,11 @@ def _factors(matrix: BlockMatrix) -> np.ndarray:
     )
 
 
-def _with_rounding(matrix: BlockMatrix) -> WithError:
+def _with_rounding(matrix: BlockMatrix) -> Bounded:
     """The matrix in SI, its halves made equal; an entry that is given in SI is exact."""
     value = block_matrix(matrix)
     rounding = 2.0 * EPSILON * np.abs(value) * (_factors(matrix) != 1.0)
-    return WithError(0.5 * (value + value.T), rounding + 0.5 * np.abs(value - value.T))
+    return Bounded(0.5 * (value + value.T), rounding + 0.5 * np.abs(value - value.T))
 
 
 def build_system(machine: Machine) -> Matrices:
@@ -130,7 +131,7 @@ def _with_mounts(mass: np.ndarray, mounts: parts.Mounts) -> Matrices:
         built = build_mounts(mounts)
         return assemble(mass, built.position, built.stiffness, built.damping, built.structural)
     stiffness = _with_rounding(mounts.stiffness_matrix)
-    damping = WithError(np.zeros((6, 6)), np.zeros((6, 6)))
+    damping = Bounded(np.zeros((6, 6)), np.zeros((6, 6)))
     if mounts.damping_matrix is not None:
         damping = _with_rounding(mounts.damping_matrix)
     loss = mounts.loss_factor or 0.0

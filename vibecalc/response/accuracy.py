@@ -17,8 +17,9 @@ from vibecalc.core.accuracy.kinds import (
 from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.inertia_forces import Excitation, add, as_loads, at_speed
+from vibecalc.numerics.bounded import Bounded, stack
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
-from vibecalc.numerics.rounding import FloatArray, WithError
+from vibecalc.numerics.rounding import FloatArray
 from vibecalc.response import modes as natural
 from vibecalc.response.adapters.operations import operation_loads
 from vibecalc.response.adapters.response import LinearSystem, forcing_of, linear_system, ratios_of
@@ -145,15 +146,15 @@ def operations_topics(scene: Scene) -> list[Topic]:
     speed, kept = scene.case.machine.speed, forcing.retained
     orders, weight = forcing.orders[:kept], mass_of(system.matrices)
 
-    def at_operating_speed(load: Excitation) -> WithError:
+    def at_operating_speed(load: Excitation) -> Bounded:
         return as_loads(at_speed(load, speed))
 
     shaking = [at_operating_speed(load) for load in loads.shaking]
     residual = [[at_operating_speed(load) for load in row] for row in loads.residual]
     parts = superpose(
         system.matrices, orders, speed,
-        WithError(*(np.stack([x[k][:kept] for x in shaking]) for k in (0, 1))),
-        WithError(*(np.stack([[x[k][0] for x in row] for row in residual]) for k in (0, 1))),
+        stack([x[:kept] for x in shaking], axis=0),
+        stack([stack([x[0] for x in row], axis=0) for row in residual], axis=0),
     )  # fmt: skip
     first, rate = parts.first, 1j * orders * speed
     push = parts.shaking.value[:, None, first].conj() * (parts.residual.value @ weight.value)
@@ -162,11 +163,11 @@ def operations_topics(scene: Scene) -> list[Topic]:
         return []
     at = np.unravel_index(int(np.argmax(swing)), swing.shape)
 
-    def moved(part: WithError, factor: np.ndarray) -> WithError:
-        return WithError(part.value * factor, part.error * np.abs(factor))
+    def moved(part: Bounded, factor: np.ndarray) -> Bounded:
+        return Bounded(part.value * factor, part.error * np.abs(factor))
 
-    one = WithError(parts.shaking.value[at[0]][None], parts.shaking.error[at[0]][None])
-    other = WithError(*(part[at][None, None] for part in parts.residual))
+    one = Bounded(parts.shaking.value[at[0]][None], parts.shaking.error[at[0]][None])
+    other = Bounded(*(part[at][None, None] for part in parts.residual))
     still = energy_signal(weight, moved(one, rate[:, None]))
     turning = energy_signal(weight, moved(other, rate[first]))
     used = still.used.copy()

@@ -5,9 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
 # ----------------------------------------------------------------------------
 # Harmonic motion as a signal whose squared length is twice an energy, with what it leaves out.
@@ -31,8 +32,8 @@ class Signal(NamedTuple):
 
 
 def energy_signal(
-    weight: WithError,
-    state: WithError,
+    weight: Bounded,
+    state: Bounded,
     retained: int | None = None,
     tail: float = 0.0,
 ) -> Signal:
@@ -57,7 +58,7 @@ def energy_signal(
     return Signal(harmonics, used, noise + left_out + unused, left_out, form)
 
 
-def square_root(weight: WithError) -> WithError:
+def square_root(weight: Bounded) -> Bounded:
     """F (6, 6) with F^T F = A for a symmetric semidefinite A, and the error (6, 6) of that product.
 
     The coordinates are scaled to a unit diagonal first, so that metres and radians may differ by
@@ -83,7 +84,7 @@ def square_root(weight: WithError) -> WithError:
     half = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T * scale
     size = np.abs(half)
     apart = np.abs(half.T @ half - matrix) + 8.0 * UNIT_ROUNDOFF * (size.T @ size)
-    return WithError(half, weight.error + apart)
+    return Bounded(half, weight.error + apart)
 
 
 def smallest_exponent(size: np.ndarray) -> np.ndarray:
@@ -154,24 +155,24 @@ class Energies(NamedTuple):
     potential: CycleEnergy
 
 
-def velocity(motion: WithError, frequency: np.ndarray) -> WithError:
+def velocity(motion: Bounded, frequency: np.ndarray) -> Bounded:
     """Complex velocities i w X (..., orders, 6) of amplitudes X at frequencies (..., orders)."""
     rate = np.asarray(frequency)[..., None]
     value = 1j * rate * motion.value
-    return WithError(value, rate * motion.error + 3.0 * UNIT_ROUNDOFF * np.abs(value))
+    return Bounded(value, rate * motion.error + 3.0 * UNIT_ROUNDOFF * np.abs(value))
 
 
-def mass_of(matrices: Matrices) -> WithError:
+def mass_of(matrices: Matrices) -> Bounded:
     """Weight of the kinetic energy."""
-    return WithError(matrices.mass, matrices.mass_error)
+    return Bounded(matrices.mass, matrices.mass_error)
 
 
-def stiffness_of(matrices: Matrices) -> WithError:
+def stiffness_of(matrices: Matrices) -> Bounded:
     """Weight of the potential energy: what springs store, no part of a loss factor."""
-    return WithError(matrices.stiffness, matrices.stiffness_error)
+    return Bounded(matrices.stiffness, matrices.stiffness_error)
 
 
-def energy_by_order(weight: WithError, state: WithError) -> OrderEnergy:
+def energy_by_order(weight: Bounded, state: Bounded) -> OrderEnergy:
     """Mean and peak of the energy of each order, for velocities or displacements (..., orders, 6).
 
     `weight` (6, 6) is symmetric. Amplitudes are scaled before they are squared: an energy below
@@ -204,7 +205,7 @@ def energy_by_order(weight: WithError, state: WithError) -> OrderEnergy:
     )
 
 
-def dropped_mean(weight: WithError, guards: WithError, tail: float) -> np.ndarray:
+def dropped_mean(weight: Bounded, guards: Bounded, tail: float) -> np.ndarray:
     """Most that dropped orders may add to a mean energy (...), in J, from guards (..., orders, 6).
 
     Together their states are at most `tail` times the sum of the magnitudes of the guards. The
@@ -217,8 +218,8 @@ def dropped_mean(weight: WithError, guards: WithError, tail: float) -> np.ndarra
 
 
 def energy_over_cycle(
-    weight: WithError,
-    state: WithError,
+    weight: Bounded,
+    state: Bounded,
     orders: np.ndarray,
     retained: int | None = None,
     tail: float = 0.0,
@@ -247,7 +248,7 @@ def energy_over_cycle(
 
 def energies_over_cycle(
     matrices: Matrices,
-    motion: WithError,
+    motion: Bounded,
     orders: np.ndarray,
     speed: float,
     retained: int | None = None,

@@ -5,8 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF
 
 # ----------------------------------------------------------------------------
 # Forced response of a rigid body on mounts, for batches of frequencies at once.
@@ -75,7 +76,7 @@ def _moved(matrices: Matrices, frequency: np.ndarray, undriven: UndrivenModes) -
     return moved
 
 
-def response(system: Dynamics, force: np.ndarray, force_error: np.ndarray) -> WithError:
+def response(system: Dynamics, force: np.ndarray, force_error: np.ndarray) -> Bounded:
     """Complex amplitudes X (..., 6) of D X = F in m and rad, with componentwise errors.
 
     One step of iterative refinement makes the backward error small in every entry; the bound
@@ -88,7 +89,7 @@ def response(system: Dynamics, force: np.ndarray, force_error: np.ndarray) -> Wi
     size = np.abs(value)
     uncertainty = (system.error + 10.0 * UNIT_ROUNDOFF * np.abs(system.stiffness)) @ size
     error = np.abs(system.inverse) @ (uncertainty + force_error[..., None])
-    return WithError(value[..., 0], (error + 4.0 * UNIT_ROUNDOFF * size)[..., 0])
+    return Bounded(value[..., 0], (error + 4.0 * UNIT_ROUNDOFF * size)[..., 0])
 
 
 # ----------------------------------------------------------------------------
@@ -113,7 +114,7 @@ def modal_response(
     frequency: np.ndarray,
     force: np.ndarray,
     force_error: np.ndarray,
-) -> WithError:
+) -> Bounded:
     """Complex amplitudes X (..., orders, 6) of D X = F as X = V q, in m and rad, with errors.
 
     With unit modal mass and modal force f = V^T F,
@@ -180,7 +181,7 @@ def modal_response(
     data = solve(uncertainty @ size, True) @ size.T
     _refuse(_uncertain(matrices, force, force_error, data, moving), rate)
     given = solve((force_error + 2.0 * UNIT_ROUNDOFF * np.abs(force)) @ size, True) @ size.T
-    return WithError(motion, data + given + 4.0 * UNIT_ROUNDOFF * moving)
+    return Bounded(motion, data + given + 4.0 * UNIT_ROUNDOFF * moving)
 
 
 def _apart(modal: _Parts, uncertainty: _Parts) -> np.ndarray:
@@ -263,8 +264,8 @@ def _refuse(which: np.ndarray, rate: np.ndarray) -> None:
 def require_digits(
     matrices: Matrices,
     system: Dynamics,
-    force: WithError,
-    motion: WithError,
+    force: Bounded,
+    motion: Bounded,
     orders: np.ndarray,
     speed: float,
 ) -> None:

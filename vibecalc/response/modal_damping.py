@@ -3,8 +3,9 @@
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF
 from vibecalc.response.modes import CLUSTER, Modes, largest_positive
 from vibecalc.response.resonances import Resonances
 
@@ -13,7 +14,7 @@ from vibecalc.response.resonances import Resonances
 # ----------------------------------------------------------------------------
 
 
-def energy_fraction(matrices: Matrices, shapes: Modes) -> WithError:
+def energy_fraction(matrices: Matrices, shapes: Modes) -> Bounded:
     """Share of each coordinate in the kinetic energy of each mode, and its error.
 
     Value and error are (modes, 6). Each row sums to 1; an entry v_i (M v)_i / (v M v) can be
@@ -29,10 +30,10 @@ def energy_fraction(matrices: Matrices, shapes: Modes) -> WithError:
         + 10.0 * UNIT_ROUNDOFF * np.abs(shapes.shape) * size_moved
         + np.abs(shapes.shape) * (matrices.mass_error @ np.abs(shapes.shape))
     )
-    return WithError((energy / total).T, (error / total).T)
+    return Bounded((energy / total).T, (error / total).T)
 
 
-def damping_ratio(matrices: Matrices, shapes: Modes) -> WithError:
+def damping_ratio(matrices: Matrices, shapes: Modes) -> Bounded:
     """Damping ratio of each mode (modes,), and its error: v C v / (2 w) + v H v / (2 w^2).
 
     Exact for proportional damping, the usual estimate otherwise; the structural part is half the
@@ -66,15 +67,15 @@ def damping_ratio(matrices: Matrices, shapes: Modes) -> WithError:
         + uncertainty(matrices.structural, matrices.structural_error) / (2.0 * shapes.eigenvalue)
         + relative * (np.abs(viscous) + np.abs(loss))
     )
-    return WithError(viscous + loss, error)
+    return Bounded(viscous + loss, error)
 
 
-def modal_force(shapes: Modes, force: np.ndarray, force_error: np.ndarray) -> WithError:
+def modal_force(shapes: Modes, force: np.ndarray, force_error: np.ndarray) -> Bounded:
     """Force (..., 6) on each mode (..., modes), with the error up to which it may be zero."""
     size = np.abs(shapes.shape)
     value = force @ shapes.shape
     error = force_error @ size + np.abs(force) @ (shapes.shape_error + 8.0 * UNIT_ROUNDOFF * size)
-    return WithError(value, error)
+    return Bounded(value, error)
 
 
 # ----------------------------------------------------------------------------
@@ -82,7 +83,7 @@ def modal_force(shapes: Modes, force: np.ndarray, force_error: np.ndarray) -> Wi
 # ----------------------------------------------------------------------------
 
 
-def modal_damping(matrices: Matrices, shapes: Modes, ratio: np.ndarray) -> WithError:
+def modal_damping(matrices: Matrices, shapes: Modes, ratio: np.ndarray) -> Bounded:
     """Damping matrix C (6, 6) that gives each mode its ratio zeta (6,), and its absolute error.
 
     C = M V diag(2 zeta w) V^T M with unit modal mass, in N s/m, N s, N m s; it couples no modes.
@@ -106,7 +107,7 @@ def modal_damping(matrices: Matrices, shapes: Modes, ratio: np.ndarray) -> WithE
     rounding = 10.0 * UNIT_ROUNDOFF * np.abs(rate) + rate_error
     one_side = (momentum_error * np.abs(rate)) @ (large + 0.5 * momentum_error).T
     error = (large * rounding) @ large.T + one_side + one_side.T
-    return WithError(0.5 * (value + value.T), error)
+    return Bounded(0.5 * (value + value.T), error)
 
 
 # ----------------------------------------------------------------------------
@@ -154,7 +155,7 @@ def damped_basis(matrices: Matrices, shapes: Modes) -> Modes:
 # ----------------------------------------------------------------------------
 
 
-def body_resonances(matrices: Matrices, shapes: Modes, force: WithError) -> Resonances:
+def body_resonances(matrices: Matrices, shapes: Modes, force: Bounded) -> Resonances:
     """Resonances of a rigid body under forces (orders, 6) in complex amplitude, any scale."""
     ratio = damping_ratio(matrices, shapes).value
     size = np.abs(shapes.shape)
@@ -180,7 +181,7 @@ _WIDE = 0.7
 
 
 def with_damped_poles(
-    resonances: Resonances, matrices: Matrices, shapes: Modes, force: WithError
+    resonances: Resonances, matrices: Matrices, shapes: Modes, force: Bounded
 ) -> Resonances:
     """Tell a search of the resonances that stand next to the undamped natural frequencies.
 

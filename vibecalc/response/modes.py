@@ -5,8 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
 # ----------------------------------------------------------------------------
 # Undamped natural frequencies and modes of a rigid body on its mounts.
@@ -216,7 +217,7 @@ def _shape_error(
 # ----------------------------------------------------------------------------
 
 
-def modal_assurance(first: WithError, second: WithError, weight: WithError) -> WithError:
+def modal_assurance(first: Bounded, second: Bounded, weight: Bounded) -> Bounded:
     """MAC matrix (m, k) of shapes (6, m) and (6, k), real or complex; and its error.
 
         MAC = |v* W u|^2 / ((v* W v) (u* W u))
@@ -241,7 +242,7 @@ def modal_assurance(first: WithError, second: WithError, weight: WithError) -> W
     """
     rounded = weight.error + 16.0 * UNIT_ROUNDOFF * np.abs(weight.value)
 
-    def product(a: WithError, b: WithError) -> tuple[np.ndarray, np.ndarray]:
+    def product(a: Bounded, b: Bounded) -> tuple[np.ndarray, np.ndarray]:
         size, other, matrix = np.abs(a.value).T, np.abs(b.value), np.abs(weight.value)
         uncertainty = size @ rounded @ other + a.error.T @ matrix @ other
         return a.value.conj().T @ weight.value @ b.value, uncertainty + (
@@ -264,4 +265,4 @@ def modal_assurance(first: WithError, second: WithError, weight: WithError) -> W
     value = size**2 / scale
     spread = (2.0 * size + cross_error) * cross_error / scale
     relative = np.add.outer(v_uncertainty, u_uncertainty) + 8.0 * UNIT_ROUNDOFF
-    return WithError(np.minimum(value, 1.0), spread + value * relative)
+    return Bounded(np.minimum(value, 1.0), spread + value * relative)

@@ -4,9 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
 from vibecalc.response.energies import energy_by_order, energy_signal
 from vibecalc.response.forced import Dynamics, UndrivenModes, dynamics, response
 
@@ -27,8 +28,8 @@ class SuperposedMotion(NamedTuple):
     order 1 among the orders.
     """
 
-    shaking: WithError
-    residual: WithError
+    shaking: Bounded
+    residual: Bounded
     first: int
 
 
@@ -36,8 +37,8 @@ def superpose(
     matrices: Matrices,
     orders: np.ndarray,
     speed: float,
-    shaking: WithError,
-    residual: WithError,
+    shaking: Bounded,
+    residual: Bounded,
     undriven: UndrivenModes | None = None,
 ) -> SuperposedMotion:
     """Respond to the loads of all operations and balances at once.
@@ -66,13 +67,13 @@ def superpose(
         np.concatenate([shaking.error, residual.error], axis=-2),
     )
     return SuperposedMotion(
-        WithError(motion.value[..., :count, :], motion.error[..., :count, :]),
-        WithError(motion.value[..., count:, :], motion.error[..., count:, :]),
+        Bounded(motion.value[..., :count, :], motion.error[..., :count, :]),
+        Bounded(motion.value[..., count:, :], motion.error[..., count:, :]),
         first,
     )
 
 
-def at_phase(parts: SuperposedMotion, phase: np.ndarray | float = 0.0) -> WithError:
+def at_phase(parts: SuperposedMotion, phase: np.ndarray | float = 0.0) -> Bounded:
     """Motion (operations, balances, orders, 6) with the weights turned by a phase in rad.
 
     `phase` broadcasts with (operations, balances).
@@ -85,7 +86,7 @@ def at_phase(parts: SuperposedMotion, phase: np.ndarray | float = 0.0) -> WithEr
     value[..., parts.first, :] += turned
     rounding = 3.0 * EPSILON * np.abs(turned) + UNIT_ROUNDOFF * np.abs(value[..., parts.first, :])
     error[..., parts.first, :] += parts.residual.error + rounding
-    return WithError(value, error)
+    return Bounded(value, error)
 
 
 # ----------------------------------------------------------------------------
@@ -286,7 +287,7 @@ def states(parts: SuperposedMotion, rate: np.ndarray) -> SuperposedMotion:
 
 
 def mean_energy_range(
-    weight: WithError, state: SuperposedMotion, left_out: np.ndarray | float = 0.0
+    weight: Bounded, state: SuperposedMotion, left_out: np.ndarray | float = 0.0
 ) -> PhaseRange:
     """Range of the mean over the cycle, in closed form: a + b cos(p - p0).
 
@@ -329,7 +330,7 @@ def mean_energy_range(
 
 
 def peak_energy_range(
-    weight: WithError,
+    weight: Bounded,
     state: SuperposedMotion,
     orders: np.ndarray,
     retained: int | None = None,
@@ -352,7 +353,7 @@ def peak_energy_range(
     """
     orders = np.asarray(orders)
     shaking = energy_signal(weight, state.shaking, retained, tail)
-    one = WithError(*(part[..., None, :] for part in state.residual))
+    one = Bounded(*(part[..., None, :] for part in state.residual))
     residual = energy_signal(weight, one)
     used = shaking.used.copy()
     used[state.first] = True
@@ -380,6 +381,6 @@ def peak_energy_range(
     )
 
 
-def _times(motion: WithError, factor: np.ndarray) -> WithError:
+def _times(motion: Bounded, factor: np.ndarray) -> Bounded:
     value = motion.value * factor
-    return WithError(value, np.abs(factor) * motion.error + 3.0 * UNIT_ROUNDOFF * np.abs(value))
+    return Bounded(value, np.abs(factor) * motion.error + 3.0 * UNIT_ROUNDOFF * np.abs(value))

@@ -8,8 +8,9 @@ import numpy as np
 from vibecalc.core.run.columns import Columns, Sheet, together
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.arrays import TRAIN, Train, build_train
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.level import level_of
-from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray, WithError
+from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray
 from vibecalc.roll.adapters.readings import lags_of
 from vibecalc.roll.mechanism import (
     RollDrive,
@@ -67,7 +68,7 @@ def emit_roll(columns: Columns, sheet: Sheet) -> BoolArray:
     value, error = multipliers(state)
     size = np.abs(value)
     uncertain |= np.any(size > 1.0 + error, axis=-1)
-    largest = WithError(size.max(axis=-1), error.max(axis=-1))
+    largest = Bounded(size.max(axis=-1), error.max(axis=-1))
     sheet.emit(f"{ROLL}/largest_multiplier", largest)
     names = [cylinder.name for cylinder in case.machine.crank_train.cylinders]
     both = ((state.turn, read), (check.turn, checked))
@@ -89,7 +90,7 @@ def _emit(
         ("shell_drift", [mean(turn, turn.shell_speed) for turn, _ in both]),
     ):
         error = np.abs(values[0] - values[1]) + 64.0 * EPSILON * speed
-        sheet.emit(f"{ROLL}/{name}", WithError(values[0], error))
+        sheet.emit(f"{ROLL}/{name}", Bounded(values[0], error))
     torque = np.max(np.abs(both[0][1].motor_torque) + np.abs(both[0][1].gas_torque), axis=-1)
     for name in (*VARIABLES, *FORCES):
         if not sheet.wants(*spectrum_paths(name)):
@@ -122,9 +123,9 @@ def _emit_spectrum(
     error: np.ndarray,
     axes: Mapping[str, Any],
 ) -> None:
-    sheet.emit(f"{ROLL}/{name}", WithError(values, error), axes)
-    sheet.emit(f"{ROLL}/level/{name}", level_of(values, error, reference=1.0), axes)
-    sheet.emit(f"{ROLL}/phase_lag/{name}", WithError(*lags_of(values, error)), axes)
+    sheet.emit(f"{ROLL}/{name}", Bounded(values, error), axes)
+    sheet.emit(f"{ROLL}/level/{name}", level_of(Bounded(values, error), reference=1.0), axes)
+    sheet.emit(f"{ROLL}/phase_lag/{name}", Bounded(*lags_of(values, error)), axes)
 
 
 def _settled(one: _Read, other: _Read, orders: FloatArray, rtol: float) -> BoolArray:

@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import (
     EPSILON,
     SINGULAR,
     UNIT_ROUNDOFF,
     ComplexArray,
     FloatArray,
-    WithError,
     floats,
 )
 
@@ -132,7 +132,7 @@ def modal_twist(
 
 def twist_on_criticals(
     excitation: ModalExcitation, order: ArrayLike, damping_ratio: ArrayLike | None = None
-) -> WithError:
+) -> Bounded:
     """Partial sums over the orders of the twist at t = 0 on each critical speed, (m, w, q) in rad.
 
     Entry [c, w, j] sums the first j + 1 orders at the critical speed of order w (figures 4.16 to
@@ -157,7 +157,7 @@ def twist_on_criticals(
     size = np.abs(factor)
     rounding = EPSILON * (4.0 + orders.size + 4.0 * (1.0 + ratio**2) * size) * np.abs(term)
     error = np.cumsum(size * excitation.deflection_error[:, None, :] + rounding, axis=-1)
-    return WithError(value, error)
+    return Bounded(value, error)
 
 
 # ----------------------------------------------------------------------------
@@ -224,7 +224,7 @@ def caughey_series(frequency: ArrayLike, damping_ratio: ArrayLike) -> Series:
     return Series(alpha, error, condition, reference, coefficient, uncertainty)
 
 
-def series_damping(series: Series, frequency: ArrayLike) -> WithError:
+def series_damping(series: Series, frequency: ArrayLike) -> Bounded:
     """Damping ratios that a series gives at frequencies (...) in rad/s, above zero."""
     (natural,) = floats(frequency)
     if np.any(natural <= 0.0):
@@ -234,4 +234,4 @@ def series_damping(series: Series, frequency: ArrayLike) -> WithError:
     value = 0.5 * term @ series.coefficient
     rounding = (np.abs(power) + power.size + 4.0) * EPSILON * np.abs(series.coefficient)
     error = 0.5 * term @ (series.coefficient_error + rounding)
-    return WithError(np.asarray(value), np.asarray(error))
+    return Bounded(np.asarray(value), np.asarray(error))

@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.gauss import gauss_rule
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, WithError, closed_form, floats
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, floats
 
 # ----------------------------------------------------------------------------
 # Stiffness and section modulus of round shafts in torsion: plain, hollow, tapered.
@@ -23,10 +24,10 @@ _COARSE, _FINE = 20, 30
 _SETTLED = 1e-13
 
 
-def section_modulus(diameter: ArrayLike, bore: ArrayLike = 0.0) -> WithError:
+def section_modulus(diameter: ArrayLike, bore: ArrayLike = 0.0) -> Bounded:
     """Polar section modulus pi (D^4 - d^4) / (16 D) in m^3: torque over largest shear stress."""
     outer, inner = floats(diameter, bore)
-    return closed_form(math.pi / 16.0 * _fourth_powers(outer, inner) / outer, 10.0)
+    return rounded(math.pi / 16.0 * _fourth_powers(outer, inner) / outer, 10.0)
 
 
 def shaft_stiffness(
@@ -36,7 +37,7 @@ def shaft_stiffness(
     bore: ArrayLike = 0.0,
     end_diameter: ArrayLike | None = None,
     end_bore: ArrayLike | None = None,
-) -> WithError:
+) -> Bounded:
     """Stiffness of one part: G I_p / L, or of a cone when an end differs.
 
     With `end_diameter` or `end_bore` both diameters run straight from one end to the other. A solid
@@ -45,12 +46,12 @@ def shaft_stiffness(
     """
     modulus, long, outer, inner = floats(shear_modulus, length, diameter, bore)
     if end_diameter is None and end_bore is None:
-        return closed_form(math.pi / 32.0 * modulus * _fourth_powers(outer, inner) / long, 12.0)
+        return rounded(math.pi / 32.0 * modulus * _fourth_powers(outer, inner) / long, 12.0)
     last = outer if end_diameter is None else np.asarray(end_diameter, dtype=float)
     bore_last = inner if end_bore is None else np.asarray(end_bore, dtype=float)
     if not np.any(inner) and not np.any(bore_last):
         mixed = (outer**2 + outer * last + last**2) / (3.0 * outer**3 * last**3)
-        return closed_form(math.pi / 32.0 * modulus / (long * mixed), 20.0)
+        return rounded(math.pi / 32.0 * modulus / (long * mixed), 20.0)
     coarse = _mean_flexibility(outer, last, inner, bore_last, _COARSE)
     fine = _mean_flexibility(outer, last, inner, bore_last, _FINE)
     off = np.abs(fine - coarse) / fine
@@ -59,7 +60,7 @@ def shaft_stiffness(
     value = np.asarray(math.pi / 32.0 * modulus / (long * fine))
     # nodes near a thin wall: the difference of the diameters loses what they have in common
     wall = np.minimum((outer - inner) / outer, (last - bore_last) / last)
-    return WithError(value, value * (off + UNIT_ROUNDOFF * (40.0 + 6.0 / wall)))
+    return Bounded(value, value * (off + UNIT_ROUNDOFF * (40.0 + 6.0 / wall)))
 
 
 def _mean_flexibility(
@@ -90,11 +91,11 @@ def _fourth_powers(outer: FloatArray, inner: FloatArray) -> FloatArray:
 
 def journal_inertia(
     density: ArrayLike, diameter: ArrayLike, length: ArrayLike, bore: ArrayLike = 0.0
-) -> WithError:
+) -> Bounded:
     """Of a round journal on the axis: pi rho L (D^4 - d^4) / 32; bore < diameter."""
     heavy, outer, long, inner = floats(density, diameter, length, bore)
     fourth = (outer - inner) * (outer + inner) * (outer * outer + inner * inner)
-    return closed_form(math.pi / 32.0 * heavy * long * fourth, 12.0)
+    return rounded(math.pi / 32.0 * heavy * long * fourth, 12.0)
 
 
 def pin_inertia(
@@ -103,11 +104,11 @@ def pin_inertia(
     length: ArrayLike,
     crank_radius: ArrayLike,
     bore: ArrayLike = 0.0,
-) -> WithError:
+) -> Bounded:
     """Of a crank pin whose centre runs at `crank_radius`: m (R^2 + (D^2 + d^2) / 8)."""
     heavy, outer, long, radius, inner = floats(density, diameter, length, crank_radius, bore)
     mass = 0.25 * math.pi * heavy * long * (outer - inner) * (outer + inner)
-    return closed_form(mass * (radius**2 + (outer**2 + inner**2) / 8.0), 16.0)
+    return rounded(mass * (radius**2 + (outer**2 + inner**2) / 8.0), 16.0)
 
 
 def rectangular_web_inertia(
@@ -117,7 +118,7 @@ def rectangular_web_inertia(
     beyond_journal: ArrayLike,
     beyond_pin: ArrayLike,
     crank_radius: ArrayLike,
-) -> WithError:
+) -> Bounded:
     """Of one web, a plate `width` across the throw.
 
     Along the throw it reaches from `beyond_journal` behind the axis of the journal to `beyond_pin`
@@ -130,12 +131,12 @@ def rectangular_web_inertia(
     # integral of y^2 + x^2 over the plate; the cubes of both ends count with the same sign
     along = wide * (top**3 + behind**3) / 3.0
     across = wide**3 * (top + behind) / 12.0
-    return closed_form(heavy * thick * (along + across), 16.0)
+    return rounded(heavy * thick * (along + across), 16.0)
 
 
 def disc_ended_web_inertia(
     density: ArrayLike, thickness: ArrayLike, width: ArrayLike, crank_radius: ArrayLike
-) -> WithError:
+) -> Bounded:
     """Of one web of straight flanks, ended by half discs about the axes of journal and pin."""
     heavy, thick, wide, radius = floats(density, thickness, width, crank_radius)
     end = 0.5 * wide
@@ -143,23 +144,23 @@ def disc_ended_web_inertia(
     half = 0.5 * math.pi * end**2
     # the centre of a half disc lies 4 r / (3 pi) from its flat
     at_pin = half * (radius**2 + 2.0 * radius * 4.0 * end / (3.0 * math.pi) + 0.5 * end**2)
-    return closed_form(heavy * thick * (straight + at_pin + half * 0.5 * end**2), 24.0)
+    return rounded(heavy * thick * (straight + at_pin + half * 0.5 * end**2), 24.0)
 
 
 def offset_body_inertia(
     mass: ArrayLike, distance: ArrayLike, own_inertia: ArrayLike = 0.0
-) -> WithError:
+) -> Bounded:
     """Of any body whose mass centre runs at `distance`: m r^2 + J of the body about its centre.
 
     The rotating part of a rod is a point at the crank radius, with `own_inertia` zero.
     """
     heavy, far, own = floats(mass, distance, own_inertia)
-    return closed_form(heavy * far**2 + own, 4.0)
+    return rounded(heavy * far**2 + own, 4.0)
 
 
 def reciprocating_inertia(
     mass: ArrayLike, crank_radius: ArrayLike, rod_length: ArrayLike, method: str = "mean"
-) -> WithError:
+) -> Bounded:
     """What a mass that goes up and down adds to the crank, a constant in place of its course.
 
     `"half"`: m R^2 / 2, as if the rod were endless. `"mean"`: the mean over a turn of
@@ -169,21 +170,21 @@ def reciprocating_inertia(
     heavy, radius, rod = floats(mass, crank_radius, rod_length)
     ratio = radius / rod
     if method == "half":
-        return closed_form(0.5 * heavy * radius**2 * np.ones_like(ratio), 3.0)
+        return rounded(0.5 * heavy * radius**2 * np.ones_like(ratio), 3.0)
     if method != "mean":
         raise ValueError(f"unknown method {method!r}; known: half, mean")
     root = np.sqrt((1.0 - ratio) * (1.0 + ratio))
     value = np.asarray(heavy * radius**2 / (1.0 + root))
     # the root loses digits where crank and rod are nearly of one length
     lost = 8.0 + 2.0 / np.maximum(1.0 - ratio, UNIT_ROUNDOFF)
-    return WithError(value, np.asarray(value * UNIT_ROUNDOFF * lost))
+    return Bounded(value, np.asarray(value * UNIT_ROUNDOFF * lost))
 
 
-def throw_inertia(*parts: WithError) -> WithError:
+def throw_inertia(*parts: Bounded) -> Bounded:
     """Sum of the parts of a throw; a web counts twice where it is handed over twice."""
     value = np.asarray(sum(np.asarray(part.value, dtype=float) for part in parts))
     error = np.asarray(sum(np.asarray(part.error, dtype=float) for part in parts))
-    return WithError(value, error + len(parts) * UNIT_ROUNDOFF * np.abs(value))
+    return Bounded(value, error + len(parts) * UNIT_ROUNDOFF * np.abs(value))
 
 
 # ----------------------------------------------------------------------------
@@ -256,7 +257,7 @@ THROW_FORMULAS = {
 }  # fmt: skip
 
 
-def throw_flexibility(throw: Throw, formula: str = "carter") -> WithError:
+def throw_flexibility(throw: Throw, formula: str = "carter") -> Bounded:
     """L_e / D_e^4 in 1/m^3, shape (...): equivalent length is this times D_e^4.
 
     `formula` is a name of `THROW_FORMULAS`. NumericalFailure where a formula is asked outside what
@@ -277,20 +278,17 @@ def throw_flexibility(throw: Throw, formula: str = "carter") -> WithError:
     pin = rule.pin_length * l_c + rule.pin_by_web * h + rule.pin_by_diameter * d_c
     web = rule.web * free / (h * b**3)
     value = journal / _hollow(d_j, b_j) + pin / _hollow(d_c, b_c) + web
-    flexibility = closed_form(value, 20.0)
-    # what the crank radius less the diameters loses in its difference
-    return flexibility._replace(
-        error=flexibility.error + closed_form(4.0 * web * r / free, 1.0).error
-    )
+    # the last: what the crank radius less the diameters loses in its difference
+    return Bounded(value, UNIT_ROUNDOFF * (20.0 * value + 4.0 * web * r / free))
 
 
-def throw_stiffness(throw: Throw, shear_modulus: FloatArray, formula: str = "carter") -> WithError:
+def throw_stiffness(throw: Throw, shear_modulus: FloatArray, formula: str = "carter") -> Bounded:
     """pi G / 32 over `throw_flexibility`, in N m/rad; shear modulus G in Pa (eq. 4.9)."""
     flexible = throw_flexibility(throw, formula)
     (modulus,) = floats(shear_modulus)
     value = math.pi / 32.0 * modulus / flexible.value
-    error = closed_form(value, 5.0).error + np.abs(value) * flexible.error / flexible.value
-    return WithError(np.asarray(value), np.asarray(error))
+    error = rounded(value, 5.0).error + np.abs(value) * flexible.error / flexible.value
+    return Bounded(np.asarray(value), np.asarray(error))
 
 
 class StiffnessSpread(NamedTuple):
@@ -310,7 +308,7 @@ def stiffness_spread(
     throw: Throw, shear_modulus: FloatArray, formulas: tuple[str, ...] = tuple(THROW_FORMULAS)
 ) -> StiffnessSpread:
     """All named formulas side by side; those that do not apply are listed in `left_out`."""
-    estimates: dict[str, WithError] = {}
+    estimates: dict[str, Bounded] = {}
     left: list[str] = []
     for name in formulas:
         try:

@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts import tables as train_parts
 from vibecalc.parts.crank_train import CrankTrain, build_crank_train
 from vibecalc.schema import Case
@@ -161,8 +162,8 @@ def _stiffness(shaft: Shaft, crank_radius: float) -> float:
         return float(shaft_stiffness(*plain, *ends).value)
     throw = shaft.throw
     assert throw is not None  # one of the three, says the form
-    modulus = np.asarray(throw.shear_modulus)
-    return float(throw_stiffness(throw_dimensions(throw, crank_radius), modulus, throw.formula)[0])
+    dimensions, modulus = throw_dimensions(throw, crank_radius), np.asarray(throw.shear_modulus)
+    return float(throw_stiffness(dimensions, modulus, throw.formula).value)
 
 
 def throw_dimensions(throw: Throw, crank_radius: float) -> Dimensions:
@@ -471,7 +472,7 @@ def _gearings(
 # ----------------------------------------------------------------------------
 
 
-def spin_inertia(case: Case, built: ShaftLineModel) -> WithError:
+def spin_inertia(case: Case, built: ShaftLineModel) -> Bounded:
     """Own inertia times own speed ratio (n,) in kg m^2, summed over what turns with a freedom.
 
     Times the referred angular velocity it is the angular momentum about the crankshaft, positive in
@@ -489,7 +490,7 @@ def spin_inertia(case: Case, built: ShaftLineModel) -> WithError:
     for damper in built.dampers:
         total[damper.ring] = damper.inertia * built.station_ratio[damper.station]
     size += np.abs(total)
-    return WithError(total, (len(inertia) + 2) * EPSILON * size)
+    return Bounded(total, (len(inertia) + 2) * EPSILON * size)
 
 
 # ----------------------------------------------------------------------------

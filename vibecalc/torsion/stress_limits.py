@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import BoolArray, FloatArray, closed_form, floats
+from vibecalc.numerics.bounded import rounded
+from vibecalc.numerics.rounding import BoolArray, FloatArray, floats
 
 # ----------------------------------------------------------------------------
 # Rules for torsional vibration of shafts, as data: edition, scope and numbers, all informative.
@@ -163,8 +164,8 @@ def propulsion_shaft_limits(
     counted, size = counted_strength(strength, material), size_factor(wide)
     speed_factor = np.where(ratio < 0.9, 3.0 - 2.0 * ratio**2, 1.38)
     steady = (counted / 1e6 + 160.0) / 18.0 * factor * size * speed_factor * 1e6
-    continuous = closed_form(steady, 30.0)
-    transient = closed_form(1.7 * steady / np.sqrt(factor), 34.0)
+    continuous = rounded(steady, 30.0)
+    transient = rounded(1.7 * steady / np.sqrt(factor), 34.0)
     return StressLimits(continuous.value, transient.value, continuous.error, transient.error)
 
 

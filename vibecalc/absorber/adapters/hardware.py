@@ -34,7 +34,8 @@ from vibecalc.absorber.transfer import Absorber
 from vibecalc.absorber.tuning.restricted import given_damping, stock_choice
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON, FloatArray, WithError
+from vibecalc.numerics.bounded import Bounded, rounded, stack
+from vibecalc.numerics.rounding import EPSILON, FloatArray
 
 # ----------------------------------------------------------------------------
 # Adapter, continued: what springs and oils in stock give, and the pair with the lowest peak.
@@ -220,12 +221,9 @@ def _oils(
         return None
     names = tuple(oil.name for oil in oils)
     axes = {"stock_oil": names}
-    values, errors = (np.array([float(x[i]) for x in thick]) for i in range(2))
-    scene.emit(f"{HARDWARE_ROOT}/oil/kinematic_viscosity", values, errors, axes)
-    values, errors = (np.array([float(x[i]) for x in damping]) for i in range(2))
-    scene.emit(f"{HARDWARE_ROOT}/oil/damping", values, errors, axes)
-    ratio = values / scale.damping
-    error = errors / scale.damping + 8.0 * EPSILON * ratio
+    scene.emit(f"{HARDWARE_ROOT}/oil/kinematic_viscosity", stack(thick), axes=axes)
+    scene.emit(f"{HARDWARE_ROOT}/oil/damping", stack(damping), axes=axes)
+    ratio, error = stack(damping) / rounded(scale.damping, 14.0)
     scene.emit(f"{HARDWARE_ROOT}/oil/secondary_damping", ratio, error, axes)
     if wanted is not None:
         drag_wanted = float(np.asarray(wanted.secondary_damping)) * scale.damping
@@ -262,19 +260,19 @@ def emit_warming(scene: Scene, options: Tuning, parts: AbsorberParts, held: Inst
     z1, m = parts.primary_damping, float(np.asarray(parts.absorber.mass_ratio))
     pair = options.excitation, options.response
 
-    def peak_of(damping: FloatArray) -> WithError:
+    def peak_of(damping: FloatArray) -> Bounded:
         found = peaks(Absorber(z1, m, held.stiffness_ratio, damping), *pair)
-        return WithError(found.largest, found.largest_error)
+        return Bounded(found.largest, found.largest_error)
 
-    def damping_at(warm: FloatArray) -> WithError:
+    def damping_at(warm: FloatArray) -> Bounded:
         return oil_damping(held.oil, filled.gap, warm)
 
     warm = np.linspace(asked.start, asked.stop, asked.points)
     warmed = warming(warm, damping_at, scale.stiffness, scale.inertia, peak_of, held.least)
     axes = {"temperature": warm}
-    scene.emit(f"{HARDWARE_ROOT}/warming/damping", *warmed.damping, axes)
-    scene.emit(f"{HARDWARE_ROOT}/warming/secondary_damping", *warmed.secondary_damping, axes)
-    scene.emit(f"{HARDWARE_ROOT}/warming/peak", *warmed.peak, axes)
+    scene.emit(f"{HARDWARE_ROOT}/warming/damping", warmed.damping, axes=axes)
+    scene.emit(f"{HARDWARE_ROOT}/warming/secondary_damping", warmed.secondary_damping, axes=axes)
+    scene.emit(f"{HARDWARE_ROOT}/warming/peak", warmed.peak, axes=axes)
     if options.kind in ("viscous", "lanchester"):
         return
     best = given_damping(z1, m, warmed.secondary_damping.value, *pair)

@@ -17,7 +17,8 @@ from vibecalc.absorber.tuning.restricted import pure_viscous, undamped_spring
 from vibecalc.absorber.tuning.several import HELD_BY, BoundedTuning, bounded_tuning, keeps
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON
 
 # ----------------------------------------------------------------------------
 # One tuning by the norm and kind that a case asks for.
@@ -89,13 +90,13 @@ def is_endless(pair: tuple[str, str], z1: float) -> bool:
     return transfer.power + transfer.ground * (z1 > 0.0) > 2
 
 
-def level_of(options: Tuning, absorber: Absorber) -> WithError:
+def level_of(options: Tuning, absorber: Absorber) -> Bounded:
     """What is made small: the largest amplitude, or the mean square."""
     pair = options.excitation, options.response
     if options.norm == "h2":
         return mean_square(absorber, *pair)
     found = peaks(absorber, *pair)
-    return WithError(found.largest, found.largest_error)
+    return Bounded(found.largest, found.largest_error)
 
 
 def _free(z1: float, m: float, pair: tuple[str, str]) -> BestTuning:

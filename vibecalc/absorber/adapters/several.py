@@ -27,7 +27,8 @@ from vibecalc.absorber.tuning.several import tuned as solved
 from vibecalc.absorber.tuning.several_search import Travel, TuningProblem
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.bounded import Bounded, stack
+from vibecalc.numerics.rounding import EPSILON
 
 # ----------------------------------------------------------------------------
 # Adapter: several absorbers on one primary, next to each other or one on another.
@@ -325,12 +326,12 @@ def _curves(
     """One response of all systems over the frequency, with errors; the first may be tuned."""
     none = np.zeros(len(ratios))
     each = [
-        WithError(none.astype(complex), none)
+        Bounded(none.astype(complex), none)
         if response == TRAVEL and is_fastened(one, absorber)
         else several_with_error(one, ratios, excitation, response, absorber)
         for one in systems
     ]
-    values, error = (np.stack([one[i] for one in each]) for i in range(2))
+    values, error = stack(each, axis=0)
     read = partial(_shown, ratios, excitation, response, absorber=absorber)
     error[0] += moved_several(read, systems[0], uncertainty)
     return values, error

@@ -29,7 +29,8 @@ from vibecalc.absorber.tuning.minimax_steps import VERDICTS, certify
 from vibecalc.absorber.tuning.mistuning import mistuning, sensitivity
 from vibecalc.core.run.stage import Scene, below
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.bounded import Bounded, stack
+from vibecalc.numerics.rounding import EPSILON
 
 # ----------------------------------------------------------------------------
 # Adapter, continued: what a case may ask for next to a tuning of one absorber.
@@ -128,19 +129,18 @@ def _emit_mistuned_mean(
     k, z2 = tuned.stiffness_ratio, tuned.secondary_damping
     least = float(level_of(options, tuned).value)
 
-    def loss(stiff: np.ndarray, damped: np.ndarray) -> WithError:
+    def loss(stiff: np.ndarray, damped: np.ndarray) -> Bounded:
         off = tuned._replace(
             stiffness_ratio=np.multiply(k, 1.0 + stiff),
             secondary_damping=np.multiply(z2, 1.0 + damped),
         )
         found = level_of(options, off)
-        return WithError(found.value / least - 1.0, 2.0 * found.error / least + 4.0 * EPSILON)
+        return Bounded(found.value / least - 1.0, 2.0 * found.error / least + 4.0 * EPSILON)
 
     zero = np.zeros_like(signed)
-    each = [loss(signed, zero), loss(zero, signed)]
-    values, errors = (np.stack([one[i] for one in each]) for i in range(2))
+    each = stack([loss(signed, zero), loss(zero, signed)], axis=0)
     axes = {"mistuned": ("stiffness", "damping"), "deviation": signed}
-    scene.emit(f"{TUNING_ROOT}/mistuning/loss", values, errors, axes)
+    scene.emit(f"{TUNING_ROOT}/mistuning/loss", each, axes=axes)
     corner = loss(both[:, None, :], both[None, :, :])
     worst = np.max(corner.value, axis=(0, 1))
     scene.emit(f"{TUNING_ROOT}/mistuning/worst", worst, np.max(corner.error), {"share": shares})

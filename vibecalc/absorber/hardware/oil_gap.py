@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, WithError, closed_form, floats
+from vibecalc.numerics.bounded import Bounded, rounded
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, floats
 
 # ----------------------------------------------------------------------------
 # Viscous damping of a ring that turns in a casing, from the gaps around it.
@@ -44,7 +45,7 @@ class GapShares(NamedTuple):
     rim: FloatArray
     sides: FloatArray
     bore: FloatArray
-    total: WithError
+    total: Bounded
 
 
 def gap_shares(gap: RingGap) -> GapShares:
@@ -64,12 +65,12 @@ def gap_shares(gap: RingGap) -> GapShares:
     shrunk = inner - play
     below = np.where(there, play * (2.0 * inner - play), 1.0)
     in_bore = np.where(there, 4.0 * math.pi * wide * np.square(inner * shrunk) / below, 0.0)
-    return GapShares(at_rim, at_sides, in_bore, closed_form(at_rim + at_sides + in_bore, 16.0))
+    return GapShares(at_rim, at_sides, in_bore, rounded(at_rim + at_sides + in_bore, 16.0))
 
 
-def viscosity_for_damping(gap: RingGap, damping: ArrayLike) -> WithError:
+def viscosity_for_damping(gap: RingGap, damping: ArrayLike) -> Bounded:
     """Dynamic viscosity in Pa s that gives a damping in N m s/rad."""
-    return closed_form(np.asarray(damping) / gap_shares(gap).total.value, 18.0)
+    return rounded(np.asarray(damping) / gap_shares(gap).total.value, 18.0)
 
 
 def _check(
@@ -93,10 +94,10 @@ def _check(
 _INCH = 0.0254
 
 
-def clearance_rule(outer_radius: ArrayLike) -> WithError:
+def clearance_rule(outer_radius: ArrayLike) -> Bounded:
     """0.010 in * (1 + sqrt(D / 10 in)) in m, D twice the outer radius (m); Baca 2007, eq. 3.19."""
     (radius,) = floats(outer_radius)
-    return closed_form(0.010 * _INCH * (1.0 + np.sqrt(2.0 * radius / (10.0 * _INCH))), 8.0)
+    return rounded(0.010 * _INCH * (1.0 + np.sqrt(2.0 * radius / (10.0 * _INCH))), 8.0)
 
 
 # ----------------------------------------------------------------------------
@@ -127,7 +128,7 @@ class Walther(NamedTuple):
     viscosity: tuple[ArrayLike, ArrayLike]
 
 
-def kinematic_viscosity(line: Walther, temperature: ArrayLike) -> WithError:
+def kinematic_viscosity(line: Walther, temperature: ArrayLike) -> Bounded:
     """Viscosity in m^2/s at a temperature in K.
 
     Raises NumericalFailure for a temperature or a viscosity outside the chart, for points at one
@@ -149,7 +150,7 @@ def kinematic_viscosity(line: Walther, temperature: ArrayLike) -> WithError:
     _in_range(value, warm)
     size = np.abs(low) + np.abs(high - low) * (np.abs(share) + 1.0 / np.abs(np.log(second / first)))
     error = shifted * (1.0 + np.log(shifted / _UNIT) * (8.0 + 8.0 * size)) * UNIT_ROUNDOFF
-    return WithError(value, error)
+    return Bounded(value, error)
 
 
 def _double_log(viscosity: FloatArray) -> FloatArray:
@@ -194,7 +195,7 @@ _LUBRICATING = 0.6278
 
 def oil_density(
     density_at_15: ArrayLike, temperature: ArrayLike, expansion: ArrayLike | None = None
-) -> WithError:
+) -> Bounded:
     """rho_15 exp(-a T (1 + 0.8 a T)) in kg/m^3, T the kelvins above 15 C, a in 1/K.
 
     Without `expansion` that of lubricating oils, 0.6278 / rho_15; silicone fluids want their own.
@@ -205,7 +206,7 @@ def oil_density(
     swell = rate * (warm - STANDARD_TEMPERATURE)
     value = dense * np.exp(-swell * (1.0 + 0.8 * swell))
     error = value * UNIT_ROUNDOFF * (4.0 + 8.0 * np.abs(swell) * (1.0 + np.abs(swell)))
-    return WithError(value, np.asarray(error))
+    return Bounded(value, np.asarray(error))
 
 
 # ----------------------------------------------------------------------------
@@ -224,24 +225,24 @@ class Oil(NamedTuple):
     expansion: float | None = None
 
 
-def dynamic_viscosity(oil: Oil, temperature: ArrayLike) -> WithError:
+def dynamic_viscosity(oil: Oil, temperature: ArrayLike) -> Bounded:
     """Kinematic viscosity times density in Pa s, at temperatures in K; refuses as the line does."""
     thick = kinematic_viscosity(oil.line, temperature)
     dense = oil_density(oil.density_at_15, temperature, oil.expansion)
     value = thick.value * dense.value
     error = thick.error * dense.value + thick.value * dense.error + UNIT_ROUNDOFF * value
-    return WithError(value, error)
+    return Bounded(value, error)
 
 
-def oil_damping(oil: Oil, gap: RingGap, temperature: ArrayLike) -> WithError:
+def oil_damping(oil: Oil, gap: RingGap, temperature: ArrayLike) -> Bounded:
     """Damping in N m s/rad of a gap filled with an oil, at temperatures in K."""
     thick, shares = dynamic_viscosity(oil, temperature), gap_shares(gap).total
     value = thick.value * shares.value
     error = thick.error * shares.value + thick.value * shares.error + UNIT_ROUNDOFF * value
-    return WithError(value, error)
+    return Bounded(value, error)
 
 
-def right_temperature(oil: Oil, gap: RingGap, damping: float) -> WithError:
+def right_temperature(oil: Oil, gap: RingGap, damping: float) -> Bounded:
     """Temperature in K at which an oil gives a gap a damping in N m s/rad.
 
     Damping falls with temperature; the place is found by bisection. Raises NumericalFailure where
@@ -263,7 +264,7 @@ def right_temperature(oil: Oil, gap: RingGap, damping: float) -> WithError:
     near = oil_damping(oil, gap, np.array([low, high - 1e-3, high + 1e-3]).clip(COLDEST, HOTTEST))
     slope = (near.value[1] - near.value[2]) / 2e-3
     uncertainty = near.error[0] / slope + 2.0 * UNIT_ROUNDOFF * high + (high - low)
-    return WithError(np.asarray(0.5 * (low + high)), np.asarray(uncertainty))
+    return Bounded(np.asarray(0.5 * (low + high)), np.asarray(uncertainty))
 
 
 def _known_range(oil: Oil) -> tuple[float, float]:
@@ -301,18 +302,18 @@ class Warming(NamedTuple):
     """
 
     temperature: FloatArray
-    damping: WithError
-    secondary_damping: WithError
-    peak: WithError
+    damping: Bounded
+    secondary_damping: Bounded
+    peak: Bounded
     penalty: FloatArray
 
 
 def warming(
     temperature: ArrayLike,
-    damping_at: Callable[[FloatArray], WithError],
+    damping_at: Callable[[FloatArray], Bounded],
     primary_stiffness: float,
     primary_inertia: float,
-    peak_of: Callable[[FloatArray], WithError],
+    peak_of: Callable[[FloatArray], Bounded],
     least_peak: float,
 ) -> Warming:
     """Damping, its ratio and the peak of the primary at each temperature (n,) in K.
@@ -326,11 +327,11 @@ def warming(
     damping = damping_at(warm)
     scale = 2.0 * np.sqrt(primary_stiffness * primary_inertia)
     value = damping.value / scale
-    share = WithError(value, damping.error / scale + 2.0 * UNIT_ROUNDOFF * value)
+    share = Bounded(value, damping.error / scale + 2.0 * UNIT_ROUNDOFF * value)
     peak = peak_of(value)
     step = 1e-6 * value
     slope = np.abs(peak_of(value + step).value - peak.value) / step
     uncertainty = peak.error + share.error * (slope + 2.0 * peak.error / step)
     return Warming(
-        warm, damping, share, WithError(peak.value, uncertainty), peak.value / least_peak - 1.0
+        warm, damping, share, Bounded(peak.value, uncertainty), peak.value / least_peak - 1.0
     )

@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 
 from vibecalc.absorber.hardware.rods_and_springs import EndBody, OverhungRod
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, WithError, closed_form, floats
+from vibecalc.numerics.bounded import Bounded, rounded
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, floats
 
 # ----------------------------------------------------------------------------
 # What an overhung rod and the body on its end ask of a frequency.
@@ -273,11 +274,11 @@ _SHORT = 1e-3
 class Whirl(NamedTuple):
     """Angular frequencies (..., modes) in rad/s, ascending: whirl with and against the spin."""
 
-    forward: WithError
-    backward: WithError
+    forward: Bounded
+    backward: Bounded
 
 
-def bending_frequencies(rod: OverhungRod, body: EndBody, modes: int = 2) -> WithError:
+def bending_frequencies(rod: OverhungRod, body: EndBody, modes: int = 2) -> Bounded:
     """Natural frequencies (..., modes) in rad/s of the rod that does not spin. Broadcasts.
 
     Raises NumericalFailure as `whirl_frequencies`.
@@ -310,7 +311,7 @@ def start_elements(modes: int) -> tuple[int, int]:
     return 2 * modes, modes
 
 
-def _roots(rod: OverhungRod, body: EndBody, spin: FloatArray, starts: FloatArray) -> WithError:
+def _roots(rod: OverhungRod, body: EndBody, spin: FloatArray, starts: FloatArray) -> Bounded:
     """Roots w > 0 of the determinant next to `starts` (..., modes + 1), without the last."""
     start = starts[..., :-1]
     gap = np.diff(starts, axis=-1)
@@ -340,7 +341,7 @@ def _roots(rod: OverhungRod, body: EndBody, spin: FloatArray, starts: FloatArray
     after, noise = determinant(rod, body, spin, root + step)
     before = determinant(rod, body, spin, root - step)[0]
     slope = np.abs(after - before) / (2.0 * step)
-    return WithError(root, noise / slope + 4.0 * UNIT_ROUNDOFF * root)
+    return Bounded(root, noise / slope + 4.0 * UNIT_ROUNDOFF * root)
 
 
 # ----------------------------------------------------------------------------
@@ -358,7 +359,7 @@ def _roots(rod: OverhungRod, body: EndBody, spin: FloatArray, starts: FloatArray
 # ----------------------------------------------------------------------------
 
 
-def rayleigh_frequency(rod: OverhungRod, body: EndBody) -> WithError:
+def rayleigh_frequency(rod: OverhungRod, body: EndBody) -> Bounded:
     """Angular frequency in rad/s; broadcasts. With the rotary inertia of the body if it has one.
 
     A body whose mass centre lies off the end moves there with b(e) + offset * b'(e).
@@ -373,7 +374,7 @@ def rayleigh_frequency(rod: OverhungRod, body: EndBody) -> WithError:
     end, slope = -np.sin(beyond), -wave * np.cos(beyond)
     moved = np.square(end + offset * slope)
     kinetic = line * square + mass * moved + diametral * slope**2
-    frequency = closed_form(wave**2 * np.sqrt(stiff * square / kinetic), 20.0)
+    frequency = rounded(wave**2 * np.sqrt(stiff * square / kinetic), 20.0)
     # the two parts of the motion of the mass may cancel
     lost = mass * (np.square(end) + np.square(offset * slope)) / kinetic
-    return frequency._replace(error=np.asarray(frequency.error * (1.0 + lost)))
+    return Bounded(frequency.value, frequency.error * (1.0 + lost))

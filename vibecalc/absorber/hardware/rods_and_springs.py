@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.numerics.rounding import FloatArray, WithError, closed_form, floats
+from vibecalc.numerics.bounded import Bounded, rounded
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, floats
 
 # ----------------------------------------------------------------------------
 # Torsional stiffness, mass and bending stiffness of a round rod.
@@ -15,27 +16,27 @@ from vibecalc.numerics.rounding import FloatArray, WithError, closed_form, float
 
 def torsional_stiffness(
     shear_modulus: ArrayLike, diameter: ArrayLike, length: ArrayLike, bore: ArrayLike = 0.0
-) -> WithError:
+) -> Bounded:
     """G J / L in N m/rad of a rod with J = pi (D^4 - d^4) / 32 (Baca 2007, section 3.7).
 
     Shear modulus in Pa, diameters and length in m, bore < diameter. All broadcast.
     """
     modulus, outer, long, inner = floats(shear_modulus, diameter, length, bore)
-    return closed_form(math.pi / 32.0 * modulus * _fourth_powers(outer, inner) / long, 12.0)
+    return rounded(math.pi / 32.0 * modulus * _fourth_powers(outer, inner) / long, 12.0)
 
 
 def bending_stiffness(
     elastic_modulus: ArrayLike, diameter: ArrayLike, bore: ArrayLike = 0.0
-) -> WithError:
+) -> Bounded:
     """E I in N m^2 with I = pi (D^4 - d^4) / 64."""
     modulus, outer, inner = floats(elastic_modulus, diameter, bore)
-    return closed_form(math.pi / 64.0 * modulus * _fourth_powers(outer, inner), 11.0)
+    return rounded(math.pi / 64.0 * modulus * _fourth_powers(outer, inner), 11.0)
 
 
-def mass_per_length(density: ArrayLike, diameter: ArrayLike, bore: ArrayLike = 0.0) -> WithError:
+def mass_per_length(density: ArrayLike, diameter: ArrayLike, bore: ArrayLike = 0.0) -> Bounded:
     """Mass of one metre of rod in kg/m."""
     heavy, outer, inner = floats(density, diameter, bore)
-    return closed_form(0.25 * math.pi * heavy * (outer - inner) * (outer + inner), 7.0)
+    return rounded(0.25 * math.pi * heavy * (outer - inner) * (outer + inner), 7.0)
 
 
 def _fourth_powers(outer: np.ndarray, inner: np.ndarray) -> np.ndarray:
@@ -53,9 +54,9 @@ def _fourth_powers(outer: np.ndarray, inner: np.ndarray) -> np.ndarray:
 class BodyInertia(NamedTuple):
     """Mass in kg, moment about the axis and about a diameter through the mass centre in kg m^2."""
 
-    mass: WithError
-    polar: WithError
-    diametral: WithError
+    mass: Bounded
+    polar: Bounded
+    diametral: Bounded
 
 
 def ring_inertia(
@@ -69,9 +70,9 @@ def ring_inertia(
     mass = math.pi * heavy * wide * (outer - inner) * (outer + inner)
     polar = 0.5 * mass * (outer * outer + inner * inner)
     return BodyInertia(
-        closed_form(mass, 7.0),
-        closed_form(polar, 11.0),
-        closed_form(0.5 * polar + mass * wide * wide / 12.0, 14.0),
+        rounded(mass, 7.0),
+        rounded(polar, 11.0),
+        rounded(0.5 * polar + mass * wide * wide / 12.0, 14.0),
     )
 
 
@@ -117,10 +118,10 @@ class EndBody(NamedTuple):
 
 def spring_rate(
     shear_modulus: ArrayLike, wire: ArrayLike, coil: ArrayLike, turns: ArrayLike
-) -> WithError:
+) -> Bounded:
     """G d^4 / (8 D^3 N) in N/m; modulus in Pa, wire d and mean coil diameter D in m, N turns."""
     modulus, thin, wide, number = floats(shear_modulus, wire, coil, turns)
-    return closed_form(modulus * thin**4 / (8.0 * wide**3 * number), 10.0)
+    return rounded(modulus * thin**4 / (8.0 * wide**3 * number), 10.0)
 
 
 def largest_extension(
@@ -129,7 +130,7 @@ def largest_extension(
     coil: ArrayLike,
     allowed_stress: ArrayLike,
     initial_tension: ArrayLike = 0.0,
-) -> WithError:
+) -> Bounded:
     """Extension in m at which the wire reaches a stress in Pa.
 
     An extension spring wound with an initial tension (N) opens only when pulled harder than that;
@@ -138,8 +139,7 @@ def largest_extension(
     stiff, thin, wide, stress, first = floats(rate, wire, coil, allowed_stress, initial_tension)
     force = stress * math.pi * thin**3 / (8.0 * wide * _wahl(wide / thin))
     spare = (force - first) * (force > first)
-    found = closed_form(spare / stiff, 2.0)
-    return found._replace(error=found.error + 20.0 * closed_form(force / stiff, 1.0).error)
+    return Bounded(spare / stiff, UNIT_ROUNDOFF * (2.0 * spare + 20.0 * force) / stiff)
 
 
 def _wahl(index: FloatArray) -> FloatArray:
@@ -159,15 +159,15 @@ def _wahl(index: FloatArray) -> FloatArray:
 
 def couple_stiffness(
     rate: ArrayLike, count: ArrayLike, radius: ArrayLike, angle: ArrayLike
-) -> WithError:
+) -> Bounded:
     """n K R^2 cos^2 A in N m/rad: rate K in N/m, R in m, A in rad from the tangent at the hook."""
     stiff, number, far, tilt = floats(rate, count, radius, angle)
-    return closed_form(number * stiff * np.square(far * np.cos(tilt)), 8.0)
+    return rounded(number * stiff * np.square(far * np.cos(tilt)), 8.0)
 
 
 def rate_for_couple(
     stiffness: ArrayLike, count: ArrayLike, radius: ArrayLike, angle: ArrayLike
-) -> WithError:
+) -> Bounded:
     """Rate in N/m of each of n springs that together give a torsional stiffness in N m/rad."""
     stiff, number, far, tilt = floats(stiffness, count, radius, angle)
-    return closed_form(stiff / (number * np.square(far * np.cos(tilt))), 8.0)
+    return rounded(stiff / (number * np.square(far * np.cos(tilt))), 8.0)

@@ -10,7 +10,7 @@ from vibecalc.absorber.several_peaks import several_slopes
 from vibecalc.absorber.transfer import Absorber, transfer_of
 from vibecalc.absorber.tuning.several_search import OptimalPoint, TuningProblem, hold, usual_size
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import WithError
+from vibecalc.numerics.bounded import Bounded
 
 # ----------------------------------------------------------------------------
 # What a mistuned absorber loses: the largest response with k and z2 off by a few per cent.
@@ -29,9 +29,9 @@ class Mistuning(NamedTuple):
     """
 
     share: np.ndarray
-    stiffness: WithError
-    damping: WithError
-    corner: WithError
+    stiffness: Bounded
+    damping: Bounded
+    corner: Bounded
 
 
 def mistuning(
@@ -68,8 +68,8 @@ def mistuning(
     worst = np.argmax(loss[..., 5:], axis=-1)[..., None]
     corner = [np.take_along_axis(a[..., 5:], worst, axis=-1)[..., 0] for a in (loss, error)]
     return Mistuning(
-        share, WithError(loss[..., 1:3], error[..., 1:3]),
-        WithError(loss[..., 3:5], error[..., 3:5]), WithError(*corner),
+        share, Bounded(loss[..., 1:3], error[..., 1:3]),
+        Bounded(loss[..., 3:5], error[..., 3:5]), Bounded(*corner),
     )  # fmt: skip
 
 

@@ -8,7 +8,8 @@ import numpy as np
 from vibecalc.core.results.catalogue import AXES, CATALOGUE
 from vibecalc.core.results.record import Axis
 from vibecalc.errors import KeyPath, NumericalFailure
-from vibecalc.numerics.rounding import FloatArray, WithError
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import FloatArray
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -97,7 +98,7 @@ class Sheet:
         """Whether any of these results is asked for."""
         return not self._wanted.isdisjoint(paths)
 
-    def emit(self, path: str, result: WithError, axes: Mapping[str, Any] | None = None) -> None:
+    def emit(self, path: str, result: Bounded, axes: Mapping[str, Any] | None = None) -> None:
         """Take values and errors (points or 1, own axes...); NumericalFailure for a NaN."""
         if path not in self._wanted:
             return
@@ -113,13 +114,13 @@ class Sheet:
         )
 
 
-def counted_only(result: WithError, counts: np.ndarray, axis: int = -1) -> WithError:
+def counted_only(result: Bounded, counts: np.ndarray, axis: int = -1) -> Bounded:
     """Zero where an order does not count; `counts` (points or 1, orders) lies along `axis`."""
     value, error = result
     shape = [1] * value.ndim
     shape[0], shape[axis] = counts.shape
     mask = counts.reshape(shape)
-    return WithError(np.where(mask, value, 0.0), np.where(mask, error, 0.0))
+    return Bounded(np.where(mask, value, 0.0), np.where(mask, error, 0.0))
 
 
 def _axis(name: str, values: Any) -> Axis:

@@ -11,6 +11,7 @@ from vibecalc.core.results.catalogue import AXES, CATALOGUE, OWNER
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import Axis, Method, Quantity, Record
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.subjects import SUBJECTS
 
 if TYPE_CHECKING:
@@ -234,13 +235,16 @@ class Scene:
     ) -> None:
         """Put one result into the record, with what the catalogue says of it.
 
-        `error` and `terms` are absolute, numbers or arrays; the largest counts. A value that is not
-        a number is a failure here, at its source; an infinite one stands for an unbounded peak.
+        `values` may be a `Bounded`, which has its error with it. `error` and `terms` are absolute,
+        numbers or arrays; the largest counts. A value that is not a number is a failure here, at
+        its source; an infinite one stands for an unbounded peak.
         """
         if not self.wants(path):
             return
         entry = CATALOGUE[path]
         given = axes or {}
+        if isinstance(values, Bounded):
+            values, error = values
         values = np.asarray(values)
         if np.isnan(values).any():
             raise NumericalFailure(f"{path} ({entry.long_name}) has no defined value in this case")

@@ -9,8 +9,9 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing
 from vibecalc.excitation.inertia_forces import size_of_terms
 from vibecalc.isolation.rows import HarmonicsAt
+from vibecalc.numerics.bounded import Bounded, stack
 from vibecalc.numerics.cycle_peak import cycle_peak, vector_cycle_peak
-from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.response.resonances import Resonances
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ class CyclePeak(NamedTuple):
     terms: float
 
 
-def peak_with_tail(harmonics: WithError, forcing: Forcing) -> CyclePeak:
+def peak_with_tail(harmonics: Bounded, forcing: Forcing) -> CyclePeak:
     """Peaks of harmonics (..., orders)."""
     used = forcing.retained
     peak = cycle_peak(harmonics.value[..., :used], forcing.orders[:used])
@@ -77,14 +78,14 @@ def peak_with_tail(harmonics: WithError, forcing: Forcing) -> CyclePeak:
     return CyclePeak(peak.value, rounding + dropped, size_of_terms(rounding))
 
 
-def emit_peak(scene: Scene, path: str, harmonics: WithError, forcing: Forcing) -> None:
+def emit_peak(scene: Scene, path: str, harmonics: Bounded, forcing: Forcing) -> None:
     """Emit a peak over the cycle, unless nobody wants it."""
     if scene.wants(path):
         peak = peak_with_tail(harmonics, forcing)
         scene.emit(path, peak.value, peak.error, terms=peak.terms)
 
 
-def _left_out(harmonics: WithError, forcing: Forcing) -> tuple[np.ndarray, np.ndarray]:
+def _left_out(harmonics: Bounded, forcing: Forcing) -> tuple[np.ndarray, np.ndarray]:
     """Rounding of the kept orders and size of the dropped ones, summed."""
     used = forcing.retained
     dropped: np.ndarray = forcing.tail * np.abs(harmonics.value[..., used:]).sum(-1)
@@ -110,10 +111,10 @@ def emit_support_motion(
     forcing: Forcing,
     names: Sequence[str],
     directions: Sequence[str],
-    displacement: WithError,
-    force: WithError,
+    displacement: Bounded,
+    force: Bounded,
     up: np.ndarray,
-    sag: WithError,
+    sag: Bounded,
 ) -> None:
     """Motion and force of every support at operating speed.
 
@@ -132,12 +133,12 @@ def emit_support_motion(
         )
     rows = {}
     if scene.wants(*HEIGHTS):
-        rows["height"] = WithError(
+        rows["height"] = Bounded(
             np.einsum("mdn,d->mn", displacement.value, up),
             np.einsum("mdn,d->mn", displacement.error, np.abs(up)),
         )
     if scene.wants(LARGEST) and len(directions) == 1:
-        rows["force"] = WithError(force.value[:, 0], force.error[:, 0])
+        rows["force"] = Bounded(force.value[:, 0], force.error[:, 0])
     peaks = _peaks_together(rows, forcing)
     if scene.wants(LARGEST):
         largest = peaks["force"] if "force" in peaks else _vector_peak(force, forcing)
@@ -150,18 +151,18 @@ def emit_support_motion(
         scene.emit(HEIGHTS[1], total, sag.error + error + EPSILON * total, mounts)
 
 
-def _peaks_together(rows: dict[str, WithError], forcing: Forcing) -> dict[str, CyclePeak]:
+def _peaks_together(rows: dict[str, Bounded], forcing: Forcing) -> dict[str, CyclePeak]:
     """Peaks (mounts,) of rows (mounts, orders): in one call, which costs as one does."""
     if not rows:
         return {}
-    stacked = WithError._make(np.stack(part) for part in zip(*rows.values(), strict=True))
+    stacked = stack(list(rows.values()), axis=0)
     peaks = peak_with_tail(stacked, forcing)
     return {
         name: CyclePeak(peaks.value[i], peaks.error[i], peaks.terms) for i, name in enumerate(rows)
     }
 
 
-def _vector_peak(force: WithError, forcing: Forcing) -> CyclePeak:
+def _vector_peak(force: Bounded, forcing: Forcing) -> CyclePeak:
     """Largest length (mounts,) of force vectors (mounts, directions, orders)."""
     used = forcing.retained
     peak = vector_cycle_peak(force.value[..., :used], forcing.orders[:used])

@@ -18,7 +18,8 @@ from vibecalc.isolation.adapters.common import (
 from vibecalc.isolation.model import PitchParts, pitch_parts
 from vibecalc.isolation.pitch import pitch_resonances, pitch_static
 from vibecalc.isolation.rows import distinct, pitch_readout, pitch_rows, with_left_out
-from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.response.resonances import check_operating_point, idle_warnings, left_out
 
 LEVER_FORCES = tuple(path for path in CATALOGUE if path.startswith("isolation/lever_force/"))
@@ -44,18 +45,18 @@ def run_isolation_pitch(scene: Scene) -> None:
     _emit_model(scene, pitch)
 
     about_centre = about_point(forcing.per_speed_squared, parts.centre)
-    couple = WithError(
+    couple = Bounded(
         about_centre.couple @ parts.across, about_centre.couple_error @ np.abs(parts.across)
     )
     resonances = pitch_resonances(pitch, couple)
     undriven = left_out(resonances)[:, 0]
-    couple = WithError(np.where(undriven, 0.0, couple.value), couple.error)
+    couple = Bounded(np.where(undriven, 0.0, couple.value), couple.error)
     used, speed = forcing.retained, scene.case.machine.speed
     for warning in check_operating_point(resonances, forcing.orders, speed):
         scene.warn(warning)
     frequency = forcing.orders * speed
     driven = at_speed(about_centre, speed)
-    torque = WithError(
+    torque = Bounded(
         np.where(undriven, 0.0, driven.couple @ parts.across),
         driven.couple_error @ np.abs(parts.across),
     )
@@ -80,9 +81,9 @@ def run_isolation_pitch(scene: Scene) -> None:
             pitch, lever, parts.position, parts.stiffness, parts.damping, parts.structural
         )
     )
-    first = WithError(couple.value[:used], couple.error[:used])
+    first = Bounded(couple.value[:used], couple.error[:used])
     in_run_up, few = pitch_resonances(pitch, first), forcing.few
-    higher = WithError(couple.value[few], couple.error[few])
+    higher = Bounded(couple.value[few], couple.error[few])
     scene.handed_on["run_up"] = RunUpSetup(
         rows=with_left_out(
             pitch_rows(pitch, readout, forcing.orders[:used], first, undriven[:used]),
@@ -129,7 +130,7 @@ def _emit_curve(scene: Scene, pitch: model.Pitch, highest: float) -> None:
 
 
 def _emit_lever_force(
-    scene: Scene, forcing: Forcing, torque: WithError, through: WithError, lever: float
+    scene: Scene, forcing: Forcing, torque: Bounded, through: Bounded, lever: float
 ) -> None:
     """The source's reading: couple over lever, with the body held still and on its mounts."""
     used = forcing.retained
@@ -149,8 +150,8 @@ def _emit_supports(
     scene: Scene,
     forcing: Forcing,
     parts: PitchParts,
-    torque: WithError,
-    angle: WithError,
+    torque: Bounded,
+    angle: Bounded,
     frequency: np.ndarray,
 ) -> None:
     """One support of all: static share and sag, force with the body still and on its mounts."""
@@ -179,8 +180,8 @@ def _emit_supports(
         forcing,
         parts.names,
         (scene.case.machine.crank_train.stroke,),
-        WithError(displacement.value[:, None, :], displacement.error[:, None, :]),
-        WithError(force.value[:, None, :], force.error[:, None, :]),
+        Bounded(displacement.value[:, None, :], displacement.error[:, None, :]),
+        Bounded(force.value[:, None, :], force.error[:, None, :]),
         np.array([1.0]),
-        WithError(static.sag, static.sag_error),
+        Bounded(static.sag, static.sag_error),
     )

@@ -24,8 +24,8 @@ from vibecalc.isolation.rigid_body import (
     static_deflection,
 )
 from vibecalc.isolation.rows import Readout, body_rows, with_left_out
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.numerics.rounding import WithError
 from vibecalc.parts.body import DIRECTIONS, RigidBody
 from vibecalc.parts.matrices import assemble, displacement_at
 from vibecalc.parts.mounts import Mounts
@@ -92,7 +92,7 @@ def run_isolation_rigid_body(scene: Scene) -> None:
     system = dynamics(matrices, frequency, undriven)
     motion = response(system, driven.value, driven.error)
     require_digits(matrices, system, driven, motion, forcing.orders, speed)
-    motion = WithError(*(all_six(part, dofs) for part in motion))
+    motion = Bounded(*(all_six(part, dofs) for part in motion))
     _emit_motion(scene, forcing, motion)
     at_mounts = displacement(motion, mounts.position)
     force = mount_force(at_mounts, frequency, mounts.stiffness, mounts.damping, mounts.structural)
@@ -106,8 +106,8 @@ def freedoms_of(scene: Scene) -> np.ndarray:
     return dofs_of_model(isolation_of(scene).model, scene.case.machine.crank_train.axis)
 
 
-def _loads(excitation: Excitation, dofs: np.ndarray) -> WithError:
-    return WithError(*(part[..., dofs] for part in as_loads(excitation)))
+def _loads(excitation: Excitation, dofs: np.ndarray) -> Bounded:
+    return Bounded(*(part[..., dofs] for part in as_loads(excitation)))
 
 
 def _undriven(resonances: Resonances, shapes: Modes) -> UndrivenModes:
@@ -129,7 +129,7 @@ def _emit_modes(scene: Scene, matrices: Matrices, shapes: Modes, dofs: np.ndarra
     scene.emit("isolation/modes/energy_fraction", all_six(share.value, dofs), share.error, axes)
 
 
-def _emit_static(scene: Scene, matrices: Matrices, body: RigidBody, mounts: Mounts) -> WithError:
+def _emit_static(scene: Scene, matrices: Matrices, body: RigidBody, mounts: Mounts) -> Bounded:
     options = isolation_of(scene)
     static = static_deflection(
         matrices,
@@ -141,10 +141,10 @@ def _emit_static(scene: Scene, matrices: Matrices, body: RigidBody, mounts: Moun
         np.eye(3)["xyz".index(options.up)],
     )
     emit_static(scene, mounts.names, static.sag, static.sag_error, static.share, static.share_error)
-    return WithError(static.sag, static.sag_error)
+    return Bounded(static.sag, static.sag_error)
 
 
-def _emit_motion(scene: Scene, forcing: Forcing, motion: WithError) -> None:
+def _emit_motion(scene: Scene, forcing: Forcing, motion: Bounded) -> None:
     used = forcing.retained
     axes = {"order": forcing.orders[:used], "direction": DIRECTIONS}
     for name, part in (("translation", slice(0, 3)), ("rotation", slice(3, 6))):
@@ -163,15 +163,15 @@ def _hand_on_run_up(
     matrices: Matrices,
     mounts: Mounts,
     shapes: Modes,
-    load: WithError,
+    load: Bounded,
 ) -> None:
     freedoms = freedoms_of(scene)
     whole = mount_readout(mounts.position, mounts.stiffness, mounts.damping, mounts.structural)
     readout = whole._replace(spring=whole.spring[..., freedoms], damper=whole.damper[..., freedoms])
     used, orders = forcing.retained, forcing.orders
-    first = WithError(load.value[:used], load.error[:used])
+    first = Bounded(load.value[:used], load.error[:used])
     few = forcing.few
-    higher = WithError(load.value[few], load.error[few])
+    higher = Bounded(load.value[few], load.error[few])
     resonances = body_resonances(matrices, shapes, first)
     left_alone = _undriven(resonances, shapes)
     resonances = with_damped_poles(resonances, matrices, shapes, first)

@@ -26,14 +26,15 @@ from vibecalc.excitation.model import (
 )
 from vibecalc.excitation.stage import USUAL_ORDERS
 from vibecalc.isolation.torque_reaction import couple_on_body, line_transfer
-from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.firing import TURN, cycle_angle, is_separate, shakes_with_torque
 
 #: highest order where the case does not say one; a gas torque has many
 
 
 #: orders (m,) and crank speeds (...) to the couple on the body (..., m, c) for a unit torque
-Passing = Callable[[np.ndarray, np.ndarray | float], WithError]
+Passing = Callable[[np.ndarray, np.ndarray | float], Bounded]
 
 
 class Couples(NamedTuple):
@@ -46,9 +47,9 @@ class Couples(NamedTuple):
 
     order: np.ndarray
     retained: int
-    total: WithError
-    added: WithError
-    mean: WithError
+    total: Bounded
+    added: Bounded
+    mean: Bounded
 
 
 class TorqueLaw(NamedTuple):
@@ -62,16 +63,16 @@ class TorqueLaw(NamedTuple):
     order: np.ndarray
     retained: int
     speeds: np.ndarray
-    gas: WithError
-    mean: WithError
-    inertia: WithError
+    gas: Bounded
+    mean: Bounded
+    inertia: Bounded
     share: float
 
-    def gas_at(self, speed: np.ndarray | float) -> WithError:
+    def gas_at(self, speed: np.ndarray | float) -> Bounded:
         """Gas torque (..., c, m) at speeds (...)."""
         return _mixed(self.gas, self._weights(speed))
 
-    def mean_at(self, speed: float) -> WithError:
+    def mean_at(self, speed: float) -> Bounded:
         """Mean torque of all cylinders."""
         return _mixed(self.mean, self._weights(speed))
 
@@ -85,14 +86,14 @@ def couples_of(scene: Scene, shaking_orders: int) -> Couples:
     gas, torque = law.gas_at(speed), total_torque(law, speed)
     mean = law.mean_at(speed)
     if not is_separate(scene.case):
-        mean = WithError(np.zeros(()), np.zeros(()))
+        mean = Bounded(np.zeros(()), np.zeros(()))
     if not shakes_with_torque(scene.case):
         transfer = line_passing(scene)(law.order, speed)
         total = couple_on_body(torque, transfer)
         return Couples(law.order, law.retained, total, total, mean)
     total = couple_on_body(torque, share=law.share)
     added = couple_on_body(gas, share=law.share)
-    return Couples(law.order, law.retained, total, added, WithError(-mean.value, mean.error))
+    return Couples(law.order, law.retained, total, added, Bounded(-mean.value, mean.error))
 
 
 def torque_law(scene: Scene, shaking_orders: int) -> TorqueLaw:
@@ -110,19 +111,19 @@ def torque_law(scene: Scene, shaking_orders: int) -> TorqueLaw:
     return TorqueLaw(order, used, *_torques(scene, order), share)
 
 
-def total_torque(law: TorqueLaw, speed: np.ndarray | float) -> WithError:
+def total_torque(law: TorqueLaw, speed: np.ndarray | float) -> Bounded:
     """Torque (..., c, m) of gas and inertia at speeds (...)."""
     gas, square = law.gas_at(speed), np.square(speed)[..., None, None]
-    inertia = WithError(square * law.inertia.value, square * law.inertia.error)
+    inertia = Bounded(square * law.inertia.value, square * law.inertia.error)
     value = gas.value + inertia.value
-    return WithError(value, gas.error + inertia.error + EPSILON * np.abs(value))
+    return Bounded(value, gas.error + inertia.error + EPSILON * np.abs(value))
 
 
-def _mixed(cards: WithError, weights: np.ndarray) -> WithError:
+def _mixed(cards: Bounded, weights: np.ndarray) -> Bounded:
     """Values (k, ...) of cards in the shares `weights` (..., k)."""
     value = np.tensordot(weights, cards.value, axes=(-1, 0))
     size = cards.error + 2.0 * EPSILON * np.abs(cards.value)
-    return WithError(value, np.tensordot(weights, size, axes=(-1, 0)))
+    return Bounded(value, np.tensordot(weights, size, axes=(-1, 0)))
 
 
 def _highest(scene: Scene, shaking_orders: int) -> float:
@@ -137,7 +138,7 @@ def _highest(scene: Scene, shaking_orders: int) -> float:
     return max(said, shaking_orders, USUAL_ORDERS if given_orders is None and not said else 0)
 
 
-def _torques(scene: Scene, order: np.ndarray) -> tuple[np.ndarray, WithError, WithError, WithError]:
+def _torques(scene: Scene, order: np.ndarray) -> tuple[np.ndarray, Bounded, Bounded, Bounded]:
     """Speeds of the cards, gas torque and its mean at each, inertia torque, as in `TorqueLaw`."""
     case, train = scene.case, scene.parts.crank_train
     firing = build_firing(case)
@@ -164,9 +165,9 @@ def _torques(scene: Scene, order: np.ndarray) -> tuple[np.ndarray, WithError, Wi
     mean_error = gas.mean_error.sum(-1) + len(runs) * EPSILON * np.abs(gas.mean).sum(-1)
     return (
         speeds,
-        WithError(gas.value * turned, gas.error + uncertainty * np.abs(gas.value)),
-        WithError(gas.mean.sum(-1), mean_error),
-        WithError(value * turned, error + uncertainty * np.abs(value)),
+        Bounded(gas.value * turned, gas.error + uncertainty * np.abs(gas.value)),
+        Bounded(gas.mean.sum(-1), mean_error),
+        Bounded(value * turned, error + uncertainty * np.abs(value)),
     )
 
 
@@ -210,10 +211,10 @@ def line_passing(scene: Scene) -> Passing:
     cylinders = built.cylinder_freedom
     ratio = built.station_ratio[built.cylinder_station]
 
-    def passing(order: np.ndarray, speed: np.ndarray | float) -> WithError:
+    def passing(order: np.ndarray, speed: np.ndarray | float) -> Bounded:
         crank = np.asarray(speed, dtype=float)[..., None]
         found = line_transfer(built.at(crank), spin, order * crank)
         value, error = found.value[..., cylinders], found.error[..., cylinders]
-        return WithError(value * ratio, error * np.abs(ratio))
+        return Bounded(value * ratio, error * np.abs(ratio))
 
     return passing

@@ -40,9 +40,10 @@ from vibecalc.isolation.torque_reaction import (
     vector_peak,
     with_shaking,
 )
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 from vibecalc.parts.body import DIRECTIONS
 from vibecalc.parts.firing import TURN, cycle_angle, shakes_with_torque
 from vibecalc.parts.matrices import assemble
@@ -91,7 +92,7 @@ def run_torque_reaction(scene: Scene) -> None:
     scene.emit(f"{TORQUE_REACTION_ROOT}/mean_couple", couples.mean.value, couples.mean.error)
 
     driven = at_speed(forcing.per_speed_squared, speed)
-    shaking = WithError(
+    shaking = Bounded(
         np.concatenate([driven.force, driven.couple], axis=-1),
         np.concatenate([driven.force_error, driven.couple_error], axis=-1),
     )
@@ -104,9 +105,7 @@ def run_torque_reaction(scene: Scene) -> None:
     force = mount_force(
         at_mounts, order * speed, mounts.stiffness, mounts.damping, mounts.structural
     )
-    alone = with_shaking(
-        couples.total, order, axis, WithError(shaking.value[:0], shaking.error[:0])
-    )
+    alone = with_shaking(couples.total, order, axis, Bounded(shaking.value[:0], shaking.error[:0]))
     torque_motion, _ = _motion(scene, matrices, shapes, _of(alone, freedoms), order)
     of_torque = mount_force(
         displacement(_six(torque_motion, freedoms), mounts.position),
@@ -138,25 +137,25 @@ def run_torque_reaction(scene: Scene) -> None:
     )
     share = static.share - mean.value @ up
     share_error = static.share_error + mean.error @ up + UNIT_ROUNDOFF * np.abs(share)
-    downwards = WithError(
+    downwards = Bounded(
         -np.einsum("mdn,d->mn", force.value, up), np.einsum("mdn,d->mn", force.error, up)
     )
-    load = extreme_loads(downwards, order, used, WithError(share, share_error))
+    load = extreme_loads(downwards, order, used, Bounded(share, share_error))
     scene.emit(f"{TORQUE_REACTION_ROOT}/largest_load", load.highest, load.error, by_mount)
     scene.emit(f"{TORQUE_REACTION_ROOT}/minimum_load", load.lowest, load.error, by_mount)
 
 
-def _of(loads: WithError, freedoms: np.ndarray) -> WithError:
-    return WithError(loads.value[:, freedoms], loads.error[:, freedoms])
+def _of(loads: Bounded, freedoms: np.ndarray) -> Bounded:
+    return Bounded(loads.value[:, freedoms], loads.error[:, freedoms])
 
 
-def _six(motion: WithError, freedoms: np.ndarray) -> WithError:
-    return WithError(all_six(motion.value, freedoms), all_six(motion.error, freedoms))
+def _six(motion: Bounded, freedoms: np.ndarray) -> Bounded:
+    return Bounded(all_six(motion.value, freedoms), all_six(motion.error, freedoms))
 
 
 def _motion(
-    scene: Scene, matrices: Matrices, shapes: Modes, loads: WithError, order: np.ndarray
-) -> tuple[WithError, Resonances]:
+    scene: Scene, matrices: Matrices, shapes: Modes, loads: Bounded, order: np.ndarray
+) -> tuple[Bounded, Resonances]:
     """Motion (m, f) of the reference point under loads (m, f) at the operating speed."""
     speed = scene.case.machine.speed
     resonances = body_resonances(matrices, shapes, loads)
@@ -169,9 +168,7 @@ def _motion(
     return motion, resonances
 
 
-def _mean_force(
-    matrices: Matrices, mounts: Mounts, couple: WithError, axis: np.ndarray
-) -> WithError:
+def _mean_force(matrices: Matrices, mounts: Mounts, couple: Bounded, axis: np.ndarray) -> Bounded:
     """Force (mounts, 3) of each support on the ground under a constant couple about `axis`."""
     none = np.zeros((6, 6))
     still = matrices._replace(structural=none, structural_error=none)
@@ -185,10 +182,10 @@ def _mean_force(
         np.zeros_like(mounts.damping),
         np.zeros_like(mounts.structural),
     )
-    return WithError(force.value[..., 0].real, force.error[..., 0])
+    return Bounded(force.value[..., 0].real, force.error[..., 0])
 
 
-def _emit_motion(scene: Scene, motion: WithError, axis: np.ndarray, couples: Couples) -> None:
+def _emit_motion(scene: Scene, motion: Bounded, axis: np.ndarray, couples: Couples) -> None:
     used = couples.retained
     axes = {"half_order": couples.order[:used], "direction": DIRECTIONS}
     for name, part in (("translation", slice(0, 3)), ("rotation", slice(3, 6))):
@@ -198,7 +195,7 @@ def _emit_motion(scene: Scene, motion: WithError, axis: np.ndarray, couples: Cou
             motion.error[:used, part],
             axes,
         )
-    roll = WithError(motion.value[:, 3:] @ axis, motion.error[:, 3:] @ np.abs(axis))
+    roll = Bounded(motion.value[:, 3:] @ axis, motion.error[:, 3:] @ np.abs(axis))
     peak = cycle_peak(roll.value[:used], np.rint(2.0 * couples.order[:used]).astype(np.int64))
     scene.emit(
         f"{TORQUE_REACTION_ROOT}/roll_peak", peak.value, peak.error + torque_left_out(roll, used)
@@ -206,11 +203,11 @@ def _emit_motion(scene: Scene, motion: WithError, axis: np.ndarray, couples: Cou
 
 
 def _emit_nearest(
-    scene: Scene, shapes: Modes, resonances: Resonances, loads: WithError, couples: Couples
+    scene: Scene, shapes: Modes, resonances: Resonances, loads: Bounded, couples: Couples
 ) -> None:
     """The nearest order of each mode, and a warning for those that nearly meet."""
     speed, used = scene.case.machine.speed, couples.retained
-    listed = WithError(loads.value[:used], loads.error[:used])
+    listed = Bounded(loads.value[:used], loads.error[:used])
     nearest = nearest_driven(shapes, listed, couples.order[:used], speed)
     axes = {"mode": np.arange(1, len(nearest.order) + 1)}
     scene.emit(f"{TORQUE_REACTION_ROOT}/nearest_order", nearest.order, 0.0, axes)
@@ -255,16 +252,16 @@ def _setup(
     forcing: Forcing = scene.handed_on["forcing"]
     line_frequency = np.zeros(0) if passing is None else _line_frequencies(scene, high)
     axis, ends = scene.parts.crank_train.axis, np.array([low, high])
-    none = WithError(np.zeros(len(law.order)), np.zeros(len(law.order)))
-    whole = WithError(*as_loads(forcing.per_speed_squared))
+    none = Bounded(np.zeros(len(law.order)), np.zeros(len(law.order)))
+    whole = Bounded(*as_loads(forcing.per_speed_squared))
     shaking = with_shaking(none, law.order, axis, whole)
     about = np.concatenate([np.zeros(3), axis])[mounted.freedoms]
 
     def of_orders(part: slice) -> tuple[HarmonicsAt, Resonances]:
-        force = WithError(*(each[part][:, mounted.freedoms] for each in shaking))
+        force = Bounded(*(each[part][:, mounted.freedoms] for each in shaking))
         couple = _couple(law, passing, ends, part)
         at_ends = couple(ends, errors=True)
-        forces = [force, *_about(WithError(at_ends.value, at_ends.error), about)]
+        forces = [force, *_about(Bounded(at_ends.value, at_ends.error), about)]
         resonances = _met(mounted, forces)
         undriven = UndrivenModes(
             left_out(resonances), mounted.shapes.shape, mounted.shapes.eigenvalue
@@ -306,34 +303,32 @@ def _couple(law: TorqueLaw, passing: Passing | None, ends: np.ndarray, part: sli
     """Couple of the orders `part` that the shaking lacks, as a function of the speed."""
     if passing is None:
         low, high = (couple_on_body(law.gas_at(end), share=law.share) for end in ends)
-        return linear_couple(ends, *(WithError(c.value[part], c.error[part]) for c in (low, high)))
+        return linear_couple(ends, *(Bounded(c.value[part], c.error[part]) for c in (low, high)))
     order = law.order[part]
 
-    def by_the_line(speed: np.ndarray) -> WithError:
+    def by_the_line(speed: np.ndarray) -> Bounded:
         torque = total_torque(law, speed)
-        torque = WithError(torque.value[..., part], torque.error[..., part])
+        torque = Bounded(torque.value[..., part], torque.error[..., part])
         return couple_on_body(torque, passing(order, speed))
 
     return couple_by_differences(by_the_line)
 
 
-def _about(couple: WithError, axis: np.ndarray) -> list[WithError]:
+def _about(couple: Bounded, axis: np.ndarray) -> list[Bounded]:
     """Loads (orders, f) of the couples (speeds, orders) about an axis (f,), speed by speed."""
     return [
-        WithError(value[:, None] * axis, error[:, None] * np.abs(axis))
+        Bounded(value[:, None] * axis, error[:, None] * np.abs(axis))
         for value, error in zip(couple.value, couple.error, strict=True)
     ]
 
 
-def _met(mounted: MountedBody, forces: list[WithError]) -> Resonances:
+def _met(mounted: MountedBody, forces: list[Bounded]) -> Resonances:
     """Resonances of which an order is idle that none of the forces (orders, f) gives a force."""
     found = [body_resonances(mounted.matrices, mounted.shapes, force) for force in forces]
     return found[0]._replace(idle=np.all([one.idle for one in found], axis=0))
 
 
-def _with_poles(
-    mounted: MountedBody, resonances: Resonances, forces: list[WithError]
-) -> Resonances:
+def _with_poles(mounted: MountedBody, resonances: Resonances, forces: list[Bounded]) -> Resonances:
     found = [
         with_damped_poles(resonances, mounted.matrices, mounted.shapes, force) for force in forces
     ]

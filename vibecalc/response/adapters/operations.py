@@ -10,7 +10,8 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing, rotating_part, train_excitation
 from vibecalc.excitation.inertia_forces import Excitation, as_loads, at_speed
 from vibecalc.kinematics.adapter import PistonMotion
-from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.crank_train import (
     build_crank_train,
     cancelling_weights,
@@ -128,14 +129,14 @@ def run_operations(scene: Scene) -> None:
     _emit(scene, system, options, forcing, loads, parts)
 
 
-def _first(row: Sequence[Excitation], speed: float) -> WithError:
+def _first(row: Sequence[Excitation], speed: float) -> Bounded:
     """Order 1 (balances, 6) of each residual load at a crank speed."""
     each = [as_loads(at_speed(load, speed)) for load in row]
-    return _stacked([WithError(load.value[0], load.error[0]) for load in each])
+    return _stacked([Bounded(load.value[0], load.error[0]) for load in each])
 
 
-def _stacked(rows: Sequence[WithError]) -> WithError:
-    return WithError(np.stack([r.value for r in rows]), np.stack([r.error for r in rows]))
+def _stacked(rows: Sequence[Bounded]) -> Bounded:
+    return Bounded(np.stack([r.value for r in rows]), np.stack([r.error for r in rows]))
 
 
 def _undriven(
@@ -187,32 +188,32 @@ def _emit(
 def _emit_cycle(
     scene: Scene,
     stem: str,
-    weight: WithError,
-    state: WithError,
+    weight: Bounded,
+    state: Bounded,
     forcing: Forcing,
     axes: dict[str, tuple[str, ...]],
-) -> WithError:
+) -> Bounded:
     """Mean and peak over the cycle; the peak, which is sought, only where somebody wants it."""
     used = forcing.retained
     if scene.wants(f"{stem}/peak"):
         whole = energy_over_cycle(weight, state, forcing.orders, used, forcing.tail)
-        mean = WithError(whole.mean, whole.mean_error)
+        mean = Bounded(whole.mean, whole.mean_error)
         scene.emit(f"{stem}/peak", whole.peak, whole.peak_error, axes)
     else:
-        first = WithError(state.value[..., :used, :], state.error[..., :used, :])
-        guards = WithError(state.value[..., used:, :], state.error[..., used:, :])
+        first = Bounded(state.value[..., :used, :], state.error[..., :used, :])
+        guards = Bounded(state.value[..., used:, :], state.error[..., used:, :])
         each = energy_by_order(weight, first)
         total = each.mean.sum(-1)
         dropped = dropped_mean(weight, guards, forcing.tail)
-        mean = WithError(total, each.mean_error.sum(-1) + used * EPSILON * total + dropped)
+        mean = Bounded(total, each.mean_error.sum(-1) + used * EPSILON * total + dropped)
     scene.emit(f"{stem}/mean", mean.value, mean.error, axes)
     return mean
 
 
-def _mean_range(weight: WithError, state: SuperposedMotion, forcing: Forcing) -> PhaseRange:
+def _mean_range(weight: Bounded, state: SuperposedMotion, forcing: Forcing) -> PhaseRange:
     used, shaking = forcing.retained, state.shaking
-    guards = WithError(shaking.value[:, used:], shaking.error[:, used:])
-    first = WithError(shaking.value[:, :used], shaking.error[:, :used])
+    guards = Bounded(shaking.value[:, used:], shaking.error[:, used:])
+    first = Bounded(shaking.value[:, :used], shaking.error[:, :used])
     dropped = dropped_mean(weight, guards, forcing.tail)
     return mean_energy_range(weight, state._replace(shaking=first), dropped)
 
@@ -227,7 +228,7 @@ def _emit_range(
 def _emit_together(
     scene: Scene,
     stem: str,
-    energy: WithError,
+    energy: Bounded,
     weights: np.ndarray,
     axes: dict[str, tuple[str, ...]],
 ) -> None:

@@ -7,9 +7,10 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import DIRECTIONS, Forcing
 from vibecalc.excitation.inertia_forces import as_loads, at_speed, size_of_terms
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON, UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON, UNIT_ROUNDOFF
 from vibecalc.parts.matrices import build_system
 from vibecalc.response.energies import (
     dropped_mean,
@@ -82,7 +83,7 @@ def _build(case: "Case") -> LinearSystem:
     return LinearSystem(matrices, damped_basis(matrices, shapes))
 
 
-def ratios_of(scene: Scene, system: LinearSystem) -> WithError:
+def ratios_of(scene: Scene, system: LinearSystem) -> Bounded:
     """Damping ratio (modes,) of each mode, what the case gives as a ratio counting exactly.
 
     Modal damping is that, and a loss factor of the whole stiffness is twice that. Raises
@@ -99,11 +100,11 @@ def ratios_of(scene: Scene, system: LinearSystem) -> WithError:
         )
     ratios = damping_ratio(system_without, system.shapes)
     value = ratios.value + given
-    return WithError(value, ratios.error + EPSILON * np.abs(value))
+    return Bounded(value, ratios.error + EPSILON * np.abs(value))
 
 
 def undriven_at_operating_point(
-    scene: Scene, system: LinearSystem, load: WithError, orders: np.ndarray
+    scene: Scene, system: LinearSystem, load: Bounded, orders: np.ndarray
 ) -> UndrivenModes:
     """Modes that an order meets without driving them; NumericalFailure where it drives one.
 
@@ -115,7 +116,7 @@ def undriven_at_operating_point(
     return UndrivenModes(left_out(resonances), system.shapes.shape, system.shapes.eigenvalue)
 
 
-def resonances_of(system: LinearSystem, load: WithError) -> Resonances:
+def resonances_of(system: LinearSystem, load: Bounded) -> Resonances:
     """Where orders with these loads (orders, 6) meet the modes.
 
     A mode that nothing holds has no resonance: it stands at infinity, where no order meets it.
@@ -185,11 +186,11 @@ def _motion(
     method: str,
     system: LinearSystem,
     frequency: np.ndarray,
-    driven: WithError,
+    driven: Bounded,
     undriven: UndrivenModes,
     forcing: Forcing,
     speed: float,
-) -> WithError:
+) -> Bounded:
     matrices = system.matrices
     if method == "modal":
         shape = system.shapes.shape
@@ -216,9 +217,9 @@ def _emit_modes(scene: Scene, system: LinearSystem, forcing: Forcing) -> None:
     # weighed by the diagonal alone: under the whole mass matrix the modes of one machine are
     # orthogonal by definition, while this says which look alike
     diagonal = np.diag(np.diagonal(matrices.mass))
-    vectors = WithError(shapes.shape, shapes.shape_error)
+    vectors = Bounded(shapes.shape, shapes.shape_error)
     alike = modal_assurance(
-        vectors, vectors, WithError(diagonal, DATA_ROUNDINGS * EPSILON * diagonal)
+        vectors, vectors, Bounded(diagonal, DATA_ROUNDINGS * EPSILON * diagonal)
     )
     # a mode is like itself, whatever rounding has done to it
     np.fill_diagonal(alike.value, 1.0)
@@ -247,19 +248,17 @@ def _emit_nearest(
     scene.emit("response/modes/distance", ratio - 1.0, error, axes)
 
 
-def _emit_motion(scene: Scene, forcing: Forcing, motion: WithError) -> None:
+def _emit_motion(scene: Scene, forcing: Forcing, motion: Bounded) -> None:
     for name, part in zip(("translation", "rotation"), PARTS, strict=True):
         _emit_with_peak(scene, f"response/{name}", "_harmonics", forcing, _pick(motion, part))
 
 
-def _emit_ground(scene: Scene, forcing: Forcing, ground: WithError) -> None:
+def _emit_ground(scene: Scene, forcing: Forcing, ground: Bounded) -> None:
     for name, part in zip(("force", "couple"), PARTS, strict=True):
         _emit_with_peak(scene, f"response/ground_{name}", "", forcing, _pick(ground, part))
 
 
-def _ground(
-    matrices: Matrices, frequency: np.ndarray, driven: WithError, motion: WithError
-) -> WithError:
+def _ground(matrices: Matrices, frequency: np.ndarray, driven: Bounded, motion: Bounded) -> Bounded:
     """Force and couple (orders, 6) of the suspension on the ground.
 
     (K + iH + iwC) X, or what is left of the load when the body is moved, F + w^2 M X: the former is
@@ -271,33 +270,31 @@ def _ground(
     uncertainty = (
         matrices.stiffness_error + matrices.structural_error + rate * matrices.damping_error
     )
-    first = _times(WithError(held, uncertainty), motion)
+    first = _times(Bounded(held, uncertainty), motion)
     squared = np.square(rate)
-    moved = _times(WithError(squared * matrices.mass, squared * matrices.mass_error), motion)
+    moved = _times(Bounded(squared * matrices.mass, squared * matrices.mass_error), motion)
     second = moved.error + driven.error + EPSILON * (np.abs(driven.value) + np.abs(moved.value))
     better = second < first.error
-    return WithError(
+    return Bounded(
         np.where(better, driven.value + moved.value, first.value),
         np.where(better, second, first.error),
     )
 
 
-def _times(matrix: WithError, motion: WithError) -> WithError:
+def _times(matrix: Bounded, motion: Bounded) -> Bounded:
     """A matrix (orders, 6, 6) of each order times its motion (orders, 6)."""
     size = np.abs(matrix.value)
     value = (matrix.value @ motion.value[..., None])[..., 0]
     uncertainty = matrix.error + 10.0 * EPSILON * size
     error = uncertainty @ np.abs(motion.value)[..., None] + size @ motion.error[..., None]
-    return WithError(value, error[..., 0])
+    return Bounded(value, error[..., 0])
 
 
-def _pick(whole: WithError, part: slice) -> WithError:
-    return WithError(whole.value[..., part], whole.error[..., part])
+def _pick(whole: Bounded, part: slice) -> Bounded:
+    return Bounded(whole.value[..., part], whole.error[..., part])
 
 
-def _emit_with_peak(
-    scene: Scene, stem: str, suffix: str, forcing: Forcing, rows: WithError
-) -> None:
+def _emit_with_peak(scene: Scene, stem: str, suffix: str, forcing: Forcing, rows: Bounded) -> None:
     used, orders = forcing.retained, forcing.orders[: forcing.retained]
     axes = {"order": orders, "direction": DIRECTIONS}
     rounding = rows.error[:used]
@@ -314,7 +311,7 @@ def _emit_energies(
     scene: Scene,
     forcing: Forcing,
     matrices: Matrices,
-    motion: WithError,
+    motion: Bounded,
     frequency: np.ndarray,
 ) -> None:
     scene.cite(
@@ -356,7 +353,7 @@ def run_speeds(scene: Scene) -> None:
     first, last = options.run_up.start, options.run_up.stop
     used, orders = forcing.retained, forcing.orders[: forcing.retained]
     load = as_loads(forcing.per_speed_squared)
-    resonances = resonances_of(system, WithError(load.value[:used], load.error[:used]))
+    resonances = resonances_of(system, Bounded(load.value[:used], load.error[:used]))
     masked = masked_speeds(resonances, orders, first, last)
     for warning in idle_warnings(resonances, orders, first, last):
         scene.warn(warning)
@@ -392,9 +389,9 @@ def _energies(
     system: LinearSystem,
     resonances: Resonances,
     forcing: Forcing,
-    load: WithError,
+    load: Bounded,
     speed: np.ndarray,
-) -> dict[str, WithError]:
+) -> dict[str, Bounded]:
     """Mean energies (speeds,), errors counting the dropped orders by the few that stand for them.
 
     At rest nothing moves, held or not.
@@ -414,14 +411,14 @@ def _energies(
         ("kinetic", mass_of(matrices), velocity(motion, frequency)),
         ("potential", stiffness_of(matrices), motion),
     ):
-        each = energy_by_order(weight, WithError(*(part[:, :used] for part in state)))
+        each = energy_by_order(weight, Bounded(*(part[:, :used] for part in state)))
         value, error = np.zeros(speed.shape), np.zeros(speed.shape)
         value[turning] = each.mean.sum(-1)
-        guards = WithError(*(part[:, used:] for part in state))
+        guards = Bounded(*(part[:, used:] for part in state))
         error[turning] = (
             each.mean_error.sum(-1)
             + used * UNIT_ROUNDOFF * value[turning]
             + dropped_mean(weight, guards, forcing.few_tail)
         )
-        ranges[name] = WithError(value, error)
+        ranges[name] = Bounded(value, error)
     return ranges

@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.response.switching.motion import Segment, follow_profile
 from vibecalc.response.switching.readings import (
     History,
@@ -141,7 +142,7 @@ class Transient(NamedTuple):
     history: History
     peaks: ReadingPeaks
     settling: SettlingTime
-    final: WithError
+    final: Bounded
     later: np.ndarray
 
 
@@ -219,7 +220,7 @@ def _settled(
     loads: ModalLoads,
     segments: list[Segment],
     steady: SteadyMotion,
-    final: WithError,
+    final: Bounded,
     peaks: ReadingPeaks,
     tolerance: float,
 ) -> SettlingTime:
@@ -240,7 +241,7 @@ def _settled(
 
 
 def _later(
-    system: ModalSystem, loads: ModalLoads, last: Segment, steady: SteadyMotion, final: WithError
+    system: ModalSystem, loads: ModalLoads, last: Segment, steady: SteadyMotion, final: Bounded
 ) -> np.ndarray:
     """Bound (columns,) on the readings after the course: steady peaks and what is left."""
     begin = 0.0 if last.run.acceleration == 0.0 else last.run.duration

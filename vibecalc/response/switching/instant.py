@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.response.switching.follow import Transient, follow
 from vibecalc.response.switching.readings import (
     columns,
@@ -83,7 +84,7 @@ def _until_settled(
     at = np.asarray(angle)
     states = [steady_state(motion, modal.orders, speed, at) for motion in (old, new)]
     size = modal_size(system, states[0] - states[1])
-    peaks: WithError = steady_peaks(system, new, modal.orders, speed)
+    peaks: Bounded = steady_peaks(system, new, modal.orders, speed)
     whole = np.sqrt(2.0 * peaks.value[columns(len(system.shape)).energy])
     whole = max(float(whole), float(np.sqrt(np.sum(modal_size(system, states[0]) ** 2))))
     turn = 2.0 * np.pi / abs(speed)

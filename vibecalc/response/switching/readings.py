@@ -4,8 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import Peak, cycle_peak, vector_cycle_peak
-from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.response.switching.motion import ModalMotion, Segment, motion_at, motion_on_grid
 from vibecalc.response.switching.system import ModalLoads, ModalSystem, SteadyMotion
 
@@ -107,12 +108,12 @@ def read_error(
 
 def steady_peaks(
     system: ModalSystem, steady: SteadyMotion, orders: np.ndarray, speed: float
-) -> WithError:
+) -> Bounded:
     """Largest magnitudes (columns,) of all readings over a cycle of the steady motion."""
     rates = 1j * (orders * speed)[:, None] * steady.amplitude
     size = np.sum(np.hypot(system.frequency * np.abs(steady.amplitude), np.abs(rates)), axis=0)
     value, _, rounding = reading_peaks(system, steady.amplitude, rates, orders)
-    return WithError(value, read_error(system, value, steady.error, size) + rounding)
+    return Bounded(value, read_error(system, value, steady.error, size) + rounding)
 
 
 def reading_peaks(

@@ -8,9 +8,10 @@ import numpy as np
 from vibecalc.core.run.stage import Scene, below
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.slip_torque import breakdown
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.level import DECIBEL, level_of
-from vibecalc.numerics.rounding import EPSILON, WithError
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.roll.control.full_model import Law, closed_loop
 from vibecalc.roll.control.gains import (
     BOUNDS,
@@ -68,7 +69,7 @@ class Setup(NamedTuple):
     breakdown: float
     synchronous: float
     reference: float
-    alone: WithError
+    alone: Bounded
     target: float
     orders: np.ndarray
 
@@ -84,10 +85,10 @@ class Setup(NamedTuple):
             speed_of_field, float(mean.value) + added, at.value, float(mean.error), at.error
         )
 
-    def reported(self, levels: WithError) -> WithError:
+    def reported(self, levels: Bounded) -> Bounded:
         """The orders that the case asks for; a search may need more."""
         count = len(self.orders)
-        return WithError(levels.value[..., :count], levels.error[..., :count])
+        return Bounded(levels.value[..., :count], levels.error[..., :count])
 
     def controller(self) -> Controller:
         """Gain, feedback, lag and delay of the case; the speed feedback is zero unless given."""
@@ -122,7 +123,7 @@ def setup(case: Case) -> Setup:
     synchronous = float(np.max(drive.synchronous_speed))
     most = float(machine.motor_scale[0]) * breakdown(drive.motor)[1]
     alone = steady_speed(model, UNCONTROLLED, synchronous, float(demand.mean.value) + offset)
-    alone = WithError(alone.value, alone.error + demand.mean.error / gain)
+    alone = Bounded(alone.value, alone.error + demand.mean.error / gain)
     if not alone.value > 0.0:
         raise NumericalFailure(
             f"control: a motor of {gain:.6g} N*m*s/rad does not carry the mean torque of "
@@ -145,7 +146,7 @@ def _tuned(options: Control) -> tuple[int, ...]:
 # ----------------------------------------------------------------------------
 
 
-def put(scene: Scene, name: str, value: WithError, axes: Mapping[str, Any] | None = None) -> None:
+def put(scene: Scene, name: str, value: Bounded, axes: Mapping[str, Any] | None = None) -> None:
     """Emit one value with its error below the root of the stage."""
     scene.emit(f"{CONTROL}/{name}", value.value, value.error, axes)
 
@@ -158,20 +159,20 @@ def emit_loop(
     margins = loop.margins
     rounding = 8.0 * EPSILON * np.abs(margins.feedthrough)
     for name, value in {
-        "status": WithError(margins.status, np.zeros(())),
+        "status": Bounded(margins.status, np.zeros(())),
         "gain_margin": factor_in_decibels(margins.gain),
         "gain_reduction": factor_in_decibels(margins.gain_lower),
         "phase_margin": margins.phase,
         "delay_margin": margins.delay,
         "bandwidth": margins.bandwidth,
-        "feedthrough": WithError(margins.feedthrough, rounding),
+        "feedthrough": Bounded(margins.feedthrough, rounding),
         "command_rate": loop.command_rate,
         "torque_peak": torque_peak(loop, given),
     }.items():
         put(scene, below + name, value, axes)
 
 
-def torque_peak(loop: ControlledLoop, given: Setup) -> WithError:
+def torque_peak(loop: ControlledLoop, given: Setup) -> Bounded:
     """Largest torque of the motor over a turn of the reduced model; infinite if not stable.
 
     In the mean it carries the load and viscous friction.
@@ -185,25 +186,25 @@ def torque_peak(loop: ControlledLoop, given: Setup) -> WithError:
     peak = cycle_peak(np.concatenate([mean[..., None] + 0j, known], axis=-1), orders)
     uncertainty = peak.error + np.sum(error, axis=-1) + drag * loop.speed.error
     uncertainty = uncertainty + float(given.torque.mean.error)
-    return WithError(np.where(stable, peak.value, np.inf), np.where(stable, uncertainty, 0.0))
+    return Bounded(np.where(stable, peak.value, np.inf), np.where(stable, uncertainty, 0.0))
 
 
-def factor_in_decibels(factor: WithError) -> WithError:
+def factor_in_decibels(factor: Bounded) -> Bounded:
     """How far a factor is from one, in dB; infinite for a factor that is zero or infinite."""
     with np.errstate(divide="ignore", invalid="ignore"):
         level = np.abs(20.0 * np.log10(factor.value))
         error = DECIBEL * factor.error / factor.value
     fine = np.isfinite(level)
     rounding = 4.0 * EPSILON * (np.abs(np.where(fine, level, 0.0)) + DECIBEL)
-    return WithError(level, np.where(fine, error + rounding, 0.0))
+    return Bounded(level, np.where(fine, error + rounding, 0.0))
 
 
-def less(one: WithError, other: WithError) -> WithError:
+def less(one: Bounded, other: Bounded) -> Bounded:
     """Difference of two levels; zero where both are infinite alike."""
     with np.errstate(invalid="ignore"):
         value = one.value - other.value
     value = np.where(np.isnan(value), 0.0, value)
-    return WithError(value, np.where(np.isfinite(value), one.error + other.error, 0.0))
+    return Bounded(value, np.where(np.isfinite(value), one.error + other.error, 0.0))
 
 
 # ----------------------------------------------------------------------------
@@ -244,7 +245,7 @@ def run_control(scene: Scene) -> None:
         _emit_full(scene, given, loop, alone)
 
 
-def _emit_full(scene: Scene, given: Setup, loop: ControlledLoop, without: WithError | None) -> None:
+def _emit_full(scene: Scene, given: Setup, loop: ControlledLoop, without: Bounded | None) -> None:
     """The full model; where the reduced loop is unstable it may have no motion at all."""
     try:
         feedback = float(loop.speed_feedback.value)
@@ -289,7 +290,7 @@ def _emit_model(scene: Scene, given: Setup, load: LoopLoad) -> None:
         scene.emit(f"{CONTROL}/{name}", value, 1e-12 * abs(value) if np.isfinite(value) else 0.0)
     put(scene, "mean_torque", given.torque.mean)
     put(scene, "speed_without", given.alone)
-    both = WithError(np.asarray(load.harmonics), np.asarray(load.harmonics_error))
+    both = Bounded(np.asarray(load.harmonics), np.asarray(load.harmonics_error))
     put(scene, "disturbance", given.reported(both), {"order": given.orders})
 
 
@@ -312,7 +313,7 @@ def _emit_poles(scene: Scene, given: Setup, loop: ControlledLoop) -> None:
     try:
         roots = poles(loop_of(given.model, controller), _BRANCHES)
         put(
-            scene, "pole", WithError(roots.value, roots.error),
+            scene, "pole", Bounded(roots.value, roots.error),
             {"pole": np.arange(1, roots.value.shape[-1] + 1)},
         )  # fmt: skip
         if not scene.wants(f"{CONTROL}/locus/pole"):
@@ -324,7 +325,7 @@ def _emit_poles(scene: Scene, given: Setup, loop: ControlledLoop) -> None:
             given.target, _BRANCHES,
         )  # fmt: skip
         axes = {"locus_gain": gains, "branch": np.arange(1, moving.pole.shape[-1] + 1)}
-        put(scene, "locus/pole", WithError(moving.pole, moving.pole_error), axes)
+        put(scene, "locus/pole", Bounded(moving.pole, moving.pole_error), axes)
     except NumericalFailure as failure:
         scene.warn(f"the poles of the loop are left out: {failure}")
 
@@ -386,9 +387,9 @@ def _cite(scene: Scene) -> None:
 # ----------------------------------------------------------------------------
 
 
-def emit_range(scene: Scene, given: Setup, reduced: WithError) -> WithError | None:
+def emit_range(scene: Scene, given: Setup, reduced: Bounded) -> Bounded | None:
     """Levels of the full model without control, less those of the reduced one; and the first."""
-    levels: list[WithError] = []
+    levels: list[Bounded] = []
     lines = given.drive._replace(motor=straight(given.gain, given.offset))
     for drive in (given.drive, lines):
         try:
@@ -409,7 +410,7 @@ def emit_range(scene: Scene, given: Setup, reduced: WithError) -> WithError | No
 
 
 def emit_full(
-    scene: Scene, given: Setup, feedback: float, reduced: WithError, without: WithError | None
+    scene: Scene, given: Setup, feedback: float, reduced: Bounded, without: Bounded | None
 ) -> None:
     """The closed loop in the full model: levels by the reduced ones, or that it is unstable."""
     options = given.options
@@ -424,9 +425,9 @@ def emit_full(
         "order": given.orders,
         "multiplier": np.arange(1, len(closed.multiplier) + 1),
     }
-    level = level_of(closed.harmonics.value, closed.harmonics.error, reference=1.0)
+    level = level_of(closed.harmonics, reference=1.0)
     if not closed.stable:
-        level = WithError(np.full(len(given.orders), np.inf), np.zeros(len(given.orders)))
+        level = Bounded(np.full(len(given.orders), np.inf), np.zeros(len(given.orders)))
         size = float(np.max(np.abs(closed.multiplier)))
         scene.warn(
             "under control the motion of the full model is unstable: a disturbance grows by the "
@@ -437,8 +438,8 @@ def emit_full(
     put(scene, "full/difference", less(level, reduced), axes)
     if without is not None:
         put(scene, "full/attenuation", less(without, level), axes)
-    put(scene, "full/multiplier", WithError(closed.multiplier, closed.multiplier_error), axes)
-    put(scene, "full/stable", WithError(np.asarray(int(closed.stable)), np.zeros(())))
+    put(scene, "full/multiplier", Bounded(closed.multiplier, closed.multiplier_error), axes)
+    put(scene, "full/stable", Bounded(np.asarray(int(closed.stable)), np.zeros(())))
     put(scene, "full/largest_slip", closed.largest_slip)
     scene.cite(
         "Gauss collocation of rotor, pistons, shell and controller over the crank angle",
@@ -447,7 +448,7 @@ def emit_full(
     )
 
 
-def _uncontrolled(scene: Scene, given: Setup, drive: RollDrive) -> WithError:
+def _uncontrolled(scene: Scene, given: Setup, drive: RollDrive) -> Bounded:
     running = running_state(
         given.machine, drive, rtol=scene.case.accuracy.rtol, orders=len(given.orders)
     )
@@ -460,7 +461,7 @@ def _uncontrolled(scene: Scene, given: Setup, drive: RollDrive) -> WithError:
         for state in (running.state, running.check)
     ]
     rounding = 64.0 * EPSILON * float(np.max(np.abs(each[0])))
-    return level_of(each[0], np.abs(each[0] - each[1]) + rounding, reference=1.0)
+    return level_of(Bounded(each[0], np.abs(each[0] - each[1]) + rounding), reference=1.0)
 
 
 # ----------------------------------------------------------------------------
@@ -478,7 +479,7 @@ def emit_motor_gains(scene: Scene, given: Setup) -> None:
     put(scene, "motor_gains/level", given.reported(found.level), axes)
 
 
-def emit_grid(scene: Scene, given: Setup, without: WithError) -> None:
+def emit_grid(scene: Scene, given: Setup, without: Bounded) -> None:
     """Every gain with every feedback, the speed kept at the target."""
     options = given.options
     gains = np.array(options.gains or (options.gain,))
@@ -486,7 +487,7 @@ def emit_grid(scene: Scene, given: Setup, without: WithError) -> None:
     controller = given.controller()._replace(gain=gains[:, None], acceleration_feedback=feedbacks)
     loop = evaluate_at_speed(given.model, controller, given.load(given.target), given.target)
     axes = {"gain": gains, "feedback": feedbacks, "order": given.orders}
-    feedback = WithError(loop.speed_feedback.value[:, 0], loop.speed_feedback.error[:, 0])
+    feedback = Bounded(loop.speed_feedback.value[:, 0], loop.speed_feedback.error[:, 0])
     put(scene, "grid/speed_feedback", feedback, axes)
     emit_loop(scene, "grid/", loop, given, axes)
     level = given.reported(loop.level)
@@ -500,7 +501,7 @@ def emit_grid(scene: Scene, given: Setup, without: WithError) -> None:
         )
 
 
-def emit_tuned(scene: Scene, given: Setup, asked: Tune, without: WithError) -> None:
+def emit_tuned(scene: Scene, given: Setup, asked: Tune, without: Bounded) -> None:
     """The gains that make the loudest of some orders quietest and keep their distance."""
     demands = Demands(
         (asked.gain.lower, asked.gain.upper),
@@ -521,11 +522,11 @@ def emit_tuned(scene: Scene, given: Setup, asked: Tune, without: WithError) -> N
     put(scene, "tuned/level", level, axes)
     put(scene, "tuned/attenuation", less(without, level), axes)
     emit_loop(scene, "tuned/", tuned.controlled, given)
-    put(scene, "tuned/active", WithError(proof.active.astype(float), np.zeros(())), axes)
+    put(scene, "tuned/active", Bounded(proof.active.astype(float), np.zeros(())), axes)
     # the differences are good to 1e-7, the place where they are taken to little more than 1e-6
     uncertainty = 1e-5 * (1.0 + np.abs(proof.multiplier))
-    put(scene, "tuned/multiplier", WithError(proof.multiplier, uncertainty), axes)
-    put(scene, "tuned/residual", WithError(np.asarray(proof.residual), np.asarray(1e-5)))
+    put(scene, "tuned/multiplier", Bounded(proof.multiplier, uncertainty), axes)
+    put(scene, "tuned/residual", Bounded(np.asarray(proof.residual), np.asarray(1e-5)))
     scene.cite(
         "grids that close in over gain and feedback; conditions of Karush, Kuhn and Tucker",
         "gains of the controller under stability margins",

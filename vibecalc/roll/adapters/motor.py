@@ -16,8 +16,9 @@ from vibecalc.excitation.induction_motor_flux import (
     torque_answer,
 )
 from vibecalc.excitation.induction_motor_identify import Identifiability, identifiability
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.level import level_of
-from vibecalc.numerics.rounding import EPSILON, FloatArray, WithError
+from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.roll.adapters.readings import MachineTurn, machine_turn, spectra_of, time_history
 from vibecalc.roll.mechanism import RollDrive, RollMachine
 from vibecalc.roll.model import FittedMotor
@@ -35,7 +36,7 @@ from vibecalc.roll.turn import mean
 _SHOWN = 361
 _FIT_ROUNDING = 64.0 * EPSILON
 
-_Pair = tuple[WithError, WithError]
+_Pair = tuple[Bounded, Bounded]
 
 
 def emit_fit(scene: Scene, fitted: FittedMotor) -> None:
@@ -141,24 +142,24 @@ def _emit_curve(scene: Scene, fitted: FittedMotor) -> None:
         _emit(scene, name, (getattr(one, name), getattr(twin, name)), {})
 
 
-def _fading(circuit: CircuitMotor, slip: float) -> tuple[WithError, WithError]:
+def _fading(circuit: CircuitMotor, slip: float) -> tuple[Bounded, Bounded]:
     """Time (s) in which each transient falls to 1/e, and its frequency (rad/s) in the torque."""
     value, error = eigenvalues(circuit.motor, slip)
     rate = -value.real
-    return WithError(1.0 / rate, error / rate**2), WithError(np.abs(value.imag), error)
+    return Bounded(1.0 / rate, error / rate**2), Bounded(np.abs(value.imag), error)
 
 
-def _first(answer: WithError) -> WithError:
+def _first(answer: Bounded) -> Bounded:
     """The static answer is real, and the same at every frequency."""
     value, error = (np.broadcast_to(part, (np.size(part),))[0] for part in answer)
-    return WithError(np.asarray(value.real), np.asarray(error))
+    return Bounded(np.asarray(value.real), np.asarray(error))
 
 
-def _exact(value: FloatArray) -> WithError:
-    return WithError(value, np.zeros_like(value))
+def _exact(value: FloatArray) -> Bounded:
+    return Bounded(value, np.zeros_like(value))
 
 
-def _apart(value: WithError, other: WithError) -> FloatArray:
+def _apart(value: Bounded, other: Bounded) -> FloatArray:
     rounding = _FIT_ROUNDING * np.abs(value.value)
     return np.asarray(np.abs(value.value - other.value) + value.error + rounding)
 
@@ -229,7 +230,7 @@ def _emit_energies(scene: Scene, fitted: FittedMotor, running: Running) -> None:
         scene.emit(f"{MOTOR}/energy/{name}", float(energies[name].value), error)
 
 
-def _energies(circuit: CircuitMotor, state: SteadyTurn) -> dict[str, WithError]:
+def _energies(circuit: CircuitMotor, state: SteadyTurn) -> dict[str, Bounded]:
     """Work of a turn, with the rounding in it."""
     turn, stages = state.turn, state.solution.stages[0]
     flat = stages.reshape(-1, stages.shape[-1])
@@ -239,7 +240,7 @@ def _energies(circuit: CircuitMotor, state: SteadyTurn) -> dict[str, WithError]:
     work = {name: np.sum(rate * getattr(flow, name)) for name in list(ENERGIES)[:-1]}
     used = work["stator_copper"] + work["rotor_copper"] + work["mechanical"]
     work["residual"] = work["electrical"] - used
-    return {name: WithError(np.asarray(value), rounding) for name, value in work.items()}
+    return {name: Bounded(np.asarray(value), rounding) for name, value in work.items()}
 
 
 def _emit_compared(
@@ -255,12 +256,12 @@ def _emit_compared(
     for name, one, level in zip(("table", "static"), (plain, static), levels, strict=True):
         if one is not None and level is not None:
             _emit_speed(scene, f"{name}_speed", one)
-            scene.emit(f"{MOTOR}/{name}_level", *level, axes)
+            scene.emit(f"{MOTOR}/{name}_level", level, axes=axes)
     steps = (("fit", levels[0], levels[1]), ("dynamics", levels[1], _levels(turns, options.orders)))
     for name, before, after in steps:
         if before is not None and after is not None:
-            change = _less(after[0], before[0])
-            scene.emit(f"{MOTOR}/{name}_change", change, before[1] + after[1], axes)
+            change = _less(after.value, before.value)
+            scene.emit(f"{MOTOR}/{name}_change", change, before.error + after.error, axes)
     if static is not None and scene.wants(*_CYCLE):
         (angles, first), (_, second) = (time_history(one) for one in static)
         for path, variable in zip(_CYCLE, ("slip", "motor_torque"), strict=True):
@@ -299,12 +300,12 @@ def _solved(
     return one, twin
 
 
-def _levels(turns: tuple[MachineTurn, MachineTurn], orders: int) -> tuple[FloatArray, FloatArray]:
-    """Levels of the shell's acceleration (orders,) and their errors."""
+def _levels(turns: tuple[MachineTurn, MachineTurn], orders: int) -> Bounded:
+    """Levels of the shell's acceleration (orders,)."""
     (values, rounding), (others, _) = (
         spectra_of(one, orders)["shell_acceleration"] for one in turns
     )
-    return level_of(values, np.abs(values - others) + rounding, reference=1.0)
+    return level_of(Bounded(values, np.abs(values - others) + rounding), reference=1.0)
 
 
 def _less(level: FloatArray, other: FloatArray) -> FloatArray:

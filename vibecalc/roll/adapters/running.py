@@ -6,6 +6,7 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import train_excitation
 from vibecalc.excitation.inertia_forces import size_of_terms
 from vibecalc.kinematics.adapter import exact_motion
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.level import level_of
 from vibecalc.numerics.rounding import EPSILON, FloatArray
@@ -139,7 +140,7 @@ def _emit_spectra(scene: Scene, parts: RollParts, orders: int, solutions: TurnSo
         error = error + leak * np.max(np.abs(values), initial=0.0)
         axes = {"order": numbers, "cylinder": np.array(parts.names, dtype=object)}
         scene.emit(f"{ROLL}/{name}", values, error, axes)
-        levels, uncertainty = level_of(values, error, reference=1.0)
+        levels, uncertainty = level_of(Bounded(values, error), reference=1.0)
         scene.emit(f"{ROLL}/level/{name}", levels, uncertainty, axes)
         scene.emit(f"{ROLL}/phase_lag/{name}", *lags_of(values, error), axes)
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.slip_torque import slip_torque
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.periodic.collocation import solve_periodic
 from vibecalc.numerics.periodic.multipliers import floquet_multipliers
 from vibecalc.numerics.periodic.panels import (
@@ -14,7 +15,7 @@ from vibecalc.numerics.periodic.panels import (
     evaluate,
     running_integral,
 )
-from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray, WithError
+from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
 from vibecalc.roll.mechanism import RollDrive, RollMachine, inertia, is_mounted, smooth_angles
 from vibecalc.roll.rates import AngleTerms, demand, mounted_scale, place_at, shell_speed
 from vibecalc.roll.turn import Turn, harmonics, readings
@@ -262,12 +263,12 @@ class ClosedLoop(NamedTuple):
     are those of the motion that the equations allow, whether it is ever reached or not.
     """
 
-    harmonics: WithError
-    speed: WithError
+    harmonics: Bounded
+    speed: Bounded
     multiplier: ComplexArray
     multiplier_error: FloatArray
     stable: bool
-    largest_slip: WithError
+    largest_slip: Bounded
     closed: ClosedLoopTurn
 
 
@@ -300,12 +301,12 @@ def closed_loop(
     value, error = floquet_multipliers(closed.problem, closed.solution)
     size = np.abs(closed.torque).max() / float(machine.shell_inertia[0])
     return ClosedLoop(
-        WithError(level, apart + 1e-14 * size),
-        WithError(np.asarray(speed[0]), np.asarray(abs(speed[0] - speed[1]) + 1e-14 * speed[0])),
+        Bounded(level, apart + 1e-14 * size),
+        Bounded(np.asarray(speed[0]), np.asarray(abs(speed[0] - speed[1]) + 1e-14 * speed[0])),
         value[0],
         error[0],
         bool(np.all(np.abs(value[0]) + error[0] < 1.0)),
-        WithError(np.asarray(slip[0]), np.asarray(abs(slip[0] - slip[1]) + 1e-12)),
+        Bounded(np.asarray(slip[0]), np.asarray(abs(slip[0] - slip[1]) + 1e-12)),
         closed,
     )
 

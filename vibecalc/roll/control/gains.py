@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import nonnegative_least_squares
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 from vibecalc.roll.control.loop import (
     Controller,
     LoopHarmonics,
@@ -50,11 +51,11 @@ class ControlledLoop(NamedTuple):
     to follow at most, the sum of n W |U_n|; `margins` with the flag `stable`.
     """
 
-    speed: WithError
-    speed_feedback: WithError
+    speed: Bounded
+    speed_feedback: Bounded
     harmonics: LoopHarmonics
-    level: WithError
-    command_rate: WithError
+    level: Bounded
+    command_rate: Bounded
     margins: Margins
 
 
@@ -85,7 +86,7 @@ def _evaluated(
         motor + model.viscous + np.asarray(controller.gain) * motor * controller.speed_feedback
     )
     extra = (np.asarray(load.mean_error) + forward * np.abs(speed.value) * feedback_error) / under
-    speed = WithError(speed.value, speed.error + extra)
+    speed = Bounded(speed.value, speed.error + extra)
     stability = margins(loop_of(model, controller))
     answer = harmonics(
         model, controller, speed.value, np.asarray(load.harmonics, dtype=complex),
@@ -101,26 +102,24 @@ def _evaluated(
     )
     return ControlledLoop(
         _full(speed, stability.stable),
-        _full(WithError(feedback, feedback_error), stability.stable),
+        _full(Bounded(feedback, feedback_error), stability.stable),
         answer, level, rate, stability,
     )  # fmt: skip
 
 
-def _masked(part: WithError, stable: np.ndarray, stiff: np.ndarray) -> WithError:
+def _masked(part: Bounded, stable: np.ndarray, stiff: np.ndarray) -> Bounded:
     """An unstable loop has no bound: complex infinity, of which only the modulus means anything."""
     held = stable[..., None]
     value = np.where(held, part.value, complex(np.inf, 0.0))
     error = part.error + stiff * np.abs(part.value)
-    return WithError(value, np.where(held, error, 0.0))
+    return Bounded(value, np.where(held, error, 0.0))
 
 
-def _full(part: WithError, like: np.ndarray) -> WithError:
-    return WithError(
-        np.broadcast_to(part.value, like.shape), np.broadcast_to(part.error, like.shape)
-    )
+def _full(part: Bounded, like: np.ndarray) -> Bounded:
+    return Bounded(np.broadcast_to(part.value, like.shape), np.broadcast_to(part.error, like.shape))
 
 
-def decibels(amplitude: WithError) -> WithError:
+def decibels(amplitude: Bounded) -> Bounded:
     """Level in dB re 1 (0-pk), 20 log10 |X|: infinite for infinite X, minus infinity for zero."""
     size = np.abs(amplitude.value)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -128,17 +127,17 @@ def decibels(amplitude: WithError) -> WithError:
         error = _DECIBEL * -np.log1p(-np.minimum(amplitude.error / size, 1.0))
     plain = np.isfinite(level)
     error = np.where(plain, error + 4.0 * UNIT_ROUNDOFF * (np.abs(level) + _DECIBEL), 0.0)
-    return WithError(level, error)
+    return Bounded(level, error)
 
 
-def _rate(command: WithError, speed: WithError) -> WithError:
+def _rate(command: Bounded, speed: Bounded) -> Bounded:
     size = np.abs(command.value)
     rate = np.arange(1, size.shape[-1] + 1) * np.abs(speed.value)[..., None]
     with np.errstate(invalid="ignore", divide="ignore"):
         value = np.sum(rate * size, axis=-1)
         off = speed.error / np.abs(speed.value) + 8.0 * UNIT_ROUNDOFF
         error = np.sum(rate * command.error, axis=-1) + value * off
-    return WithError(value, np.where(np.isfinite(value), error, 0.0))
+    return Bounded(value, np.where(np.isfinite(value), error, 0.0))
 
 
 # ----------------------------------------------------------------------------
@@ -239,9 +238,9 @@ class TunedGains(NamedTuple):
     `evaluations`: how many loops were examined.
     """
 
-    gain: WithError
-    acceleration_feedback: WithError
-    objective: WithError
+    gain: Bounded
+    acceleration_feedback: Bounded
+    objective: Bounded
     controlled: ControlledLoop
     evaluations: int
 
@@ -336,9 +335,9 @@ def tune(
     gain_error += gain * loose
     feedback_error += float(np.hypot(bend, feedback)) * lean * loose
     return TunedGains(
-        WithError(np.asarray(gain), np.asarray(gain_error)),
-        WithError(np.asarray(feedback), np.asarray(feedback_error)),
-        WithError(objective, np.asarray(level_error)), controlled, count[0],
+        Bounded(np.asarray(gain), np.asarray(gain_error)),
+        Bounded(np.asarray(feedback), np.asarray(feedback_error)),
+        Bounded(objective, np.asarray(level_error)), controlled, count[0],
     )  # fmt: skip
 
 

@@ -8,8 +8,9 @@ from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.slip_torque import SlipCurve, slip_torque
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.gauss import gauss_rule
-from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, FloatArray, WithError
+from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, FloatArray
 from vibecalc.roll.mechanism import RollDrive, RollMachine, motor_torque, smooth_angles
 from vibecalc.roll.rates import AngleTerms, demand, place_at
 
@@ -99,18 +100,18 @@ class Disturbance(NamedTuple):
     turn of J, N and Q, kg m^2.
     """
 
-    mean: WithError
-    gas: WithError
-    inertia: WithError
+    mean: Bounded
+    gas: Bounded
+    inertia: Bounded
     whole: float
     coupling: float
     crank: float
 
-    def at(self, speed: float) -> WithError:
+    def at(self, speed: float) -> Bounded:
         """Harmonics (orders,) in N m at a crank speed in rad/s; what rounding leaves is zero."""
         value = self.gas.value + speed**2 * self.inertia.value
         error = self.gas.error + speed**2 * self.inertia.error
-        return WithError(np.where(np.abs(value) > error, value, 0.0), error)
+        return Bounded(np.where(np.abs(value) > error, value, 0.0), error)
 
 
 def disturbance(machine: RollMachine, drive: RollDrive, orders: int) -> Disturbance:
@@ -134,10 +135,10 @@ def disturbance(machine: RollMachine, drive: RollDrive, orders: int) -> Disturba
         for part in (place.moved.shell, place.moved.coupling, place.moved.crank)
     )
     return Disturbance(
-        WithError(load[0].real, errors[0][0]),
-        WithError(2.0 * load[1:], 2.0 * errors[0][1:]),
+        Bounded(load[0].real, errors[0][0]),
+        Bounded(2.0 * load[1:], 2.0 * errors[0][1:]),
         # Q' / 2, and twice the mean for an amplitude
-        WithError(-inertia[1:], errors[1][1:]),
+        Bounded(-inertia[1:], errors[1][1:]),
         whole,
         coupling,
         crank,
@@ -270,7 +271,7 @@ def feedthrough(loop: Loop) -> np.ndarray:
 
 def steady_speed(
     model: ReducedModel, controller: Controller, reference: ArrayLike, mean_torque: ArrayLike
-) -> WithError:
+) -> Bounded:
     """Mean speed (rad/s) at which motor and load balance: Herold 1977, eq. 105.
 
     `reference` R in rad/s; `mean_torque` d_0 in N m, negative where the machine takes power
@@ -289,13 +290,13 @@ def steady_speed(
         below = motor + viscous + 3.0 * np.abs(brake)
         error = (above + np.abs(speed) * below) / np.abs(under) + 2.0 * np.abs(speed)
     error = np.where(np.isfinite(speed), UNIT_ROUNDOFF * error, 0.0)
-    return WithError(speed, error)
+    return Bounded(speed, error)
 
 
 def speed_feedback_for(
     model: ReducedModel, gain: ArrayLike, reference: ArrayLike, mean_torque: ArrayLike,
     target: ArrayLike,
-) -> WithError:  # fmt: skip
+) -> Bounded:  # fmt: skip
     """Speed feedback k_R (1) that keeps the mean speed at `target` (rad/s): Herold 1977, eq. 107.
 
     The source's 1.016 (1 - 1/K) is this with its target of 92.76 rad/s, the speed without
@@ -310,7 +311,7 @@ def speed_feedback_for(
     )
     value = parts[0] + parts[1] + parts[2]
     error = 6.0 * UNIT_ROUNDOFF * sum((np.abs(p) for p in parts), np.zeros(()))
-    return WithError(np.where(np.abs(value) > error, value, 0.0), error)
+    return Bounded(np.where(np.abs(value) > error, value, 0.0), error)
 
 
 # ----------------------------------------------------------------------------
@@ -325,11 +326,11 @@ class LoopHarmonics(NamedTuple):
     (N m, between shell and rotor), `command` (rad/s, what the actuator delivers next to its mean).
     """
 
-    shell_acceleration: WithError
-    rotor_acceleration: WithError
-    rotor_speed: WithError
-    motor_torque: WithError
-    command: WithError
+    shell_acceleration: Bounded
+    rotor_acceleration: Bounded
+    rotor_speed: Bounded
+    motor_torque: Bounded
+    command: Bounded
 
 
 def harmonics(
@@ -371,12 +372,12 @@ def harmonics(
         drift = speed_off / np.abs(s)
     command = -back / _wide(model.motor_gain)
 
-    def times(factor: np.ndarray, relative: ArrayLike = 0.0) -> WithError:
+    def times(factor: np.ndarray, relative: ArrayLike = 0.0) -> Bounded:
         value = factor * rotor
         error = np.abs(factor) * rotor_error + np.abs(value) * (
             8.0 * UNIT_ROUNDOFF + np.asarray(relative)
         )
-        return WithError(value, error)
+        return Bounded(value, error)
 
     turned = np.abs(s) * delay
     loose = 12.0 * UNIT_ROUNDOFF * (1.0 + turned)

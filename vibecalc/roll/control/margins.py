@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 from vibecalc.roll.control.loop import Loop, feedthrough
 
 # ----------------------------------------------------------------------------
@@ -392,16 +393,16 @@ class Margins(NamedTuple):
 
     status: np.ndarray
     stable: np.ndarray
-    gain: WithError
+    gain: Bounded
     gain_frequency: np.ndarray
-    gain_lower: WithError
+    gain_lower: Bounded
     gain_lower_frequency: np.ndarray
-    phase: WithError
+    phase: Bounded
     phase_frequency: np.ndarray
-    delay: WithError
+    delay: Bounded
     delay_frequency: np.ndarray
     feedthrough: np.ndarray
-    bandwidth: WithError
+    bandwidth: Bounded
 
 
 def margins(loop: Loop) -> Margins:
@@ -416,15 +417,15 @@ def margins(loop: Loop) -> Margins:
 
     # the gain stays above one however high the frequency, and there any delay turns the phase
     never = (loop.p2 == 0.0) & (np.abs(level) >= 1.0)
-    phase = WithError(np.where(never, 0.0, phase.value), np.where(never, 0.0, phase.error))
-    late = WithError(np.where(never, 0.0, late.value), np.where(never, 0.0, late.error))
+    phase = Bounded(np.where(never, 0.0, phase.value), np.where(never, 0.0, phase.error))
+    late = Bounded(np.where(never, 0.0, late.value), np.where(never, 0.0, late.error))
     late_at = np.where(never, np.inf, late_at)
 
     nothing = np.where(cross.present, cross.frequency, 0.0)
     highest = np.argmax(nothing, axis=-1)[..., None]
     width = np.take_along_axis(nothing, highest, axis=-1)[..., 0]
     width_error = np.take_along_axis(cross.frequency_error, highest, axis=-1)[..., 0]
-    bandwidth = WithError(
+    bandwidth = Bounded(
         np.where(never, np.inf, width), np.where(never | (width == 0.0), 0.0, width_error)
     )
     return Margins(
@@ -439,25 +440,25 @@ def margins(loop: Loop) -> Margins:
     )  # fmt: skip
 
 
-def _only(stable: np.ndarray, value: np.ndarray, error: np.ndarray, other: float) -> WithError:
-    return WithError(np.where(stable, value, other), np.where(stable, error, 0.0))
+def _only(stable: np.ndarray, value: np.ndarray, error: np.ndarray, other: float) -> Bounded:
+    return Bounded(np.where(stable, value, other), np.where(stable, error, 0.0))
 
 
-def _phase_margin(cross: Crossings) -> tuple[WithError, np.ndarray]:
+def _phase_margin(cross: Crossings) -> tuple[Bounded, np.ndarray]:
     lag = np.where(cross.present, np.minimum(cross.slack, _TURN - cross.slack), np.inf)
     return _least(lag, cross.phase_error, cross)
 
 
-def _delay_margin(cross: Crossings) -> tuple[WithError, np.ndarray]:
+def _delay_margin(cross: Crossings) -> tuple[Bounded, np.ndarray]:
     time = np.where(cross.present, cross.slack / cross.frequency, np.inf)
     error = cross.phase_error + cross.slack * cross.frequency_error / cross.frequency
     return _least(time, error / cross.frequency + 2.0 * UNIT_ROUNDOFF * cross.slack, cross)
 
 
-def _least(value: np.ndarray, error: np.ndarray, cross: Crossings) -> tuple[WithError, np.ndarray]:
+def _least(value: np.ndarray, error: np.ndarray, cross: Crossings) -> tuple[Bounded, np.ndarray]:
     which = np.argmin(value, axis=-1)[..., None]
     least, uncertainty, at = (
         np.take_along_axis(a, which, axis=-1)[..., 0] for a in (value, error, cross.frequency)
     )
     some = np.isfinite(least)
-    return WithError(least, np.where(some, uncertainty, 0.0)), np.where(some, at, np.inf)
+    return Bounded(least, np.where(some, uncertainty, 0.0)), np.where(some, at, np.inf)

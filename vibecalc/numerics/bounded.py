@@ -1,0 +1,212 @@
+"""A value with a bound of its error: arithmetic that carries the bound along, to first order."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
+
+# ----------------------------------------------------------------------------
+# The error of a result is what its operands' errors make of it, plus the rounding of the operation.
+#
+# Products of two errors are left out, and the bounds are not rounded upwards: they are estimates
+# that hold where errors are small beside the values, not enclosures.
+# ----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bounded:
+    """Real or complex values and an absolute error, real, of the same shape (or one that
+    broadcasts to it) and unit. Arrays and numbers beside it in a formula count as exact.
+
+    What is known about data: `Bounded(value, error)`; `rounded(value, n)` carries n roundings.
+    """
+
+    value: np.ndarray
+    error: np.ndarray
+
+    #: numpy leaves `array * bounded` to the methods here
+    __array_ufunc__ = None
+
+    def __iter__(self) -> Iterator[Any]:
+        """Value and error, for `value, error = bounded`."""
+        return iter((self.value, self.error))
+
+    def __getitem__(self, index: Any) -> "Bounded":
+        return Bounded(self.value[index], np.broadcast_to(self.error, self.shape)[index])
+
+    def __neg__(self) -> "Bounded":
+        return Bounded(-self.value, self.error)
+
+    def __abs__(self) -> "Bounded":
+        size = np.abs(self.value)
+        lost = self.error + 2.0 * UNIT_ROUNDOFF * size if np.iscomplexobj(self.value) else None
+        return Bounded(size, self.error if lost is None else lost)
+
+    def __add__(self, other: "Operand") -> "Bounded":
+        value, error = pair(other)
+        total = self.value + value
+        return Bounded(total, self.error + error + UNIT_ROUNDOFF * np.abs(total))
+
+    def __sub__(self, other: "Operand") -> "Bounded":
+        value, error = pair(other)
+        rest = self.value - value
+        return Bounded(rest, self.error + error + UNIT_ROUNDOFF * np.abs(rest))
+
+    def __rsub__(self, other: ArrayLike) -> "Bounded":
+        return -self + other
+
+    def __mul__(self, other: "Operand") -> "Bounded":
+        value, error = pair(other)
+        product = self.value * value
+        carried = np.abs(value) * self.error + np.abs(self.value) * error
+        return Bounded(product, carried + _roundings(product) * np.abs(product))
+
+    def __truediv__(self, other: "Operand") -> "Bounded":
+        value, error = pair(other)
+        quotient = self.value / value
+        size = np.abs(quotient)
+        carried = (self.error + size * error) / np.abs(value)
+        return Bounded(quotient, carried + 2.0 * _roundings(quotient) * size)
+
+    def __rtruediv__(self, other: ArrayLike) -> "Bounded":
+        return bounded(other) / self
+
+    def __matmul__(self, other: "Operand") -> "Bounded":
+        value, error = pair(other)
+        return _matrix_product(self.value, self.error, value, error)
+
+    def __rmatmul__(self, other: ArrayLike) -> "Bounded":
+        return _matrix_product(np.asarray(other), 0.0, self.value, self.error)
+
+    __radd__ = __add__
+    __rmul__ = __mul__
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the values."""
+        return np.shape(self.value)
+
+    @property
+    def real(self) -> "Bounded":
+        """Real parts, which may be off by all of the error."""
+        return Bounded(np.real(self.value), self.error)
+
+    @property
+    def imag(self) -> "Bounded":
+        """Imaginary parts, which may be off by all of the error."""
+        return Bounded(np.imag(self.value), self.error)
+
+    @property
+    def T(self) -> "Bounded":
+        """Axes in reverse."""
+        return Bounded(np.transpose(self.value), np.broadcast_to(self.error, self.shape).T)
+
+    def sum(self, axis: int | tuple[int, ...] = -1) -> "Bounded":
+        """Sum over axes: errors add, and a rounding for each doubling of the number of terms."""
+        total = np.sum(self.value, axis=axis)
+        terms = np.abs(self.value)
+        depth = np.log2(max(terms.size / max(np.size(total), 1), 1.0)) + 1.0
+        lost = self.error + depth * UNIT_ROUNDOFF * terms
+        return Bounded(total, np.sum(np.broadcast_to(lost, self.shape), axis=axis))
+
+    def norm(self, axis: int = -1) -> "Bounded":
+        """Root of the sum of squared magnitudes over one axis: it is off by no more than they."""
+        length = np.linalg.norm(self.value, axis=axis)
+        off = np.linalg.norm(np.broadcast_to(self.error, self.shape), axis=axis)
+        return Bounded(length, off + (self.shape[axis] + 2.0) * UNIT_ROUNDOFF * length)
+
+    def max(self, axis: int = -1) -> "Bounded":
+        """Largest value over one axis, off by no more than the largest error there."""
+        error = np.broadcast_to(self.error, self.shape)
+        return Bounded(np.max(self.value, axis=axis), np.max(error, axis=axis))
+
+
+#: what may stand beside a bounded value in a formula; what is not bounded counts as exact
+Operand: TypeAlias = Bounded | ArrayLike
+
+
+def bounded(value: Operand) -> Bounded:
+    """As it is, or an exact number or array with an error of zero."""
+    return value if isinstance(value, Bounded) else Bounded(np.asarray(value), np.zeros(()))
+
+
+def rounded(value: ArrayLike, roundings: float) -> Bounded:
+    """A value that carries that many roundings, relative to its size."""
+    return Bounded(np.asarray(value), np.asarray(roundings * UNIT_ROUNDOFF * np.abs(value)))
+
+
+def pair(value: Operand) -> tuple[Any, Any]:
+    """Value and error of what stands in a formula."""
+    return (value.value, value.error) if isinstance(value, Bounded) else (np.asarray(value), 0.0)
+
+
+# ----------------------------------------------------------------------------
+# Functions of bounded values.
+# ----------------------------------------------------------------------------
+
+
+def square(value: Bounded) -> Bounded:
+    """Square of real values, or of complex ones as a product."""
+    squared = value.value * value.value
+    carried = 2.0 * np.abs(value.value) * value.error
+    return Bounded(squared, carried + _roundings(squared) * np.abs(squared))
+
+
+def sqrt(value: Bounded) -> Bounded:
+    """Root of values that are not negative; of zero, that of the error."""
+    root = np.sqrt(value.value)
+    off = np.sqrt(value.error)
+    carried = np.where(root > off, 0.5 * value.error / np.where(root > off, root, 1.0), off)
+    return Bounded(root, carried + UNIT_ROUNDOFF * root)
+
+
+def where(chosen: Any, value: Operand, other: Operand) -> Bounded:
+    """Values and errors of one or the other."""
+    (first, its_error), (second, error) = pair(value), pair(other)
+    return Bounded(np.where(chosen, first, second), np.where(chosen, its_error, error))
+
+
+def maximum(value: Operand, other: Operand) -> Bounded:
+    """The larger one of two, off by no more than the larger error."""
+    (first, its_error), (second, error) = pair(value), pair(other)
+    return Bounded(np.maximum(first, second), np.maximum(its_error, error))
+
+
+def concatenate(parts: Sequence[Bounded], axis: int = -1) -> Bounded:
+    """Parts after each other along an axis."""
+    return _joined(np.concatenate, parts, axis)
+
+
+def stack(parts: Sequence[Bounded], axis: int = -1) -> Bounded:
+    """Parts of one shape beside each other along a new axis."""
+    return _joined(np.stack, parts, axis)
+
+
+def reshaped(value: Bounded, change: Callable[[Any], Any]) -> Bounded:
+    """Both arrays after a function that only moves or repeats entries, such as `np.moveaxis`."""
+    return Bounded(change(value.value), change(np.broadcast_to(value.error, value.shape)))
+
+
+def _joined(join: Callable[..., Any], parts: Sequence[Bounded], axis: int) -> Bounded:
+    errors = [np.broadcast_to(one.error, one.shape) for one in parts]
+    return Bounded(join([one.value for one in parts], axis=axis), join(errors, axis=axis))
+
+
+def _matrix_product(first: Any, first_error: Any, second: Any, second_error: Any) -> Bounded:
+    """Sums of products; the terms, and not the sums, say how much is lost where they cancel."""
+    product = first @ second
+    sizes, other_sizes = np.abs(first), np.abs(second)
+    lost = (np.shape(first)[-1] + 2.0) * UNIT_ROUNDOFF
+    error = (np.broadcast_to(first_error, sizes.shape) + lost * sizes) @ other_sizes
+    if np.any(second_error):
+        error = error + sizes @ np.broadcast_to(second_error, other_sizes.shape)
+    return Bounded(product, error)
+
+
+def _roundings(product: Any) -> float:
+    """Of a product: one of real numbers; at most sqrt(5) of them of complex ones."""
+    return 3.0 * UNIT_ROUNDOFF if np.iscomplexobj(product) else UNIT_ROUNDOFF
