@@ -10,6 +10,7 @@ from long_but import long_but
 from roll_control_loops import SOURCE, TARGET, source_load
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.roll.control.gains import ControlledLoop, Demands, evaluate, evaluate_at_speed, tune
 from vibecalc.roll.control.loop import Controller, loop_of
 from vibecalc.roll.control.margins import STATUS
@@ -27,7 +28,7 @@ EXTREMES = list(
 
 
 def leaves(found: object) -> list[np.ndarray]:
-    if isinstance(found, tuple):
+    if isinstance(found, tuple | Bounded):
         return [leaf for part in found for leaf in leaves(part)]
     return [np.asarray(found)]
 
