@@ -24,8 +24,9 @@ from vibecalc.core.results.compare_rules import (
     by_vector,
     completed,
     last_digits,
+    match_labels,
 )
-from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.core.results.record import Axis, Quantity, Record, Result
 from vibecalc.core.results.store import read_result, write_result
 from vibecalc.errors import UsageError
 
@@ -126,7 +127,7 @@ def _compared(
     lost: float,
     matches: dict[tuple[str, float], ModeMatch | None],
 ) -> ComparedRow:
-    one, other = reference[path], value[path]
+    one, other = reference[path], _at_samples_of(reference[path], value[path])
     # what is left of terms that cancel has no scale of its own
     one = replace(one, error_estimate=one.error_estimate + lost * one.terms)
     kind = rule.compare or _natural_kind(one)
@@ -151,6 +152,28 @@ def _compared(
         kind = "value"
     aligned = align(one, other)
     return _row(one, kind, _PLAIN[kind](aligned, one, other, full), aligned.problems)
+
+
+def _at_samples_of(reference: Quantity, value: Quantity) -> Quantity:
+    """`value` at the samples that a thinned reference has kept, where it had them all."""
+    for position, (one, other) in enumerate(zip(reference.axes, value.axes, strict=False)):
+        if one.name != other.name or one.run_samples != len(other.values):
+            continue
+        _, there = match_labels(np.asarray(one.values), np.asarray(other.values))
+        if len(there) == len(one.values):
+            value = _at(value, position, np.array(there), run_samples=one.run_samples)
+    return value
+
+
+def _at(quantity: Quantity, position: int, places: np.ndarray, run_samples: int) -> Quantity:
+    """A quantity at some of the samples of one axis."""
+    axis = quantity.axes[position]
+    axis = replace(axis, values=np.asarray(axis.values)[places], run_samples=run_samples)
+    return replace(
+        quantity,
+        values=np.take(quantity.values, places, axis=position),
+        axes=(*quantity.axes[:position], axis, *quantity.axes[position + 1 :]),
+    )
 
 
 def _natural_kind(quantity: Quantity) -> str:
@@ -319,14 +342,59 @@ def accept(path: Path | str, golden: Path | str) -> Path:
     case, the version or a result does. Raises ResultError where `path` is not a result, and
     UsageError where `golden` cannot be written or holds something else than HDF5 (arguments the
     wrong way round must not cost a case file); it is then as it was.
+
+    Long curves are thinned where the case says how they are sampled: `diff` takes the same samples
+    of a run.
     """
-    accepted = replace(read_result(path), provenance={}, timings={})
+    result = read_result(path)
+    accepted = replace(result, record=_thinned(result.record), provenance={}, timings={})
     if _holds_something_else(Path(golden)):
         raise UsageError(
             f"{golden} is not a result file, so it is not overwritten; the golden file comes "
             "first: vibecalc diff GOLDEN.h5 NEW.h5 --accept (or remove it)"
         )
     return write_result(accepted, golden)
+
+
+#: samples of an evenly sampled axis that a golden file keeps at least, besides those at maxima
+_KEPT_SAMPLES = 100
+
+
+def _thinned(record: Record) -> Record:
+    """All results, long even axes with every so-manyth sample, the last one and those at maxima."""
+    kept: dict[tuple[str, bytes], set[int]] = {}
+    for quantity in record.values():
+        for position, axis in enumerate(quantity.axes):
+            if _may_be_thinned(axis) and quantity.values.dtype.kind in "fc":
+                count = len(axis.values)
+                places = kept.setdefault(
+                    _key(axis), {*range(0, count, count // _KEPT_SAMPLES), count - 1}
+                )
+                places |= set(np.ravel(np.argmax(np.abs(quantity.values), axis=position)).tolist())
+    thinned = replace(record, quantities={})
+    for quantity in record.values():
+        for position, axis in enumerate(quantity.axes):
+            if quantity.values.dtype.kind in "fc" and _key(axis) in kept:
+                places = np.array(sorted(kept[_key(axis)]))
+                quantity = _at(quantity, position, places, run_samples=len(axis.values))
+        thinned.add(quantity)
+    return thinned
+
+
+def _key(axis: Axis) -> tuple[str, bytes]:
+    return axis.name, np.asarray(axis.values).tobytes()
+
+
+def _may_be_thinned(axis: Axis) -> bool:
+    """Whether samples stand where the case says, not where a run chose them, nor over a cycle.
+
+    Over a cycle, reports and pictures take sums and differences of curves with others.
+    """
+    values = np.asarray(axis.values)
+    if values.dtype.kind != "f" or axis.unit == "rad" or len(values) < 2 * _KEPT_SAMPLES:
+        return False
+    even = np.linspace(values[0], values[-1], len(values))
+    return bool(np.allclose(values, even, rtol=0.0, atol=1e-9 * np.abs(values).max()))
 
 
 def _holds_something_else(path: Path) -> bool:

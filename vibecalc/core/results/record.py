@@ -152,12 +152,17 @@ class Estimate(float):
 
 @dataclass(frozen=True, kw_only=True)
 class Axis:
-    """One labelled axis: numbers with a unit, or names (`unit` is then empty)."""
+    """One labelled axis: numbers with a unit, or names (`unit` is then empty).
+
+    In a golden file it may hold a part of the samples that the run had; `run_samples` is how many
+    these were, zero where all are there.
+    """
 
     name: str
     values: np.ndarray
     unit: str = ""
     long_name: str = ""
+    run_samples: int = 0
 
 
 @dataclass(frozen=True, kw_only=True)

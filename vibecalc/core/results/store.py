@@ -97,7 +97,7 @@ class _Writer:
         self.compact.set_obj_track_times(False)
         self.compact.set_layout(h5d.COMPACT)
         self.groups: dict[str, Any] = {"": root}
-        self.scales: dict[tuple[str, str, str, str, bytes], Any] = {}
+        self.scales: dict[tuple[str, str, str, str, int, bytes], Any] = {}
         self.taken: set[str] = set()
 
     def identity(self, result: Result) -> None:
@@ -176,12 +176,15 @@ class _Writer:
 
         values = np.asarray(axis.values)
         content = "\0".join(map(str, values)).encode() if _is_text(values) else values.tobytes()
-        key = (stage, axis.name, axis.unit, axis.long_name, values.dtype.str.encode() + content)
+        content = values.dtype.str.encode() + content
+        key = (stage, axis.name, axis.unit, axis.long_name, axis.run_samples, content)
         if key not in self.scales:
             dataset = self.dataset(self.group(stage), self.free_name(stage, axis.name), values)
             h5ds.set_scale(dataset, _encoded(axis.name))
             self.text(dataset, "units", axis.unit)
             self.text(dataset, "long_name", axis.long_name)
+            if axis.run_samples:
+                self.number(dataset, "run_samples", axis.run_samples)
             self.scales[key] = dataset
         return self.scales[key]
 

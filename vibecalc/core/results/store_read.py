@@ -161,6 +161,7 @@ def _axis(dataset: Any, path: Path, size: int, position: int, known: dict[Any, A
             values=_values(scale, path, size),
             unit=_text(scale, path, "units"),
             long_name=_text(scale, path, "long_name"),
+            run_samples=_integer(scale, path, "run_samples") if "run_samples" in scale.attrs else 0,
         )
     axis = known[scale.id]
     if axis.values.shape != (dataset.shape[position],) or axis.name != dimension.label:
