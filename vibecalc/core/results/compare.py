@@ -375,8 +375,8 @@ def _thinned(record: Record) -> Record:
     for quantity in record.values():
         for position, axis in enumerate(quantity.axes):
             if quantity.values.dtype.kind in "fc" and _key(axis) in kept:
-                places = np.array(sorted(kept[_key(axis)]))
-                quantity = _at(quantity, position, places, run_samples=len(axis.values))
+                chosen = np.array(sorted(kept[_key(axis)]))
+                quantity = _at(quantity, position, chosen, run_samples=len(axis.values))
         thinned.add(quantity)
     return thinned
 
