@@ -189,9 +189,7 @@ def sweep(prepared: PreparedSweep, options: Options) -> Outcome:
     """
     started = time.perf_counter()
     output = fresh_output(options.output)
-    with locked(output) as said:
-        if said:
-            options.note(said)
+    with locked(output):
         chunks = prepared.chunks(output)
         mine = shard_chunks(chunks.chunks, options.shard)
         if not options.fresh:
