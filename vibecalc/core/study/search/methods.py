@@ -350,18 +350,17 @@ def find(
     box = Box(low, high, np.broadcast_to(np.asarray(period, dtype=float), low.shape))
     size = box.lower.size
     start = np.full(size, 0.5) if first is None else box.unit(np.asarray(first, float))
-    sampler = Sampler(evaluate, box, budget + _RESERVE * (size + 1))
+    sampler = Sampler(evaluate, box, budget)
     vectors, _ = set_scale(sampler, start[None, :])
     if vectors[0] is None:
         why = next(iter(sampler.failures.values()))
         raise NumericalFailure(f"the start of the search cannot be evaluated: {why}")
-    watched = _WatchedSampler(sampler, budget)
-    watched(start)
     try:
-        walk = METHODS[name].search(watched, start)
+        walk = METHODS[name].search(sampler, start)
     except BudgetSpent:
-        walk = LocalEnd(watched.best, f"spent its {budget} evaluations")
+        walk = LocalEnd(sampler.best, f"spent its {budget} evaluations")
     evaluations, failures = sampler.count, len(sampler.failures)
+    sampler.budget += _RESERVE * (size + 1)
     vector = sampler(walk.unit)
     assert vector is not None
     margins = vector[1:]
@@ -383,31 +382,6 @@ def _residual(sampler: Sampler, unit: np.ndarray) -> float:
         return stationarity(sampler, unit)
     except BudgetSpent:
         return np.inf
-
-
-class _WatchedSampler:
-    """The sampler with an end to its evaluations and a memory for the best point met."""
-
-    def __init__(self, sampler: Sampler, budget: int):
-        self._sampler = sampler
-        self._budget = budget
-        self.best = np.empty(0)
-        self._rank = (np.inf, np.inf)
-
-    @property
-    def smallest(self) -> float:
-        return self._sampler.smallest
-
-    def __call__(self, unit: np.ndarray) -> np.ndarray | None:
-        if self._sampler.count >= self._budget and not self._sampler.knows(unit):
-            raise BudgetSpent
-        vector = self._sampler(unit)
-        if vector is not None:
-            broken = max(0.0, float(np.max(-vector[1:], initial=0.0)) - 1e-6)
-            rank = (broken, float(vector[0]))
-            if rank < self._rank:
-                self.best, self._rank = unit.copy(), rank
-        return vector
 
 
 METHODS: dict[str, Method] = {

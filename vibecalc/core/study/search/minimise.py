@@ -379,7 +379,7 @@ def minimise(
     moving = high > low
     whole = Box(low, high, np.broadcast_to(np.asarray(period, dtype=float), low.shape))
 
-    def of_moving(part: np.ndarray) -> tuple[ArrayLike, ArrayLike]:
+    def of_moving(part: np.ndarray) -> tuple[float, ArrayLike]:
         variables = low.copy()
         variables[moving] = part
         return evaluate(variables)

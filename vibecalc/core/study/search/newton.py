@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.core.study.search.conditions import (
+    CLOSENESS,
     Active,
     Gradient,
     Pulls,
@@ -150,7 +151,6 @@ def _curvature(
 # The last digits of a smooth optimum: Newton's method on the conditions that hold it.
 # ----------------------------------------------------------------------------
 
-CLOSENESS = (1e-6, 1e-4, 3e-3)
 ROUNDS = 12
 #: sum of gradients, in scaled units, that counts as none
 BALANCED = 1e-5

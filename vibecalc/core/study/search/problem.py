@@ -124,6 +124,8 @@ class Box:
 
 Evaluate = Callable[[np.ndarray], tuple[float, ArrayLike]]
 
+#: violation up to which a point counts as feasible, before it is refined
+FEASIBLE_WITHIN = 1e-6
 #: a margin beyond this is as good as infinitely well kept
 AMPLE_MARGIN = 1e6
 
@@ -135,7 +137,7 @@ class BudgetSpent(Exception):
 class Values(Protocol):
     """What searches and derivatives need: a vector (objective, margins) at points of the cube."""
 
-    def __call__(self, unit: np.ndarray) -> np.ndarray | None: ...
+    def __call__(self, unit: np.ndarray, /) -> np.ndarray | None: ...
 
 
 class Sampler:
@@ -143,7 +145,7 @@ class Sampler:
 
     A call gives the vector (objective / `scale`, margins), or None where the function raises
     NumericalFailure or gives NaN or an infinity. `count` counts true evaluations only: a point
-    met again is looked up.
+    met again is looked up. `best` (n,) is the lowest point met, of those that break limits least.
     """
 
     def __init__(self, evaluate: Evaluate, box: Box, budget: int):
@@ -154,15 +156,16 @@ class Sampler:
         self.smallest = np.inf
         self.largest = 0.0
         self._evaluate = evaluate
-        self._budget = budget
+        self.budget = budget
+        self.best = np.empty(0)
         self._size = 0
-        self._lowest: tuple[float, np.ndarray | None] = (np.inf, None)
+        self._rank = (np.inf, np.inf)
         self._known: dict[bytes, np.ndarray | None] = {}
 
     def __call__(self, unit: np.ndarray) -> np.ndarray | None:
         key = (unit + 0.0).tobytes()
         if key not in self._known:
-            if self.count >= self._budget:
+            if self.count >= self.budget:
                 raise BudgetSpent
             self.count += 1
             self._known[key] = self._fresh(key, unit)
@@ -173,26 +176,23 @@ class Sampler:
         scaled[0] /= self.scale
         return scaled
 
-    def knows(self, unit: np.ndarray) -> bool:
-        """Whether a point has been evaluated already."""
-        return (unit + 0.0).tobytes() in self._known
-
     def lowest_feasible(self) -> str:
         """In words, the lowest point met that keeps all limits."""
-        lowest, where = self._lowest
-        if where is None:
+        broken, lowest = self._rank
+        if broken:
             return "no point that keeps all limits was met"
-        return f"the lowest point met is {where.tolist()} with the objective {lowest:.9g}"
+        where = self.box.values(self.best).tolist()
+        return f"the lowest point met is {where} with the objective {lowest:.9g}"
 
     @property
     def left(self) -> int:
         """Evaluations that may still be made."""
-        return self._budget - self.count
+        return self.budget - self.count
 
     @property
     def reserve(self) -> int:
         """Evaluations that are kept back for refining what the searches find."""
-        return min(self._budget // 3, 100 + 50 * self.box.lower.size)
+        return min(self.budget // 3, 100 + 50 * self.box.lower.size)
 
     def _fresh(self, key: bytes, unit: np.ndarray) -> np.ndarray | None:
         variables = self.box.values(unit)
@@ -217,8 +217,9 @@ class Sampler:
         self._size = self._size or vector.size
         if vector.size != self._size:
             raise ValueError("the number of margins changes between points")
-        if np.all(margin_values >= 0) and objective < self._lowest[0]:
-            self._lowest = (float(objective), variables)
+        broken = max(0.0, float(np.max(-margin_values, initial=0.0)) - FEASIBLE_WITHIN)
+        if (broken, float(objective)) < self._rank:
+            self.best, self._rank = unit.copy(), (broken, float(objective))
         self.smallest = min(self.smallest, float(objective))
         self.largest = max(self.largest, abs(float(objective)))
         return vector
@@ -271,8 +272,6 @@ def spread(count: int, dimension: int) -> np.ndarray:
 # ----------------------------------------------------------------------------
 
 
-#: violation up to which the end of a local search counts as feasible, before it is refined
-FEASIBLE_WITHIN = 1e-6
 CONVERGED = "converged"
 
 

@@ -247,7 +247,7 @@ class Pool:
         ends = [desk.since + self._timeout * len(desk.at) for desk in self._desks.values()
                 if self._timeout is not None and desk.at]  # fmt: skip
         patience = min(ends, default=time.monotonic() + _LONG) - time.monotonic()
-        desks = {desk.process.line: desk for desk in self._desks.values()}
+        desks: dict[Any, _Desk] = {desk.process.line: desk for desk in self._desks.values()}
         found = wait(list(desks), max(patience, 0.0) + 1e-3)
         if self._closed:
             raise RuntimeError("the pool of processes was closed in the middle of its work")
