@@ -337,7 +337,7 @@ def find(
     name : str
         Key of `METHODS`.
     evaluate, lower, upper, first, period
-        As of `constrained.minimise`; lower < upper.
+        As of `minimise.minimise`; lower < upper.
     budget : int
         Most evaluations; a method that spends them gives its best point and has not converged.
 

@@ -281,7 +281,7 @@ def slopes_at(
     Parameters
     ----------
     evaluate, lower, upper, accuracy
-        As of `constrained.minimise`; lower < upper.
+        As of `minimise.minimise`; lower < upper.
     at : (n,) array
 
     Raises
@@ -291,7 +291,7 @@ def slopes_at(
 
     Notes
     -----
-    Five-point differences with `differences.slope`; the error counts truncation, measured noise
+    Five-point differences with `conditions.slope`; the error counts truncation, measured noise
     and `accuracy`, the relative error of the values.
     """
     low, high = np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
@@ -332,7 +332,7 @@ def cost_of_deviation(
 
     Evaluated, not extrapolated: limits that hold an optimum, kinks and curvature are all in it.
     Parameters as of `slopes_at`, which also says what is raised; `period` as of
-    `constrained.minimise`.
+    `minimise.minimise`.
     """
     low, high = np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
     around = Box(low, high, np.broadcast_to(np.asarray(period, dtype=float), low.shape)).around

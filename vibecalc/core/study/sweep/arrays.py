@@ -22,7 +22,7 @@ from vibecalc.numerics.rounding import IntArray
 
 
 class ArrayEvaluator(Evaluator):
-    """From point numbers to results, where `pipeline.arrays.support` has nothing against it.
+    """From point numbers to results, where `array_path.unsupported` has nothing against it.
 
     A point that fails, or may fail, is run alone: its status and message are those of that run.
     """
