@@ -41,7 +41,7 @@ def locked(output: Path) -> Iterator[None]:
         lock.acquire(timeout=0)
         path.write_text(f"process {os.getpid()} on {socket.gethostname()}", encoding="utf-8")
     except Timeout:
-        raise UsageError(f"another sweep, {_holder(path)}, is writing {output}") from None
+        raise UsageError(f"another sweep{_holder(path)} is writing {output}") from None
     except OSError as error:
         lock.release()
         reason = (error.strerror or str(error)).lower()
@@ -55,9 +55,11 @@ def locked(output: Path) -> Iterator[None]:
 
 
 def _holder(path: Path) -> str:
+    """Who holds a lock, as far as its file says it."""
     with suppress(OSError):
-        return path.read_text(encoding="utf-8") or "just begun"
-    return "just over"
+        holder = path.read_text(encoding="utf-8")
+        return f", {holder}," if holder else ""
+    return ""
 
 
 # ----------------------------------------------------------------------------
