@@ -135,5 +135,5 @@ def test_changing_number_of_margins_is_a_mistake_of_the_caller():
     def evaluate(x):
         return x[0], [1.0] * (1 if x[0] > 0.3 else 2)
 
-    with pytest.raises(ValueError, match="number of objective entries or margins changes"):
+    with pytest.raises(ValueError, match="number of margins changes"):
         minimise(evaluate, [0], [1])

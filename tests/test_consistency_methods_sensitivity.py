@@ -52,11 +52,6 @@ def test_a_kink_has_no_slope_and_the_others_keep_theirs():
     assert abs(found.slope[1] - 2.0) <= found.error[1]
 
 
-def test_the_largest_entry_counts():
-    found = slopes_at(lambda x: (np.array([x[0], 3 * x[0]]), []), [0], [1], [0.5])
-    assert abs(found.slope[0] - 3.0) <= found.error[0]
-
-
 def test_a_point_without_a_value_fails():
     def nowhere(x):
         raise NumericalFailure("on a natural frequency")

@@ -104,15 +104,6 @@ def charalambous_conn(x):
 MINIMAX = 1.952224493870659
 
 
-def test_largest_of_entries():
-    found = minimise(lambda x: (charalambous_conn(x), []), [-3, -3], [3, 3], starts=3)
-    assert abs(found.objective - MINIMAX) <= found.objective_error < 1e-13
-    assert set(found.active_entries) <= {0, 1, 2}
-    assert len(found.active_entries) >= 2
-    first = charalambous_conn(found.variables)
-    assert np.ptp(first[list(found.active_entries)]) < 1e-13
-
-
 def test_hidden_kink():
     found = minimise(lambda x: (max(charalambous_conn(x)), []), [-3, -3], [3, 3], starts=3)
     assert found.method == "sampled planes"

@@ -1,7 +1,6 @@
 """Claim: a chunk is taken for done if and only if it is whole and of this very sweep."""
 
 import os
-import socket
 import subprocess
 import sys
 from dataclasses import replace
@@ -152,15 +151,17 @@ def test_a_killed_writer_leaves_no_chunk(tmp_path: Path) -> None:
 
 def test_the_lock_keeps_others_out_and_goes(tmp_path: Path) -> None:
     output = tmp_path / "o.h5"
-    with locked(output) as note:
-        assert note == ""
-        with pytest.raises(UsageError, match=rf"process {os.getpid()}, is writing"), locked(output):
+    with locked(output):
+        with (
+            pytest.raises(UsageError, match=rf"process {os.getpid()} on .* writing"),
+            locked(output),
+        ):
             pass
         assert lock_path(output).exists()
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_lock_of_a_dead_process_is_taken_over(tmp_path: Path) -> None:
+def test_the_lock_of_a_dead_process_falls_with_it(tmp_path: Path) -> None:
     output = tmp_path / "o.h5"
     program = (
         "import os, signal, sys; from pathlib import Path\n"
@@ -170,23 +171,14 @@ def test_the_lock_of_a_dead_process_is_taken_over(tmp_path: Path) -> None:
     )
     done = subprocess.Popen([sys.executable, "-c", program, str(output)])
     assert done.wait() == -9 and lock_path(output).exists()
-    with locked(output) as note:
-        assert f"process {done.pid}" in note and "taken over" in note
+    with locked(output):
+        pass
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_process_number_that_was_given_again_holds_nothing(tmp_path: Path) -> None:
-    output = tmp_path / "o.h5"
-    text = f'{{"pid": {os.getpid()}, "host": "{socket.gethostname()}", "started": "then 1"}}'
-    lock_path(output).write_text(text)
-    with locked(output) as note:
-        assert "taken over" in note
 
 
 def test_of_many_who_find_a_dead_lock_one_gets_it(tmp_path: Path) -> None:
     output = tmp_path / "o.h5"
-    text = f'{{"pid": 4194304, "host": "{socket.gethostname()}", "started": ""}}'
-    lock_path(output).write_text(text)
+    lock_path(output).write_text("process 4194304 on a host that is no more")
     program = (
         "import sys; from pathlib import Path; from vibecalc.errors import UsageError\n"
         "from vibecalc.core.study.sweep.output import locked\n"

@@ -115,7 +115,7 @@ def find_topics(loaded: "LoadedCase") -> list[Topic]:
     def along(one: "Find") -> Along:
         """The case along the key, with nothing remembered."""
         resolved = {key: part for key, part in loaded.resolved.items() if key not in NOT_COMPUTED}
-        return Along(one, resolved, StageCache(), lambda: None)
+        return Along(one, resolved, StageCache(), lambda _: None)
 
     @cache
     def wanted() -> float:

@@ -1,7 +1,7 @@
 """Sections of optimisations and searches."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Literal
 
 import numpy as np
@@ -498,56 +498,39 @@ def side_of(record: Record, key: str) -> str:
 
 def optima(record: Record) -> list[str]:
     """Distinct optima, best first, with the number of searches that ended there."""
-    objective = along(record, _PREFIX + "optima/objective", "optimum")
-    searches_to = along(record, _PREFIX + "optima/found_by", "optimum")
-    if objective is None or searches_to is None:
-        return []
-    rows = [
-        [str(int(label)), _searches_objective(objective[0], i), str(int(searches_to[0].values[i]))]
-        for i, label in enumerate(objective[1][:_ROWS])
-    ]
-    columns = (
-        Column("optimum", 8),
-        number(f"objective {objective[0].unit}".rstrip(), 20),
-        number("searches", 10),
-    )
-    return [*table(columns, rows), *_further_rows(len(objective[1]), "optima")]
+    found_by = (number("searches", 10), "optima/found_by", str)
+    return _numbered(record, "optimum", "optima", "optima/objective", found_by)
 
 
 def searches(record: Record) -> list[str]:
     """One line for each search: where its objective ended, whether the limits were kept."""
-    objective = along(record, _PREFIX + "history/objective", "search")
-    feasible = along(record, _PREFIX + "history/feasible", "search")
-    evaluations = along(record, _PREFIX + "history/evaluations", "search")
-    if objective is None or feasible is None or evaluations is None:
+    kept = (number("limits kept", 12), "history/feasible", ("no", "yes").__getitem__)
+    evaluations = (number("evaluations", 12), "history/evaluations", str)
+    return _numbered(record, "search", "searches", "history/objective", kept, evaluations)
+
+
+def _numbered(
+    record: Record,
+    axis: str,
+    noun: str,
+    path: str,
+    *more: tuple[Column, str, Callable[[int], str]],
+) -> list[str]:
+    """A line for each entry along an axis: its number, its objective, and counts in words."""
+    objective = along(record, _PREFIX + path, axis)
+    if objective is None:
         return []
-    rows = [
-        [
-            str(int(label)),
-            _searches_objective(objective[0], i),
-            "yes" if feasible[0].values[i] else "no",
-            str(int(evaluations[0].values[i])),
-        ]
-        for i, label in enumerate(objective[1][:_ROWS])
-    ]
-    columns = (
-        Column("search", 8),
-        number(f"objective {objective[0].unit}".rstrip(), 20),
-        number("limits kept", 12),
-        number("evaluations", 12),
-    )
-    return [*table(columns, rows), *_further_rows(len(objective[1]), "searches")]
-
-
-def _searches_objective(quantity: Quantity, i: int) -> str:
-    value = float(quantity.values[i])
-    return "failed" if math.isinf(value) else show(value, quantity.error_estimate)
-
-
-def _further_rows(count: int, noun: str) -> list[str]:
-    if count <= _ROWS:
-        return []
-    return paragraph(f"{count - _ROWS} further {noun} are in the result file")
+    quantity, names = objective
+    counts = [(np.asarray(record[_PREFIX + name].values), words) for _, name, words in more]
+    rows = []
+    for i, name in enumerate(names[:_ROWS]):
+        value = float(quantity.values[i])
+        shown = "failed" if math.isinf(value) else show(value, quantity.error_estimate)
+        rows.append([str(int(name)), shown, *(words(int(many[i])) for many, words in counts)])
+    columns = (Column(axis, 8), number(f"objective {quantity.unit}".rstrip(), 20))
+    further = len(names) - _ROWS
+    below = paragraph(f"{further} further {noun} are in the result file") if further > 0 else []
+    return [*table((*columns, *(column for column, _, _ in more)), rows), *below]
 
 
 # ----------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 import zlib
 from collections.abc import Iterator
+from mmap import mmap
 from pathlib import Path
 
 from vibecalc.core.results.record import Result
@@ -58,7 +59,7 @@ _COLLECTION = b"GCOL\x01"
 _HEADER = 16
 
 
-def heap_checksum(content: bytes) -> int:
+def heap_checksum(content: bytes | mmap) -> int:
     """CRC-32 of all global heap collections in the bytes of an HDF5 file, in file order."""
     checksum = 0
     for start, size in _collections(content):
@@ -73,7 +74,7 @@ def check_heaps(content: bytes, path: Path) -> None:
             raise ResultError(f"{path} is damaged: its texts are not where they should be")
 
 
-def _collections(content: bytes) -> Iterator[tuple[int, int]]:
+def _collections(content: bytes | mmap) -> Iterator[tuple[int, int]]:
     """Where each collection begins, and the size that it says it has."""
     start = content.find(_COLLECTION)
     while start >= 0:

@@ -3,9 +3,9 @@
 import json
 import math
 import tomllib
-import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from types import MappingProxyType, TracebackType
 from typing import Any, NamedTuple, Self
@@ -13,7 +13,6 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from vibecalc.core.results.layout import (
-    _COLLECTION,
     ERRORS,
     MESSAGE,
     PROVENANCE,
@@ -25,6 +24,7 @@ from vibecalc.core.results.layout import (
     TEXT_CHECKSUM,
     VALUES,
     VERSION_ATTRIBUTE,
+    heap_checksum,
 )
 from vibecalc.core.results.record import Axis, Method, Record, Result
 from vibecalc.core.results.store_read import (
@@ -169,8 +169,6 @@ def chunk_shape(shape: Sequence[int]) -> tuple[int, ...]:
 # What the file of a sweep says of itself: whose it is, for which case and which points.
 # ----------------------------------------------------------------------------
 
-_BLOCK = 1 << 20  # bytes
-
 
 def check_origin(file: Any, path: Path) -> None:
     if VERSION_ATTRIBUTE not in file.attrs:
@@ -238,26 +236,9 @@ def json_table(place: Any, path: Path, name: str) -> dict[str, Any]:
 
 
 def text_checksum(path: Path) -> int:
-    """What `heap_checksum` gives for the bytes of a file, in little memory."""
-    checksum, address = 0, 0
-    with open(path, "rb") as stream:
-        while True:
-            stream.seek(address)
-            block = stream.read(_BLOCK)
-            position = block.find(_COLLECTION)
-            if position >= 0:
-                address += position
-                stream.seek(address + 8)
-                size = max(int.from_bytes(stream.read(8), "little"), len(_COLLECTION))
-                stream.seek(address)
-                address += size
-                while size > 0 and (block := stream.read(min(size, _BLOCK))):
-                    checksum = zlib.crc32(block, checksum)
-                    size -= len(block)
-            elif len(block) < _BLOCK:
-                return checksum
-            else:
-                address += len(block) - len(_COLLECTION) + 1
+    """What `heap_checksum` gives for the bytes of a file, which may be larger than memory."""
+    with open(path, "rb") as stream, mmap(stream.fileno(), 0, access=ACCESS_READ) as content:
+        return heap_checksum(content)
 
 
 # ----------------------------------------------------------------------------

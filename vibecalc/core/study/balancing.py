@@ -255,7 +255,6 @@ def balance(binding: "Binding", case: "Case") -> BalancedWeights | None:
         end=moved,
         objective=objective,
         violation=float(np.max(-margins, initial=0.0)),
-        feasible=bool(np.all(margins >= 0.0)),
         reason="solved as linear least squares within bounds",
         evaluations=problem.evaluations,
     )
@@ -271,7 +270,6 @@ def balance(binding: "Binding", case: "Case") -> BalancedWeights | None:
         margin_multipliers=np.zeros(margins.size),
         active_bounds=held,
         bound_multipliers=price,
-        active_entries=(0,),
         kkt_residual=max(0.0, objective - lower_bound) / size if size else 0.0,
         free_directions=solution.free_directions,
         method="convex",
@@ -279,10 +277,10 @@ def balance(binding: "Binding", case: "Case") -> BalancedWeights | None:
         failures=0,
         failure_messages=(),
         history=(end,),
-        optima=(LocalOptimum(variables=moved, objective=objective, found_by=1),),
+        optima=(LocalOptimum(moved, objective, 1),),
         notes=_notes(solution.free_directions),
     )
-    return BalancedWeights(optimum, lower_bound, inside and end.feasible)
+    return BalancedWeights(optimum, lower_bound, inside and bool(np.all(margins >= 0.0)))
 
 
 def _notes(free_directions: int) -> tuple[str, ...]:

@@ -1,10 +1,8 @@
 """Solve for the changes that bring wanted results: what [[find]] in a case asks for."""
 
 import math
-import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -24,7 +22,7 @@ from vibecalc.core.study.find_solutions import (
     roots,
 )
 from vibecalc.core.study.planned import FIND, MACHINE, find_entries, machine_paths
-from vibecalc.core.study.variables import period_of
+from vibecalc.core.study.variables import counted, period_of
 from vibecalc.errors import NumericalFailure, ResultError
 from vibecalc.units import parse_quantity
 
@@ -49,7 +47,7 @@ class Along:
         search: "Find",
         resolved: Mapping[str, Any],
         cache: StageCache,
-        count: Callable[[], None],
+        count: Callable[[str], None],
         period: float = 0.0,
     ):
         self.search = search
@@ -66,7 +64,7 @@ class Along:
 
     def evaluate(self, value: float) -> tuple[float, float]:
         """The result and its absolute error; NumericalFailure where there is none."""
-        self._count()
+        self._count("")
         record = self.results(value, frozenset({self.search.quantity}))
         try:
             return self.read(record)
@@ -290,10 +288,10 @@ def add_solutions(
     cache = StageCache()  # searches along different keys share the stages that these do not touch
     chosen: list[tuple[Along, ChosenSolution]] = []
     failures: list[str] = []
-    with _counted(progress) as count:
+    with counted("finding", progress) as advance:
         for search in loaded.case.find:
             period = period_of(search.key, loaded.case.machine)
-            along = Along(search, resolved, cache, count, period)
+            along = Along(search, resolved, cache, advance, period)
             try:
                 choice = choose(along, along.read(record), record[search.quantity].unit)
             except NumericalFailure as failure:
@@ -383,22 +381,3 @@ def _numbers(along: Along, choice: ChosenSolution) -> dict[str, tuple[Any, float
 def _method(what: str, purpose: str, chapter: str) -> Method:
     name = f"Brent's {what} on brackets between samples along a key"
     return Method(name=name, purpose=purpose, citation=_CITATION + chapter)
-
-
-@contextmanager
-def _counted(wanted: bool) -> Iterator[Callable[[], None]]:
-    """Count runs on stderr while the searches go on, on a terminal only."""
-    if not (wanted and sys.stderr.isatty()):
-        yield lambda: None
-        return
-    from rich.console import Console
-    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
-    columns = (
-        SpinnerColumn(),
-        TextColumn("finding: {task.completed:.0f} runs"),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=None)
-        yield lambda: bar.advance(task)

@@ -1,6 +1,5 @@
 """Run a case to its optimum: the stage groups hold the optimum, `optimisation/start` the start."""
 
-import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -23,6 +22,7 @@ from vibecalc.core.study.record import (
     compare_methods,
 )
 from vibecalc.core.study.search.problem import Infeasible
+from vibecalc.core.study.variables import counted
 from vibecalc.errors import NumericalFailure
 
 if TYPE_CHECKING:
@@ -177,29 +177,16 @@ def _legend(binding: Binding) -> str:
 
 @contextmanager
 def _shown(binding: Binding, wanted: bool) -> Iterator[Evaluate]:
-    """Count evaluations on stderr while they run, on a terminal only."""
-    if not (wanted and sys.stderr.isatty()):
-        yield binding.evaluate
-        return
-    from rich.console import Console
-    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+    """Count evaluations on stderr while they run, with the best objective so far."""
+    best = np.inf
+    with counted("optimising", wanted) as advance:
 
-    columns = (
-        SpinnerColumn(),
-        TextColumn("optimising: {task.completed:.0f} runs, best {task.fields[best]}"),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=None, best="none yet")
-        best = np.inf
-
-        def counted(variables: np.ndarray) -> tuple[float, np.ndarray]:
+        def evaluate(variables: np.ndarray) -> tuple[float, np.ndarray]:
             nonlocal best
             objective, margins = binding.evaluate(variables)
             if objective < best and (margins >= 0.0).all():
                 best = objective
-            shown = f"{abs(best):.6g}" if np.isfinite(best) else "none yet"
-            bar.update(task, advance=1, best=shown)
+            advance(f", best {abs(best):.6g}" if np.isfinite(best) else "")
             return objective, margins
 
-        yield counted
+        yield evaluate

@@ -1,7 +1,9 @@
 """Keys that a search changes, and what is wrong with an [optimisation] as a whole."""
 
 import math
-from collections.abc import Iterator
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -41,6 +43,27 @@ def period_of(key: str, machine: "Machine") -> float:
     if name in ("crank_phase", "bank_angle", "firing_angle"):
         return cycle_angle(machine)
     return 2.0 * math.pi if name == "phase" else 0.0
+
+
+# ----------------------------------------------------------------------------
+# Runs that a search spends, counted where somebody looks.
+# ----------------------------------------------------------------------------
+
+
+@contextmanager
+def counted(what: str, wanted: bool) -> Iterator[Callable[[str], None]]:
+    """What is to be called after each run, with words to show; on stderr, on a terminal only."""
+    if not (wanted and sys.stderr.isatty()):
+        yield lambda words: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    text = TextColumn(f"{what}: {{task.completed:.0f}} runs{{task.fields[words]}}")
+    columns = (SpinnerColumn(), text, TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=None, words="")
+        yield lambda words: bar.update(task, advance=1, words=words)
 
 
 # ----------------------------------------------------------------------------

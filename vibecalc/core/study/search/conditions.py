@@ -20,7 +20,7 @@ KINK = 1e-5
 
 
 class Slope(NamedTuple):
-    """First and second derivative along a direction, (p + m,) each, with their errors.
+    """First and second derivative along a direction, (1 + m,) each, with their errors.
 
     `kinked` marks values whose derivative jumps here.
     """
@@ -33,7 +33,7 @@ class Slope(NamedTuple):
 
 
 class Gradient(NamedTuple):
-    """Derivatives by the coordinates of the unit cube, (p + m, n), their errors, and kinks."""
+    """Derivatives by the coordinates of the unit cube, (1 + m, n), their errors, and kinks."""
 
     first: np.ndarray
     error: np.ndarray
@@ -47,7 +47,7 @@ def slope(sampler: Values, unit: np.ndarray, direction: np.ndarray, noise: np.nd
     ----------
     unit, direction : (n,) arrays
         Point of the unit cube and direction.
-    noise : (p + m,) array
+    noise : (1 + m,) array
         Absolute noise of the values.
 
     Notes
@@ -74,14 +74,13 @@ def slope(sampler: Values, unit: np.ndarray, direction: np.ndarray, noise: np.nd
             break
     if best is None:
         raise NumericalFailure(
-            f"no derivative at {sampler.box.values(unit).tolist()}: its surroundings cannot be "
-            "evaluated"
+            f"no derivative at {unit.tolist()} of the unit cube: points around it have no value"
         )
     return best
 
 
 def gradient(sampler: Values, unit: np.ndarray, noise: np.ndarray) -> Gradient:
-    """Derivatives of all entries and margins by all coordinates, with `slope`."""
+    """Derivatives of objective and margins by all coordinates, with `slope`."""
     slopes = [slope(sampler, unit, direction, noise) for direction in np.eye(unit.size)]
     return Gradient(
         first=np.stack([one.first for one in slopes], axis=1),
@@ -91,7 +90,7 @@ def gradient(sampler: Values, unit: np.ndarray, noise: np.ndarray) -> Gradient:
 
 
 def measured_noise(sampler: Values, unit: np.ndarray) -> np.ndarray:
-    """Absolute noise of the values, (p + m,), from high differences of nine close points.
+    """Absolute noise of the values, (1 + m,), from high differences of nine close points.
 
     Round-off of the values is the floor. J. J. More and S. M. Wild, Estimating computational
     noise, SIAM J. Sci. Comput. 33 (2011), 1292-1314.
@@ -157,26 +156,24 @@ def _weights(nodes: np.ndarray, derivative: int) -> np.ndarray:
 
 
 # ----------------------------------------------------------------------------
-# Which entries, limits and bounds hold a point in place, and how hard each of them pulls.
+# Which limits and bounds hold a point in place, and how hard each of them pulls.
 # ----------------------------------------------------------------------------
 
 
 class Active(NamedTuple):
-    """What is taken to hold with equality: indices of entries and margins, and bound sides (n,)."""
+    """What is taken to hold with equality: indices of margins, and sides of bounds (n,)."""
 
-    entries: tuple[int, ...]
     margins: tuple[int, ...]
     sides: np.ndarray
 
 
 class Pulls(NamedTuple):
-    """Weights of the entries (sum 1) and multipliers of margins (m,) and bounds (n,).
+    """Multipliers of margins (m,) and bounds (n,).
 
     `left` (n,) is what remains of the sum of gradients, `residual` its size relative to the sum
     of magnitudes or to 1, the usual slope of a scaled objective, whichever is larger.
     """
 
-    entries: np.ndarray
     margins: np.ndarray
     bounds: np.ndarray
     left: np.ndarray
@@ -184,23 +181,21 @@ class Pulls(NamedTuple):
 
     @property
     def weights(self) -> np.ndarray:
-        """Weights of entries and margins in the Lagrangian, (p + m,)."""
-        return np.concatenate([self.entries, -self.margins])
+        """Weights of objective and margins in the Lagrangian, (1 + m,)."""
+        return np.append(1.0, -self.margins)
 
 
 def identify(
-    vector: np.ndarray, first: np.ndarray, entries: int, unit: np.ndarray, closeness: float
+    vector: np.ndarray, first: np.ndarray, unit: np.ndarray, closeness: float
 ) -> tuple[Active, Pulls]:
     """Find the smallest set of near-active conditions whose gradients balance.
 
     Parameters
     ----------
-    vector : (p + m,) array
-        Entries and margins at the point.
-    first : (p + m, n) array
+    vector : (1 + m,) array
+        Objective and margins at the point.
+    first : (1 + m, n) array
         Their gradients on the unit cube.
-    entries : int
-        p.
     unit : (n,) array
         The point.
     closeness : float
@@ -211,78 +206,49 @@ def identify(
     Non-negative least squares over the candidates (Lawson and Hanson, 1974): it picks linearly
     independent ones, so that equal mounts or repeated limits do no harm.
     """
-    reach = closeness * (np.linalg.norm(first, axis=1) + 1e-12)
-    top = np.max(vector[:entries])
-    near_entries = np.flatnonzero(vector[:entries] >= top - 2 * reach[:entries])
-    near_margins = np.flatnonzero(vector[entries:] <= reach[entries:])
-    lower = np.flatnonzero(unit <= closeness)
-    upper = np.flatnonzero(unit >= 1 - closeness)
+    reach = closeness * (np.linalg.norm(first[1:], axis=1) + 1e-12)
+    near = np.flatnonzero(vector[1:] <= reach)
+    lower, upper = np.flatnonzero(unit <= closeness), np.flatnonzero(unit >= 1 - closeness)
     axes = np.eye(unit.size)
-    columns = np.concatenate(
-        [first[near_entries], -first[entries + near_margins], -axes[lower], axes[upper]]
-    ).T
+    columns = np.concatenate([first[1 + near], axes[lower], -axes[upper]]).T
     length = np.linalg.norm(columns, axis=0)
-    length = np.where(length > 0, length, 1.0)
-    size = max(float(np.max(length[: near_entries.size])), 1e-300)
-    lengths = np.concatenate([np.full(near_entries.size, size), length[near_entries.size :]])
-    is_entry = np.arange(lengths.size) < near_entries.size
-    # a heavy last row makes the weights of the entries add up to one
-    table = np.vstack([columns / lengths, 1e3 * is_entry])
-    goal = np.append(np.zeros(unit.size), 1e3)
-    weights = nonnegative_least_squares(table, goal)
-    chosen = weights > 1e-9
-    split = np.cumsum([near_entries.size, near_margins.size, lower.size])
-    pick_entry, pick_margin, pick_lower, pick_upper = np.split(chosen, split)
+    table = columns / np.where(length > 0, length, 1.0)
+    size = max(float(np.linalg.norm(first[0])), 1e-300)
+    # scipy does not survive a table without columns
+    pulls = nonnegative_least_squares(table, first[0] / size) if table.size else np.empty(0)
+    chosen = pulls > 1e-9
+    pick, pick_lower, pick_upper = np.split(chosen, [near.size, near.size + lower.size])
     sides = np.zeros(unit.size, dtype=int)
     sides[lower[pick_lower]] = -1
     sides[upper[pick_upper]] = 1
-    active = Active(
-        tuple(int(i) for i in near_entries[pick_entry]),
-        tuple(int(i) for i in near_margins[pick_margin]),
-        sides,
-    )
-    return active, balance(first, entries, active)
+    active = Active(tuple(int(i) for i in near[pick]), sides)
+    return active, balance(first, active)
 
 
-def balance(first: np.ndarray, entries: int, active: Active) -> Pulls:
+def balance(first: np.ndarray, active: Active) -> Pulls:
     """Multipliers of a given active set: least squares, signs as they come out.
 
-    Parameters
-    ----------
-    first : (p + m, n) array
-        Gradients of entries and margins.
-    entries : int
-        p.
-    active : Active
+    `first` (1 + m, n) are the gradients of objective and margins.
     """
-    size = first.shape[1]
     free = active.sides == 0
-    base, others = active.entries[0], active.entries[1:]
-    spread = first[list(others)] - first[base] if others else np.zeros((0, size))
-    holding = -first[[entries + index for index in active.margins]]
-    columns = np.concatenate([spread, holding.reshape(-1, size)])[:, free].T
+    chosen = list(active.margins)
+    columns = first[1:][chosen][:, free].T
     length = np.linalg.norm(columns, axis=0)
     length = np.where(length > 0, length, 1.0)
-    solved = np.linalg.lstsq(columns / length, -first[base][free], rcond=1e-10)[0] / length
-    weights = np.zeros(entries)
-    weights[list(others)] = solved[: len(others)]
-    weights[base] = 1.0 - np.sum(solved[: len(others)])
-    margins = np.zeros(first.shape[0] - entries)
-    margins[list(active.margins)] = solved[len(others) :]
-    total = weights @ first[:entries] - margins @ first[entries:]
-    bounds = np.where(free, 0.0, total)
+    margins = np.zeros(first.shape[0] - 1)
+    margins[chosen] = np.linalg.lstsq(columns / length, first[0][free], rcond=1e-10)[0] / length
+    total = first[0] - margins @ first[1:]
     left = np.where(free, total, 0.0)
-    pull = np.linalg.norm(np.abs(weights) @ np.abs(first[:entries]))
-    hold = np.linalg.norm(np.abs(margins) @ np.abs(first[entries:]))
-    residual = float(np.linalg.norm(left) / max(1.0, float(pull + hold)))
-    return Pulls(weights, margins, bounds, left, residual)
+    pull = np.linalg.norm(first[0]) + np.linalg.norm(np.abs(margins) @ np.abs(first[1:]))
+    residual = float(np.linalg.norm(left) / max(1.0, float(pull)))
+    return Pulls(margins, np.where(free, 0.0, total), left, residual)
 
 
 # ----------------------------------------------------------------------------
 # How far a point is from a stationary one, whoever found it.
 # ----------------------------------------------------------------------------
 
-#: distances on the unit cube within which a limit, a bound or an entry may count as holding
+#: distances on the unit cube within which a limit or a bound may count as holding
 CLOSENESS = (1e-6, 1e-4, 3e-3)
 
 
@@ -310,7 +276,7 @@ def stationarity(sampler: Values, unit: np.ndarray) -> float:
     assert vector is not None
     residual = np.inf
     for closeness in CLOSENESS:
-        _, pulls = identify(vector, slopes.first, sampler.entries, unit, closeness)
+        _, pulls = identify(vector, slopes.first, unit, closeness)
         if not np.any(slopes.kinked & (np.abs(pulls.weights) > 1e-9)):
             residual = min(residual, pulls.residual)
     return residual

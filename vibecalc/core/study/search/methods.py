@@ -1,6 +1,7 @@
 """All search methods under one signature, so that they can stand side by side."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -8,7 +9,15 @@ from numpy.typing import ArrayLike
 
 from vibecalc.core.study.search.conditions import stationarity
 from vibecalc.core.study.search.local_search import local_search, set_scale
-from vibecalc.core.study.search.problem import Box, BudgetSpent, Evaluate, Sampler, Values
+from vibecalc.core.study.search.problem import (
+    CONVERGED,
+    Box,
+    BudgetSpent,
+    Evaluate,
+    LocalEnd,
+    Sampler,
+    Values,
+)
 from vibecalc.errors import NumericalFailure
 
 # ----------------------------------------------------------------------------
@@ -104,7 +113,6 @@ def hooke_jeeves(function: Scalar, start: np.ndarray, step: float, tolerance: fl
 # ----------------------------------------------------------------------------
 
 MOST_RESTARTS = 20
-MOST_MOVES = 400
 
 
 def nelder_mead(function: Scalar, start: np.ndarray, step: float, tolerance: float) -> Descent:
@@ -115,71 +123,40 @@ def nelder_mead(function: Scalar, start: np.ndarray, step: float, tolerance: flo
 
     Notes
     -----
-    Factors of reflection, expansion, contraction and shrinking follow the dimension (F. Gao and
-    L. Han, Comput. Optim. Appl. 51 (2012), 259-277). Corners that leave the cube are moved onto
+    scipy's, with factors that follow the dimension. Corners that leave the cube are moved onto
     its wall, which may flatten the simplex: a search is begun again with a fresh, smaller one
     around its best corner until that gains nothing. J. A. Nelder and R. Mead, A simplex method
-    for function minimization, Computer Journal 7 (1965), 308-313.
+    for function minimization, Computer Journal 7 (1965), 308-313; F. Gao and L. Han, Comput.
+    Optim. Appl. 51 (2012), 259-277.
     """
-    evaluations = 0
+    from scipy.optimize import minimize
 
-    def counted(point: np.ndarray) -> float:
-        nonlocal evaluations
-        evaluations += 1
-        return function(point)
-
-    point, value = start, counted(start)
-    edge = step
+    point, value, edge, evaluations = start, function(start), step, 1
     for _ in range(MOST_RESTARTS):
-        crawled, lowest, settled = _crawl(counted, point, value, edge, tolerance)
-        gained = lowest < value
-        point, value = crawled, lowest
-        if not gained and settled and edge <= 10.0 * tolerance:
+        simplex = point + np.vstack(
+            [np.zeros(point.size), np.diag(np.where(point + edge <= 1.0, edge, -edge))]
+        )
+        found = minimize(
+            function,
+            point,
+            method="Nelder-Mead",
+            bounds=[(0.0, 1.0)] * point.size,
+            options={
+                "initial_simplex": simplex,
+                "adaptive": True,
+                "xatol": tolerance,
+                "fatol": np.inf,
+                "maxiter": 400 * point.size,
+            },
+        )
+        evaluations += found.nfev
+        gained = found.fun < value
+        if gained:
+            point, value = found.x, float(found.fun)
+        if not gained and found.success and edge <= 10.0 * tolerance:
             return Descent(point, value, evaluations, True)
-        edge = max(10.0 * tolerance, edge if not settled else 0.1 * edge)
+        edge = max(10.0 * tolerance, 0.1 * edge if found.success else edge)
     return Descent(point, value, evaluations, False)
-
-
-def _crawl(
-    function: Scalar, start: np.ndarray, value: float, edge: float, tolerance: float
-) -> tuple[np.ndarray, float, bool]:
-    """Best corner, its value, and whether the simplex shrank below the tolerance."""
-    size = start.size
-    corners = np.tile(start, (size + 1, 1))
-    for axis in range(size):
-        corners[axis + 1, axis] += edge if start[axis] + edge <= 1.0 else -edge
-    corners = np.clip(corners, 0.0, 1.0)
-    values = np.array([value, *(function(corner) for corner in corners[1:])])
-    several = max(2, size)
-    expand, contract, shrink = 1 + 2 / several, 0.75 - 0.5 / several, 1 - 1 / several
-
-    for _ in range(MOST_MOVES * size):
-        order = np.argsort(values, kind="stable")
-        corners, values = corners[order], values[order]
-        if np.max(np.abs(corners[1:] - corners[0])) <= tolerance:
-            return corners[0], float(values[0]), True
-        middle = np.mean(corners[:-1], axis=0)
-
-        def at(
-            factor: float, middle: np.ndarray = middle, last: np.ndarray = corners[-1]
-        ) -> tuple[np.ndarray, float]:
-            point = np.clip(middle + factor * (middle - last), 0.0, 1.0)
-            return point, function(point)
-
-        best, value_best = at(1.0)
-        if value_best < values[0]:
-            further, value_further = at(expand)
-            if value_further < value_best:
-                best, value_best = further, value_further
-        elif not value_best < values[-2]:
-            best, value_best = at(contract if value_best < values[-1] else -contract)
-        if value_best < values[-2] or (value_best < values[-1] and size > 1):
-            corners[-1], values[-1] = best, value_best
-        else:
-            corners[1:] = corners[0] + shrink * (corners[1:] - corners[0])
-            values[1:] = [function(corner) for corner in corners[1:]]
-    best_one = int(np.argmin(values))
-    return corners[best_one], float(values[best_one]), False
 
 
 # ----------------------------------------------------------------------------
@@ -198,15 +175,7 @@ SETTLED = 1e-7
 Inner = Callable[[Scalar, np.ndarray, float, float], Descent]
 
 
-class Walk(NamedTuple):
-    """Where one search stopped on the unit cube, in words why, and whether it had converged."""
-
-    unit: np.ndarray
-    reason: str
-    converged: bool
-
-
-def augmented(sampler: Values, start: np.ndarray, inner: Inner) -> Walk:
+def augmented(sampler: Values, start: np.ndarray, inner: Inner) -> LocalEnd:
     """Search downhill from a start with a direct search, and keep all margins in the end.
 
     Parameters
@@ -227,40 +196,39 @@ def augmented(sampler: Values, start: np.ndarray, inner: Inner) -> Walk:
     """
     first = sampler(start)
     assert first is not None
-    entries = sampler.entries
-    price = np.zeros(first.size - entries)
+    price = np.zeros(first.size - 1)
     weight = FIRST_WEIGHT
 
     def merit(unit: np.ndarray) -> float:
         vector = sampler(unit)
         if vector is None:
             return np.inf
-        short = np.maximum(0.0, price / weight - vector[entries:])
-        return float(np.max(vector[:entries]) + 0.5 * weight * np.sum(short**2))
+        short = np.maximum(0.0, price / weight - vector[1:])
+        return float(vector[0] + 0.5 * weight * np.sum(short**2))
 
     if price.size == 0:
         descent = inner(merit, start, FIRST_STEP, TOLERANCE)
-        return Walk(descent.point, _words(descent.converged), descent.converged)
+        return LocalEnd(descent.point, _words(descent.converged))
     point, step, tolerance, before = start, FIRST_STEP, FIRST_TOLERANCE, np.inf
     for _ in range(MOST_ROUNDS):
         descent = inner(merit, point, step, tolerance)
         point = descent.point
         vector = sampler(point)
         assert vector is not None
-        unsettled = float(np.max(np.abs(np.minimum(vector[entries:], price / weight))))
+        unsettled = float(np.max(np.abs(np.minimum(vector[1:], price / weight))))
         if unsettled <= SETTLED and tolerance <= TOLERANCE:
-            return Walk(point, _words(descent.converged), descent.converged)
-        price = np.maximum(0.0, price - weight * vector[entries:])
+            return LocalEnd(point, _words(descent.converged))
+        price = np.maximum(0.0, price - weight * vector[1:])
         if unsettled > 0.25 * before and weight < LARGEST_WEIGHT:
             weight *= 4.0
         before = unsettled
         tolerance = max(TOLERANCE, 0.1 * tolerance)
         step = max(10.0 * tolerance, 0.2 * step)
-    return Walk(point, "the limits did not settle", False)
+    return LocalEnd(point, "the limits did not settle")
 
 
 def _words(converged: bool) -> str:
-    return "converged" if converged else "stopped before its steps were small"
+    return CONVERGED if converged else "stopped before its steps were small"
 
 
 # ----------------------------------------------------------------------------
@@ -274,7 +242,7 @@ MOST_GENERATIONS = 1000
 SPREAD = 1e-9
 
 
-def differential_evolution(sampler: Values, start: np.ndarray) -> Walk:
+def differential_evolution(sampler: Values, start: np.ndarray) -> LocalEnd:
     """Let a population spread over the whole unit cube evolve; the start is one of its members.
 
     Points that break a limit lose against any that keep all of them, and among themselves by how
@@ -285,16 +253,15 @@ def differential_evolution(sampler: Values, start: np.ndarray) -> Walk:
 
     first = sampler(start)
     assert first is not None
-    entries = sampler.entries
-    margins = first.size - entries
+    margins = first.size - 1
 
     def objective(unit: np.ndarray) -> float:
         vector = sampler(np.clip(unit, 0.0, 1.0))
-        return np.inf if vector is None else float(np.max(vector[:entries]))
+        return np.inf if vector is None else float(vector[0])
 
     def limit_margins(unit: np.ndarray) -> np.ndarray:
         vector = sampler(np.clip(unit, 0.0, 1.0))
-        return np.full(margins, -1e6) if vector is None else vector[entries:]
+        return np.full(margins, -1e6) if vector is None else vector[1:]
 
     solution = evolve(
         objective,
@@ -307,8 +274,8 @@ def differential_evolution(sampler: Values, start: np.ndarray) -> Walk:
         atol=SPREAD,
         maxiter=MOST_GENERATIONS,
     )
-    reason = "converged" if solution.success else f"stopped after {MOST_GENERATIONS} generations"
-    return Walk(np.clip(solution.x, 0.0, 1.0), reason, bool(solution.success))
+    reason = CONVERGED if solution.success else f"stopped after {MOST_GENERATIONS} generations"
+    return LocalEnd(np.clip(solution.x, 0.0, 1.0), reason)
 
 
 # ----------------------------------------------------------------------------
@@ -318,7 +285,7 @@ def differential_evolution(sampler: Values, start: np.ndarray) -> Walk:
 #: evaluations kept back for the residual at the end, for each variable
 _RESERVE = 40
 
-Searcher = Callable[[Values, np.ndarray], Walk]
+Searcher = Callable[[Values, np.ndarray], LocalEnd]
 
 
 class Method(NamedTuple):
@@ -336,7 +303,7 @@ class Method(NamedTuple):
 class MethodEnd(NamedTuple):
     """Where one method ended, without any help, and what it cost.
 
-    `variables` (n,), `objective` (its largest entry) and `margins` (m,) as `evaluate` gives them;
+    `variables` (n,), `objective` and `margins` (m,) as `evaluate` gives them;
     `violation` is the most negative margin as a positive number, or 0; `residual` is the distance
     from a stationary point (`stationarity`); `evaluations` counts the points of the search itself
     and `failures` those of them that have no value. `reason` says why it stopped.
@@ -370,7 +337,7 @@ def find(
     name : str
         Key of `METHODS`.
     evaluate, lower, upper, first, period
-        As of `constrained.minimise`; lower < upper.
+        As of `minimise.minimise`; lower < upper.
     budget : int
         Most evaluations; a method that spends them gives its best point and has not converged.
 
@@ -383,24 +350,23 @@ def find(
     box = Box(low, high, np.broadcast_to(np.asarray(period, dtype=float), low.shape))
     size = box.lower.size
     start = np.full(size, 0.5) if first is None else box.unit(np.asarray(first, float))
-    sampler = Sampler(evaluate, box, budget + _RESERVE * (size + 1))
+    sampler = Sampler(evaluate, box, budget)
     vectors, _ = set_scale(sampler, start[None, :])
     if vectors[0] is None:
         why = next(iter(sampler.failures.values()))
         raise NumericalFailure(f"the start of the search cannot be evaluated: {why}")
-    watched = _WatchedSampler(sampler, budget)
-    watched(start)
     try:
-        walk = METHODS[name].search(watched, start)
+        walk = METHODS[name].search(sampler, start)
     except BudgetSpent:
-        walk = Walk(watched.best, f"spent its {budget} evaluations", False)
+        walk = LocalEnd(sampler.best, f"spent its {budget} evaluations")
     evaluations, failures = sampler.count, len(sampler.failures)
+    sampler.budget += _RESERVE * (size + 1)
     vector = sampler(walk.unit)
     assert vector is not None
-    margins = vector[sampler.entries :]
+    margins = vector[1:]
     return MethodEnd(
         variables=box.values(walk.unit),
-        objective=float(np.max(vector[: sampler.entries])) * sampler.scale,
+        objective=float(vector[0]) * sampler.scale,
         margins=margins,
         violation=float(np.max(-margins, initial=0.0)),
         residual=_residual(sampler, walk.unit),
@@ -418,66 +384,20 @@ def _residual(sampler: Sampler, unit: np.ndarray) -> float:
         return np.inf
 
 
-class _WatchedSampler:
-    """The sampler with an end to its evaluations and a memory for the best point met."""
-
-    def __init__(self, sampler: Sampler, budget: int):
-        self._sampler = sampler
-        self._budget = budget
-        self.best = np.empty(0)
-        self._rank = (np.inf, np.inf)
-
-    @property
-    def box(self) -> Box:
-        return self._sampler.box
-
-    @property
-    def entries(self) -> int:
-        return self._sampler.entries
-
-    @property
-    def smallest(self) -> float:
-        return self._sampler.smallest
-
-    def __call__(self, unit: np.ndarray) -> np.ndarray | None:
-        if self._sampler.count >= self._budget and not self._sampler.knows(unit):
-            raise BudgetSpent
-        vector = self._sampler(unit)
-        if vector is not None:
-            broken = max(0.0, float(np.max(-vector[self.entries :], initial=0.0)) - 1e-6)
-            rank = (broken, float(np.max(vector[: self.entries])))
-            if rank < self._rank:
-                self.best, self._rank = unit.copy(), rank
-        return vector
-
-
-def _sequential_quadratic(sampler: Values, start: np.ndarray) -> Walk:
-    end = local_search(sampler, start, to_the_end=True)
-    return Walk(end.unit, end.reason, end.reason == "converged")
-
-
-def _hooke_jeeves(sampler: Values, start: np.ndarray) -> Walk:
-    return augmented(sampler, start, hooke_jeeves)
-
-
-def _nelder_mead(sampler: Values, start: np.ndarray) -> Walk:
-    return augmented(sampler, start, nelder_mead)
-
-
 METHODS: dict[str, Method] = {
     "sequential_quadratic": Method(
-        _sequential_quadratic,
+        partial(local_search, to_the_end=True),
         "sequential quadratic programming",
         "Kraft 1988, DFVLR-FB 88-28; Nocedal and Wright, Numerical Optimization, 2nd ed. 2006, "
         "ch. 12 and 18",
     ),
     "hooke_jeeves": Method(
-        _hooke_jeeves,
+        partial(augmented, inner=hooke_jeeves),
         "Hooke and Jeeves' pattern search",
         "Hooke and Jeeves 1961, J. ACM 8, 212; limits: Lewis and Torczon 2002, SIAM J. Optim. 12",
     ),
     "nelder_mead": Method(
-        _nelder_mead,
+        partial(augmented, inner=nelder_mead),
         "Nelder and Mead's simplex search",
         "Nelder and Mead 1965, Computer Journal 7, 308; limits: Lewis and Torczon 2002, "
         "SIAM J. Optim. 12",

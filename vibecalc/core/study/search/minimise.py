@@ -1,20 +1,19 @@
 """Minimise a function of bounded variables while margins are kept, from many starts."""
 
-from typing import NamedTuple, Protocol, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.core.study.search.local_search import (
-    FEASIBLE_WITHIN,
     VANISHING,
-    SearchEnd,
     SearchEnds,
     local_search,
     search_all,
 )
 from vibecalc.core.study.search.methods import METHODS
 from vibecalc.core.study.search.problem import (
+    FEASIBLE_WITHIN,
     Box,
     BudgetSpent,
     Evaluate,
@@ -25,7 +24,7 @@ from vibecalc.core.study.search.problem import (
     Search,
     spread,
 )
-from vibecalc.core.study.search.refine import RefinedOptimum, keeps, refine
+from vibecalc.core.study.search.refine import RefinedOptimum, at_rest, keeps, refine
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON
 
@@ -39,49 +38,35 @@ EQUAL = 1e-9
 _BETWEEN = (0.137, 0.381, 0.529, 0.734)
 
 
-class EndPoint(Protocol):
-    """What is joined: a place on the unit cube and its objective in scaled units."""
-
-    @property
-    def unit(self) -> np.ndarray: ...
-
-    @property
-    def objective(self) -> float: ...
-
-
-Point = TypeVar("Point", bound=EndPoint)
-
-
-def groups(sampler: Sampler, points: list[Point]) -> list[list[Point]]:
+def groups(sampler: Sampler, points: list[LocalOptimum]) -> list[list[LocalOptimum]]:
     """Group the points between which the objective does not change; the order is kept.
 
     A weight of zero has no angle: searches that end there with different angles found the same
     thing. Two points are one if their objectives are equal, and stay so, with all limits kept,
     on the straight line between them. Where no evaluations are left, points stay apart.
     """
-    found: list[list[Point]] = []
+    found: list[list[LocalOptimum]] = []
     for point in points:
-        for group in found:
-            if _same(sampler, group[0], point):
-                group.append(point)
-                break
-        else:
+        group = next((one for one in found if _same(sampler, one[0], point)), None)
+        if group is None:
             found.append([point])
+        else:
+            group.append(point)
     return found
 
 
-def _same(sampler: Sampler, one: EndPoint, other: EndPoint) -> bool:
+def _same(sampler: Sampler, one: LocalOptimum, other: LocalOptimum) -> bool:
     if abs(one.objective - other.objective) > EQUAL:
         return False
     try:
-        difference = sampler.box.apart(one.unit, other.unit)
-        vectors = [sampler(one.unit + part * difference) for part in _BETWEEN]
+        difference = sampler.box.apart(one.point, other.point)
+        vectors = [sampler(one.point + part * difference) for part in _BETWEEN]
     except BudgetSpent:
         return False
     return all(
         vector is not None
-        and abs(float(np.max(vector[: sampler.entries])) - one.objective) <= EQUAL
-        and bool(np.all(vector[sampler.entries :] >= -FEASIBLE_WITHIN))
+        and abs(float(vector[0]) - one.objective) <= EQUAL
+        and bool(np.all(vector[1:] >= -FEASIBLE_WITHIN))
         for vector in vectors
     )
 
@@ -99,23 +84,15 @@ SHORT_OF = 3e-2
 MOST_RIVALS = 4
 
 
-class DistinctEnd(NamedTuple):
-    """An end point apart from all others, and how many searches ended there."""
-
-    unit: np.ndarray
-    objective: float
-    found_by: int
-
-
 class ChosenOptimum(NamedTuple):
     """The optimum, refined, and all distinct ends that keep the limits, lowest first."""
 
     best: RefinedOptimum
-    distinct: tuple[DistinctEnd, ...]
+    distinct: tuple[LocalOptimum, ...]
 
 
 def choose(
-    sampler: Sampler, ends: list[SearchEnd], begin: np.ndarray, accuracy: float
+    sampler: Sampler, ends: list[Search], begin: np.ndarray, accuracy: float
 ) -> ChosenOptimum:
     """Refine the ends that compete and take the lowest; of equally low ones the nearest to begin.
 
@@ -130,11 +107,14 @@ def choose(
     vanishes = sampler.smallest >= 0 and lowest < VANISHING
     equal = VANISHING if vanishes else 1e-6
 
-    def rank(one: DistinctEnd) -> tuple[float, ...]:
-        away = round(float(np.linalg.norm(sampler.box.apart(begin, one.unit))), 6)
-        return (away, *np.round(one.unit, 6))
+    def rank(point: np.ndarray) -> tuple[float, ...]:
+        away = round(float(np.linalg.norm(sampler.box.apart(begin, point))), 6)
+        return (away, *np.round(point, 6))
 
-    level = sorted((one for one in distinct if one.objective <= lowest + equal), key=rank)
+    level = sorted(
+        (one for one in distinct if one.objective <= lowest + equal),
+        key=lambda one: rank(one.point),
+    )
     rivals = [one for one in distinct if lowest + equal < one.objective <= lowest + RIVALS]
     half = MOST_RIVALS // 2
     refined: list[RefinedOptimum] = []
@@ -145,21 +125,21 @@ def choose(
         if any(_covers(sampler.box, done, one) for done in refined):
             continue
         below = min((done.objective for done in refined), default=np.inf)
-        optimum = refine(sampler, one.unit, accuracy, below)
+        optimum = refine(sampler, one.point, accuracy, below)
         if optimum is not None and keeps(sampler, optimum.unit):
             optimum = optimum._replace(unit=sampler.box.fold(optimum.unit))
             refined.append(optimum)
-            final[id(one)] = one._replace(unit=optimum.unit, objective=optimum.objective)
+            final[id(one)] = one._replace(point=optimum.unit, objective=optimum.objective)
     if not refined:
         raise NumericalFailure(
             "no search ended in a point that can be shown to be an optimum; the lowest end is at "
-            f"{sampler.box.values(distinct[0].unit).tolist()} with the objective "
+            f"{sampler.box.values(distinct[0].point).tolist()} with the objective "
             f"{lowest * sampler.scale:.9g}. Ask for more starts or narrow the bounds."
         )
     least = min(one.objective + one.excess for one in refined)
     lowest_ones = [one for one in refined if one.objective - one.excess <= least]
-    best = min(lowest_ones, key=lambda one: rank(DistinctEnd(one.unit, one.objective, 1)))
-    ordered = sorted(final.values(), key=lambda one: (one.objective, *one.unit))
+    best = min(lowest_ones, key=lambda one: rank(one.unit))
+    ordered = sorted(final.values(), key=lambda one: (one.objective, *one.point))
     joined = [
         group[0]._replace(found_by=sum(one.found_by for one in group))
         for group in groups(sampler, ordered)
@@ -167,29 +147,19 @@ def choose(
     return ChosenOptimum(best, tuple(joined))
 
 
-def anywhere(sampler: Sampler, ends: list[SearchEnd]) -> ChosenOptimum:
+def anywhere(sampler: Sampler, ends: list[Search]) -> ChosenOptimum:
     """The choice where the objective is the same everywhere: the first end that keeps all limits.
 
     It counts as the same where its change is below `search.UNRESOLVED` of its magnitude.
     """
     distinct = _distinct(sampler.box, ends)
-    end = next(end for end in ends if end.violation <= FEASIBLE_WITHIN)
-    vector = sampler(end.unit)
+    end = next(end.end for end in ends if end.feasible)
+    vector = sampler(end)
     assert vector is not None
-    margins = np.maximum(0.0, -vector[sampler.entries :])
-    best = RefinedOptimum(
-        unit=end.unit,
-        error=np.full(end.unit.size, float(np.max(margins, initial=0.0))),
+    best = at_rest(end, vector, "flat")._replace(
+        error=np.full(end.size, max(0.0, -float(np.min(vector[1:], initial=0.0)))),
         excess=2.0,  # the scale is the largest change seen, rounded to a power of two
-        objective=end.objective,
-        margins=np.zeros(margins.size),
-        bounds=np.zeros(end.unit.size),
-        sides=np.where(end.unit <= 0, -1, np.where(end.unit >= 1, 1, 0)),
-        active_margins=(),
-        active_entries=tuple(range(sampler.entries)),
-        residual=0.0,
-        free_directions=end.unit.size,
-        method="flat",
+        free_directions=end.size,
     )
     return ChosenOptimum(best, distinct)
 
@@ -209,7 +179,7 @@ def only_point(sampler: Sampler) -> tuple[SearchEnds, ChosenOptimum]:
             "all variables are held by equal bounds, and that point cannot be evaluated: "
             f"{next(iter(sampler.failures.values()))}"
         )
-    margins = vector[sampler.entries :]
+    margins = vector[1:]
     if np.any(margins < 0):
         raise Infeasible(
             "all variables are held by equal bounds, and that point breaks a limit: margin "
@@ -217,42 +187,28 @@ def only_point(sampler: Sampler) -> tuple[SearchEnds, ChosenOptimum]:
             nowhere,
             sampler.count,
         )
-    objective = float(np.max(vector[: sampler.entries]))
-    floor = EPSILON * abs(objective)
-    best = RefinedOptimum(
-        unit=nowhere,
-        error=nowhere,
-        excess=floor,
-        objective=objective,
-        margins=np.zeros(margins.size),
-        bounds=nowhere,
-        sides=np.empty(0, dtype=int),
-        active_margins=(),
-        active_entries=(int(np.argmax(vector[: sampler.entries])),),
-        residual=0.0,
-        free_directions=0,
-        method="fixed",
-    )
-    end = SearchEnd(nowhere, nowhere, objective, 0.0, "all variables are held", 1)
-    return SearchEnds([end], ()), ChosenOptimum(best, (DistinctEnd(nowhere, objective, 1),))
+    objective = float(vector[0])
+    best = at_rest(nowhere, vector, "fixed")._replace(excess=EPSILON * abs(objective))
+    end = Search(nowhere, nowhere, objective, 0.0, "all variables are held", 1)
+    return SearchEnds([end], ()), ChosenOptimum(best, (LocalOptimum(nowhere, objective, 1),))
 
 
-def _distinct(box: Box, ends: list[SearchEnd]) -> tuple[DistinctEnd, ...]:
-    feasible = [end for end in ends if end.violation <= FEASIBLE_WITHIN]
-    distinct: list[DistinctEnd] = []
-    for end in sorted(feasible, key=lambda end: (end.objective, *end.unit)):
+def _distinct(box: Box, ends: list[Search]) -> tuple[LocalOptimum, ...]:
+    feasible = [end for end in ends if end.feasible]
+    distinct: list[LocalOptimum] = []
+    for end in sorted(feasible, key=lambda end: (end.objective, *end.end)):
         for index, one in enumerate(distinct):
-            if np.max(np.abs(box.apart(one.unit, end.unit)), initial=0.0) < SAME:
+            if np.max(np.abs(box.apart(one.point, end.end)), initial=0.0) < SAME:
                 distinct[index] = one._replace(found_by=one.found_by + 1)
                 break
         else:
-            distinct.append(DistinctEnd(end.unit, end.objective, 1))
+            distinct.append(LocalOptimum(end.end, end.objective, 1))
     return tuple(distinct)
 
 
-def _covers(box: Box, done: RefinedOptimum, end: DistinctEnd) -> bool:
+def _covers(box: Box, done: RefinedOptimum, end: LocalOptimum) -> bool:
     """Whether an end is nearby and no lower: a search that stopped short of the same optimum."""
-    near = np.max(np.abs(box.apart(done.unit, end.unit)), initial=0.0) < SHORT_OF
+    near = np.max(np.abs(box.apart(done.unit, end.point)), initial=0.0) < SHORT_OF
     return bool(near) and done.objective <= end.objective
 
 
@@ -298,7 +254,7 @@ def summary(
     optimum = variables(best.unit)
     inner = sampler.box.slope(optimum[moving])
     nothing = np.zeros(whole.lower.size)
-    objective = float(np.max(vector[: sampler.entries])) * scale
+    objective = float(vector[0]) * scale
     objective_error = best.excess * scale + 2 * EPSILON * abs(objective)
     return Optimum(
         variables=optimum,
@@ -309,12 +265,11 @@ def summary(
         ),
         objective=objective,
         objective_error=objective_error,
-        margins=vector[sampler.entries :],
+        margins=vector[1:],
         active_margins=best.active_margins,
         margin_multipliers=best.margins * scale,
         active_bounds=spread_out(best.sides, np.zeros(whole.lower.size, dtype=int)),
         bound_multipliers=spread_out(best.bounds * scale / inner, nothing),
-        active_entries=best.active_entries,
         kkt_residual=best.residual,
         free_directions=best.free_directions,
         method=best.method,
@@ -322,23 +277,13 @@ def summary(
         failures=len(sampler.failures),
         failure_messages=tuple(dict.fromkeys(sampler.failures.values())),
         history=tuple(
-            Search(
-                start=variables(end.start),
-                end=variables(end.unit),
-                objective=end.objective * scale,
-                violation=end.violation,
-                feasible=end.violation <= FEASIBLE_WITHIN,
-                reason=end.reason,
-                evaluations=end.evaluations,
+            end._replace(
+                start=variables(end.start), end=variables(end.end), objective=end.objective * scale
             )
             for end in search.ends
         ),
         optima=tuple(
-            LocalOptimum(
-                variables=variables(one.unit),
-                objective=one.objective * scale,
-                found_by=one.found_by,
-            )
+            one._replace(point=variables(one.point), objective=one.objective * scale)
             for one in choice.distinct
         ),
         notes=search.notes
@@ -385,10 +330,9 @@ def minimise(
     Parameters
     ----------
     evaluate : callable
-        `evaluate(variables (n,)) -> (objective, margins (m,))`. The objective is a number or an
-        array, whose largest entry counts. A margin, made dimensionless by its limit, is kept
-        where it is >= 0. A point that raises NumericalFailure or gives NaN or an infinity is
-        counted and the search goes around it. Values have to be repeatable.
+        `evaluate(variables (n,)) -> (objective, margins (m,))`. A margin, made dimensionless by
+        its limit, is kept where it is >= 0. A point that raises NumericalFailure or gives NaN
+        or an infinity is counted and the search goes around it. Values have to be repeatable.
     lower, upper : (n,) arrays
         Bounds. A variable whose bounds are equal is held there.
     first : (n,) array, optional
@@ -435,7 +379,7 @@ def minimise(
     moving = high > low
     whole = Box(low, high, np.broadcast_to(np.asarray(period, dtype=float), low.shape))
 
-    def of_moving(part: np.ndarray) -> tuple[ArrayLike, ArrayLike]:
+    def of_moving(part: np.ndarray) -> tuple[float, ArrayLike]:
         variables = low.copy()
         variables[moving] = part
         return evaluate(variables)
@@ -452,12 +396,9 @@ def minimise(
             search, choice = only_point(sampler)
         else:
             chosen = METHODS[method]
-            search = search_all(
-                sampler,
-                points,
-                local_search if method == "sequential_quadratic" else chosen.search,
-                most=1 if chosen.everywhere else None,
-            )
+            searcher = local_search if method == "sequential_quadratic" else chosen.search
+            most = 1 if chosen.everywhere else len(points)
+            search = search_all(sampler, points, searcher, most)
             choice = (
                 anywhere(sampler, search.ends)
                 if search.flat

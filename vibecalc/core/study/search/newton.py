@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.core.study.search.conditions import (
+    CLOSENESS,
     Active,
     Gradient,
     Pulls,
@@ -56,7 +57,7 @@ def newton_step(
     sampler : Values
     unit : (n,) array
         Point of the unit cube, with derivatives `slopes`.
-    noise, bias : (p + m,) arrays
+    noise, bias : (1 + m,) arrays
         Noise of the values, and a systematic error that a smooth method cannot see.
     active, pulls : Active, Pulls
         What is taken to hold, and the multipliers at the point.
@@ -66,82 +67,60 @@ def newton_step(
     None is returned at a saddle, on a slope without curvature, and where the step leaves the
     points that can be evaluated.
     """
-    entries = sampler.entries
     free = active.sides == 0
-    size = int(np.sum(free))
     unit = np.where(active.sides < 0, 0.0, np.where(active.sides > 0, 1.0, unit))
-    rows = [*active.entries[1:], *(entries + index for index in active.margins)]
-    base = active.entries[0]
-    equal = len(active.entries) - 1
-    jacobian = slopes.first[rows][:, free]
-    jacobian[:equal] -= slopes.first[base, free]
-    scatter = noise[rows].copy()
-    scatter[:equal] += noise[base]
-    unseen = bias[rows]
-    unseen[:equal] += bias[base]
-    left, singular, right = np.linalg.svd(jacobian, full_matrices=True)
+    rows = [1 + index for index in active.margins]
+    left, singular, right = np.linalg.svd(slopes.first[rows][:, free], full_matrices=True)
     rank = int(np.sum(singular > 1e-8 * max(float(np.max(singular, initial=0.0)), 1e-300)))
     inverse = right[:rank].T @ (left[:, :rank] / singular[:rank]).T
-    along = np.zeros((unit.size, size - rank))
+    along = np.zeros((unit.size, right.shape[0] - rank))
     along[free] = right[rank:].T
-    weights = pulls.weights
+    weights = np.abs(pulls.weights)
 
-    step = np.zeros(unit.size)
-    error = np.zeros(unit.size)
-    excess = 0.0
-    free_directions = 0
-    least_curvature = np.inf
+    step, error, excess = np.zeros(unit.size), np.zeros(unit.size), 0.0
+    free_directions, least_curvature = 0, np.inf
     if along.shape[1]:
-        curvature, unsure = _curvature(sampler, unit, along, weights, noise)
+        curvature, unsure = _curvature(sampler, unit, along, pulls.weights, noise)
         steepness = along.T @ pulls.left
-        blur = np.abs(along).T @ (np.abs(weights) @ slopes.error + np.abs(weights) @ bias)
+        blur = np.abs(along).T @ (weights @ slopes.error + weights @ bias)
         values, vectors = np.linalg.eigh(curvature)
         scale = max(
-            float(np.max(np.abs(values), initial=0.0)),
-            float(np.abs(weights) @ np.linalg.norm(slopes.first, axis=1)),
+            float(np.max(np.abs(values))), float(weights @ np.linalg.norm(slopes.first, axis=1))
         )
         bent = values > FLAT * scale + 2 * unsure
         if np.any(values < -(1e-4 * scale + 2 * unsure)):
             return None  # a saddle
         free_directions = int(np.sum(~bent))
         least_curvature = float(np.min(values[bent], initial=np.inf))
-        soft = vectors[:, bent] / np.where(bent, values, 1.0)[bent]
+        soft = vectors[:, bent] / values[bent]
         move = -soft @ (vectors[:, bent].T @ steepness)
         if np.max(np.abs(vectors[:, ~bent].T @ steepness), initial=0.0) > (
             1e-5 * scale + 4 * float(np.max(blur))
         ):
             return None  # still falling in a direction without curvature
         spread = np.abs(soft) @ (np.abs(vectors[:, bent]).T @ blur)
-        limit = 0.1 / max(0.1, float(np.max(np.abs(move))))
-        step = along @ (move * limit)
+        step = along @ (move * (0.1 / max(0.1, float(np.max(np.abs(move))))))
         error = np.abs(along) @ spread
         excess = float(spread @ np.abs(curvature) @ spread)
     moved = np.clip(unit + step, 0, 1)
     vector = sampler(moved)
     if vector is None:
         return None
-    residuals = _conditions(vector, entries, active)
     for _ in range(6):  # chords: the inverse stays, one evaluation each
-        if not residuals.size or np.all(np.abs(residuals) <= scatter):
+        if np.all(np.abs(vector[rows]) <= noise[rows]):
             break
         trial = moved.copy()
-        trial[free] -= inverse @ residuals
+        trial[free] -= inverse @ vector[rows]
         trial = np.clip(trial, 0, 1)
         there = sampler(trial)
         if there is None:
             return None
-        next_residuals = _conditions(there, entries, active)
-        if np.max(np.abs(next_residuals)) >= 0.9 * np.max(np.abs(residuals)):
+        if np.max(np.abs(there[rows])) >= 0.9 * np.max(np.abs(vector[rows])):
             break
-        moved, vector, residuals = trial, there, next_residuals
-    uncertainty = scatter + unseen + np.abs(residuals)
+        moved, vector = trial, there
+    uncertainty = noise[rows] + bias[rows] + np.abs(vector[rows])
     error[free] += np.abs(inverse) @ uncertainty
-    pull = np.abs(
-        np.concatenate(
-            [pulls.entries[list(active.entries[1:])], pulls.margins[list(active.margins)]]
-        )
-    )
-    excess += float(pull @ uncertainty) + float(np.max((noise + bias)[list(active.entries)]))
+    excess += float(weights[rows] @ uncertainty + noise[0] + bias[0])
     length = float(np.max(np.abs(moved - unit), initial=0.0))
     return NewtonStep(moved, error, excess, free_directions, length, least_curvature)
 
@@ -168,17 +147,10 @@ def _curvature(
     return np.where(np.eye(count, dtype=bool), table, mixed), unsure
 
 
-def _conditions(vector: np.ndarray, entries: int, active: Active) -> np.ndarray:
-    base = vector[active.entries[0]]
-    equal = [vector[index] - base for index in active.entries[1:]]
-    return np.array(equal + [vector[entries + index] for index in active.margins])
-
-
 # ----------------------------------------------------------------------------
 # The last digits of a smooth optimum: Newton's method on the conditions that hold it.
 # ----------------------------------------------------------------------------
 
-CLOSENESS = (1e-6, 1e-4, 3e-3)
 ROUNDS = 12
 #: sum of gradients, in scaled units, that counts as none
 BALANCED = 1e-5
@@ -216,9 +188,9 @@ def polish(sampler: Values, start: np.ndarray, accuracy: float) -> PolishedOptim
 
     Notes
     -----
-    Conditions that hold (entries equal to the largest, margins at zero, variables on bounds) are
-    met by Newton's method with their pseudo-inverse; along the directions they leave, by Newton's
-    method with the curvature of the Lagrangian (null-space method: J. Nocedal and S. J. Wright,
+    Conditions that hold (margins at zero, variables on bounds) are met by Newton's method with
+    their pseudo-inverse; along the directions they leave, by Newton's method with the curvature
+    of the Lagrangian (null-space method: J. Nocedal and S. J. Wright,
     Numerical Optimization, 2nd ed. 2006, sec. 18.3). A condition with a multiplier of the wrong
     sign is dropped, one that is violated is added.
     """
@@ -227,12 +199,11 @@ def polish(sampler: Values, start: np.ndarray, accuracy: float) -> PolishedOptim
         slopes = gradient(sampler, start, noise)
         vector = sampler(start)
         assert vector is not None
-        is_entry = np.arange(vector.size) < sampler.entries
-        bias = accuracy * np.where(is_entry, np.abs(vector), np.maximum(1.0, np.abs(vector)))
+        bias = accuracy * np.append(abs(vector[0]), np.maximum(1.0, np.abs(vector[1:])))
         tried: list[tuple[object, ...]] = []
         for closeness in CLOSENESS:
-            active, pulls = identify(vector, slopes.first, sampler.entries, start, closeness)
-            key = (active.entries, active.margins, *active.sides.tolist())
+            active, pulls = identify(vector, slopes.first, start, closeness)
+            key = (active.margins, *active.sides.tolist())
             if pulls.residual <= 0.3 and key not in tried:
                 tried.append(key)
                 polished = _from(sampler, start, noise, bias, slopes, active, pulls)
@@ -266,7 +237,7 @@ def _from(
         if adjusted is None and step.length < 1e-4:
             ratio = min(0.95, step.length / last)  # near zero, but where the optimum is singular
             if _SLACK * step.length <= np.max(step.error) or ratio > 0.3:
-                dropped = _wrong_sign(pulls, slopes, active)
+                dropped = _wrong_sign(pulls, slopes.first, active)
                 if dropped is None:
                     missing = max(_SLACK, ratio / (1 - ratio)) * step.length
                     return _accepted(step, missing, slopes, active, pulls)
@@ -276,7 +247,7 @@ def _from(
         elif adjusted is not None:
             active, last = adjusted, np.inf
         slopes = gradient(sampler, unit, noise)
-        pulls = balance(slopes.first, sampler.entries, active)
+        pulls = balance(slopes.first, active)
     return None
 
 
@@ -305,42 +276,31 @@ def _adjust(sampler: Values, unit: np.ndarray, noise: np.ndarray, active: Active
     """The active set with the worst violated condition added, or None if there is none."""
     vector = sampler(unit)
     assert vector is not None
-    entries = sampler.entries
-    margins = vector[entries:]
-    top = vector[active.entries[0]]
-    over = np.concatenate([vector[:entries] - top, -margins]) - 10 * noise
-    over[list(active.entries)] = -1.0
-    over[[entries + index for index in active.margins]] = -1.0
-    if np.max(over) <= 1e-12:
-        walls = (active.sides == 0) & ((unit <= 0) | (unit >= 1))
-        if np.any(walls):
-            sides = np.where(walls, np.where(unit <= 0, -1, 1), active.sides)
-            return active._replace(sides=sides)
-        return None
-    worst = int(np.argmax(over))
-    if worst < entries:
-        return active._replace(entries=(*active.entries, worst))
-    return active._replace(margins=(*active.margins, worst - entries))
+    over = -vector[1:] - 10 * noise[1:]
+    over[list(active.margins)] = -1.0
+    if np.max(over, initial=0.0) > 1e-12:
+        return active._replace(margins=(*active.margins, int(np.argmax(over))))
+    walls = (active.sides == 0) & ((unit <= 0) | (unit >= 1))
+    if np.any(walls):
+        return active._replace(sides=np.where(walls, np.where(unit <= 0, -1, 1), active.sides))
+    return None
 
 
-def _wrong_sign(pulls: Pulls, slopes: Gradient, active: Active) -> Active | None:
+def _wrong_sign(pulls: Pulls, first: np.ndarray, active: Active) -> Active | None:
     """The active set without its most wrongly pulling condition, or None if all pull rightly."""
-    size = float(np.linalg.norm(np.abs(pulls.entries) @ np.abs(slopes.first[: pulls.entries.size])))
-    tolerance = 1e-7 * max(size, 1e-300)
-    lengths = np.linalg.norm(slopes.first[pulls.entries.size :], axis=1)
-    bad: list[tuple[float, str, int]] = []
-    bad += [(pulls.entries[i] * size, "entry", i) for i in active.entries]
-    bad += [(pulls.margins[j] * lengths[j], "margin", j) for j in active.margins]
-    bad += [
-        (-side * pulls.bounds[i], "bound", i) for i, side in enumerate(active.sides) if side != 0
-    ]
-    value, kind, index = min(bad)
-    if value >= -tolerance:
+    held = np.flatnonzero(active.sides)
+    pull = np.concatenate(
+        [
+            (pulls.margins * np.linalg.norm(first[1:], axis=1))[list(active.margins)],
+            -(active.sides * pulls.bounds)[held],
+        ]
+    )
+    if np.min(pull, initial=0.0) >= -1e-7 * max(float(np.linalg.norm(first[0])), 1e-300):
         return None
-    if kind == "entry":
-        return active._replace(entries=tuple(i for i in active.entries if i != index))
-    if kind == "margin":
-        return active._replace(margins=tuple(j for j in active.margins if j != index))
+    worst = int(np.argmin(pull))
+    if worst < len(active.margins):
+        margins = active.margins[:worst] + active.margins[worst + 1 :]
+        return active._replace(margins=margins)
     sides = active.sides.copy()
-    sides[index] = 0
+    sides[held[worst - len(active.margins)]] = 0
     return active._replace(sides=sides)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -122,8 +122,10 @@ class Box:
 # Evaluations: counted, remembered, and with points that cannot be evaluated kept apart.
 # ----------------------------------------------------------------------------
 
-Evaluate = Callable[[np.ndarray], tuple[ArrayLike, ArrayLike]]
+Evaluate = Callable[[np.ndarray], tuple[float, ArrayLike]]
 
+#: violation up to which a point counts as feasible, before it is refined
+FEASIBLE_WITHIN = 1e-6
 #: a margin beyond this is as good as infinitely well kept
 AMPLE_MARGIN = 1e6
 
@@ -133,43 +135,37 @@ class BudgetSpent(Exception):
 
 
 class Values(Protocol):
-    """What searches and derivatives need: a vector (entries, margins) at points of the cube."""
+    """What searches and derivatives need: a vector (objective, margins) at points of the cube."""
 
-    @property
-    def box(self) -> Box: ...
-
-    @property
-    def entries(self) -> int: ...
-
-    def __call__(self, unit: np.ndarray) -> np.ndarray | None: ...
+    def __call__(self, unit: np.ndarray, /) -> np.ndarray | None: ...
 
 
 class Sampler:
     """The function that is searched, on the unit cube.
 
-    A call gives the vector (entries of the objective / `scale`, margins), or None where the
-    function raises NumericalFailure or gives NaN or an infinity. `count` counts true evaluations
-    only: a point met again is looked up.
+    A call gives the vector (objective / `scale`, margins), or None where the function raises
+    NumericalFailure or gives NaN or an infinity. `count` counts true evaluations only: a point
+    met again is looked up. `best` (n,) is the lowest point met, of those that break limits least.
     """
 
     def __init__(self, evaluate: Evaluate, box: Box, budget: int):
         self.box = box
         self.scale = 1.0
-        self.entries = 0
         self.count = 0
         self.failures: dict[bytes, str] = {}
         self.smallest = np.inf
         self.largest = 0.0
         self._evaluate = evaluate
-        self._budget = budget
+        self.budget = budget
+        self.best = np.empty(0)
         self._size = 0
-        self._lowest: tuple[float, np.ndarray | None] = (np.inf, None)
+        self._rank = (np.inf, np.inf)
         self._known: dict[bytes, np.ndarray | None] = {}
 
     def __call__(self, unit: np.ndarray) -> np.ndarray | None:
         key = (unit + 0.0).tobytes()
         if key not in self._known:
-            if self.count >= self._budget:
+            if self.count >= self.budget:
                 raise BudgetSpent
             self.count += 1
             self._known[key] = self._fresh(key, unit)
@@ -177,29 +173,26 @@ class Sampler:
         if raw is None:
             return None
         scaled = raw.copy()
-        scaled[: self.entries] /= self.scale
+        scaled[0] /= self.scale
         return scaled
-
-    def knows(self, unit: np.ndarray) -> bool:
-        """Whether a point has been evaluated already."""
-        return (unit + 0.0).tobytes() in self._known
 
     def lowest_feasible(self) -> str:
         """In words, the lowest point met that keeps all limits."""
-        lowest, where = self._lowest
-        if where is None:
+        broken, lowest = self._rank
+        if broken:
             return "no point that keeps all limits was met"
-        return f"the lowest point met is {where.tolist()} with the objective {lowest:.9g}"
+        where = self.box.values(self.best).tolist()
+        return f"the lowest point met is {where} with the objective {lowest:.9g}"
 
     @property
     def left(self) -> int:
         """Evaluations that may still be made."""
-        return self._budget - self.count
+        return self.budget - self.count
 
     @property
     def reserve(self) -> int:
         """Evaluations that are kept back for refining what the searches find."""
-        return min(self._budget // 3, 100 + 50 * self.box.lower.size)
+        return min(self.budget // 3, 100 + 50 * self.box.lower.size)
 
     def _fresh(self, key: bytes, unit: np.ndarray) -> np.ndarray | None:
         variables = self.box.values(unit)
@@ -208,60 +201,38 @@ class Sampler:
         except NumericalFailure as failure:
             self.failures[key] = str(failure)
             return None
-        entries = np.atleast_1d(np.asarray(objective, dtype=float)).ravel()
-        margin_values = np.atleast_1d(np.asarray(margins, dtype=float)).ravel()
-        if np.max(entries) == -np.inf:
+        if objective == -np.inf:
             raise NumericalFailure(
                 f"the objective is minus infinity at {variables.tolist()}: there is no smallest "
                 "value. Narrow the bounds of the variables or choose another objective."
             )
-        vector = np.concatenate(
-            [entries, np.where(margin_values == np.inf, AMPLE_MARGIN, margin_values)]
+        margin_values = np.atleast_1d(np.asarray(margins, dtype=float)).ravel()
+        vector = np.append(
+            objective, np.where(margin_values == np.inf, AMPLE_MARGIN, margin_values)
         )
         if not np.all(np.isfinite(vector)):
-            what = "objective" if not np.all(np.isfinite(entries)) else "margin of a limit"
+            what = "margin of a limit" if np.isfinite(objective) else "objective"
             self.failures[key] = f"the {what} is not a finite number"
             return None
-        if self.entries == 0:
-            self.entries = entries.size
-            self._size = vector.size
-        elif entries.size != self.entries or vector.size != self._size:
-            raise ValueError("the number of objective entries or margins changes between points")
-        if np.all(margin_values >= 0) and np.max(entries) < self._lowest[0]:
-            self._lowest = (float(np.max(entries)), variables)
-        self.smallest = min(self.smallest, float(np.max(entries)))
-        self.largest = max(self.largest, float(np.max(np.abs(entries))))
+        self._size = self._size or vector.size
+        if vector.size != self._size:
+            raise ValueError("the number of margins changes between points")
+        broken = max(0.0, float(np.max(-margin_values, initial=0.0)) - FEASIBLE_WITHIN)
+        if (broken, float(objective)) < self._rank:
+            self.best, self._rank = unit.copy(), (broken, float(objective))
+        self.smallest = min(self.smallest, float(objective))
+        self.largest = max(self.largest, abs(float(objective)))
         return vector
 
 
-class SumOfSquares:
-    """The same search with the sum of squares of the entries: smooth where a norm is zero."""
+def squared(sampler: Values) -> Values:
+    """The same search with the square of the objective: smooth where a norm is zero."""
 
-    entries = 1
+    def values(unit: np.ndarray) -> np.ndarray | None:
+        vector = sampler(unit)
+        return None if vector is None else np.append(vector[0] ** 2, vector[1:])
 
-    def __init__(self, values: Values):
-        self.box = values.box
-        self._values = values
-
-    def __call__(self, unit: np.ndarray) -> np.ndarray | None:
-        vector = self._values(unit)
-        if vector is None:
-            return None
-        entries = self._values.entries
-        return np.append(np.sum(vector[:entries] ** 2), vector[entries:])
-
-
-class Violations:
-    """The search for the point whose worst margin is best: margins turned into the objective."""
-
-    def __init__(self, values: Values, margins: int):
-        self.box = values.box
-        self.entries = margins
-        self._values = values
-
-    def __call__(self, unit: np.ndarray) -> np.ndarray | None:
-        vector = self._values(unit)
-        return None if vector is None else -vector[self._values.entries :]
+    return values
 
 
 # ----------------------------------------------------------------------------
@@ -301,6 +272,9 @@ def spread(count: int, dimension: int) -> np.ndarray:
 # ----------------------------------------------------------------------------
 
 
+CONVERGED = "converged"
+
+
 class Infeasible(NumericalFailure):
     """No point within the bounds keeps all limits; `variables` (n,) come nearest, of those met."""
 
@@ -309,8 +283,19 @@ class Infeasible(NumericalFailure):
         super().__init__(message)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Search:
+class LocalEnd(NamedTuple):
+    """Where one search stopped on the unit cube, and in words why."""
+
+    unit: np.ndarray
+    reason: str
+
+    @property
+    def converged(self) -> bool:
+        """Whether the search ended because nothing was left to gain."""
+        return self.reason == CONVERGED
+
+
+class Search(NamedTuple):
     """One local search: where it began, where it ended and why it stopped there.
 
     `objective` is NaN only where the start itself could not be evaluated, and `end` then is the
@@ -321,16 +306,19 @@ class Search:
     end: np.ndarray
     objective: float
     violation: float
-    feasible: bool
     reason: str
     evaluations: int
 
+    @property
+    def feasible(self) -> bool:
+        """Whether the end keeps all limits, as far as a search gets without being refined."""
+        return self.violation <= FEASIBLE_WITHIN
 
-@dataclass(frozen=True, kw_only=True)
-class LocalOptimum:
+
+class LocalOptimum(NamedTuple):
     """A distinct end point that keeps all limits, with the number of searches that ended there."""
 
-    variables: np.ndarray
+    point: np.ndarray
     objective: float
     found_by: int
 
@@ -345,7 +333,7 @@ class Optimum:
         The optimum and the absolute error of each variable. Where a continuum of points is
         equally good the error is the distance to the nearest of them.
     objective, objective_error : float
-        The objective (its largest entry) and its absolute error.
+        The objective and its absolute error.
     margins : (m,) array
         As `evaluate` gave them at the optimum; those of active limits are zero to round-off.
     active_margins : tuple of int
@@ -357,8 +345,6 @@ class Optimum:
     bound_multipliers : (n,) array
         Derivative of the objective by that bound, in the units of objective and variable; 0 in
         between. It is >= 0 at a lower and <= 0 at an upper bound.
-    active_entries : tuple of int
-        Entries of the objective that are largest together.
     kkt_residual : float
         What is left of the sum of gradients that should vanish, relative to their magnitudes.
     free_directions : int
@@ -381,7 +367,6 @@ class Optimum:
     margin_multipliers: np.ndarray
     active_bounds: np.ndarray
     bound_multipliers: np.ndarray
-    active_entries: tuple[int, ...]
     kkt_residual: float
     free_directions: int
     method: str

@@ -4,21 +4,24 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.core.study.search.kinks import reach_zero, settle
+from vibecalc.core.study.search.kinks import settle
 from vibecalc.core.study.search.local_search import local_search
-from vibecalc.core.study.search.newton import PolishedOptimum, polish
-from vibecalc.core.study.search.problem import Sampler, SumOfSquares, spread
+from vibecalc.core.study.search.newton import polish
+from vibecalc.core.study.search.problem import Sampler, spread, squared
 from vibecalc.numerics.rounding import EPSILON
 
 #: an objective below this share of its change over the bounds may be on its way to zero
 NEAR_ZERO = 3e-2
 #: an objective this small next to the largest one met is zero
 ZERO = 1e-11
+#: difference step on the way to a zero, over what is left of it
+NEARER = 1e-2
 #: margins are kept down to this
 MARGIN_WITHIN = 1e-9
 #: fall that the planes may still promise, relative to radius and slope
 SETTLED = 2e-2
 MOST_RESTARTS = 3
+MOST_STEPS = 30
 
 
 class RefinedOptimum(NamedTuple):
@@ -32,10 +35,26 @@ class RefinedOptimum(NamedTuple):
     bounds: np.ndarray
     sides: np.ndarray
     active_margins: tuple[int, ...]
-    active_entries: tuple[int, ...]
     residual: float
     free_directions: int
     method: str
+
+
+def at_rest(unit: np.ndarray, vector: np.ndarray, method: str) -> RefinedOptimum:
+    """A point (n,) with its values (1 + m,) that nothing pulls on; on the walls where it is."""
+    return RefinedOptimum(
+        unit=unit,
+        error=np.zeros(unit.size),
+        excess=0.0,
+        objective=float(vector[0]),
+        margins=np.zeros(vector.size - 1),
+        bounds=np.zeros(unit.size),
+        sides=np.where(unit <= 0, -1, np.where(unit >= 1, 1, 0)),
+        active_margins=(),
+        residual=0.0,
+        free_directions=0,
+        method=method,
+    )
 
 
 def refine(
@@ -44,8 +63,8 @@ def refine(
     """Refine the end of a local search and show that it is a local optimum, or return None.
 
     A norm that vanishes at its minimum has a cone there: its square is smooth and gives the zero
-    to the last digit. Everything smooth goes to Newton's method (`active_set.polish`), and what
-    is left, hidden kinks, to sampled planes (`planes.settle`). An end that Newton's method cannot
+    to the last digit. Everything smooth goes to Newton's method (`newton.polish`), and what is
+    left, hidden kinks, to sampled planes (`kinks.settle`). An end that Newton's method cannot
     hold is searched once more, and given up unless its objective is then smaller than `below`.
     """
     for _ in range(MOST_RESTARTS):
@@ -65,7 +84,7 @@ def refine(
                 and optimum.method != "newton"
                 and _may_vanish(sampler, optimum.unit)
             ):
-                optimum = _kinked_zero(sampler, optimum.unit, accuracy) or optimum
+                optimum = _zero(sampler, optimum.unit, accuracy) or optimum
         lower = _lower_nearby(sampler, unit if optimum is None else optimum.unit, optimum)
         if lower is None:
             return optimum
@@ -92,84 +111,76 @@ def _lower_nearby(
         for radius in (1e-2, 1e-3):
             point = np.clip(unit + radius * direction, 0, 1)
             vector = sampler(point)
-            if vector is not None and np.all(vector[sampler.entries :] >= 0):
-                top = float(np.max(vector[: sampler.entries]))
-                if top < lowest:
-                    lowest, where = top, point
+            if vector is not None and np.all(vector[1:] >= 0) and vector[0] < lowest:
+                lowest, where = float(vector[0]), point
     return where
 
 
 def keeps(sampler: Sampler, unit: np.ndarray) -> bool:
     """Whether all margins are kept at a point of the unit cube, but for round-off."""
     vector = sampler(unit)
-    return vector is not None and bool(np.all(vector[sampler.entries :] >= -MARGIN_WITHIN))
+    return vector is not None and bool(np.all(vector[1:] >= -MARGIN_WITHIN))
 
 
 def _top(sampler: Sampler, unit: np.ndarray) -> float:
     vector = sampler(unit)
-    return np.inf if vector is None else float(np.max(vector[: sampler.entries]))
+    return np.inf if vector is None else float(vector[0])
 
 
 def _zero(sampler: Sampler, unit: np.ndarray, accuracy: float) -> RefinedOptimum | None:
+    """A zero of an objective that is never negative and leaves it as a cone; None without one."""
     largest = sampler.largest / sampler.scale
-    squares = SumOfSquares(sampler)
-    minimum: PolishedOptimum | None = None
-    for _ in range(2):  # a second pass, as the first may come from far
-        minimum = polish(squares, unit if minimum is None else minimum.unit, accuracy)
-        if minimum is None:
-            return _kinked_zero(sampler, unit, accuracy)
-    assert minimum is not None
-    objective = _top(sampler, minimum.unit)
-    if objective > ZERO * largest:
-        return _kinked_zero(sampler, unit, accuracy)
+    minimum = polish(squared(sampler), _nearer(sampler, unit), accuracy)
+    if minimum is None:
+        return None
+    vector = sampler(minimum.unit)
+    assert vector is not None
+    objective = float(vector[0])
+    if objective > ZERO * largest or not keeps(sampler, minimum.unit):
+        return None
     if not _is_cone(sampler, minimum.unit):
         return None
     floor = 4 * max(EPSILON, accuracy) * largest
     away = floor * np.sqrt(2.0 / minimum.least_curvature)
-    count = squares(minimum.unit)
-    assert count is not None
-    return RefinedOptimum(
-        unit=minimum.unit,
+    return at_rest(minimum.unit, vector, "zero")._replace(
         error=minimum.error + np.where(minimum.active.sides == 0, away, 0.0),
         excess=objective + floor,
-        objective=objective,
-        margins=np.zeros(count.size - 1),
-        bounds=np.zeros(unit.size),
         sides=minimum.active.sides,
-        active_margins=(),
-        active_entries=tuple(range(sampler.entries)),
         residual=objective / max(largest, 1e-300),
         free_directions=minimum.free_directions,
-        method="zero",
     )
 
 
-def _kinked_zero(sampler: Sampler, unit: np.ndarray, accuracy: float) -> RefinedOptimum | None:
-    """A zero whose square is not smooth enough, or bends too much, for Newton's method."""
-    largest = sampler.largest / sampler.scale
-    floor = 4 * max(EPSILON, accuracy) * largest
-    zero = reach_zero(sampler, unit, floor, ZERO * largest)
-    if zero is None or not keeps(sampler, zero.unit):
-        return None
-    vector = sampler(zero.unit)
-    assert vector is not None
-    sides = np.where(zero.unit <= 0, -1, np.where(zero.unit >= 1, 1, 0))
-    # half the slope that was seen: it is sampled in some directions only
-    away = (zero.objective + floor) / (0.5 * zero.slope)
-    return RefinedOptimum(
-        unit=zero.unit,
-        error=np.full(unit.size, away),
-        excess=zero.objective + floor,
-        objective=zero.objective,
-        margins=np.zeros(vector.size - sampler.entries),
-        bounds=np.zeros(unit.size),
-        sides=sides,
-        active_margins=(),
-        active_entries=tuple(range(sampler.entries)),
-        residual=zero.objective / max(largest, 1e-300),
-        free_directions=zero.free_directions,
-        method="zero",
-    )
+def _nearer(sampler: Sampler, unit: np.ndarray) -> np.ndarray:
+    """The point nearest to a zero that scipy's least squares come to, broken margins added.
+
+    A step against the gradient as long as the zero is far on a straight slope doubles the digits
+    of a difference without its sign; the differences stay short next to what is left of the way.
+    """
+    from scipy.optimize import least_squares
+
+    lowest, nearest = np.inf, unit
+
+    def height(at: np.ndarray) -> np.ndarray:
+        nonlocal lowest, nearest
+        vector = sampler(at)
+        if vector is None:
+            return np.array([1e3])
+        total = float(vector[0] + np.sum(np.maximum(0.0, -vector[1:])))
+        if total < lowest:
+            lowest, nearest = total, at.copy()
+        return np.array([total])
+
+    def slopes(at: np.ndarray) -> np.ndarray:
+        here = height(at)
+        step = float(np.clip(NEARER * here[0], 1e-12, 1e-7))
+        sides = np.where(at < 0.5, step, -step)
+        return np.array([(height(at + move) - here) / side for move, side in
+                         zip(np.diag(sides), sides, strict=True)]).T  # fmt: skip
+
+    least_squares(height, unit, slopes, bounds=(0, 1), xtol=1e-15, ftol=1e-15, gtol=1e-15,
+                  max_nfev=MOST_STEPS)  # fmt: skip
+    return nearest
 
 
 def _is_cone(sampler: Sampler, unit: np.ndarray) -> bool:
@@ -185,20 +196,17 @@ def _newton(sampler: Sampler, unit: np.ndarray, accuracy: float) -> RefinedOptim
     polished = polish(sampler, unit, accuracy)
     if polished is None or not keeps(sampler, polished.unit):
         return None
-    objective = _top(sampler, polished.unit)
-    return RefinedOptimum(
-        unit=polished.unit,
+    vector = sampler(polished.unit)
+    assert vector is not None
+    return at_rest(polished.unit, vector, "newton")._replace(
         error=polished.error,
         excess=polished.excess,
-        objective=objective,
         margins=polished.pulls.margins,
         bounds=polished.pulls.bounds,
         sides=polished.active.sides,
         active_margins=tuple(sorted(polished.active.margins)),
-        active_entries=tuple(sorted(polished.active.entries)),
         residual=polished.pulls.residual,
         free_directions=polished.free_directions,
-        method="newton",
     )
 
 
@@ -208,24 +216,15 @@ def _planes(sampler: Sampler, unit: np.ndarray, accuracy: float) -> RefinedOptim
         return None
     vector = sampler(end.unit)
     assert vector is not None
-    entries = sampler.entries
-    objective = float(np.max(vector[:entries]))
-    pulling = (end.margins > 1e-6) & (vector[entries:] < 1e-6)
-    sides = np.where(end.unit <= 0, -1, np.where(end.unit >= 1, 1, 0))
-    sides = np.where(np.abs(end.bounds) > 1e-6, sides, 0)
-    return RefinedOptimum(
-        unit=end.unit,
+    pulling = (end.margins > 1e-6) & (vector[1:] < 1e-6)
+    optimum = at_rest(end.unit, vector, "sampled planes")
+    sides = np.where(np.abs(end.bounds) > 1e-6, optimum.sides, 0)
+    return optimum._replace(
         error=np.where(sides == 0, end.error, 0.0),
-        excess=end.excess + accuracy * (abs(objective) + float(np.sum(end.margins))),
-        objective=objective,
+        excess=end.excess + accuracy * (abs(vector[0]) + float(np.sum(end.margins))),
         margins=np.where(pulling, end.margins, 0.0),
         bounds=np.where(sides != 0, end.bounds, 0.0),
         sides=sides,
         active_margins=tuple(int(index) for index in np.flatnonzero(pulling)),
-        active_entries=tuple(
-            int(index) for index in np.flatnonzero(vector[:entries] >= objective - 1e-6)
-        ),
         residual=end.residual,
-        free_directions=0,
-        method="sampled planes",
     )

@@ -276,12 +276,12 @@ class Cost(NamedTuple):
 def slopes_at(
     evaluate: Evaluate, lower: ArrayLike, upper: ArrayLike, at: ArrayLike, accuracy: float = 0.0
 ) -> ObjectiveSlopes:
-    """Differentiate the objective (its largest entry) at a point within the bounds.
+    """Differentiate the objective at a point within the bounds.
 
     Parameters
     ----------
     evaluate, lower, upper, accuracy
-        As of `constrained.minimise`; lower < upper.
+        As of `minimise.minimise`; lower < upper.
     at : (n,) array
 
     Raises
@@ -291,13 +291,13 @@ def slopes_at(
 
     Notes
     -----
-    Five-point differences with `differences.slope`; the error counts truncation, measured noise
+    Five-point differences with `conditions.slope`; the error counts truncation, measured noise
     and `accuracy`, the relative error of the values.
     """
     low, high = np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
     point = np.asarray(at, dtype=float)
     box = Box(low, high)
-    sampler = Sampler(_largest(evaluate), box, 10**9)
+    sampler = Sampler(evaluate, box, 10**9)
     unit = box.unit(point)
     vectors, _ = set_scale(sampler, unit[None, :])
     if vectors[0] is None:
@@ -332,13 +332,12 @@ def cost_of_deviation(
 
     Evaluated, not extrapolated: limits that hold an optimum, kinks and curvature are all in it.
     Parameters as of `slopes_at`, which also says what is raised; `period` as of
-    `constrained.minimise`.
+    `minimise.minimise`.
     """
     low, high = np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
     around = Box(low, high, np.broadcast_to(np.asarray(period, dtype=float), low.shape)).around
     point = np.asarray(at, dtype=float)
-    largest = _largest(evaluate)
-    here = float(np.max(largest(point)[0]))
+    here = float(evaluate(point)[0])
     size = point.size
     deviation, loss, error = np.zeros(size), np.full(size, -np.inf), np.zeros(size)
     margin, known = np.full(size, np.inf), np.zeros(size, dtype=bool)
@@ -350,10 +349,10 @@ def cost_of_deviation(
             if not (around[axis] or low[axis] <= wanted <= high[axis]):
                 continue
             try:
-                objective, margins = largest(moved)
+                objective, margins = evaluate(moved)
             except NumericalFailure:
                 continue
-            there = float(np.max(objective))
+            there = float(objective)
             if not np.isfinite(there):
                 continue
             known[axis] = True
@@ -364,11 +363,3 @@ def cost_of_deviation(
                 deviation[axis], loss[axis] = moved[axis] - point[axis], there - here
                 error[axis] = (accuracy + 4.0 * EPSILON) * (abs(there) + abs(here))
     return Cost(deviation, np.where(known, loss, 0.0), error, margin, known)
-
-
-def _largest(evaluate: Evaluate) -> Evaluate:
-    def one(variables: np.ndarray) -> tuple[ArrayLike, ArrayLike]:
-        objective, margins = evaluate(variables)
-        return np.max(np.atleast_1d(np.asarray(objective, dtype=float))), margins
-
-    return one

@@ -11,7 +11,7 @@ import numpy as np
 
 from vibecalc.core.results.files import fresh_output
 from vibecalc.core.results.layout import NOT_RUN, SAMPLE, STATUS_WORDS
-from vibecalc.core.results.record import Axis, Result
+from vibecalc.core.results.record import Result
 from vibecalc.core.results.sweep_file import (
     Failures,
     StackedQuantity,
@@ -21,7 +21,7 @@ from vibecalc.core.results.sweep_file import (
     SweptKey,
     open_sweep,
 )
-from vibecalc.core.study.sweep.blocks import Block, BlockQuantity, ChunkFolder, joined_axes, padded
+from vibecalc.core.study.sweep.blocks import Block, BlockQuantity, ChunkFolder, laid_out
 from vibecalc.core.study.sweep.design import Design, SweepAxis
 from vibecalc.core.study.sweep.prepare import Identity
 from vibecalc.core.study.sweep.stacked_file import Stacking, look_through, write_stacked
@@ -57,15 +57,17 @@ def join(block: Block, other: Block, path: Path) -> Block:
             there = mine if mine is not None else yours
             assert there is not None
             mine, yours = mine or _nowhere(there), yours or _nowhere(there)
-        axes = joined_axes(mine.axes, yours.axes)
-        if isinstance(axes, str):
-            left_out.setdefault(name, axes)
+        whole = _laid(mine, yours, np.flatnonzero(ours), new, block.indices)
+        theirs_first = _laid(
+            mine, yours, np.flatnonzero(ours), np.flatnonzero(theirs), block.indices
+        )
+        if isinstance(whole, str) or isinstance(theirs_first, str):
+            left_out.setdefault(name, str(theirs_first))
             continue
-        mine, yours = _on(mine, axes), _on(yours, axes)
-        wrong = _different(mine, yours, both)
+        wrong = _different(whole, theirs_first)
         if wrong.size:
             raise _differ(int(block.indices[wrong[0]]), path, f"different values of {name}")
-        quantities[name] = _taken(mine, yours, new)
+        quantities[name] = whole
     message = list(block.message)
     for row in new:
         message[row] = other.message[row]
@@ -94,45 +96,39 @@ def _nowhere(quantity: BlockQuantity) -> BlockQuantity:
     )
 
 
-def _on(quantity: BlockQuantity, axes: tuple[Axis, ...]) -> BlockQuantity:
-    """The same quantity with longer axes."""
-    lengths = tuple(len(axis.values) for axis in axes)
-    values = padded(quantity.values, (len(quantity.values), *lengths))
-    if values is not quantity.values:
-        values[np.isnan(quantity.errors)] = np.nan
-    return quantity._replace(values=values, axes=axes)
+def _laid(
+    mine: BlockQuantity,
+    yours: BlockQuantity,
+    ours: np.ndarray,
+    theirs: np.ndarray,
+    numbers: np.ndarray,
+) -> BlockQuantity | str:
+    """Rows `ours` of the one, and then rows `theirs` of the other."""
+    pieces = [(rows, _rows(one, rows)) for one, rows in ((mine, ours), (yours, theirs))]
+    return laid_out([piece for piece in pieces if piece[0].size], numbers)
 
 
-def _different(mine: BlockQuantity, yours: BlockQuantity, rows: np.ndarray) -> np.ndarray:
-    """Rows among `rows` that are not the same in both."""
-    if not rows.size:
-        return rows
-    same = np.ones(rows.size, dtype=bool)
-    pairs = [(mine.values, yours.values), (mine.errors, yours.errors)]
-    if mine.standard_errors is not None and yours.standard_errors is not None:
-        pairs.append((mine.standard_errors, yours.standard_errors))
-    for one, two in pairs:
-        a, b = one[rows], two[rows]
-        equal = (a == b) | (np.isnan(a) & np.isnan(b))
-        same &= equal.reshape(rows.size, -1).all(axis=1)
-    return rows[~same]
+def _rows(quantity: BlockQuantity, rows: np.ndarray) -> BlockQuantity:
+    spread = quantity.standard_errors
+    return quantity._replace(
+        values=quantity.values[rows],
+        errors=quantity.errors[rows],
+        standard_errors=None if spread is None else spread[rows],
+    )
 
 
-def _taken(mine: BlockQuantity, yours: BlockQuantity, rows: np.ndarray) -> BlockQuantity:
-    """`mine` with some rows of `yours`."""
-    if not rows.size:
-        return mine
-    values = mine.values.astype(np.result_type(mine.values, yours.values))
-    values[rows] = yours.values[rows]
-    errors = mine.errors.copy()
-    errors[rows] = yours.errors[rows]
-    spread, other = mine.standard_errors, yours.standard_errors
-    if spread is not None or other is not None:
-        empty = np.full(errors.shape, np.nan)
-        spread, other = (empty if one is None else one for one in (spread, other))
-        spread = spread.copy()
-        spread[rows] = other[rows]
-    return mine._replace(values=values, errors=errors, standard_errors=spread)
+def _different(one: BlockQuantity, other: BlockQuantity) -> np.ndarray:
+    """Rows that are not the same in both."""
+    same = np.ones(one.errors.size, dtype=bool)
+    for a, b in (
+        (one.values, other.values),
+        (one.errors, other.errors),
+        (one.standard_errors, other.standard_errors),
+    ):
+        if a is not None and b is not None:
+            equal = (a == b) | (np.isnan(a) & np.isnan(b))
+            same &= equal.reshape(same.size, -1).all(axis=1)
+    return np.flatnonzero(~same)
 
 
 # ----------------------------------------------------------------------------

@@ -79,11 +79,15 @@ def make_block(
     quantities: dict[str, BlockQuantity] = {}
     left_out: dict[str, str] = {}
     for path in keep:
-        stacked = stack([one.get(path) for one in results], [int(index) for index in indices])
-        if isinstance(stacked, str):
-            left_out[path] = stacked
-        elif stacked is not None:
-            quantities[path] = stacked
+        found = [(np.array([row]), one[path]) for row, one in enumerate(results) if path in one]
+        if any(np.asarray(one.values).dtype.kind not in "fciub" for _, one in found):
+            left_out[path] = "its values are texts"
+        elif found:
+            whole = laid_out([(row, at_one_point(one)) for row, one in found], indices)
+            if isinstance(whole, str):
+                left_out[path] = whole
+            else:
+                quantities[path] = whole
     return Block(
         indices=np.asarray(indices, dtype=np.int64),
         status=np.asarray(status, dtype=np.int8),
@@ -93,44 +97,50 @@ def make_block(
     )
 
 
-def stack(
-    quantities: Sequence[Quantity | None], numbers: Sequence[int]
-) -> BlockQuantity | str | None:
-    """One quantity at several points; a text says why not, None that no point has it."""
-    there = [
-        (number, one) for number, one in zip(numbers, quantities, strict=True) if one is not None
-    ]
-    if not there:
-        return None
-    axes = there[0][1].axes
-    for number, one in there:
-        if np.asarray(one.values).dtype.kind not in "fciub":
-            return "its values are texts"
+def at_one_point(quantity: Quantity) -> BlockQuantity:
+    """The result of one run as that of a block of one point."""
+    spread = quantity.standard_error
+    return BlockQuantity(
+        values=np.asarray(quantity.values)[None],
+        errors=np.array([quantity.error_estimate], dtype=float),
+        standard_errors=None if spread is None else np.array([spread], dtype=float),
+        axes=quantity.axes,
+        unit=quantity.unit,
+        long_name=quantity.long_name,
+        amplitude=quantity.amplitude,
+    )
+
+
+def laid_out(
+    pieces: Sequence[tuple[np.ndarray, BlockQuantity]], numbers: np.ndarray
+) -> BlockQuantity | str:
+    """One quantity at the points `numbers` (n,), NaN where no piece has it.
+
+    A piece is the rows of its points among the n, and what it has there; a later one counts. A
+    text says why they cannot be put together.
+    """
+    rows, first = pieces[0]
+    if len(pieces) == 1 and len(rows) == len(numbers):
+        return first
+    axes = first.axes
+    for others, one in pieces:
         joined = joined_axes(axes, one.axes)
         if isinstance(joined, str):
-            return f"{joined} (points {there[0][0]} and {number})"
+            return f"{joined} (points {numbers[rows[0]]} and {numbers[others[0]]})"
         axes = joined
-    first = there[0][1]
     shape = tuple(len(axis.values) for axis in axes)
-    is_complex = any(np.iscomplexobj(one.values) for _, one in there)
-    values = np.full((len(quantities), *shape), np.nan, dtype=complex if is_complex else float)
-    for row, quantity in enumerate(quantities):
-        if quantity is not None:
-            values[row] = padded(np.asarray(quantity.values), shape)
-    errors = [np.nan if one is None else one.error_estimate for one in quantities]
-    spread = [one.standard_error if one else None for one in quantities]
-    return BlockQuantity(
-        values=values,
-        errors=np.array(errors, dtype=float),
-        standard_errors=(
-            np.array([np.nan if one is None else one for one in spread], dtype=float)
-            if any(one is not None for one in spread)
-            else None
-        ),
-        axes=axes,
-        unit=first.unit,
-        long_name=first.long_name,
-        amplitude=first.amplitude,
+    dtype = np.result_type(float, *{one.values.dtype for _, one in pieces})
+    values = np.full((len(numbers), *shape), np.nan, dtype=dtype)
+    errors, spread = np.full(len(numbers), np.nan), np.full(len(numbers), np.nan)
+    for others, one in pieces:
+        values[others] = padded(one.values, (len(others), *shape))
+        values[others[np.isnan(one.errors)]] = np.nan
+        errors[others] = one.errors
+        if one.standard_errors is not None:
+            spread[others] = one.standard_errors
+    has_spread = any(one.standard_errors is not None for _, one in pieces)
+    return first._replace(
+        values=values, errors=errors, standard_errors=spread if has_spread else None, axes=axes
     )
 
 

@@ -12,7 +12,7 @@ from vibecalc.core.case.tables import Along, Axis, Sweep
 from vibecalc.core.case.walk import Shape
 from vibecalc.core.results.catalogue import AXES
 from vibecalc.core.study.sweep.keys import KeyPlace, label, read_values, target
-from vibecalc.core.study.sweep.sampling import SEQUENCES
+from vibecalc.core.study.sweep.sampling import MOST_POINTS, drawn, drawn_by
 from vibecalc.core.study.sweep.values import AxisValues, ValueList
 from vibecalc.errors import CaseError, KeyPath, Problem, UnitError, UsageError
 from vibecalc.units import split_number
@@ -325,7 +325,11 @@ class Design:
         sampled = self.sampling != "grid"
         return {
             "sampling": self.sampling,
-            **({"points": self.points, "seed": self.seed} if sampled else {}),
+            **(
+                {"points": self.points, "seed": self.seed, "drawn_by": drawn_by()}
+                if sampled
+                else {}
+            ),
             "indices": self.indices,
             "axes": [
                 [
@@ -343,11 +347,11 @@ class Design:
         return column.astype(np.int64) if whole[index] else column
 
     def _shares(self, numbers: np.ndarray) -> np.ndarray:
-        sequence, size = SEQUENCES[self.sampling], len(self.axes)
+        size = len(self.axes)
         if not self.indices:
-            return sequence(numbers, size, self.points, self.seed)
+            return drawn(self.sampling, numbers, size, self.points, self.seed)
         base, role = self.roles(numbers)
-        both = sequence(base, 2 * size, self.points, self.seed)
+        both = drawn(self.sampling, base, 2 * size, self.points, self.seed)
         from_b = (role[:, None] == 1) | (role[:, None] == np.arange(size) + 2)
         return np.where(from_b, both[:, size:], both[:, :size])
 
@@ -392,7 +396,8 @@ def size_words(count: int) -> str:
 
 
 def _size_problems(design: Design) -> list[Problem]:
-    if design.count <= LARGEST:
+    most = min(LARGEST, MOST_POINTS.get(design.sampling, LARGEST))
+    if design.count <= most:
         return []
     if design.sampling == "grid":
         path, factors = ("sweep", "axes"), " x ".join(str(size) for size in design.shape)
@@ -406,7 +411,7 @@ def _size_problems(design: Design) -> list[Problem]:
             path=path,
             message=f"the sweep would have {size_words(design.count)} points",
             found=factors,
-            allowed=f"at most {size_words(LARGEST)}",
+            allowed=f"at most {size_words(most)}",
             hint=f"a thousand points a second would take {years:.2g} years"
             if years > 0.1
             else "fewer points on an axis, or a sampling",

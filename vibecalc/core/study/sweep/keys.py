@@ -2,7 +2,7 @@
 
 import difflib
 from collections.abc import Iterator, Mapping
-from decimal import Decimal
+from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -234,23 +234,25 @@ def _spread(place: KeyPlace, sampled: bool, points: int | None) -> SpacedValues 
     if count is not None and count < 2:
         place.refuse("points", "an axis needs two points or more", found=str(count))
         return None
-    start, stop, factor = _decimals(table.start, table.stop, place.shape.unit or "", ends)
+    start, stop, factor = _fractions(table.start, table.stop, place.shape.unit or "", ends)
     spread = SpacedValues(start=start, stop=stop, factor=factor, log=logarithmic, count=count)
     return spread if _whole_steps(place, spread) else None
 
 
-def _decimals(
+def _fractions(
     start: Written, stop: Written, unit: str, ends: tuple[float, float]
-) -> tuple[Decimal, Decimal, float]:
+) -> tuple[Fraction, Fraction, float]:
     """Both ends as written and their factor to SI; in SI where they are written differently."""
     texts = [split_number(str(end)) for end in (start, stop)]
     # a zero has no unit of its own
     units = {name for (_, name), end in zip(texts, ends, strict=True) if name or end}
     if len(units) == 1:
         (name,) = units
-        factor = parse_quantity(f"1 {name}", unit)
-        return Decimal(texts[0][0]), Decimal(texts[1][0]), factor
-    return Decimal(repr(ends[0])), Decimal(repr(ends[1])), 1.0
+        factor, numbers = parse_quantity(f"1 {name}", unit), [float(text) for text, _ in texts]
+    else:
+        factor, numbers = 1.0, list(ends)
+    first, last = (Fraction(repr(number)) for number in numbers)
+    return first, last, factor
 
 
 def _drawn(place: KeyPlace, sampled: bool) -> RandomValues | None:

@@ -5,7 +5,6 @@ import gc
 import os
 import pickle
 import signal
-import struct
 import subprocess
 import sys
 import threading
@@ -14,8 +13,9 @@ import traceback
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
-from queue import Empty, SimpleQueue
-from typing import IO, Any, BinaryIO, NamedTuple
+from multiprocessing.connection import Connection, Pipe, wait
+from queue import SimpleQueue
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -39,55 +39,52 @@ SINGLE_THREAD = dict.fromkeys(
     "1",
 )
 
-Heard = SimpleQueue[tuple["Process", tuple[Any, ...]]]
-
 
 class Process:
-    """A process of `vibecalc.core.study.sweep.pool`; what it says goes into a queue.
+    """A process of `vibecalc.core.study.sweep.pool` and the line to it.
 
-    After all that it said comes `("gone", words)`, whatever ended it. It has a session of its
-    own, so that Ctrl-C reaches the sweep alone, and ends when the sweep does. UsageError if the
-    system gives no process.
+    It has a session of its own, so that Ctrl-C reaches the sweep alone, and ends when the sweep
+    does. What it prints goes to stderr. UsageError if the system gives no process.
     """
 
-    def __init__(self, start: bytes, heard: Heard):
+    def __init__(self, start: bytes):
+        self.line, theirs = Pipe()
         # -P and the path of this process: a file in the current folder is never taken for a module
         code = f"import sys; sys.path[:] = {sys.path!r}\n"
-        code += "from vibecalc.core.study.sweep.pool import main; main()"
+        code += f"from vibecalc.core.study.sweep.pool import main; main({theirs.fileno()})"
         try:
             self._process = subprocess.Popen(
                 [sys.executable, "-P", "-c", code],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
+                stdin=subprocess.DEVNULL,
+                stdout=2,
                 env={**os.environ, **SINGLE_THREAD},
                 start_new_session=True,
+                pass_fds=[theirs.fileno()],
             )
         except OSError as error:
             raise UsageError(f"cannot start a process for the sweep: {error}") from error
-        threading.Thread(target=self._listen, args=(start, heard), daemon=True).start()
+        finally:
+            theirs.close()
+        with contextlib.suppress(OSError):  # one that has ended says so by itself
+            self.line.send_bytes(start)
 
-    def _listen(self, start: bytes, heard: Heard) -> None:
-        assert self._process.stdin is not None and self._process.stdout is not None
-        with contextlib.suppress(EOFError, OSError):
-            send(self._process.stdin, start)
-            while True:
-                heard.put((self, receive(self._process.stdout)))
-        self._process.stdout.close()
-        heard.put((self, ("gone", _ending(self._process.wait()))))
+    def hear(self) -> tuple[Any, ...]:
+        """What it says next; `("gone", words)` after all that it said, whatever ended it."""
+        try:
+            message: tuple[Any, ...] = self.line.recv()
+        except (EOFError, OSError):
+            return ("gone", _ending(self._process.wait()))
+        return message
 
     def give(self, points: list[int], step: int) -> None:
-        """Hand over points, `step` to a call; a process that has ended says so by itself."""
-        assert self._process.stdin is not None
-        with contextlib.suppress(OSError, ValueError):
-            send(self._process.stdin, (points, step))
+        """Hand over points, `step` to a call."""
+        with contextlib.suppress(OSError):
+            self.line.send((points, step))
 
     def end(self) -> None:
         """Stop it at once, whatever it does."""
         self._process.kill()
         self._process.wait()
-        if self._process.stdin is not None:
-            with contextlib.suppress(OSError):
-                self._process.stdin.close()
 
 
 def _ending(code: int) -> str:
@@ -187,9 +184,8 @@ class Pool:
         timeout: float | None = None,
         step: int = 1,
     ):
-        self._start = packed(start)
+        self._start = pickle.dumps(start, protocol=pickle.HIGHEST_PROTOCOL)
         self._jobs, self._timeout, self._step = jobs, timeout, step
-        self._heard: Heard = SimpleQueue()
         self._desks: dict[Process, _Desk] = {}
         self._failed_starts = 0
         self._closed = False
@@ -221,11 +217,8 @@ class Pool:
             self._hand_out(waiting, backlog)
             if all(desk.task is None for desk in self._desks.values()):
                 return
-            for process, message in self._listen():
-                desk = self._desks.get(process)
-                if desk is None:  # ended already, and so nobody's word
-                    continue
-                done = self._take(desk, message, backlog, tell)
+            for desk in self._listen():
+                done = self._take(desk, desk.process.hear(), backlog, tell)
                 if done is not None:
                     self._hand_out(waiting, backlog)  # before somebody writes files
                     yield done
@@ -241,7 +234,7 @@ class Pool:
                     break
                 backlog.append(_Task(work, self._step, list(work.points)))
             if not free:
-                process = Process(self._start, self._heard)
+                process = Process(self._start)
                 self._desks[process] = _Desk(process)
                 free.append(self._desks[process])
             desk = free.pop()
@@ -249,21 +242,16 @@ class Pool:
             if desk.ready:
                 desk.process.give(desk.task.left, desk.task.step)
 
-    def _listen(self) -> list[tuple[Process, tuple[Any, ...]]]:
-        """Wait for a message, or for the first deadline; then all that is there."""
+    def _listen(self) -> list[_Desk]:
+        """Wait until somebody has something to say, or for the first deadline."""
         ends = [desk.since + self._timeout * len(desk.at) for desk in self._desks.values()
                 if self._timeout is not None and desk.at]  # fmt: skip
         patience = min(ends, default=time.monotonic() + _LONG) - time.monotonic()
-        found = []
-        try:
-            found.append(self._heard.get(timeout=max(patience, 0.0) + 1e-3))
-            while True:
-                found.append(self._heard.get_nowait())
-        except Empty:
-            pass
+        desks: dict[Any, _Desk] = {desk.process.line: desk for desk in self._desks.values()}
+        found = wait(list(desks), max(patience, 0.0) + 1e-3)
         if self._closed:
             raise RuntimeError("the pool of processes was closed in the middle of its work")
-        return found
+        return [desks[line] for line in found]
 
     def _take(
         self,
@@ -383,40 +371,7 @@ class SerialPool:
 
 
 # ----------------------------------------------------------------------------
-# Messages between a sweep and the processes that work for it: pickles, each with its length.
-# ----------------------------------------------------------------------------
-
-_LENGTH = struct.Struct(">Q")
-
-
-def send(stream: IO[bytes], message: Any) -> None:
-    """Write one message; OSError if nobody reads any more."""
-    content = message if isinstance(message, bytes) else packed(message)
-    stream.write(_LENGTH.pack(len(content)))
-    stream.write(content)
-    stream.flush()
-
-
-def receive(stream: IO[bytes]) -> Any:
-    """Read one message; EOFError at the end, also in the middle of a message."""
-    (length,) = _LENGTH.unpack(_exactly(stream, _LENGTH.size))
-    return pickle.loads(_exactly(stream, length))
-
-
-def packed(message: Any) -> bytes:
-    """A message as bytes, for one that is sent several times."""
-    return pickle.dumps(message, protocol=pickle.HIGHEST_PROTOCOL)
-
-
-def _exactly(stream: IO[bytes], length: int) -> bytes:
-    content = stream.read(length)
-    if len(content) < length:
-        raise EOFError
-    return content
-
-
-# ----------------------------------------------------------------------------
-# One process that works for a sweep: points come in on stdin, blocks of results go out on stdout.
+# One process that works for a sweep, at the other end of its line.
 #
 # Messages that come in: what to start with (a picklable function without arguments that returns
 # the function from point numbers to a block), then lists of point numbers, each with how many
@@ -428,64 +383,44 @@ def _exactly(stream: IO[bytes], length: int) -> bytes:
 _AT_LEAST_EVERY = 0.5  # seconds between two messages with results; what a death can cost
 
 
-def main() -> None:
-    """Work until stdin ends, also when that is in the middle of a point."""
+def main(descriptor: int) -> None:
+    """Work until the line ends, also when that is in the middle of a point."""
     gc.set_threshold(100_000, 20, 20)  # as the command line does, and for the same reason
-    incoming, outgoing = _process_streams()
-    tasks: SimpleQueue[Any] = SimpleQueue()
-    threading.Thread(target=_read, args=(incoming, tasks), daemon=True).start()
+    line: Connection = Connection(descriptor)
+    tasks: SimpleQueue[tuple[list[int], int]] = SimpleQueue()
     try:
-        evaluate = tasks.get()()
-        send(outgoing, ("ready",))
+        start = line.recv()
+        threading.Thread(target=_read, args=(line, tasks), daemon=True).start()
+        evaluate = start()
+        line.send(("ready",))
         while True:
-            points, step = tasks.get()
-            _work(evaluate, points, step, outgoing)
-    except BrokenPipeError:
+            _work(evaluate, *tasks.get(), line)
+    except (EOFError, ConnectionError):  # nobody listens any more
         os._exit(1)
     except Exception:
-        send(outgoing, ("broken", traceback.format_exc()))
+        line.send(("broken", traceback.format_exc()))
         os._exit(1)
 
 
-def _work(evaluate: Any, points: list[int], step: int, outgoing: BinaryIO) -> None:
-    import numpy as np
-
+def _work(evaluate: Any, points: list[int], step: int, line: Connection) -> None:
     have: list[tuple[list[int], Any]] = []
     last = time.monotonic()
     for first in range(0, len(points), step):
         some = points[first : first + step]
-        send(outgoing, ("at", some))
+        line.send(("at", some))
         have.append((some, evaluate(np.array(some, dtype=np.int64))))
         if time.monotonic() - last > _AT_LEAST_EVERY:
-            send(outgoing, ("have", have))
+            line.send(("have", have))
             have, last = [], time.monotonic()
     if have:
-        send(outgoing, ("have", have))
-    send(outgoing, ("done",))
+        line.send(("have", have))
+    line.send(("done",))
 
 
-def _process_streams() -> tuple[BinaryIO, BinaryIO]:
-    """The two pipes to the sweep, out of reach of whatever prints or reads in this process."""
-    sys.stdout.flush()
-    incoming, outgoing = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
-    nothing = os.open(os.devnull, os.O_RDONLY)
-    os.dup2(nothing, 0)
-    os.dup2(2, 1)
-    os.close(nothing)
-    return incoming, outgoing
-
-
-def _read(incoming: BinaryIO, tasks: "SimpleQueue[Any]") -> None:
+def _read(line: Connection, tasks: "SimpleQueue[tuple[list[int], int]]") -> None:
     """Pass messages on; without the sweep at the other end there is nothing to work for."""
-    try:
-        while True:
-            tasks.put(receive(incoming))
-    except EOFError:
-        os._exit(0)
-    except Exception:  # the function to start with cannot be imported here
-        text = traceback.format_exc()
-
-        def broken() -> None:
-            raise ImportError(text)
-
-        tasks.put(broken)
+    while True:
+        try:
+            tasks.put(line.recv())
+        except (EOFError, OSError):
+            os._exit(0)

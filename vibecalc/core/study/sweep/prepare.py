@@ -7,7 +7,7 @@ import math
 import os
 import re
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -294,10 +294,8 @@ def _toml(value: Any) -> str:
 
 
 # ----------------------------------------------------------------------------
-# Hashes that name a sweep and its points: the same input, the same hash, on every machine.
+# Hashes that name a sweep: the same input, the same hash, on every machine.
 # ----------------------------------------------------------------------------
-
-_BLOCK = 1 << 14
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -311,23 +309,6 @@ class Identity:
 
     base: str
     sweep: str
-
-    def point(self, design: Design, number: int) -> str:
-        """Hash of the input of one point; equal in any sweep that comes to the same input."""
-        return _sha256({"base": self.base, "settings": design.settings(number)})
-
-    def points(self, design: Design, numbers: Iterable[int]) -> list[str]:
-        """Hashes of the inputs of several points."""
-        wanted = np.fromiter(numbers, dtype=np.int64)
-        hashes = []
-        for first in range(0, wanted.size, _BLOCK):
-            columns = design.columns(wanted[first : first + _BLOCK])
-            rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-            hashes += [
-                _sha256({"base": self.base, "settings": dict(zip(columns, row, strict=True))})
-                for row in rows
-            ]
-        return hashes
 
 
 def identify(resolved: Mapping[str, Any], design: Design, keep: Sequence[str]) -> Identity:

@@ -17,7 +17,7 @@ from vibecalc.core.results.layout import DONE, NOT_RUN
 from vibecalc.core.results.record import Record
 from vibecalc.core.study.execute import as_result
 from vibecalc.core.study.sweep.assemble import Assembled, assemble, sweep_head
-from vibecalc.core.study.sweep.blocks import Block, BlockQuantity, ChunkFolder, joined_axes, padded
+from vibecalc.core.study.sweep.blocks import Block, BlockQuantity, ChunkFolder, laid_out
 from vibecalc.core.study.sweep.output import (
     ASSEMBLED,
     UNLUCKY,
@@ -64,42 +64,12 @@ def block_of(done: ChunkResult, keep: Sequence[str]) -> Block:
         present = [
             (rows, block.quantities[path]) for rows, block in parts if path in block.quantities
         ]
-        whole = reasons[0] if reasons else _whole(present, points) if present else None
+        whole = reasons[0] if reasons else laid_out(present, points) if present else None
         if isinstance(whole, str):
             left_out[path] = whole
         elif whole is not None:
             quantities[path] = whole
     return Block(points, status, tuple(message), quantities, left_out)
-
-
-def _whole(
-    parts: Sequence[tuple[np.ndarray, BlockQuantity]], points: np.ndarray
-) -> BlockQuantity | str:
-    """One quantity of all batches; a text says why they cannot be put together."""
-    rows, first = parts[0]
-    if len(rows) == len(points):
-        return first
-    axes = first.axes
-    for others, one in parts:
-        joined = joined_axes(axes, one.axes)
-        if isinstance(joined, str):
-            return f"{joined} (points {points[rows[0]]} and {points[others[0]]})"
-        axes = joined
-    shape = tuple(len(axis.values) for axis in axes)
-    is_complex = any(np.iscomplexobj(one.values) for _, one in parts)
-    values = np.full((points.size, *shape), np.nan, dtype=complex if is_complex else float)
-    errors = np.full(points.size, np.nan)
-    spread = np.full(points.size, np.nan)
-    for others, one in parts:
-        values[others] = padded(one.values, (len(others), *shape))
-        values[others[np.isnan(one.errors)]] = np.nan
-        errors[others] = one.errors
-        if one.standard_errors is not None:
-            spread[others] = one.standard_errors
-    has_spread = any(one.standard_errors is not None for _, one in parts)
-    return first._replace(
-        values=values, errors=errors, standard_errors=spread if has_spread else None, axes=axes
-    )
 
 
 # ----------------------------------------------------------------------------
@@ -189,9 +159,7 @@ def sweep(prepared: PreparedSweep, options: Options) -> Outcome:
     """
     started = time.perf_counter()
     output = fresh_output(options.output)
-    with locked(output) as said:
-        if said:
-            options.note(said)
+    with locked(output):
         chunks = prepared.chunks(output)
         mine = shard_chunks(chunks.chunks, options.shard)
         if not options.fresh:

@@ -10,113 +10,56 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
 # ----------------------------------------------------------------------------
-# Points spread over the unit cube, each computed from its number alone.
+# Points spread over the unit cube, by numpy and scipy.
 #
-# No point needs those before it, so that workers can share a sampling of any size without a list of
-# its points: whole-number arithmetic, and the published direction numbers of Sobol points.
-# All take point numbers (len,) and return (len, dimensions) values in the open interval (0, 1).
+# Workers share a sampling without a list of its points: each draws the blocks that its points are
+# in, a Latin hypercube as a whole. What was drawn stands in the file of the sweep; another version
+# of the libraries may draw otherwise, so `drawn_by` belongs to what a sweep is.
+# Blocks are (points, dimensions) in the open interval (0, 1).
 # ----------------------------------------------------------------------------
 
-_BITS = 30  # of a Sobol point; 2^30 points is the longest sequence
-_ROUNDS = 8
-_STREAM = 1 << 40  # more numbers than any sampling takes from one stream
+_BLOCK = 1 << 16
+#: half of the finest step of a Sobol point, and of a double below one
+_HALF, _FINEST = 2.0**-31, 2.0**-54
+#: longest sampling of each kind
+MOST_POINTS = {"monte_carlo": 1 << 30, "latin_hypercube": 10_000_000, "sobol": 1 << 30}
 
 
-def monte_carlo(points: np.ndarray, dimensions: int, size: int, seed: int) -> np.ndarray:
-    """Independent uniform numbers; `size` does not matter."""
-    return _centred(_random(points[:, None] * dimensions + np.arange(dimensions), seed, 0))
+def drawn(sampling: str, points: np.ndarray, dimensions: int, size: int, seed: int) -> np.ndarray:
+    """Points (len, dimensions) in (0, 1) of a sampling of `size` points, by their numbers (len,).
 
-
-def latin_hypercube(points: np.ndarray, dimensions: int, size: int, seed: int) -> np.ndarray:
-    """One point in each of `size` equal slices of every dimension (McKay et al. 1979)."""
-    inside = _centred(
-        _random(points[:, None] * dimensions + np.arange(dimensions), seed, 1), bits=22
-    )
-    columns = [_shuffled(points, size, seed, column) for column in range(dimensions)]
-    # 22 random bits inside a slice leave room for slices: the sum stays below 1
-    return np.asarray((np.stack(columns, axis=1) + inside) / size)
-
-
-def sobol(points: np.ndarray, dimensions: int, size: int, seed: int) -> np.ndarray:
-    """Sobol points (Joe and Kuo 2008), their digits shifted at random, which keeps the net."""
-    directions = _directions(dimensions, max(size - 1, 1).bit_length())
-    gray = points ^ (points >> 1)
-    digits = np.zeros((points.size, dimensions), dtype=np.uint64)
-    for bit, direction in enumerate(directions):
-        digits ^= np.where((gray[:, None] >> bit) & 1, direction, np.uint64(0))
-    shift = _random(np.arange(dimensions)[None, :], seed, 2) >> np.uint64(64 - _BITS)
-    finer = _random(points[:, None] * dimensions + np.arange(dimensions), seed, 3)
-    return _centred((digits ^ shift) << np.uint64(64 - _BITS) | finer >> np.uint64(_BITS))
-
-
-SEQUENCES = {"monte_carlo": monte_carlo, "latin_hypercube": latin_hypercube, "sobol": sobol}
-
-
-def resample(size: int, repetition: int, seed: int) -> np.ndarray:
-    """Draw `size` of the numbers 0 to size - 1 with replacement, a fixed draw each time."""
-    uniform = _centred(_random(np.arange(size), seed, 16 + repetition))
-    return np.minimum((uniform * size).astype(np.int64), size - 1)
-
-
-def _random(counter: np.ndarray, seed: int, stream: int) -> np.ndarray:
-    """64 random bits for each counter (Steele, Lea and Flood 2014, SplitMix64)."""
-    named = np.array([[seed], [stream]], dtype=np.uint64)  # scalars would warn of overflow
-    start = _mix(named[0] * _GOLDEN + named[1] * _GOLDEN_TWO)
-    return _mix(start + (counter.astype(np.uint64) + np.uint64(1)) * _GOLDEN)
-
-
-_GOLDEN = np.uint64(0x9E3779B97F4A7C15)
-_GOLDEN_TWO = np.uint64(0xD1B54A32D192ED03)
-_FIRST, _SECOND = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
-
-
-def _mix(word: np.ndarray) -> np.ndarray:
-    word = (word ^ (word >> np.uint64(30))) * _FIRST
-    word = (word ^ (word >> np.uint64(27))) * _SECOND
-    return np.asarray(word ^ (word >> np.uint64(31)))
-
-
-def _centred(word: np.ndarray, bits: int = 52) -> np.ndarray:
-    """Middle of one of 2^bits equal cells of (0, 1), chosen by the leading bits of a word."""
-    return np.asarray(((word >> np.uint64(64 - bits)).astype(float) + 0.5) * 2.0**-bits)
-
-
-def _shuffled(points: np.ndarray, size: int, seed: int, column: int) -> np.ndarray:
-    """Place of each point in a random order of 0 to size - 1.
-
-    A Feistel network shuffles the next power of four; a place beyond `size` walks on to the next.
+    `sampling` is "monte_carlo" (independent uniform numbers), "latin_hypercube" (one point in
+    each of `size` equal slices of every dimension, McKay et al. 1979) or "sobol" (Sobol points of
+    Joe and Kuo 2008, scrambled at random, which keeps the net).
     """
-    half = (max(size - 1, 1).bit_length() + 1) // 2
-    mask = np.uint64((1 << half) - 1)
-    place = points.astype(np.uint64)
-    wandering = np.ones(place.shape, dtype=bool)
-    while np.any(wandering):
-        left, right = place[wandering] >> np.uint64(half), place[wandering] & mask
-        for turn in range(_ROUNDS):
-            word = _random(right, seed, _STREAM + column * _ROUNDS + turn)
-            left, right = right, left ^ (word >> np.uint64(64 - half))
-        place[wandering] = left << np.uint64(half) | right
-        wandering = place >= np.uint64(size)
-    return place.astype(np.int64)
+    length = size if sampling == "latin_hypercube" else min(_BLOCK, 1 << (size - 1).bit_length())
+    found = np.empty((points.size, dimensions))
+    blocks = points // length
+    for block in np.unique(blocks).tolist():
+        mine = blocks == block
+        found[mine] = _block(sampling, dimensions, length, seed, block)[points[mine] % length]
+    return np.clip(found, _FINEST, 1.0 - 2.0 * _FINEST)
 
 
-@functools.lru_cache(maxsize=64)
-def _directions(dimensions: int, bits: int) -> np.ndarray:
-    """Direction numbers (bits, dimensions), read off the points 1, 2, 4, ... of the sequence."""
+@functools.lru_cache(maxsize=4)
+def _block(sampling: str, dimensions: int, length: int, seed: int, block: int) -> np.ndarray:
+    if sampling == "monte_carlo":
+        return np.random.default_rng([seed, block]).random((length, dimensions))
     from scipy.stats import qmc
 
-    engine = qmc.Sobol(dimensions, scramble=False, bits=_BITS)
-    found = np.zeros((bits, dimensions), dtype=np.uint64)
-    passed, before = 0, np.zeros(dimensions, dtype=np.uint64)
-    for bit in range(bits):
-        engine.fast_forward((1 << bit) - passed)
-        point = np.rint(engine.random(1)[0] * 2.0**_BITS).astype(np.uint64)
-        passed = (1 << bit) + 1
-        # in Gray code the number 2^bit has its own bit and the one below it
-        before = point ^ before
-        found[bit] = before
-    found.setflags(write=False)
-    return found
+    if sampling == "latin_hypercube":
+        return np.asarray(qmc.LatinHypercube(dimensions, rng=seed).random(length))
+    engine = qmc.Sobol(dimensions, rng=seed)
+    if block:  # scipy refuses to go on by nothing
+        engine.fast_forward(block * length)
+    return np.asarray(engine.random(length) + _HALF)
+
+
+def drawn_by() -> str:
+    """The libraries that draw samples, with their versions."""
+    import scipy
+
+    return f"numpy {np.__version__}, scipy {scipy.__version__}"
 
 
 # ----------------------------------------------------------------------------
@@ -181,15 +124,14 @@ def quantiles(
     """
     values, errors = _samples(values, errors, fewest=max(map(fewest_samples, levels)))
     count = len(values)
-    ordered = np.sort(values, axis=0)
-    value = np.stack([_ranked(ordered, _rank(level, count)) for level in levels])
+    value = np.quantile(values, levels, axis=0, method="median_unbiased")
     # no order statistic moves by more than the largest error of a sample
     moved = np.max(errors, axis=0) + 4.0 * UNIT_ROUNDOFF * np.max(np.abs(values), axis=0)
     halves = []
     for level in levels:
         rank, width = _rank(level, count), math.sqrt(count * level * (1.0 - level))
-        low, high = max(rank - width, 0.0), min(rank + width, count - 1.0)
-        halves.append(0.5 * (_ranked(ordered, high) - _ranked(ordered, low)))
+        around = np.clip([rank - width, rank + width], 0.0, count - 1.0) / (count - 1.0)
+        halves.append(0.5 * np.diff(np.quantile(values, around, axis=0), axis=0)[0])
     return Statistic(value, np.broadcast_to(moved, value.shape), np.stack(halves))
 
 
@@ -208,12 +150,6 @@ def fewest_samples(level: float) -> int:
 def _rank(level: float, count: int) -> float:
     """Where a quantile lies among `count` ordered samples, counted from 0."""
     return level * (count + 1.0 / 3.0) - 2.0 / 3.0
-
-
-def _ranked(ordered: np.ndarray, rank: float) -> np.ndarray:
-    below = min(int(rank), len(ordered) - 2)
-    share = rank - below
-    return np.asarray((1.0 - share) * ordered[below] + share * ordered[below + 1])
 
 
 def _mean(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -342,7 +278,7 @@ def _parts(
 def _resampled(terms: _Terms) -> _Parts:
     """Standard deviation of the indices over repeated draws of the sampled points."""
     size = len(terms.square)
-    draws = [resample(size, repetition, _SEED) for repetition in range(REPETITIONS)]
+    draws = np.random.default_rng(_SEED).integers(size, size=(REPETITIONS, size))
     found = [_parts(*(term[draw].mean(axis=0) for term in terms)) for draw in draws]
     return _Parts(*(np.std(np.stack(part), axis=0, ddof=1) for part in zip(*found, strict=True)))
 

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from decimal import Context, Decimal, localcontext
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -98,8 +98,6 @@ _QUANTILES: dict[str, Callable[..., np.ndarray]] = {
 # sampling; both take and return arrays (len,).
 # ----------------------------------------------------------------------------
 
-_DIGITS = Context(prec=40)
-
 
 @dataclass(frozen=True, kw_only=True)
 class ValueList:
@@ -145,8 +143,8 @@ class SpacedValues:
     (N/mm) is what a case gets that says "50 N/mm". Without `count` it is a range to draw from.
     """
 
-    start: Decimal
-    stop: Decimal
+    start: Fraction
+    stop: Fraction
     factor: float
     log: bool
     count: int | None
@@ -162,11 +160,10 @@ class SpacedValues:
         return float(self.start) * self.factor, float(self.stop) * self.factor
 
     def at(self, positions: np.ndarray) -> np.ndarray:
-        """Values at positions along the axis, rounded once from 40 digits."""
+        """Values at positions along the axis: 0.3 is 0.3, a power of ten one."""
         unique, place = np.unique(positions, return_inverse=True)
-        with localcontext(_DIGITS):
-            numbers = [float(self._number(int(position))) for position in unique]
-        return np.array(numbers)[place] * self.factor + 0.0
+        numbers = np.array([self._number(position) for position in unique.tolist()])
+        return numbers[place] * self.factor + 0.0
 
     def drawn(self, shares: np.ndarray) -> np.ndarray:
         """Each value with the same chance, or uniform in the number (log: in its logarithm)."""
@@ -181,18 +178,15 @@ class SpacedValues:
 
     def description(self) -> dict[str, Any]:
         """As plain values, for hashes; numbers as written, so that 5 and 5.0 are the same."""
-        start, stop = (str(end.normalize(_DIGITS)) for end in (self.start, self.stop))
         spacing = "log" if self.log else "linear"
-        ends = {"from": start, "to": stop, "factor": self.factor}
+        ends = {"from": str(self.start), "to": str(self.stop), "factor": self.factor}
         return {**ends, "spacing": spacing, "points": self.count}
 
-    def _number(self, position: int) -> Decimal:
-        steps = (self.count or 2) - 1
-        if position in (0, steps):
-            return self.stop if position else self.start
-        if self.log:
-            return self.start * ((self.stop / self.start).ln() * position / steps).exp()
-        return self.start + (self.stop - self.start) * position / steps
+    def _number(self, position: int) -> float:
+        share = Fraction(position, (self.count or 2) - 1)
+        if self.log and 0 < share < 1:
+            return float(f"{self.start * (self.stop / self.start) ** float(share):.15g}")
+        return float(self.start + (self.stop - self.start) * share)
 
 
 @dataclass(frozen=True, kw_only=True)
