@@ -144,14 +144,6 @@ def exact_response(
     return np.array(list(mpmath.lu_solve(dynamic, mpmath.matrix(exact(force).tolist()))))
 
 
-def couple_readout(matrices: Matrices, coordinate: int, lever: float) -> Readout:
-    """Couple through the mounts about one coordinate over a lever: one row, one component."""
-    passing = matrices.stiffness + 1j * matrices.structural
-    row = slice(coordinate, coordinate + 1)
-    rounding = (len(passing) + 16) * ROUNDING
-    return Readout(passing[None, row] / lever, matrices.damping[None, row] / lever, rounding)
-
-
 def join(first: Readout, second: Readout) -> Readout:
     """Rows of both; the one with fewer components is filled up with zeros, which add nothing."""
     width = max(first.spring.shape[1], second.spring.shape[1])

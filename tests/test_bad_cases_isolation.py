@@ -69,20 +69,6 @@ def test_second_order_on_an_undamped_frequency_is_refused_in_words() -> None:
         assert part in words
 
 
-def test_a_part_in_ten_million_away_is_computed_with_the_digits_it_lost() -> None:
-    pitch, _ = gibson(0.0)
-    resonances, frequency = undamped()
-    speed = frequency * (1.0 + 1e-7)
-    assert check_operating_point(resonances, ORDERS, speed) == ()
-    couple = gibson_couple()
-    angle = angle_harmonics(pitch, couple.value, couple.error, ORDERS * speed)
-    relative = angle.error / np.abs(angle.value)
-    assert 1e-10 < relative[0] < 1e-6
-    assert relative[1] < 1e-13
-    expected = np.abs(couple.value[0]) / (float(pitch.stiffness) * 2e-7)
-    assert np.abs(angle.value[0]) == pytest.approx(expected, rel=1e-6)
-
-
 def test_damping_opens_the_resonance() -> None:
     pitch, _ = gibson(1e-3)
     resonances = pitch_resonances(pitch, gibson_couple())

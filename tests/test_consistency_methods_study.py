@@ -6,11 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vibecalc.core.report.plots import make
 from vibecalc.core.report.text import render_report
-from vibecalc.core.results.compare import accept
 from vibecalc.core.results.record import Result
-from vibecalc.core.results.store import read_result, write_result
 from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.core.study.planned import optimisation_entries
 from vibecalc.errors import CaseError
@@ -73,16 +70,6 @@ def test_methods_end_at_the_optimum_and_cost_what_they_cost(study: Result) -> No
     assert list(record[f"{ROOT}/methods/converged"].values) == [1] * len(METHODS)
 
 
-def test_seconds_stay_out_of_what_is_compared(study: Result, tmp_path: Path) -> None:
-    asked = {f"method {name}" for name in METHODS}
-    assert asked <= set(study.timings)
-    assert all(study.timings[name] > 0.0 for name in asked)
-    assert not [path for path, one in study.record.items() if one.unit == "s"]
-    write_result(study, tmp_path / "study.h5")
-    accept(tmp_path / "study.h5", tmp_path / "golden.h5")
-    assert not read_result(tmp_path / "golden.h5").timings
-
-
 def test_slopes_are_those_of_the_case(study: Result) -> None:
     """The sag is M g / (4 k): far above resonance it is nearly all of the objective."""
     slope = study.record[f"{ROOT}/sensitivity/{STIFFNESS}"]
@@ -136,11 +123,6 @@ def test_the_report_says_it_in_words_and_tables(study: Result) -> None:
     assert f"{STIFFNESS}: raise it from 10.00 to {value / 1e3:.1f} kN/m" in joined
     assert "together: the objective becomes lower by" in joined
     assert "hooke_jeeves" in text.split("methods side by side")[1].split("optimum")[0]
-
-
-def test_the_front_is_drawn(study: Result) -> None:
-    pytest.importorskip("matplotlib")
-    assert make(study, "pareto") is not None
 
 
 @pytest.mark.long

@@ -19,13 +19,6 @@ def test_a_long_rod_swings_like_the_sine():
     assert first[-1] == pytest.approx(ratios[-1] ** 5 * 3.0 / 64.0, rel=2e-3)
 
 
-def test_product_of_a_long_rod():
-    # phi' phi'' = -lam^2 sin t cos t (1 + ...) = -lam^2/2 sin 2t
-    ratios = np.array([1e-2, 1e-3, 1e-4])
-    product = rod_angle_harmonics(ratios, 1.0, highest_order=4).product.value[:, 2]
-    assert np.all(np.abs(product / (0.5j * ratios**2) - 1.0) < ratios**2)
-
-
 def test_a_rod_as_long_as_the_crank_swings_like_a_triangle():
     # phi = arcsin(sin t): phi' jumps between 1 and -1, phi'' has impulses, 4/pi at every odd order
     order = np.array([1, 3, 5, 7])

@@ -1,23 +1,15 @@
 """Claim: every method of the table keeps one signature, its bounds, its budget and its word."""
 
-from typing import get_args
-
 import numpy as np
 import pytest
 from long_but import long_but
 from test_property_optimum import valley
 
-from vibecalc.core.case.tables import SearchMethod
 from vibecalc.core.study.search.methods import METHODS, find
 from vibecalc.core.study.search.minimise import minimise
 from vibecalc.errors import NumericalFailure
 
 NAMES = sorted(METHODS)
-
-
-def test_a_case_can_ask_for_every_method_and_no_other():
-    assert set(get_args(SearchMethod)) == set(METHODS)
-    assert all(method.words and method.citation for method in METHODS.values())
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -81,13 +73,6 @@ def test_refined_it_is_the_same_optimum(name):
     assert found.kkt_residual < 1e-7
     # a population is spread over the bounds already: it starts once
     assert len(found.history) == (1 if METHODS[name].everywhere else 3)
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_same_bytes_twice(name):
-    one, two = (find(name, valley, [-2, -2], [2, 2], first=[1, 1], budget=150) for _ in range(2))
-    assert one.variables.tobytes() == two.variables.tobytes()
-    assert one.evaluations == two.evaluations
 
 
 def test_a_population_finds_the_deeper_of_two_wells():

@@ -1,31 +1,25 @@
-"""Claim: a sum of modes gives the response of the direct solution, in both error estimates, and the
-truth in 50 digits: whatever signs and scales the modes have, for repeated modes, for modes without
-stiffness, for damping that couples modes, close to resonances; and it refuses to answer on one.
+"""Claim: a sum of modes gives the response of the direct solution, in both error estimates: for
+repeated modes, for modes without stiffness, close to resonances; and it refuses to answer on one.
 """
 
 import mpmath
 import numpy as np
 import ong_tables as ong
 import pytest
-from isolation_machines import exact, exact_matrices, exact_response, random_body
+from isolation_machines import exact, exact_response, random_body
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, WithError
+from vibecalc.numerics.rounding import WithError
 from vibecalc.parts.matrices import assemble
 from vibecalc.response.forced import UndrivenModes, dynamics, modal_response, response
 from vibecalc.response.modal_damping import (
     body_resonances,
     damped_basis,
-    damping_ratio,
-    modal_damping,
     modal_force,
 )
 from vibecalc.response.modes import modes
 from vibecalc.response.resonances import check_operating_point
-
-SEEDS = range(16)
-NEARBY = (0.1, 0.5, 1.0, 1.0 + 1e-7, 3.0, 10.0)
 
 
 def load_of(generator: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
@@ -46,58 +40,6 @@ def off_truth(found: WithError, truth: np.ndarray) -> np.ndarray:
     """True errors (..., 6) against mpmath numbers."""
     pairs = zip(np.ravel(exact(found.value)), np.ravel(truth), strict=True)
     return np.array([float(abs(a - b)) for a, b in pairs]).reshape(found.value.shape)
-
-
-@pytest.mark.parametrize(
-    "proportional",
-    [pytest.param(True, marks=pytest.mark.long, id="apart"), pytest.param(False, id="coupled")],
-)
-def test_truth_lies_within_the_errors(proportional: bool) -> None:
-    ratios = []
-    for seed in SEEDS:
-        body, generator = random_body(seed, proportional), np.random.default_rng(seed)
-        natural = modes(body.matrices).natural_frequency
-        frequency = natural[generator.integers(6, size=4)] * generator.choice(NEARBY, size=4)
-        load = load_of(generator, (4, 6))
-        summed, _ = both(body.matrices, frequency, load)
-        with mpmath.workdps(50):
-            stored = exact_matrices(body)
-            rows = [exact_response(stored, w, f) for w, f in zip(frequency, load, strict=True)]
-            off = off_truth(summed, np.array(rows))
-        assert np.all(off <= summed.error)
-        ratios.append(summed.error / np.maximum(off, UNIT_ROUNDOFF * np.abs(summed.value)))
-    assert np.median(ratios) < 1000.0
-
-
-@pytest.mark.parametrize("proportional", [True, False], ids=["apart", "coupled"])
-@pytest.mark.parametrize("seed", SEEDS)
-def test_signs_and_scales_of_the_modes_do_not_matter(seed: int, proportional: bool) -> None:
-    body, generator = random_body(seed, proportional), np.random.default_rng(seed)
-    shape = modes(body.matrices).shape
-    frequency = modes(body.matrices).natural_frequency * generator.uniform(0.5, 1.5, size=6)
-    load, nothing = load_of(generator, (6, 6)), np.zeros((6, 6))
-    first = modal_response(body.matrices, shape, frequency, load, nothing)
-    flipped = shape * generator.choice([-1.0, 1.0], size=6)
-    second = modal_response(body.matrices, flipped, frequency, load, nothing)
-    # a sign changes no rounding; a scale and the sequence do
-    np.testing.assert_array_equal(first.value, second.value)
-    scaled = (flipped * 10.0 ** generator.uniform(-9.0, 9.0, size=6))[:, generator.permutation(6)]
-    third = modal_response(body.matrices, scaled, frequency, load, nothing)
-    assert np.all(np.abs(first.value - third.value) <= first.error + third.error)
-
-
-def test_leading_axes_broadcast() -> None:
-    body, generator = random_body(5), np.random.default_rng(5)
-    frequency = modes(body.matrices).natural_frequency[:4] * 1.1
-    load = load_of(generator, (3, 2, 4, 6))
-    shape = modes(body.matrices).shape
-    whole = modal_response(body.matrices, shape, frequency, load, np.zeros(load.shape))
-    for i in range(3):
-        for j in range(2):
-            part = modal_response(body.matrices, shape, frequency, load[i, j], np.zeros((4, 6)))
-            # products of other sizes may be summed in another sequence
-            apart = np.abs(part.value - whole.value[i, j])
-            assert np.all(apart <= part.error + whole.error[i, j])
 
 
 def ong_load(orders: int = 1) -> np.ndarray:
@@ -212,54 +154,3 @@ def test_modes_without_stiffness_answer_as_free_masses() -> None:
         np.testing.assert_allclose(summed.value[number, free], expected, rtol=1e-13)
     with pytest.raises(NumericalFailure, match="excitation at 0 rad/s"):
         modal_response(matrices, shapes.shape, np.zeros(1), load[:1], np.zeros((1, 6)))
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_damping_given_mode_by_mode(seed: int) -> None:
-    """The matrix gives every mode its ratio, and the response is the textbook's sum."""
-    body, generator = random_body(seed), np.random.default_rng(seed)
-    nothing = np.zeros((6, 6))
-    ratio = generator.uniform(0.0, 0.3, size=6)
-    shapes = modes(body.matrices)
-    damping = modal_damping(body.matrices, shapes, ratio)
-    loss = 0.03
-    matrices = body.matrices._replace(
-        damping=damping.value,
-        damping_error=damping.error,
-        structural=loss * body.matrices.stiffness,
-        structural_error=loss * body.matrices.stiffness_error,
-    )
-    seen = damping_ratio(matrices._replace(structural=nothing, structural_error=nothing), shapes)
-    assert np.all(np.abs(seen.value - ratio) <= seen.error)
-    frequency = shapes.natural_frequency * generator.uniform(0.5, 1.5, size=6)
-    load = load_of(generator, (6, 6))
-    summed, _ = both(matrices, frequency, load)
-    w, rate = shapes.natural_frequency, frequency[:, None]
-    q = (load @ shapes.shape) / (
-        w**2 - rate**2 + 2j * ratio * w * rate + 1j * loss * shapes.eigenvalue
-    )
-    apart = np.abs(summed.value - q @ shapes.shape.T)
-    assert np.all(apart <= 4.0 * summed.error)
-
-
-def test_error_of_the_damping_matrix_is_honest() -> None:
-    """Against modes in 50 digits, mass and stiffness taken as stored."""
-    ratio = np.array([0.01, 0.02, 0.05, 0.1, 0.2, 0.0])
-    ratios = []
-    with mpmath.workdps(50):
-        for seed in range(6):
-            body = random_body(seed)
-            found = modal_damping(body.matrices, modes(body.matrices), ratio)
-            mass, stiffness = exact_matrices(body)[:2]
-            lower = mpmath.cholesky(mass)
-            inverse = lower**-1
-            reduced = inverse * stiffness * inverse.T
-            values, vectors = mpmath.eigsy((reduced + reduced.T) / 2)
-            rate = mpmath.diag(
-                [2 * mpmath.mpf(z) * mpmath.sqrt(v) for z, v in zip(ratio, values, strict=True)]
-            )
-            truth = lower * vectors * rate * vectors.T * lower.T
-            off = off_truth(WithError(found.value, found.error), np.array(truth.tolist()))
-            assert np.all(off <= found.error)
-            ratios.append(found.error / np.maximum(off, UNIT_ROUNDOFF * np.abs(found.value)))
-    assert np.median(ratios) < 2000.0

@@ -1,6 +1,4 @@
-"""Claim: the assurance of two sets of modes knows no units, signs or scales, and is 1 or 0 where it
-must be. Errors bound the true ones.
-"""
+"""Claim: the assurance of two sets of modes is the true one within its error."""
 
 import mpmath
 import numpy as np
@@ -9,44 +7,13 @@ from isolation_machines import exact, random_body
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import WithError
-from vibecalc.response.energies import mass_of
-from vibecalc.response.modes import modal_assurance, modes
+from vibecalc.response.modes import modal_assurance
 
 SEEDS = range(10)
 
 
-def metres_and_radians(length: float) -> np.ndarray:
-    """Weight (6, 6) under which a turn counts as the way it makes at a distance `length`, in m."""
-    return np.diag([1.0, 1.0, 1.0, length**2, length**2, length**2])
-
-
 def exactly(value: np.ndarray) -> WithError:
     return WithError(value, np.zeros(np.shape(value)))
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_modes_of_one_machine_are_orthogonal_under_its_mass(seed: int) -> None:
-    matrices, generator = random_body(seed).matrices, np.random.default_rng(seed)
-    shapes = modes(matrices)
-    set_ = WithError(shapes.shape, shapes.shape_error)
-    scaled = set_.value * generator.choice([-1.0, 1.0], 6) * 10.0 ** generator.uniform(-5, 5, 6)
-    found = modal_assurance(set_, exactly(scaled), mass_of(matrices))
-    assert np.all(np.abs(found.value - np.eye(6)) <= found.error)
-    assert np.all(found.error < 1e-6)
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_unit_of_length_does_not_matter(seed: int) -> None:
-    generator = np.random.default_rng(seed)
-    first, second = generator.normal(size=(2, 6, 3))
-    unit = np.array([1e3, 1e3, 1e3, 1.0, 1.0, 1.0])[:, None]
-    metres = modal_assurance(exactly(first), exactly(second), exactly(metres_and_radians(0.5)))
-    weight = exactly(metres_and_radians(500.0))
-    millimetres = modal_assurance(exactly(first * unit), exactly(second * unit), weight)
-    assert np.all(np.abs(metres.value - millimetres.value) <= metres.error + millimetres.error)
-    # without a weight that knows of it, the unit decides
-    bare = modal_assurance(exactly(first * unit), exactly(second * unit), exactly(np.eye(6)))
-    assert np.max(np.abs(bare.value - metres.value)) > 0.01
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -16,7 +16,6 @@ from vibecalc.core.run.run import run_case
 from vibecalc.isolation.rigid_body import mount_readout
 from vibecalc.isolation.rows import HarmonicsAt, Jet, body_rows
 from vibecalc.isolation.run_up import RunUp, RunUpPeak, run_up, run_up_peak
-from vibecalc.isolation.run_up_grid import CachedFunction
 from vibecalc.numerics.rounding import WithError
 from vibecalc.parts.matrices import assemble
 from vibecalc.response.modal_damping import body_resonances
@@ -102,21 +101,6 @@ def test_peaks_of_many_machines(light: float) -> None:
     check(range(7000, 7400), light)
 
 
-def test_no_speed_is_computed_twice() -> None:
-    asked: list[float] = []
-
-    def look(speed: np.ndarray) -> tuple[np.ndarray, ...]:
-        asked.extend(speed.tolist())
-        return speed**2, np.stack([speed, -speed], axis=1)
-
-    cached = CachedFunction(look)
-    for speed in ([1.0, 3.0], [1.0, 2.0, 3.0], [0.5, 2.0, 4.0], [0.5, 1.0, 2.0, 3.0, 4.0]):
-        squares, both = cached(np.array(speed))
-        assert squares.tolist() == [one**2 for one in speed]
-        assert both[:, 1].tolist() == [-one for one in speed]
-    assert sorted(asked) == [0.5, 1.0, 2.0, 3.0, 4.0] == cached.speed.tolist()
-
-
 def wave(seed: int, kind: str) -> Callable[[np.ndarray], np.ndarray]:
     """Twenty harmonics, and kinks or jumps at three places."""
     generator = np.random.default_rng(seed)
@@ -161,20 +145,6 @@ def test_peak_of_a_turn_is_no_lower_than_dense_samples(kind: str, looks: int, cl
         assert top <= highest + 1e-6 * abs(highest) if kind != "jumps" else True
         assert left <= 1e-9 * abs(top)
         assert count[0] <= 720 + looks
-
-
-def test_peak_from_known_points_takes_few_looks_and_sees_over_the_end_of_the_turn() -> None:
-    looks = [0]
-
-    def function(at: np.ndarray) -> np.ndarray:
-        looks[0] += len(at)
-        return np.asarray(np.cos(at + 0.01))
-
-    angles = np.linspace(0.05, FULL - 0.05, 60)
-    values = np.cos(angles + 0.01)
-    top, _ = peak(function, (angles, values))
-    assert top == pytest.approx(1.0, abs=1e-15)
-    assert looks[0] <= 24
 
 
 def test_undamped_resonances_that_are_met_to_the_last_bit_are_masked() -> None:
