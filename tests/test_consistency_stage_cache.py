@@ -80,16 +80,6 @@ def equal_bits(one: Record, other: Record) -> bool:
     return True
 
 
-@pytest.mark.parametrize("name", QUICK)
-def test_results_are_the_same_to_the_last_bit(name: str) -> None:
-    case, cache = case_of(name), StageCache()
-    plain = run_case(case)
-    assert equal_bits(plain, run_case(case, cache=cache))
-    assert equal_bits(plain, run_case(case, cache=cache))
-    stages = {stage.name for stage in plan_case(case)}
-    assert cache.ran == cache.reused == dict.fromkeys(stages, 1)
-
-
 #: a key, its values, and the stages that run again when it changes
 CHANGES: tuple[tuple[str, str, tuple[Any, Any], set[str]], ...] = (
     ("generator", "machine.mounts.each.stiffness", (2e4, 3e4), {"isolation", "run_up"}),
@@ -117,16 +107,6 @@ def test_only_stages_with_changed_input_run_again(
         assert equal_bits(run_case(case), run_case(case, cache=cache))
     stages = {stage.name for stage in plan_case(cases[0])}
     assert cache.ran == {module: 1 + (module in again) for module in stages}
-
-
-def leaves(table: Any, above: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
-    """Key paths of all doubles of a case."""
-    if isinstance(table, float):
-        return [above]
-    if not isinstance(table, dict | list):
-        return []
-    entries = table.items() if isinstance(table, dict) else enumerate(table)
-    return [path for name, entry in entries for path in leaves(entry, (*above, name))]
 
 
 #: tables in which a key changes nothing that is computed at a point
@@ -277,14 +257,6 @@ def test_a_failure_is_reported_again_in_the_same_words() -> None:
         messages.append(str(failure.value))
     assert messages[0] == messages[1] and "order 1" in messages[0]
     assert cache.ran["isolation"] == cache.reused["isolation"] == 1
-
-
-def test_a_cache_too_small_for_anything_changes_nothing() -> None:
-    """What a stage is made from is forgotten before the stage is kept."""
-    case, cache = case_of("generator"), StageCache(most_bytes=1)
-    for _ in range(2):
-        assert equal_bits(run_case(case), run_case(case, cache=cache))
-    assert not cache.reused and set(cache.ran.values()) == {2}
 
 
 def test_what_is_wanted_is_part_of_the_key() -> None:

@@ -205,12 +205,6 @@ def test_edges_of_what_is_possible(key: str, values: list[float], part: str) -> 
     assert part in " ".join(block.message)
 
 
-def test_distances_of_the_mounts_need_a_lever() -> None:
-    axis = {"key": "machine.mounts.positions[0][0]", "values": [-0.4, -0.41]}
-    block = assert_equal("classic", design_of("classic", [axis]), (PEAK,))
-    assert block.status.tolist() == [DONE, REFUSED] and "lever" in block.message[1]
-
-
 def test_blocks_and_chunks_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     design = scattered("exact", known_keys("exact")[:8], 40, 0.05)
     paths = known_paths("exact")

@@ -1,12 +1,9 @@
 """Claim: each point of a sweep is what a run of its case alone gives, or says why there is none."""
 
-import pickle
-from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
-from array_machines import machine
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from shipped_cases import CASES
@@ -19,9 +16,9 @@ from vibecalc.core.results.layout import BUG, DONE, FAILED, REFUSED
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import execute
 from vibecalc.core.study.sweep import evaluate
-from vibecalc.core.study.sweep.design import Design, make_design
+from vibecalc.core.study.sweep.design import make_design
 from vibecalc.core.study.sweep.evaluate import Evaluator
-from vibecalc.core.study.sweep.prepare import choose, start
+from vibecalc.core.study.sweep.prepare import choose
 
 ROD = "machine.crank_train.rod_length"
 KEEP = (
@@ -93,13 +90,6 @@ def test_a_resonance_is_a_numerical_failure_that_names_it() -> None:
     assert "order 1" in block.message[0] and "undamped natural frequency" in block.message[0]
 
 
-def test_a_broken_limit_is_a_result() -> None:
-    design = design_of(axis(STIFFNESS, 1e4, 1e7))
-    block = Evaluator(generator(), design, KEEP)(np.arange(2))
-    assert (block.status == DONE).all()
-    assert block.quantities[KEEP[0]].values.max() > 100.0  # the limit of the case
-
-
 def test_a_mistake_of_ours_keeps_its_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
     run = evaluate.run_case
 
@@ -153,20 +143,3 @@ def test_the_size_of_chunks_hangs_on_the_sweep_alone() -> None:
 def test_processes_are_started_for_long_work_only(points: int, jobs: int, kind: str) -> None:
     design = design_of(spread(SPEED, "1000 rpm", "5000 rpm", points))
     assert choose(generator().case, design, KEEP, jobs).kind == kind
-
-
-@pytest.mark.parametrize("kind", ["array", "reuse", "pool"])
-def test_an_evaluator_can_be_sent_to_another_process(kind: Any) -> None:
-    design: Design = design_of(axis(SPEED, 200.0, 300.0))
-    make = partial(start, generator(), design, ("excitation/force_peak",), kind)
-    here, there = make()(np.arange(2)), pickle.loads(pickle.dumps(make))()(np.arange(2))
-    assert pickle.loads(pickle.dumps(here)).status.tolist() == [DONE, DONE]
-    for one, other in zip(here.quantities.values(), there.quantities.values(), strict=True):
-        assert one.values.tobytes() == other.values.tobytes()
-
-
-def test_no_points_give_an_empty_block() -> None:
-    design = design_of(axis(SPEED, 200.0, 300.0))
-    for kind in ("array", "reuse"):
-        block = start(machine("classic"), design, ("excitation/force_peak",), kind)(np.arange(0))  # type: ignore[arg-type]
-        assert len(block.indices) == len(block.status) == len(block.message) == 0
