@@ -42,7 +42,9 @@ class ReactionTruth:
         liquid, masses = pump.together(pump.harmonics(kept)), self._inertia(case)
         masses += [mpf(0)] * (highest - len(masses))
         self.couple = [-a - b for a, b in zip(liquid, masses[:kept], strict=True)]
-        self.mean_couple = -pump.mean() * len(pump.ahead)
+        # a driven machine that stands on the body gives the mean back to it
+        on_body = case.excitation is not None and case.excitation.driven_machine == "on_body"
+        self.mean_couple = mpf(0) if on_body else -pump.mean() * len(pump.ahead)
         load = [self._shaken(n) + self.about(-q) for n, q in enumerate(liquid, start=1)]
         self.moved = self._motion(load)
         liquid_beyond = pump.many(highest)[kept:]

@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 from find_samples import (
     ARMS,
-    DAMPING,
     FORCE,
     FREQUENCY,
     HEAD,
@@ -123,24 +122,6 @@ def test_the_ends_of_a_turn_are_one_place(tmp_path: Path) -> None:
     assert sorted(found) == pytest.approx([math.pi / 6.0, 5.0 * math.pi / 6.0], rel=1e-12)
 
 
-def test_a_run_with_the_value_found_gives_what_was_wanted(tmp_path: Path) -> None:
-    searches = [
-        row("damping", DAMPING, "1 N*s/m", "1000 N*s/m", FORCE, 'target = "0.09 kN"'),
-        row("rod", ROD, "61 mm", "2 m", RIGID, 'change = "-300 N"'),
-        row("sag", STIFFNESS, 2000, 50000, "isolation/support_displacement/sag", 'target = "1 cm"'),
-    ]
-    record = run(tmp_path, *searches).record
-    for name, key, path, wanted in (
-        ("damping", DAMPING, FORCE, 90.0),
-        ("rod", ROD, RIGID, float(record[RIGID].values) - 300.0),
-        ("sag", STIFFNESS, "isolation/support_displacement/sag", 0.01),
-    ):
-        value = float(record[f"find/{name}/value"].values)
-        again = run(tmp_path, settings=(f"{key}={value!r}",)).record[path].values.max()
-        assert again == pytest.approx(wanted, rel=1e-11)
-        assert again == float(record[f"find/{name}/reached"].values)
-
-
 def test_a_resonance_between_the_bounds_is_gone_around_and_said(tmp_path: Path) -> None:
     """The middle of the first look is on the resonance of order 1."""
     stiffness = 500.0**2 * INERTIA / ARMS
@@ -193,17 +174,6 @@ def test_paths_units_report_and_file_say_the_same(tmp_path: Path) -> None:
     plan = command("check", str(path)).out
     assert "5 + 5 + 5 runs" in plan and "find/phase: value, reached, written" in plan
     assert "Brent" in text
-
-
-@pytest.mark.long
-def test_the_same_numbers_in_any_order_and_twice(tmp_path: Path) -> None:
-    one = row("ten", STIFFNESS, "1 N/mm", "1 kN/mm", FREQUENCY, 'target = "10 Hz"')
-    other = row("rod", ROD, "61 mm", "2 m", RIGID, 'change = "-300 N"')
-    first, second = run(tmp_path, one, other).record, run(tmp_path, other, one).record
-    paths = [path for path in first if path.startswith("find/")]
-    assert len([path for path in paths if "/machine/" not in path]) == 18
-    for path in paths:
-        assert first[path].values.tolist() == second[path].values.tolist()
 
 
 def test_the_machine_found_stands_nearby_the_one_written(tmp_path: Path) -> None:

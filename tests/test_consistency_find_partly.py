@@ -49,8 +49,3 @@ def test_references_and_limits_on_what_is_missing_are_missed(tmp_path: Path) -> 
     assert as_json(result)["references"][1]["computed"] is None
     outcome = done(tmp_path, rows, "verify")
     assert outcome.code == 1 and "find/thirty/value" in outcome.err + outcome.out
-
-
-def test_a_reference_on_another_missing_path_is_an_error_as_before(tmp_path: Path) -> None:
-    outcome = done(tmp_path, REFERENCE.format("forty", "1 N/mm"), "run")
-    assert outcome.code not in (0, 1) and "find/forty/value" in outcome.err
