@@ -10,10 +10,9 @@ from typing import Any
 
 import mpmath
 import numpy as np
-from exact_body import BodyTruth, solve
+from exact_body import BodyTruth
 from exact_motion import exact_motion
 from exact_parts import up_of
-from exact_planar import PlanarTruth
 from exact_pump import PumpTruth
 from exact_train import Shaking, frame_of, masses_of, vector
 from mpmath import mpc, mpf
@@ -94,7 +93,7 @@ class ReactionTruth:
     def _joined(self, near: list[np.ndarray], loads: np.ndarray) -> np.ndarray:
         """Motion (orders, 6) in doubles: of the first orders as given, of the rest by loads."""
         body = self.body
-        kept = body.kept if isinstance(body, PlanarTruth) else np.arange(6)
+        kept = body.kept
         block = np.ix_(kept, kept)
         mass, spring, damper, loss = (
             one[block].astype(float) for one in (body.mass, body.stiffness, body.damping, body.loss)
@@ -133,7 +132,7 @@ def reaction_rows(
     driven.orders = list(range(1, truth.kept + 1))
     yield reported("support_force", driven.rows(truth.speed, truth.moved))
     load = truth.about(truth.mean_couple)
-    still = body.still(load) if isinstance(body, PlanarTruth) else solve(body.stiffness, load)
+    still = body.held(body.stiffness, load)
     mean = [m.stiffness @ (g @ still) for m, g in zip(body.mounts, body.seen, strict=True)]
     yield reported("mean_support_force", [one.tolist() for one in mean])
     order, frequency = record[f"{ROOT}nearest_order"].values.tolist(), body.modes()[0]

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from crank_trains import motion, train, turning
+from crank_trains import generator, motion, train, turning
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.balance import residual
@@ -15,6 +15,7 @@ from vibecalc.excitation.inertia_forces import (
     reciprocating_excitation,
     rotating_excitation,
 )
+from vibecalc.parts.crank_train import build_crank_train
 
 RATIO = 0.3
 MOTION = motion(RATIO, 8)
@@ -60,3 +61,17 @@ def test_numbers_beyond_double_precision_are_refused() -> None:
     words = r"not finite numbers at a crank speed of 1e\+200"
     with np.errstate(all="ignore"), pytest.raises(NumericalFailure, match=words):
         at_speed(pistons([0.0]), 1e200)
+
+
+def test_cylinders_override_the_masses_of_the_train() -> None:
+    train = generator(
+        machine__crank_train__cylinders=[
+            {"name": "a", "reciprocating_mass": 0.7},
+            {"name": "b", "position": 0.1, "rotating_mass": 0.3},
+        ],
+        machine__crank_train__rotating_mass=0.1,
+    ).machine.crank_train
+    built = build_crank_train(train)
+    assert built.reciprocating_mass.tolist() == [0.7, 0.4]
+    assert built.rotating_mass.tolist() == [0.1, 0.3]
+    assert built.names == ("a", "b")
