@@ -109,24 +109,8 @@ def test_a_saddle_is_not_an_optimum():
     assert sorted(found.active_bounds) == [-1, 1]
 
 
-def test_corner_of_the_bounds():
-    found = minimise(lambda x: (x[0] + 2 * x[1], []), [-1, -1], [1, 1], starts=1)
-    assert list(found.variables) == [-1.0, -1.0]
-    assert list(found.active_bounds) == [-1, -1]
-    assert found.bound_multipliers == pytest.approx([1.0, 2.0], rel=1e-9)
-    assert list(found.variables_error) == [0.0, 0.0]
-
-
 def test_singular_optimum_has_an_honest_error():
     """At the bottom of a fourth power a variable is known to a fourth root of round-off."""
     found = minimise(lambda x: ((x[0] - 0.3) ** 4 + 1.0, []), [-1], [1], starts=1)
     assert abs(found.variables[0] - 0.3) <= 10 * found.variables_error[0]
     assert abs(found.objective - 1.0) <= found.objective_error < 1e-10
-
-
-def test_changing_number_of_margins_is_a_mistake_of_the_caller():
-    def evaluate(x):
-        return x[0], [1.0] * (1 if x[0] > 0.3 else 2)
-
-    with pytest.raises(ValueError, match="number of objective entries or margins changes"):
-        minimise(evaluate, [0], [1])

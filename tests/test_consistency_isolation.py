@@ -20,7 +20,6 @@ from vibecalc.isolation.rigid_body import (
 )
 from vibecalc.isolation.rows import HarmonicsAt, body_rows, pitch_rows
 from vibecalc.isolation.run_up import RunUpPeak, cycle_peaks, run_up, run_up_peak
-from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.rounding import WithError
 from vibecalc.response.modal_damping import body_resonances
 from vibecalc.response.modes import modes
@@ -40,9 +39,6 @@ def gibson_rows(damping: float = 50.0) -> HarmonicsAt:
     return pitch_rows(*gibson(damping), ORDERS, gibson_couple())
 
 
-def gibson_run_up(damping: float, start: float = 0.0, stop: float = SPEED) -> RunUpPeak:
-    resonances = pitch_resonances(gibson(damping)[0], gibson_couple())
-    return run_up(gibson_rows(damping), ORDERS, resonances, start, stop, ALL_ROWS).peak
 
 
 def body_run_up(body: Body, load: WithError, orders: np.ndarray, stop: float) -> RunUpPeak:
@@ -70,29 +66,6 @@ def test_blocks_of_speeds_change_nothing(monkeypatch: pytest.MonkeyPatch) -> Non
     pieces = cycle_peaks(gibson_rows(), ORDERS, np.linspace(1.0, SPEED, 500))
     assert pieces.value == pytest.approx(curve.value, rel=1e-13)
     assert pieces.error.shape == curve.error.shape
-
-
-@pytest.mark.parametrize(
-    ("damping", "count"),
-    [
-        (50.0 * 1.26e-3, 20_000),
-        (2.0, 20_000),
-        *(pytest.param(damping, 60_000, marks=pytest.mark.long) for damping in (50.0, 400.0)),
-    ],
-)
-def test_run_up_maximum_holds_against_a_dense_sweep(damping: float, count: int) -> None:
-    """The sweep never lies above the maximum, nor farther below than its own spacing allows."""
-    peak = gibson_run_up(damping)
-    around = peak.speed[0] * (1.0 + np.linspace(-1e-3, 1e-3, 20_001))
-    sweep = np.concatenate([np.linspace(0.0, SPEED, count), around])
-    sweep = sweep[sweep <= SPEED]
-    rows = gibson_rows(damping)
-    blocks = [cycle_peak(rows(part).value[:, 0, 0], ORDERS) for part in np.array_split(sweep, 20)]
-    value = np.concatenate([block.value for block in blocks])
-    best = int(np.argmax(value))
-    assert value[best] <= peak.value[0] * (1.0 + 1e-13) + peak.error[0]
-    assert value[best] == pytest.approx(peak.value[0], rel=3e-6)
-    assert sweep[best] == pytest.approx(peak.speed[0], rel=1e-3)
 
 
 @pytest.mark.parametrize("seed", range(2))

@@ -23,7 +23,6 @@ from truth_report import UNIT
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Record
-from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.run import run_case
 from vibecalc.errors import NumericalFailure
 
@@ -168,27 +167,6 @@ def test_a_mode_that_is_met_and_not_driven_is_a_warning(method: str) -> None:
     stiffness[2, 2] *= 2.0
     want = solve_orders(mass, stiffness, 0.0, six_load(record), 100.0)
     assert six(record) == pytest.approx(want, abs=1e-12 * np.abs(want).max())
-
-
-def test_the_order_next_to_a_mode() -> None:
-    record = run(diagonal(2, 1, 1e-3))
-    natural = record["response/modes/natural_frequency"].values
-    nearest = record["response/modes/nearest_order"].values
-    orders = np.array([1, *range(2, 12, 2)])  # one cylinder with its throw: 1 and the even ones
-    ratio = orders * 100.1 / natural[:, None]
-    best = np.argmin(np.abs(np.log(ratio)), axis=1)
-    assert np.array_equal(nearest, orders[best])
-    assert record["response/modes/distance"].values == pytest.approx(
-        ratio[np.arange(6), best] - 1.0, abs=1e-12
-    )
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_a_run_holds_what_its_plan_says(seed: int) -> None:
-    table = random_compressor(seed)
-    speed = table["machine"]["speed"]
-    table["response"]["run_up"] = {"from": 0.99 * speed, "to": speed}
-    assert set(run(table)) == set(planned_quantities(validate(copy.deepcopy(table))))
 
 
 def test_speeds_of_a_run_up_are_single_runs() -> None:

@@ -2,24 +2,18 @@
 repeated modes, for modes without stiffness, close to resonances; and it refuses to answer on one.
 """
 
-import mpmath
 import numpy as np
-import ong_tables as ong
 import pytest
-from isolation_machines import exact, exact_response, random_body
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import WithError
 from vibecalc.parts.matrices import assemble
-from vibecalc.response.forced import UndrivenModes, dynamics, modal_response, response
+from vibecalc.response.forced import dynamics, modal_response, response
 from vibecalc.response.modal_damping import (
-    body_resonances,
     damped_basis,
-    modal_force,
 )
 from vibecalc.response.modes import modes
-from vibecalc.response.resonances import check_operating_point
 
 
 def load_of(generator: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
@@ -34,75 +28,6 @@ def both(matrices: Matrices, frequency: np.ndarray, load: np.ndarray) -> tuple[W
     direct = response(dynamics(matrices, frequency), load, nothing)
     assert np.all(np.abs(summed.value - direct.value) <= summed.error + direct.error)
     return summed, direct
-
-
-def off_truth(found: WithError, truth: np.ndarray) -> np.ndarray:
-    """True errors (..., 6) against mpmath numbers."""
-    pairs = zip(np.ravel(exact(found.value)), np.ravel(truth), strict=True)
-    return np.array([float(abs(a - b)) for a, b in pairs]).reshape(found.value.shape)
-
-
-def ong_load(orders: int = 1) -> np.ndarray:
-    row = np.array([0.0, 1.0, 0.0, ong.LEVER_A * ong.INCH, 0.0, 0.0])
-    return np.tile(row, (orders, 1)).astype(complex)
-
-
-def stored_response(matrices: Matrices, frequency: float, load: np.ndarray) -> np.ndarray:
-    parts = (matrices.mass, matrices.stiffness, matrices.damping, matrices.structural)
-    stored = tuple(mpmath.matrix(exact(part).tolist()) for part in parts)
-    return exact_response(stored, frequency, load)
-
-
-@pytest.mark.parametrize("mode", range(6))
-def test_undamped_resonance_is_refused_and_one_in_ten_million_nearby_it_is_known(
-    mode: int,
-) -> None:
-    matrices = ong.si_matrices()
-    shapes = modes(matrices)
-    natural = float(shapes.natural_frequency[mode])
-    load = ong_load()
-    force = WithError(load, 1e-16 * np.abs(load))
-    with pytest.raises(NumericalFailure, match="without damping at its natural frequency"):
-        modal_response(matrices, shapes.shape, np.array([natural]), *force)
-    resonances = body_resonances(matrices, shapes, force)
-    with pytest.raises(NumericalFailure, match=f"mode {mode + 1}"):
-        check_operating_point(resonances, np.array([1]), natural)
-
-    nearby = natural * (1.0 + 1e-7)
-    assert check_operating_point(resonances, np.array([1]), nearby) == ()
-    summed, direct = both(matrices, np.array([nearby]), load)
-    largest = np.max(np.abs(summed.value))
-    with mpmath.workdps(50):
-        off = off_truth(summed, stored_response(matrices, nearby, load[0])[None])
-    assert np.all(off <= summed.error)
-    # about seven digits are lost, and the estimate says so
-    lost = np.max(summed.error) / largest
-    assert 1e-10 < lost < 1e-6
-    assert np.max(direct.error) / largest < 1e-6
-
-
-def test_mode_that_is_not_driven_is_left_out_at_its_frequency() -> None:
-    body = random_body(7, proportional=True)
-    undamped = body.matrices._replace(
-        structural=np.zeros((6, 6)),
-        structural_error=np.zeros((6, 6)),
-        damping=np.zeros((6, 6)),
-        damping_error=np.zeros((6, 6)),
-    )
-    shapes = modes(undamped)
-    load = (undamped.mass @ shapes.shape[:, [0, 4]] @ np.array([1.0, 2.0j]))[None]
-    error = 1e-15 * np.abs(load)
-    natural = shapes.natural_frequency[2:3]
-    summed = modal_response(undamped, shapes.shape, natural, load, error)
-    value = shapes.eigenvalue[[0, 4]] - natural**2
-    expected = shapes.shape[:, [0, 4]] @ (np.array([1.0, 2.0j]) / value)
-    assert np.all(np.abs(summed.value[0] - expected) <= summed.error[0])
-    assert np.all(summed.error[0] < 1e-9 * np.max(np.abs(expected)))
-    force = modal_force(shapes, load, error)
-    pairs = np.abs(force.value) <= 4.0 * force.error
-    left_out = UndrivenModes(pairs, shapes.shape, shapes.eigenvalue)
-    direct = response(dynamics(undamped, natural, left_out), load, error)
-    assert np.all(np.abs(summed.value - direct.value) <= summed.error + direct.error)
 
 
 def square_matrices(damping: float) -> Matrices:

@@ -90,28 +90,6 @@ def test_borders_are_met_to_their_closeness_and_no_step_has_one_inside() -> None
     assert np.sum(np.diff(record.interval[:, 0]) != 0) == count
 
 
-def test_more_parts_refine_where_borders_set_the_steps() -> None:
-    nodes = np.linspace(0.0, 40.0, 201)
-    system = Tables(
-        lambda t, y, p: np.stack([1.0 + 0.5 * np.sin(y[:, 0])], axis=1), np.ones((1, 1)), [nodes],
-        1e-10,
-    )  # fmt: skip
-    start = np.array([[0.5]])
-
-    def run(parts: int, tolerance: float = 10.0) -> tuple[float, int]:
-        found = march(
-            system, np.zeros(1), start, system.intervals_at(start), np.array([20.0]),
-            absolute=tolerance, parts=parts,
-        )  # fmt: skip
-        return float(found.state[0, 0]), int(found.steps[0])
-
-    truth, _ = run(4, 1e-12)
-    coarse, few = run(1)
-    finer, many = run(2)
-    assert many > 1.5 * few
-    assert abs(finer - truth) < 0.1 * abs(coarse - truth)
-
-
 @pytest.mark.long
 def test_a_solution_that_blows_up_is_refused() -> None:
     system = SmoothSystem(lambda t, y: y * y)

@@ -11,7 +11,6 @@ import xarray
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sweep_blocks import (
-    DIRECTIONS,
     FORCE,
     KEPT,
     MASKED,
@@ -26,7 +25,7 @@ from sweep_blocks import (
 from sweep_runs import objects
 from sweep_samples import MODEL, SPEED, STIFFNESS, axis, design_of, scattered, spread
 
-from vibecalc.core.results.layout import DONE, NOT_RUN, STATUS
+from vibecalc.core.results.layout import DONE, NOT_RUN
 from vibecalc.core.results.store import read_result
 from vibecalc.core.results.sweep_file import (
     boxes,
@@ -98,25 +97,6 @@ def test_causes_are_reported_once_with_the_points_they_hit(tmp_path: Path) -> No
         said = [failed.texts[cause] for cause in failed.causes]
         assert said[0] == said[2] == "order 1 meets mode 1" and len(failed.texts) == 2
         assert said[1].startswith("Traceback\n  a line with é and  and ")
-
-
-def test_the_axes_have_scales_units_and_values(tmp_path: Path) -> None:
-    sweep = made(tmp_path)
-    path = written(tmp_path, sweep)
-    with h5py.File(path) as file:
-        force = file[FORCE]
-        assert [one.label for one in force.dims] == [
-            "stiffness", "damping", "machine.speed", "direction", "order",
-        ]  # fmt: skip
-        for position, swept in enumerate(sweep.design.axes):
-            scale = force.dims[position][0]
-            assert np.array_equal(scale[()], swept.values[:, 0])
-            assert scale.attrs["units"] == swept.units[0]
-            assert np.array_equal(file[f"sweep/values/{swept.keys[0]}"][()], swept.values[:, 0])
-        assert force.dims[3][0].asstr()[()].tolist() == DIRECTIONS.tolist()
-        assert force.dims[4][0][()].tolist() == [1, 2, 3, 4, 5, 6]
-        assert force.chunks is not None and force.fletcher32
-        assert force.attrs["units"] == "N" and file[STATUS].dims[2].label == "machine.speed"
 
 
 def test_it_is_read_as_a_result_and_by_xarray(tmp_path: Path) -> None:

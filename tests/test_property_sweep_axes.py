@@ -70,13 +70,6 @@ def test_spread_is_monotone_within_its_ends(first, last, count, spacing):
     assert np.all(np.diff(drawn) * (float(last) - float(first)) > 0.0)
 
 
-def test_ends_in_different_units_meet_in_si():
-    found = values(spread(STIFFNESS, 5000, "50 N/mm", 10))
-    assert found.tolist() == [5000.0 * n for n in range(1, 11)]
-    zero = values(spread(STIFFNESS, 0, "3 N/mm", 4))
-    assert zero.tolist() == [0.0, 1000.0, 2000.0, 3000.0]
-
-
 def test_names_units_and_labels():
     design = design_of(
         axis(STIFFNESS, "5 N/mm", "6 N/mm", **{"with": [axis(DAMPING, 10, 20)]}),

@@ -4,8 +4,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from shipped_cases import CASES
 from sweep_samples import MODEL, SPEED, STIFFNESS, axis, design_of, generator, spread
 
@@ -47,25 +45,6 @@ def test_points_are_the_runs_of_their_cases_to_the_last_bit() -> None:
             assert (found.unit, found.amplitude) == (quantity.unit, quantity.amplitude)
 
 
-@given(st.data())
-@settings(max_examples=6, deadline=None)
-def test_a_point_does_not_depend_on_its_neighbours(data: st.DataObject) -> None:
-    design = design_of(
-        axis(ROD, 0.05, 0.15, 0.3),
-        axis(SPEED, 100.0, 300.0),
-        axis("machine.mounts.each.damping", 0.0, 50.0),
-    )
-    count = design.count
-    some = data.draw(st.lists(st.integers(0, count - 1), min_size=1, max_size=6, unique=True))
-    keep = ("isolation/support_force/steady_peak", "isolation/pitch/damping_ratio")
-    whole = Evaluator(generator(), design, keep)(np.array(sorted(some)))
-    for row, number in enumerate(sorted(some)):
-        alone = Evaluator(generator(), design, keep)(np.array([number]))
-        assert alone.status[0] == whole.status[row] and alone.message[0] == whole.message[row]
-        for path, found in alone.quantities.items():
-            assert found.values[0].tobytes() == whole.quantities[path].values[row].tobytes()
-
-
 def test_what_cannot_be_is_refused_in_the_words_of_the_checks() -> None:
     design = design_of(axis(ROD, 0.05, -1.0, 0.2))
     block = Evaluator(generator(), design, KEEP)(np.arange(3))
@@ -102,14 +81,6 @@ def test_a_mistake_of_ours_keeps_its_traceback(monkeypatch: pytest.MonkeyPatch) 
     block = Evaluator(generator(), design_of(axis(SPEED, 200.0, 300.0)), KEEP)(np.arange(2))
     assert block.status.tolist() == [DONE, BUG]
     assert "Traceback" in block.message[1] and "ZeroDivisionError: a slip" in block.message[1]
-
-
-def test_orders_that_a_point_does_not_keep_are_zero() -> None:
-    design = design_of(axis("excitation.orders", 2, 4, 3))
-    block = Evaluator(generator(), design, ("excitation/force",))(np.arange(3))
-    force = block.quantities["excitation/force"]
-    assert force.values.shape == (3, 4, 3) and force.axes[0].values.tolist() == [1, 2, 3, 4]
-    assert not force.values[0, 2:].any() and not force.values[2, 3:].any()
 
 
 @pytest.mark.long
