@@ -144,20 +144,6 @@ def exact_response(
     return np.array(list(mpmath.lu_solve(dynamic, mpmath.matrix(exact(force).tolist()))))
 
 
-def join(first: Readout, second: Readout) -> Readout:
-    """Rows of both; the one with fewer components is filled up with zeros, which add nothing."""
-    width = max(first.spring.shape[1], second.spring.shape[1])
-
-    def filled(block: np.ndarray) -> np.ndarray:
-        return np.pad(block, ((0, 0), (0, width - block.shape[1]), (0, 0)))
-
-    return Readout(
-        np.concatenate([filled(first.spring), filled(second.spring)]),
-        np.concatenate([filled(first.damper), filled(second.damper)]),
-        max(first.uncertainty, second.uncertainty),
-    )
-
-
 def shows(readout: Readout, shape: np.ndarray, frequency: np.ndarray) -> np.ndarray:
     """Which modes, `shape` (coordinates, modes), can be seen in which rows: (modes, rows).
 

@@ -93,15 +93,6 @@ def test_a_removed_folder_is_named(sweep: Made, tmp_path: Path) -> None:
     assert not (tmp_path / "sweep.h5").exists()
 
 
-def test_a_folder_that_is_a_file(tmp_path: Path) -> None:
-    sweep = made(tmp_path)
-    sweep.chunks.folder.write_text("in the way")
-    with pytest.raises(UsageError, match="cannot make the folder"):
-        sweep.chunks.make()
-    with pytest.raises(UsageError, match="cannot look into"):
-        sweep.chunks.finished()
-
-
 def test_a_chunk_that_breaks_while_the_file_is_written(sweep: Made, tmp_path: Path) -> None:
     path = sweep.chunks.path(3)
     path.write_bytes(path.read_bytes()[:-9])
