@@ -68,34 +68,6 @@ def test_error_estimates_are_honest():
     assert np.median(estimates / np.maximum(errors, 1e-3 * estimates)) < 1000
 
 
-def test_single_order_closed_form_agrees_with_the_general_route():
-    generator = np.random.default_rng(5)
-    for components in (1, 2, 3):
-        for order in (1, 2, 7):
-            values = generator.normal(size=(60, components, 2)) @ [1, 1j]
-            short = vector_cycle_peak(values[..., None], [order])
-            # a second order too small to matter takes the general route
-            other = np.stack([values, np.full_like(values, 1e-30)], axis=-1)
-            general = vector_cycle_peak(other, [order, order + 1])
-            np.testing.assert_allclose(short.value, general.value, rtol=4e-15)
-            np.testing.assert_allclose(short.angle, general.angle, rtol=0, atol=1e-12)
-            if components == 1:
-                np.testing.assert_allclose(short.value, np.abs(values[:, 0]), rtol=4e-16)
-
-
-def test_common_divisor_of_orders_changes_nothing_but_the_angle():
-    generator = np.random.default_rng(6)
-    values = generator.normal(size=(50, 3, 4, 2)) @ [1, 1j]
-    slow = vector_cycle_peak(values, [0, 1, 2, 5])
-    fast = vector_cycle_peak(values, [0, 6, 12, 30])
-    assert np.array_equal(slow.value, fast.value)
-    np.testing.assert_allclose(fast.angle, slow.angle / 6, rtol=1e-15)
-    together = np.concatenate([values, np.full((50, 3, 1), 1e-30)], axis=-1)
-    general = vector_cycle_peak(together, [0, 6, 12, 30, 7])
-    np.testing.assert_allclose(general.value, fast.value, rtol=4e-15)
-    np.testing.assert_allclose(general.angle, fast.angle, rtol=0, atol=1e-12)
-
-
 @pytest.mark.parametrize(
     ("harmonics", "orders", "value", "angle"),
     [

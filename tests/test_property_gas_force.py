@@ -16,15 +16,6 @@ UNEVEN = np.array([0.0, 0.3, 0.35, 2.0, 3.1, 5.0, TURN])
 UNEVEN_FORCE = np.array([5.0, 9.0, -2.0, 4.0, 4.5, 1.0, 5.0])
 
 
-@pytest.mark.parametrize("kind", FORCE_INTERPOLATIONS)
-def test_through_every_node_in_every_turn(kind: str) -> None:
-    gas = gas_force(ANGLE, FORCE, kind)
-    for turn in (-2, 0, 5):
-        np.testing.assert_allclose(
-            force_at(gas, ANGLE + turn * TURN), FORCE, rtol=0, atol=2e-12 * LARGEST
-        )
-
-
 @pytest.mark.parametrize(("angle", "force"), [(ANGLE, FORCE), (UNEVEN, UNEVEN_FORCE)])
 def test_linear_is_interpolation_by_numpy(angle: np.ndarray, force: np.ndarray) -> None:
     truth = np.interp(POINTS, angle[:-1], force[:-1], period=TURN)

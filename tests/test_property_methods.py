@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 from long_but import long_but
+from test_consistency_optimum import KNOWN
 from test_property_optimum import valley
 
-from vibecalc.core.study.search.methods import METHODS, find
+from vibecalc.core.study.search.methods import METHODS, find, hooke_jeeves
 from vibecalc.core.study.search.minimise import minimise
 from vibecalc.errors import NumericalFailure
 
@@ -91,3 +92,30 @@ def test_a_kink_has_no_residual():
     found = find("hooke_jeeves", lambda x: (abs(x[0] - 0.3) + 1, []), [0], [1])
     assert found.variables[0] == pytest.approx(0.3, abs=1e-7)
     assert found.residual == np.inf
+
+
+def test_first_moves_of_hooke_and_jeeves_are_those_of_their_paper():
+    """Up one axis after the other; the pattern move then goes as far again and explores there."""
+    points = []
+
+    def called(point):
+        points.append(point.copy())
+        return float(np.sum((point - 0.9) ** 2))
+
+    hooke_jeeves(called, np.zeros(2), 0.125, 0.125)
+    expected = [(0, 0), (1, 0), (1, 1), (2, 2), (3, 2), (3, 3), (5, 5)]
+    assert np.array_equal(np.array(points[:7]) * 8, expected)
+
+
+@pytest.mark.parametrize(
+    "name", ["hooke_jeeves", pytest.param("nelder_mead", marks=pytest.mark.long)]
+)
+@pytest.mark.parametrize("number", long_but(KNOWN, *list(KNOWN)[:2]))
+def test_limits_are_kept_without_standing_still_at_them(name, number):
+    evaluate, lower, upper, objective, variables = KNOWN[number]
+    found = find(name, evaluate, lower, upper, budget=10000)
+    assert found.converged
+    assert found.violation <= 2e-7
+    assert abs(found.objective - objective) <= 1e-6
+    assert np.max(np.abs(found.variables - variables)) <= 1e-3
+    assert found.residual <= 1e-3

@@ -119,16 +119,6 @@ def test_noise_is_measured():
     assert 1e-10 < found.objective_error < 1e-7
 
 
-@pytest.mark.parametrize("dimension", [1, 2, 3, 6])
-def test_starts_are_spread_evenly(dimension):
-    points = spread(64, dimension)
-    assert points.shape == (64, dimension)
-    assert points.tobytes() == spread(128, dimension)[:64].tobytes()
-    for column in points.T:
-        counts = np.histogram(column, bins=8, range=(0, 1))[0]
-        assert np.all(np.abs(counts - 8) <= 3)
-
-
 def test_ends_that_differ_where_nothing_depends_on_it_are_one_optimum():
     """A weight of size x at the angle y: at no size the angle is free; two sizes stay two."""
 

@@ -5,6 +5,7 @@ finely. Looks about a turn of a roll machine, smooth or with jumps, are held aga
 """
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from vibecalc.core.case.load import validate
 from vibecalc.core.run.run import run_case
 from vibecalc.isolation.rigid_body import mount_readout
 from vibecalc.isolation.rows import HarmonicsAt, Jet, body_rows
-from vibecalc.isolation.run_up import RunUp, RunUpPeak, run_up, run_up_peak
+from vibecalc.isolation.run_up import RunUp, RunUpPeak, cycle_peaks, run_up, run_up_peak
 from vibecalc.numerics.rounding import WithError
 from vibecalc.parts.matrices import assemble
 from vibecalc.response.modal_damping import body_resonances
@@ -36,8 +37,8 @@ class Counted:
         return self.rows(speed, slopes, errors)
 
 
-def passed(seed: int, light: float, tolerance: float) -> tuple[RunUp, RunUpPeak, int, int]:
-    """A random run-up: with its curve, its peaks alone, and the speeds that each took."""
+def drawn(seed: int, light: float) -> tuple[Any, ...]:
+    """What a run-up of a random body takes: rows, orders, resonances, range, rows that are seen."""
     drawn = random_body(seed)
     position, stiffness, damping, structural = drawn.mounts
     mounts = (position, stiffness, light * damping, light * structural)
@@ -52,14 +53,17 @@ def passed(seed: int, light: float, tolerance: float) -> tuple[RunUp, RunUpPeak,
     stop = float(generator.choice([3.0 * own[-1], own[-1] / orders[0], own[2], 1.2 * own[0]]))
     start = float(generator.choice([0.0, 0.0, 0.3, 0.9])) * stop
     rows = Counted(body_rows(body.matrices, readout, orders, load))
-    given = (
-        rows, orders, body_resonances(body.matrices, shapes, load), start, stop,
-        shows(readout, shapes.shape, own),
-    )  # fmt: skip
+    resonances = body_resonances(body.matrices, shapes, load)
+    return rows, orders, resonances, start, stop, shows(readout, shapes.shape, own)
+
+
+def passed(seed: int, light: float, tolerance: float) -> tuple[RunUp, RunUpPeak, int, int]:
+    """A random run-up: with its curve, its peaks alone, and the speeds that each took."""
+    given = drawn(seed, light)
     whole = run_up(*given, curve_tolerance=tolerance)
-    first = rows.asked
+    first = given[0].asked
     alone = run_up_peak(*given)
-    return whole, alone, first, rows.asked - first
+    return whole, alone, first, given[0].asked - first
 
 
 def check(seeds: range, light: float) -> tuple[float, float]:
@@ -99,6 +103,30 @@ def test_branches_that_cross_and_ends_that_hide_a_peak() -> None:
 @pytest.mark.parametrize("light", [8.0, 1.0, 1e-3])
 def test_peaks_of_many_machines(light: float) -> None:
     check(range(7000, 7400), light)
+
+
+@pytest.mark.parametrize("seed", [3, 8])
+def test_a_dense_sweep_shows_the_same_in_blocks_of_any_size(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given = drawn(seed, 1.0)
+    rows, orders, _, start, stop, _ = given
+    whole = run_up(*given, curve_tolerance=1e-3)
+    highest = whole.peak.value
+    near = [speed * (1.0 + np.linspace(-0.01, 0.01, 101)) for speed in whole.peak.speed]
+    sweep = np.concatenate([np.linspace(start, stop, 3000), *near])
+    sweep = sweep[(sweep >= start) & (sweep <= stop)]
+    monkeypatch.setattr("vibecalc.isolation.run_up.MOST_AT_ONCE", 40)
+    top = np.max(cycle_peaks(rows, orders, sweep).value, axis=0)
+    assert np.all(top <= highest * (1.0 + 1e-12) + whole.peak.error)
+    assert top == pytest.approx(highest, rel=1e-5)
+    between = 0.7 * whole.speed[1:] + 0.3 * whole.speed[:-1]
+    line = 0.7 * whole.curve.value[1:] + 0.3 * whole.curve.value[:-1]
+    # the test of midpoints sees a grid of angles, which is good to some 4e-4
+    assert np.all(np.abs(cycle_peaks(rows, orders, between).value - line) <= 2e-3 * highest)
+    again = run_up(*given, curve_tolerance=1e-3)
+    assert again.peak.value == pytest.approx(highest, rel=1e-12)
+    assert again.peak.speed == pytest.approx(whole.peak.speed, rel=1e-11)
 
 
 def wave(seed: int, kind: str) -> Callable[[np.ndarray], np.ndarray]:

@@ -187,17 +187,6 @@ def test_merged_shards_are_the_whole(
     assert done.counts == assemble(whole, sweep.head, sweep.chunks).counts
 
 
-def test_merging_says_what_no_part_has(tmp_path: Path) -> None:
-    sweep = made(tmp_path)
-    sweep.fill()
-    parts = [
-        assemble(tmp_path / f"{number}.h5", sweep.head, sweep.chunks, [number]).path
-        for number in (0, 2, 4)
-    ]
-    done = merge(parts, tmp_path / "merged.h5")
-    assert done.missing == ((5, 9), (15, 19)) and done.counts[NOT_RUN] == 10
-
-
 _PROGRAM = """
 import resource, sys
 from pathlib import Path

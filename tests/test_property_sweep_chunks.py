@@ -50,13 +50,6 @@ def test_a_chunk_comes_back_as_it_was(sweep: Made) -> None:
         assert_same(sweep.chunks.read(number), block_at(sweep.chunks.points(number)))
 
 
-def test_all_whole_chunks_are_finished_and_others_are_not(tmp_path: Path) -> None:
-    sweep = made(tmp_path)
-    assert sweep.chunks.finished() == frozenset()
-    sweep.fill(0, 3)
-    assert sweep.chunks.finished() == {0, 3}
-
-
 @given(where=st.floats(0.0, 1.0, exclude_max=True), bit=st.integers(0, 7))
 @settings(max_examples=40, deadline=None)
 def test_no_flipped_bit_goes_unseen(where: float, bit: int) -> None:

@@ -107,15 +107,6 @@ def test_runs_for_sobol_indices_exchange_one_axis_at_a_time(sampling):
     assert role.tolist() == list(range(5)) * 8
 
 
-def test_keys_that_vary_together_are_drawn_from_the_same_share():
-    both = scattered(STIFFNESS, "uniform", lower=1000, upper=2000)
-    both["with"] = [scattered(DAMPING, "uniform", lower=10, upper=20), axis(ORDERS, 4, 5)]
-    design = design_of(both, sampling="sobol", points=64)
-    stiffness, damping, orders = design.value_of(np.arange(64)).T
-    assert damping == pytest.approx(stiffness / 100.0, rel=1e-15)
-    assert np.array_equal(orders, np.where(stiffness < 1500.0, 4.0, 5.0))
-
-
 def test_the_same_input_has_the_same_hash_in_any_sweep():
     resolved = generator().resolved
     wide = design_of(axis(STIFFNESS, 5000, 6000, 7000))

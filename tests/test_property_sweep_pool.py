@@ -82,14 +82,6 @@ def test_processes_that_never_start_are_an_error_and_not_a_loop() -> None:
         list(pool.run(CHUNKS))
 
 
-def test_a_pool_keeps_its_processes_between_runs() -> None:
-    with Pool(Start(), jobs=1) as pool:
-        blocks = [
-            batch.block for chunk in CHUNKS for done in pool.run([chunk]) for batch in done.batches
-        ]
-    assert len({block.process for block in blocks}) == 1
-
-
 def test_leaving_early_ends_all_processes() -> None:
     with Pool(Start(seconds=0.01), jobs=2) as pool:
         first = next(pool.run(CHUNKS))
