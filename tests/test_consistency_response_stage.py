@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from estimate_counts import UNIT
 from long_but import long_but
 from random_machines import Table
 from response_machines import (
@@ -16,7 +17,6 @@ from response_machines import (
     run,
     si_matrix,
 )
-from truth_report import UNIT
 
 from vibecalc.core.results.record import Record
 from vibecalc.errors import NumericalFailure

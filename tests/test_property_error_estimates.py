@@ -14,17 +14,17 @@ from functools import cache
 import mpmath
 import numpy as np
 import pytest
+from estimate_counts import UNIT, hold
 from exact_response import response_results
 from random_machines import Table, random_machine, without_damping
 from response_machines import random_compressor
-from truth_report import DIGITS, UNIT, Judged, judge, judge_rows
+from truth_report import DIGITS, Judged, judge, judge_rows
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.results.tolerance import reached
 from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.core.run.run import run_case
 
-MOST_TOO_LOW, MOST_TOO_HIGH = 0.01, 0.05
 #: of the range of a peak over the phases there is no truth here; numbers of modes are no estimates
 WITHOUT_TRUTH = ("peak_low", "peak_high", "nearest_order", "masked/")
 
@@ -116,16 +116,6 @@ MANY: dict[str, tuple[Callable[[Table], list[Judged]], Iterable[Table]]] = {
         (random_compressor(seed) for seed in range(100, 300)),
     ),
 }
-
-
-def hold(judged: list[Judged]) -> None:
-    """The claim for a set of (machine, quantity) pairs."""
-    low = [one for one in judged if one.too_low]
-    high = [one for one in judged if one.too_high]
-    print(f"{len(judged)} estimates, {len(low)} too low, {len(high)} too high")
-    assert len(low) <= MOST_TOO_LOW * len(judged), low
-    assert len(high) <= MOST_TOO_HIGH * len(judged), high
-    assert [one for one in judged if one.error > one.estimate == 0.0] == []
 
 
 @cache

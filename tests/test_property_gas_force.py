@@ -10,7 +10,6 @@ from vibecalc.excitation.gas_tables import FORCE_INTERPOLATIONS, force_at, gas_f
 TURN = 2.0 * np.pi
 DEGREES, FORCE = columns("roll_first_stage.csv")
 ANGLE = np.radians(DEGREES)
-LARGEST = np.max(FORCE)
 POINTS = np.random.default_rng(3).uniform(-3.0 * TURN, 3.0 * TURN, 400)
 UNEVEN = np.array([0.0, 0.3, 0.35, 2.0, 3.1, 5.0, TURN])
 UNEVEN_FORCE = np.array([5.0, 9.0, -2.0, 4.0, 4.5, 1.0, 5.0])

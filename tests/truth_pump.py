@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import mpmath
-from estimate_counts import Reported, Uncertain
+from estimate_counts import Reported
 from exact_body import BodyTruth
 from exact_pump import PumpTruth, pump_rows
 from exact_pump_mounts import ROOT, ReactionTruth, reaction_rows
@@ -30,7 +30,7 @@ def judge_pump(table: Table) -> Reported:
     noise: dict[str, float] = {}
     with mpmath.workdps(DIGITS):
         rows = judge_rows(exact_pump_results(case, record, noise), record)
-        judged = [Uncertain(*one, noise.get(one.path, 0.0)) for one in rows]
+        judged = [one._replace(noise=noise.get(one.path, 0.0)) for one in rows]
     missing = set(record) - {one.path for one in judged} - set(NO_TRUTH)
     assert not missing, f"no truth for {sorted(missing)}"
     return Reported(table, record, judged)
