@@ -21,11 +21,6 @@ def hock_schittkowski_24(x):
     return ((x[0] - 3) ** 2 - 9) * x[1] ** 3 / (27 * ROOT3), margins
 
 
-def hock_schittkowski_35(x):
-    objective = 9 - 8 * x[0] - 6 * x[1] - 4 * x[2] + 2 * x[0] ** 2 + 2 * x[1] ** 2 + x[2] ** 2
-    return objective + 2 * x[0] * x[1] + 2 * x[0] * x[2], [3 - x[0] - x[1] - 2 * x[2]]
-
-
 def rosen_suzuki(x):
     a, b, c, d = x
     objective = a * a + b * b + 2 * c * c + d * d - 5 * a - 5 * b - 21 * c + 7 * d
@@ -36,21 +31,9 @@ def rosen_suzuki(x):
     ]
 
 
-def hock_schittkowski_76(x):
-    a, b, c, d = x
-    objective = a * a + b * b / 2 + c * c + d * d / 2 - a * c + c * d - a - 3 * b + c - d
-    return objective, [
-        5 - a - 2 * b - c - d,
-        4 - 3 * a - b - 2 * c + d,
-        b + 4 * c - 1.5,
-    ]
-
-
 KNOWN = {
     "24": (hock_schittkowski_24, [0, 0], [10, 10], -1.0, [3, ROOT3]),
-    "35": (hock_schittkowski_35, [0] * 3, [5] * 3, 1 / 9, [4 / 3, 7 / 9, 4 / 9]),
     "43": (rosen_suzuki, [-10] * 4, [10] * 4, -44.0, [0, 1, 2, -1]),
-    "76": (hock_schittkowski_76, [0] * 4, [5] * 4, -103 / 22, [3 / 11, 23 / 11, 0, 6 / 11]),
 }
 
 

@@ -9,7 +9,6 @@ in the estimates, and `[accuracy] rtol` is met or said not to be.
 
 import copy
 from collections.abc import Callable, Iterable
-from functools import cache
 
 import mpmath
 import numpy as np
@@ -118,16 +117,11 @@ MANY: dict[str, tuple[Callable[[Table], list[Judged]], Iterable[Table]]] = {
 }
 
 
-@cache
-def of_few(kind: str) -> list[Judged]:
-    judge_one, tables = FEW[kind]
-    return [one for table in tables for one in judge_one(table)]
-
-
 @pytest.mark.parametrize("kind", FEW)
 def test_estimates_against_truth(kind: str) -> None:
-    judged = of_few(kind)
-    assert len(judged) > 20 * len(FEW[kind][1])
+    judge_one, tables = FEW[kind]
+    judged = [one for table in tables for one in judge_one(table)]
+    assert len(judged) > 20 * len(tables)
     assert sum(one.error > 0.0 for one in judged) > 0.5 * len(judged)
     assert [one for one in judged if one.too_low] == []
     hold(judged)

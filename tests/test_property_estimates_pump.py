@@ -11,14 +11,9 @@ import mpmath
 import numpy as np
 import pytest
 from estimate_counts import Reported, broken_promises, hold, reported_or_refused
-from exact_body import BodyTruth
-from exact_peaks import cycle_peak
 from exact_pump import PumpTruth
-from exact_pump_mounts import largest, length_of
-from exact_train import motion_of, shaking_of
 from long_but import long_but
 from mpmath import mpf
-from pump_cases import FOUR, pump_with
 from random_machines import Table
 from random_pumps import random_pump
 from truth_pump import judge_pump
@@ -66,26 +61,6 @@ def test_truth_of_the_cylinders(seed: int) -> None:
         events = [pump.top, pump.opens, pump.bottom, pump.closes, pump.end]
         seen = mpmath.quad(lambda t: pump.torque_at(t) * mpmath.expj(-3 * t), events)
         assert abs(seen / mpmath.pi - own[2]) < mpf(10) ** -25 * abs(own[0])
-
-
-def test_truth_of_the_plane_is_that_of_the_body() -> None:
-    """On four mounts that are even about the plane the other motions are not driven."""
-    case = pump_with(machine__mounts__positions=FOUR)
-    with mpmath.workdps(40):
-        shaking = shaking_of(case, motion_of(case))
-        planar = BodyTruth(case, shaking)
-        as_body = case.isolation.model_copy(update={"model": "rigid_body"})
-        whole = BodyTruth(case.model_copy(update={"isolation": as_body}), shaking)
-        speed = mpf(case.machine.speed)
-        for one, other in zip(planar.motion(speed), whole.motion(speed), strict=True):
-            assert max(abs(one - other)) <= mpf(10) ** -30 * max(abs(other))
-        for frequency in planar.modes()[0]:
-            assert min(abs(frequency - w) for w in whole.modes()[0]) < mpf(10) ** -30
-        for one, other in zip(planar.share, whole.share, strict=True):
-            assert abs(one - other) < mpf(10) ** -30
-        force = planar.rows(speed)[0]
-        by_doubles = largest(np.array(force, dtype=complex), length_of)
-        assert by_doubles == pytest.approx(float(cycle_peak(force, planar.orders)[0]), rel=1e-13)
 
 
 @pytest.mark.long
