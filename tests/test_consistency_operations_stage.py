@@ -31,12 +31,8 @@ def short(table: Table) -> Table:
 
 
 @cache
-def combined(idle: str = "stopped") -> Record:
-    table = short(shipped())
-    table["excitation"]["idle"] = idle
-    for position, operation in enumerate(table["response"]["operations"]):
-        operation["weight"] = float(3 - position)
-    return run(table)
+def combined() -> Record:
+    return run(short(shipped()))
 
 
 def test_ranges_hold_the_nominal_phase() -> None:

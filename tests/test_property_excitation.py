@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from crank_trains import generator, motion, train, turning
+from crank_trains import ACROSS, STROKE, generator, motion, train
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.balance import residual
@@ -27,8 +27,17 @@ def pistons(phases: object, **options: object) -> Excitation:
 
 
 def test_a_shaft_above_the_highest_order_is_left_out_as_documented() -> None:
-    result = rotating_excitation(**turning([0.01, 0.02], [1, 2], highest=1))
-    assert np.abs(result.force).max() == pytest.approx(0.01, rel=1e-15)
+    found = rotating_excitation(
+        unbalance=[0.01, 0.02],
+        speed_ratio=[1, 2],
+        phase=[0.0, 0.0],
+        position=np.zeros((2, 3)),
+        origin=np.zeros(3),
+        stroke=STROKE,
+        across=ACROSS,
+        highest_order=1,
+    )
+    assert np.abs(found.force).max() == pytest.approx(0.01, rel=1e-15)
 
 
 def test_classic_torque_amplitudes() -> None:

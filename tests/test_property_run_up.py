@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from isolation_machines import Body, random_body, shows
+from isolation_machines import random_body, shows
 from random_machines import random_machine, without_damping
 
 from vibecalc.core.case.load import validate
@@ -39,21 +39,21 @@ class Counted:
 
 def drawn(seed: int, light: float) -> tuple[Any, ...]:
     """What a run-up of a random body takes: rows, orders, resonances, range, rows that are seen."""
-    drawn = random_body(seed)
-    position, stiffness, damping, structural = drawn.mounts
+    body = random_body(seed)
+    position, stiffness, damping, structural = body.mounts
     mounts = (position, stiffness, light * damping, light * structural)
-    body = Body(assemble(drawn.mass_matrix, *mounts), *drawn[1:])
+    matrices = assemble(body.mass_matrix, *mounts)
     generator = np.random.default_rng(seed + 77)
     orders = np.unique(generator.integers(1, 13, size=generator.integers(1, 9)))
     value = generator.normal(size=(len(orders), 6)) + 0j
     value *= np.exp(-generator.uniform(0.0, 1.5) * (orders - 1))[:, None]
     load = WithError(value, 1e-16 * np.abs(value))
-    shapes, readout = modes(body.matrices), mount_readout(*mounts)
+    shapes, readout = modes(matrices), mount_readout(*mounts)
     own = shapes.natural_frequency
     stop = float(generator.choice([3.0 * own[-1], own[-1] / orders[0], own[2], 1.2 * own[0]]))
     start = float(generator.choice([0.0, 0.0, 0.3, 0.9])) * stop
-    rows = Counted(body_rows(body.matrices, readout, orders, load))
-    resonances = body_resonances(body.matrices, shapes, load)
+    rows = Counted(body_rows(matrices, readout, orders, load))
+    resonances = body_resonances(matrices, shapes, load)
     return rows, orders, resonances, start, stop, shows(readout, shapes.shape, own)
 
 
