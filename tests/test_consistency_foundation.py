@@ -54,6 +54,25 @@ def test_motion_is_that_of_the_matrices_and_within_its_error(seed: int) -> None:
     assert np.all(np.abs(force + inertia - found.ground_force.value) < 1e-9 * terms)
 
 
+@pytest.mark.parametrize("seed", range(20))
+def test_natural_frequencies_are_the_eigenvalues(seed: int) -> None:
+    one = system(seed)
+    stiffness, mass = matrices(one, 0.0)
+    values = np.linalg.eigvals(np.linalg.solve(mass, stiffness.real - 0.0))
+    found = natural_frequencies(one)
+    assert np.sort(found**2) == pytest.approx(np.sort(values.real), rel=1e-8)
+
+
+def test_a_stiff_or_heavy_foundation_is_a_rigid_one() -> None:
+    for change in ({"stiffness": np.asarray(1e16)}, {"foundation_mass": np.asarray(1e16)}):
+        one = system(3)._replace(**change)
+        found = motion(one, np.full(8, 10.0 + 0j), np.zeros(8), 7.0 * ORDERS)
+        passed = found.machine.value * (
+            one.mount_stiffness + 1j * (one.mount_structural + 7.0 * ORDERS * one.mount_damping)
+        )
+        assert passed == pytest.approx(found.rigid_force.value, rel=1e-9)
+
+
 def test_the_case_agrees_with_its_isolation_on_a_rigid_ground() -> None:
     (loaded,) = load_checked([CASES["generator_on_floor"]])
     record = run_case(loaded.case)
