@@ -11,11 +11,14 @@ import pytest
 from random_machines import Table
 from response_machines import (
     bare,
+    random_compressor,
     run,
     si_matrix,
 )
 
+from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Record
+from vibecalc.core.run.plan import planned_quantities
 from vibecalc.errors import NumericalFailure
 
 
@@ -24,22 +27,12 @@ def six(record: Record, first: str = "translation_harmonics", second: str = "rot
     return np.hstack([record[f"response/{first}"].values, record[f"response/{second}"].values])
 
 
-def matrices_of(table: Table) -> tuple[np.ndarray, np.ndarray]:
-    return (
-        si_matrix(table, "body", "mass_matrix"),
-        si_matrix(table, "mounts", "stiffness_matrix"),
-    )
-
-
-def solve_orders(
-    mass: np.ndarray, stiffness: np.ndarray, damping: Any, load: np.ndarray, speed: float
-) -> np.ndarray:
-    """X (orders, 6) of loads (orders, 6) by one solve per order; K may be complex."""
+def solved(table: Table, load: np.ndarray, speed: float, harder: np.ndarray | float = 1.0):
+    """X (orders, 6) of loads (orders, 6) without damping, by one solve per order."""
+    mass = si_matrix(table, "body", "mass_matrix")
+    stiffness = si_matrix(table, "mounts", "stiffness_matrix") * harder
     rate = np.arange(1, len(load) + 1) * speed
-    rows = [
-        np.linalg.solve(stiffness + 1j * w * np.asarray(damping) * np.ones((6, 6)) - w**2 * mass, f)
-        for w, f in zip(rate, load, strict=True)
-    ]
+    rows = [np.linalg.solve(stiffness - w**2 * mass, f) for w, f in zip(rate, load, strict=True)]
     return np.array(rows)
 
 
@@ -60,14 +53,13 @@ def test_a_body_that_nothing_holds_in_one_direction(method: str) -> None:
     assert natural.values[0] <= natural.error_estimate
     assert np.all(natural.values[1:] > 50.0)
     assert "response/modes/damping_ratio" not in record
-    mass, stiffness = matrices_of(table)
-    want = solve_orders(mass, stiffness, 0.0, six_load(record), 361.0)
+    want = solved(table, six_load(record), 361.0)
     assert six(record) == pytest.approx(want, abs=1e-12 * np.abs(want).max())
     assert np.abs(record["response/ground_force"].values[:, free]).max() == 0.0
     curve = record["response/run_up/kinetic_energy"]
     assert curve.axes[0].values[0] == 0.0 and curve.values[0] == 0.0
     speed, load = float(curve.axes[0].values[1]), six_load(record) / 361.0**2
-    slow = solve_orders(mass, stiffness, 0.0, speed**2 * load, speed)
+    slow, mass = solved(table, speed**2 * load, speed), si_matrix(table, "body", "mass_matrix")
     rates = speed * np.arange(1, len(slow) + 1)[:, None] * slow
     assert curve.values[1] == pytest.approx(
         np.sum((rates.conj() * (rates @ mass)).real) / 4.0, rel=1e-9
@@ -109,10 +101,29 @@ def test_a_mode_that_is_met_and_not_driven_is_a_warning(method: str) -> None:
     (warning,) = [text for text in record.warnings if "order 2 at 100 rad/s" in text]
     assert "does not drive it" in warning and "mode 1" in warning
     assert np.abs(record["response/translation_harmonics"].values[:, 2]).max() < 1e-25
-    mass, stiffness = matrices_of(table)
-    stiffness[2, 2] *= 2.0
-    want = solve_orders(mass, stiffness, 0.0, six_load(record), 100.0)
+    # that the mode is held twice as hard makes it no resonance, and nothing else moves by it
+    want = solved(table, six_load(record), 100.0, np.where(np.arange(6) == 2, 2.0, 1.0))
     assert six(record) == pytest.approx(want, abs=1e-12 * np.abs(want).max())
+
+
+def test_the_order_next_to_a_mode() -> None:
+    record = run(diagonal(2, 1, 1e-3))
+    natural = record["response/modes/natural_frequency"].values
+    nearest = record["response/modes/nearest_order"].values
+    orders = np.array([1, *range(2, 12, 2)])  # one cylinder with its throw: 1 and the even ones
+    ratio = orders * 100.1 / natural[:, None]
+    best = np.argmin(np.abs(np.log(ratio)), axis=1)
+    assert np.array_equal(nearest, orders[best])
+    assert record["response/modes/distance"].values == pytest.approx(
+        ratio[np.arange(6), best] - 1.0, abs=1e-12
+    )
+
+
+def test_a_run_holds_what_its_plan_says() -> None:
+    table = random_compressor(0)
+    speed = table["machine"]["speed"]
+    table["response"]["run_up"] = {"from": 0.99 * speed, "to": speed}
+    assert set(run(table)) == set(planned_quantities(validate(table)))
 
 
 def test_speeds_of_a_run_up_are_single_runs() -> None:
