@@ -64,6 +64,36 @@ def weights_and_states(
 
 
 @pytest.mark.parametrize("seed", long_but(SEEDS, 0))
+def test_ranges_hold_a_dense_scan_and_are_reached(seed: int) -> None:
+    matrices, speed, shaking, residual = machine(seed)
+    parts = superpose(matrices, ORDERS, speed, shaking, residual)
+    phases = np.linspace(0.0, 2.0 * np.pi, 1441)[:, None, None]
+    for weight, state in weights_and_states(matrices, speed, parts):
+        scan = energy_over_cycle(weight, at_phase(state, phases), ORDERS)
+        mean = mean_energy_range(weight, state)
+        peak = peak_energy_range(weight, state, ORDERS)
+        for found, values in ((mean, scan.mean), (peak, scan.peak)):
+            assert np.all(found.low - found.low_error <= values.min(axis=0))
+            assert np.all(found.high + found.high_error >= values.max(axis=0))
+            # a scan misses a kink by its step at most
+            assert np.all(values.min(axis=0) - found.low <= 4e-3 * found.high)
+            assert np.all(found.high - values.max(axis=0) <= 1e-4 * found.high)
+            for which in ("low", "high"):
+                there = energy_over_cycle(
+                    weight, at_phase(state, getattr(found, f"{which}_phase")), ORDERS
+                )
+                value = there.mean if found is mean else there.peak
+                error = there.mean_error if found is mean else there.peak_error
+                reported = getattr(found, f"{which}_error") + error + 1e-14 * found.high
+                assert np.all(np.abs(value - getattr(found, which)) <= reported)
+        assert np.all(peak.low_error <= 2e-9 * peak.low + 1e-12 * peak.high)
+        assert np.all(peak.high_error <= 2e-9 * peak.high)
+        # what is swung about is what stays if the weight turns past the crank
+        both = 0.5 * (mean.low + mean.high)
+        np.testing.assert_allclose(both, scan.mean[:-1].mean(axis=0), rtol=1e-12)
+
+
+@pytest.mark.parametrize("seed", long_but(SEEDS, 0))
 def test_guard_orders_enter_the_errors_of_the_ranges_only(seed: int) -> None:
     matrices, speed, shaking, residual = machine(seed)
     parts = superpose(matrices, ORDERS, speed, shaking, residual)
