@@ -48,6 +48,13 @@ def test_errors_of_the_samples_reach_the_statistics(values, size):
         assert np.all(np.abs(honest.value - other.value) <= allowed)
 
 
+def test_a_large_offset_costs_no_digits():
+    apart = np.tile([-1.0, 1.0], 5000)
+    found = mean(1e9 + apart)
+    assert abs(found.value - 1e9) <= found.error < 1e-6
+    assert deviation(1e9 + apart).value == pytest.approx(np.sqrt(10000 / 9999), rel=1e-13)
+
+
 def test_quantiles_of_even_steps_are_exact():
     values = np.arange(101.0)[::-1] * 2.0
     # 101 1/3 times the level and 1/3 more is the rank, counted from 1
