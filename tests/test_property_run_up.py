@@ -100,6 +100,7 @@ def test_branches_that_cross_and_ends_that_hide_a_peak() -> None:
 
 
 @pytest.mark.long
+@pytest.mark.timeout(1200)
 @pytest.mark.parametrize("light", [8.0, 1.0, 1e-3])
 def test_peaks_of_many_machines(light: float) -> None:
     check(range(7000, 7400), light)
