@@ -19,7 +19,7 @@ WORKERS ?= 2
 PYTEST_OPTIONS ?=
 # what `make least` runs: cases and tests of a second or two that hang on the kernels of BLAS
 LEAST := generator generator_180 compressor pump absorber_rig_b engine_damped roll_measured
-KERNELS := property_measurement_cone property_modal_response property_isolation \
+KERNELS := property_measurement_cone property_modes \
   property_excitation property_kinematics property_rod_inertia property_cycle_peak \
  property_periodic_numerics property_torsion_forced_sums \
   property_absorber_response convergence_periodic_numerics

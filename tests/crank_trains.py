@@ -50,58 +50,27 @@ def generator(**changes: Any) -> Case:
     return Case.model_validate(data)
 
 
-def motion(ratio: float, highest: int, offset: float = 0.0, samples: int = 4096) -> np.ndarray:
-    """Harmonics C_n of s / R for R / L = ratio and e / R = offset, sampled and transformed."""
-    angle = 2 * np.pi * np.arange(samples) / samples
-    s = np.cos(angle) + np.sqrt(1 / ratio**2 - (np.sin(angle) - offset) ** 2)
-    harmonics = np.fft.rfft(s)[: highest + 1] * 2 / samples
+def motion(ratio: float, highest: int) -> np.ndarray:
+    """Harmonics C_n of s / R for R / L = ratio, sampled and transformed."""
+    angle = 2 * np.pi * np.arange(4096) / 4096
+    s = np.cos(angle) + np.sqrt(1 / ratio**2 - np.sin(angle) ** 2)
+    harmonics = np.fft.rfft(s)[: highest + 1] * 2 / 4096
     harmonics[0] /= 2
     return harmonics
 
 
-def train(
-    phases: Any,
-    banks: Any = 0.0,
-    positions: Any = 0.0,
-    masses: Any = 0.4,
-    radius: float = 0.06,
-    offset: float = 0.0,
-    origin: Any = (0.0, 0.0, 0.0),
-) -> dict[str, Any]:
+def train(phases: Any, positions: Any = 0.0) -> dict[str, Any]:
     """Arguments of `reciprocating_excitation` for a shaft along x and a stroke along z."""
     phases = np.asarray(phases, dtype=float)
-    fill = lambda values: np.broadcast_to(np.asarray(values, dtype=float), phases.shape)  # noqa: E731
     return {
-        "crank_radius": radius,
-        "wrist_pin_offset": offset,
-        "reciprocating_mass": fill(masses),
+        "crank_radius": 0.06,
+        "wrist_pin_offset": 0.0,
+        "reciprocating_mass": np.full(phases.shape, 0.4),
         "crank_phase": phases,
-        "bank_angle": fill(banks),
-        "position": fill(positions),
-        "origin": np.asarray(origin, dtype=float),
+        "bank_angle": np.zeros(phases.shape),
+        "position": np.broadcast_to(np.asarray(positions, dtype=float), phases.shape),
+        "origin": np.zeros(3),
         "axis": AXIS,
         "stroke": STROKE,
         "across": ACROSS,
-    }
-
-
-def turning(
-    unbalance: Any,
-    ratio: Any,
-    phase: Any = 0.0,
-    position: Any = (0.0, 0.0, 0.0),
-    origin: Any = (0.0, 0.0, 0.0),
-    highest: int = 4,
-) -> dict[str, Any]:
-    """Arguments of `rotating_excitation` in the same frame."""
-    unbalance = np.atleast_1d(np.asarray(unbalance, dtype=float))
-    return {
-        "unbalance": unbalance,
-        "speed_ratio": np.broadcast_to(np.asarray(ratio), unbalance.shape),
-        "phase": np.broadcast_to(np.asarray(phase, dtype=float), unbalance.shape),
-        "position": np.broadcast_to(np.asarray(position, dtype=float), (*unbalance.shape, 3)),
-        "origin": np.asarray(origin, dtype=float),
-        "stroke": STROKE,
-        "across": ACROSS,
-        "highest_order": highest,
     }

@@ -3,18 +3,25 @@
 import mpmath
 import numpy as np
 from exact_parts import body_of, matrix, mounts_of, up_of
-from exact_train import Shaking, Vector, cross, vector
+from exact_train import DIRECTIONS, Shaking, Vector, cross, vector
 from mpmath import mpc, mpf
 
 from vibecalc.schema import Case
 
 
 class BodyTruth:
-    """All six freedoms about the reference point."""
+    """All six freedoms about the reference point, or those of the plane of the crank.
+
+    Vectors keep six entries; those that the plane does not have are zero.
+    """
 
     def __init__(self, case: Case, shaking: Shaking) -> None:
         body, self.mounts = body_of(case), mounts_of(case)
         assert case.isolation is not None
+        self.kept = np.arange(6)
+        if case.isolation.model == "planar":
+            along = DIRECTIONS.index(case.machine.crank_train.axis)
+            self.kept = np.array([*(i for i in range(3) if i != along), 3 + along])
         self.mass = matrix([[0] * 6 for _ in range(6)])
         for i in range(3):
             self.mass[i, i] = body.mass
@@ -32,7 +39,7 @@ class BodyTruth:
         self.load = [np.concatenate(p) for p in zip(shaking.force, shaking.couple, strict=True)]
         up = up_of(case)
         weight = -body.mass * mpf(case.isolation.gravity) * up
-        static = solve(self.stiffness, np.concatenate([weight, cross(body.centre, weight)]))
+        static = self.held(self.stiffness, np.concatenate([weight, cross(body.centre, weight)]))
         self.sag = [-(g @ static) @ up for g in self.seen]
         self.share = [
             -(m.stiffness @ (g @ static)) @ up for m, g in zip(self.mounts, self.seen, strict=True)
@@ -53,7 +60,16 @@ class BodyTruth:
         for n, load in zip(self.orders, self.load, strict=True):
             w = n * speed
             dynamic = self.stiffness - w**2 * self.mass + mpc(0, 1) * (self.loss + w * self.damping)
-            found.append(solve(dynamic, speed**2 * load))
+            found.append(self.held(dynamic, speed**2 * load))
+        return found
+
+    def held(self, left: np.ndarray, load: Vector) -> Vector:
+        """Displacement under a load, where a stiffness resists it."""
+        return self._six(solve(left[np.ix_(self.kept, self.kept)], load[self.kept]))
+
+    def _six(self, kept: Vector) -> Vector:
+        found = matrix([[0] * 6])[0]
+        found[self.kept] = kept
         return found
 
     def displacement(self, motion: list[Vector]) -> list[list[list[mpc]]]:
@@ -78,13 +94,14 @@ class BodyTruth:
 
     def modes(self) -> tuple[list[mpf], list[Vector]]:
         """Natural frequencies and modes of unit modal mass, largest share of energy positive."""
-        lower = mpmath.cholesky(mpmath.matrix(self.mass.tolist()))
+        block = np.ix_(self.kept, self.kept)
+        lower = mpmath.cholesky(mpmath.matrix(self.mass[block].tolist()))
         inverse = lower**-1
-        reduced = inverse * mpmath.matrix(self.stiffness.tolist()) * inverse.T
+        reduced = inverse * mpmath.matrix(self.stiffness[block].tolist()) * inverse.T
         values, vectors = mpmath.eigsy((reduced + reduced.T) / 2)
         shapes = []
-        for column in range(6):
-            shape = vector(*(inverse.T * vectors[:, column]))
+        for column in range(len(self.kept)):
+            shape = self._six(vector(*(inverse.T * vectors[:, column])))
             weighed = [abs(shape[i]) * mpmath.sqrt(self.mass[i, i]) for i in range(6)]
             shapes.append(shape if shape[weighed.index(max(weighed))] > 0 else -shape)
         return [mpmath.sqrt(value) for value in values], shapes

@@ -10,10 +10,9 @@ from typing import Any
 
 import mpmath
 import numpy as np
-from exact_body import BodyTruth, solve
+from exact_body import BodyTruth
 from exact_motion import exact_motion
 from exact_parts import up_of
-from exact_planar import PlanarTruth
 from exact_pump import PumpTruth
 from exact_train import Shaking, frame_of, masses_of, vector
 from mpmath import mpc, mpf
@@ -42,7 +41,9 @@ class ReactionTruth:
         liquid, masses = pump.together(pump.harmonics(kept)), self._inertia(case)
         masses += [mpf(0)] * (highest - len(masses))
         self.couple = [-a - b for a, b in zip(liquid, masses[:kept], strict=True)]
-        self.mean_couple = -pump.mean() * len(pump.ahead)
+        # a driven machine that stands on the body gives the mean back to it
+        on_body = case.excitation is not None and case.excitation.driven_machine == "on_body"
+        self.mean_couple = mpf(0) if on_body else -pump.mean() * len(pump.ahead)
         load = [self._shaken(n) + self.about(-q) for n, q in enumerate(liquid, start=1)]
         self.moved = self._motion(load)
         liquid_beyond = pump.many(highest)[kept:]
@@ -92,7 +93,7 @@ class ReactionTruth:
     def _joined(self, near: list[np.ndarray], loads: np.ndarray) -> np.ndarray:
         """Motion (orders, 6) in doubles: of the first orders as given, of the rest by loads."""
         body = self.body
-        kept = body.kept if isinstance(body, PlanarTruth) else np.arange(6)
+        kept = body.kept
         block = np.ix_(kept, kept)
         mass, spring, damper, loss = (
             one[block].astype(float) for one in (body.mass, body.stiffness, body.damping, body.loss)
@@ -131,7 +132,7 @@ def reaction_rows(
     driven.orders = list(range(1, truth.kept + 1))
     yield reported("support_force", driven.rows(truth.speed, truth.moved))
     load = truth.about(truth.mean_couple)
-    still = body.still(load) if isinstance(body, PlanarTruth) else solve(body.stiffness, load)
+    still = body.held(body.stiffness, load)
     mean = [m.stiffness @ (g @ still) for m, g in zip(body.mounts, body.seen, strict=True)]
     yield reported("mean_support_force", [one.tolist() for one in mean])
     order, frequency = record[f"{ROOT}nearest_order"].values.tolist(), body.modes()[0]

@@ -134,6 +134,7 @@ class SystemTruth(BodyTruth):
             nothing = Shaking([], [], [])
             super().__init__(case.model_copy(update={"isolation": isolation}), nothing)
         else:
+            self.kept = np.arange(6)
             self.mass = exact_matrix(body.mass_matrix)
             self.stiffness = exact_matrix(mounts.stiffness_matrix)
             self.damping = matrix([[0] * 6 for _ in range(6)])

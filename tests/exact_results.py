@@ -13,7 +13,7 @@ from exact_isolation import Truth, body_results, pitch_results
 from exact_motion import Motion
 from exact_peaks import cycle_peak
 from exact_pitch import PitchTruth
-from exact_train import Shaking, frame_of, motion_of, shaking_of
+from exact_train import Shaking, frame_of, masses_of, motion_of, shaking_of
 from mpmath import mpf
 
 from vibecalc.core.results.record import Record
@@ -30,14 +30,14 @@ def exact_results(case: Case, record: Record) -> Iterator[Truth]:
         yield from _balance(case, record)
     if case.isolation is None:
         return
-    driven = _driven(shaking)
+    driven = driven_orders(shaking)
     if case.isolation.model == "pitch":
         yield from pitch_results(case, record, PitchTruth(case, driven))
     else:
         yield from body_results(case, record, BodyTruth(case, driven))
 
 
-def _driven(shaking: Shaking) -> Shaking:
+def driven_orders(shaking: Shaking) -> Shaking:
     """Orders whose force or couple is above 1e-20 of the largest."""
     forces = [max(map(abs, f)) for f in shaking.force]
     couples = [max(map(abs, m)) for m in shaking.couple]
@@ -110,25 +110,8 @@ def _moving_parts(case: Case, record: Record) -> Iterator[Truth]:
     """Masses of cylinders, force and couple of counterweights, what a rod's points leave."""
     train, speed = case.machine.crank_train, mpf(case.machine.speed)
     rod = train.rod
-    share = mpf(0)
-    if rod is not None and rod.crank_pin_to_mass_centre is not None:
-        share = mpf(rod.crank_pin_to_mass_centre) / mpf(train.rod_length)
-    elif rod is not None:
-        share = mpf(rod.reciprocating_fraction or 0)
-    whole = mpf(0) if rod is None else mpf(rod.mass)
-    common = mpf(train.piston_mass or 0) + mpf(train.pin_mass or 0) + whole * share
-    if train.reciprocating_mass is not None:
-        common = mpf(train.reciprocating_mass)
-    pins = [
-        mpf(train.rotating_mass if c.rotating_mass is None else c.rotating_mass)
-        for c in train.cylinders
-    ]
-    moved = [
-        common if c.reciprocating_mass is None else mpf(c.reciprocating_mass)
-        for c in train.cylinders
-    ]
+    moved, turned = masses_of(case)
     yield "excitation/mass/reciprocating", record["excitation/mass/reciprocating"].values, moved
-    turned = [pin + whole * (1 - share) for pin in pins]
     yield "excitation/mass/rotating", record["excitation/mass/rotating"].values, turned
     if train.counterweights:
         forces = [mpf(weight.unbalance) * speed**2 for weight in train.counterweights]

@@ -34,8 +34,6 @@ class Mounts(NamedTuple):
 class Body(NamedTuple):
     """A body on mounts, with its matrices."""
 
-    mass: float
-    centre: np.ndarray
     mass_matrix: np.ndarray
     mounts: Mounts
     matrices: Matrices
@@ -67,14 +65,14 @@ def gibson_body(damping: float = 50.0) -> Body:
     each = np.broadcast_to(np.eye(3), (4, 3, 3))
     mounts = Mounts(position, 1e4 * each, damping * each, 0.0 * each)
     mass_matrix = np.diag([100.0, 100.0, 100.0, *own])
-    return Body(100.0, np.zeros(3), mass_matrix, mounts, assemble(mass_matrix, *mounts))
+    return Body(mass_matrix, mounts, assemble(mass_matrix, *mounts))
 
 
 def _spread(generator: np.random.Generator, low: float, high: float, shape: object) -> np.ndarray:
     return np.asarray(np.exp(generator.uniform(np.log(low), np.log(high), shape)))
 
 
-def random_body(seed: int, proportional: bool = False) -> Body:
+def random_body(seed: int) -> Body:
     """A body of 1 to 1e4 kg, its centre off the reference point, on 3 to 7 skewed mounts."""
     generator = np.random.default_rng(seed)
     mass = float(_spread(generator, 1.0, 1e4, ()))
@@ -99,26 +97,10 @@ def random_body(seed: int, proportional: bool = False) -> Body:
 
     level = mass * float(_spread(generator, 10.0, 1e5, ()))
     stiffness = blocks(level / 10.0, level)
-    if proportional:
-        damping, structural = 1e-3 * stiffness, 0.05 * stiffness
-    else:
-        damping = blocks(1e-3, 0.1) * np.sqrt(level * mass)
-        structural = blocks(1e-3, 0.1) * level
+    damping = blocks(1e-3, 0.1) * np.sqrt(level * mass)
+    structural = blocks(1e-3, 0.1) * level
     mounts = Mounts(position, stiffness, damping, structural)
-    return Body(mass, centre, mass_matrix, mounts, assemble(mass_matrix, *mounts))
-
-
-def exact_matrices(body: Body) -> tuple[mpmath.matrix, ...]:
-    """Mass, stiffness, damping, structural of a body as stored, assembled in mpmath."""
-    transforms = [exact_transform(place) for place in body.mounts.position]
-
-    def add_up(blocks: np.ndarray) -> mpmath.matrix:
-        parts = zip(transforms, blocks, strict=True)
-        return mpmath.matrix(sum(t.T @ exact(block) @ t for t, block in parts).tolist())
-
-    mounts = body.mounts
-    mass = mpmath.matrix(exact(body.mass_matrix).tolist())
-    return mass, add_up(mounts.stiffness), add_up(mounts.damping), add_up(mounts.structural)
+    return Body(mass_matrix, mounts, assemble(mass_matrix, *mounts))
 
 
 def exact(values: np.ndarray) -> np.ndarray:
@@ -126,45 +108,6 @@ def exact(values: np.ndarray) -> np.ndarray:
     number = mpmath.mpc if np.iscomplexobj(values) else mpmath.mpf
     flat = [number(value) for value in np.ravel(values).tolist()]
     return np.array([*flat, None], dtype=object)[:-1].reshape(np.shape(values))
-
-
-def exact_transform(place: np.ndarray) -> np.ndarray:
-    """u = t + r x p as a (3, 6) array of mpmath numbers."""
-    x, y, z = exact(place)
-    rows = [[1, 0, 0, 0, z, -y], [0, 1, 0, -z, 0, x], [0, 0, 1, y, -x, 0]]
-    return np.array([[mpmath.mpf(entry) for entry in row] for row in rows], dtype=object)
-
-
-def exact_response(
-    matrices: tuple[mpmath.matrix, ...], frequency: float, force: np.ndarray
-) -> np.ndarray:
-    """Solve (K + iH + iwC - w^2 M) X = F in mpmath: (6,) mpmath numbers."""
-    mass, stiffness, damping, structural = matrices
-    rate = mpmath.mpf(float(frequency))
-    dynamic = stiffness - rate**2 * mass + mpmath.mpc(0, 1) * (structural + rate * damping)
-    return np.array(list(mpmath.lu_solve(dynamic, mpmath.matrix(exact(force).tolist()))))
-
-
-def couple_readout(matrices: Matrices, coordinate: int, lever: float) -> Readout:
-    """Couple through the mounts about one coordinate over a lever: one row, one component."""
-    passing = matrices.stiffness + 1j * matrices.structural
-    row = slice(coordinate, coordinate + 1)
-    rounding = (len(passing) + 16) * ROUNDING
-    return Readout(passing[None, row] / lever, matrices.damping[None, row] / lever, rounding)
-
-
-def join(first: Readout, second: Readout) -> Readout:
-    """Rows of both; the one with fewer components is filled up with zeros, which add nothing."""
-    width = max(first.spring.shape[1], second.spring.shape[1])
-
-    def filled(block: np.ndarray) -> np.ndarray:
-        return np.pad(block, ((0, 0), (0, width - block.shape[1]), (0, 0)))
-
-    return Readout(
-        np.concatenate([filled(first.spring), filled(second.spring)]),
-        np.concatenate([filled(first.damper), filled(second.damper)]),
-        max(first.uncertainty, second.uncertainty),
-    )
 
 
 def shows(readout: Readout, shape: np.ndarray, frequency: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Systems to march by the batch Runge-Kutta pair: smooth ones, and ones with kinks at values."""
+"""A system to march by the batch Runge-Kutta pair: smooth, or with kinks at values."""
 
 from collections.abc import Callable
 
@@ -8,59 +8,22 @@ from vibecalc.numerics.rounding import FloatArray, IntArray
 from vibecalc.numerics.runge_kutta import EventOutcome
 
 
-class SmoothSystem:
-    """A smooth system: `rates(time (b,), state (b, n)) -> (b, n)`; nothing is watched."""
-
-    def __init__(self, rates: Callable[[FloatArray, FloatArray], FloatArray]):
-        self.closeness = np.empty(0)
-        self._rates = rates
-
-    def rates(
-        self, member: IntArray, time: FloatArray, state: FloatArray, interval: IntArray
-    ) -> FloatArray:
-        return self._rates(time, state)
-
-    def watched(
-        self, member: IntArray, time: FloatArray, state: FloatArray, interval: IntArray
-    ) -> FloatArray:
-        return np.empty((len(member), 0))
-
-    def borders(self, member: IntArray, interval: IntArray) -> tuple[FloatArray, FloatArray]:
-        return np.empty((len(member), 0)), np.empty((len(member), 0))
-
-    def crossed(
-        self,
-        member: IntArray,
-        time: FloatArray,
-        state: FloatArray,
-        interval: IntArray,
-        which: IntArray,
-        direction: IntArray,
-    ) -> EventOutcome:
-        return EventOutcome(state, interval, np.zeros(len(member), dtype=bool))
-
-    def stopped(
-        self, member: IntArray, time: FloatArray, state: FloatArray, interval: IntArray
-    ) -> EventOutcome:
-        return EventOutcome(state, interval, np.zeros(len(member), dtype=bool))
-
-
-class Tables(SmoothSystem):
+class System:
     """Rates with kinks where linear combinations of the states pass given values.
 
-    `rates(time (b,), state (b, n), interval (b, w)) -> (b, n)`, smooth for a fixed one: number i of
-    combination k means values[k][i - 1] <= combination[k] @ state <= values[k][i].
-    `combination` (w, n); `values` w ascending arrays.
+    `rates(time (b,), state (b, n), interval (b, w)) -> (b, n)`, smooth for a fixed interval: number
+    i of combination k means values[k][i - 1] <= combination[k] @ state <= values[k][i].
+    `combination` (w, n); `values` w ascending arrays. Without any it is smooth.
     """
 
     def __init__(
         self,
         rates: Callable[[FloatArray, FloatArray, IntArray], FloatArray],
-        combination: FloatArray,
-        values: list[FloatArray],
-        closeness: float,
+        combination: FloatArray | None = None,
+        values: tuple[FloatArray, ...] = (),
+        closeness: float = 0.0,
     ):
-        self._kinked = rates
+        self._rates = rates
         self._combination = combination
         self._edges = [np.concatenate([[-np.inf], row, [np.inf]]) for row in values]
         self.closeness = np.full(len(values), closeness)
@@ -68,17 +31,20 @@ class Tables(SmoothSystem):
     def rates(
         self, member: IntArray, time: FloatArray, state: FloatArray, interval: IntArray
     ) -> FloatArray:
-        return self._kinked(time, state, interval)
+        return self._rates(time, state, interval)
 
     def watched(
         self, member: IntArray, time: FloatArray, state: FloatArray, interval: IntArray
     ) -> FloatArray:
+        if self._combination is None:
+            return np.empty((len(state), 0))
         return np.asarray(state @ self._combination.T)
 
     def borders(self, member: IntArray, interval: IntArray) -> tuple[FloatArray, FloatArray]:
-        below = [edge[interval[:, k]] for k, edge in enumerate(self._edges)]
-        above = [edge[interval[:, k] + 1] for k, edge in enumerate(self._edges)]
-        return np.stack(below, axis=1), np.stack(above, axis=1)
+        ends = np.empty((2, len(member), len(self._edges)))
+        for k, edge in enumerate(self._edges):
+            ends[:, :, k] = edge[interval[:, k]], edge[interval[:, k] + 1]
+        return ends[0], ends[1]
 
     def crossed(
         self,
@@ -93,9 +59,14 @@ class Tables(SmoothSystem):
         moved[np.arange(len(member)), which] += direction
         return EventOutcome(state, moved, np.zeros(len(member), dtype=bool))
 
+    def stopped(
+        self, member: IntArray, time: FloatArray, state: FloatArray, interval: IntArray
+    ) -> EventOutcome:
+        return EventOutcome(state, interval, np.zeros(len(member), dtype=bool))
+
     def intervals_at(self, state: FloatArray) -> IntArray:
         """The intervals (b, w) of the states; a value on a border belongs to the one above it."""
-        value = state @ self._combination.T
+        value = self.watched(np.arange(len(state)), np.zeros(1), state, np.zeros((1, 0), int))
         columns = [
             np.searchsorted(edge[1:-1], value[:, k], side="right")
             for k, edge in enumerate(self._edges)

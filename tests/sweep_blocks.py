@@ -99,27 +99,3 @@ def expected(path: str, point: int, shape: tuple[int, ...]) -> np.ndarray:
     if values.shape == shape:
         return values
     return np.pad(values, [(0, size - old) for size, old in zip(shape, values.shape, strict=True)])
-
-
-def objects(path: Path) -> dict[str, Any]:
-    """All datasets and attributes of a file but its provenance, as comparable values."""
-    import h5py
-
-    found: dict[str, Any] = {}
-
-    def note(name: str, place: Any) -> None:
-        if name.startswith("provenance"):
-            return
-        for key, value in place.attrs.items():
-            if key not in ("REFERENCE_LIST", "DIMENSION_LIST"):
-                found[f"{name}@{key}"] = str(value)
-        if isinstance(place, h5py.Dataset):
-            values = place.asstr()[()] if place.dtype.kind == "O" else place[()]
-            content = values.tolist() if values.dtype.kind == "O" else values.tobytes()
-            scales = [dim[0].name for dim in place.dims if len(dim)]
-            found[name] = (place.shape, place.dtype.str, scales, content)
-
-    with h5py.File(path) as file:
-        note("", file)
-        file.visititems(note)
-    return found

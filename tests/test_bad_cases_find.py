@@ -2,6 +2,7 @@
 solution ends in exit code 3 with what was seen.
 """
 
+import math
 from pathlib import Path
 
 import pytest
@@ -22,6 +23,9 @@ from find_samples import (
 )
 from fuzzing import Outcome, command
 
+from vibecalc.core.report.text import as_json, render_report
+from vibecalc.core.report.verdicts import judge_limits, judge_references, misses
+from vibecalc.core.results.store import read_result
 from vibecalc.errors import EXIT_NUMERICAL, EXIT_USAGE
 
 GOOD = row("one", STIFFNESS, "1 N/mm", "100 N/mm", FREQUENCY, 'target = "10 Hz"')
@@ -86,30 +90,31 @@ def test_words(tmp_path: Path, old: str, new: str, words: str) -> None:
     assert "one.toml:" in outcome.err and "1 error in" in outcome.err, outcome.err
 
 
-def test_ratios(tmp_path: Path) -> None:
-    zero = row("one", PHASE, "-1 rad", "1 rad", RIGID, f'also = ["{RADIUS}"]', 'target = "1 N"')
-    assert "ratio of one that is zero as written" in checked(tmp_path, zero).err
-    phase = "machine.crank_train.cylinders[0].crank_phase"
-    below = row("one", phase, "-1 rad", "1 rad", RIGID, f'also = ["{ROD}"]', "target = 1")
-    text = " ".join(checked(tmp_path, below).err.split())
-    assert f"between the bounds {ROD} would take a value that it must not have" in text
+ZERO = row("one", PHASE, "-1 rad", "1 rad", RIGID, f'also = ["{RADIUS}"]', 'target = "1 N"')
+FIRST = PHASE.replace("[1]", "[0]")
+BELOW = row("one", FIRST, "-1 rad", "1 rad", RIGID, f'also = ["{ROD}"]', "target = 1")
+LISTED = HEAD.replace('stiffness = "10000 N/m"', "stiffness = [10000, 10000, 10000]")
+STUDY = f"""
+[optimisation]
+variables = [{{ key = "{DAMPING}", lower = 1, upper = 100 }}]
+objective = {{ quantity = "{FORCE}" }}
+"""
 
 
-def test_a_key_that_is_a_list(tmp_path: Path) -> None:
-    head = HEAD.replace('stiffness = "10000 N/m"', "stiffness = [10000, 10000, 10000]")
-    text = " ".join(checked(tmp_path, GOOD, head=head).err.split())
-    assert f"{STIFFNESS} is a list here" in text and f"{STIFFNESS}[0]" in text
-
-
-def test_two_searches_of_one_name_and_one_nearby_an_optimisation(tmp_path: Path) -> None:
-    assert "two searches are named 'one'" in checked(tmp_path, GOOD, GOOD).err
-    study = (
-        f'\n[optimisation]\nvariables = [{{ key = "{DAMPING}", lower = 1, upper = 100 }}]\n'
-        f'objective = {{ quantity = "{FORCE}" }}\n'
-    )
-    outcome = checked(tmp_path, study, GOOD)
-    assert outcome.code == EXIT_USAGE
-    assert "a case with [optimisation] cannot have [[find]], too" in outcome.err
+@pytest.mark.parametrize(
+    ("head", "rows", "words"),
+    [
+        (HEAD, [ZERO], "ratio of one that is zero as written"),
+        (HEAD, [BELOW], f"between the bounds {ROD} would take a value that it must not have"),
+        (LISTED, [GOOD], f"{STIFFNESS} is a list here"),
+        (HEAD, [GOOD, GOOD], "two searches are named 'one'"),
+        (HEAD, [STUDY, GOOD], "a case with [optimisation] cannot have [[find]], too"),
+    ],
+    ids=["zero", "below", "a list", "one name", "optimisation"],
+)
+def test_searches_that_do_not_fit(tmp_path: Path, head: str, rows: list[str], words: str) -> None:
+    outcome = checked(tmp_path, *rows, head=head)
+    assert outcome.code == EXIT_USAGE and words in " ".join(outcome.err.split())
 
 
 @pytest.mark.parametrize("what", ["find = 3\n", "find = [1, 2]\n", "find = {}\n", "find = [{}]\n"])
@@ -130,43 +135,79 @@ def test_references_know_what_is_found(tmp_path: Path) -> None:
         assert outcome.code == EXIT_USAGE and words in outcome.err, outcome.err
 
 
-def test_nothing_between_the_bounds(tmp_path: Path) -> None:
+NONE = row("thirty", STIFFNESS, "1 N/mm", "100 N/mm", FREQUENCY, 'target = "30 Hz"')
+RESONANT = undamped().replace('"500 rad/s"', repr((ARMS * 1e4 / INERTIA) ** 0.5))
+
+
+@pytest.mark.parametrize(
+    ("head", "rows", "words"),
+    [
+        (
+            HEAD,
+            [
+                NONE,
+                row("bound", STIFFNESS, "1 N/mm", "100 N/mm", FREQUENCY, 'seek = "minimum"'),
+                row("same", DAMPING, "1", "100", FREQUENCY, 'target = "10 Hz"'),
+            ],
+            (
+                "find 'thirty': no machine.mounts.each.stiffness between 1000 N/m and 100000 N/m",
+                "to 188.496 rad/s: it goes from 10.0",
+                "nearest at 100000 N/m with 100.3",
+                "find 'bound': no minimum of isolation/pitch/natural_frequency",
+                "is at the bound 1000 N/m",
+                "find 'same': isolation/pitch/natural_frequency does not change between",
+            ),
+        ),
+        (
+            HEAD,
+            [row("rod", ROD, "10 mm", "59 mm", RIGID, 'target = "1 kN"')],
+            ("none of 33 points could be computed", "connecting rod must be longer than the crank"),
+        ),
+        (
+            HEAD,
+            [row("rod", ROD, "10 mm", "100 mm", RIGID, 'target = "1 N"')],
+            ("points could not be computed, between 0.01 m and 0.0", "rod must be longer"),
+        ),
+        (
+            RESONANT,
+            [row("k", STIFFNESS, "5000", "50000", FORCE, 'change = "-10 N"')],
+            ("undamped natural frequency",),
+        ),
+    ],
+    ids=["nothing found", "no machine", "few machines", "fails as written"],
+)
+def test_searches_without_a_solution(
+    tmp_path: Path, head: str, rows: list[str], words: tuple[str, ...]
+) -> None:
     """All searches that fail are reported at once, and no file is written."""
-    none = GOOD.replace('"10 Hz"', '"30 Hz"')
-    other = row("bound", STIFFNESS, "1 N/mm", "100 N/mm", FREQUENCY, 'seek = "minimum"')
-    constant = row("same", DAMPING, 1, 100, FREQUENCY, 'target = "10 Hz"')
-    outcome = checked(tmp_path, none, other, constant, verb="run")
-    assert outcome.code == EXIT_NUMERICAL
+    outcome = checked(tmp_path, *rows, head=head, verb="run")
+    assert outcome.code == EXIT_NUMERICAL and not (tmp_path / "one.h5").exists()
     text = " ".join(outcome.err.split())
-    assert "find 'one': no machine.mounts.each.stiffness between 1000 N/m and 100000 N/m" in text
-    assert "to 188.496 rad/s: it goes from 10.0" in text
-    assert "nearest at 100000 N/m with 100.3" in text
-    assert "find 'bound': no minimum of isolation/pitch/natural_frequency" in text
-    assert "is at the bound 1000 N/m" in text
-    assert "find 'same': isolation/pitch/natural_frequency does not change between" in text
-    assert not (tmp_path / "one.h5").exists()
+    for expected in words:
+        assert expected in text
 
 
-def test_no_point_is_a_machine(tmp_path: Path) -> None:
-    search = row("rod", ROD, "10 mm", "59 mm", RIGID, 'target = "1 kN"')
-    outcome = checked(tmp_path, search, verb="run")
-    assert outcome.code == EXIT_NUMERICAL
-    text = " ".join(outcome.err.split())
-    assert "none of 33 points could be computed" in text
-    assert "connecting rod must be longer than the crank radius" in text
+REFERENCE = '\n[[reference]]\nquantity = "find/{}/value"\nvalue = "{}"\nsource = "here"\n'
+LIMIT = '\n[[limit]]\nquantity = "find/thirty/value"\nmax = "1 N/mm"\nsource = "here"\n'
 
 
-def test_what_cannot_be_computed_is_said_where_nothing_is_found(tmp_path: Path) -> None:
-    search = row("rod", ROD, "10 mm", "100 mm", RIGID, 'target = "1 N"')
-    text = " ".join(checked(tmp_path, search, verb="run").err.split())
-    assert "points could not be computed, between 0.01 m and 0.0" in text
-    assert "connecting rod must be longer" in text
-
-
-def test_a_case_that_fails_as_written_is_not_searched(tmp_path: Path) -> None:
-    resonant = repr((ARMS * 1e4 / INERTIA) ** 0.5)
-    head = undamped().replace('"500 rad/s"', resonant)
-    assert resonant in head
-    search = row("k", STIFFNESS, 5000, 50000, FORCE, 'change = "-10 N"')
-    outcome = checked(tmp_path, search, head=head, verb="run")
-    assert outcome.code == EXIT_NUMERICAL and "undamped natural frequency" in outcome.err
+def test_what_the_others_found_is_kept_and_the_rest_missed(tmp_path: Path) -> None:
+    rows = REFERENCE.format("one", "37.3 N/mm") + REFERENCE.format("thirty", "400 N/mm")
+    more = rows + LIMIT + LIMIT + 'expect = "broken"\n'
+    outcome = checked(tmp_path, GOOD, NONE, more, verb="run")
+    assert outcome.code == 0, outcome.err
+    result = read_result(tmp_path / "one.h5")
+    exact = INERTIA * (20.0 * math.pi) ** 2 / ARMS
+    assert float(result.record["find/one/value"].values) == pytest.approx(exact, rel=1e-5)
+    assert not any(path.startswith("find/thirty/") for path in result.record)
+    (words,) = [text for text in result.record.warnings if "find 'thirty'" in text]
+    assert "nearest at 100000 N/m" in words
+    references, limits = judge_references(result), judge_limits(result)
+    assert [row.within for row in references][1:] == [False]
+    assert [limit.satisfied for limit in limits if "thirty" in limit.quantity] == [False, False]
+    reported = [line for line in misses(references, limits) if "thirty" in line]
+    assert len(reported) == 3 and all("nothing found" in line for line in reported)
+    assert "nothing found for thirty: see the warnings" in render_report(result)
+    assert as_json(result)["references"][1]["computed"] is None
+    outcome = checked(tmp_path, GOOD, NONE, rows, verb="verify")
+    assert outcome.code == 1 and "find/thirty/value" in outcome.err + outcome.out

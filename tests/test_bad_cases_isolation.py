@@ -26,7 +26,7 @@ from vibecalc.isolation.run_up import RunUp, run_up
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import SINGULAR
 from vibecalc.parts.matrices import assemble
-from vibecalc.response.forced import UndrivenModes, dynamics, response
+from vibecalc.response.forced import UndrivenModes, dynamics
 from vibecalc.response.modal_damping import body_resonances, damping_ratio
 from vibecalc.response.modes import modes
 from vibecalc.response.resonances import (
@@ -34,7 +34,6 @@ from vibecalc.response.resonances import (
     check_operating_point,
     idle_warnings,
     left_out,
-    masked_speeds,
     outside,
 )
 
@@ -68,28 +67,6 @@ def test_second_order_on_an_undamped_frequency_is_refused_in_words() -> None:
         assert part in words
     for part in ("relative distance", "damping or a loss factor", "move the speed"):
         assert part in words
-
-
-def test_a_part_in_ten_million_away_is_computed_with_the_digits_it_lost() -> None:
-    pitch, _ = gibson(0.0)
-    resonances, frequency = undamped()
-    speed = frequency * (1.0 + 1e-7)
-    assert check_operating_point(resonances, ORDERS, speed) == ()
-    couple = gibson_couple()
-    angle = angle_harmonics(pitch, couple.value, couple.error, ORDERS * speed)
-    relative = angle.error / np.abs(angle.value)
-    assert 1e-10 < relative[0] < 1e-6
-    assert relative[1] < 1e-13
-    expected = np.abs(couple.value[0]) / (float(pitch.stiffness) * 2e-7)
-    assert np.abs(angle.value[0]) == pytest.approx(expected, rel=1e-6)
-
-
-def test_damping_opens_the_resonance() -> None:
-    pitch, _ = gibson(1e-3)
-    resonances = pitch_resonances(pitch, gibson_couple())
-    frequency = float(pitch.natural_frequency)
-    assert check_operating_point(resonances, ORDERS, frequency) == ()
-    assert not len(masked_speeds(resonances, ORDERS, 0.0, SPEED).centre)
 
 
 def test_an_order_that_does_not_drive_the_mode_is_a_warning_and_left_out() -> None:
@@ -155,41 +132,6 @@ def test_range_that_starts_on_the_undamped_resonance_is_masked_there() -> None:
     assert passed.masked.order.tolist() == [1]
     assert passed.speed[0] >= passed.masked.high[0]
     assert np.all(np.isinf(passed.peak.value))
-
-
-def test_rigid_body_names_the_mode_that_is_driven_and_warns_of_the_others() -> None:
-    """A force along z at the frequency that x, y and z share: only the z mode is driven."""
-    body = gibson_body(0.0)
-    shapes = modes(body.matrices)
-    resonances = body_resonances(body.matrices, shapes, load_on(2))
-    speed = float(shapes.natural_frequency[0])
-    assert speed == pytest.approx(20.0, rel=1e-12)
-    with pytest.raises(NumericalFailure, match=r"order 1 .* mode 3, 20 rad/s"):
-        check_operating_point(resonances, ORDERS, speed)
-
-
-def test_rigid_body_resonance_without_modal_force_is_left_out_of_the_response() -> None:
-    """Forces along x and y only, at the frequency of the undriven pitch mode."""
-    body = gibson_body(0.0)
-    shapes = modes(body.matrices)
-    load = load_on(1)
-    resonances = body_resonances(body.matrices, shapes, load)
-    pitch = float(gibson(0.0)[0].natural_frequency)
-    warnings = check_operating_point(resonances, ORDERS, pitch)
-    assert len(warnings) == 1
-    assert "modal force is zero" in warnings[0]
-    undriven = UndrivenModes(left_out(resonances), shapes.shape, shapes.eigenvalue)
-    system = dynamics(body.matrices, ORDERS * pitch, undriven)
-    motion = response(system, load.value, load.error)
-    expected = load.value[:, 1] / (4e4 - 100.0 * np.square(ORDERS * pitch))
-    assert motion.value[:, 1] == pytest.approx(expected, rel=1e-10)
-    assert np.max(np.abs(motion.value[:, [0, 2, 3, 4, 5]])) < 1e-12 * np.abs(expected[1])
-    readout = mount_readout(*body.mounts)
-    seen = shows(readout, shapes.shape, shapes.natural_frequency)
-    rows = body_rows(body.matrices, readout, ORDERS, load, undriven)
-    passed = run_up(rows, ORDERS, resonances, 25.0, 60.0, seen)
-    assert not len(passed.masked.low)
-    assert np.all(np.isfinite(passed.peak.value))
 
 
 def test_mounts_at_a_node_of_the_unbounded_mode_keep_a_finite_peak() -> None:

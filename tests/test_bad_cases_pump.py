@@ -1,17 +1,16 @@
 """Claim: a pump that contradicts itself, or leaves the plane of its crank, is refused in words."""
 
 import copy
-from pathlib import Path
 from typing import Any
 
 import pytest
-from pump_cases import FOUR, pump_with, table_with
+from pump_cases import FOUR, GEOMETRY, LIQUID, pump_with, table_with
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.run.machine_checks import check_machine
-from vibecalc.errors import CaseError
+from vibecalc.errors import CaseError, NumericalFailure
+from vibecalc.excitation.pressure_cycle import pump_card, pump_turn
 
-FOLDER = Path(__file__).parent / "bad_cases"
 TRAIN, CYCLE = "machine__crank_train__", "machine__crank_train__pump_cycle__"
 
 #: keys set -> words of the one problem that follows
@@ -99,3 +98,10 @@ def test_the_planar_model_takes_what_is_even() -> None:
     assert check_machine(pump_with(machine__mounts__positions=FOUR)) == []
     two = [{"name": "1", "position": 0.0}, {"name": "2", "crank_phase": "180 deg"}]
     assert check_machine(pump_with(machine__crank_train__cylinders=two)) == []
+
+
+def test_a_pump_that_only_springs_is_refused() -> None:
+    soft = LIQUID._replace(dead_volume=1.2e-3, discharge_pressure=1e8)
+    for kernel in (pump_turn, pump_card):
+        with pytest.raises(NumericalFailure, match="nothing is drawn"):
+            kernel(soft, GEOMETRY)

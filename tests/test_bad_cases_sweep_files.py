@@ -1,6 +1,5 @@
 """Claim: what is wrong with the files of a sweep is said in words, and nothing half passes."""
 
-import os
 import resource
 import shutil
 from collections.abc import Iterator
@@ -14,7 +13,6 @@ from long_but import long_but
 from sample_results import result_of
 from sweep_blocks import FORCE, SAG, Made, block_at, grid_of, made
 
-from vibecalc.core.results.files import PatientFile
 from vibecalc.core.results.layout import FAILED, STATUS, VERSION_ATTRIBUTE
 from vibecalc.core.results.store import write_result
 from vibecalc.core.results.sweep_file import open_sweep
@@ -70,21 +68,6 @@ def test_a_full_disk_leaves_no_chunk(tmp_path: Path) -> None:
         assert list(sweep.chunks.folder.iterdir()) == []
 
 
-def test_what_a_full_disk_did_not_take_can_be_read_back(tmp_path: Path) -> None:
-    with PatientFile(tmp_path / "file") as stream:
-        with full_disk(10):
-            assert stream.write(b"0123456789abcdef") == 16
-            stream.seek(3)
-            assert stream.write(b"XYZ") == 3
-            stream.seek(0)
-            back = bytearray(20)
-            assert stream.readinto(back) == 16 and bytes(back[:16]) == b"012XYZ6789abcdef"
-            assert stream.seek(0, os.SEEK_END) == 16
-        with pytest.raises(OSError, match="too large"):
-            stream.check()
-    assert (tmp_path / "file").read_bytes() == b"0123456789"
-
-
 def test_a_disk_that_returns_something_else(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -108,15 +91,6 @@ def test_a_removed_folder_is_named(sweep: Made, tmp_path: Path) -> None:
     assert not (tmp_path / "sweep.h5").exists()
 
 
-def test_a_folder_that_is_a_file(tmp_path: Path) -> None:
-    sweep = made(tmp_path)
-    sweep.chunks.folder.write_text("in the way")
-    with pytest.raises(UsageError, match="cannot make the folder"):
-        sweep.chunks.make()
-    with pytest.raises(UsageError, match="cannot look into"):
-        sweep.chunks.finished()
-
-
 def test_a_chunk_that_breaks_while_the_file_is_written(sweep: Made, tmp_path: Path) -> None:
     path = sweep.chunks.path(3)
     path.write_bytes(path.read_bytes()[:-9])
@@ -124,11 +98,6 @@ def test_a_chunk_that_breaks_while_the_file_is_written(sweep: Made, tmp_path: Pa
         assemble(tmp_path / "sweep.h5", sweep.head, sweep.chunks, range(5))
     assert [one.name for one in tmp_path.iterdir()] == ["sweep.h5.parts"]
     assert assemble(tmp_path / "sweep.h5", sweep.head, sweep.chunks).missing == ((15, 19),)
-
-
-def test_a_block_of_other_points_is_our_mistake(sweep: Made) -> None:
-    with pytest.raises(ValueError, match="other points"):
-        sweep.chunks.write(0, block_at(sweep.chunks.points(1)))
 
 
 def test_a_truncated_file_is_refused(sweep: Made, tmp_path: Path) -> None:

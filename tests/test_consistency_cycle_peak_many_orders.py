@@ -4,7 +4,6 @@ Up to a number of orders the signal is sampled by a table of waves, beyond by a 
 """
 
 import math
-import tracemalloc
 
 import numpy as np
 import pytest
@@ -47,12 +46,3 @@ def test_peak_of_many_orders_is_the_signal_there_and_above_all_samples() -> None
     # samples so dense miss the maximum by half the curvature times the step squared at most
     curvature = float(np.sum(orders**2 * np.abs(signal)))
     assert found.value - highest <= 0.5 * curvature * (math.pi / samples) ** 2
-
-
-def test_memory_of_a_thousand_orders_stays_small() -> None:
-    signals, orders = harmonics((4, 1000)), np.arange(1, 1001)
-    tracemalloc.start()
-    cycle_peak(signals, orders)
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    assert peak < 10 * 2**20

@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 from find_samples import (
     ARMS,
-    DAMPING,
     FORCE,
     FREQUENCY,
     HEAD,
@@ -25,7 +24,6 @@ from fuzzing import command
 from vibecalc.core.report.text import render_report
 from vibecalc.core.results.record import Record, Result
 from vibecalc.core.results.store import read_result
-from vibecalc.core.run.plan import needed_stages, plan_case
 from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.core.study.planned import find_entries
 
@@ -123,24 +121,6 @@ def test_the_ends_of_a_turn_are_one_place(tmp_path: Path) -> None:
     assert sorted(found) == pytest.approx([math.pi / 6.0, 5.0 * math.pi / 6.0], rel=1e-12)
 
 
-def test_a_run_with_the_value_found_gives_what_was_wanted(tmp_path: Path) -> None:
-    searches = [
-        row("damping", DAMPING, "1 N*s/m", "1000 N*s/m", FORCE, 'target = "0.09 kN"'),
-        row("rod", ROD, "61 mm", "2 m", RIGID, 'change = "-300 N"'),
-        row("sag", STIFFNESS, 2000, 50000, "isolation/support_displacement/sag", 'target = "1 cm"'),
-    ]
-    record = run(tmp_path, *searches).record
-    for name, key, path, wanted in (
-        ("damping", DAMPING, FORCE, 90.0),
-        ("rod", ROD, RIGID, float(record[RIGID].values) - 300.0),
-        ("sag", STIFFNESS, "isolation/support_displacement/sag", 0.01),
-    ):
-        value = float(record[f"find/{name}/value"].values)
-        again = run(tmp_path, settings=(f"{key}={value!r}",)).record[path].values.max()
-        assert again == pytest.approx(wanted, rel=1e-11)
-        assert again == float(record[f"find/{name}/reached"].values)
-
-
 def test_a_resonance_between_the_bounds_is_gone_around_and_said(tmp_path: Path) -> None:
     """The middle of the first look is on the resonance of order 1."""
     stiffness = 500.0**2 * INERTIA / ARMS
@@ -160,7 +140,7 @@ def test_a_resonance_between_the_bounds_is_gone_around_and_said(tmp_path: Path) 
     assert int(record["find/k/failures"].values) > 0
 
 
-def test_paths_units_report_and_file_say_the_same(tmp_path: Path) -> None:
+def test_paths_units_plan_and_file_say_the_same(tmp_path: Path) -> None:
     searches = [
         row("ten", STIFFNESS, "1 N/mm", "1 kN/mm", FREQUENCY, 'target = "10 Hz"'),
         row("radius", RADIUS, "2 cm", "20 cm", RIGID, f'also = ["{ROD}"]', 'change = "-1 kN"'),
@@ -183,27 +163,9 @@ def test_paths_units_report_and_file_say_the_same(tmp_path: Path) -> None:
         assert quantity.unit == entries[name].unit
         assert tuple(axis.name for axis in quantity.axes) == entries[name].axes
         assert quantity.amplitude == entries[name].amplitude
-    text = (tmp_path / "one.txt").read_text(encoding="utf-8")
-    assert text.split("Warnings")[0] == render_report(result).split("Warnings")[0]
-    section = render_report(result, full=True).split("Found values\n")[1][:2000]
-    for words in ("39196", "3.9196", "minimum", "wanted: a change of -1 kN", ROD, "as written"):
-        assert words in " ".join(section.split()), words
-    assert "1 of 1 counted reference" in text
-    assert max(map(len, text.splitlines())) <= 100
+    assert max(map(len, render_report(result, full=True).splitlines())) <= 100
     plan = command("check", str(path)).out
     assert "5 + 5 + 5 runs" in plan and "find/phase: value, reached, written" in plan
-    assert "Brent" in text
-
-
-@pytest.mark.long
-def test_the_same_numbers_in_any_order_and_twice(tmp_path: Path) -> None:
-    one = row("ten", STIFFNESS, "1 N/mm", "1 kN/mm", FREQUENCY, 'target = "10 Hz"')
-    other = row("rod", ROD, "61 mm", "2 m", RIGID, 'change = "-300 N"')
-    first, second = run(tmp_path, one, other).record, run(tmp_path, other, one).record
-    paths = [path for path in first if path.startswith("find/")]
-    assert len([path for path in paths if "/machine/" not in path]) == 18
-    for path in paths:
-        assert first[path].values.tolist() == second[path].values.tolist()
 
 
 def test_the_machine_found_stands_nearby_the_one_written(tmp_path: Path) -> None:
@@ -218,21 +180,6 @@ def test_the_machine_found_stands_nearby_the_one_written(tmp_path: Path) -> None
         expected = plain[path.removeprefix(machine)]
         assert record[path].unit == expected.unit
         assert float(record[path].values) == pytest.approx(float(expected.values), rel=1e-12)
-
-
-def test_a_search_runs_the_stages_that_it_needs(tmp_path: Path) -> None:
-    path = tmp_path / "one.toml"
-    search = row("ten", STIFFNESS, "1 N/mm", "1 kN/mm", FREQUENCY, 'target = "10 Hz"')
-    path.write_text(HEAD + search, encoding="utf-8")
-    case = load_checked([path])[0].case
-
-    def needed(path: str) -> list[str]:
-        return [stage.name for stage in needed_stages(case, frozenset({path}))]
-
-    assert needed_stages(case, None) == plan_case(case)
-    assert needed("excitation/force_peak") == ["kinematics", "excitation"]
-    assert needed(FREQUENCY) == ["kinematics", "excitation", "isolation"]
-    assert needed("isolation/lever_force/run_up_peak")[-1] == "run_up"
 
 
 def test_a_sweep_does_not_search(tmp_path: Path) -> None:

@@ -38,12 +38,6 @@ def test_a_misfire_in_a_sweep_is_that_of_single_runs() -> None:
     assert not np.array_equal(*alone)
 
 
-def test_names_that_no_cylinder_has_are_refused_before_any_point() -> None:
-    asked = sweep_settings([f"{MISFIRE}=nobody,7"], (), None, (TORQUE,))
-    with pytest.raises(CaseError, match="no cylinder is named 'nobody'"):
-        load_checked([CASES["engine_damped"]], (*LINE, *asked), ("response.torsion.speeds",))
-
-
 def test_the_optimiser_starts_in_the_middle_of_the_bounds() -> None:
     study = (
         f'optimisation={{objective={{quantity="{FORCE}"}}, variables=[{{key="{LOSS}", {BOUNDS}}}]}}'
@@ -84,9 +78,3 @@ def test_a_key_taken_out_has_its_default_again() -> None:
     assert number_at(without.resolved, DAMPING, 7.0) in (0.0, 7.0)
     with pytest.raises(CaseError, match="no stiffness"):
         load_checked([CASES["generator"]], (), ("machine.mounts.each.stiffness",))
-
-
-def test_an_empty_motor_lacks_its_keys() -> None:
-    with pytest.raises(CaseError) as refused:
-        load_checked([CASES["compressor_a"]], ("machine.motor={}",))
-    assert "rotor_diameter" in str(refused.value) and "machine.motor" in str(refused.value)

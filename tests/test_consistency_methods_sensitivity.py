@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import approx_fprime
 
 from vibecalc.core.study.search.trade_offs import cost_of_deviation, slopes_at
 from vibecalc.errors import NumericalFailure
@@ -23,13 +22,6 @@ def test_slopes_inside_and_at_bounds(at):
     assert np.all(found.known)
     assert np.all(np.abs(found.slope - exact) <= found.error)
     assert np.all(found.error <= 1e-6 * np.max(np.abs(exact)))
-
-
-def test_slopes_agree_with_another_way():
-    x = np.array([0.7, 30.0, 0.1])
-    found = slopes_at(smooth, LOWER, UPPER, x)
-    other = approx_fprime(x, lambda v: smooth(v)[0], 1e-7)
-    assert found.slope == pytest.approx(other, rel=1e-5)
 
 
 def test_accuracy_of_the_values_widens_the_error():

@@ -33,25 +33,14 @@ def fonseca_fleming(x):
 
 
 def test_front_that_weighted_sums_miss():
-    found = front(fonseca_fleming, [-4, -4], [4, 4], points=7, starts=2)
-    assert found.objective.size == 7
+    found = front(fonseca_fleming, [-4, -4], [4, 4], points=5, starts=2)
+    assert found.objective.size == 5
     place = np.mean(found.variables, axis=1)
     exact = 1 - np.exp(-2 * (place - 1 / np.sqrt(2)) ** 2)
     assert found.objective == pytest.approx(exact, abs=1e-12)
-    assert np.ptp(found.variables, axis=1) == pytest.approx(np.zeros(7), abs=1e-6)
+    assert np.ptp(found.variables, axis=1) == pytest.approx(np.zeros(5), abs=1e-6)
     # in the middle of its bulge the front is above the line between its ends
-    assert found.objective[3] + found.second_objective[3] > 1.2
-
-
-def test_limits_hold_along_the_front():
-    def limited(x):
-        one, two, _ = two_bowls(x)
-        return one, two, [x[1] - 0.5]
-
-    found = front(limited, [-2, -2], [2, 2], points=5, starts=2)
-    assert found.variables[:, 1] == pytest.approx(np.full(5, 0.5), abs=1e-9)
-    exact = (1 - np.sqrt(found.second_objective - 0.25)) ** 2 + 0.25
-    assert found.objective == pytest.approx(exact, abs=1e-9)
+    assert found.objective[2] + found.second_objective[2] > 1.2
 
 
 def with_a_jump(x):
@@ -88,11 +77,6 @@ def test_objectives_that_agree_have_one_best_point():
     found = front(lambda x: ((x[0] - 0.2) ** 2, (x[0] - 0.2) ** 2, []), [0], [1], points=5)
     assert found.objective.shape == (1,)
     assert "one point is the best for both" in found.notes[0]
-
-
-def test_only_the_ends():
-    found = front(two_bowls, [-2, -2], [2, 2], points=2, starts=1)
-    assert found.objective == pytest.approx([0, 1], abs=1e-9)
 
 
 def test_a_front_without_a_feasible_point_fails():

@@ -1,6 +1,5 @@
-"""Claim: periodic solutions agree with shooting, Taylor series, closed forms and one another."""
+"""Claim: periodic solutions agree with shooting, closed forms and one another."""
 
-import mpmath
 import numpy as np
 import pytest
 from periodic_problems import TURN, duffing_rhs, friction_problem, linear_rhs
@@ -8,32 +7,9 @@ from scipy.integrate import solve_ivp
 
 from vibecalc.numerics.periodic.collocation import solve_periodic
 from vibecalc.numerics.periodic.multipliers import floquet_multipliers
-from vibecalc.numerics.periodic.other_methods import solve_fourier
-from vibecalc.numerics.periodic.panels import PeriodicProblem, evaluate, running_integral
+from vibecalc.numerics.periodic.panels import PeriodicProblem, evaluate
 
 EDGES = np.linspace(0.0, TURN, 37)
-
-
-def riccati(x, y, piece):
-    v = y[..., 0]
-    return (1.5 + np.sin(x) - v**2)[..., None], (-2.0 * v)[..., None, None]
-
-
-def test_riccati_against_a_taylor_series():
-    problem = PeriodicProblem(riccati, EDGES)
-    found = solve_periodic(problem, 8, [1.0])
-    with mpmath.workdps(20):
-        # shooting with a Newton step whose slope is the multiplier
-        multiplier = floquet_multipliers(problem, found)
-        start = mpmath.mpf(float(found.left[0, 0, 0]))
-        flow = mpmath.odefun(lambda x, y: 1.5 + mpmath.sin(x) - y**2, 0, start)
-        miss = flow(2 * mpmath.pi) - start
-        exact = start + miss / (1 - float(multiplier.value[0, 0].real))
-        assert abs(float(exact - start)) < 1e-13
-        assert abs(float(flow(2)) - evaluate(found, [2.0])[0, 0, 0]) < 1e-12
-    # the multiplier is exp(-2 integral of y)
-    integral = running_integral(found.edges, found.stages[..., 0])[1][0, -1]
-    assert multiplier.value[0, 0].real == pytest.approx(np.exp(-2.0 * integral), rel=1e-11)
 
 
 @pytest.mark.parametrize("start", [pytest.param([0.0, 0.0], marks=pytest.mark.long), [2.0, 0.0]])
@@ -177,16 +153,6 @@ def test_thresholds_may_differ_between_members():
     # at a kink stands an edge, and the values at edges are on it
     on = np.abs(together.ends[..., 0] - bound[:, None]).min(axis=1)
     assert np.all(on < 1e-9)
-
-
-def test_fourier_and_panels_agree():
-    rhs = duffing_rhs(0.2, 0.5)
-    panels = solve_periodic(PeriodicProblem(rhs, EDGES), 10, [0.0, 0.0])
-    for points, bound in ((11, 1e-2), (31, 1e-10), (41, 1e-13)):
-        fourier = solve_fourier(rhs, points, [0.0, 0.0])
-        off = np.abs(evaluate(panels, fourier.x)[0] - fourier.values[0]).max(axis=0)
-        assert np.all(off <= fourier.error[0])
-        assert np.all(fourier.error < bound)
 
 
 def test_unequal_and_empty_panels():

@@ -7,7 +7,6 @@ from exact_rod import fourier, rod_angle
 from long_but import long_but
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.kinematics.rod_angle import largest_rod_acceleration, rod_angle_harmonics
 
 #: R, L, e in m, and samples enough for 25 digits and more
@@ -60,48 +59,6 @@ def test_harmonics_and_their_errors(geometry):
             assert estimate.max() <= 1e3 * true_error.max(), name
             size = max(abs(complex(c)) for c in exact)
             assert estimate.max() <= 1e-13 * size, name
-
-
-@pytest.mark.parametrize("geometry", GEOMETRIES)
-def test_symmetry_leaves_exact_zeros(geometry):
-    radius, length, offset, _ = geometry
-    ours = rod_angle_harmonics(radius, length, offset, highest_order=9)
-    for name, parity in (("angle", 0), ("acceleration", 0), ("tangent", 0), ("product", 1)):
-        value, error = getattr(ours, name)
-        assert np.all(value[parity::2].imag == 0.0), name
-        assert np.all(value[1 - parity :: 2].real == 0.0), name
-        if offset == 0.0:
-            assert np.all(value[parity::2] == 0.0), name
-            assert np.all(error[parity::2] == 0.0), name
-        else:
-            assert np.any(value[parity::2] != 0.0), name
-
-
-@pytest.mark.parametrize(("radius", "offset"), [(0.3, 0.0), (0.3, 0.1), (0.8, -0.15)])
-def test_tangent_gives_the_piston_velocity_in_closed_form(radius, offset):
-    """s' = -R (sin t + cos t tan phi): its harmonics are known from another route."""
-    tangent = rod_angle_harmonics(radius, 1.0, offset, highest_order=31).tangent.value
-    two_sided = np.concatenate([np.conj(tangent[:0:-1]) / 2, [tangent[0]], tangent[1:] / 2])
-    shifted = 0.5 * (np.roll(two_sided, 1) + np.roll(two_sided, -1))
-    ours = -2.0 * shifted[32:62]
-    ours[0] += 1j  # -sin t
-    exact = motion_harmonics(radius, 30, offset / radius, derivative=1)[1:]
-    np.testing.assert_allclose(ours, exact, rtol=0, atol=1e-14)
-
-
-def test_leading_axes_broadcast():
-    radius = np.array([[0.1], [0.4]])
-    offset = np.array([0.0, 0.05, -0.1])
-    together = rod_angle_harmonics(radius, 1.0, offset, highest_order=6)
-    assert together.product.value.shape == together.product.error.shape == (2, 3, 7)
-    for i in range(2):
-        for j in range(3):
-            alone = rod_angle_harmonics(radius[i, 0], 1.0, offset[j], highest_order=6)
-            for both, one in zip(together, alone, strict=True):
-                slip = both.error[i, j] + one.error
-                assert np.all(np.abs(both.value[i, j] - one.value) <= slip)
-    largest = largest_rod_acceleration(radius, 1.0, offset)
-    assert largest.value.shape == largest.error.shape == (2, 3)
 
 
 @pytest.mark.parametrize("geometry", GEOMETRIES)

@@ -80,16 +80,6 @@ def equal_bits(one: Record, other: Record) -> bool:
     return True
 
 
-@pytest.mark.parametrize("name", QUICK)
-def test_results_are_the_same_to_the_last_bit(name: str) -> None:
-    case, cache = case_of(name), StageCache()
-    plain = run_case(case)
-    assert equal_bits(plain, run_case(case, cache=cache))
-    assert equal_bits(plain, run_case(case, cache=cache))
-    stages = {stage.name for stage in plan_case(case)}
-    assert cache.ran == cache.reused == dict.fromkeys(stages, 1)
-
-
 #: a key, its values, and the stages that run again when it changes
 CHANGES: tuple[tuple[str, str, tuple[Any, Any], set[str]], ...] = (
     ("generator", "machine.mounts.each.stiffness", (2e4, 3e4), {"isolation", "run_up"}),
@@ -277,14 +267,6 @@ def test_a_failure_is_reported_again_in_the_same_words() -> None:
         messages.append(str(failure.value))
     assert messages[0] == messages[1] and "order 1" in messages[0]
     assert cache.ran["isolation"] == cache.reused["isolation"] == 1
-
-
-def test_a_cache_too_small_for_anything_changes_nothing() -> None:
-    """What a stage is made from is forgotten before the stage is kept."""
-    case, cache = case_of("generator"), StageCache(most_bytes=1)
-    for _ in range(2):
-        assert equal_bits(run_case(case), run_case(case, cache=cache))
-    assert not cache.reused and set(cache.ran.values()) == {2}
 
 
 def test_what_is_wanted_is_part_of_the_key() -> None:

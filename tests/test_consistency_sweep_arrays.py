@@ -156,15 +156,6 @@ def test_all_keys_at_once(name: str) -> None:
         assert_equal(name, design, known_paths(name), fewest=2)
 
 
-def test_points_that_keep_different_numbers_of_orders() -> None:
-    key = "machine.crank_train.rod_length"
-    axis = {"key": key, "from": 0.08, "to": 0.6, "points": 6, "spacing": "log"}
-    block = assert_equal("exact", design_of("exact", [axis]), known_paths("exact"), fewest=5)
-    force = block.quantities["excitation/force"]
-    kept = [int(np.flatnonzero(np.abs(row).sum(1))[-1]) for row in force.values]
-    assert len(set(kept)) > 3 and sorted(kept, reverse=True) == kept
-
-
 def test_refusals_and_failures_have_the_words_of_single_runs() -> None:
     free = machine("classic").resolved
     model = Evaluator(
@@ -205,12 +196,6 @@ def test_edges_of_what_is_possible(key: str, values: list[float], part: str) -> 
     assert part in " ".join(block.message)
 
 
-def test_distances_of_the_mounts_need_a_lever() -> None:
-    axis = {"key": "machine.mounts.positions[0][0]", "values": [-0.4, -0.41]}
-    block = assert_equal("classic", design_of("classic", [axis]), (PEAK,))
-    assert block.status.tolist() == [DONE, REFUSED] and "lever" in block.message[1]
-
-
 def test_blocks_and_chunks_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     design = scattered("exact", known_keys("exact")[:8], 40, 0.05)
     paths = known_paths("exact")
@@ -222,28 +207,6 @@ def test_blocks_and_chunks_change_nothing(monkeypatch: pytest.MonkeyPatch) -> No
         one, other = whole.quantities[path], small.quantities[path]
         apart = np.abs(one.values - other.values).reshape(40, -1)
         assert (apart <= (one.errors + other.errors)[:, None])[whole.status == DONE].all(), path
-
-
-def test_arithmetic_that_fails_at_a_point_is_left_to_a_single_run(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    design = design_of(
-        "classic",
-        [{"key": "machine.body.mass", "from": 50.0, "to": 90.0, "points": 40}],
-    )
-    asked: list[int] = []
-    emit = computing.emit_excitation
-
-    def failing(columns: Any, *more: Any) -> None:
-        asked.append(columns.count)
-        if (np.abs(columns.number("machine", "body", "mass") - 60.0) < 0.6).any():
-            raise FloatingPointError("overflow")
-        emit(columns, *more)
-
-    monkeypatch.setattr(computing, "emit_excitation", failing)
-    block = assert_equal("classic", design, (PEAK,), fewest=30)
-    assert (block.status == DONE).all()
-    assert len(asked) < 12  # halved until the point stands among few
 
 
 @pytest.mark.parametrize(

@@ -83,15 +83,6 @@ def test_a_mistake_on_a_worker_is_raised_here(cluster: Any) -> None:
         list(workers.run(CHUNKS))
 
 
-def test_leaving_early_ends_the_processes_on_the_workers(cluster: Any) -> None:
-    with Cluster(Start(seconds=0.02), address=cluster.scheduler_address) as workers:
-        first = next(workers.run(CHUNKS))
-        process = first.batches[0].block.process
-        os.kill(process, 0)
-    with pytest.raises(ProcessLookupError):
-        os.kill(process, 0)
-
-
 def test_a_scheduler_that_is_not_there_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("vibecalc.core.study.sweep.cluster._ANSWER_WITHIN", 0.2)
     with pytest.raises(UsageError, match="no dask scheduler answers at tcp:"):

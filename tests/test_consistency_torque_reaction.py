@@ -1,7 +1,7 @@
-"""Claim: an engine on its mounts under its torque is what a sum in time gives, written anew here.
+"""Claim: a shaft line on the body gives it back the torques that a sum in time says.
 
-Pistons and rods are followed through two turns in small steps; forces, couples and torques of every
-step are transformed, and a dense system of six freedoms, put together here, answers them.
+Pistons and rods are followed through two turns in small steps, their torque is transformed, and a
+dense solution of the line answers it. Without a line, `test_property_estimates_torque_reaction.py`.
 """
 
 import re
@@ -28,132 +28,34 @@ SPEED = 50.0 * np.pi
 RADIUS, ROD, OFFSET, AREA = 0.06, 0.2, 0.004, 0.25 * np.pi * 0.1**2
 #: piston and its share of the rod; the rod's own moment beyond that of two points
 SLIDING, BEYOND = 1.7 + 1.0 * 0.06 / 0.2, 0.01 - 1.0 * 0.06 * 0.14
-TURNING = 1.0 - 0.3
 PHASE, BANK = np.radians([50.0, 170.0, 290.0]), np.radians(20.0)
-PLACE, SCALE = np.array([-0.15, 0.0, 0.15]), np.array([1.0, 1.1, 1.0])
+SCALE = np.array([1.0, 1.1, 1.0])
 FIRES = np.radians([690.0, 210.0, 450.0])
-INERTIA = np.array([[12.0, -1.0, 0.0], [-1.0, 25.0, 0.0], [0.0, 0.0, 22.0]])
-MOUNTS = np.array([[-0.4, -0.3, -0.2], [-0.4, 0.3, -0.2], [0.5, -0.3, -0.2], [0.5, 0.25, -0.2]])
-STIFFNESS, DAMPING = np.diag([2e5, 2e5, 4e5]), np.diag([200.0, 200.0, 400.0])
 STEPS = 1 << 13
 ORDERS = 200
 
 
-def in_time(third: GasCard | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Torque of gas and inertia (STEPS, 3) on the crank, and what shakes the body (STEPS, 6).
-
-    The third cylinder may have a card of its own.
-
-    The shaking is minus the change of momentum and angular momentum of all that moves but the
-    crank itself, the couple about the crankshaft by the torque not in it.
-    """
+def in_time(third: GasCard) -> np.ndarray:
+    """Torque of gas and inertia (STEPS, 3) on the crank; the third cylinder has its own card."""
     angle = 4.0 * np.pi * np.arange(STEPS) / STEPS
-    torque, shaking = np.zeros((STEPS, 3)), np.zeros((STEPS, 6))
+    torque = np.zeros((STEPS, 3))
     (card,) = gas_cards(mounted(SEPARATE).machine)[1]
-    for one, (phase, place, scale, fires) in enumerate(
-        zip(PHASE, PLACE, SCALE, FIRES, strict=True)
-    ):
+    for one, (phase, scale, fires) in enumerate(zip(PHASE, SCALE, FIRES, strict=True)):
         own = angle + phase - BANK
         lean = np.arcsin((RADIUS * np.sin(own) - OFFSET) / ROD)
         lean_1 = RADIUS * np.cos(own) / (ROD * np.cos(lean))
         lean_2 = np.tan(lean) * lean_1**2 - RADIUS * np.sin(own) / (ROD * np.cos(lean))
         out_1 = -RADIUS * np.sin(own) - ROD * np.sin(lean) * lean_1
         out_2 = -RADIUS * np.cos(own) - ROD * (np.cos(lean) * lean_1**2 + np.sin(lean) * lean_2)
-        used = third if third is not None and one == 2 else card
-        pressure = scale * pressure_at(used, angle - fires)
+        pressure = scale * pressure_at(third if one == 2 else card, angle - fires)
         torque[:, one] -= pressure * AREA * out_1
         torque[:, one] -= SPEED**2 * (SLIDING * out_1 * out_2 + BEYOND * lean_1 * lean_2)
-        force = -SLIDING * SPEED**2 * out_2
-        # the stroke is z, across it y; the crank turns from z to -y, and so leans a cylinder
-        for along, across, size in (
-            (np.cos(BANK), -np.sin(BANK), force),
-            (
-                np.cos(angle + phase),
-                -np.sin(angle + phase),
-                np.full(STEPS, TURNING * RADIUS * SPEED**2),
-            ),
-        ):
-            shaking[:, 1] += size * across
-            shaking[:, 2] += size * along
-            shaking[:, 4] -= size * along * place
-            shaking[:, 5] += size * across * place
-        # the offset towards the crank pin at 90 degrees, which is at -y: a lever about the shaft
-        shaking[:, 3] -= OFFSET * force
-        # a rod leans against the crank
-        shaking[:, 3] += BEYOND * SPEED**2 * lean_2
-    return torque, shaking
+    return torque
 
 
 def halves(signal: np.ndarray) -> np.ndarray:
     """Amplitudes (ORDERS, ...) of the orders 1/2, 1, 3/2 ... of signals over two turns."""
     return 2.0 * np.fft.rfft(signal, axis=0)[1 : ORDERS + 1] / STEPS
-
-
-def arm(point: np.ndarray) -> np.ndarray:
-    """What six freedoms move at a point: t + r x p."""
-    x, y, z = point
-    turn = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
-    return np.hstack([np.eye(3), turn])
-
-
-def supports(load: np.ndarray) -> np.ndarray:
-    """Forces (mounts, 3, ORDERS) on the ground under loads (ORDERS, 6)."""
-    mass = np.zeros((6, 6))
-    mass[:3, :3], mass[3:, 3:] = 300.0 * np.eye(3), INERTIA
-    rows = []
-    for number, one in enumerate(load, start=1):
-        w = 0.5 * number * SPEED
-        passing = STIFFNESS + 1j * w * DAMPING
-        system = sum(arm(p).T @ passing @ arm(p) for p in MOUNTS) - w**2 * mass
-        motion = np.linalg.solve(system, one)
-        rows.append([passing @ arm(p) @ motion for p in MOUNTS])
-    return np.moveaxis(np.array(rows), 0, -1)
-
-
-def largest(force: np.ndarray) -> np.ndarray:
-    """Longest vector (mounts,) in steps of the cycle."""
-    angle = np.linspace(0.0, 4.0 * np.pi, 8_001)
-    number = 0.5 * np.arange(1, force.shape[-1] + 1)
-    course = (force @ np.exp(1j * np.outer(number, angle))).real
-    return np.asarray(np.sqrt(np.square(course).sum(1)).max(-1))
-
-
-def test_driven_machine_elsewhere_is_the_sum_in_time() -> None:
-    each, shaking = in_time()
-    torque = each.sum(1)
-    record = wanted_of(SEPARATE)
-    couple = record[f"{ROOT}couple"]
-    kept = couple.values.size
-    assert np.allclose(couple.values, -halves(torque)[:kept], rtol=0.0, atol=2e-7)
-    assert np.isclose(record[f"{ROOT}mean_couple"].values, -torque.mean(), rtol=1e-10)
-    load = shaking.copy()
-    load[:, 3] -= torque
-    force = supports(halves(load))
-    assert np.allclose(record[f"{ROOT}support_force"].values, force[..., :kept], rtol=0, atol=1e-6)
-    peak = record[f"{ROOT}support_force_peak"]
-    # 200 orders here, 24 there: what it leaves out is in its error, which is no wild one either
-    away = np.abs(peak.values - largest(force)).max()
-    assert away < peak.error_estimate < 3e-3 * peak.values.max()
-    alone = record[f"{ROOT}support_force_of_torque"]
-    none = np.zeros((STEPS, 6))
-    none[:, 3] = -torque
-    assert np.abs(alone.values - largest(supports(halves(none)))).max() < alone.error_estimate
-
-
-def test_mean_torque_and_weight_stand_on_the_supports() -> None:
-    record = wanted_of(SEPARATE, "isolation/support_force/static")
-    mean = record[f"{ROOT}mean_support_force"].values
-    turned = np.cross(MOUNTS, mean).sum(0)
-    assert np.allclose(mean.sum(0), 0.0, atol=1e-9)
-    assert np.allclose(turned, [record[f"{ROOT}mean_couple"].values, 0.0, 0.0], atol=1e-8)
-    # up and down between the extremes, whose middle is near weight and mean
-    low, high = (record[f"{ROOT}{name}_load"].values for name in ("minimum", "largest"))
-    still = record["isolation/support_force/static"].values - mean[:, 2]
-    force = record[f"{ROOT}support_force"].values[:, 2]
-    angle = np.linspace(0.0, 4.0 * np.pi, 20_001)
-    course = -(force @ np.exp(0.5j * np.outer(np.arange(1, force.shape[1] + 1), angle))).real
-    assert np.allclose(low, still + course.min(-1), rtol=1e-5)
-    assert np.allclose(high, still + course.max(-1), rtol=1e-5)
 
 
 def test_line_on_the_body_gives_it_its_torques_back() -> None:
@@ -162,7 +64,7 @@ def test_line_on_the_body_gives_it_its_torques_back() -> None:
     line = build_shaft_line(case).line
     couple = record[f"{ROOT}couple"]
     motored = motored_cycle(cycle_of(case.machine), crank_geometry(case.machine))
-    engine = halves(in_time(motored)[0])[: couple.values.size]
+    engine = halves(in_time(motored))[: couple.values.size]
     expected = []
     for order, torque in zip(couple.axes[0].values, engine, strict=True):
         w = order * SPEED

@@ -38,15 +38,3 @@ def test_of_equal_ones_that_at_the_lowest_speed_counts() -> None:
     value = twins(99.8, 100.6, 0.0)
     for at in (99.7, 99.8, 100.6):
         assert abs(found(value, at)[0] - 99.8) < 1e-6
-
-
-def test_one_peak_is_looked_at_once_more_only() -> None:
-    asked = []
-
-    def single(speed: np.ndarray) -> np.ndarray:
-        asked.append(speed.shape[0])
-        return np.asarray(1.0 / (1.0 + (speed - 100.3) ** 2))
-
-    place, _ = highest(lambda _: single, np.array([0]), LOW, np.array([100.0]), HIGH)
-    assert abs(place[0] - 100.3) < 1e-9
-    assert set(asked) == {1}

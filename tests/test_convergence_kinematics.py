@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.kinematics.harmonics import dropped_acceleration, motion_harmonics
+from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.kinematics.slider_crank import piston_motion
 from vibecalc.kinematics.truncated_series import (
     truncated_dropped_acceleration,
-    truncated_harmonics,
     truncated_motion,
 )
 
@@ -31,37 +30,6 @@ def test_error_of_the_truncated_motion_falls_like_the_next_term(rod_ratio):
     # one term to the next is lam^2 (2 j + 1)/(2 j + 2), so the rests fall between that and lam^2
     assert np.all(rate < limit)
     assert np.all(rate > limit * (2 * terms[:-1] + 1) / (2 * terms[:-1] + 2))
-
-
-@pytest.mark.parametrize("order", [2, 6, 20])
-def test_truncated_harmonics_converge_from_below(order):
-    exact = abs(motion_harmonics(0.5, order)[order])
-    terms = np.arange(order // 2, 40)
-    ours = np.array([abs(truncated_harmonics(0.5, t, order)[order]) for t in terms.tolist()])
-    lacking = 1.0 - ours / exact
-    assert np.all(np.diff(ours) >= -4e-16 * exact)
-    falling = lacking[lacking > 1e-10]
-    assert len(falling) > 5
-    # from term j to j + 1 the contribution changes by lam^2 (4 j^2 - 1)/(4 (j + 1)^2 - n^2), and
-    # the rest is a mean of what follows
-    rate = falling[1:] / falling[:-1]
-    for last, ratio in zip(terms.tolist(), rate.tolist(), strict=False):
-        j = np.arange(last + 1.0, 5000.0)
-        following = 0.25 * (4 * j**2 - 1) / (4 * (j + 1) ** 2 - order**2)
-        assert following.min() * (1 - 1e-5) <= ratio <= following.max() * (1 + 1e-5)
-    assert lacking[-1] < 1e-14
-
-
-def test_kept_orders_and_dropped_orders_bound_the_error_of_the_acceleration():
-    angle = np.linspace(0, 2 * np.pi, 721)
-    for rod_ratio, offset_ratio in ((0.3, 0.0), (0.3, 0.4), (0.6, -0.3)):
-        exact = piston_motion(angle, rod_ratio, 1.0, rod_ratio * offset_ratio).acceleration
-        for order in (1, 2, 4, 8):
-            kept = motion_harmonics(rod_ratio, order, offset_ratio, derivative=2)
-            wave = np.exp(1j * angle[:, None] * np.arange(order + 1))
-            error = np.max(np.abs(np.sum((kept * wave).real, axis=1) - exact / rod_ratio))
-            bound = float(dropped_acceleration(rod_ratio, order, offset_ratio))
-            assert 0.3 * bound <= error <= bound * (1 + 1e-12) + 2e-14
 
 
 def test_limit_of_a_rod_as_short_as_the_crank():

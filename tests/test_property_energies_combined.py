@@ -4,26 +4,21 @@ weight is the true one, mean and peak, and its errors bound what the search may 
 
 import mpmath
 import numpy as np
-import ong_tables as ong
 import pytest
 from exact_peaks import cycle_peak as exact_peak
-from isolation_machines import exact, random_body
+from isolation_machines import random_body
 from long_but import long_but
 from mpmath import mpf
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.response import operations as phase_search
 from vibecalc.response.energies import (
     dropped_mean,
-    energies_over_cycle,
     energy_over_cycle,
     mass_of,
     stiffness_of,
-    velocity,
 )
-from vibecalc.response.forced import dynamics, response
 from vibecalc.response.modes import modes
 from vibecalc.response.operations import (
     Rows,
@@ -57,26 +52,6 @@ def machine(seed: int) -> tuple[Matrices, float, Bounded, Bounded]:
         exactly(shaking[0] + 1j * shaking[1]),
         exactly(residual[0] + 1j * residual[1]),
     )
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_all_pairs_at_once_are_the_pairs_one_by_one(seed: int) -> None:
-    matrices, speed, shaking, residual = machine(seed)
-    parts = superpose(matrices, ORDERS, speed, shaking, residual)
-    motion = at_phase(parts, 0.7)
-    found = energies_over_cycle(matrices, motion, ORDERS, speed)
-    system = dynamics(matrices, ORDERS * speed)
-    for i in range(2):
-        for j in range(3):
-            load = shaking.value[i].copy()
-            load[0] += np.exp(0.7j) * residual.value[i, j]
-            alone = response(system, load, 1e-15 * np.abs(load))
-            one = energies_over_cycle(matrices, alone, ORDERS, speed)
-            for ours, theirs in zip(found, one, strict=True):
-                uncertainty = ours.mean_error[i, j] + theirs.mean_error
-                assert abs(ours.mean[i, j] - theirs.mean) <= uncertainty
-                uncertainty = ours.peak_error[i, j] + theirs.peak_error
-                assert abs(ours.peak[i, j] - theirs.peak) <= uncertainty
 
 
 def weights_and_states(
@@ -203,36 +178,6 @@ def test_a_phase_that_does_not_matter() -> None:
     assert np.all(found.high_gap <= 1e-6 * expected)
 
 
-def test_a_weight_that_can_cancel_everything() -> None:
-    """Equal circles, one turned: the lowest peak is exactly zero, half a turn from the highest."""
-    circle = np.array([[1.0 + 0j], [-1j]])
-    turned = np.exp(0.4j) * circle[:, 0]
-    found = search_phases(Rows(circle[None], np.array([1]), turned[None]), 1e-9)
-    assert found.low.item() <= 1e-14
-    assert 2.0 - found.high_gap.item() - 1e-14 <= found.high.item() <= 2.0 + 1e-14
-    assert found.high_gap.item() < 1e-9
-    assert found.low_phase.item() == pytest.approx(np.pi - 0.4, abs=1e-6)
-    assert found.high_phase.item() == pytest.approx(2.0 * np.pi - 0.4, abs=1e-4)
-
-
-def test_search_is_short() -> None:
-    """Work: peaks evaluated per row, on the compressor's combinations."""
-    counted = 0
-    peaks = phase_search.vector_cycle_peak
-
-    def counting(harmonics: np.ndarray, orders: np.ndarray) -> object:
-        nonlocal counted
-        counted += len(harmonics)
-        return peaks(harmonics, orders)
-
-    matrices, speed, shaking, residual = machine(3)
-    parts = superpose(matrices, ORDERS, speed, shaking, residual)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(phase_search, "vector_cycle_peak", counting)
-        peak_energy_range(mass_of(matrices), states(parts, 1j * speed * ORDERS), ORDERS)
-    assert counted < 200 * 6
-
-
 def test_search_that_is_broken_off_says_how_far_it_came_and_leaves_others_alone() -> None:
     """For opposite circles no interval can ever be dropped."""
     circle = np.array([[1.0 + 0j], [-1j]])
@@ -258,51 +203,3 @@ def test_an_exact_resonance_is_refused() -> None:
     load = exactly(np.ones((1, 3, 6)) + 0j)
     with pytest.raises(NumericalFailure, match="undamped natural frequency"):
         superpose(matrices, ORDERS, 8.0, load, exactly(np.ones((1, 1, 6)) + 0j))
-
-
-def test_compressor_phase_range() -> None:
-    """The source's machine, A at work, the weight of both; closed form and search."""
-    matrices = ong.si_matrices()
-    load = np.array([0.0, 1.0, 0.0, ong.LEVER_A, 0.0, 0.0]) * ong.LOAD
-    acceleration = np.array([float(text) for text in ong.APPENDIX_I])[:, None]
-    shaking = exactly((ong.RECIPROCATING * acceleration * load)[None] + 0j)
-    turning = ong.ROTATING * ong.RADIUS * ong.SPEED**2 * ong.LOAD
-    turning = turning * np.array([-1.0, 1j, 0.0, 1j * ong.LEVER_A, ong.LEVER_A, 0.0])
-    parts = superpose(matrices, ong.ORDERS, ong.SPEED, shaking, exactly(turning[None, None]))
-    state = states(parts, 1j * ong.SPEED * ong.ORDERS)
-    mean = mean_energy_range(mass_of(matrices), state)
-    for value, phase in ((mean.low, mean.low_phase), (mean.high, mean.high_phase)):
-        rate = ong.ORDERS * ong.SPEED
-        there = energy_over_cycle(
-            mass_of(matrices), velocity(at_phase(parts, phase), rate), ong.ORDERS
-        )
-        assert abs(there.mean - value).item() <= (there.mean_error + mean.low_error).item()
-    # twice the mean, as the source counts, in in lbf
-    assert 2.0 * mean.low.item() / ong.ENERGY == pytest.approx(0.546809, abs=1e-6)
-    assert 2.0 * mean.high.item() / ong.ENERGY == pytest.approx(0.893432, abs=1e-6)
-    peak = peak_energy_range(mass_of(matrices), state, ong.ORDERS)
-    assert peak.low.item() / ong.ENERGY == pytest.approx(0.555196, abs=1e-6)
-    assert peak.high.item() / ong.ENERGY == pytest.approx(0.904966, abs=1e-6)
-
-
-def test_mean_range_against_fifty_digits() -> None:
-    """Errors of the closed form bound the rounding, states taken as exact."""
-    generator = np.random.default_rng(4)
-    weight = exactly(random_body(4).matrices.mass)
-    y, r = generator.normal(size=(2, 3, 6)), generator.normal(size=(2, 6))
-    state = SuperposedMotion(
-        exactly((y[0] + 1j * y[1])[None]), exactly((r[0] + 1j * r[1])[None, None]), 0
-    )
-    found = mean_energy_range(weight, state)
-    with mpmath.workdps(50):
-        w = exact(weight.value)
-        rows, turned = exact(state.shaking.value[0]), exact(state.residual.value[0, 0])
-
-        def product(a: np.ndarray, b: np.ndarray) -> mpmath.mpc:
-            return np.array([mpmath.conj(x) for x in a], dtype=object) @ w @ b
-
-        still = sum(product(row, row).real for row in rows) / 4 + product(turned, turned).real / 4
-        swing = abs(product(rows[0], turned)) / 2
-        for value, truth in ((found.low, still - swing), (found.high, still + swing)):
-            off = float(abs(mpf(value.item()) - truth))
-            assert off <= found.low_error.item() < 1e-12 * float(still)

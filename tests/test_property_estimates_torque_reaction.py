@@ -13,7 +13,7 @@ import mpmath
 import numpy as np
 import pytest
 from engine_mounted import SEPARATE
-from estimate_counts import Uncertain, hold
+from estimate_counts import hold
 from exact_body import BodyTruth, solve
 from exact_engine_drive import EngineDrive
 from exact_train import Shaking, motion_of, shaking_of, vector
@@ -154,4 +154,4 @@ def test_estimates_of_engines_on_mounts() -> None:
 def test_estimates_of_forty_engines_on_mounts() -> None:
     judged = [one for seed in range(40) for one in judge_mounted(random_mounted(seed))]
     assert len(judged) > 300
-    hold([Uncertain(*one) for one in judged], "engines on mounts")
+    hold(judged, "engines on mounts")

@@ -165,20 +165,3 @@ def test_bounds_and_ends_of_stretches_are_no_extremes() -> None:
     assert not extremes(sampled_curve(broken, 0.0, 4.0), 1.0)
     broken = with_hole(0.0, 1.4, lambda x: (x - 1.5) ** 2)
     within(extremes(sampled_curve(broken, -1.0, 4.0), 1.0), [1.5])
-
-
-def test_no_value_is_computed_twice() -> None:
-    met: list[float] = []
-
-    def evaluate(key: float) -> tuple[float, float]:
-        met.append(key)
-        return math.sin(key), 1e-12
-
-    sampled = SampledCurve(evaluate, 0.0, 10.0)
-    sampled.know(1.0, math.sin(1.0), 1e-12)
-    sampled.sample(17)
-    assert 1.0 not in met and len(sampled.samples) == 18
-    roots(sampled, Level(0.3, 0.0))
-    extremes(sampled, 1.0)
-    assert len(met) == len(set(met)) == sampled.evaluations
-    assert sampled.evaluations <= 17 + 4 * 12 + 3 * 25

@@ -10,61 +10,9 @@ from vibecalc.excitation.gas_tables import FORCE_INTERPOLATIONS, force_at, gas_f
 TURN = 2.0 * np.pi
 DEGREES, FORCE = columns("roll_first_stage.csv")
 ANGLE = np.radians(DEGREES)
-LARGEST = np.max(FORCE)
 POINTS = np.random.default_rng(3).uniform(-3.0 * TURN, 3.0 * TURN, 400)
 UNEVEN = np.array([0.0, 0.3, 0.35, 2.0, 3.1, 5.0, TURN])
 UNEVEN_FORCE = np.array([5.0, 9.0, -2.0, 4.0, 4.5, 1.0, 5.0])
-PIECEWISE = [kind for kind in FORCE_INTERPOLATIONS if kind != "trigonometric"]
-
-
-def begun_at(place: int) -> tuple[np.ndarray, np.ndarray]:
-    """The same table, begun at another of its nodes: over the turn from that node on."""
-    force = np.roll(FORCE[:-1], -place)
-    return ANGLE + ANGLE[place], np.append(force, force[0])
-
-
-@pytest.mark.parametrize("kind", FORCE_INTERPOLATIONS)
-def test_through_every_node_in_every_turn(kind: str) -> None:
-    gas = gas_force(ANGLE, FORCE, kind)
-    for turn in (-2, 0, 5):
-        np.testing.assert_allclose(
-            force_at(gas, ANGLE + turn * TURN), FORCE, rtol=0, atol=2e-12 * LARGEST
-        )
-
-
-@pytest.mark.parametrize("kind", PIECEWISE)
-def test_through_uneven_nodes(kind: str) -> None:
-    gas = gas_force(UNEVEN, UNEVEN_FORCE, kind)
-    np.testing.assert_allclose(force_at(gas, UNEVEN), UNEVEN_FORCE, rtol=0, atol=1e-13)
-
-
-@pytest.mark.parametrize("kind", FORCE_INTERPOLATIONS)
-def test_periodic(kind: str) -> None:
-    gas = gas_force(ANGLE, FORCE, kind)
-    here = force_at(gas, POINTS)
-    for turn in (-1, 1, 4):
-        np.testing.assert_allclose(
-            force_at(gas, POINTS + turn * TURN), here, rtol=0, atol=1e-12 * LARGEST
-        )
-
-
-@pytest.mark.parametrize("kind", FORCE_INTERPOLATIONS)
-def test_continuous_where_the_turn_closes(kind: str) -> None:
-    gas = gas_force(*begun_at(7), kind)
-    ends = np.concatenate([[0.0, TURN], np.radians([70.0])])
-    steepest = np.max(np.abs(np.diff(FORCE))) / ANGLE[1]
-    for end in ends:
-        before, after = force_at(gas, np.array([end - 1e-9, end + 1e-9]))
-        assert abs(after - before) < 1e-8 * steepest
-
-
-@pytest.mark.parametrize("place", [1, 18, 35])
-@pytest.mark.parametrize("kind", FORCE_INTERPOLATIONS)
-def test_it_does_not_matter_where_a_table_begins(kind: str, place: int) -> None:
-    here, there = gas_force(ANGLE, FORCE, kind), gas_force(*begun_at(place), kind)
-    np.testing.assert_allclose(
-        force_at(there, POINTS), force_at(here, POINTS), rtol=0, atol=3e-12 * LARGEST
-    )
 
 
 @pytest.mark.parametrize(("angle", "force"), [(ANGLE, FORCE), (UNEVEN, UNEVEN_FORCE)])
@@ -114,32 +62,6 @@ def test_trigonometric_is_the_barycentric_formula(count: int) -> None:
 def test_trigonometric_refuses_uneven_nodes() -> None:
     with pytest.raises(ValueError, match="evenly spaced"):
         gas_force(UNEVEN, UNEVEN_FORCE, "trigonometric")
-
-
-@pytest.mark.parametrize("kind", FORCE_INTERPOLATIONS)
-def test_a_constant_stays_a_constant(kind: str) -> None:
-    found = force_at(gas_force(ANGLE, np.full_like(ANGLE, 1234.5), kind), POINTS)
-    np.testing.assert_allclose(found, 1234.5, rtol=1e-13)
-
-
-@pytest.mark.parametrize("kind", FORCE_INTERPOLATIONS)
-def test_linear_in_the_forces(kind: str) -> None:
-    other = np.cos(3.0 * ANGLE) + np.sin(ANGLE)
-    other[-1] = other[0]
-    sum_ = force_at(gas_force(ANGLE, 2.0 * FORCE - 3.0 * other, kind), POINTS)
-    parts = [force_at(gas_force(ANGLE, force, kind), POINTS) for force in (FORCE, other)]
-    np.testing.assert_allclose(sum_, 2.0 * parts[0] - 3.0 * parts[1], atol=1e-11 * LARGEST)
-
-
-@pytest.mark.parametrize("kind", FORCE_INTERPOLATIONS)
-def test_shape_follows_the_angles(kind: str) -> None:
-    gas = gas_force(ANGLE, FORCE, kind)
-    angles = POINTS[:24].reshape(2, 3, 4)
-    found = force_at(gas, angles)
-    assert found.shape == (2, 3, 4)
-    for place in np.ndindex(2, 3, 4):
-        one = float(force_at(gas, angles[place]))
-        assert found[place] == pytest.approx(one, rel=1e-13, abs=1e-12 * LARGEST)
 
 
 def test_a_negative_angle_of_one_rounding_is_the_end_of_the_turn() -> None:

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize
 
 from vibecalc.core.study.balancing import LeastNorm, least_norm
 
@@ -45,30 +44,3 @@ def test_no_point_within_the_bounds_is_below_it() -> None:
     points *= (radius * random.uniform(0, 1, lengths.shape) / lengths)[:, block]
     norms = np.linalg.norm(constant + points @ columns.T, axis=1)
     assert np.min(norms) >= found.lower_bound
-
-
-@pytest.mark.parametrize("seed", [1, 2, 5])
-def test_sequential_quadratic_programming_ends_at_the_same_norm(seed: int) -> None:
-    constant, columns, block, radius = _drawn(seed)
-    found = least_norm(constant, columns, block, radius)
-    scaled = columns * radius[block]
-    end = minimize(
-        lambda x: 0.5 * np.sum((constant + scaled @ x) ** 2) / (constant @ constant),
-        np.zeros(block.size),
-        jac=lambda x: scaled.T @ (constant + scaled @ x) / (constant @ constant),
-        constraints={"type": "ineq", "fun": lambda x: 1.0 - np.bincount(block, x**2)},
-        method="SLSQP",
-        options={"ftol": 1e-15, "maxiter": 500},
-    )
-    norm = np.linalg.norm(constant + scaled @ end.x)
-    assert norm == pytest.approx(found.value, rel=1e-6, abs=1e-6 * np.linalg.norm(constant))
-
-
-def test_without_bounds_that_hold_it_is_least_squares() -> None:
-    random = np.random.default_rng(7)
-    columns, constant = random.normal(size=(8, 4)), random.normal(size=8)
-    found = least_norm(constant, columns, np.array([0, 0, 1, 1]), np.array([1e3, 1e3]))
-    expected = np.linalg.solve(columns.T @ columns, -columns.T @ constant)
-    assert found.unknowns == pytest.approx(expected, rel=1e-12)
-    assert not np.any(found.held)
-    assert found.free_directions == 0

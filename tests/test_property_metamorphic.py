@@ -1,13 +1,10 @@
-"""Claim: a machine that is described in another way has the same results.
+"""Claim: a machine in other units of length, mass and time has the same results, estimates too.
 
-Other units of length, mass and time, other names of the axes, a mirror image, the crank turning
-the other way, another crank angle zero, mounts and cylinders in another order or cut in halves, an
-unbalance written as throw, counterweight or balance shaft, a block written into the body: every
-result of a whole run, phases included, changes as it has to and not otherwise.
+That they are right, whatever the axes and phases, `test_property_error_estimates.py` holds.
 """
 
 import copy
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -16,14 +13,13 @@ from long_but import long_but
 from random_machines import Table, random_machine
 
 from vibecalc.core.case.load import validate
-from vibecalc.core.results.record import Quantity, Record
+from vibecalc.core.results.record import Record
 from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.run import run_case
 
 MODELS = ("pitch", "rigid_body")
 #: two machines; two more with the long tests
 SEEDS = long_but(range(4), 1, 2)
-XYZ = ("x", "y", "z")
 CURVES = ("isolation/lever_force/run_up", "isolation/support_force/run_up")
 #: exponents of length, mass and time
 DIMENSIONS: Mapping[str, tuple[int, int, int]] = {
@@ -65,33 +61,11 @@ def machine(seed: int, model: str) -> Table:
     return case
 
 
-#: what is reported of single cylinders, throws and weights, not of what they do together
-PARTS = ("excitation/balance/", "excitation/mass/", "excitation/counterweight/")
-
-
 def run(case: Table) -> Record:
     """All results but the curves of the run-up, which sample where they like."""
     checked = validate(copy.deepcopy(case))
     paths = [path for path in planned_quantities(checked) if path not in CURVES]
     return run_case(checked, wanted=frozenset(paths))
-
-
-def train_of(case: Table) -> Table:
-    train: Table = case["machine"]["crank_train"]
-    return train
-
-
-def individual(case: Table) -> list[Table]:
-    """The mounts one by one, each with everything of its own."""
-    mounts = case["machine"]["mounts"]
-    each = mounts.pop("each", {})
-    named = mounts.pop("individual", None)
-    if named is None:
-        places = mounts.pop("positions")
-        named = [{"name": str(n), "position": p} for n, p in enumerate(places, start=1)]
-    mounts["individual"] = [{**each, **mount} for mount in named]
-    found: list[Table] = mounts["individual"]
-    return found
 
 
 def scaled(value: Any, factors: tuple[float, float, float], key: str = "") -> Any:
@@ -109,35 +83,6 @@ def factor_of(unit: str, factors: tuple[float, float, float]) -> float:
     return float(np.prod([f**e for f, e in zip(factors, DIMENSIONS[unit], strict=True)]))
 
 
-def agree(
-    one: Record,
-    other: Record,
-    expected: Callable[[Quantity], Any],
-    *,
-    rounding: float = 1e-10,
-    skip: tuple[str, ...] = (),
-) -> None:
-    """Hold every result of `other` against what becomes of that of `one`.
-
-    The two cases differ in the last bits of their data, which `rounding` allows for.
-    """
-    reported = {path for path in one if not path.startswith(skip)}
-    assert reported == {path for path in other if not path.startswith(skip)}
-    compared = 0
-    for path, quantity in one.quantities.items():
-        if path.startswith(skip):
-            continue
-        want, have = np.asarray(expected(quantity)), other[path].values
-        assert want.shape == have.shape, path
-        size = float(np.max(np.abs(want), initial=0.0))
-        stretch = size / float(np.max(np.abs(quantity.values), initial=0.0)) if size else 1.0
-        error = stretch * quantity.error_estimate + other[path].error_estimate
-        off = float(np.max(np.abs(have - want), initial=0.0))
-        assert off <= rounding * size + 2.0 * error, f"{path}: {off:.3g} of {size:.3g}"
-        compared += 1
-    assert compared > 10
-
-
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("powers", long_but([(17, -23, 11), (-20, 30, -13)], (17, -23, 11)))
@@ -146,354 +91,18 @@ def test_units_of_length_mass_and_time(seed: int, model: str, powers: tuple[int,
     factors = (2.0 ** powers[0], 2.0 ** powers[1], 2.0 ** powers[2])
     case = machine(seed, model)
     one, other = run(case), run(scaled(case, factors))
-
-    def expected(quantity: Quantity) -> Any:
-        if quantity.path == "isolation/modes/shape":
-            turn = factors[0] ** -1.0
-            return quantity.values * factors[1] ** -0.5 * np.array([1, 1, 1, turn, turn, turn])
-        return quantity.values * factor_of(quantity.unit, factors)
-
-    agree(one, other, expected, rounding=1e-12)
+    assert set(one) == set(other) and len(one) > 10
     for path, quantity in one.quantities.items():
-        if quantity.path == "isolation/modes/shape" or quantity.error_estimate == 0.0:
-            continue
-        want = quantity.error_estimate * factor_of(quantity.unit, factors)
-        assert other[path].error_estimate == pytest.approx(want, rel=0.1), path
-
-
-def turned(case: Table) -> Table:
-    """The same machine with x called y, y called z and z called x."""
-    new = copy.deepcopy(case)
-    train, body = train_of(new), new["machine"]["body"]
-    following = dict(zip(XYZ, "yzx", strict=True))
-    train["axis"], train["stroke"] = following[train["axis"]], following[train["stroke"]]
-    new["isolation"]["up"] = following[new["isolation"]["up"]]
-
-    def vector(v: Any) -> list[float]:
-        return [v[2], v[0], v[1]]
-
-    for place in (train, *train.get("balance_shafts", ()), body.get("inertia_block", {})):
-        for key in ("origin", "position"):
-            if key in place:
-                place[key] = vector(place[key])
-    for holder in (body, body.get("inertia_block", {})):
-        if "box" in holder:
-            edges = vector([holder["box"][edge] for edge in ("length", "width", "height")])
-            holder["box"] = dict(zip(("length", "width", "height"), edges, strict=True))
-    if "inertia" in body:
-        body["inertia"] = vector(body["inertia"])
-        xy, xz, yz = body.get("inertia_products", (0.0, 0.0, 0.0))
-        body["inertia_products"] = [xz, yz, xy]
-    rename = np.eye(3)[[2, 0, 1]]
-    for mount in individual(new):
-        mount["position"] = vector(mount["position"])
-        reorient(mount, rename)
-    return new
-
-
-def reorient(mount: Table, change: np.ndarray) -> None:
-    """Turn or mirror the axes of a mount by the orthogonal matrix `change`."""
-    from scipy.spatial.transform import Rotation
-
-    axes = change @ Rotation.from_euler("xyz", mount.get("orientation", (0, 0, 0))).as_matrix()
-    axes[:, 2] *= np.linalg.det(axes)  # a principal direction has no sense
-    mount["orientation"] = Rotation.from_matrix(axes).as_euler("xyz").tolist()
-
-
-def over(quantity: Quantity, name: str) -> int | None:
-    names = [axis.name for axis in quantity.axes]
-    return names.index(name) if name in names else None
-
-
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("seed", SEEDS)
-def test_names_of_the_axes(seed: int, model: str) -> None:
-    case = machine(seed, model)
-    one, other = run(case), run(turned(case))
-
-    def expected(quantity: Quantity) -> Any:
-        values = quantity.values
-        direction, coordinate = over(quantity, "direction"), over(quantity, "coordinate")
-        if direction is not None and values.shape[direction] == 3:
-            values = values.take([2, 0, 1], axis=direction)
-        if coordinate is not None:
-            values = values.take([2, 0, 1, 5, 3, 4], axis=coordinate)
-        return values
-
-    agree(one, other, expected, skip=("isolation/modes/shape",))
-
-
-SIGN_OF = {"excitation/force": 1, "excitation/couple": -1, "isolation/body/translation": 1,
-           "isolation/body/rotation": -1, "isolation/support_force/steady_harmonics": 1,
-           "isolation/support_displacement/steady_harmonics": 1}  # fmt: skip
-
-
-def image_of(quantity: Quantity, mirror: np.ndarray) -> Any:
-    """A vector in a mirror; couples and rotations are axial and turn the other way round."""
-    for start, sign in SIGN_OF.items():
-        if quantity.path.startswith(start) and not quantity.path.endswith("_peak"):
-            place = over(quantity, "direction")
-            assert place is not None
-            shape = [1] * quantity.values.ndim
-            shape[place] = 3
-            return quantity.values * (sign * mirror).reshape(shape)
-    return quantity.values
-
-
-def mirrored(case: Table, direction: str) -> Table:
-    """Body and mounts in a mirror across `direction`; the crank train is left."""
-    new = copy.deepcopy(case)
-    body, place = new["machine"]["body"], XYZ.index(direction)
-    mirror = np.where(np.arange(3) == place, -1.0, 1.0)
-    if "inertia_products" in body:
-        signs = [mirror[0] * mirror[1], mirror[0] * mirror[2], mirror[1] * mirror[2]]
-        body["inertia_products"] = (np.array(body["inertia_products"]) * signs).tolist()
-    if "position" in body.get("inertia_block", {}):
-        block = body["inertia_block"]
-        block["position"] = (mirror * block["position"]).tolist()
-    for mount in individual(new):
-        mount["position"] = (mirror * mount["position"]).tolist()
-        reorient(mount, np.diag(mirror))
-    train = train_of(new)
-    for holder, key in ((train, "origin"), *((s, "position") for s in _shafts(train))):
-        if key in holder:
-            holder[key] = (mirror * holder[key]).tolist()
-    return new
-
-
-def _shafts(train: Table) -> list[Table]:
-    return list(train.get("balance_shafts", ()))
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_mirror_across_the_crankshaft(seed: int) -> None:
-    """A mirror at right angles to the shaft keeps the sense of rotation."""
-    case = machine(seed, "rigid_body")
-    axis = train_of(case).get("axis", "x")
-    new = mirrored(case, axis)
-    for part in (*train_of(new)["cylinders"], *train_of(new).get("counterweights", ())):
-        part["position"] = -part.get("position", 0.0)
-    mirror = np.where(np.arange(3) == XYZ.index(axis), -1.0, 1.0)
-    root = "excitation/balance"
-    balance = (f"{root}/position", f"{root}/total_position", f"{root}/banks/position_sum")
-
-    def expected(quantity: Quantity) -> Any:
-        if quantity.path.startswith(balance):
-            return -quantity.values
-        return image_of(quantity, mirror)
-
-    agree(run(case), run(new), expected, skip=("isolation/modes/shape",))
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_crank_turning_the_other_way(seed: int) -> None:
-    """Seen in a mirror along the shaft and with time running backwards, forces are conjugate."""
-    case = machine(seed, "rigid_body")
-    del case["isolation"], case["machine"]["body"]
-    train = train_of(case)
-    across = next(name for name in XYZ if name not in (train["axis"], train["stroke"]))
-    mirror = np.where(np.arange(3) == XYZ.index(across), -1.0, 1.0)
-    individual(case)
-    del case["machine"]["mounts"]
-    new = copy.deepcopy(case)
-    back = train_of(new)
-    for holder, key in ((back, "origin"), *((s, "position") for s in _shafts(back))):
-        if key in holder:
-            holder[key] = (mirror * holder[key]).tolist()
-    if "wrist_pin_offset" in back:
-        back["wrist_pin_offset"] *= -1.0
-    for part in (*back["cylinders"], *back.get("counterweights", ()), *_shafts(back)):
-        for angle in ("crank_phase", "bank_angle", "phase"):
-            if angle in part:
-                part[angle] *= -1.0
-
-    def expected(quantity: Quantity) -> Any:
-        if quantity.path.startswith("excitation/balance/") and "sine" in quantity.path:
-            return quantity.values * (1.0 if "cosine" in quantity.path else -1.0)
-        values = image_of(quantity, mirror)
-        return values.conj() if np.iscomplexobj(values) else values
-
-    curves = ("kinematics/position", "kinematics/velocity", "kinematics/acceleration")
-    agree(run(case), run(new), expected, skip=curves)
-
-
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("seed", SEEDS)
-def test_another_crank_angle_zero(seed: int, model: str) -> None:
-    """Order n turns by n times the angle; peaks, sums and speeds stay."""
-    case, angle = machine(seed, model), 0.8125
-    new = copy.deepcopy(case)
-    for cylinder in train_of(new)["cylinders"]:
-        cylinder["crank_phase"] = cylinder.get("crank_phase", 0.0) + angle
-    for weight in train_of(new).get("counterweights", ()):
-        weight["phase"] += angle
-    for shaft in _shafts(train_of(new)):
-        shaft["phase"] += shaft["speed_ratio"] * angle
-
-    def expected(quantity: Quantity) -> Any:
-        order = over(quantity, "order")
-        fixed = ("kinematics/", "isolation/pitch/transmissibility")
-        if order is None or not np.iscomplexobj(quantity.values) or quantity.path.startswith(fixed):
-            return quantity.values
-        shape = [1] * quantity.values.ndim
-        shape[order] = -1
-        turn = np.exp(1j * angle * quantity.axes[order].values)
-        return quantity.values * turn.reshape(shape)
-
-    agree(run(case), run(new), expected, skip=PARTS)
-
-
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("seed", SEEDS)
-def test_order_of_mounts_and_cylinders(seed: int, model: str) -> None:
-    case = machine(seed, model)
-    mounts = individual(case)
-    new = copy.deepcopy(case)
-    generator = np.random.default_rng(seed)
-    cylinders = train_of(case)["cylinders"]
-    places = {
-        "mount": generator.permutation(len(mounts)),
-        "cylinder": generator.permutation(len(cylinders)),
-    }
-    new["machine"]["mounts"]["individual"] = [copy.deepcopy(mounts[n]) for n in places["mount"]]
-    train_of(new)["cylinders"] = [copy.deepcopy(cylinders[n]) for n in places["cylinder"]]
-
-    def expected(quantity: Quantity) -> Any:
-        values = quantity.values
-        for name, order in places.items():
-            axis = over(quantity, name)
-            values = values if axis is None else values.take(order, axis=axis)
-        return values
-
-    agree(run(case), run(new), expected, skip=("isolation/modes/shape",))
-
-
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("seed", SEEDS)
-def test_a_mount_and_a_cylinder_in_two_halves(seed: int, model: str) -> None:
-    """Each half of a mount carries half; the rest of the machine does not notice."""
-    case = machine(seed, model)
-    train = train_of(case)
-    train.pop("piston_mass", None), train.pop("pin_mass", None), train.pop("rod", None)
-    train.setdefault("reciprocating_mass", 1.0)
-    mounts = individual(case)
-    new = copy.deepcopy(case)
-    last = new["machine"]["mounts"]["individual"][-1]
-    for key in ("stiffness", "damping"):
-        if key in last:
-            last[key] = (0.5 * np.array(last[key])).tolist()
-    new["machine"]["mounts"]["individual"].append({**copy.deepcopy(last), "name": "twin"})
-    first = train_of(new)["cylinders"][0]
-    first["reciprocating_mass"] = 0.5 * first.get("reciprocating_mass", train["reciprocating_mass"])
-    first["rotating_mass"] = 0.5 * train.get("rotating_mass", 0.0)
-    train_of(new)["cylinders"].append({**copy.deepcopy(first), "name": "twin"})
-    count = len(mounts)
-    halved = np.append(np.ones(count - 1), [0.5, 0.5])
-
-    def expected(quantity: Quantity) -> Any:
-        axis = over(quantity, "mount")
-        if axis is None:
-            return quantity.values
-        values = quantity.values.take([*range(count), count - 1], axis=axis)
-        if "support_force" not in quantity.path or quantity.path.endswith("_speed"):
-            return values
-        shape = [1] * values.ndim
-        shape[axis] = -1
-        return values * halved.reshape(shape)
-
-    agree(run(case), run(new), expected, skip=PARTS)
-
-
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("seed", SEEDS)
-def test_an_unbalance_is_one_whatever_it_is_called(seed: int, model: str) -> None:
-    """Throws written as counterweights, counterweights as shafts, the origin moved along."""
-    case = machine(seed, model)
-    train = train_of(case)
-    for key in ("piston_mass", "pin_mass", "rod"):
-        train.pop(key, None)
-    train.setdefault("reciprocating_mass", 1.0)
-    train["rotating_mass"] = 0.7
-    new = copy.deepcopy(case)
-    other, along = train_of(new), np.eye(3)[XYZ.index(train.get("axis", "x"))]
-    unbalance, shift = other.pop("rotating_mass") * train["crank_radius"], 0.375
-    weights = other.pop("counterweights", [])
-    other["origin"] = (np.array(other.get("origin", [0.0, 0.0, 0.0])) + shift * along).tolist()
-    for shaft in _shafts(other):
-        shaft["position"] = (shaft["position"] - shift * along).tolist()
-    other["balance_shafts"] = _shafts(other) + [
-        {
-            "name": f"was {weight['name']}",
-            "unbalance": weight["unbalance"],
-            "phase": weight["phase"],
-            "speed_ratio": 1,
-            "position": ((weight["position"] - shift) * along).tolist(),
-        }
-        for weight in weights
-    ]
-    for cylinder in other["cylinders"]:
-        cylinder["position"] = cylinder.get("position", 0.0) - shift
-    other["counterweights"] = [
-        {
-            "name": cylinder["name"],
-            "unbalance": unbalance,
-            "phase": cylinder["crank_phase"],
-            "position": cylinder["position"],
-        }
-        for cylinder in other["cylinders"]
-    ]
-    skip = PARTS
-    agree(run(case), run(new), lambda quantity: quantity.values, skip=skip)
-
-
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("seed", SEEDS)
-def test_a_block_written_into_the_body(seed: int, model: str) -> None:
-    """One body with the mass, the mass centre and the inertia of both; supports feel the same."""
-    case = machine(seed, model)
-    body = case["machine"]["body"]
-    size = np.array([0.9, 0.5, 0.7])
-    body.pop("box", None), body.pop("inertia_products", None)
-    own = body["mass"] / 12.0 * (np.sum(size**2) - size**2)
-    body["inertia"] = own.tolist()
-    place, edges = np.array([0.25, -0.125, 0.4]), np.array([0.3, 0.2, 0.1])
-    block = 0.25 * body["mass"]
-    names = ("length", "width", "height")
-    body["inertia_block"] = {
-        "mass": block,
-        "box": dict(zip(names, edges.tolist(), strict=True)),
-        "position": place.tolist(),
-    }
-    new = copy.deepcopy(case)
-    total = body["mass"] + block
-    centre = block * place / total
-    inertia = np.diag(own + block / 12.0 * (np.sum(edges**2) - edges**2))
-    for mass, arm in ((body["mass"], -centre), (block, place - centre)):
-        inertia = inertia + mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-    new["machine"]["body"] = {
-        "mass": total,
-        "inertia": np.diagonal(inertia).tolist(),
-        "inertia_products": [-inertia[0, 1], -inertia[0, 2], -inertia[1, 2]],
-    }
-    train = train_of(new)
-    train["origin"] = (np.array(train.get("origin", [0.0, 0.0, 0.0])) - centre).tolist()
-    for mount in individual(new):
-        mount["position"] = (mount["position"] - centre).tolist()
-    one, other = run(case), run(new)
-    moved = (
-        "excitation/couple",
-        "excitation/counterweight/couple",
-        "excitation/residual",
-        "isolation/body",
-        "isolation/modes/shape",
-        "isolation/modes/energy_fraction",
-    )
-    agree(one, other, lambda quantity: quantity.values, skip=moved)
-    if model == "rigid_body":
-        turn = one["isolation/body/rotation_harmonics"]
-        moved_by = np.cross(turn.values, centre)
-        there = one["isolation/body/translation_harmonics"].values + moved_by
-        size_there = float(np.max(np.abs(there)))
-        assert other["isolation/body/translation_harmonics"].values == pytest.approx(
-            there, abs=1e-10 * size_there
-        )
+        found = other[path]
+        if path == "isolation/modes/shape":
+            turn = factors[0] ** -1.0
+            factor = factors[1] ** -0.5 * np.array([1, 1, 1, turn, turn, turn])
+        else:
+            factor = np.asarray(factor_of(quantity.unit, factors))
+            estimate = quantity.error_estimate * float(factor)
+            assert found.error_estimate == pytest.approx(estimate, rel=0.1), path
+        want = quantity.values * factor
+        size = float(np.max(np.abs(want), initial=0.0))
+        slack = 2.0 * (quantity.error_estimate * float(np.max(factor)) + found.error_estimate)
+        off = float(np.max(np.abs(found.values - want), initial=0.0))
+        assert off <= 1e-12 * size + slack, f"{path}: {off:.3g} of {size:.3g}"

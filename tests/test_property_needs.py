@@ -4,6 +4,8 @@ Left out are tables, results that nobody wants, orders beyond those that count, 
 Kept results may differ by what both runs state as their error, and by the tolerance of the case.
 """
 
+from typing import Any
+
 import numpy as np
 import pytest
 from long_but import long_but
@@ -25,18 +27,12 @@ ANOTHER_MACHINE: dict[Key, str] = {
     ("response", "torsion", "misfire"): "which cylinders fire",
 }
 LONG = (
-    *("generator_180", "four_cylinder", "compressor_a", "compressor_motor", "compressor_switching"),
-    *("absorber", "absorber_rig_a", "absorber_rig_b", "absorber_two", "absorber_design_chart"),
-    *(
-        "engine_v8",
-        "engine_damped",
-        "engine_geared",
-        "engine_run_up",
-        "engine_two_stroke",
-        "engine_as_published",
-    ),
-    *("engine_variable_inertia", "engine_misfire", "roll", "roll_control", "roll_dynamic_motor"),
-)
+    "generator_180", "four_cylinder", "compressor_a", "compressor_motor", "compressor_switching",
+    "absorber", "absorber_rig_a", "absorber_rig_b", "absorber_two", "absorber_design_chart",
+    "engine_v8", "engine_damped", "engine_geared", "engine_run_up", "engine_two_stroke",
+    "engine_as_published", "engine_variable_inertia", "engine_misfire", "roll", "roll_control",
+    "roll_dynamic_motor",
+)  # fmt: skip
 
 
 def ran(case: Case, wanted: frozenset[str] | None = None) -> Record | None:
@@ -81,8 +77,8 @@ def differing(case: Case, whole: Record, part: Record) -> list[str]:
     return [found for row in pairs if (found := changed(*row, rtol)) is not None]
 
 
-def hold_tables(name: str) -> int:
-    """Run a case without each of its optional tables; the number of results compared."""
+def run_of(name: str) -> tuple[dict[str, Any], Case, Record]:
+    """A shipped case without its studies: table, case, record."""
     table = table_of(name)
     for study in ("optimisation", "find"):
         table.pop(study, None)
@@ -90,6 +86,12 @@ def hold_tables(name: str) -> int:
     assert case is not None
     whole = ran(case)
     assert whole is not None
+    return table, case, whole
+
+
+def hold_tables(name: str) -> int:
+    """Run a case without each of its optional tables; the number of results compared."""
+    table, case, whole = run_of(name)
     compared = 0
     for key in optional_keys(name):
         if key in ANOTHER_MACHINE or key[0] in ("optimisation", "find"):
@@ -104,28 +106,16 @@ def hold_tables(name: str) -> int:
     return compared
 
 
-@pytest.mark.parametrize("name", long_but(QUICK, "generator", "compressor"))
+@pytest.mark.parametrize("name", long_but((*QUICK, *LONG), "generator", "compressor"))
 def test_a_table_less_changes_nothing_else(name: str) -> None:
-    assert hold_tables(name) > 10
+    assert hold_tables(name) > (10 if name in QUICK else -1)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("name", LONG)
-def test_a_table_less_changes_nothing_else_in_any_case(name: str) -> None:
-    hold_tables(name)
-
-
-def hold_wanted(name: str, draws: int, seed: int = 0) -> None:
+def hold_wanted(name: str, draws: int) -> None:
     """A few results alone are those of the whole run, within the errors stated."""
-    table = table_of(name)
-    for study in ("optimisation", "find"):
-        table.pop(study, None)
-    case = case_of(table)
-    assert case is not None
-    whole = ran(case)
-    assert whole is not None
+    _, case, whole = run_of(name)
     paths = sorted(set(planned_quantities(case)) & set(whole.quantities))
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng(0)
     for _ in range(draws):
         few = frozenset(random.choice(paths, size=3, replace=False).tolist())
         part = ran(case, few)
@@ -140,15 +130,9 @@ def hold_wanted(name: str, draws: int, seed: int = 0) -> None:
             )
 
 
-@pytest.mark.parametrize("name", long_but(QUICK, "generator", "absorber_curves"))
+@pytest.mark.parametrize("name", long_but((*QUICK, *LONG), "generator", "absorber_curves"))
 def test_results_that_nobody_wants_change_nothing(name: str) -> None:
-    hold_wanted(name, 3)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", LONG)
-def test_results_that_nobody_wants_change_nothing_in_any_case(name: str) -> None:
-    hold_wanted(name, 10, seed=1)
+    hold_wanted(name, 3 if name in QUICK else 10)
 
 
 def test_orders_beyond_those_that_count_change_nothing() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vibecalc.core.study.search.minimise import minimise
-from vibecalc.core.study.search.problem import Box, spread
+from vibecalc.core.study.search.problem import spread
 
 SCALES = [(1.0, 1e3), (1e-6, 1e6), (1e5, 1e-9)]
 
@@ -47,14 +47,6 @@ def test_order_of_starts_does_not_matter():
     assert [one.found_by for one in forwards.optima] == [one.found_by for one in backwards.optima]
 
 
-def test_same_bytes_twice():
-    one, two = (minimise(valley, [-2, -2], [2, 2], starts=5) for _ in range(2))
-    assert one.variables.tobytes() == two.variables.tobytes()
-    assert one.variables_error.tobytes() == two.variables_error.tobytes()
-    assert (one.objective, one.objective_error) == (two.objective, two.objective_error)
-    assert one.evaluations == two.evaluations
-
-
 def test_of_equal_optima_the_nearest_to_the_first_start():
     def double_well(x):
         return (x[0] ** 2 - 1) ** 2 + 0.1, []
@@ -63,18 +55,6 @@ def test_of_equal_optima_the_nearest_to_the_first_start():
         found = minimise(double_well, [-2], [2], first=[first], starts=6)
         assert found.variables[0] == pytest.approx(np.sign(first), abs=1e-9)
         assert len(found.optima) == 2
-
-
-def test_redundant_limits_change_nothing():
-    plain = minimise(valley, [-2, -2], [2, 2], starts=3)
-
-    def repeated(x):
-        objective, margins = valley(x)
-        return objective, [margins[0], margins[1], 2 * margins[0], margins[1], 3.0]
-
-    found = minimise(repeated, [-2, -2], [2, 2], starts=3)
-    assert found.objective == pytest.approx(plain.objective, abs=2 * plain.objective_error)
-    assert found.variables == pytest.approx(plain.variables, abs=1e-9)
 
 
 def random_problem(rng):
@@ -137,29 +117,6 @@ def test_noise_is_measured():
     assert abs(found.variables[0] - 0.3) <= 10 * found.variables_error[0]
     assert abs(found.objective + 1e-9) <= 1e-8
     assert 1e-10 < found.objective_error < 1e-7
-
-
-@pytest.mark.parametrize("dimension", [1, 2, 3, 6])
-def test_starts_are_spread_evenly(dimension):
-    points = spread(64, dimension)
-    assert points.shape == (64, dimension)
-    assert points.tobytes() == spread(128, dimension)[:64].tobytes()
-    for column in points.T:
-        counts = np.histogram(column, bins=8, range=(0, 1))[0]
-        assert np.all(np.abs(counts - 8) <= 3)
-
-
-def test_box_gives_its_bounds_and_round_trips():
-    box = Box(np.array([1e3, -2.0, 0.1]), np.array([1e6, 3.0, 0.3]))
-    assert list(box.logarithmic) == [True, False, False]
-    assert list(box.values(np.zeros(3))) == [1e3, -2.0, 0.1]
-    assert list(box.values(np.ones(3))) == [1e6, 3.0, 0.3]
-    unit = spread(20, 3)
-    assert np.array([box.unit(box.values(u)) for u in unit]) == pytest.approx(unit, abs=1e-14)
-    step = 1e-6
-    middle = np.full(3, 0.4)
-    slope = (box.values(middle + step) - box.values(middle - step)) / (2 * step)
-    assert box.slope(box.values(middle)) == pytest.approx(slope, rel=1e-8)
 
 
 def test_ends_that_differ_where_nothing_depends_on_it_are_one_optimum():

@@ -5,18 +5,18 @@ finely. Looks about a turn of a roll machine, smooth or with jumps, are held aga
 """
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
-from isolation_machines import Body, random_body, shows
+from isolation_machines import random_body, shows
 from random_machines import random_machine, without_damping
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.run.run import run_case
 from vibecalc.isolation.rigid_body import mount_readout
 from vibecalc.isolation.rows import HarmonicsAt, Jet, body_rows
-from vibecalc.isolation.run_up import RunUp, RunUpPeak, run_up, run_up_peak
-from vibecalc.isolation.run_up_grid import CachedFunction
+from vibecalc.isolation.run_up import RunUp, RunUpPeak, cycle_peaks, run_up, run_up_peak
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.parts.matrices import assemble
 from vibecalc.response.modal_damping import body_resonances
@@ -37,30 +37,33 @@ class Counted:
         return self.rows(speed, slopes, errors)
 
 
-def passed(seed: int, light: float, tolerance: float) -> tuple[RunUp, RunUpPeak, int, int]:
-    """A random run-up: with its curve, its peaks alone, and the speeds that each took."""
-    drawn = random_body(seed)
-    position, stiffness, damping, structural = drawn.mounts
+def drawn(seed: int, light: float) -> tuple[Any, ...]:
+    """What a run-up of a random body takes: rows, orders, resonances, range, rows that are seen."""
+    body = random_body(seed)
+    position, stiffness, damping, structural = body.mounts
     mounts = (position, stiffness, light * damping, light * structural)
-    body = Body(assemble(drawn.mass_matrix, *mounts), *drawn[1:])
+    matrices = assemble(body.mass_matrix, *mounts)
     generator = np.random.default_rng(seed + 77)
     orders = np.unique(generator.integers(1, 13, size=generator.integers(1, 9)))
     value = generator.normal(size=(len(orders), 6)) + 0j
     value *= np.exp(-generator.uniform(0.0, 1.5) * (orders - 1))[:, None]
     load = Bounded(value, 1e-16 * np.abs(value))
-    shapes, readout = modes(body.matrices), mount_readout(*mounts)
+    shapes, readout = modes(matrices), mount_readout(*mounts)
     own = shapes.natural_frequency
     stop = float(generator.choice([3.0 * own[-1], own[-1] / orders[0], own[2], 1.2 * own[0]]))
     start = float(generator.choice([0.0, 0.0, 0.3, 0.9])) * stop
-    rows = Counted(body_rows(body.matrices, readout, orders, load))
-    given = (
-        rows, orders, body_resonances(body.matrices, shapes, load), start, stop,
-        shows(readout, shapes.shape, own),
-    )  # fmt: skip
+    rows = Counted(body_rows(matrices, readout, orders, load))
+    resonances = body_resonances(matrices, shapes, load)
+    return rows, orders, resonances, start, stop, shows(readout, shapes.shape, own)
+
+
+def passed(seed: int, light: float, tolerance: float) -> tuple[RunUp, RunUpPeak, int, int]:
+    """A random run-up: with its curve, its peaks alone, and the speeds that each took."""
+    given = drawn(seed, light)
     whole = run_up(*given, curve_tolerance=tolerance)
-    first = rows.asked
+    first = given[0].asked
     alone = run_up_peak(*given)
-    return whole, alone, first, rows.asked - first
+    return whole, alone, first, given[0].asked - first
 
 
 def check(seeds: range, light: float) -> tuple[float, float]:
@@ -97,24 +100,34 @@ def test_branches_that_cross_and_ends_that_hide_a_peak() -> None:
 
 
 @pytest.mark.long
+@pytest.mark.timeout(1200)
 @pytest.mark.parametrize("light", [8.0, 1.0, 1e-3])
 def test_peaks_of_many_machines(light: float) -> None:
     check(range(7000, 7400), light)
 
 
-def test_no_speed_is_computed_twice() -> None:
-    asked: list[float] = []
-
-    def look(speed: np.ndarray) -> tuple[np.ndarray, ...]:
-        asked.extend(speed.tolist())
-        return speed**2, np.stack([speed, -speed], axis=1)
-
-    cached = CachedFunction(look)
-    for speed in ([1.0, 3.0], [1.0, 2.0, 3.0], [0.5, 2.0, 4.0], [0.5, 1.0, 2.0, 3.0, 4.0]):
-        squares, both = cached(np.array(speed))
-        assert squares.tolist() == [one**2 for one in speed]
-        assert both[:, 1].tolist() == [-one for one in speed]
-    assert sorted(asked) == [0.5, 1.0, 2.0, 3.0, 4.0] == cached.speed.tolist()
+@pytest.mark.parametrize("seed", [3, 8])
+def test_a_dense_sweep_shows_the_same_in_blocks_of_any_size(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given = drawn(seed, 1.0)
+    rows, orders, _, start, stop, _ = given
+    whole = run_up(*given, curve_tolerance=1e-3)
+    highest = whole.peak.value
+    near = [speed * (1.0 + np.linspace(-0.01, 0.01, 101)) for speed in whole.peak.speed]
+    sweep = np.concatenate([np.linspace(start, stop, 3000), *near])
+    sweep = sweep[(sweep >= start) & (sweep <= stop)]
+    monkeypatch.setattr("vibecalc.isolation.run_up.MOST_AT_ONCE", 40)
+    top = np.max(cycle_peaks(rows, orders, sweep).value, axis=0)
+    assert np.all(top <= highest * (1.0 + 1e-12) + whole.peak.error)
+    assert top == pytest.approx(highest, rel=1e-5)
+    between = 0.7 * whole.speed[1:] + 0.3 * whole.speed[:-1]
+    line = 0.7 * whole.curve.value[1:] + 0.3 * whole.curve.value[:-1]
+    # the test of midpoints sees a grid of angles, which is good to some 4e-4
+    assert np.all(np.abs(cycle_peaks(rows, orders, between).value - line) <= 2e-3 * highest)
+    again = run_up(*given, curve_tolerance=1e-3)
+    assert again.peak.value == pytest.approx(highest, rel=1e-12)
+    assert again.peak.speed == pytest.approx(whole.peak.speed, rel=1e-11)
 
 
 def wave(seed: int, kind: str) -> Callable[[np.ndarray], np.ndarray]:
@@ -161,20 +174,6 @@ def test_peak_of_a_turn_is_no_lower_than_dense_samples(kind: str, looks: int, cl
         assert top <= highest + 1e-6 * abs(highest) if kind != "jumps" else True
         assert left <= 1e-9 * abs(top)
         assert count[0] <= 720 + looks
-
-
-def test_peak_from_known_points_takes_few_looks_and_sees_over_the_end_of_the_turn() -> None:
-    looks = [0]
-
-    def function(at: np.ndarray) -> np.ndarray:
-        looks[0] += len(at)
-        return np.asarray(np.cos(at + 0.01))
-
-    angles = np.linspace(0.05, FULL - 0.05, 60)
-    values = np.cos(angles + 0.01)
-    top, _ = peak(function, (angles, values))
-    assert top == pytest.approx(1.0, abs=1e-15)
-    assert looks[0] <= 24
 
 
 def test_undamped_resonances_that_are_met_to_the_last_bit_are_masked() -> None:

@@ -4,7 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 from long_but import long_but
-from marched_systems import SmoothSystem, Tables
+from marched_systems import System
 from test_convergence_runge_kutta import bilinear
 
 from vibecalc.errors import NumericalFailure
@@ -12,7 +12,7 @@ from vibecalc.numerics.runge_kutta import EventOutcome
 from vibecalc.numerics.runge_kutta_march import fine, march, sample
 
 NO_PIECE = np.zeros((1, 0), dtype=np.int64)
-PENDULUM = SmoothSystem(lambda t, y: np.stack([y[:, 1], -np.sin(y[:, 0])], axis=1))
+PENDULUM = System(lambda t, y, _: np.stack([y[:, 1], -np.sin(y[:, 0])], axis=1))
 
 
 @pytest.mark.parametrize("swing", long_but([0.3, 1.5, 3.0], 3.0))
@@ -50,12 +50,12 @@ def test_steps_end_exactly_on_the_times_given() -> None:
     stops = np.array([[0.1, 1.0 / 3.0, 2.0, np.inf]])
     met: list[float] = []
 
-    class Telling(SmoothSystem):
+    class Telling(System):
         def stopped(self, member, time, state, interval):  # type: ignore[no-untyped-def]
             met.extend(time.tolist())
             return EventOutcome(state, interval, time >= 2.0)
 
-    system = Telling(lambda t, y: -y)
+    system = Telling(lambda t, y, _: -y)
     found = march(
         system, np.zeros(1), np.ones((1, 1)), NO_PIECE, np.array([5.0]), absolute=1e-9, stops=stops
     )
@@ -66,10 +66,10 @@ def test_steps_end_exactly_on_the_times_given() -> None:
 
 def test_borders_are_met_to_their_closeness_and_no_step_has_one_inside() -> None:
     nodes = np.linspace(-2.0, 2.0, 9)
-    system = Tables(
+    system = System(
         lambda t, y, p: np.stack([y[:, 1], -y[:, 0]], axis=1),
         np.array([[1.0, 0.0]]),
-        [nodes],
+        (nodes,),
         1e-11,
     )
     start = np.array([[1.9, 0.0]])
@@ -90,38 +90,16 @@ def test_borders_are_met_to_their_closeness_and_no_step_has_one_inside() -> None
     assert np.sum(np.diff(record.interval[:, 0]) != 0) == count
 
 
-def test_more_parts_refine_where_borders_set_the_steps() -> None:
-    nodes = np.linspace(0.0, 40.0, 201)
-    system = Tables(
-        lambda t, y, p: np.stack([1.0 + 0.5 * np.sin(y[:, 0])], axis=1), np.ones((1, 1)), [nodes],
-        1e-10,
-    )  # fmt: skip
-    start = np.array([[0.5]])
-
-    def run(parts: int, tolerance: float = 10.0) -> tuple[float, int]:
-        found = march(
-            system, np.zeros(1), start, system.intervals_at(start), np.array([20.0]),
-            absolute=tolerance, parts=parts,
-        )  # fmt: skip
-        return float(found.state[0, 0]), int(found.steps[0])
-
-    truth, _ = run(4, 1e-12)
-    coarse, few = run(1)
-    finer, many = run(2)
-    assert many > 1.5 * few
-    assert abs(finer - truth) < 0.1 * abs(coarse - truth)
-
-
 @pytest.mark.long
 def test_a_solution_that_blows_up_is_refused() -> None:
-    system = SmoothSystem(lambda t, y: y * y)
+    system = System(lambda t, y, _: y * y)
     with pytest.raises(NumericalFailure, match="no step is short enough at time 1"):
         march(system, np.zeros(1), np.ones((1, 1)), NO_PIECE, np.array([2.0]), absolute=1e-4)
 
 
 def test_rates_that_push_onto_a_border_from_both_sides_are_refused() -> None:
-    system = Tables(
-        lambda t, y, p: np.where(p == 0, 1.0, -1.0), np.ones((1, 1)), [np.zeros(1)], 1e-12
+    system = System(
+        lambda t, y, p: np.where(p == 0, 1.0, -1.0), np.ones((1, 1)), (np.zeros(1),), 1e-12
     )
     with pytest.raises(NumericalFailure, match="changes for ever at time"):
         march(

@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-from itertools import pairwise
 from pathlib import Path
 
 import h5py
@@ -12,7 +11,6 @@ import xarray
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sweep_blocks import (
-    DIRECTIONS,
     FORCE,
     KEPT,
     MASKED,
@@ -22,20 +20,18 @@ from sweep_blocks import (
     expected,
     grid_of,
     made,
-    objects,
     outcome,
 )
-from sweep_samples import DAMPING, MODEL, SPEED, STIFFNESS, axis, design_of, scattered, spread
+from sweep_runs import objects
+from sweep_samples import MODEL, SPEED, STIFFNESS, axis, design_of, scattered, spread
 
-from vibecalc.core.results.layout import DONE, NOT_RUN, STATUS, heap_checksum
+from vibecalc.core.results.layout import DONE, NOT_RUN
 from vibecalc.core.results.store import read_result
 from vibecalc.core.results.sweep_file import (
     boxes,
-    chunk_shape,
     is_sweep,
     open_sweep,
     read_points,
-    text_checksum,
 )
 from vibecalc.core.study.sweep.assemble import assemble, merge
 
@@ -58,13 +54,6 @@ def test_boxes_hold_each_point_once_and_are_few(data: st.DataObject, shape: list
     assert [(one[0], one[-1] + 1) for one in found] == [(start, stop) for _, start, stop in cut]
     assert len(cut) <= 2 * len(shape) - 1
     assert np.array_equal(read_points(numbers, first, last, shape), np.arange(first, last))
-
-
-@given(shape=st.lists(st.integers(1, 10**6), min_size=1, max_size=5))
-def test_chunks_of_a_dataset_are_bounded(shape: list[int]) -> None:
-    sizes = chunk_shape(shape)
-    assert all(1 <= size <= whole for size, whole in zip(sizes, shape, strict=True))
-    assert np.prod(sizes, dtype=float) <= 1 << 14
 
 
 @pytest.mark.parametrize(("sizes", "size"), [((24,), 5), ((4, 6), 1), ((4, 3, 2), 24)])
@@ -110,25 +99,6 @@ def test_causes_are_reported_once_with_the_points_they_hit(tmp_path: Path) -> No
         assert said[1].startswith("Traceback\n  a line with é and  and ")
 
 
-def test_the_axes_have_scales_units_and_values(tmp_path: Path) -> None:
-    sweep = made(tmp_path)
-    path = written(tmp_path, sweep)
-    with h5py.File(path) as file:
-        force = file[FORCE]
-        assert [one.label for one in force.dims] == [
-            "stiffness", "damping", "machine.speed", "direction", "order",
-        ]  # fmt: skip
-        for position, swept in enumerate(sweep.design.axes):
-            scale = force.dims[position][0]
-            assert np.array_equal(scale[()], swept.values[:, 0])
-            assert scale.attrs["units"] == swept.units[0]
-            assert np.array_equal(file[f"sweep/values/{swept.keys[0]}"][()], swept.values[:, 0])
-        assert force.dims[3][0].asstr()[()].tolist() == DIRECTIONS.tolist()
-        assert force.dims[4][0][()].tolist() == [1, 2, 3, 4, 5, 6]
-        assert force.chunks is not None and force.fletcher32
-        assert force.attrs["units"] == "N" and file[STATUS].dims[2].label == "machine.speed"
-
-
 def test_it_is_read_as_a_result_and_by_xarray(tmp_path: Path) -> None:
     path = written(tmp_path, made(tmp_path))
     result = read_result(path)
@@ -142,23 +112,6 @@ def test_it_is_read_as_a_result_and_by_xarray(tmp_path: Path) -> None:
         assert stage["sag"].dims == ("stiffness", "damping", "machine.speed")
         assert float(stage["sag"].isel({"stiffness": 0, "damping": 0, "machine.speed": 1})) == 0.1
     assert is_sweep(path) and not is_sweep(tmp_path / "none")
-
-
-def test_zipped_keys_choices_and_whole_numbers(tmp_path: Path) -> None:
-    speeds = axis(SPEED, "1000 rpm", "2000 rpm", "4000 rpm", **{"with": [axis(DAMPING, 1, 2, 4)]})
-    orders = axis("excitation.orders", 3, 5)
-    sweep = made(tmp_path, design_of(speeds, axis(MODEL, "pitch", "rigid_body"), orders), 4)
-    with open_sweep(written(tmp_path, sweep)) as found:
-        first, second, third = found.head.axes
-        assert [key.key for key in first.keys] == [SPEED, DAMPING]
-        values = sweep.design.axes[0].values
-        assert np.array_equal(np.stack(first.values(), axis=1), values)
-        assert first.keys[0].written_unit == "rpm"
-        assert second.values()[0].tolist() == ["pitch", "rigid_body"]
-        assert second.read(0, 2)[0].tolist() == [0, 1]
-        assert third.values()[0].dtype == np.int64
-    with h5py.File(tmp_path / "sweep.h5") as file:
-        assert file[SAG].dims[1][0].asstr()[()].tolist() == ["pitch", "rigid_body"]
 
 
 def test_a_sampling_has_one_axis_and_values_of_every_key(tmp_path: Path) -> None:
@@ -234,22 +187,6 @@ def test_merged_shards_are_the_whole(
     assert done.counts == assemble(whole, sweep.head, sweep.chunks).counts
 
 
-def test_merging_says_what_no_part_has(tmp_path: Path) -> None:
-    sweep = made(tmp_path)
-    sweep.fill()
-    parts = [
-        assemble(tmp_path / f"{number}.h5", sweep.head, sweep.chunks, [number]).path
-        for number in (0, 2, 4)
-    ]
-    done = merge(parts, tmp_path / "merged.h5")
-    assert done.missing == ((5, 9), (15, 19)) and done.counts[NOT_RUN] == 10
-
-
-def test_the_checksum_of_texts_is_that_of_results(tmp_path: Path) -> None:
-    path = written(tmp_path, made(tmp_path))
-    assert text_checksum(path) == heap_checksum(path.read_bytes()) != 0
-
-
 _PROGRAM = """
 import resource, sys
 from pathlib import Path
@@ -288,11 +225,3 @@ def test_memory_does_not_grow_with_the_points(tmp_path: Path) -> None:
     few, many = (peak_memory(tmp_path, rows) for rows in (50, 200))
     size = (tmp_path / "big.h5").stat().st_size / 1024
     assert size > 9_000 and many - few < size / 2
-
-
-@pytest.mark.long
-@pytest.mark.skipif(sys.platform != "linux", reason="memory is counted in other units")
-def test_a_million_points_take_little_memory(tmp_path: Path) -> None:
-    peaks = [peak_memory(tmp_path, rows) for rows in (100, 1000, 2000)]
-    assert max(peaks) < 200_000
-    assert all(after - before < 10_000 for before, after in pairwise(peaks))

@@ -3,11 +3,6 @@
 Truth: numpy's own grids, scipy's Sobol sequence, counts in equal slices, a second process.
 """
 
-import subprocess
-import sys
-import tracemalloc
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -23,14 +18,11 @@ from sweep_samples import (
     axis,
     design_of,
     generator,
-    scattered,
     spread,
 )
 
-from vibecalc.core.case.load import validate
 from vibecalc.core.case.raw import case_at
-from vibecalc.core.study.sweep.checks import check_design, keep_problems, stored_paths
-from vibecalc.core.study.sweep.design import size_words
+from vibecalc.core.study.sweep.checks import keep_problems, stored_paths
 from vibecalc.core.study.sweep.prepare import identify
 from vibecalc.core.study.sweep.sampling import MOST_POINTS, drawn
 
@@ -46,17 +38,6 @@ def test_grid_is_in_c_order():
     assert design.count == 24
     points = design.value_of(np.arange(24))
     assert np.array_equal(points, np.stack([part.ravel() for part in mesh], axis=1))
-
-
-def test_a_grid_of_a_thousand_million_points_takes_no_memory():
-    design = design_of(*(spread(key, 1, 1000, 1000) for key in (STIFFNESS, DAMPING, SPEED)))
-    assert design.count == 10**9
-    tracemalloc.start()
-    last = design.value_of(np.array([0, 999_999_999, 1_002_003]))
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    assert last.tolist() == [[1, 1, 1], [1000, 1000, 1000], [2, 3, 4]]
-    assert peak < 1_000_000
 
 
 @settings(max_examples=15, deadline=None)
@@ -107,22 +88,6 @@ def test_blocks_of_a_long_sampling_go_on_where_the_one_before_ends():
     assert np.max(np.abs(shares - whole)) < 2.0**-30
 
 
-@settings(max_examples=30)
-@given(st.integers(0, 2**32 - 1))
-def test_sobol_points_stay_a_net(seed):
-    """256 points in two dimensions: one in each of 16 x 16 cells, in each of 256 x 1 slices."""
-    shares = drawn("sobol", np.arange(256), 2, 256, seed)
-    for wide, high in ((16, 16), (256, 1), (1, 256), (64, 4)):
-        cells = np.floor(shares * [wide, high]).astype(int)
-        assert len({tuple(cell) for cell in cells}) == 256
-
-
-def test_sobol_points_fill_better_than_independent_ones():
-    sampled = {name: drawn(name, np.arange(1024), 5, 1024, 1) for name in SAMPLINGS}
-    gaps = {name: qmc.discrepancy(shares) for name, shares in sampled.items()}
-    assert gaps["sobol"] < 0.2 * gaps["latin_hypercube"] < 0.2 * gaps["monte_carlo"]
-
-
 @pytest.mark.parametrize("sampling", ["sobol", "monte_carlo"])
 def test_runs_for_sobol_indices_exchange_one_axis_at_a_time(sampling):
     axes = [spread(key, 1, 2, **{"with": []}) for key in (STIFFNESS, DAMPING, SPEED)]
@@ -139,39 +104,6 @@ def test_runs_for_sobol_indices_exchange_one_axis_at_a_time(sampling):
     base, role = design.roles(np.arange(40))
     assert base.tolist() == np.repeat(np.arange(8), 5).tolist()
     assert role.tolist() == list(range(5)) * 8
-
-
-def test_keys_that_vary_together_are_drawn_from_the_same_share():
-    both = scattered(STIFFNESS, "uniform", lower=1000, upper=2000)
-    both["with"] = [scattered(DAMPING, "uniform", lower=10, upper=20), axis(ORDERS, 4, 5)]
-    design = design_of(both, sampling="sobol", points=64)
-    stiffness, damping, orders = design.value_of(np.arange(64)).T
-    assert damping == pytest.approx(stiffness / 100.0, rel=1e-15)
-    assert np.array_equal(orders, np.where(stiffness < 1500.0, 4.0, 5.0))
-
-
-def test_settings_make_the_case_that_they_say():
-    resolved = generator().resolved
-    design = design_of(*ALL_KINDS, sampling="sobol", points=16)
-    before = repr(resolved)
-    for number in range(16):
-        settings_here = design.settings(number)
-        case = validate(case_at(resolved, settings_here))
-        assert case.machine.mounts.each.stiffness == settings_here[STIFFNESS]
-        assert case.machine.mounts.each.damping == settings_here[DAMPING]
-        assert (case.isolation.model, case.excitation.orders) == (
-            settings_here[MODEL],
-            settings_here[ORDERS],
-        )
-    assert repr(resolved) == before
-    assert not check_design(design, resolved)
-
-
-def test_columns_have_their_types():
-    design = design_of(*ALL_KINDS, sampling="latin_hypercube", points=12)
-    columns = design.columns(np.arange(12))
-    assert [columns[key].dtype.kind for key in (STIFFNESS, DAMPING, MODEL, ORDERS)] == list("ffUi")
-    assert set(columns[MODEL]) == {"pitch", "rigid_body"}
 
 
 def test_the_same_input_has_the_same_hash_in_any_sweep():
@@ -199,30 +131,6 @@ def test_the_hash_knows_all_that_is_computed():
     assert identify(other, design, ["a"]).base != identify(resolved, design, ["a"]).base
 
 
-_PRINT_HASHES = """
-from sweep_samples import ALL_KINDS, design_of, generator
-from vibecalc.core.study.sweep.prepare import identify
-design = design_of(*ALL_KINDS, sampling="sobol", points=9, indices=True)
-identity = identify(generator().resolved, design, ["x"])
-print(identity.sweep, identity.base)
-"""
-
-
-@pytest.mark.long
-def test_hashes_are_the_same_in_another_process():
-    design = design_of(*ALL_KINDS, sampling="sobol", points=9, indices=True)
-    identity = identify(generator().resolved, design, ["x"])
-    said = subprocess.run(
-        [sys.executable, "-c", _PRINT_HASHES],
-        capture_output=True,
-        check=True,
-        text=True,
-        cwd=Path(__file__).parent,
-        env={"PYTHONHASHSEED": "77", "PYTHONPATH": str(Path(__file__).parents[1])},
-    ).stdout
-    assert said.split() == [identity.sweep, identity.base]
-
-
 def test_default_and_named_quantities_are_kept():
     loaded = generator()
     design = design_of(axis(STIFFNESS, 5000, 6000))
@@ -237,17 +145,3 @@ def test_default_and_named_quantities_are_kept():
     assert "isolation/pitch/inertia" not in shared
     assert "isolation/support_force/steady_peak" in shared
     assert not keep_problems(shared, loaded.case, by_model, loaded.resolved)
-
-
-@pytest.mark.parametrize(
-    ("count", "words"),
-    [
-        (1500, "1500"),
-        (1_200_000, "1.2 million"),
-        (10**9, "1 thousand million"),
-        (10**12, "1 million million"),
-        (3 * 10**60, "3.000e+42 million million million"),
-    ],
-)
-def test_sizes_in_words(count, words):
-    assert size_words(count) == words

@@ -71,17 +71,6 @@ def test_attached_points_are_given_up_and_their_processes_replaced(step: int) ->
     assert found[0].message == "took longer than 0.5 s"
 
 
-@pytest.mark.long
-def test_a_chunk_that_is_all_fatal_ends(tmp_path: Path) -> None:
-    start = Start(leaving=frozenset(range(7, 14)), folder=str(tmp_path))
-    assert set(lost(run(start, jobs=1))) == set(range(7, 14))
-
-
-def test_chunks_are_handed_out_in_order(tmp_path: Path) -> None:
-    run(Start(folder=str(tmp_path)), jobs=1)
-    assert (tmp_path / "calls").read_text(encoding="ascii").split() == [str(n) for n in range(35)]
-
-
 def test_a_mistake_is_raised_with_its_traceback() -> None:
     with pytest.raises(RuntimeError, match="a mistake at") as caught:
         run(Start(raising=frozenset({5})))
@@ -91,14 +80,6 @@ def test_a_mistake_is_raised_with_its_traceback() -> None:
 def test_processes_that_never_start_are_an_error_and_not_a_loop() -> None:
     with Pool(dies_at_once, jobs=2) as pool, pytest.raises(UsageError, match="exit code 9"):
         list(pool.run(CHUNKS))
-
-
-def test_a_pool_keeps_its_processes_between_runs() -> None:
-    with Pool(Start(), jobs=1) as pool:
-        blocks = [
-            batch.block for chunk in CHUNKS for done in pool.run([chunk]) for batch in done.batches
-        ]
-    assert len({block.process for block in blocks}) == 1
 
 
 def test_leaving_early_ends_all_processes() -> None:

@@ -1,6 +1,6 @@
 """Claim: means, quantiles and Sobol indices are right within the uncertainty they state.
 
-Truth: closed forms, exact fractions, published indices of the Ishigami and the g-function.
+Truth: closed forms, exact fractions, published indices of the Ishigami function.
 """
 
 from fractions import Fraction
@@ -54,17 +54,6 @@ def test_a_large_offset_costs_no_digits():
     assert deviation(1e9 + apart).value == pytest.approx(np.sqrt(10000 / 9999), rel=1e-13)
 
 
-def test_statistics_keep_the_axes_of_a_result():
-    values = drawn("monte_carlo", np.arange(600), 6, 600, 1).reshape(600, 2, 3)
-    for statistic in (mean, deviation, quantiles):
-        found = statistic(values)
-        for part in found:
-            assert part.shape == ((5, 2, 3) if statistic is quantiles else (2, 3))
-        alone = statistic(values[:, 1, 2])
-        assert found.value[..., 1, 2] == pytest.approx(alone.value, rel=1e-14)
-        assert found.standard_error[..., 1, 2] == pytest.approx(alone.standard_error, rel=1e-12)
-
-
 def test_quantiles_of_even_steps_are_exact():
     values = np.arange(101.0)[::-1] * 2.0
     # 101 1/3 times the level and 1/3 more is the rank, counted from 1
@@ -111,12 +100,6 @@ def test_standard_errors_are_the_scatter_between_samplings(name):
     assert np.all(np.abs(np.mean(value, axis=0) - EXACT[name]) < 0.25 * stated)
 
 
-def test_sobol_points_scatter_less_than_stated():
-    shares = drawn("sobol", np.arange(1024), 1, 1024, 4)[:, 0]
-    found = mean(shares**2)
-    assert abs(found.value - 1.0 / 3.0) < 0.05 * found.standard_error
-
-
 def runs_of(function, sampling, points, axes, seed=1):
     """A function at the runs of a design for Sobol indices."""
     both = drawn(sampling, np.arange(points), 2 * axes, points, seed)
@@ -141,21 +124,6 @@ def exact_ishigami():
     return tuple(part / (one + two + both) for part in parts)
 
 
-WEIGHTS = np.array([0.0, 1.0, 4.5, 9.0, 99.0])
-
-
-def g_function(shares):
-    """Sobol 1993: the product of (|4 x - 2| + a) / (1 + a)."""
-    return np.prod((np.abs(4.0 * shares - 2.0) + WEIGHTS) / (1.0 + WEIGHTS), axis=1)
-
-
-def exact_g_function():
-    alone = 1.0 / (3.0 * (1.0 + WEIGHTS) ** 2)
-    everything = np.prod(1.0 + alone) - 1.0
-    total = alone * np.prod(1.0 + alone) / (1.0 + alone)
-    return alone / everything, total / everything
-
-
 def sum_and_product(shares):
     """x + 2 y + x y of centred uniform variables: variances 1/12, 4/12 and 1/144."""
     x, y = shares.T - 0.5
@@ -169,7 +137,6 @@ def exact_sum_and_product():
 
 FUNCTIONS = [
     (ishigami, 3, exact_ishigami),
-    (g_function, 5, exact_g_function),
     (sum_and_product, 2, exact_sum_and_product),
 ]
 
@@ -178,8 +145,8 @@ FUNCTIONS = [
     ("function", "axes", "exact", "sampling"),
     [
         *((*one, "sobol") for one in FUNCTIONS),
-        (*FUNCTIONS[2], "monte_carlo"),
-        *(pytest.param(*one, "monte_carlo", marks=pytest.mark.long) for one in FUNCTIONS[:2]),
+        (*FUNCTIONS[1], "monte_carlo"),
+        *(pytest.param(*one, "monte_carlo", marks=pytest.mark.long) for one in FUNCTIONS[:1]),
     ],
 )
 def test_indices_of_known_functions(function, axes, exact, sampling):
@@ -190,21 +157,6 @@ def test_indices_of_known_functions(function, axes, exact, sampling):
         assert np.all(part.standard_error < 0.04)
         assert np.all(part.error < 1e-10)
     assert found.samples == 4096
-
-
-@pytest.mark.parametrize(
-    ("function", "axes", "exact"),
-    [one if one[1] == 3 else pytest.param(*one, marks=pytest.mark.long) for one in FUNCTIONS],
-)
-def test_indices_come_closer_with_sobol_points(function, axes, exact):
-    errors = {}
-    for sampling in ("sobol", "monte_carlo"):
-        missed = []
-        for seed in range(4):
-            found = sobol_indices(runs_of(function, sampling, 4096, axes, seed), axes)
-            missed += [found.first.value - exact()[0], found.total.value - exact()[1]]
-        errors[sampling] = np.sqrt(np.mean(np.square(missed)))
-    assert errors["sobol"] < 0.5 * errors["monte_carlo"]
 
 
 def test_standard_errors_of_indices_are_the_scatter_between_samplings():
@@ -229,15 +181,6 @@ def test_errors_of_runs_reach_the_indices():
     assert np.all(honest.first.error < 0.01)
 
 
-def test_indices_know_no_offset_and_no_scale():
-    runs = runs_of(g_function, "sobol", 128, 5)
-    plain, changed = sobol_indices(runs, 5), sobol_indices(1e6 - 1e3 * runs, 5)
-    for part in (0, 1):
-        missed = np.abs(changed[part].value - plain[part].value)
-        assert np.all(missed <= changed[part].error + plain[part].error)
-        assert np.all(changed[part].error < 1e-9)
-
-
 def test_failed_runs_take_their_sampled_point_with_them():
     runs = runs_of(ishigami, "sobol", 64, 3)
     usable = np.ones(runs.size, dtype=bool)
@@ -248,13 +191,6 @@ def test_failed_runs_take_their_sampled_point_with_them():
     assert found.samples == 62
     assert np.array_equal(found.first.value, alone.first.value)
     assert np.array_equal(found.total.standard_error, alone.total.standard_error)
-
-
-def test_indices_keep_the_axes_of_a_result():
-    one = runs_of(ishigami, "sobol", 64, 3)
-    both = sobol_indices(np.stack([one, one**2], axis=1), 3)
-    assert both.first.value.shape == (3, 2)
-    assert both.total.value[:, 0] == pytest.approx(sobol_indices(one, 3).total.value, rel=1e-13)
 
 
 def test_what_has_no_statistic_is_refused():

@@ -154,27 +154,6 @@ def test_ctrl_c_while_the_file_is_put_together(
 
 
 @pytest.mark.long
-def test_chunks_are_taken_by_their_content_and_not_because_they_are_there(
-    uninterrupted: tuple[Path, float], tmp_path: Path
-) -> None:
-    output = tmp_path / "damaged.h5"
-    sweep = started(GENERATOR, *GRID, "-j", 2, "-q", "-o", output)
-    while len(chunk_files(output)) < 3:
-        assert sweep.poll() is None
-        time.sleep(0.002)
-    killed(sweep)
-    first, second, *_ = sorted(output.with_name("damaged.h5.parts").glob("chunk_*"))
-    content = bytearray(first.read_bytes())
-    content[len(content) // 2] ^= 1
-    first.write_bytes(content)
-    second.write_bytes(b"")
-    code, _, err = finish(GENERATOR, *GRID, "-q", "--resume", "-o", output)
-    assert code == 0
-    assert first.name in err and second.name in err and "computed again" in err
-    assert objects(output) == objects(uninterrupted[0])
-
-
-@pytest.mark.long
 def test_jobs_shards_and_merge_give_the_same_objects(
     uninterrupted: tuple[Path, float], tmp_path: Path
 ) -> None:

@@ -4,15 +4,12 @@ from collections.abc import Iterator
 from typing import Any
 
 import mpmath
-from estimate_counts import Reported, Uncertain
+from estimate_counts import Reported
 from exact_body import BodyTruth
-from exact_isolation import body_results
-from exact_planar import PlanarTruth
 from exact_pump import PumpTruth, pump_rows
 from exact_pump_mounts import ROOT, ReactionTruth, reaction_rows
 from exact_results import exact_results
 from exact_train import Shaking, motion_of, shaking_of
-from mpmath import mpf
 from random_machines import Table
 from truth_report import judge_rows
 
@@ -33,7 +30,7 @@ def judge_pump(table: Table) -> Reported:
     noise: dict[str, float] = {}
     with mpmath.workdps(DIGITS):
         rows = judge_rows(exact_pump_results(case, record, noise), record)
-        judged = [Uncertain(*one, noise.get(one.path, 0.0)) for one in rows]
+        judged = [one._replace(noise=noise.get(one.path, 0.0)) for one in rows]
     missing = set(record) - {one.path for one in judged} - set(NO_TRUTH)
     assert not missing, f"no truth for {sorted(missing)}"
     return Reported(table, record, judged)
@@ -49,16 +46,10 @@ def exact_pump_results(
     reach = case.machine.speed**2 * case.machine.crank_train.crank_radius
     noise["kinematics/dropped_acceleration"] = 1e-24 * reach
     yield from pump_rows(case, record, pump)
-    if case.isolation is None or case.isolation.model != "planar":
-        yield from exact_results(case, record)
-    else:
-        bare = case.model_copy(update={"isolation": None})
-        yield from exact_results(bare, record)
-        yield from body_results(case, record, PlanarTruth(case, _driven(shaking)))
+    yield from exact_results(case, record)
     if f"{ROOT}couple" in record:
         kept = len(record[f"{ROOT}couple"].values)
-        model = PlanarTruth if case.isolation.model == "planar" else BodyTruth
-        body = model(case, Shaking([], [], []))
+        body = BodyTruth(case, Shaking([], [], []))
         truth = ReactionTruth(case, body, shaking, pump, kept)
         yield from reaction_rows(record, truth, noise)
 
@@ -76,15 +67,3 @@ def _without_stopped(case: Case) -> Case:
     train = train.model_copy(update={"cylinders": cylinders})
     machine = case.machine.model_copy(update={"crank_train": train})
     return case.model_copy(update={"machine": machine})
-
-
-def _driven(shaking: Shaking) -> Shaking:
-    """Orders above 1e-20 of the largest, by force or couple."""
-    rows = list(zip(*shaking, strict=True))
-    most = [max(max(map(abs, row[part])) for row in rows) for part in (1, 2)]
-    kept = [
-        row
-        for row in rows
-        if any(max(map(abs, row[part])) > mpf(10) ** -20 * most[part - 1] for part in (1, 2))
-    ]
-    return Shaking(*(list(column) for column in zip(*kept, strict=True)))

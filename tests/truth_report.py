@@ -1,10 +1,11 @@
 """Runs a case and holds every error estimate of its record against the exact results."""
 
 from collections.abc import Iterable, Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import mpmath
 import numpy as np
+from estimate_counts import Uncertain as Judged
 from exact_results import exact_results
 from mpmath import mpf
 from random_machines import Table
@@ -15,26 +16,6 @@ from vibecalc.core.run.run import run_case
 from vibecalc.schema import Case
 
 DIGITS = 50
-UNIT = 2.0**-52
-
-
-class Judged(NamedTuple):
-    """A quantity with its true error, its estimate and its largest magnitude."""
-
-    path: str
-    error: float
-    estimate: float
-    size: float
-
-    @property
-    def too_low(self) -> bool:
-        """The estimate is below a tenth of the true error."""
-        return self.estimate < 0.1 * self.error
-
-    @property
-    def too_high(self) -> bool:
-        """A thousand times above the true error, a hit by luck (below .001 ulp) not counted."""
-        return self.estimate > 1e3 * self.error > UNIT * self.size
 
 
 def judge(table: Table) -> list[Judged]:

@@ -7,8 +7,6 @@ Combustion Engine in Theory and Practice, vol. 2, ch. 8 (V-twin and radial engin
 import numpy as np
 import pytest
 
-from vibecalc.core.case.load import validate
-from vibecalc.core.run.run import run_case
 from vibecalc.excitation.balance import bank_sums
 
 STROKE, ACROSS = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
@@ -61,50 +59,3 @@ def test_boxer_with_opposite_throws_has_couples_alone() -> None:
     found = sums([0.0, np.pi], [0.0, np.pi], [-0.02, 0.02])
     assert np.abs(found.sum).max() < 1e-14
     assert np.abs(found.position_sum[:, 2]) == pytest.approx(np.full(4, 0.04))
-
-
-@pytest.mark.parametrize("name", ["V-twin", "radial"])
-def test_forces_of_a_case_are_the_sums_times_the_force_of_one_cylinder(name: str) -> None:
-    """Against the sum in time of every piston: 6793.45 N sideways, 22292.1 N turning."""
-    twin = name == "V-twin"
-    banks = [0.25 * np.pi, -0.25 * np.pi] if twin else (0.4 * np.pi * np.arange(5)).tolist()
-    radius, length, mass, rpm = (
-        (0.03575, 0.124, 0.65, 8000.0) if twin else (0.07, 0.27, 2.4, 2200.0)
-    )
-    speed = rpm * np.pi / 30.0
-    cylinders = [{"name": str(n), "bank_angle": bank} for n, bank in enumerate(banks)]
-    case = {
-        "schema": 1,
-        "title": name,
-        "machine": {
-            "kind": "generator",
-            "speed": speed,
-            "crank_train": {
-                "crank_radius": radius,
-                "rod_length": length,
-                "reciprocating_mass": mass,
-                "cylinders": cylinders,
-            },
-        },
-        "excitation": {"balance": {"orders": ORDERS.tolist()}},
-    }
-    record = run_case(validate(case))
-    assert "excitation/balance/total_cosine" not in record
-    found = record["excitation/balance/banks/sum"].values
-    angle = 2.0 * np.pi * np.arange(512) / 512
-    own = angle - np.array(banks)[:, None]
-    height = radius * np.cos(own) + np.sqrt(length**2 - (radius * np.sin(own)) ** 2)
-    lines = np.cos(banks)[:, None] * STROKE - np.sin(banks)[:, None] * ACROSS
-    spectrum = np.fft.rfft(height, axis=1) * (2.0 / 512)
-    for row, order in enumerate(ORDERS):
-        each = mass * (order * speed) ** 2 * spectrum[:, order]
-        truth = each @ lines
-        one = mass * (order * speed) ** 2 * abs(spectrum[0, order])
-        assert np.abs(found[row]) * one == pytest.approx(np.abs(truth), abs=1e-9 * one)
-        force = record["excitation/force"].values[order - 1]
-        assert force == pytest.approx(truth, abs=1e-9 * one)
-    if twin:
-        assert abs(record["excitation/force"].values[1, 1]) == pytest.approx(6793.45, abs=0.005)
-    else:
-        assert abs(record["excitation/force"].values[0, 1]) == pytest.approx(22292.1, abs=0.05)
-        assert record["excitation/balance/banks/rotating"].values[0] == pytest.approx(2.5)

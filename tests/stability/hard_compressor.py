@@ -8,7 +8,7 @@ from functools import cache
 import mpmath
 import numpy as np
 import ong_tables as ong
-from isolation_machines import Body, exact_matrices, exact_response, random_body
+from isolation_machines import Body, random_body
 from stability.hard_case import HardCase, Numbers, Way, singular
 
 from vibecalc.kinematics.harmonics import motion_harmonics
@@ -68,10 +68,27 @@ def by_modes(matrices: Matrices, speed: float, force: np.ndarray, signs: bool = 
 
 
 @cache
-def truth_of(away: float) -> list[mpmath.mpc]:
+def assembled() -> tuple[mpmath.matrix, mpmath.matrix]:
+    """Mass as stored, and stiffness of the mounts added up, in long arithmetic."""
     body = undamped()
-    with mpmath.workdps(50):
-        return list(exact_response(exact_matrices(body), speed_nearby(away), FORCE))
+    total = mpmath.zeros(6)
+    for place, block in zip(body.mounts.position, body.mounts.stiffness, strict=True):
+        x, y, z = map(mpmath.mpf, place.tolist())
+        # displacement of a place: t + r x p
+        seen = mpmath.matrix([[1, 0, 0, 0, z, -y], [0, 1, 0, -z, 0, x], [0, 0, 1, y, -x, 0]])
+        total += seen.T * mpmath.matrix(block.tolist()) * seen
+    return mpmath.matrix(body.mass_matrix.tolist()), total
+
+
+def exact_motion(speed: mpmath.mpf) -> list[mpmath.mpf]:
+    mass, stiffness = assembled()
+    return list(mpmath.lu_solve(stiffness - speed**2 * mass, mpmath.matrix(FORCE.tolist())))
+
+
+@cache
+def truth_of(away: float) -> list[mpmath.mpf]:
+    with mpmath.workdps(60):
+        return exact_motion(mpmath.mpf(speed_nearby(away)))
 
 
 def speed_nearby(away: float) -> float:
@@ -80,15 +97,11 @@ def speed_nearby(away: float) -> float:
 
 def condition_nearby(away: float) -> float:
     """Of the largest component, by a change of the speed, whose square all stiffness meets."""
-    exact = exact_matrices(undamped())
     with mpmath.workdps(60):
         speed = mpmath.mpf(speed_nearby(away))
-        found = []
-        for w in (speed, speed * (1 + mpmath.mpf("1e-20"))):
-            dynamic = exact[1] - w * w * exact[0]
-            found.append(mpmath.lu_solve(dynamic, mpmath.matrix(FORCE.tolist())))
-        most = max(range(6), key=lambda i: abs(found[0][i]))
-        return float(abs((found[1][most] - found[0][most]) / found[0][most]) / 1e-20)
+        here, there = (exact_motion(w) for w in (speed, speed * (1 + mpmath.mpf("1e-20"))))
+        most = max(range(6), key=lambda i: abs(here[i]))
+        return float(abs((there[most] - here[most]) / here[most]) / 1e-20)
 
 
 def nearby(away: float) -> HardCase:

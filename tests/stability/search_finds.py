@@ -4,19 +4,7 @@ from stability.search import Find
 
 #: the worse of seeds 8 and 9, 21 November 2026; machines are those of that seed
 FINDS: tuple[Find, ...] = (
-    Find("harmonics", 0.485, (0.323514, 0.601125), 1706, 0),
-    Find("offset harmonics", 0.718, (0.477504, 0.821209, 0.169783), 19792, 0),
-    Find("motion", 0.498, (0.841695, 0.911993, 0.130241), 100000, 0),
-    Find(
-        "body response",
-        0.0527,
-        (0.712035, 0.015631, 0.010869, 0.983735, 0.501573, 0.965728),
-        5787,
-        113,
-    ),
-    Find("body modes", 0.19, (0.521047, 0.006176, 0.235542), 912, 0),
     Find("peak over a cycle", 0.459, (0.609886, 0.891951, 0.353395, 0.619333, 0.934244), 1938, 0),
-    Find("run-up peak", 0.00046, (0.949517, 0.414166, 0.037854, 0.266683), 128, 0),
     Find("line modes", 0.928, (0.067704, 0.964279, 0.077493, 0.618341, 0.025858), 5050, 0),
     Find(
         "line forced",

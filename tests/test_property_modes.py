@@ -1,0 +1,140 @@
+"""Claim: modes keep their digits and add up to the direct solution, whatever the unit, the symmetry
+and what holds the body; the assurance of two sets of them is the true one within its error.
+"""
+
+import mpmath
+import numpy as np
+import pytest
+from isolation_machines import exact, gibson_body, random_body
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.matrices import Matrices
+from vibecalc.parts.matrices import assemble
+from vibecalc.response.forced import dynamics, modal_response, response
+from vibecalc.response.modal_damping import damped_basis, energy_fraction
+from vibecalc.response.modes import modal_assurance, modes
+
+
+def exactly(value: np.ndarray) -> Bounded:
+    return Bounded(value, np.zeros(np.shape(value)))
+
+
+def exact_load(generator: np.random.Generator, count: int) -> np.ndarray:
+    value: np.ndarray = generator.normal(size=(count, 6)) + 1j * generator.normal(size=(count, 6))
+    return value
+
+
+@pytest.mark.parametrize("factor", [1e-6, 1e-3, 1e3, 1e6])
+def test_modes_do_not_depend_on_the_unit_of_length(factor: float) -> None:
+    """Metres exchanged for another unit: frequencies and energy fractions stay."""
+    body = random_body(7)
+    scale = np.array([1.0, 1.0, 1.0, factor, factor, factor])
+    mass_matrix = body.mass_matrix * np.outer(scale, scale)
+    other = assemble(mass_matrix, body.mounts.position * factor, *body.mounts[1:])
+    plain, scaled = modes(body.matrices), modes(other)
+    assert scaled.natural_frequency == pytest.approx(plain.natural_frequency, rel=1e-10)
+    energy = energy_fraction(other, scaled).value
+    assert energy == pytest.approx(energy_fraction(body.matrices, plain).value, abs=1e-9)
+
+
+def test_repeated_modes_are_aligned_with_the_coordinates() -> None:
+    """Equal stiffness in all directions: three translations at one frequency, none mixed."""
+    body = gibson_body()
+    shapes = modes(body.matrices)
+    share = energy_fraction(body.matrices, shapes)
+    repeated = np.isclose(shapes.natural_frequency, 20.0, rtol=1e-12)
+    assert np.sum(repeated) == 3
+    assert np.max(share.value, axis=1) == pytest.approx(np.ones(6), abs=1e-12)
+    assert sorted(np.argmax(share.value, axis=1)) == list(range(6))
+    assert np.max(share.error) < 1e-10
+
+
+def test_modes_of_very_stiff_and_very_soft_directions_keep_their_digits() -> None:
+    """Principal stiffnesses from 1 to 1e12: every frequency to 1e-12, which plain eigh loses."""
+    level = np.array([1.0, 1e4, 1e12])
+    position = np.array([[1.0, 0, 0], [-1.0, 0, 0], [0, 1.0, 0], [0, -1.0, 0]])
+    stiffness = np.broadcast_to(np.diag(level), (4, 3, 3))
+    matrices = assemble(np.eye(6), position, stiffness, 0.0 * stiffness, 0.0 * stiffness)
+    squared = np.concatenate([4.0 * level, [2.0 * 1e12, 2.0 * 1e12, 2.0 * (1e4 + 1.0)]])
+    shapes = modes(matrices)
+    expected = np.sort(np.sqrt(squared))
+    assert shapes.natural_frequency == pytest.approx(expected, rel=1e-12)
+    assert np.all(np.abs(shapes.natural_frequency - expected) <= shapes.natural_frequency_error)
+
+
+def square_matrices(damping: float) -> Matrices:
+    """Four equal mounts about the centre: x and y at one frequency, rx and ry at another."""
+    corners = np.array([[x, y, 0.0] for x in (-0.4, 0.4) for y in (-0.4, 0.4)])
+    each = np.broadcast_to(np.eye(3), (4, 3, 3))
+    mass = np.diag([100.0, 100.0, 100.0, 8.0, 8.0, 14.0])
+    along = np.zeros((3, 3))
+    along[:2, :2] = damping
+    return assemble(mass, corners, 1e5 * each, np.broadcast_to(along, (4, 3, 3)), 0.02e5 * each)
+
+
+@pytest.mark.parametrize("damping", [0.0, 40.0], ids=["apart", "coupled"])
+def test_repeated_modes_in_any_basis(damping: float) -> None:
+    """Dampers along (1, 1, 0) couple the pair x, y in one basis and not in another."""
+    matrices, generator = square_matrices(damping), np.random.default_rng(2)
+    shapes = modes(matrices)
+    assert np.sum(np.diff(shapes.natural_frequency) < 1e-12 * shapes.natural_frequency[1:]) >= 2
+    frequency = np.concatenate([shapes.natural_frequency, [3.0, 500.0]])
+    load, nothing = exact_load(generator, 8), np.zeros((8, 6))
+    direct = response(dynamics(matrices, frequency), load, nothing)
+    turned = shapes.shape.copy()
+    turn = np.array([[0.8, -0.6], [0.6, 0.8]])
+    turned[:, :2] = turned[:, :2] @ turn
+    for basis in (shapes.shape, damped_basis(matrices, shapes).shape, turned):
+        summed = modal_response(matrices, basis, frequency, load, nothing)
+        assert np.all(np.abs(summed.value - direct.value) <= summed.error + direct.error)
+        assert np.all(summed.error < 1e-12 * np.abs(summed.value).max(axis=-1, keepdims=True))
+
+
+def test_modes_without_stiffness_answer_as_free_masses() -> None:
+    """A body held along z only: five motions that no stiffness holds."""
+    each = np.diag([0.0, 0.0, 1e5])[None]
+    mass = np.diag([50.0, 50.0, 50.0, 4.0, 5.0, 6.0])
+    matrices = assemble(mass, np.array([[0.1, 0.0, 0.0]]), each, 0.0 * each, 0.0 * each)
+    shapes = modes(matrices)
+    assert np.count_nonzero(shapes.eigenvalue <= shapes.eigenvalue_error) >= 4
+    frequency, load = np.array([2.0, 200.0]), exact_load(np.random.default_rng(1), 2)
+    nothing = np.zeros((2, 6))
+    summed = modal_response(matrices, shapes.shape, frequency, load, nothing)
+    direct = response(dynamics(matrices, frequency), load, nothing)
+    assert np.all(np.abs(summed.value - direct.value) <= summed.error + direct.error)
+    for number, w in enumerate(frequency):
+        free = [0, 1, 3, 5]
+        expected = -load[number, free] / (w * w * np.diagonal(matrices.mass)[free])
+        np.testing.assert_allclose(summed.value[number, free], expected, rtol=1e-13)
+    with pytest.raises(NumericalFailure, match="excitation at 0 rad/s"):
+        modal_response(matrices, shapes.shape, np.zeros(1), load[:1], np.zeros((1, 6)))
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_value_and_error_against_fifty_digits(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    matrices = random_body(seed).matrices
+    weight = exactly(matrices.mass)
+    first = exactly(generator.normal(size=(6, 2)) + 1j * generator.normal(size=(6, 2)))
+    shift = 1e-9 * generator.normal(size=(6, 2))
+    known = Bounded(generator.normal(size=(6, 2)), np.abs(shift))
+    found = modal_assurance(first, known, weight)
+    with mpmath.workdps(50):
+        w, v = exact(weight.value), exact(first.value)
+        u = exact(known.value) + exact(shift)
+        for i in range(2):
+            for j in range(2):
+                a, b = v[:, i], u[:, j]
+                a_bar = np.array([mpmath.conj(x) for x in a], dtype=object)
+                mac = abs(a_bar @ w @ b) ** 2 / ((a_bar @ w @ a).real * (b @ w @ b))
+                off = abs(mpmath.mpf(float(found.value[i, j])) - mac)
+                assert off <= found.error[i, j]
+    assert np.all(found.error < 1e-5)
+
+
+def test_a_shape_of_nothing_is_refused() -> None:
+    shapes = np.eye(6)[:, :2]
+    shapes[:, 1] = 0.0
+    with pytest.raises(NumericalFailure, match="shape 2 of the second set is zero"):
+        modal_assurance(exactly(np.eye(6)), exactly(shapes), exactly(np.eye(6)))
