@@ -9,24 +9,14 @@ from shipped_cases import CASES, fresh, result_of
 
 from vibecalc.absorber.hardware.rods_and_springs import torsional_stiffness
 from vibecalc.absorber.mean_square import mean_square
-from vibecalc.absorber.model import build_absorber
 from vibecalc.absorber.peaks import peaks
-from vibecalc.absorber.pendulum_order import order_of_swing
-from vibecalc.absorber.transfer import Absorber, amplitude
-from vibecalc.absorber.tuning.closed_forms import closed_form
-from vibecalc.absorber.tuning.mean_square import mean_square_tuning
+from vibecalc.absorber.transfer import Absorber
 from vibecalc.absorber.tuning.minimax import minimax
-from vibecalc.absorber.tuning.restricted import pure_viscous
-from vibecalc.core.report.headline import headline_rows
 from vibecalc.core.report.text import render_report
-from vibecalc.core.report.verdicts import counted_misses
 from vibecalc.core.results.record import Record, Result
-from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.errors import CaseError, NumericalFailure
-
-NAMES = sorted(name for name in CASES if name.startswith("absorber"))
 
 
 def run(name: str, *settings: str, wanted: frozenset[str] | None = None) -> Record:
@@ -36,80 +26,6 @@ def run(name: str, *settings: str, wanted: frozenset[str] | None = None) -> Reco
 
 def value(record: Record, path: str) -> Any:
     return record[path].values
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_a_run_makes_what_was_planned(name: str) -> None:
-    (loaded,) = load_checked([CASES[name]], ())
-    assert set(planned_quantities(loaded.case)) == set(result_of(name).record)
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_published_numbers_come_out(name: str) -> None:
-    assert counted_misses(result_of(name)) == 0
-
-
-def test_tuning_is_that_of_the_kernel() -> None:
-    record, best = result_of("absorber").record, minimax(0.0, 0.1)
-    assert value(record, "tuning/stiffness_ratio") == best.stiffness_ratio
-    assert value(record, "tuning/secondary_damping") == best.secondary_damping
-    assert value(record, "tuning/peak") == pytest.approx(float(best.largest), rel=1e-13)
-    np.testing.assert_allclose(
-        value(record, "tuning/active/frequency_ratio"), best.frequency, rtol=1e-9
-    )
-    exact = closed_form("nishihara_asami", 0.1)
-    place = list(record["tuning/method/peak"].axes[0].values).index("nishihara_asami")
-    assert value(record, "tuning/method/peak")[place] == pytest.approx(float(exact.largest))
-
-
-def test_curves_are_those_of_the_kernel() -> None:
-    record = fresh("absorber_curves").record
-    found = record["response/absorber/curve"]
-    x = found.axes[1].values
-    for name, k, own in (("as given", 0.0826, 0.185), ("own damping 0.3", 0.0826, 0.3)):
-        row = list(found.axes[0].values).index(name)
-        system = Absorber(0.0, 0.1, k, own * np.sqrt(0.1 * k))
-        np.testing.assert_allclose(found.values[row], amplitude(system, x), rtol=1e-13)
-        tops = value(record, "response/absorber/largest")
-        assert tops[row] == pytest.approx(float(peaks(system).largest), rel=1e-13)
-
-
-def test_a_damper_on_its_own_frequency_follows_what_varies() -> None:
-    record = run(
-        "absorber_curves",
-        "response.absorber.vary={stiffness_ratio=[0.06, 0.12]}",
-    )
-    found = record["response/absorber/largest"]
-    for name, k in (("stiffness ratio 0.06", 0.06), ("stiffness ratio 0.12", 0.12)):
-        system = Absorber(0.0, 0.1, k, 0.185 * np.sqrt(0.1 * k))
-        row = list(found.axes[0].values).index(name)
-        assert found.values[row] == pytest.approx(float(peaks(system).largest), rel=1e-12)
-
-
-def test_mean_square_tuning_is_that_of_the_kernel() -> None:
-    record = run(
-        "absorber_design_chart",
-        "tuning.norm='h2'",
-        "tuning.compare=['warburton']",
-        "machine.primary.damping_ratio=0.0",
-    )
-    best = mean_square_tuning(0.0, 0.1)
-    assert value(record, "tuning/stiffness_ratio") == pytest.approx(float(best.stiffness_ratio))
-    assert value(record, "tuning/mean_square") == pytest.approx(float(best.value), rel=1e-13)
-    assert np.isinf(value(record, "tuning/mean_square_alone"))
-
-
-def test_the_damper_without_a_spring() -> None:
-    record = result_of("absorber_rig_b").record
-    (loaded,) = load_checked([CASES["absorber_rig_b"]], ())
-    parts = build_absorber(loaded.case)
-    assert parts.absorber is not None and parts.scale is not None
-    best = pure_viscous(0.01, parts.absorber.mass_ratio)
-    assert value(record, "tuning/secondary_damping") == pytest.approx(float(best.value))
-    assert value(record, "tuning/peak") == pytest.approx(float(best.largest), rel=1e-12)
-    assert value(record, "tuning/torsional_damping") == pytest.approx(
-        float(best.value) * parts.scale.damping
-    )
 
 
 def test_parts_are_those_of_the_kernels() -> None:
@@ -153,39 +69,6 @@ def test_chart_is_that_of_the_kernel_and_of_single_tunings() -> None:
         assert chart.values[row, column] == pytest.approx(float(alone.largest), rel=1e-12)
         stiff = value(record, "tuning/chart/stiffness_ratio")[row, column]
         assert stiff == pytest.approx(float(alone.stiffness_ratio), rel=1e-6)
-
-
-def test_two_absorbers_do_more_than_one_of_their_mass() -> None:
-    record = result_of("absorber_two").record
-    one = value(result_of("absorber").record, "tuning/peak")
-    assert value(record, "tuning/peak") < 0.9 * one
-    assert len(value(record, "tuning/active/magnitude")) == 3
-
-
-@pytest.mark.long
-def test_two_absorbers_in_series_do_more_than_one_of_their_mass() -> None:
-    one = value(result_of("absorber").record, "tuning/peak")
-    series = run(
-        "absorber_two",
-        "machine.secondaries=[{name='first', mass_ratio=0.05}, "
-        "{name='second', mass_ratio=0.05, on='first'}]",
-    )
-    assert value(series, "tuning/peak") < one
-
-
-def test_pendulum_is_that_of_the_kernel() -> None:
-    record = result_of("absorber_pendulum").record
-    assert value(record, "pendulum/order") == pytest.approx(2.0, rel=1e-13)
-    assert value(record, "pendulum/path_radius") == pytest.approx(0.02)
-    found = record["pendulum/order_of_swing"]
-    from vibecalc.absorber.pendulum_order import Pendulum
-
-    plain = Pendulum(1.8, 0.1, 0.02)
-    np.testing.assert_allclose(
-        found.values, order_of_swing(plain, found.axes[0].values).value, rtol=1e-12
-    )
-    small, alone = (abs(value(record, f"pendulum/small/{x}")) for x in ("rotor", "rotor_without"))
-    assert small < 0.05 * alone
 
 
 def test_no_optimum_is_a_failure_and_no_help_a_result() -> None:
@@ -244,22 +127,6 @@ def test_several_absorbers_have_units_and_travels(tmp_path: Path) -> None:
     assert value(record, "tuning/peak") == pytest.approx(np.abs(motion[:, 0]).max(), rel=1e-6)
     own = value(record, "tuning/each/frequency")
     np.testing.assert_allclose(own, np.sqrt(k / [80.0, 20.0]), rtol=1e-12)
-
-
-def test_a_summary_shows_what_is_tuned_or_given() -> None:
-    """Spring, damper, frequency, peak and travel in units; of an absorber as given its response."""
-    record = result_of("absorber_rig_a").record
-    rows = {row[0]: row for row in headline_rows(record)}
-    units = {"spring": "N*m/rad", "damper": "N*m*s/rad"}
-    assert {name: rows[f"{name} of the absorber"][2] for name in units} == units
-    assert rows["natural frequency of the absorber alone"][1:3] == ("7.956", "Hz")
-    assert rows["largest response of the primary, tuned"][1] == "3.827"
-    assert "stiffness ratio, tuned" not in rows
-    given = "machine.secondary={mass_ratio=0.1,stiffness_ratio=0.08,own_damping_ratio=0.2}"
-    record = run("absorber_mass", given)
-    rows = {row[0]: row for row in headline_rows(record)}
-    assert rows["largest response of the primary"][3].startswith("curve as given at ratio")
-    assert "largest travel of the absorber, as a ratio" in rows
 
 
 #: a machine of 2000 kg on a floor, with bounds
@@ -406,10 +273,6 @@ def test_bounds_that_leave_no_help_are_said_to(tmp_path: Path) -> None:
     assert value(record, "tuning/peak") > value(record, "tuning/peak_alone")
     assert any("no absorber within the bounds does better" in w for w in record.warnings)
     assert "No absorber within the bounds lowers" in " ".join(render_report(result).split())
-
-
-def test_a_kind_that_the_case_asks_for_is_no_finding() -> None:
-    assert "tuning/without_spring" not in run("absorber", "tuning={kind='viscous'}")
 
 
 def test_errors_of_a_mean_square_tuning_count_by_the_mean_square() -> None:
