@@ -6,6 +6,8 @@ wherever it stands, `+ line` at the end, `old ...` leaves out everything from th
 Changes of tables are a JSON object of keys and values, null for a key that is taken away.
 """
 
+import copy
+import json
 import re
 from pathlib import Path
 from typing import Any
@@ -13,6 +15,7 @@ from typing import Any
 import pytest
 
 from vibecalc.core.case.load import validate
+from vibecalc.core.case.raw import get_key, parse_key, set_key
 from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import CaseError, Problem
@@ -20,14 +23,15 @@ from vibecalc.errors import CaseError, Problem
 TABLES = Path(__file__).parent / "refusals"
 
 
-def refusals(name: str) -> list[Any]:
-    """Parameters (case, change, place, words) of each row, named by its first words."""
+def refusals(name: str, *cases: str) -> list[Any]:
+    """Parameters (case, change, place, words) of rows of some cases, named by their first words."""
     found = []
     for line in (TABLES / f"{name}.txt").read_text(encoding="utf-8").splitlines():
         if line and not line.startswith("#"):
             case, change, place, words = line.split(" :: ")
             expected = words.split(" && ")
-            found.append(pytest.param(case, change, place, expected, id=expected[0]))
+            if not cases or case in cases:
+                found.append(pytest.param(case, change, place, expected, id=expected[0]))
     return found
 
 
@@ -41,6 +45,18 @@ def changed(text: str, change: str) -> str:
         assert old in text and (sign != "->" or text.count(old) == 1), part
         text = text[: text.index(old)] if sign == "..." else text.replace(old, new)
     return text
+
+
+def with_keys(data: dict[str, Any], change: str, **parts: Any) -> dict[str, Any]:
+    """The tables with the keys of a row; a text that names one of `parts` stands for it."""
+    found = copy.deepcopy(data)
+    for key, value in json.loads(change).items():
+        if value is None:
+            *above, last = parse_key(key)
+            get_key(found, above).pop(last)
+        else:
+            set_key(found, key, copy.deepcopy(parts.get(str(value), value)))
+    return found
 
 
 def said_of(problem: Problem) -> str:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from refused import refusals, said_of, with_keys
 
 from vibecalc.cli.starters import starter
 from vibecalc.core.case.load import validate
@@ -42,66 +43,12 @@ def test_the_motor_is_fine() -> None:
         assert machine_warnings(case) == []
 
 
-REFUSED: list[tuple[dict[str, Any], tuple[Any, ...], list[str]]] = [
-    (
-        {"response__roll__method": "fourier"},
-        ("response", "roll", "method"),
-        ["the method 'fourier'", "no fluxes as states", "'collocation'"],
-    ),
-    (
-        {"response__roll__compare": ["collocation", "dop853"]},
-        ("response", "roll", "compare", 1),
-        ["comparing with the method 'dop853'", "kind = 'slip_table'"],
-    ),
-    (
-        {"response__start_up": {"duration": 3.0}},
-        ("response", "start_up"),
-        ["a start-up is followed with the torque of a slip table", "inrush"],
-    ),
-    (
-        {
-            "machine__motor__slip_table": {
-                "slip": [0.0, 1.0, 9.0, 80.0], "torque": [0, 90, 400, 300],
-            },
-        },
-        ("machine", "motor", "slip_table"),
-        ["a double cage has 4 parameters", "3 rows with a slip above zero", ">= 4"],
-    ),
-    (
-        {
-            "machine__motor__cages": "single",
-            "machine__motor__slip_table": {
-                "slip": [0.0, 9.0, 20.0, 80.0], "torque": [0, 400, 350, 300],
-            },
-        },
-        ("machine", "motor", "slip_table"),
-        ["a single cage has 2 parameters", "1 rows up to the largest torque"],
-    ),
-    (
-        {
-            "machine__motor__slip_table": {
-                "slip": [0.0, 1.0, 9.0, 20.0, 80.0], "torque": [0, 90, 400, 300, 0],
-            },
-        },
-        ("machine", "motor", "slip_table", "torque", 4),
-        ["a torque at every slip above zero", "0 N*m in row 5"],
-    ),
-    (
-        {"machine__motor__stator_resistance": "2 ohm"},
-        ("machine", "motor", "stator_resistance"),
-        ["behind such a resistance", "190.986 N*m at most", "equivalent star"],
-    ),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize("row", REFUSED, ids=lambda row: str(row[1][-1]))
-def test_refused(row: tuple[dict[str, Any], tuple[Any, ...], list[str]]) -> None:
-    changes, path, words = row
-    (problem,) = problems(**changes)
-    assert problem.path == path
-    reported = " ".join((problem.message, problem.found, problem.allowed, problem.hint))
+@pytest.mark.parametrize(("kind", "change", "place", "words"), refusals("roll", "dynamic"))
+def test_refused(kind: str, change: str, place: str, words: list[str]) -> None:
+    (problem,) = check_machine(validate(with_keys(data_of(), change)))
+    assert ".".join(map(str, problem.path)) == place
     for word in words:
-        assert word in reported, (word, reported)
+        assert word in said_of(problem), word
 
 
 def test_no_more_than_there_are_cages() -> None:
