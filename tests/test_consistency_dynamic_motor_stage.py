@@ -13,11 +13,8 @@ from shipped_cases import result_of
 from vibecalc.cli.starters import starter
 from vibecalc.core.case.load import validate
 from vibecalc.core.case.raw import set_key
-from vibecalc.core.report.plots import make
 from vibecalc.core.report.text import render_report
-from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Record
-from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.run import run_case
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.induction_motor import steady_torque
@@ -26,7 +23,6 @@ from vibecalc.roll.adapters import motor as roll_motor
 from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch
 from vibecalc.roll.model import build_roll, fitted_motor, roll_drive
 from vibecalc.roll.results import MOTOR as ROOT
-from vibecalc.roll.results import MOTOR_ENTRIES
 from vibecalc.roll.running import Running, running_state
 from vibecalc.roll.turn import harmonics, level, readings
 from vibecalc.schema import Case
@@ -58,19 +54,6 @@ def record_of(*changes: tuple[str, Any]) -> Record:
 
 def values(record: Record, path: str) -> np.ndarray:
     return np.asarray(record[path].values)
-
-
-def test_every_planned_result_is_there() -> None:
-    record = record_of()
-    planned = set(planned_quantities(case_of()))
-    assert {entry.path for entry in MOTOR_ENTRIES} <= planned
-    assert planned == set(record.quantities)
-    still = set(planned_quantities(validate(ROLL)))
-    assert not any(path.startswith(f"{ROOT}/") for path in still)
-    for entry in MOTOR_ENTRIES:
-        quantity = record[entry.path]
-        assert quantity.unit == CATALOGUE[entry.path].unit
-        assert np.isfinite(quantity.error_estimate), entry.path
 
 
 def test_levels_by_the_kernels() -> None:
@@ -217,26 +200,3 @@ def test_what_only_transients_carry(lost: str, monkeypatch: pytest.MonkeyPatch) 
     assert any(f"with the {lost} is left out: no running" in one for one in found.warnings)
     text = render_report(replace(shipped, record=found))
     assert "Motor with transients" in text
-
-
-def test_report_and_picture() -> None:
-    result = result_of("roll_dynamic_motor")
-    text = render_report(result, full=True)
-    start = text.index("Motor with transients\n")
-    part = text[start : text.index("\nTolerance\n")]
-    assert "fitted rows are met within" in part and "not identifiable" in part
-    change = values(result.record, f"{ROOT}/dynamics_change")
-    row = next(line for line in part.splitlines() if line.split()[:1] == ["1"])
-    assert f"{change[0]:.2f}" in row.split()
-    assert "the table does not tell magnetising_inductance" in text
-    figure = make(result, "motor_curve")
-    assert figure is not None and len(figure.axes) == 4
-    lines = {str(line.get_label()): line for line in figure.axes[0].lines}
-    heights = np.asarray(lines["one turn, with transients"].get_ydata())
-    np.testing.assert_array_equal(
-        heights, values(result.record, "response/roll/cycle/motor_torque")
-    )
-    panels = {axes.get_title(loc="left"): axes for axes in figure.axes}
-    bars = [bar.get_height() for bar in panels["what changes it"].patches]
-    fit = values(result.record, f"{ROOT}/fit_change")
-    np.testing.assert_allclose(bars, [*fit, *change])

@@ -13,7 +13,6 @@ from vibecalc.excitation.induction_motor import (
     InductionMotor,
     steady_torque,
     torque_curve,
-    torque_slope,
 )
 from vibecalc.excitation.induction_motor_fit import NO_LOAD_RATIO, fit_induction_motor
 from vibecalc.excitation.induction_motor_flux import eigenvalues, torque_answer
@@ -220,16 +219,6 @@ def test_no_other_minimum_is_lower():
     assert other.fun < ours * (1.0 + 1e-5)
 
 
-def test_weights_pull_the_fit():
-    running = np.where(TABLE_SLIP < 3.0, 100.0, 1.0)
-    even = source_fit()
-    pulled = fit_induction_motor(TABLE_SLIP, TABLE_TORQUE, **GIVEN, weight=running)
-    rows = slice(0, 3)
-    assert np.max(np.abs(pulled.residual[rows] / pulled.table[rows])) < 0.02
-    assert np.max(np.abs(even.residual[rows] / even.table[rows])) > 0.05
-    assert pulled.rms_relative > even.rms_relative
-
-
 def test_assumed_inductance_is_the_ratio_of_the_breakdown_leakage():
     fit = source_fit()
     p, voltage, line = GIVEN["pole_pairs"], GIVEN["phase_voltage"], GIVEN["line_frequency"]
@@ -238,14 +227,3 @@ def test_assumed_inductance_is_the_ratio_of_the_breakdown_leakage():
     assert 1.5 * p * voltage**2 / (2.0 * line**2 * leakage) == pytest.approx(1009.0, rel=1e-12)
     no_load = voltage / (line * stator_inductance(fit.motor)) / np.sqrt(2.0)
     assert 20.0 < no_load < 30.0  # A, about a third of the rated current of a 44.7 kW motor
-
-
-def test_single_and_double_cage_agree_where_one_is_enough():
-    table = steady_torque(ONE_CAGE, MADE).value
-    fit = fit_induction_motor(MADE, table, **GIVEN, cages=2)
-    assert fit.worst_relative < 1e-6
-    assert np.isinf(fit.log_error)
-    assert any("fewer cages would do as well" in text for text in fit.warnings)
-    assert torque_slope(fit.motor, 0.0).value == pytest.approx(
-        float(torque_slope(ONE_CAGE, 0.0).value), rel=1e-5
-    )

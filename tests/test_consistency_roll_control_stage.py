@@ -11,23 +11,16 @@ from vibecalc.core.run.run import run_case
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.gas_tables import force_at
 from vibecalc.roll.control.gains import (
-    UNCONTROLLED,
     LoopLoad,
-    evaluate,
-    evaluate_at_speed,
-    motor_gain_study,
 )
 from vibecalc.roll.control.loop import (
-    Controller,
     disturbance,
     model_from_full,
-    source_model,
     tangent,
 )
 from vibecalc.roll.mechanism import as_batch, inertia
 from vibecalc.roll.running import running_state
 
-ROTOR, SHELL = 2.110823323068138, 151.73454612199947
 #: largest torque of the motor's table, N m
 BREAKDOWN = 1009.0
 
@@ -53,36 +46,6 @@ def test_the_load_is_that_of_the_machine_at_constant_speed():
     finer = disturbance(as_batch(source_machine()), source_drive(), 40).at(92.76)
     assert np.all(np.abs(finer.value[:10] - at.value) <= at.error + finer.error[:10])
     assert np.max(at.error) < 1e-9
-
-
-def test_the_stage_is_the_kernels():
-    record = shipped().record
-    model, load = source_model(ROTOR, SHELL, 203.4), load_by_hand(92.757)
-    target = float(value_of(record, "target_speed"))
-    assert target == pytest.approx(SYNCHRONOUS + load.mean / 203.4, rel=1e-7)
-    known = evaluate_at_speed(model, Controller(1.0, 0.0, -1.0, 2e-4), load, target)
-    np.testing.assert_allclose(value_of(record, "level"), known.level.value, atol=1e-2)
-    without = evaluate(model, UNCONTROLLED, load)
-    np.testing.assert_allclose(value_of(record, "level_without"), without.level.value, atol=1e-2)
-    np.testing.assert_allclose(
-        value_of(record, "attenuation"),
-        value_of(record, "level_without") - value_of(record, "level"), atol=1e-12,
-    )  # fmt: skip
-    for name in ("phase", "delay"):
-        own = float(getattr(known.margins, name).value)
-        assert value_of(record, f"{name}_margin") == pytest.approx(own, rel=1e-6)
-    axes = record["response/control/grid/level"].axes
-    grid = Controller(axes[0].values[:, None], 0.0, axes[1].values, 2e-4)
-    every = evaluate_at_speed(model, grid, load, target)
-    np.testing.assert_array_equal(value_of(record, "grid/status"), every.margins.status)
-    held = every.margins.stable
-    np.testing.assert_allclose(
-        value_of(record, "grid/level")[held], every.level.value[held], atol=1e-2
-    )
-    gains = record["response/control/motor_gains/level"].axes[0].values
-    others = motor_gain_study(model, gains, load)
-    np.testing.assert_allclose(value_of(record, "motor_gains/level"), others.level.value, atol=1e-2)
-    np.testing.assert_allclose(value_of(record, "motor_gains/speed"), others.speed.value, rtol=1e-6)
 
 
 def test_no_loop_that_is_not_stable_has_a_level():

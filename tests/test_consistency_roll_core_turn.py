@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from exact_roll import ExactTurn, as_turn, exact_harmonics, exact_levels, exact_turn
 from long_but import long_but
-from roll_machines import FIRST_MASS, ROTOR, SYNCHRONOUS, source_drive, source_machine
+from roll_machines import ROTOR, SYNCHRONOUS, source_drive, source_machine
 
 from vibecalc.roll.mechanism import RollDrive, RollMachine, friction_torque, inertia, mount_torque
 from vibecalc.roll.steady import steady_state
@@ -107,27 +107,6 @@ def test_harmonics_of_any_function_of_time() -> None:
 
 
 @pytest.mark.long
-def test_shell_and_rotor_swing_against_each_other() -> None:
-    """Without pistons that matter, the shell's harmonics are those of the rotor, by inertia."""
-    light = source_machine(reciprocating_mass=[1e-9, 1e-9])
-    drive = source_drive()
-    exact = exact_turn(light, drive, started_at=SYNCHRONOUS)
-    read = readings(light, drive, as_turn(exact))
-    shell = harmonics(as_turn(exact), read.shell_acceleration, ORDERS)
-    rotor = harmonics(as_turn(exact), read.rotor_acceleration, ORDERS)
-    np.testing.assert_allclose(shell * light.shell_inertia, -rotor * ROTOR, rtol=1e-7)
-
-
-@pytest.mark.long
-def test_exact_symmetry_leaves_no_odd_harmonic() -> None:
-    """Equal pistons half a turn apart: odd orders are what rounding leaves of the even ones."""
-    machine = source_machine(reciprocating_mass=[FIRST_MASS, FIRST_MASS])
-    exact = exact_turn(machine, source_drive("linear", equal=True), started_at=SYNCHRONOUS)
-    size = np.abs(exact_harmonics(exact, exact.shell_acceleration, ORDERS))
-    assert np.max(size[::2]) < 1e-13 * np.max(size[1::2])
-
-
-@pytest.mark.long
 def test_two_integrators_agree_to_a_thousand_millionth_of_a_decibel() -> None:
     machine, drive, exact = found("source")
     other = exact_turn(
@@ -143,36 +122,6 @@ def test_two_integrators_agree_to_a_thousand_millionth_of_a_decibel() -> None:
     assert np.max(np.abs(apart)) < 1e-9
     assert other.period == pytest.approx(exact.period, rel=1e-12)
     assert other.multiplier == pytest.approx(exact.multiplier, rel=1e-8)
-
-
-@pytest.mark.long
-def test_shorter_steps_change_nothing() -> None:
-    machine, drive, exact = found("friction")
-    finer = exact_turn(machine, drive, started_at=SYNCHRONOUS, longest=0.013)
-    apart = exact_levels(finer, ORDERS) - exact_levels(exact, ORDERS)
-    assert np.max(np.abs(apart)) < 1e-11
-
-
-@pytest.mark.long
-def test_the_multiplier_is_what_a_start_nearby_it_keeps() -> None:
-    """With a hundred times the rotor a turn keeps most of a deviation."""
-    machine, drive = source_machine(rotor_inertia=200.0), source_drive(motor="monotone")
-    exact = exact_turn(machine, drive, started_at=SYNCHRONOUS)
-    assert 0.5 < exact.multiplier < 0.95
-    grip = np.average(exact.motor_torque / (SYNCHRONOUS - exact.crank_speed))
-    assert exact.multiplier == pytest.approx(
-        np.exp(-2.0 * np.pi * grip / (200.0 * SYNCHRONOUS)), rel=0.15
-    )
-
-
-@pytest.mark.long
-def test_default_momentum_keeps_the_shell_where_it_is() -> None:
-    exact = exact_turn(source_machine(), source_drive(), rtol=1e-9)
-    drift = np.sum(exact.weight * exact.shell_speed / exact.crank_speed) / exact.period
-    assert abs(drift) < 1e-9 * SYNCHRONOUS
-    free = found("source")[2]
-    turning = np.sum(free.weight * free.shell_speed / free.crank_speed) / free.period
-    assert turning == pytest.approx((free.momentum - exact.momentum) / 153.0, rel=0.02)
 
 
 def test_classical_forces_are_those_of_a_constant_speed() -> None:

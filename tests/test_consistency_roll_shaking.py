@@ -92,11 +92,6 @@ def test_one_piston_less_shakes() -> None:
     assert f"{peak:.4g} N along z" in " ".join(" ".join(shaking(record)).split())
 
 
-def test_only_the_classical_study_has_it() -> None:
-    record = run(table("roll", classical=False))
-    assert not any(path.startswith(SHAKING) for path in record)
-
-
 def test_cylinders_in_one_place_are_said_where_couples_count() -> None:
     words = "couples between them are zero"
     assert any(words in text for text in machine_warnings(validate(table("roll"))))

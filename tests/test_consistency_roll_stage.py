@@ -6,67 +6,20 @@ Truth of the estimates: the same machine with six Gauss points more on each pane
 import numpy as np
 import pytest
 from roll_machines import ROTOR, SYNCHRONOUS, source_drive, source_machine
-from shipped_cases import CASES, fresh
 
-from vibecalc.core.study.execute import load_checked
 from vibecalc.numerics.level import level_of
 from vibecalc.roll.adapters.readings import (
     MachineTurn,
-    TurnSolutions,
-    numbers_of,
     peaks_of,
-    spectra_of,
 )
 from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch
-from vibecalc.roll.model import build_roll, roll_drive
-from vibecalc.roll.results import FORCES, ROLL, VARIABLES
 from vibecalc.roll.running import motion_of_state, running_state
-from vibecalc.roll.steady import SteadyTurn, steady_state
-from vibecalc.roll.turn import by_cylinder, harmonics, readings
-
-ORDERS = np.arange(1, 11)
+from vibecalc.roll.steady import SteadyTurn
+from vibecalc.roll.turn import readings
 
 
 def seen_of(machine: RollMachine, drive: RollDrive, state: SteadyTurn) -> MachineTurn:
     return MachineTurn(machine, drive, state.turn, motion_of_state(machine, drive, state))
-
-
-@pytest.mark.parametrize("name", ["roll", pytest.param("roll_mounted", marks=pytest.mark.long)])
-def test_results_are_those_of_the_kernels(name: str) -> None:
-    result = fresh(name)
-    (loaded,) = load_checked([CASES[name]])
-    roll = loaded.case.response.roll
-    parts = build_roll(loaded.case)
-    machine, drive = as_batch(parts.machine), roll_drive(parts)
-    running = running_state(
-        machine,
-        drive,
-        rtol=loaded.case.accuracy.rtol,
-        orders=roll.orders,
-        started_at=roll.started_at,
-    )
-    turn = running.state.turn
-    read = readings(machine, drive, turn)
-    for variable in (*VARIABLES, *FORCES):
-        values = np.asarray(getattr(read, variable))
-        by_order = harmonics if variable in VARIABLES else by_cylinder
-        found = result.record[f"{ROLL}/{variable}"]
-        np.testing.assert_array_equal(found.values, by_order(turn, values, ORDERS)[0])
-        levels, uncertainty = level_of(found.values, found.error_estimate, reference=1.0)
-        shown = result.record[f"{ROLL}/level/{variable}"]
-        # where a harmonic is zero within its error both say so
-        there = np.isfinite(shown.values) & np.isfinite(levels)
-        np.testing.assert_allclose(shown.values[there], levels[there], rtol=1e-14)
-        lag = result.record[f"{ROLL}/phase_lag/{variable}"].values[there]
-        turned = found.values[there] * np.exp(1j * lag)
-        np.testing.assert_allclose(turned, np.abs(found.values)[there], rtol=1e-12)
-        assert uncertainty.shape == levels.shape
-    speed = result.record[f"{ROLL}/speed"]
-    assert float(speed.values) == pytest.approx(2.0 * np.pi / float(turn.period[0]), rel=1e-15)
-    multiplier = result.record[f"{ROLL}/multiplier"]
-    np.testing.assert_array_equal(multiplier.values, running.multiplier[0])
-    trivial = int(result.record[f"{ROLL}/trivial_multipliers"].values)
-    assert trivial + len(multiplier.values) == 4
 
 
 def random_machine(random: np.random.Generator) -> tuple[RollMachine, RollDrive]:
@@ -89,47 +42,6 @@ def random_machine(random: np.random.Generator) -> tuple[RollMachine, RollDrive]
         holds=True,
     )
     return as_batch(machine), drive
-
-
-@pytest.mark.parametrize(
-    ("rtol", "count"),
-    [
-        (1e-4, 2),
-        (1e-10, 2),
-        pytest.param(1e-4, 10, marks=pytest.mark.long),
-        pytest.param(1e-10, 20, marks=pytest.mark.long),
-    ],
-)
-def test_estimates_bound_the_error_of_random_machines(rtol: float, count: int) -> None:
-    random = np.random.default_rng(count)
-    shares = []
-    for _ in range(count):
-        machine, drive = random_machine(random)
-        running = running_state(machine, drive, rtol=rtol, orders=10)
-        own, other = (seen_of(machine, drive, s) for s in (running.state, running.check))
-        better = steady_state(
-            machine, drive, running.state.points + 6, start=running.state, tolerance=1e-13
-        )
-        assert better.solved[0]
-        truth = seen_of(machine, drive, better)
-        solutions = TurnSolutions(own, other)
-        exact, coarse = spectra_of(truth, 10), spectra_of(other, 10)
-        for name, (values, rounding) in spectra_of(own, 10).items():
-            error = solutions.error(values, coarse[name][0]) + rounding
-            # one number stands for a dataset: its largest
-            missed = np.abs(values - exact[name][0])
-            assert np.max(missed) <= np.max(error) + exact[name][1], (name, machine)
-            if name == "shell_acceleration":
-                shares.append(np.max(missed) / np.max(np.abs(values)))
-        for name, number in numbers_of(own).items():
-            finer, coarser = (numbers_of(s)[name] for s in (truth, other))
-            uncertainty = abs(number.value - coarser.value) + 64.0 * 2.0**-52 * number.size
-            uncertainty += number.error
-            assert abs(number.value - finer.value) <= uncertainty + 64.0 * 2.0**-52 * number.size, (
-                name
-            )
-    # what is asked for is kept, too
-    assert max(shares) < rtol
 
 
 def test_peaks_are_no_lower_than_any_value_of_the_turn() -> None:

@@ -4,16 +4,12 @@ Truth: an independent integration in the crank angle, one turn in time by DOP853
 symmetry.
 """
 
-from functools import cache
-
 import numpy as np
 import pytest
-from exact_roll import exact_levels, exact_turn
 from long_but import long_but
 from roll_machines import FIRST_MASS, SHELL, SYNCHRONOUS, source_drive, source_machine
 from scipy.integrate import solve_ivp
 
-from vibecalc.excitation.slip_torque import linear_motor
 from vibecalc.numerics.level import level_of
 from vibecalc.roll.adapters.readings import MachineTurn, spectra_of
 from vibecalc.roll.between_kinks import running
@@ -35,17 +31,6 @@ def found(machine: RollMachine, drive: RollDrive = DRIVE, rtol: float = 1e-10, *
 def levels(machine: RollMachine, turn: Turn, drive: RollDrive = DRIVE) -> np.ndarray:
     read = readings(as_batch(machine), drive, turn, pistons=False)
     return level(harmonics(turn, read.shell_acceleration, ORDERS))[0]
-
-
-@cache
-def source_levels() -> np.ndarray:
-    machine = source_machine()
-    return levels(machine, found(machine, started_at=SYNCHRONOUS).state.turn)
-
-
-def test_two_ways_agree_to_a_billionth_of_a_decibel() -> None:
-    exact = exact_turn(source_machine(), DRIVE, started_at=SYNCHRONOUS)
-    assert np.max(np.abs(source_levels() - exact_levels(exact, ORDERS))) < 1e-9
 
 
 def test_a_machine_of_equal_halves_has_no_odd_harmonics() -> None:
@@ -258,19 +243,6 @@ def test_with_a_heavy_rotor_speed_and_multiplier_are_those_of_a_flywheel() -> No
         constant.append([np.log(size) * reduced, swing * reduced])
     # the pistons add little
     np.testing.assert_allclose(constant, np.tile(constant[0], (3, 1)), rtol=0.03)
-
-
-@pytest.mark.long
-def test_a_linear_motor_gives_a_smooth_problem() -> None:
-    drive = DRIVE._replace(motor=linear_motor(30.0))
-    state = found(source_machine(), drive, started_at=SYNCHRONOUS).state
-    exact = exact_turn(source_machine(), drive, started_at=SYNCHRONOUS)
-    apart = levels(source_machine(), state.turn, drive) - exact_levels(exact, ORDERS)
-    assert np.max(np.abs(apart)) < 1e-9
-    # mean torque over the crank angle is what the gas takes: gain times the mean slip over it
-    weight = state.turn.weight / TURN
-    slip = float(np.sum(weight * (SYNCHRONOUS - state.turn.crank_speed)))
-    assert 30.0 * slip == pytest.approx(float(state.demand.torque[0]), rel=1e-12)
 
 
 def test_mounts_that_hold_nothing_leave_a_free_shell() -> None:

@@ -15,10 +15,8 @@ from response_machines import run, shipped
 from shipped_cases import result_of
 
 from vibecalc.core.case.load import validate
-from vibecalc.core.report.text import render_report
 from vibecalc.core.results.record import Record, Result
 from vibecalc.core.run.run import run_case
-from vibecalc.core.run.stage import below
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.runge_kutta_march import march, sample
 from vibecalc.roll.mechanism import accelerations, as_batch, inertia
@@ -26,7 +24,6 @@ from vibecalc.roll.model import build_roll, roll_drive
 from vibecalc.roll.report.start_up import start_up as section
 from vibecalc.roll.running import motion_of_state, running_state
 from vibecalc.roll.start_up import start_up
-from vibecalc.roll.start_up_readings import QUANTITIES
 from vibecalc.roll.start_up_system import (
     ANGLE,
     FULL_LOAD,
@@ -34,7 +31,6 @@ from vibecalc.roll.start_up_system import (
     SHELL_SPEED,
     SPEED,
     STATES,
-    LoadSteps,
     StartUpSystem,
 )
 
@@ -58,51 +54,6 @@ def value(record: Record, path: str) -> Any:
 @cache
 def shipped_record() -> Record:
     return result_of(CASE).record
-
-
-def test_the_adapter_hands_on_what_the_kernel_finds() -> None:
-    options = {
-        "duration": 0.5,
-        "load": {"time": [0.0, 0.35], "factor": [0.0, 0.5]},
-        "crank_angle": 0.3,
-    }
-    data = table(**options)
-    parts = build_roll(validate(data))
-    found = start_up(
-        parts.machine,
-        roll_drive(parts),
-        duration=0.5,
-        crank_angle=0.3,
-        load=LoadSteps(np.array([0.0, 0.35]), np.array([0.0, 0.5])),
-        settled=0.02,
-        tolerance=0.1 * data["accuracy"]["rtol"],
-        buckets=400,
-    )
-    record = run(data)
-    assert value(record, "started") == 1 and value(record, "settled") == 0
-    assert value(record, "running_speed") == found.speed
-    assert value(record, "time_to_speed") == found.time_to_speed
-    assert value(record, "time_to_steady") == value(record, "turns_to_steady") == np.inf
-    for name in ("shell_angle", "shell_acceleration", "motor_torque", "mount_torque"):
-        row = QUANTITIES.index(name)
-        assert value(record, f"{name}_peak") == found.peaks.value[row]
-        assert value(record, f"{name}_peak_time") == found.peaks.time[row]
-        peaks = value(record, f"load/{name}_peak")
-        np.testing.assert_array_equal(peaks, found.stretches.peaks.value[:, row])
-        assert np.max(peaks) == pytest.approx(found.peaks.value[row], rel=1e-12)
-        high, low = (value(record, f"history/{name}_{end}") for end in ("high", "low"))
-        assert len(high) == 400 and np.all(high >= low)
-        top = max(np.max(high), -np.min(low))
-        assert top == pytest.approx(found.peaks.value[row], rel=1e-3)
-    works = found.energies
-    assert value(record, "energy/motor") == works.motor
-    assert value(record, "energy/gas") == -works.gas > 0.0
-    left = sum(value(record, f"energy/{name}") for name in ("gas", "mounts", "stored"))
-    residual = value(record, "energy/residual")
-    assert works.motor - left == pytest.approx(residual, abs=1e-9 * works.motor)
-    assert abs(residual) < 1e-6 * works.motor
-    np.testing.assert_array_equal(record[f"{ROOT}/load/factor"].axes[0].values, [0.0, 0.35])
-    assert "not yet settled within 2 % after 0.5 s" in " ".join(record.warnings)
 
 
 @pytest.mark.long
@@ -257,28 +208,3 @@ def test_only_what_is_wanted_is_marched() -> None:
     assert set(run_case(case, wanted=wanted)) == wanted
     record = run_case(case, wanted=frozenset({f"{ROOT}/started"}))
     assert set(record) == {f"{ROOT}/started"}
-
-
-def test_the_report_shows_the_start_and_compares_its_end() -> None:
-    text = render_report(result_of(CASE))
-    part = text[text.index("\nStart-up\n") :]
-    for words in (
-        "it starts: 887.8 rpm in its last turn",
-        "its shaking has settled",
-        "last turn   periodic motion",
-        "starts within 0.8 s from 33.12 % of all crank angles",
-        "167.432",
-    ):
-        assert words in " ".join(part.split()) or words in part, words
-    assert max(len(line) for line in text.splitlines()) <= 100
-    assert "Further results" not in text
-
-
-def test_the_plan_leaves_out_what_no_key_asks_for() -> None:
-    from vibecalc.core.run.plan import planned_quantities
-
-    planned = set(planned_quantities(validate(table(load=None))))
-    asked = {path for path in below(f"{ROOT}/") if "/load/" not in path}
-    assert planned == {path for path in asked if "/start_angles/" not in path}
-    record = shipped_record()
-    assert {path for path in record if path.startswith(ROOT)} == set(below(f"{ROOT}/"))

@@ -5,7 +5,6 @@ here from the piston's exact acceleration, against the stage's peaks and reading
 """
 
 import copy
-from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -18,12 +17,9 @@ from scipy.linalg import eigh
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Record
-from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.core.run.plan import planned_quantities
-from vibecalc.errors import NumericalFailure
 
 STEM = "response/switching"
-PARTS = ("translation", "rotation")
 #: profile of the way: duration, speeds at its ends, cylinders at work
 Course = list[tuple[float, float, float, list[str]]]
 
@@ -234,41 +230,6 @@ def test_the_worst_angle_is_the_worst() -> None:
             assert run(case_of(True, angle + turn, False), TOP)[TOP].values[change] < there
 
 
-def test_settled_where_the_energy_of_the_deviation_has_fallen() -> None:
-    """The deviation is a free motion: the matrix exponential, and its energy from then on."""
-    from scipy.linalg import expm
-
-    table = case_of(True, 0.0, False)
-    record, machine = found(), Machine(table)
-    old, new = (steady_start(machine, WAYS[name], 0.0) for name in ("A+B", "A"))
-    turns = np.linspace(0.0, 2.0 * np.pi, 181)
-    final = np.array([steady_start(machine, WAYS["A"], a) for a in turns[::4]])
-    weight = np.block([[machine.stiffness, np.zeros((6, 6))], [np.zeros((6, 6)), machine.mass]])
-    whole = np.sqrt(np.einsum("ti,ij,tj->t", final, weight, final).max())
-    flow = np.block(
-        [[np.zeros((6, 6)), np.eye(6)],
-         [-machine.inverse @ machine.stiffness, -machine.inverse @ machine.damping]]
-    )  # fmt: skip
-    settle = float(record[f"{STEM}/instant/settle_time"].values[0])
-    for time, above in ((settle * 0.999, True), (settle * 1.001, False)):
-        apart = expm(flow * time) @ (old - new)
-        assert (np.sqrt(apart @ weight @ apart) > 0.05 * whole) == above
-
-
-def test_before_and_after_alike_is_no_change() -> None:
-    table = switching(run_down="0.3 s")
-    both = table["response"]["operations"][0]["working"]
-    table["response"]["operations"][1]["working"] = both
-    paths = (TOP, f"{STEM}/instant/settle_time", f"{STEM}/steady_energy")
-    record = run(table, *paths)
-    steady = record[f"{STEM}/steady_energy"]
-    assert steady.values[0] == steady.values[1]
-    peaks = record[f"{STEM}/instant/kinetic_energy_peak"]
-    slack = peaks.error_estimate + steady.error_estimate
-    assert np.abs(peaks.values - steady.values).max() <= slack + 1e-12 * steady.values[0]
-    assert np.all(record[f"{STEM}/instant/settle_time"].values == 0.0)
-
-
 def test_steady_energy_is_that_of_the_operations() -> None:
     table = switching()
     table["response"]["energies"] = True
@@ -276,68 +237,6 @@ def test_steady_energy_is_that_of_the_operations() -> None:
     ours = record[f"{STEM}/steady_energy"].values
     other = record["response/operations/kinetic_energy/peak"].values[:, 0]
     assert ours == pytest.approx(other, rel=1e-9)
-
-
-def test_passages_are_where_orders_meet_modes() -> None:
-    record = found()
-    column: Callable[[str], np.ndarray] = lambda name: record[f"{STEM}/passage/{name}"].values  # noqa: E731
-    natural = record["response/modes/natural_frequency"].values
-    speed, time, change = column("speed"), column("time"), column("change")
-    met = column("order") * np.abs(speed)
-    assert met == pytest.approx(natural[column("mode").astype(int) - 1], rel=1e-11)
-    falling = time < 0.3
-    assert np.all((speed > 0.0) == falling) and np.any(~falling)
-    assert time[falling] == pytest.approx((361.0 - speed[falling]) * 0.3 / 361.0, rel=1e-11)
-    assert time[~falling] == pytest.approx(0.35 - speed[~falling] * 0.2 / 361.0, rel=1e-11)
-    gain = np.where(falling, 361.0 / 0.3, 361.0 / 0.2)
-    haste = column("order") * gain / (0.03 * natural[column("mode").astype(int) - 1]) ** 2
-    assert column("haste") == pytest.approx(haste, rel=1e-9)
-    assert set(change) == {1.0, 2.0} and len(change) > 20
-
-
-def test_histories_hold_the_peaks() -> None:
-    record = found()
-    for way in ("instant", "reversal"):
-        peak = record[f"{STEM}/{way}/kinetic_energy_peak"].values
-        samples = record[f"{STEM}/{way}/kinetic_energy_high"].values
-        assert samples.shape == (2, 600)
-        assert np.all(samples <= peak[:, None] * (1.0 + 1e-12))
-        assert samples.max(axis=1) == pytest.approx(peak, rel=0.05)
-        low, high = (record[f"{STEM}/{way}/translation_{end}"].values for end in ("low", "high"))
-        assert low.shape == high.shape == (2, 3, 600)
-        assert np.all(low <= high)
-        largest = np.maximum(np.abs(low), np.abs(high)).max(axis=-1)
-        ours = record[f"{STEM}/{way}/translation_peak"].values
-        assert np.all(largest <= ours * (1.0 + 1e-12) + 1e-18)
-    times = record[f"{STEM}/reversal/speed"].axes[1].values
-    assert times[-1] == pytest.approx(0.3 + 0.05 + 0.2 + 0.5, rel=1e-12)
-
-
-def test_without_damping_it_is_refused_in_words() -> None:
-    table = switching()
-    del table["machine"]["mounts"]["modal_damping"]
-    (problem,) = check_machine(validate(copy.deepcopy(table)))
-    assert "needs damping" in problem.message and "modal_damping" in problem.allowed
-    table["machine"]["mounts"]["loss_factor"] = 0.1
-    (problem,) = check_machine(validate(copy.deepcopy(table)))
-    assert "loss factor" in problem.message
-
-
-def test_a_mode_that_is_driven_without_damping_is_refused_by_name() -> None:
-    table = switching()
-    mounts = table["machine"]["mounts"]
-    del mounts["modal_damping"]
-    stiffness, mass = (
-        np.diag(np.diagonal(si_matrix(table, *key)))
-        for key in (("mounts", "stiffness_matrix"), ("body", "mass_matrix"))
-    )
-    mounts["stiffness_matrix"] = {"values": stiffness.tolist()}
-    table["machine"]["body"]["mass_matrix"] = {"values": mass.tolist()}
-    damping = 1e-3 * stiffness
-    damping[1, 1] = 0.0
-    mounts["damping_matrix"] = {"values": damping.tolist()}
-    with pytest.raises(NumericalFailure, match=r"mode \d is driven, but has no damping"):
-        run(table)
 
 
 def test_damping_that_couples_modes_is_said() -> None:

@@ -28,7 +28,6 @@ from roll_samples import (
     symmetrical,
     with_changes,
 )
-from shipped_cases import result_of
 
 from vibecalc.core.report.text import render_report
 from vibecalc.core.report.writing import decibels, text_of
@@ -79,22 +78,6 @@ def changed(result: Result, path: str, values: Any, error: float | None = None) 
     return result
 
 
-def test_the_whole_page_is_narrow_clean_and_stable() -> None:
-    for result in (roll(), symmetrical(), symmetrical(1e-15)):
-        text = render_report(result, full=True)
-        assert max(len(line) for line in text.splitlines()) <= 100
-        assert all(line == line.rstrip() for line in text.splitlines())
-        assert not re.search(r"\b(nan|inf|None|array|np\.)\b", text)
-        assert text == render_report(result, full=True)
-        assert "Further results" not in text
-
-
-def test_the_section_needs_something_of_the_roll() -> None:
-    assert TITLE not in render_report(roll([]))
-    for part in PARTS:
-        assert f"\n{TITLE}\n" in render_report(roll(part()), full=True)
-
-
 @pytest.mark.parametrize("part", PARTS)
 def test_each_result_alone_is_no_reason_to_fail(part: Any) -> None:
     for item in part():
@@ -128,41 +111,6 @@ def test_a_harmonic_that_vanishes_is_zero_without_lag_and_without_advice(floor: 
     assert any("shell inertia lowers every harmonic, by 0.86 dB" in line for line in lines)
 
 
-def test_an_order_zero_is_a_mean_and_no_harmonic() -> None:
-    result = roll()
-    orders = Axis(name="order", values=np.arange(0, 11))
-    for path, old in list(result.record.quantities.items()):
-        if old.axes and old.axes[-1].name == "order":
-            first = np.asarray(old.values)[..., :1]
-            values = np.concatenate([7e5 * np.abs(first), old.values], axis=-1)
-            axes = (*old.axes[:-1], orders)
-            kept = quantity(path, values, old.unit, *axes, error=old.error_estimate)
-            result.record.quantities[path] = kept
-    shown = [line for line in section(result) if "at order" not in line]
-    assert shown == [line for line in section(roll()) if "at order" not in line]
-
-
-def test_the_running_state_is_reported_in_turns_and_percent() -> None:
-    lines = "\n".join(section(roll()))
-    # the mean speed and the margin of the torque stand in the first table
-    assert "mean speed of the crank" not in lines and "above that mean" not in lines
-    assert re.search(r"mean slip .*13\.00 rpm +1\.44 %", lines)
-    assert re.search(r"energy J +1906 +1906 +0 +0 +0\n", lines)
-
-
-def test_the_momentum_has_a_line_of_its_own() -> None:
-    lines = section(roll())
-    assert sum("angular momentum strays by" in line for line in lines) == 1
-    assert not any("angular momentum" in line and "energy" in line for line in lines)
-    assert not any(re.match(r" +angular momentum N", line) for line in lines)
-
-
-def test_a_balance_that_is_off_shows_what_is_left_over() -> None:
-    result = changed(roll(), "response/roll/energy/residual", 0.25, error=1e-9)
-    lines = "\n".join(section(result))
-    assert re.search(r"energy J +1906 +1906 +0 +0 +0\.25", lines)
-
-
 @pytest.mark.parametrize(
     ("largest", "words"),
     [
@@ -185,39 +133,6 @@ def test_multipliers_are_shown_with_both_parts() -> None:
     result.record.quantities[values.path] = values
     words = " ".join(" ".join(section(result)).split())
     assert "multipliers 0.9000 + 0.3000i, 0.9000 - 0.3000i, 0.01000; 3 more are 1" in words
-
-
-def test_what_constant_speed_costs_names_the_worst() -> None:
-    words = " ".join(" ".join(section(roll())).split())
-    assert "they miss the force in the rods by up to 2.13 % (second stage), 191 N of it at" in words
-    assert "the force on the walls by up to 2.13 % (second stage)" in words
-
-
-def test_readings_of_the_tables_are_compared_and_that_of_the_case_is_marked() -> None:
-    result = roll(machine={"crank_train": {"gas_interpolation": "parabola"}})
-    lines = section(result)
-    rows = table(lines, "linear", "parabola", "spread")
-    assert [float(row[1]) for row in rows] == pytest.approx(
-        LEVELS + 0.001 * ORDERS.values**3, abs=0.0051
-    )
-    assert [row[-1] for row in rows][-1] == "1.80"
-    head = next(i for i, line in enumerate(lines) if "trigonometric" in line)
-    at = lines[head].index("parabola") + len("parabola")
-    assert lines[head + 1][:at].endswith("(case) dB")
-    assert "up to 1.80 dB (order 10), by less than 0.1 dB below order 4" in " ".join(lines)
-
-
-def test_methods_are_compared_with_that_of_the_case() -> None:
-    lines = section(roll())
-    assert "  level of the shell acceleration by other methods, less that by collocation" in lines
-    rows = table(lines, "fourier", "euler")
-    assert rows[0][1:] == ["+1.00e-07", "+0.0450"]
-    largest, points = (
-        next(line.split() for line in lines if line.strip().startswith(word))
-        for word in ("largest  ", "points  ")
-    )
-    assert largest[1:] == ["1.00e-06", "0.101"]
-    assert points[1:] == ["512", "406"]
 
 
 def test_a_bad_method_does_not_hide_how_good_another_is() -> None:
@@ -289,45 +204,6 @@ def test_a_change_without_a_running_state_is_named_and_not_advised() -> None:
     ]
 
 
-def test_parameters_are_named_in_words() -> None:
-    for name, words in {
-        "rotor_inertia": "rotor inertia",
-        "shell_stiffness": "mount stiffness",
-        "rod_length": "rod length",
-        "reciprocating_mass first stage": "piston mass of first stage",
-        "gas_force No. 1/2 [left]": "gas force of No. 1/2 [left]",
-        "motor_torque": "motor torque",
-        "friction_damping": "viscous friction",
-    }.items():
-        assert parameter_words(name) == words
-
-
-def test_one_cylinder_alone_wakes_what_is_zero_by_symmetry() -> None:
-    lines = advice(symmetrical(1e-15))
-    single = [line for line in lines if re.search(r"(gas force|piston mass) of", line)]
-    assert single and all(line.endswith("those at zero") for line in single)
-    assert not any("lowers every" in line for line in single)
-    others = [line for line in lines if "rod length" in line or "crank radius" in line]
-    assert others and not any("those at zero" in line for line in others)
-    assert not any("those at zero" in line for line in advice(roll()))
-
-
-def test_one_order_is_enough_for_advice() -> None:
-    one = Axis(name="order", values=np.array([2]))
-    names = Axis(name="parameter", values=np.array(["shell_inertia"], object))
-    path = "response/roll/sensitivity/ten_percent_more"
-    lines = advice(roll([quantity(path, [[-0.851]], "dB", names, one)]))
-    assert any("10 % more shell inertia lowers every harmonic, by 0.85 dB" in s for s in lines)
-
-
-def test_a_harmonic_of_zero_may_be_missing_among_the_changes() -> None:
-    result = symmetrical(1e-15)
-    even = Axis(name="order", values=ORDERS.values[1::2])
-    whole = advice(result)
-    assert advice(with_changes(result, SLOPES[:, 1::2], orders=even)) == whole
-    assert sum("zero nothing to lower" in line for line in whole) == 5
-
-
 def test_changes_that_are_not_known_are_no_advice_and_hide_no_others() -> None:
     values = SLOPES.copy()
     values[:, 3] = np.nan
@@ -358,22 +234,3 @@ def test_a_level_has_two_decimals_and_no_negative_zero(level: float) -> None:
     shown = decibels(level)
     assert abs(float(shown) - level) <= 0.0051
     assert re.fullmatch(r"-?\d+\.\d\d", shown) and shown != "-0.00"
-
-
-def test_the_report_of_the_shipped_case_says_what_to_change() -> None:
-    result = result_of("roll")
-    text = render_report(result)
-    assert max(len(line) for line in text.splitlines()) <= 100
-    lines = section(result)
-    assert not any("nothing that can be seen" in line for line in lines)
-    # each parameter is words, with its cylinder where it has one
-    names = result.record["response/roll/sensitivity/level"].axes[0].values
-    assert not any("_" in parameter_words(name) for name in names)
-    assert "10 % less gas force of second stage" in " ".join(lines)
-    assert any("10 % more shell inertia lowers every harmonic" in line for line in lines)
-
-
-def test_levels_of_nothing() -> None:
-    assert (decibels(-math.inf), decibels(3.0, False), lag_degrees(1.0, False)) == (
-        "zero", "zero", "-"
-    )  # fmt: skip

@@ -87,11 +87,6 @@ def some(count: int, seed: int) -> set[str]:
 
 
 @pytest.mark.long
-def test_the_state_is_where_a_march_from_above_ends() -> None:
-    assert some(6, 4) == {"runs", "stalls", "demand"}
-
-
-@pytest.mark.long
 @pytest.mark.parametrize("seed", range(2, 10))
 def test_many_states_are_where_marches_from_above_end(seed: int) -> None:
     assert some(200, seed) == {"runs", "stalls", "demand"}
@@ -137,14 +132,6 @@ def test_a_slower_state_is_not_taken_for_the_running_state(scale: float) -> None
     assert float(fast.period[0]) < 0.7 * float(slow.turn.period[0])
 
 
-def test_a_state_above_breakdown_is_known_to_be_the_fastest() -> None:
-    machine, drive = as_batch(source_machine()), source_drive()
-    state = steady_state(machine, drive, 4)
-    assert surely_fastest(machine, drive, state.turn)[0]
-    lower = state.turn._replace(crank_speed=state.turn.crank_speed - 80.0 * RPM)
-    assert not surely_fastest(machine, drive, lower)[0]
-
-
 @pytest.mark.parametrize("factor", [0.1, 7.0])
 def test_all_inertias_and_torques_scaled_leave_the_motion_as_it_is(factor: float) -> None:
     plain = source_machine(friction_damping=0.2)
@@ -161,22 +148,6 @@ def test_all_inertias_and_torques_scaled_leave_the_motion_as_it_is(factor: float
         for machine in (plain, scaled)
     )
     np.testing.assert_allclose(other.turn.crank_speed, one.turn.crank_speed, rtol=1e-12)
-
-
-def test_machines_in_a_batch_do_not_feel_each_other() -> None:
-    random = np.random.default_rng(3)
-    rods, rotors = random.uniform(0.1, 0.6, 6), 10.0 ** random.uniform(-0.5, 1.0, 6)
-    scale = np.repeat(random.uniform(0.5, 1.5, 6)[:, None], 2, axis=1)
-    together = source_machine(rod_length=rods, rotor_inertia=rotors, gas_scale=scale)
-    drive = source_drive()
-    batch = steady_state(together, drive, 6)
-    assert batch.solved.all()
-    for place in range(6):
-        alone = steady_state(RollMachine(*(f[place : place + 1] for f in together)), drive, 6)
-        assert float(alone.turn.period[0]) == pytest.approx(
-            float(batch.turn.period[place]), rel=1e-13
-        )
-        assert float(alone.momentum[0]) == pytest.approx(float(batch.momentum[place]), rel=1e-12)
 
 
 def test_a_machine_that_fails_leaves_the_others_of_its_batch_alone() -> None:
