@@ -75,8 +75,3 @@ def test_the_best_stock_pair():
     limited = stock_choice(0.02, 0.1, springs, oils, free, travel=9.0)
     assert not np.any(limited.travel[tuple(limited.order.T)] > 9.0)
     assert len(limited.order) == 3 and limited.oil == 3
-
-
-def test_an_oil_whose_damping_depends_on_the_spring_and_a_tie():
-    found = stock_choice(0.02, 0.1, [0.08, 0.08], [[0.02], [0.02]], 4.0)
-    assert found.unsure and found.spring == 0

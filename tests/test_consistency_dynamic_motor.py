@@ -22,8 +22,7 @@ from vibecalc.numerics.rounding import FloatArray
 from vibecalc.roll.mechanism import RollDrive, RollMachine, is_mounted
 from vibecalc.roll.rates import driven_rates, place_at, roll_problem, with_steady_flux
 from vibecalc.roll.running import Running, running_state, steady_drive
-from vibecalc.roll.steady import steady_state
-from vibecalc.roll.turn import balance, harmonics, level, readings
+from vibecalc.roll.turn import balance, harmonics, readings
 
 ORDERS = np.arange(1.0, 11.0)
 KINDS: dict[str, dict[str, Any]] = {
@@ -220,23 +219,6 @@ def test_the_line_swings_in_the_multipliers() -> None:
     wanted = np.exp(values * period)
     swinging = wanted[np.argmax(np.abs(values.imag))]
     assert np.abs(found.multiplier[0] - swinging).min() < 0.05 * abs(swinging)
-
-
-def test_a_batch_and_one_by_one() -> None:
-    lengths = [0.27, 0.2921, 0.4]
-    drive = drive_of(2)
-    batch = machine_of(rod_length=np.array(lengths), rotor_inertia=np.array([2.0, 2.1, 1.9]))
-    both = steady_state(batch, drive, 8, started_at=SYNCHRONOUS)
-    assert both.solved.all()
-    together = level(
-        harmonics(both.turn, readings(batch, drive, both.turn).shell_acceleration, ORDERS)
-    )
-    for place, length in enumerate(lengths):
-        machine = machine_of(rod_length=length, rotor_inertia=[2.0, 2.1, 1.9][place])
-        alone = steady_state(machine, drive, 8, started_at=SYNCHRONOUS)
-        read = readings(machine, drive, alone.turn)
-        single = level(harmonics(alone.turn, read.shell_acceleration, ORDERS))[0]
-        np.testing.assert_allclose(together[place], single, atol=1e-9)
 
 
 def test_the_shell_may_stand_still_on_average() -> None:

@@ -14,7 +14,6 @@ from vibecalc.absorber.hardware.oil_gap import (
     gap_shares,
     kinematic_viscosity,
     oil_damping,
-    oil_density,
     right_temperature,
     viscosity_for_damping,
     warming,
@@ -111,13 +110,6 @@ def test_viscosity_line_against_many_digits():
             assert abs(found.value[i] - exact) <= found.error[i]
     assert np.all(found.error / found.value < 1e-12)
     assert np.all(np.diff(found.value) < 0.0)
-
-
-def test_density_falls_by_its_expansion():
-    assert oil_density(870.0, 288.15).value == 870.0
-    slope = (oil_density(870.0, 288.16).value - oil_density(870.0, 288.14).value) / 0.02
-    assert slope == pytest.approx(-0.6278, rel=1e-5)
-    assert oil_density(970.0, 373.15, 9.4e-4).value == pytest.approx(970.0 * 0.9203, rel=2e-3)
 
 
 def test_the_temperature_at_which_an_oil_is_right():

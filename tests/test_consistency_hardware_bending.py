@@ -162,11 +162,3 @@ def test_rayleigh_is_its_integrals_and_lies_above_the_beam():
             exact = mp.sqrt(mp.mpf(ROD.bending_stiffness) * wave**4 * square / kinetic)
         assert abs(found.value[i] - float(exact)) <= found.error[i]
     assert np.all(found.value > bending_frequencies(ROD, body, 1).value[:, 0])
-
-
-def test_everything_broadcasts():
-    body = EndBody(MASS[:, None], 0.1, 0.2, np.array([-0.05, 0.0]))
-    found = whirl_frequencies(ROD, body, 50.0, 2)
-    assert found.forward.value.shape == (3, 2, 2)
-    one = whirl_frequencies(ROD, EndBody(MASS[1], 0.1, 0.2, -0.05), 50.0, 2)
-    np.testing.assert_allclose(found.backward.value[1, 0], one.backward.value, rtol=1e-12)

@@ -6,7 +6,6 @@ from long_but import long_but
 from switching_machines import BOTH, ONLY_A, SPEED, compressor, compressor_loads, one_mode
 
 from vibecalc.response.switching.follow import follow, slow_peaks
-from vibecalc.response.switching.instant import instantaneous
 from vibecalc.response.switching.motion import Run, driven_part, follow_profile, march, panel_grid
 from vibecalc.response.switching.system import SpeedSegment, modal_loads, propagator
 
@@ -95,17 +94,3 @@ def test_a_ramp_of_no_time_is_an_impulse_of_the_parts_momentum() -> None:
     assert gap[2] < 1e-4
     assert gap[0] / gap[1] == pytest.approx(10.0, rel=0.1)
     assert gap[1] / gap[2] == pytest.approx(10.0, rel=0.1)
-
-
-def test_buckets_change_the_picture_only() -> None:
-    system, loads = compressor(), compressor_loads(12)
-    few, many = (
-        instantaneous(system, loads, BOTH, ONLY_A, SPEED, angle=0.2, duration=0.5, buckets=n)
-        for n in (10, 3000)
-    )
-    off = np.abs(few.peaks.value - many.peaks.value)
-    assert np.all(off <= few.peaks.error + many.peaks.error)
-    assert few.settling == many.settling
-    assert np.max(few.history.high, axis=0) == pytest.approx(
-        np.max(many.history.high, axis=0), rel=2e-2
-    )

@@ -10,7 +10,7 @@ import pytest
 from exact_tree import roots_of
 
 from vibecalc.absorber.peaks import UNCERTAIN, maxima_counted, peaks, quick_maxima
-from vibecalc.absorber.transfer import Absorber, Coupling, coupling, transfer_of
+from vibecalc.absorber.transfer import Absorber, coupling, transfer_of
 
 #: z1, m, k, z2 of absorbers one of whose peaks was once given twice
 TWICE = (
@@ -106,25 +106,3 @@ def test_peaks_are_those_of_sixty_digits_each_once() -> None:
         own = found.frequency[row][found.present[row]]
         assert len(own) == len(true), one
         assert own == pytest.approx(true, rel=1e-7)
-
-
-def test_the_quick_way_gives_what_the_thorough_one_does(monkeypatch: pytest.MonkeyPatch) -> None:
-    from vibecalc.absorber import peaks as module
-
-    every = Absorber(*absorbers(60))
-    kinds = [("force", "velocity"), ("base", "displacement"), ("unbalance", "displacement"),
-             ("force", "acceleration"), ("force", "relative_displacement")]  # fmt: skip
-    quick = [peaks(every, *kind) for kind in kinds]
-
-    def none(parts: Coupling, transfer: object) -> object:
-        found = quick_maxima(parts, transfer)  # type: ignore[arg-type]
-        nothing = type(found.tops)(*(part[:0] for part in found.tops))
-        return found._replace(certain=np.zeros(len(found.certain), dtype=bool), tops=nothing)
-
-    monkeypatch.setattr(module, "quick_maxima", none)
-    for kind, one in zip(kinds, quick, strict=True):
-        other = peaks(every, *kind)
-        assert np.array_equal(one.present, other.present)
-        apart = np.abs(one.largest - other.largest)
-        assert np.all(apart <= one.largest_error + other.largest_error)
-        assert np.allclose(one.frequency, other.frequency, rtol=1e-7, atol=0.0)

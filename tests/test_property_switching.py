@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from switching_machines import BOTH, IDLE, ONLY_A, ONLY_B, SPEED, compressor, compressor_loads
+from switching_machines import BOTH, ONLY_A, ONLY_B, SPEED, compressor, compressor_loads
 
 from vibecalc.response.switching.follow import Transient, follow
 from vibecalc.response.switching.instant import instantaneous, worst_instant
@@ -116,16 +116,6 @@ def test_no_change_leaves_the_steady_motion() -> None:
     )
     worst = worst_instant(SYSTEM, LOADS, ONLY_A, ONLY_A, SPEED)
     assert np.array_equal(worst.value, done.final.value)
-
-
-def test_no_load_no_motion() -> None:
-    for done in (
-        follow(SYSTEM, compressor_loads(4), [SpeedSegment(0.2, 0.0, SPEED, IDLE)]),
-        instantaneous(SYSTEM, compressor_loads(4), IDLE, IDLE, SPEED),
-    ):
-        assert np.all(done.peaks.value == 0.0) and np.all(done.peaks.error == 0.0)
-        assert np.all(done.final.value == 0.0) and np.all(done.later == 0.0)
-        assert done.settling.after == 0.0
 
 
 def test_responses_to_loads_add_up_at_every_time() -> None:

@@ -2,7 +2,7 @@
 
 With 20 and with 24 Gauss points on each panel between the kinks of the gas tables (and of the
 motor's) collocation is of order 40 and more: what is left is rounding, and the difference of the
-two says how much of it. `test_property_estimates_roll.py` holds this truth against DOP853 on
+two says how much of it. `test_property_estimates_subjects.py` holds this truth against DOP853 on
 formulas of its own (`exact_roll.py`).
 """
 
