@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from report_samples import quantity
-from roll_samples import LEVELS, roll, spectra, symmetrical
+from shipped_cases import result_of
 
 from vibecalc.core.report.canvas import keep_apart
 from vibecalc.core.report.headline import headline_rows
@@ -80,9 +80,10 @@ def test_the_terminal_names_the_strongest_order() -> None:
     def rows(record: Record) -> list[list[str]]:
         return [row for row in headline_rows(record) if row[2] == "dB"]
 
-    (row,) = rows(roll(spectra()).record)
-    assert [*row[1:4]] == [f"{max(LEVELS):.2f}", "dB", f"order {np.argmax(LEVELS) + 1}"]
-    assert rows(symmetrical().record)[0][3] == "order 2"
+    for name in ("roll", "roll_equal_pressure"):
+        own = result_of(name).record[LEVEL].values
+        row = rows(result_of(name).record)[0]
+        assert [*row[1:4]] == [f"{max(own):.2f}", "dB", f"order {np.argmax(own) + 1}"]
     record, orders = Record(), Axis(name="order", values=np.array([1, 2]))
     for name, values in (("roll", [16.6, 7.4]), ("pitch", [-0.6, -np.inf])):
         record.add(quantity(f"measurement/{name}_level", values, "dB", orders))
