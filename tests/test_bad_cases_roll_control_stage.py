@@ -10,7 +10,7 @@ from roll_control_cases import PATH, case_of, record_of, value_of
 from vibecalc.cli.starters import starter
 from vibecalc.core.results.record import Record
 from vibecalc.core.study.execute import execute, load_checked
-from vibecalc.errors import CaseError, NumericalFailure
+from vibecalc.errors import CaseError
 from vibecalc.roll.motor_checks import control_problems
 
 STARTER = starter("roll_control")
@@ -62,12 +62,6 @@ def test_what_cannot_be_asked(tmp_path: Path, key: str, value: str, words: tuple
         assert one in found
 
 
-def test_a_full_model_without_delay_is_taken(tmp_path: Path) -> None:
-    path = tmp_path / "case.toml"
-    path.write_text(with_key("full_model", "true", with_key("delay", "0.0")), encoding="utf-8")
-    assert load_checked([path])
-
-
 def test_an_order_that_the_control_lacks_is_refused(tmp_path: Path) -> None:
     row = '\n[[reference]]\nquantity = "response/control/level"\nwhere = { order = 11 }\n'
     row += 'value = "1 dB"\nsource = "nowhere"\n'
@@ -117,9 +111,3 @@ def test_an_unstable_loop_is_called_so_with_the_full_model_too() -> None:
     assert "the loop is unstable in the reduced model" in words
     assert PATH + "full/level" not in found and PATH + "range/level" in found
     np.testing.assert_array_equal(value_of(found, "pole"), value_of(alone, "pole"))
-
-
-@pytest.mark.long
-def test_a_stable_loop_without_a_full_motion_is_still_a_failure() -> None:
-    with pytest.raises(NumericalFailure):
-        record_of(gain=10.0, acceleration_feedback=-10.0, actuator_lag=0.0, full_model=True)

@@ -10,7 +10,7 @@ from mpmath import mp, mpf
 from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.transfer import Absorber, own_damping_ratio
 from vibecalc.absorber.tuning.closed_forms import METHODS, closed_form
-from vibecalc.absorber.tuning.minimax import BALANCED, NO_HELP, SET, UNBOUNDED, minimax
+from vibecalc.absorber.tuning.minimax import BALANCED, NO_HELP, SET, minimax
 from vibecalc.absorber.tuning.minimax_steps import (
     BOUNDARY,
     ISOLATED,
@@ -152,16 +152,6 @@ def test_a_set_reaches_the_floor_and_a_smaller_mass_does_not():
     assert around.largest == 1.0
 
 
-def test_outcomes_without_an_optimum_are_said():
-    assert minimax(0.1, 0.1, "unbalance", "velocity").outcome == UNBOUNDED
-    assert np.isinf(minimax(0.1, 0.1, "unbalance", "velocity").largest)
-    assert np.isinf(minimax(0.1, 0.1, "unbalance", "velocity").above_floor)
-    both = minimax([0.0, 0.1], 0.1, "base", "transmitted_force")
-    assert list(both.outcome) == [BALANCED, UNBOUNDED]
-    assert minimax(0.8, 0.1, "base", "velocity").outcome == NO_HELP
-    assert minimax(0.75, 3.0, "base", "velocity").outcome == SET
-
-
 @pytest.mark.parametrize("kind", long_but([*BOUNDED, ("base", "transmitted_force")], *QUICK))
 def test_every_optimum_is_certified(kind):
     rng = np.random.default_rng(7)
@@ -229,13 +219,3 @@ def test_a_global_search_finds_nothing_lower_for_any_response(kind):
             updating="deferred", popsize=20, maxiter=150, tol=0.0, polish=False,
         )  # fmt: skip
         assert found.largest * (1.0 - 1e-13) <= searched.fun < found.largest * (1.0 + 1e-8)
-
-
-def test_tens_of_evaluations_are_enough():
-    rng = np.random.default_rng(3)
-    m = 10.0 ** rng.uniform(-4.0, 1.0, 20)
-    for kind in (*ALWAYS, ("force", "displacement")):
-        z1 = rng.uniform(0.0, 2.0 if kind in ALWAYS else 0.69, 20)
-        used = minimax(z1, m, *kind).evaluations
-        assert np.median(used) < 60 and np.max(used) < 200
-    assert minimax(0.5, 0.5).evaluations < 60 and minimax(0.0, 0.1).evaluations < 10

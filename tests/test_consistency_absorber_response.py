@@ -69,22 +69,6 @@ def test_limits_are_what_ratios_near_them_tend_to(names, limit):
     assert not np.any(np.isnan(ends)) and ends[0] == pytest.approx(ends[1], abs=1e-190)
 
 
-def test_what_happens_at_both_ends():
-    a = Absorber(0.1, 0.2, 0.1, 0.05)
-    for names, at_zero, at_infinity in (
-        (("force", "displacement"), 1.0, 0.0), (("force", "acceleration"), 0.0, 1.0),
-        (("base", "displacement"), 1.0, 0.0), (("base", "velocity"), 0.0, 0.2),
-        (("base", "acceleration"), 0.0, np.inf), (("unbalance", "velocity"), 0.0, np.inf),
-        (("unbalance", "displacement"), 0.0, 1.0), (("force", "secondary_displacement"), 1.0, 0.0),
-    ):  # fmt: skip
-        got = np.abs(amplitude(a, [0.0, np.inf], *names))
-        assert got == pytest.approx([at_zero, at_infinity], rel=1e-14)
-        found = peaks(a, *names)
-        assert [found.at_zero, found.at_infinity] == pytest.approx([at_zero, at_infinity])
-    locked = peaks(Absorber(0.1, 0.2, np.inf, 0.0), "force", "acceleration")
-    assert locked.at_infinity == pytest.approx(1.0 / 1.2)
-
-
 def test_an_undamped_resonance_is_infinite_and_not_nan():
     a = Absorber(0.0, 3.0, np.inf, 0.0)
     assert np.isinf(amplitude(a, 0.5)) and np.isinf(amplitude_with_error(a, 0.5).error)

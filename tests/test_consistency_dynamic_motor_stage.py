@@ -153,27 +153,6 @@ def test_energies_and_the_answer() -> None:
     assert np.all(np.abs(ratio - 1.0) < 0.5)
 
 
-@pytest.mark.long
-def test_options_nearby_it() -> None:
-    changes = (
-        ("response__roll__sensitivity", True),
-        ("response__roll__interpolations", True),
-        ("response__roll__compare", ("collocation",)),
-        ("response__roll__classical", True),
-    )
-    record = record_of(*changes)
-    np.testing.assert_array_equal(values(record, "response/roll/method/difference"), 0.0)
-    levels = record["response/roll/interpolation/level"]
-    own = list(levels.axes[0].values).index("cubic")
-    wanted = values(record, "response/roll/level/shell_acceleration")
-    np.testing.assert_allclose(np.asarray(levels.values)[own], wanted, atol=1e-6)
-    slopes = record["response/roll/sensitivity/level"]
-    place = list(slopes.axes[0].values).index("shell_inertia")
-    more = record_of(("machine__shell__inertia", 85.0 * 1.01))
-    change = values(more, "response/roll/level/shell_acceleration") - wanted
-    np.testing.assert_allclose(np.asarray(slopes.values)[place], change, rtol=0.02, atol=1e-4)
-
-
 @pytest.mark.parametrize(
     "lost", ["steady torque of its motor", pytest.param("slip table", marks=pytest.mark.long)]
 )

@@ -13,7 +13,6 @@ from vibecalc.excitation.induction_motor_flux import (
     flux_rates,
     flux_system,
     flux_torque,
-    inverse_inductance,
     steady_flux,
     time_constants,
     torque_answer,
@@ -99,17 +98,6 @@ def test_sensitivities_are_derivatives_by_the_logarithms(motor):
         estimate = (4.0 * near - far) / 3.0
         size = np.max(np.abs(ours))
         assert np.allclose(ours[:, column], estimate, rtol=0, atol=1e-10 * size)
-
-
-@both
-def test_inductances_and_their_inverse(motor):
-    leakages = np.concatenate([[motor.stator_leakage], motor.rotor_leakage])
-    matrix = np.diag(leakages) + motor.magnetising_inductance
-    assert np.allclose(inverse_inductance(motor) @ matrix, np.eye(leakages.size), atol=1e-13)
-    gathered = with_stator_leakage(motor, 0.0)
-    inverse = inverse_inductance(gathered)
-    assert np.all(np.isfinite(inverse))
-    assert inverse[0, 0] == pytest.approx(1.0 / float(transient_inductance(motor)), rel=1e-13)
 
 
 @both
@@ -235,21 +223,6 @@ def test_eigenvalues_and_time_constants_where_each_is_known(motor):
     assert ours.value.real.sum() == pytest.approx(trace, rel=1e-12)
     assert ours.value.imag.sum() == pytest.approx(-LINE - 3.6 * motor.rotor_leakage.size, rel=1e-12)
     assert np.all(ours.error < 1e-8)
-
-
-def test_one_cage_time_constants_in_closed_form():
-    motor = ONE_CAGE
-    stator_sum = motor.stator_leakage + motor.magnetising_inductance
-    rotor_sum = motor.rotor_leakage[0] + motor.magnetising_inductance
-    dispersion = 1.0 - motor.magnetising_inductance**2 / (stator_sum * rotor_sum)
-    times = time_constants(motor)
-    closed = (
-        dispersion * stator_sum / motor.stator_resistance,
-        rotor_sum / motor.rotor_resistance[0],
-        dispersion * rotor_sum / motor.rotor_resistance[0],
-    )
-    for ours, exact in zip(times, closed, strict=True):
-        assert abs(float(np.squeeze(ours.value)) - exact) <= 1e-13 * exact + np.squeeze(ours.error)
 
 
 @both

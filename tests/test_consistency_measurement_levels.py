@@ -3,7 +3,6 @@
 Truth: motions drawn at random and read; scipy's least squares from many starts; mpmath.
 """
 
-import mpmath
 import numpy as np
 import pytest
 from long_but import long_but
@@ -12,7 +11,7 @@ from scipy.optimize import least_squares
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.measurement.choosing import choose
-from vibecalc.measurement.level_motions import evaluate, level_motions
+from vibecalc.measurement.level_motions import level_motions
 from vibecalc.measurement.plate import difference_row, point_row
 from vibecalc.measurement.second_moments import ends, least_determined
 from vibecalc.numerics.level import DECIBEL, amplitude_of
@@ -108,35 +107,6 @@ def test_redundant_levels_with_scatter_are_least_squares(seed):
         assert 2.0 * end.cost >= best.cost * (1.0 - 1e-9)
     true = least_squares(residuals, np.concatenate([plate.motion.real, plate.motion.imag]))
     assert best.cost == pytest.approx(2.0 * true.cost, rel=1e-6)
-
-
-def test_the_curvature_is_the_second_derivative():
-    plate = random_plate(7, 4, 2)
-    widths = np.linspace(0.05, 0.3, 6)
-    read = plate.amplitudes * np.linspace(0.9, 1.1, 6)
-    fit = evaluate(plate.rows, read, widths, plate.motion)
-
-    def slope(parts):
-        near = evaluate(plate.rows, read, widths, parts[:3] + 1j * parts[3:])
-        return near.jacobian.T @ (near.residual / widths)
-
-    at, step = np.concatenate([plate.motion.real, plate.motion.imag]), 1e-6
-    by_steps = [(slope(at + step * e) - slope(at - step * e)) / (2.0 * step) for e in np.eye(6)]
-    np.testing.assert_allclose(fit.hessian, by_steps, rtol=1e-6, atol=1e-6 * np.max(fit.hessian))
-
-
-def test_motion_to_many_digits():
-    """The phases of harmonic 1 by eqs. 32 and 33 in 40 digits."""
-    rows = source_rows()
-    widths = np.full(5, HALF)
-    found = level_motions(rows, amplitude_of(LEVELS[1], 1e-5), widths, rows[0], widths)
-    with mpmath.workdps(40):
-        sizes = [mpmath.power(10, mpmath.mpf(level) / 20) for level in LEVELS[1]]
-        first, second, _, across, _ = sizes
-        cosine = (second**2 - first**2 - across**2) / (2 * first * across)
-        phase = float(mpmath.acos(cosine))
-    for one in found:
-        assert np.angle(one.motion[1]) == pytest.approx(phase, abs=1e-14)
 
 
 @pytest.mark.parametrize("excess", [1e-3, 0.02, 0.03])

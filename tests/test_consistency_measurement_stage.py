@@ -114,16 +114,6 @@ def test_a_scan_of_amplitudes_and_phases(tmp_path: Path) -> None:
     np.testing.assert_allclose(record["measurement/map/all_orders"].values, direct, atol=1e-12)
 
 
-def test_effective_values_and_other_units(tmp_path: Path) -> None:
-    """rms in mm/s^2: the same motion, 0-to-peak, and levels of effective values."""
-    text = replaced('"zero_to_peak"', '"rms"\nreference_level = 0.1', HEAD)
-    record = run(tmp_path, text, scan=scan(1000.0 / np.sqrt(2.0), " [mm/s^2]"))
-    found = [record[f"measurement/{name}"].values[0] for name in ("translation", "roll", "pitch")]
-    np.testing.assert_allclose(found, MOTION, rtol=1e-12)
-    wanted = 20.0 * np.log10(abs(MOTION[0]) / np.sqrt(2.0) / 0.1)
-    assert record["measurement/translation_level"].values[0] == pytest.approx(wanted, rel=1e-12)
-
-
 def test_scatter_beyond_the_rounding_is_said(tmp_path: Path) -> None:
     bent = scan().splitlines()
     cells = bent[2].split(", ")

@@ -115,26 +115,6 @@ def test_inertia_is_that_of_the_parts(beta: float) -> None:
     assert found.crank_slope[0] == pytest.approx(q1, abs=1e-13 * scale)
 
 
-@pytest.mark.parametrize(("beta", "w", "s"), STATES[1::2])
-def test_accelerations_are_those_of_lagrange(beta: float, w: float, s: float) -> None:
-    outer, inner = -35.0, 410.0
-    with mp.workdps(60):
-        j, n, q = masses(mp.nstr(mp.mpf(beta), 50))
-        j1, n1, q1 = slopes(beta)
-        # d/dt (dT/ds) = outer; d/dt (dT/dw) - dT/db = inner, with d/dt = w d/db at fixed rates
-        left = mp.matrix([[j, n], [n, q]])
-        gradient = (j1 * s * s + 2 * n1 * s * w + q1 * w * w) / 2
-        right = mp.matrix([
-            outer - w * (j1 * s + n1 * w),
-            inner - w * (n1 * s + q1 * w) + gradient,
-        ])  # fmt: skip
-        truth = mp.lu_solve(left, right)
-    moved = inertia(machine(), np.array([beta]))
-    found = accelerations(moved, *(np.array([x]) for x in (w, s, outer, inner)))
-    assert found.shell[0] == pytest.approx(float(truth[0]), rel=1e-12)
-    assert found.crank[0] == pytest.approx(float(truth[1]), rel=1e-12)
-
-
 def moment_of(place: np.ndarray, force: np.ndarray) -> float:
     return float(place[0] * force[1] - place[1] * force[0])
 

@@ -243,13 +243,3 @@ def test_with_a_heavy_rotor_speed_and_multiplier_are_those_of_a_flywheel() -> No
         constant.append([np.log(size) * reduced, swing * reduced])
     # the pistons add little
     np.testing.assert_allclose(constant, np.tile(constant[0], (3, 1)), rtol=0.03)
-
-
-def test_mounts_that_hold_nothing_leave_a_free_shell() -> None:
-    free = found(source_machine())
-    soft = found(source_machine(shell_stiffness=1e-3, shell_damping=1e-3))
-    apart = levels(source_machine(), free.state.turn) - levels(source_machine(), soft.state.turn)
-    assert np.max(np.abs(apart)) < 1e-4
-    assert float(np.abs(soft.multiplier[0, -1])) == pytest.approx(
-        float(np.abs(free.multiplier[0, 0])), rel=1e-4
-    )

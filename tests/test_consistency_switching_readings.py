@@ -68,18 +68,6 @@ def test_final_peaks_and_settling_are_those_of_the_motion_itself() -> None:
     assert done.settling.deviation == pytest.approx(deviation[0] / top, rel=1e-6)
 
 
-def test_body_brought_to_rest_settles_by_its_largest_energy() -> None:
-    system, loads = compressor(), compressor_loads(12)
-    profile = [SpeedSegment(0.4, SPEED, 0.0, BOTH), SpeedSegment(0.5, 0.0, 0.0, BOTH)]
-    done = follow(system, loads, profile)
-    energy = columns().energy
-    assert np.all(done.final.value == 0.0)
-    segments = followed(system, loads, profile, 0.0, BOTH)
-    after = np.array([done.settling.after])
-    left = read(system, motion_at(system, modal_loads(system, loads), segments[-1], after)).value
-    assert np.sqrt(left[0, energy]) == pytest.approx(0.05 * np.sqrt(done.peaks.value[energy]))
-
-
 @pytest.mark.parametrize(
     ("before", "after"),
     [

@@ -104,16 +104,6 @@ def test_a_turn_is_a_turn(method: str) -> None:
     assert np.max(np.abs(momentum / (start.coupling[0] * START) - 1.0)) < close
 
 
-def test_mounts_are_marched_until_the_rocking_has_died_away() -> None:
-    inertia_of_shell = 1488.0 / 9.8066
-    machine = source_machine(
-        shell_stiffness=inertia_of_shell * 30.0**2, shell_damping=inertia_of_shell * 12.0
-    )
-    found = march_to_repeat(machine, straight_drive(), "rk4", started_at=START, step=1e-3)
-    assert 10 < found.turns < 200
-    assert found.turn.shell_angle[0] == pytest.approx(found.turn.shell_angle[-1], abs=1.1e-5)
-
-
 def test_no_running_state_is_said_in_words() -> None:
     with pytest.raises(NumericalFailure, match="comes to a standstill"):
         march_to_repeat(

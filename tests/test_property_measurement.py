@@ -118,39 +118,6 @@ def test_turned_and_magnified_plates(seed, angle, size):
     assert min(apart(wanted * scale, one.motion * scale) for one in found) < 1e-6
 
 
-@settings(max_examples=40, deadline=None)
-@given(st.integers(0, 10_000), st.integers(3, 12))
-def test_complex_amplitudes(seed, points):
-    """Any number of points: the motion comes back, and scatter stays within its uncertainty."""
-    plate = random_plate(seed, points, 0)
-    read = plate.rows @ plate.motion
-    ones = np.ones((2, points))
-    fit = complex_motion(Phasors(plate.rows, read, ones, ones))
-    assert np.max(np.abs(fit.motion - plate.motion)) < 1e-11 * fit.condition**2
-    random = np.random.default_rng(seed)
-    noise = 1e-3 * (random.normal(size=points) + 1j * random.normal(size=points))
-    deviations = np.full((2, points), 1e-3)
-    noisy = complex_motion(Phasors(plate.rows, read + noise, deviations, deviations))
-    off = noisy.motion - plate.motion
-    sure = [noisy.spread.deviation(np.eye(6)[place]) for place in range(6)]
-    parts = np.concatenate([off.real, off.imag])
-    assert np.all(np.abs(parts) < 6.0 * np.array(sure))
-    # least squares: what is left is square to the rows
-    assert np.max(np.abs(plate.rows.T @ noisy.residual)) < 1e-12 * points
-
-
-def test_weights_of_complex_readings():
-    """A reading said to be far off counts for nothing, and one said to be right for all."""
-    plate = random_plate(9, 4, 0)
-    read = plate.rows @ plate.motion
-    read[3] += 1.0
-    deviations = np.tile([1.0, 1.0, 1.0, 1e6], (2, 1))
-    fit = complex_motion(Phasors(plate.rows, read, deviations, deviations))
-    assert np.max(np.abs(fit.motion - plate.motion)) < 1e-9
-    evenly = complex_motion(Phasors(plate.rows, read, np.ones((2, 4)), np.ones((2, 4))))
-    assert np.max(np.abs(evenly.motion - plate.motion)) > 1e-2
-
-
 def _noisy_sets(plate, noise, stated, harmonics, sets=200):
     """Levels of origin, roll, pitch and of a place, and phases of roll and pitch: values and
     stated uncertainties, (sets, results) each, of tables of so many harmonics each.

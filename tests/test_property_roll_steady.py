@@ -150,15 +150,6 @@ def test_all_inertias_and_torques_scaled_leave_the_motion_as_it_is(factor: float
     np.testing.assert_allclose(other.turn.crank_speed, one.turn.crank_speed, rtol=1e-12)
 
 
-def test_a_machine_that_fails_leaves_the_others_of_its_batch_alone() -> None:
-    scale = np.array([[1.0, 1.0], [3.5, 3.5], [3.2, 3.2], [1.5, 1.5]])
-    machine, drive = source_machine(gas_scale=scale), source_drive(holds=True)
-    batch = steady_state(machine, drive, 6, started_at=SYNCHRONOUS)
-    assert batch.solved.tolist() == [True, False, False, True]
-    alone = steady_state(RollMachine(*(f[3:] for f in machine)), drive, 6, started_at=SYNCHRONOUS)
-    assert float(alone.turn.period[0]) == pytest.approx(float(batch.turn.period[3]), rel=1e-13)
-
-
 def test_edges_that_never_come_to_rest_are_no_solution() -> None:
     """Near the last load that runs, Newton's method finds something on wandering panels."""
     machine = as_batch(source_machine(gas_scale=[3.2, 3.2]))

@@ -16,7 +16,6 @@ from vibecalc.core.results.record import Record
 from vibecalc.core.results.tolerance import tolerance_warning
 from vibecalc.errors import NumericalFailure
 from vibecalc.response.switching.follow import follow
-from vibecalc.response.switching.instant import instantaneous
 from vibecalc.response.switching.system import SpeedSegment
 
 NAMES = ("kinetic_energy_peak", "translation_peak", "ground_force_peak", "settle_time",
@@ -72,11 +71,6 @@ def test_no_peak_is_below_the_steady_motion_after_it_and_a_short_watch_is_report
     assert not any("before the body has settled" in words for words in long.warnings)
 
 
-def test_at_once_the_crank_keeps_its_speed_exactly() -> None:
-    speed = run(switching(), f"{STEM}/instant/peak_speed")[f"{STEM}/instant/peak_speed"]
-    assert np.all(speed.values == SPEED) and speed.error_estimate == 0.0
-
-
 def test_samples_do_not_move_with_the_steps_inside() -> None:
     """More orders make finer steps; the samples change by the orders alone."""
     system = compressor()
@@ -91,15 +85,3 @@ def test_samples_do_not_move_with_the_steps_inside() -> None:
     uncertainty = few.peaks.error + many.peaks.error
     for ours, other in zip(few.history[2:4], many.history[2:4], strict=True):
         assert np.all(np.abs(ours - other) <= uncertainty + 1e-12 * many.peaks.value)
-
-
-def test_samples_are_readings_at_even_times() -> None:
-    """One span over a whole closed-form change, against the same change in many spans."""
-    given = (compressor(), compressor_loads(8), 0, ONLY_A, SPEED)
-    one, many = (instantaneous(*given, duration=0.02, buckets=count) for count in (1, 4))
-    ratio = one.history.samples / many.history.samples
-    assert ratio == pytest.approx(4.0, rel=0.1)
-    lowest, highest = many.history.low.min(axis=0), many.history.high.max(axis=0)
-    reach = np.max(np.abs(highest))
-    assert one.history.high[0] == pytest.approx(highest, rel=2e-2, abs=1e-6 * reach)
-    assert one.history.low[0] == pytest.approx(lowest, rel=2e-2, abs=1e-6 * reach)
