@@ -36,21 +36,6 @@ def test_sliding_along_the_conductors_does_no_work(skew):
     assert force.mean.value == pytest.approx(COSINE[0] * 2.0 * np.tan(skew) / DIAMETER, rel=1e-15)
 
 
-def test_signal_is_the_torque_over_the_turn():
-    angle = np.linspace(0.0, 2.0 * np.pi, 97)
-    waves = np.multiply.outer(ORDER[1:], angle)
-    torque = COSINE[1:] @ np.cos(waves) + SINE[1:] @ np.sin(waves)
-    expected = torque * 2.0 * np.tan(SKEW) / DIAMETER
-    np.testing.assert_allclose(signal_of(force_of(), angle), expected, rtol=0, atol=1e-13)
-
-
-def test_rms_is_that_of_samples():
-    # 2 x 40 orders: 128 equal steps give the mean square exactly
-    force = force_of()
-    samples = signal_of(force, 2.0 * np.pi * np.arange(128) / 128)
-    assert np.sqrt(np.mean(samples**2)) == pytest.approx(float(force.rms.value), rel=1e-14)
-
-
 def test_peak_is_that_of_dense_samples_and_the_sum_bounds_it():
     force = force_of()
     step = 2.0 * np.pi / 65536
@@ -83,12 +68,6 @@ def test_values_and_errors_in_digits():
             (force.rms, mp.sqrt(mp.fsum(one**2 for one in size) / 2)),
         ):
             assert abs(mp.mpf(float(ours.value)) - value) <= ours.error <= 1e-13 * abs(value)
-
-
-def test_straight_conductors_have_no_axial_force():
-    force = force_of(skew=0.0)
-    assert not np.any(force.harmonics)
-    assert force.peak.value == force.rms.value == force.mean.value == 0.0
 
 
 @pytest.mark.parametrize("scale", [1e-250, 1e250])

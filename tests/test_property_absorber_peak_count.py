@@ -7,7 +7,8 @@ digits: none is missed, and none is given twice.
 import mpmath
 import numpy as np
 import pytest
-from exact_tree import roots_of
+from exact_tree import peaks as exact_peaks
+from exact_tree import tree
 
 from vibecalc.absorber.peaks import UNCERTAIN, maxima_counted, peaks, quick_maxima
 from vibecalc.absorber.transfer import Absorber, coupling, transfer_of
@@ -56,36 +57,8 @@ def test_a_pair_within_rounding_is_not_reported() -> None:
 def maxima_in_digits(z1: float, m: float, k: float, z2: float) -> list[float]:
     """Frequency ratios of all maxima of |H|, force to displacement, in 60 digits."""
     with mpmath.workdps(60):
-        z1, m, k, z2 = (mpmath.mpf(float(part)) for part in (z1, m, k, z2))
-
-        def times(a: list, b: list) -> list:
-            out = [mpmath.mpf(0)] * (len(a) + len(b) - 1)
-            for i, x in enumerate(a):
-                for j, y in enumerate(b):
-                    out[i + j] += x * y
-            return out
-
-        def plus(a: list, b: list) -> list:
-            size = max(len(a), len(b))
-            wide = [[*part, *[mpmath.mpf(0)] * (size - len(part))] for part in (a, b)]
-            return [x + y for x, y in zip(*wide, strict=True)]
-
-        def slope(a: list) -> list:
-            return [i * x for i, x in enumerate(a)][1:]
-
-        away = [k, -m]
-        top = plus(times(away, away), [0, 4 * z2**2])
-        real = plus(times([1, -1], away), [0, -4 * z1 * z2 - m * k])
-        imaginary = plus([2 * z1 * x for x in away], [2 * z2, -2 * z2 * (1 + m)])
-        bottom = plus(times(real, real), times([0, 1], times(imaginary, imaginary)))
-        still = plus(times(slope(top), bottom), [-x for x in times(top, slope(bottom))])
-        while still[-1] == 0:
-            still.pop()
-        roots = roots_of(still)
-        places = [r.real for r in roots if r.real > 0 and abs(r.imag) < mpmath.mpf(10) ** -40]
-        bend = slope(still)
-        tops = [u for u in places if sum(x * u**i for i, x in enumerate(bend)) < 0]
-        return sorted(float(mpmath.sqrt(u)) for u in tops)
+        found = exact_peaks(tree(z1, [m], [k], [z2]), "force", "displacement")
+        return [float(one) for one in found.frequency]
 
 
 def absorbers(count: int) -> np.ndarray:
