@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from refused import problems_of, refusals, said_of, with_keys
 
+from vibecalc.cli.starters import starter
 from vibecalc.core.case.load import resolve, validate
 from vibecalc.core.case.rules import cross_check
 from vibecalc.core.run.machine_checks import check_machine, machine_warnings
@@ -44,6 +45,14 @@ slip_table = { slip = [0, "24 rpm", "110 rpm", "1000 rpm"], torque = [0, 420, 87
 """
 JUDGE = jsonschema.Draft202012Validator(json_schema())
 GOOD: dict[str, Any] = tomllib.loads(ROLL)
+CONTROL: dict[str, Any] = tomllib.loads(starter("roll_control"))
+DYNAMIC: dict[str, Any] = tomllib.loads(starter("roll"))
+DYNAMIC["machine"]["motor"] |= {
+    "kind": "dynamic",
+    "poles": 6,
+    "voltage": "400 V",
+    "stator_resistance": "50 mohm",
+}
 GAS = {"crank_angle": [0.0, 1.0, 4.0, 2.0 * np.pi], "force": [8e3, 0.0, 0.0, 8e3]}
 LINEAR = {"kind": "linear", "synchronous_speed": 100.0, "gain": 20.0}
 PRESSURE = {"crank_angle": GAS["crank_angle"], "pressure": [5e5, 0.0, 0.0, 5e5]}
@@ -77,9 +86,12 @@ def test_fine_cases_stay_fine_when_resolved(
     assert check_machine(again) == []
 
 
-@pytest.mark.parametrize(("kind", "change", "place", "words"), refusals("roll", "roll"))
+@pytest.mark.parametrize(
+    ("kind", "change", "place", "words"), refusals("roll", "roll", "dynamic", "control")
+)
 def test_refused_at_its_key(kind: str, change: str, place: str, words: list[str]) -> None:
-    found = problems_of(data_of(change))
+    base = {"roll": GOOD, "dynamic": DYNAMIC, "control": CONTROL}[kind]
+    found = problems_of(with_keys(base, change, PRESSURE=PRESSURE))
     text = " ".join(said_of(problem) for problem in found)
     assert ".".join(map(str, found[0].path)) == place, text
     for expected in words:
@@ -90,6 +102,17 @@ def test_refused_at_its_key(kind: str, change: str, place: str, words: list[str]
 @pytest.mark.parametrize(("kind", "change", "place", "words"), refusals("roll", "warned"))
 def test_warned_of(kind: str, change: str, place: str, words: list[str]) -> None:
     assert any(words[0] in text for text in sentences(change)), sentences(change)
+
+
+def test_a_full_model_without_delay_and_every_number_of_cages_are_fine() -> None:
+    fine = {"response.control.full_model": True, "response.control.delay": 0.0}
+    assert problems_of(with_keys(CONTROL, json.dumps(fine))) == []
+    for cages in ("single", "double", "triple"):
+        case = validate(with_keys(DYNAMIC, json.dumps({"machine.motor.cages": cages})))
+        assert check_machine(case) == [] and machine_warnings(case) == []
+    poles = with_keys(DYNAMIC, '{"machine.motor.poles": 4}')
+    (text,) = machine_warnings(validate(poles))
+    assert "4 poles" in text and "33.33 Hz" in text
 
 
 def test_idle_cylinders_need_no_gas() -> None:

@@ -4,9 +4,10 @@ stable has a finite level; what the reduced model leaves out is said.
 
 import numpy as np
 import pytest
-from roll_control_cases import case_of, record_of, shipped, value_of
+from roll_control_cases import PATH, case_of, record_of, shipped, value_of
 from roll_machines import SYNCHRONOUS, source_drive, source_machine
 
+from vibecalc.core.results.record import Record
 from vibecalc.core.run.run import run_case
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.gas_tables import force_at
@@ -19,6 +20,7 @@ from vibecalc.roll.control.loop import (
     tangent,
 )
 from vibecalc.roll.mechanism import as_batch, inertia
+from vibecalc.roll.motor_checks import control_problems
 from vibecalc.roll.running import running_state
 
 
@@ -161,3 +163,36 @@ def test_equal_pressures_have_no_odd_orders():
         assert np.all(level[::2] == -np.inf) and np.all(np.isfinite(level[1::2]))
         assert np.isfinite(record[f"response/control/{name}"].error_estimate)
     assert np.all(value_of(record, "attenuation")[::2] == 0.0)
+
+
+def test_a_full_model_with_transients_of_the_motor_is_refused() -> None:
+    case = case_of(full_model=True)
+    motor = case.machine.motor
+    assert motor is not None and control_problems(case) == []
+    machine = case.machine.model_copy(
+        update={"motor": motor.model_copy(update={"kind": "dynamic"})}
+    )
+    (problem,) = control_problems(case.model_copy(update={"machine": machine}))
+    assert problem.path == ("response", "control", "full_model")
+    assert "transients of the motor's fluxes" in problem.message
+
+
+def unstable(full_model: bool) -> Record:
+    record = record_of(gain=10.0, acceleration_feedback=1.0, full_model=full_model)
+    assert value_of(record, "status") == 3 and np.all(np.isposinf(value_of(record, "level")))
+    assert any("the loop is unstable" in text for text in record.warnings)
+    return record
+
+
+def test_an_unstable_loop_is_called_so() -> None:
+    assert PATH + "range/level" in unstable(full_model=False)
+
+
+@pytest.mark.long
+def test_an_unstable_loop_is_called_so_with_the_full_model_too() -> None:
+    """The full model has no motion to look at there; the reduced results stand all the same."""
+    found, alone = unstable(full_model=True), unstable(full_model=False)
+    (words,) = [text for text in found.warnings if "full model under control is left out" in text]
+    assert "the loop is unstable in the reduced model" in words
+    assert PATH + "full/level" not in found and PATH + "range/level" in found
+    np.testing.assert_array_equal(value_of(found, "pole"), value_of(alone, "pole"))
