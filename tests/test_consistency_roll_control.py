@@ -121,19 +121,6 @@ def test_the_machine_marched_in_time_diverges_where_the_delay_margin_ends(factor
     assert (after > 1.5 * before) == grows and (after < 0.7 * before) == (not grows)
 
 
-def test_an_unstable_loop_has_no_amplitude_to_praise():
-    load = source_load()
-    gain = np.array([10.0, 10.0])
-    found = evaluate_at_speed(SOURCE, Controller(gain, 0.0, np.array([-10.0, 10.0])), load, TARGET)
-    np.testing.assert_array_equal(found.margins.status, [1, 3])
-    assert np.all(np.isfinite(found.level.value[0])) and np.all(found.level.value[1] == np.inf)
-    assert np.all(np.isinf(found.harmonics.shell_acceleration.value[1]))
-    for part in (*found.harmonics, found.level, found.command_rate, found.speed):
-        assert not np.any(np.isnan(part.value)) and not np.any(np.isnan(part.error))
-    margin = found.margins
-    assert margin.gain.value[1] == 1.0 and margin.phase.value[1] == margin.delay.value[1] == 0.0
-
-
 def test_any_delay_undoes_a_gain_that_does_not_fall_off():
     load = source_load()
     bare = Controller(10.0, 0.0, -10.0)

@@ -106,24 +106,6 @@ def test_harmonics_of_any_function_of_time() -> None:
     assert mean(turn, signal) == pytest.approx(0.7, abs=1e-13)
 
 
-@pytest.mark.long
-def test_two_integrators_agree_to_a_thousand_millionth_of_a_decibel() -> None:
-    machine, drive, exact = found("source")
-    other = exact_turn(
-        machine,
-        drive,
-        started_at=SYNCHRONOUS,
-        speed=exact.start_speed,
-        method="Radau",
-        rtol=1e-12,
-        longest=0.1,
-    )
-    apart = exact_levels(other, ORDERS) - exact_levels(exact, ORDERS)
-    assert np.max(np.abs(apart)) < 1e-9
-    assert other.period == pytest.approx(exact.period, rel=1e-12)
-    assert other.multiplier == pytest.approx(exact.multiplier, rel=1e-8)
-
-
 def test_classical_forces_are_those_of_a_constant_speed() -> None:
     machine, drive, exact = found("offset, rods")
     turn = as_turn(exact)

@@ -6,10 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 from response_machines import run, shipped
-from shipped_cases import result_of
 
 from vibecalc.core.case.load import validate
-from vibecalc.core.report.verdicts import judge_limits
 from vibecalc.core.results.record import Record
 from vibecalc.core.run.machine_checks import machine_warnings
 from vibecalc.roll.report.running import shaking
@@ -68,15 +66,6 @@ def test_force_and_couple_are_those_of_the_crank_train() -> None:
         assert np.max(np.abs(peak.values - other.values)) <= (
             peak.error_estimate + other.error_estimate + 1e-9 * size
         )
-
-
-def test_the_balanced_case_shows_no_force_no_couple_and_rolls() -> None:
-    result = result_of("roll_balanced")
-    assert float(np.max(result.record[SHAKING + "force_peak"].values)) < 1e-6
-    limits = judge_limits(result)
-    assert len(limits) == 3 and all(limit.satisfied for limit in limits)
-    words = " ".join(" ".join(shaking(result.record)).split())
-    assert "with no force and no couple: balanced perfectly by the textbook, and it rolls" in words
 
 
 def test_one_piston_less_shakes() -> None:

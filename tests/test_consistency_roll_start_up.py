@@ -241,16 +241,3 @@ def test_start_angles_are_those_above_every_later_hump_of_the_potential() -> Non
     begins = np.sort(np.mod(found.interval[:, 0], 2.0 * np.pi))
     assert begins == pytest.approx(rises, abs=found.error + 7e-5)
     assert ends == pytest.approx(falls, abs=found.error + 7e-5)
-
-
-@pytest.mark.long
-def test_the_borders_of_start_angles_separate_starting_from_not() -> None:
-    machine = source_machine(friction_torque=60.0)
-    drive = straight_drive()
-    found = start_angles(machine, drive, duration=0.8, angles=8, width=1e-2, tolerance=1e-6)
-    assert len(found.interval) >= 1
-    begin, end = found.interval[0]
-    inside = start_up(machine, drive, duration=0.8, crank_angle=0.5 * (begin + end))
-    assert inside.verdict in ("running", "settled")
-    outside = start_up(machine, drive, duration=0.8, crank_angle=begin - 2.0 * found.error)
-    assert outside.verdict in ("stalled", "rocking")

@@ -16,14 +16,12 @@ from shipped_cases import result_of
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Record, Result
-from vibecalc.core.run.run import run_case
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.runge_kutta_march import march, sample
 from vibecalc.roll.mechanism import accelerations, as_batch, inertia
 from vibecalc.roll.model import build_roll, roll_drive
 from vibecalc.roll.report.start_up import start_up as section
 from vibecalc.roll.running import motion_of_state, running_state
-from vibecalc.roll.start_up import start_up
 from vibecalc.roll.start_up_system import (
     ANGLE,
     FULL_LOAD,
@@ -54,32 +52,6 @@ def value(record: Record, path: str) -> Any:
 @cache
 def shipped_record() -> Record:
     return result_of(CASE).record
-
-
-@pytest.mark.long
-def test_the_march_ends_in_the_periodic_motion() -> None:
-    """At the last instant, by its crank angle: speed, and angle and speed of the shell."""
-    case = validate(shipped(CASE))
-    parts = build_roll(case)
-    machine, drive = parts.machine, roll_drive(parts)
-    turned = running_state(as_batch(machine), drive, rtol=1e-9, orders=10)
-    decay = float(np.max(np.abs(turned.multiplier)))
-    found = start_up(
-        machine, drive, duration=0.1, speed=float(2.0 * np.pi / turned.state.turn.period[0]),
-        tolerance=1e-8,
-    )  # fmt: skip
-    # from a start next to the motion its distance falls by the largest multiplier in each turn
-    later = start_up(machine, drive, duration=1.8, speed=93.0, tolerance=1e-7)
-    motion = motion_of_state(as_batch(machine), drive, turned.state)
-    gaps = []
-    for one in (found, later):
-        at = motion(np.array([np.mod(one.final[ANGLE], 2.0 * np.pi)]))
-        periodic = [float(row[0, 0]) for row in (at.crank_speed, at.shell_angle, at.shell_speed)]
-        gaps.append(np.abs(one.final[[SPEED, SHELL_ANGLE, SHELL_SPEED]] - periodic))
-    turns = (later.final[ANGLE] - found.final[ANGLE]) / (2.0 * np.pi)
-    assert decay == pytest.approx(0.838, abs=0.002)
-    assert np.all(gaps[1] <= 4.0 * np.max(gaps[0]) * decay**turns + later.final_error[1:4])
-    assert np.max(gaps[1]) < 0.02 * np.max(gaps[0])
 
 
 def test_levels_of_the_march_are_those_of_collocation() -> None:
@@ -200,11 +172,3 @@ def test_friction_that_holds_the_crank_is_a_stall() -> None:
     record = run(data)
     assert value(record, "started") == 0
     assert any("held by friction" in words for words in record.warnings)
-
-
-def test_only_what_is_wanted_is_marched() -> None:
-    case = validate(table(duration=0.2, angles=2, start_within=0.05, load=None))
-    wanted = frozenset({f"{ROOT}/start_angles/fraction"})
-    assert set(run_case(case, wanted=wanted)) == wanted
-    record = run_case(case, wanted=frozenset({f"{ROOT}/started"}))
-    assert set(record) == {f"{ROOT}/started"}

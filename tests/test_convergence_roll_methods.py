@@ -97,41 +97,6 @@ def test_marches_gain_with_the_step(
     assert gain[0] < off(found.turn) / off(found.finer) < gain[1]
 
 
-@pytest.mark.parametrize(
-    ("mounted", "method"),
-    [
-        (False, "fourier"),
-        (False, "shooting"),
-        (False, "rk4"),
-        (False, "euler"),
-        (True, "fourier"),
-        *(
-            pytest.param(*one, marks=pytest.mark.long)
-            for one in (
-                (False, "dop853"),
-                (True, "shooting"),
-                (True, "dop853"),
-                (True, "rk4"),
-                (True, "euler"),
-            )
-        ),
-    ],
-)
-def test_every_way_says_how_far_it_is_off(method: str, mounted: bool) -> None:
-    started_at = None if mounted else SYNCHRONOUS
-    points = 121 if method == "fourier" else None
-    found = find(
-        method, *parts(mounted), Settings(points, None, started_at, truth(mounted).momentum)
-    )
-    apart = np.abs(spectrum(found.turn, mounted, False) - spectrum(found.finer, mounted, False))
-    factor = 2.0 * 2.0**found.order / (2.0**found.order - 1.0) if found.order else 1.0
-    exact = spectrum(truth(mounted).turn, mounted, False)
-    missed = np.abs(spectrum(found.turn, mounted, False) - exact)
-    assert missed.max() <= factor * apart.max() + 1e-12
-    assert missed.max() < 0.1 * np.abs(exact).max()
-    assert found.work > 100
-
-
 def test_a_method_without_a_solution_says_so() -> None:
     machine = as_batch(source_machine(gas_scale=[3.2, 3.2]))
     drive = source_drive(holds=True)

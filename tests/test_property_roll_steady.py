@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 from roll_machines import (
     RADIUS,
-    ROTOR,
     RPM,
     SYNCHRONOUS,
-    quick_spectrum,
     source_drive,
     source_machine,
 )
@@ -24,10 +22,8 @@ from vibecalc.numerics.periodic.panels import constant_start
 from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch
 from vibecalc.roll.rates import roll_problem, surely_fastest
 from vibecalc.roll.running import running_state
-from vibecalc.roll.steady import SteadyTurn, quick_turn, started_momentum, steady_state
-from vibecalc.roll.turn import harmonics, readings
+from vibecalc.roll.steady import SteadyTurn, started_momentum, steady_state
 
-ORDERS = np.arange(1, 11)
 #: by what the march, with three points on half panels and kinks passed over, may be off
 COARSE = 2e-3
 
@@ -156,28 +152,3 @@ def test_edges_that_never_come_to_rest_are_no_solution() -> None:
     state = steady_state(machine, source_drive(holds=True), 6, started_at=SYNCHRONOUS)
     assert state.solution.converged[0] and not state.solution.edge_error[0] < 1e-3
     assert not state.solved[0]
-
-
-def test_the_quick_look_is_within_a_decibel_and_finds_the_stall() -> None:
-    random, drive = np.random.default_rng(11), source_drive()
-    for _ in range(10):
-        machine = as_batch(
-            source_machine(
-                rotor_inertia=ROTOR * random.uniform(0.5, 3.0),
-                rod_length=random.uniform(0.15, 0.6),
-                gas_scale=random.uniform(0.7, 1.5, 2),
-                wrist_pin_offset=random.uniform(0.0, 0.01),
-                friction_damping=0.1,
-            )
-        )
-        state = steady_state(machine, drive, 6, started_at=SYNCHRONOUS)
-        read = readings(machine, drive, state.turn, pistons=False)
-        exact = harmonics(state.turn, read.shell_acceleration, ORDERS)[0]
-        errors = []
-        for points in (72, 288):
-            turn = quick_turn(machine, drive, SYNCHRONOUS, points=points)
-            assert turn is not None
-            errors.append(np.abs(quick_spectrum(turn, 10) - exact).max() / np.abs(exact).max())
-        assert errors[0] < 0.02 and errors[1] < 0.3 * errors[0]
-    stalls = as_batch(source_machine(rotor_inertia=0.03))
-    assert quick_turn(stalls, source_drive(holds=True), SYNCHRONOUS) is None
