@@ -1,0 +1,90 @@
+"""Claim: the numbers of chapter 2 of Baca Vasquez (2007) come out; where it slips, by its slip.
+
+Each printed number is a row of `absorber_numbers`: fixed points that are maxima, rounded tunings,
+a coarse grid.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from absorber_numbers import grid_search, thousandths
+from absorber_page import hold
+
+from vibecalc.absorber.peaks import peaks
+from vibecalc.absorber.transfer import Absorber, amplitude, damping_from_own_ratio
+from vibecalc.absorber.tuning.minimax import minimax
+
+
+def printed(value, digits):
+    return np.round(np.asarray(value, dtype=float), digits)
+
+
+def test_the_peak_of_the_rounded_tuning():
+    hold("with the slip", "2.3.1, least peak")
+
+
+def test_the_maxima_are_taken_for_the_fixed_points():
+    hold("with the slip", "Fig. 2.2, P", "Fig. 2.2, Q")
+
+
+def test_the_antiresonance():
+    """.9088 in section 2.3.2; .9077 in section 2.3.1 is no digit of it."""
+    hold("misprint", "2.3.1, R")
+    hold("reproduced", "2.3.2, R")
+
+
+def test_figure_2_3_and_2_4():
+    hold("reproduced", "Fig. 2.4, mu = 1, peak")
+    hold("with the slip", "Fig. 2.4, mu = 1, at")
+
+
+def test_damping_moves_the_maxima():
+    """Figure 2.14: heights come out; the frequencies are those of the undamped primary."""
+    hold("reproduced", "Fig. 2.14, lower peak", "Fig. 2.14, upper peak", "Fig. 2.14, locked, peak")
+    hold("with the slip", "Fig. 2.14, lower, at", "Fig. 2.14, locked, at")
+
+
+def test_table_3_1_row_l_on_the_grid():
+    hold("with the slip", "Table 3.1, L, eps2")
+
+
+def test_equation_2_11_and_the_ranges_of_the_figures():
+    hold("reproduced", "eq. 2.11, least", "Fig. 2.30, largest k")
+    hold("compatible", "eq. 2.11, largest")
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "source", "where"), [(0.0, 5000.0, 1.0), (np.inf, 12730.0, 0.9535)]
+)
+def test_heights_at_a_resonance_are_those_of_the_nearest_frequency(stiffness, source, where):
+    """5000, 12730 and 10000 stand for infinity: 1 / (2 |x - x0|) of a step that is not printed."""
+    system = Absorber(0.0, 0.1, stiffness, 0.0)
+    assert np.isinf(peaks(system).largest)
+    mass = 1.0 if stiffness == 0.0 else 1.0 + 0.1
+    resonance = 1.0 / math.sqrt(mass)
+    # the distance in frequency that gives the printed height
+    near = 1.0 / (2.0 * mass * resonance * source)
+    value = abs(complex(amplitude(system, resonance - near)))
+    assert value == pytest.approx(source, rel=1e-3)
+    assert near < 1.5e-4 and resonance == pytest.approx(where, abs=5e-5)
+
+
+@pytest.mark.parametrize(
+    ("mass", "given", "grid", "right"),
+    [
+        (0.246, (0.157, 0.263), (0.156, 0.284), (0.1564, 0.2762)),
+        (0.179, (0.128, 0.229), (0.127, 0.251), (0.1273, 0.2418)),
+    ],
+    ids="SM",
+)
+def test_table_3_1_rows_s_and_m(mass, given, grid, right):
+    low, high = (int(1000.0 * share * given[0]) for share in (0.93, 1.07))
+    assert grid_search(0.01, mass, thousandths(low, high), thousandths(200, 320))[:2] == grid
+    best = minimax(0.01, mass)
+    own = float(best.secondary_damping) / math.sqrt(mass * float(best.stiffness_ratio))
+    assert (printed(best.stiffness_ratio, 4), printed(own, 4)) == right
+    # the printed tuning costs less than one per cent
+    z2 = damping_from_own_ratio(given[1], mass, given[0])
+    cost = float(peaks(Absorber(0.01, mass, given[0], z2)).largest / best.largest) - 1.0
+    assert 0.001 < cost < 0.01
