@@ -253,18 +253,6 @@ def test_masses_nearby_which_no_tuning_is_found_are_refused(tmp_path: Path) -> N
                 load_checked([path], ())
 
 
-def test_a_peak_just_above_one_keeps_the_digits_of_what_is_above() -> None:
-    record = run(
-        "absorber", "machine.primary.damping_ratio=0.7071", "tuning={}",
-        wanted=frozenset({"tuning/peak", "tuning/peak_less_one"}),
-    )  # fmt: skip
-    less, error = record["tuning/peak_less_one"], record["tuning/peak_less_one"].error_estimate
-    best = minimax(0.7071, 0.1)
-    assert float(less.values) == float(best.above_floor)
-    assert 0.0 < error < 1e-6 * float(less.values)
-    assert 1.0 + float(less.values) == pytest.approx(value(record, "tuning/peak"), abs=4e-16)
-
-
 @pytest.mark.long
 def test_bounds_that_leave_no_help_are_said_to(tmp_path: Path) -> None:
     result = floor(tmp_path, FLOOR.replace("13.27", "0.5"))
@@ -305,19 +293,3 @@ def test_errors_of_a_mean_square_tuning_count_by_the_mean_square() -> None:
 def test_what_has_no_optimum_is_said(settings: str, words: str) -> None:
     with pytest.raises(NumericalFailure, match=words):
         run("absorber", f"tuning={{{settings}}}")
-
-
-def test_sensitivity_is_the_slope_of_the_optimum() -> None:
-    record = result_of("absorber_rig_a").record
-    z1, m = (float(value(record, f"tuning/{name}")) for name in ("primary_damping", "mass_ratio"))
-    step = 1e-5
-    for place, (one, other) in enumerate((((z1 - step, m), (z1 + step, m)),
-                                          ((z1, m - step), (z1, m + step)))):  # fmt: skip
-        low, high = minimax(*one), minimax(*other)
-        for name, a, b in (
-            ("stiffness_ratio", low.stiffness_ratio, high.stiffness_ratio),
-            ("secondary_damping", low.secondary_damping, high.secondary_damping),
-            ("peak", low.largest, high.largest),
-        ):
-            slope = value(record, f"tuning/sensitivity/{name}")[place]
-            assert slope == pytest.approx(float(b - a) / (2.0 * step), rel=2e-4), name

@@ -99,16 +99,6 @@ def test_whirl_against_forty_digits_and_both_ways():
     assert np.all(found.forward.value > rest) and np.all(found.backward.value < rest)
 
 
-def test_a_rod_that_only_oscillates_has_the_frequencies_at_rest():
-    """No mean spin: both senses of whirl are one, and the polar inertia does not matter."""
-    body = EndBody(MASS, 0.5 * POLAR, POLAR)
-    still = whirl_frequencies(ROD, body, 0.0)
-    np.testing.assert_array_equal(still.forward.value, still.backward.value)
-    np.testing.assert_array_equal(
-        still.forward.value, bending_frequencies(ROD, body._replace(polar_inertia=0.0)).value
-    )
-
-
 def test_no_modes_are_lost():
     """As many roots below a frequency as elements have, light and heavy, short and long."""
     body = EndBody(np.array([0.0, 0.5, 300.0])[:, None], np.array([0.0, 0.5]))

@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 from induction_motors import LINE, MOTORS, ONE_CAGE, TWO_CAGES, exact_torque, random_motor
 from scipy.integrate import solve_ivp
-from scipy.linalg import expm
 
 from vibecalc.excitation.induction_motor import steady_torque, torque_slope
 from vibecalc.excitation.induction_motor_flux import (
@@ -147,22 +146,6 @@ def test_answer_to_speed_is_the_one_of_a_small_oscillation_in_time():
     answer, _ = torque_answer(motor, slip, rate)
     # the slowest transient has decayed to exp(-15), the second order of the oscillation is 1e-3
     assert abs(harmonic - answer.value) < 1e-4 * abs(answer.value)
-
-
-def test_locked_rotor_transient_is_the_matrix_exponential():
-    for motor in MOTORS.values():
-        system = flux_system(motor)
-        times = np.linspace(0.0, 0.1, 21)
-        run = solve_ivp(
-            lambda t, f, s=system: flux_rates(s, f, 0.0).rates,
-            (0, 0.1), np.zeros(system.source.size), "DOP853", times, rtol=1e-12, atol=1e-12,
-        )  # fmt: skip
-        steady = steady_flux(motor, motor.synchronous_speed).value
-        exact = [steady - expm(t * system.constant) @ steady for t in times]
-        assert np.allclose(run.y.T, exact, rtol=0, atol=1e-10)
-        # switched on at standstill, the torque pulsates at the line frequency about the circuit's
-        torque = flux_torque(system, run.y.T).value
-        assert np.max(torque) > 1.5 * steady_torque(motor, motor.synchronous_speed).value
 
 
 def test_three_phase_windings_give_the_same_torque():

@@ -13,7 +13,6 @@ from scipy.integrate import solve_ivp
 from vibecalc.numerics.level import level_of
 from vibecalc.roll.adapters.readings import MachineTurn, spectra_of
 from vibecalc.roll.between_kinks import running
-from vibecalc.roll.march import march_to_repeat
 from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch, inertia
 from vibecalc.roll.running import Running, motion_of_state, running_state
 from vibecalc.roll.steady import started_momentum, steady_state
@@ -191,29 +190,6 @@ def test_multipliers_are_those_of_all_four_states_in_time(fields: dict, trivial:
     expected = np.poly(np.concatenate([np.ones(trivial), running_.multiplier[0]]))
     assert np.abs(np.poly(monodromy) - expected).max() < 5e-5
     assert len(running_.multiplier[0]) == 4 - trivial
-
-
-@pytest.mark.parametrize("count", [1, pytest.param(10, marks=pytest.mark.long)])
-def test_machines_on_mounts_are_where_long_marches_end(count: int) -> None:
-    random = np.random.default_rng(5)
-    for _ in range(count):
-        machine = source_machine(
-            shell_stiffness=10.0 ** random.uniform(4.0, 6.0),
-            shell_damping=10.0 ** random.uniform(3.7, 4.3),
-            rotor_inertia=random.uniform(1.0, 4.0),
-            gas_scale=random.uniform(0.5, 1.3, 2),
-            rod_length=random.uniform(0.15, 0.5),
-        )
-        state = found(machine, rtol=1e-8).state
-        march = march_to_repeat(
-            machine, DRIVE, "rk4", started_at=SYNCHRONOUS, step=2.5e-4, repeats=5e-5
-        )
-        assert march.turns > 2
-        turn = state.turn
-        assert float(march.turn.period) == pytest.approx(float(turn.period[0]), rel=2e-6)
-        speed, _, shell = state.solution.left[0, 0]
-        assert march.turn.crank_speed[0] == pytest.approx(speed, rel=2e-5)
-        assert march.turn.shell_speed[0] == pytest.approx(shell, abs=2e-5 * speed)
 
 
 def test_a_shell_at_rest_on_average_and_a_start_at_rest() -> None:

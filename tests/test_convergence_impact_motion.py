@@ -43,41 +43,6 @@ def test_tableaus_satisfy_the_conditions_of_their_order(method):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(
-    "law", ["continuous", pytest.param("full_deflection", marks=pytest.mark.long)]
-)
-def test_fixed_steps_approach_the_event_exact_motion(law):
-    # over a turn neighbouring runs part a thousandfold; the first tenth of it is compared
-    gas, drive, gap = gas_towards("crank"), compressor_drive(), [2e-6]
-    exact = simulate(
-        drive,
-        gas,
-        MASS,
-        source_joint(law),
-        gap,
-        [0.0],
-        revolutions=1,
-        orders_retained=1,
-        samples=1024,
-    )
-    part = slice(0, 102)
-    touched = np.abs(exact.wrist_pin.force[0, part]) > 50.0
-    assert np.count_nonzero(touched) > 5
-    distance = []
-    for steps in (4096, 16384):
-        run = simulate_fixed_steps(
-            drive, gas, MASS, source_joint(law), gap, [0.0], method="rk4", steps=steps,
-            revolutions=1, orders_retained=1,
-        )  # fmt: skip
-        sampled = run.wrist_pin.gap[0, :: steps // 1024][part]
-        distance.append(np.max(np.abs(sampled - exact.wrist_pin.gap[0, part])))
-    # a step over the jump of a force is only of first order
-    assert distance[1] < 0.4 * distance[0]
-    jumps = law == "full_deflection"
-    assert distance[1] < (2e-2 if jumps else 1e-3) * float(source_joint().clearance)
-
-
-@pytest.mark.long
 def test_fixed_steps_of_three_gaps_approach_the_event_exact_motion():
     drive, gas = compressor_drive(with_rod_tangent=True), gas_towards("crank")
     gap, still = [[1e-6, 2e-6, 2e-5]], [[0.0, 0.0, 0.0]]

@@ -6,24 +6,10 @@ from long_but import long_but
 from switching_machines import BOTH, ONLY_A, SPEED, compressor, compressor_loads, one_mode
 
 from vibecalc.response.switching.follow import follow, slow_peaks
-from vibecalc.response.switching.motion import Run, driven_part, follow_profile, march, panel_grid
+from vibecalc.response.switching.motion import Run, driven_part, follow_profile
 from vibecalc.response.switching.system import SpeedSegment, modal_loads, propagator
 
 RUN = Run(0.0, 0.3, 0.4, SPEED, -SPEED / 0.3, BOTH, 0)
-
-
-def test_panels_half_as_long_give_the_same_states() -> None:
-    system, loads = compressor(), modal_loads(compressor(), compressor_loads(16))
-    grid = panel_grid(system, loads, RUN, 0.01)
-    fine = np.sort(np.concatenate([grid, 0.5 * (grid[1:] + grid[:-1])]))
-    start = np.zeros((6, 2))
-    coarse_states, error = march(system, loads, RUN, grid, start)
-    fine_states, fine_error = march(system, loads, RUN, fine, start)
-    gap = coarse_states - fine_states[::2]
-    off = np.max(np.hypot(system.frequency * gap[..., 0], gap[..., 1]), axis=0)
-    assert np.all(off <= error + fine_error)
-    size = np.max(np.hypot(system.frequency * fine_states[..., 0], fine_states[..., 1]), axis=0)
-    assert np.all(error < 3e-11 * size)
 
 
 @pytest.mark.parametrize("points", [2, 3, 4])

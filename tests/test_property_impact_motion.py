@@ -30,29 +30,6 @@ from vibecalc.impact.roots import bernstein, sign_changes, single_root
 from vibecalc.impact.simulate import simulate
 from vibecalc.kinematics.slider_crank import piston_motion
 
-TURN = 2.0 * np.pi / SPEED
-
-
-@pytest.mark.parametrize(
-    ("sense", "law"),
-    [
-        ("crank", "continuous"),
-        pytest.param("head", "full_deflection", marks=pytest.mark.long),
-        pytest.param("crank", "full_deflection", marks=pytest.mark.long),
-        pytest.param("head", "continuous", marks=pytest.mark.long),
-    ],
-)
-def test_finer_panels_do_not_move_the_first_contacts(sense, law):
-    times = [
-        simulate(
-            compressor_drive(), gas_towards(sense), MASS, source_joint(law), near(3), np.zeros(3),
-            revolutions=1, orders_retained=4, subdivision=parts,
-        ).wrist_pin.first_contacts
-        for parts in (1, 3)
-    ]  # fmt: skip
-    # the shortest of these times is 1e-4 of a turn
-    np.testing.assert_allclose(times[0], times[1], rtol=1e-12, atol=1e-13 * TURN)
-
 
 def test_time_runs_back():
     # without damping the motion is reversible: forwards a turn, then back with the pin's motion

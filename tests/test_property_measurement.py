@@ -14,7 +14,6 @@ from plate_readings import LEVELS, PLACES, apart, random_plate, source_rows
 from vibecalc.errors import NumericalFailure
 from vibecalc.measurement.complex_motion import Phasors, complex_motion, growth_of_deviations
 from vibecalc.measurement.level_motions import (
-    helpful,
     level_gradient,
     level_motions,
     observable,
@@ -23,7 +22,6 @@ from vibecalc.measurement.level_motions import (
 from vibecalc.measurement.plate import (
     Rectangle,
     amplitude_map,
-    difference_row,
     grid,
     point_row,
     quietest,
@@ -218,17 +216,6 @@ def test_points_on_a_line_hide_the_turn_about_it(angle):
     assert np.max(np.abs(rows @ hidden)) < 1e-12
     with pytest.raises(NumericalFailure, match="leave a motion of the plate free"):
         complex_motion(Phasors(rows, np.ones(4, dtype=complex), np.ones((2, 4)), np.ones((2, 4))))
-
-
-def test_how_many_levels_are_independent():
-    """Six points on a conic tell five numbers, off it six; differences add those of rotation."""
-    circle = [point_row(np.cos(t), np.sin(t)) for t in np.arange(6.0)]
-    assert observable(np.stack(circle)).levels == 5
-    assert observable(np.stack([*circle, point_row(0.2, 0.1)])).levels == 6
-    assert observable(source_rows()).levels == 5
-    assert observable(source_rows()[:3]).levels == 3
-    further = np.stack([difference_row(PLACES["1"], PLACES["2"]), source_rows()[1]])
-    assert helpful(source_rows()[:3], further) == [0]
 
 
 @pytest.mark.long

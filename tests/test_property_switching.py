@@ -144,20 +144,6 @@ def test_histories_hold_the_peaks_in_their_buckets() -> None:
     assert np.all(plain().history.low[:, kinetic:] >= 0.0)
 
 
-def test_later_bounds_what_comes_after() -> None:
-    short = follow(SYSTEM, LOADS, REVERSAL[:3], angle=0.5)
-    longer = follow(
-        SYSTEM, LOADS, [*REVERSAL[:3], SpeedSegment(1.0, -SPEED, -SPEED, ONLY_A)], angle=0.5
-    )
-    assert short.settling.time == pytest.approx(longer.settling.time, rel=1e-9)
-    after = longer.history.time[:-1] >= 0.6 + 1e-9
-    seen = np.maximum(np.abs(longer.history.low), np.abs(longer.history.high))[after]
-    assert np.all(np.max(seen, axis=0) <= short.later)
-    # half a second later the bound is close to the steady motion itself
-    assert np.all(longer.later < short.later)
-    assert np.all(longer.later >= longer.final.value)
-
-
 @given(st.floats(-400.0, 400.0), st.floats(-400.0, 400.0), st.floats(1e-3, 5.0))
 @example(-1.0, 1.8284668242094822e-214, 3.34375)
 @example(1e-320, -1.0, 3.34375)
