@@ -1,10 +1,13 @@
-"""Claim: stages of an absorber hand on what the kernels compute, and nothing next to their plan."""
+"""Claim: stages of an absorber hand on what the kernels compute, in units, within bounds and stock;
+what fails next to a tuning is left out with a warning, and the report calls each thing its name.
+"""
 
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from absorber_cases import TUNED
 from shipped_cases import CASES, fresh, result_of
 
 from vibecalc.absorber.hardware.rods_and_springs import torsional_stiffness
@@ -13,6 +16,7 @@ from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.transfer import Absorber
 from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.core.report.text import render_report
+from vibecalc.core.report.writing import show
 from vibecalc.core.results.record import Record, Result
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import execute, load_checked
@@ -293,3 +297,155 @@ def test_errors_of_a_mean_square_tuning_count_by_the_mean_square() -> None:
 def test_what_has_no_optimum_is_said(settings: str, words: str) -> None:
     with pytest.raises(NumericalFailure, match=words):
         run("absorber", f"tuning={{{settings}}}")
+
+
+#: of a run of the rig what has no part in what is asked here
+SHORT = (
+    "tuning.temperatures.points=2",
+    "tuning.sensitivity=false",
+    "tuning.mistuning=[]",
+    "response.absorber.frequencies.points=11",
+)
+
+
+def number(record: Record, path: str) -> float:
+    return float(record[path].values)
+
+
+@pytest.mark.parametrize(
+    "damping",
+    [
+        pytest.param(0.7071, marks=pytest.mark.long),
+        pytest.param(0.707106, marks=pytest.mark.long),
+        0.7071067,
+    ],
+)
+def test_a_run_nearby_the_threshold_keeps_its_tuning(damping: float) -> None:
+    setting = (
+        f"machine.primary.damping_ratio={damping}", "tuning.bounds={travel=11.1}",
+        "tuning.compare=[]", "tuning.mistuning=[]", "response.absorber.vary={own_damping=[0.1]}",
+    )  # fmt: skip
+    record, best = run("absorber", *setting), minimax(damping, 0.1)
+    assert number(record, "tuning/stiffness_ratio") == best.stiffness_ratio
+    assert number(record, "tuning/certificate") < 1e-7
+    # the free optimum keeps the limit of travel
+    assert number(record, "tuning/unbounded/stiffness_ratio") == best.stiffness_ratio
+    assert number(record, "tuning/bounds/penalty") == 0.0
+    assert not np.any(record["tuning/bounds/active"].values)
+    assert "tuning/sensitivity/peak" not in record
+    assert any(words.startswith("slopes of the tuning left out") for words in record.warnings)
+    with pytest.raises(NumericalFailure, match="sensitivity"):
+        run("absorber", *setting, wanted=frozenset({"tuning/sensitivity/peak"}))
+
+
+def test_slopes_of_a_response_without_bound_are_left_out() -> None:
+    tuning = "tuning={excitation='base', response='acceleration', norm='h2', sensitivity=true}"
+    record = run("absorber", tuning)
+    assert "tuning/sensitivity/peak" not in record
+    assert any("no slopes" in words for words in record.warnings)
+
+
+def test_travel_that_no_stock_keeps_leaves_tuning_and_hardware() -> None:
+    record = run("absorber_rig_a", "tuning.bounds={travel=5}", *SHORT)
+    (words,) = [words for words in record.warnings if "stock" in words]
+    assert "the least travel is 6.71448" in words
+    assert "hardware/buy/peak" not in record
+    assert number(record, "tuning/travel") == pytest.approx(5.0, rel=1e-9)
+    assert number(record, "hardware/built/peak") > number(record, "tuning/peak")
+
+
+@pytest.mark.long
+def test_what_is_bought_keeps_the_bounds() -> None:
+    free = run("absorber_rig_a")
+    record = run("absorber_rig_a", "tuning.bounds={damping_ratio=[0.0, 0.01]}")
+    assert number(record, "tuning/secondary_damping") == pytest.approx(0.01, rel=1e-12)
+    for bought, tuned in (("spring_rate", "stiffness_ratio"),
+                          ("dynamic_viscosity", "secondary_damping")):  # fmt: skip
+        share = number(record, f"tuning/{tuned}") / number(record, f"tuning/unbounded/{tuned}")
+        change = number(record, f"hardware/{bought}") / number(free, f"hardware/{bought}")
+        assert change == pytest.approx(share, rel=1e-12) and abs(share - 1.0) > 1e-3
+
+
+def test_no_stock_is_ranked_by_peaks_for_a_mean_square() -> None:
+    record = run("absorber_rig_a", "tuning={norm='h2'}")
+    assert "hardware/pair/peak" not in record and "hardware/spring_rate" in record
+    assert any("mean square" in words for words in record.warnings)
+
+
+def test_an_oil_out_of_its_model_is_left_out() -> None:
+    record = run("absorber_rig_a", "machine.gap.temperature='-40 degC'", *SHORT)
+    kept = list(record["hardware/oil/damping"].axes[0].values)
+    assert "ISO VG 680" not in kept and len(kept) == 6
+    assert list(record["hardware/pair/peak"].axes[1].values) == kept
+    assert any("'ISO VG 680' in stock is left out" in words for words in record.warnings)
+
+
+def _text(tmp_path: Path, text: str, *settings: str) -> str:
+    path = tmp_path / "case.toml"
+    path.write_text(text, encoding="utf-8")
+    (loaded,) = load_checked([path], settings)
+    return " ".join(render_report(execute(loaded), full=True).split())
+
+
+def _tuned(tmp_path: Path, table: str, damping: str = "0.02") -> str:
+    text = TUNED.replace('compare = ["den_hartog"]', table)
+    return _text(tmp_path, text, f"machine.primary.damping_ratio={damping}")
+
+
+def test_mean_squares_are_not_called_peaks(tmp_path: Path) -> None:
+    table = 'norm = "h2"\nmistuning = [0.01]\ncompare = ["warburton", "numerical"]'
+    text = _tuned(tmp_path, table)
+    assert "higher mean square, %" in text and "higher peak" not in text
+    assert "true peak mean square" in text and "above the" not in text
+    row = text.split("warburton ")[1].split()
+    assert row[2] == "-" and float(row[3]) > 4.0
+
+
+def test_a_threshold_of_zero_is_no_threshold(tmp_path: Path) -> None:
+    text = _tuned(tmp_path, 'excitation = "base"\nresponse = "acceleration"', "0.0")
+    assert "With any damping of the primary it grows without bound." in text
+    assert "damping of the primary of 0 on" not in text
+
+
+def test_a_spring_alone_that_does_not_help(tmp_path: Path) -> None:
+    text = _tuned(tmp_path, 'kind = "undamped_spring"')
+    assert "No spring without a damper lowers the largest amplitude" in text
+    assert "force; spring and damper do." in text
+    assert "No absorber" not in text and "peak that holds it" not in text
+
+
+def test_where_none_helps_nothing_is_bought() -> None:
+    text = render_report(
+        result_of(
+            "absorber_rig_a",
+            "machine.primary.damping_ratio=0.9",
+            "tuning.temperatures.points=2",
+            "response.absorber.frequencies.points=11",
+        )
+    )
+    part = text.split("What to buy:")[1].split("\n\n")[0]
+    assert part.split() == ["-", "Buy", "nothing:", "no", "absorber", "lowers", "the", "peak."]
+    for absent in ("higher peak", "slope by", "the best pairs", "antiresonance"):
+        assert absent not in text
+
+
+def test_two_absorbers_above_the_threshold() -> None:
+    text = render_report(result_of("absorber_two", "machine.primary.damping_ratio=0.8"))
+    assert "None of these absorbers helps" in text
+    assert "a factor" not in text and "higher peak" not in text
+    assert "None of these absorbers" not in render_report(result_of("absorber_two"))
+
+
+def test_viscosities_of_stock_and_of_the_wanted_oil_compare() -> None:
+    record, text = (
+        result_of("absorber_rig_a").record,
+        render_report(result_of("absorber_rig_a"), full=True),
+    )
+    # 386 and 155 cSt at 40 and 100 degC, density 975 kg/m^3 at 15: 970.4 at 20
+    thick = record["hardware/oil/kinematic_viscosity"]
+    place = list(thick.axes[0].values).index("silicone 500")
+    row = text.split("\n  silicone 500")[1].split("\n")[0].split()
+    assert row[0] == show(1e6 * float(thick.values[place]))
+    assert float(row[1]) / float(row[0]) == pytest.approx(0.975 * (1.0 - 5.0 * 0.00094), rel=1e-3)
+    assert f"({row[1]} mPa s, {row[0]} cSt)" in " ".join(text.split())
+    assert "As the oil 'silicone 500' from stock warms, with the springs '2.8 N/mm':" in text
