@@ -9,12 +9,11 @@ formulas of its own (`exact_roll.py`).
 import copy
 
 import numpy as np
-from estimate_counts import Reported, Uncertain
+from estimate_counts import Reported, Uncertain, checked_run
 from random_machines import Table
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Quantity, Record
-from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.core.run.run import run_case
 
 POINTS = (20, 24)
@@ -24,9 +23,7 @@ COUNTS = ("trivial_multipliers", "method/work")
 
 def judge_roll(table: Table) -> Reported:
     """Every result of a run next to the truth."""
-    case = validate(copy.deepcopy(table))
-    assert check_machine(case) == []
-    record = run_case(case)
+    _, record = checked_run(table)
     truth, again = (run_case(validate(_refined(table, points))) for points in POINTS)
     judged = [
         _judged(quantity, truth[path], again[path])
