@@ -12,16 +12,14 @@ import numpy as np
 import pytest
 from random_machines import Table
 from response_machines import run, shipped, si_matrix
-from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
+from switching_machines import Body, Course, marched
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Record
 from vibecalc.core.run.plan import planned_quantities
 
 STEM = "response/switching"
-#: profile of the way: duration, speeds at its ends, cylinders at work
-Course = list[tuple[float, float, float, list[str]]]
 
 
 def switching(**options: Any) -> Table:
@@ -57,12 +55,11 @@ class Machine:
     """Matrices (6, 6) and the load on the body at a crank angle, speed and acceleration."""
 
     def __init__(self, table: Table) -> None:
-        self.mass = si_matrix(table, "body", "mass_matrix")
-        self.stiffness = si_matrix(table, "mounts", "stiffness_matrix")
-        square, shape = eigh(self.stiffness, self.mass)
+        mass = si_matrix(table, "body", "mass_matrix")
+        stiffness = si_matrix(table, "mounts", "stiffness_matrix")
+        square, shape = eigh(stiffness, mass)
         rate = 2.0 * 0.03 * np.sqrt(square)
-        self.damping = self.mass @ shape @ np.diag(rate) @ shape.T @ self.mass
-        self.inverse = np.linalg.inv(self.mass)
+        self.body = Body(mass, stiffness, mass @ shape @ np.diag(rate) @ shape.T @ mass)
         self.balanced = table["excitation"].get("balanced_for", [])
         self.radius, self.length = 0.5 * 0.0254, 2.375 * 0.0254
         pound, share = 0.45359237, 0.625 / 2.375
@@ -107,62 +104,30 @@ def course_of(table: Table, before: list[str], after: list[str]) -> Course:
     ]
 
 
-def steady_start(machine: Machine, working: list[str], angle: float) -> np.ndarray:
-    """Place and velocity (12,) of the steady motion at a crank angle, by samples of the load."""
-    speed, count = 361.0, 256
-    turns = np.arange(count) * (2.0 * np.pi / count)
-    waves = np.fft.fft([machine.load(working, a, speed, 0.0) for a in turns], axis=0) / count
-    state = np.zeros(12)
-    for n in range(1, 40):
-        rate = n * speed
-        dynamic = machine.stiffness + 1j * rate * machine.damping - rate**2 * machine.mass
-        moved = np.linalg.solve(dynamic, 2.0 * waves[n]) * np.exp(1j * n * angle)
-        state += np.concatenate([moved.real, (1j * rate * moved).real])
-    return state
-
-
 def integrated(
     machine: Machine, course: Course, angle: float, before: list[str]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Times and states (times, 12) on the way."""
-    state, start = steady_start(machine, before, angle), 0.0
-    times, states = [], []
-    for duration, first, last, working in course:
-        gain = (last - first) / duration
-
-        def law(
-            t: float, y: np.ndarray, first: float = first, gain: float = gain,
-            angle: float = angle, working: list[str] = working,
-        ) -> np.ndarray:  # fmt: skip
-            turned = angle + first * t + 0.5 * gain * t * t
-            load = machine.load(working, turned, first + gain * t, gain)
-            pull = machine.stiffness @ y[:6] + machine.damping @ y[6:]
-            return np.concatenate([y[6:], machine.inverse @ (load - pull)])
-
-        # 32 points and more in each turn of the second order
-        points = np.linspace(0.0, duration, int(duration * 361.0 / (2.0 * np.pi) * 64) + 2)
-        done = solve_ivp(law, (0.0, duration), state, method="DOP853", t_eval=points, rtol=1e-7,
-                         atol=1e-10 * np.max(np.abs(state)))  # fmt: skip
-        assert done.success
-        times.append(start + done.t), states.append(done.y.T)
-        state, start = done.y[:, -1], start + duration
-        angle += 0.5 * (first + last) * duration
-    return np.concatenate(times), np.concatenate(states)
+    """Times, 32 and more in each turn of the second order, and states (times, 12) on the way."""
+    end = sum(piece[0] for piece in course)
+    times = np.linspace(0.0, end, int(end * 361.0 / (2.0 * np.pi) * 64) + 2)
+    states = marched(
+        machine.body, machine.load, course, times, before=before, angle=angle, rtol=1e-7
+    )
+    return times, states
 
 
-def readings(machine: Machine, states: np.ndarray) -> dict[str, np.ndarray]:
+def readings(body: Body, states: np.ndarray) -> dict[str, np.ndarray]:
     """Largest magnitude of each reading."""
     place, pace = states[:, :6], states[:, 6:]
-    ground = np.abs(place @ machine.stiffness + pace @ machine.damping).max(axis=0)
+    ground = np.abs(place @ body.stiffness + pace @ body.damping).max(axis=0)
     moved = np.abs(place).max(axis=0)
     return {
         "translation_peak": moved[:3],
         "rotation_peak": moved[3:],
         "ground_force_peak": ground[:3],
         "ground_couple_peak": ground[3:],
-        "kinetic_energy_peak": 0.5 * np.einsum("ti,ij,tj->t", pace, machine.mass, pace).max(),
-        "potential_energy_peak": 0.5
-        * np.einsum("ti,ij,tj->t", place, machine.stiffness, place).max(),
+        "kinetic_energy_peak": 0.5 * np.einsum("ti,ij,tj->t", pace, body.mass, pace).max(),
+        "potential_energy_peak": 0.5 * np.einsum("ti,ij,tj->t", place, body.stiffness, place).max(),
     }
 
 
@@ -195,8 +160,8 @@ def test_peaks_of_the_real_change(
         before, after = (("A+B", "A"), ("A", "A+B"))[change]
         course = course_of(table, WAYS[before], WAYS[after])
         times, states = integrated(machine, course, angle, WAYS[before])
-        same_peaks(record, "reversal", change, readings(machine, states))
-        energy = 0.5 * np.einsum("ti,ij,tj->t", states[:, 6:], machine.mass, states[:, 6:])
+        same_peaks(record, "reversal", change, readings(machine.body, states))
+        energy = 0.5 * np.einsum("ti,ij,tj->t", states[:, 6:], machine.body.mass, states[:, 6:])
         top = record[f"{STEM}/reversal/peak_time"].values[change]
         assert times[np.argmax(energy)] == pytest.approx(top, abs=2e-3)
     last = record[f"{STEM}/reversal/speed"].values[:, -1]
@@ -212,7 +177,7 @@ def test_peaks_of_the_change_at_once(angle: float, unbalanced: bool) -> None:
     for change, (before, after) in enumerate((("A+B", "A"), ("A", "A+B"))):
         course: Course = [(0.5, 361.0, 361.0, WAYS[after])]
         _, states = integrated(machine, course, angle, WAYS[before])
-        same_peaks(record, "instant", change, readings(machine, states))
+        same_peaks(record, "instant", change, readings(machine.body, states))
         worst = record[f"{STEM}/instant/worst_kinetic_energy_peak"].values[change]
         assert worst >= record[f"{STEM}/instant/kinetic_energy_peak"].values[change] * (1 - 1e-9)
 
