@@ -58,23 +58,6 @@ def test_bound_against_all_corners_of_the_rounding(order):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("order", [1, pytest.param(3, marks=pytest.mark.long)])
-def test_standard_uncertainty_against_samples(order):
-    """400 readings spread evenly over their last digit."""
-    rows = source_rows()
-    (taken,) = [one for one in solved(LEVELS[order], rows) if one.motion[2].imag < 0.0]
-    random = np.random.default_rng(5)
-    there = point_row(*PLACES["6"])
-    sampled = []
-    for _ in range(400):
-        levels = np.array(LEVELS[order]) + random.uniform(-HALF, HALF, 5)
-        near = nearest(solved(levels, rows), taken.motion)
-        sampled.append(DECIBEL * np.log(abs(there @ near.motion)))
-    deviation = float(taken.spread.deviation(level_gradient(there, taken.motion)))
-    assert np.std(sampled) == pytest.approx(deviation, rel=0.12)
-
-
-@pytest.mark.long
 def test_uncertainty_of_least_squares_against_samples():
     """Nine levels of which none is met: the slopes are those of the least-squares motion."""
     plate = random_plate(42, 6, 3)
