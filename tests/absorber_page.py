@@ -242,3 +242,27 @@ SECTIONS = {
     "7. Responses: Tables 3.11 to 3.13": responses,
     "8. Bending and shaker: Tables 3.14, 3.15": bending,
 }
+VERDICTS = ("reproduced", "with the slip", "misprint", "compatible", "not reproducible", "measured")
+
+
+def says_what_it_is(row: Row) -> bool:
+    number = row.printed.split(" ")[0]
+    right = row.right is not None and shows(number, row.right)
+    slipped = row.source is not None and shows(number, row.source)
+    fits = {
+        "reproduced": right,
+        "with the slip": slipped and not right,
+        "misprint": not right and not slipped,
+        "not reproducible": not right and not slipped,
+    }
+    explained = bool(row.reason) or row.verdict in ("reproduced", "measured")
+    return row.verdict in VERDICTS and fits.get(row.verdict, True) and explained
+
+
+def hold(verdict: str, *places: str) -> None:
+    """Assert that rows whose places begin so have this verdict, and that their numbers say it."""
+    for place in places:
+        found = [row for rows in SECTIONS.values() for row in rows() if row.place.startswith(place)]
+        assert found, place
+        for row in found:
+            assert row.verdict == verdict and says_what_it_is(row), row

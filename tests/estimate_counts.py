@@ -1,14 +1,22 @@
 """How honest the error estimates of many runs are: counts, and what becomes of the tolerance."""
 
+import copy
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import numpy as np
+from mpmath import mp, mpf, mpmathify
 from random_machines import Table
+from truth_report import flat
 
+from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Record
 from vibecalc.core.results.tolerance import reached
+from vibecalc.core.run.machine_checks import check_machine
+from vibecalc.core.run.run import run_case
 from vibecalc.errors import NumericalFailure
+from vibecalc.schema import Case
 
 MOST_TOO_LOW, MOST_TOO_HIGH = 0.01, 0.05
 UNIT = 2.0**-52
@@ -41,6 +49,34 @@ class Reported(NamedTuple):
     table: Table
     record: Record
     judged: list[Uncertain]
+
+
+def checked_run(table: Table) -> tuple[Case, Record]:
+    """A run of a case table in which nothing is wrong."""
+    case = validate(copy.deepcopy(table))
+    assert check_machine(case) == []
+    return case, run_case(case)
+
+
+def against(
+    record: Record, path: str, values: Any, truth: Any, size: float | None = None
+) -> Uncertain:
+    """A result next to its truth in many digits; phases that are whole turns apart are one."""
+    found, exact = np.ravel(values).tolist(), [mpmathify(x) for x in flat(truth)]
+    assert len(found) == len(exact), (path, len(found), len(exact))
+    off = [_distance(a, b, "phase" in path) for a, b in zip(found, exact, strict=True)]
+    largest = max((abs(b) for b in exact if mp.isfinite(b)), default=mpf(0))
+    error = float(max(off, default=mpf(0)))
+    return Uncertain(
+        path, error, record[path].error_estimate, float(largest) if size is None else size
+    )
+
+
+def _distance(value: complex, true: Any, turns: bool) -> mpf:
+    if not np.isfinite(value) and not mp.isfinite(true):
+        return mpf(0)
+    apart = mpmathify(value) - true
+    return abs(apart - 2 * mp.pi * mp.nint(apart / (2 * mp.pi))) if turns else abs(apart)
 
 
 def reported_or_refused(

@@ -31,6 +31,27 @@ readings = [
   { between = ["a", "c"], level = [100.2, 102.3] },
 ]
 """
+ON_A_LINE = """schema = 1
+title = "three accelerometers in a row"
+[machine]
+kind = "plate"
+[measurement]
+amplitude = "zero_to_peak"
+amplitude_step = 0.001
+phase_step = "1 deg"
+orders = [1]
+positions = [
+  { name = "a", x = -0.5, y = 0.2 },
+  { name = "b", x = 0.1, y = 0.2 },
+  { name = "c", x = 0.5, y = 0.2 },
+  { name = "d", x = 0.5, y = -0.2 },
+]
+readings = [
+  { at = "a", amplitude = [1.0], phase = ["0 deg"] },
+  { at = "b", amplitude = [1.1], phase = ["5 deg"] },
+  { at = "c", amplitude = [1.2], phase = ["9 deg"] },
+]
+"""
 
 
 def load(folder: Path, text: str, **files: str) -> LoadedCase:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from vibecalc.excitation.gas_tables import gas_force
-from vibecalc.excitation.slip_torque import slip_curve
+from vibecalc.excitation.slip_torque import SlipCurve, slip_curve
 from vibecalc.roll.mechanism import RollDrive, RollMachine, roll_machine
 from vibecalc.roll.steady import QuickTurn
 
@@ -52,6 +52,16 @@ def source_drive(
     return RollDrive(
         tuple(forces), slip_curve(slip * RPM, torque, motor), np.asarray(SYNCHRONOUS)
     )._replace(**changes)
+
+
+def straight_drive(gas: str = "linear", **changes: object) -> RollDrive:
+    """The same by straight lines, the last torque of the motor held beyond its table."""
+    return source_drive(gas, **({"holds": True} | changes))
+
+
+def constant_torque(torque: float) -> SlipCurve:
+    """A motor with one torque at every slip."""
+    return SlipCurve(np.empty(0), np.zeros(1), np.array([[torque, 0.0]]), np.inf)
 
 
 def quick_spectrum(turn: QuickTurn, orders: int) -> np.ndarray:

@@ -1,6 +1,7 @@
 """Machines for the tests of switching transients, and a general integrator as their truth."""
 
 from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -88,26 +89,80 @@ def one_mode(
     return system, Loads(np.array(orders), values, np.zeros((len(values), 1)))
 
 
-def crank_angle_and_speed(
-    profile: Sequence[SpeedSegment], angle: float
-) -> Callable[[float], tuple[float, float, float, int]]:
-    """Angle, speed, acceleration and operation at a time, by adding up profile."""
-    starts, angles = [0.0], [angle]
-    for segment in profile:
-        angles.append(
-            angles[-1] + 0.5 * (segment.start_speed + segment.end_speed) * segment.duration
+class Body(NamedTuple):
+    """Mass, stiffness and damping in coordinates (n, n)."""
+
+    mass: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+
+
+#: on the body (n,), of what is at work, crank angle, speed and acceleration
+Load = Callable[[Any, float, float, float], np.ndarray]
+#: of a way: duration, speeds at its ends, what is at work
+Course = Sequence[tuple[float, float, float, Any]]
+
+
+def steady(body: Body, load: Load, working: Any, angle: float, speed: float) -> np.ndarray:
+    """Place and velocity (2 n,) of the steady motion at a crank angle, by samples of the load."""
+    count = 256
+    turns = np.arange(count) * (2.0 * np.pi / count)
+    waves = np.fft.fft([load(working, a, speed, 0.0) for a in turns], axis=0) / count
+    state = np.zeros(2 * len(body.mass))
+    for n in range(1, count // 2):
+        rate = n * speed
+        dynamic = body.stiffness + 1j * rate * body.damping - rate**2 * body.mass
+        moved = np.linalg.solve(dynamic, 2.0 * waves[n]) * np.exp(1j * n * angle)
+        state += np.concatenate([moved.real, (1j * rate * moved).real])
+    return state
+
+
+def marched(
+    body: Body,
+    load: Load,
+    course: Course,
+    times: np.ndarray,
+    *,
+    before: Any,
+    angle: float = 0.0,
+    rtol: float = 1e-12,
+) -> np.ndarray:
+    """Place and velocity (times, 2 n) from the steady motion before, by a general integrator."""
+    inverse, n = np.linalg.inv(body.mass), len(body.mass)
+    state, begin = steady(body, load, before, angle, course[0][1]), 0.0
+    result = np.empty((len(times), 2 * n))
+    for number, (duration, first, last, working) in enumerate(course):
+        gain, end = (last - first) / duration, begin + duration
+        mine = (times >= begin) & ((times < end) | (number == len(course) - 1))
+
+        def law(
+            t: float,
+            y: np.ndarray,
+            first: float = first,
+            gain: float = gain,
+            angle: float = angle,
+            working: Any = working,
+        ) -> np.ndarray:
+            force = load(working, angle + first * t + 0.5 * gain * t * t, first + gain * t, gain)
+            pull = body.stiffness @ y[:n] + body.damping @ y[n:]
+            return np.concatenate([y[n:], inverse @ (force - pull)])
+
+        own = np.minimum(times[mine] - begin, duration)
+        points = np.unique(np.append(own, duration))
+        done = solve_ivp(
+            law,
+            (0.0, duration),
+            state,
+            method="DOP853",
+            t_eval=points,
+            rtol=rtol,
+            atol=rtol * max(np.max(np.abs(state)), 1e-9),
         )
-        starts.append(starts[-1] + segment.duration)
-
-    def at(time: float) -> tuple[float, float, float, int]:
-        number = max(n for n in range(len(profile)) if starts[n] <= time or n == 0)
-        segment, since = profile[number], time - starts[number]
-        acceleration = (segment.end_speed - segment.start_speed) / segment.duration
-        speed = segment.start_speed + acceleration * since
-        turned = angles[number] + segment.start_speed * since + 0.5 * acceleration * since**2
-        return turned, speed, acceleration, segment.operation
-
-    return at
+        assert done.success
+        result[mine] = done.y.T[np.searchsorted(points, own)]
+        state, begin = done.y[:, -1], end
+        angle += 0.5 * (first + last) * duration
+    return result
 
 
 def integrate(
@@ -118,61 +173,28 @@ def integrate(
     *,
     angle: float = 0.0,
     before: int | None = None,
-    tolerance: float = 1e-12,
 ) -> np.ndarray:
-    """Body displacement and velocity (times, 2 coordinates) by a general integrator.
+    """The same of a system of modes.
 
-    In coordinates, with matrices put together from the modes; the load is minus the second
-    derivative of its place-like sum by time, by the chain rule.
+    Its matrices are put together from the modes; the load is minus the second derivative of its
+    place-like sum by time, by the chain rule.
     """
     back = np.linalg.inv(system.shape)
-    mass_inverse = system.shape @ system.shape.T
-    stiffness = back.T @ np.diag(system.frequency**2) @ back
-    damping = back.T @ np.diag(2.0 * system.damping_ratio * system.frequency) @ back
-    orders, count = loads.orders, len(system.shape)
-    at = crank_angle_and_speed(profile, angle)
-    place = loads.per_speed_squared / orders[:, None] ** 2  # m n^2 X over n^2
+    body = Body(
+        back.T @ back,
+        back.T @ np.diag(system.frequency**2) @ back,
+        back.T @ np.diag(2.0 * system.damping_ratio * system.frequency) @ back,
+    )
+    orders = loads.orders[:, None]
+    place = loads.per_speed_squared / orders**2  # m n^2 X over n^2
 
-    def force(time: float, which: int, slot: float) -> np.ndarray:
-        turned, speed, acceleration, _ = at(slot if time < slot else time)
-        wave = np.exp(1j * orders * turned)[:, None] * place[which]
-        bend = -(orders[:, None] ** 2) * wave
-        slope = 1j * orders[:, None] * wave
-        moved = np.sum(bend * speed**2 + slope * acceleration, axis=0).real
-        return -moved + loads.per_acceleration[which] * acceleration
+    def load(working: int, turned: float, speed: float, gain: float) -> np.ndarray:
+        wave = np.exp(1j * orders * turned) * place[working]
+        moved = np.sum(-(orders**2) * wave * speed**2 + 1j * orders * wave * gain, axis=0).real
+        return -moved + loads.per_acceleration[working] * gain
 
-    start = profile[0].start_speed
     first = profile[0].operation if before is None else before
-    state = np.zeros(2 * count)
-    for n, row in zip(orders.tolist(), loads.per_speed_squared[first], strict=True):
-        rate = n * start
-        dynamic = stiffness + 1j * rate * damping - rate**2 * np.linalg.inv(mass_inverse)
-        wave = np.linalg.solve(dynamic, row * start**2) * np.exp(1j * n * angle)
-        state = state + np.concatenate([wave.real, (1j * rate * wave).real])
-    result = np.empty((len(times), 2 * count))
-    begin = 0.0
-    for segment in profile:
-        end = begin + segment.duration
-        last = segment is profile[-1]
-        mine = (times >= begin) & ((times <= end) if last else (times < end))
-
-        def law(time: float, y: np.ndarray, which: int = segment.operation, slot: float = begin,
-                stop: float = end) -> np.ndarray:  # fmt: skip
-            inside = min(time, stop - 1e-15 * stop) if stop > slot else time
-            load = force(inside, which, slot)
-            pull = stiffness @ y[:count] + damping @ y[count:]
-            return np.concatenate([y[count:], mass_inverse @ (load - pull)])
-
-        ends = np.append(times[mine], end)
-        done = solve_ivp(
-            law, (begin, end), state, method="DOP853", t_eval=np.unique(ends),
-            rtol=tolerance, atol=1e-12 * max(np.max(np.abs(state)), 1e-9),
-        )  # fmt: skip
-        assert done.success
-        index = np.searchsorted(done.t, times[mine])
-        result[mine] = done.y.T[index]
-        state, begin = done.y[:, -1], end
-    return result
+    return marched(body, load, profile, times, before=first, angle=angle)
 
 
 def followed(

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from switching_machines import (
     BOTH,
-    IDLE,
     ONLY_A,
     SPEED,
     compressor,
@@ -160,15 +159,6 @@ def test_order_on_a_damped_natural_frequency_at_the_operating_speed() -> None:
     assert done.settling.time == pytest.approx(expected, rel=0.02)
 
 
-def test_cutting_out_leaves_free_motion_that_settles_by_the_largest_on_the_way() -> None:
-    done = instantaneous(compressor(), compressor_loads(), BOTH, IDLE, SPEED)
-    assert np.all(done.final.value == 0.0)
-    energy = columns().energy
-    assert done.peaks.time[energy] == 0.0
-    assert 0.0 < done.settling.time < 3.0
-    assert np.all(done.later <= done.peaks.value)
-
-
 def test_strong_and_weak_damping_side_by_side() -> None:
     ratios = np.array([300.0, 1e-6, 1.0, 0.03, 2.0, 0.9])
     system, loads = compressor(ratios), compressor_loads(2)
@@ -187,16 +177,6 @@ def test_strong_and_weak_damping_side_by_side() -> None:
     level = 1e-3 * np.sqrt(2.0 * done.peaks.value[columns().energy])
     expected = np.log(size / level) / (1e-6 * system.frequency[1])
     assert done.settling.time == pytest.approx(expected, rel=1e-5)
-
-
-def test_worst_instant_of_a_change_that_is_hardly_felt() -> None:
-    """A relative change of 1e-9: at most a bound of that size above the steady motion."""
-    one = compressor_loads(2).per_speed_squared[BOTH]
-    loads = Loads(np.arange(1, 3), np.stack([one, one * (1.0 + 1e-9)]), np.zeros((2, 6)))
-    worst = worst_instant(compressor(), loads, 0, 1, SPEED)
-    steady = worst_instant(compressor(), loads, 1, 1, SPEED)
-    assert np.all(worst.value >= steady.value - steady.error)
-    assert np.all(worst.value + worst.error <= steady.value * (1.0 + 1e-5))
 
 
 def test_worst_instant_with_hardly_any_damping_says_how_little_it_knows() -> None:

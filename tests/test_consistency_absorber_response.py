@@ -15,10 +15,8 @@ from vibecalc.absorber.transfer import (
     amplitude,
     amplitude_with_error,
     coupling,
-    damping_from_own_ratio,
     fixed_points,
     landmarks,
-    own_damping_ratio,
     poles,
     transfer_of,
 )
@@ -71,22 +69,6 @@ def test_limits_are_what_ratios_near_them_tend_to(names, limit):
     assert not np.any(np.isnan(ends)) and ends[0] == pytest.approx(ends[1], abs=1e-190)
 
 
-def test_what_happens_at_both_ends():
-    a = Absorber(0.1, 0.2, 0.1, 0.05)
-    for names, at_zero, at_infinity in (
-        (("force", "displacement"), 1.0, 0.0), (("force", "acceleration"), 0.0, 1.0),
-        (("base", "displacement"), 1.0, 0.0), (("base", "velocity"), 0.0, 0.2),
-        (("base", "acceleration"), 0.0, np.inf), (("unbalance", "velocity"), 0.0, np.inf),
-        (("unbalance", "displacement"), 0.0, 1.0), (("force", "secondary_displacement"), 1.0, 0.0),
-    ):  # fmt: skip
-        got = np.abs(amplitude(a, [0.0, np.inf], *names))
-        assert got == pytest.approx([at_zero, at_infinity], rel=1e-14)
-        found = peaks(a, *names)
-        assert [found.at_zero, found.at_infinity] == pytest.approx([at_zero, at_infinity])
-    locked = peaks(Absorber(0.1, 0.2, np.inf, 0.0), "force", "acceleration")
-    assert locked.at_infinity == pytest.approx(1.0 / 1.2)
-
-
 def test_an_undamped_resonance_is_infinite_and_not_nan():
     a = Absorber(0.0, 3.0, np.inf, 0.0)
     assert np.isinf(amplitude(a, 0.5)) and np.isinf(amplitude_with_error(a, 0.5).error)
@@ -95,21 +77,6 @@ def test_an_undamped_resonance_is_infinite_and_not_nan():
     exact = np.sqrt(np.sort(np.roots([0.1, -(0.1 + 0.0826 * 1.1), 0.0826])))
     np.testing.assert_allclose(found.frequency[0, :2], exact, rtol=1e-14)
     np.testing.assert_allclose(found.frequency[1:, 0], [1.1**-0.5, 1.0, 1.0], rtol=1e-15)
-
-
-def test_shapes_broadcast_and_phase_lags():
-    a = Absorber(0.1, np.array([[0.1], [0.5]]), 0.1, 0.03)
-    assert amplitude(a, X).shape == (2, 6)
-    assert np.all(np.angle(amplitude(a, X)) < 0.0)
-    assert peaks(a).frequency.shape == (2, 1, 4)
-    assert poles(a).value.shape == (2, 1, 4)
-
-
-def test_damping_ratios_convert_back_and_forth():
-    z2 = damping_from_own_ratio(0.185, 0.1, 0.0826)
-    assert own_damping_ratio(Absorber(0.0, 0.1, 0.0826, z2)) == pytest.approx(0.185, rel=1e-15)
-    assert np.isinf(own_damping_ratio(Absorber(0.0, 0.1, 0.0, 0.1)))
-    assert own_damping_ratio(Absorber(0.0, 0.1, 0.0, 0.0)) == 0.0
 
 
 def test_poles_are_roots_and_undamped_ones_are_the_natural_frequencies():
@@ -200,10 +167,3 @@ def test_the_oracle_solves_the_matrix_of_the_motion():
     np.testing.assert_allclose(
         [complex(one), complex(two)], by_matrix(0.1, 0.2, 0.3, 0.05, 0.7), rtol=1e-13
     )
-
-
-def test_unknown_names_are_refused_with_the_list():
-    with pytest.raises(NumericalFailure, match="force, base, unbalance"):
-        amplitude(Absorber(0.0, 0.1, 0.1, 0.1), 1.0, "wind")
-    with pytest.raises(NumericalFailure, match="transmitted_force"):
-        peaks(Absorber(0.0, 0.1, 0.1, 0.1), "force", "noise")

@@ -22,8 +22,7 @@ from vibecalc.numerics.rounding import FloatArray
 from vibecalc.roll.mechanism import RollDrive, RollMachine, is_mounted
 from vibecalc.roll.rates import driven_rates, place_at, roll_problem, with_steady_flux
 from vibecalc.roll.running import Running, running_state, steady_drive
-from vibecalc.roll.steady import steady_state
-from vibecalc.roll.turn import balance, harmonics, level, readings
+from vibecalc.roll.turn import balance, harmonics, readings
 
 ORDERS = np.arange(1.0, 11.0)
 KINDS: dict[str, dict[str, Any]] = {
@@ -120,33 +119,6 @@ def test_a_turn_in_time_comes_back(kind: str, cages: int) -> None:
         assert abs(state[place] - start[place]) < 1e-9 * max(1.0, abs(start[place])), place
 
 
-@pytest.mark.long
-def test_a_march_in_time_ends_in_it() -> None:
-    machine, drive = machine_of(), drive_of(1, gas="trigonometric")
-    found = run(machine, drive)
-    truth = InTime(machine, drive)
-    w = SYNCHRONOUS - 1.0
-    flux = with_steady_flux(drive, np.array([[w]]))[0, 1:]
-    place = place_at(machine, drive, np.zeros((1, 1))).moved
-    s = (found.state.momentum[0] - place.coupling[0, 0] * w) / place.shell[0, 0]
-
-    def turns(_: float, y: FloatArray) -> float:
-        return float(np.sin(0.5 * y[0]))
-
-    march = solve_ivp(
-        truth, (0.0, 24 * 0.068), np.concatenate([[0.0, w, 0.0, s], flux]),
-        method="DOP853", rtol=1e-10, atol=1e-12, events=turns,
-    )  # fmt: skip
-    ends, times = march.y_events[0][-2:], march.t_events[0][-2:]
-    start = start_in_time(machine, found)
-    # what is left of the start after so many turns
-    left = np.abs(found.multiplier[0]).max() ** 22 * 20.0
-    assert left < 1e-7
-    assert abs((times[1] - times[0]) / found.state.turn.period[0] - 1.0) < 1e-8
-    np.testing.assert_allclose(ends[-1][[1, 3]], start[[1, 3]], atol=1e-6 + left)
-    np.testing.assert_allclose(ends[-1][4:], start[4:], atol=1e-7 + left)
-
-
 @pytest.mark.parametrize("kind", [pytest.param("free", marks=pytest.mark.long), "mounted"])
 def test_fast_fluxes_are_the_steady_curve(kind: str) -> None:
     """The torque's lag, and with it the difference of the spectra, goes with the pace."""
@@ -207,36 +179,6 @@ def test_multipliers_of_the_monodromy_matrix(kind: str, cages: int) -> None:
     for value in own:
         assert np.abs(wanted - value).min() < 1e-8
     np.testing.assert_allclose(np.prod(own), np.linalg.det(carried.reshape(n, n)), rtol=1e-6)
-
-
-def test_the_line_swings_in_the_multipliers() -> None:
-    """The flux that stands still in the stator fades as its eigenvalue says, to a few percent."""
-    from vibecalc.excitation.induction_motor_flux import eigenvalues
-
-    machine, drive = machine_of(rotor_inertia=200.0), drive_of(1)
-    found = run(machine, drive)
-    period = float(found.state.turn.period[0])
-    values = eigenvalues(motor_with(1).motor, SYNCHRONOUS - 2.0 * np.pi / period).value
-    wanted = np.exp(values * period)
-    swinging = wanted[np.argmax(np.abs(values.imag))]
-    assert np.abs(found.multiplier[0] - swinging).min() < 0.05 * abs(swinging)
-
-
-def test_a_batch_and_one_by_one() -> None:
-    lengths = [0.27, 0.2921, 0.4]
-    drive = drive_of(2)
-    batch = machine_of(rod_length=np.array(lengths), rotor_inertia=np.array([2.0, 2.1, 1.9]))
-    both = steady_state(batch, drive, 8, started_at=SYNCHRONOUS)
-    assert both.solved.all()
-    together = level(
-        harmonics(both.turn, readings(batch, drive, both.turn).shell_acceleration, ORDERS)
-    )
-    for place, length in enumerate(lengths):
-        machine = machine_of(rod_length=length, rotor_inertia=[2.0, 2.1, 1.9][place])
-        alone = steady_state(machine, drive, 8, started_at=SYNCHRONOUS)
-        read = readings(machine, drive, alone.turn)
-        single = level(harmonics(alone.turn, read.shell_acceleration, ORDERS))[0]
-        np.testing.assert_allclose(together[place], single, atol=1e-9)
 
 
 def test_the_shell_may_stand_still_on_average() -> None:

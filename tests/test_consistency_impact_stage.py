@@ -11,12 +11,8 @@ from vibecalc.core.results.record import Record
 from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.run import run_case
 from vibecalc.errors import UsageError
-from vibecalc.impact import simulate
-from vibecalc.impact.checks import impact_work
 from vibecalc.impact.model import build_joints
 from vibecalc.impact.runs import Study, run_ensemble, run_fixed_steps
-from vibecalc.impact.simulate import sweep
-from vibecalc.impact.stage import plan_impact
 from vibecalc.impact.statistics import (
     carried_force,
     gas_harmonics,
@@ -102,36 +98,6 @@ def test_a_rod_that_the_crank_drives_adds_nothing_but_its_own_inertia():
     )
 
 
-@pytest.mark.long
-def test_the_estimated_steps_bound_those_that_are_taken(monkeypatch):
-    taken = []
-    monkeypatch.setattr(simulate, "sweep", lambda *parts: (taken.append(1), sweep(*parts)))
-    for damping in ("0.1 lbf*s/in", "40000 N*s/m"):
-        case = case_of(
-            *SMALL,
-            "response.impact.clearances=['1.5e-3 in']",
-            f"machine.joints.wrist_pin.contact_damping='{damping}'",
-        )
-        work = impact_work(case)
-        assert work is not None
-        taken.clear()
-        study = Study(np.array([CLEARANCE]), members=2, discard=0, revolutions=2, orders=6)
-        run_ensemble(build_joints(case.machine, None).linkage, study, 2.54e-11)
-        assert 0.5 * work.steps < len(taken) / 2 < 1.5 * work.steps
-        (plan,) = plan_impact(case)
-        assert f"about {work.steps:.2g} steps per turn" in plan.cost
-
-
-def test_the_first_cylinder_that_works_has_the_joints():
-    machine = case_of().machine
-    assert machine.joints is not None
-    anyone = machine.model_copy(
-        update={"joints": machine.joints.model_copy(update={"cylinder": None})}
-    )
-    assert build_joints(anyone, ["B"]).cylinder == "B"
-    assert build_joints(anyone, None).cylinder == "A"
-
-
 def test_a_crank_pin_with_play_frees_the_rod():
     play = "{clearance='1e-3 in', stiffness='1e6 lbf/in'}"
     machine = case_of(f"machine.joints.crank_pin={play}").machine
@@ -142,15 +108,6 @@ def test_a_crank_pin_with_play_frees_the_rod():
     train = machine.crank_train.model_copy(update={"rod": None})
     with pytest.raises(UsageError, match="give the rod its mass"):
         build_joints(machine.model_copy(update={"crank_train": train}), None)
-
-
-def test_every_planned_result_is_there(exact):
-    planned = [path for path in planned_quantities(case_of()) if "/impact/" in path]
-    assert len(planned) > 20
-    assert set(planned) == {path for path in exact if "/impact/" in path}
-    for path in planned:
-        assert exact[path].error_estimate >= 0.0
-        assert not np.isnan(exact[path].values).any()
 
 
 def test_statistics_are_those_of_the_members(exact):
@@ -230,15 +187,3 @@ def test_crank_pin_and_bore_have_results_of_their_own():
     assert 0.02 * mean < value(record, "bore/mean_force")[0] < 0.22 * mean
     # nearly all of the force at the crank end is the carried load, as at the wrist pin
     assert 0.7 < value(record, "crank_pin/mean_force")[0] / mean < 1.3
-
-
-@pytest.mark.long
-def test_a_start_that_is_not_forgotten_is_said():
-    # nothing is discarded, and the first revolution has the energy of the start
-    record = record_of(
-        "response.impact.clearances=['1e-4 in']",
-        "response.impact.members=6",
-        "response.impact.orders=2",
-        wanted=("mean_force",),
-    )
-    assert any("remember their start" in warning for warning in record.warnings)

@@ -19,7 +19,6 @@ from impact_machines import (
     no_gas,
     source_joint,
 )
-from impact_reference import Reference
 from scipy.integrate import quad
 
 from vibecalc.errors import UsageError
@@ -103,16 +102,6 @@ def test_standard_errors_are_the_scatter_of_disjoint_ensembles():
 
 
 @pytest.mark.long
-def test_standard_error_of_the_compressor_from_disjoint_members(ensemble):
-    force = ensemble.forces.wrist_pin.force[0]
-    reported = mean_over_runs(force[None]).standard_error[0]
-    groups = force.reshape(16, 4, -1).mean(axis=(1, 2))
-    found = np.std(groups, ddof=1) / np.sqrt(16)
-    # 16 groups know it to one part in five
-    assert 0.5 * reported < found < 1.7 * reported
-
-
-@pytest.mark.long
 def test_ensemble_holds_the_single_revolutions(ensemble):
     start = spread_starts(COMPRESSOR, np.array([CLEARANCE]), 64)
     clearance = np.full(3, CLEARANCE)
@@ -132,17 +121,6 @@ def test_ensemble_holds_the_single_revolutions(ensemble):
         np.testing.assert_allclose(found[0, :3], expected, rtol=1e-10)
     assert ensemble.distances.shape == (1, 16, 6)
     np.testing.assert_allclose(ensemble.distances[..., 0], 2.54e-11 / CLEARANCE, rtol=1e-6)
-
-
-@pytest.mark.long
-def test_two_clearances_in_one_batch_are_two_studies():
-    both = np.array([CLEARANCE, 6.0 * CLEARANCE])
-    together = run_ensemble(COMPRESSOR, Study(both, 3, 1, 1, 4), 1e-11)
-    for c, clearance in enumerate(both):
-        alone = run_ensemble(COMPRESSOR, Study(np.array([clearance]), 3, 1, 1, 4), 1e-11)
-        for one, two in zip(together.forces.wrist_pin, alone.forces.wrist_pin, strict=True):
-            np.testing.assert_allclose(one[c], two[0], rtol=1e-10)
-        np.testing.assert_allclose(together.distances[c], alone.distances[0], rtol=1e-6)
 
 
 def test_a_damped_gap_has_its_closed_form_and_no_scatter():
@@ -176,16 +154,6 @@ def test_a_damped_gap_has_its_closed_form_and_no_scatter():
     assert np.all(found.forces.wrist_pin.contacts == 0.0)
 
 
-@pytest.mark.long
-def test_neighbours_of_the_compressor_part(ensemble):
-    apart = parting(ensemble.distances)
-    parted = np.isfinite(apart.revolutions)
-    assert np.mean(parted) > 0.3
-    # the run has five revolutions, in which a distance grows by 1e5 or not
-    assert np.all(apart.revolutions[parted] > 1.0)
-    assert np.all(apart.rate[parted] > np.log(0.1 / (2.54e-11 / CLEARANCE)) / 5.0)
-
-
 @pytest.mark.parametrize("order", [1, 2, 7])
 def test_harmonics_of_the_gas_against_quadrature(order):
     gas = gas_towards("crank")
@@ -200,13 +168,6 @@ def test_harmonics_of_the_gas_against_quadrature(order):
     assert abs(found - total / np.pi) < 1e-12 * abs(gas_harmonics(gas, 0)[0])
 
 
-def test_gas_harmonics_do_not_need_the_closing_entry():
-    gas = gas_towards("head")
-    open_end = gas._replace(angle=gas.angle[:-1], force=gas.force[:-1])
-    np.testing.assert_allclose(gas_harmonics(open_end, 9), gas_harmonics(gas, 9), atol=1e-10)
-    assert not np.any(gas_harmonics(no_gas(), 3))
-
-
 def test_inertia_of_the_pin_is_that_of_the_slider_crank():
     # half a turn apart the odd orders change their sign: R w^2 (1 +- ratio) at the dead centres
     found = pin_acceleration(compressor_drive(), 40)
@@ -214,19 +175,6 @@ def test_inertia_of_the_pin_is_that_of_the_slider_crank():
     assert np.sum(found.real) == pytest.approx(unit * (1.0 + RADIUS / LENGTH), rel=1e-12)
     signs = (-1.0) ** np.arange(41)
     assert np.sum(signs * found.real) == pytest.approx(-unit * (1.0 - RADIUS / LENGTH), rel=1e-12)
-
-
-@pytest.mark.long
-def test_first_contacts_against_another_integrator():
-    start = central_start(COMPRESSOR, np.array([CLEARANCE]))
-    found = first_of_compressor()
-    other = Reference(
-        RADIUS, LENGTH, SPEED, COMPRESSOR.gas, MASS, (COMPRESSOR.wrist_pin, None, None)
-    )
-    made, _ = other.contacts(start.gap[0], start.velocity[0], 0.9 / SPEED)
-    count = found.contacts.shape[1]
-    assert count == 8
-    np.testing.assert_allclose(found.contacts[0], SPEED * np.array(made[0])[:count], atol=1e-9)
 
 
 @pytest.mark.long
@@ -242,24 +190,6 @@ def test_errors_of_the_first_motion_bound_what_rounding_does():
     assert np.max(first.contacts_error) < 1e-10
     assert np.max(first.force_error) < 1e-8 * np.max(np.abs(first.force))
     assert np.all(np.diff(first.contacts_error, axis=1) >= 0.0)
-
-
-def test_first_turn_ends_where_the_second_begins():
-    clearance = np.array([CLEARANCE])
-    first = first_of_compressor()
-    start = central_start(COMPRESSOR, clearance)
-    both = follow_events(COMPRESSOR, clearance, start, 2, 1, samples=8)
-    assert first.angle[-1] == pytest.approx(2.0 * np.pi)
-    assert abs(first.force[0, -1] - both.wrist_pin.force[0, 0]) < first.force_error[0, -1]
-
-
-@pytest.mark.long
-def test_a_piston_that_never_touches_has_no_first_contacts():
-    joint = source_joint(clearance=2.54e-3, film_damping=4e3)
-    found = first_motion(Linkage(compressor_drive(), no_gas(), MASS, joint), np.array([2.54e-3]))
-    assert found.contacts.shape[1] >= 3
-    assert np.all(np.isinf(found.contacts))
-    assert np.all(np.isfinite(found.contacts_error))
 
 
 def test_fixed_steps_converge_to_the_first_contacts():
@@ -280,16 +210,6 @@ def test_fixed_steps_converge_to_the_first_contacts():
         errors.append(np.max(np.abs(run.angle[made] + part * run.angle[1] - truth)))
     assert errors[1] < 0.3 * errors[0]
     assert errors[1] < 2e-3
-
-
-def test_fixed_steps_start_where_the_event_exact_members_do():
-    study = Study(np.array([CLEARANCE]), members=2, discard=0, revolutions=1, orders=3)
-    exact = run_ensemble(COMPRESSOR, study, 1e-11).forces.wrist_pin
-    fixed = run_fixed_steps(COMPRESSOR, study, "rk4", 1024).wrist_pin
-    for one, two in zip(exact, fixed, strict=True):
-        assert one.shape == two.shape
-    # one revolution is mostly the carried load, which all of them have in common
-    np.testing.assert_allclose(fixed.force, exact.force, rtol=0.05)
 
 
 def test_starts_fill_the_play():

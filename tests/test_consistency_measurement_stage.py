@@ -1,6 +1,5 @@
 """Claim: a run gives what its kernels give, from levels, phases, scans and rms values."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import mpmath
@@ -8,13 +7,10 @@ import numpy as np
 import pytest
 from long_but import long_but
 from plate_cases import PLATE, entry, load, replaced, run
-from shipped_cases import result_of
 
-from vibecalc.core.report.plots import make
 from vibecalc.core.report.text import render_report
-from vibecalc.core.results.catalogue import AXES, CATALOGUE
 from vibecalc.core.results.store import read_result, write_result
-from vibecalc.core.run.plan import plan_case, planned_quantities
+from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.run import run_case
 from vibecalc.core.run.targets import check_targets
 from vibecalc.core.study.execute import execute
@@ -118,16 +114,6 @@ def test_a_scan_of_amplitudes_and_phases(tmp_path: Path) -> None:
     np.testing.assert_allclose(record["measurement/map/all_orders"].values, direct, atol=1e-12)
 
 
-def test_effective_values_and_other_units(tmp_path: Path) -> None:
-    """rms in mm/s^2: the same motion, 0-to-peak, and levels of effective values."""
-    text = replaced('"zero_to_peak"', '"rms"\nreference_level = 0.1', HEAD)
-    record = run(tmp_path, text, scan=scan(1000.0 / np.sqrt(2.0), " [mm/s^2]"))
-    found = [record[f"measurement/{name}"].values[0] for name in ("translation", "roll", "pitch")]
-    np.testing.assert_allclose(found, MOTION, rtol=1e-12)
-    wanted = 20.0 * np.log10(abs(MOTION[0]) / np.sqrt(2.0) / 0.1)
-    assert record["measurement/translation_level"].values[0] == pytest.approx(wanted, rel=1e-12)
-
-
 def test_scatter_beyond_the_rounding_is_said(tmp_path: Path) -> None:
     bent = scan().splitlines()
     cells = bent[2].split(", ")
@@ -199,13 +185,6 @@ def test_five_levels_alone_leave_two_motions_and_say_what_would_help(tmp_path: P
     assert best >= np.max(apart[fresh]) - 1e-9
 
 
-def test_levels_of_all_six_are_least_squares(tmp_path: Path) -> None:
-    record = run(tmp_path, named_levels(FIVE | SIXTH))
-    found = [record[f"measurement/{name}"].values[0] for name in ("translation", "roll", "pitch")]
-    np.testing.assert_allclose(found, relative(MOTION), rtol=1e-9)
-    assert record["measurement/fit/misfit"].values[0] < 1e-6
-
-
 def test_levels_that_no_motion_has_within_reason_are_said(tmp_path: Path) -> None:
     rows = FIVE | SIXTH
     text = named_levels(rows)
@@ -218,18 +197,6 @@ def test_levels_that_no_motion_has_within_reason_are_said(tmp_path: Path) -> Non
     assert not any("no motion lies" in one for one in record.warnings)
 
 
-def test_a_clipped_triangle_is_said(tmp_path: Path) -> None:
-    text = PLATE.replace("orders = [1, 2]", "orders = [1]")
-    levels = (100.0, 106.05, 99.0, 100.0, 95.0)
-    for old, new in zip((104.0, 108.7, 103.0, 111.2, 100.2), levels, strict=True):
-        start = text.index(f"level = [{old}")
-        end = text.index("]", start)
-        text = f"{text[:start]}level = [{new}{text[end:]}"
-    record = run(tmp_path, text)
-    assert any("two of its signals in line" in one for one in record.warnings)
-    assert record["measurement/fit/motions"].values.tolist() == [1]
-
-
 def test_a_missing_harmonic_of_one_instrument(tmp_path: Path) -> None:
     """An instrument may cover some harmonics only."""
     text = replaced("]\n", '  { at = "d", orders = [2], use = "choose", level = [93.0] },\n]\n',
@@ -238,14 +205,6 @@ def test_a_missing_harmonic_of_one_instrument(tmp_path: Path) -> None:
     names = list(record["measurement/reading/read"].axes[0].values)
     assert "2: d" in names and "1: d" not in names
     assert record["measurement/fit/decided"].values.tolist() == [0, 1]
-
-
-def test_without_positions_or_plate_nothing_of_them_is_planned(tmp_path: Path) -> None:
-    text = "\n".join(line for line in HEAD.splitlines() if not line.startswith("plate"))
-    case = load(tmp_path, text, scan=scan()).case
-    planned = set(planned_quantities(case))
-    assert planned == set(run_case(case))
-    assert not any("/level/" in path or "/map/" in path or "/quiet/" in path for path in planned)
 
 
 @pytest.mark.parametrize("text", [PLATE, HEAD], ids=["levels", "phases"])
@@ -278,76 +237,9 @@ def test_positions_of_references_are_checked_before_the_run(
     )
 
 
-def test_the_picture_shows_levels_with_their_reference_and_leaves_out_parts_far_below() -> None:
-    """Pitch alone at 3 and 4 is 30 dB lower than the rest; positions next to one another."""
-    made = result_of("roll_measured")
-    levels, plate = make(made, "measured_levels"), make(made, "plate_map")
-    assert levels is not None and plate is not None
-    drawn = {line.get_label(): line.get_ydata() for line in levels.axes[0].get_lines()}
-    assert np.flatnonzero(np.isnan(drawn["pitch alone"])).tolist() == [2, 3]
-    assert levels.axes[0].get_ylabel() == "dB re 1e-5 m/s$^2$"
-    shown = [text.get_text() for one in (levels, plate) for text in one.legends[0].get_texts()]
-    assert "quietest place" in shown and "published" in shown
-    bare = replace(made, case={**made.case, "reference": ()})
-    without = make(bare, "measured_levels")
-    assert without is not None
-    assert "published" not in [text.get_text() for text in without.legends[0].get_texts()]
-    assert [text.get_text() for text in plate.axes[0].texts] == [
-        *("1", "2", "3", "4", "5, corner 5", "6, corner 6")
-    ]
-
-
-def test_catalogue_and_axes() -> None:
-    own = [one for path, one in CATALOGUE.items() if path.startswith("measurement/")]
-    assert {axis for one in own for axis in one.axes} <= set(AXES)
-    parts = {path.rsplit("/", 1)[1] for path in CATALOGUE if path.startswith("measurement/level/")}
-    assert parts == {*PARTS, "all_orders"}
-
-
-def test_the_stage_comes_last(tmp_path: Path) -> None:
-    (stage,) = plan_case(load(tmp_path, PLATE).case)
-    assert (stage.name, stage.is_last) == ("measurement", True)
-
-
 def test_a_node_has_no_level(tmp_path: Path) -> None:
     """A position on the roll axis: roll alone gives nothing there, and the report says zero."""
     text = replaced('{ name = "d", x = -0.5, y = 0.3 }', '{ name = "d", x = -0.5, y = 0.0 }')
     record = run(tmp_path, text)
     assert entry(record, "measurement/level/only_roll", position="d", order=1) == -np.inf
     assert np.isfinite(record["measurement/level/only_roll"].error_estimate)
-
-
-@pytest.mark.parametrize("text", [PLATE, HEAD], ids=["levels", "phases"])
-def test_report_file_and_pictures(tmp_path: Path, text: str) -> None:
-    made = execute(load(tmp_path, text, scan=scan()))
-    words = render_report(made, full=True)
-    assert "Motion of the plate from readings" in words
-    assert max(map(len, words.splitlines())) <= 100
-    assert ("named by harmonic and the signs" in words) == (text == PLATE)
-    path = tmp_path / "plate.h5"
-    write_result(made, path)
-    assert render_report(read_result(path), full=True) == words
-    assert (make(made, "measured_levels") is None) == (text == HEAD)
-    assert (make(made, "plate_map") is None) == (text == PLATE)
-
-
-def test_pictures_of_the_shipped_case() -> None:
-    made = result_of("roll_measured")
-    levels = make(made, "measured_levels")
-    assert levels is not None
-    titles = [axes.get_title(loc="left") for axes in levels.axes]
-    assert titles == ["harmonic 1", "harmonic 2", "harmonic 3", "rotation"]
-    labels = {line.get_label(): line for line in levels.axes[0].get_lines()}
-    np.testing.assert_allclose(
-        labels["measured"].get_ydata(), [104.0, 108.7, 101.5, 106.3, 103.0, 107.5, 103.0]
-    )
-    np.testing.assert_allclose(
-        labels["published"].get_ydata(), [104.0, 108.7, 101.8, 107.0, 103.4, 107.2]
-    )
-    plate = make(made, "plate_map")
-    assert plate is not None
-    assert [axes.get_title(loc="left") for axes in plate.axes][:4] == [
-        *(f"harmonic {order}" for order in (1, 2, 3)),
-        "all harmonics",
-    ]
-    assert make(result_of("generator"), "plate_map") is None

@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 from shipped_cases import ROOT, result_of
 
-from vibecalc.core.report.writing import text_of
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.axial_force import axial_force
-from vibecalc.excitation.report import motor
 
 TABLE = np.loadtxt(ROOT / "cases" / "compressor_motor_torque.csv", delimiter=",", skiprows=2)
 ORDER, COSINE, SINE = TABLE[:, 0].astype(int), TABLE[:, 1], TABLE[:, 2]
@@ -38,21 +36,6 @@ def test_sliding_along_the_conductors_does_no_work(skew):
     assert force.mean.value == pytest.approx(COSINE[0] * 2.0 * np.tan(skew) / DIAMETER, rel=1e-15)
 
 
-def test_signal_is_the_torque_over_the_turn():
-    angle = np.linspace(0.0, 2.0 * np.pi, 97)
-    waves = np.multiply.outer(ORDER[1:], angle)
-    torque = COSINE[1:] @ np.cos(waves) + SINE[1:] @ np.sin(waves)
-    expected = torque * 2.0 * np.tan(SKEW) / DIAMETER
-    np.testing.assert_allclose(signal_of(force_of(), angle), expected, rtol=0, atol=1e-13)
-
-
-def test_rms_is_that_of_samples():
-    # 2 x 40 orders: 128 equal steps give the mean square exactly
-    force = force_of()
-    samples = signal_of(force, 2.0 * np.pi * np.arange(128) / 128)
-    assert np.sqrt(np.mean(samples**2)) == pytest.approx(float(force.rms.value), rel=1e-14)
-
-
 def test_peak_is_that_of_dense_samples_and_the_sum_bounds_it():
     force = force_of()
     step = 2.0 * np.pi / 65536
@@ -63,12 +46,6 @@ def test_peak_is_that_of_dense_samples_and_the_sum_bounds_it():
     assert force.rms.value < force.peak.value < force.sum_of_amplitudes.value
     # what the source sums is a bound: the force stays a tenth below it
     assert 0.90 < force.peak.value / force.sum_of_amplitudes.value < 0.92
-
-
-def test_sum_is_met_where_all_orders_peak_at_once():
-    force = force_of([1, 2, 5], [3.0, 2.0, 1.0], [0.0, 0.0, 0.0])
-    slack = force.peak.error + force.sum_of_amplitudes.error
-    assert abs(force.peak.value - force.sum_of_amplitudes.value) <= slack
 
 
 def test_values_and_errors_in_digits():
@@ -91,40 +68,6 @@ def test_values_and_errors_in_digits():
             (force.rms, mp.sqrt(mp.fsum(one**2 for one in size) / 2)),
         ):
             assert abs(mp.mpf(float(ours.value)) - value) <= ours.error <= 1e-13 * abs(value)
-
-
-def test_sequence_of_the_orders_does_not_matter():
-    turned = np.random.default_rng(3).permutation(len(ORDER))
-    one, other = force_of(), force_of(ORDER[turned], COSINE[turned], SINE[turned])
-    np.testing.assert_array_equal(one.orders, other.orders)
-    np.testing.assert_array_equal(one.harmonics, other.harmonics)
-    assert [*one.mean] == [*other.mean]
-
-
-def test_leading_axes_broadcast():
-    skew, diameter = np.array([0.01, 0.02]), np.array([[5.0], [6.0], [7.0]])
-    many = force_of(skew=skew, diameter=diameter)
-    one = force_of(skew=0.02, diameter=7.0)
-    assert many.harmonics.shape == (3, 2, 40)
-    np.testing.assert_allclose(many.harmonics[2, 1], one.harmonics, rtol=1e-15)
-    for name in ("mean", "sum_of_amplitudes", "peak", "rms"):
-        together, alone = getattr(many, name), getattr(one, name)
-        assert together.value.shape == together.error.shape == (3, 2)
-        assert together.value[2, 1] == pytest.approx(float(alone.value), rel=1e-14)
-
-
-def test_a_steady_torque_has_a_mean_force_only():
-    force = force_of([0], [-12.0], [5.0])
-    assert force.harmonics.shape == (0,)
-    assert force.mean.value == pytest.approx(-4.0 * np.tan(SKEW), rel=1e-15)
-    for one in (force.sum_of_amplitudes, force.peak, force.rms):
-        assert one.value == one.error == 0.0
-
-
-def test_straight_conductors_have_no_axial_force():
-    force = force_of(skew=0.0)
-    assert not np.any(force.harmonics)
-    assert force.peak.value == force.rms.value == force.mean.value == 0.0
 
 
 @pytest.mark.parametrize("scale", [1e-250, 1e250])
@@ -163,46 +106,3 @@ def test_the_force_shakes_no_body():
     for path in ("excitation/force", "excitation/couple"):
         np.testing.assert_array_equal(straight[path].values, skewed[path].values)
     assert not np.any(straight[PATH + "axial_force"].values)
-
-
-def test_section_lists_the_largest_orders_and_calls_the_sum_a_bound():
-    section = motor(result_of("compressor_motor"))
-    assert section is not None
-    detail = text_of(section.detail)
-    rows = [line.split() for line in detail.splitlines()[3:11]]
-    assert [int(row[0]) for row in rows] == [4, 2, 1, 8, 3, 10, 14, 6]
-    amplitudes = [float(row[1]) for row in rows]
-    assert amplitudes == sorted(amplitudes, reverse=True)
-    assert "the 8 largest; 32 further orders" in detail
-    assert "The sum of amplitudes is a bound" in text_of(section.lines)
-    assert {PATH + name for name in ("axial_force", "mean_force", "peak")} <= section.shown
-    assert motor(result_of("generator")) is None
-
-
-def test_section_of_straight_conductors_says_zero():
-    section = motor(result_of("compressor_motor", "machine.motor.skew_angle=0.0"))
-    assert section is not None
-    assert "zero at every order" in text_of(section.detail)
-
-
-def test_picture_shows_bars_signal_and_levels():
-    pytest.importorskip("matplotlib")
-    from vibecalc.excitation.pictures import MOTOR_FORCE as picture
-
-    result = result_of("compressor_motor")
-    figure = picture(result)
-    assert figure is not None
-    bars, signal = figure.axes
-    force = result.record[PATH + "axial_force"]
-    heights = [patch.get_height() for patch in bars.patches]
-    np.testing.assert_array_equal(heights, np.abs(force.values))
-    lines = {str(line.get_label()): line for line in signal.get_lines()}
-    drawn = np.abs(np.asarray(lines["force, mean apart"].get_ydata()))
-    peak = float(result.record[PATH + "peak"].values)
-    assert drawn.max() == pytest.approx(peak, rel=1e-4)
-    assert signal.get_ylim()[1] > float(result.record[PATH + "sum_of_amplitudes"].values)
-    names = {"sum of amplitudes (bound) 15.34 N", "peak 13.93 N", "rms 4.610 N"}
-    assert names <= set(lines)
-    assert bars.get_ylabel() == "amplitude in N"
-    assert signal.get_xlabel() == "crank angle in deg"
-    assert picture(result_of("generator")) is None

@@ -153,12 +153,6 @@ def test_detuning_is_the_second_term_of_the_period(pendulum):
     assert (4.0 * share[0] - share[1]) / 3.0 == pytest.approx(float(expected.value), abs=1e-7)
 
 
-def test_detuning_of_the_three_paths():
-    assert detuning_coefficient(POINT).value == -1.0 / 16.0
-    assert abs(detuning_coefficient(EPICYCLOID).value) < 1e-16
-    assert detuning_coefficient(CYCLOID).value == pytest.approx(1.0 / (16.0 * 5.0), rel=1e-14)
-
-
 @pytest.mark.parametrize("pendulum", long_but(KINDS, ROLLERS, CYCLOID))
 def test_exact_motion_keeps_energy_and_angular_momentum(pendulum):
     def kept(state):

@@ -9,7 +9,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from fuzzing import command
 from long_but import long_but
 from shipped_cases import CASES
 
@@ -184,20 +183,3 @@ def test_slip_beyond_the_table_is_said_at_its_point() -> None:
     found = same("short table", design("short table", [axis]), KEEP, alone=3)
     assert found.status[0] == FAILED and found.status[-1] == DONE
     assert "beyond the motor's table" in found.message[0]
-
-
-def test_a_sweep_on_the_command_line_goes_by_arrays(tmp_path) -> None:
-    text = CASES["roll"].read_text(encoding="utf-8").split("[response.roll]")[0]
-    for name in ("roll_first_stage.csv", "roll_second_stage.csv", "roll_motor.csv"):
-        (tmp_path / name).write_text((CASES["roll"].parent / name).read_text(encoding="utf-8"))
-    case = tmp_path / "grid.toml"
-    case.write_text(
-        f'{text}[response.roll]\nstarted_at = "900 rpm"\n[sweep]\nkeep = ["{LEVEL}"]\n'
-        '[[sweep.axes]]\nkey = "machine.crank_train.rod_length"\n'
-        'from = "200 mm"\nto = "600 mm"\npoints = 5\n'
-        '[[sweep.axes]]\nkey = "machine.shell.inertia"\nvalues = [100.0, 150.0]\n',
-        encoding="utf-8",
-    )
-    outcome = command("sweep", str(case), "-o", str(tmp_path / "grid.h5"), "-q")
-    assert outcome.code == 0, outcome.err
-    assert (tmp_path / "grid.h5").exists()

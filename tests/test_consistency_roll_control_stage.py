@@ -4,32 +4,24 @@ stable has a finite level; what the reduced model leaves out is said.
 
 import numpy as np
 import pytest
-from roll_control_cases import case_of, record_of, shipped, value_of
+from roll_control_cases import PATH, case_of, record_of, shipped, value_of
 from roll_machines import SYNCHRONOUS, source_drive, source_machine
 
+from vibecalc.core.results.record import Record
 from vibecalc.core.run.run import run_case
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.gas_tables import force_at
 from vibecalc.roll.control.gains import (
-    UNCONTROLLED,
     LoopLoad,
-    evaluate,
-    evaluate_at_speed,
-    motor_gain_study,
 )
 from vibecalc.roll.control.loop import (
-    Controller,
     disturbance,
     model_from_full,
-    source_model,
     tangent,
 )
 from vibecalc.roll.mechanism import as_batch, inertia
+from vibecalc.roll.motor_checks import control_problems
 from vibecalc.roll.running import running_state
-
-ROTOR, SHELL = 2.110823323068138, 151.73454612199947
-#: largest torque of the motor's table, N m
-BREAKDOWN = 1009.0
 
 
 def load_by_hand(speed: float) -> LoopLoad:
@@ -55,36 +47,6 @@ def test_the_load_is_that_of_the_machine_at_constant_speed():
     assert np.max(at.error) < 1e-9
 
 
-def test_the_stage_is_the_kernels():
-    record = shipped().record
-    model, load = source_model(ROTOR, SHELL, 203.4), load_by_hand(92.757)
-    target = float(value_of(record, "target_speed"))
-    assert target == pytest.approx(SYNCHRONOUS + load.mean / 203.4, rel=1e-7)
-    known = evaluate_at_speed(model, Controller(1.0, 0.0, -1.0, 2e-4), load, target)
-    np.testing.assert_allclose(value_of(record, "level"), known.level.value, atol=1e-2)
-    without = evaluate(model, UNCONTROLLED, load)
-    np.testing.assert_allclose(value_of(record, "level_without"), without.level.value, atol=1e-2)
-    np.testing.assert_allclose(
-        value_of(record, "attenuation"),
-        value_of(record, "level_without") - value_of(record, "level"), atol=1e-12,
-    )  # fmt: skip
-    for name in ("phase", "delay"):
-        own = float(getattr(known.margins, name).value)
-        assert value_of(record, f"{name}_margin") == pytest.approx(own, rel=1e-6)
-    axes = record["response/control/grid/level"].axes
-    grid = Controller(axes[0].values[:, None], 0.0, axes[1].values, 2e-4)
-    every = evaluate_at_speed(model, grid, load, target)
-    np.testing.assert_array_equal(value_of(record, "grid/status"), every.margins.status)
-    held = every.margins.stable
-    np.testing.assert_allclose(
-        value_of(record, "grid/level")[held], every.level.value[held], atol=1e-2
-    )
-    gains = record["response/control/motor_gains/level"].axes[0].values
-    others = motor_gain_study(model, gains, load)
-    np.testing.assert_allclose(value_of(record, "motor_gains/level"), others.level.value, atol=1e-2)
-    np.testing.assert_allclose(value_of(record, "motor_gains/speed"), others.speed.value, rtol=1e-6)
-
-
 def test_no_loop_that_is_not_stable_has_a_level():
     record = shipped().record
     status, level = value_of(record, "grid/status"), value_of(record, "grid/level")
@@ -99,16 +61,6 @@ def test_no_loop_that_is_not_stable_has_a_level():
     assert np.all(value_of(lost, "attenuation") == -np.inf)
     assert value_of(lost, "pole")[0].real > 0.0
     assert any("unstable: its amplitudes have no bound" in words for words in lost.warnings)
-
-
-def test_without_lag_the_gains_of_the_source_are_called_what_they_are():
-    record = record_of(gain=10.0, acceleration_feedback=-10.0, actuator_lag=0.0)
-    assert value_of(record, "status") == 1 and value_of(record, "delay_margin") == 0.0
-    assert value_of(record, "feedthrough") == pytest.approx(134.05, abs=0.05)
-    assert value_of(record, "torque_peak") > BREAKDOWN
-    said = " ".join(record.warnings)
-    assert "stable only without any delay" in said and "on paper only" in said
-    assert "gives 1009 N*m at most" in said
 
 
 def test_the_tangent_carries_the_mean_where_the_curve_does():
@@ -211,3 +163,36 @@ def test_equal_pressures_have_no_odd_orders():
         assert np.all(level[::2] == -np.inf) and np.all(np.isfinite(level[1::2]))
         assert np.isfinite(record[f"response/control/{name}"].error_estimate)
     assert np.all(value_of(record, "attenuation")[::2] == 0.0)
+
+
+def test_a_full_model_with_transients_of_the_motor_is_refused() -> None:
+    case = case_of(full_model=True)
+    motor = case.machine.motor
+    assert motor is not None and control_problems(case) == []
+    machine = case.machine.model_copy(
+        update={"motor": motor.model_copy(update={"kind": "dynamic"})}
+    )
+    (problem,) = control_problems(case.model_copy(update={"machine": machine}))
+    assert problem.path == ("response", "control", "full_model")
+    assert "transients of the motor's fluxes" in problem.message
+
+
+def unstable(full_model: bool) -> Record:
+    record = record_of(gain=10.0, acceleration_feedback=1.0, full_model=full_model)
+    assert value_of(record, "status") == 3 and np.all(np.isposinf(value_of(record, "level")))
+    assert any("the loop is unstable" in text for text in record.warnings)
+    return record
+
+
+def test_an_unstable_loop_is_called_so() -> None:
+    assert PATH + "range/level" in unstable(full_model=False)
+
+
+@pytest.mark.long
+def test_an_unstable_loop_is_called_so_with_the_full_model_too() -> None:
+    """The full model has no motion to look at there; the reduced results stand all the same."""
+    found, alone = unstable(full_model=True), unstable(full_model=False)
+    (words,) = [text for text in found.warnings if "full model under control is left out" in text]
+    assert "the loop is unstable in the reduced model" in words
+    assert PATH + "full/level" not in found and PATH + "range/level" in found
+    np.testing.assert_array_equal(value_of(found, "pole"), value_of(alone, "pole"))

@@ -131,14 +131,6 @@ def test_cylinders_that_do_not_work() -> None:
     assert unloaded.machine.rotor_inertia > stopped.machine.rotor_inertia
 
 
-def test_no_gas_at_all() -> None:
-    data = copy.deepcopy(ROLL)
-    for cylinder in data["machine"]["crank_train"]["cylinders"]:
-        del cylinder["gas_force"]
-    found = build_roll(validate(data))
-    assert found.gas == (None, None) and found.interpolations == ()
-
-
 def test_mean_demand_is_the_work_of_a_turn() -> None:
     case = case_of()
     built = build_roll(case)

@@ -6,10 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 from response_machines import run, shipped
-from shipped_cases import result_of
 
 from vibecalc.core.case.load import validate
-from vibecalc.core.report.verdicts import judge_limits
 from vibecalc.core.results.record import Record
 from vibecalc.core.run.machine_checks import machine_warnings
 from vibecalc.roll.report.running import shaking
@@ -70,15 +68,6 @@ def test_force_and_couple_are_those_of_the_crank_train() -> None:
         )
 
 
-def test_the_balanced_case_shows_no_force_no_couple_and_rolls() -> None:
-    result = result_of("roll_balanced")
-    assert float(np.max(result.record[SHAKING + "force_peak"].values)) < 1e-6
-    limits = judge_limits(result)
-    assert len(limits) == 3 and all(limit.satisfied for limit in limits)
-    words = " ".join(" ".join(shaking(result.record)).split())
-    assert "with no force and no couple: balanced perfectly by the textbook, and it rolls" in words
-
-
 def test_one_piston_less_shakes() -> None:
     data = table("roll_balanced")
     data["excitation"] = {"working": ["upper"], "idle": "stopped"}
@@ -90,11 +79,6 @@ def test_one_piston_less_shakes() -> None:
     peak = float(record[SHAKING + "force_peak"].values[2])
     assert peak == pytest.approx(known, rel=1e-6)
     assert f"{peak:.4g} N along z" in " ".join(" ".join(shaking(record)).split())
-
-
-def test_only_the_classical_study_has_it() -> None:
-    record = run(table("roll", classical=False))
-    assert not any(path.startswith(SHAKING) for path in record)
 
 
 def test_cylinders_in_one_place_are_said_where_couples_count() -> None:

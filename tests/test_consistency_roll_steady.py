@@ -4,21 +4,15 @@ Truth: an independent integration in the crank angle, one turn in time by DOP853
 symmetry.
 """
 
-from functools import cache
-
 import numpy as np
 import pytest
-from exact_roll import exact_levels, exact_turn
 from long_but import long_but
 from roll_machines import FIRST_MASS, SHELL, SYNCHRONOUS, source_drive, source_machine
 from scipy.integrate import solve_ivp
 
-from vibecalc.excitation.slip_torque import linear_motor
-from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.level import level_of
 from vibecalc.roll.adapters.readings import MachineTurn, spectra_of
 from vibecalc.roll.between_kinks import running
-from vibecalc.roll.march import march_to_repeat
 from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch, inertia
 from vibecalc.roll.running import Running, motion_of_state, running_state
 from vibecalc.roll.steady import started_momentum, steady_state
@@ -36,17 +30,6 @@ def found(machine: RollMachine, drive: RollDrive = DRIVE, rtol: float = 1e-10, *
 def levels(machine: RollMachine, turn: Turn, drive: RollDrive = DRIVE) -> np.ndarray:
     read = readings(as_batch(machine), drive, turn, pistons=False)
     return level(harmonics(turn, read.shell_acceleration, ORDERS))[0]
-
-
-@cache
-def source_levels() -> np.ndarray:
-    machine = source_machine()
-    return levels(machine, found(machine, started_at=SYNCHRONOUS).state.turn)
-
-
-def test_two_ways_agree_to_a_billionth_of_a_decibel() -> None:
-    exact = exact_turn(source_machine(), DRIVE, started_at=SYNCHRONOUS)
-    assert np.max(np.abs(source_levels() - exact_levels(exact, ORDERS))) < 1e-9
 
 
 def test_a_machine_of_equal_halves_has_no_odd_harmonics() -> None:
@@ -209,29 +192,6 @@ def test_multipliers_are_those_of_all_four_states_in_time(fields: dict, trivial:
     assert len(running_.multiplier[0]) == 4 - trivial
 
 
-@pytest.mark.parametrize("count", [1, pytest.param(10, marks=pytest.mark.long)])
-def test_machines_on_mounts_are_where_long_marches_end(count: int) -> None:
-    random = np.random.default_rng(5)
-    for _ in range(count):
-        machine = source_machine(
-            shell_stiffness=10.0 ** random.uniform(4.0, 6.0),
-            shell_damping=10.0 ** random.uniform(3.7, 4.3),
-            rotor_inertia=random.uniform(1.0, 4.0),
-            gas_scale=random.uniform(0.5, 1.3, 2),
-            rod_length=random.uniform(0.15, 0.5),
-        )
-        state = found(machine, rtol=1e-8).state
-        march = march_to_repeat(
-            machine, DRIVE, "rk4", started_at=SYNCHRONOUS, step=2.5e-4, repeats=5e-5
-        )
-        assert march.turns > 2
-        turn = state.turn
-        assert float(march.turn.period) == pytest.approx(float(turn.period[0]), rel=2e-6)
-        speed, _, shell = state.solution.left[0, 0]
-        assert march.turn.crank_speed[0] == pytest.approx(speed, rel=2e-5)
-        assert march.turn.shell_speed[0] == pytest.approx(shell, abs=2e-5 * speed)
-
-
 def test_a_shell_at_rest_on_average_and_a_start_at_rest() -> None:
     """Without a start the drift is zero; the start with that momentum gives the same motion."""
     machine = as_batch(source_machine(shell_inertia=[20.0]))
@@ -259,26 +219,3 @@ def test_with_a_heavy_rotor_speed_and_multiplier_are_those_of_a_flywheel() -> No
         constant.append([np.log(size) * reduced, swing * reduced])
     # the pistons add little
     np.testing.assert_allclose(constant, np.tile(constant[0], (3, 1)), rtol=0.03)
-
-
-@pytest.mark.long
-def test_a_linear_motor_gives_a_smooth_problem() -> None:
-    drive = DRIVE._replace(motor=linear_motor(30.0))
-    state = found(source_machine(), drive, started_at=SYNCHRONOUS).state
-    exact = exact_turn(source_machine(), drive, started_at=SYNCHRONOUS)
-    apart = levels(source_machine(), state.turn, drive) - exact_levels(exact, ORDERS)
-    assert np.max(np.abs(apart)) < 1e-9
-    # mean torque over the crank angle is what the gas takes: gain times the mean slip over it
-    weight = state.turn.weight / TURN
-    slip = float(np.sum(weight * (SYNCHRONOUS - state.turn.crank_speed)))
-    assert 30.0 * slip == pytest.approx(float(state.demand.torque[0]), rel=1e-12)
-
-
-def test_mounts_that_hold_nothing_leave_a_free_shell() -> None:
-    free = found(source_machine())
-    soft = found(source_machine(shell_stiffness=1e-3, shell_damping=1e-3))
-    apart = levels(source_machine(), free.state.turn) - levels(source_machine(), soft.state.turn)
-    assert np.max(np.abs(apart)) < 1e-4
-    assert float(np.abs(soft.multiplier[0, -1])) == pytest.approx(
-        float(np.abs(free.multiplier[0, 0])), rel=1e-4
-    )

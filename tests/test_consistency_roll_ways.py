@@ -11,9 +11,11 @@ import pytest
 from long_but import long_but
 from shipped_cases import CASES
 
-from vibecalc.core.results.record import Result
+from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.core.results.tolerance import reached, tolerance_warning
 from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.roll.results import ROLL
+from vibecalc.roll.results import ROLL as ROOT
 
 FILES = ("roll_first_stage.csv", "roll_second_stage.csv", "roll_motor.csv")
 METHODS = ("fourier", "shooting", "dop853", "rk4", "euler")
@@ -144,49 +146,56 @@ def test_few_points_of_the_case_say_how_few(
         assert np.max(off[there]) <= lag.error_estimate + 1e-9
 
 
-LINEAR = 'kind = "linear"\nsynchronous_speed = "900 rpm"\ngain = "203 N*m*s/rad"'
+@pytest.mark.parametrize("orders", [150, pytest.param(400, marks=pytest.mark.long)])
+def test_many_orders_are_those_of_few(tmp_path: Path, orders: int) -> None:
+    few = solved(tmp_path, "orders = 100").record
+    many = solved(tmp_path, f"orders = {orders}", "[accuracy]", "rtol = 1e-9").record
+    name = f"{ROOT}/shell_acceleration"
+    missed = np.abs(many[name].values[:100] - few[name].values)
+    assert np.max(missed) <= many[name].error_estimate + few[name].error_estimate
+    size = np.abs(many[name].values)
+    assert many[name].error_estimate <= 1e-9 * np.max(size)
+    # the table of the gas has corners: harmonics fall with a power of the order, and none is zero
+    assert np.all(np.isfinite(many[f"{ROOT}/level/shell_acceleration"].values))
 
 
-@pytest.mark.parametrize(
-    ("mounts", "gas"),
-    [
-        (None, True),
-        (MOUNTS, False),
-        pytest.param(MOUNTS, True, marks=pytest.mark.long),
-        pytest.param(None, False, marks=pytest.mark.long),
-    ],
-)
-def test_a_linear_motor_runs(tmp_path: Path, mounts: dict[str, float] | None, gas: bool) -> None:
-    case = CASES["roll"].read_text(encoding="utf-8")
-    assert "gas_force" in case
-    found = (
-        solved(tmp_path, mounts=mounts, motor=LINEAR).record if gas else _idling(tmp_path, mounts)
+def test_a_harmonic_hidden_by_a_loose_tolerance_is_found(tmp_path: Path) -> None:
+    held = {"stiffness": 1.35e6, "damping": 5.0}
+    loose, close = (
+        solved(tmp_path, "orders = 40", "[accuracy]", f"rtol = {rtol}", mounts=held).record
+        for rtol in (1e-4, 1e-10)
     )
-    assert float(found[f"{ROLL}/breakdown_margin"].values) == np.inf
-    assert found[f"{ROLL}/breakdown_margin"].error_estimate < 1e-9
-    torque, slip = (float(found[f"{ROLL}/{name}"].values) for name in ("mean_torque", "mean_slip"))
-    assert abs(torque) <= 400.0 and abs(slip) < 2.0
-    motor, speed = found[f"{ROLL}/motor_torque"].values, found[f"{ROLL}/slip"].values
-    np.testing.assert_allclose(motor, 203.0 * speed, rtol=1e-9, atol=1e-9)
-    balance = found[f"{ROLL}/energy/residual"]
-    assert abs(float(balance.values)) <= balance.error_estimate + 1e-9 * (1.0 + abs(torque))
+    for path in close:
+        if path.startswith(f"{ROOT}/level/"):
+            zero = ~np.isfinite(loose[path].values)
+            np.testing.assert_array_equal(zero, ~np.isfinite(close[path].values), err_msg=path)
+            off = np.abs(loose[path].values - close[path].values)[~zero]
+            assert np.max(off, initial=0.0) <= loose[path].error_estimate + 1e-6, path
 
 
-def _idling(folder: Path, mounts: dict[str, float] | None) -> object:
-    from tomllib import loads
+def quantity(path: str, values: object, error: float) -> Quantity:
+    return Quantity(
+        path=path,
+        values=np.asarray(values),
+        unit="",
+        long_name=path,
+        axes=(),
+        amplitude=None,
+        error_estimate=error,
+    )
 
-    import tomli_w
 
-    case = loads(CASES["roll"].read_text(encoding="utf-8"))
-    for cylinder in case["machine"]["crank_train"]["cylinders"]:
-        del cylinder["gas_force"]
-    del case["machine"]["crank_train"]["gas_interpolation"]
-    for name in ("reference", "reference_table"):
-        case.pop(name, None)
-    case["machine"]["motor"] = loads(LINEAR)
-    case["machine"]["shell"] |= mounts or {}
-    case["response"] = {"roll": {"orders": 10}}
-    path = folder / "idle.toml"
-    path.write_text(tomli_w.dumps(case), encoding="utf-8")
-    (loaded,) = load_checked([path])
-    return execute(loaded).record
+def test_weak_harmonics_and_small_works_are_measured_by_the_whole() -> None:
+    record = Record()
+    record.add(quantity(f"{ROOT}/energy/motor", 1e3, 1e-10))
+    record.add(quantity(f"{ROOT}/energy/mounts", 1e-4, 1e-10))
+    record.add(quantity(f"{ROOT}/level/slip", 10.0, 1e-6))
+    assert "level/slip" in str(tolerance_warning(record, 1e-9))
+    record.add(quantity(f"{ROOT}/slip", 3.0 + 0j, 1e-10))
+    assert tolerance_warning(record, 1e-9) is None
+    # harmonics and works that are off by more are still named
+    record.add(quantity(f"{ROOT}/crank_speed", 3.0 + 0j, 1e-6))
+    record.add(quantity(f"{ROOT}/energy/gas", 1e3, 1e-4))
+    words = str(tolerance_warning(record, 1e-9))
+    assert "crank_speed" in words and "energy/gas" in words
+    assert reached(record[f"{ROOT}/energy/mounts"]) == pytest.approx(1e-6)

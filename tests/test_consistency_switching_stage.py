@@ -5,7 +5,6 @@ here from the piston's exact acceleration, against the stage's peaks and reading
 """
 
 import copy
-from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -13,19 +12,14 @@ import numpy as np
 import pytest
 from random_machines import Table
 from response_machines import run, shipped, si_matrix
-from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
+from switching_machines import Body, Course, marched
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Record
-from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.core.run.plan import planned_quantities
-from vibecalc.errors import NumericalFailure
 
 STEM = "response/switching"
-PARTS = ("translation", "rotation")
-#: profile of the way: duration, speeds at its ends, cylinders at work
-Course = list[tuple[float, float, float, list[str]]]
 
 
 def switching(**options: Any) -> Table:
@@ -61,12 +55,11 @@ class Machine:
     """Matrices (6, 6) and the load on the body at a crank angle, speed and acceleration."""
 
     def __init__(self, table: Table) -> None:
-        self.mass = si_matrix(table, "body", "mass_matrix")
-        self.stiffness = si_matrix(table, "mounts", "stiffness_matrix")
-        square, shape = eigh(self.stiffness, self.mass)
+        mass = si_matrix(table, "body", "mass_matrix")
+        stiffness = si_matrix(table, "mounts", "stiffness_matrix")
+        square, shape = eigh(stiffness, mass)
         rate = 2.0 * 0.03 * np.sqrt(square)
-        self.damping = self.mass @ shape @ np.diag(rate) @ shape.T @ self.mass
-        self.inverse = np.linalg.inv(self.mass)
+        self.body = Body(mass, stiffness, mass @ shape @ np.diag(rate) @ shape.T @ mass)
         self.balanced = table["excitation"].get("balanced_for", [])
         self.radius, self.length = 0.5 * 0.0254, 2.375 * 0.0254
         pound, share = 0.45359237, 0.625 / 2.375
@@ -111,62 +104,30 @@ def course_of(table: Table, before: list[str], after: list[str]) -> Course:
     ]
 
 
-def steady_start(machine: Machine, working: list[str], angle: float) -> np.ndarray:
-    """Place and velocity (12,) of the steady motion at a crank angle, by samples of the load."""
-    speed, count = 361.0, 256
-    turns = np.arange(count) * (2.0 * np.pi / count)
-    waves = np.fft.fft([machine.load(working, a, speed, 0.0) for a in turns], axis=0) / count
-    state = np.zeros(12)
-    for n in range(1, 40):
-        rate = n * speed
-        dynamic = machine.stiffness + 1j * rate * machine.damping - rate**2 * machine.mass
-        moved = np.linalg.solve(dynamic, 2.0 * waves[n]) * np.exp(1j * n * angle)
-        state += np.concatenate([moved.real, (1j * rate * moved).real])
-    return state
-
-
 def integrated(
     machine: Machine, course: Course, angle: float, before: list[str]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Times and states (times, 12) on the way."""
-    state, start = steady_start(machine, before, angle), 0.0
-    times, states = [], []
-    for duration, first, last, working in course:
-        gain = (last - first) / duration
-
-        def law(
-            t: float, y: np.ndarray, first: float = first, gain: float = gain,
-            angle: float = angle, working: list[str] = working,
-        ) -> np.ndarray:  # fmt: skip
-            turned = angle + first * t + 0.5 * gain * t * t
-            load = machine.load(working, turned, first + gain * t, gain)
-            pull = machine.stiffness @ y[:6] + machine.damping @ y[6:]
-            return np.concatenate([y[6:], machine.inverse @ (load - pull)])
-
-        # 32 points and more in each turn of the second order
-        points = np.linspace(0.0, duration, int(duration * 361.0 / (2.0 * np.pi) * 64) + 2)
-        done = solve_ivp(law, (0.0, duration), state, method="DOP853", t_eval=points, rtol=1e-7,
-                         atol=1e-10 * np.max(np.abs(state)))  # fmt: skip
-        assert done.success
-        times.append(start + done.t), states.append(done.y.T)
-        state, start = done.y[:, -1], start + duration
-        angle += 0.5 * (first + last) * duration
-    return np.concatenate(times), np.concatenate(states)
+    """Times, 32 and more in each turn of the second order, and states (times, 12) on the way."""
+    end = sum(piece[0] for piece in course)
+    times = np.linspace(0.0, end, int(end * 361.0 / (2.0 * np.pi) * 64) + 2)
+    states = marched(
+        machine.body, machine.load, course, times, before=before, angle=angle, rtol=1e-7
+    )
+    return times, states
 
 
-def readings(machine: Machine, states: np.ndarray) -> dict[str, np.ndarray]:
+def readings(body: Body, states: np.ndarray) -> dict[str, np.ndarray]:
     """Largest magnitude of each reading."""
     place, pace = states[:, :6], states[:, 6:]
-    ground = np.abs(place @ machine.stiffness + pace @ machine.damping).max(axis=0)
+    ground = np.abs(place @ body.stiffness + pace @ body.damping).max(axis=0)
     moved = np.abs(place).max(axis=0)
     return {
         "translation_peak": moved[:3],
         "rotation_peak": moved[3:],
         "ground_force_peak": ground[:3],
         "ground_couple_peak": ground[3:],
-        "kinetic_energy_peak": 0.5 * np.einsum("ti,ij,tj->t", pace, machine.mass, pace).max(),
-        "potential_energy_peak": 0.5
-        * np.einsum("ti,ij,tj->t", place, machine.stiffness, place).max(),
+        "kinetic_energy_peak": 0.5 * np.einsum("ti,ij,tj->t", pace, body.mass, pace).max(),
+        "potential_energy_peak": 0.5 * np.einsum("ti,ij,tj->t", place, body.stiffness, place).max(),
     }
 
 
@@ -199,8 +160,8 @@ def test_peaks_of_the_real_change(
         before, after = (("A+B", "A"), ("A", "A+B"))[change]
         course = course_of(table, WAYS[before], WAYS[after])
         times, states = integrated(machine, course, angle, WAYS[before])
-        same_peaks(record, "reversal", change, readings(machine, states))
-        energy = 0.5 * np.einsum("ti,ij,tj->t", states[:, 6:], machine.mass, states[:, 6:])
+        same_peaks(record, "reversal", change, readings(machine.body, states))
+        energy = 0.5 * np.einsum("ti,ij,tj->t", states[:, 6:], machine.body.mass, states[:, 6:])
         top = record[f"{STEM}/reversal/peak_time"].values[change]
         assert times[np.argmax(energy)] == pytest.approx(top, abs=2e-3)
     last = record[f"{STEM}/reversal/speed"].values[:, -1]
@@ -216,7 +177,7 @@ def test_peaks_of_the_change_at_once(angle: float, unbalanced: bool) -> None:
     for change, (before, after) in enumerate((("A+B", "A"), ("A", "A+B"))):
         course: Course = [(0.5, 361.0, 361.0, WAYS[after])]
         _, states = integrated(machine, course, angle, WAYS[before])
-        same_peaks(record, "instant", change, readings(machine, states))
+        same_peaks(record, "instant", change, readings(machine.body, states))
         worst = record[f"{STEM}/instant/worst_kinetic_energy_peak"].values[change]
         assert worst >= record[f"{STEM}/instant/kinetic_energy_peak"].values[change] * (1 - 1e-9)
 
@@ -234,41 +195,6 @@ def test_the_worst_angle_is_the_worst() -> None:
             assert run(case_of(True, angle + turn, False), TOP)[TOP].values[change] < there
 
 
-def test_settled_where_the_energy_of_the_deviation_has_fallen() -> None:
-    """The deviation is a free motion: the matrix exponential, and its energy from then on."""
-    from scipy.linalg import expm
-
-    table = case_of(True, 0.0, False)
-    record, machine = found(), Machine(table)
-    old, new = (steady_start(machine, WAYS[name], 0.0) for name in ("A+B", "A"))
-    turns = np.linspace(0.0, 2.0 * np.pi, 181)
-    final = np.array([steady_start(machine, WAYS["A"], a) for a in turns[::4]])
-    weight = np.block([[machine.stiffness, np.zeros((6, 6))], [np.zeros((6, 6)), machine.mass]])
-    whole = np.sqrt(np.einsum("ti,ij,tj->t", final, weight, final).max())
-    flow = np.block(
-        [[np.zeros((6, 6)), np.eye(6)],
-         [-machine.inverse @ machine.stiffness, -machine.inverse @ machine.damping]]
-    )  # fmt: skip
-    settle = float(record[f"{STEM}/instant/settle_time"].values[0])
-    for time, above in ((settle * 0.999, True), (settle * 1.001, False)):
-        apart = expm(flow * time) @ (old - new)
-        assert (np.sqrt(apart @ weight @ apart) > 0.05 * whole) == above
-
-
-def test_before_and_after_alike_is_no_change() -> None:
-    table = switching(run_down="0.3 s")
-    both = table["response"]["operations"][0]["working"]
-    table["response"]["operations"][1]["working"] = both
-    paths = (TOP, f"{STEM}/instant/settle_time", f"{STEM}/steady_energy")
-    record = run(table, *paths)
-    steady = record[f"{STEM}/steady_energy"]
-    assert steady.values[0] == steady.values[1]
-    peaks = record[f"{STEM}/instant/kinetic_energy_peak"]
-    slack = peaks.error_estimate + steady.error_estimate
-    assert np.abs(peaks.values - steady.values).max() <= slack + 1e-12 * steady.values[0]
-    assert np.all(record[f"{STEM}/instant/settle_time"].values == 0.0)
-
-
 def test_steady_energy_is_that_of_the_operations() -> None:
     table = switching()
     table["response"]["energies"] = True
@@ -276,68 +202,6 @@ def test_steady_energy_is_that_of_the_operations() -> None:
     ours = record[f"{STEM}/steady_energy"].values
     other = record["response/operations/kinetic_energy/peak"].values[:, 0]
     assert ours == pytest.approx(other, rel=1e-9)
-
-
-def test_passages_are_where_orders_meet_modes() -> None:
-    record = found()
-    column: Callable[[str], np.ndarray] = lambda name: record[f"{STEM}/passage/{name}"].values  # noqa: E731
-    natural = record["response/modes/natural_frequency"].values
-    speed, time, change = column("speed"), column("time"), column("change")
-    met = column("order") * np.abs(speed)
-    assert met == pytest.approx(natural[column("mode").astype(int) - 1], rel=1e-11)
-    falling = time < 0.3
-    assert np.all((speed > 0.0) == falling) and np.any(~falling)
-    assert time[falling] == pytest.approx((361.0 - speed[falling]) * 0.3 / 361.0, rel=1e-11)
-    assert time[~falling] == pytest.approx(0.35 - speed[~falling] * 0.2 / 361.0, rel=1e-11)
-    gain = np.where(falling, 361.0 / 0.3, 361.0 / 0.2)
-    haste = column("order") * gain / (0.03 * natural[column("mode").astype(int) - 1]) ** 2
-    assert column("haste") == pytest.approx(haste, rel=1e-9)
-    assert set(change) == {1.0, 2.0} and len(change) > 20
-
-
-def test_histories_hold_the_peaks() -> None:
-    record = found()
-    for way in ("instant", "reversal"):
-        peak = record[f"{STEM}/{way}/kinetic_energy_peak"].values
-        samples = record[f"{STEM}/{way}/kinetic_energy_high"].values
-        assert samples.shape == (2, 600)
-        assert np.all(samples <= peak[:, None] * (1.0 + 1e-12))
-        assert samples.max(axis=1) == pytest.approx(peak, rel=0.05)
-        low, high = (record[f"{STEM}/{way}/translation_{end}"].values for end in ("low", "high"))
-        assert low.shape == high.shape == (2, 3, 600)
-        assert np.all(low <= high)
-        largest = np.maximum(np.abs(low), np.abs(high)).max(axis=-1)
-        ours = record[f"{STEM}/{way}/translation_peak"].values
-        assert np.all(largest <= ours * (1.0 + 1e-12) + 1e-18)
-    times = record[f"{STEM}/reversal/speed"].axes[1].values
-    assert times[-1] == pytest.approx(0.3 + 0.05 + 0.2 + 0.5, rel=1e-12)
-
-
-def test_without_damping_it_is_refused_in_words() -> None:
-    table = switching()
-    del table["machine"]["mounts"]["modal_damping"]
-    (problem,) = check_machine(validate(copy.deepcopy(table)))
-    assert "needs damping" in problem.message and "modal_damping" in problem.allowed
-    table["machine"]["mounts"]["loss_factor"] = 0.1
-    (problem,) = check_machine(validate(copy.deepcopy(table)))
-    assert "loss factor" in problem.message
-
-
-def test_a_mode_that_is_driven_without_damping_is_refused_by_name() -> None:
-    table = switching()
-    mounts = table["machine"]["mounts"]
-    del mounts["modal_damping"]
-    stiffness, mass = (
-        np.diag(np.diagonal(si_matrix(table, *key)))
-        for key in (("mounts", "stiffness_matrix"), ("body", "mass_matrix"))
-    )
-    mounts["stiffness_matrix"] = {"values": stiffness.tolist()}
-    table["machine"]["body"]["mass_matrix"] = {"values": mass.tolist()}
-    damping = 1e-3 * stiffness
-    damping[1, 1] = 0.0
-    mounts["damping_matrix"] = {"values": damping.tolist()}
-    with pytest.raises(NumericalFailure, match=r"mode \d is driven, but has no damping"):
-        run(table)
 
 
 def test_damping_that_couples_modes_is_said() -> None:

@@ -4,7 +4,6 @@ import re
 from functools import cache
 
 import numpy as np
-import pytest
 from shipped_cases import CASES, ROOT, result_of
 from test_docs import rows, shows
 
@@ -132,34 +131,6 @@ def test_tables_2_to_5() -> None:
     assert seen == 72
 
 
-def test_summary_adds_up() -> None:
-    verdicts = [kind for _, kind in printed().values()]
-    totals = np.array(
-        [[int(cell or 0) for cell in row[1:]] for row in table("table | printed numbers")]
-    )
-    np.testing.assert_array_equal(totals[:, 0], totals[:, 1:].sum(axis=1))
-    for place, kind in enumerate(("read", "reproduced", "compatible"), start=2):
-        assert totals[:, place].sum() == verdicts.count(kind)
-    determine = [row for row in table("reading | harmonic") if "determines" in row[-1]]
-    assert totals[:, 1].tolist() == [len(determine), 6, 0, 0, 0]
-
-
-@pytest.mark.parametrize("order", [1, 2, 3])
-def test_largest_deviations(order: int) -> None:
-    """As printed; what moved readings give is held in tests/published/."""
-    rest = []
-    for row in load_case(CASES["roll_measured"]).case.reference:
-        own = row.where.get("order", str(row.where.get("candidate", "0")).split()[0])
-        if row.kind == "published" and int(own) == order:
-            digits, _, unit = str(row.value).partition(" ")
-            value = computed(row.quantity, dict(row.where), unit or row.unit)
-            rest.append(abs(value - float(digits)))
-    (shown,) = [row for row in table("harmonic | largest deviation") if row[0] == str(order)]
-    assert len(rest) == 34
-    assert shows(shown[1], max(rest))
-    assert float(shown[2]) < 0.0415
-
-
 def test_residuals_of_the_variants() -> None:
     cells = table(" | harmonic | 3 | 4 | 6")
     assert len(cells) == 9
@@ -177,19 +148,6 @@ def test_residuals_of_the_variants() -> None:
                 for position in "346"
             ]
             assert shows(row[5], float(np.sqrt(np.mean(np.square(every)))))
-
-
-def test_all_eight_readings_at_once() -> None:
-    record = fit_of("all eight readings")
-    residual = record[RESIDUAL]
-    worst = int(np.argmax(np.abs(residual.values)))
-    found = re.search(r"residuals of up to (\S+) dB, at\s(\S+) in harmonic (\d)", PAGE)
-    assert found is not None
-    assert shows(found[1], float(np.abs(residual.values[worst])))
-    assert str(residual.axes[0].values[worst]) == f"{found[3]}: {found[2]}"
-    chosen = record[CHOSEN]
-    names = [str(n) for n, one in zip(chosen.axes[0].values, chosen.values, strict=True) if one]
-    assert names == ["1 +/-", "2 +/-", "3 +/-"]
 
 
 def test_uncertainties_and_quiet_places() -> None:

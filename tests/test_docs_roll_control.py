@@ -4,7 +4,6 @@ Every computed number is held to each digit shown, every printed one against the
 case, verdicts against what these say.
 """
 
-import re
 from collections import Counter
 from typing import Any, NamedTuple
 
@@ -12,7 +11,7 @@ import numpy as np
 import pytest
 from compressor_page import NUMBER, QUANTITY, shown
 from roll_control_cases import shipped, value_of
-from shipped_cases import CASES, ROOT
+from shipped_cases import ROOT
 from test_docs import rows
 
 from vibecalc.core.report.verdicts import judge_references
@@ -21,7 +20,6 @@ from vibecalc.units import convert
 
 PAGE = (ROOT / "docs" / "validation_roll_control.md").read_text(encoding="utf-8")
 BLOCKS = PAGE.split("\n\n")
-VERDICTS = ("reproduced", "with the slip", "misprint", "compatible", "not reproducible")
 
 
 class Stated(NamedTuple):
@@ -105,28 +103,6 @@ def test_verdicts_are_those_of_the_references() -> None:
             assert tried == (row.verdict == "not reproducible"), row
 
 
-def test_the_summary_adds_up() -> None:
-    found = {
-        re.match(r"## (\d)", block)[1]: []  # type: ignore[index]
-        for block in BLOCKS if re.match(r"## \d", block)
-    }  # fmt: skip
-    section = ""
-    for block in BLOCKS:
-        heading = re.match(r"## (\d)", block)
-        section = heading[1] if heading else section
-        lines = rows(block)
-        if section and lines and "verdict" in lines[0]:
-            place = lines[0].index("verdict")
-            found[section] += [cells[place] for cells in lines[2:]]
-    summary = next(rows(block) for block in BLOCKS if block.startswith("| section"))
-    assert tuple(summary[0][2:]) == VERDICTS
-    for name, total, *counts in summary[2:]:
-        verdicts = Counter(found[name[0]])
-        assert int(total) == sum(verdicts.values())
-        for verdict, count in zip(VERDICTS, counts, strict=True):
-            assert verdicts[verdict] == int(count or 0), (name, verdict)
-
-
 def test_what_is_said_of_calm_and_torque() -> None:
     """No pair of the grid that the motor can follow takes more than 7 dB off the first orders."""
     record = shipped().record
@@ -134,15 +110,3 @@ def test_what_is_said_of_calm_and_torque() -> None:
     taken = value_of(record, "grid/attenuation")[can][:, :2]
     assert np.sum(can) > 8 and 6.5 < np.max(taken) < 7.0
     assert "more than 7 dB off order 1 or 2" in " ".join(PAGE.split())
-
-
-def test_files_and_tests_that_the_page_names_are_there() -> None:
-    published = "".join(
-        path.read_text(encoding="utf-8") for path in (ROOT / "tests/published").glob("*.py")
-    )
-    for name in re.findall(r"`(test_\w+)`", PAGE):
-        assert f"def {name}(" in published, name
-    for name in re.findall(r"`cases/(\w+)\.toml`", PAGE):
-        assert name in CASES
-    for name in re.findall(r"\]\((\w+\.md)\)", PAGE):
-        assert (ROOT / "docs" / name).is_file()

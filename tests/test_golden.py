@@ -1,11 +1,13 @@
 """Claim: every shipped case has a golden file, which no run but `diff --accept` has made."""
 
+import json
 from pathlib import Path
 
 import h5py
 
 from vibecalc.core.case.load import load_case
 from vibecalc.core.results.layout import PROVENANCE, TEXT_CHECKSUM, TIMINGS
+from vibecalc.core.run.plan import planned_quantities
 
 ROOT = Path(__file__).resolve().parents[1]
 # of a sweep, the file of all its points is compared
@@ -30,3 +32,16 @@ def test_golden_files_hold_the_cases_as_they_are_and_no_provenance() -> None:
             assert not set(getattr(kept, "attrs", ())) - {TEXT_CHECKSUM} and TIMINGS not in kept, (
                 name
             )
+
+
+def test_what_is_planned_is_made() -> None:
+    """Of golden files, which runs have to equal; bands that nothing masks are left out."""
+    for name, path in GOLDEN.items():
+        case = load_case(CASES[name]).case
+        if name.endswith(".sweep") or case.optimisation or case.find:
+            continue
+        with h5py.File(path) as file:
+            made = set(json.loads(file.attrs["quantities"]))
+        planned = set(planned_quantities(case))
+        assert made <= planned, name
+        assert all(one.startswith("isolation/masked/") for one in planned - made), name

@@ -1,14 +1,22 @@
-"""Claim: no grid finds a larger response than the exact peaks, for any ratios, limits included."""
+"""Claim: no grid finds a larger response than the exact peaks, for any ratios, limits included, and
+no maximum is missed or given twice; below its threshold of primary damping an absorber helps, above
+it none does.
+"""
 
 import contextlib
 from fractions import Fraction
 
+import mpmath
 import numpy as np
 import pytest
+from exact_tree import peaks as exact_peaks
+from exact_tree import tree
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
-from vibecalc.absorber.peaks import peaks
+from vibecalc.absorber.mean_square import mean_square
+from vibecalc.absorber.peaks import UNCERTAIN, maxima_counted, peaks, quick_maxima
 from vibecalc.absorber.squared_magnitude import damping_excess
 from vibecalc.absorber.transfer import (
     EXCITATIONS,
@@ -16,8 +24,12 @@ from vibecalc.absorber.transfer import (
     Absorber,
     amplitude,
     amplitude_with_error,
+    coupling,
     poles,
+    transfer_of,
 )
+from vibecalc.absorber.tuning.closed_forms import threshold
+from vibecalc.absorber.tuning.mean_square import mean_square_tuning
 from vibecalc.errors import NumericalFailure
 
 GRID = np.concatenate([[0.0], np.logspace(-5, 5, 4001)])
@@ -75,3 +87,157 @@ def test_the_distance_to_the_threshold_keeps_its_digits(steps):
         z1 = np.nextafter(z1, np.inf if steps > 0 else 0.0)
     exact = 4 * Fraction(float(z1)) ** 2 - 2
     assert abs(Fraction(float(damping_excess(z1))) - exact) <= 4 * abs(exact) / 2**50
+
+
+PAIRS = [
+    (excitation, response)
+    for excitation in EXCITATIONS
+    for response in ("displacement", "velocity", "acceleration", "transmitted_force")
+]
+QUICK = (("force", "displacement"), ("base", "velocity"))
+
+
+@pytest.mark.parametrize(
+    ("excitation", "response"),
+    [one if one in QUICK else pytest.param(*one, marks=pytest.mark.long) for one in PAIRS],
+)
+def test_the_largest_response_against_its_threshold(excitation, response):
+    found = threshold(excitation, response)
+    limit = found.primary_damping
+    k, z = np.logspace(-3, 1, 10)[:, None], np.logspace(-4, 1, 11)
+
+    def best_and_bare(z1, m):
+        bare = float(peaks(Absorber(z1, m, 0.0, 0.0), excitation, response).largest)
+        tried = peaks(Absorber(z1, m, m * k, m * z), excitation, response).largest
+        weak = peaks(Absorber(z1, m, 0.0, [1e-3, 1e-5]), excitation, response).largest
+        return min(float(np.min(tried)), float(np.min(weak))), bare
+
+    for m in (0.01, 5.0):
+        below = [0.05, 0.5, 3.0] if np.isinf(limit) else [0.1 * limit, 0.99 * limit]
+        for z1 in below:
+            best, bare = best_and_bare(z1, m)
+            if found.bounded_damped:
+                assert best < bare
+        if np.isinf(limit):
+            continue
+        for z1 in (max(1.000001 * limit, 0.01), 2.0 * limit + 0.01):
+            best, bare = best_and_bare(z1, m)
+            assert best >= bare * (1.0 - 1e-14)
+            assert np.isinf(bare) == (not found.bounded_damped)
+
+
+def locked_threshold(m: float, response: str) -> float:
+    """Damping of the primary beyond which a locked mass is best under a white force."""
+    whole = 1.0 + m
+    if response == "velocity":
+        return np.sqrt(0.5 * (whole - np.sqrt(m * whole)))
+
+    def balance(c):
+        return (whole + 8 * c - 16 * c * c) ** 2 - 16 * c * m * (16 * c * c - 4 * c - whole)
+
+    ends = (1.0 + np.sqrt(1.0 + 4.0 * whole)) / 8.0, (1.0 + np.sqrt(1.0 + whole)) / 4.0
+    return np.sqrt(brentq(balance, *ends))
+
+
+@pytest.mark.parametrize(
+    "response", ["velocity", pytest.param("transmitted_force", marks=pytest.mark.long)]
+)
+def test_beyond_the_threshold_a_locked_mass_has_the_least_mean_square(response):
+    m = np.array([1e-3, 0.1, 0.5, 1.0, 10.0])
+    limit = np.array([locked_threshold(float(one), response) for one in m])
+    for factor in (0.9, 0.999, 1.001, 2.0):
+        z1 = factor * limit
+        tuned = mean_square_tuning(z1, m, "force", response)
+        locked = mean_square(Absorber(z1, m, np.inf, 0.0), "force", response).value
+        assert np.all(tuned.locked == (factor > 1.0))
+        if factor < 1.0:
+            assert np.all(tuned.value < locked)
+        k = np.logspace(-3, 6, 28)[:, None, None] * m
+        z = np.logspace(-4, 6, 31)[:, None] * m
+        grid = mean_square(Absorber(z1, m, k, z), "force", response).value
+        assert np.all(np.min(grid, axis=(0, 1)) >= tuned.value * (1.0 - 1e-13))
+
+
+def test_ground_acceleration_has_a_threshold_that_depends_on_the_mass():
+    # a light secondary may still be tuned where a mere damper no longer helps
+    m = np.array([0.01, 0.1])
+    tuned = mean_square_tuning(0.55 / np.sqrt(1.0 + m), m, "base", "transmitted_force")
+    assert not np.any(tuned.no_help)
+    m = np.array([0.2, 1.0])
+    limit = 0.5 / np.sqrt(1.0 + m)
+    for factor in (0.999, 1.001):
+        tuned = mean_square_tuning(factor * limit, m, "base", "transmitted_force")
+        assert np.all(tuned.no_help == (factor > 1.0))
+        k = np.concatenate([[0.0], np.logspace(-3, 2, 26)])[:, None, None] * m
+        z = np.logspace(-7, 2, 37)[:, None] * m
+        one = Absorber(factor * limit, m, k, z)
+        grid = np.min(mean_square(one, "base", "transmitted_force").value, axis=(0, 1))
+        assert np.all(grid >= tuned.value * (1.0 - 1e-13))
+
+
+#: z1, m, k, z2 of absorbers one of whose peaks was once given twice
+TWICE = (
+    (0.13149114242082516, 0.061297333546748704, 0.029297435736876126, 6.990679771011391e-05),
+    (0.2774871804001779, 0.007860098423333147, 0.009202808147693977, 1.0777497281203065e-05),
+)
+
+
+def grown(real: list[float], pairs: list[complex]) -> np.ndarray:
+    """Coefficients by rising power, the highest negative: the function falls at the end."""
+    roots = np.array([*real, *pairs, *np.conj(pairs)])
+    return -np.real(np.poly(roots))[::-1]
+
+
+@pytest.mark.parametrize(("real", "pairs", "maxima"), [
+    ([1.0], [], 1),
+    ([0.5, 1.0, 2.0], [], 2),
+    ([0.5, 1.0, 2.0], [0.7 + 0.2j], 2),
+    ([1.0, 2.0], [1.5 + 0.1j], 1),
+    ([-1.0, 0.9, 1.0, 1.1], [], 2),
+    ([-2.0], [1.1 + 0.3j], 0),
+    ([0.2, 0.5, 1.0, 2.0, 5.0], [], 3),
+    ([], [1.0 + 1e-3j], 0),
+])  # fmt: skip
+def test_known_roots_are_counted(real: list[float], pairs: list[complex], maxima: int) -> None:
+    polynomial = grown(real, pairs)
+    for scale in (1e-6, 1.0, 1e6):
+        moved = (polynomial * scale ** -np.arange(len(polynomial)))[None]
+        padded = np.concatenate([moved, np.zeros((1, 3))], axis=1)
+        assert maxima_counted(moved, np.abs(moved)).tolist() == [maxima]
+        assert maxima_counted(padded, np.abs(padded)).tolist() == [maxima]
+
+
+def test_a_pair_within_rounding_is_not_reported() -> None:
+    for apart in (0.0, 1e-9j, 1e-12):
+        polynomial = grown([3.0], [1.0 + apart]) if np.imag(apart) else grown(
+            [1.0 - apart, 1.0 + apart, 3.0], []
+        )  # fmt: skip
+        assert maxima_counted(polynomial[None], np.abs(polynomial)[None]).tolist() == [UNCERTAIN]
+    assert maxima_counted(np.zeros((2, 4)), np.zeros((2, 4))).tolist() == [UNCERTAIN, UNCERTAIN]
+
+
+def maxima_in_digits(z1: float, m: float, k: float, z2: float) -> list[float]:
+    """Frequency ratios of all maxima of |H|, force to displacement, in 60 digits."""
+    with mpmath.workdps(60):
+        found = exact_peaks(tree(z1, [m], [k], [z2]), "force", "displacement")
+        return [float(one) for one in found.frequency]
+
+
+def absorbers(count: int) -> np.ndarray:
+    draw = np.random.default_rng(3)
+    z1, m = 10.0 ** draw.uniform(-3, -0.1, count), 10.0 ** draw.uniform(-3, 0.5, count)
+    k = m * 10.0 ** draw.uniform(-0.5, 0.5, count)
+    return np.stack([z1, m, k, np.sqrt(m * k) * 10.0 ** draw.uniform(-3, 0.3, count)])
+
+
+def test_peaks_are_those_of_sixty_digits_each_once() -> None:
+    every = np.concatenate([absorbers(40), np.array(TWICE).T], axis=1)
+    found = peaks(Absorber(*every))
+    quick = quick_maxima(coupling(Absorber(*every)), transfer_of("force", "displacement"))
+    # most are sure without any eigenvalues
+    assert np.mean(quick.certain) > 0.7
+    for row, one in enumerate(every.T):
+        true = maxima_in_digits(*one)
+        own = found.frequency[row][found.present[row]]
+        assert len(own) == len(true), one
+        assert own == pytest.approx(true, rel=1e-7)

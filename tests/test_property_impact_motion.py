@@ -1,19 +1,19 @@
-"""Claim: runs with play keep the laws that hold for any of them: a run does not depend on its
-company or on how its time is cut, time can be run back, and no crossing of a face is passed over.
+"""Claim: runs with play keep the laws that hold for any of them: time runs back, no crossing of a
+face is passed over; statistics do not depend on the order of members, and who leads and when runs
+part is read off as a plain count would.
 """
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 from impact_machines import (
     CLEARANCE,
     DAMPING,
-    INCH,
     LENGTH,
     MASS,
     RADIUS,
-    ROD_MASS,
     SPEED,
     STIFFNESS,
     compressor_drive,
@@ -24,103 +24,23 @@ from impact_machines import (
 
 from vibecalc.impact.ledger import absolute_mean, highest
 from vibecalc.impact.linkage import (
-    Drive,
-    GasForce,
-    Joint,
     assemble_train,
     slider_crank_drive,
     spring_energy,
 )
 from vibecalc.impact.roots import bernstein, sign_changes, single_root
+from vibecalc.impact.runs import APART, TOGETHER, parting
 from vibecalc.impact.simulate import simulate
-from vibecalc.kinematics.slider_crank import piston_motion
-
-TURN = 2.0 * np.pi / SPEED
-
-
-def mixed_batch(members: list[int]):
-    """Some of eight different machines, with all three gaps."""
-    number = np.array(members)
-    joint = Joint(
-        CLEARANCE * (0.5 + 0.2 * number),
-        STIFFNESS * (1 + 0.1 * number),
-        DAMPING * number,
-        DAMPING * (8.0 - number),
-    )
-    crank = source_joint(clearance=CLEARANCE / 2)
-    wall = source_joint(clearance=2e-3 * INCH)
-    gap = np.array([near(8), 2 * near(8, 2), 1e-3 * INCH + near(8, 3)]).T[members]
-    return simulate(
-        compressor_drive(with_rod_tangent=True), gas_towards("crank"), MASS + 0.01 * number, joint,
-        gap, 0.0 * gap, revolutions=1, orders_retained=12, crank_joint=crank, rod_mass=ROD_MASS,
-        wall=wall, samples=64,
-    )  # fmt: skip
-
-
-@pytest.mark.long
-def test_a_run_is_the_same_bit_for_bit_in_any_company():
-    together = mixed_batch(list(range(8)))
-    for members in ([3], [7, 0, 5]):
-        alone = mixed_batch(members)
-        for ours, theirs in zip(
-            (alone.wrist_pin, alone.crank_pin, alone.wall),
-            (together.wrist_pin, together.crank_pin, together.wall),
-            strict=True,
-        ):
-            assert np.array_equal(ours.first_contacts, theirs.first_contacts[members])
-            assert np.array_equal(ours.impact_count, theirs.impact_count[members])
-            assert np.array_equal(ours.gap, theirs.gap[members])
-            np.testing.assert_allclose(
-                ours.force_harmonics, theirs.force_harmonics[members], rtol=0, atol=1e-9
-            )
-        assert np.array_equal(alone.end_gap, together.end_gap[members])
-        assert np.array_equal(alone.end_velocity, together.end_velocity[members])
-
-
-@pytest.mark.parametrize(
-    ("sense", "law"),
-    [
-        ("crank", "continuous"),
-        pytest.param("head", "full_deflection", marks=pytest.mark.long),
-        pytest.param("crank", "full_deflection", marks=pytest.mark.long),
-        pytest.param("head", "continuous", marks=pytest.mark.long),
-    ],
+from vibecalc.impact.statistics import (
+    IMPACT,
+    Statistic,
+    dominance,
+    dominant,
+    dominant_from,
+    mean_over_runs,
+    quantiles,
 )
-def test_finer_panels_do_not_move_the_first_contacts(sense, law):
-    times = [
-        simulate(
-            compressor_drive(), gas_towards(sense), MASS, source_joint(law), near(3), np.zeros(3),
-            revolutions=1, orders_retained=4, subdivision=parts,
-        ).wrist_pin.first_contacts
-        for parts in (1, 3)
-    ]  # fmt: skip
-    # the shortest of these times is 1e-4 of a turn
-    np.testing.assert_allclose(times[0], times[1], rtol=1e-12, atol=1e-13 * TURN)
-
-
-@pytest.mark.long
-def test_a_gas_table_may_be_written_in_other_ways():
-    gas, irregular = gas_towards("crank"), np.array([0.3, 1.01, 1.02, 4.4, 6.1])
-    more = np.sort(np.concatenate([gas.angle, irregular]))
-    tables = [
-        gas,
-        GasForce(more, np.interp(more, gas.angle, gas.force)),
-        # from 50 degrees on, without the entry that repeats the first
-        GasForce(gas.angle[:-1] + gas.angle[5], np.roll(gas.force[:-1], -5)),
-    ]
-    runs = [
-        simulate(
-            compressor_drive(), table, MASS, source_joint(), near(2), np.zeros(2),
-            revolutions=1, orders_retained=50,
-        ).wrist_pin
-        for table in tables
-    ]  # fmt: skip
-    for other in runs[1:]:
-        np.testing.assert_allclose(
-            other.first_contacts, runs[0].first_contacts, rtol=1e-11, atol=1e-13 * TURN
-        )
-        distance = np.abs(other.force_harmonics - runs[0].force_harmonics)
-        assert np.max(distance) < 1e-7 * np.max(runs[0].mean_absolute_force)
+from vibecalc.kinematics.slider_crank import piston_motion
 
 
 def test_time_runs_back():
@@ -242,13 +162,87 @@ def test_drive_is_the_slider_crank(rod_ratio):
     np.testing.assert_allclose(tangent, exact, atol=2e-13)
 
 
-def test_a_pin_that_stands_still_leaves_a_free_mass_alone():
-    still = Drive(3.0, np.array([0]), np.array([0.1 + 0j]))
-    joint = Joint(1.0, 1e4, 0.0, 0.0)
-    run = simulate(
-        still, gas_towards("crank")._replace(force=np.zeros(37)), 2.0, joint, [0.25], [0.125],
-        revolutions=2, orders_retained=2,
-    )  # fmt: skip
-    turn = 2 * np.pi / 3.0
-    np.testing.assert_allclose(run.end_gap[0, :, 0], 0.25 + 0.125 * turn * np.array([1, 2]))
-    assert np.all(run.wrist_pin.force_harmonics == 0.0) and np.all(run.axial.residual == 0.0)
+sizes = st.floats(0.0, 1e6)
+
+
+@settings(max_examples=30)
+@given(
+    arrays(np.float64, (2, 6, 4), elements=st.floats(-1e6, 1e6)),
+    st.permutations(range(6)),
+)
+def test_members_may_stand_in_any_order(values, order):
+    for one, two in zip(
+        (mean_over_runs(values), *quantiles(values, (0.05, 0.5, 0.95))),
+        (mean_over_runs(values[:, order]), *quantiles(values[:, order], (0.05, 0.5, 0.95))),
+        strict=True,
+    ):
+        scale = 1e-12 * max(np.max(np.abs(values)), 1e-300)
+        np.testing.assert_allclose(one.value, two.value, rtol=0.0, atol=scale)
+        np.testing.assert_allclose(one.standard_error, two.standard_error, rtol=1e-6, atol=scale)
+
+
+@given(st.floats(-1e9, 1e9), st.integers(2, 9), st.integers(1, 9))
+def test_what_never_changes_has_no_scatter(value, members, revolutions):
+    values = np.full((1, members, revolutions), value)
+    found = quantiles(values, (0.05, 0.95))
+    for statistic in found:
+        assert statistic.value[0] == value
+        assert statistic.standard_error[0] == 0.0
+    mean = mean_over_runs(values)
+    assert abs(mean.value[0] - value) <= 1e-15 * abs(value)
+    assert mean.standard_error[0] <= 1e-15 * abs(value)
+
+
+@given(arrays(np.int64, st.integers(1, 12), elements=st.integers(0, 2)))
+def test_dominant_from_is_a_count_from_the_end(leading):
+    order = len(leading)
+    while order > 0 and leading[order - 1] == IMPACT:
+        order -= 1
+    expected = order + 1 if order < len(leading) else 0
+    assert dominant_from(leading) == expected
+
+
+@settings(max_examples=30)
+@given(
+    arrays(np.float64, (2, 8), elements=sizes),
+    arrays(np.float64, (2, 8), elements=st.floats(0.0, 10.0)),
+    arrays(np.float64, 8, elements=sizes),
+    arrays(np.float64, 8, elements=sizes),
+)
+def test_dominance_names_the_largest(value, uncertainty, shaking, motor):
+    found = dominance(Statistic(value, uncertainty), shaking, motor)
+    for c in range(2):
+        for n in range(8):
+            three = (shaking[n], value[c, n], motor[n])
+            assert three[found.dominant[c, n]] == max(three)
+    np.testing.assert_array_equal(
+        found.dominant_from, dominant_from(dominant(value, shaking, motor))
+    )
+    sure = dominance(Statistic(value, np.zeros_like(value)), shaking, motor)
+    assert not np.any(sure.dominant_spread) and not np.any(sure.dominant_from_spread)
+    # an uncertainty that can change what dominates an order shows
+    flips = (value - 2 * uncertainty > shaking) != (value + 2 * uncertainty > shaking)
+    assert np.all((found.dominant_spread > 0.0)[flips & (motor == 0.0)])
+
+
+@given(st.floats(-14.0, -2.0), st.floats(0.05, 6.0), st.integers(1, 20))
+def test_exponential_parting(exponent, rate, turns):
+    start = 10.0**exponent
+    distances = np.minimum(start * np.exp(rate * np.arange(turns + 1)), 1.0)
+    found = parting(distances)
+    when = np.log(APART / start) / rate
+    # a distance beyond 1, as of runs that have parted, is no part of the exponential
+    reaches = distances[-1] >= APART
+    if not reaches:
+        assert np.isinf(found.revolutions)
+    elif start * np.exp(rate * np.ceil(when)) <= 1.0 and start > TOGETHER:
+        assert abs(found.revolutions - when) < 1e-9 * (1.0 + when)
+        assert abs(found.rate - rate) < 1e-9 * rate
+    else:
+        assert np.floor(when) <= found.revolutions <= np.ceil(when) + 1e-9
+
+
+def test_runs_that_fall_together_never_part():
+    found = parting(np.array([[1e-6, 1e-12, 0.0, 0.0], [0.5, 1.0, 1.0, 1.0]]))
+    assert np.isinf(found.revolutions[0]) and found.rate[0] == np.log(TOGETHER / 1e-6) / 3
+    assert found.revolutions[1] == 0.0

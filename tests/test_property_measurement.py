@@ -14,17 +14,14 @@ from plate_readings import LEVELS, PLACES, apart, random_plate, source_rows
 from vibecalc.errors import NumericalFailure
 from vibecalc.measurement.complex_motion import Phasors, complex_motion, growth_of_deviations
 from vibecalc.measurement.level_motions import (
-    helpful,
     level_gradient,
     level_motions,
     observable,
     phase_gradient,
 )
 from vibecalc.measurement.plate import (
-    PARTS,
     Rectangle,
     amplitude_map,
-    difference_row,
     grid,
     point_row,
     quietest,
@@ -32,7 +29,6 @@ from vibecalc.measurement.plate import (
 from vibecalc.numerics.level import DECIBEL, amplitude_of
 
 HALF = 0.05
-DEVIATION = 2.0 * HALF / np.sqrt(12.0)
 
 
 def solved(levels, rows, half=HALF):
@@ -59,23 +55,6 @@ def test_bound_against_all_corners_of_the_rounding(order):
         phases.append(np.angle(near.motion[1] / taken.motion[1]))
     assert np.max(np.abs(levels)) == pytest.approx(bound, rel=0.1)
     assert np.max(np.abs(phases)) == pytest.approx(float(taken.spread.bound(turn)), rel=0.1)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("order", [1, pytest.param(3, marks=pytest.mark.long)])
-def test_standard_uncertainty_against_samples(order):
-    """400 readings spread evenly over their last digit."""
-    rows = source_rows()
-    (taken,) = [one for one in solved(LEVELS[order], rows) if one.motion[2].imag < 0.0]
-    random = np.random.default_rng(5)
-    there = point_row(*PLACES["6"])
-    sampled = []
-    for _ in range(400):
-        levels = np.array(LEVELS[order]) + random.uniform(-HALF, HALF, 5)
-        near = nearest(solved(levels, rows), taken.motion)
-        sampled.append(DECIBEL * np.log(abs(there @ near.motion)))
-    deviation = float(taken.spread.deviation(level_gradient(there, taken.motion)))
-    assert np.std(sampled) == pytest.approx(deviation, rel=0.12)
 
 
 @pytest.mark.long
@@ -118,39 +97,6 @@ def test_turned_and_magnified_plates(seed, angle, size):
     wanted = np.array([3.0 * plate.motion[0], *rotation])
     scale = np.array([1.0, size, size])
     assert min(apart(wanted * scale, one.motion * scale) for one in found) < 1e-6
-
-
-@settings(max_examples=40, deadline=None)
-@given(st.integers(0, 10_000), st.integers(3, 12))
-def test_complex_amplitudes(seed, points):
-    """Any number of points: the motion comes back, and scatter stays within its uncertainty."""
-    plate = random_plate(seed, points, 0)
-    read = plate.rows @ plate.motion
-    ones = np.ones((2, points))
-    fit = complex_motion(Phasors(plate.rows, read, ones, ones))
-    assert np.max(np.abs(fit.motion - plate.motion)) < 1e-11 * fit.condition**2
-    random = np.random.default_rng(seed)
-    noise = 1e-3 * (random.normal(size=points) + 1j * random.normal(size=points))
-    deviations = np.full((2, points), 1e-3)
-    noisy = complex_motion(Phasors(plate.rows, read + noise, deviations, deviations))
-    off = noisy.motion - plate.motion
-    sure = [noisy.spread.deviation(np.eye(6)[place]) for place in range(6)]
-    parts = np.concatenate([off.real, off.imag])
-    assert np.all(np.abs(parts) < 6.0 * np.array(sure))
-    # least squares: what is left is square to the rows
-    assert np.max(np.abs(plate.rows.T @ noisy.residual)) < 1e-12 * points
-
-
-def test_weights_of_complex_readings():
-    """A reading said to be far off counts for nothing, and one said to be right for all."""
-    plate = random_plate(9, 4, 0)
-    read = plate.rows @ plate.motion
-    read[3] += 1.0
-    deviations = np.tile([1.0, 1.0, 1.0, 1e6], (2, 1))
-    fit = complex_motion(Phasors(plate.rows, read, deviations, deviations))
-    assert np.max(np.abs(fit.motion - plate.motion)) < 1e-9
-    evenly = complex_motion(Phasors(plate.rows, read, np.ones((2, 4)), np.ones((2, 4))))
-    assert np.max(np.abs(evenly.motion - plate.motion)) > 1e-2
 
 
 def _noisy_sets(plate, noise, stated, harmonics, sets=200):
@@ -210,14 +156,6 @@ def test_the_scatter_tells_where_too_little_is_stated(stated):
     assert np.all((ratio > 0.85) & (ratio < 1.2)), ratio
 
 
-def test_amplitudes_and_phases_weigh_apart():
-    """Readings with good amplitudes and poor phases tell more than if both were as poor."""
-    plate = random_plate(5, 6, 0)
-    apart, _ = _noisy_sets(plate, (0.002, 0.1), (0.002, 0.1), 1)
-    alike, _ = _noisy_sets(plate, (0.002, 0.1), (0.1, 0.1), 1)
-    assert np.all(np.std(apart[:, :4], axis=0) < 0.8 * np.std(alike[:, :4], axis=0))
-
-
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 10_000), st.integers(1, 4))
 def test_the_quietest_place_is_quieter_than_a_grid(seed, harmonics):
@@ -247,14 +185,6 @@ def test_quiet_places_of_single_motions():
     assert (still.x, still.y, still.amplitude) == (0.0, 0.0, 2.0)
 
 
-def test_parts_add_up_to_the_whole():
-    parts = {name: np.array(kept) for name, kept in PARTS.items()}
-    alone = sum(parts[f"only_{name}"] for name in ("translation", "roll", "pitch"))
-    np.testing.assert_array_equal(alone, parts["standard"])
-    np.testing.assert_array_equal(parts["no_roll"] + parts["only_roll"], parts["standard"])
-    np.testing.assert_array_equal(parts["no_pitch"] + parts["only_pitch"], parts["standard"])
-
-
 @pytest.mark.parametrize("angle", [0.0, 0.4, np.pi / 2.0, 2.0])
 def test_points_on_a_line_hide_the_turn_about_it(angle):
     along = np.array([np.cos(angle), np.sin(angle)])
@@ -269,17 +199,6 @@ def test_points_on_a_line_hide_the_turn_about_it(angle):
     assert np.max(np.abs(rows @ hidden)) < 1e-12
     with pytest.raises(NumericalFailure, match="leave a motion of the plate free"):
         complex_motion(Phasors(rows, np.ones(4, dtype=complex), np.ones((2, 4)), np.ones((2, 4))))
-
-
-def test_how_many_levels_are_independent():
-    """Six points on a conic tell five numbers, off it six; differences add those of rotation."""
-    circle = [point_row(np.cos(t), np.sin(t)) for t in np.arange(6.0)]
-    assert observable(np.stack(circle)).levels == 5
-    assert observable(np.stack([*circle, point_row(0.2, 0.1)])).levels == 6
-    assert observable(source_rows()).levels == 5
-    assert observable(source_rows()[:3]).levels == 3
-    further = np.stack([difference_row(PLACES["1"], PLACES["2"]), source_rows()[1]])
-    assert helpful(source_rows()[:3], further) == [0]
 
 
 @pytest.mark.long

@@ -142,14 +142,3 @@ def test_a_line_that_misses_ends_in_its_nearest_approach() -> None:
         top = np.linalg.eigvalsh(best)
         assert np.max(np.abs(moments(found[0]) - best)) < 0.05 * size + 2.0 * abs(top[0])
     assert 20 < misses < 115
-
-
-def test_sizes_of_readings_do_not_matter() -> None:
-    draw = np.random.default_rng(2)
-    rows = draw.standard_normal((5, 3))
-    motion = draw.standard_normal(3) + 1j * draw.standard_normal(3)
-    for scale in (1e-60, 1e-9, 1.0, 1e9, 1e60):
-        found = ends(least_determined(rows, np.abs(rows @ motion) * scale))
-        assert len(found) == 2
-        apart = min(np.max(np.abs(moments(one / scale) - moments(motion))) for one in found)
-        assert apart < 1e-11

@@ -10,7 +10,6 @@ from roll_control_loops import SOURCE, exact_terms, random_loops, winding
 
 from vibecalc.roll.control.loop import Controller, Loop, feedthrough, loop_of
 from vibecalc.roll.control.margins import (
-    crossings,
     margins,
     poles_right,
     rounding_of,
@@ -44,18 +43,6 @@ def test_the_count_is_that_of_the_argument_principle(seed, late):
         assert (kind[place] <= 1) == (right[place] == 0)
         checked, seen = checked + 1, seen | {int(right[place])}
     assert checked > 40 and len(seen) > 2
-
-
-def test_without_a_delay_the_count_is_that_of_the_poles():
-    loop = loops(3, late=False)
-    lagging = loop.p2 > 0.0
-    plain = Loop(*(a[lagging] for a in loop))
-    found = poles(plain).value
-    np.testing.assert_array_equal(np.sum(found.real > 0.0, axis=-1), poles_right(plain))
-    roots = [np.roots([p2, p1 + q1, p0 + q0]) for p2, p1, p0, q1, q0, _ in zip(*plain, strict=True)]
-    np.testing.assert_allclose(
-        np.sort_complex(found), np.sort_complex(np.array(roots)), rtol=1e-9, atol=1e-9
-    )
 
 
 def test_poles_with_a_delay_are_roots_and_none_is_missing():
@@ -115,29 +102,6 @@ def test_at_the_gain_margins_the_loop_reaches_its_limit(late):
         assert np.all(status(many._replace(q1=scale * many.q1, q0=scale * many.q0)) <= 1)
 
 
-def test_gain_and_phase_margins_are_those_of_a_dense_nyquist_curve():
-    loop = loops(7, late=True)
-    found = margins(loop)
-    checked = 0
-    for place in np.flatnonzero(found.stable & (loop.p2 > 0.0)):
-        single = one(loop, place)
-        top = 200.0 / float(single.delay[0])
-        w = np.concatenate([np.geomspace(1e-3, top, 400_000)])
-        s, (p2, p1, p0, q1, q0, delay) = 1j * w, single
-        value = (q1 * s + q0) * np.exp(-s * delay) / ((p2 * s + p1) * s + p0)
-        cut = np.flatnonzero((value.imag[1:] * value.imag[:-1] <= 0.0) & (value.real[1:] < 0.0))
-        size = np.append(np.abs(value[cut]), np.maximum(-single.q0 / single.p0, 0.0))
-        upper = 1.0 / np.max(size[size < 1.0], initial=0.0) if np.any(size < 1.0) else np.inf
-        if np.isfinite(upper):
-            assert found.gain.value[place] == pytest.approx(upper, rel=2e-3)
-            checked += 1
-        ring = np.flatnonzero((np.abs(value[1:]) - 1.0) * (np.abs(value[:-1]) - 1.0) <= 0.0)
-        if len(ring):
-            away = np.pi - np.abs(np.angle(value[ring]))
-            assert found.phase.value[place] == pytest.approx(np.min(away), abs=2e-3)
-    assert checked > 8
-
-
 def test_errors_of_margins_hold_against_fifty_digits():
     loop = loops(8, late=True)
     found = margins(loop)
@@ -191,11 +155,3 @@ def test_a_pole_that_any_lag_throws_over_does_not_count_as_stable():
     assert poles(bare).value.real < 0.0
     assert status(bare) == 4
     assert poles_right(loop_of(SOURCE, odd._replace(lag=1e-9))) > 0
-
-
-def test_crossings_do_not_depend_on_the_delay():
-    loop = loops(9, late=True)
-    bare = crossings(loop._replace(delay=np.zeros_like(loop.delay)))
-    late = crossings(loop)
-    np.testing.assert_array_equal(bare.frequency, late.frequency)
-    np.testing.assert_array_equal(bare.critical, late.critical)

@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 from roll_machines import (
     RADIUS,
-    ROTOR,
     RPM,
     SYNCHRONOUS,
-    quick_spectrum,
     source_drive,
     source_machine,
 )
@@ -24,10 +22,8 @@ from vibecalc.numerics.periodic.panels import constant_start
 from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch
 from vibecalc.roll.rates import roll_problem, surely_fastest
 from vibecalc.roll.running import running_state
-from vibecalc.roll.steady import SteadyTurn, quick_turn, started_momentum, steady_state
-from vibecalc.roll.turn import harmonics, readings
+from vibecalc.roll.steady import SteadyTurn, started_momentum, steady_state
 
-ORDERS = np.arange(1, 11)
 #: by what the march, with three points on half panels and kinks passed over, may be off
 COARSE = 2e-3
 
@@ -87,11 +83,6 @@ def some(count: int, seed: int) -> set[str]:
 
 
 @pytest.mark.long
-def test_the_state_is_where_a_march_from_above_ends() -> None:
-    assert some(6, 4) == {"runs", "stalls", "demand"}
-
-
-@pytest.mark.long
 @pytest.mark.parametrize("seed", range(2, 10))
 def test_many_states_are_where_marches_from_above_end(seed: int) -> None:
     assert some(200, seed) == {"runs", "stalls", "demand"}
@@ -137,14 +128,6 @@ def test_a_slower_state_is_not_taken_for_the_running_state(scale: float) -> None
     assert float(fast.period[0]) < 0.7 * float(slow.turn.period[0])
 
 
-def test_a_state_above_breakdown_is_known_to_be_the_fastest() -> None:
-    machine, drive = as_batch(source_machine()), source_drive()
-    state = steady_state(machine, drive, 4)
-    assert surely_fastest(machine, drive, state.turn)[0]
-    lower = state.turn._replace(crank_speed=state.turn.crank_speed - 80.0 * RPM)
-    assert not surely_fastest(machine, drive, lower)[0]
-
-
 @pytest.mark.parametrize("factor", [0.1, 7.0])
 def test_all_inertias_and_torques_scaled_leave_the_motion_as_it_is(factor: float) -> None:
     plain = source_machine(friction_damping=0.2)
@@ -163,59 +146,9 @@ def test_all_inertias_and_torques_scaled_leave_the_motion_as_it_is(factor: float
     np.testing.assert_allclose(other.turn.crank_speed, one.turn.crank_speed, rtol=1e-12)
 
 
-def test_machines_in_a_batch_do_not_feel_each_other() -> None:
-    random = np.random.default_rng(3)
-    rods, rotors = random.uniform(0.1, 0.6, 6), 10.0 ** random.uniform(-0.5, 1.0, 6)
-    scale = np.repeat(random.uniform(0.5, 1.5, 6)[:, None], 2, axis=1)
-    together = source_machine(rod_length=rods, rotor_inertia=rotors, gas_scale=scale)
-    drive = source_drive()
-    batch = steady_state(together, drive, 6)
-    assert batch.solved.all()
-    for place in range(6):
-        alone = steady_state(RollMachine(*(f[place : place + 1] for f in together)), drive, 6)
-        assert float(alone.turn.period[0]) == pytest.approx(
-            float(batch.turn.period[place]), rel=1e-13
-        )
-        assert float(alone.momentum[0]) == pytest.approx(float(batch.momentum[place]), rel=1e-12)
-
-
-def test_a_machine_that_fails_leaves_the_others_of_its_batch_alone() -> None:
-    scale = np.array([[1.0, 1.0], [3.5, 3.5], [3.2, 3.2], [1.5, 1.5]])
-    machine, drive = source_machine(gas_scale=scale), source_drive(holds=True)
-    batch = steady_state(machine, drive, 6, started_at=SYNCHRONOUS)
-    assert batch.solved.tolist() == [True, False, False, True]
-    alone = steady_state(RollMachine(*(f[3:] for f in machine)), drive, 6, started_at=SYNCHRONOUS)
-    assert float(alone.turn.period[0]) == pytest.approx(float(batch.turn.period[3]), rel=1e-13)
-
-
 def test_edges_that_never_come_to_rest_are_no_solution() -> None:
     """Near the last load that runs, Newton's method finds something on wandering panels."""
     machine = as_batch(source_machine(gas_scale=[3.2, 3.2]))
     state = steady_state(machine, source_drive(holds=True), 6, started_at=SYNCHRONOUS)
     assert state.solution.converged[0] and not state.solution.edge_error[0] < 1e-3
     assert not state.solved[0]
-
-
-def test_the_quick_look_is_within_a_decibel_and_finds_the_stall() -> None:
-    random, drive = np.random.default_rng(11), source_drive()
-    for _ in range(10):
-        machine = as_batch(
-            source_machine(
-                rotor_inertia=ROTOR * random.uniform(0.5, 3.0),
-                rod_length=random.uniform(0.15, 0.6),
-                gas_scale=random.uniform(0.7, 1.5, 2),
-                wrist_pin_offset=random.uniform(0.0, 0.01),
-                friction_damping=0.1,
-            )
-        )
-        state = steady_state(machine, drive, 6, started_at=SYNCHRONOUS)
-        read = readings(machine, drive, state.turn, pistons=False)
-        exact = harmonics(state.turn, read.shell_acceleration, ORDERS)[0]
-        errors = []
-        for points in (72, 288):
-            turn = quick_turn(machine, drive, SYNCHRONOUS, points=points)
-            assert turn is not None
-            errors.append(np.abs(quick_spectrum(turn, 10) - exact).max() / np.abs(exact).max())
-        assert errors[0] < 0.02 and errors[1] < 0.3 * errors[0]
-    stalls = as_batch(source_machine(rotor_inertia=0.03))
-    assert quick_turn(stalls, source_drive(holds=True), SYNCHRONOUS) is None

@@ -1,19 +1,14 @@
 """Claim: sweeps of the roll are shown so that orders, lines and keys can be distinguished."""
 
-import tomllib
-from typing import Any
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from report_samples import quantity
-from roll_samples import LEVELS, roll, spectra, symmetrical
-from shipped_cases import CASES
+from shipped_cases import result_of
 
 from vibecalc.core.report.canvas import keep_apart
 from vibecalc.core.report.headline import headline_rows
-from vibecalc.core.report.sweep.picture_lines import line_style
 from vibecalc.core.report.sweep.statistics import extreme_lines
 from vibecalc.core.report.sweep.view import GridAxis, Key, StackedResult, SweepView, _short
 from vibecalc.core.results.record import Axis, Record
@@ -81,18 +76,14 @@ def test_names_at_the_right_stay_apart_and_in_order(places: list[float], apart: 
         assert np.mean(moved) == pytest.approx(np.mean(ordered), abs=1e-9)
 
 
-def test_twelve_lines_look_different() -> None:
-    looks = [line_style(i) for i in range(12)]
-    assert len({(str(look["color"]), str(look["ls"])) for look in looks}) == 12
-
-
 def test_the_terminal_names_the_strongest_order() -> None:
     def rows(record: Record) -> list[list[str]]:
         return [row for row in headline_rows(record) if row[2] == "dB"]
 
-    (row,) = rows(roll(spectra()).record)
-    assert [*row[1:4]] == [f"{max(LEVELS):.2f}", "dB", f"order {np.argmax(LEVELS) + 1}"]
-    assert rows(symmetrical().record)[0][3] == "order 2"
+    for name in ("roll", "roll_equal_pressure"):
+        own = result_of(name).record[LEVEL].values
+        row = rows(result_of(name).record)[0]
+        assert [*row[1:4]] == [f"{max(own):.2f}", "dB", f"order {np.argmax(own) + 1}"]
     record, orders = Record(), Axis(name="order", values=np.array([1, 2]))
     for name, values in (("roll", [16.6, 7.4]), ("pitch", [-0.6, -np.inf])):
         record.add(quantity(f"measurement/{name}_level", values, "dB", orders))
@@ -102,21 +93,3 @@ def test_the_terminal_names_the_strongest_order() -> None:
         ["-0.60", "dB", "order 1"],
         ["zero", "dB", "order 2"],
     ]
-
-
-def test_both_pistons_change_in_step_and_each_alone_over_the_same_ratios() -> None:
-    def case(name: str) -> dict[str, Any]:
-        return tomllib.loads(CASES[name].read_text())
-
-    pistons = case("roll_pistons_sweep")
-    (axis,) = pistons["sweep"]["axes"]
-    alone = [case(f"roll_{name}_piston_sweep")["sweep"]["axes"][0] for name in ("first", "second")]
-    for place, part in enumerate((axis, *axis["with"])):
-        key = f"machine.crank_train.cylinders[{place}].reciprocating_mass"
-        assert part["key"] == alone[place]["key"] == key
-        mass = pistons["machine"]["crank_train"]["cylinders"][place]["reciprocating_mass"]
-        for end, ratio in (("from", 0.25), ("to", 8.0)):
-            assert float(part[end].split()[0]) == pytest.approx(
-                ratio * float(mass.split()[0]), rel=1e-12
-            )
-            assert alone[place][end] == part[end]

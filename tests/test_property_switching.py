@@ -1,4 +1,8 @@
-"""Claim: switching transients keep the symmetries of the physics and of the description."""
+"""Claim: switching transients keep the symmetries of the physics and of the description.
+
+Fewer orders are fewer orders, and the errors say what that costs; a short watch is reported, and no
+peak lies below the steady motion after it; samples stand where the machine puts them.
+"""
 
 from functools import cache
 
@@ -6,8 +10,13 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from switching_machines import BOTH, IDLE, ONLY_A, ONLY_B, SPEED, compressor, compressor_loads
+from response_machines import run
+from switching_machines import BOTH, ONLY_A, ONLY_B, SPEED, compressor, compressor_loads
+from test_consistency_switching_stage import STEM, switching
 
+from vibecalc.core.results.record import Record
+from vibecalc.core.results.tolerance import tolerance_warning
+from vibecalc.errors import NumericalFailure
 from vibecalc.response.switching.follow import Transient, follow
 from vibecalc.response.switching.instant import instantaneous, worst_instant
 from vibecalc.response.switching.motion import PANEL_PHASE, follow_profile, panel_grid, runs_of
@@ -118,16 +127,6 @@ def test_no_change_leaves_the_steady_motion() -> None:
     assert np.array_equal(worst.value, done.final.value)
 
 
-def test_no_load_no_motion() -> None:
-    for done in (
-        follow(SYSTEM, compressor_loads(4), [SpeedSegment(0.2, 0.0, SPEED, IDLE)]),
-        instantaneous(SYSTEM, compressor_loads(4), IDLE, IDLE, SPEED),
-    ):
-        assert np.all(done.peaks.value == 0.0) and np.all(done.peaks.error == 0.0)
-        assert np.all(done.final.value == 0.0) and np.all(done.later == 0.0)
-        assert done.settling.after == 0.0
-
-
 def test_responses_to_loads_add_up_at_every_time() -> None:
     def states(operation: int) -> np.ndarray:
         profile = [SpeedSegment(0.2, SPEED, -0.5 * SPEED, operation)]
@@ -154,33 +153,88 @@ def test_histories_hold_the_peaks_in_their_buckets() -> None:
     assert np.all(plain().history.low[:, kinetic:] >= 0.0)
 
 
-def test_later_bounds_what_comes_after() -> None:
-    short = follow(SYSTEM, LOADS, REVERSAL[:3], angle=0.5)
-    longer = follow(
-        SYSTEM, LOADS, [*REVERSAL[:3], SpeedSegment(1.0, -SPEED, -SPEED, ONLY_A)], angle=0.5
-    )
-    assert short.settling.time == pytest.approx(longer.settling.time, rel=1e-9)
-    after = longer.history.time[:-1] >= 0.6 + 1e-9
-    seen = np.maximum(np.abs(longer.history.low), np.abs(longer.history.high))[after]
-    assert np.all(np.max(seen, axis=0) <= short.later)
-    # half a second later the bound is close to the steady motion itself
-    assert np.all(longer.later < short.later)
-    assert np.all(longer.later >= longer.final.value)
-
-
 @given(st.floats(-400.0, 400.0), st.floats(-400.0, 400.0), st.floats(1e-3, 5.0))
 @example(-1.0, 1.8284668242094822e-214, 3.34375)
 @example(1e-320, -1.0, 3.34375)
 @settings(max_examples=40, deadline=None)
 def test_grid_is_fine_enough_everywhere(start: float, end: float, duration: float) -> None:
     modal = modal_loads(SYSTEM, LOADS)
-    for run in runs_of([SpeedSegment(duration, start, end, BOTH)], 0.0):
-        grid = panel_grid(SYSTEM, modal, run, duration / 50)
-        assert grid[0] == 0.0 and grid[-1] == run.duration and np.all(np.diff(grid) > 0.0)
-        fastest = np.maximum(np.abs(run.speed_at(grid[:-1])), np.abs(run.speed_at(grid[1:])))
+    for piece in runs_of([SpeedSegment(duration, start, end, BOTH)], 0.0):
+        grid = panel_grid(SYSTEM, modal, piece, duration / 50)
+        assert grid[0] == 0.0 and grid[-1] == piece.duration and np.all(np.diff(grid) > 0.0)
+        fastest = np.maximum(np.abs(piece.speed_at(grid[:-1])), np.abs(piece.speed_at(grid[1:])))
         phase = np.diff(grid) * (12.0 * np.minimum(fastest, np.inf))
-        turned = 12.0 * np.abs(np.diff(run.angle_at(grid)))
+        turned = 12.0 * np.abs(np.diff(piece.angle_at(grid)))
         assert np.all(turned + np.diff(grid) * np.max(SYSTEM.frequency) <= PANEL_PHASE + 1e-9)
         # within a panel the speed changes little against what it turns
         assert np.all(phase <= 2.0 * PANEL_PHASE)
         assert np.all(np.diff(grid) <= duration / 50 * (1.0 + 1e-12))
+
+
+NAMES = ("kinetic_energy_peak", "translation_peak", "ground_force_peak", "settle_time",
+         "kinetic_energy_high", "translation_high", "translation_low")  # fmt: skip
+WANTED = (
+    f"{STEM}/steady_energy",
+    f"{STEM}/instant/worst_kinetic_energy_peak",
+    *(f"{STEM}/{way}/{name}" for way in ("instant", "reversal") for name in NAMES),
+)
+
+
+@cache
+def with_orders(orders: int | None) -> Record:
+    table = switching(after="1 s")
+    if orders is not None:
+        table["excitation"]["orders"] = orders
+    return run(table, *WANTED)
+
+
+def test_too_few_orders_to_tell_when_it_has_settled() -> None:
+    with pytest.raises(NumericalFailure, match=r"dropped orders may add.*keep more orders"):
+        with_orders(1)
+
+
+@pytest.mark.parametrize("orders", [2, pytest.param(3, marks=pytest.mark.long)])
+def test_dropped_orders_are_dropped_and_within_the_errors(orders: int) -> None:
+    few, all_of_them = with_orders(orders), with_orders(None)
+    for path in WANTED:
+        ours, truth = few[path], all_of_them[path]
+        apart = np.abs(ours.values - truth.values).max()
+        assert apart <= ours.error_estimate + truth.error_estimate, path
+    energy, truth = (record[f"{STEM}/instant/kinetic_energy_peak"] for record in (few, all_of_them))
+    apart = np.abs(energy.values - truth.values).max()
+    assert apart > 1e4 * truth.error_estimate
+    assert energy.error_estimate < 300.0 * apart
+    assert "more help ([excitation] orders)" in (tolerance_warning(few, 1e-9) or "")
+    assert "undamped" not in (tolerance_warning(few, 1e-9) or "")
+
+
+def test_no_peak_is_below_the_steady_motion_after_it_and_a_short_watch_is_reported() -> None:
+    paths = (f"{STEM}/steady_energy", *(f"{STEM}/instant/{name}" for name in (
+        "kinetic_energy_peak", "peak_time", "peak_speed", "translation_peak")))  # fmt: skip
+    short, long = (run(switching(after=after), *paths) for after in ("1 ms", "1 s"))
+    peaks, steady = short[f"{STEM}/instant/kinetic_energy_peak"], short[f"{STEM}/steady_energy"]
+    assert np.all(peaks.values >= steady.values[::-1])
+    assert peaks.values[0] == steady.values[1] < long[peaks.path].values[0]
+    assert short[f"{STEM}/instant/peak_time"].values[0] == pytest.approx(1e-3, rel=1e-12)
+    (reported,) = [words for words in short.warnings if "before the body has settled" in words]
+    assert (
+        "A+B to A at once settles in 0.645 s" in reported
+        and "kinetic energy (up to 1.8" in reported
+    )
+    assert not any("before the body has settled" in words for words in long.warnings)
+
+
+def test_samples_do_not_move_with_the_steps_inside() -> None:
+    """More orders make finer steps; the samples change by the orders alone."""
+    system = compressor()
+    profile = [SpeedSegment(0.2, SPEED, 0.0, 0), SpeedSegment(0.1, -0.0, -SPEED, ONLY_A)]
+    few, many = (
+        follow(system, compressor_loads(10)._replace(retained=kept), profile, buckets=40)
+        if kept
+        else follow(system, compressor_loads(24), profile, buckets=40)
+        for kept in (6, None)
+    )
+    assert few.history.samples == many.history.samples > 1
+    uncertainty = few.peaks.error + many.peaks.error
+    for ours, other in zip(few.history[2:4], many.history[2:4], strict=True):
+        assert np.all(np.abs(ours - other) <= uncertainty + 1e-12 * many.peaks.value)

@@ -5,20 +5,16 @@ by Newton's method from the motion found. Without truth are counts and verdicts,
 uncertainties of levels, which are ends of linear programs (`test_property_measurement_bounds.py`).
 """
 
-import copy
 from collections.abc import Iterator
 from typing import Any
 
 import mpmath
 import numpy as np
-from estimate_counts import Reported, Uncertain
+from estimate_counts import Reported, against, checked_run
 from mpmath import matrix, mp, mpc, mpf
 from random_machines import Table
 
-from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Record
-from vibecalc.core.run.machine_checks import check_machine
-from vibecalc.core.run.run import run_case
 
 DIGITS = 40
 ROOT = "measurement"
@@ -33,31 +29,10 @@ PARTS = {
 
 def judge_plate(table: Table) -> Reported:
     """Every result that has a truth."""
-    case = validate(copy.deepcopy(table))
-    assert check_machine(case) == []
-    record = run_case(case)
+    _, record = checked_run(table)
     with mpmath.workdps(DIGITS):
-        judged = [_judged(record, *one) for one in truths(table["measurement"], record)]
+        judged = [against(record, *one) for one in truths(table["measurement"], record)]
     return Reported(table, record, judged)
-
-
-def _judged(record: Record, path: str, values: Any, truth: Any) -> Uncertain:
-    found = np.ravel(values).tolist()
-    exact = [mpmath.mpmathify(x) for x in np.ravel(np.array(truth, dtype=object)).tolist()]
-    assert len(found) == len(exact), path
-    turns = "phase" in path
-    off = [_distance(a, b, turns) for a, b in zip(found, exact, strict=True)]
-    size = max((abs(b) for b in exact if mp.isfinite(b)), default=mpf(0))
-    return Uncertain(
-        path, float(max(off, default=mpf(0))), record[path].error_estimate, float(size)
-    )
-
-
-def _distance(value: complex, true: Any, turns: bool) -> mpf:
-    if not np.isfinite(value) and not mp.isfinite(true):
-        return mpf(0)
-    apart = mpmath.mpmathify(value) - true
-    return abs(apart - 2 * mp.pi * mp.nint(apart / (2 * mp.pi))) if turns else abs(apart)
 
 
 class Plate:

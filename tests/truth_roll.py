@@ -2,19 +2,18 @@
 
 With 20 and with 24 Gauss points on each panel between the kinks of the gas tables (and of the
 motor's) collocation is of order 40 and more: what is left is rounding, and the difference of the
-two says how much of it. `test_property_estimates_roll.py` holds this truth against DOP853 on
+two says how much of it. `test_property_estimates_subjects.py` holds this truth against DOP853 on
 formulas of its own (`exact_roll.py`).
 """
 
 import copy
 
 import numpy as np
-from estimate_counts import Reported, Uncertain
+from estimate_counts import Reported, Uncertain, checked_run
 from random_machines import Table
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Quantity, Record
-from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.core.run.run import run_case
 
 POINTS = (20, 24)
@@ -24,9 +23,7 @@ COUNTS = ("trivial_multipliers", "method/work")
 
 def judge_roll(table: Table) -> Reported:
     """Every result of a run next to the truth."""
-    case = validate(copy.deepcopy(table))
-    assert check_machine(case) == []
-    record = run_case(case)
+    _, record = checked_run(table)
     truth, again = (run_case(validate(_refined(table, points))) for points in POINTS)
     judged = [
         _judged(quantity, truth[path], again[path])

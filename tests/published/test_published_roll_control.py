@@ -12,7 +12,7 @@ from roll_machines import RADIUS, ROTOR, SHELL, source_drive, source_machine
 
 from vibecalc.excitation.gas_tables import force_at
 from vibecalc.roll.control.gains import UNCONTROLLED, evaluate, evaluate_at_speed, motor_gain_study
-from vibecalc.roll.control.loop import Controller, model_from_full, speed_feedback_for, steady_speed
+from vibecalc.roll.control.loop import Controller, model_from_full
 from vibecalc.roll.mechanism import inertia
 
 #: what Table 8 was computed with
@@ -39,44 +39,15 @@ def torque_at_constant_speed():
     return harmonic[0].real, 2.0 * harmonic[1:], part
 
 
-def test_equation_97_has_the_right_mean_and_phases_and_other_amplitudes():
-    mean, harmonic, _ = torque_at_constant_speed()
-    assert mean == pytest.approx(-303.3, abs=0.1)
-    lag = np.degrees(-np.angle(harmonic[:2])) % 360.0
-    # printed as + 271 and + 64.7, but found by eq. 94: to be subtracted
-    np.testing.assert_allclose(lag, [271.0, 64.7], atol=0.8)
-    np.testing.assert_allclose(np.abs(harmonic[:2]), [345.6, 472.2], atol=0.05)
-    assert np.all(np.abs(np.abs(harmonic[:2]) / [352.6, 488.2] - 1.0) > 0.019)
-
-
-def test_steady_speed_and_speed_feedback():
-    """Eqs. 105 to 107."""
-    speed = steady_speed(SOURCE, UNCONTROLLED, 94.25, -303.3).value
-    assert round(float(speed), 2) == 92.76
-    assert round(float(speed) / (2.0 * np.pi), 2) == 14.76
-    gain = np.array([2.0, 5.0, 10.0, 1e3, 1e9])
-    feedback = speed_feedback_for(SOURCE, gain, 94.25, -303.3, 92.76).value
-    np.testing.assert_allclose(feedback, 1.016 * (1.0 - 1.0 / gain), atol=5e-4)
-    assert round(float(feedback[-1]), 3) == 1.016
-
-
-@pytest.mark.parametrize("row", range(len(TABLE_8)))
-def test_table_8(row):
-    gain, first, second, speed = TABLE_8[row]
+def test_table_8():
+    """To half a printed digit, and .007 dB of inputs that are not printed; two are misprints."""
     found = motor_gain_study(SOURCE, TABLE_8[:, 0], TABLE_LOAD)
-    level = found.level.value[row]
-    # half a printed digit, and .007 dB of inputs that it does not print
-    assert level[1] == pytest.approx(second, abs=0.057)
-    if gain == 2000.0:
-        assert level[0] == pytest.approx(-12.8, abs=0.05)  # printed -13.0
-        assert abs(level[0] - first) > 0.2
-    else:
-        assert level[0] == pytest.approx(first, abs=0.057)
-    if gain == 1000.0:
-        assert round(float(found.speed.value[row]), 1) == 93.9  # printed 94.0
-    else:
-        assert round(float(found.speed.value[row]), 1) == speed
-    assert found.margins.status[row] == 0
+    known = TABLE_8.copy()
+    known[TABLE_8[:, 0] == 2000.0, 1] = -12.8  # printed -13.0
+    known[TABLE_8[:, 0] == 1000.0, 3] = 93.9  # printed 94.0
+    np.testing.assert_allclose(found.level.value[:, :2], known[:, 1:3], atol=0.057)
+    np.testing.assert_array_equal(np.round(found.speed.value, 1), known[:, 3])
+    assert np.all(found.margins.status == 0)
 
 
 def test_table_8_contradicts_equation_110():
@@ -93,15 +64,6 @@ def test_equation_114_prints_the_motor_gain_for_the_torque():
     # as printed, 203.4 / K_M, the first row would turn at 90.2 rad/s and not at 88.2
     assert round(94.25 - 203.4 / 50.0, 1) == 90.2
     assert TABLE_8[0, 3] == 88.2
-
-
-def test_a_tenfold_motor_gain():
-    """17 dB, 13 dB, and a rotor 1.4 per cent faster."""
-    found = motor_gain_study(SOURCE, np.array([1.0, 10.0]) * MOTOR_GAIN, TABLE_LOAD)
-    drop = found.level.value[0] - found.level.value[1]
-    np.testing.assert_array_equal(np.round(drop), [17.0, 13.0])
-    faster = found.speed.value[1] / found.speed.value[0] - 1.0
-    assert round(100.0 * float(faster), 1) == 1.4
 
 
 def test_the_praised_controller():

@@ -1,0 +1,207 @@
+"""Claim: what has no solution, no meaning or no digits is refused in words, by each kernel."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from induction_motors import GIVEN, ONE_CAGE, TABLE_SLIP, TABLE_TORQUE
+
+from vibecalc.absorber.hardware.oil_gap import (
+    Oil,
+    RingGap,
+    Walther,
+    gap_shares,
+    kinematic_viscosity,
+    oil_damping,
+    right_temperature,
+)
+from vibecalc.absorber.hardware.overhung import bending_frequencies
+from vibecalc.absorber.hardware.rods_and_springs import EndBody, OverhungRod
+from vibecalc.absorber.mean_square import mean_square, weights
+from vibecalc.absorber.peaks import peaks
+from vibecalc.absorber.pendulum_order import (
+    Pendulum,
+    detuning_coefficient,
+    largest_swing,
+    order_of_swing,
+    path_exponent,
+    radius_for_order_with_rollers,
+    tuning_order,
+)
+from vibecalc.absorber.pendulum_steady import as_secondary, jump, small_motion, steady_motion
+from vibecalc.absorber.several import Several, several_amplitude
+from vibecalc.absorber.several_peaks import several_peaks
+from vibecalc.absorber.transfer import Absorber, amplitude
+from vibecalc.absorber.tuning.closed_forms import closed_form, threshold
+from vibecalc.absorber.tuning.mean_square import mean_square_tuning
+from vibecalc.absorber.tuning.minimax import minimax
+from vibecalc.absorber.tuning.mistuning import mistuning, sensitivity
+from vibecalc.absorber.tuning.restricted import (
+    given_damping,
+    given_stiffness,
+    stock_choice,
+    undamped_spring,
+)
+from vibecalc.absorber.tuning.several import bounded_tuning, several_tuning
+from vibecalc.errors import NumericalFailure
+from vibecalc.excitation.induction_motor_fit import fit_induction_motor
+from vibecalc.excitation.induction_motor_flux import torque_answer
+from vibecalc.excitation.induction_motor_identify import transient_inductance, with_stator_leakage
+
+Refused = list[tuple[Callable[[], Any], str]]
+SOME = Absorber(0.05, 0.1, 0.08, 0.02)
+POINT = Pendulum(1.3, 0.12, 0.02)
+EPICYCLOID = POINT._replace(path_exponent=float(path_exponent("epicycloidal", POINT)))
+ARM = POINT._replace(swing_inertia=1e-4)
+LINE = Walther((313.15, 373.15), (86e-6, 13.8e-6))
+OIL = Oil("10W-40", LINE, 870.0)
+GAP = RingGap(0.148, 0.1, 0.007, 0.0005, 0.0005)
+ROD = OverhungRod(4086.0, 3.9, 1.6, 0.1)
+TWINS = ONE_CAGE._replace(
+    rotor_resistance=np.array([0.2, 0.2]), rotor_leakage=np.array([2e-3, 2e-3])
+)
+
+
+def pair(parent: tuple[int, ...], z1: float = 0.1) -> Several:
+    return Several(z1, [0.1, 0.1], [0.1, 0.08], [0.01 if z1 else 0.0] * 2, parent)
+
+
+RATIOS = [(0.1, 0.0), (0.1, -1.0), (0.1, np.inf), (-0.1, 0.1), (np.inf, 0.1), (np.nan, 0.1)]
+NO_MEAN_SQUARE = {
+    ("force", "acceleration", ""): "highest frequencies",
+    ("base", "displacement", ""): "at zero frequency",
+    ("base", "velocity", ""): "at zero frequency",
+    ("base", "acceleration", "velocity"): "with damping in the primary system",
+    ("base", "transmitted_force", "velocity"): "with damping in the primary system",
+    ("base", "acceleration", "displacement"): "highest frequencies",
+    ("unbalance", "displacement", ""): "highest frequencies",
+    ("unbalance", "relative_displacement", ""): "highest frequencies",
+    ("force", "secondary_displacement", ""): "not among",
+    ("force", "displacement", "velocity"): "says nothing",
+    ("base", "displacement", "pink"): "says nothing",
+}
+OF_TUNINGS: Refused = [
+    *((lambda at=at: minimax(*at), "mass ratio") for at in RATIOS),
+    *((lambda at=at: given_stiffness(*at, 0.1), "mass ratio") for at in RATIOS),
+    *((lambda what=what: minimax(0.1, 0.1, "force", what), "vanishes with the absorber")
+      for what in ("secondary_displacement", "relative_displacement")),
+    (lambda: given_damping(0.1, 0.1, 0.1, "force", "relative_displacement"), "vanishes with the"),
+    *((lambda bad=bad: given_damping(0.1, 0.1, bad), "zero or above")
+      for bad in (-0.1, np.inf, np.nan)),
+    (lambda: undamped_spring([0.0, 0.1], 0.1), "infinite whatever the spring"),
+    (lambda: closed_form("newton", 0.1), "nishihara_asami"),
+    (lambda: closed_form("lanchester", [0.1, 0.0]), "mass ratios above 0"),
+    (lambda: peaks(Absorber(1e-20, 0.1, 0.1, 0.0)), "beyond double precision"),
+    (lambda: peaks(SOME, "force", "noise"), "transmitted_force"),
+    (lambda: minimax(0.1, 0.1, "wind"), "unbalance"),
+    (lambda: amplitude(SOME, 1.0, "wind"), "force, base, unbalance"),
+    *((lambda kind=kind: mean_square(SOME, *kind), words)
+      for kind, words in NO_MEAN_SQUARE.items()),
+    *((lambda kind=kind: mean_square_tuning(0.05, 0.1, *kind), r"\w") for kind in NO_MEAN_SQUARE),
+    (lambda: mean_square(Absorber(0.1, 0.1, 0.0, 0.0), "force", "relative_displacement"),
+     "nothing holds"),
+    (lambda: mean_square_tuning(0.1, 0.1, "force", "relative_displacement"), "nothing to tune"),
+    (lambda: threshold("force", "relative_displacement"), "no response of the primary"),
+    (lambda: bounded_tuning(0.02, 0.1, stiffness=(0.2, 0.1)), r"stiffness ratio, 0\.2 to 0\.1"),
+    (lambda: bounded_tuning(0.02, 0.1, damping=(-1.0, 1.0)), "damping ratio, -1 to 1"),
+    (lambda: bounded_tuning(0.02, 0.1, travel=0.0), "leaves no motion"),
+    (lambda: bounded_tuning(0.02, 0.1, stiffness=(0.0, 0.1), damping=(0.0, 0.02), travel=1.0),
+     "exceeds it by the factor"),
+    (lambda: stock_choice(0.02, 0.1, [0.07, 0.08], [0.01, 0.02], 3.9, travel=2.0),
+     "least travel is"),
+    (lambda: stock_choice(0.0, 0.1, [0.08], [0.0], 3.9), "none of the 1 pairs"),
+    (lambda: mistuning(Absorber(0.0, 0.1, 0.08, 0.0)), "not finite"),
+    (lambda: sensitivity(0.0, 0.1, 0.05, 0.005), "sensitivity"),
+    (lambda: sensitivity(0.8, 0.1, 0.08, 0.02), "sensitivity"),
+    *((lambda parent=parent: several_amplitude(pair(parent), 1.0), "each must be 0")
+      for parent in ((1, 0), (0, 2), (0,), (0, -1))),
+    (lambda: several_amplitude(pair((0, 1)), 1.0, "force", "relative_displacement", 3),
+     "counted from 1"),
+    (lambda: several_peaks(pair((0, 0), z1=0.0)), "undamped natural frequency"),
+    (lambda: several_tuning(0.1, [0.05, 0.05], (0, 0), "unbalance", "velocity"), "without bound"),
+]  # fmt: skip
+OF_PENDULUMS: Refused = [
+    *((lambda near=near: tuning_order(POINT._replace(path_radius=near)),
+       "nothing pulls the pendulum outwards") for near in (0.12, 0.2)),
+    (lambda: path_exponent("elliptic", POINT), "paths: circular, cycloidal, epicycloidal"),
+    (lambda: path_exponent("epicycloidal", ARM), "runs on a circle"),
+    (lambda: detuning_coefficient(ARM._replace(path_exponent=0.5)), "runs on a circle"),
+    (lambda: radius_for_order_with_rollers(POINT._replace(swing_inertia=0.1), 4.0),
+     "no arm tunes it"),
+    *((lambda share=share: order_of_swing(EPICYCLOID, share * largest_swing(EPICYCLOID)),
+       r"leaves the path, which ends at 1\.7207") for share in (1.0, 1.2)),
+    (lambda: order_of_swing(POINT, np.pi), "leaves the path"),
+    (lambda: order_of_swing(POINT, np.pi - 1e-6), "too near to the end of the path"),
+    (lambda: steady_motion(EPICYCLOID, 0.1, np.sqrt(5.0), 1.75),
+     r"no steady motion|leaves the path|stops the rotor"),
+    (lambda: jump(EPICYCLOID, 0.1, float(np.sqrt(5.0))), "no jump: the torque grows"),
+]  # fmt: skip
+OF_HARDWARE: Refused = [
+    *((lambda at=at: kinematic_viscosity(LINE, at), "viscosity line ends at -70 and 370 C")
+      for at in (200.0, 643.2, [300.0, 700.0])),
+    (lambda: kinematic_viscosity(LINE, 553.15), r"mm\^2/s at 280 C is outside the range"),
+    (lambda: kinematic_viscosity(Walther((313.15, 313.15), (86e-6, 13.8e-6)), 300.0),
+     "two temperatures, and less viscosity"),
+    (lambda: kinematic_viscosity(Walther((313.15, 373.15), (13.8e-6, 86e-6)), 300.0),
+     "two temperatures, and less viscosity"),
+    *((lambda part=part: gap_shares(GAP._replace(**{part: 0.008})),
+       "a gap of 8 mm is no film for a mass 7 mm wide")
+      for part in ("rim_clearance", "side_clearance", "bore_clearance")),
+    (lambda: gap_shares(RingGap(0.148, 0.004, 0.007, 0.0005, 0.0005, 0.005)),
+     "as wide as the bore"),
+    (lambda: oil_damping(OIL, GAP, 553.15), "outside the range"),
+    (lambda: right_temperature(OIL, GAP, 1e-6), "10W-40 gives this gap between"),
+    (lambda: right_temperature(OIL, GAP, 1e9), "never 1e\\+09"),
+    (lambda: bending_frequencies(ROD, EndBody(13.8), 7),
+     "7 modes of a rod asked for; 6 are computed"),
+]  # fmt: skip
+OF_MOTORS: Refused = [
+    (lambda: fit_induction_motor(TABLE_SLIP[:4], TABLE_TORQUE[:4], **GIVEN),
+     "3 rows to fit and the motor 4 parameters"),
+    (lambda: fit_induction_motor([1.0, 2.0, 3.0], [5.0, 4.0, 3.0], **GIVEN, cages=1),
+     "1 rows to fit and the motor 2 parameters"),
+    *((lambda torque=torque: fit_induction_motor([0.0, 1.0, 2.0], torque, **GIVEN, cages=1),
+       "torques above 0") for torque in ([0.0, 0.0, 5.0], [0.0, -1.0, 5.0])),
+    (lambda: fit_induction_motor([0.0], [0.0], **GIVEN, cages=1), "torques above 0"),
+    (lambda: with_stator_leakage(ONE_CAGE, transient_inductance(ONE_CAGE)),
+     "below its transient inductance"),
+    (lambda: with_stator_leakage(TWINS, 0.0), "are one cage"),
+    (lambda: torque_answer(ONE_CAGE._replace(stator_resistance=0.0), 0.9, ONE_CAGE.line_frequency),
+     "without damping"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        pytest.param(*row, id=row[1])
+        for row in (*OF_TUNINGS, *OF_PENDULUMS, *OF_HARDWARE, *OF_MOTORS)
+    ],
+)
+def test_words(call: Callable[[], Any], words: str) -> None:
+    with pytest.raises(NumericalFailure, match=words):
+        call()
+
+
+def test_what_only_an_undamped_primary_has() -> None:
+    undamped = SOME._replace(primary_damping=0.0)
+    assert weights("base", "acceleration", "velocity").undamped_only
+    same = mean_square(undamped, "force", "velocity").value
+    assert mean_square(undamped, "base", "acceleration", "velocity").value == pytest.approx(same)
+    drifting = mean_square(Absorber(0.1, 0.1, 0.0, 0.1), "base", "relative_displacement")
+    assert drifting.value == np.inf
+
+
+def test_next_to_what_is_refused_there_is_an_answer() -> None:
+    end = float(largest_swing(EPICYCLOID))
+    assert end == pytest.approx(np.pi / (2.0 * EPICYCLOID.path_exponent))
+    assert order_of_swing(EPICYCLOID, 0.99 * end).value == pytest.approx(np.sqrt(5.0), rel=1e-12)
+    assert detuning_coefficient(ARM).value == -1.0 / 16.0
+    free = ONE_CAGE._replace(stator_resistance=0.0)
+    assert np.isfinite(torque_answer(free, 0.9, 94.0)[0].value)
+    # a free rotor with a pendulum resonates above the order, where n^2 W^2 (1 + J2/J1) = w^2
+    system = as_secondary(POINT, 4.0 * 1.3 * 0.12**2, 2.0)
+    ratio = system.inertia / system.primary_inertia
+    found = small_motion(system, 2.0 * np.sqrt(5.0 * (1.0 + ratio)), 1.0)
+    assert np.isinf(found.rotor) or found.rotor_error >= 0.05 * abs(found.rotor)

@@ -1,0 +1,209 @@
+"""Claim: whatever stands in the place of a value of a case is refused in words.
+
+Every leaf of cases of absorbers and of rolling machines is replaced by what a typing error, a
+spreadsheet or a script leaves there; the case is then refused at that key, or is a case, and never
+ends in an exception.
+"""
+
+import copy
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+import tomli_w
+from absorber_cases import PENDULUM, RATIOS, RIG, SEVERAL, TUNED
+from fuzzing import command
+from long_but import long_but
+from test_property_fuzz import check_broken_starters
+
+from vibecalc.cli.starters import starter
+from vibecalc.core.case.load import load_case, resolve, validate
+from vibecalc.core.case.raw import get_key, key_text, set_key
+from vibecalc.core.case.walk import shape_at
+from vibecalc.core.run.machine_checks import check_machine, machine_warnings
+from vibecalc.core.run.run import StageCache, check_again
+from vibecalc.errors import CaseError, KeyPath
+
+ROLLERS = {"mass": "80 g", "distance": "92 mm", "diameter": "15 mm"}
+START_UP = {
+    "duration": 2.0,
+    "crank_angle": "30 deg",
+    "load": {"time": [0.0, 1.0], "factor": [0.0, 1.0]},
+    "angles": 12,
+}
+TUNE = {
+    "orders": [1, 3],
+    "gain": {"lower": 1.0, "upper": 9.0},
+    "acceleration_feedback": {"lower": "-1 s", "upper": "0 s"},
+    "gain_margin": "6 dB",
+    "phase_margin": "30 deg",
+    "delay_margin": "1 ms",
+}
+CONTROL = tomllib.loads(starter("roll_control"))["response"]["control"]
+DYNAMIC = {
+    "kind": "dynamic",
+    "poles": 6,
+    "voltage": "400 V",
+    "stator_resistance": "50 mohm",
+    "cages": "double",
+}
+
+
+def rolling(motor: dict[str, Any], *tables: str) -> dict[str, Any]:
+    """The starter with a motor and the tables of its response that are named."""
+    data = tomllib.loads(starter("roll"))
+    data["machine"]["motor"] |= motor
+    response = {
+        "roll": {"orders": 6, "method": "euler", "step": "0.1 ms", "compare": ["rk4"]},
+        "start_up": START_UP,
+        "control": {**CONTROL, "tune": TUNE, "motor_gains": [20.0]},
+    }
+    data["response"] = {"roll": {"orders": 6}} | {name: response[name] for name in tables}
+    return data
+
+
+GOOD: dict[str, dict[str, Any]] = {
+    "ratios": tomllib.loads(RATIOS + "vary = { secondary_damping = [0.1, 0.2] }\nlimits = true\n"),
+    "tuned": tomllib.loads(
+        TUNED
+        + "mistuning = [0.01, 0.05]\n"
+        + "bounds = { stiffness_ratio = [0.01, 1.0], damping_ratio = [0.01, 1.0], travel = 20 }\n"
+        + "chart = { primary_damping = [0.1], mass_ratio = { from = 0.1, to = 1 } }\n"
+    ),
+    "rig": tomllib.loads(
+        RIG
+        + '[tuning]\ntemperatures = { from = "20 degC", to = "90 degC" }\n'
+        + '[response.absorber]\nfrequencies = { from = "1 Hz", to = "20 Hz" }\n'
+    ),
+    "several": tomllib.loads(SEVERAL),
+    "pendulum": tomllib.loads(PENDULUM),
+    "roll": rolling({}, "roll", "start_up", "control"),
+    # what of it can be followed: the other methods and the start-up have no fluxes as states
+    "followed": rolling(DYNAMIC, "control"),
+}
+GOOD["pendulum"]["machine"]["pendulum"]["rollers"] = ROLLERS
+#: cases whose form is right, every key of the roll in one
+WHOLE = {name: GOOD[name] for name in ("ratios", "tuned", "rig", "several", "pendulum")}
+WHOLE["dynamic"] = rolling(DYNAMIC, "roll", "start_up", "control")
+BAD = (float("nan"), float("inf"), "nan", "1e400 m", "3 bananas", [], {}, True, "", 10**400)
+QUICK = ("nan", "3 bananas", {}, 10**400)
+TABLES = ("machine", "response", "tuning")
+
+
+def leaves(value: Any, path: KeyPath = ()) -> list[KeyPath]:
+    if isinstance(value, dict):
+        return [leaf for key, entry in value.items() for leaf in leaves(entry, (*path, key))]
+    if isinstance(value, list):
+        return [leaf for n, entry in enumerate(value) for leaf in leaves(entry, (*path, n))]
+    return [path]
+
+
+def places(data: dict[str, Any]) -> list[KeyPath]:
+    return [path for path in leaves(data) if path[0] in TABLES]
+
+
+@pytest.mark.parametrize("name", GOOD)
+def test_the_whole_case_is_fine(name: str) -> None:
+    case = validate(GOOD[name])
+    assert check_machine(case) == []
+    assert machine_warnings(case) == []
+    assert validate(resolve(case)) == case
+
+
+@pytest.mark.parametrize("name", WHOLE)
+@pytest.mark.parametrize("bad", long_but(BAD, *QUICK), ids=lambda bad: str(bad)[:12])
+def test_no_value_but_a_good_one_is_taken(name: str, bad: Any) -> None:
+    for path in places(WHOLE[name]):
+        shape = shape_at(path)
+        assert shape is not None, path
+        if shape.kind == "text" and isinstance(bad, str) and bad:
+            continue  # a name may be anything
+        if shape.kind == "flag" and bad is True:
+            continue
+        data = copy.deepcopy(WHOLE[name])
+        set_key(data, path, bad)
+        with pytest.raises(CaseError) as caught:
+            validate(data)
+        reported = [problem.path for problem in caught.value.problems]
+        assert any(path[: len(one)] == one for one in reported), (key_text(path), reported)
+
+
+@pytest.mark.parametrize("name", WHOLE)
+def test_a_key_with_a_letter_too_few_is_reported_with_the_right_one(name: str) -> None:
+    seen = set()
+    for path in places(WHOLE[name]):
+        key = next(part for part in reversed(path) if isinstance(part, str))
+        above = path[: len(path) - 1 - path[::-1].index(key)]
+        if (key, above) in seen or len(key) < 5:
+            continue
+        seen.add((key, above))
+        data = copy.deepcopy(WHOLE[name])
+        table = get_key(data, above)
+        table[key[:-2] + key[-1]] = table.pop(key)
+        with pytest.raises(CaseError) as caught:
+            validate(data)
+        hints = [problem.hint for problem in caught.value.problems]
+        assert hints == [f"did you mean {key!r}?"], (above, key, caught.value.problems)
+    assert seen
+
+
+@pytest.mark.parametrize("name", GOOD)
+@pytest.mark.parametrize("scale", long_but((0.0, -1.0, 1e-30, 1e30, 1e3, 1.1), -1.0, 1e30))
+def test_scaled_numbers_are_refused_or_stand(name: str, scale: float) -> None:
+    """And the checks that a study leaves out would have found the same."""
+    refused, cache = 0, StageCache()
+    tables = resolve(validate(GOOD[name]))
+    for path in places(tables):
+        value = get_key(tables, path)
+        if isinstance(value, bool | str) or not value:
+            continue
+        data = copy.deepcopy(tables)
+        set_key(data, path, scale * value)
+        try:
+            case = validate(data)
+        except CaseError:
+            refused += 1
+            continue
+        problems = check_machine(case)
+        refused += bool(problems)
+        assert check_again(case, cache) == problems, (path, scale)
+        assert problems or all("nan" not in text for text in machine_warnings(case))
+    assert refused or scale in (1e3, 1.1)
+
+
+SCENES = ("absorber", "absorber_rig", "pendulum", "roll", "roll_control", "plate")
+
+
+@pytest.mark.parametrize("scene", long_but(SCENES, "absorber_rig", "roll", "plate"))
+def test_broken_starters_end_in_words(scene: str, tmp_path: Path) -> None:
+    codes = check_broken_starters(scene, 20, tmp_path / "mutated.toml")
+    assert set(codes) <= {0, 2}
+    assert codes[2] > 4
+
+
+@pytest.mark.parametrize(
+    "place",
+    [
+        "machine.crank_train.cylinders[1].gas_force",
+        "machine.motor.slip_table",
+        "response.start_up.load",
+    ],
+)
+def test_a_csv_may_stand_for_each_table(place: str, tmp_path: Path) -> None:
+    """Also inside the list of cylinders."""
+    data = copy.deepcopy(WHOLE["dynamic"])
+    table = get_key(data, place)
+    head = ", ".join(table)
+    rows = [", ".join(map(str, row)) for row in zip(*table.values(), strict=True)]
+    (tmp_path / "table.csv").write_text("# by hand\n" + "\n".join([head, *rows]) + "\n")
+    set_key(data, place, "table.csv")
+    path = tmp_path / "case.toml"
+    path.write_text(tomli_w.dumps(data))
+    assert load_case(path).case == validate(WHOLE["dynamic"])
+    (tmp_path / "table.csv").write_text("\n".join([head, *rows[:-1], "x, 1"]) + "\n")
+    outcome = command("check", str(path))
+    assert outcome.code == 2
+    key = place.rpartition(".")[2]
+    line = f"{key}: line {len(rows) + 1}, column {next(iter(table))}: not a number: 'x'"
+    assert line in outcome.err
