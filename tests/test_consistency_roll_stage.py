@@ -7,6 +7,7 @@ import pytest
 from roll_machines import ROTOR, SYNCHRONOUS, source_drive, source_machine
 from shipped_cases import result_of
 
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.level import level_of
 from vibecalc.roll.adapters.readings import (
     MachineTurn,

@@ -10,6 +10,7 @@ from long_but import long_but
 from roll_machines import FIRST_MASS, SHELL, SYNCHRONOUS, source_drive, source_machine
 from scipy.integrate import solve_ivp
 
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.level import level_of
 from vibecalc.roll.adapters.readings import MachineTurn, spectra_of
 from vibecalc.roll.between_kinks import running
