@@ -1,12 +1,9 @@
-"""docs/validation_roll.md, read; and the numbers that it shows, computed by the right physics.
-
-Running states are those of Gauss collocation; `test_docs_roll` holds some of them against the
-independent `exact_roll`.
-"""
+"""The numbers that docs/validation_roll.md shows by name, computed by the right physics."""
 
 from functools import cache
 
 import numpy as np
+from pages import text_of
 from roll_control_loops import MOTOR_GAIN, SOURCE, TARGET, source_load
 from roll_machines import (
     FIRST_MASS,
@@ -17,8 +14,6 @@ from roll_machines import (
     source_machine,
 )
 from scipy.optimize import brentq, minimize_scalar
-from shipped_cases import ROOT
-from test_docs import rows, shows
 
 from vibecalc.roll.control.gains import UNCONTROLLED, evaluate, evaluate_at_speed, motor_gain_study
 from vibecalc.roll.control.loop import Controller, speed_feedback_for, steady_speed
@@ -26,30 +21,12 @@ from vibecalc.roll.mechanism import gas_forces, gas_torque, inertia
 from vibecalc.roll.steady import multipliers, steady_state
 from vibecalc.roll.turn import harmonics, level, readings
 
-PAGE = (ROOT / "docs" / "validation_roll.md").read_text(encoding="utf-8")
+PAGE = text_of("validation_roll")
 ORDERS = np.arange(1, 11)
 MASSES = np.array([FIRST_MASS, SECOND_MASS])
 SIX_POUNDS = 6.0 * 0.45359237 * 0.3048**2
-#: running words without the line breaks
-WORDS = " ".join(PAGE.split())
-#: amplitudes of the load in N m: what Table 8 was computed with, what is right at 92.76 rad/s
-PRINTED_LOAD, RIGHT_LOAD = (352.6, 475.5), (345.578, 472.225)
-
-
-def table(heading: str, first_cell: str) -> list[list[str]]:
-    """Rows of a table below a heading, by the first cell of its head; without the head."""
-    below = PAGE.split(f"\n{heading}\n")[1]
-    for block in below.split("\n\n"):
-        lines = rows(block)
-        if lines and lines[0][0] == first_cell:
-            return lines[2:]
-    raise LookupError(first_cell)
-
-
-def shown(cell: str, value: float) -> None:
-    """Assert that the number of a cell, which a unit may follow, is the value to each digit."""
-    number = cell.split(" ")[0].lower()
-    assert shows(number, value), f"{cell} is shown, {value!r} computed"
+#: amplitudes of the load in N m with which Table 8 was computed
+PRINTED_LOAD = (352.6, 475.5)
 
 
 def running(gas: str = "parabola", equal: bool = False, **fields: object):
@@ -82,9 +59,10 @@ def pistons(factor: float, which: tuple[float, float]) -> dict[str, object]:
     return {"reciprocating_mass": MASSES * (1.0 + np.array(which) * (factor - 1.0))}
 
 
-def solved(name: str, low: float, high: float, decibels: float) -> float:
-    """The value of one field that changes the second harmonic by so much."""
-    return float(brentq(lambda x: changed(2, **{name: [x]}) - decibels, low, high, xtol=1e-9))
+def solved(name: str, low: float, high: float, decibels: float) -> tuple[float]:
+    """The value of one field, lengths in mm, that changes the second harmonic by so much."""
+    found = brentq(lambda x: changed(2, **{name: [x]}) - decibels, low, high, xtol=1e-9)
+    return (float(found) * (1.0 if name == "shell_inertia" else 1e3),)
 
 
 def least(order: int, which: tuple[float, float], low: float, high: float) -> tuple[float, float]:
@@ -99,6 +77,17 @@ def least(order: int, which: tuple[float, float], low: float, high: float) -> tu
 
 
 BOTH, FIRST, SECOND = (1.0, 1.0), (1.0, 0.0), (0.0, 1.0)
+#: where values are looked for: crank radius in m, inertia of the shell in kg m^2
+CRANK, SHELL = (0.01, 0.05), (200.0, 900.0)
+#: pistons, harmonic, and the factors between which the least level lies
+LEAST = (
+    ("both pistons", 2, BOTH, (2.0, 3.0)),
+    ("both pistons", 6, BOTH, (2.0, 2.6)),
+    ("first piston", 2, FIRST, (3.0, 4.0)),
+    ("first piston", 6, FIRST, (4.5, 5.5)),
+    ("second piston", 2, SECOND, (4.0, 5.0)),
+    ("second piston", 6, SECOND, (3.0, 4.5)),
+)
 
 
 @cache
@@ -131,46 +120,42 @@ def running_numbers() -> dict[str, float]:
 
 
 @cache
-def study_numbers() -> dict[str, float]:
-    """Numbers of section 6.6: change at the printed value, and the value that brings the change."""
+def study_numbers() -> dict[str, tuple[float, ...]]:
+    """Of section 6.6: change at the printed value, and the value that brings the change named."""
     return {
-        "rod, 10 dB": changed(2, rod_length=[3.302]),
-        "rod, 6 dB": changed(2, rod_length=[1.930]),
-        "crank, 10 dB": changed(2, crank_radius=[0.021]),
-        "crank, 6 dB": changed(2, crank_radius=[0.032]),
-        "shell, 10 dB": changed(2, shell_inertia=[464.0]),
-        "shell, 6 dB": changed(2, shell_inertia=[304.0]),
-        "rotor, harmonic 2": changed(2, rotor_inertia=[SIX_POUNDS]),
-        "rotor, harmonic 1": changed(1, rotor_inertia=[SIX_POUNDS]),
-        "rotor, harmonic 4": changed(4, rotor_inertia=[SIX_POUNDS]),
-        "rotor, harmonic 3": changed(3, rotor_inertia=[SIX_POUNDS]),
-        "both pistons, factor 2": changed(2, **pistons(2.0, BOTH)),
-    }
-
-
-@cache
-def needed_numbers() -> dict[str, float]:
-    """The value that brings exactly the change that is named."""
-    return {
-        "rod, 10 dB": 1e3 * solved("rod_length", 1.0, 9.0, -10.0),
-        "rod, 6 dB": 1e3 * solved("rod_length", 1.0, 9.0, -6.0),
-        "crank, 10 dB": 1e3 * solved("crank_radius", 0.01, 0.05, -10.0),
-        "crank, 6 dB": 1e3 * solved("crank_radius", 0.01, 0.05, -6.0),
-        "shell, 10 dB": solved("shell_inertia", 200.0, 900.0, -10.0),
-        "shell, 6 dB": solved("shell_inertia", 200.0, 900.0, -6.0),
+        "rod, 10 dB": (changed(2, rod_length=[3.302]), *solved("rod_length", 1.0, 9.0, -10.0)),
+        "rod, 6 dB": (changed(2, rod_length=[1.930]), *solved("rod_length", 1.0, 9.0, -6.0)),
+        "crank, 10 dB": (changed(2, crank_radius=[0.021]), *solved("crank_radius", *CRANK, -10.0)),
+        "crank, 6 dB": (changed(2, crank_radius=[0.032]), *solved("crank_radius", *CRANK, -6.0)),
+        "shell, 10 dB": (
+            changed(2, shell_inertia=[464.0]),
+            *solved("shell_inertia", *SHELL, -10.0),
+        ),
+        "shell, 6 dB": (changed(2, shell_inertia=[304.0]), *solved("shell_inertia", *SHELL, -6.0)),
+        **{
+            f"rotor, harmonic {order}": (changed(order, rotor_inertia=[SIX_POUNDS]),)
+            for order in range(1, 5)
+        },
+        "both pistons, factor 2": (changed(2, **pistons(2.0, BOTH)),),
     }
 
 
 @cache
 def least_numbers() -> dict[str, tuple[float, float]]:
-    """Factors on piston masses with the least level, and the change of the level there in dB."""
+    """Factor on piston masses with the least level, and the change of the level there in dB."""
     return {
-        "both pistons, harmonic 2": least(2, BOTH, 2.0, 3.0),
-        "both pistons, harmonic 6": least(6, BOTH, 2.0, 2.6),
-        "first piston, harmonic 2": least(2, FIRST, 3.0, 4.0),
-        "first piston, harmonic 6": least(6, FIRST, 4.5, 5.5),
-        "second piston, harmonic 2": least(2, SECOND, 4.0, 5.0),
-        "second piston, harmonic 6": least(6, SECOND, 3.0, 4.5),
+        f"{name}, harmonic {order}": least(order, which, *between)
+        for name, order, which, between in LEAST
+    }
+
+
+def numbers() -> dict[str, tuple[float, ...]]:
+    """All of them by name, in the order of their columns."""
+    alone = {**running_numbers(), **control_numbers()}
+    return {
+        **{name: (value,) for name, value in alone.items()},
+        **study_numbers(),
+        **least_numbers(),
     }
 
 
