@@ -18,8 +18,8 @@ from truth_transient import judge_transient
 from vibecalc.core.case.load import validate
 from vibecalc.errors import NumericalFailure
 
-#: a swing that is slower than a cycle and ends with the change; a step
-FEW = (25,)
+#: a run-up through cards of several speeds
+FEW = (20,)
 MANY = range(100, 400)
 
 
