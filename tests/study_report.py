@@ -34,14 +34,19 @@ def report(
         path for path in record
         if path.startswith(root) and path not in seen and not path.startswith(named or "-")
     ]  # fmt: skip
+    return StudyReport(judged, missing, silent_of(judged, record, case.accuracy.rtol))
+
+
+def silent_of(judged: list[Judged], record: Record, rtol: float) -> list[str]:
+    """Quantities whose true error is past the tolerance and of which no warning speaks."""
     reported = any("not within rtol" in text for text in record.warnings)
-    rtol, silent = case.accuracy.rtol, []
+    silent = []
     for one in judged:
         share = reached(record[one.path], record)
         # what cancels, and what is looked for, has no relative accuracy
         if one.error > rtol * one.size and share is not None and not (reported and share > rtol):
             silent.append(one.path)
-    return StudyReport(judged, missing, silent)
+    return silent
 
 
 def _judged(record: Record, path: str, found: np.ndarray, true: Any, noise: float) -> Judged:

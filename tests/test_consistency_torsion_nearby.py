@@ -9,15 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from engine_cases import ENGINE, GEARED, refusal, replaced
-from report_samples import result_of
 from test_consistency_torsion_stage import ROOT, SPEED, record, value
 
-from vibecalc.core.case.load import resolve, validate
-from vibecalc.core.report.text import as_json
+from vibecalc.core.case.load import validate
 from vibecalc.core.run.machine_checks import machine_warnings
 from vibecalc.torsion.adapters.exceeded import united
-from vibecalc.torsion.report.first_page import conclusion
-from vibecalc.torsion.report.line import short
 
 POINTS = "speeds = { from = '800 rpm', to = '2000 rpm', points = 31 }"
 ENGINE = replaced(ENGINE, ('speeds = { from = "800 rpm", to = "2000 rpm" }', POINTS))
@@ -126,20 +122,6 @@ def test_ranges_that_overlap_are_united() -> None:
     assert united(np.zeros(0), np.zeros(0)) == []
 
 
-def test_the_headline_names_what_the_rule_bars() -> None:
-    steel = 'rule = "iacs_m68", tensile_strength = "1 MPa", design_factor = %r'
-    use = float(value(ENGINE + f"limits = [{{ {steel % 1.0} }}]", "limit/largest_use")[0])
-    both = [f"{{ {steel % (share * min(1.0, use))} }}" for share in (0.95, 0.93)]
-    text = ENGINE + f"limits = [{', '.join(both)}]"
-    assert set(value(text, "exceeded/limit")) == {1, 2}
-    result = result_of(record(text), resolve(validate(tomllib.loads(text))))
-    low, high = (value(text, f"barred/{n}") * 30.0 / np.pi for n in ("from", "to"))
-    for one, other in zip(low, high, strict=True):
-        assert f"{short(one)} to {short(other)} rpm" in conclusion(result)
-    listed = as_json(result)["quantities"]
-    assert listed["response/torsion/barred/to"]["value"] == value(text, "barred/to").tolist()
-
-
 def test_a_rule_bars_nothing_beyond_its_scope_though_nothing_damps_the_line() -> None:
     ring = next(line for line in ENGINE.splitlines() if line.startswith("dampers"))
     text = replaced(
@@ -155,7 +137,6 @@ def test_a_rule_bars_nothing_beyond_its_scope_though_nothing_damps_the_line() ->
 
 
 def test_what_a_rule_is_not_for_is_said(tmp_path: Path) -> None:
-    import tomllib
 
     def warnings(text: str) -> str:
         return " ".join(machine_warnings(validate(tomllib.loads(text))))

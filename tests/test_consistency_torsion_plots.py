@@ -14,7 +14,6 @@ from vibecalc.core.report.plots import STYLE, every_picture, make
 from vibecalc.core.report.verdicts import judge_references
 from vibecalc.core.results.record import Result
 from vibecalc.torsion.model import build_shaft_line
-from vibecalc.torsion.pictures.excitation import alike
 from vibecalc.torsion.pictures.modes import strands
 from vibecalc.torsion.pictures.speeds import spread
 
@@ -240,12 +239,6 @@ def test_spectrum_and_vectors(made: dict[str, Any]) -> None:
     left = abs(own.sum() - own[2]) / np.abs(own).sum()
     assert sums[5].split("\n")[0] == f"sum {left:.3f}"
     assert "(3)" in " ".join(text.get_text() for text in vectors.axes[0].texts)
-
-
-def test_orders_of_one_star_stand_together() -> None:
-    angle = np.radians([0, 480, 240, 600, 120, 360])
-    groups = alike(angle, np.arange(1, 13) / 2.0)
-    assert groups == [[0.5, 2.5, 3.5, 5.5], [1.0, 2.0, 4.0, 5.0], [1.5, 4.5], [3.0, 6.0]]
 
 
 def test_measured_points_stand_nearby_their_curve() -> None:
