@@ -55,7 +55,7 @@ KINDS = {
     "engine": Kind(random_engine, judge_engine, 102, 40, _parts(100, 405, 61), 1),
     # a run-up through cards of several speeds
     "transient": Kind(random_transient, judge_transient, 20, 15, _parts(100, 400, 60), 1),
-    "variable": Kind(random_variable_line, judge_variable, 3, 10, _parts(100, 400, 60), 6),
+    "variable": Kind(random_variable_line, judge_variable, 7, 10, _parts(100, 400, 60), 6),
     "damper": Kind(random_damper_case, judge_damper, 2, 25, _parts(0, 40, 20), 1),
 }
 LONG = [
