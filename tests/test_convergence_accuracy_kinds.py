@@ -212,13 +212,6 @@ def test_searches_of_the_shipped_cases(case: str) -> None:
     assert errors == sorted(errors, reverse=True) and errors[-1] < 1e-12
 
 
-def test_cases_without_a_stage_have_no_such_question() -> None:
-    for where in ("roll.accuracy:roll_topics", "roll.accuracy:control_topics",
-                  "roll.accuracy:start_up_topics", "impact.accuracy:impact_topics",
-                  "response.accuracy:switching_topics"):  # fmt: skip
-        assert named(f"vibecalc.{where}")(scene_of("generator")) == []
-
-
 @LONG
 def test_harmonic_balance_converges_geometrically() -> None:
     found = measured("engine_variable_inertia", "variable inertia", "half ranges")

@@ -8,7 +8,6 @@ import io
 import math
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,7 +23,7 @@ from report_samples import (
 )
 from rich.console import Console
 
-from vibecalc.core.report.terminal import plain_summary, print_summary, summary
+from vibecalc.core.report.terminal import plain_summary, summary
 from vibecalc.core.report.text import render_report, render_verdicts
 from vibecalc.core.report.writing import Column, fold, number, show, show_percent, show_phase, table
 from vibecalc.core.results.catalogue import CATALOGUE, HEADLINES
@@ -127,13 +126,6 @@ def test_verdicts_name_every_miss() -> None:
     assert text.count("MISSED") == 1
     assert f"MISSED limit on {path} is broken: 97.9987 N, margin -0.999" in text
     assert "1 of 2 limits is kept" in text
-
-
-def test_a_summary_in_a_pipe_ends_with_the_files(capsys: pytest.CaptureFixture[str]) -> None:
-    print_summary(generator(), Path("outputs/generator.h5"))
-    printed = capsys.readouterr().out
-    assert printed.startswith(plain_summary(generator()))
-    assert printed.endswith("wrote outputs/generator.h5 and generator.txt\n")
 
 
 def test_the_terminal_names_the_worst_entry_of_arrays() -> None:
