@@ -69,7 +69,11 @@ def judge_engine(table: Table) -> StudyReport:
     case = validate(table)
     record = run_case(case)
     with mpmath.workdps(DIGITS):
-        judged = list(judge_rows(engine_results(case, record), record))
+        rows = (
+            (path, found[0] if found else record[path].values, truth)
+            for path, truth, *found in engine_results(case, record)
+        )
+        judged = list(judge_rows(rows, record))
     known = {one.path for one in judged}
     missing = [
         path

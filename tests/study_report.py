@@ -11,8 +11,8 @@ from vibecalc.schema import Case
 
 MOST_TOO_LOW, MOST_TOO_HIGH = 0.01, 0.05
 
-#: path, values found, true values, and what the true ones may be off
-Truth: TypeAlias = tuple[str, np.ndarray, Any, float]
+#: path below the root, true values, what these may be off; then those found, if not all are meant
+Truth: TypeAlias = tuple[Any, ...]
 
 
 class StudyReport(NamedTuple):
@@ -27,7 +27,7 @@ def report(
     case: Case, record: Record, root: str, truths: list[Truth], no_truth: dict[str, str]
 ) -> StudyReport:
     """All truths below `root`; the noise of a truth is taken off its error."""
-    judged = [_judged(record, *truth) for truth in truths]
+    judged = [_judged(record, root + name, *truth) for name, *truth in truths]
     seen = {one.path for one in judged}
     named = tuple(root + name for name in no_truth)
     missing = [
@@ -49,8 +49,9 @@ def silent_of(judged: list[Judged], record: Record, rtol: float) -> list[str]:
     return silent
 
 
-def _judged(record: Record, path: str, found: np.ndarray, true: Any, noise: float) -> Judged:
-    values, exact = np.asarray(found), np.asarray(true)
+def _judged(record: Record, path: str, true: Any, noise: float, *found: np.ndarray) -> Judged:
+    values = np.asarray(found[0] if found else record[path].values)
+    exact = np.asarray(true)
     assert values.shape == exact.shape, (path, values.shape, exact.shape)
     same = ~np.isfinite(values) & (values == exact)
     finite = np.isfinite(values) & np.isfinite(exact)
