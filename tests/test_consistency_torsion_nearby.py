@@ -18,37 +18,6 @@ from vibecalc.torsion.adapters.exceeded import united
 POINTS = "speeds = { from = '800 rpm', to = '2000 rpm', points = 31 }"
 ENGINE = replaced(ENGINE, ('speeds = { from = "800 rpm", to = "2000 rpm" }', POINTS))
 RULE = 'limits = [{ rule = "iacs_m68", tensile_strength = "700 MPa", design_factor = 0.6 }]\n'
-HALVES = [f"{kind}_half_range" for kind in ("torque", "twist", "stress")]
-
-
-def test_nearby_a_misfire_stands_the_engine_that_fires() -> None:
-    healthy, text = ENGINE + RULE, ENGINE + RULE + 'misfire = ["2"]'
-    kinds = [f"{place}{name}" for place in ("", "speeds/", "largest/") for name in HALVES]
-    kinds += ["largest/speed", "damper/heat", "damper/travel", "limit/operating_use"]
-    for path in (*kinds, "limit/largest_use"):
-        expected = value(healthy, path)
-        got = record(text)[f"{ROOT}/healthy/{path}"]
-        size = np.abs(expected).max()
-        assert np.abs(got.values - expected).max() <= 1e-9 * size, path
-        if path != "largest/speed":  # an end of the range is known to the last digit
-            assert 0.0 < got.error_estimate < 1e-6 * size, path
-    assert value(text, "healthy/mean_torque") == pytest.approx(
-        1.5 * value(text, "excitation/mean_torque"), rel=1e-12
-    )
-    assert value(text, "largest/torque_half_range")[2] != pytest.approx(
-        value(text, "healthy/largest/torque_half_range")[2], rel=1e-3
-    )
-
-
-def test_without_dampers_it_twists_as_a_line_that_never_had_one() -> None:
-    ring = next(line for line in ENGINE.splitlines() if line.startswith("dampers"))
-    alone = ENGINE.replace(ring, "")
-    for path in (
-        *HALVES,
-        *(f"{place}{one}" for one in HALVES for place in ("speeds/", "largest/")),
-    ):
-        expected = value(alone, path)
-        assert np.abs(value(ENGINE, f"bare/{path}") - expected).max() < 1e-9 * expected.max(), path
 
 
 def by_hand(speed: float) -> float:
