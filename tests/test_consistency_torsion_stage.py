@@ -59,10 +59,14 @@ def test_methods_agree(method: str) -> None:
 def test_gears_carry_what_their_wheels_need() -> None:
     """Newton's law of the wheel with the shaft behind it, and of the elastic take-off, own speeds.
 
-    The wheel turns a third as fast as the pinion and the other way round; a bearing brakes it.
+    The wheel turns a third as fast as the pinion and the other way round; bearings brake both.
     """
-    wheel_line = '{ name = "wheel", inertia = "3 kg*m^2"'
-    text = replaced(GEARED, (wheel_line, wheel_line + ', absolute_damping = "400 N*m*s/rad"'))
+    braked = {"pinion": ("0.05", 40.0), "wheel": ("3", 400.0)}
+    changes = []
+    for name, (inertia, damping) in braked.items():
+        station = f'{{ name = "{name}", inertia = "{inertia} kg*m^2"'
+        changes.append((station, f'{station}, absolute_damping = "{damping} N*m*s/rad"'))
+    text = replaced(GEARED, *changes)
     order = np.arange(1, 13, dtype=float)
     w = order * 600.0 * np.pi / 30.0
     angle, torque = value(text, "angle"), value(text, "torque")
@@ -71,19 +75,16 @@ def test_gears_carry_what_their_wheels_need() -> None:
     # sections: a-b, b-pinion, wheel-propeller, take-off-generator, mesh of wheel and take-off
     on_wheel = (400j * w - w**2 * 3.0) * wheel + torque[2] + torque[4]
     on_pinion = -on_wheel / 3.0
-    assert -(w**2) * 0.05 * pinion == pytest.approx(torque[1] - on_pinion, rel=1e-7, abs=1e-9)
+    needed = (40j * w - w**2 * 0.05) * pinion
+    assert needed == pytest.approx(torque[1] - on_pinion, rel=1e-7, abs=1e-9)
     mesh = -(w**2) * 0.02 * angle[5] + torque[3]  # on the take-off, four times as fast
     turns = np.exp(1j * order[:, None] * np.linspace(0.0, 2.0 * np.pi, 20000))
     half = np.ptp((np.array([on_pinion, 4.0 * mesh]) @ turns).real, axis=-1) / 2.0
     assert value(text, "gear/alternating_torque") == pytest.approx(half, rel=1e-5)
-    # whether the propeller or the wheel itself takes all of it
-    steady = value(text, "gear/mean_torque")
-    on_the_wheel = value(
-        replaced(text, ('load = "propeller"', 'load = "wheel"')), "gear/mean_torque"
-    )
-    assert steady == pytest.approx(on_the_wheel, rel=1e-12, abs=1e-9)
-    assert abs(steady[0]) == pytest.approx(abs(value(text, "torque_mean")[1]), rel=1e-12)
-    assert steady[1] == pytest.approx(0.0, abs=1e-9)
+    steady, shaft = value(text, "gear/mean_torque"), value(text, "torque_mean")[1]
+    assert abs(steady) == pytest.approx([abs(shaft), 0.0], rel=1e-12, abs=1e-9)
+    taken_before = replaced(text, ('load = "propeller"', 'load = "pinion"'))
+    assert value(taken_before, "gear/mean_torque") == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("speed", [180.0, pytest.param(95.0, marks=pytest.mark.long)])
