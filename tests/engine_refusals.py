@@ -9,6 +9,8 @@ NAMELESS = (
     "inertia = 1\ndamping = 1\n[response"
 )
 
+JOINED = (("a", "b"), ("b", "pinion"), ("wheel", "propeller"), ("take-off", "generator"))
+
 #: name -> text
 REFUSED: dict[str, str] = {
     "three at once": replaced(
@@ -21,6 +23,15 @@ REFUSED: dict[str, str] = {
             "gears = [",
             'gears = [\n  { between = ["pinion", "take-off"], ratio = 1.3333333333 },',
         ),
+    ),
+    "between unsaid of all": replaced(
+        G, *((f'between = ["{a}", "{b}"], s', "s") for a, b in JOINED)
+    ),
+    "between unsaid of one": replaced(G, ('between = ["b", "pinion"], s', "s")),
+    "damped without inertia": replaced(
+        E,
+        ('"c", inertia = "0.1 kg*m^2"', '"c", inertia = 0'),
+        ('damping = "5 N*m*s/rad"', "damping_ratio = 0.1"),
     ),
     "order unknown": replaced(E, ('"1", "3", "2"]', '"1", "3", "4"]')),
     "order short": replaced(E, ('"1", "3", "2"]', '"1", "3"]')),

@@ -10,6 +10,12 @@ def limited(speed: str, stress: str, more: str = "") -> str:
     return f"{E}limits = [{{ curve = {{ speed = {speed}, stress = {stress} }}{more} }}]\n"
 
 
+RING = next(line for line in E.splitlines() if line.startswith("dampers"))
+PENDULUM = (
+    'dampers = [{ name = "ring", on = "a", kind = "pendulum", order = 1.5, mass = "0.6 kg", '
+    'arm_radius = "90 mm", count = 4 }]'
+)
+BOUNDS = 'bounds = { inertia = ["0.1 kg*m^2", "0.5 kg*m^2"] }\n'
 TWO, SPEEDS = '["30 MPa", "30 MPa"]', '["500 rpm", "2000 rpm"]'
 
 #: name -> text
@@ -20,6 +26,7 @@ REFUSED: dict[str, str] = {
     "misfire unk": E + 'misfire = ["4"]\n',
     "limit mod": limited(SPEEDS, TWO, ', sections = ["rear"]'),
     "limit tensile": E + 'limits = [{ rule = "iacs_m68" }]\n',
+    "limit of nothing": replaced(limited(SPEEDS, TWO), (', diameter = "70 mm"', "")),
     "limit unk": E + 'limits = [{ rule = "iacs_m68", sections = ["reer"] }]\n',
     "limit desc": limited('["2500 rpm", "2000 rpm"]', TWO),
     "limit len": limited('["2000 rpm", "2500 rpm"]', '["30 MPa", "30 MPa", "1 MPa"]'),
@@ -43,4 +50,16 @@ REFUSED: dict[str, str] = {
     + 'transient = { kind = "run_up", from = 60, to = 90, acceleration = 1e-9 }\n',
     "watched for ever": E
     + 'transient = { kind = "load_step", on = "a", torque = 3, after = "90 h" }\n',
+    "orders without end": replaced(E, ("highest = 6", "highest = 1e5")),
+    "no order": replaced(E, ("highest = 6", "highest = 0.3")),
+    "onset of none": E
+    + 'misfire = ["2"]\ntransient = { kind = "misfire_onset", cylinder = "2" }\n',
+    "mode of none": E
+    + 'damping_model = { kind = "rayleigh", modes = [2, 9], ratios = [0.1, 0.1] }\n',
+    "limit by diameter": replaced(E, ('diameter = "70 mm"', 'section_modulus = "60 cm^3"'))
+    + 'limits = [{ rule = "iacs_m68", tensile_strength = "600 MPa" }]\n',
+    "design of a pendulum": replaced(E, (RING, PENDULUM)) + D.replace('"a"', '"ring"'),
+    "design without end": E + '[damper_design]\non = "a"\nfind = ["inertia", "damping"]\n',
+    "design given twice": E + D + 'find = ["inertia", "damping"]\n' + BOUNDS,
+    "design bounds of nothing": E + D + BOUNDS,
 }
