@@ -88,8 +88,9 @@ least-tests: $(READY)
 accept-golden: $(READY) golden-results ## make the numbers of this checkout the golden ones
 	@$(BIN)/vibecalc diff --accept tests/golden/ $(RESULTS)
 
-accept-snapshots: $(READY) ## make the reports, checks and words of pictures of the golden files those to hold
+accept-snapshots: $(READY) ## make reports, checks, words of pictures and refusals those to hold
 	$(BIN)/python tests/snapshots/said.py
+	$(BIN)/python tests/refused.py
 
 plots: $(READY) sweep ## draw the pictures of every case into outputs/
 	$(BIN)/vibecalc run $(CASES) -q

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+import mpmath
 from exact_engine_modes import modal_results
 from exact_engine_ranges import range_results
 from exact_engine_steady import (
@@ -14,10 +15,16 @@ from exact_engine_steady import (
     operating_limits,
     own_rows,
 )
+from random_engines import Table
+from study_report import StudyReport, silent_of
+from truth_report import judge_rows
 
+from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Record
+from vibecalc.core.run.run import run_case
 from vibecalc.schema import Case
 
+DIGITS = 40
 #: beginnings of paths, and why there is no truth for them
 NO_TRUTH = {
     "modes/frequency_error": "an estimate itself",
@@ -57,6 +64,20 @@ def engine_results(case: Case, record: Record) -> Iterator[Truth]:
         yield from range_results(reader)
 
 
-def reasonless(path: str) -> bool:
-    """Whether a path has no truth and no reason for that."""
-    return not path.removeprefix(ROOT).startswith(tuple(NO_TRUTH))
+def judge_engine(table: Table) -> StudyReport:
+    """Every quantity of a run of a case table next to its truth; NumericalFailure if it refuses."""
+    case = validate(table)
+    record = run_case(case)
+    with mpmath.workdps(DIGITS):
+        rows = (
+            (path, found[0] if found else record[path].values, truth)
+            for path, truth, *found in engine_results(case, record)
+        )
+        judged = list(judge_rows(rows, record))
+    known = {one.path for one in judged}
+    missing = [
+        path
+        for path in record
+        if path not in known and not path.removeprefix(ROOT).startswith(tuple(NO_TRUTH))
+    ]
+    return StudyReport(judged, missing, silent_of(judged, record, case.accuracy.rtol))

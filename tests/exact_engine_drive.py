@@ -159,7 +159,11 @@ def masses_of(case: Case) -> tuple[list[mpf], mpf]:
     rod, common, beyond = train.rod, mpf(train.reciprocating_mass or 0), mpf(0)
     if train.reciprocating_mass is None:
         assert rod is not None
-        first, length = mpf(rod.crank_pin_to_mass_centre), mpf(train.rod_length)
+        length = mpf(train.rod_length)
+        if rod.reciprocating_fraction is not None:
+            first = mpf(rod.reciprocating_fraction) * length
+        else:
+            first = mpf(rod.crank_pin_to_mass_centre)
         common = mpf(train.piston_mass or 0) + mpf(train.pin_mass or 0)
         common += mpf(rod.mass) * first / length
         if rod.inertia is not None:

@@ -11,33 +11,33 @@ from mpmath import mp, mpc, mpf
 from vibecalc.torsion.holzer import holzer_rows
 
 ROOT = "response/torsion/"
-Truth = tuple[str, Any, Any]
+Truth = tuple[Any, ...]
 
 
 def modal_results(reader: Any) -> Iterator[Truth]:
     """Frequencies, shapes and what is formed of them, of the line at its operating speed."""
     record, line, undamped = reader.record, reader.line, reader.state.modes
     place, built, modes = f"{ROOT}modes/", line.built, reader.natural
-    yield place + "natural_frequency", record[place + "natural_frequency"].values, modes.frequency
-    yield place + "damping_ratio", record[place + "damping_ratio"].values, modes.ratio
+    yield place + "natural_frequency", modes.frequency
+    yield place + "damping_ratio", modes.ratio
     for name in ("undamped_frequency", "transfer_matrix_frequency"):
         if place + name in record:
-            yield place + name, record[place + name].values, undamped.frequency
+            yield place + name, undamped.frequency
     shape = [
         [s[f] * r for f, r in zip(built.freedom.tolist(), line.ratio, strict=True)]
         for s in modes.shape
     ]
-    yield place + "shape", record[place + "shape"].values, shape
+    yield place + "shape", shape
     if f"{place}ring_shape" in record:
         own = [[s[d.ring] * line.ratio[d.station] for d in built.dampers] for s in modes.shape]
-        yield place + "ring_shape", record[place + "ring_shape"].values, own
-    yield place + "modal_inertia", record[place + "modal_inertia"].values, modes.inertia
+        yield place + "ring_shape", own
+    yield place + "modal_inertia", modes.inertia
     yield from _energies(reader, place)
     yield from _holzer(reader, place)
 
 
 def _energies(reader: Any, place: str) -> Iterator[Truth]:
-    state, modes, record = reader.state, reader.natural, reader.record
+    state, modes, _record = reader.state, reader.natural, reader.record
     stiffness = [k for _, _, k, _, _ in state.line.at(reader.speed)]
     shares = []
     for w, shape in zip(modes.frequency, modes.shape, strict=True):
@@ -49,7 +49,7 @@ def _energies(reader: Any, place: str) -> Iterator[Truth]:
         held = mpmath.fsum(g * abs(x) ** 2 for g, x in zip(state.line.ground, shape, strict=True))
         total = mpmath.fsum(energy) + held
         shares.append([e / total for e in energy])
-    yield f"{place}strain_energy_share", record[f"{place}strain_energy_share"].values, shares
+    yield f"{place}strain_energy_share", shares
 
 
 def _holzer(reader: Any, place: str) -> Iterator[Truth]:
@@ -76,7 +76,7 @@ def _holzer(reader: Any, place: str) -> Iterator[Truth]:
         for table, part in ((angles, angle), (inertias, torque), (sums, total)):
             table.append(part)
     for name, truth in (("angle", angles), ("inertia_torque", inertias), ("torque", sums)):
-        yield f"{place}holzer_{name}", record[f"{place}holzer_{name}"].values, truth
+        yield f"{place}holzer_{name}", truth
 
 
 class Natural(NamedTuple):
@@ -163,7 +163,7 @@ def _scaled(shape: list[mpc], stations: int) -> list[mpc]:
 
 
 def critical_speeds(reader: Any) -> tuple[Any, Any]:
-    """Found values and critical speeds (mode, order); with pendulums from the values found."""
+    """Critical speeds (mode, order), with pendulums from the values found, and these."""
     path = f"{ROOT}critical/speed"
     found, state = reader.record[path].values, reader.state
     orders = state.drive.orders
@@ -172,15 +172,15 @@ def critical_speeds(reader: Any) -> tuple[Any, Any]:
     if not any(s for *_, s in state.elements):
         # nothing peaks near a mode that is damped by more than 1 / sqrt 2
         none = [damped and w > 0 and z * z >= 0.5 for w, z in zip(*modes[:2], strict=True)]
-        return found, [
+        return [
             [mpf("inf") if no else w / q for q in orders]
             for w, no in zip(modes.frequency, none, strict=True)
-        ]
+        ], found
     truth = []
     met = _met_by_pole if damped else _met
     for row in found.tolist():
         truth.append([met(state, q, one) for q, one in zip(orders, row, strict=True)])
-    return found, truth
+    return truth, found
 
 
 def _met_by_pole(state: Any, order: mpf, guess: float) -> mpf:

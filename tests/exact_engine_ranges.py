@@ -52,7 +52,7 @@ def range_results(reader: Reader) -> Iterator[Truth]:
         axis = reader.record[path].axes[1].values
         chosen = [0, len(axis) - 1]
         rows = [ExactModes(reader.line, mpf(axis[k])).frequency for k in chosen]
-        yield path, reader.record[path].values[:, chosen].T, rows
+        yield path, rows, reader.record[path].values[:, chosen].T
 
 
 def _telling(reader: Reader, path: str) -> list[int]:
@@ -78,12 +78,12 @@ def _curves(
             [t.half / abs(r) for t, r in zip(torque, ratio, strict=True)]
         )
     for name, truth in rows.items():
-        yield path + name, reader.record[path + name].values[:, some].T, truth
+        yield path + name, truth, reader.record[path + name].values[:, some].T
     name = f"{path}stress_half_range"
     if name in reader.record:
         moduli = section_moduli(reader)
         truth = [[row[e] / w for e, w in moduli.items()] for row in rows["torque_half_range"]]
-        yield name, reader.record[name].values[:, some].T, truth
+        yield name, truth, reader.record[name].values[:, some].T
 
 
 def _own_curves(reader: Reader, some: list[int], at: list[mpf]) -> Iterator[Truth]:
@@ -124,7 +124,7 @@ def _own_curves(reader: Reader, some: list[int], at: list[mpf]) -> Iterator[Trut
         for name, value in one.items():
             rows.setdefault(name, []).append(value)
     for name, truth in rows.items():
-        yield path + name, np.moveaxis(record[path + name].values, -1, 0)[some], truth
+        yield path + name, truth, np.moveaxis(record[path + name].values, -1, 0)[some]
 
 
 def _largest(
@@ -150,20 +150,20 @@ def _largest(
             grid, e, lambda v, e=e: state.half(v, e), lambda v: 1.0, float(spots[e])
         )
     truth = [tops[e].value / abs(ratio[e]) for e in order]
-    yield f"{path}torque_half_range", found[order], truth
+    yield f"{path}torque_half_range", truth, found[order]
     speeds = [tops[e].speed for e in order]
-    yield f"{path}speed", reader.record[f"{path}speed"].values[order], speeds
+    yield f"{path}speed", speeds, reader.record[f"{path}speed"].values[order]
     twist = [
         state.sum_of([row[e] for row in state.at(tops[e].speed).twist]).half * abs(ratio[e])
         for e in order
     ]
-    yield f"{path}twist_half_range", reader.record[f"{path}twist_half_range"].values[order], twist
+    yield f"{path}twist_half_range", twist, reader.record[f"{path}twist_half_range"].values[order]
     name, moduli = f"{path}stress_half_range", list(section_moduli(reader).items())
     if name in reader.record:
         rows = [(k, e, w) for k, (e, w) in enumerate(moduli) if e in order]
         values = reader.record[name].values[[k for k, *_ in rows]]
         if rows:
-            yield name, values, [tops[e].value / abs(ratio[e]) / w for _, e, w in rows]
+            yield name, [tops[e].value / abs(ratio[e]) / w for _, e, w in rows], values
 
 
 def _reduction(reader: Reader, tops: dict[str, dict[int, Highest]]) -> Iterator[Truth]:
@@ -173,7 +173,7 @@ def _reduction(reader: Reader, tops: dict[str, dict[int, Highest]]) -> Iterator[
     both = sorted(set(tops[""]) & set(tops["bare/"]))
     if both:
         truth = [tops["bare/"][e].value / tops[""][e].value for e in both]
-        yield path, reader.record[path].values[both], truth
+        yield path, truth, reader.record[path].values[both]
 
 
 def _peaks(reader: Reader) -> Iterator[Truth]:
@@ -191,8 +191,8 @@ def _peaks(reader: Reader) -> Iterator[Truth]:
         exact = lambda v, e=e: reader.state.half(v, e)  # type: ignore[misc]  # noqa: E731
         found.append((e, sharpened(exact, float(speeds[k]), 1e-4 * float(speeds[k]))))
     truth = [top.value / abs(reader.line.section_ratio[e]) for e, top in found]
-    yield f"{path}torque_half_range", record[f"{path}torque_half_range"].values[chosen], truth
-    yield f"{path}speed", speeds[chosen], [top.speed for _, top in found]
+    yield f"{path}torque_half_range", truth, record[f"{path}torque_half_range"].values[chosen]
+    yield f"{path}speed", [top.speed for _, top in found], speeds[chosen]
 
 
 def _use(reader: Reader, state: State, number: int, section: int) -> Any:
@@ -219,7 +219,7 @@ def _limits(reader: Reader, some: list[int], at: list[mpf]) -> Iterator[Truth]:
         truth = [
             [allowed(reader, number, int(e), v)[k] for v in at] for number, e in enumerate(worst)
         ]
-        yield place + name, record[place + name].values[:, some], truth
+        yield place + name, truth, record[place + name].values[:, some]
     for prefix, which in (("", ""), ("healthy/", "healthy/")):
         path = f"{ROOT}{prefix}limit/largest_use"
         if path not in record:
@@ -234,18 +234,22 @@ def _limits(reader: Reader, some: list[int], at: list[mpf]) -> Iterator[Truth]:
         kept = [top for top in tops if top is not None]
         if not kept:
             continue
-        yield path, record[path].values[numbers], [top.value for top, _ in kept]
+        yield path, [top.value for top, _ in kept], record[path].values[numbers]
         if not prefix:
             yield (
                 f"{place}speed",
-                record[f"{place}speed"].values[numbers],
                 [top.speed for top, _ in kept],
+                record[f"{place}speed"].values[numbers],
             )
             passing = []
             for number, (top, e) in zip(numbers.tolist(), kept, strict=True):
                 steady, through = allowed(reader, number, e, top.speed)
                 passing.append(top.value * steady / through)
-            yield f"{place}transient_use", record[f"{place}transient_use"].values[numbers], passing
+            yield (
+                f"{place}transient_use",
+                passing,
+                record[f"{place}transient_use"].values[numbers],
+            )
 
 
 def _highest_use(reader: Reader, state: State, grid: Grid, number: int) -> tuple[Highest, int]:
@@ -297,7 +301,7 @@ def _barred(reader: Reader) -> Iterator[Truth]:
                 best = exacts[uses.index(max(uses))]
                 truth.append(root(lambda v, f=best: f(v) - 1, at, 1e-9 * at))  # type: ignore[misc]
             kept.append(k)
-        yield place + name, values[kept], truth
+        yield place + name, truth, values[kept]
     peaks = record[f"{place}peak_speed"].values
     speeds, lower, upper = [], [], []
     for number, at in zip(numbers.tolist(), peaks.tolist(), strict=True):
@@ -312,7 +316,7 @@ def _barred(reader: Reader) -> Iterator[Truth]:
         lower.append(16 * speeds[-1] / share if ruled else mpf(0))
         upper.append(share * speeds[-1] / 16 if ruled else mpf(0))
     for name, truth in (("peak_speed", speeds), ("formula_from", lower), ("formula_to", upper)):
-        yield place + name, record[place + name].values, truth
+        yield place + name, truth
     starts = [min(a, b) if b else a for a, b in zip(ends_of["from"], lower, strict=True)]
     united: list[list[mpf]] = []
     for low, high in sorted(zip(starts, map(max, ends_of["to"], upper), strict=True)):
@@ -321,7 +325,7 @@ def _barred(reader: Reader) -> Iterator[Truth]:
         else:
             united.append([low, high])
     for k, name in enumerate(("from", "to")):
-        yield f"{ROOT}barred/{name}", record[f"{ROOT}barred/{name}"].values, [o[k] for o in united]
+        yield f"{ROOT}barred/{name}", [o[k] for o in united]
 
 
 def _hammering(reader: Reader) -> Iterator[Truth]:
@@ -340,4 +344,4 @@ def _hammering(reader: Reader) -> Iterator[Truth]:
 
             end = at in (reader.torsion.speeds.start, reader.torsion.speeds.stop)
             truth.append(mpf(at) if end else root(least, at, 1e-9 * at))
-        yield place + name, record[place + name].values, truth
+        yield place + name, truth

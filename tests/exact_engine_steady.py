@@ -17,7 +17,8 @@ from vibecalc.core.results.record import Record
 from vibecalc.schema import Case
 
 ROOT = "response/torsion/"
-Truth = tuple[str, Any, Any]
+#: path and true values, after these the values found where they are not all of the record
+Truth = tuple[Any, ...]
 
 
 class Reader:
@@ -96,7 +97,7 @@ def excitation(reader: Reader) -> Iterator[Truth]:
     }
     for name, truth in truths.items():
         if place + name in record:
-            yield place + name, record[place + name].values, truth
+            yield place + name, truth
     curves = {
         "pressure": pressure,
         "gas_torque": own_gas,
@@ -105,7 +106,7 @@ def excitation(reader: Reader) -> Iterator[Truth]:
         "engine_torque": curve,
     }
     for name, truth in curves.items():
-        yield place + name, record[place + name].values[some], truth
+        yield place + name, truth, record[place + name].values[some]
     yield from _phases(reader, place)
 
 
@@ -127,12 +128,12 @@ def _phases(reader: Reader, place: str) -> Iterator[Truth]:
         works.append([mpmath.fsum(x * t for x, t in zip(own, load, strict=True))
                       for load in at.load])  # fmt: skip
     sure = _sure(reader)
-    yield f"{place}vector_sum", record[f"{place}vector_sum"].values[sure], [rows[k] for k in sure]
-    yield f"{place}intensity", record[f"{place}intensity"].values[sure], [works[k] for k in sure]
+    yield f"{place}vector_sum", [rows[k] for k in sure], record[f"{place}vector_sum"].values[sure]
+    yield f"{place}intensity", [works[k] for k in sure], record[f"{place}intensity"].values[sure]
     major, factor = bank_truth(reader)
-    yield f"{place}major", record[f"{place}major"].values, [mpf(int(one)) for one in major]
+    yield f"{place}major", [mpf(int(one)) for one in major]
     if f"{place}bank_factor" in record:
-        yield f"{place}bank_factor", record[f"{place}bank_factor"].values, factor
+        yield f"{place}bank_factor", factor
 
 
 def bank_truth(reader: Reader) -> tuple[list[bool], list[mpf]]:
@@ -171,22 +172,22 @@ def operating(reader: Reader, place: str) -> Iterator[Truth]:
     twist, torque = (state.sections(reader.speed, what) for what in ("twist", "torque"))
     path = ROOT + place
     halves = [t.half * abs(r) for t, r in zip(twist, ratio, strict=True)]
-    yield f"{path}twist_half_range", record[f"{path}twist_half_range"].values, halves
+    yield f"{path}twist_half_range", halves
     own = [t.half / abs(r) for t, r in zip(torque, ratio, strict=True)]
-    yield f"{path}torque_half_range", record[f"{path}torque_half_range"].values, own
+    yield f"{path}torque_half_range", own
     yield from stresses(reader, f"{path}stress_half_range", own)
     if place == "bare/":
         frequency = state.modes.frequency
-        yield f"{path}natural_frequency", record[f"{path}natural_frequency"].values, frequency
+        yield f"{path}natural_frequency", frequency
     if place == "healthy/":
         mean = mpmath.fsum(s * state.drive.healthy(reader.speed)[1] for s in state.drive.scale)
-        yield f"{path}mean_torque", record[f"{path}mean_torque"].values, mean
+        yield f"{path}mean_torque", mean
     if f"{path}damper/travel" in record:
         rings = [one.element for one in reader.line.built.dampers]
         travel = [twist[e].peak * abs(ratio[e]) for e in rings]
-        yield f"{path}damper/travel", record[f"{path}damper/travel"].values, travel
+        yield f"{path}damper/travel", travel
         heat = section_heat(state, reader.speed)
-        yield f"{path}damper/heat", record[f"{path}damper/heat"].values, [heat[e] for e in rings]
+        yield f"{path}damper/heat", [heat[e] for e in rings]
 
 
 def stresses(reader: Reader, path: str, torque: list[mpf]) -> Iterator[Truth]:
@@ -195,7 +196,7 @@ def stresses(reader: Reader, path: str, torque: list[mpf]) -> Iterator[Truth]:
         return
     moduli = section_moduli(reader)
     truth = [torque[e] / w for e, w in moduli.items() if e < len(torque)]
-    yield path, reader.record[path].values, truth
+    yield path, truth
 
 
 def section_moduli(reader: Reader) -> dict[int, mpf]:
@@ -218,32 +219,28 @@ def section_heat(state: State, speed: mpf) -> list[mpf]:
 
 def own_rows(reader: Reader) -> Iterator[Truth]:
     """Angles, twists, torques by order, means and peaks, heat, gears, of the line itself."""
-    state, record, line = reader.state, reader.record, reader.line
+    state, _record, line = reader.state, reader.record, reader.line
     built, found = line.built, state.at(reader.speed)
     ratio, freedom = line.ratio, built.freedom.tolist()
     angle = [[row[f] * r for row in found.angle] for f, r in zip(freedom, ratio, strict=True)]
-    yield f"{ROOT}angle", record[f"{ROOT}angle"].values, angle
+    yield f"{ROOT}angle", angle
     turned = [state.sum_of(row) for row in angle]
-    yield (
-        f"{ROOT}angle_half_range",
-        record[f"{ROOT}angle_half_range"].values,
-        [t.half for t in turned],
-    )
-    yield f"{ROOT}angle_peak", record[f"{ROOT}angle_peak"].values, [t.peak for t in turned]
+    yield f"{ROOT}angle_half_range", [t.half for t in turned]
+    yield f"{ROOT}angle_peak", [t.peak for t in turned]
     section = list(enumerate(line.section_ratio))
     twist = [[row[e] * r for row in found.twist] for e, r in section]
-    yield f"{ROOT}twist", record[f"{ROOT}twist"].values, twist
+    yield f"{ROOT}twist", twist
     peaks = [state.sum_of(row).peak for row in twist]
-    yield f"{ROOT}twist_peak", record[f"{ROOT}twist_peak"].values, peaks
+    yield f"{ROOT}twist_peak", peaks
     torque = [[row[e] / r for row in found.torque] for e, r in section]
-    yield f"{ROOT}torque", record[f"{ROOT}torque"].values, torque
+    yield f"{ROOT}torque", torque
     yield from stress_rows(reader, torque)
     totals = [state.sum_of(row) for row in torque]
     mean = [m / r for m, (_, r) in zip(mean_sections(reader, reader.speed), section, strict=True)]
-    yield f"{ROOT}torque_mean", record[f"{ROOT}torque_mean"].values, mean
+    yield f"{ROOT}torque_mean", mean
     peaks = [max(abs(m + t.highest), abs(m + t.lowest)) for m, t in zip(mean, totals, strict=True)]
-    yield f"{ROOT}torque_peak", record[f"{ROOT}torque_peak"].values, peaks
-    yield f"{ROOT}torque_bound", record[f"{ROOT}torque_bound"].values, [t.bound for t in totals]
+    yield f"{ROOT}torque_peak", peaks
+    yield f"{ROOT}torque_bound", [t.bound for t in totals]
     yield from heats(reader)
     yield from gears(reader)
 
@@ -251,17 +248,13 @@ def own_rows(reader: Reader) -> Iterator[Truth]:
 def stress_rows(reader: Reader, torque: list[list[mpc]]) -> Iterator[Truth]:
     if f"{ROOT}stress" in reader.record:
         truth = [[t / w for t in torque[e]] for e, w in section_moduli(reader).items()]
-        yield f"{ROOT}stress", reader.record[f"{ROOT}stress"].values, truth
+        yield f"{ROOT}stress", truth
 
 
 def heats(reader: Reader) -> Iterator[Truth]:
-    state, record, line = reader.state, reader.record, reader.line
+    state, _record, line = reader.state, reader.record, reader.line
     found = state.at(reader.speed)
-    yield (
-        f"{ROOT}section_heat",
-        record[f"{ROOT}section_heat"].values,
-        section_heat(state, reader.speed),
-    )
+    yield f"{ROOT}section_heat", section_heat(state, reader.speed)
     parts = [
         mpmath.fsum(w**2 * abs(a[f]) ** 2 / 2
                     for w, a in zip(found.frequency, found.angle, strict=True))
@@ -276,7 +269,7 @@ def heats(reader: Reader) -> Iterator[Truth]:
         truth.append(own * parts[int(line.built.freedom[k])])
     for attached in line.built.dampers:
         truth[attached.station] += state.damped[attached.ring] * parts[attached.ring]
-    yield f"{ROOT}station_heat", record[f"{ROOT}station_heat"].values, truth
+    yield f"{ROOT}station_heat", truth
     if state.ratios is not None:
         modes = state.modes
         total = [mpf(0)] * len(modes.frequency)
@@ -290,27 +283,23 @@ def heats(reader: Reader) -> Iterator[Truth]:
                 )
                 c = 2 * state.ratios[k] * inertia * modes.frequency[k]
                 total[k] += w**2 * c * abs(q) ** 2 / 2
-        yield f"{ROOT}modal_heat", record[f"{ROOT}modal_heat"].values, total
+        yield f"{ROOT}modal_heat", total
 
 
 def gears(reader: Reader) -> Iterator[Truth]:
     if f"{ROOT}gear/mean_torque" not in reader.record:
         return
-    record, place = reader.record, f"{ROOT}gear/"
+    _record, place = reader.record, f"{ROOT}gear/"
     mean, rows = gear_rows(reader, reader.speed)
     totals = [sums(reader.state.drive.orders, row) for row in rows]
     least = [least_of(m, t) for m, t in zip(mean, totals, strict=True)]
-    yield place + "mean_torque", record[place + "mean_torque"].values, mean
-    yield (
-        place + "alternating_torque",
-        record[place + "alternating_torque"].values,
-        [t.half for t in totals],
-    )
-    yield place + "minimum_torque", record[place + "minimum_torque"].values, least
+    yield place + "mean_torque", mean
+    yield place + "alternating_torque", [t.half for t in totals]
+    yield place + "minimum_torque", least
     hammers = [
         mpf(int(m + t.lowest < 0 < m + t.highest)) for m, t in zip(mean, totals, strict=True)
     ]
-    yield place + "hammers", record[place + "hammers"].values, hammers
+    yield place + "hammers", hammers
 
 
 def least_of(mean: mpf, total: Sums) -> mpf:
@@ -322,7 +311,7 @@ def least_of(mean: mpf, total: Sums) -> mpf:
 
 def margins(reader: Reader) -> Iterator[Truth]:
     """Distance of modes from orders at the operating speed; critical speeds."""
-    record, natural = reader.record, reader.natural.frequency
+    _record, natural = reader.record, reader.natural.frequency
     orders, speed = reader.state.drive.orders, reader.speed
     step = orders[-1] - orders[-2] if len(orders) > 1 else orders[-1]
     distance, nearest = [], []
@@ -331,8 +320,8 @@ def margins(reader: Reader) -> Iterator[Truth]:
         best = min(orders, key=lambda q: abs(w / (speed * q) - 1))
         distance.append(mpf("inf") if blank else abs(w / (speed * best) - 1))
         nearest.append(mpf(0) if blank else best)
-    yield f"{ROOT}margin/distance", record[f"{ROOT}margin/distance"].values, distance
-    yield f"{ROOT}margin/nearest_order", record[f"{ROOT}margin/nearest_order"].values, nearest
+    yield f"{ROOT}margin/distance", distance
+    yield f"{ROOT}margin/nearest_order", nearest
     yield f"{ROOT}critical/speed", *critical_speeds(reader)
     yield from separations(reader, "operating", speed, speed)
     if reader.torsion.speeds is not None:
@@ -358,7 +347,7 @@ def separations(reader: Reader, where: str, low: mpf, high: mpf) -> Iterator[Tru
             ]
             row.append(mpf("inf") if blank or not own else min(own))
         rows.append(row)
-    yield place, reader.record[place].values, rows
+    yield place, rows
 
 
 def allowed(reader: Reader, number: int, section: int, speed: mpf) -> tuple[mpf, mpf]:
@@ -400,9 +389,9 @@ def operating_limits(reader: Reader) -> Iterator[Truth]:
             rows[name].append(list(part))
     for name, truth in rows.items():
         path = f"{place}operating/{name}"
-        yield path, record[path].values, truth
+        yield path, truth
     path = f"{place}operating_use"
-    yield path, record[path].values, [max(row) for row in rows["use"]]
+    yield path, [max(row) for row in rows["use"]]
     path = f"{ROOT}healthy/limit/operating_use"
     if path in record:
         healthy = reader.others["healthy/"]
@@ -411,4 +400,4 @@ def operating_limits(reader: Reader) -> Iterator[Truth]:
                 / allowed(reader, number, e, reader.speed)[0] for e, w in moduli.items())
             for number in range(len(reader.torsion.limits))
         ]  # fmt: skip
-        yield path, record[path].values, truth
+        yield path, truth

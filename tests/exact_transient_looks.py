@@ -96,6 +96,20 @@ def swings(
     return Swing(half, middle)
 
 
+def steady_twist(one: StudyInputs, speed: np.ndarray) -> np.ndarray:
+    """Steady twists (k, m, e) at speeds."""
+    stiffness, damping = one.matrices()
+    gas = np.tensordot(np.array([one.weights(w) for w in speed]), one.gas_of.sum(axis=1), 1)
+    force = gas[..., 1:] + speed[:, None, None] ** 2 * one.inertial[:, 1:]
+    w = speed[:, None] * one.order
+    matrix = stiffness + 1j * w[..., None, None] * damping
+    index = np.arange(len(one.inertia))
+    matrix[..., index, index] -= (w**2)[..., None] * one.inertia
+    angle = np.linalg.solve(matrix, force.transpose(0, 2, 1)[..., None])[..., 0]
+    twist: np.ndarray = angle @ one.element.T
+    return twist
+
+
 class SteadyCurve:
     """Largest steady half range of every section between any two speeds of a range."""
 
@@ -119,19 +133,11 @@ class SteadyCurve:
             speed, width = both[order], width / 6.0
         self.speed, self.value = speed, value
 
-    def half_range(self, speed: np.ndarray, mean: bool = False) -> np.ndarray:
+    def half_range(self, speed: np.ndarray) -> np.ndarray:
         """Steady half ranges (k, e) at speeds."""
-        one = self.inputs
-        stiffness, damping = one.matrices()
-        gas = np.tensordot(np.array([one.weights(w) for w in speed]), one.gas_of.sum(axis=1), 1)
-        force = gas[..., 1:] + speed[:, None, None] ** 2 * one.inertial[:, 1:]
-        w = speed[:, None] * one.order
-        matrix = stiffness + 1j * w[..., None, None] * damping
-        index = np.arange(len(one.inertia))
-        matrix[..., index, index] -= (w**2)[..., None] * one.inertia
-        angle = np.linalg.solve(matrix, force.transpose(0, 2, 1)[..., None])[..., 0]
-        twist = angle @ one.element.T
-        return span(twist * (one.stiffness + 1j * w[..., None] * one.damping), one.order)[0]
+        one, w = self.inputs, speed[:, None, None] * self.inputs.order[:, None]
+        stiff = one.stiffness + 1j * w * one.damping
+        return span(steady_twist(one, speed) * stiff, one.order)[0]
 
     def largest(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """Largest half range (k, e) between speeds."""

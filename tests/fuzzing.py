@@ -124,6 +124,28 @@ MUTATORS = (_change_number, _change_number, _change_leaf, _change_leaf, _edit_li
             _edit_characters, _misspell)  # fmt: skip
 
 
+#: numbers at which a machine overflows, vanishes or turns inside out
+EXTREMES = (0.0, -0.0, 5e-324, 1e-300, 1e-21, 1e-9, 1.0, -1.0, 1e9, 1e19, -1e19, 1e21, 1e308)
+
+
+def leaves(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    """Key paths of all numbers of a case."""
+    if isinstance(value, dict | list):
+        entries = value.items() if isinstance(value, dict) else enumerate(value)
+        return [leaf for key, entry in entries for leaf in leaves(entry, (*path, key))]
+    return [path] if isinstance(value, float) else []
+
+
+def make_extreme(draw: Any, data: Any, paths: list[tuple[Any, ...]]) -> None:
+    """One to three of the numbers at these paths of a case become extreme ones."""
+    for _ in range(int(draw.integers(1, 4))):
+        *tables, last = paths[int(draw.integers(len(paths)))]
+        table = data
+        for key in tables:
+            table = table[key]
+        table[last] = float(draw.choice(EXTREMES))
+
+
 @contextmanager
 def _capped(seconds: int) -> Iterator[None]:
     def stop(_signal: int, _frame: FrameType | None) -> None:

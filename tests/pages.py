@@ -1,10 +1,20 @@
-"""What every page of the documents promises."""
+"""The pages of docs/ as tests read them: tables, numbers of quantities, names of tests, files."""
 
 import re
-from pathlib import Path
-from typing import NamedTuple
+from collections.abc import Iterator
+from functools import cache
+from typing import Any, NamedTuple
 
-ROOT = Path(__file__).resolve().parents[1]
+from shipped_cases import ROOT, result_of, table_of
+
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Record
+from vibecalc.core.results.select import scalar
+from vibecalc.core.run.run import run_case
+from vibecalc.units import convert
+
+QUANTITY = re.compile(r"^`([\w/]+)`((?: \w+=\S+)*?)(?: with ((?:`[^`]+` ?)+))?$")
+NUMBER = re.compile(r"^(-?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)(?: (\S+))?$")
 
 
 class Row(NamedTuple):
@@ -18,11 +28,117 @@ class Row(NamedTuple):
     reason: str = ""
 
 
-def assert_named_exist(page: str, least: int = 20) -> None:
-    """The tests and files that `page` names exist; at least so many tests are named."""
+class Stated(NamedTuple):
+    """A quantity of a case under its settings, and the number that a page shows for it."""
+
+    case: str
+    path: str
+    where: dict[str, Any]
+    settings: tuple[str, ...]
+    number: str
+    unit: str
+
+
+def text_of(page: str) -> str:
+    """docs/PAGE.md."""
+    return (ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8")
+
+
+def rows(text: str) -> list[list[str]]:
+    """Cells of all table rows."""
+    lines = [line for line in text.split("\n") if line.startswith("|")]
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+
+
+def table(page: str, first_cell: str, below: str = "") -> list[list[str]]:
+    """Rows of the table whose head begins with that cell, after some words; without the head."""
+    for block in page[page.index(below) :].split("\n\n"):
+        lines = rows(block)
+        if lines and lines[0][0] == first_cell:
+            return lines[2:]
+    raise LookupError(first_cell)
+
+
+def shows(number: str, value: float) -> bool:
+    """The value, rounded to the digits of the number, is the number; 0 stands for noise."""
+    if number == "0":
+        return abs(value) < 1e-12
+    mantissa, _, exponent = number.lower().partition("e")
+    decimals = len(mantissa.partition(".")[2])
+    unit = 10.0 ** (int(exponent or 0) - decimals)
+    return abs(value - float(number)) <= 0.5000001 * unit
+
+
+def stated(page: str, case: str = "") -> Iterator[Stated]:
+    """Cells of quantities with the number to their right; with two, without `[kinematics]` too.
+
+    Below "Case: `cases/x.toml`" they are those of that case.
+    """
+    for block in page.split("\n\n"):
+        named = re.search(r"Cases?: `cases/(\w+)\.toml`", block)
+        case = named[1] if named else case
+        lines = rows(block)
+        if not lines or not {"computed", "exact"} & set(lines[0]):
+            continue
+        for cells in lines[2:]:
+            for place, cell in enumerate(cells[:-1]):
+                quantity = QUANTITY.match(cell)
+                number = NUMBER.match(cells[place + 1])
+                if quantity is None or number is None:
+                    continue
+                settings = tuple(re.findall(r"`([^`]+)`", quantity[3] or ""))
+                own = (case, quantity[1], picked(quantity[2]))
+                yield Stated(*own, settings, number[1], number[2] or "")
+                if "exact" in lines[0]:
+                    yield Stated(*own, (EXACT,), cells[place + 2], "")
+
+
+#: the setting that leaves the published series of the generator out
+EXACT = "without [kinematics]"
+
+
+def picked(text: str) -> dict[str, Any]:
+    """`order=2 direction=y gain=10.0` as a selection."""
+    found: dict[str, Any] = {}
+    for pair in text.split():
+        key, value = pair.split("=", 1)
+        number = re.fullmatch(r"\d+(\.\d+)?", value)
+        found[key] = value if number is None else float(value) if number[1] else int(value)
+    return found
+
+
+@cache
+def record(case: str, *settings: str) -> Record:
+    """Results of a shipped case, with some keys set."""
+    if settings == (EXACT,):
+        data = {key: part for key, part in table_of(case).items() if key != "kinematics"}
+        return run_case(validate(data))
+    return result_of(case, *settings).record
+
+
+def computed(case: str, path: str, where: dict[str, Any], unit: str, *settings: str) -> float:
+    """One entry of a result in a unit; of a complex one the magnitude."""
+    quantity = record(case, *settings)[path]
+    value = scalar(quantity, where)
+    real = abs(value) if isinstance(value, complex) else float(value)
+    return convert(real, quantity.unit, unit) if unit else real
+
+
+def is_shown(one: Stated) -> bool:
+    """The number is that of the case to each digit, or within four standard errors."""
+    value = computed(one.case, one.path, one.where, one.unit, *one.settings)
+    quantity = record(one.case, *one.settings)[one.path]
+    if quantity.standard_error:
+        scatter = convert(quantity.standard_error, quantity.unit, one.unit or quantity.unit)
+        return abs(float(one.number) - value) <= 4.0 * scatter
+    return shows(one.number, value if one.number.startswith("-") else abs(value))
+
+
+def missing_names(page: str) -> list[str]:
+    """Tests and files that a page names and that are not there."""
     written = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("*.py"))
-    named = set(re.findall(r"`(test_\w+)`", page))
-    assert len(named) > least
-    assert not {name for name in named if f"def {name}(" not in written}
-    for path in re.findall(r"`((?:tests|cases)/[\w/.]+)`", page):
-        assert (ROOT / path).exists(), path
+    named = re.findall(r"`(test_\w+)`", page)
+    missing = [name for name in named if f"def {name}(" not in written]
+    paths = re.findall(r"`((?:tests|cases|vibecalc)/[\w/.]+\.\w+)`", page)
+    paths += [f"docs/{name}" for name in re.findall(r"\]\(((?:pictures/)?[\w.]+\.\w+)\)", page)]
+    return missing + [path for path in paths if not (ROOT / path).exists()]

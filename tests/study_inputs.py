@@ -1,11 +1,10 @@
 """Numbers of a shaft line and its torques as doubles, formed anew from a case."""
 
-from itertools import pairwise
 from typing import Any
 
 import mpmath
 import numpy as np
-from exact_engine_drive import exact_firing, masses_of
+from exact_engine_drive import EngineDrive
 from exact_engine_line import ExactLine
 
 from vibecalc.schema import Case
@@ -22,8 +21,9 @@ class StudyInputs:
         self.order = asked.step * np.arange(1, asked.count + 1)
         self.speed, self.torsion = float(machine.speed), torsion
         turns = 1 if machine.cycle == "two_stroke" else 2
+        self.cycle = 2.0 * np.pi * turns
         with mpmath.workdps(DIGITS):
-            line = ExactLine(case)
+            line, drive = ExactLine(case), EngineDrive(case, self.order.tolist(), all_fire=True)
             self.built = line.built
             self.inertia, self.absolute, self.ground = (
                 np.array([float(v) for v in part])
@@ -36,18 +36,18 @@ class StudyInputs:
             )
             self.section_ratio = np.array([float(r) for r in line.section_ratio])
             self.ratio = np.array([float(r) for r in line.ratio])
-            firing = [float(v) for v in exact_firing(case, 2 * mpmath.mp.pi * turns)[1]]
-            mass = [float(v) for v in masses_of(case)[0]]
-        train, self.cycle = machine.crank_train, 2.0 * np.pi * turns
-        own = [m * self._moved(train) * np.exp(-1j * self.order * f)
-               for m, f in zip(mass, firing, strict=True)]  # fmt: skip
-        cards = [card.gas_pressure for card in train.gas_cards] or [train.gas_pressure]
-        self.card_speed = np.array([card.speed for card in train.gas_cards])
-        gas = [self._gas(train, card) for card in cards]
+            firing = [float(v) for v in drive.firing]
+            own = [
+                np.array([complex(v) for v in drive.own_inertia(mass)])
+                * np.exp(-1j * self.order * f)
+                for mass, f in zip(drive.mass, firing, strict=True)
+            ]
+            gas = [np.array([complex(v) for v in (mean, *waves)]) for waves, mean in drive.gas]
+        self.card_speed = np.array([float(v) for v in drive.speeds])
         n, m = len(self.inertia), len(self.order)
         freedom = self.built.freedom[self.built.cylinder_station]
         #: of each card, cylinder and order (mean first): gas; of all: inertia per squared speed
-        self.gas_of = np.zeros((len(cards), len(freedom), n, m + 1), dtype=complex)
+        self.gas_of = np.zeros((len(gas), len(freedom), n, m + 1), dtype=complex)
         self.inertial = np.zeros((n, m + 1), dtype=complex)
         for c, f in enumerate(freedom):
             r = self.ratio[self.built.cylinder_station[c]]
@@ -59,35 +59,6 @@ class StudyInputs:
         index = np.arange(len(self.first))
         self.element[index, self.first] += 1.0
         self.element[index, self.second] -= 1.0
-
-    def _path(self, train: Any, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """First and second derivative of the pin's place by the angle."""
-        r, across = train.crank_radius, train.crank_radius * np.sin(angle) - train.wrist_pin_offset
-        rod, along = np.sqrt(train.rod_length**2 - across**2), r * np.cos(angle)
-        tilt = along * across / rod
-        first = -r * np.sin(angle) - tilt
-        return first, -along - (along**2 - across * r * np.sin(angle) + tilt**2) / rod
-
-    def _moved(self, train: Any) -> np.ndarray:
-        """Harmonics of -s' s'', the inertia torque of one kilogram at one rad/s."""
-        angle = np.arange(256) * (2.0 * np.pi / 256)
-        first, second = self._path(train, angle)
-        wave = np.exp(-1j * self.order[:, None] * angle)
-        return np.where(self.order % 1.0 == 0.0, -2.0 * (wave @ (first * second)) / 256, 0.0)
-
-    def _gas(self, train: Any, card: Any) -> np.ndarray:
-        """Mean and harmonics of -p A s', by Gauss's rule between the rows of a card."""
-        at, value = np.array(card.crank_angle), np.array(card.pressure)
-        at[-1], value[-1] = at[0] + self.cycle, value[0]
-        nodes, weights = np.polynomial.legendre.leggauss(24)
-        edges = np.concatenate([np.linspace(a, b, 9)[:-1] for a, b in pairwise(at)] + [at[-1:]])
-        wide = np.diff(edges)[:, None]
-        angle = (edges[:-1, None] + 0.5 * wide * (nodes + 1.0)).ravel()
-        area = 0.25 * np.pi * train.bore**2
-        torque = -area * np.interp(angle, at, value) * self._path(train, angle)[0]
-        torque = torque * (0.5 * wide * weights).ravel() / self.cycle
-        wave = np.exp(-1j * self.order[:, None] * angle)
-        return np.append(torque.sum(), 2.0 * wave @ torque)
 
     def weights(self, speed: Any) -> np.ndarray:
         """Of the cards at speeds (...), (..., c)."""

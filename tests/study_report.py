@@ -11,8 +11,8 @@ from vibecalc.schema import Case
 
 MOST_TOO_LOW, MOST_TOO_HIGH = 0.01, 0.05
 
-#: path, values found, true values, and what the true ones may be off
-Truth: TypeAlias = tuple[str, np.ndarray, Any, float]
+#: path below the root, true values, what these may be off; then those found, if not all are meant
+Truth: TypeAlias = tuple[Any, ...]
 
 
 class StudyReport(NamedTuple):
@@ -27,25 +27,31 @@ def report(
     case: Case, record: Record, root: str, truths: list[Truth], no_truth: dict[str, str]
 ) -> StudyReport:
     """All truths below `root`; the noise of a truth is taken off its error."""
-    judged = [_judged(record, *truth) for truth in truths]
+    judged = [_judged(record, root + name, *truth) for name, *truth in truths]
     seen = {one.path for one in judged}
     named = tuple(root + name for name in no_truth)
     missing = [
         path for path in record
         if path.startswith(root) and path not in seen and not path.startswith(named or "-")
     ]  # fmt: skip
+    return StudyReport(judged, missing, silent_of(judged, record, case.accuracy.rtol))
+
+
+def silent_of(judged: list[Judged], record: Record, rtol: float) -> list[str]:
+    """Quantities whose true error is past the tolerance and of which no warning speaks."""
     reported = any("not within rtol" in text for text in record.warnings)
-    rtol, silent = case.accuracy.rtol, []
+    silent = []
     for one in judged:
         share = reached(record[one.path], record)
         # what cancels, and what is looked for, has no relative accuracy
         if one.error > rtol * one.size and share is not None and not (reported and share > rtol):
             silent.append(one.path)
-    return StudyReport(judged, missing, silent)
+    return silent
 
 
-def _judged(record: Record, path: str, found: np.ndarray, true: Any, noise: float) -> Judged:
-    values, exact = np.asarray(found), np.asarray(true)
+def _judged(record: Record, path: str, true: Any, noise: float, *found: np.ndarray) -> Judged:
+    values = np.asarray(found[0] if found else record[path].values)
+    exact = np.asarray(true)
     assert values.shape == exact.shape, (path, values.shape, exact.shape)
     same = ~np.isfinite(values) & (values == exact)
     finite = np.isfinite(values) & np.isfinite(exact)

@@ -113,28 +113,6 @@ def test_rerun_can_be_pasted_into_a_shell() -> None:
     assert words == ["vibecalc", "run", "my case.toml", "-q", "--set", 'title="it\'s"']
 
 
-def test_mistakes_of_form_of_physics_and_of_names_come_in_one_message() -> None:
-    text = SMALL.replace('"160 mm"', '"40 mm"').replace("reciprocating_mass", "reciprocating_mas")
-    text = text.replace('"3000 rpm"', '"3000 kg"')
-    text += '[[limit]]\nquantity = "excitation/force_peek"\nmax = "1 N"\n'
-    text += '[[reference]]\nquantity = "excitation/residal"\nvalue = 1\nsource = "x"\n'
-    Path("five.toml").write_text(text, encoding="utf-8")
-    outcome = command("check", "five.toml")
-    assert outcome.code == 2
-    for words in (
-        "speed: wrong dimension",
-        "unknown key 'reciprocating_mas'",
-        "connecting rod must be longer",
-        "did you mean 'excitation/force_peak'",
-        "did you mean 'excitation/residual'",
-    ):
-        assert words in outcome.err
-    lines = text.splitlines()
-    for key in ("speed", "reciprocating_mas ", "rod_length", "quantity"):
-        number = next(i for i, line in enumerate(lines, 1) if line.startswith(key))
-        assert f"five.toml:{number}:1" in outcome.err
-
-
 def test_a_search_without_a_way_names_limit_and_variable() -> None:
     text = SMALL.replace("[excitation]", "[excitation]\norders = 2\n")
     text += """

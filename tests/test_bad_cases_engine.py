@@ -4,6 +4,7 @@ import copy
 import random
 import tomllib
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import pytest
 from engine_cases import CARD, DESIGN, ENGINE, GEARED, cards, refusal, replaced
 from engine_refusals import REFUSED as OF_MACHINES
 from engine_refusals_asked import REFUSED as OF_QUESTIONS
+from refused import hold
 
 from vibecalc.cli.starters import starter
 from vibecalc.core.case.load import validate
@@ -21,9 +23,10 @@ from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import CaseError
 from vibecalc.torsion.model import build_shaft_line
 
-FOLDER = Path(__file__).parent / "bad_cases"
 E, G, P, D = ENGINE, GEARED, CARD, DESIGN
-REFUSED = OF_MACHINES | OF_QUESTIONS
+MESSAGES = {
+    name: partial(refusal, text=text) for name, text in (OF_MACHINES | OF_QUESTIONS).items()
+}
 NONSENSE: tuple[Any, ...] = (
     *(float("nan"), float("inf"), -1, 0, 1e15, 1e-15, 10**400, True),
     *("nan", "1e400 m", "3 bananas", "", "1", "nix", [], {}, [1, 2], [{}]),
@@ -49,16 +52,9 @@ FINE: dict[str, str] = {
 }
 
 
-@pytest.mark.parametrize("name", sorted(REFUSED))
+@pytest.mark.parametrize("name", MESSAGES)
 def test_words_and_line(name: str, tmp_path: Path) -> None:
-    text, line, words = REFUSED[name]
-    message = refusal(tmp_path, text)
-    assert message, "nothing found wrong"
-    assert message.splitlines()[1].startswith(f"  --> {tmp_path / 'engine.toml'}:{line}:"), message
-    for expected in words:
-        assert expected in message
-    assert message.count("error: ") == 1, message
-    assert "pydantic" not in message
+    hold("bad_cases_engine", name, MESSAGES[name], tmp_path)
 
 
 @pytest.mark.parametrize("name", sorted(FINE))
@@ -82,16 +78,6 @@ def test_no_setting_of_a_name_is_an_exception(text: str, key: str, tmp_path: Pat
     with pytest.raises(CaseError) as caught:
         load_checked([path], [f"machine.shaft_line.{key}='nix'"])
     assert "error: no station is named " in str(caught.value)
-
-
-def test_all_problems_come_at_once(tmp_path: Path) -> None:
-    text = replaced(
-        E, ('on = "a"', 'on = "z"'), ('"3", "2"]', '"3", "9"]'), ('bore = "100 mm"\n', "")
-    )
-    message = refusal(tmp_path, text)
-    assert message.count("error: ") == 3
-    for expected in ("station is named 'z'", "cylinder is named '9'", "needs bore"):
-        assert expected in message
 
 
 def test_what_an_engine_has_is_refused_elsewhere() -> None:
@@ -147,7 +133,3 @@ def test_a_rod_that_does_not_get_round_is_reported_once() -> None:
     data["machine"]["crank_train"]["rod_length"] = "60 mm"
     (problem,) = check_machine(validate(data))
     assert problem.path == ("machine", "crank_train", "rod_length")
-
-
-def test_the_starter_has_no_problems() -> None:
-    assert check_machine(validate(tomllib.loads(starter("engine")))) == []

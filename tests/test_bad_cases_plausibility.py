@@ -1,6 +1,5 @@
 """Numbers that are possible and most unlikely: the slip is named, by `check` and once by `run`."""
 
-import dataclasses
 import tomllib
 from copy import deepcopy
 from typing import Any
@@ -12,7 +11,6 @@ from shipped_cases import CASES
 
 from vibecalc.core.case.load import load_case, validate
 from vibecalc.core.case.raw import set_key
-from vibecalc.core.report.check import check_rows, plan_object, render_plan
 from vibecalc.core.run.machine_checks import machine_warnings
 from vibecalc.parts.cautions import implausible
 from vibecalc.schema import Case
@@ -70,16 +68,6 @@ def test_a_phase_of_many_degrees_with_its_unit_is_none(angle: float) -> None:
 @pytest.mark.parametrize("name", sorted(CASES))
 def test_shipped_cases_have_no_slip(name: str) -> None:
     assert implausible(load_case(CASES[name]).case) == []
-
-
-def test_check_says_it_in_words_and_as_json() -> None:
-    loaded = load_case(CASES["generator"])
-    case = changed("generator", f"{TRAIN}.bore", 108.0)
-    (words,) = machine_warnings(case)
-    rows, total = check_rows(case)
-    shown = " ".join(render_plan("here", case, rows, total).split())
-    assert shown.count(f"warning: {words}") == 1
-    assert plan_object(dataclasses.replace(loaded, case=case), rows, total)["warnings"] == [words]
 
 
 def test_limits_on_the_shaking_alone_are_named() -> None:

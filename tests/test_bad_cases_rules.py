@@ -80,9 +80,9 @@ def test_all_problems_are_shown_at_once(tmp_path: Path) -> None:
         "[default]\nrotl = 1e-3\ncompare = 'value'\n"
         "[[rule]]\nrtol = -1.0\natol = 'about 1 N'\n"
         "[[rule]]\nquantity = 3\ncompare = 'mode_shapes'\nnan_equal = 1\n"
-        "[[rule]]\nquantity = 'a'\nrtol = nan\nrelative_to = 'hole'\nfloor = true\n",
+        "[[rule]]\nquantity = 'a'\nrtol = nan\nrelative_to = 'hole'\nfloor = true\natol = '-1 N'\n",
     )
-    assert lines[0] == f"12 problems in the rules file {tmp_path / 'rules.toml'}:"
+    assert lines[0] == f"13 problems in the rules file {tmp_path / 'rules.toml'}:"
     for line, words in zip(
         lines[1:],
         (
@@ -98,6 +98,7 @@ def test_all_problems_are_shown_at_once(tmp_path: Path) -> None:
             "[[rule]] 3: rtol = nan: has to be a number, zero or more",
             "[[rule]] 3: relative_to = 'hole': has to be one of whole",
             "[[rule]] 3: floor = True: has to be a number, zero or more",
+            "[[rule]] 3: atol = '-1 N': has to be a number, zero or more",
         ),
         strict=True,
     ):

@@ -74,28 +74,6 @@ def test_the_file_has_every_trial_with_its_cause(result: Result) -> None:
     assert not np.isnan(error).any()
 
 
-def test_the_table_says_what_was_found(result: Result) -> None:
-    text = render_accuracy(result)
-    for words in (
-        "as its name says",
-        "order 1.0",
-        "order 4.0",
-        "digits per unit",
-        "- unstable at 2: failed: the step is above the limit of stability",
-        "- unstable at 4: failed: LinAlgError: singular matrix",
-        "- undefined at 1: failed: the answer is not a number",
-        "none reaches it",
-        "exact: 2",
-        "something is left out",
-        "a computer",
-        "rerun",
-        "position",
-    ):
-        assert words in text, words
-    (default,) = [line for line in text.splitlines() if line.endswith("<")]
-    assert default.split()[0] == "10"
-
-
 def test_the_view_and_the_object_agree(result: Result) -> None:
     found = accuracy_object(result, Path("one.h5"))
     json.dumps(found, allow_nan=False)
@@ -138,12 +116,3 @@ def test_a_picture_has_a_panel_for_each_topic(result: Result, tmp_path: Path) ->
     assert names == [one.name for one in FULL.solvers]
     assert draw_file(path, tmp_path) == [tmp_path / "one.accuracy.png"]
     assert (tmp_path / "one.accuracy.png").stat().st_size > 10_000
-
-
-def test_a_result_of_another_kind_has_no_such_picture() -> None:
-    from vibecalc.core.report.plots import draw_accuracy as picture
-
-    (loaded,) = load_checked([CASES["generator"]])
-    from vibecalc.core.results.record import Record
-
-    assert picture(as_result(loaded, Record(), {})) is None

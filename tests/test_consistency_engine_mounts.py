@@ -2,13 +2,10 @@
 
 import numpy as np
 from engine_cases import replaced
-from engine_mounted import ON_BODY, SEPARATE, loaded_of, mounted, wanted_of
+from engine_mounted import SEPARATE, mounted, wanted_of
 
-from vibecalc.core.report.text import render_report
 from vibecalc.core.run.machine_checks import machine_warnings
 from vibecalc.core.run.run import run_case
-from vibecalc.core.study.execute import as_result
-from vibecalc.isolation.pictures import ENGINE_MOUNTS
 
 PHASED = (
     ('crank_phase = "50 deg", ', ""),
@@ -47,36 +44,6 @@ def test_throws_that_follow_from_the_firing_order_shake_alike() -> None:
         turned = one.values * np.exp(1j * order * np.radians(210.0))
         size = np.abs(one.values).max()
         assert np.allclose(other.values, turned, rtol=0.0, atol=1e-11 * size)
-
-
-def test_report_and_picture_tell_all_of_it() -> None:
-    for text in (SEPARATE, ON_BODY):
-        record = run_case(mounted(text))
-        result = as_result(loaded_of(text), record, {})
-        report = render_report(result)
-        assert "Torque reaction: engine on its mounts, all orders" in report
-        part = report.split("Torque reaction: engine", 1)[1].split("\nWarnings\n")[0]
-        assert ("stands elsewhere" in part) == (text is SEPARATE)
-        assert ("Without combustion in cylinder 3" in part) == (text is ON_BODY)
-        rest = report.split("in the result file only", 1)[1:]
-        assert all("torque_reaction" not in words.split("\n\n")[0] for words in rest)
-        figure = ENGINE_MOUNTS(result)
-        assert figure is not None
-        below = figure.axes[1]
-        assert below.get_xlim() == (0.0, 720.0)
-        # each course about its mean load, which the legend tells
-        still = record["isolation/support_force/static"].values
-        mean = record["isolation/torque_reaction/mean_support_force"].values[:, 2]
-        courses = below.lines[: len(still)]
-        lowest = min(
-            float(np.min(line.get_ydata())) + load
-            for line, load in zip(courses, still - mean, strict=True)
-        )
-        legend = below.get_legend()
-        assert legend is not None and len(legend.get_texts()) == len(still)
-        least = record["isolation/torque_reaction/minimum_load"]
-        assert lowest >= least.values.min() - least.error_estimate
-        assert np.isclose(lowest, least.values.min(), rtol=1e-3)
 
 
 def test_gas_that_reaches_nothing_is_said() -> None:

@@ -33,36 +33,6 @@ def frequencies(stiffness: np.ndarray, inertia: np.ndarray) -> np.ndarray:
     return np.asarray(eigh(stiffness, inertia, eigvals_only=True))
 
 
-def test_a_geared_line_has_the_energies_of_its_stations() -> None:
-    line = build_shaft_line(case_of(GEARED))
-    # own angles of a, b, pinion, wheel, propeller, take-off, generator
-    inertia = np.diag([0.1, 0.1, 0.05, 3.0, 9.0, 0.02, 0.4])
-    stiffness = np.zeros((7, 7))
-    springs = [(0, 1, 1e6, 1.0, -1.0), (1, 2, 4e5, 1.0, -1.0), (3, 4, 2e5, 1.0, -1.0)]
-    springs += [(5, 6, 3e4, 1.0, -1.0)]
-    # teeth of wheel and take-off: 0.3 m on the first, 0.075 m on the second, opposite senses
-    springs += [(3, 5, 1e8, 0.3, 0.3 / 4.0)]
-    for a, b, k, at_a, at_b in springs:
-        row = np.zeros(7)
-        row[a], row[b] = at_a, at_b
-        stiffness += k * np.outer(row, row)
-    # the pinion turns three times as fast as the wheel, the other way
-    held = np.zeros((7, 6))
-    held[[0, 1, 2, 4, 5, 6], range(6)] = 1.0
-    held[3, 2] = -1.0 / 3.0
-    wanted = frequencies(held.T @ stiffness @ held, held.T @ inertia @ held)
-    found = frequencies(stiffness_matrix(line.line), np.diag(line.line.inertia))
-    np.testing.assert_allclose(found[1:], wanted[1:], rtol=1e-11)
-    assert abs(found[0]) < 1e-9 * found[-1] and abs(wanted[0]) < 1e-9 * wanted[-1]
-    np.testing.assert_allclose(
-        line.station_ratio, [1, 1, 1, -1 / 3, -1 / 3, 4 / 3, 4 / 3], rtol=1e-15
-    )
-    assert line.freedom.tolist() == [0, 1, 2, 2, 3, 4, 5]
-    assert line.freedom_names[2] == "pinion + wheel"
-    assert line.station_names[line.load_station] == "propeller"
-    assert line.section_names[-1] == "wheel - take-off" and line.section_kinds[-1] == "mesh"
-
-
 def test_the_order_of_stations_and_a_doubled_ratio_change_nothing() -> None:
     wheel = '  { name = "wheel", inertia = "3 kg*m^2" },\n'
     moved = replaced(GEARED, (wheel, ""), ("stations = [\n", "stations = [\n" + wheel))
@@ -80,26 +50,6 @@ def test_the_order_of_stations_and_a_doubled_ratio_change_nothing() -> None:
         line = build_shaft_line(case_of(text))
         found = frequencies(stiffness_matrix(line.line), np.diag(line.line.inertia))
         np.testing.assert_allclose(found[1:], wanted[1:], rtol=tolerance)
-
-
-def test_pendulums_swing_as_their_own_equation_of_motion_has_it() -> None:
-    damper = ENGINE[ENGINE.index("dampers = [") : ENGINE.index("[response.torsion]")]
-    attached = 'dampers = [{ name = "p", on = "a", kind = "pendulum", order = 1.5, mass = "0.4 kg", count = 3, arm_radius = "60 mm" }]\n'  # noqa: E501
-    line = build_shaft_line(case_of(ENGINE, (damper, attached)))
-    speed, arm = 150.0, 0.06
-    length, mass = arm / 1.5**2, 3 * 0.4
-    # rotor angles, then the swing s: T = m/2 ((R + r) theta' + r s')^2, V = m R r w^2 s^2 / 2
-    inertia, stiffness = np.zeros((5, 5)), np.zeros((5, 5))
-    inertia[:4, :4] = np.diag(line.line.inertia[:4])
-    reach = np.array([arm + length, 0, 0, 0, length])
-    inertia += mass * np.outer(reach, reach)
-    stiffness[:4, :4] = stiffness_matrix(line.line)[:4, :4]
-    stiffness[4, 4] = mass * arm * length * speed**2
-    at_speed = line.at(speed)
-    found = frequencies(stiffness_matrix(at_speed), np.diag(at_speed.inertia))
-    np.testing.assert_allclose(found[1:], frequencies(stiffness, inertia)[1:], rtol=1e-11)
-    both = line.at(np.array([100.0, speed]))
-    np.testing.assert_array_equal(both.stiffness[1], at_speed.stiffness)
 
 
 def test_dampings_shafts_and_stresses_of_a_line_in_a_row() -> None:

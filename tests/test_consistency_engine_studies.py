@@ -12,14 +12,11 @@ from engine_cases import ENGINE, replaced
 from fuzzing import command
 
 from vibecalc.core.case.load import validate
-from vibecalc.core.results.layout import DONE
 from vibecalc.core.results.record import Record
 from vibecalc.core.results.sweep_file import open_sweep
-from vibecalc.core.run.plan import plan_case
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.core.study.sweep import prepare as strategy
-from vibecalc.core.study.sweep.evaluate import Evaluator
 
 RING = "machine.shaft_line.dampers[0].damping"
 KEEP = (
@@ -83,18 +80,6 @@ def alone(damping: float) -> Record:
     return run_case(validate(data), wanted=frozenset(KEEP))
 
 
-def test_the_plan_says_how_many_solves(tmp_path: Path) -> None:
-    path = tmp_path / "line.toml"
-    path.write_text(SHORT, encoding="utf-8")
-    cost = {stage.name: stage.cost for stage in plan_case(load_checked([path])[0].case)}
-    wanted = "modes of 4 stations; 6 solves, one per order, at 157.08 "
-    assert cost["torsion"].startswith(wanted)
-    assert cost["torsion_speeds"].startswith("30 solves, one per order at 5 speeds from 83.7758 ")
-    assert cost["torsion_speeds"].endswith(" rad/s, and 30 without dampers")
-    steps = 0.5 * 3.0 * (1500.0 * math.pi / 30.0) * 0.05  # radians of order 3 over two
-    assert f" over {round(steps)} steps " in cost["transient"]
-
-
 @pytest.mark.long
 @pytest.mark.parametrize("jobs", ["1", "2"])
 def test_a_sweep_over_a_damper_is_its_single_runs(
@@ -112,41 +97,6 @@ def test_a_sweep_over_a_damper_is_its_single_runs(
             values = found.quantities[path].values()
             for row, damping in enumerate((20.0, 30.0, 60.0)):
                 assert np.array_equal(values[row], alone(damping)[path].values), path
-
-
-@pytest.mark.parametrize(
-    ("key", "values"),
-    [
-        pytest.param("machine.speed", (150.0, 170.0), marks=pytest.mark.long),
-        pytest.param(
-            "machine.crank_train.cylinders[1].pressure_scale", (1.0, 0.5), marks=pytest.mark.long
-        ),
-        ("response.torsion.transient.torque", (9.0, 90.0)),
-    ],
-)
-def test_no_stage_is_taken_over_whose_input_has_changed(
-    key: str, values: tuple[float, ...], tmp_path: Path
-) -> None:
-    from vibecalc.core.case.raw import case_at
-    from vibecalc.core.case.tables import Sweep
-    from vibecalc.core.study.sweep.design import make_design
-
-    path = tmp_path / "line.toml"
-    path.write_text(SHORT, encoding="utf-8")
-    loaded = load_checked([path])[0]
-    sweep = Sweep.model_validate({"axes": [{"key": key, "values": list(values)}]})
-    design = make_design(sweep, loaded.resolved)
-    block = Evaluator(loaded, design, KEEP)(np.arange(len(values)))
-    assert (block.status == DONE).all(), block.message
-    changed = 0
-    for number in range(len(values)):
-        case = validate(case_at(loaded.resolved, design.settings(number)))
-        record = run_case(case, wanted=frozenset(KEEP))
-        for quantity in KEEP:
-            own = block.quantities[quantity].values
-            assert own[number].tobytes() == record[quantity].values.tobytes(), quantity
-            changed += bool(np.any(own[number] != own[0]))
-    assert changed
 
 
 def test_find_a_shaft_for_a_frequency(tmp_path: Path) -> None:

@@ -4,8 +4,11 @@ Reports, what `check --json` prints and the words of pictures are held against `
 `make accept-snapshots` renews them.
 """
 
+from importlib import import_module
+
 import pytest
 from long_but import long_but
+from refused import SUBJECTS, kept
 from snapshots.said import GOLDEN, HERE, NAMES, PARTS
 
 #: these run all code of reports and checks but some lines; `make test-long` takes the rest as well
@@ -43,3 +46,8 @@ def test_every_golden_file_has_its_snapshots_and_nothing_else_has() -> None:
     assert GOLDEN.is_dir()
     said = (HERE / "generator.pictures.txt").read_text(encoding="utf-8")
     assert "speed" in said and "run_up" in said
+
+
+@pytest.mark.parametrize("subject", SUBJECTS)
+def test_every_refusal_has_its_words_and_nothing_else_has(subject: str) -> None:
+    assert list(kept(subject)) == list(import_module(f"test_{subject}").MESSAGES)

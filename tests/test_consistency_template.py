@@ -14,7 +14,7 @@ from vibecalc.cli.starters import scenes, starter
 from vibecalc.core.case.load import case_hash, load_case, resolve, validate
 from vibecalc.core.case.raw import Data, get_key, set_key
 from vibecalc.core.case.walk import keys_of, shape_at, shape_of
-from vibecalc.errors import CaseError, KeyPath, UsageError
+from vibecalc.errors import CaseError, KeyPath
 from vibecalc.json_schema import json_schema
 from vibecalc.kinds import (
     EACH,
@@ -223,11 +223,6 @@ def test_no_weights_at_all_is_an_empty_list_but_someone_has_to_work() -> None:
         with pytest.raises(CaseError, match="working is empty"):
             validate(broken)
         assert not JUDGE.is_valid(broken)
-
-
-def test_an_unknown_scene_gets_the_list() -> None:
-    with pytest.raises(UsageError, match=r"generator, impact.*did you mean 'generator'"):
-        starter("genrator")
 
 
 @pytest.mark.long

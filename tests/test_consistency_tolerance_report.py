@@ -8,10 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vibecalc.core.report.pages import accuracy, stage_times, tolerance, tolerance_line
+from vibecalc.core.report.pages import accuracy
 from vibecalc.core.report.terminal import plain_summary
-from vibecalc.core.report.text import render_report
-from vibecalc.core.report.writing import text_of
 from vibecalc.core.results.record import Axis, Quantity, Record, Result
 from vibecalc.core.results.tolerance import reached, summarised, tolerance_warning
 
@@ -82,35 +80,3 @@ def test_a_check_is_no_result_that_misses_the_tolerance() -> None:
     assert tolerance_warning(record, 1e-8) is None
     section = accuracy(result(record))
     assert section is not None and "a check" in section.lines[-1]
-
-
-def test_section_and_line_say_the_same(record: Record) -> None:
-    section = tolerance(result(record))
-    assert section is not None
-    text = " ".join(" ".join(section.lines).split())
-    assert "rtol = 1e-08 reached by 1 of 2 results" in text
-    assert "the worst has 2.0e-06: response/torsion/angle" in text
-    assert "places of peaks" in text
-    line = tolerance_line(result(record))
-    assert line == "rtol = 1e-08 reached by 1 of 2 results, the worst has 2.0e-06"
-    assert " ".join(line.split()) in " ".join(plain_summary(result(record)).split())
-
-
-def test_no_tolerance_no_words(record: Record) -> None:
-    silent = replace(result(record), case={"title": "engine"})
-    assert tolerance(silent) is None
-    assert tolerance_line(silent) == ""
-
-
-def test_seconds_line_up_and_stand_below_all_that_is_stable(record: Record) -> None:
-    lines = text_of(stage_times(result(record))).splitlines()
-    head, rule, *rows = (line for line in lines if line)
-    ends = [place for place in range(len(rule)) if rule[place : place + 2] == "- "]
-    assert all(row[end + 1 : end + 2] in ("", " ") for row in (head, *rows) for end in ends)
-    assert [row.split()[1] for row in rows] == ["0.2500", "0.7500", "1.0000"]
-    assert "75.0 24 solves" in rows[1]
-    slow = replace(result(record), timings={"machine": 5.0, "torsion": 9.0})
-    texts = [render_report(one).split("Provenance")[0] for one in (result(record), slow)]
-    assert texts[0] == texts[1]
-    assert "rtol = 1e-08 reached by 1 of 2 results" in texts[0]
-    assert stage_times(replace(result(record), timings={})) == []

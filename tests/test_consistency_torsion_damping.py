@@ -13,13 +13,11 @@ from long_but import long_but
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Record
-from vibecalc.core.run.machine_checks import machine_warnings
 from vibecalc.core.run.run import run_case
 from vibecalc.errors import NumericalFailure
 
 ROOT = "response/torsion"
 ENGINE = replaced(ENGINE, ('speeds = { from = "800 rpm", to = "2000 rpm" }', ""))
-ORDERS = "orders = { highest = 6 }"
 BRAKED = replaced(
     ENGINE, ('inertia = "2 kg*m^2"', 'inertia = "2 kg*m^2", absolute_damping = "1 N*m*s/rad"')
 )
@@ -77,32 +75,8 @@ def test_too_slow_is_not_called_a_resonance() -> None:
         record(slow)
 
 
-def test_orders_left_out_are_reported_with_their_size() -> None:
-    reported = [one for one in record(ENGINE).warnings if "left out" in one]
-    assert len(reported) == 1 and "above 6, up to 12" in reported[0]
-    more = record(replaced(ENGINE, (ORDERS, "orders = { highest = 12 }")))[f"{ROOT}/torque"]
-    section = list(more.axes[0].values).index(reported[0].split("'")[1])
-    t = np.linspace(0.0, 4.0 * np.pi, 4001)
-    course = (more.values[section, 12:] @ np.exp(1j * more.axes[1].values[12:, None] * t)).real
-    own = value(ENGINE, "torque_half_range")[section]
-    assert f"{50.0 * np.ptp(course) / own:.3g} %" in reported[0]
-    whole = replaced(ENGINE, (ORDERS, "orders = { highest = 6, step = 1 }"))
-    assert any("half orders" in one and "left out" in one for one in record(whole).warnings)
-
-
 def test_each_mode_has_its_own_error() -> None:
     own = value(ENGINE, "modes/frequency_error")
     assert own.max() == record(ENGINE)[f"{ROOT}/modes/natural_frequency"].error_estimate
     natural = value(ENGINE, "modes/natural_frequency")
     assert np.all(own[natural == 0.0] == 0.0) and np.all(own <= 1e-13 * natural)
-
-
-def test_sizes_that_do_not_fit_are_asked_about() -> None:
-    def of(text: str) -> str:
-        return " ".join(machine_warnings(validate(tomllib.loads(text))))
-
-    assert "bore" not in of(ENGINE) and "cube of steel" not in of(ENGINE)
-    assert "the bore is 1e+05 m" in of(replaced(ENGINE, ('"100 mm"', "1e5")))
-    assert "cube of steel" in of(replaced(ENGINE, ('"2 kg"', '"2000 kg"')))
-    loud = record(replaced(ENGINE, ('"60 bar", "0 bar", "60 bar"', "6e9, 0, 6e9")))
-    assert any("mean indicated pressure" in one for one in loud.warnings)

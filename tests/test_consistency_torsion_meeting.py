@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from engine_cases import ENGINE, GEARED, replaced
+from engine_cases import ENGINE, replaced
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Record
@@ -19,11 +19,6 @@ ROOT = "response/torsion"
 RPM = np.pi / 30.0
 RANGE = 'speeds = { from = "800 rpm", to = "2000 rpm" }'
 WIDE = replaced(ENGINE, (RANGE, 'speeds = { from = "1500 rpm", to = "9000 rpm", points = 101 }'))
-HAMMERS = GEARED + 'speeds = { from = "300 rpm", to = "2400 rpm", points = 36 }\n'
-PENDULUM = (
-    'dampers = [{ name = "ring", on = "a", kind = "pendulum", order = 1.5, mass = "0.6 kg", '
-    'arm_radius = "90 mm", count = 4 }]'
-)
 
 
 @cache
@@ -77,40 +72,6 @@ def test_maxima_are_reported_of_the_most_torqued_and_the_most_stressed_section()
     assert value(WIDE, "peak/section")[0] == torque
     stressed = record(WIDE)[f"{ROOT}/largest/stress_half_range"].axes[0].values
     assert set(value(WIDE, "peak/section")) == {torque, 1} and len(stressed) == 1
-
-
-def test_ranges_in_which_gears_hammer_end_where_their_least_torque_is_zero() -> None:
-    first = value(HAMMERS, "hammering/gear") == 1
-    ends = [value(HAMMERS, f"hammering/{name}")[first] for name in ("from", "to")]
-    speed = record(HAMMERS)[f"{ROOT}/speeds/gear_hammers"].axes[1].values
-    inside = np.any([(speed >= a) & (speed <= b) for a, b in zip(*ends, strict=True)], axis=0)
-    assert np.any(inside) and not np.all(inside)
-    assert np.all(value(HAMMERS, "speeds/gear_hammers")[0] == inside)
-    inner = [one for one in np.concatenate(ends) if speed[0] < one < speed[-1]]
-    assert inner
-    for end in inner[:2]:
-        least = value(at_speed(HAMMERS, float(end)), "gear/minimum_torque")[0]
-        assert abs(least) < 1e-6 * np.abs(value(HAMMERS, "gear/mean_torque")[0])
-    for place in (0, 17, 35):
-        text = at_speed(HAMMERS, float(speed[place]))
-        for path in ("hammers", "minimum_torque"):
-            got = value(HAMMERS, f"speeds/gear_{path}")[0, place]
-            assert got == pytest.approx(value(text, f"gear/{path}")[0], rel=1e-7)
-
-
-@pytest.mark.long
-def test_pendulums_let_natural_frequencies_follow_the_speed() -> None:
-    ring = next(line for line in ENGINE.splitlines() if line.startswith("dampers"))
-    few = 'speeds = { from = "800 rpm", to = "2000 rpm", points = 61 }'
-    text = replaced(ENGINE, (ring, PENDULUM), (RANGE, few)) + "campbell = true\n"
-    found = record(text)[f"{ROOT}/campbell/natural_frequency"]
-    speed = found.axes[1].values
-    assert speed[[0, -1]] == pytest.approx([800 * RPM, 2000 * RPM], rel=1e-12)
-    for place in (0, 37, len(speed) - 1):
-        own = value(at_speed(text, float(speed[place])), "modes/natural_frequency")
-        assert found.values[:, place] == pytest.approx(own, rel=1e-12)
-    assert np.ptp(found.values[1]) > 0.1 * found.values[1, 0]
-    assert f"{ROOT}/campbell/natural_frequency" not in record(WIDE + "campbell = true\n")
 
 
 def test_separation_is_the_least_distance_to_orders_of_each_class() -> None:

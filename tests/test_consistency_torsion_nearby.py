@@ -9,50 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from engine_cases import ENGINE, GEARED, refusal, replaced
-from report_samples import result_of
 from test_consistency_torsion_stage import ROOT, SPEED, record, value
 
-from vibecalc.core.case.load import resolve, validate
-from vibecalc.core.report.text import as_json
+from vibecalc.core.case.load import validate
 from vibecalc.core.run.machine_checks import machine_warnings
 from vibecalc.torsion.adapters.exceeded import united
-from vibecalc.torsion.report.first_page import conclusion
-from vibecalc.torsion.report.line import short
 
 POINTS = "speeds = { from = '800 rpm', to = '2000 rpm', points = 31 }"
 ENGINE = replaced(ENGINE, ('speeds = { from = "800 rpm", to = "2000 rpm" }', POINTS))
 RULE = 'limits = [{ rule = "iacs_m68", tensile_strength = "700 MPa", design_factor = 0.6 }]\n'
-HALVES = [f"{kind}_half_range" for kind in ("torque", "twist", "stress")]
-
-
-def test_nearby_a_misfire_stands_the_engine_that_fires() -> None:
-    healthy, text = ENGINE + RULE, ENGINE + RULE + 'misfire = ["2"]'
-    kinds = [f"{place}{name}" for place in ("", "speeds/", "largest/") for name in HALVES]
-    kinds += ["largest/speed", "damper/heat", "damper/travel", "limit/operating_use"]
-    for path in (*kinds, "limit/largest_use"):
-        expected = value(healthy, path)
-        got = record(text)[f"{ROOT}/healthy/{path}"]
-        size = np.abs(expected).max()
-        assert np.abs(got.values - expected).max() <= 1e-9 * size, path
-        if path != "largest/speed":  # an end of the range is known to the last digit
-            assert 0.0 < got.error_estimate < 1e-6 * size, path
-    assert value(text, "healthy/mean_torque") == pytest.approx(
-        1.5 * value(text, "excitation/mean_torque"), rel=1e-12
-    )
-    assert value(text, "largest/torque_half_range")[2] != pytest.approx(
-        value(text, "healthy/largest/torque_half_range")[2], rel=1e-3
-    )
-
-
-def test_without_dampers_it_twists_as_a_line_that_never_had_one() -> None:
-    ring = next(line for line in ENGINE.splitlines() if line.startswith("dampers"))
-    alone = ENGINE.replace(ring, "")
-    for path in (
-        *HALVES,
-        *(f"{place}{one}" for one in HALVES for place in ("speeds/", "largest/")),
-    ):
-        expected = value(alone, path)
-        assert np.abs(value(ENGINE, f"bare/{path}") - expected).max() < 1e-9 * expected.max(), path
 
 
 def by_hand(speed: float) -> float:
@@ -126,20 +91,6 @@ def test_ranges_that_overlap_are_united() -> None:
     assert united(np.zeros(0), np.zeros(0)) == []
 
 
-def test_the_headline_names_what_the_rule_bars() -> None:
-    steel = 'rule = "iacs_m68", tensile_strength = "1 MPa", design_factor = %r'
-    use = float(value(ENGINE + f"limits = [{{ {steel % 1.0} }}]", "limit/largest_use")[0])
-    both = [f"{{ {steel % (share * min(1.0, use))} }}" for share in (0.95, 0.93)]
-    text = ENGINE + f"limits = [{', '.join(both)}]"
-    assert set(value(text, "exceeded/limit")) == {1, 2}
-    result = result_of(record(text), resolve(validate(tomllib.loads(text))))
-    low, high = (value(text, f"barred/{n}") * 30.0 / np.pi for n in ("from", "to"))
-    for one, other in zip(low, high, strict=True):
-        assert f"{short(one)} to {short(other)} rpm" in conclusion(result)
-    listed = as_json(result)["quantities"]
-    assert listed["response/torsion/barred/to"]["value"] == value(text, "barred/to").tolist()
-
-
 def test_a_rule_bars_nothing_beyond_its_scope_though_nothing_damps_the_line() -> None:
     ring = next(line for line in ENGINE.splitlines() if line.startswith("dampers"))
     text = replaced(
@@ -155,7 +106,6 @@ def test_a_rule_bars_nothing_beyond_its_scope_though_nothing_damps_the_line() ->
 
 
 def test_what_a_rule_is_not_for_is_said(tmp_path: Path) -> None:
-    import tomllib
 
     def warnings(text: str) -> str:
         return " ".join(machine_warnings(validate(tomllib.loads(text))))

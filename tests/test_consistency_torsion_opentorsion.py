@@ -9,8 +9,8 @@ import numpy as np
 import opentorsion as ot
 import pytest
 from engine_as_published import full_torque
-from test_consistency_torsion_geared import stated
-from test_docs import shows
+from pages import shows
+from test_consistency_engine_cases import stated
 
 from vibecalc.core.case.load import load_case
 from vibecalc.torsion.forced import forced

@@ -1,25 +1,19 @@
 """Claim: the pictures of a shaft line show the numbers of the result, and words do not collide."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from long_but import long_but
 from torsion_samples import ROOT, geared, six
 
 pytest.importorskip("matplotlib")
 
-from vibecalc.core.report.plots import STYLE, every_picture, make
-from vibecalc.core.report.verdicts import judge_references
+from vibecalc.core.report.plots import STYLE, make
 from vibecalc.core.results.record import Result
 from vibecalc.torsion.model import build_shaft_line
-from vibecalc.torsion.pictures.excitation import alike
 from vibecalc.torsion.pictures.modes import strands
-from vibecalc.torsion.pictures.speeds import spread
 
 RPM = 30.0 / np.pi
-OWN = [*[name for name in every_picture() if name.startswith("torsion_")][:6], "torsion_dampers"]
 
 
 def values(result: Result, path: str) -> Any:
@@ -55,28 +49,6 @@ def made() -> dict[str, Any]:
             return self[name]
 
     return Made()
-
-
-@pytest.mark.parametrize("name", long_but(OWN, "torsion_speeds", "torsion_orders"))
-def test_words_do_not_collide(made: dict[str, Any], name: str) -> None:
-    import matplotlib
-
-    figure = made[name]
-    with matplotlib.rc_context(dict[Any, Any](STYLE)):
-        figure.draw_without_rendering()
-    renderer, page = figure.canvas.get_renderer(), figure.bbox
-    boxes = []
-    for axes in figure.axes:
-        for text in [*axes.texts, axes.title, axes._left_title, axes._right_title]:
-            if text.get_text().strip() and text.get_visible():
-                box = text.get_window_extent(renderer)
-                assert page.x0 <= box.x0 and box.x1 <= page.x1, text.get_text()
-                boxes.append((box, text.get_text()))
-    for i, (one, word) in enumerate(boxes):
-        for other, second in boxes[:i]:
-            shared = min(one.x1, other.x1) - max(one.x0, other.x0)
-            height = min(one.y1, other.y1) - max(one.y0, other.y0)
-            assert shared < 2.0 or height < 2.0, (word, second)
 
 
 def test_torques_over_the_cycle_are_those_of_the_result(made: dict[str, Any]) -> None:
@@ -178,47 +150,6 @@ def test_load_against_speed_has_limit_barred_range_and_the_line_without_damper(
     np.testing.assert_allclose(at(drawn(middle)["rear"], grid), 1e-3 * with_it)
 
 
-def test_curves_go_through_their_maxima_and_each_has_a_name(made: dict[str, Any]) -> None:
-    result, (above, middle, _) = six(), made["torsion_speeds"].axes
-    own = place(result, "torque_half_range", "rear")
-    top = 1e-3 * values(result, "largest/torque_half_range")[own]
-    assert float(np.max(drawn(middle)["rear"].get_ydata())) == pytest.approx(top, rel=1e-12)
-    curves = drawn(above)
-    (dots,) = (line for line in above.get_lines() if line.get_marker() == "o")
-    on_curve = np.interp(dots.get_xdata(), *curves["with dampers"].get_data())
-    np.testing.assert_allclose(dots.get_ydata(), on_curve, rtol=1e-9)
-    modes, orders, held = (
-        values(result, f"peak/{name}") for name in ("mode", "half_order", "section")
-    )
-    met = zip(modes, orders, held, strict=True)
-    reported = {f"{int(mode) - 1}-node / {order:g}" for mode, order, e in met
-            if order and e == own + 1}  # fmt: skip
-    words = [text.get_text() for text in above.texts]
-    assert len(set(words)) == len(words) == len(dots.get_xdata())  # none is named twice
-    assert "2-node / 3" in words and set(words) < reported | {
-        "2-node / 5"
-    }  # those on flat parts are left out
-    places = spread(np.array([300.0, 301.0, 302.0, 990.0, 999.0]), (300.0, 1000.0))
-    assert np.all(np.diff(places) > 16.0) and places[0] >= 300.0 and places[-1] <= 1000.0
-
-
-def test_twist_nearby_that_without_dampers_and_with_all_cylinders_firing(
-    made: dict[str, Any],
-) -> None:
-    result, figure = six(), made["torsion_dampers"]
-    panels = [axes for axes in figure.axes if axes.get_visible()]
-    assert len(panels) == 6
-    curves = drawn(panels[-1])
-    section = place(result, "torque_half_range", "rear")
-    grid = RPM * np.asarray(result.record[ROOT + "speeds/twist_half_range"].axes[1].values)
-    for label, root in (
-        ("with dampers", ""), ("without dampers", "bare/"), ("all cylinders fire", "healthy/")
-    ):  # fmt: skip
-        wanted = 1e3 * values(result, f"{root}speeds/twist_half_range")[section]
-        np.testing.assert_allclose(at(curves[label], grid), wanted)
-    assert panels[-1].get_title(loc="left").startswith("rear\nlargest ")
-
-
 def test_spectrum_and_vectors(made: dict[str, Any]) -> None:
     result, below = six(), made["torsion_orders"].axes[1]
     section = place(result, "torque_half_range", "rear")
@@ -240,35 +171,3 @@ def test_spectrum_and_vectors(made: dict[str, Any]) -> None:
     left = abs(own.sum() - own[2]) / np.abs(own).sum()
     assert sums[5].split("\n")[0] == f"sum {left:.3f}"
     assert "(3)" in " ".join(text.get_text() for text in vectors.axes[0].texts)
-
-
-def test_orders_of_one_star_stand_together() -> None:
-    angle = np.radians([0, 480, 240, 600, 120, 360])
-    groups = alike(angle, np.arange(1, 13) / 2.0)
-    assert groups == [[0.5, 2.5, 3.5, 5.5], [1.0, 2.0, 4.0, 5.0], [1.5, 4.5], [3.0, 6.0]]
-
-
-def test_measured_points_stand_nearby_their_curve() -> None:
-    result = six()
-    torque = result.record[ROOT + "speeds/torque_half_range"]
-    speed = np.asarray(torque.axes[1].values)
-    worst = list(torque.axes[0].values)[int(np.argmax(np.asarray(torque.values).max(axis=1)))]
-    between = float(0.5 * (speed[10] + speed[11]) * RPM)
-    row = {
-        "quantity": torque.path, "where": {"section": worst, "speed": f"{between!r} rpm"},
-        "value": "2.5 kN*m", "source": "test bed", "kind": "measured",
-    }  # fmt: skip
-    result = replace(result, case={**result.case, "reference": [row]})
-    (judged,) = judge_references(result)
-    ours = np.asarray(torque.values)[list(torque.axes[0].values).index(worst), 10:12]
-    assert judged.computed == pytest.approx(0.5e-3 * ours.sum(), rel=1e-9)
-    assert judged.error_estimate > 1e-3 * torque.error_estimate
-    figure = make(result, "torsion_speeds")
-    assert figure is not None
-    points = [np.asarray(one.get_offsets()) for axes in figure.axes for one in axes.collections
-              if "measured" in str(one.get_label())]  # fmt: skip
-    # the top panel shows the stress, which the section modulus makes of a torque
-    stress = values(result, "speeds/stress_half_range")
-    where = list(result.record[ROOT + "speeds/stress_half_range"].axes[0].values).index(worst)
-    high = 2.5e3 * 1e-6 * stress[where, 10] / ours[0]
-    np.testing.assert_allclose(points, [[[between, high]], [[between, 2.5]]], rtol=1e-9)

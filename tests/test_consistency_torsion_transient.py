@@ -3,10 +3,9 @@
 import mpmath
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.special import fresnel
 
-from vibecalc.torsion.line import Line, chain, damping_matrix, dynamic_stiffness, stiffness_matrix
+from vibecalc.torsion.line import Line, chain, dynamic_stiffness
 from vibecalc.torsion.transient.cycles import section_peaks
 from vibecalc.torsion.transient.march import TransientRun, transient
 from vibecalc.torsion.transient.motion import (
@@ -103,82 +102,6 @@ def test_slow_undamped_passage_is_the_fresnel_integral() -> None:
     # the vibration follows its envelope to a period
     expected_speed = natural + x[size.argmax()] * np.sqrt(np.pi * rate)
     assert peak.speed[0] == pytest.approx(expected_speed, abs=rate * 2 * np.pi / natural)
-
-
-def test_branched_line_with_everything_agrees_with_runge_kutta() -> None:
-    line = Line(
-        inertia=np.array([1.0, 0.4, 2.5, 0.7]),
-        absolute_damping=np.array([0.3, 0.0, 0.0, 0.2]),
-        ground_stiffness=np.array([0.0, 0.0, 150.0, 0.0]),
-        first=np.array([0, 1, 1]),
-        second=np.array([1, 2, 3]),
-        stiffness=np.array([900.0, 1500.0, 0.0]),
-        damping=np.array([0.8, 0.0, 5.0]),
-        loss_factor=np.zeros(3),
-    )
-    order = np.array([0.0, 0.5, 1.0, 2.5])
-    rng = np.random.default_rng(7)
-    gas = 40.0 * (rng.normal(size=(4, 4)) + 1j * rng.normal(size=(4, 4)))
-    own = 0.05 * (rng.normal(size=(4, 4)) + 1j * rng.normal(size=(4, 4)))
-    misfire = gas.copy()
-    misfire[1] *= 0.3
-    # a fan and a constant brake; a gas that follows the speed
-    load, power = np.array([[0.0, 5.0, -60.0, 0.0], [0.0, 0.0, 0.2, -0.3]]), np.array([0.0, 1.7])
-    parts = [
-        stretch(1.5, 2.0, gas, own, scale=(0.0, 1.0), acceleration_rate=32.0 / 3.0),
-        stretch(1.0, 0.0, misfire, own, load=load, exponent=power),
-        stretch(
-            1.0,
-            -15.0,
-            misfire,
-            own,
-            load=load,
-            exponent=power,
-            acceleration_rate=12.0,
-            gas_end=-0.4 * gas,
-        ),
-    ]
-    run = transient(line, order, parts, 3.0, angle=0.7)
-    inertia, damping = line.inertia, damping_matrix(line)
-    stiffness = stiffness_matrix(line)
-    state, found, begin = np.zeros(8), [], (0.7, 3.0)
-    for part in parts:
-        theta, speed = begin
-        gained = part.duration * (part.acceleration + part.acceleration_rate * part.duration / 2)
-
-        def rates(
-            t: float, y: np.ndarray, part=part, theta=theta, speed=speed, gained=gained
-        ) -> np.ndarray:
-            bend = part.acceleration_rate * t
-            now = speed + (part.acceleration + bend / 2) * t
-            angle = theta + speed * t + (part.acceleration / 2 + bend / 6) * t * t
-            share = t / part.duration
-            scale = part.scale_start + (part.scale_end - part.scale_start) * share
-            turned = np.exp(1j * order * angle)
-            gas = part.gas + (now - speed) / (gained or 1.0) * (part.gas_end - part.gas)
-            torque = scale * ((gas + now**2 * part.inertia) @ turned).real
-            torque = torque + now**part.exponent @ part.load
-            torque = torque - inertia * (part.acceleration + bend)
-            force = torque - stiffness @ y[:4] - damping @ y[4:]
-            return np.concatenate([y[4:], force / inertia])
-
-        ends = solve_ivp(
-            rates, (0, part.duration), state, method="DOP853", rtol=1e-11, atol=1e-12,
-            t_eval=np.linspace(0, part.duration, 3),
-        )  # fmt: skip
-        state = ends.y[:, -1]
-        begin = (
-            theta + run.borders.angle[len(found) + 1] - run.borders.angle[len(found)],
-            run.borders.speed[len(found) + 1],
-        )
-        twist = state[:4][line.first] - state[:4][line.second]
-        rate = state[4:][line.first] - state[4:][line.second]
-        found.append(line.stiffness * twist + line.damping * rate)
-    for number, expected in enumerate(found):
-        last = max(k for k, block in enumerate(run.blocks) if block.stretch == number)
-        values = run.system.torque @ run.states[last][-1]
-        np.testing.assert_allclose(values, expected, rtol=0, atol=1e-6)
-    assert np.all(run.torque_error < 1e-5)
 
 
 def test_a_steady_start_at_constant_speed_stays_on_the_forced_response() -> None:

@@ -15,7 +15,7 @@ from variable_inertia_lines import (
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.kinematics.slider_crank import piston_path
 from vibecalc.torsion.line import damping_matrix, dynamic_stiffness, stiffness_matrix
-from vibecalc.torsion.variable_inertia.motion import acceleration, inertia_at, twist_motion
+from vibecalc.torsion.variable_inertia.motion import acceleration, inertia_at
 from vibecalc.torsion.variable_inertia.steady import (
     constant_response,
     feed,
@@ -65,34 +65,6 @@ def test_undamped_unforced_motion_keeps_its_energy() -> None:
 
     assert np.abs(end[0] - start).max() > 0.01
     assert energy(3.0, *end) == pytest.approx(energy(0.0, start, rate), rel=1e-9)
-
-
-@pytest.mark.long
-def test_exact_steady_motion_returns_to_itself_in_time() -> None:
-    """One cycle of DOP853 from the harmonic balance, with dJ / J = .4 and twists of .05 rad."""
-    system, torque, speed = ship_engine(), ship_torque(), 90.0
-    motion = steady_response(system, speed, torque, 40, follows=True, exact=True)
-    grid = np.arange(512) * (4.0 * np.pi / 512)
-    around = twist_motion(motion.angle[0], 2, speed, grid)
-    order = np.arange(len(torque))[:, None] / 2.0
-
-    def gas(crank_angle, angle):
-        return (torque * np.exp(1j * order * (crank_angle + angle))).real.sum(axis=0)
-
-    inertia = inertia_at(system, grid[:, None] + around.angle)
-    turning = speed + around.rate
-    supplied = np.array([gas(a, x) for a, x in zip(grid, around.angle, strict=True)])
-    taken = inertia.value * around.acceleration + 0.5 * inertia.slope * turning**2
-    load = np.array([0.0, 0.0, 0.0, (taken - supplied).sum(axis=1).mean()])
-    end = marched(
-        system, speed, around.angle[0], around.rate[0],
-        lambda a, x: gas(a, x) + load, 4.0 * np.pi / speed,
-    )  # fmt: skip
-    assert np.abs(around.angle).max() > 0.05
-    # rates of 80 half orders carry the error of the angles on
-    assert np.abs(end[0] - around.angle[0]).max() < 1e-7
-    assert np.abs(end[1] - around.rate[0]).max() < 1e-5
-    assert motion.error.max() < 3e-9
 
 
 def test_linear_response_is_the_exact_one_to_the_third_power_of_the_variation() -> None:
@@ -156,20 +128,6 @@ def test_feeds_add_up_to_what_the_variation_changes() -> None:
     assert np.argmax(sixth) == 6 and np.abs(change[10, 2]) > 20.0 * np.abs(
         section_twist(system.line, plain.angle[0])[10, 2]
     )
-
-
-def test_published_engine_hardly_feels_it() -> None:
-    system = published_engine()
-    share = np.abs(system.variation).max() / 18.64
-    assert share == pytest.approx(1.4e-5, rel=0.01)
-    torque = np.zeros((13, 7), dtype=complex)
-    torque[1:, :6] = 40.0
-    plain = constant_response(system, [400.0], torque, 12)
-    full = steady_response(system, [400.0], torque, 12)
-    twist, other = (section_twist(system.line, one.angle) for one in (plain, full))
-    change = np.abs(other - twist).max(axis=(1, 2)) / np.abs(twist).max(axis=(1, 2))
-    assert np.all(change < 40.0 * share) and np.all(change > 0.1 * share)
-    assert 2.0 * full.error.max() < 1e-6 * np.abs(other - twist).max()
 
 
 def test_modes_give_the_response_within_the_error() -> None:

@@ -7,7 +7,6 @@ import pytest
 from accuracy_topics import (
     FULL,
     ONCE,
-    TRUTH,
     Clock,
     euler,
     exact,
@@ -51,14 +50,6 @@ def test_known_orders_are_found_above_round_off(one: Solver, order: float, kind:
     fit = fitted(measure(topic(one), ONCE).trials, 1e-16)
     assert fit is not None and fit.kind == kind
     assert fit.value == pytest.approx(order, abs=0.1)
-
-
-def test_a_step_that_shrinks_has_the_same_order() -> None:
-    by_step = Solver(
-        "euler", "", "step", (0.1, 0.05, 0.025, 0.0125), lambda h: euler(round(1.0 / h))
-    )
-    fit = fitted(measure(topic(by_step), ONCE).trials, 1e-16)
-    assert fit is not None and fit.kind == ALGEBRAIC and fit.value == pytest.approx(1.0, abs=0.1)
 
 
 def test_gauss_points_converge_geometrically() -> None:
@@ -176,39 +167,6 @@ def test_how_often_a_trial_is_repeated(
     monkeypatch.setattr("vibecalc.core.accuracy.topic.time", clock)
     measure(topic(solver(clock.slow, seconds)))
     assert clock.now == pytest.approx(runs * seconds)
-
-
-def test_a_trial_is_run_once_where_nobody_asks_for_seconds() -> None:
-    calls: list[float] = []
-
-    def counted(setting: float) -> Answer:
-        calls.append(setting)
-        return exact(setting)
-
-    ticks: list[int] = []
-    measure(topic(solver(counted)), ONCE, lambda: ticks.append(1))
-    assert len(calls) == 1 and ticks == [1]
-
-
-def test_mistakes_of_a_topic_go_up() -> None:
-    def misshapen(_: float) -> Answer:
-        return Answer(np.ones(3), 1.0)
-
-    def uncounted(_: float) -> Answer:
-        return Answer(TRUTH, 0.0)
-
-    for one, words in (
-        (solver(misshapen), "an answer of shape"),
-        (solver(uncounted), "work has to be counted"),
-        (
-            solver(euler, 4, 8, default=5),
-            "not among the settings",
-        ),
-    ):
-        with pytest.raises(ValueError, match=words):
-            measure(topic(one), ONCE)
-    with pytest.raises(ValueError, match="two methods of one name"):
-        measure(topic(solver(exact), solver(exact)), ONCE)
 
 
 def test_a_reference_that_is_not_finite_is_a_failure() -> None:

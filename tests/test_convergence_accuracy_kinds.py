@@ -46,7 +46,6 @@ EVERY = [
     ("compressor", "excitation", "couple peak", 1e-14, 1e-14),
     ("compressor", "response", "natural frequencies", 1e-15, 1e-14),
     ("compressor", "response", "translations by order", 1e-14, 1e-14),
-    ("compressor", "operations", "highest peak energy", 1e-13, 1e-9),
     ("compressor_motor", "motor", "axial force peak", 1e-14, 1e-14),
     ("generator", "isolation", "support force by order", 1e-14, 1e-14),
     ("generator", "isolation", "largest support force", 1e-14, 1e-14),
@@ -58,14 +57,15 @@ EVERY = [
     ("engine_damped", "torsion", "gas torque of a cylinder", 1e-14, 1e-14),
     ("engine_damped", "torsion", "highest torque over the cycle", 1e-13, 1e-14),
     ("engine_variable_inertia", "torsion_speeds", "largest torque", 1e-14, 1e-14),
-    ("absorber_rig_a", "tuning", "least peak", 1e-10, 2e-14),
     ("absorber_rig_a", "absorber", "highest peak", 1e-14, 1e-14),
-    ("absorber_pendulum", "pendulum", "order of swing", 1e-13, 2e-14),
     ("roll", "roll", "largest slip", 1e-12, 1e-12),
     ("roll_control", "control", "load", 1e-14, 1e-14),
     ("roll_control", "control", "closed loop", 1e-14, 1e-14),
 ]
 EVERY_LONG = [
+    ("absorber_pendulum", "pendulum", "order of swing", 1e-13, 2e-14),
+    ("compressor", "operations", "highest peak energy", 1e-13, 1e-9),
+    ("absorber_rig_a", "tuning", "least peak", 1e-10, 2e-14),
     ("absorber_two", "tuning", "least peak", 1e-9, 2e-14),
     ("absorber_two", "absorber", "highest peak", 1e-13, 2e-14),
     ("compressor_impact", "impact", "first contacts", 1e-11, 1e-13),
@@ -210,13 +210,6 @@ def test_searches_of_the_shipped_cases(case: str) -> None:
     assert extra_work(topic, found.trials) <= topic.default_extra
     errors = [trial.worst_relative for trial in trials_of(found, "scipy brentq")]
     assert errors == sorted(errors, reverse=True) and errors[-1] < 1e-12
-
-
-def test_cases_without_a_stage_have_no_such_question() -> None:
-    for where in ("roll.accuracy:roll_topics", "roll.accuracy:control_topics",
-                  "roll.accuracy:start_up_topics", "impact.accuracy:impact_topics",
-                  "response.accuracy:switching_topics"):  # fmt: skip
-        assert named(f"vibecalc.{where}")(scene_of("generator")) == []
 
 
 @LONG

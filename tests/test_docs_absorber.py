@@ -5,7 +5,7 @@ from collections import Counter
 
 import pytest
 from absorber_page import SECTIONS, VERDICTS, says_what_it_is
-from pages import Row, assert_named_exist
+from pages import Row
 from shipped_cases import ROOT
 from test_docs import rows, shows
 
@@ -53,7 +53,3 @@ def test_summary_counts_the_verdicts() -> None:
         found = Counter(row.verdict for row in computed(title))
         assert int(printed) == found.total()
         assert [int(cell or 0) for cell in counts] == [found[verdict] for verdict in VERDICTS]
-
-
-def test_the_tests_and_files_that_are_named_exist() -> None:
-    assert_named_exist(PAGE, least=5)

@@ -32,12 +32,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
-@pytest.mark.long
-def test_commands_write_what_the_page_says(folder: Path) -> None:
-    for suffix in ("h5", "txt", "png"):
-        assert (folder / "outputs" / f"generator.accuracy.{suffix}").is_file()
-
-
 def test_the_excerpt_is_of_the_table(folder: Path) -> None:
     text = (folder / "outputs" / "generator.accuracy.txt").read_text(encoding="utf-8")
     (excerpt,) = re.findall(r"<!-- excerpt -->\n```\n(.*?)```", PAGE, re.S)

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 from fuzzing import command
-from pages import assert_named_exist
 from shipped_cases import ROOT
 
 PAGE = (ROOT / "docs" / "new_machine.md").read_text(encoding="utf-8")
@@ -44,11 +43,3 @@ def test_what_is_left_to_a_person_can_be_typed() -> None:
             assert (ROOT / path).exists(), line
         if line.startswith("make "):
             assert f"\n{line.removeprefix('make ')}:" in makefile
-
-
-def test_files_and_tests_that_the_page_names_are_there() -> None:
-    assert_named_exist(PAGE, 2)
-    for path in re.findall(r"`(vibecalc/[\w/.]+\.py)`", PAGE):
-        assert (ROOT / path).is_file(), path
-    for picture in re.findall(r"\]\((pictures/[\w.]+)\)", PAGE):
-        assert (ROOT / "docs" / picture).is_file(), picture

@@ -9,6 +9,7 @@ from vibecalc.torsion.damper_design.design import (
     Design,
     design,
     design_from,
+    first_of_the_highest,
     mistuning,
     performance,
 )
@@ -122,3 +123,40 @@ def test_narrow_resonances_between_the_speeds_of_the_grid_are_found() -> None:
     np.testing.assert_allclose(seen.worst, dense, rtol=2e-4)
     wide = direct(problem, damper, np.linspace(50.0, 210.0, 4001), 72)[:, :2].max()
     assert seen.worst >= wide
+
+
+NEAR = Limits((0.5, 0.5), (4e3, 1.6e4), (20.0, 150.0))
+
+
+@pytest.mark.long
+def test_a_priced_ring_gains_as_much_as_it_costs() -> None:
+    limits = NEAR._replace(inertia=(0.6, 1.2), inertia_price=50.0)
+    found = design(branched(), limits, map_points=5, speeds=21, starts=1)
+    assert found.residual < 1e-11 and found.curvature > 0.0
+    inertia = found.damper.inertia
+    assert 0.6 < inertia < 1.2
+    _, stiffness, damping = found.damper
+    near = NEAR._replace(
+        inertia=(0.998 * inertia, 0.998 * inertia),
+        stiffness=(0.95 * stiffness, 1.1 * stiffness),
+        damping=(0.95 * damping, 1.1 * damping),
+    )
+    light = design(branched(), near, map_points=2, speeds=21)
+    assert abs((light.worst - found.worst) / (0.002 * inertia) / 50.0 - 1.0) < 0.01
+
+
+ROW = np.array([3, 1, 1, 0])
+SPEED = np.array([80.0, 120.0, 90.0, 60.0])
+
+
+def test_of_equal_heights_the_first_section_at_its_lowest_speed_is_named() -> None:
+    for bits in ((0, 0, 0), (1, 0, -1), (-1, 1, 0), (0, -1, 1)):
+        height = 565.0 * (1.0 + 1e-14 * np.array([*bits, 0]))
+        height[3] = 300.0
+        assert first_of_the_highest(ROW, SPEED, height) == 2
+
+
+def test_a_height_that_is_larger_by_more_wins() -> None:
+    height = np.array([565.0, 565.0 * (1.0 + 1e-8), 565.0, 300.0])
+    assert first_of_the_highest(ROW, SPEED, height) == 1
+    assert first_of_the_highest(ROW, SPEED, np.array([-np.inf, -np.inf, -np.inf, 3.0])) == 3

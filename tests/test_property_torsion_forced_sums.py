@@ -7,14 +7,11 @@ import pytest
 
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.torsion.critical_speeds import barred_ranges, critical_speeds, resonances
-from vibecalc.torsion.forced import forced
 from vibecalc.torsion.line import Line, chain
 from vibecalc.torsion.section_loads import (
     ROWS,
-    heat,
     largest_half_range,
     mesh_torque,
-    section_torque,
 )
 from vibecalc.torsion.synthesis import synthesis
 
@@ -75,37 +72,6 @@ def test_sums_of_known_ends():
     assert (half.half_range, half.highest_angle) == pytest.approx((2.0, 3.0 * np.pi))
     mean = synthesis([0.0, 1.0], [-5.0 + 1j, 1.0])
     assert (mean.peak, mean.half_range) == pytest.approx((6.0, 1.0))
-
-
-def damped_line() -> Line:
-    return Line(
-        np.array([1.0, 2.0, 0.5, 3.0]),
-        np.array([0.3, 0.0, 0.0, 0.1]),
-        np.zeros(4),
-        np.array([0, 1, 1]),
-        np.array([1, 2, 3]),
-        np.array([100.0, 300.0, 50.0]),
-        np.array([0.2, 0.0, 0.5]),
-        np.array([0.0, 0.05, 0.01]),
-    )
-
-
-def test_heat_is_the_power_of_the_torques_and_torque_is_what_the_parts_say():
-    line, generator = damped_line(), np.random.default_rng(4)
-    w = np.linspace(0.5, 40.0, 30)
-    torque = generator.normal(size=(30, 4)) + 1j * generator.normal(size=(30, 4))
-    found = forced(line, w, torque)
-    warm = heat(line, w, found.angle, found.error)
-    taken = warm.element.sum(axis=-1) + warm.ground.sum(axis=-1)
-    given = 0.5 * w * np.sum(np.imag(torque * np.conj(found.angle)), axis=-1)
-    np.testing.assert_allclose(taken, given, rtol=1e-12)
-    assert np.all(warm.element == warm.dashpot + warm.loss) and np.all(warm.error < 1e-11 * taken)
-    sections = section_torque(line, w, found.angle, found.error)
-    # station 0: inertia and its dashpot against torque and shaft
-    left = (w[:, None] * (1j * line.absolute_damping - w[:, None] * line.inertia))[:, 0]
-    rest = torque[:, 0] - left * found.angle[:, 0] - sections.total[:, 0]
-    assert np.all(np.abs(rest) <= 1e-12 * np.abs(torque[:, 0]).max())
-    assert np.all(sections.error < 1e-9 * np.max(np.abs(sections.total)))
 
 
 def oscillator(ratio: float) -> Line:

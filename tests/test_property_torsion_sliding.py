@@ -6,8 +6,8 @@ import pytest
 from vibecalc.torsion.line import chain
 from vibecalc.torsion.transient.cycles import sliding
 from vibecalc.torsion.transient.march import TransientRun, transient
-from vibecalc.torsion.transient.motion import angle_at, stretch
-from vibecalc.torsion.transient.peaks import envelope, section_history
+from vibecalc.torsion.transient.motion import stretch
+from vibecalc.torsion.transient.peaks import envelope
 
 CYCLE = 4.0 * np.pi
 ORDERS = np.arange(1, 17) / 2
@@ -42,34 +42,6 @@ def test_a_steady_motion_has_a_flat_envelope() -> None:
     whole = envelope(run, windows=1)
     assert np.all(np.abs(found.high - whole.high[0]) <= found.error + whole.error[0])
     assert np.all(np.abs(found.low - whole.low[0]) <= found.error + whole.error[0])
-
-
-@pytest.mark.parametrize(
-    "acceleration",
-    [0.0, pytest.param(40.0, marks=pytest.mark.long), pytest.param(-40.0, marks=pytest.mark.long)],
-)
-def test_windows_hold_the_extremes_of_a_finer_look(acceleration: float) -> None:
-    if acceleration:
-        part = stretch(1.0, acceleration, gas())
-        run = transient(LINE, ORDERS, [part], 80.0, start="steady")
-    else:
-        run = change()
-    found = sliding(run, CYCLE, 40)
-    assert found is not None
-    history = section_history(run, 0.0, float(run.borders.time[-1]), finer=16)
-    middle = angle_at(run.stretches, run.borders, found.time)
-    fine = 2e-5 * found.high.max()
-    for row, angle in enumerate(middle):
-        here = np.abs(history.angle - angle) <= 0.5 * CYCLE
-        high, low = history.value[here].max(axis=0), history.value[here].min(axis=0)
-        assert np.all(high <= found.high[row] + found.error[row])
-        assert np.all(low >= found.low[row] - found.error[row])
-        # an extreme at an end of the window lies between two samples
-        wide = np.convolve(here, np.ones(3), mode="same") > 0.5
-        above, below = history.value[wide].max(axis=0), history.value[wide].min(axis=0)
-        assert np.all(found.high[row] <= above + found.error[row] + fine)
-        assert np.all(found.low[row] >= below - found.error[row] - fine)
-        assert found.speed_low[row] <= found.speed[row] <= found.speed_high[row]
 
 
 def test_a_long_run_is_left_out_nowhere_and_a_short_one_has_no_envelope() -> None:

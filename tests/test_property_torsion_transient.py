@@ -5,15 +5,11 @@ import pytest
 
 from vibecalc.torsion.line import chain, dynamic_stiffness
 from vibecalc.torsion.transient import march as transient_pieces
-from vibecalc.torsion.transient.cycles import against_quasi_steady, section_peaks
-from vibecalc.torsion.transient.march import TransientRun, propagator, transient
+from vibecalc.torsion.transient.cycles import against_quasi_steady
+from vibecalc.torsion.transient.march import TransientRun, transient
 from vibecalc.torsion.transient.motion import Stretch, stretch
 from vibecalc.torsion.transient.peaks import (
     envelope,
-    frequency_waterfall,
-    order_waterfall,
-    section_history,
-    step_values,
 )
 
 PAIR = chain(np.array([2.0, 3.0]), np.array([4000.0]))._replace(damping=np.array([2.8]))
@@ -57,25 +53,6 @@ def test_slow_passages_are_quasi_steady_and_fast_ones_lower_and_later() -> None:
     assert down.overshoot[0] < -0.05 and down.lag[0] > 0.3
 
 
-def test_envelope_holds_the_true_maxima() -> None:
-    run = transient(ENGINE, ORDERS, [stretch(1.5, 60.0, engine_gas())], 60.0, start="steady")
-    found = envelope(run, windows=12)
-    high, low = np.full_like(found.high, -np.inf), np.full_like(found.low, np.inf)
-    for number, block in enumerate(run.blocks):
-        steps = np.arange(block.steps)
-        tool = propagator(run.system, block.step, 150, run.system.torque)
-        values = step_values(run, number, tool, steps, run.system.torque)
-        window = np.searchsorted(found.time, block.offset + block.step * steps, side="right") - 1
-        np.maximum.at(high, np.clip(window, 0, 11), values.max(axis=1))
-        np.minimum.at(low, np.clip(window, 0, 11), values.min(axis=1))
-    fine = 1e-5 * high.max()  # of the samples: (2 / 150)^2 / 8 of the highest order
-    assert np.all(high <= found.high + found.error) and np.all(found.high <= high + fine)
-    assert np.all(low >= found.low - found.error) and np.all(found.low >= low - fine)
-    assert np.all(found.error < 2e-3 * found.high.max(axis=0))
-    peak = section_peaks(run, found)
-    assert np.all(np.abs(peak.peak - np.maximum(high, -low).max(axis=0)) <= peak.error + fine)
-
-
 def test_error_estimates_bound_the_error_and_the_order_is_high(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -113,35 +90,6 @@ def _course(part: Stretch):
     return [part], speed_profile([part], 0.0)
 
 
-def test_misfire_leads_from_one_steady_vibration_to_the_other() -> None:
-    gas, speed = engine_gas(), 83.0
-    misfire = gas.copy()
-    misfire[3] *= 0.2
-    parts = [stretch(0.5, 0.0, gas), stretch(4.0, 0.0, misfire)]
-    run = transient(ENGINE, ORDERS, parts, speed, start="steady")
-    found = envelope(run, windows=45)
-    ends = []
-    for torque, angle in ((gas, 0.0), (misfire, speed * 4.3)):
-        steady = [stretch(0.2, 0.0, torque)]
-        own = transient(ENGINE, ORDERS, steady, speed, angle, start="steady")
-        ends.append(envelope(own, windows=1))
-    tight = 1e-6 * found.high.max()
-    for row in (1, 2):  # a window of 0.1 s has more than the six firings of a turn
-        assert np.all(found.high[row] <= ends[0].high[0] + tight)
-    last = np.maximum(found.high[-3], found.high[-2])
-    np.testing.assert_allclose(last, ends[1].high[0], rtol=2e-3)
-    # six equal cylinders leave little of order 1/2 behind the last one, a missing firing does not
-    sizes = []
-    for torque, begin, centre in ((gas, 0.0, 0.25), (misfire, 3.6, 4.1)):
-        seen = section_history(run, begin, begin + 0.9 if begin else 0.5)
-        found_half = order_waterfall(seen, 6, np.array([0.5]), np.array([centre]), 4.0)
-        phi = np.linalg.solve(dynamic_stiffness(ENGINE, 0.5 * speed), torque[:, 0])
-        exact = (19.21e6 + 400.0j * speed) * (phi[6] - phi[7])
-        assert abs(found_half.amplitude[0, 0] - exact) < 2e-3 * abs(exact) + 5.0
-        sizes.append(abs(found_half.amplitude[0, 0]))
-    assert sizes[1] > 10.0 * sizes[0]
-
-
 def test_start_from_rest_ramps_the_torque_in() -> None:
     ramp = [stretch(2.0, 5.0, GRIP, scale=(0.0, 1.0)), stretch(2.0, 5.0, GRIP)]
     soft = transient(PAIR, np.array([0.0, 1.0]), ramp, 0.0)
@@ -175,22 +123,3 @@ def test_shares_of_reaction_matter_for_the_mean_only() -> None:
     # the far end holds the mean of 60 N m: it passes the shaft, and not 3/5 of it
     gain = torques(60.0, far) - torques(60.0, None)
     assert gain[-1, 0] == pytest.approx(60.0 * 2.0 / 5.0, rel=0.2)
-
-
-def test_waterfall_finds_the_orders_of_a_steady_line() -> None:
-    order = np.array([1.0, 2.5])
-    gas = np.array([[50.0, 30.0j], [0.0, 0.0]], dtype=complex)
-    run = transient(PAIR, order, [stretch(6.0, 0.0, gas)], 40.0, angle=0.4, start="steady")
-    matrix = dynamic_stiffness(PAIR, order * 40.0)
-    phi = np.linalg.solve(matrix, gas.T[..., None])[..., 0]
-    expected = (4000.0 + 2.8j * order * 40.0) * (phi[:, 0] - phi[:, 1])
-    seen = section_history(run, 1.0, 5.0)
-    by_order = order_waterfall(seen, 0, np.array([0.5, 1.0, 2.5]), np.array([2.0, 4.0]), 8.0)
-    size = np.abs(expected).max()
-    np.testing.assert_allclose(
-        by_order.amplitude, np.array([[0.0, *expected]] * 2), rtol=0, atol=1e-3 * size
-    )
-    by_rate = frequency_waterfall(seen, 0, 40.0 * order, np.array([3.0]), 8.0 * 2 * np.pi / 40.0)
-    np.testing.assert_allclose(
-        np.abs(by_rate.amplitude[0]), np.abs(expected), rtol=0, atol=1e-3 * size
-    )

@@ -93,13 +93,13 @@ def _peaks(motion: ExactMotion, record: Record, noise: np.ndarray) -> Iterator[T
         when.append(nearest(float(_own(record, "peak_time")[e]), found.time, size, uncertainty))
         speed.append(float(motion.course(np.array(when[-1:]))[1][0]))
     values = np.array(peak) / ratio
-    yield f"{ROOT}peak", _own(record, "peak"), values, float(np.max(noise / ratio))
+    yield "peak", values, float(np.max(noise / ratio))
     # a time is that of a flat top
-    yield f"{ROOT}peak_time", _own(record, "peak_time"), np.array(when), 1e-8 * motion.end
+    yield "peak_time", np.array(when), 1e-8 * motion.end
     slip = 1e-8 * float(motion.border_speed.max())
-    yield f"{ROOT}peak_speed", _own(record, "peak_speed"), np.array(speed), slip
+    yield "peak_speed", np.array(speed), slip
     best = int(np.argmax(values)) + 1
-    yield f"{ROOT}worst_section", _own(record, "worst_section"), np.array(best), 0.0
+    yield "worst_section", np.array(best), 0.0
 
 
 def _worst(record: Record) -> int:
@@ -111,7 +111,7 @@ def _course(motion: ExactMotion, record: Record, noise: np.ndarray) -> Iterator[
     ratio = motion.inputs.section_ratio[section]
     time = _axis(record, "history/torque", "history_time")
     true = motion.at(time) @ motion.view[section] / ratio
-    yield f"{ROOT}history/torque", _own(record, "history/torque"), true, noise[section] / abs(ratio)
+    yield "history/torque", true, noise[section] / abs(ratio)
 
 
 def _waterfalls(motion: ExactMotion, record: Record, noise: np.ndarray) -> Iterator[Truth]:
@@ -119,7 +119,7 @@ def _waterfalls(motion: ExactMotion, record: Record, noise: np.ndarray) -> Itera
     ratio = motion.inputs.section_ratio[section]
     time = _axis(record, "waterfall/order", "waterfall_time")
     frequency = _axis(record, "waterfall/frequency", "waterfall_frequency")
-    yield f"{ROOT}waterfall/speed", _own(record, "waterfall/speed"), motion.course(time)[1], 0.0
+    yield "waterfall/speed", motion.course(time)[1], 0.0
     turned = float(motion.border_angle[-1])
     wide = 2.0 * np.pi * min(8.0, turned / (2.0 * np.pi) / 2.5)
     long = min(4.0 * np.pi / (frequency[1] - frequency[0]), motion.end / 6.0)
@@ -130,7 +130,7 @@ def _waterfalls(motion: ExactMotion, record: Record, noise: np.ndarray) -> Itera
             for t in time[rows]
         ]
         found = _own(record, f"waterfall/{name}")[rows]
-        yield f"{ROOT}waterfall/{name}", found, np.array(true), 2.0 * noise[section] / abs(ratio)
+        yield f"waterfall/{name}", np.array(true), 2.0 * noise[section] / abs(ratio), found
 
 
 def _steps(motion: ExactMotion, record: Record, noise: np.ndarray) -> Iterator[Truth]:
@@ -139,14 +139,14 @@ def _steps(motion: ExactMotion, record: Record, noise: np.ndarray) -> Iterator[T
     for name, part in zip(("before", "after"), motion.plan.parts, strict=True):
         ends.append(steady_largest(motion, part, motion.plan.speed) / ratio)
         slack = 1e-14 * float(ends[-1].max())
-        yield f"{ROOT}steady_{name}", _own(record, f"steady_{name}"), ends[-1], slack
+        yield f"steady_{name}", ends[-1], slack
     peak = (
         np.array([np.abs(motion_extremes(motion, e).value).max() for e in range(len(ratio))])
         / ratio
     )
     larger = np.maximum(*ends)
     slack = float(np.max((noise / ratio + 1e-14 * peak) / larger))
-    yield f"{ROOT}dynamic_factor", _own(record, "dynamic_factor"), peak / larger, slack
+    yield "dynamic_factor", peak / larger, slack
 
 
 def _supply(motion: ExactMotion, record: Record, noise: np.ndarray) -> Iterator[Truth]:
@@ -155,31 +155,30 @@ def _supply(motion: ExactMotion, record: Record, noise: np.ndarray) -> Iterator[
     part = parts[place]
     top, inertia = part.acceleration, one.inertia
     tiny = 1e-15
-    yield f"{ROOT}acceleration", _own(record, "acceleration"), np.array(top), tiny * abs(top)
+    yield "acceleration", np.array(top), tiny * abs(top)
     whole = top * inertia.sum()
-    path = f"{ROOT}acceleration_torque"
-    yield path, _own(record, "acceleration_torque"), np.array(whole), 2.0 * tiny * abs(whole)
+    yield "acceleration_torque", np.array(whole), 2.0 * tiny * abs(whole)
     load = one.built.load_freedom
     gas, given_load = motion.given(part, float(motion.border_speed[place]))
     mean = part.scale[0] * gas[:, 0].real + given_load
     given = mean - inertia * top
     supplied = (motion.balance @ given - given)[load] / one.ratio[one.built.load_station]
     size = 8.0 * tiny * float(np.abs(mean).sum() + abs(whole))
-    yield f"{ROOT}acceleration_supplied", _own(record, "acceleration_supplied"), supplied, size
+    yield "acceleration_supplied", supplied, size
     at = np.array(one.built.load_station + 1)
-    yield f"{ROOT}acceleration_supplied_at", _own(record, "acceleration_supplied_at"), at, 0.0
+    yield "acceleration_supplied_at", at, 0.0
     pull = motion.balance @ (-inertia * top)
     state = np.linalg.lstsq(motion.matrix, -motion.drive @ pull, rcond=1e-12)[0]
     carried = motion.view @ state
-    path, ratio = f"{ROOT}acceleration_part", one.section_ratio
+    ratio = one.section_ratio
     slack = 1e-14 * float(np.abs(carried).max())
-    yield path, _own(record, "acceleration_part"), carried / ratio, slack
+    yield "acceleration_part", carried / ratio, slack
     left = [
         np.abs(extremes(motion, e, float(carried[e] / top)).value).max() for e in range(len(ratio))
     ]
-    path, without = f"{ROOT}peak_without_acceleration", np.array(left) / np.abs(ratio)
+    without = np.array(left) / np.abs(ratio)
     own = float(np.max(noise / np.abs(ratio))) + slack
-    yield path, _own(record, "peak_without_acceleration"), without, own
+    yield "peak_without_acceleration", without, own
 
 
 def _lowest(motion: ExactMotion) -> float:
@@ -207,9 +206,8 @@ def _passage(motion: ExactMotion, record: Record, noise: np.ndarray) -> Iterator
         fast.append(nearest(own, speed, found.half, uncertainty))
     own = float(np.max(noise / ratio))
     peak, slip = np.array(half), 1e-8 * float(speeds[1])
-    yield f"{ROOT}peak_half_range", _own(record, "peak_half_range"), peak / ratio, own
-    path = f"{ROOT}peak_half_range_speed"
-    yield path, _own(record, "peak_half_range_speed"), np.array(fast), slip
+    yield "peak_half_range", peak / ratio, own
+    yield "peak_half_range_speed", np.array(fast), slip
     steady, uncertainty = curve.value.max(axis=0), record[f"{ROOT}steady_half_range"].error_estimate
     place = np.array([
         nearest(float(_own(record, "steady_half_range_speed")[e]), curve.speed, curve.value[:, e],
@@ -217,21 +215,14 @@ def _passage(motion: ExactMotion, record: Record, noise: np.ndarray) -> Iterator
         for e in range(len(ratio))
     ])  # fmt: skip
     close = 1e-9
-    path = f"{ROOT}steady_half_range"
-    yield (
-        path,
-        _own(record, "steady_half_range"),
-        steady / ratio,
-        close * float((steady / ratio).max()),
-    )
-    path = f"{ROOT}steady_half_range_speed"
-    yield path, _own(record, "steady_half_range_speed"), place, 1e-5 * float(speeds[1])
+    yield "steady_half_range", steady / ratio, close * float((steady / ratio).max())
+    yield "steady_half_range_speed", place, 1e-5 * float(speeds[1])
     over = peak / steady - 1.0
     slack = float(np.max(noise / steady + close * peak / steady))
-    yield f"{ROOT}overshoot", _own(record, "overshoot"), over, slack
+    yield "overshoot", over, slack
     sense = np.sign(one.torsion.transient.stop - motion.plan.speed)
     lag = sense * (np.array(fast) - place)
-    yield f"{ROOT}lag", _own(record, "lag"), lag, 1e-5 * float(speeds[1])
+    yield "lag", lag, 1e-5 * float(speeds[1])
 
 
 def _windows(motion: ExactMotion, record: Record, noise: np.ndarray) -> Iterator[Truth]:
@@ -240,7 +231,7 @@ def _windows(motion: ExactMotion, record: Record, noise: np.ndarray) -> Iterator
     one = motion.inputs
     ratio = one.section_ratio
     time = _axis(record, "torque_low", "transient_time")
-    yield f"{ROOT}speed", _own(record, "speed"), motion.course(time)[1], 0.0
+    yield "speed", motion.course(time)[1], 0.0
     passed = np.diff(np.asarray(motion.course(time)[2], dtype=float)).max()
     assert passed < one.cycle, "windows of several cycles are not in these cases"
     found = [
@@ -248,12 +239,12 @@ def _windows(motion: ExactMotion, record: Record, noise: np.ndarray) -> Iterator
     ]
     ends = np.sort([[f[0] / r, f[1] / r] for f, r in zip(found, ratio, strict=True)], axis=1)
     own = float(np.max(noise / np.abs(ratio)))
-    yield f"{ROOT}torque_low", _own(record, "torque_low"), ends[:, 0], own
-    yield f"{ROOT}torque_high", _own(record, "torque_high"), ends[:, 1], own
+    yield "torque_low", ends[:, 0], own
+    yield "torque_high", ends[:, 1], own
     if f"{ROOT}half_range" not in record:
         return
     half = 0.5 * (ends[:, 1] - ends[:, 0])
-    yield f"{ROOT}half_range", _own(record, "half_range"), half, own
+    yield "half_range", half, own
     starts, stops = found[0][2:]
     speeds: Any = [
         motion.course(np.concatenate([
@@ -266,4 +257,4 @@ def _windows(motion: ExactMotion, record: Record, noise: np.ndarray) -> Iterator
     curve = SteadyCurve(one, float(low.min()), float(high.max()))
     true = curve.largest(low, high).T / np.abs(ratio)[:, None]
     slack = 1e-9 * float(true.max())
-    yield f"{ROOT}quasi_steady", _own(record, "quasi_steady"), true, slack
+    yield "quasi_steady", true, slack

@@ -44,7 +44,7 @@ def truths(case: Case, record: Record) -> Iterator[Truth]:
     highest = float(_own(record, "highest_order"))
     steps = int(_MORE * highest * line.turns) + _EXTRA
     spread = line.relative_variation()[one.built.freedom]
-    yield f"{ROOT}relative_variation", _own(record, "relative_variation"), spread, 1e-15
+    yield "relative_variation", spread, 1e-15
     yield from _operating(line, record, steps)
     if f"{ROOT}speeds/change" in record:
         yield from _speeds(line, record, steps)
@@ -79,23 +79,21 @@ def _operating(line: VariableTruth, record: Record, steps: int) -> Iterator[Trut
     kept = len(_axis(record, "torque", "half_order"))
     noise = float((uncertainty / size).max())
     true = (torque[:kept] / ratio).T
-    yield f"{ROOT}torque", _own(record, "torque"), true, noise
+    yield "torque", true, noise
     plain = line.constant(speed, steps)
     constant = line.half_range(plain, speed)
     varying, blur = line.half_range(full, speed), uncertainty.sum(axis=0)
     tiny = 1e-14 * constant
-    path, found = f"{ROOT}constant_half_range", _own(record, "constant_half_range")
-    yield path, found, constant / size, float((tiny / size).max())
-    path, found = f"{ROOT}torque_half_range", _own(record, "torque_half_range")
-    yield path, found, varying / size, float((blur / size).max())
+    yield "constant_half_range", constant / size, float((tiny / size).max())
+    yield "torque_half_range", varying / size, float((blur / size).max())
     change = varying / constant - 1.0
     slack = float(((blur + tiny * varying / constant) / constant).max()) + 2e-16
-    yield f"{ROOT}change", _own(record, "change"), change, slack
+    yield "change", change, slack
     yield from _secondary(line, record, plain, steps)
     growth = line.growth(speed, full)
     again = line.growth(speed, Motion(full.order, full.angle + slip))
     slack = 4.0 * abs(again - growth) + 1e-13 * speed
-    yield f"{ROOT}growth", _own(record, "growth"), np.array(growth), slack
+    yield "growth", np.array(growth), slack
 
 
 def _secondary(line: VariableTruth, record: Record, plain: Motion, steps: int) -> Iterator[Truth]:
@@ -108,11 +106,11 @@ def _secondary(line: VariableTruth, record: Record, plain: Motion, steps: int) -
     kept = len(_axis(record, "secondary/twist", "half_order"))
     noise = float((slip @ np.abs(row)).max() * abs(one.section_ratio[section]))
     noise += 1e-15 * float(np.abs(plain.angle[1:]).max())
-    yield f"{ROOT}secondary/twist", _own(record, "secondary/twist"), added[:kept], noise
+    yield "secondary/twist", added[:kept], noise
     size = np.abs(_fed(line, linear, speed, kept, row))
     total = size.sum(axis=1)
     share = size.max(axis=1) / np.where(total > 0.0, total, 1.0)
-    yield f"{ROOT}secondary/share", _own(record, "secondary/share"), share, 1e-13
+    yield "secondary/share", share, 1e-13
 
 
 def _fed(
@@ -152,17 +150,17 @@ def _speeds(line: VariableTruth, record: Record, steps: int) -> Iterator[Truth]:
         blur.append(((slip[1:] @ np.abs(line.inputs.element).T) * stiff).sum(axis=0))
     true, changes, uncertainty = np.array(half).T, np.array(change).T, np.array(blur).T
     slack = float((uncertainty / true * (1.0 + np.abs(changes))).max()) + 1e-14
-    path, found = f"{ROOT}speeds/torque_half_range", _own(record, "speeds/torque_half_range")
+    found = _own(record, "speeds/torque_half_range")
     unbounded = ~np.isfinite(found)
     true = np.where(unbounded, np.inf, true)
-    yield path, found, true / ratio, float((uncertainty / ratio).max())
+    yield "speeds/torque_half_range", true / ratio, float((uncertainty / ratio).max())
     changes = np.where(unbounded, np.inf, changes)
-    yield f"{ROOT}speeds/change", _own(record, "speeds/change"), changes, slack
+    yield "speeds/change", changes, slack
     reported = np.where(unbounded, -1.0, np.abs(changes))
     best = reported.argmax(axis=1)
     largest = changes[np.arange(len(best)), best]
-    yield f"{ROOT}largest_change", _own(record, "largest_change"), largest, slack
-    path, found = f"{ROOT}largest_change_speed", _own(record, "largest_change_speed")
+    yield "largest_change", largest, slack
+    found = _own(record, "largest_change_speed")
     # of those that are equal within their error the one that was found
     slack += 2.0 * record[f"{ROOT}largest_change"].error_estimate
     same = np.array([
@@ -170,7 +168,7 @@ def _speeds(line: VariableTruth, record: Record, steps: int) -> Iterator[Truth]:
         else speeds[best[k]]
         for k, own in enumerate(found)
     ])  # fmt: skip
-    yield path, found, same, 0.0
+    yield "largest_change_speed", same, 0.0
 
 
 def _parted(line: VariableTruth, speed: float) -> tuple[float, bool, float]:
@@ -201,4 +199,4 @@ def _borders(line: VariableTruth, record: Record, case: Case) -> Iterator[Truth]
                         low = near
             true.append(near)
         slack = 1e-10 * float(np.max(found, initial=0.0))
-        yield f"{ROOT}unstable/{name}", found, np.array(true), slack
+        yield f"unstable/{name}", np.array(true), slack
