@@ -210,11 +210,9 @@ def residual(
     wc = (np.asarray(couple_weight, dtype=float) / np.asarray(reference_length, dtype=float))[
         ..., None, None
     ]
-    shape = excitation.force.shape
 
     def stack(force: Real, couple: Real) -> Real:
-        parts = (np.broadcast_to(wf * force, shape), np.broadcast_to(wc * couple, shape))
-        return np.stack(parts, axis=-3)
+        return np.stack(np.broadcast_arrays(wf * force, wc * couple), axis=-3)
 
     value = _norm(stack(np.abs(excitation.force), np.abs(excitation.couple)))
     error = _norm(stack(excitation.force_error, excitation.couple_error))

@@ -99,9 +99,10 @@ def about_point(excitation: Excitation, point: ArrayLike) -> Excitation:
 
 def as_loads(excitation: Excitation) -> Bounded:
     """Forces and couples (..., orders, 6): x, y, z, then the couples about them."""
+    force, couple, force_error, couple_error = np.broadcast_arrays(*excitation)
     return Bounded(
-        np.concatenate([excitation.force, excitation.couple], axis=-1),
-        np.concatenate([excitation.force_error, excitation.couple_error], axis=-1),
+        np.concatenate([force, couple], axis=-1),
+        np.concatenate([force_error, couple_error], axis=-1),
     )
 
 

@@ -263,11 +263,11 @@ def pitch_static(
 
 
 def pitch_resonances(pitch: Pitch, couple: Bounded) -> Resonances:
-    """The one resonance of a pitch model without leading axes, couples (orders,) at any scale."""
+    """The one resonance of a pitch model (...), for couples (..., orders) at any scale."""
     loss = 2.0 * (pitch.rounding + 2.0 * UNIT_ROUNDOFF)
     return Resonances(
-        np.reshape(pitch.natural_frequency, 1),
-        np.reshape(pitch.damping_ratio, 1),
+        np.asarray(pitch.natural_frequency)[..., None],
+        np.asarray(pitch.damping_ratio)[..., None],
         np.array([0.5 * loss / SINGULAR]),
-        (np.abs(couple.value) <= 4.0 * couple.error)[:, None],
+        (np.abs(couple.value) <= 4.0 * couple.error)[..., None],
     )

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.numerics.leading import side_by_side
+from vibecalc.numerics.rounding import BoolArray
 from vibecalc.parts import tables as parts
 from vibecalc.schema import Case
 
@@ -193,3 +194,17 @@ def body_problems(case: Case) -> list[Problem]:
             )
         ]
     return []
+
+
+def body_suspects(case: Case) -> BoolArray:
+    """Points (...) of a case with arrays that `body_problems` may refuse: its bounds, narrower."""
+    body = case.machine.body
+    if body is None or body.inertia is None:
+        return np.zeros((), dtype=bool)
+    matrix = machine_inertia(body)
+    finite = np.isfinite(matrix).all(axis=(-2, -1))
+    principal = np.linalg.eigvalsh(np.where(finite[..., None, None], matrix, np.eye(3)))
+    low, middle, high = np.moveaxis(principal, -1, 0)
+    positive = np.all(np.diagonal(matrix, axis1=-2, axis2=-1) > 0.0, axis=-1)
+    flat = high <= (low + middle) * (1.0 + 0.9 * SLACK)
+    return np.asarray(~(finite & positive & (low > 1e-11 * high) & flat))

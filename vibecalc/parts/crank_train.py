@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import has_crank_train
 from vibecalc.numerics.leading import side_by_side
+from vibecalc.numerics.rounding import BoolArray
 from vibecalc.parts import tables as parts
 from vibecalc.parts.body import DIRECTIONS, build_frame
 from vibecalc.parts.geometry import CrankGeometry
@@ -393,3 +394,25 @@ def _whole_mass(body: parts.Body) -> float | None:
 
     least = float(np.diagonal(block_matrix(body.mass_matrix))[:3].min())
     return least if least > 0.0 else None  # what is no mass at all is reported for the matrix
+
+
+#: crank over rod beyond which series grow long
+LONGEST_REACH = 0.98
+#: relative slack around bounds of the checks
+_MARGIN = 1.0 + 1e-9
+
+
+def crank_train_suspects(case: Case) -> BoolArray:
+    """Points (...) of a case with arrays that `crank_train_problems` may refuse, or slow ones."""
+    written = case.machine.crank_train
+    train = build_crank_train(written)
+    reach = train.crank_radius + np.abs(train.wrist_pin_offset)
+    fine = (reach < LONGEST_REACH * train.rod_length) & np.asarray(rod_share(written) <= 1.0)
+    if case.kinematics is not None and case.kinematics.series == "truncated":
+        fine = fine & np.asarray(train.wrist_pin_offset == 0.0)
+    moving = (train.reciprocating_mass + train.rotating_mass).sum(axis=-1)
+    turning = [weight.unbalance for weight in written.counterweights]
+    turning += [shaft.unbalance for shaft in written.balance_shafts]
+    fine = fine & (sum(turning, moving) > 0.0)
+    whole = None if case.machine.body is None else _whole_mass(case.machine.body)
+    return ~(fine if whole is None else fine & (moving * _MARGIN < whole))

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import DIRECTIONS, Forcing
+from vibecalc.excitation.adapter import DIRECTIONS, Forcing, leading_orders
 from vibecalc.excitation.inertia_forces import as_loads, at_speed, size_of_terms
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak
@@ -397,8 +397,9 @@ def _energies(
     At rest nothing moves, held or not.
     """
     matrices, used = system.matrices, forcing.retained
-    chosen = np.concatenate([np.arange(used), forcing.few])
-    count = len(forcing.few)
+    few, few_tail = leading_orders(forcing)
+    chosen = np.concatenate([np.arange(used), few])
+    count = len(few)
     idle = np.pad(left_out(resonances), ((0, count), (0, 0)))
     undriven = UndrivenModes(idle, system.shapes.shape, system.shapes.eigenvalue)
     turning = speed > 0.0
@@ -418,7 +419,7 @@ def _energies(
         error[turning] = (
             each.mean_error.sum(-1)
             + used * UNIT_ROUNDOFF * value[turning]
-            + dropped_mean(weight, guards, forcing.few_tail)
+            + dropped_mean(weight, guards, few_tail)
         )
         ranges[name] = Bounded(value, error)
     return ranges
