@@ -79,6 +79,29 @@ CHANGES: dict[str, dict[str, Any]] = {
         "machine.mounts.each": {"stiffness": 2e4, "damping": [10.0, 20.0, 30.0]},
         "isolation.lever": 0.35,
     },
+    "six freedoms": {
+        "kinematics": {},
+        "isolation.model": "rigid_body",
+        "isolation.lever": None,
+        "isolation.run_up": None,
+        "machine.body.inertia_block": {
+            "mass": 30.0,
+            "box": {"length": 0.9, "width": 0.5, "height": 0.1},
+            "position": [0.02, 0.01, -0.2],
+        },
+        "machine.mounts.each": {"stiffness": [1e4, 2e4, 5e4], "damping": 15.0, "loss_factor": 0.02},
+    },
+    "energies": {
+        "kinematics": {},
+        "isolation": None,
+        "response": {"energies": True, "method": "modal"},
+        "machine.mounts.each": {"stiffness": 3e4, "damping": [20.0, 30.0, 40.0]},
+    },
+    "direct": {
+        "isolation": None,
+        "response": {"energies": True, "method": "direct"},
+        "machine.mounts.each": {"stiffness": [1e4, 2e4, 5e4], "loss_factor": 0.04},
+    },
     "own masses": {
         "kinematics": {"series": "truncated", "terms": 3},
         "machine.crank_train.reciprocating_mass": 0.7,

@@ -9,6 +9,7 @@ from vibecalc.errors import KeyPath, Problem
 from vibecalc.numerics.rounding import BoolArray
 from vibecalc.parts import tables as parts
 from vibecalc.parts.body import DIRECTIONS, RigidBody, build_body, build_frame
+from vibecalc.parts.matrices import displacement_at
 from vibecalc.parts.mounts import Mounts, build_mounts, free_motions
 from vibecalc.schema import Case
 
@@ -164,6 +165,8 @@ def isolation_suspects(case: Case) -> BoolArray:
     isolation, body, mounts = case.isolation, case.machine.body, case.machine.mounts
     if isolation is None or body is None or mounts is None:
         return np.zeros((), dtype=bool)
+    if isolation.model != "pitch":
+        return _nearly_free(build_mounts(mounts))
     train = case.machine.crank_train
     pitch = build_pitch(body, mounts, train)
     turning = (pitch.stiffness * np.square(pitch.position)).sum(axis=-1)
@@ -173,3 +176,15 @@ def isolation_suspects(case: Case) -> BoolArray:
         least, longest = reach.min(axis=-1), reach.max(axis=-1)
         fine = fine & (longest > 0.0) & (longest - least <= 0.9e-9 * longest)
     return np.asarray(~fine)
+
+
+#: share of the stiffest direction that a body which is held surely has in each
+_HELD = 1e-9
+
+
+def _nearly_free(mounts: Mounts) -> BoolArray:
+    """Points (...) at which mounts resist some of the six motions little, or not at all."""
+    distance = np.linalg.norm(mounts.position, axis=-1).max(axis=-1)[..., None, None]
+    motion = displacement_at(mounts.position / np.where(distance > 0.0, distance, 1.0))
+    levels = np.linalg.eigvalsh((motion.mT @ mounts.stiffness @ motion).sum(axis=-3))
+    return np.asarray(~(levels[..., 0] > _HELD * levels[..., -1]))

@@ -74,8 +74,11 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
         leading=Leading(
             keys=MOUNT_KEYS | {"isolation.gravity", "isolation.lever"},
             only=tuple(path for path in quantities if path != CURVE),
-            why_not="" if pitch else "the rigid body on its mounts is computed point by point",
+            why_not="motions in a plane are examined point by point"
+            if options.model == "planar"
+            else "",
             suspects=("vibecalc.isolation.model:isolation_suspects",),
+            most=2048 if pitch else 512,
         ),
     )
     if options.run_up is None:

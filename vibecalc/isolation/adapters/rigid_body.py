@@ -92,7 +92,7 @@ def run_isolation_rigid_body(scene: Scene) -> None:
     for warning in check_operating_point(resonances, forcing.orders, speed):
         scene.warn(warning)
     undriven = _undriven(resonances, shapes)
-    frequency = forcing.orders * speed
+    frequency = forcing.orders * np.asarray(speed)[..., None]
     driven = _loads(at_speed(forcing.per_speed_squared, speed), dofs)
     system = dynamics(matrices, frequency, undriven)
     motion = response(system, driven.value, driven.error)
@@ -141,7 +141,7 @@ def _emit_modes(scene: Scene, matrices: Matrices, shapes: Modes, dofs: np.ndarra
         axes,
     )
     scene.emit("isolation/modes/damping_ratio", ratio.value, ratio.error, axes)
-    scene.emit("isolation/modes/shape", all_six(shapes.shape.T, dofs), shapes.shape_error, axes)
+    scene.emit("isolation/modes/shape", all_six(shapes.shape.mT, dofs), shapes.shape_error, axes)
     scene.emit("isolation/modes/energy_fraction", all_six(share.value, dofs), share.error, axes)
 
 
@@ -166,10 +166,9 @@ def _emit_motion(scene: Scene, forcing: Forcing, motion: Bounded) -> None:
     for name, part in (("translation", slice(0, 3)), ("rotation", slice(3, 6))):
         scene.emit(
             f"isolation/body/{name}_harmonics",
-            motion.value[:used, part],
-            motion.error[:used, part],
-            axes,
-            terms=size_of_terms(motion.error[:used, part]),
+            motion[..., :used, part],
+            axes=axes,
+            terms=size_of_terms(motion.error[..., :used, part]),
         )
 
 
