@@ -9,7 +9,7 @@ from shipped_cases import CASES
 from vibecalc.core.case.load import LoadedCase, load_case, resolve, validate
 from vibecalc.core.case.raw import NOT_COMPUTED, parse_key, set_key
 
-#: tables put in place of those of the shipped generator
+#: tables put in place of those of the shipped generator, or of another `case`
 CHANGES: dict[str, dict[str, Any]] = {
     "classic": {},
     "exact": {
@@ -102,6 +102,7 @@ CHANGES: dict[str, dict[str, Any]] = {
         "response": {"energies": True, "method": "direct"},
         "machine.mounts.each": {"stiffness": [1e4, 2e4, 5e4], "loss_factor": 0.04},
     },
+    "matrices": {"case": "compressor", "response.operations": [], "response.balances": []},
     "own masses": {
         "kinematics": {"series": "truncated", "terms": 3},
         "machine.crank_train.reciprocating_mass": 0.7,
@@ -114,9 +115,11 @@ CHANGES: dict[str, dict[str, Any]] = {
 @cache
 def machine(name: str) -> LoadedCase:
     """One of the cases, as if read from a file."""
-    loaded = load_case(CASES["generator"])
+    loaded = load_case(CASES[str(CHANGES[name].get("case", "generator"))])
     tables = deepcopy({k: v for k, v in loaded.resolved.items() if k not in NOT_COMPUTED})
     for key, value in CHANGES[name].items():
+        if key == "case":
+            continue
         if key == "own":
             for cylinder in tables["machine"]["crank_train"]["cylinders"][:2]:
                 cylinder |= {"reciprocating_mass": 0.6, "rotating_mass": 0.1}

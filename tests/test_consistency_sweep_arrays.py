@@ -172,6 +172,11 @@ def test_points_that_keep_different_numbers_of_orders() -> None:
     assert len(set(kept)) > 3 and sorted(kept, reverse=True) == kept
 
 
+def test_energies_over_many_speeds() -> None:
+    axis = {"key": "machine.speed", "from": 50.0, "to": 500.0, "points": 12}
+    assert_equal("matrices", design_of("matrices", [axis]), known_paths("matrices"), fewest=12)
+
+
 def test_refusals_and_failures_have_the_words_of_single_runs() -> None:
     free = machine("classic").resolved
     model = Evaluator(

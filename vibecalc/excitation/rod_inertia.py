@@ -26,7 +26,7 @@ def split_inertia(
     """
     first, length = (np.asarray(v, float) for v in (crank_pin_to_mass_centre, rod_length))
     value = np.asarray(np.asarray(rod_mass, dtype=float) * first * (length - first))
-    return Bounded(value, 2.0 * EPSILON * np.abs(value))
+    return Bounded(value, 3.0 * EPSILON * np.abs(value))
 
 
 def rod_inertia_excitation(

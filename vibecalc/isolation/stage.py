@@ -78,7 +78,7 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
             if options.model == "planar"
             else "",
             suspects=("vibecalc.isolation.model:isolation_suspects",),
-            most=2048 if pitch else 512,
+            most=2048 if pitch else 1024,
         ),
     )
     if options.run_up is None:

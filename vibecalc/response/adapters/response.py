@@ -4,12 +4,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.run.stage import Scene
+from vibecalc.core.run.stage import Scene, below
 from vibecalc.excitation.adapter import DIRECTIONS, Forcing, leading_orders, peak_with_tail
 from vibecalc.excitation.inertia_forces import as_loads, at_speed, size_of_terms
-from vibecalc.numerics.bounded import Bounded, reshaped
+from vibecalc.numerics.bounded import Bounded, reshaped, where
 from vibecalc.numerics.leading import leave_alone
-from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.matrices import Matrices, bounded_parts
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON, UNIT_ROUNDOFF
 from vibecalc.parts.matrices import build_system
 from vibecalc.response.energies import (
@@ -23,7 +23,6 @@ from vibecalc.response.energies import (
 from vibecalc.response.forced import (
     UndrivenModes,
     dynamics,
-    each_order,
     modal_response,
     require_digits,
     response,
@@ -147,6 +146,7 @@ def forcing_of(scene: Scene) -> Forcing:
 # ----------------------------------------------------------------------------
 
 PARTS = (slice(0, 3), slice(3, 6))
+GROUND = below("response/ground_")
 NEAREST = ("response/modes/nearest_order", "response/modes/distance")
 OVER_CYCLE = tuple(
     f"response/{name}_energy/{what}"
@@ -185,8 +185,8 @@ def run_response(scene: Scene) -> None:
     frequency = forcing.orders * np.asarray(speed)[..., None]
     motion = _motion(options.method, system, frequency, driven, undriven, forcing, speed)
     _emit_motion(scene, forcing, motion)
-    ground = _ground(matrices, frequency, driven, motion)
-    _emit_ground(scene, forcing, ground)
+    if scene.wants(*GROUND):
+        _emit_ground(scene, forcing, _ground(matrices, frequency, driven, motion))
     if options.energies:
         _emit_energies(scene, forcing, matrices, motion, frequency)
 
@@ -277,30 +277,12 @@ def _ground(matrices: Matrices, frequency: np.ndarray, driven: Bounded, motion: 
     the better one above the natural frequencies, the latter below, where the errors of K X and of F
     are nearly the same. A mode that is left out of an order is in the first alone.
     """
-    rate = frequency[..., None, None]
-    matrices = each_order(matrices)
-    held = matrices.stiffness + 1j * (matrices.structural + rate * matrices.damping)
-    uncertainty = (
-        matrices.stiffness_error + matrices.structural_error + rate * matrices.damping_error
-    )
-    first = _times(Bounded(held, uncertainty), motion)
-    squared = np.square(rate)
-    moved = _times(Bounded(squared * matrices.mass, squared * matrices.mass_error), motion)
-    second = moved.error + driven.error + EPSILON * (np.abs(driven.value) + np.abs(moved.value))
-    better = second < first.error
-    return Bounded(
-        np.where(better, driven.value + moved.value, first.value),
-        np.where(better, second, first.error),
-    )
-
-
-def _times(matrix: Bounded, motion: Bounded) -> Bounded:
-    """A matrix (..., orders, 6, 6) of each order times its motion (..., orders, 6)."""
-    size = np.abs(matrix.value)
-    value = (matrix.value @ motion.value[..., None])[..., 0]
-    uncertainty = matrix.error + 10.0 * EPSILON * size
-    error = uncertainty @ np.abs(motion.value)[..., None] + size @ motion.error[..., None]
-    return Bounded(value, error[..., 0])
+    rate = frequency[..., None]
+    mass, stiffness, damping, structural = bounded_parts(matrices)
+    # the matrices are symmetric, so that rows times them are what they make of columns
+    held = motion @ stiffness + 1j * (motion @ structural + rate * (motion @ damping))
+    moved = driven + np.square(rate) * (motion @ mass)
+    return where(moved.error < held.error, moved, held)
 
 
 def _emit_with_peak(scene: Scene, stem: str, suffix: str, forcing: Forcing, rows: Bounded) -> None:

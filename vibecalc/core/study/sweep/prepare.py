@@ -74,7 +74,7 @@ def choose(case: "Case", design: Design, keep: Sequence[str], jobs: int = 2) -> 
     why_not = unsupported(case, [parse_key(key) for key in design.keys], keep)
     if why_not is None:
         size = _spread(design.count, _ARRAY_POINTS)
-        return Strategy("array", "all that is kept is a closed form over what varies", size)
+        return Strategy("array", "all that is kept is computed for many points at once", size)
     cost = milliseconds(case, keep)
     size = min(_MOST_POINTS, max(1, round(_CHUNK / cost)), -(-design.count // _FEWEST_CHUNKS))
     size = _spread(design.count, size)
