@@ -27,8 +27,7 @@ from vibecalc.parts.matrices import displacement_at
 
 def restricted(matrices: Matrices, dofs: np.ndarray) -> Matrices:
     """The rows and columns (..., f, f) of the kept motions."""
-    place = (..., *np.ix_(dofs, dofs))
-    return Matrices(*(matrix[place] for matrix in matrices))
+    return Matrices(*(matrix[..., dofs[:, None], dofs] for matrix in matrices))
 
 
 def held(matrices: Matrices, dofs: np.ndarray) -> Matrices:

@@ -199,7 +199,7 @@ def _emit_curves(scene: Scene) -> None:
 
     train = scene.parts.crank_train
     angle = np.linspace(0.0, 2.0 * np.pi, ANGLES)
-    speed, *lengths = (
+    speed, radius, length, offset = (
         np.asarray(number)[..., None]
         for number in (
             scene.case.machine.speed,
@@ -210,9 +210,9 @@ def _emit_curves(scene: Scene) -> None:
     )
     options = scene.case.kinematics
     if options is not None and options.series == "truncated":
-        motion = truncated_motion(angle, *lengths[:2], options.terms or 1)
+        motion = truncated_motion(angle, radius, length, options.terms or 1)
     else:
-        motion = piston_motion(angle, *lengths)
+        motion = piston_motion(angle, radius, length, offset)
     axes = {"crank_angle": angle}
     curves = (
         ("position", motion.position, motion.position_error, 1.0),

@@ -202,7 +202,7 @@ def body_suspects(case: Case) -> BoolArray:
     if body is None or body.inertia is None:
         return np.zeros((), dtype=bool)
     matrix = machine_inertia(body)
-    finite = np.isfinite(matrix).all(axis=(-2, -1))
+    finite = np.asarray(np.isfinite(matrix).all(axis=(-2, -1)))
     principal = np.linalg.eigvalsh(np.where(finite[..., None, None], matrix, np.eye(3)))
     low, middle, high = np.moveaxis(principal, -1, 0)
     positive = np.all(np.diagonal(matrix, axis1=-2, axis2=-1) > 0.0, axis=-1)

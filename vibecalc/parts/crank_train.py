@@ -415,4 +415,4 @@ def crank_train_suspects(case: Case) -> BoolArray:
     turning += [shaft.unbalance for shaft in written.balance_shafts]
     fine = fine & (sum(turning, moving) > 0.0)
     whole = None if case.machine.body is None else _whole_mass(case.machine.body)
-    return ~(fine if whole is None else fine & (moving * _MARGIN < whole))
+    return np.asarray(~(fine if whole is None else fine & (moving * _MARGIN < whole)))

@@ -34,21 +34,21 @@ def case_at_points(case: "Case", varied: Varied) -> "Case":
 
     What reads it may do arithmetic with them, and broadcast; what is not varied is as it was.
     """
+    changed: Case = _with(case, varied)
+    return changed
+
+
+def _with(part: Any, varied: Varied) -> Any:
+    """A table, list or number with arrays at places below it, or in place of it."""
+    if () in varied:
+        return varied[()]
     below: dict[str | int, dict[KeyPath, np.ndarray]] = {}
     for path, values in varied.items():
         below.setdefault(path[0], {})[path[1:]] = values
-    changed = {place: _set(_part(case, place), inner) for place, inner in below.items()}
-    if isinstance(case, tuple):
-        return tuple(changed.get(n, part) for n, part in enumerate(case))  # type: ignore[return-value]
-    return case.model_copy(update={str(place): part for place, part in changed.items()})
-
-
-def _part(table: Any, place: str | int) -> Any:
-    return table[place] if isinstance(place, int) else getattr(table, place)
-
-
-def _set(part: Any, inner: dict[KeyPath, np.ndarray]) -> Any:
-    return inner[()] if () in inner else case_at_points(part, inner)
+    if isinstance(part, tuple):
+        return tuple(_with(one, below[n]) if n in below else one for n, one in enumerate(part))
+    changed = {str(name): _with(getattr(part, str(name)), inner) for name, inner in below.items()}
+    return part.model_copy(update=changed)
 
 
 _COMPARE = {"gt": operator.gt, "ge": operator.ge, "lt": operator.lt, "le": operator.le}
