@@ -103,6 +103,10 @@ CHANGES: dict[str, dict[str, Any]] = {
         "machine.mounts.each": {"stiffness": [1e4, 2e4, 5e4], "loss_factor": 0.04},
     },
     "matrices": {"case": "compressor", "response.operations": [], "response.balances": []},
+    "on a floor": {
+        "isolation.run_up": None,
+        "foundation": {"mass": 400.0, "stiffness": 2e6, "damping": 300.0, "loss_factor": 0.03},
+    },
     "own masses": {
         "kinematics": {"series": "truncated", "terms": 3},
         "machine.crank_train.reciprocating_mass": 0.7,

@@ -122,6 +122,7 @@ def test_the_machines_have_every_key_and_every_result() -> None:
         ("classic", 8),
         ("six freedoms", 7),
         ("energies", 9),
+        ("on a floor", 9),
         *(pytest.param(name, 1, marks=pytest.mark.long) for name in CHANGES),
     ],
 )
