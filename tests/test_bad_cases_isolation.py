@@ -76,7 +76,7 @@ def test_a_part_in_ten_million_away_is_computed_with_the_digits_it_lost() -> Non
     speed = frequency * (1.0 + 1e-7)
     assert check_operating_point(resonances, ORDERS, speed) == ()
     couple = gibson_couple()
-    angle = angle_harmonics(pitch, couple.value, couple.error, ORDERS * speed)
+    angle = angle_harmonics(pitch, couple, ORDERS * speed)
     relative = angle.error / np.abs(angle.value)
     assert 1e-10 < relative[0] < 1e-6
     assert relative[1] < 1e-13
@@ -104,7 +104,7 @@ def test_an_order_that_does_not_drive_the_mode_is_a_warning_and_left_out() -> No
     assert "does not drive it" in warnings[0]
     out = left_out(resonances)[:, 0]
     assert out.tolist() == [False, True]
-    angle = angle_harmonics(pitch, quiet.value, quiet.error, ORDERS * frequency / 2.0, out)
+    angle = angle_harmonics(pitch, quiet, ORDERS * frequency / 2.0, out)
     assert angle.value[1] == 0.0
     assert np.isfinite(angle.value[0])
     texts = idle_warnings(resonances, ORDERS, 0.0, 20.0)

@@ -82,7 +82,7 @@ def body_run_up(body: Body, load: Bounded, orders: np.ndarray, stop: float) -> R
 def test_transmitted_couple_is_transmissibility_times_couple() -> None:
     pitch, _ = gibson()
     couple, rate = gibson_couple(), ORDERS * SPEED
-    angle = angle_harmonics(pitch, couple.value, couple.error, rate)
+    angle = angle_harmonics(pitch, couple, rate)
     through = transmitted_couple(pitch, angle, rate)
     expected = transmissibility(pitch, rate).value * couple.value
     assert through.value == pytest.approx(expected, rel=1e-14)
@@ -92,7 +92,7 @@ def test_supports_of_the_pitch_model_hold_the_transmitted_couple() -> None:
     pitch, _ = gibson()
     x, k, c, h = gibson_supports()
     couple, rate = gibson_couple(), ORDERS * SPEED
-    angle = angle_harmonics(pitch, couple.value, couple.error, rate)
+    angle = angle_harmonics(pitch, couple, rate)
     force = support_force(support_displacement(angle, x), rate, k, c, h)
     through = transmitted_couple(pitch, angle, rate)
     # a force f along z at x has the couple -x f about y

@@ -25,6 +25,7 @@ from vibecalc.isolation.pitch import (
 )
 from vibecalc.isolation.pitch import support_displacement as pitch_displacement
 from vibecalc.isolation.rigid_body import displacement, mount_force, static_deflection
+from vibecalc.numerics.bounded import bounded
 from vibecalc.parts.matrices import assemble
 from vibecalc.response.forced import dynamics, response
 from vibecalc.response.modal_damping import damping_ratio, energy_fraction
@@ -196,7 +197,7 @@ def test_limits_of_the_pitch_model() -> None:
     assert abs(complex(low.value[0]) - 1.0) < 1e-10
     fast = np.array([1e5])
     couple = np.array([3.0 + 4.0j])
-    angle = angle_harmonics(pitch, couple, np.zeros(1), fast)
+    angle = angle_harmonics(pitch, bounded(couple), fast)
     assert angle.value[0] == pytest.approx(-couple[0] / (INERTIA * 1e10), rel=1e-4)
 
 
@@ -208,11 +209,11 @@ def test_pitch_model_broadcasts_over_leading_axes() -> None:
     inertia, rate = generator.uniform(1.0, 9.0, (4, 5)), ORDERS * 77.0
     couple = np.array([1.0, 2.0j])
     batch = pitch_model(inertia, x, k, c, 0.1 * k)
-    angle = angle_harmonics(batch, couple, np.zeros(2), rate)
+    angle = angle_harmonics(batch, bounded(couple), rate)
     force = support_force(pitch_displacement(angle, x), rate, k, c, 0.1 * k)
     assert force.value.shape == (4, 5, 3, 2)
     single = pitch_model(inertia[2, 3], x, k[2, 3], c[2, 3], 0.1 * k[2, 3])
-    alone = angle_harmonics(single, couple, np.zeros(2), rate)
+    alone = angle_harmonics(single, bounded(couple), rate)
     one = support_force(pitch_displacement(alone, x), rate, k[2, 3], c[2, 3], 0.1 * k[2, 3])
     assert force.value[2, 3] == pytest.approx(one.value, rel=1e-14)
 

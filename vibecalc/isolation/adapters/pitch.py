@@ -67,7 +67,7 @@ def run_isolation_pitch(scene: Scene) -> None:
         scene.warn(warning)
     frequency = forcing.orders * np.asarray(speed)[..., None]
     torque = couple * np.square(speed)[..., None]
-    angle = model.angle_harmonics(pitch, torque.value, torque.error, frequency, undriven)
+    angle = model.angle_harmonics(pitch, torque, frequency, undriven)
     axes = {"order": forcing.orders[:used]}
     if scene.wants("isolation/pitch/transmissibility"):
         passing = model.transmissibility(pitch, frequency[..., :used])
