@@ -166,9 +166,7 @@ class Energies(NamedTuple):
 
 def velocity(motion: Bounded, frequency: np.ndarray) -> Bounded:
     """Complex velocities i w X (..., orders, 6) of amplitudes X at frequencies (..., orders)."""
-    rate = np.asarray(frequency)[..., None]
-    value = 1j * rate * motion.value
-    return Bounded(value, rate * motion.error + 3.0 * UNIT_ROUNDOFF * np.abs(value))
+    return 1j * np.asarray(frequency)[..., None] * motion
 
 
 def mass_of(matrices: Matrices) -> Bounded:
