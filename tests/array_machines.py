@@ -9,7 +9,7 @@ from shipped_cases import CASES
 from vibecalc.core.case.load import LoadedCase, load_case, resolve, validate
 from vibecalc.core.case.raw import NOT_COMPUTED, parse_key, set_key
 
-#: tables put in place of those of the shipped generator
+#: tables put in place of those of the shipped generator, or of another `case`
 CHANGES: dict[str, dict[str, Any]] = {
     "classic": {},
     "exact": {
@@ -79,6 +79,34 @@ CHANGES: dict[str, dict[str, Any]] = {
         "machine.mounts.each": {"stiffness": 2e4, "damping": [10.0, 20.0, 30.0]},
         "isolation.lever": 0.35,
     },
+    "six freedoms": {
+        "kinematics": {},
+        "isolation.model": "rigid_body",
+        "isolation.lever": None,
+        "isolation.run_up": None,
+        "machine.body.inertia_block": {
+            "mass": 30.0,
+            "box": {"length": 0.9, "width": 0.5, "height": 0.1},
+            "position": [0.02, 0.01, -0.2],
+        },
+        "machine.mounts.each": {"stiffness": [1e4, 2e4, 5e4], "damping": 15.0, "loss_factor": 0.02},
+    },
+    "energies": {
+        "kinematics": {},
+        "isolation": None,
+        "response": {"energies": True, "method": "modal"},
+        "machine.mounts.each": {"stiffness": 3e4, "damping": [20.0, 30.0, 40.0]},
+    },
+    "direct": {
+        "isolation": None,
+        "response": {"energies": True, "method": "direct"},
+        "machine.mounts.each": {"stiffness": [1e4, 2e4, 5e4], "loss_factor": 0.04},
+    },
+    "matrices": {"case": "compressor", "response.operations": [], "response.balances": []},
+    "on a floor": {
+        "isolation.run_up": None,
+        "foundation": {"mass": 400.0, "stiffness": 2e6, "damping": 300.0, "loss_factor": 0.03},
+    },
     "own masses": {
         "kinematics": {"series": "truncated", "terms": 3},
         "machine.crank_train.reciprocating_mass": 0.7,
@@ -91,9 +119,11 @@ CHANGES: dict[str, dict[str, Any]] = {
 @cache
 def machine(name: str) -> LoadedCase:
     """One of the cases, as if read from a file."""
-    loaded = load_case(CASES["generator"])
+    loaded = load_case(CASES[str(CHANGES[name].get("case", "generator"))])
     tables = deepcopy({k: v for k, v in loaded.resolved.items() if k not in NOT_COMPUTED})
     for key, value in CHANGES[name].items():
+        if key == "case":
+            continue
         if key == "own":
             for cylinder in tables["machine"]["crank_train"]["cylinders"][:2]:
                 cylinder |= {"reciprocating_mass": 0.6, "rotating_mass": 0.1}

@@ -81,7 +81,7 @@ def test_an_order_that_does_not_drive_the_mode_is_a_warning_and_left_out() -> No
     assert "does not drive it" in warnings[0]
     out = left_out(resonances)[:, 0]
     assert out.tolist() == [False, True]
-    angle = angle_harmonics(pitch, quiet.value, quiet.error, ORDERS * frequency / 2.0, out)
+    angle = angle_harmonics(pitch, quiet, ORDERS * frequency / 2.0, out)
     assert angle.value[1] == 0.0
     assert np.isfinite(angle.value[0])
     texts = idle_warnings(resonances, ORDERS, 0.0, 20.0)

@@ -12,16 +12,16 @@ import pytest
 from long_but import long_but
 from shipped_cases import CASES
 
-from vibecalc.array_path import ROLL_KEYS, ROLL_PATHS, pattern, unsupported
 from vibecalc.core.case.load import LoadedCase, load_case, resolve, validate
 from vibecalc.core.case.raw import NOT_COMPUTED, get_key, key_text, parse_key, set_key
 from vibecalc.core.case.tables import Sweep
 from vibecalc.core.results.layout import DONE, FAILED
 from vibecalc.core.run.plan import planned_quantities
-from vibecalc.core.study.sweep.arrays import ArrayEvaluator
+from vibecalc.core.study.sweep.arrays import ArrayEvaluator, pattern, unsupported
 from vibecalc.core.study.sweep.blocks import Block
 from vibecalc.core.study.sweep.design import Design, make_design
 from vibecalc.core.study.sweep.evaluate import Evaluator
+from vibecalc.roll.stage import ROLL_KEYS, TOGETHER
 
 LEVEL = "response/roll/level/shell_acceleration"
 KEEP = (LEVEL, "response/roll/speed", "response/roll/largest_multiplier")
@@ -139,7 +139,7 @@ def test_the_cases_have_every_key_and_every_result() -> None:
         f"{TRAIN}.rod.crank_pin_to_mass_centre",
         f"{TRAIN}.cylinders[].rotating_mass",
     }
-    assert set(known_paths("free")) == set(ROLL_PATHS)
+    assert set(known_paths("free")) == set(TOGETHER)
 
 
 @pytest.mark.parametrize(

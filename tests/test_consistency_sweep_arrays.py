@@ -12,20 +12,20 @@ import pytest
 from array_machines import CHANGES, machine
 from long_but import long_but
 
-from vibecalc import array_path as computing
-from vibecalc.absorber.arrays import TUNING_PATHS as TUNING
-from vibecalc.array_path import ROLL_PATHS as ROLL
-from vibecalc.array_path import SUPPORTED, pattern, unsupported
 from vibecalc.core.case.raw import get_key, key_text
 from vibecalc.core.case.tables import Sweep
 from vibecalc.core.results.layout import DONE, FAILED, REFUSED
-from vibecalc.core.run.plan import planned_quantities
-from vibecalc.core.study.sweep.arrays import ArrayEvaluator
+from vibecalc.core.run.columns import PointsScene
+from vibecalc.core.run.plan import needed_stages, plan_case, planned_quantities
+from vibecalc.core.run.stage import Scene, Stage
+from vibecalc.core.study.sweep import arrays
+from vibecalc.core.study.sweep.arrays import ArrayEvaluator, pattern, unsupported
 from vibecalc.core.study.sweep.blocks import Block
 from vibecalc.core.study.sweep.design import Design, make_design
 from vibecalc.core.study.sweep.evaluate import Evaluator, Quantities
 from vibecalc.core.study.sweep.prepare import choose
 from vibecalc.errors import KeyPath
+from vibecalc.isolation.adapters import pitch
 
 PEAK = "isolation/support_force/steady_peak"
 
@@ -84,13 +84,13 @@ def assert_equal(name: str, design: Design, paths: tuple[str, ...], fewest: int 
     """Hold arrays against single runs at all points; at least `fewest` come from arrays."""
     loaded, every = machine(name), np.arange(design.count)
     by_arrays = Counting(loaded, design, paths)
-    arrays = by_arrays(every)
+    together = by_arrays(every)
     alone = Evaluator(loaded, design, paths)(every)
-    assert arrays.status.tolist() == alone.status.tolist()
-    assert arrays.message == alone.message
+    assert together.status.tolist() == alone.status.tolist()
+    assert together.message == alone.message
     assert (alone.status == DONE).sum() - by_arrays.alone >= fewest
     for path, single in alone.quantities.items():
-        found = arrays.quantities[path]
+        found = together.quantities[path]
         assert (found.unit, found.long_name) == (single.unit, single.long_name)
         assert found.amplitude == single.amplitude
         assert [a.name for a in found.axes] == [a.name for a in single.axes]
@@ -104,22 +104,27 @@ def assert_equal(name: str, design: Design, paths: tuple[str, ...], fewest: int 
         assert (apart <= uncertainty[:, None]).all(), (path, apart.max(), uncertainty)
         # honest estimates, not generous ones
         assert (found.errors[done] <= 1.5 * single.errors[done] + 1e-300).all(), path
-    return arrays
+    return together
 
 
 def test_the_machines_have_every_key_and_every_result() -> None:
     keys = {pattern(key) for name in CHANGES for key in known_keys(name)}
     paths = {path for name in CHANGES for path in known_paths(name)}
-    # rotor, pistons and shell, and absorbers, have test files of their own
-    others = frozenset(ROLL) | frozenset(TUNING)
-    rows = [row for row in SUPPORTED if not row[0] & others]
-    assert keys == set().union(*(known for _, known in rows))
-    assert paths == set().union(*(known for known, _ in rows))
+    stages = [stage for name in CHANGES for stage in plan_case(machine(name).case)]
+    leading = [stage for stage in stages if stage.leading is not None and not stage.leading.why_not]
+    assert keys == set().union(*(stage.leading.keys for stage in leading))
+    assert paths == set().union(*(stage.leading.only or stage.quantities for stage in leading))
 
 
 @pytest.mark.parametrize(
     ("name", "step"),
-    [("classic", 8), *(pytest.param(name, 1, marks=pytest.mark.long) for name in CHANGES)],
+    [
+        ("classic", 8),
+        ("six freedoms", 7),
+        ("energies", 9),
+        ("on a floor", 9),
+        *(pytest.param(name, 1, marks=pytest.mark.long) for name in CHANGES),
+    ],
 )
 def test_each_key_alone(name: str, step: int) -> None:
     for key in known_keys(name)[::step]:
@@ -143,7 +148,10 @@ def test_an_offset_is_refused_with_a_truncated_series() -> None:
 @pytest.mark.parametrize("name", long_but(CHANGES, "exact"))
 def test_all_keys_at_once(name: str) -> None:
     keys = [key for key in known_keys(name) if key[-1] != "wrist_pin_offset" or name == "exact"]
-    if machine(name).resolved["isolation"].get("lever") is None:  # then equal distances count
+    isolation = machine(name).resolved.get("isolation")
+    if (
+        isolation and isolation["model"] == "pitch" and isolation.get("lever") is None
+    ):  # then equal distances count
         keys = [key for key in keys if key[1] != "mounts" or key[2] != "positions"]
     if name in ("classic", "own masses"):
         keys = [key for key in keys if key[-1] != "rotating_mass"]  # zero in the case, or below it
@@ -154,6 +162,20 @@ def test_all_keys_at_once(name: str) -> None:
     for start in range(16, len(keys), 16):
         design = scattered(name, tuple(keys[start : start + 16]), 4, 0.1)
         assert_equal(name, design, known_paths(name), fewest=2)
+
+
+def test_points_that_keep_different_numbers_of_orders() -> None:
+    key = "machine.crank_train.rod_length"
+    axis = {"key": key, "from": 0.08, "to": 0.6, "points": 6, "spacing": "log"}
+    block = assert_equal("exact", design_of("exact", [axis]), known_paths("exact"), fewest=5)
+    force = block.quantities["excitation/force"]
+    kept = [int(np.flatnonzero(np.abs(row).sum(1))[-1]) for row in force.values]
+    assert len(set(kept)) > 3 and sorted(kept, reverse=True) == kept
+
+
+def test_energies_over_many_speeds() -> None:
+    axis = {"key": "machine.speed", "from": 50.0, "to": 500.0, "points": 12}
+    assert_equal("matrices", design_of("matrices", [axis]), known_paths("matrices"), fewest=12)
 
 
 def test_refusals_and_failures_have_the_words_of_single_runs() -> None:
@@ -200,7 +222,12 @@ def test_blocks_and_chunks_change_nothing(monkeypatch: pytest.MonkeyPatch) -> No
     design = scattered("exact", known_keys("exact")[:8], 40, 0.05)
     paths = known_paths("exact")
     whole = ArrayEvaluator(machine("exact"), design, paths)(np.arange(40))
-    monkeypatch.setattr(computing, "_BLOCK", 30)  # three points each
+
+    def three_at_once(case: Any, keep: frozenset[str]) -> tuple[Stage, ...]:
+        made = [(stage, stage.leading) for stage in needed_stages(case, keep)]
+        return tuple(s._replace(leading=one._replace(most=3)) for s, one in made if one)
+
+    monkeypatch.setattr(arrays, "needed_stages", three_at_once)
     small = ArrayEvaluator(machine("exact"), design, paths)(np.arange(40))
     assert whole.message == small.message
     for path in paths:
@@ -209,12 +236,35 @@ def test_blocks_and_chunks_change_nothing(monkeypatch: pytest.MonkeyPatch) -> No
         assert (apart <= (one.errors + other.errors)[:, None])[whole.status == DONE].all(), path
 
 
+def test_arithmetic_that_fails_at_a_point_is_left_to_a_single_run(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    design = design_of(
+        "classic",
+        [{"key": "machine.body.mass", "from": 50.0, "to": 90.0, "points": 40}],
+    )
+    asked: list[int] = []
+    run = pitch.run_isolation_pitch
+
+    def failing(scene: Scene) -> None:
+        if isinstance(scene, PointsScene):
+            asked.append(scene.count)
+            if (np.abs(np.asarray(scene.case.machine.body.mass) - 60.0) < 0.6).any():
+                raise FloatingPointError("overflow")
+        run(scene)
+
+    monkeypatch.setattr(pitch, "run_isolation_pitch", failing)
+    block = assert_equal("classic", design, (PEAK,), fewest=30)
+    assert (block.status == DONE).all()
+    assert len(asked) < 12  # halved until the point stands among few
+
+
 @pytest.mark.parametrize(
     ("name", "keys", "keep", "part"),
     [
         ("classic", ["machine.speed"], ["isolation/lever_force/run_up_peak"], "point by point"),
         ("classic", ["machine.crank_train.bore"], [PEAK], "not among the numbers"),
-        ("classic", ["machine.body.inertia_products[0]"], [PEAK], "not a number in the case"),
+        ("classic", ["machine.body.inertia_products[0]"], [PEAK], "not among the numbers"),
         ("classic", ["machine.mounts.each.loss_factor"], [PEAK], "not a number in the case"),
         ("classic", ["excitation.orders"], [PEAK], "not among the numbers"),
         ("classic", ["machine.speed"], ["excitation/residual"], "no table of the case"),

@@ -63,7 +63,7 @@ def test_residual_is_the_weighted_norm_and_its_error_covers_a_zero() -> None:
     value, error = residual(row, reference_length=0.1)
     assert 0 < value <= error < 1e-13
     empty = Excitation(*(np.zeros((2, 3)) for _ in range(4)))
-    assert residual(empty, reference_length=1.0) == (0.0, 0.0)
+    assert tuple(residual(empty, reference_length=1.0)) == (0.0, 0.0)
 
 
 def test_numbers_beyond_double_precision_are_refused() -> None:

@@ -6,6 +6,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 EXIT_FINE = 0
 EXIT_DIFFERS = 1
@@ -116,3 +117,13 @@ class NumericalFailure(VibecalcError):
     """No trustworthy number exists: singular, not converged, unstable, no steady state."""
 
     exit_code = EXIT_NUMERICAL
+
+
+class PointsApart(Exception):
+    """Points of a sweep that cannot be computed in one array call: `kinds` (points,) tells which
+    can, `alone` (points,) those that need a run of their own. Caught by the frame, never shown.
+    """
+
+    def __init__(self, kinds: Any, alone: Any = False):
+        self.kinds, self.alone = kinds, alone
+        super().__init__("points of one array call differ in kind")

@@ -97,7 +97,7 @@ def test_21_ten_thousandths() -> None:
     """Script 1 puts L * (M / L) into x_0: the lever cancels, what is left is a sum of angles."""
     pitch, _ = gibson()
     couple = gibson_couple()
-    angle = angle_harmonics(pitch, couple.value * SPEED**2, couple.error, ORDERS * SPEED)
+    angle = angle_harmonics(pitch, couple * SPEED**2, ORDERS * SPEED)
     added = float(np.sum(np.abs(angle.value)))
     assert round(added, 8) == 0.00211739
     # the motion of a support is the lever times as large, and with its phase smaller still

@@ -300,7 +300,7 @@ def primary_damping(primary: Primary, scale: Scale | None) -> float:
     given = primary.damping if primary.damping is not None else primary.linear_damping
     if given is not None and scale is not None:
         return given / scale.damping
-    return primary.damping_ratio or 0.0
+    return 0.0 if primary.damping_ratio is None else primary.damping_ratio
 
 
 class Ratios(NamedTuple):

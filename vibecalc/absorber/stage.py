@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.core.run.stage import Harmonics, Stage, Subject, Unit, Work, below
+from vibecalc.core.run.stage import Harmonics, Leading, Stage, Subject, Unit, Work, below
 
 if TYPE_CHECKING:
     from vibecalc.absorber.tables import Tuning
@@ -130,7 +130,36 @@ def _tuning(case: "Case") -> Stage:
         quantities=_paths_of("tuning/", there),
         work=_work_of_tuning,
         topics=("vibecalc.absorber.accuracy:tuning_topics",),
+        leading=Leading(
+            keys=TUNED_KEYS,
+            only=TOGETHER,
+            why_not=_one_by_one(case),
+            adapter="vibecalc.absorber.arrays:tunings",
+        ),
     )
+
+
+#: numbers over which tunings are found together, and the results of it
+TUNED_KEYS = frozenset(["machine.secondary.mass_ratio", "machine.primary.damping_ratio"])
+TOGETHER = tuple(
+    f"tuning/{name}"
+    for name in (
+        *("primary_damping", "mass_ratio", "stiffness_ratio", "secondary_damping"),
+        *("own_damping", "peak"),
+    )
+)
+
+
+def _one_by_one(case: "Case") -> str:
+    """Why tunings of this case are not found together."""
+    options, machine = case.tuning, case.machine
+    if options is None or options.norm != "h_infinity" or options.kind != "free":
+        return "only tunings of spring and damper for the largest amplitude are found together"
+    if machine.secondary is None or machine.springs or machine.gap or machine.flywheel:
+        return "several absorbers and their parts are computed point by point"
+    if options.bounds is not None or options.compare or options.mistuning or options.sensitivity:
+        return "what [tuning] asks for besides the optimum is computed point by point"
+    return ""
 
 
 def _response(case: "Case") -> Stage:

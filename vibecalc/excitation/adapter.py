@@ -11,8 +11,9 @@ from vibecalc.excitation.balance import balance_columns, residual
 from vibecalc.excitation.crank_forces import TurningWeights, crank_forces, turning_forces
 from vibecalc.excitation.inertia_forces import Excitation, at_speed, size_of_terms
 from vibecalc.kinematics.adapter import PistonMotion
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, reshaped, rounded
 from vibecalc.numerics.cycle_peak import cycle_peak
+from vibecalc.numerics.leading import side_by_side
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.crank_train import CrankTrain, RotatingMasses
 from vibecalc.parts.firing import shakes_with_torque
@@ -35,16 +36,19 @@ def train_excitation(
 ) -> Excitation:
     """Forces and couples of orders 1 .. n; `train` holds the masses that move.
 
-    `with_torque`: the body bears minus the torque of the masses.
+    Leading axes are those of the train, its motion and the rotor. `with_torque`: the body bears
+    minus the torque of the masses.
     """
     rod, rotor = machine.crank_train.rod, machine.rotor
-    has_inertia = rod is not None and rod.inertia is not None
+    difference = None
+    if rod is not None and rod.inertia is not None:
+        difference = reshaped(rod_difference(train, rod), lambda part: part[..., None])
     return crank_forces(
         train,
         motion,
-        train.origin,
+        train.origin[..., None, :],
         turning=_turning(rotating) if rotating.names else None,
-        rod_difference=rod_difference(train, rod) if rod is not None and has_inertia else None,
+        rod_difference=difference,
         with_torque=with_torque,
         rotor_inertia=None if rotor is None else rotor.inertia,
     )
@@ -52,7 +56,7 @@ def train_excitation(
 
 def rotating_part(train: CrankTrain, rotating: RotatingMasses, highest: int) -> Excitation:
     """Forces and couples of what turns, orders 1 .. highest."""
-    return turning_forces(train, _turning(rotating), train.origin, highest)
+    return turning_forces(train, _turning(rotating), train.origin[..., None, :], highest)
 
 
 def _turning(rotating: RotatingMasses) -> TurningWeights:
@@ -62,7 +66,7 @@ def _turning(rotating: RotatingMasses) -> TurningWeights:
 
 
 def rod_difference(train: CrankTrain, rod: "parts.Rod") -> Bounded:
-    """Moment of one rod beyond that of its two point masses, in kg m^2.
+    """Moment (...) of one rod beyond that of its two point masses, in kg m^2.
 
     Minus that of the point masses where the case does not give the rod's own moment.
     """
@@ -70,10 +74,11 @@ def rod_difference(train: CrankTrain, rod: "parts.Rod") -> Bounded:
 
     place = rod.crank_pin_to_mass_centre
     if place is None:
-        place = (rod.reciprocating_fraction or 0.0) * train.rod_length
+        share = 0.0 if rod.reciprocating_fraction is None else rod.reciprocating_fraction
+        place = share * train.rod_length
     points = split_inertia(rod.mass, place, train.rod_length)
-    value = (rod.inertia or 0.0) - points.value
-    return Bounded(value, points.error + EPSILON * np.abs(value))
+    own = 0.0 if rod.inertia is None else rod.inertia
+    return own - points
 
 
 # ----------------------------------------------------------------------------
@@ -91,62 +96,84 @@ BALANCE = tuple(path for path in CATALOGUE if path.startswith("excitation/balanc
 class Forcing(NamedTuple):
     """Forces and couples per crank speed squared for orders 1 .. retained, then guard orders.
 
-    The response to the guard orders tells what dropping the rest costs: `tail` times as much.
-    Where a response is wanted thousands of times, the few orders at the places `few` stand for
-    all of them: the rest costs `few_tail` times as much as they do.
+    The response to the guard orders tells what dropping the rest costs: `tail` (...) times as much.
     """
 
     per_speed_squared: Excitation
     orders: np.ndarray
     retained: int
-    tail: float
+    tail: np.ndarray
+
+
+class Leading(NamedTuple):
+    """Places of a few dropped orders that stand for all where a response is wanted thousands of
+    times: the rest costs `tail` times as much as they do.
+    """
+
     few: np.ndarray
-    few_tail: float
+    tail: float
+
+
+class CyclePeak(NamedTuple):
+    """Peak over the cycle (...) of kept orders, its error with the dropped ones in it, its terms.
+
+    Without the dropped orders the error is rounding, which tells the size of the terms.
+    """
+
+    value: np.ndarray
+    error: np.ndarray
+    terms: float
+
+
+def left_out(harmonics: Bounded, forcing: Forcing) -> tuple[np.ndarray, np.ndarray]:
+    """Rounding of the kept orders and size of the dropped ones, summed: (...) of (..., orders)."""
+    value, error = harmonics
+    used, tail = forcing.retained, forcing.tail
+    dropped = np.abs(value[..., used:]).sum(-1)
+    tail = np.reshape(tail, (*np.shape(tail), *(1,) * (dropped.ndim - np.ndim(tail))))
+    return error[..., :used].sum(-1), tail * dropped
+
+
+def peak_with_tail(harmonics: Bounded, forcing: Forcing) -> CyclePeak:
+    """Peaks of harmonics (..., orders), whose first axes are those of the points, if there are."""
+    used = forcing.retained
+    peak = cycle_peak(harmonics.value[..., :used], forcing.orders[:used])
+    rounding, dropped = left_out(harmonics, forcing)
+    rounding = peak.error + rounding
+    return CyclePeak(peak.value, rounding + dropped, size_of_terms(rounding))
 
 
 def run_excitation(scene: Scene) -> None:
     """Emit forces, couples, their peaks, the balance table and the residual, as asked."""
     motion: PistonMotion = scene.handed_on["motion"]
-    train = scene.parts.crank_train
+    train, machine = scene.parts.crank_train, scene.case.machine
     per_square = train_excitation(
-        train,
-        scene.parts.rotating_masses,
-        motion,
-        scene.case.machine,
-        shakes_with_torque(scene.case),
+        train, scene.parts.rotating_masses, motion, machine, shakes_with_torque(scene.case)
     )
     _masses(scene, train)
-    orders = np.arange(1, per_square.force.shape[0] + 1)
-    few, share = _leading(per_square, motion.highest_order)
-    few_tail = motion.tail / share if few.size else 0.0
-    forcing = Forcing(per_square, orders, motion.highest_order, motion.tail, few, few_tail)
+    orders = np.arange(1, per_square.force.shape[-2] + 1)
+    forcing = Forcing(per_square, orders, motion.highest_order, motion.tail)
     scene.handed_on["forcing"] = forcing
     scene.cite(
         "d'Alembert sums of the crank train",
         "forces and couples on the body",
         "Biezeno and Grammel, Technische Dynamik, 2nd ed. 1953, ch. XI",
     )
-    driven = at_speed(per_square, scene.case.machine.speed)
-    axes = {"order": orders[: motion.highest_order], "direction": DIRECTIONS}
-    for name, value, error in (
-        ("force", driven.force, driven.force_error),
-        ("couple", driven.couple, driven.couple_error),
-    ):
-        rounding = error[: motion.highest_order]
-        terms = size_of_terms(rounding)
-        scene.emit(f"excitation/{name}", value[: motion.highest_order], rounding, axes, terms=terms)
-        if not scene.wants(f"excitation/{name}_peak"):
-            continue
-        peak = cycle_peak(value[: motion.highest_order].T, orders[: motion.highest_order])
-        spread = rounding.sum(0) + forcing.tail * np.abs(value[motion.highest_order :]).sum(0)
-        scene.emit(
-            f"excitation/{name}_peak",
-            peak.value,
-            peak.error + spread,
-            {"direction": DIRECTIONS},
-            terms=size_of_terms(rounding.sum(0)),
-        )
-    if scene.case.machine.crank_train.counterweights and scene.wants(*COUNTERWEIGHT):
+    driven, used = at_speed(per_square, machine.speed), forcing.retained
+    axes = {"order": orders[:used], "direction": DIRECTIONS}
+    for name, part in (("force", forces_of), ("couple", couples_of)):
+        kept = part(driven)[..., :used, :]
+        scene.emit(f"excitation/{name}", kept, axes=axes, terms=size_of_terms(kept.error))
+        if scene.wants(f"excitation/{name}_peak"):
+            # of all speeds at once
+            peak = peak_with_tail(
+                reshaped(part(per_square), lambda each: np.swapaxes(each, -1, -2)), forcing
+            )
+            square = np.square(machine.speed)
+            found = Bounded(peak.value, peak.error) * np.asarray(square)[..., None]
+            terms = peak.terms * np.max(square)
+            scene.emit(f"excitation/{name}_peak", found, axes=axes, terms=terms)
+    if machine.crank_train.counterweights and scene.wants(*COUNTERWEIGHT):
         _counterweights(scene, train)
     if scene.wants(*ROD):
         _rod(scene, train, forcing)
@@ -157,25 +184,38 @@ def run_excitation(scene: Scene) -> None:
         _residual(scene, driven, forcing)
 
 
+def forces_of(excitation: Excitation) -> Bounded:
+    """Forces (..., n, 3) with their errors."""
+    return Bounded(excitation.force, excitation.force_error)
+
+
+def couples_of(excitation: Excitation) -> Bounded:
+    """Couples (..., n, 3) with their errors."""
+    return Bounded(excitation.couple, excitation.couple_error)
+
+
 def _masses(scene: Scene, train: CrankTrain) -> None:
     axes = {"cylinder": train.names}
     for name, mass in (
         ("reciprocating", train.reciprocating_mass),
         ("rotating", train.rotating_mass),
     ):
-        scene.emit(f"excitation/mass/{name}", mass, 4.0 * EPSILON * mass, axes)
+        scene.emit(f"excitation/mass/{name}", rounded(mass, 8), axes=axes)
 
 
 def _counterweights(scene: Scene, train: CrankTrain) -> None:
     """Force of each weight at operating speed, and the couple that its place makes of it."""
     weights = scene.case.machine.crank_train.counterweights
-    force = np.array([weight.unbalance for weight in weights]) * scene.case.machine.speed**2
-    place = train.origin + np.array([weight.position for weight in weights])[:, None] * train.axis
+    unbalance, position = (
+        side_by_side([getattr(weight, name) for weight in weights])
+        for name in ("unbalance", "position")
+    )
+    force = unbalance * np.square(scene.case.machine.speed)[..., None]
     # the weight turns across the shaft, so the part of its lever along the shaft counts always
-    along = np.abs(place @ train.axis)
+    along = np.abs((train.origin @ train.axis)[..., None] + position)
     axes = {"counterweight": [weight.name for weight in weights]}
-    scene.emit(COUNTERWEIGHT[0], force, 2.0 * EPSILON * force, axes)
-    scene.emit(COUNTERWEIGHT[1], force * along, 6.0 * EPSILON * force * along, axes)
+    scene.emit(COUNTERWEIGHT[0], rounded(force, 4), axes=axes)
+    scene.emit(COUNTERWEIGHT[1], rounded(force * along, 12), axes=axes)
 
 
 def _rod(scene: Scene, train: CrankTrain, forcing: Forcing) -> None:
@@ -186,28 +226,24 @@ def _rod(scene: Scene, train: CrankTrain, forcing: Forcing) -> None:
     from vibecalc.excitation.rod_inertia import rod_couple_peak
     from vibecalc.kinematics.rod_angle import rod_angle_harmonics
 
-    square = scene.case.machine.speed**2
+    square = np.square(scene.case.machine.speed)
     lengths = (train.crank_radius, train.rod_length, train.wrist_pin_offset)
     difference = rod_difference(train, rod)
-    points = (rod.inertia or 0.0) - difference.value
+    points = (0.0 if rod.inertia is None else rod.inertia) - difference.value
     scene.emit("excitation/rod/split_inertia", points, difference.error + EPSILON * points)
     largest = rod_couple_peak(difference.value, *lengths, inertia_error=difference.error)
-    peak, error = square * largest.value, square * (largest.error + EPSILON * largest.value)
+    peak = square * largest
     if rod.inertia is None:
-        scene.emit("excitation/rod/couple_bound", peak, error)
+        scene.emit("excitation/rod/couple_bound", peak)
         return
     scene.cite(
         "moment of the rod beyond its two point masses", "couple on the body", "docs/theory.md"
     )
     turning = rod_angle_harmonics(*lengths, highest_order=forcing.retained).acceleration
-    couple = square * difference.value * turning.value
-    uncertainty = square * (
-        np.abs(difference.value) * turning.error + difference.error * np.abs(turning.value)
-    )
+    couple = reshaped(square * difference, lambda part: part[..., None]) * turning
     orders = np.arange(forcing.retained + 1)
-    rounding = 4.0 * EPSILON * np.abs(couple)
-    scene.emit("excitation/rod/couple", couple, uncertainty + rounding, {"order": orders})
-    scene.emit("excitation/rod/couple_peak", peak, error)
+    scene.emit("excitation/rod/couple", couple, axes={"order": orders})
+    scene.emit("excitation/rod/couple_peak", peak)
 
 
 def _residual(scene: Scene, driven: Excitation, forcing: Forcing) -> None:
@@ -216,23 +252,24 @@ def _residual(scene: Scene, driven: Excitation, forcing: Forcing) -> None:
         raise ValueError("the case has no residual")
     first, guards = (
         residual(
-            Excitation._make(part[orders] for part in driven),
+            Excitation._make(part[..., orders, :] for part in driven),
             force_weight=options.force_weight,
             couple_weight=options.couple_weight,
             reference_length=options.reference_length,
         )
         for orders in (slice(forcing.retained), slice(forcing.retained, None))
     )
-    dropped = forcing.tail * float(guards.value)
+    dropped = forcing.tail * guards.value
     # hypot(first, dropped) - first
-    total = float(first.value + np.hypot(first.value, dropped))
-    added = dropped * (dropped / total) if total else 0.0
+    total = first.value + np.hypot(first.value, dropped)
+    added = dropped * (dropped / np.where(total > 0.0, total, 1.0))
     terms = size_of_terms(first.error)
     scene.emit("excitation/residual", first.value, first.error + added, terms=terms)
 
 
-def _leading(whole: Excitation, retained: int) -> tuple[np.ndarray, float]:
-    """Places of the dropped orders that carry nine tenths of each component, and their share."""
+def leading_orders(forcing: Forcing) -> Leading:
+    """The dropped orders that carry nine tenths of each component, of one case."""
+    whole, retained = forcing.per_speed_squared, forcing.retained
     size = np.concatenate([np.abs(whole.force), np.abs(whole.couple)], axis=-1)[retained:]
     uncertainty = np.concatenate([whole.force_error, whole.couple_error], axis=-1)[retained:]
     size = np.where(size > uncertainty, size, 0.0)
@@ -245,23 +282,25 @@ def _leading(whole: Excitation, retained: int) -> tuple[np.ndarray, float]:
     leads[downwards[needed]] = True
     chosen = np.flatnonzero(leads)
     covered = share[chosen].sum(0)[size.any(0)]
-    return retained + chosen, float(covered.min(initial=1.0))
+    tail = float(forcing.tail) / float(covered.min(initial=1.0)) if chosen.size else 0.0
+    return Leading(retained + chosen, tail)
 
 
 def _balance(scene: Scene, train: CrankTrain, orders: np.ndarray) -> None:
     known = {"order": orders, "cylinder": train.names, "direction": DIRECTIONS}
-    # a sweep may make banks of one and one of banks: it gets what it asks for
-    none = "banks/" if not scene.case.machine.crank_train.has_banks else "total_"
     for column, found in balance_columns(orders, train).items():
-        if scene.wanted is None and column.startswith(none):
-            continue
+        # a sweep may make banks of one and one of banks: it gets what it asks for
+        if scene.wanted is None:
+            none = "banks/" if not scene.case.machine.crank_train.has_banks else "total_"
+            if column.startswith(none):
+                continue
         path = f"excitation/balance/{column}"
         axes = {name: known[name] for name in CATALOGUE[path].axes}
         # of 1, or of the place of a cylinder, which a sine or cosine leaves
         terms = np.abs(train.position) if "position" in column else np.ones(len(train.names))
         if "cylinder" not in axes:
             terms = terms.sum()
-        scene.emit(path, found.value, found.error, axes, terms=terms)
+        scene.emit(path, found, axes=axes, terms=terms)
 
 
 # ----------------------------------------------------------------------------

@@ -192,7 +192,7 @@ def _of_unit_masses(
     A machine asks for the same crank drive with several masses.
     """
     ratio, shift = radius / length, offset / radius
-    used = max(highest, order_for_tolerance(ratio, 0.125 * EPSILON, shift)) + 4
+    used = max(highest, int(order_for_tolerance(ratio, 0.125 * EPSILON, shift))) + 4
     motion = harmonics_with_error(ratio, used, shift)
     torque = inertia_torque(
         motion.values,

@@ -99,9 +99,10 @@ def about_point(excitation: Excitation, point: ArrayLike) -> Excitation:
 
 def as_loads(excitation: Excitation) -> Bounded:
     """Forces and couples (..., orders, 6): x, y, z, then the couples about them."""
+    force, couple, force_error, couple_error = np.broadcast_arrays(*excitation)
     return Bounded(
-        np.concatenate([excitation.force, excitation.couple], axis=-1),
-        np.concatenate([excitation.force_error, excitation.couple_error], axis=-1),
+        np.concatenate([force, couple], axis=-1),
+        np.concatenate([force_error, couple_error], axis=-1),
     )
 
 
@@ -405,20 +406,13 @@ def torque_reaction(
 
     Arrays as in `reciprocating_excitation`; (..., n, 3) per crank speed squared, without force.
     """
-    harmonics = torque.harmonics[..., 1:]
+    harmonics = Bounded(torque.harmonics, torque.error)[..., 1:]
     orders = np.arange(1, harmonics.shape[-1] + 1)
     square = np.asarray(crank_radius, dtype=float)[..., None] ** 2
     angle = np.asarray(crank_phase, dtype=float) - np.asarray(bank_angle, dtype=float)
-    phasor, phasor_error = order_phasors(angle, orders)
+    phasor = Bounded(*order_phasors(angle, orders))
     mass = np.asarray(reciprocating_mass, dtype=float)[..., None, :]
     turn = mass * (square * harmonics)[..., None] * phasor
-    turn_error = (
-        np.abs(turn) * (3.0 * EPSILON + phasor_error)
-        + mass * (square * torque.error[..., 1:])[..., None]
-    )
-    axis = np.asarray(axis, dtype=float)
-    couple = -turn.sum(-1)[..., None] * axis
+    couple = -turn.sum()[..., None] * np.asarray(axis, dtype=float)
     none = np.zeros(couple.shape)
-    return Excitation(
-        none.astype(complex), couple, none, turn_error.sum(-1)[..., None] * np.abs(axis)
-    )
+    return Excitation(none.astype(complex), couple.value, none, couple.error)

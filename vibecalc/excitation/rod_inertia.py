@@ -26,7 +26,7 @@ def split_inertia(
     """
     first, length = (np.asarray(v, float) for v in (crank_pin_to_mass_centre, rod_length))
     value = np.asarray(np.asarray(rod_mass, dtype=float) * first * (length - first))
-    return Bounded(value, 2.0 * EPSILON * np.abs(value))
+    return Bounded(value, 3.0 * EPSILON * np.abs(value))
 
 
 def rod_inertia_excitation(
@@ -144,24 +144,10 @@ def _about_axis(
     axis: ArrayLike,
 ) -> Excitation:
     """Sum over the cylinders of moment times harmonic times phasor, along the axis."""
-    values = np.asarray(harmonics, dtype=complex)
-    slip = np.broadcast_to(np.asarray(motion_error, dtype=float), values.shape)[..., 1:, None]
-    values = values[..., 1:, None]
+    motion = Bounded(np.asarray(harmonics, dtype=complex), np.asarray(motion_error))[..., 1:, None]
+    moment = Bounded(np.asarray(inertia, dtype=float), np.asarray(inertia_error))[..., None, :]
     angle = np.asarray(crank_phase, dtype=float) - np.asarray(bank_angle, dtype=float)
-    phasor, phasor_error = order_phasors(angle, np.arange(1, values.shape[-2] + 1))
-    moment = np.asarray(inertia, dtype=float)[..., None, :]
-    uncertainty = np.broadcast_to(np.asarray(inertia_error, dtype=float), np.shape(inertia))[
-        ..., None, :
-    ]
-    turn = moment * values * phasor
-    error = (
-        np.abs(turn) * (3.0 * EPSILON + phasor_error)
-        + np.abs(moment) * slip
-        + uncertainty * np.abs(values)
-    )
-    along = np.asarray(axis, dtype=float)
-    couple = turn.sum(-1)[..., None] * along
-    # the sum over the cylinders rounds too: once for each
-    spread = (error + (turn.shape[-1] - 1) * EPSILON * np.abs(turn)).sum(-1)
+    phasor = Bounded(*order_phasors(angle, np.arange(1, motion.shape[-2] + 1)))
+    couple = (moment * motion * phasor).sum()[..., None] * np.asarray(axis, dtype=float)
     none = np.zeros(couple.shape)
-    return Excitation(none.astype(complex), couple, none, spread[..., None] * np.abs(along))
+    return Excitation(none.astype(complex), couple.value, none, couple.error)

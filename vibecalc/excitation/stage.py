@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 from vibecalc.core.run.stage import (
     Entries,
     Harmonics,
+    Leading,
     Stage,
     Subject,
     Unit,
@@ -67,6 +68,12 @@ def plan_excitation(case: "Case") -> Iterator[Stage]:
         harmonics=orders_of_motion,
         work=_work_of_forces,
         topics=("vibecalc.excitation.accuracy:excitation_topics",),
+        leading=Leading(
+            frozenset(
+                f"excitation.residual.{name}"
+                for name in ("force_weight", "couple_weight", "reference_length")
+            )
+        ),
     )
 
 

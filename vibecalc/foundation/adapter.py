@@ -3,11 +3,10 @@
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import Forcing
+from vibecalc.excitation.adapter import forces_of, peak_with_tail
 from vibecalc.foundation.results import ROOT
 from vibecalc.foundation.two_masses import TwoMasses, motion, natural_frequencies
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.parts.body import DIRECTIONS
 
@@ -18,23 +17,23 @@ def run_foundation(scene: Scene) -> None:
     system, up = two_masses(scene)
     used, speed = forcing.retained, case.machine.speed
     natural = natural_frequencies(system)
-    scene.emit(
-        f"{ROOT}/natural_frequency", natural, 16.0 * EPSILON * natural.max(),
-        {"foundation_mode": np.arange(1, 3)},
-    )  # fmt: skip
-    force = forcing.per_speed_squared.force[:, up] * speed**2
-    error = forcing.per_speed_squared.force_error[:, up] * speed**2
-    motions = motion(system, force, error, forcing.orders * speed)
-    axes = {"order": forcing.orders[:used]}
+    rounding = 16.0 * EPSILON * natural.max(axis=-1, keepdims=True)
+    axes = {"foundation_mode": np.arange(1, 3), "order": forcing.orders[:used]}
+    scene.emit(f"{ROOT}/natural_frequency", Bounded(natural, rounding), axes=axes)
+    per_square = forces_of(forcing.per_speed_squared)[..., up]
+    square = np.asarray(speed**2)[..., None]
+    frequency = forcing.orders * np.asarray(speed)[..., None]
+    motions = motion(system, per_square.value * square, per_square.error * square, frequency)
     for name, result in (
         ("machine", motions.machine),
         ("motion", motions.foundation),
         ("ground_force", motions.ground_force),
         ("rigid_force", motions.rigid_force),
     ):
-        scene.emit(f"{ROOT}/{name}", result.value[:used], result.error[:used], axes)
-        if name != "machine":
-            _emit_peak(scene, f"{ROOT}/{name}_peak", result, forcing)
+        scene.emit(f"{ROOT}/{name}", result[..., :used], axes=axes)
+        if name != "machine" and scene.wants(f"{ROOT}/{name}_peak"):
+            peak = peak_with_tail(result, forcing)
+            scene.emit(f"{ROOT}/{name}_peak", peak.value, peak.error)
     scene.cite(
         "two masses with complex stiffness",
         "motion of machine and foundation",
@@ -51,10 +50,10 @@ def two_masses(scene: Scene) -> tuple[TwoMasses, int]:
     up = DIRECTIONS.index(case.isolation.up)
 
     def together(each: FloatArray) -> FloatArray:
-        return np.asarray(each[:, up, up].sum())
+        return np.asarray(each[..., up, up].sum(axis=-1))
 
     return TwoMasses(
-        machine_mass=np.asarray(body.mass_matrix[0, 0]),
+        machine_mass=np.asarray(body.mass_matrix[..., 0, 0]),
         mount_stiffness=together(mounts.stiffness),
         mount_damping=together(mounts.damping),
         mount_structural=together(mounts.structural),
@@ -63,11 +62,3 @@ def two_masses(scene: Scene) -> tuple[TwoMasses, int]:
         damping=np.asarray(given.damping),
         structural=np.asarray(given.loss_factor * given.stiffness),
     ), up
-
-
-def _emit_peak(scene: Scene, path: str, harmonics: Bounded, forcing: Forcing) -> None:
-    """Largest value over a cycle; the guard orders tell what the rest leaves out."""
-    used = forcing.retained
-    peak = cycle_peak(harmonics.value[:used], forcing.orders[:used])
-    left_out = np.sum(np.abs(harmonics.value[used:])) * forcing.tail
-    scene.emit(path, peak.value, peak.error + np.sum(harmonics.error[:used]) + left_out)

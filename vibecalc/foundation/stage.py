@@ -3,9 +3,10 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.core.run.stage import Stage, Subject, Unit, Work, below
+from vibecalc.core.run.stage import Leading, Stage, Subject, Unit, Work, below
 from vibecalc.errors import Problem
 from vibecalc.kinematics.stage import orders_of_motion, orders_words
+from vibecalc.parts.array_keys import MOUNT_KEYS
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -27,6 +28,10 @@ def plan_foundation(case: "Case") -> Iterator[Stage]:
         harmonics=orders_of_motion,
         work=_work,
         topics=("vibecalc.foundation.accuracy:foundation_topics",),
+        leading=Leading(
+            MOUNT_KEYS
+            | {f"foundation.{name}" for name in ("mass", "stiffness", "damping", "loss_factor")}
+        ),
     )
 
 

@@ -55,10 +55,12 @@ def motion(
 ) -> TwoMassMotion:
     """Steady motion under a force (..., orders) in N at `frequency` (..., orders) in rad/s.
 
+    Leading axes are those of the masses.
+
     Raises NumericalFailure where a force acts at an undamped natural frequency, of both masses or
     of the machine on a rigid foundation.
     """
-    w, one = frequency, system
+    w, one = frequency, TwoMasses(*(np.asarray(part)[..., None] for part in system))
     acts = np.abs(force) > 0.0
     mounts = one.mount_stiffness + 1j * (one.mount_structural + w * one.mount_damping)
     below = one.stiffness + 1j * (one.structural + w * one.damping)

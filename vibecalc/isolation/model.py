@@ -6,8 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibecalc.errors import KeyPath, Problem
+from vibecalc.numerics.rounding import BoolArray
 from vibecalc.parts import tables as parts
 from vibecalc.parts.body import DIRECTIONS, RigidBody, build_body, build_frame
+from vibecalc.parts.matrices import displacement_at
 from vibecalc.parts.mounts import Mounts, build_mounts, free_motions
 from vibecalc.schema import Case
 
@@ -25,47 +27,46 @@ class PitchParts:
     `position` (n,) in m along the crankshaft from the mass centre; `stiffness`, `structural` in
     N/m and `damping` in N s/m (n,) along the stroke. A rotation q about `across` moves a mount by
     -position * q along the stroke. `lever` is the one distance |position| that all mounts share, or
-    None if they differ.
+    None if they differ, at any point where numbers of the case are arrays (points,).
     """
 
     names: tuple[str, ...]
-    inertia: float
+    inertia: Array
     centre: Array
     across: Array
     position: Array
     stiffness: Array
     damping: Array
     structural: Array
-    lever: float | None
+    lever: Array | None
 
 
-def common_lever(position: Array) -> float | None:
-    """The distance |position| (n,) that all mounts share to a billionth, or None."""
-    reach = np.abs(position)
-    longest = float(reach.max())
-    if longest == 0.0 or float(longest - reach.min()) > 1e-9 * longest:
+def common_lever(position: Array) -> Array | None:
+    """The distance |position| (...) that all mounts (..., n) share to a billionth, or None."""
+    reach = np.sort(np.abs(position), axis=-1)
+    longest, count = reach[..., -1], reach.shape[-1]
+    if np.any((longest == 0.0) | (longest - reach[..., 0] > 1e-9 * longest)):
         return None
-    ascending = np.sort(reach)  # np.median would import the masked arrays of numpy
-    return 0.5 * float(ascending[(len(reach) - 1) // 2] + ascending[len(reach) // 2])
+    # np.median would import the masked arrays of numpy
+    return np.asarray(0.5 * (reach[..., (count - 1) // 2] + reach[..., count // 2]))
 
 
 def pitch_parts(body: RigidBody, mounts: Mounts, axis: str, stroke: str) -> PitchParts:
     """Pitch model of a body and its mounts, by projection on the crankshaft and the stroke."""
     frame = build_frame(axis, stroke)
-    position = (mounts.position - body.centre) @ frame.axis
-
-    def along_stroke(matrices: Array) -> Array:
-        return np.asarray((matrices @ frame.stroke) @ frame.stroke)
-
+    along, up, turned = (
+        int(np.argmax(np.abs(v))) for v in (frame.axis, frame.stroke, frame.across)
+    )
+    position = mounts.position[..., along] - body.centre[..., along, None]
     return PitchParts(
         names=mounts.names,
-        inertia=float(frame.across @ body.inertia @ frame.across),
+        inertia=body.inertia[..., turned, turned],
         centre=body.centre,
         across=frame.across,
         position=position,
-        stiffness=along_stroke(mounts.stiffness),
-        damping=along_stroke(mounts.damping),
-        structural=along_stroke(mounts.structural),
+        stiffness=mounts.stiffness[..., up, up],
+        damping=mounts.damping[..., up, up],
+        structural=mounts.structural[..., up, up],
         lever=common_lever(position),
     )
 
@@ -157,3 +158,33 @@ def _lever(case: Case, pitch: PitchParts) -> list[Problem]:
             also=MOUNTS,
         )
     ]
+
+
+def isolation_suspects(case: Case) -> BoolArray:
+    """Points (...) of a case with arrays that `isolation_problems` may refuse."""
+    isolation, body, mounts = case.isolation, case.machine.body, case.machine.mounts
+    if isolation is None or body is None or mounts is None:
+        return np.zeros((), dtype=bool)
+    if isolation.model != "pitch":
+        return _nearly_free(build_mounts(mounts))
+    train = case.machine.crank_train
+    pitch = build_pitch(body, mounts, train)
+    turning = (pitch.stiffness * np.square(pitch.position)).sum(axis=-1)
+    fine = (turning > 0.0) & np.isfinite(turning) & (isolation.up == train.stroke)
+    if isolation.lever is None:
+        reach = np.abs(pitch.position)
+        least, longest = reach.min(axis=-1), reach.max(axis=-1)
+        fine = fine & (longest > 0.0) & (longest - least <= 0.9e-9 * longest)
+    return np.asarray(~fine)
+
+
+#: share of the stiffest direction that a body which is held surely has in each
+_HELD = 1e-9
+
+
+def _nearly_free(mounts: Mounts) -> BoolArray:
+    """Points (...) at which mounts resist some of the six motions little, or not at all."""
+    distance = np.linalg.norm(mounts.position, axis=-1).max(axis=-1)[..., None, None]
+    motion = displacement_at(mounts.position / np.where(distance > 0.0, distance, 1.0))
+    levels = np.linalg.eigvalsh((motion.mT @ mounts.stiffness @ motion).sum(axis=-3))
+    return np.asarray(~(levels[..., 0] > _HELD * levels[..., -1]))

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, rounded, where
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, SINGULAR, UNIT_ROUNDOFF
 from vibecalc.response.resonances import Resonances
 
@@ -94,8 +94,7 @@ def pitch_dynamic_stiffness(pitch: Pitch, frequency: np.ndarray) -> Bounded:
 
 def angle_harmonics(
     pitch: Pitch,
-    couple: np.ndarray,
-    couple_error: np.ndarray | float,
+    couple: Bounded,
     frequency: np.ndarray,
     left_out: np.ndarray | bool = False,
 ) -> Bounded:
@@ -103,7 +102,7 @@ def angle_harmonics(
 
     Parameters
     ----------
-    couple : (..., orders) N m, complex 0-pk at each order, with absolute `couple_error`.
+    couple : (..., orders) N m, complex 0-pk at each order.
     frequency : (..., orders) rad/s, order times crank speed.
     left_out : (..., orders) orders that do not drive the undamped machine: their angle is zero.
 
@@ -111,11 +110,14 @@ def angle_harmonics(
     an undamped resonance: `vibecalc.response.resonances` refuses that before.
     """
     resisting = pitch_dynamic_stiffness(pitch, frequency)
-    flexibility = np.where(left_out, 0.0, 1.0 / np.where(left_out, 1.0, resisting.value))
-    value = couple * flexibility
-    size = np.abs(value)
-    error = np.abs(flexibility) * (couple_error + size * resisting.error)
-    return Bounded(value, error + 8.0 * UNIT_ROUNDOFF * size)
+    return couple * where(left_out, 0.0, 1.0 / where(left_out, 1.0, resisting))
+
+
+def _passing(pitch: Pitch, frequency: np.ndarray) -> Bounded:
+    """K (1 + i loss) + i w C (..., orders): couple on the ground per angle, in N m/rad."""
+    lagging = pitch.structural[..., None] + frequency * pitch.damping[..., None]
+    value = pitch.stiffness[..., None] + 1j * lagging
+    return Bounded(value, (pitch.rounding + 5.0 * UNIT_ROUNDOFF) * np.abs(value))
 
 
 def transmissibility(pitch: Pitch, frequency: np.ndarray) -> Bounded:
@@ -125,37 +127,19 @@ def transmissibility(pitch: Pitch, frequency: np.ndarray) -> Bounded:
     (2008), equation 18, with the phase kept.
     """
     resisting = pitch_dynamic_stiffness(pitch, frequency)
-    passing = (
-        pitch.stiffness[..., None]
-        + 1j * pitch.structural[..., None]
-        + 1j * (frequency * pitch.damping[..., None])
-    )
-    magnitude = np.abs(resisting.value)
-    lost = resisting.error >= SINGULAR * magnitude
-    value = np.where(lost, np.inf, passing / np.where(lost, 1.0, resisting.value))
-    relative = resisting.error / np.where(lost, 1.0, magnitude) + pitch.rounding
-    error = (relative + 10.0 * UNIT_ROUNDOFF) * np.where(lost, 0.0, np.abs(value))
-    return Bounded(value, error)
+    lost = resisting.error >= SINGULAR * np.abs(resisting.value)
+    ratio = _passing(pitch, frequency) / where(lost, 1.0, resisting)
+    return where(lost, Bounded(np.asarray(np.inf), np.zeros(())), ratio)
 
 
 def transmitted_couple(pitch: Pitch, angle: Bounded, frequency: np.ndarray) -> Bounded:
     """Complex couple of all mounts on the ground (..., orders), in N m, from the pitch angle."""
-    passing = (
-        pitch.stiffness[..., None]
-        + 1j * pitch.structural[..., None]
-        + 1j * (frequency * pitch.damping[..., None])
-    )
-    value = passing * angle.value
-    rounding = pitch.rounding + 8.0 * UNIT_ROUNDOFF
-    return Bounded(value, np.abs(passing) * angle.error + rounding * np.abs(value))
+    return _passing(pitch, frequency) * angle
 
 
 def support_displacement(angle: Bounded, position: np.ndarray) -> Bounded:
     """Vertical displacement (..., mounts, orders) of the body at mounts along x, in m, z up."""
-    arm = np.asarray(position)[..., :, None]
-    value = -arm * angle.value[..., None, :]
-    error = np.abs(arm) * angle.error[..., None, :] + 2.0 * UNIT_ROUNDOFF * np.abs(value)
-    return Bounded(value, error)
+    return -np.asarray(position)[..., :, None] * angle[..., None, :]
 
 
 def support_force(
@@ -172,11 +156,7 @@ def support_force(
     """
     spring = np.asarray(stiffness)[..., :, None] + 1j * np.asarray(structural)[..., :, None]
     damper = np.asarray(damping)[..., :, None] * np.asarray(frequency)[..., None, :]
-    passing = spring + 1j * damper
-    value = passing * displacement.value
-    rounding = (4.0 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
-    error = np.abs(passing) * displacement.error + rounding * np.abs(value)
-    return Bounded(value, error)
+    return rounded(spring + 1j * damper, 1.0 + DATA_ROUNDINGS) * displacement
 
 
 def support_share(position: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
@@ -196,8 +176,7 @@ def lever_force(couple: Bounded, lever: np.ndarray | float) -> Bounded:
     It is the force of one pair of supports a distance `lever` from the pitch axis if that pair
     alone resisted; four equal supports carry a quarter each. Source: Gibson, equations 11, 12.
     """
-    value = couple.value / lever
-    return Bounded(value, couple.error / lever + UNIT_ROUNDOFF * np.abs(value))
+    return couple / lever
 
 
 # ----------------------------------------------------------------------------
@@ -263,11 +242,11 @@ def pitch_static(
 
 
 def pitch_resonances(pitch: Pitch, couple: Bounded) -> Resonances:
-    """The one resonance of a pitch model without leading axes, couples (orders,) at any scale."""
+    """The one resonance of a pitch model (...), for couples (..., orders) at any scale."""
     loss = 2.0 * (pitch.rounding + 2.0 * UNIT_ROUNDOFF)
     return Resonances(
-        np.reshape(pitch.natural_frequency, 1),
-        np.reshape(pitch.damping_ratio, 1),
+        np.asarray(pitch.natural_frequency)[..., None],
+        np.asarray(pitch.damping_ratio)[..., None],
         np.array([0.5 * loss / SINGULAR]),
-        (np.abs(couple.value) <= 4.0 * couple.error)[:, None],
+        (np.abs(couple.value) <= 4.0 * couple.error)[..., None],
     )

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.isolation.rows import Readout
@@ -25,9 +26,8 @@ from vibecalc.parts.matrices import displacement_at
 
 
 def restricted(matrices: Matrices, dofs: np.ndarray) -> Matrices:
-    """The rows and columns (f, f) of the kept motions."""
-    place = np.ix_(dofs, dofs)
-    return Matrices(*(matrix[place] for matrix in matrices))
+    """The rows and columns (..., f, f) of the kept motions."""
+    return Matrices(*(matrix[..., dofs[:, None], dofs] for matrix in matrices))
 
 
 def held(matrices: Matrices, dofs: np.ndarray) -> Matrices:
@@ -63,7 +63,7 @@ def all_six(values: np.ndarray, dofs: np.ndarray, axis: int = -1) -> np.ndarray:
 
 
 class Static(NamedTuple):
-    """Small displacements at rest, errors absolute.
+    """Small displacements at rest, errors absolute; leading axes as of the matrices.
 
     `body` (6,) in m and rad; `sag` (mounts,) in m, positive against `up`; `force` (mounts, 3) of
     each mount on the ground, N; `share` (mounts,) its part against `up`, N: the shares add up to
@@ -81,22 +81,28 @@ class Static(NamedTuple):
 
 
 def weight_load(
-    mass: float, centre: np.ndarray, gravity: float, up: np.ndarray
+    mass: ArrayLike, centre: np.ndarray, gravity: ArrayLike, up: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Weight as force and couple (6,) about the reference point, and its error; `up` is unit."""
-    pull = -mass * gravity * np.asarray(up, dtype=float)
-    load = np.concatenate([pull, np.cross(centre, pull)])
-    terms = np.abs(displacement_at(np.asarray(centre))).T @ np.abs(pull)
+    """Weight as force and couple (..., 6) about the reference point, its error; `up` is unit."""
+    pull = np.multiply(-np.asarray(mass), gravity)[..., None] * np.asarray(up, dtype=float)
+    load = np.concatenate(np.broadcast_arrays(pull, np.cross(centre, pull)), axis=-1)
+    terms = _times(np.abs(displacement_at(centre)).mT, np.abs(pull))
     return load, (4 + DATA_ROUNDINGS) * UNIT_ROUNDOFF * terms
+
+
+def _times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """Matrices (..., m, n) times vectors (..., n)."""
+    product: np.ndarray = (matrix @ vector[..., None])[..., 0]
+    return product
 
 
 def static_deflection(
     matrices: Matrices,
     position: np.ndarray,
     stiffness: np.ndarray,
-    mass: float,
+    mass: ArrayLike,
     centre: np.ndarray,
-    gravity: float,
+    gravity: ArrayLike,
     up: np.ndarray,
 ) -> Static:
     """Linear deflection under the body's own weight.
@@ -104,8 +110,8 @@ def static_deflection(
     Parameters
     ----------
     matrices : from `assemble`, with the same mounts.
-    position, stiffness : (mounts, 3) m and (mounts, 3, 3) N/m.
-    mass, centre : kg and (3,) m, mass centre from the reference point.
+    position, stiffness : (..., mounts, 3) m and (..., mounts, 3, 3) N/m.
+    mass, centre : (...) kg and (..., 3) m, mass centre from the reference point.
     gravity, up : m/s^2 and unit vector (3,) against which it acts.
 
     Raises NumericalFailure if the mounts leave the body free, to rounding, or if the shares do
@@ -113,25 +119,27 @@ def static_deflection(
     """
     load, load_error = weight_load(mass, centre, gravity, up)
     inverse = _flexibility(matrices)
-    body = inverse @ load
-    body = body + inverse @ (load - matrices.stiffness @ body)
+    body = _times(inverse, load)
+    body = body + _times(inverse, load - _times(matrices.stiffness, body))
     spread = matrices.stiffness_error + 8.0 * UNIT_ROUNDOFF * np.abs(matrices.stiffness)
-    body_error = np.abs(inverse) @ (spread @ np.abs(body) + load_error)
+    body_error = _times(np.abs(inverse), _times(spread, np.abs(body)) + load_error)
     _require_digits(matrices, body, body_error)
 
     transform = displacement_at(position)
-    motion = transform @ body
-    motion_error = np.abs(transform) @ (body_error + 8.0 * UNIT_ROUNDOFF * np.abs(body))
-    force = (stiffness @ motion[..., None])[..., 0]
-    size = np.abs(stiffness)
+    uncertainty = body_error + 8.0 * UNIT_ROUNDOFF * np.abs(body)
+    motion = _times(transform, body[..., None, :])
+    motion_error = _times(np.abs(transform), uncertainty[..., None, :])
+    force = _times(stiffness, motion)
     rounding = (4.0 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
-    force_error = (size @ (motion_error + rounding * np.abs(motion))[..., None])[..., 0]
+    force_error = _times(np.abs(stiffness), motion_error + rounding * np.abs(motion))
     share, share_error = -force @ up, force_error @ np.abs(up)
-    uncertainty = 10.0 * (np.sum(share_error) + load_error[:3] @ np.abs(up))
-    if not abs(np.sum(share) - mass * gravity) <= uncertainty:
+    total, weight = np.sum(share, axis=-1), np.multiply(mass, gravity)
+    uncertainty = 10.0 * (np.sum(share_error, axis=-1) + load_error[..., :3] @ np.abs(up))
+    if not np.all(np.abs(total - weight) <= uncertainty):
         raise NumericalFailure(
-            f"the static forces of the mounts add up to {np.sum(share):.12g} N and the weight is "
-            f"{mass * gravity:.12g} N: the stiffness matrices of the mounts are not symmetric"
+            f"the static forces of the mounts add up to {np.ravel(total)[0]:.12g} N and the weight "
+            f"is {np.ravel(weight)[0]:.12g} N: the stiffness matrices of the mounts are not "
+            "symmetric"
         )
     return Static(
         body, body_error, -motion @ up, motion_error @ np.abs(up), force, force_error,
@@ -141,10 +149,10 @@ def static_deflection(
 
 def _flexibility(matrices: Matrices) -> np.ndarray:
     """Inverse of the stiffness, formed in coordinates of unit mass."""
-    scale = 1.0 / np.sqrt(np.diagonal(matrices.mass))
-    scaled = matrices.stiffness * np.outer(scale, scale)
+    scale = 1.0 / np.sqrt(np.linalg.diagonal(matrices.mass))
+    weight = scale[..., :, None] * scale[..., None, :]
     try:
-        inverse: np.ndarray = np.linalg.inv(scaled) * np.outer(scale, scale)
+        inverse: np.ndarray = np.linalg.inv(matrices.stiffness * weight) * weight
     except np.linalg.LinAlgError:
         raise NumericalFailure(_free("exactly")) from None
     if not np.all(np.isfinite(inverse)):
@@ -154,9 +162,10 @@ def _flexibility(matrices: Matrices) -> np.ndarray:
 
 def _require_digits(matrices: Matrices, body: np.ndarray, error: np.ndarray) -> None:
     """Refuse a deflection of which fewer than four digits are certain."""
-    weight = np.sqrt(np.diagonal(matrices.mass))
-    loss = np.max(weight * error)
-    if not loss < SINGULAR * max(np.max(weight * np.abs(body)), np.finfo(float).tiny):
+    weight = np.sqrt(np.linalg.diagonal(matrices.mass))
+    loss = np.max(weight * error, axis=-1)
+    largest = np.maximum(np.max(weight * np.abs(body), axis=-1), np.finfo(float).tiny)
+    if not np.all(loss < SINGULAR * largest):
         raise NumericalFailure(_free("to rounding"))
 
 
@@ -173,7 +182,10 @@ def _free(how: str) -> str:
 
 
 def displacement(body: Bounded, position: np.ndarray) -> Bounded:
-    """Displacement (..., mounts, 3, orders) in m at points (mounts, 3), from X (..., orders, 6)."""
+    """Displacement (..., mounts, 3, orders) in m at points (..., mounts, 3).
+
+    `body` is X (..., orders, 6).
+    """
     transform = displacement_at(position)[..., None, :, :, :]
     value = (transform @ body.value[..., :, None, :, None])[..., 0]
     terms = np.abs(transform) @ np.abs(body.value)[..., :, None, :, None]
@@ -192,10 +204,11 @@ def mount_force(
     """Force of each mount on the ground (..., mounts, 3, orders) in N, in complex amplitude.
 
     `motion` as `displacement` returns it, `frequency` (..., orders) rad/s, properties
-    (mounts, 3, 3). The force has the direction of the displacement for a stiff mount.
+    (..., mounts, 3, 3). The force has the direction of the displacement for a stiff mount.
     """
     rate = np.asarray(frequency)[..., None, :, None, None]
-    passing = (stiffness + 1j * structural)[:, None] + 1j * (rate * damping[:, None])
+    held, dragged = (part[..., :, None, :, :] for part in (stiffness + 1j * structural, damping))
+    passing = held + 1j * (rate * dragged)
     value = (passing @ np.moveaxis(motion.value, -1, -2)[..., None])[..., 0]
     rounding = (6.0 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
     spread = motion.error + rounding * np.abs(motion.value)

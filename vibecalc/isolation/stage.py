@@ -4,9 +4,10 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.core.run.stage import Entries, Harmonics, Stage, Subject, Unit, Work, below
+from vibecalc.core.run.stage import Entries, Harmonics, Leading, Stage, Subject, Unit, Work, below
 from vibecalc.excitation.stage import USUAL_ORDERS
 from vibecalc.kinematics.stage import orders_given, orders_of_motion, orders_words
+from vibecalc.parts.array_keys import MOUNT_KEYS
 from vibecalc.parts.firing import (
     TURN,
     cycle_angle,
@@ -44,6 +45,7 @@ def plan_torque_reaction(case: "Case") -> Iterator[Stage]:
 
 
 _PITCH_ONLY = ("isolation/pitch/", "isolation/lever_force/", "support_force/rigid_peak")
+CURVE = "isolation/pitch/transmissibility_curve"
 _BODY_ONLY = ("isolation/modes/", "isolation/body/")
 #: of the stages next to it
 _OTHERS = ("run_up", "masked", "torque_reaction")
@@ -55,6 +57,7 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
         return
     pitch = options.model == "pitch"
     speed = f"{case.machine.speed:.6g} rad/s"
+    quantities = below("isolation/", without=(*_OTHERS, *(_BODY_ONLY if pitch else _PITCH_ONLY)))
     yield Stage(
         name="isolation",
         adapter="vibecalc.isolation.adapters.pitch:run_isolation_pitch"
@@ -64,13 +67,19 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
         parts=("body", "mounts"),
         orders=orders_words(case),
         cost="one solve per order at " + speed,
-        quantities=below(
-            "isolation/",
-            without=(*_OTHERS, *(_BODY_ONLY if pitch else _PITCH_ONLY)),
-        ),
+        quantities=quantities,
         harmonics=orders_of_motion,
         work=_work_of_isolation,
         topics=("vibecalc.isolation.accuracy:isolation_topics",),
+        leading=Leading(
+            keys=MOUNT_KEYS | {"isolation.gravity", "isolation.lever"},
+            only=tuple(path for path in quantities if path != CURVE),
+            why_not="motions in a plane are examined point by point"
+            if options.model == "planar"
+            else "",
+            suspects=("vibecalc.isolation.model:isolation_suspects",),
+            most=2048 if pitch else 1024,
+        ),
     )
     if options.run_up is None:
         return

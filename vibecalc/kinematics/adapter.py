@@ -19,7 +19,9 @@ from vibecalc.kinematics.truncated_series import (
     truncated_harmonics,
     truncated_motion,
 )
-from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.leading import agreed
+from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
 from vibecalc.parts.firing import shakes_with_torque
 
 if TYPE_CHECKING:
@@ -34,66 +36,43 @@ CURVES = ("kinematics/position", "kinematics/velocity", "kinematics/acceleration
 
 
 class PistonMotion(NamedTuple):
-    """Harmonics C_n of s / R for orders 0 .. highest_order, then guard orders.
+    """Harmonics C_n of s / R (..., h + 1) for orders 0 .. highest_order, then guard orders.
 
     The guard orders tell what leaving out the rest costs; all dropped orders together weigh
-    `tail` times as much as they do.
+    `tail` (...) times as much as they do.
     """
 
     harmonics: np.ndarray
     error: np.ndarray
     highest_order: int
-    tail: float
-    dropped_after_guard: float
+    tail: np.ndarray
+    dropped_after_guard: np.ndarray
 
 
 def run_kinematics(scene: Scene) -> None:
     """Emit position and acceleration harmonics, what is left out of them, and the curves."""
     motion, dropped = _series(scene)
     scene.handed_on["motion"] = motion
-    train = scene.parts.crank_train
-    radius, speed = train.crank_radius, scene.case.machine.speed
+    radius = np.asarray(scene.parts.crank_train.crank_radius)
+    unit = radius * np.square(scene.case.machine.speed)
     orders = np.arange(motion.highest_order + 1)
-    values, error = (
-        motion.harmonics[: motion.highest_order + 1],
-        motion.error[: motion.highest_order + 1],
-    )
+    axes = {"order": orders}
+    values = motion.harmonics[..., : motion.highest_order + 1]
     rounding = 4.0 * EPSILON
-    scene.emit(
-        "kinematics/position_harmonics",
-        radius * values,
-        radius * (error + rounding * np.abs(values)),
-        {"order": orders},
-    )
-    scale = radius * speed**2 * orders**2
-    scene.emit(
-        "kinematics/acceleration_harmonics",
-        -scale * values,
-        scale * (error + rounding * np.abs(values)),
-        {"order": orders},
-    )
-    unit = radius * speed**2
-    scene.emit(
-        "kinematics/dropped_acceleration",
-        unit * dropped.value,
-        unit * (dropped.error + rounding * dropped.value),
-    )
+    error = motion.error[..., : motion.highest_order + 1] + rounding * np.abs(values)
+    position, bent = radius[..., None], unit[..., None] * orders**2
+    for name, scale in (("position", position), ("acceleration", -bent)):
+        found = Bounded(scale * values, np.abs(scale) * error)
+        scene.emit(f"kinematics/{name}_harmonics", found, axes=axes)
+    lost = dropped.error + rounding * dropped.value
+    scene.emit("kinematics/dropped_acceleration", Bounded(unit * dropped.value, unit * lost))
     if scene.case.kinematics is not None and scene.wants(*CURVES):
         _emit_curves(scene)
 
 
-class LackingAcceleration(NamedTuple):
-    """Acceleration that the chosen series and orders lack, in units of R w^2, and its error."""
-
-    value: float
-    error: float
-
-
-def _series(scene: Scene) -> tuple[PistonMotion, LackingAcceleration]:
-    """Harmonics as the case asks, and the acceleration they lack."""
+def _series(scene: Scene) -> tuple[PistonMotion, Bounded]:
+    """Harmonics as the case asks, and the acceleration (...) they lack in units of R w^2."""
     case, train = scene.case, scene.parts.crank_train
-    ratio = train.crank_radius / train.rod_length
-    offset = train.wrist_pin_offset / train.crank_radius
     options = case.kinematics
     if options is not None and options.series == "truncated":
         terms = options.terms or 1
@@ -102,36 +81,56 @@ def _series(scene: Scene) -> tuple[PistonMotion, LackingAcceleration]:
             "piston motion",
             "Gibson (2008), equations 1 to 4",
         )
-        return _cut_series(case, ratio, terms)
-    highest = _highest_order(case, _enough(ratio, case.accuracy.rtol, offset))
-    motion, dropped = _exact_series(ratio, offset, highest, len(train.names))
+        return _cut_series(case, train.crank_radius / train.rod_length, terms)
     scene.cite(
         "exact harmonics of the slider-crank",
         "piston motion",
         "hypergeometric coefficients, docs/theory.md; cf. Biezeno and Grammel (1953), ch. XI",
     )
-    return motion, dropped
+    return _exact(case, train)
 
 
 def exact_motion(case: "Case", train: "CrankTrain", least: int) -> PistonMotion:
     """Exact harmonics of a crank train, of `least` orders or as many as the tolerance needs."""
+    return _exact(case, train, least)[0]
+
+
+def _exact(case: "Case", train: "CrankTrain", least: int = 1) -> tuple[PistonMotion, Bounded]:
+    """Points with the same crank and rod share their motion; all keep equally many orders."""
     ratio = train.crank_radius / train.rod_length
     offset = train.wrist_pin_offset / train.crank_radius
-    highest = max(_highest_order(case, _enough(ratio, case.accuracy.rtol, offset)), least)
-    return _exact_series(ratio, offset, highest, len(train.names))[0]
+    rtol, cylinders = case.accuracy.rtol, len(train.names)
+    if not (np.ndim(ratio) or np.ndim(offset)):
+        highest = max(int(_highest_order(case, _enough(ratio, rtol, offset))), least)
+        return _one_series(ratio, offset, highest, cylinders)
+    pairs = np.stack(np.broadcast_arrays(ratio, offset))
+    cranks, crank = np.unique(pairs, axis=1, return_inverse=True)
+    enough = _highest_order(case, order_for_tolerance(cranks[0], rtol, cranks[1]))
+    crank = crank.reshape(-1)
+    highest = max(agreed(np.broadcast_to(enough, cranks[0].shape)[crank]), least)
+    motion, dropped = _exact_series(cranks[0], cranks[1], highest, cylinders)
+    arrays = {
+        name: getattr(motion, name)[crank]
+        for name in ("harmonics", "error", "tail", "dropped_after_guard")
+    }
+    return motion._replace(**arrays), dropped[crank]
 
 
-def _cut_series(case: "Case", ratio: float, terms: int) -> tuple[PistonMotion, LackingAcceleration]:
+def _cut_series(
+    case: "Case", rod_ratio: float | FloatArray, terms: int
+) -> tuple[PistonMotion, Bounded]:
     """A cut series has no orders beyond its own: the guard orders are all that is left out."""
-    highest = _highest_order(case, last_order(case, terms))
+    ratio = np.asarray(rod_ratio)
+    highest = int(_highest_order(case, last_order(case, terms)))
     values = truncated_harmonics(ratio, terms, max(highest, last_order(case, terms)))
     error = RELATIVE_ERROR * np.abs(values)
-    tail = 1.0 if values.shape[-1] > highest + 1 else 0.0
-    dropped = float(truncated_dropped_acceleration(ratio, terms, highest))
+    tail = np.array(1.0 if values.shape[-1] > highest + 1 else 0.0)
+    dropped = truncated_dropped_acceleration(ratio, terms, highest)
     # of this size unless R / L is so close to 1 that the closed form takes over
-    relative = EPSILON * (8.0 + 4.0 * terms / (1.0 - ratio * ratio)) if ratio < 0.99 else 1e-12
-    motion = _with_ratio_error(values, error, ratio, highest, tail, 0.0)
-    return motion, LackingAcceleration(dropped, relative * dropped)
+    relative = EPSILON * (8.0 + 4.0 * terms / (1.0 - ratio * ratio))
+    relative = np.where(ratio < 0.99, relative, 1e-12)
+    motion = _with_ratio_error(values, error, ratio, highest, tail, np.zeros(()))
+    return motion, Bounded(dropped, relative * dropped)
 
 
 def last_order(case: "Case", terms: int) -> int:
@@ -142,47 +141,55 @@ def last_order(case: "Case", terms: int) -> int:
 # A study changes masses and mounts far more often than the crank: these two need not run again.
 @lru_cache(maxsize=64)
 def _enough(ratio: float, rtol: float, offset: float) -> int:
-    return order_for_tolerance(ratio, rtol, offset)
+    return int(order_for_tolerance(ratio, rtol, offset))
 
 
 @lru_cache(maxsize=64)
-def _exact_series(
+def _one_series(
     ratio: float, offset: float, highest: int, cylinders: int
-) -> tuple[PistonMotion, LackingAcceleration]:
-    # evenly spaced cranks may leave every 2 c-th order only, so the guard has to reach one
-    decay = -math.log(float(pole(np.asarray(ratio), np.asarray(abs(offset))).radius))
-    guard = max(math.ceil(-math.log(BEYOND_GUARD) / decay) + 2, 2 * cylinders)
-    guard = min(guard, MOST_GUARD_ORDERS)
-    exact = harmonics_with_error(ratio, highest + guard, offset)
-    dropped, dropped_error = (float(x) for x in dropped_with_error(ratio, highest, offset))
-    beyond = float(dropped_with_error(ratio, highest + guard, offset).value)
-    tail = dropped / (dropped - beyond) if dropped > beyond else 1.0
-    motion = _with_ratio_error(exact.values, exact.error, ratio, highest, tail, beyond)
+) -> tuple[PistonMotion, Bounded]:
+    motion, dropped = _exact_series(np.asarray(ratio), np.asarray(offset), highest, cylinders)
     for array in (motion.harmonics, motion.error):
         array.flags.writeable = False
-    reach = ratio * (1.0 + abs(offset))
-    slip = EPSILON * (highest + 2.0 + 1.0 / decay) / math.sqrt(1.0 - reach * reach)
-    return motion, LackingAcceleration(dropped, dropped_error + slip * dropped)
+    return motion, dropped
 
 
-def _highest_order(case: "Case", enough: int) -> int:
+def _exact_series(
+    ratio: FloatArray, offset: FloatArray, highest: int, cylinders: int
+) -> tuple[PistonMotion, Bounded]:
+    # evenly spaced cranks may leave every 2 c-th order only, so the guard has to reach one
+    decay = -np.log(pole(ratio, np.abs(offset)).radius)
+    guard = max(math.ceil(np.max(-math.log(BEYOND_GUARD) / decay)) + 2, 2 * cylinders)
+    guard = min(guard, MOST_GUARD_ORDERS)
+    exact = harmonics_with_error(ratio, highest + guard, offset)
+    dropped = dropped_with_error(ratio, highest, offset)
+    beyond = dropped_with_error(ratio, highest + guard, offset).value
+    shown = dropped.value - beyond
+    tail = np.where(shown > 0.0, dropped.value / np.where(shown > 0.0, shown, 1.0), 1.0)
+    motion = _with_ratio_error(exact.values, exact.error, ratio, highest, tail, beyond)
+    reach = ratio * (1.0 + np.abs(offset))
+    slip = EPSILON * (highest + 2.0 + 1.0 / decay) / np.sqrt(1.0 - reach * reach)
+    return motion, Bounded(dropped.value, dropped.error + slip * dropped.value)
+
+
+def _highest_order(case: "Case", enough: int | IntArray) -> int | IntArray:
     """Highest order: the case's own word, else enough for the series and every turning weight."""
     if case.excitation is not None and case.excitation.orders is not None:
         return case.excitation.orders
     shafts = case.machine.crank_train.balance_shafts
-    return max(enough, *(abs(shaft.speed_ratio) for shaft in shafts), 1)
+    return np.maximum(enough, max([1, *(abs(shaft.speed_ratio) for shaft in shafts)]))
 
 
 def _with_ratio_error(
     values: np.ndarray,
     error: np.ndarray,
-    ratio: float,
+    ratio: FloatArray,
     highest: int,
-    tail: float,
-    beyond: float,
+    tail: FloatArray,
+    beyond: FloatArray,
 ) -> PistonMotion:
     # R / L is itself rounded: d ln C_n / d ln(R / L) is about n / sqrt(1 - (R / L)^2)
-    steepness = np.arange(values.shape[-1]) / math.sqrt(1.0 - ratio * ratio)
+    steepness = np.arange(values.shape[-1]) / np.sqrt(1.0 - ratio * ratio)[..., None]
     total = error + 0.5 * EPSILON * steepness * np.abs(values)
     return PistonMotion(values, total, highest, tail, beyond)
 
@@ -190,13 +197,22 @@ def _with_ratio_error(
 def _emit_curves(scene: Scene) -> None:
     from vibecalc.kinematics.slider_crank import piston_motion
 
-    train, speed = scene.parts.crank_train, scene.case.machine.speed
+    train = scene.parts.crank_train
     angle = np.linspace(0.0, 2.0 * np.pi, ANGLES)
+    speed, radius, length, offset = (
+        np.asarray(number)[..., None]
+        for number in (
+            scene.case.machine.speed,
+            train.crank_radius,
+            train.rod_length,
+            train.wrist_pin_offset,
+        )
+    )
     options = scene.case.kinematics
     if options is not None and options.series == "truncated":
-        motion = truncated_motion(angle, train.crank_radius, train.rod_length, options.terms or 1)
+        motion = truncated_motion(angle, radius, length, options.terms or 1)
     else:
-        motion = piston_motion(angle, train.crank_radius, train.rod_length, train.wrist_pin_offset)
+        motion = piston_motion(angle, radius, length, offset)
     axes = {"crank_angle": angle}
     curves = (
         ("position", motion.position, motion.position_error, 1.0),

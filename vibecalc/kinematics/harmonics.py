@@ -11,6 +11,7 @@ from vibecalc.numerics.rounding import (
     EPSILON,
     ComplexArray,
     FloatArray,
+    IntArray,
     compensated_sum,
     two_product,
     two_sum,
@@ -454,15 +455,18 @@ def dropped_with_error(
     return DroppedSums(value, error)
 
 
-def order_for_tolerance(rod_ratio: float, rtol: float, offset_ratio: float = 0.0) -> int:
-    """Smallest order after which the rest of the acceleration is below `rtol` of its largest part.
+def order_for_tolerance(
+    rod_ratio: ArrayLike, rtol: float, offset_ratio: ArrayLike = 0.0
+) -> IntArray:
+    """Smallest order (...) after which the rest of the acceleration is below `rtol` of its largest
+    part.
 
     The rest is `dropped_acceleration`, the largest part the greatest n^2 |C_n| (order 1 for every
     R/L of practice). As position and velocity fall off faster, they meet the tolerance too.
 
     Parameters
     ----------
-    rod_ratio, offset_ratio : float
+    rod_ratio, offset_ratio : arrays that broadcast (...)
         R/L and e/R.
     rtol : float
         Relative tolerance, above 0.
@@ -473,27 +477,34 @@ def order_for_tolerance(rod_ratio: float, rtol: float, offset_ratio: float = 0.0
         More than 16384 orders would be needed (R/L within about 1e-6 of 1), or the crank does
         not turn over.
     """
-    ratio, offset = np.asarray(rod_ratio), np.asarray(offset_ratio)
+    ratio, offset = np.broadcast_arrays(
+        np.asarray(rod_ratio, dtype=np.float64), np.asarray(offset_ratio, dtype=np.float64)
+    )
     # the rest falls like q^n from the total; ten times less is asked for than this would say
     decay = -np.log(pole(ratio, np.abs(offset)).radius)
-    at_least = np.log(_rod_total(ratio, offset) / (10.0 * rtol)) / decay
+    at_least = np.max(np.log(_rod_total(ratio, offset) / (10.0 * rtol)) / decay, initial=0.0)
     highest = 16 if at_least <= HIGHEST_ORDER else 2 * HIGHEST_ORDER
-    while highest <= HIGHEST_ORDER:
-        amplitude = np.abs(
-            harmonics_with_error(rod_ratio, highest, offset_ratio, derivative=2).values
+    enough, left = np.zeros(ratio.size, dtype=np.int64), np.arange(ratio.size)
+    while left.size and highest <= HIGHEST_ORDER:
+        some, moved = ratio.flat[left], offset.flat[left]
+        amplitude = np.abs(harmonics_with_error(some, highest, moved, derivative=2).values)
+        allowed = rtol * np.max(amplitude, axis=-1)
+        dropped = dropped_with_error(some, highest, moved)
+        settled = dropped.value + dropped.error <= allowed
+        # entry n: what a cut after order n leaves out
+        beyond = np.cumsum(amplitude[:, :0:-1], axis=-1)[:, ::-1]
+        remainder = np.pad(beyond, ((0, 0), (0, 1))) + dropped.value[:, None]
+        first = np.argmax(remainder <= allowed[:, None], axis=-1)
+        enough[left[settled]] = first[settled]
+        left, highest = left[~settled], highest * 4
+    if left.size:
+        raise NumericalFailure(
+            f"kinematics: more than {HIGHEST_ORDER} harmonics would be needed for a relative "
+            f"tolerance of {rtol:.3g} at R/L = {ratio.flat[left[0]]:.17g}, e/R = "
+            f"{offset.flat[left[0]]:.17g}; choose the highest order yourself ([excitation] orders),"
+            " loosen the tolerance or lengthen the rod"
         )
-        allowed = rtol * float(np.max(amplitude))
-        dropped = dropped_with_error(rod_ratio, highest, offset_ratio)
-        if dropped.value + dropped.error <= allowed:
-            # entry n: what a cut after order n leaves out
-            remainder = np.append(np.cumsum(amplitude[:0:-1])[::-1], 0.0) + dropped.value
-            return int(np.argmax(remainder <= allowed))
-        highest *= 4
-    raise NumericalFailure(
-        f"kinematics: more than {HIGHEST_ORDER} harmonics would be needed for a relative tolerance "
-        f"of {rtol:.3g} at R/L = {rod_ratio:.17g}, e/R = {offset_ratio:.17g}; choose the highest "
-        "order yourself ([excitation] orders), loosen the tolerance or lengthen the rod"
-    )
+    return enough.reshape(ratio.shape)
 
 
 def _rod_total(ratio: FloatArray, offset: FloatArray) -> FloatArray:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 from vibecalc.core.run.stage import (
     Entries,
     Harmonics,
+    Leading,
     Stage,
     Subject,
     Unit,
@@ -14,6 +15,7 @@ from vibecalc.core.run.stage import (
     first_orders,
 )
 from vibecalc.kinds import has_crank_train, has_speed
+from vibecalc.parts.array_keys import BODY_KEYS, INERTIA_PRODUCTS, MOVING_KEYS, PLACING_KEYS
 from vibecalc.parts.firing import shakes_with_torque
 
 if TYPE_CHECKING:
@@ -37,6 +39,26 @@ def plan_kinematics(case: "Case") -> Iterator[Stage]:
         harmonics=orders_of_motion,
         work=_work_of_motion,
         topics=("vibecalc.kinematics.accuracy:kinematics_topics",),
+        leading=_leading(case),
+    )
+
+
+def _leading(case: "Case") -> Leading:
+    """Of a machine whose crank turns steadily; its body has to weigh more than what moves in it."""
+    body = case.machine.body
+    keys = MOVING_KEYS | PLACING_KEYS | BODY_KEYS | {"machine.speed"}
+    if body is not None and body.inertia is not None:
+        keys |= INERTIA_PRODUCTS
+    switching = case.response is not None and case.response.switching is not None
+    return Leading(
+        keys=keys,
+        why_not="joints with play and changes between operations are checked point by point"
+        if switching or case.machine.joints is not None
+        else "",
+        suspects=(
+            "vibecalc.parts.crank_train:crank_train_suspects",
+            "vibecalc.parts.body:body_suspects",
+        ),
     )
 
 
@@ -80,7 +102,7 @@ def orders_of_motion(case: "Case") -> Harmonics:
 
         ratio = train.crank_radius / train.rod_length
         offset = (train.wrist_pin_offset or 0.0) / train.crank_radius
-        enough = order_for_tolerance(ratio, case.accuracy.rtol, offset)
+        enough = int(order_for_tolerance(ratio, case.accuracy.rtol, offset))
         rule = f"R/L = {ratio:.4g}, the rest below rtol = {case.accuracy.rtol:g}"
     turning = max((abs(shaft.speed_ratio) for shaft in train.balance_shafts), default=1)
     if turning > enough:

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import FloatArray
 
 # ----------------------------------------------------------------------------
@@ -27,6 +28,12 @@ class Matrices(NamedTuple):
     stiffness_error: np.ndarray
     damping_error: np.ndarray
     structural_error: np.ndarray
+
+
+def bounded_parts(matrices: Matrices) -> tuple[Bounded, Bounded, Bounded, Bounded]:
+    """Mass, stiffness, damping and structural matrix with the error of each."""
+    mass, stiffness, damping, structural = map(Bounded, matrices[:4], matrices[4:])
+    return mass, stiffness, damping, structural
 
 
 # ----------------------------------------------------------------------------

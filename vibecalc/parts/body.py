@@ -1,12 +1,16 @@
 """The rigid machine in its axes, with its inertia block, and whether such a body exists."""
 
 import functools
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vibecalc.errors import KeyPath, Problem
+from vibecalc.numerics.leading import side_by_side
+from vibecalc.numerics.rounding import BoolArray
 from vibecalc.parts import tables as parts
 from vibecalc.schema import Case
 
@@ -60,7 +64,7 @@ class RigidBody:
 
     `mass` in kg; `centre` (3,) of all the mass, in m from the reference point; `mass_matrix`
     (6, 6) about the reference point in the order x y z rx ry rz; `inertia` (3, 3) in kg m^2 about
-    `centre`.
+    `centre`. Where numbers of the case are arrays (points,), so are these with a leading axis.
     """
 
     mass: float
@@ -70,43 +74,52 @@ class RigidBody:
 
 
 def cross_matrix(vector: Array) -> Array:
-    """Matrix (3, 3) of the product `vector x`."""
-    x, y, z = vector
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    """Matrix (..., 3, 3) of the product `vector x`, for vectors (..., 3)."""
+    x, y, z = np.moveaxis(vector, -1, 0)
+    none = np.zeros(np.shape(x))
+    rows = ([none, -z, y], [z, none, -x], [-y, x, none])
+    return side_by_side([side_by_side(row) for row in rows], own=1)
 
 
-def point_inertia(mass: float, position: Array) -> Array:
-    """Inertia (3, 3) in kg m^2 of a point mass about the origin (Huygens, Steiner)."""
-    x, y, z = position
-    squares = np.diag([y * y + z * z, x * x + z * z, x * x + y * y])
-    products = np.outer(position, position)
-    np.fill_diagonal(products, 0.0)
-    return np.asarray(mass * (squares - products))
+def _diagonal(entries: Sequence[float | Array]) -> Array:
+    """Matrix (..., 3, 3) of three numbers or arrays (...) on its diagonal."""
+    return np.asarray(side_by_side(entries)[..., None, :] * np.eye(3))
 
 
-def box_inertia(mass: float, box: parts.Box) -> Array:
-    """Inertia (3, 3) in kg m^2 of a uniform block about its own centre."""
-    x, y, z = box.length, box.width, box.height
-    squares = np.diag([y * y + z * z, x * x + z * z, x * x + y * y])
-    return np.asarray(squares * (mass / 12.0))
+def _sums_of_squares(x: Any, y: Any, z: Any) -> Array:
+    return _diagonal([y * y + z * z, x * x + z * z, x * x + y * y])
+
+
+def point_inertia(mass: float | Array, position: Array) -> Array:
+    """Inertia (..., 3, 3) in kg m^2 of point masses about the origin (Huygens, Steiner)."""
+    products = position[..., :, None] * position[..., None, :] * (1.0 - np.eye(3))
+    squares = _sums_of_squares(*np.moveaxis(position, -1, 0))
+    return np.asarray(np.asarray(mass)[..., None, None] * (squares - products))
+
+
+def box_inertia(mass: float | Array, box: parts.Box) -> Array:
+    """Inertia (..., 3, 3) in kg m^2 of a uniform block about its own centre."""
+    twelfth = np.asarray(mass / 12.0)[..., None, None]
+    return np.asarray(_sums_of_squares(box.length, box.width, box.height) * twelfth)
 
 
 def bare_mass(body: parts.Body) -> float:
     """Mass in kg of the machine without its block; a body given as a matrix has none."""
     if body.mass is None:
         raise ValueError("the body is given as a matrix")
-    return float(body.mass)
+    return body.mass
 
 
 def machine_inertia(body: parts.Body) -> Array:
-    """Inertia (3, 3) in kg m^2 of the machine without its block, about its mass centre."""
+    """Inertia (..., 3, 3) in kg m^2 of the machine without its block, about its mass centre."""
     if body.inertia is None:
         if body.box is None:
             raise ValueError("a body needs a box or moments of inertia")
         return box_inertia(bare_mass(body), body.box)
     xy, xz, yz = body.inertia_products
-    off_diagonal = np.array([[0.0, xy, xz], [xy, 0.0, yz], [xz, yz, 0.0]])
-    return np.asarray(np.diag(body.inertia) - off_diagonal)
+    rows = ([0.0, xy, xz], [xy, 0.0, yz], [xz, yz, 0.0])
+    off_diagonal = side_by_side([side_by_side(row) for row in rows], own=1)
+    return np.asarray(_diagonal(body.inertia) - off_diagonal)
 
 
 def build_body(body: parts.Body) -> RigidBody:
@@ -118,23 +131,25 @@ def build_body(body: parts.Body) -> RigidBody:
     bare_inertia = machine_inertia(body)
     block = body.inertia_block
     added = 0.0 if block is None else block.mass
-    if block is None or added == 0.0:
+    if block is None or not np.any(added):
         place, block_inertia = np.zeros(3), np.zeros((3, 3))
     else:
-        place, block_inertia = np.array(block.position), box_inertia(added, block.box)
+        place, block_inertia = side_by_side(block.position), box_inertia(added, block.box)
     bare = bare_mass(body)
-    mass = bare + added
-    static_moment = added * place
-    matrix = np.zeros((6, 6))
-    matrix[:3, :3] = mass * np.eye(3)
-    matrix[:3, 3:] = -cross_matrix(static_moment)
-    matrix[3:, :3] = matrix[:3, 3:].T
-    matrix[3:, 3:] = bare_inertia + block_inertia + point_inertia(added, place)
+    mass = np.asarray(bare + added)
+    static_moment = np.asarray(added)[..., None] * place
+    about_reference = bare_inertia + block_inertia + point_inertia(added, place)
+    points = np.broadcast_shapes(mass.shape, static_moment.shape[:-1], about_reference.shape[:-2])
+    matrix = np.zeros((*points, 6, 6))
+    matrix[..., :3, :3] = mass[..., None, None] * np.eye(3)
+    matrix[..., :3, 3:] = -cross_matrix(static_moment)
+    matrix[..., 3:, :3] = np.swapaxes(matrix[..., :3, 3:], -1, -2)
+    matrix[..., 3:, 3:] = about_reference
     # Two masses about their common centre act as the reduced mass: no difference of large terms.
     reduced = added * (bare / mass)
     return RigidBody(
-        mass=mass,
-        centre=static_moment / mass,
+        mass=bare + added,
+        centre=static_moment / mass[..., None],
         mass_matrix=matrix,
         inertia=bare_inertia + block_inertia + point_inertia(reduced, place),
     )
@@ -179,3 +194,17 @@ def body_problems(case: Case) -> list[Problem]:
             )
         ]
     return []
+
+
+def body_suspects(case: Case) -> BoolArray:
+    """Points (...) of a case with arrays that `body_problems` may refuse: its bounds, narrower."""
+    body = case.machine.body
+    if body is None or body.inertia is None:
+        return np.zeros((), dtype=bool)
+    matrix = machine_inertia(body)
+    finite = np.asarray(np.isfinite(matrix).all(axis=(-2, -1)))
+    principal = np.linalg.eigvalsh(np.where(finite[..., None, None], matrix, np.eye(3)))
+    low, middle, high = np.moveaxis(principal, -1, 0)
+    positive = np.all(np.diagonal(matrix, axis1=-2, axis2=-1) > 0.0, axis=-1)
+    flat = high <= (low + middle) * (1.0 + 0.9 * SLACK)
+    return np.asarray(~(finite & positive & (low > 1e-11 * high) & flat))

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import has_crank_train
+from vibecalc.numerics.leading import side_by_side
+from vibecalc.numerics.rounding import BoolArray
 from vibecalc.parts import tables as parts
 from vibecalc.parts.body import DIRECTIONS, build_frame
 from vibecalc.parts.geometry import CrankGeometry
@@ -19,7 +21,8 @@ from vibecalc.schema import Case
 # ----------------------------------------------------------------------------
 
 Array = NDArray[np.float64]
-Row = tuple[str, float, int, float, Array]
+#: name, unbalance, speed ratio, phase, place
+Row = tuple[str, float | Array, int, float | Array, Array]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,6 +33,9 @@ class CrankTrain:
     reference point. `reciprocating_mass` (n,) moves with the pistons, `rotating_mass` (n,) sits at
     the crank pins; a rod is the two point masses that keep its mass and mass centre (its moment of
     inertia is then that of the two points, the usual approximation).
+
+    Where numbers of the case are arrays (points,), so are the lengths, and what follows from them
+    is (points, n) or, of the origin, (points, 3).
     """
 
     geometry: CrankGeometry
@@ -46,15 +52,15 @@ class CrankTrain:
 
     @property
     def crank_radius(self) -> float:
-        return float(self.geometry.crank_radius)
+        return self.geometry.crank_radius  # type: ignore[no-any-return]
 
     @property
     def rod_length(self) -> float:
-        return float(self.geometry.rod_length)
+        return self.geometry.rod_length  # type: ignore[no-any-return]
 
     @property
     def wrist_pin_offset(self) -> float:
-        return float(self.geometry.wrist_pin_offset)
+        return self.geometry.wrist_pin_offset  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,7 +70,7 @@ class RotatingMasses:
     `unbalance` (m,) is mass times radius in kg m, `speed_ratio` (m,) the shaft speed over the
     crank speed (negative turns the other way), `phase` (m,) the angle from the stroke at crank
     angle zero in the crank's sense of rotation, `position` (m, 3) counts from the train's origin
-    along x, y, z of the body.
+    along x, y, z of the body. Leading axes as of `CrankTrain`, except for the ratios.
     """
 
     names: tuple[str, ...]
@@ -80,18 +86,22 @@ def rod_share(train: parts.CrankTrain) -> float:
     if rod is None:
         return 0.0
     if rod.reciprocating_fraction is not None:
-        return float(rod.reciprocating_fraction)
-    return float((rod.crank_pin_to_mass_centre or 0.0) / train.rod_length)
+        return rod.reciprocating_fraction
+    return _given(rod.crank_pin_to_mass_centre) / train.rod_length
+
+
+def _given(number: float | None) -> float:
+    return 0.0 if number is None else number
 
 
 def reciprocating_mass(train: parts.CrankTrain) -> float | None:
     """Mass in kg that moves with one piston, or None if the train does not say."""
     if train.reciprocating_mass is not None:
-        return float(train.reciprocating_mass)
+        return train.reciprocating_mass
     if train.piston_mass is None and train.pin_mass is None and train.rod is None:
         return None
     rod = 0.0 if train.rod is None else train.rod.mass * rod_share(train)
-    return float((train.piston_mass or 0.0) + (train.pin_mass or 0.0) + rod)
+    return _given(train.piston_mass) + _given(train.pin_mass) + rod
 
 
 def working_names(train: parts.CrankTrain, works: Sequence[str] | None) -> tuple[str, ...]:
@@ -107,7 +117,7 @@ def build_crank_train(train: parts.CrankTrain) -> CrankTrain:
     to that of the train, the rotating share of the rod is added.
     """
     frame = build_frame(train.axis, train.stroke)
-    common = reciprocating_mass(train) or 0.0
+    common = _given(reciprocating_mass(train))
     rod = 0.0 if train.rod is None else train.rod.mass * (1.0 - rod_share(train))
     cylinders = train.cylinders
     masses = [c.reciprocating_mass for c in cylinders]
@@ -115,12 +125,12 @@ def build_crank_train(train: parts.CrankTrain) -> CrankTrain:
     return CrankTrain(
         geometry=crank_geometry(train),
         names=tuple(c.name for c in cylinders),
-        position=np.array([c.position for c in cylinders]),
-        crank_phase=np.array([c.crank_phase for c in cylinders]),
-        bank_angle=np.array([c.bank_angle for c in cylinders]),
-        reciprocating_mass=np.array([common if mass is None else mass for mass in masses]),
-        rotating_mass=np.array([pin + rod for pin in pins]),
-        origin=np.array(train.origin),
+        position=side_by_side([c.position for c in cylinders]),
+        crank_phase=side_by_side([c.crank_phase for c in cylinders]),
+        bank_angle=side_by_side([c.bank_angle for c in cylinders]),
+        reciprocating_mass=side_by_side([common if mass is None else mass for mass in masses]),
+        rotating_mass=side_by_side([pin + rod for pin in pins]),
+        origin=side_by_side(train.origin),
         axis=frame.axis,
         stroke=frame.stroke,
         across=frame.across,
@@ -153,12 +163,22 @@ def moving(train: CrankTrain, working: Sequence[str] | None, idle: str) -> Crank
 def throws(train: CrankTrain) -> list[Row]:
     """The unbalance of every throw that has a rotating mass."""
     return [
-        (f"throw {name}", mass * train.crank_radius, 1, phase, place * train.axis)
-        for name, mass, phase, place in zip(
-            train.names, train.rotating_mass, train.crank_phase, train.position, strict=True
-        )
-        if mass != 0.0
+        (f"throw {name}", mass * train.crank_radius, 1, phase, _on_shaft(place, train.axis))
+        for name, mass, phase, place in _by_cylinder(train)
     ]
+
+
+def _by_cylinder(train: CrankTrain) -> list[tuple[str, Array, Array, Array]]:
+    """Name, rotating mass, phase and place of every throw with such a mass, each (...)."""
+    columns = [train.rotating_mass, train.crank_phase, train.position]
+    parts = (np.moveaxis(column, -1, 0) for column in columns)
+    rows = zip(train.names, *parts, strict=True)
+    return [row for row in rows if np.any(row[1])]
+
+
+def _on_shaft(place: float | Array, axis: Array) -> Array:
+    """Places (..., 3) of distances (...) along the shaft."""
+    return np.asarray(place)[..., None] * axis
 
 
 def cancelling_weights(train: CrankTrain, balanced_for: Sequence[str] | None) -> list[Row]:
@@ -169,11 +189,15 @@ def cancelling_weights(train: CrankTrain, balanced_for: Sequence[str] | None) ->
     """
     names = balanced_for or ()
     return [
-        (f"weight for {name}", mass * train.crank_radius, 1, phase + np.pi, place * train.axis)
-        for name, mass, phase, place in zip(
-            train.names, train.rotating_mass, train.crank_phase, train.position, strict=True
+        (
+            f"weight for {name}",
+            mass * train.crank_radius,
+            1,
+            phase + np.pi,
+            _on_shaft(place, train.axis),
         )
-        if name in names and mass != 0.0
+        for name, mass, phase, place in _by_cylinder(train)
+        if name in names
     ]
 
 
@@ -181,11 +205,11 @@ def weights_and_shafts(train: parts.CrankTrain) -> list[Row]:
     """Counterweights and balance shafts, as the case has them."""
     along = build_frame(train.axis, train.stroke).axis
     weights: list[Row] = [
-        (weight.name, weight.unbalance, 1, weight.phase, weight.position * along)
+        (weight.name, weight.unbalance, 1, weight.phase, _on_shaft(weight.position, along))
         for weight in train.counterweights
     ]
     shafts: list[Row] = [
-        (shaft.name, shaft.unbalance, shaft.speed_ratio, shaft.phase, np.array(shaft.position))
+        (shaft.name, shaft.unbalance, shaft.speed_ratio, shaft.phase, side_by_side(shaft.position))
         for shaft in train.balance_shafts
     ]
     return [*weights, *shafts]
@@ -193,12 +217,13 @@ def weights_and_shafts(train: parts.CrankTrain) -> list[Row]:
 
 def rotating_masses(rows: Sequence[Row]) -> RotatingMasses:
     """Rows of name, unbalance, speed ratio, phase and place as arrays."""
+    places = side_by_side([row[4] for row in rows], own=1) if rows else np.zeros((0, 3))
     return RotatingMasses(
         names=tuple(row[0] for row in rows),
-        unbalance=np.array([row[1] for row in rows], dtype=float),
+        unbalance=side_by_side([row[1] for row in rows]),
         speed_ratio=np.array([row[2] for row in rows], dtype=np.int64),
-        phase=np.array([row[3] for row in rows], dtype=float),
-        position=np.array([row[4] for row in rows], dtype=float).reshape(len(rows), 3),
+        phase=side_by_side([row[3] for row in rows]),
+        position=places,
     )
 
 
@@ -369,3 +394,25 @@ def _whole_mass(body: parts.Body) -> float | None:
 
     least = float(np.diagonal(block_matrix(body.mass_matrix))[:3].min())
     return least if least > 0.0 else None  # what is no mass at all is reported for the matrix
+
+
+#: crank over rod beyond which series grow long
+LONGEST_REACH = 0.98
+#: relative slack around bounds of the checks
+_MARGIN = 1.0 + 1e-9
+
+
+def crank_train_suspects(case: Case) -> BoolArray:
+    """Points (...) of a case with arrays that `crank_train_problems` may refuse, or slow ones."""
+    written = case.machine.crank_train
+    train = build_crank_train(written)
+    reach = train.crank_radius + np.abs(train.wrist_pin_offset)
+    fine = (reach < LONGEST_REACH * train.rod_length) & np.asarray(rod_share(written) <= 1.0)
+    if case.kinematics is not None and case.kinematics.series == "truncated":
+        fine = fine & np.asarray(train.wrist_pin_offset == 0.0)
+    moving = (train.reciprocating_mass + train.rotating_mass).sum(axis=-1)
+    turning = [weight.unbalance for weight in written.counterweights]
+    turning += [shaft.unbalance for shaft in written.balance_shafts]
+    fine = fine & (sum(turning, moving) > 0.0)
+    whole = None if case.machine.body is None else _whole_mass(case.machine.body)
+    return np.asarray(~(fine if whole is None else fine & (moving * _MARGIN < whole)))

@@ -45,40 +45,36 @@ def assemble(
     damping: np.ndarray,
     structural: np.ndarray,
 ) -> Matrices:
-    """Add up the mounts of a body.
+    """Add up the mounts of a body; all matrices get the same leading axes.
 
     Parameters
     ----------
-    mass_matrix : (6, 6) about the reference point, static moments included, positive definite.
-    position : (mounts, 3) from the reference point, m.
-    stiffness, damping, structural : (mounts, 3, 3) symmetric, along the body's axes, in N/m,
+    mass_matrix : (..., 6, 6) about the reference point, static moments included, positive definite.
+    position : (..., mounts, 3) from the reference point, m.
+    stiffness, damping, structural : (..., mounts, 3, 3) symmetric, along the body's axes, in N/m,
         N s/m and N/m (loss factor times stiffness).
 
     Source: C. M. Harris and A. G. Piersol, Shock and Vibration Handbook, 5th ed., chapter 3.
     """
     transform = displacement_at(position)
     size = np.abs(transform)
-    rounding = (len(transform) + 6 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
+    rounding = (transform.shape[-3] + 6 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
 
     def add_up(blocks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        total = np.sum(transform.swapaxes(-1, -2) @ blocks @ transform, axis=0)
-        terms = np.sum(size.swapaxes(-1, -2) @ np.abs(blocks) @ size, axis=0)
-        return 0.5 * (total + total.T), rounding * terms
+        total = np.sum(transform.mT @ blocks @ transform, axis=-3)
+        terms = np.sum(size.mT @ np.abs(blocks) @ size, axis=-3)
+        return 0.5 * (total + total.mT), rounding * terms
 
     mass = np.asarray(mass_matrix, dtype=float)
     total_stiffness, stiffness_error = add_up(np.asarray(stiffness, dtype=float))
     total_damping, damping_error = add_up(np.asarray(damping, dtype=float))
     total_structural, structural_error = add_up(np.asarray(structural, dtype=float))
-    return Matrices(
-        mass,
-        total_stiffness,
-        total_damping,
-        total_structural,
+    parts = (
+        *(mass, total_stiffness, total_damping, total_structural),
         DATA_ROUNDINGS * UNIT_ROUNDOFF * np.abs(mass),
-        stiffness_error,
-        damping_error,
-        structural_error,
+        *(stiffness_error, damping_error, structural_error),
     )
+    return Matrices(*np.broadcast_arrays(*parts))
 
 
 # ----------------------------------------------------------------------------

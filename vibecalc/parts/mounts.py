@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vibecalc.numerics.leading import side_by_side
 from vibecalc.parts import tables as parts
 from vibecalc.parts.body import DIRECTIONS, cross_matrix
 
@@ -23,7 +24,7 @@ class Mounts:
 
     `position` (n, 3) in m from the body's reference point; `stiffness` and `structural`
     (loss factor times stiffness) (n, 3, 3) in N/m, `damping` (n, 3, 3) in N s/m, all in the axes
-    of the body.
+    of the body. Where numbers of the case are arrays (points,), these have a leading axis.
     """
 
     names: tuple[str, ...]
@@ -86,31 +87,36 @@ def rotation(about_x: float, about_y: float, about_z: float) -> Array:
 
 
 def in_body_axes(values: Scalars | None, orientation: tuple[float, float, float]) -> Array:
-    """Matrix (3, 3) in body axes of one value for all directions, or of three principal ones."""
+    """Matrix (..., 3, 3) in body axes of one value for all directions, or of three principal ones.
+
+    The values are numbers or arrays (...).
+    """
     if values is None:
         return np.zeros((3, 3))
-    if isinstance(values, float | int):
-        return float(values) * np.eye(3)
-    principal = np.array(values, dtype=float)
+    if not isinstance(values, tuple):
+        return np.asarray(np.asarray(values, dtype=float)[..., None, None] * np.eye(3))
+    principal = side_by_side(values)[..., None, :]
     if not any(orientation):
-        return np.diag(principal)
+        return np.asarray(principal * np.eye(3))
     turn = rotation(*orientation)
     matrix = (turn * principal) @ turn.T
-    return np.asarray(0.5 * (matrix + matrix.T))
+    return np.asarray(0.5 * (matrix + np.swapaxes(matrix, -1, -2)))
 
 
 def build_mounts(mounts: parts.Mounts) -> Mounts:
     """Matrices of validated mounts; a property that is nowhere given is zero."""
     entries = mount_entries(mounts)
-    stiffness = np.array([in_body_axes(e.stiffness, e.orientation) for e in entries])
-    damping = np.array([in_body_axes(e.damping, e.orientation) for e in entries])
-    loss = np.array([e.loss_factor or 0.0 for e in entries])
+    stiffness, damping = (
+        side_by_side([in_body_axes(getattr(e, name), e.orientation) for e in entries], own=2)
+        for name in ("stiffness", "damping")
+    )
+    loss = side_by_side([0.0 if e.loss_factor is None else e.loss_factor for e in entries])
     return Mounts(
         names=tuple(e.name for e in entries),
-        position=np.array([e.position for e in entries], dtype=float),
+        position=side_by_side([side_by_side(e.position) for e in entries], own=1),
         stiffness=stiffness,
         damping=damping,
-        structural=loss[:, None, None] * stiffness,
+        structural=loss[..., None, None] * stiffness,
     )
 
 

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
@@ -35,15 +36,15 @@ def energy_signal(
     weight: Bounded,
     state: Bounded,
     retained: int | None = None,
-    tail: float = 0.0,
+    tail: ArrayLike = 0.0,
 ) -> Signal:
-    """Velocities or displacements (..., orders, 6) as a signal for the energy of `weight` (6, 6).
+    """Velocities or displacements (..., orders, 6) as a signal for the energy of `weight`.
 
-    `retained` and `tail` as for `energies.energy_over_cycle`. Raises NumericalFailure if the weight
-    is not positive semidefinite.
+    `weight` (..., 6, 6), `retained` and `tail` (...) as for `energy_over_cycle`. Raises
+    NumericalFailure if the weight is not positive semidefinite.
     """
     half = square_root(weight)
-    value = state.value @ half.value.T
+    value = state.value @ half.value.mT
     size = np.abs(half.value)
     reach = np.hypot.reduce(np.abs(value), axis=-1)
     used = _noticeable(reach[..., :retained])
@@ -52,14 +53,20 @@ def energy_signal(
 
     total = np.sum(np.abs(state.value[..., :retained, :]), axis=-2)
     uncertainty = np.sum(state.error[..., :retained, :], axis=-2) + 8.0 * UNIT_ROUNDOFF * total
-    noise = np.sqrt(np.sum(np.square(uncertainty @ size.T), axis=-1))
-    form = 0.5 * np.sum(total * (total @ half.error), axis=-1)
+    noise = np.sqrt(np.sum(np.square(_rows_times(uncertainty, size.mT)), axis=-1))
+    form = 0.5 * np.sum(total * _rows_times(total, half.error), axis=-1)
     harmonics = np.swapaxes(value[..., :retained, :], -1, -2)
     return Signal(harmonics, used, noise + left_out + unused, left_out, form)
 
 
+def _rows_times(rows: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    """Rows (..., n) times matrices (..., n, m)."""
+    product: np.ndarray = (rows[..., None, :] @ matrix)[..., 0, :]
+    return product
+
+
 def square_root(weight: Bounded) -> Bounded:
-    """F (6, 6) with F^T F = A for a symmetric semidefinite A, and the error (6, 6) of that product.
+    """F (..., 6, 6) with F^T F = A for symmetric semidefinite A, and the error of that product.
 
     The coordinates are scaled to a unit diagonal first, so that metres and radians may differ by
     any factor.
@@ -70,20 +77,22 @@ def square_root(weight: Bounded) -> Bounded:
         A has a negative eigenvalue that rounding cannot account for: energy without a lower bound.
     """
     matrix = weight.value
-    diagonal = np.diagonal(matrix)
+    diagonal = np.linalg.diagonal(matrix)
     scale = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-    pair = np.outer(scale, scale)
+    pair = scale[..., :, None] * scale[..., None, :]
     values, vectors = np.linalg.eigh(matrix / pair)
-    allowed = np.max(np.sum(weight.error / pair, axis=1)) + 64.0 * UNIT_ROUNDOFF * values[-1]
-    if values[0] < -allowed:
+    allowed = np.max(np.sum(weight.error / pair, axis=-1), axis=-1)
+    least = values[..., 0] + allowed + 64.0 * UNIT_ROUNDOFF * values[..., -1]
+    if np.any(least < 0.0):
         raise NumericalFailure(
             "the energy of the machine has no lower bound: its mass or stiffness matrix has the "
-            f"negative eigenvalue {values[0]:.3g}, the diagonal being scaled to 1; check its "
+            f"negative eigenvalue {np.min(values):.3g}, the diagonal being scaled to 1; check its "
             "entries, or give the mounts stiffness in that direction"
         )
-    half = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T * scale
+    roots = np.sqrt(np.maximum(values, 0.0))
+    half = roots[..., :, None] * vectors.mT * scale[..., None, :]
     size = np.abs(half)
-    apart = np.abs(half.T @ half - matrix) + 8.0 * UNIT_ROUNDOFF * (size.T @ size)
+    apart = np.abs(half.mT @ half - matrix) + 8.0 * UNIT_ROUNDOFF * (size.mT @ size)
     return Bounded(half, weight.error + apart)
 
 
@@ -157,9 +166,7 @@ class Energies(NamedTuple):
 
 def velocity(motion: Bounded, frequency: np.ndarray) -> Bounded:
     """Complex velocities i w X (..., orders, 6) of amplitudes X at frequencies (..., orders)."""
-    rate = np.asarray(frequency)[..., None]
-    value = 1j * rate * motion.value
-    return Bounded(value, rate * motion.error + 3.0 * UNIT_ROUNDOFF * np.abs(value))
+    return 1j * np.asarray(frequency)[..., None] * motion
 
 
 def mass_of(matrices: Matrices) -> Bounded:
@@ -175,9 +182,9 @@ def stiffness_of(matrices: Matrices) -> Bounded:
 def energy_by_order(weight: Bounded, state: Bounded) -> OrderEnergy:
     """Mean and peak of the energy of each order, for velocities or displacements (..., orders, 6).
 
-    `weight` (6, 6) is symmetric. Amplitudes are scaled before they are squared: an energy below
-    the range of doubles becomes 0, any other keeps its relative accuracy. A mean that rounding
-    leaves below zero is zero.
+    `weight` (..., 6, 6) is symmetric. Amplitudes are scaled before they are squared: an energy
+    below the range of doubles becomes 0, any other keeps its relative accuracy. A mean that
+    rounding leaves below zero is zero.
     """
     size = np.maximum(np.abs(state.value), state.error).max(axis=-1, keepdims=True)
     scale = np.ldexp(1.0, smallest_exponent(size))
@@ -205,7 +212,7 @@ def energy_by_order(weight: Bounded, state: Bounded) -> OrderEnergy:
     )
 
 
-def dropped_mean(weight: Bounded, guards: Bounded, tail: float) -> np.ndarray:
+def dropped_mean(weight: Bounded, guards: Bounded, tail: ArrayLike) -> np.ndarray:
     """Most that dropped orders may add to a mean energy (...), in J, from guards (..., orders, 6).
 
     Together their states are at most `tail` times the sum of the magnitudes of the guards. The
@@ -222,13 +229,13 @@ def energy_over_cycle(
     state: Bounded,
     orders: np.ndarray,
     retained: int | None = None,
-    tail: float = 0.0,
+    tail: ArrayLike = 0.0,
 ) -> CycleEnergy:
     """Mean and true peak over the cycle of the energy of all orders together.
 
     Parameters
     ----------
-    weight : (6, 6) symmetric, positive semidefinite.
+    weight : (..., 6, 6) symmetric, positive semidefinite.
     state : (..., orders, 6) velocities or displacements, 0-to-peak.
     orders : (orders,) integers from 1 on, each once.
     retained : how many of them, from the first on, count; all by default. The others are guard
@@ -250,16 +257,16 @@ def energies_over_cycle(
     matrices: Matrices,
     motion: Bounded,
     orders: np.ndarray,
-    speed: float,
+    speed: ArrayLike,
     retained: int | None = None,
-    tail: float = 0.0,
+    tail: ArrayLike = 0.0,
 ) -> Energies:
-    """Kinetic and potential energy of motion (..., orders, 6) at a crank speed in rad/s.
+    """Kinetic and potential energy of motion (..., orders, 6) at crank speeds (...) in rad/s.
 
     Otherwise as `energy_over_cycle`; both peaks are sought in one go, which costs as one does.
     """
     pairs = (
-        (mass_of(matrices), velocity(motion, orders * speed)),
+        (mass_of(matrices), velocity(motion, orders * np.asarray(speed)[..., None])),
         (stiffness_of(matrices), motion),
     )
     signals = [energy_signal(*pair, retained, tail) for pair in pairs]

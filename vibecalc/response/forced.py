@@ -1,8 +1,10 @@
 """Forced response of a rigid body on mounts: direct, as a sum of modes, and how well known."""
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
@@ -25,7 +27,9 @@ class Dynamics(NamedTuple):
 
 
 class UndrivenModes(NamedTuple):
-    """Modes to leave out: `pairs` (orders, modes), with `shape` (6, modes) and `eigenvalue`."""
+    """Modes to leave out: `pairs` (..., orders, modes), with `shape` (..., 6, modes) and
+    `eigenvalue` (..., modes).
+    """
 
     pairs: np.ndarray
     shape: np.ndarray
@@ -43,6 +47,7 @@ def dynamics(
     """
     rate = np.asarray(frequency)[..., None, None]
     squared = np.square(rate)
+    matrices = each_order(matrices)
     lagging = matrices.structural + rate * matrices.damping
     stiffness = (matrices.stiffness - squared * matrices.mass) + 1j * lagging
     error = (
@@ -54,8 +59,8 @@ def dynamics(
     )
     if undriven is not None and np.any(undriven.pairs):
         stiffness = stiffness + _moved(matrices, np.asarray(frequency), undriven)
-    scale = 1.0 / np.sqrt(np.diagonal(matrices.mass))
-    weight = np.outer(scale, scale)
+    scale = 1.0 / np.sqrt(np.linalg.diagonal(matrices.mass))
+    weight = scale[..., :, None] * scale[..., None, :]
     try:
         inverse = np.linalg.inv(stiffness * weight) * weight
     except np.linalg.LinAlgError:
@@ -67,12 +72,17 @@ def dynamics(
     return Dynamics(stiffness, error, inverse)
 
 
+def each_order(matrices: Matrices) -> Matrices:
+    """With an axis for the orders before rows and columns: (..., 1, 6, 6)."""
+    return Matrices(*(part[..., None, :, :] for part in matrices))
+
+
 def _moved(matrices: Matrices, frequency: np.ndarray, undriven: UndrivenModes) -> np.ndarray:
-    squared = np.square(frequency)[..., None]
-    close = np.abs(squared - undriven.eigenvalue) < _CLOSE * undriven.eigenvalue
-    shift = np.where(close & undriven.pairs, squared + undriven.eigenvalue, 0.0)
-    momentum = matrices.mass @ undriven.shape
-    moved: np.ndarray = (momentum * shift[..., None, :]) @ momentum.T
+    squared, natural = np.square(frequency)[..., None], undriven.eigenvalue[..., None, :]
+    close = np.abs(squared - natural) < _CLOSE * natural
+    shift = np.where(close & undriven.pairs, squared + natural, 0.0)
+    momentum = matrices.mass @ undriven.shape[..., None, :, :]
+    moved: np.ndarray = (momentum * shift[..., None, :]) @ momentum.mT
     return moved
 
 
@@ -128,7 +138,8 @@ def modal_response(
 
     Parameters
     ----------
-    shape : (6, 6) modes in columns; their signs and scales do not matter.
+    shape : (..., 6, 6) modes in columns, with the leading axes of the matrices; their signs and
+        scales do not matter.
     frequency : (..., orders) excitation frequencies W in rad/s.
     force, force_error : (..., orders, 6) complex in N and N m, and absolute.
 
@@ -152,45 +163,49 @@ def modal_response(
     uncertainties = _Parts(
         *(e + _ROUNDING * np.abs(v) for v, e in zip(values, errors, strict=True))
     )
-    vector = shape / np.sqrt(np.sum(shape * (matrices.mass @ shape), axis=0))
+    square = np.sum(shape * (matrices.mass @ shape), axis=-2, keepdims=True)
+    vector = shape / np.sqrt(square)
     size = np.abs(vector)
-    modal_uncertainty = _Parts(*(size.T @ uncertainty @ size for uncertainty in uncertainties))
-    modal = _Parts(*(vector.T @ value @ vector for value in values))
+    modal_uncertainty = _Parts(*(size.mT @ uncertainty @ size for uncertainty in uncertainties))
+    modal = _Parts(*(vector.mT @ value @ vector for value in values))
     apart = _apart(modal, modal_uncertainty)
 
-    diagonal = _at(_Parts(*(np.diagonal(part) for part in modal)), rate)
-    diagonal_uncertainty = _uncertainty_at(
-        _Parts(*(np.diagonal(part) for part in modal_uncertainty)), rate
-    )
+    own = _diagonals(modal)
+    diagonal = _at(own, rate)
+    diagonal_uncertainty = _uncertainty_at(_diagonals(modal_uncertainty), rate)
     drive = force @ vector
-    lost = np.all(apart, axis=1) & (SINGULAR * np.abs(diagonal) <= diagonal_uncertainty)
+    free = np.all(apart, axis=-1)[..., None, :]
+    lost = free & (SINGULAR * np.abs(diagonal) <= diagonal_uncertainty)
     idle = lost & (np.abs(drive) <= 4.0 * (force_error + _ROUNDING * np.abs(force)) @ size)
     _refuse(np.any(lost & ~idle, axis=-1), rate)
-    moved = np.where(idle, np.square(rate) + np.diagonal(modal.stiffness), 0.0)
+    moved = np.where(idle, np.square(rate) + own.stiffness, 0.0)
     # one inverse serves all loads unless a mode is left out for some of them
     solve = _solver(modal, diagonal + moved if np.any(idle) else diagonal, apart, rate)
 
-    motion = solve(drive, False) @ vector.T
+    motion = solve(drive, False) @ vector.mT
     momentum = matrices.mass @ vector
     held = _at(_Parts(*(motion @ value for value in values)), rate)
-    held = held + ((motion @ momentum) * moved) @ momentum.T
-    motion = motion + solve((force - held) @ vector, False) @ vector.T
+    held = held + ((motion @ momentum) * moved) @ momentum.mT
+    motion = motion + solve((force - held) @ vector, False) @ vector.mT
 
     moving = np.abs(motion)
     uncertainty = _uncertainty_at(_Parts(*(moving @ part for part in uncertainties)), rate)
-    data = solve(uncertainty @ size, True) @ size.T
+    data = solve(uncertainty @ size, True) @ size.mT
     _refuse(_uncertain(matrices, force, force_error, data, moving), rate)
-    given = solve((force_error + 2.0 * UNIT_ROUNDOFF * np.abs(force)) @ size, True) @ size.T
+    given = solve((force_error + 2.0 * UNIT_ROUNDOFF * np.abs(force)) @ size, True) @ size.mT
     return Bounded(motion, data + given + 4.0 * UNIT_ROUNDOFF * moving)
 
 
 def _apart(modal: _Parts, uncertainty: _Parts) -> np.ndarray:
-    """Pairs of modes (6, 6) that no matrix couples beyond its error; the diagonal included."""
-    pairs = np.eye(6, dtype=bool)
-    coupled = np.zeros((6, 6), dtype=bool)
-    for value, error in zip(modal, uncertainty, strict=True):
-        coupled |= np.abs(value) > error
-    return pairs | ~coupled
+    """Pairs of modes (..., 6, 6) that no matrix couples beyond its error; the diagonal included."""
+    each = zip(modal, uncertainty, strict=True)
+    coupled = functools.reduce(np.logical_or, (np.abs(value) > error for value, error in each))
+    return np.asarray(np.eye(6, dtype=bool) | ~coupled)
+
+
+def _diagonals(parts: _Parts) -> _Parts:
+    """Diagonals (..., 1, 6) for all orders."""
+    return _Parts(*(np.linalg.diagonal(part)[..., None, :] for part in parts))
 
 
 def _at(parts: _Parts, rate: np.ndarray) -> np.ndarray:
@@ -222,7 +237,7 @@ class _Solver(NamedTuple):
 def _solver(modal: _Parts, diagonal: np.ndarray, apart: np.ndarray, rate: np.ndarray) -> _Solver:
     if np.all(apart):
         return _Solver(1.0 / diagonal, False)
-    links = _Parts(*(np.where(apart, 0.0, part) for part in modal))
+    links = _Parts(*(np.where(apart, 0.0, part)[..., None, :, :] for part in modal))
     system = np.broadcast_to(_at(links, rate[..., None]), (*diagonal.shape, 6)).copy()
     system[..., range(6), range(6)] = diagonal
     try:
@@ -240,7 +255,7 @@ def _uncertain(
     moving: np.ndarray,
 ) -> np.ndarray:
     """Orders (..., orders) that drive the body, of whose response four digits are not certain."""
-    weight = np.sqrt(np.diagonal(matrices.mass))
+    weight = np.sqrt(np.linalg.diagonal(matrices.mass))[..., None, :]
     driven = np.any(np.abs(force) > 4.0 * force_error, axis=-1)
     certain = np.max(weight * uncertainty, axis=-1) < SINGULAR * np.max(weight * moving, axis=-1)
     return np.asarray(driven & ~certain)
@@ -267,30 +282,32 @@ def require_digits(
     force: Bounded,
     motion: Bounded,
     orders: np.ndarray,
-    speed: float,
+    speed: ArrayLike,
 ) -> None:
     """Refuse a response that the rounding of stiffness, damping and mass alone may change.
 
-    `system` and `force`, `motion` (orders, 6) belong to the crank speed. The undamped modes have
-    been examined before; this also meets nearly coinciding modes whose damping acts on a
-    combination of them only. A force that is zero to rounding is not judged.
+    `system` and `force`, `motion` (..., orders, 6) belong to the crank speed (...). The undamped
+    modes have been examined before; this also meets nearly coinciding modes whose damping acts on
+    a combination of them only. A force that is zero to rounding is not judged.
 
     Raises
     ------
     NumericalFailure
         If fewer than four digits remain in the response to a driven order.
     """
-    weight = np.sqrt(np.diagonal(matrices.mass))
+    weight = np.sqrt(np.linalg.diagonal(matrices.mass))[..., None, :]
     size = np.abs(motion.value)
     uncertainty = (np.abs(system.inverse) @ (system.error @ size[..., None]))[..., 0]
     driven = np.any(np.abs(force.value) > 4.0 * force.error, axis=-1)
     largest = np.max(weight * size, axis=-1)
     lost = driven & ~(np.max(weight * uncertainty, axis=-1) < SINGULAR * largest)
     if np.any(lost):
-        order = float(orders[int(np.argmax(lost))])
+        *place, row = np.argwhere(lost)[0]
+        order = float(orders[row])
+        met = float(np.broadcast_to(speed, lost.shape[:-1])[tuple(place)])
         raise NumericalFailure(
-            f"order {order:g} at {speed:.9g} rad/s meets an undamped resonance at "
-            f"{order * speed:.9g} rad/s: of the response fewer than four digits would be certain. "
+            f"order {order:g} at {met:.9g} rad/s meets an undamped resonance at "
+            f"{order * met:.9g} rad/s: of the response fewer than four digits would be certain. "
             "Give the mounts damping or a loss factor in every direction, or move the speed or "
             "the stiffness"
         )

@@ -6,7 +6,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF
-from vibecalc.response.modes import CLUSTER, Modes, largest_positive
+from vibecalc.response.modes import Modes, clusters, largest_positive, repeated
 from vibecalc.response.resonances import Resonances
 
 # ----------------------------------------------------------------------------
@@ -17,12 +17,12 @@ from vibecalc.response.resonances import Resonances
 def energy_fraction(matrices: Matrices, shapes: Modes) -> Bounded:
     """Share of each coordinate in the kinetic energy of each mode, and its error.
 
-    Value and error are (modes, 6). Each row sums to 1; an entry v_i (M v)_i / (v M v) can be
+    Value and error are (..., modes, 6). Each row sums to 1; an entry v_i (M v)_i / (v M v) can be
     slightly negative where the mass centre is off the reference point.
     """
     moved = matrices.mass @ shapes.shape
     energy = shapes.shape * moved
-    total = np.sum(energy, axis=0)
+    total = np.sum(energy, axis=-2, keepdims=True)
     size_moved = np.abs(matrices.mass) @ np.abs(shapes.shape)
     error = (
         shapes.shape_error * np.abs(moved)
@@ -30,34 +30,34 @@ def energy_fraction(matrices: Matrices, shapes: Modes) -> Bounded:
         + 10.0 * UNIT_ROUNDOFF * np.abs(shapes.shape) * size_moved
         + np.abs(shapes.shape) * (matrices.mass_error @ np.abs(shapes.shape))
     )
-    return Bounded((energy / total).T, (error / total).T)
+    return Bounded((energy / total).mT, (error / total).mT)
 
 
 def damping_ratio(matrices: Matrices, shapes: Modes) -> Bounded:
-    """Damping ratio of each mode (modes,), and its error: v C v / (2 w) + v H v / (2 w^2).
+    """Damping ratio of each mode (..., modes), and its error: v C v / (2 w) + v H v / (2 w^2).
 
     Exact for proportional damping, the usual estimate otherwise; the structural part is half the
     loss factor that the mode sees at its own frequency. Raises NumericalFailure for a mode that
     nothing holds, whose ratio has no meaning.
     """
-    free = np.flatnonzero(shapes.eigenvalue <= shapes.eigenvalue_error)
-    if free.size:
-        number = int(free[0]) + 1
+    free = shapes.eigenvalue <= shapes.eigenvalue_error
+    if np.any(free):
+        number = int(np.argwhere(free)[0, -1]) + 1
         raise NumericalFailure(
             f"mode {number} has no damping ratio: nothing holds the body in it (its stiffness is "
             f"zero to rounding); give the mounts stiffness in that direction"
         )
     frequency = shapes.natural_frequency
     vector, size = shapes.shape, np.abs(shapes.shape)
-    viscous = np.sum(vector * (matrices.damping @ vector), axis=0) / (2.0 * frequency)
-    loss = np.sum(vector * (matrices.structural @ vector), axis=0) / (2.0 * shapes.eigenvalue)
+    viscous = np.sum(vector * (matrices.damping @ vector), axis=-2) / (2.0 * frequency)
+    loss = np.sum(vector * (matrices.structural @ vector), axis=-2) / (2.0 * shapes.eigenvalue)
     rounding = 14.0 * UNIT_ROUNDOFF
 
     def uncertainty(matrix: np.ndarray, matrix_error: np.ndarray) -> np.ndarray:
         spread = matrix_error + rounding * np.abs(matrix)
         moved = np.abs(matrix @ vector)
         total: np.ndarray = np.sum(
-            size * (spread @ size) + 2.0 * shapes.shape_error * moved, axis=0
+            size * (spread @ size) + 2.0 * shapes.shape_error * moved, axis=-2
         )
         return total
 
@@ -102,12 +102,12 @@ def modal_damping(matrices: Matrices, shapes: Modes, ratio: np.ndarray) -> Bound
     )
     rate = 2.0 * zeta * frequency
     rate_error = 2.0 * np.abs(zeta) * shapes.natural_frequency_error
-    value = (momentum * rate) @ momentum.T
+    value = (momentum * rate[..., None, :]) @ momentum.mT
     large = np.abs(momentum)
     rounding = 10.0 * UNIT_ROUNDOFF * np.abs(rate) + rate_error
-    one_side = (momentum_error * np.abs(rate)) @ (large + 0.5 * momentum_error).T
-    error = (large * rounding) @ large.T + one_side + one_side.T
-    return Bounded(0.5 * (value + value.T), error)
+    one_side = (momentum_error * np.abs(rate)[..., None, :]) @ (large + 0.5 * momentum_error).mT
+    error = (large * rounding[..., None, :]) @ large.mT + one_side + one_side.mT
+    return Bounded(0.5 * (value + value.mT), error)
 
 
 # ----------------------------------------------------------------------------
@@ -125,29 +125,26 @@ def damped_basis(matrices: Matrices, shapes: Modes) -> Modes:
     on that frequency has no bound, though each mode of another basis seems damped. The loss that
     counts is H + w C at their own frequency w. A basis that it does not couple stays as it is.
     """
-    values, error = shapes.eigenvalue, shapes.eigenvalue_error
-    apart = np.diff(values) > CLUSTER * (error[1:] + error[:-1])
-    cluster = np.concatenate([[0], np.cumsum(apart)])
-    if cluster[-1] == len(values) - 1:
+    groups = list(repeated(clusters(shapes.eigenvalue, shapes.eigenvalue_error)))
+    if not groups:
         return shapes
     turned, uncertainty = shapes.shape.copy(), shapes.shape_error.copy()
-    for number in range(cluster[-1] + 1):
-        members = np.flatnonzero(cluster == number)
-        if len(members) == 1:
-            continue
-        basis = shapes.shape[:, members]
-        frequency = float(np.mean(shapes.natural_frequency[members]))
-        loss = basis.T @ (matrices.structural + frequency * matrices.damping) @ basis
+    structural, damping = (
+        np.broadcast_to(part, turned.shape) for part in (matrices.structural, matrices.damping)
+    )
+    for place, members in groups:
+        basis = shapes.shape[place][:, members]
+        frequency = float(np.mean(shapes.natural_frequency[place][members]))
+        loss = basis.T @ (structural[place] + frequency * damping[place]) @ basis
         coupling = np.max(np.abs(loss - np.diag(np.diagonal(loss))))
         if not coupling > _COUPLED * np.max(np.diagonal(loss)):
             continue
         _, turn = np.linalg.eigh(0.5 * (loss + loss.T))
-        turned[:, members] = basis @ turn
-        spread = shapes.shape_error[:, members] + 8.0 * UNIT_ROUNDOFF * np.abs(basis)
-        uncertainty[:, members] = spread @ np.abs(turn)
-    return shapes._replace(
-        shape=turned * largest_positive(matrices.mass, turned), shape_error=uncertainty
-    )
+        turned[place][:, members] = basis @ turn
+        spread = shapes.shape_error[place][:, members] + 8.0 * UNIT_ROUNDOFF * np.abs(basis)
+        uncertainty[place][:, members] = spread @ np.abs(turn)
+    signs = largest_positive(matrices.mass, turned)[..., None, :]
+    return shapes._replace(shape=turned * signs, shape_error=uncertainty)
 
 
 # ----------------------------------------------------------------------------
@@ -156,13 +153,13 @@ def damped_basis(matrices: Matrices, shapes: Modes) -> Modes:
 
 
 def body_resonances(matrices: Matrices, shapes: Modes, force: Bounded) -> Resonances:
-    """Resonances of a rigid body under forces (orders, 6) in complex amplitude, any scale."""
+    """Resonances of a rigid body under forces (..., orders, 6) in complex amplitude, any scale."""
     ratio = damping_ratio(matrices, shapes).value
     size = np.abs(shapes.shape)
     uncertainty_k = matrices.stiffness_error + 2.0 * UNIT_ROUNDOFF * np.abs(matrices.stiffness)
     uncertainty_m = matrices.mass_error + 4.0 * UNIT_ROUNDOFF * np.abs(matrices.mass)
-    loss = np.sum(size * (uncertainty_k @ size), axis=0) / shapes.eigenvalue
-    loss = loss + np.sum(size * (uncertainty_m @ size), axis=0)
+    loss = np.sum(size * (uncertainty_k @ size), axis=-2) / shapes.eigenvalue
+    loss = loss + np.sum(size * (uncertainty_m @ size), axis=-2)
     driven = modal_force(shapes, force.value, force.error)
     return Resonances(
         shapes.natural_frequency,

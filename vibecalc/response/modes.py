@@ -1,5 +1,6 @@
 """Undamped natural frequencies and modes of a rigid body on its mounts, and how alike modes are."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -27,7 +28,7 @@ _NO_MASS = (
 
 
 class Modes(NamedTuple):
-    """Modes in ascending order of frequency, errors absolute.
+    """Modes in ascending order of frequency, errors absolute; leading axes as of the matrices.
 
     `natural_frequency` (modes,) in rad/s; `shape` (6, modes), mass-normalised, the largest
     component (by kinetic energy) positive; `eigenvalue` is the frequency squared. Modes whose
@@ -55,13 +56,16 @@ def modes(matrices: Matrices) -> Modes:
     """
     shape, _ = refined_shapes(matrices)
     eigenvalue, coupling = _eigenvalues(matrices, shape)
-    order = np.argsort(eigenvalue, kind="stable")
-    shape, eigenvalue = shape[:, order], eigenvalue[order]
-    coupling = coupling[np.ix_(order, order)]
+    order = np.argsort(eigenvalue, axis=-1, kind="stable")
+    eigenvalue = np.take_along_axis(eigenvalue, order, -1)
+    shape, coupling = (
+        np.take_along_axis(part, order[..., None, :], -1) for part in (shape, coupling)
+    )
+    coupling = np.take_along_axis(coupling, order[..., :, None], -2)
     uncertainty = _eigenvalue_error(eigenvalue, coupling)
     error = _with_nothing(eigenvalue, uncertainty)
     shape, cluster = _settle_repeated(matrices.mass, shape, eigenvalue, error)
-    shape = shape * largest_positive(matrices.mass, shape)
+    shape = shape * largest_positive(matrices.mass, shape)[..., None, :]
     frequency = np.sqrt(np.maximum(eigenvalue, 0.0))
     above = np.sqrt(np.maximum(eigenvalue, 0.0) + uncertainty) - frequency
     below = frequency - np.sqrt(np.maximum(eigenvalue - error, 0.0))
@@ -76,24 +80,25 @@ def modes(matrices: Matrices) -> Modes:
 
 
 def refined_shapes(matrices: Matrices) -> tuple[np.ndarray, int]:
-    """Mass-normalised shapes (6, modes) in any order, and the steps of refinement that they took.
+    """Mass-normalised shapes (..., 6, modes) in any order, and the steps of refinement of them.
 
     Errors and source as `modes`. A second step follows where the first one changed so much that
     the square of it may count.
     """
     mass, stiffness = matrices.mass, matrices.stiffness
-    diagonal = np.diagonal(mass)
+    diagonal = np.linalg.diagonal(mass)
     if not np.all(diagonal > 0.0):
         raise NumericalFailure(_NO_MASS)
     scale = 1.0 / np.sqrt(diagonal)
+    weight = scale[..., :, None] * scale[..., None, :]
     try:
-        lower = np.linalg.cholesky(mass * np.outer(scale, scale))
+        lower = np.linalg.cholesky(mass * weight)
     except np.linalg.LinAlgError:
         raise NumericalFailure(_NO_MASS) from None
-    half = np.linalg.solve(lower, stiffness * np.outer(scale, scale))
-    reduced = np.linalg.solve(lower, half.T)
-    _, vectors = np.linalg.eigh(0.5 * (reduced + reduced.T))
-    shape = scale[:, None] * np.linalg.solve(lower.T, vectors)
+    half = np.linalg.solve(lower, stiffness * weight)
+    reduced = np.linalg.solve(lower, half.mT)
+    _, vectors = np.linalg.eigh(0.5 * (reduced + reduced.mT))
+    shape = scale[..., :, None] * np.linalg.solve(lower.mT, vectors)
     shape, corrected = _refine(matrices, shape)
     if corrected <= _REFINED:
         return shape, 1
@@ -105,12 +110,12 @@ def _refine(matrices: Matrices, shape: np.ndarray) -> tuple[np.ndarray, float]:
 
     Returns the largest correction, as a share of a shape, too.
     """
-    gram = shape.T @ matrices.mass @ shape
-    energy = shape.T @ matrices.stiffness @ shape
-    defect = np.eye(len(gram)) - gram
-    eigenvalue = np.diagonal(energy) / np.diagonal(gram)
-    gap = np.subtract.outer(eigenvalue, eigenvalue).T
-    numerator = energy + eigenvalue[None, :] * defect
+    gram = shape.mT @ matrices.mass @ shape
+    energy = shape.mT @ matrices.stiffness @ shape
+    defect = np.eye(gram.shape[-1]) - gram
+    eigenvalue = np.linalg.diagonal(energy) / np.linalg.diagonal(gram)
+    gap = eigenvalue[..., None, :] - eigenvalue[..., :, None]
+    numerator = energy + eigenvalue[..., None, :] * defect
     # a pair too close to be distinguished is only made orthonormal
     close = np.abs(numerator) >= 1e-3 * np.abs(gap)
     correction = np.where(close, 0.5 * defect, numerator / np.where(close, 1.0, gap))
@@ -120,30 +125,35 @@ def _refine(matrices: Matrices, shape: np.ndarray) -> tuple[np.ndarray, float]:
 
 def _eigenvalues(matrices: Matrices, shape: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rayleigh quotients, and how strongly the modes are still coupled, errors included."""
-    gram = shape.T @ matrices.mass @ shape
-    energy = shape.T @ matrices.stiffness @ shape
-    eigenvalue = np.diagonal(energy) / np.diagonal(gram)
+    gram = shape.mT @ matrices.mass @ shape
+    energy = shape.mT @ matrices.stiffness @ shape
+    eigenvalue = np.linalg.diagonal(energy) / np.linalg.diagonal(gram)
+    rows, columns = eigenvalue[..., :, None], eigenvalue[..., None, :]
     size = np.abs(shape)
     rounding = 14.0 * UNIT_ROUNDOFF
     uncertainty_k = matrices.stiffness_error + rounding * np.abs(matrices.stiffness)
     uncertainty_m = matrices.mass_error + rounding * np.abs(matrices.mass)
-    mean = np.sqrt(np.outer(np.abs(eigenvalue), np.abs(eigenvalue)))
-    larger = np.maximum.outer(np.abs(eigenvalue), np.abs(eigenvalue))
-    off = np.abs(energy - 0.5 * np.add.outer(eigenvalue, eigenvalue) * gram)
-    np.fill_diagonal(off, 0.0)
-    uncertainty = size.T @ uncertainty_k @ size + np.maximum(mean, larger) * (
-        size.T @ uncertainty_m @ size
+    mean = np.sqrt(np.abs(rows) * np.abs(columns))
+    larger = np.maximum(np.abs(rows), np.abs(columns))
+    off = np.abs(energy - 0.5 * (rows + columns) * gram) * _off_diagonal(gram)
+    uncertainty = size.mT @ uncertainty_k @ size + np.maximum(mean, larger) * (
+        size.mT @ uncertainty_m @ size
     )
     return eigenvalue, off + uncertainty
 
 
+def _off_diagonal(matrix: np.ndarray) -> np.ndarray:
+    """One (n, n) beside the diagonal, zero on it."""
+    return np.asarray(1.0 - np.eye(matrix.shape[-1]))
+
+
 def _eigenvalue_error(eigenvalue: np.ndarray, coupling: np.ndarray) -> np.ndarray:
     """First-order uncertainty of each quotient plus the second-order effect of the coupling."""
-    gap = np.abs(np.subtract.outer(eigenvalue, eigenvalue))
+    gap = np.abs(eigenvalue[..., :, None] - eigenvalue[..., None, :])
     apart = gap > coupling
     second = coupling * np.divide(coupling, gap, out=np.ones_like(gap), where=apart)
-    np.fill_diagonal(second, 0.0)
-    error: np.ndarray = np.diagonal(coupling) + np.sum(second, axis=1)
+    second = second * _off_diagonal(second)
+    error: np.ndarray = np.linalg.diagonal(coupling) + np.sum(second, axis=-1)
     return error
 
 
@@ -155,7 +165,7 @@ def _with_nothing(eigenvalue: np.ndarray, error: np.ndarray) -> np.ndarray:
     remains.
     """
     size = np.abs(eigenvalue)
-    nothing = _NOTHING * np.max(size)
+    nothing = _NOTHING * np.max(size, axis=-1, keepdims=True)
     floored: np.ndarray = np.where(size <= nothing, np.maximum(error, nothing), error)
     return floored
 
@@ -164,14 +174,26 @@ def _settle_repeated(
     mass: np.ndarray, shape: np.ndarray, eigenvalue: np.ndarray, error: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Give repeated modes the basis nearest to the coordinates; also each mode's cluster number."""
-    apart = np.diff(eigenvalue) > CLUSTER * (error[1:] + error[:-1])
-    cluster = np.concatenate([[0], np.cumsum(apart)])
-    settled = shape.copy()
-    for number in range(cluster[-1] + 1):
-        members = np.flatnonzero(cluster == number)
-        if len(members) > 1:
-            settled[:, members] = _nearest_basis(mass, shape[:, members])
+    cluster = clusters(eigenvalue, error)
+    settled, masses = shape.copy(), np.broadcast_to(mass, shape.shape)
+    for place, members in repeated(cluster):
+        settled[place][:, members] = _nearest_basis(masses[place], shape[place][:, members])
     return settled, cluster
+
+
+def clusters(eigenvalue: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """Numbers (..., modes) from 0 on, the same for eigenvalues that agree within their errors."""
+    apart = np.diff(eigenvalue, axis=-1) > CLUSTER * (error[..., 1:] + error[..., :-1])
+    return np.concatenate([np.zeros_like(apart[..., :1], int), np.cumsum(apart, axis=-1)], axis=-1)
+
+
+def repeated(cluster: np.ndarray) -> Iterator[tuple[tuple[int, ...], np.ndarray]]:
+    """Leading place and modes of every cluster (..., modes) that has more than one."""
+    for place in map(tuple, np.argwhere(cluster[..., -1] < cluster.shape[-1] - 1).tolist()):
+        for number in range(cluster[place][-1] + 1):
+            members = np.flatnonzero(cluster[place] == number)
+            if len(members) > 1:
+                yield place, members
 
 
 def _nearest_basis(mass: np.ndarray, basis: np.ndarray) -> np.ndarray:
@@ -192,20 +214,22 @@ def _nearest_basis(mass: np.ndarray, basis: np.ndarray) -> np.ndarray:
 
 
 def largest_positive(mass: np.ndarray, shape: np.ndarray) -> np.ndarray:
-    """+1 or -1 per mode so that its largest component, weighed by energy, is positive."""
-    weighed = shape * np.sqrt(np.diagonal(mass))[:, None]
+    """+1 or -1 (..., modes) so that the largest component, weighed by energy, is positive."""
+    weighed = shape * np.sqrt(np.linalg.diagonal(mass))[..., :, None]
     size = np.abs(weighed)
     # ties within rounding go to the first coordinate, so that the sign never flickers
-    largest = np.argmax(size > (1.0 - 1e-6) * np.max(size, axis=0), axis=0)
-    return np.where(weighed[largest, np.arange(len(largest))] < 0.0, -1.0, 1.0)
+    largest = np.argmax(
+        size > (1.0 - 1e-6) * np.max(size, axis=-2, keepdims=True), axis=-2, keepdims=True
+    )
+    return np.where(np.take_along_axis(weighed, largest, -2)[..., 0, :] < 0.0, -1.0, 1.0)
 
 
 def _shape_error(
     shape: np.ndarray, eigenvalue: np.ndarray, coupling: np.ndarray, cluster: np.ndarray
 ) -> np.ndarray:
     """First-order mixing with the modes outside of the own cluster, plus rounding."""
-    gap = np.abs(np.subtract.outer(eigenvalue, eigenvalue))
-    outside = cluster[:, None] != cluster[None, :]
+    gap = np.abs(eigenvalue[..., :, None] - eigenvalue[..., None, :])
+    outside = cluster[..., :, None] != cluster[..., None, :]
     mixing = np.where(outside, coupling / np.where(outside, gap, 1.0), 0.0)
     size = np.abs(shape)
     error: np.ndarray = size @ np.minimum(mixing, 1.0) + 32.0 * UNIT_ROUNDOFF * size

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.leading import leave_alone
 from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF
 
 # ----------------------------------------------------------------------------
@@ -21,6 +22,7 @@ class Resonances(NamedTuple):
     `frequency`, `damping_ratio` (modes,): rad/s and 1. `half_width` (modes,): relative distance
     from the frequency within which fewer than four digits of an undamped response remain.
     `idle` (orders, modes): the order does not drive the mode, its modal force is zero to rounding.
+    Each may have leading axes of points, until speeds are sought.
     `moved_frequency`, `moved_ratio` (any,): resonances that strong damping puts elsewhere.
     """
 
@@ -83,11 +85,16 @@ def check_operating_point(
 ) -> tuple[str, ...]:
     """Refuse a speed at which an order stands on an undamped natural frequency.
 
-    Raises NumericalFailure naming order and mode if the mode is driven. Returns one warning for
-    each mode that is met and not driven, whose contribution is left out as zero.
+    Of many points (...), at speeds (...), those that are met have to be run alone. Else raises
+    NumericalFailure naming order and mode if the mode is driven. Returns one warning for each mode
+    that is met and not driven, whose contribution is left out as zero.
     """
-    distance = np.asarray(orders)[:, None] * speed / resonances.frequency - 1.0
-    met = np.abs(distance) < resonances.exposed()
+    rate = np.asarray(orders)[:, None] * np.asarray(speed)[..., None, None]
+    distance = rate / resonances.frequency[..., None, :] - 1.0
+    met = np.abs(distance) < resonances.exposed()[..., None, :]
+    if met.ndim > 2:
+        leave_alone(np.any(met, axis=(-2, -1)))
+        return ()
     warnings = []
     for row, column in np.argwhere(met):
         mode = int(column) + 1
@@ -114,7 +121,7 @@ def check_operating_point(
 
 def left_out(resonances: Resonances) -> np.ndarray:
     """Pairs (orders, modes) of which the mode is undamped and the order does not drive it."""
-    return resonances.idle & (resonances.exposed() > 0.0)
+    return resonances.idle & (resonances.exposed() > 0.0)[..., None, :]
 
 
 def masked_speeds(

@@ -4,8 +4,9 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.core.run.stage import Entries, Stage, Subject, Unit, Work, below
+from vibecalc.core.run.stage import Entries, Leading, Stage, Subject, Unit, Work, below
 from vibecalc.kinematics.stage import orders_given, orders_of_motion, orders_words
+from vibecalc.parts.array_keys import MOUNT_KEYS
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -13,6 +14,12 @@ if TYPE_CHECKING:
 _APART = (
     *("_energy/", "/operations/", "/run_up/", "/masked/", "/switching/", "/impact/"),
     *("/roll/", "/start_up/", "/control/", "/absorber/", "/pendulum/", "/torsion/"),
+)
+
+
+#: what compares the modes of one machine with each other and with its orders
+_OF_ONE_MACHINE = tuple(
+    f"response/modes/{name}" for name in ("nearest_order", "distance", "assurance")
 )
 
 
@@ -40,6 +47,7 @@ def _motion(case: "Case") -> Stage:
         for path in energies
         if path.startswith(("response/kinetic_energy/", "response/potential_energy/"))
     )
+    quantities = (*below("response/", without=_APART), *(energies if options.energies else ()))
     return Stage(
         name="response",
         adapter="vibecalc.response.adapters.response:run_response",
@@ -47,11 +55,16 @@ def _motion(case: "Case") -> Stage:
         parts=("body", "mounts"),
         orders=orders_words(case),
         cost=f"one solve per order at {case.machine.speed:.6g} rad/s",
-        quantities=(*below("response/", without=_APART), *(energies if options.energies else ())),
+        quantities=quantities,
         is_last=True,
         harmonics=orders_of_motion,
         work=_work_of_response,
         topics=("vibecalc.response.accuracy:response_topics",),
+        leading=Leading(
+            keys=MOUNT_KEYS,
+            only=tuple(path for path in quantities if path not in _OF_ONE_MACHINE),
+            most=1024,
+        ),
     )
 
 

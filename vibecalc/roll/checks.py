@@ -4,8 +4,11 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import asks_roll, finds_speed, has_crank_train, working
+from vibecalc.numerics.rounding import BoolArray
 from vibecalc.parts.crank_train import build_crank_train, rod_share, working_names
 from vibecalc.parts.firing import shakes_with_torque
 from vibecalc.roll.tables import STEPPING
@@ -36,6 +39,24 @@ def roll_problems(case: Case) -> list[Problem]:
     if response is not None and response.roll is not None:
         problems += [*_start(case, response.roll), *_work(case, response.roll)]
     return problems
+
+
+def roll_suspects(case: Case) -> BoolArray:
+    """Points (...) of a case with arrays that `roll_problems` may refuse."""
+    train, shell, motor = case.machine.crank_train, case.machine.shell, case.machine.motor
+    response = case.response
+    if shell is None or motor is None or response is None or response.roll is None:
+        return np.zeros((), dtype=bool)
+    sprung, damped = np.asarray(shell.stiffness) != 0.0, np.asarray(shell.damping) != 0.0
+    found = damped & ~sprung
+    if response.roll.started_at is not None:
+        started = np.asarray(response.roll.started_at)
+        found = found | sprung | damped | (started > 2.0 * motor.synchronous_speed)
+    share = 0.0 if train.rod is None else train.rod.mass * rod_share(train)
+    for cylinder in train.cylinders:
+        if cylinder.reciprocating_mass is not None:
+            found = found | (np.asarray(cylinder.reciprocating_mass) < share)
+    return np.asarray(found)
 
 
 def _pistons(case: Case) -> Iterator[Problem]:

@@ -16,6 +16,7 @@ from vibecalc.excitation.induction_motor_identify import transient_inductance, w
 from vibecalc.excitation.slip_torque import SlipCurve, linear_motor, slip_curve
 from vibecalc.kinds import working
 from vibecalc.kinematics.slider_crank import piston_path
+from vibecalc.numerics.leading import side_by_side
 from vibecalc.parts.crank_train import build_crank_train, moving, rod_share, working_names
 from vibecalc.parts.drive_checks import suits
 from vibecalc.parts.tables import Motor
@@ -144,7 +145,7 @@ def build_roll(case: Case) -> RollParts:
             crank_angle_offset=train.crank_phase - train.bank_angle,
             reciprocating_mass=train.reciprocating_mass,
             rod_inertia_difference=_rod_difference(case),
-            rotor_inertia=rotor.inertia + train.rotating_mass.sum() * train.crank_radius**2,
+            rotor_inertia=rotor.inertia + train.rotating_mass.sum(-1) * train.crank_radius**2,
             shell_inertia=shell.inertia,
             shell_stiffness=shell.stiffness,
             shell_damping=shell.damping,
@@ -246,6 +247,6 @@ def _rod_difference(case: Case) -> Array:
     share = rod_share(train)
     difference = rod.inertia - rod.mass * train.rod_length**2 * share * (1.0 - share)
     if options is None or options.idle == "unloaded":
-        return np.full(count, difference)
+        return side_by_side([difference] * count)
     works = working_names(case.machine.crank_train, working(case))
-    return np.array([difference if c.name in works else 0.0 for c in train.cylinders])
+    return side_by_side([difference if c.name in works else 0.0 for c in train.cylinders])

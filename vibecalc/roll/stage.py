@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from vibecalc.core.run.stage import (
     Entries,
     Harmonics,
+    Leading,
     Stage,
     Subject,
     Unit,
@@ -15,6 +16,8 @@ from vibecalc.core.run.stage import (
     first_orders,
 )
 from vibecalc.kinds import asks_roll, finds_speed, has_crank_train
+from vibecalc.parts.array_keys import MOVING_KEYS
+from vibecalc.roll.results import FORCES, ROLL, VARIABLES
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -72,7 +75,49 @@ def _roll(case: "Case") -> Stage:
         harmonics=_orders_of_roll,
         work=_work_of_roll,
         topics=("vibecalc.roll.accuracy:roll_topics",),
+        leading=Leading(
+            keys=ROLL_KEYS,
+            only=TOGETHER,
+            why_not=_one_by_one(case),
+            suspects=(
+                "vibecalc.parts.crank_train:crank_train_suspects",
+                "vibecalc.parts.body:body_suspects",
+                "vibecalc.roll.checks:roll_suspects",
+            ),
+            most=128,
+            adapter="vibecalc.roll.arrays:run_roll_at_points",
+        ),
     )
+
+
+#: numbers of rotor, pistons and shell over which running states are found together
+ROLL_KEYS = MOVING_KEYS | frozenset(
+    [
+        "machine.rotor.inertia",
+        *(f"machine.shell.{name}" for name in ("inertia", "stiffness", "damping")),
+        *(f"machine.friction.{name}" for name in ("torque", "viscous", "piston_force")),
+        "response.roll.started_at",
+    ]
+)
+#: and the results of it
+TOGETHER = (
+    *(f"{ROLL}/{name}" for name in ("speed", "mean_slip", "shell_drift", "largest_multiplier")),
+    *(
+        path
+        for name in (*VARIABLES, *FORCES)
+        for path in (f"{ROLL}/{name}", f"{ROLL}/level/{name}", f"{ROLL}/phase_lag/{name}")
+    ),
+)
+
+
+def _one_by_one(case: "Case") -> str:
+    """Why running states of this case are not found together."""
+    roll, motor = case.response and case.response.roll, case.machine.motor
+    if not roll or roll.method != "collocation":
+        return "this method is run point by point"
+    if motor is None or motor.kind == "dynamic":
+        return "a dynamic motor is run point by point"
+    return ""
 
 
 def _start_up(case: "Case") -> Stage:

@@ -1,81 +1,76 @@
-"""Numbers of a case and results at many points: arrays over the points."""
+"""Many points of a sweep as one run: numbers of the case and results with a leading axis."""
 
-from collections.abc import Mapping, Sequence
+import operator
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.results.catalogue import AXES, CATALOGUE
+from vibecalc.core.case.number_range import ANGLES, LARGEST, LARGEST_ANGLE, SMALLEST
+from vibecalc.core.case.walk import shape_at
+from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Axis
+from vibecalc.core.run.run import run_stage
+from vibecalc.core.run.stage import Scene, Stage
 from vibecalc.errors import KeyPath, NumericalFailure
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.rounding import FloatArray
+from vibecalc.numerics.rounding import BoolArray, FloatArray
+from vibecalc.parts.machine import build_machine
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
-# Numbers of a case that may differ from point to point, as arrays over the points.
+# Numbers of a case that differ from point to point, as arrays over the points.
 # ----------------------------------------------------------------------------
 
+#: values (points,) by their place in the case
+Varied = Mapping[KeyPath, np.ndarray]
 
-class Columns:
-    """A case with some of its numbers set to arrays.
 
-    `varied` maps key paths to values (points,). What varies is read as (points,), all else as (1,),
-    so that what does not vary is computed once and broadcast.
+def case_at_points(case: "Case", varied: Varied) -> "Case":
+    """The case with arrays in place of some numbers, which nothing validates.
+
+    What reads it may do arithmetic with them, and broadcast; what is not varied is as it was.
     """
-
-    def __init__(self, case: "Case", varied: Mapping[KeyPath, np.ndarray], count: int):
-        self.case, self.count = case, count
-        self.varied = {path: np.asarray(values, dtype=float) for path, values in varied.items()}
-
-    def rows(self, chosen: np.ndarray) -> "Columns":
-        """The same case at some of the points only."""
-        varied = {path: values[chosen] for path, values in self.varied.items()}
-        return Columns(self.case, varied, len(chosen))
-
-    def varies(self, *path: str | int) -> bool:
-        """Whether anything at a place, or below it, varies."""
-        return any(key[: len(path)] == path for key in self.varied)
-
-    def written(self, *path: str | int) -> Any:
-        """What the case has at a place; None where it, or a table above it, is absent."""
-        part_of_case: Any = self.case
-        for part in path:
-            if part_of_case is None:
-                return None
-            part_of_case = (
-                part_of_case[part] if isinstance(part, int) else getattr(part_of_case, part)
-            )
-        return part_of_case
-
-    def optional(self, *path: str | int) -> FloatArray | None:
-        """A number (points,) or (1,), or None where the case has none."""
-        if path in self.varied:
-            return self.varied[path]
-        found = self.written(*path)
-        return None if found is None else np.array([found], dtype=float)
-
-    def number(self, *path: str | int) -> FloatArray:
-        """A number (points,) or (1,); zero where the case has none."""
-        found = self.optional(*path)
-        return np.zeros(1) if found is None else found
-
-    def vector(self, *path: str | int) -> FloatArray:
-        """A list of numbers (points or 1, entries)."""
-        return together([self.number(*path, place) for place in range(len(self.written(*path)))])
+    changed: Case = _with(case, varied)
+    return changed
 
 
-def together(parts: Sequence[FloatArray]) -> FloatArray:
-    """Arrays (points or 1,) as columns of one array (points or 1, entries)."""
-    if not parts:
-        return np.zeros((1, 0))
-    return np.stack(np.broadcast_arrays(*parts), axis=-1)
+def _with(part: Any, varied: Varied) -> Any:
+    """A table, list or number with arrays at places below it, or in place of it."""
+    if () in varied:
+        return varied[()]
+    below: dict[str | int, dict[KeyPath, np.ndarray]] = {}
+    for path, values in varied.items():
+        below.setdefault(path[0], {})[path[1:]] = values
+    if isinstance(part, tuple):
+        return tuple(_with(one, below[n]) if n in below else one for n, one in enumerate(part))
+    changed = {str(name): _with(getattr(part, str(name)), inner) for name, inner in below.items()}
+    return part.model_copy(update=changed)
+
+
+_COMPARE = {"gt": operator.gt, "ge": operator.ge, "lt": operator.lt, "le": operator.le}
+
+
+def out_of_range(varied: Varied, count: int) -> BoolArray:
+    """Points (points,) with a number outside its bounds, or of what can be computed with."""
+    found = np.zeros(count, dtype=bool)
+    for path, values in varied.items():
+        shape, size = shape_at(path), np.abs(values)
+        inside = np.isfinite(values)
+        for name, bound in () if shape is None else shape.bounds:
+            inside &= _COMPARE[name](values, bound)
+        name = next(str(part) for part in reversed(path) if isinstance(part, str))
+        inside &= size <= (LARGEST_ANGLE if name in ANGLES else LARGEST)
+        inside &= (size == 0.0) | (size >= SMALLEST)
+        found |= ~inside
+    return found
 
 
 # ----------------------------------------------------------------------------
-# Results at many points, collected under their paths.
+# The stages of all points at once; their results as columns under their paths.
 # ----------------------------------------------------------------------------
 
 
@@ -87,45 +82,60 @@ class Column(NamedTuple):
     axes: tuple[Axis, ...]
 
 
-class Sheet:
-    """What is wanted of some points, and what has been computed of it."""
+@dataclass(kw_only=True)
+class PointsScene(Scene):
+    """A run of `count` points: results are put into `columns`, not into the record.
 
-    def __init__(self, count: int, wanted: frozenset[str]):
-        self._count, self._wanted = count, wanted
-        self.columns: dict[str, Column] = {}
+    `alone` (points,) are points whose results mean nothing: they need a run of their own.
+    """
 
-    def wants(self, *paths: str) -> bool:
-        """Whether any of these results is asked for."""
-        return not self._wanted.isdisjoint(paths)
+    count: int
+    alone: BoolArray
+    columns: dict[str, Column] = field(default_factory=dict)
 
-    def emit(self, path: str, result: Bounded, axes: Mapping[str, Any] | None = None) -> None:
-        """Take values and errors (points or 1, own axes...); NumericalFailure for a NaN."""
-        if path not in self._wanted:
+    def emit(
+        self,
+        path: str,
+        values: Any,
+        error: Any = 0.0,
+        axes: Mapping[str, Any] | None = None,
+        standard_error: float | None = None,
+        terms: Any = 0.0,
+    ) -> None:
+        """As of one run, with values and errors (points, own axes...) or (own axes...)."""
+        if not self.wants(path):
             return
-        values, error = np.asarray(result.value), np.asarray(result.error, dtype=float)
+        names, given = CATALOGUE[path].axes, axes or {}
+        if isinstance(values, Bounded):
+            values, error = values
         if np.isnan(values).any():
             raise NumericalFailure(f"{path} has no defined value at some points")
-        largest = error.reshape(len(error), -1).max(axis=1, initial=0.0)
-        given = axes or {}
+        shape = np.broadcast_shapes(np.shape(values), np.shape(error))
+        shape = shape if len(shape) > len(names) else (1, *shape)
+        largest = np.broadcast_to(error, shape).reshape(shape[0], -1).max(axis=1, initial=0.0)
         self.columns[path] = Column(
-            np.broadcast_to(values, (self._count, *values.shape[1:])).copy(),
-            np.broadcast_to(largest, self._count).copy(),
-            tuple(_axis(name, given[name]) for name in CATALOGUE[path].axes),
+            np.broadcast_to(values, (self.count, *shape[1:])).copy(),
+            np.broadcast_to(largest, self.count).copy(),
+            tuple(self._axis(name, given[name]) for name in names),
         )
 
 
-def counted_only(result: Bounded, counts: np.ndarray, axis: int = -1) -> Bounded:
-    """Zero where an order does not count; `counts` (points or 1, orders) lies along `axis`."""
-    value, error = result
-    shape = [1] * value.ndim
-    shape[0], shape[axis] = counts.shape
-    mask = counts.reshape(shape)
-    return Bounded(np.where(mask, value, 0.0), np.where(mask, error, 0.0))
+def run_points(
+    case: "Case", stages: tuple[Stage, ...], varied: Varied, count: int, wanted: frozenset[str]
+) -> PointsScene:
+    """Run stages that take a leading axis.
 
-
-def _axis(name: str, values: Any) -> Axis:
-    unit, long_name = AXES[name]
-    array = np.asarray(values)
-    if array.dtype.kind in "US":
-        array = array.astype(object)
-    return Axis(name=name, values=array, unit=unit, long_name=long_name)
+    Raises PointsApart where points differ in kind, NumericalFailure where any of them fails.
+    """
+    at_points = case_at_points(case, varied)
+    scene = PointsScene(
+        case=at_points,
+        parts=build_machine(at_points),
+        wanted=wanted,
+        count=count,
+        alone=np.zeros(count, dtype=bool),
+    )
+    for stage in stages:
+        own = stage.leading.adapter if stage.leading is not None else ""
+        run_stage(stage._replace(adapter=own or stage.adapter), scene)
+    return scene

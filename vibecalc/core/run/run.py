@@ -325,9 +325,9 @@ def run_scene(
         if tell is not None:
             tell(stage.name)
         if cached is None:
-            _run_stage(stage, scene)
+            run_stage(stage, scene)
         else:
-            cached.run(stage, scene, _run_stage)
+            cached.run(stage, scene, run_stage)
         clock[stage.name] = time.perf_counter() - started
     if wanted is None:
         missed = tolerance_warning(scene.record, case.accuracy.rtol)
@@ -336,7 +336,7 @@ def run_scene(
     return scene
 
 
-def _run_stage(stage: Stage, scene: Scene) -> None:
+def run_stage(stage: Stage, scene: Scene) -> None:
     """Run one adapter; an overflow or an undefined operation on the way is a failure, not a NaN."""
     adapter = named(stage.adapter)
     try:

@@ -49,13 +49,33 @@ class Harmonics(NamedTuple):
         return f"{at_least}{self.number}: {self.lowest:g} to {self.highest:g}{by} ({self.rule})"
 
 
+class Leading(NamedTuple):
+    """That a stage computes many points of a sweep at once, its numbers having a leading axis.
+
+    `keys` name the numbers of the case that may be arrays (points,), `[]` being any entry of a
+    list; every stage of a case that has a `Leading` takes the keys of all. `only` are the results
+    that it gives, none for all of the stage. `why_not` says why this case is run point by point, if
+    it is. `suspects` are functions of the case with arrays, as `package.module:function`: they tell
+    points (points,) that a check may refuse. `most` is how many points it takes at once. `adapter`
+    stands for that of the stage where that one takes no leading axis.
+    """
+
+    keys: frozenset[str] = frozenset()
+    only: tuple[str, ...] = ()
+    why_not: str = ""
+    suspects: tuple[str, ...] = ()
+    most: int = 2048
+    adapter: str = ""
+
+
 class Stage(NamedTuple):
     """One stage of a run as its case asks for it.
 
     `adapter` names the function that runs it as `package.module:function`, `topics` those that
     measure its methods; `why` is the reason shown, `parts` what it reads of the machine, `cost` its
     work in words, `quantities` the paths that it makes. `harmonics` and `work` count, from the case
-    alone. `is_last` marks a stage that no later one reads from.
+    alone. `is_last` marks a stage that no later one reads from, `leading` one that takes many
+    points at once.
     """
 
     name: str
@@ -69,6 +89,7 @@ class Stage(NamedTuple):
     harmonics: "Callable[[Case], Harmonics] | None" = None
     work: "Callable[[Case, int], Work] | None" = None
     topics: tuple[str, ...] = ()
+    leading: Leading | None = None
 
     def as_texts(self) -> dict[str, str]:
         """The plan of this stage as short texts, for reports."""

@@ -1,19 +1,29 @@
 """Adapter: the body pitching on its mounts at operating speed."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import Forcing
-from vibecalc.excitation.inertia_forces import about_point, at_speed, size_of_terms
+from vibecalc.excitation.adapter import (
+    CyclePeak,
+    Forcing,
+    couples_of,
+    leading_orders,
+    peak_with_tail,
+)
+from vibecalc.excitation.inertia_forces import about_point, size_of_terms
 from vibecalc.isolation import pitch as model
 from vibecalc.isolation.adapters.common import (
+    HEIGHTS,
+    LARGEST,
+    OF_RUN_UP,
     RunUpSetup,
-    emit_peak,
+    emit_heights,
     emit_static,
     emit_support_motion,
     isolation_of,
-    peak_with_tail,
 )
 from vibecalc.isolation.model import PitchParts, pitch_parts
 from vibecalc.isolation.pitch import pitch_resonances, pitch_static
@@ -22,7 +32,11 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.response.resonances import check_operating_point, idle_warnings, left_out
 
-LEVER_FORCES = tuple(path for path in CATALOGUE if path.startswith("isolation/lever_force/"))
+LEVER, RIGID = "isolation/lever_force", "isolation/support_force/rigid_peak"
+HARMONICS = tuple(
+    f"isolation/support_{group}/steady_harmonics" for group in ("displacement", "force")
+)
+LEVER_FORCES = tuple(path for path in CATALOGUE if path.startswith(f"{LEVER}/"))
 
 
 def run_isolation_pitch(scene: Scene) -> None:
@@ -36,7 +50,6 @@ def run_isolation_pitch(scene: Scene) -> None:
     pitch = model.pitch_model(
         parts.inertia, parts.position, parts.stiffness, parts.damping, parts.structural
     )
-    lever = options.lever or parts.lever or float(np.abs(parts.position).max())
     scene.cite(
         "pitch model with complex amplitudes",
         "response on the mounts",
@@ -44,51 +57,69 @@ def run_isolation_pitch(scene: Scene) -> None:
     )
     _emit_model(scene, pitch)
 
-    about_centre = about_point(forcing.per_speed_squared, parts.centre)
-    couple = Bounded(
-        about_centre.couple @ parts.across, about_centre.couple_error @ np.abs(parts.across)
-    )
+    about = couples_of(about_point(forcing.per_speed_squared, parts.centre[..., None, :]))
+    couple = Bounded(about.value @ parts.across, about.error @ np.abs(parts.across))
     resonances = pitch_resonances(pitch, couple)
-    undriven = left_out(resonances)[:, 0]
+    undriven = left_out(resonances)[..., 0]
     couple = Bounded(np.where(undriven, 0.0, couple.value), couple.error)
     used, speed = forcing.retained, scene.case.machine.speed
     for warning in check_operating_point(resonances, forcing.orders, speed):
         scene.warn(warning)
-    frequency = forcing.orders * speed
-    driven = at_speed(about_centre, speed)
-    torque = Bounded(
-        np.where(undriven, 0.0, driven.couple @ parts.across),
-        driven.couple_error @ np.abs(parts.across),
-    )
-    angle = model.angle_harmonics(pitch, torque.value, torque.error, frequency, undriven)
+    frequency = forcing.orders * np.asarray(speed)[..., None]
+    torque = couple * np.square(speed)[..., None]
+    angle = model.angle_harmonics(pitch, torque, frequency, undriven)
     axes = {"order": forcing.orders[:used]}
     if scene.wants("isolation/pitch/transmissibility"):
-        passing = model.transmissibility(pitch, frequency[:used])
-        scene.emit("isolation/pitch/transmissibility", passing.value, passing.error, axes)
+        passing = model.transmissibility(pitch, frequency[..., :used])
+        scene.emit("isolation/pitch/transmissibility", passing, axes=axes)
     if scene.wants("isolation/pitch/transmissibility_curve"):
         _emit_curve(scene, pitch, float(frequency[used - 1]))
-    rounding = angle.error[:used]
-    terms = size_of_terms(rounding)
-    scene.emit("isolation/pitch/angle_harmonics", angle.value[:used], rounding, axes, terms=terms)
-    emit_peak(scene, "isolation/pitch/angle_peak", angle, forcing)
+    kept = angle[..., :used]
+    terms = size_of_terms(kept.error)
+    scene.emit("isolation/pitch/angle_harmonics", kept, axes=axes, terms=terms)
+    lever = options.lever if options.lever is not None else parts.lever
+    if lever is None:
+        lever = np.abs(parts.position).max(axis=-1)
+    still = None
+    if scene.wants(RIGID, f"{LEVER}/rigid_peak"):
+        still = _at_speed(peak_with_tail(couple, forcing), speed)
     if scene.wants(*LEVER_FORCES):
         through = model.transmitted_couple(pitch, angle, frequency)
-        _emit_lever_force(scene, forcing, torque, through, lever)
-    _emit_supports(scene, forcing, parts, torque, angle, frequency)
+        _emit_lever_force(scene, forcing, torque, still, through, np.asarray(lever))
+    _emit_supports(scene, forcing, parts, still, angle, frequency)
+    if scene.wants(*OF_RUN_UP):
+        _hand_on_run_up(scene, forcing, parts, pitch, couple, undriven, float(lever))
 
+
+def _at_speed(peak: CyclePeak, speed: float) -> CyclePeak:
+    """Of couples per speed squared, for all speeds at once."""
+    square = np.square(speed)
+    value, error = Bounded(peak.value, peak.error) * square
+    return CyclePeak(value, error, peak.terms * float(np.max(square)))
+
+
+def _hand_on_run_up(
+    scene: Scene,
+    forcing: Forcing,
+    parts: PitchParts,
+    pitch: model.Pitch,
+    couple: Bounded,
+    undriven: np.ndarray,
+    lever: float,
+) -> None:
+    used = forcing.retained
     readout, row_of = distinct(
         pitch_readout(
             pitch, lever, parts.position, parts.stiffness, parts.damping, parts.structural
         )
     )
-    first = Bounded(couple.value[:used], couple.error[:used])
-    in_run_up, few = pitch_resonances(pitch, first), forcing.few
-    higher = Bounded(couple.value[few], couple.error[few])
+    few, few_tail = leading_orders(forcing)
+    in_run_up = pitch_resonances(pitch, couple[:used])
     scene.handed_on["run_up"] = RunUpSetup(
         rows=with_left_out(
-            pitch_rows(pitch, readout, forcing.orders[:used], first, undriven[:used]),
-            pitch_rows(pitch, readout, forcing.orders[few], higher, undriven[few]),
-            forcing.few_tail,
+            pitch_rows(pitch, readout, forcing.orders[:used], couple[:used], undriven[:used]),
+            pitch_rows(pitch, readout, forcing.orders[few], couple[few], undriven[few]),
+            few_tail,
         ),
         harmonics=forcing.orders[:used],
         step=1,
@@ -130,27 +161,32 @@ def _emit_curve(scene: Scene, pitch: model.Pitch, highest: float) -> None:
 
 
 def _emit_lever_force(
-    scene: Scene, forcing: Forcing, torque: Bounded, through: Bounded, lever: float
+    scene: Scene,
+    forcing: Forcing,
+    torque: Bounded,
+    still: CyclePeak | None,
+    through: Bounded,
+    lever: np.ndarray,
 ) -> None:
     """The source's reading: couple over lever, with the body held still and on its mounts."""
     used = forcing.retained
+    axes = {"order": forcing.orders[:used]}
     for name, couple in (("rigid", torque), ("steady", through)):
-        force = model.lever_force(couple, lever)
-        scene.emit(
-            f"isolation/lever_force/{name}_harmonics",
-            force.value[:used],
-            force.error[:used],
-            {"order": forcing.orders[:used]},
-            terms=size_of_terms(force.error[:used]),
-        )
-        emit_peak(scene, f"isolation/lever_force/{name}_peak", force, forcing)
+        force = model.lever_force(couple[..., :used], lever[..., None])
+        terms = size_of_terms(force.error)
+        scene.emit(f"{LEVER}/{name}_harmonics", force, axes=axes, terms=terms)
+        if scene.wants(f"{LEVER}/{name}_peak"):
+            known = still if name == "rigid" and still else peak_with_tail(couple, forcing)
+            peak = model.lever_force(Bounded(known.value, known.error), lever)
+            terms = known.terms / float(np.min(lever))
+            scene.emit(f"{LEVER}/{name}_peak", peak, terms=terms)
 
 
 def _emit_supports(
     scene: Scene,
     forcing: Forcing,
     parts: PitchParts,
-    torque: Bounded,
+    still: CyclePeak | None,
     angle: Bounded,
     frequency: np.ndarray,
 ) -> None:
@@ -160,28 +196,54 @@ def _emit_supports(
         raise ValueError("isolation needs a body")
     static = pitch_static(body.mass * options.gravity, 0.0, parts.position, parts.stiffness)
     emit_static(scene, parts.names, static.sag, static.sag_error, static.share, static.share_error)
-    if scene.wants("isolation/support_force/rigid_peak"):
+    if still is not None and scene.wants(RIGID):
         share = np.abs(model.support_share(parts.position, parts.stiffness))
-        still, spread, terms = peak_with_tail(torque, forcing)
-        scene.emit(
-            "isolation/support_force/rigid_peak",
-            share * still,
-            share * (spread + 8.0 * EPSILON * still),
-            {"mount": parts.names},
-            terms=share * terms,
-        )
+        top = still.value[..., None]
+        force = Bounded(share * top, share * (still.error[..., None] + 8.0 * EPSILON * top))
+        terms = np.max(share) * still.terms
+        scene.emit(RIGID, force, axes={"mount": parts.names}, terms=terms)
+    if scene.wants(*HARMONICS):
+        # the one component of a pitching body at a support: along the stroke
+        direction = (scene.case.machine.crank_train.stroke,)
+        motion = (one[..., None, :] for one in _support_motion(parts, angle, frequency))
+        emit_support_motion(scene, forcing, parts.names, direction, *motion)
+    if scene.wants(LARGEST):
+        few, which = _alike(parts)
+        peak = peak_with_tail(_support_motion(few, angle, frequency)[1], forcing)
+        largest = Bounded(peak.value, peak.error)[..., which]
+        scene.emit(LARGEST, largest, axes={"mount": parts.names}, terms=peak.terms)
+    if scene.wants(*HEIGHTS, "isolation/pitch/angle_peak"):
+        value, error, terms = peak_with_tail(angle, forcing)
+        scene.emit("isolation/pitch/angle_peak", value, error, terms=terms)
+        arm = np.abs(parts.position)
+        height = arm * Bounded(value[..., None], error[..., None])
+        swing = CyclePeak(height.value, height.error, float(np.max(arm)) * terms)
+        emit_heights(scene, parts.names, swing, Bounded(static.sag, static.sag_error))
+
+
+def _support_motion(
+    parts: PitchParts, angle: Bounded, frequency: np.ndarray
+) -> tuple[Bounded, Bounded]:
+    """Vertical displacement and force (..., mounts, orders)."""
     displacement = model.support_displacement(angle, parts.position)
-    force = model.support_force(
+    return displacement, model.support_force(
         displacement, frequency, parts.stiffness, parts.damping, parts.structural
     )
-    # the one component of a pitching body at a support: along the stroke
-    emit_support_motion(
-        scene,
-        forcing,
-        parts.names,
-        (scene.case.machine.crank_train.stroke,),
-        Bounded(displacement.value[:, None, :], displacement.error[:, None, :]),
-        Bounded(force.value[:, None, :], force.error[:, None, :]),
-        np.array([1.0]),
-        Bounded(static.sag, static.sag_error),
-    )
+
+
+def _alike(parts: PitchParts) -> tuple[PitchParts, list[int]]:
+    """Mounts that stand for all, and which of them has the force of each, up to its sign.
+
+    Equal mounts at the same distance on either side feel the same at opposite times.
+    """
+    names = ("position", "stiffness", "damping", "structural")
+    columns = {name: getattr(parts, name) for name in names}
+    count = parts.position.shape[-1]
+    rows = [np.broadcast_to(np.abs(one), (*one.shape[:-1], count)) for one in columns.values()]
+    first: list[int] = []
+    which: list[int] = []
+    for place in range(count):
+        same = [k for k in first if all(np.array_equal(r[..., k], r[..., place]) for r in rows)]
+        first += [] if same else [place]
+        which.append(first.index(same[0] if same else place))
+    return replace(parts, **{name: one[..., first] for name, one in columns.items()}), which

@@ -5,13 +5,18 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import Forcing
+from vibecalc.excitation.adapter import Forcing, leading_orders, peak_with_tail
 from vibecalc.excitation.inertia_forces import Excitation, as_loads, at_speed, size_of_terms
 from vibecalc.isolation.adapters.common import (
+    HEIGHTS,
+    LARGEST,
+    OF_RUN_UP,
     RunUpSetup,
+    emit_heights,
     emit_static,
     emit_support_motion,
     isolation_of,
+    length_over_cycle,
 )
 from vibecalc.isolation.planar import dofs_of_model
 from vibecalc.isolation.rigid_body import (
@@ -87,7 +92,7 @@ def run_isolation_rigid_body(scene: Scene) -> None:
     for warning in check_operating_point(resonances, forcing.orders, speed):
         scene.warn(warning)
     undriven = _undriven(resonances, shapes)
-    frequency = forcing.orders * speed
+    frequency = forcing.orders * np.asarray(speed)[..., None]
     driven = _loads(at_speed(forcing.per_speed_squared, speed), dofs)
     system = dynamics(matrices, frequency, undriven)
     motion = response(system, driven.value, driven.error)
@@ -97,8 +102,19 @@ def run_isolation_rigid_body(scene: Scene) -> None:
     at_mounts = displacement(motion, mounts.position)
     force = mount_force(at_mounts, frequency, mounts.stiffness, mounts.damping, mounts.structural)
     up = np.eye(3)["xyz".index(isolation_of(scene).up)]
-    emit_support_motion(scene, forcing, mounts.names, DIRECTIONS, at_mounts, force, up, sag)
-    _hand_on_run_up(scene, forcing, matrices, mounts, shapes, load)
+    emit_support_motion(scene, forcing, mounts.names, DIRECTIONS, at_mounts, force)
+    if scene.wants(LARGEST):
+        largest = length_over_cycle(force, forcing)
+        axes = {"mount": mounts.names}
+        scene.emit(LARGEST, largest.value, largest.error, axes, terms=largest.terms)
+    if scene.wants(*HEIGHTS):
+        vertical = Bounded(
+            np.einsum("...dn,d->...n", at_mounts.value, up),
+            np.einsum("...dn,d->...n", at_mounts.error, np.abs(up)),
+        )
+        emit_heights(scene, mounts.names, peak_with_tail(vertical, forcing), sag)
+    if scene.wants(*OF_RUN_UP):
+        _hand_on_run_up(scene, forcing, matrices, mounts, shapes, load)
 
 
 def freedoms_of(scene: Scene) -> np.ndarray:
@@ -125,7 +141,7 @@ def _emit_modes(scene: Scene, matrices: Matrices, shapes: Modes, dofs: np.ndarra
         axes,
     )
     scene.emit("isolation/modes/damping_ratio", ratio.value, ratio.error, axes)
-    scene.emit("isolation/modes/shape", all_six(shapes.shape.T, dofs), shapes.shape_error, axes)
+    scene.emit("isolation/modes/shape", all_six(shapes.shape.mT, dofs), shapes.shape_error, axes)
     scene.emit("isolation/modes/energy_fraction", all_six(share.value, dofs), share.error, axes)
 
 
@@ -150,10 +166,9 @@ def _emit_motion(scene: Scene, forcing: Forcing, motion: Bounded) -> None:
     for name, part in (("translation", slice(0, 3)), ("rotation", slice(3, 6))):
         scene.emit(
             f"isolation/body/{name}_harmonics",
-            motion.value[:used, part],
-            motion.error[:used, part],
-            axes,
-            terms=size_of_terms(motion.error[:used, part]),
+            motion[..., :used, part],
+            axes=axes,
+            terms=size_of_terms(motion.error[..., :used, part]),
         )
 
 
@@ -170,7 +185,7 @@ def _hand_on_run_up(
     readout = whole._replace(spring=whole.spring[..., freedoms], damper=whole.damper[..., freedoms])
     used, orders = forcing.retained, forcing.orders
     first = Bounded(load.value[:used], load.error[:used])
-    few = forcing.few
+    few, few_tail = leading_orders(forcing)
     higher = Bounded(load.value[few], load.error[few])
     resonances = body_resonances(matrices, shapes, first)
     left_alone = _undriven(resonances, shapes)
@@ -184,7 +199,7 @@ def _hand_on_run_up(
         rows=with_left_out(
             body_rows(matrices, readout, orders[:used], first, left_alone),
             body_rows(matrices, readout, orders[few], higher, _undriven(beyond, shapes)),
-            forcing.few_tail,
+            few_tail,
         ),
         harmonics=orders[:used],
         step=1,

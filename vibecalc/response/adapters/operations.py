@@ -181,7 +181,8 @@ def _emit(
             _emit_range(scene, stem, "mean", _mean_range(weight, state, forcing), axes)
         if scene.wants(f"{stem}/peak_low", f"{stem}/peak_high"):
             rtol = scene.case.accuracy.rtol
-            ends = peak_energy_range(weight, state, orders, forcing.retained, forcing.tail, rtol)
+            tail = float(forcing.tail)
+            ends = peak_energy_range(weight, state, orders, forcing.retained, tail, rtol)
             _emit_range(scene, stem, "peak", ends, axes)
 
 

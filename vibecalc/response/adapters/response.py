@@ -4,12 +4,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import DIRECTIONS, Forcing
+from vibecalc.core.run.stage import Scene, below
+from vibecalc.excitation.adapter import DIRECTIONS, Forcing, leading_orders, peak_with_tail
 from vibecalc.excitation.inertia_forces import as_loads, at_speed, size_of_terms
-from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.cycle_peak import cycle_peak
-from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.bounded import Bounded, reshaped, where
+from vibecalc.numerics.leading import leave_alone
+from vibecalc.numerics.matrices import Matrices, bounded_parts
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON, UNIT_ROUNDOFF
 from vibecalc.parts.matrices import build_system
 from vibecalc.response.energies import (
@@ -117,19 +117,21 @@ def undriven_at_operating_point(
 
 
 def resonances_of(system: LinearSystem, load: Bounded) -> Resonances:
-    """Where orders with these loads (orders, 6) meet the modes.
+    """Where orders with these loads (..., orders, 6) meet the modes.
 
     A mode that nothing holds has no resonance: it stands at infinity, where no order meets it.
     """
     matrices, shapes = system
     held = shapes.eigenvalue > shapes.eigenvalue_error
+    if held.ndim > 1:
+        leave_alone(~np.all(held, axis=-1))
     if np.all(held):
         return body_resonances(matrices, shapes, load)
     found = body_resonances(matrices, Modes(*(part[..., held] for part in shapes)), load)
     frequency, ratio, width = np.full(6, np.inf), np.zeros(6), np.zeros(6)
-    idle = np.ones((len(load.value), 6), dtype=bool)
+    idle = np.ones(load.shape, dtype=bool)
     frequency[held], ratio[held], width[held] = found[:3]
-    idle[:, held] = found.idle
+    idle[..., held] = found.idle
     return Resonances(frequency, ratio, width, idle)
 
 
@@ -144,6 +146,13 @@ def forcing_of(scene: Scene) -> Forcing:
 # ----------------------------------------------------------------------------
 
 PARTS = (slice(0, 3), slice(3, 6))
+GROUND = below("response/ground_")
+NEAREST = ("response/modes/nearest_order", "response/modes/distance")
+OVER_CYCLE = tuple(
+    f"response/{name}_energy/{what}"
+    for name in ("kinetic", "potential")
+    for what in ("mean", "peak")
+)
 METHODS = {
     "modal": (
         "superposition of modes",
@@ -173,11 +182,11 @@ def run_response(scene: Scene) -> None:
     )
     _emit_modes(scene, system, forcing)
     driven = as_loads(at_speed(forcing.per_speed_squared, speed))
-    frequency = forcing.orders * speed
+    frequency = forcing.orders * np.asarray(speed)[..., None]
     motion = _motion(options.method, system, frequency, driven, undriven, forcing, speed)
     _emit_motion(scene, forcing, motion)
-    ground = _ground(matrices, frequency, driven, motion)
-    _emit_ground(scene, forcing, ground)
+    if scene.wants(*GROUND):
+        _emit_ground(scene, forcing, _ground(matrices, frequency, driven, motion))
     if options.energies:
         _emit_energies(scene, forcing, matrices, motion, frequency)
 
@@ -210,10 +219,13 @@ def _emit_modes(scene: Scene, system: LinearSystem, forcing: Forcing) -> None:
     if np.all(shapes.eigenvalue > shapes.eigenvalue_error):
         ratio = ratios_of(scene, system)
         scene.emit("response/modes/damping_ratio", ratio.value, ratio.error, axes)
-        _emit_nearest(scene, forcing, frequency, uncertainty, axes)
+        if scene.wants(*NEAREST):
+            _emit_nearest(scene, forcing, frequency, uncertainty, axes)
     share = energy_fraction(matrices, shapes)
-    scene.emit("response/modes/shape", shapes.shape.T, shapes.shape_error, axes)
+    scene.emit("response/modes/shape", shapes.shape.mT, shapes.shape_error, axes)
     scene.emit("response/modes/energy_fraction", share.value, share.error, axes)
+    if not scene.wants("response/modes/assurance"):
+        return
     # weighed by the diagonal alone: under the whole mass matrix the modes of one machine are
     # orthogonal by definition, while this says which look alike
     diagonal = np.diag(np.diagonal(matrices.mass))
@@ -250,61 +262,37 @@ def _emit_nearest(
 
 def _emit_motion(scene: Scene, forcing: Forcing, motion: Bounded) -> None:
     for name, part in zip(("translation", "rotation"), PARTS, strict=True):
-        _emit_with_peak(scene, f"response/{name}", "_harmonics", forcing, _pick(motion, part))
+        _emit_with_peak(scene, f"response/{name}", "_harmonics", forcing, motion[..., part])
 
 
 def _emit_ground(scene: Scene, forcing: Forcing, ground: Bounded) -> None:
     for name, part in zip(("force", "couple"), PARTS, strict=True):
-        _emit_with_peak(scene, f"response/ground_{name}", "", forcing, _pick(ground, part))
+        _emit_with_peak(scene, f"response/ground_{name}", "", forcing, ground[..., part])
 
 
 def _ground(matrices: Matrices, frequency: np.ndarray, driven: Bounded, motion: Bounded) -> Bounded:
-    """Force and couple (orders, 6) of the suspension on the ground.
+    """Force and couple (..., orders, 6) of the suspension on the ground.
 
     (K + iH + iwC) X, or what is left of the load when the body is moved, F + w^2 M X: the former is
     the better one above the natural frequencies, the latter below, where the errors of K X and of F
     are nearly the same. A mode that is left out of an order is in the first alone.
     """
-    rate = frequency[:, None, None]
-    held = matrices.stiffness + 1j * (matrices.structural + rate * matrices.damping)
-    uncertainty = (
-        matrices.stiffness_error + matrices.structural_error + rate * matrices.damping_error
-    )
-    first = _times(Bounded(held, uncertainty), motion)
-    squared = np.square(rate)
-    moved = _times(Bounded(squared * matrices.mass, squared * matrices.mass_error), motion)
-    second = moved.error + driven.error + EPSILON * (np.abs(driven.value) + np.abs(moved.value))
-    better = second < first.error
-    return Bounded(
-        np.where(better, driven.value + moved.value, first.value),
-        np.where(better, second, first.error),
-    )
-
-
-def _times(matrix: Bounded, motion: Bounded) -> Bounded:
-    """A matrix (orders, 6, 6) of each order times its motion (orders, 6)."""
-    size = np.abs(matrix.value)
-    value = (matrix.value @ motion.value[..., None])[..., 0]
-    uncertainty = matrix.error + 10.0 * EPSILON * size
-    error = uncertainty @ np.abs(motion.value)[..., None] + size @ motion.error[..., None]
-    return Bounded(value, error[..., 0])
-
-
-def _pick(whole: Bounded, part: slice) -> Bounded:
-    return Bounded(whole.value[..., part], whole.error[..., part])
+    rate = frequency[..., None]
+    mass, stiffness, damping, structural = bounded_parts(matrices)
+    # the matrices are symmetric, so that rows times them are what they make of columns
+    held = motion @ stiffness + 1j * (motion @ structural + rate * (motion @ damping))
+    moved = driven + np.square(rate) * (motion @ mass)
+    return where(moved.error < held.error, moved, held)
 
 
 def _emit_with_peak(scene: Scene, stem: str, suffix: str, forcing: Forcing, rows: Bounded) -> None:
     used, orders = forcing.retained, forcing.orders[: forcing.retained]
     axes = {"order": orders, "direction": DIRECTIONS}
-    rounding = rows.error[:used]
-    scene.emit(f"{stem}{suffix}", rows.value[:used], rounding, axes, terms=size_of_terms(rounding))
-    if not scene.wants(f"{stem}_peak"):
-        return
-    peak = cycle_peak(rows.value[:used].T, orders)
-    rounding = peak.error + rounding.sum(0)
-    error = rounding + forcing.tail * np.abs(rows.value[used:]).sum(0)
-    scene.emit(f"{stem}_peak", peak.value, error, axes, terms=size_of_terms(rounding))
+    kept = rows[..., :used, :]
+    scene.emit(f"{stem}{suffix}", kept, axes=axes, terms=size_of_terms(kept.error))
+    if scene.wants(f"{stem}_peak"):
+        value, error, terms = peak_with_tail(reshaped(rows, np.matrix_transpose), forcing)
+        scene.emit(f"{stem}_peak", value, error, axes, terms=terms)
 
 
 def _emit_energies(
@@ -321,18 +309,23 @@ def _emit_energies(
     )
     used, speed = forcing.retained, scene.case.machine.speed
     axes = {"order": forcing.orders[:used]}
-    whole = energies_over_cycle(matrices, motion, forcing.orders, speed, used, forcing.tail)
     pairs = (
-        ("kinetic", mass_of(matrices), velocity(motion, frequency), whole.kinetic),
-        ("potential", stiffness_of(matrices), motion, whole.potential),
+        ("kinetic", mass_of(matrices), velocity(motion, frequency)),
+        ("potential", stiffness_of(matrices), motion),
     )
-    for name, weight, state, total in pairs:
+    for name, weight, state in pairs:
         stem = f"response/{name}_energy"
-        each = energy_by_order(weight, state)
-        scene.emit(f"{stem}/mean_by_order", each.mean[:used], each.mean_error[:used], axes)
-        scene.emit(f"{stem}/peak_by_order", each.peak[:used], each.peak_error[:used], axes)
-        scene.emit(f"{stem}/mean", total.mean, total.mean_error)
-        scene.emit(f"{stem}/peak", total.peak, total.peak_error)
+        if scene.wants(f"{stem}/mean_by_order", f"{stem}/peak_by_order"):
+            each = energy_by_order(weight, state)
+            mean, peak = each.mean[..., :used], each.peak[..., :used]
+            scene.emit(f"{stem}/mean_by_order", mean, each.mean_error[..., :used], axes)
+            scene.emit(f"{stem}/peak_by_order", peak, each.peak_error[..., :used], axes)
+    if scene.wants(*OVER_CYCLE):
+        whole = energies_over_cycle(matrices, motion, forcing.orders, speed, used, forcing.tail)
+        for name, total in (("kinetic", whole.kinetic), ("potential", whole.potential)):
+            stem = f"response/{name}_energy"
+            scene.emit(f"{stem}/mean", total.mean, total.mean_error)
+            scene.emit(f"{stem}/peak", total.peak, total.peak_error)
 
 
 # ----------------------------------------------------------------------------
@@ -397,8 +390,9 @@ def _energies(
     At rest nothing moves, held or not.
     """
     matrices, used = system.matrices, forcing.retained
-    chosen = np.concatenate([np.arange(used), forcing.few])
-    count = len(forcing.few)
+    few, few_tail = leading_orders(forcing)
+    chosen = np.concatenate([np.arange(used), few])
+    count = len(few)
     idle = np.pad(left_out(resonances), ((0, count), (0, 0)))
     undriven = UndrivenModes(idle, system.shapes.shape, system.shapes.eigenvalue)
     turning = speed > 0.0
@@ -418,7 +412,7 @@ def _energies(
         error[turning] = (
             each.mean_error.sum(-1)
             + used * UNIT_ROUNDOFF * value[turning]
-            + dropped_mean(weight, guards, forcing.few_tail)
+            + dropped_mean(weight, guards, few_tail)
         )
         ranges[name] = Bounded(value, error)
     return ranges

@@ -26,7 +26,7 @@ from vibecalc.units import parse_quantity, split_number
 # ----------------------------------------------------------------------------
 
 VARIED = (
-    *("machine", "kinematics", "excitation", "response", "isolation", "measurement"),
+    *("machine", "kinematics", "excitation", "response", "isolation", "foundation", "measurement"),
     *("tuning", "damper_design", "accuracy"),
 )
 _LISTED = 64  # entries of a list whose keys are offered as the nearest ones

@@ -69,12 +69,12 @@ def choose(case: "Case", design: Design, keep: Sequence[str], jobs: int = 2) -> 
     stages run again only where something that they read has changed, if there may be no more or
     all points take less time than processes take to start; else processes that each do the same.
     """
-    from vibecalc.array_path import unsupported
+    from vibecalc.core.study.sweep.arrays import unsupported
 
     why_not = unsupported(case, [parse_key(key) for key in design.keys], keep)
     if why_not is None:
         size = _spread(design.count, _ARRAY_POINTS)
-        return Strategy("array", "all that is kept is a closed form over what varies", size)
+        return Strategy("array", "all that is kept is computed for many points at once", size)
     cost = milliseconds(case, keep)
     size = min(_MOST_POINTS, max(1, round(_CHUNK / cost)), -(-design.count // _FEWEST_CHUNKS))
     size = _spread(design.count, size)
