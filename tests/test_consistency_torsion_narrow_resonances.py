@@ -99,7 +99,7 @@ def test_errors_of_curves_bound_what_forty_digits_say_nearby_no_end() -> None:
     line, order = setup.model.line, setup.drive.order
     for place in np.argsort(values.max(axis=0))[-3:]:
         at = float(speeds[place])
-        load = setup.drive.torque(np.array([at]))[0]
+        load = setup.drive.torque(np.array([at])).value[0]
         torque: Any = np.empty((3, len(order)), dtype=complex)
         with mpmath.workdps(40):
             for q, (one, right) in enumerate(zip(order, load, strict=True)):

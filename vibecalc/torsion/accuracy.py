@@ -150,7 +150,7 @@ def torsion_topics(scene: Scene) -> list[Topic]:
     if np.any(drive.healthy(speed).gas):
         found.append(_cylinder(setup))
     w = speed * drive.order
-    load = _on_freedoms(setup, drive.torque(np.array([speed]))[0])
+    load = _on_freedoms(setup, drive.torque(np.array([speed])).value[0])
     rows = _sections(line, w, forced_masked(line, w, load).angle).T
     return [*found, _over_cycle(setup, rows)]
 
@@ -160,7 +160,7 @@ def _by_order(setup: Setup, line: Line) -> Topic:
     taken = setup.model.method if setup.model.modal is None else "modal"
     count = ORDERS_OF_LONG if n > LONG else len(drive.order)
     w = setup.speed * drive.order[:count]
-    load = _on_freedoms(setup, drive.torque(np.array([setup.speed]))[0][:count])
+    load = _on_freedoms(setup, drive.torque(np.array([setup.speed])).value[0][:count])
 
     def kernel(dense: bool) -> Answer:
         angle = forced_masked(line, w, load, dense=dense).angle

@@ -91,8 +91,7 @@ def _torque(setup: Setup) -> tuple[np.ndarray, FloatArray]:
     drive, speed = setup.drive, np.array([setup.speed])
     shape = (len(drive.order), setup.model.line.inertia.size)
     torque, error = np.zeros(shape, dtype=complex), np.zeros(shape)
-    torque[:, drive.freedom] = drive.torque(speed)[0]
-    error[:, drive.freedom] = drive.torque_error(speed)[0]
+    torque[:, drive.freedom], error[:, drive.freedom] = drive.torque(speed)[0]
     return torque, error
 
 

@@ -228,8 +228,7 @@ def undamped_speeds(setup: Setup, first: float, last: float) -> UndampedResonanc
     mode, place = np.nonzero(inside)
     at = speed[mode, place]
     row = np.arange(len(at))
-    torque = drive.torque(at)[row, place]
-    error = drive.torque_error(at)[row, place]
+    torque, error = drive.torque(at)[row, place]
     shape = modes.shape[mode][:, drive.freedom]
     driven = np.abs(np.sum(shape * torque, axis=1))
     least = np.sum(np.abs(shape) * error, axis=1)
@@ -265,9 +264,8 @@ NEAR, WIDER = 0.03, 2.0
 
 
 class MeetingOrder(NamedTuple):
-    """At each maximum (r,): half range of the referred twist, order and mode (from 1); 0: none."""
+    """At each maximum (r,): order and mode (from 1); 0: none."""
 
-    twist: FloatArray
     order: FloatArray
     mode: IntArray
 
@@ -281,11 +279,11 @@ def meeting(setup: Setup, speed: FloatArray, section: IntArray, end: BoolArray) 
     order meets near by.
     """
     if not len(speed):
-        return MeetingOrder(np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.int64))
+        return MeetingOrder(np.zeros(0), np.zeros(0, dtype=np.int64))
     order = setup.drive.order
     sides = np.concatenate([[1.0], 1.0 - SCALES, 1.0 + SCALES])
     unique, place = np.unique(speed, return_inverse=True)
-    size, half, twist, masked = _half_ranges_at(setup, unique[:, None] * sides, place, section)
+    size, half, masked = _half_ranges_at(setup, unique[:, None] * sides, place, section)
     low, high = slice(1, 1 + len(SCALES)), slice(1 + len(SCALES), None)
     out = half[:, :1] - 0.5 * (half[:, low] + half[:, high])
     wide = np.argmax(out >= 0.5 * out.max(axis=1, keepdims=True), axis=1)
@@ -295,20 +293,19 @@ def meeting(setup: Setup, speed: FloatArray, section: IntArray, end: BoolArray) 
     best = np.argmax(gain, axis=1)
     mode = _modes(setup, speed, section, best)
     meets = (gain[row, best] > 0.0) & (mode > 0)
-    return MeetingOrder(twist, np.where(meets, order[best], 0.0), np.where(meets, mode, 0))
+    return MeetingOrder(np.where(meets, order[best], 0.0), np.where(meets, mode, 0))
 
 
 def _half_ranges_at(
     setup: Setup, speeds: FloatArray, place: IntArray, section: IntArray
-) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
-    """Amplitudes (r, k, m) and half ranges (r, k) of torques, of twists (r,), masked (r, m).
+) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Amplitudes (r, k, m) and half ranges (r, k) of torques, masked (r, m).
 
     Speeds (u, k), those of maximum r in row place[r]; the first of a row is its middle.
     """
     model, drive = setup.model, setup.drive
     rows, each = speeds.shape
     torque = np.empty((len(place), each, len(drive.order)), dtype=np.complex128)
-    twist = np.empty((len(place), len(drive.order)), dtype=np.complex128)
     masked = np.empty((len(place), len(drive.order)), dtype=bool)
     step = max(1, ROWS // each)
     for start in range(0, rows, step):
@@ -319,10 +316,9 @@ def _half_ranges_at(
         # an order without bound next to a maximum stands out from nothing
         clear = np.where(at.masked[..., None], 0.0, at.torque).reshape(shape)
         torque[held] = clear[row[:, None], np.arange(each), :, of[:, None]]
-        twist[held] = at.twist.reshape(shape)[row, 0, :, of]
         masked[held] = at.masked.reshape(shape[:3])[row, 0]
     half = synthesis(drive.order, torque).half_range
-    return np.abs(torque), half, synthesis(drive.order, twist).half_range, masked
+    return np.abs(torque), half, masked
 
 
 def _modes(setup: Setup, speed: FloatArray, section: IntArray, order: IntArray) -> IntArray:
@@ -334,7 +330,7 @@ def _modes(setup: Setup, speed: FloatArray, section: IntArray, order: IntArray) 
     share = np.where(finite, met, 1.0) / speed
     near = finite & (np.abs(share - 1.0) <= NEAR + WIDER * ratio)
     row = np.arange(len(speed))
-    torque = drive.torque(speed)[row, order]
+    torque = drive.torque(speed).value[row, order]
     drives = np.abs(modes.shape[:, drive.freedom] @ torque.T)
     twist = np.abs(modes.shape[:, line.first[section]] - modes.shape[:, line.second[section]])
     away = np.hypot(share**2 - 1.0, 2.0 * ratio * share) + 1e-12

@@ -141,9 +141,9 @@ def _weights(setup: Setup, options: DamperDesign, element: np.ndarray) -> FloatA
 def _torque(setup: Setup, freedom: np.ndarray) -> SpeedTorque:
     """The torques of the cylinders on the freedoms that are left."""
     drive, n = setup.drive, setup.model.line.inertia.size
-    gas = np.zeros((len(drive.gas), len(drive.order), n), dtype=complex)
+    gas = np.zeros((*drive.gas.shape[:-1], n), dtype=complex)
     inertia = np.zeros((len(drive.order), n), dtype=complex)
-    gas[..., drive.freedom], inertia[:, drive.freedom] = drive.gas, drive.inertia
+    gas[..., drive.freedom], inertia[:, drive.freedom] = drive.gas.value, drive.inertia.value
     return speed_torque(gas[..., freedom], inertia[:, freedom], drive.card_speed)
 
 
@@ -462,7 +462,13 @@ def largest_section(
     stations = [number[int(place)] for place in drive.freedom]
     of_twist = problem.quantity == "twist"
     return largest_half_range(
-        line, drive.order, drive.torque, stations, problem.weight, speeds, of_twist=of_twist
+        line,
+        drive.order,
+        lambda at: drive.torque(at).value,
+        stations,
+        problem.weight,
+        speeds,
+        of_twist=of_twist,
     )
 
 

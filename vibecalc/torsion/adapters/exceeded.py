@@ -347,10 +347,8 @@ def _uncertainty(
 ) -> float:
     """What an error of the stress moves an end of a range by: over the slope there."""
     at, section = np.array(ends), bound.section
-    known = section_uncertainty(
-        setup, np.repeat(at, len(section)), np.tile(section, 2)
-    ).torque * np.tile(factor, 2)
-    error = np.max(known.reshape(2, -1), axis=1)
+    _, torque = section_uncertainty(setup, np.repeat(at, len(section)), np.tile(section, 2))
+    error = np.max(torque.reshape(2, -1) * factor, axis=1)
     step = 1e-7 * at
     with np.errstate(invalid="ignore", divide="ignore"):
         slope = np.abs(excess(at + step) - excess(at - step)) / (2.0 * step)

@@ -100,7 +100,7 @@ def system_of(setup: Setup, speed: float) -> VariableLine:
         )
     drive, line = setup.drive, setup.model.at(speed)
     whole = drive.order == np.floor(drive.order)
-    given = inertia_variation(_by_order(drive.order[whole], drive.inertia[whole]).T)
+    given = inertia_variation(_by_order(drive.order[whole], drive.inertia.value[whole]).T)
     size = np.max(np.abs(given) / line.inertia[drive.freedom][:, None], axis=0)
     last = int(np.flatnonzero(size > _NEGLIGIBLE).max(initial=-1)) + 1
     variation = np.zeros((line.inertia.size, last), dtype=complex)
@@ -129,8 +129,8 @@ def gas_torque(setup: Setup, speed: float) -> ComplexArray:
     place = np.rint(drive.order * turns).astype(int)
     torque = np.zeros((int(place.max(initial=0)) + 1, n), dtype=complex)
     share = drive.weights(np.asarray(speed))
-    torque[place[:, None], drive.freedom] = np.tensordot(share, drive.gas, 1)
-    torque[0, drive.freedom] = share @ drive.mean
+    torque[place[:, None], drive.freedom] = np.tensordot(share, drive.gas.value, 1)
+    torque[0, drive.freedom] = share @ drive.mean.value
     torque[0] -= setup.shaft.mean_load(speed, setup.speed)
     return torque
 
