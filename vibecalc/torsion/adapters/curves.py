@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.bounded import Bounded, rounded, square, where
+from vibecalc.numerics.bounded import Bounded, rounded, where
 from vibecalc.numerics.rounding import (
     EPSILON,
     BoolArray,
@@ -19,8 +19,8 @@ from vibecalc.torsion.adapters.setup import Drive, Model, Setup
 from vibecalc.torsion.critical_speeds import Maxima
 from vibecalc.torsion.line import complex_stiffness, damped_elements, loss_stiffness
 from vibecalc.torsion.model import Gearing, ShaftLineModel
-from vibecalc.torsion.section_loads import steady_shares
-from vibecalc.torsion.synthesis import synthesis
+from vibecalc.torsion.section_loads import STIFFNESS_ROUNDINGS, heat, steady_shares
+from vibecalc.torsion.synthesis import sum_error, synthesis
 
 # ----------------------------------------------------------------------------
 # Torque that each gear of a line transmits, referred, and the mean torques of the whole line.
@@ -242,17 +242,17 @@ def _block(
     gears = others[-1] if len(others) > angles else (none, none, none)
     masked = np.any(state.masked, axis=-1)
     line = model.at(speed[:, None])
-    heat = np.zeros((len(speed), len(line.first)))
+    power = np.zeros((len(speed), len(line.first)))
     if len(damped):
         twisted = state.twist[..., damped]
         factor = state.frequency[..., None] * loss_stiffness(line, state.frequency)[..., damped]
         squares = np.square(twisted.real) + np.square(twisted.imag)
-        heat[:, damped] = 0.5 * np.sum(factor * squares, axis=1)
+        power[:, damped] = 0.5 * np.sum(factor * squares, axis=1)
     curves = (
         twist[0], np.maximum(np.abs(twist[1]), np.abs(twist[2])), half, highest, lowest,
         others[0][0] if angles else none,
         *gears,
-        heat,
+        power,
     )  # fmt: skip
     blank = [np.where(masked[:, None], np.inf, one) for one in curves]
     return Curves._make([*blank, masked])
@@ -342,7 +342,7 @@ def bounded_orders(setup: Setup, speed: FloatArray) -> OrderSolution:
         for value, one, other in zip((state.angle, state.twist), data, rounding, strict=True)
     )
     stiffness = complex_stiffness(setup.model.at(speed[:, None]), state.frequency)
-    torque, load = rounded(stiffness, 4.0) * twist, setup.drive.torque(speed)
+    torque, load = rounded(stiffness, STIFFNESS_ROUNDINGS) * twist, setup.drive.torque(speed)
     return state._replace(angle=angle, twist=twist, torque=torque, load=load)
 
 
@@ -352,34 +352,9 @@ def of_finite(value: Bounded, change: Callable[[Bounded], Bounded]) -> Bounded:
     return where(finite, change(where(finite, value, 0.0)), np.inf)
 
 
-def sum_error(amplitude: Bounded, axis: int = -1) -> FloatArray:
-    """Of a sum of all orders: their errors have no common sign."""
-    whole = np.sqrt(np.sum(np.square(amplitude.error), axis=axis))
-    return np.asarray(whole + 8.0 * EPSILON * np.abs(amplitude.value).sum(axis=axis))
-
-
-class OverCycle(NamedTuple):
-    """Of all orders together, with their phases, over the cycle; `bound` for any phases."""
-
-    peak: Bounded
-    half_range: Bounded
-    highest: Bounded
-    lowest: Bounded
-    bound: Bounded
-
-
-def over_cycle(order: FloatArray, amplitude: Bounded) -> OverCycle:
-    """Of amplitudes (..., m)."""
-    found, error = synthesis(order, amplitude.value), sum_error(amplitude)
-    values = (found.peak, found.half_range, found.highest, found.lowest, found.upper_bound)
-    return OverCycle(*(Bounded(value, error) for value in values))
-
-
 def section_heat(setup: Setup, speed: FloatArray, state: OrderSolution) -> Bounded:
     """Mean power (s, e) of dashpots and loss factors in W, all orders of bounded twists."""
-    w = state.frequency
-    loss = loss_stiffness(setup.model.at(speed[:, None]), w)
-    return (0.5 * w[..., None] * loss * square(abs(state.twist))).sum(axis=-2)
+    return heat(setup.model.at(speed[:, None]), state.frequency, state.twist).sum(axis=-2)
 
 
 # ----------------------------------------------------------------------------
@@ -430,8 +405,8 @@ def _errors(setup: Setup, at: FloatArray) -> CurveUncertainty:
         gear = gear_torques(setup.shaft, setup.drive, setup.model, state)
     every = [sum_error(one, axis=1) for one in (state.twist, state.torque, state.angle, gear)]
     clear = ~np.any(state.masked, axis=1)[:, None]
-    heat = section_heat(setup, at, state).error
-    return CurveUncertainty(*(np.where(clear, one, 0.0) for one in (*every, heat)))
+    every.append(section_heat(setup, at, state).error)
+    return CurveUncertainty(*(np.where(clear, one, 0.0) for one in every))
 
 
 def at_largest(setup: Setup, top: Maxima) -> tuple[Bounded, Bounded]:

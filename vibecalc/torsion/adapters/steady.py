@@ -14,7 +14,6 @@ from vibecalc.torsion.adapters.curves import (
     bounded_orders,
     curve_uncertainty,
     mean_torques,
-    over_cycle,
     section_heat,
     solved,
     sweep,
@@ -25,7 +24,8 @@ from vibecalc.torsion.adapters.readings import AT_SPEED, emit_curves
 from vibecalc.torsion.adapters.setup import Setup, build_drive, build_setup
 from vibecalc.torsion.adapters.variants import emit_healthy
 from vibecalc.torsion.results import ROOT
-from vibecalc.torsion.synthesis import synthesis
+from vibecalc.torsion.section_loads import ground_heat
+from vibecalc.torsion.synthesis import over_cycle, synthesis
 
 # ----------------------------------------------------------------------------
 # Adapter: a shaft line and its engine to modes, excitation, vibration at operating speed.
@@ -152,8 +152,7 @@ def _heat(scene: Scene, setup: Setup, state: OrderSolution) -> None:
     shaft, line = setup.shaft, setup.model.line
     names = {"section": shaft.section_names, "station": shaft.station_names}
     element = section_heat(setup, np.array([setup.speed]), state)[0]
-    w, angle = state.frequency[0][:, None], state.angle[0]
-    ground = (0.5 * w**2 * line.absolute_damping * square(abs(angle))).sum(axis=0)
+    ground = ground_heat(line, state.frequency, state.angle).sum(axis=-2)[0]
     total = line.absolute_damping[shaft.freedom]
     # two damping ratios may ask for less than none
     share = np.divide(shaft.station_values[1], total, out=np.zeros_like(total), where=total != 0.0)
@@ -165,7 +164,7 @@ def _heat(scene: Scene, setup: Setup, state: OrderSolution) -> None:
     scene.emit(f"{ROOT}/section_heat", element, axes=names)
     scene.emit(f"{ROOT}/station_heat", at_station + ground @ carried, axes=names)
     if setup.torsion.damping_model is not None and setup.torsion.damping_model.kind == "modal":
-        _heat_of_modes(scene, setup, w, angle)
+        _heat_of_modes(scene, setup, state.frequency[0][:, None], state.angle[0])
 
 
 def _heat_of_modes(scene: Scene, setup: Setup, w: FloatArray, angle: Bounded) -> None:

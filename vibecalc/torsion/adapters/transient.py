@@ -6,13 +6,14 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded, concatenate, maximum, where
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.torsion.adapters.curves import sweep
 from vibecalc.torsion.adapters.setup import Setup, build_setup
 from vibecalc.torsion.adapters.transient_motion import STEPS, Journey, journey
 from vibecalc.torsion.results import TRANSIENT
-from vibecalc.torsion.section_loads import section_torque
-from vibecalc.torsion.synthesis import synthesis
+from vibecalc.torsion.section_loads import twist_and_torque
+from vibecalc.torsion.synthesis import over_cycle
 from vibecalc.torsion.transient.cycles import (
     SlidingExtremes,
     against_quasi_steady,
@@ -263,20 +264,16 @@ def _emit_steps(
     """Largest magnitudes of the steady vibration before and after, and what the change adds."""
     axes = _axes(setup)
     ends = [_steady_peak(setup, path, run_, part) for part in path.stretches]
-    for name, (value, error) in zip(("before", "after"), ends, strict=True):
-        scene.emit(f"{TRANSIENT}steady_{name}", value / size, error / size, axes)
-    larger = np.maximum(ends[0][0], ends[1][0])
-    peaks = section_peaks(run_, extremes)
-    safe = np.where(larger > 0.0, larger, 1.0)
-    factor = np.where(larger > 0.0, peaks.peak / safe, 1.0)
-    uncertainty = (peaks.error + factor * (ends[0][1] + ends[1][1])) / safe + 4.0 * EPSILON
-    scene.emit(f"{TRANSIENT}dynamic_factor", factor, uncertainty, axes)
+    for name, end in zip(("before", "after"), ends, strict=True):
+        scene.emit(f"{TRANSIENT}steady_{name}", end / size, axes=axes)
+    larger, peaks = maximum(*ends), section_peaks(run_, extremes)
+    moves = larger.value > 0.0
+    factor = Bounded(peaks.peak, peaks.error) / where(moves, larger, 1.0)
+    scene.emit(f"{TRANSIENT}dynamic_factor", where(moves, factor, 1.0), axes=axes)
 
 
-def _steady_peak(
-    setup: Setup, path: Journey, run_: TransientRun, part: Stretch
-) -> tuple[FloatArray, FloatArray]:
-    """Largest referred torque (e,) of a state that lasts, mean in it, with its error."""
+def _steady_peak(setup: Setup, path: Journey, run_: TransientRun, part: Stretch) -> Bounded:
+    """Largest referred torque (e,) of a state that lasts, mean in it."""
     system, speed = run_.system, path.speed
     law = torque_law(path.order, part, system.balance, system.inertia, np.array([speed, speed]))
     mean = load_at(law, np.array(speed)) + law.harmonic[0][:, 0]
@@ -291,11 +288,10 @@ def _steady_peak(
             "frequency"
         )
     frequency = speed * path.order[1:]
-    parts = section_torque(path.line, frequency, solved.angle[0], solved.error[0])
-    whole = np.concatenate([still[None], parts.total])
-    uncertainty = np.concatenate([1e-13 * np.abs(still)[None], parts.error])
-    total = synthesis(path.order, whole.T, uncertainty.T)
-    return total.peak, total.error
+    angle = Bounded(solved.angle[0], solved.error[0][:, None])
+    _, torque = twist_and_torque(path.line, frequency, angle)
+    whole = concatenate([Bounded(still, 1e-13 * np.abs(still))[None], torque], axis=0)
+    return over_cycle(path.order, whole.T).peak
 
 
 # ----------------------------------------------------------------------------

@@ -12,7 +12,6 @@ from vibecalc.torsion.adapters.curves import (
     at_largest,
     bounded_orders,
     curve_uncertainty,
-    over_cycle,
     section_heat,
     sweep,
 )
@@ -30,6 +29,7 @@ from vibecalc.torsion.adapters.readings import emit_half_ranges
 from vibecalc.torsion.adapters.setup import Setup, build_drive, build_model, natural_of
 from vibecalc.torsion.critical_speeds import largest, telling_speeds
 from vibecalc.torsion.results import ROOT
+from vibecalc.torsion.synthesis import over_cycle
 
 # ----------------------------------------------------------------------------
 # Adapter: a line in another state next to its own: curves, largest values, at operating speed.
