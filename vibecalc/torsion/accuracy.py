@@ -458,7 +458,7 @@ def torsion_variable_topics(scene: Scene) -> list[Topic]:
         found = steady_response(system, speed, torque, highest, exact=True)
         # Newton's steps on the factors of all orders, next to the products of one evaluation
         work = 4.0 * (2.0 * highest * system.turns + 1.0) ** 3 * n / 12.0
-        return Answer(half_ranges(system, speed, found)[0], work)
+        return Answer(half_ranges(system, speed, found).value, work)
 
     def rates(time: float, state: FloatArray) -> FloatArray:
         """Angles, rates, the steady load and the sum of the mean angle, in rows."""

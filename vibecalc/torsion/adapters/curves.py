@@ -137,7 +137,9 @@ def mean_torques(setup: Setup, speed: FloatArray) -> MeanTorques:
 
 def actual_per_referred(shaft: ShaftLineModel) -> FloatArray:
     """What referred torques of gears (g,) count on the shaft of the first wheel."""
-    return 1.0 / shaft.station_ratio[np.array([gear.first for gear in shaft.gears], dtype=int)]
+    return np.asarray(
+        1.0 / shaft.station_ratio[np.array([gear.first for gear in shaft.gears], dtype=int)]
+    )
 
 
 # ----------------------------------------------------------------------------

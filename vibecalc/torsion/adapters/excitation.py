@@ -117,9 +117,10 @@ def _over_the_cycle(scene: Scene, setup: Setup) -> None:
     torque = drive.torque(at)[0].sum()
     mean = drive.mean_torque(at).sum()[0]
     # a rounded angle turns each order, all of them by as much
-    many = EPSILON * drive.firing.cycle * float(np.abs(torque.value) @ drive.order)
-    engine = mean + Bounded(np.exp(1j * angle[:, None] * drive.order) @ torque.value, many).real
-    scene.emit(f"{PLACE}/engine_torque", engine + Bounded(0.0, torque.error.sum()), axes=axes)
+    turned = EPSILON * drive.firing.cycle * (np.abs(torque.value) @ drive.order)
+    wave = np.real(np.exp(1j * angle[:, None] * drive.order) @ torque.value)
+    engine = mean + Bounded(wave, turned + torque.error.sum())
+    scene.emit(f"{PLACE}/engine_torque", engine, axes=axes)
 
 
 def _stations(scene: Scene, setup: Setup) -> None:

@@ -239,7 +239,7 @@ def operating_uses(setup: Setup, torque: Bounded) -> list[Bounded]:
     for bound in bounds(setup):
         allowed = modulus[bound.section] * bound.continuous(at)
         share = rounded(1.0 / allowed, ROUNDINGS)
-        uses.append(of_finite(torque[bound.section], lambda one, share=share: one * share))
+        uses.append(of_finite(torque[bound.section], share.__mul__))
     return uses
 
 

@@ -16,7 +16,7 @@ from vibecalc.torsion.section_loads import twist_and_torque
 from vibecalc.torsion.synthesis import over_cycle
 from vibecalc.torsion.transient.cycles import (
     SlidingExtremes,
-    against_quasi_steady,
+    largest_steady,
     largest_swings,
     section_peaks,
     sliding,
@@ -146,7 +146,7 @@ def _emit_passage(
     )
     close = EPSILON * float(speeds[-1])
     between = float(ends.min()) - close, float(ends.max()) + close
-    passage = against_quasi_steady(within, speeds, steady, between)
+    largest, at_largest = largest_steady(speeds, steady, between)
     # samples at the ends of the change belong to it
     slip = 8.0 * EPSILON * float(run_.borders.time[-1])
     cycle = setup.drive.firing.cycle
@@ -159,16 +159,16 @@ def _emit_passage(
     rate = acceleration_at(run_.stretches, run_.borders, within.time)
     step = float(np.max(np.abs(rate))) * swings.time_error + 8.0 * EPSILON * float(speeds[-1])
     scene.emit(f"{TRANSIENT}peak_half_range_speed", swings.speed, step, axes)
-    top = passage.steady_peak if damped else np.full_like(passage.steady_peak, np.inf)
-    slack = _slack(speeds, steady, passage.steady_speed)
+    top = largest if damped else np.full_like(largest, np.inf)
+    slack = _slack(speeds, steady, at_largest)
     scene.emit(f"{TRANSIENT}steady_half_range", top / size, slack / size, axes)
-    place = np.clip(np.searchsorted(speeds, passage.steady_speed), 1, len(speeds) - 2)
+    place = np.clip(np.searchsorted(speeds, at_largest), 1, len(speeds) - 2)
     width = np.maximum(speeds[place + 1] - speeds[place], speeds[place] - speeds[place - 1])
-    scene.emit(f"{TRANSIENT}steady_half_range_speed", passage.steady_speed, width, axes)
+    scene.emit(f"{TRANSIENT}steady_half_range_speed", at_largest, width, axes)
     over = swings.half_range / top - 1.0
-    uncertainty_over = np.where(np.isfinite(top), (error + slack) / passage.steady_peak, 0.0)
+    uncertainty_over = np.where(np.isfinite(top), (error + slack) / largest, 0.0)
     scene.emit(f"{TRANSIENT}overshoot", over, uncertainty_over + 1e-12, axes)
-    lag = np.sign(within.speed[-1] - within.speed[0]) * (swings.speed - passage.steady_speed)
+    lag = np.sign(within.speed[-1] - within.speed[0]) * (swings.speed - at_largest)
     scene.emit(f"{TRANSIENT}lag", lag, step + width, axes)
     if not damped:
         scene.warn(
@@ -279,9 +279,9 @@ def _steady_peak(setup: Setup, path: Journey, run_: TransientRun, part: Stretch)
     mean = load_at(law, np.array(speed)) + law.harmonic[0][:, 0]
     mean = mean + speed**2 * law.harmonic[2][:, 0]
     still = system.torque @ static_state(system, mean)
-    torque = (part.gas + speed**2 * part.inertia).T[1:]
-    every = np.arange(torque.shape[1])
-    solved = setup.model.solve(np.array([speed]), path.order[1:], torque[None], every)
+    load = (part.gas + speed**2 * part.inertia).T[1:]
+    every = np.arange(load.shape[1])
+    solved = setup.model.solve(np.array([speed]), path.order[1:], load[None], every)
     if np.any(solved.masked):
         raise NumericalFailure(
             f"no steady vibration at {speed:.6g} rad/s: an order meets an undamped natural "
