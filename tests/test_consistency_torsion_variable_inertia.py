@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from variable_inertia_lines import (
-    modes_of,
     one_freedom,
     piston_variation,
     published_engine,
@@ -170,15 +169,3 @@ def test_published_engine_hardly_feels_it() -> None:
     change = np.abs(other - twist).max(axis=(1, 2)) / np.abs(twist).max(axis=(1, 2))
     assert np.all(change < 40.0 * share) and np.all(change > 0.1 * share)
     assert 2.0 * full.error.max() < 1e-6 * np.abs(other - twist).max()
-
-
-def test_modes_give_the_response_within_the_error() -> None:
-    system = published_engine()
-    torque = np.zeros((13, 7), dtype=complex)
-    torque[1:, :6] = 40.0 * np.exp(1j * np.arange(12))[:, None] * np.arange(1, 7)
-    _, shapes = modes_of(system.line)
-    full = steady_response(system, 120.0, torque, 10)
-    modal = steady_response(system, 120.0, torque, 10, basis=shapes[:4])
-    gap = np.abs(modal.angle - full.angle)
-    assert np.all(gap <= modal.error + full.error)
-    assert modal.error.max() < 3.0 * gap.max() < 0.3 * np.abs(full.angle).max()
