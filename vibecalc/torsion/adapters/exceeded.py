@@ -113,9 +113,9 @@ def _class_rule(
     def both(speed: FloatArray) -> tuple[FloatArray, FloatArray]:
         ratio = speed[..., None] / setup.speed
         inside = covered(ratio)
-        found = propulsion_shaft_limits(np.where(inside, ratio, 1.0), strength, diameter)
-        steady = np.where(inside, found.continuous * factor, np.inf)
-        passing = np.where(inside, found.transient * np.sqrt(factor), np.inf)
+        found = propulsion_shaft_limits(np.where(inside, ratio, 1.0), strength, diameter, factor)
+        steady = np.where(inside, found.continuous, np.inf)
+        passing = np.where(inside, found.transient, np.inf)
         return steady, passing
 
     basis = Basis(

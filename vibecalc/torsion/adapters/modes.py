@@ -206,7 +206,7 @@ def emit_holzer(scene: Scene, setup: Setup, line: Line, uncertainty: ShapeUncert
         )
         angle_error, inertia_error, total_error = (np.minimum(*both) for both in moved)
     try:
-        left = holzer_table(line, modes.frequency).residual
+        left = holzer_table(line, modes.frequency).sum_torque[:, -1]
     except NumericalFailure:  # a branch that swings alone: what the shapes leave
         left = total[:, -1]
     scene.emit(PLACES[0], angle, angle_error, axes)
