@@ -37,7 +37,7 @@ class Design(NamedTuple):
     """The tuning, its errors, and what proves it.
 
     `damper` with absolute `damper_error` (inertia, stiffness, damping); `worst` the largest
-    weighted half range with `worst_error`, `objective` the same plus the price of the ring.
+    weighted half range with `worst_error`.
     Certificate: `reading` (p,) (section number; e for heat, e + 1 and e + 2 for travel with the hub
     ahead and behind), `speed` (p,) in rad/s, `angle` (p, 2) of the crank at the crest and the
     trough that are read (heat has none: 0), `value` (p,) and `weight` (p,) of the peaks that
@@ -57,7 +57,6 @@ class Design(NamedTuple):
     damper_error: FloatArray
     worst: float
     worst_error: float
-    objective: float
     reading: IntArray
     speed: FloatArray
     angle: FloatArray
@@ -175,7 +174,6 @@ def _record(prepared: Survey, held: Stationary, ends: list[DesignPoint]) -> Desi
         damper_error=error,
         worst=held.level,
         worst_error=held.level_error,
-        objective=held.level + prepared.limits.inertia_price * damper.inertia,
         reading=held.peaks.row,
         speed=held.peaks.speed,
         angle=np.mod(held.peaks.phase, 2.0 * np.pi) * prepared.system.problem.cycle / (2.0 * np.pi),
