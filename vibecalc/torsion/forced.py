@@ -17,14 +17,8 @@ from vibecalc.numerics.rounding import (
     FloatArray,
     IntArray,
 )
-from vibecalc.torsion.elimination import (
-    LineSolution,
-    dense_solution,
-    eliminate,
-    mapped,
-    plan_of,
-    room_for,
-)
+from vibecalc.torsion.dense import dense_solution, mapped
+from vibecalc.torsion.elimination import LineSolution, eliminate, plan_of, room_for
 from vibecalc.torsion.line import Line, damping_matrix, network_matrix
 from vibecalc.torsion.modes import Modes
 
