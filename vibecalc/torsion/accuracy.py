@@ -28,8 +28,7 @@ from vibecalc.torsion.adapters.critical import undamped_speeds
 from vibecalc.torsion.adapters.curves import sweep
 from vibecalc.torsion.adapters.damper_design import build_problem
 from vibecalc.torsion.adapters.maxima import torque_value, with_narrow_resonances
-from vibecalc.torsion.adapters.setup import Setup, build_setup
-from vibecalc.torsion.adapters.speeds import chosen
+from vibecalc.torsion.adapters.setup import Setup, build_setup, line_speeds
 from vibecalc.torsion.adapters.transient_motion import journey
 from vibecalc.torsion.adapters.variable_inertia import gas_torque, half_ranges, system_of
 from vibecalc.torsion.critical_speeds import Value, largest
@@ -237,7 +236,7 @@ def torsion_speeds_topics(scene: Scene) -> list[Topic]:
     setup = build_setup(scene.case)
     if setup.torsion.speeds is None or _by_modes(setup):
         return []
-    speed = chosen(setup.torsion.speeds)
+    speed = line_speeds(setup.torsion.speeds)
     seen = sweep(setup.model, setup.drive, speed[:: max(1, len(speed) // 200)], None, angles=False)
     size = np.max(seen.torque[~seen.masked], axis=0) / np.abs(setup.shaft.section_ratio)
     section, ends = int(np.argmax(size)), (float(speed[0]), float(speed[-1]))

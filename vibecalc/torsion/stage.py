@@ -242,7 +242,7 @@ def line_orders(case: "Case") -> str:
 def has_loss(case: "Case") -> bool:
     """Whether something on the line has a loss factor, which has no form in time."""
     line = _line_of(case)
-    return any(one.loss_factor for one in (*line.shafts, *line.dampers))
+    return any(s.loss_factor for s in line.shafts) or any(d.loss_factor for d in line.dampers)
 
 
 def _published(case: "Case") -> Stage:

@@ -6,7 +6,7 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import FloatArray
-from vibecalc.torsion.adapters.setup import Setup, build_setup
+from vibecalc.torsion.adapters.setup import Setup, build_setup, line_speeds, placed
 from vibecalc.torsion.as_published import (
     ModalExcitation,
     caughey_series,
@@ -16,7 +16,7 @@ from vibecalc.torsion.as_published import (
     twist_on_criticals,
 )
 from vibecalc.torsion.results import PUBLISHED
-from vibecalc.torsion.tables import AsPublished, LineSpeeds
+from vibecalc.torsion.tables import AsPublished
 
 # ----------------------------------------------------------------------------
 # Adapter: the modal route of the source, one mode at a time, named for what it is.
@@ -60,12 +60,6 @@ def run_torsion_as_published(scene: Scene) -> None:
     )
 
 
-def line_speeds(asked: LineSpeeds) -> FloatArray:
-    """Speeds of a range in rad/s."""
-    make = np.geomspace if asked.spacing == "logarithmic" else np.linspace
-    return np.asarray(make(asked.start, asked.stop, asked.points))
-
-
 def _shapes(setup: Setup, options: AsPublished) -> tuple[np.ndarray, Bounded]:
     """Places of the elastic modes asked for, shapes with 1 at the first freedom."""
     modes, shaft = setup.modes, setup.shaft
@@ -89,8 +83,7 @@ def _shapes(setup: Setup, options: AsPublished) -> tuple[np.ndarray, Bounded]:
 def _torque(setup: Setup) -> Bounded:
     """Torque (m, n) of the operating speed on all freedoms, referred."""
     drive = setup.drive
-    on = np.zeros((len(drive.freedom), setup.model.line.inertia.size))
-    on[np.arange(len(on)), drive.freedom] = 1.0
+    on = placed(drive.freedom, setup.model.line.inertia.size)
     return drive.torque(np.array([setup.speed]))[0] @ on
 
 

@@ -15,7 +15,7 @@ from vibecalc.numerics.rounding import (
     IntArray,
     distinct,
 )
-from vibecalc.torsion.adapters.setup import Drive, Model, Setup
+from vibecalc.torsion.adapters.setup import Drive, Model, Setup, placed
 from vibecalc.torsion.critical_speeds import Maxima
 from vibecalc.torsion.line import complex_stiffness, damped_elements, loss_stiffness
 from vibecalc.torsion.model import Gearing, ShaftLineModel
@@ -84,8 +84,8 @@ def gear_torques(shaft: ShaftLineModel, drive: Drive, model: Model, state: "Orde
     w = state.frequency[..., None]
     need = (held - w**2 * inertia + 1j * w * damping) * state.angle[..., shaft.freedom]
     need = need + inertia * modal_braking(model, state)[..., shaft.freedom]
-    on = (drive.station[:, None] == np.arange(len(of_stations))).astype(float)
-    return through + (state.load @ on - need) @ of_stations
+    load = state.load @ placed(drive.station, len(of_stations))
+    return through + (load - need) @ of_stations
 
 
 def modal_braking(model: Model, state: "OrderSolution") -> Any:
@@ -117,17 +117,14 @@ def mean_torques(setup: Setup, speed: FloatArray) -> MeanTorques:
     The line stands as at the operating speed.
     """
     shaft, drive, count = setup.shaft, setup.drive, len(setup.shaft.station_names)
-    on = np.zeros((len(drive.station), count))
-    on[np.arange(len(on)), drive.station] = 1.0
     taken = shaft.taken_torque * (speed[:, None] / setup.speed) ** shaft.taken_exponent
     # it brakes, whichever way its shaft turns
-    from_station = np.zeros((len(shaft.taken_station), count))
-    from_station[np.arange(len(from_station)), shaft.taken_station] = 1.0
     taken = taken * np.abs(shaft.station_ratio[shaft.taken_station])
-    mean = drive.mean_torque(speed) @ on - rounded(taken, 4.0) @ from_station
+    mean = drive.mean_torque(speed) @ placed(drive.station, count)
+    mean = mean - rounded(taken, 4.0) @ placed(shaft.taken_station, count)
     balance = np.eye(count)
     balance[:, shaft.load_station] -= 1.0
-    of_freedom = (shaft.freedom[:, None] == np.arange(len(shaft.freedom_names))).astype(float)
+    of_freedom = placed(shaft.freedom, len(shaft.freedom_names))
     shares = balance @ of_freedom @ steady_shares(setup.model.at(setup.speed)).T
     if not shaft.gears:
         return MeanTorques(mean @ shares, mean[:, :0])

@@ -9,7 +9,7 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, concatenate, rounded, sqrt, stack
 from vibecalc.numerics.rounding import EPSILON, FloatArray
-from vibecalc.torsion.adapters.setup import Setup, build_setup
+from vibecalc.torsion.adapters.setup import Setup, build_setup, line_speeds
 from vibecalc.torsion.damper_design.descend import chart
 from vibecalc.torsion.damper_design.design import (
     Design,
@@ -404,8 +404,7 @@ def emit_curves(
         return
     given = options.speeds or setup.torsion.speeds
     assert given is not None
-    make = np.geomspace if given.spacing == "logarithmic" else np.linspace
-    speeds = np.asarray(make(given.start, given.stop, given.points))
+    speeds = line_speeds(given)
     dampers: dict[str, Damper | None] = {"none": None}
     if task.table is not None:
         dampers["table value"] = task.table

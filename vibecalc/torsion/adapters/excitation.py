@@ -16,7 +16,7 @@ from vibecalc.excitation.gas_tables import pressure_at
 from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.adapters.modes import natural_uncertainty
-from vibecalc.torsion.adapters.setup import Drive, Setup
+from vibecalc.torsion.adapters.setup import Drive, Setup, placed
 from vibecalc.torsion.holzer import ShapeUncertainty, uncertainty_of
 from vibecalc.torsion.results import ROOT
 
@@ -170,5 +170,5 @@ def _on_freedoms(
     uncertainty: ShapeUncertainty, weight: ComplexArray, freedom: IntArray
 ) -> FloatArray:
     """Errors (m, q) of sums of the angles of cylinders, with weights (..., q, c)."""
-    place = freedom[:, None] == np.arange(uncertainty.moved.shape[1] - 1)
-    return uncertainty_of(uncertainty, weight @ place.astype(float))
+    place = placed(freedom, uncertainty.moved.shape[1] - 1)
+    return uncertainty_of(uncertainty, weight @ place)

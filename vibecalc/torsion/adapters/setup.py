@@ -35,7 +35,7 @@ from vibecalc.torsion.line import Line
 from vibecalc.torsion.model import ShaftLineModel, build_shaft_line
 from vibecalc.torsion.modes import Modes, natural_modes
 from vibecalc.torsion.stage import asked_orders
-from vibecalc.torsion.tables import Torsion
+from vibecalc.torsion.tables import LineSpeeds, Torsion
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case, Machine
@@ -96,6 +96,11 @@ class Drive(NamedTuple):
         return weighted(self.cylinder, self.weights(np.asarray(speed)))
 
 
+def placed(place: IntArray, count: int) -> FloatArray:
+    """1 where each of some things (k,) stands among so many places, (k, count), else 0."""
+    return np.asarray((np.asarray(place)[:, None] == np.arange(count)).astype(float))
+
+
 def build_drive(
     case: "Case",
     shaft: ShaftLineModel,
@@ -141,7 +146,7 @@ def build_drive(
     )  # (cards, cylinders, orders)
     ratio = shaft.station_ratio[shaft.cylinder_station]
     station, place = np.unique(shaft.cylinder_station, return_inverse=True)
-    on = (place[:, None] == np.arange(len(station))) * ratio[:, None]
+    on = placed(place, len(station)) * ratio[:, None]
     turned = rounded(phasor(healthy.order, firing.angle).T, PHASOR_ROUNDINGS)  # (cylinders, orders)
     moved = inertia_harmonics(geometry, 1.0, 0.0, healthy.order)
     rocked = inertia_harmonics(geometry, 0.0, rod_inertia, healthy.order)
@@ -270,6 +275,14 @@ class Setup(NamedTuple):
     model: Model
     modes: Modes
     natural: Callable[[], LineModes]
+
+
+def line_speeds(options: LineSpeeds) -> FloatArray:
+    """Speeds of a range, both ends included."""
+    make = np.geomspace if options.spacing == "logarithmic" else np.linspace
+    found = make(options.start, options.stop, options.points)
+    found[[0, -1]] = options.start, options.stop
+    return np.asarray(found)
 
 
 #: bytes of an array from which on memory is still taken from the system and handed back

@@ -30,7 +30,7 @@ from vibecalc.torsion.adapters.readings import (
     emit_half_ranges,
     least_gear_torque,
 )
-from vibecalc.torsion.adapters.setup import Setup
+from vibecalc.torsion.adapters.setup import Setup, line_speeds
 from vibecalc.torsion.adapters.steady import setup_of
 from vibecalc.torsion.adapters.variants import emit_bare, emit_healthy_range
 from vibecalc.torsion.critical_speeds import (
@@ -44,7 +44,6 @@ from vibecalc.torsion.critical_speeds import (
     telling_speeds,
 )
 from vibecalc.torsion.results import ROOT
-from vibecalc.torsion.tables import LineSpeeds
 
 # ----------------------------------------------------------------------------
 # Adapter: a shaft line over a range of crank speeds, with its dampers and without.
@@ -64,7 +63,7 @@ def run_torsion_speeds(scene: Scene) -> None:
     setup = setup_of(scene)
     options = setup.torsion.speeds
     assert options is not None
-    speed = chosen(options)
+    speed = line_speeds(options)
     curves = sweep(setup.model, setup.drive, speed, setup.shaft)
     undamped = undamped_speeds(setup, speed[0], speed[-1])
     make = lambda section: torque_value(setup.model, setup.drive, section)  # noqa: E731
@@ -119,14 +118,6 @@ def _dense(
     if setup.torsion.limits:
         dense = added(setup, dense, limit_corners(setup, speed))
     return dense
-
-
-def chosen(options: LineSpeeds) -> FloatArray:
-    """Speeds of a range, both ends included."""
-    make = np.geomspace if options.spacing == "logarithmic" else np.linspace
-    found = make(options.start, options.stop, options.points)
-    found[[0, -1]] = options.start, options.stop
-    return np.asarray(found)
 
 
 def _masked(scene: Scene, undamped: UndampedResonances) -> None:

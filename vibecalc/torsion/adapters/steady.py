@@ -21,7 +21,7 @@ from vibecalc.torsion.adapters.curves import (
 from vibecalc.torsion.adapters.excitation import emit_excitation
 from vibecalc.torsion.adapters.modes import emit_modes
 from vibecalc.torsion.adapters.readings import AT_SPEED, emit_curves
-from vibecalc.torsion.adapters.setup import Setup, build_drive, build_setup
+from vibecalc.torsion.adapters.setup import Setup, build_drive, build_setup, placed
 from vibecalc.torsion.adapters.variants import emit_healthy
 from vibecalc.torsion.results import ROOT
 from vibecalc.torsion.section_loads import ground_heat
@@ -158,11 +158,13 @@ def _heat(scene: Scene, setup: Setup, state: OrderSolution) -> None:
     share = np.divide(shaft.station_values[1], total, out=np.zeros_like(total), where=total != 0.0)
     at_station = ground[shaft.freedom] * share
     # a damping model may brake rings, too
-    carried = np.zeros((len(shaft.freedom_names), len(shaft.station_names)))
-    for one in shaft.dampers:
-        carried[one.ring, one.station] = 1.0
+    rings, carriers = (
+        np.array([getattr(one, name) for one in shaft.dampers], dtype=int)
+        for name in ("ring", "station")
+    )
+    of_rings = ground[rings] @ placed(carriers, len(shaft.station_names))
     scene.emit(f"{ROOT}/section_heat", element, axes=names)
-    scene.emit(f"{ROOT}/station_heat", at_station + ground @ carried, axes=names)
+    scene.emit(f"{ROOT}/station_heat", at_station + of_rings, axes=names)
     if setup.torsion.damping_model is not None and setup.torsion.damping_model.kind == "modal":
         _heat_of_modes(scene, setup, state.frequency[0][:, None], state.angle[0])
 

@@ -14,9 +14,9 @@ from vibecalc.torsion.section_loads import twist_and_torque
 from vibecalc.torsion.synthesis import synthesis
 from vibecalc.torsion.variable_inertia.motion import (
     VariableLine,
-    free_parts,
     inertia_at,
     inertia_variation,
+    turning_parts,
     variable_line,
 )
 from vibecalc.torsion.variable_inertia.stability import (
@@ -102,7 +102,7 @@ def system_of(setup: Setup, speed: float) -> VariableLine:
     variation[drive.freedom] = given[:, :last]
     load = np.zeros(line.inertia.size)
     load[setup.shaft.load_freedom] = 1.0
-    for part in free_parts(line):
+    for part in turning_parts(line):
         if not np.any(part * load):  # a ring in oil alone: nothing drives it on the mean
             load += part * line.inertia
     turns = round(drive.firing.cycle / (2.0 * np.pi))

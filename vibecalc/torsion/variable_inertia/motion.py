@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
-from vibecalc.torsion.line import Line, damping_matrix, network_matrix, stiffness_matrix
+from vibecalc.torsion.line import Line, damping_matrix, free_parts, network_matrix, stiffness_matrix
 
 # ----------------------------------------------------------------------------
 # A shaft line whose inertias change with the crank angle: its data and what they are at an angle.
@@ -98,16 +98,9 @@ def inertia_at(system: VariableLine, angle: FloatArray) -> LineInertia:
     return LineInertia(value, slope, curvature)
 
 
-def free_parts(line: Line) -> FloatArray:
-    """Rows (r, n) of ones and zeros: the freedoms of each part that no ground stiffness holds."""
-    n = line.inertia.shape[-1]
-    part = np.arange(n)
-    for a, b, k in zip(line.first, line.second, line.stiffness, strict=True):
-        if k != 0.0:
-            part[part == part[b]] = part[a]
-    rows = [(part == one).astype(np.float64) for one in np.unique(part)]
-    free = [row for row in rows if not np.any(row * line.ground_stiffness)]
-    return np.array(free).reshape(-1, n)
+def turning_parts(line: Line) -> FloatArray:
+    """`free_parts` (r, n) of the springs: each may turn as a whole."""
+    return free_parts(line, line.stiffness != 0.0)
 
 
 # ----------------------------------------------------------------------------
@@ -288,7 +281,7 @@ def blocks(
     matrix = np.zeros((len(step), len(index), len(step), len(index)), dtype=np.complex128)
     matrix[:, index, :, index] = np.moveaxis(station_values(system, speed, parts, step), -1, 0)
     matrix[place, :, place, :] += shafts
-    free = free_parts(system.line)[: len(index) if np.any(step == 0) else 0]
+    free = turning_parts(system.line)[: len(index) if np.any(step == 0) else 0]
     load, origin = (free * part for part in (system.load, system.line.inertia))
     large = np.abs(shafts)
     inertial = (speed / system.turns * step)[:, None] ** 2 * np.abs(parts.inertia).max(axis=0)

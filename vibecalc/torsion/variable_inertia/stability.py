@@ -9,7 +9,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.gauss import GaussRule, gauss_rule
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.line import damping_matrix, stiffness_matrix
-from vibecalc.torsion.variable_inertia.motion import VariableLine, free_parts, terms
+from vibecalc.torsion.variable_inertia.motion import VariableLine, terms, turning_parts
 
 # ----------------------------------------------------------------------------
 # Stability of a line with variable inertias: multipliers over a cycle and rates of growth.
@@ -202,11 +202,11 @@ def _judged(
     twist = shapes.T @ (right[:m] / scale[:, None])
     common = np.zeros(len(turn))
     total = (line.inertia[:, None] * np.abs(twist) ** 2).sum(axis=0)
-    for part in free_parts(line):
+    for part in turning_parts(line):
         weight = part * line.inertia
         common += np.abs(weight @ twist) ** 2 / weight.sum() / np.where(total > 0.0, total, 1.0)
     vibrates = np.ones(len(turn), dtype=bool)
-    vibrates[np.argsort(-common, kind="stable")[: 2 * len(free_parts(line))]] = False
+    vibrates[np.argsort(-common, kind="stable")[: 2 * len(turning_parts(line))]] = False
     size = np.maximum(np.abs(multiplier), np.finfo(float).tiny)
     rate = np.where(vibrates, np.log(size) / period, -np.inf)
     worst = int(np.argmax(rate))

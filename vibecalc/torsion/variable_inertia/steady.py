@@ -13,10 +13,10 @@ from vibecalc.torsion.variable_inertia.motion import (
     HarmonicSolution,
     VariableLine,
     blocks,
-    free_parts,
     shaft_matrices,
     solve,
     terms,
+    turning_parts,
 )
 
 # ----------------------------------------------------------------------------
@@ -313,7 +313,7 @@ def _compliance(
     index = np.arange(n)
     dynamic[index, index] -= (speed * step / system.turns) ** 2 * system.line.inertia
     if step == 0:
-        free = free_parts(system.line)
+        free = turning_parts(system.line)
         load, origin = free * system.load, free * system.line.inertia
         scale = np.abs(dynamic).max()
         load, origin = (scale * (part.T / np.abs(part).max(axis=1)) for part in (load, origin))
