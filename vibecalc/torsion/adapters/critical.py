@@ -7,6 +7,7 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.cylinder_torque import major_orders
+from vibecalc.numerics.bounded import Bounded, stack, where
 from vibecalc.numerics.rounding import EPSILON, SINGULAR, BoolArray, FloatArray, IntArray
 from vibecalc.torsion.adapters.curves import ROWS, solved
 from vibecalc.torsion.adapters.setup import Setup
@@ -30,31 +31,27 @@ def emit_critical(scene: Scene, setup: Setup) -> None:
     path = f"{ROOT}/critical/speed"
     if not scene.wants(path):
         return
-    speed, error = critical(setup)
-    axes = {"mode": np.arange(1, len(speed) + 1), "half_order": setup.drive.order}
-    scene.emit(path, speed, error, axes)
+    speed = critical(setup)
+    axes = {"mode": np.arange(1, len(speed.value) + 1), "half_order": setup.drive.order}
+    scene.emit(path, speed, axes=axes)
 
 
-def critical(setup: Setup) -> tuple[FloatArray, FloatArray]:
-    """Critical speeds (m, q) and their absolute errors, 0 for those without end.
+def critical(setup: Setup) -> Bounded:
+    """Critical speeds (m, q), infinite where there is none.
 
     A mode that is damped so strongly that no response peaks near its frequency has none.
     """
     modes, order = setup.natural(), setup.drive.order
-    speed = modes.frequency[:, None] / order
-    error = modes.frequency_error[:, None] / order + EPSILON * speed
-    if np.any(setup.model.speed_stiffness) and modes.damped:
-        return _damped_met(setup)
+    if np.any(setup.model.speed_stiffness):
+        if modes.damped:
+            return _damped_met(setup)
+        return stack([_met(setup, one) for one in order.tolist()])
+    speed = Bounded(modes.frequency, modes.frequency_error)[:, None] / order
     none = modes.silent & (modes.frequency > 0.0)
-    speed[none], error[none] = np.inf, 0.0
-    if not np.any(setup.model.speed_stiffness):
-        return speed, error
-    for place, one in enumerate(order.tolist()):
-        speed[:, place], error[:, place] = _met(setup, one)
-    return speed, error
+    return where(none[:, None], np.inf, speed)
 
 
-def _met(setup: Setup, order: float) -> tuple[FloatArray, FloatArray]:
+def _met(setup: Setup, order: float) -> Bounded:
     """Speeds (m,) at which the modes, which rise with the speed, meet an order; or infinity.
 
     There K + w^2 S - q^2 w^2 J is singular. The frequency of a mode over the speed falls as the
@@ -82,10 +79,10 @@ def _met(setup: Setup, order: float) -> tuple[FloatArray, FloatArray]:
         rounding = there.frequency_error[mode] + 4.0 * EPSILON * frequency
         # the step leaves the square of what it mends
         error[mode] = rounding / (order - growth) + left**2 / (frequency * (order - growth))
-    return speed, error
+    return Bounded(speed, error)
 
 
-def _damped_met(setup: Setup) -> tuple[FloatArray, FloatArray]:
+def _damped_met(setup: Setup) -> Bounded:
     """The same of poles, |s| = q speed, where pendulums stiffen the line with the square of it.
 
     On s = i q speed they take S / q^2 off the inertia, which tells where to begin; secant steps
@@ -106,7 +103,7 @@ def _damped_met(setup: Setup) -> tuple[FloatArray, FloatArray]:
             at, off, pole = met
             mode = mode_number(model.at(at), pole, len(natural.frequency))
             speed[mode, place], error[mode, place] = at, off
-    return speed, error
+    return Bounded(speed, error)
 
 
 def _met_by_pole(setup: Setup, order: float, guess: complex) -> tuple[float, float, complex] | None:
@@ -324,7 +321,7 @@ def _half_ranges_at(
 def _modes(setup: Setup, speed: FloatArray, section: IntArray, order: IntArray) -> IntArray:
     """Number (r,), from 1, of the mode that an order (place) drives most there; 0: none is near."""
     modes, drive, line = setup.natural(), setup.drive, setup.model.line
-    met = critical(setup)[0][:, order]
+    met = critical(setup).value[:, order]
     ratio = np.abs(modes.damping_ratio)[:, None]
     finite = np.isfinite(met) & (met > 0.0)
     share = np.where(finite, met, 1.0) / speed
