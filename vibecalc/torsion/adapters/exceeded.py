@@ -57,15 +57,14 @@ class Basis(NamedTuple):
 class Bound(NamedTuple):
     """One limit: the places (r,) of its sections, and stresses (..., r) in Pa allowed at speeds.
 
-    `continuous` and `transient` are infinite where the limit says nothing: outside of `scope`,
-    two speeds. `corners` (k,) are the speeds at which their slopes may jump.
+    `continuous` and `transient` are infinite where the limit says nothing. `corners` (k,) are the
+    speeds at which their slopes may jump, or that they end at.
     """
 
     section: IntArray
     continuous: Callable[[FloatArray], FloatArray]
     transient: Callable[[FloatArray], FloatArray]
     basis: Basis
-    scope: tuple[float, float]
     corners: FloatArray
 
 
@@ -94,7 +93,6 @@ def _bound(setup: Setup, limit: TorsionLimit) -> Bound:
         continuous_limit,
         lambda speed: np.full((*speed.shape, len(section)), np.inf),
         Basis(diameter, strength, none, none, none, 0.0),
-        (float(nodes[0]), float(nodes[-1])),
         nodes,
     )
 
@@ -132,7 +130,6 @@ def _class_rule(
         lambda speed: both(speed)[0],
         lambda speed: both(speed)[1],
         basis,
-        (0.0, highest),
         np.array([CORNER_RATIO * setup.speed, highest]),
     )
 

@@ -262,7 +262,6 @@ class States(NamedTuple):
     Derivatives by the logarithms of ring inertia, stiffness and damping, then by speed in rad/s.
     """
 
-    speed: FloatArray
     value: ComplexArray
     slope: ComplexArray
 
@@ -310,7 +309,7 @@ def states(system: System, damper: Damper, speed: FloatArray) -> States:
         -1j * damper.damping * w[..., None] * spring * relative,
         solve(matrix, pushed[..., None])[..., 0],
     ])  # fmt: skip
-    return States(speed, u, slope)
+    return States(u, slope)
 
 
 def solution_error(system: System, damper: Damper, speed: FloatArray) -> FloatArray:

@@ -38,8 +38,8 @@ _SLOPE = 3.0
 class Stationary(NamedTuple):
     """A tuning at which weighted slopes cancel.
 
-    `weight` (p,) of the peaks `peaks`, of sections they add up to 1; `fixed` (v,) variables at a
-    bound and `bound_weight` (v,) what those bounds pull; `variable_error` (v,) of the logarithms;
+    `weight` (p,) of the peaks `peaks`, of sections they add up to 1; `bound_weight` (v,) what
+    bounds pull; `variable_error` (v,) of the logarithms;
     `weight_error` (p,), `bound_error` (v,), `speed_error` (p,) in rad/s and `curvature_error`;
     `residual` of the slopes over the level, `curvature` least of the Lagrangian along directions
     that the peaks leave free, over the level (infinite where they leave none).
@@ -49,7 +49,6 @@ class Stationary(NamedTuple):
     level: float
     peaks: DamperPeaks
     weight: FloatArray
-    fixed: BoolArray
     bound_weight: FloatArray
     variable_error: FloatArray
     level_error: float
@@ -214,7 +213,7 @@ def _finished(
             return None
         curvature_error = float(np.linalg.norm(wider - hessian, 2)) + slope_noise / _DIFFERENCE
     return Stationary(
-        x, level, end, weight, fixed, bound, error, worst * slack,
+        x, level, end, weight, bound, error, worst * slack,
         float(np.max(residual, initial=0.0)), curvature,
         weight_error, np.where(fixed, bound_error, 0.0), speed_error, curvature_error,
     )  # fmt: skip

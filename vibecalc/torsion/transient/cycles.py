@@ -210,12 +210,13 @@ _VALUE, _SWING_PLACE = 0.02, 0.1
 
 
 class Swings(NamedTuple):
-    """Per section (e,): largest `half_range` in N m with `error`, `time` in s with `time_error`,
-    crank `speed` in rad/s there."""
+    """Per section (e,): largest `half_range` in N m with `error`, crank `speed` in rad/s there.
+
+    `time_error` in s is what the time of it may be off by.
+    """
 
     half_range: FloatArray
     error: FloatArray
-    time: FloatArray
     time_error: FloatArray
     speed: FloatArray
 
@@ -257,7 +258,7 @@ def largest_swings(
             break
     half, error, time, uncertainty = best
     speed = speed_at(run.stretches, run.borders, time)
-    return Swings(half, error + run.torque_error, time, uncertainty, speed)
+    return Swings(half, error + run.torque_error, uncertainty, speed)
 
 
 def _spans(place: IntArray) -> list[tuple[int, int]]:
