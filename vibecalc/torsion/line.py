@@ -100,14 +100,21 @@ def damped_elements(line: Line) -> IntArray:
     return np.flatnonzero((line.damping != 0.0) | (line.loss_factor != 0.0))
 
 
+def part_of(line: Line, joined: BoolArray) -> IntArray:
+    """Of each freedom (n,) the first one that the elements which are `joined` (e,) join it to."""
+    part = np.arange(line.inertia.shape[-1])
+    for a, b in zip(line.first[joined], line.second[joined], strict=True):
+        first, other = sorted((part[a], part[b]))
+        part[part == other] = first
+    return part
+
+
 def free_parts(line: Line, joined: BoolArray) -> FloatArray:
     """Rows (r, n) of ones and zeros: the freedoms of each part that no ground stiffness holds.
 
     Parts hang together by the elements that are `joined` (e,).
     """
-    part = np.arange(line.inertia.shape[-1])
-    for a, b in zip(line.first[joined], line.second[joined], strict=True):
-        part[part == part[b]] = part[a]
+    part = part_of(line, joined)
     member = part == np.array(sorted(set(part.tolist())))[:, None]
     held = np.any(member & (line.ground_stiffness != 0.0), axis=1)
     return np.asarray(member[~held].astype(float))
