@@ -10,6 +10,7 @@ import numpy as np
 from engine_as_published import ORDER, full_torque, modes
 from pages import Row
 
+from vibecalc.numerics.bounded import bounded
 from vibecalc.parts.firing import CYCLES, angles_in_order
 from vibecalc.torsion.as_published import (
     caughey_series,
@@ -117,7 +118,7 @@ def excitation(freedoms: int, **case: object):
 @cache
 def _largest(freedoms: int, program: bool) -> tuple[float, ...]:
     found = excitation(freedoms, **(PROGRAM if program else RIGHT))
-    return tuple((np.argmax(np.abs(found.vector_sum), axis=1) + 1.0).tolist())
+    return tuple((np.argmax(np.abs(found.vector_sum.value), axis=1) + 1.0).tolist())
 
 
 def intensities() -> tuple[Row, ...]:
@@ -139,13 +140,14 @@ def largest_twists(freedoms: int, program: bool) -> tuple[float, ...]:
     """Largest |twist at t = 0| over the 30 critical speeds, modes 2 to 4."""
     found = excitation(freedoms, **(PROGRAM if program else RIGHT))
     if program:
-        real = found.deflection.real
+        given = found.deflection.value
+        real = given.real
         if freedoms == 7:
             # atan(b / a) of the source: every cosine comes out positive
-            found = found._replace(deflection=np.abs(real) + 1j * found.deflection.imag)
+            found = found._replace(deflection=bounded(np.abs(real) + 1j * given.imag))
         else:
-            turned = np.where(real < 0.0, -found.deflection, found.deflection)
-            found = found._replace(deflection=turned)
+            turned = np.where(real < 0.0, -given, given)
+            found = found._replace(deflection=bounded(turned))
     ratio = None if freedoms == 7 else [0.01] * 3
     total = twist_on_criticals(found, ORDER, ratio).value[..., -1]
     return tuple(np.abs(total).max(axis=1).tolist())

@@ -7,10 +7,10 @@ import pytest
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.torsion.line import Line, chain
-from vibecalc.torsion.transient.cycles import against_quasi_steady
+from vibecalc.torsion.transient.cycles import largest_steady
 from vibecalc.torsion.transient.march import transient
 from vibecalc.torsion.transient.motion import stretch
-from vibecalc.torsion.transient.peaks import envelope, order_waterfall, section_history
+from vibecalc.torsion.transient.peaks import order_waterfall, section_history
 
 PAIR = chain(np.array([2.0, 3.0]), np.array([4000.0]))
 GAS = np.array([[10.0 + 0j], [0.0]])
@@ -51,13 +51,8 @@ def test_too_long_for_its_orders() -> None:
 
 
 def test_comparison_and_windows_outside_what_is_known() -> None:
-    found = envelope(run(), windows=5)
-    speed = np.linspace(1.0, 6.0, 11)
-    with pytest.raises(NumericalFailure, match="the steady response covers"):
-        against_quasi_steady(found, speed, np.ones((11, 1)))
-    still = envelope(run(acceleration=0.0), windows=5)
-    with pytest.raises(NumericalFailure, match="goes one way"):
-        against_quasi_steady(still, speed, np.ones((11, 1)))
+    with pytest.raises(NumericalFailure, match="no steady response to compare with"):
+        largest_steady(np.linspace(1.0, 6.0, 11), np.zeros((11, 1)), (2.0, 3.0))
     seen = section_history(run(), 0.0, 2.0)
     with pytest.raises(NumericalFailure, match="reaches beyond the course"):
         order_waterfall(seen, 0, np.array([1.0]), np.array([0.1]), 1.0)

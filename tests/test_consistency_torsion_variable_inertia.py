@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from variable_inertia_lines import (
-    modes_of,
     one_freedom,
     piston_variation,
-    published_engine,
     ship_engine,
     ship_torque,
 )
@@ -128,15 +126,3 @@ def test_feeds_add_up_to_what_the_variation_changes() -> None:
     assert np.argmax(sixth) == 6 and np.abs(change[10, 2]) > 20.0 * np.abs(
         section_twist(system.line, plain.angle[0])[10, 2]
     )
-
-
-def test_modes_give_the_response_within_the_error() -> None:
-    system = published_engine()
-    torque = np.zeros((13, 7), dtype=complex)
-    torque[1:, :6] = 40.0 * np.exp(1j * np.arange(12))[:, None] * np.arange(1, 7)
-    _, shapes = modes_of(system.line)
-    full = steady_response(system, 120.0, torque, 10)
-    modal = steady_response(system, 120.0, torque, 10, basis=shapes[:4])
-    gap = np.abs(modal.angle - full.angle)
-    assert np.all(gap <= modal.error + full.error)
-    assert modal.error.max() < 3.0 * gap.max() < 0.3 * np.abs(full.angle).max()

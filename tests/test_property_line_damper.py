@@ -71,13 +71,13 @@ def test_a_limit_that_only_stiff_rings_keep_is_met_from_a_valley_that_breaks_it(
     prepared = survey(branched(), bounds, 41)
     found = design_from(prepared, np.log([[3e3, 6.0]]))
     proves(found, 3)
-    assert performance(branched(), found.damper).heat <= limit * (1.0 + 1e-11)
+    assert performance(branched(), found.damper).reading.value[1] <= limit * (1.0 + 1e-11)
     kept = 0
     for stiffness in np.geomspace(2e4, 2e6, 5):
         for damping in (30.0, 300.0):
             seen = performance(branched(), Damper(0.5, float(stiffness), damping), 41)
-            kept += seen.heat <= limit
-            assert seen.heat > limit or seen.worst > found.worst
+            kept += seen.reading.value[1] <= limit
+            assert seen.reading.value[1] > limit or seen.reading.value[0] > found.worst
     assert kept > 3
 
 
@@ -88,13 +88,12 @@ def test_viscous_damper_is_worse_and_mistuning_is_that_of_direct_solves(
     proves(viscous, 3)
     assert viscous.worst > tuned.worst
     seen = mistuning(branched(), tuned)
-    assert (
-        np.all(seen.increase >= 1.0) and seen.increase[1, 1] == 1.0 and seen.increase.max() > 1.01
-    )
+    increase = seen.increase.value
+    assert np.all(increase >= 1.0) and increase[1, 1] == 1.0 and increase.max() > 1.01
     speed = np.linspace(30.0, 200.0, 801)
     off = Damper(0.5, tuned.damper.stiffness * 0.9, tuned.damper.damping * 1.1)
     dense = direct(branched(), off, speed, 200)[:, :-2].max()
-    np.testing.assert_allclose(seen.increase[0, 2] * tuned.worst, dense, rtol=1e-3)
+    np.testing.assert_allclose(increase[0, 2] * tuned.worst, dense, rtol=1e-3)
 
 
 @pytest.mark.long
@@ -103,7 +102,7 @@ def test_the_table_value_of_the_source_is_far_from_the_best_of_its_engine() -> N
     seen = performance(problem, TABLE_VALUE)
     found = design(problem, Limits((RING, RING), (1e5, 1e7), (5e2, 5e4)), **QUICK)
     proves(found, 6)
-    assert 1.2 < seen.worst / found.worst < 1.6
+    assert 1.2 < seen.reading.value[0] / found.worst < 1.6
     assert found.damper.damping > 1.5 * TABLE_VALUE.damping
     picture = chart(problem, Limits((RING, RING), (1e5, 1e7), (5e2, 5e4)), points=7, speeds=41)
     assert picture.worst.shape == (1, 7, 7)
@@ -118,31 +117,11 @@ def test_narrow_resonances_between_the_speeds_of_the_grid_are_found() -> None:
     )
     damper = Damper(0.01, 1.0, 0.01)
     seen = performance(problem, damper, speeds=15)
-    close = seen.speed + np.linspace(-0.02, 0.02, 401)
+    close = seen.speed.value[0] + np.linspace(-0.02, 0.02, 401)
     dense = direct(problem, damper, close, 720)[:, :2].max()
-    np.testing.assert_allclose(seen.worst, dense, rtol=2e-4)
+    np.testing.assert_allclose(seen.reading.value[0], dense, rtol=2e-4)
     wide = direct(problem, damper, np.linspace(50.0, 210.0, 4001), 72)[:, :2].max()
-    assert seen.worst >= wide
-
-
-NEAR = Limits((0.5, 0.5), (4e3, 1.6e4), (20.0, 150.0))
-
-
-@pytest.mark.long
-def test_a_priced_ring_gains_as_much_as_it_costs() -> None:
-    limits = NEAR._replace(inertia=(0.6, 1.2), inertia_price=50.0)
-    found = design(branched(), limits, map_points=5, speeds=21, starts=1)
-    assert found.residual < 1e-11 and found.curvature > 0.0
-    inertia = found.damper.inertia
-    assert 0.6 < inertia < 1.2
-    _, stiffness, damping = found.damper
-    near = NEAR._replace(
-        inertia=(0.998 * inertia, 0.998 * inertia),
-        stiffness=(0.95 * stiffness, 1.1 * stiffness),
-        damping=(0.95 * damping, 1.1 * damping),
-    )
-    light = design(branched(), near, map_points=2, speeds=21)
-    assert abs((light.worst - found.worst) / (0.002 * inertia) / 50.0 - 1.0) < 0.01
+    assert seen.reading.value[0] >= wide
 
 
 ROW = np.array([3, 1, 1, 0])

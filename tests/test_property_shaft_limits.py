@@ -23,7 +23,7 @@ def test_m68_by_hand_at_rest_and_at_rated_speed():
     assert found.continuous == pytest.approx(760 / 18 * size * 1e6 * np.array([3.0, 1.38]))
     assert found.continuous[0] == pytest.approx(85.16e6, rel=1e-3)
     assert found.transient == pytest.approx(1.7 * found.continuous)
-    keyed = propulsion_shaft_limits(0.5, 600e6, 0.2, "intermediate_keyway_tapered")
+    keyed = propulsion_shaft_limits(0.5, 600e6, 0.2, 0.6)
     plain = propulsion_shaft_limits(0.5, 600e6, 0.2)
     assert keyed.continuous == pytest.approx(0.6 * plain.continuous)
     assert keyed.transient == pytest.approx(np.sqrt(0.6) * plain.transient)
@@ -34,11 +34,10 @@ def test_m68_curve_is_continuous_and_never_rises():
     limit = propulsion_shaft_limits(ratio, 500e6, 0.3).continuous
     assert np.all(np.diff(limit) <= 1e-9 * limit[0])
     near = propulsion_shaft_limits([np.nextafter(0.9, 0.0), 0.9], 500e6, 0.3)
-    assert abs(np.diff(near.continuous)[0]) <= 4.0 * near.continuous_error[0]
+    assert np.ptp(near.continuous) <= 1e-14 * near.continuous[0]
     # steel above the cap counts no more
     capped = propulsion_shaft_limits(0.5, 900e6, 0.3).continuous
     assert capped == propulsion_shaft_limits(0.5, 600e6, 0.3).continuous
-    assert propulsion_shaft_limits(0.5, 700e6, 0.3, material="alloy").continuous > capped
 
 
 def test_m68_says_what_it_is_not_for():
@@ -46,8 +45,6 @@ def test_m68_says_what_it_is_not_for():
     assert covered([0.0, 1.05, 1.0501, -0.1]).tolist() == [True, True, False, False]
     with pytest.raises(NumericalFailure, match=r"no limit at 1.2 of the rated speed"):
         propulsion_shaft_limits([0.3, 1.2], 600e6, 0.2)
-    with pytest.raises(ValueError, match="known: intermediate_flange"):
-        propulsion_shaft_limits(0.3, 600e6, 0.2, "crankshaft")
 
 
 def test_barred_range():
@@ -64,7 +61,6 @@ def test_barred_range():
 def test_separation_margins():
     # orders 1, 2 and 2.5 of 90 to 100 rad/s
     found = separation([80.0, 95.0, 112.0, 165.0, 209.0], [1.0, 2.0, 2.5], 90.0, 100.0)
-    assert found.required.tolist() == [0.10, 0.05, 0.0]
     assert found.margin[:, 0] == pytest.approx([1 / 9, -0.05, 0.12, 0.65, 1.09])
     assert found.kept[:, 0].tolist() == [True, False, True, True, True]
     assert found.margin[3:, 1] == pytest.approx([15 / 180, 9 / 200])

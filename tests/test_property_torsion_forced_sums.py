@@ -11,7 +11,6 @@ from vibecalc.torsion.line import Line, chain
 from vibecalc.torsion.section_loads import (
     ROWS,
     largest_half_range,
-    mesh_torque,
 )
 from vibecalc.torsion.synthesis import synthesis
 
@@ -135,16 +134,11 @@ def test_barred_ranges_end_where_the_closed_form_crosses_its_limit():
     assert len(barred_ranges(lambda speed: speed - 9.0, np.linspace(0, 5, 9)).start) == 0
 
 
-def test_critical_speeds_are_frequency_over_order_and_the_mesh_hammers_when_it_changes_sign():
+def test_critical_speeds_are_frequency_over_order():
     found = critical_speeds([0.0, 60.0, 140.0], [0.0, 0.5, 3.0, 6.0], 10.0, 50.0, [0, 1e-9, 1e-9])
     assert found.speed.tolist() == pytest.approx([10.0, 20.0, 140 / 6, 140 / 3])
     assert found.mode.tolist() == [1, 1, 2, 2] and found.order.tolist() == [6.0, 3.0, 6.0, 3.0]
     assert found.error[0] == pytest.approx(1e-9 / 6, rel=1e-3)
-    mesh = mesh_torque([5.0, -1.0, 0.0, 0.0, -2.0], [1.0], [[4.0], [2.0], [1.0], [0.0], [2.0j]])
-    assert mesh.hammer.tolist() == [False, True, True, False, False]
-    assert mesh.least[:2].tolist() == pytest.approx([1.0, -3.0])
-    assert mesh.share.tolist() == pytest.approx([0.8, 2.0, np.inf, 0.0, 1.0])
-    assert mesh.uncertain.tolist() == [False, False, False, False, True]
 
 
 def test_a_masked_speed_has_an_infinite_peak_and_work_is_by_blocks():

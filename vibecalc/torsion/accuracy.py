@@ -28,8 +28,7 @@ from vibecalc.torsion.adapters.critical import undamped_speeds
 from vibecalc.torsion.adapters.curves import sweep
 from vibecalc.torsion.adapters.damper_design import build_problem
 from vibecalc.torsion.adapters.maxima import torque_value, with_narrow_resonances
-from vibecalc.torsion.adapters.setup import Setup, build_setup
-from vibecalc.torsion.adapters.speeds import chosen
+from vibecalc.torsion.adapters.setup import Setup, build_setup, line_speeds
 from vibecalc.torsion.adapters.transient_motion import journey
 from vibecalc.torsion.adapters.variable_inertia import gas_torque, half_ranges, system_of
 from vibecalc.torsion.critical_speeds import Value, largest
@@ -150,7 +149,7 @@ def torsion_topics(scene: Scene) -> list[Topic]:
     if np.any(drive.healthy(speed).gas):
         found.append(_cylinder(setup))
     w = speed * drive.order
-    load = _on_freedoms(setup, drive.torque(np.array([speed]))[0])
+    load = _on_freedoms(setup, drive.torque(np.array([speed])).value[0])
     rows = _sections(line, w, forced_masked(line, w, load).angle).T
     return [*found, _over_cycle(setup, rows)]
 
@@ -160,7 +159,7 @@ def _by_order(setup: Setup, line: Line) -> Topic:
     taken = setup.model.method if setup.model.modal is None else "modal"
     count = ORDERS_OF_LONG if n > LONG else len(drive.order)
     w = setup.speed * drive.order[:count]
-    load = _on_freedoms(setup, drive.torque(np.array([setup.speed]))[0][:count])
+    load = _on_freedoms(setup, drive.torque(np.array([setup.speed])).value[0][:count])
 
     def kernel(dense: bool) -> Answer:
         angle = forced_masked(line, w, load, dense=dense).angle
@@ -237,7 +236,7 @@ def torsion_speeds_topics(scene: Scene) -> list[Topic]:
     setup = build_setup(scene.case)
     if setup.torsion.speeds is None or _by_modes(setup):
         return []
-    speed = chosen(setup.torsion.speeds)
+    speed = line_speeds(setup.torsion.speeds)
     seen = sweep(setup.model, setup.drive, speed[:: max(1, len(speed) // 200)], None, angles=False)
     size = np.max(seen.torque[~seen.masked], axis=0) / np.abs(setup.shaft.section_ratio)
     section, ends = int(np.argmax(size)), (float(speed[0]), float(speed[-1]))
@@ -458,7 +457,7 @@ def torsion_variable_topics(scene: Scene) -> list[Topic]:
         found = steady_response(system, speed, torque, highest, exact=True)
         # Newton's steps on the factors of all orders, next to the products of one evaluation
         work = 4.0 * (2.0 * highest * system.turns + 1.0) ** 3 * n / 12.0
-        return Answer(half_ranges(system, speed, found)[0], work)
+        return Answer(half_ranges(system, speed, found).value, work)
 
     def rates(time: float, state: FloatArray) -> FloatArray:
         """Angles, rates, the steady load and the sum of the mean angle, in rows."""

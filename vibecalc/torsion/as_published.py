@@ -6,15 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.rounding import (
-    EPSILON,
-    SINGULAR,
-    UNIT_ROUNDOFF,
-    ComplexArray,
-    FloatArray,
-    floats,
-)
+from vibecalc.numerics.bounded import Bounded, Operand, bounded, rounded, square, where
+from vibecalc.numerics.rounding import EPSILON, SINGULAR, UNIT_ROUNDOFF, FloatArray, floats
 
 # ----------------------------------------------------------------------------
 # Modal twist of a shaft line at chosen speeds, as Baca (2007, chapter 4) examines an engine.
@@ -34,22 +27,15 @@ class ModalExcitation(NamedTuple):
 
     `vector_sum` (m, q) complex in N m is sum_i Gamma_i T_qi; its magnitude is the harmonic
     intensity, the numerator of Q. `deflection` (m, q) complex in rad is that over the modal
-    stiffness: magnitude Q, phase minus xi. `modal_inertia` (m,) in kg m^2.
+    stiffness: magnitude Q, phase minus xi.
     """
 
-    vector_sum: ComplexArray
-    deflection: ComplexArray
-    modal_inertia: FloatArray
-    vector_sum_error: FloatArray
-    deflection_error: FloatArray
+    vector_sum: Bounded
+    deflection: Bounded
 
 
 def modal_excitation(
-    shape: ArrayLike,
-    frequency: ArrayLike,
-    inertia: ArrayLike,
-    torque: ComplexArray,
-    torque_error: ArrayLike = 0.0,
+    shape: Operand, frequency: ArrayLike, inertia: ArrayLike, torque: Operand
 ) -> ModalExcitation:
     """Vector sums of eqs. 4.17 and 4.28 over the stations.
 
@@ -58,34 +44,27 @@ def modal_excitation(
     shape, frequency : (m, n) and (m,) in rad/s, rigid modes left out.
     inertia : (n,) in kg m^2.
     torque : (q, n) complex in N m, with the firing phase of each station in it, once.
-    torque_error : absolute, broadcast to torque.
 
     NumericalFailure for a rigid mode: it has no static deflection.
     """
-    modes, natural, mass = floats(shape, frequency, inertia)
+    modes, (natural, mass) = bounded(shape), floats(frequency, inertia)
     if np.any(natural <= 0.0):
         raise NumericalFailure("a rigid mode has no static deflection; leave it out")
-    uncertainty = np.broadcast_to(np.asarray(torque_error, dtype=float), torque.shape)
-    total = modes @ torque.T
-    roundings = (modes.shape[-1] + 4.0) * UNIT_ROUNDOFF
-    total_error = np.abs(modes) @ (uncertainty + roundings * np.abs(torque)).T
-    modal_inertia = np.asarray(modes**2 @ mass)
-    stiffness = (modal_inertia * natural**2)[:, None]
-    deflection = total / stiffness
-    error = total_error / stiffness + 2.0 * roundings * np.abs(deflection)
-    return ModalExcitation(total, deflection, modal_inertia, total_error, error)
+    total = modes @ bounded(torque).T
+    stiffness = (square(modes) @ mass) * natural**2
+    return ModalExcitation(total, total / stiffness[:, None])
 
 
-def magnifier(ratio: ArrayLike, damping_ratio: ArrayLike = 0.0) -> ComplexArray:
+def magnifier(ratio: Operand, damping_ratio: ArrayLike = 0.0) -> Bounded:
     """1 / (1 - r^2 + 2 i zeta r), r = q speed / natural frequency (eqs. 4.18 and 4.29).
 
     NumericalFailure where an undamped mode is met exactly: the source puts eq. 4.19 there.
     """
-    r, zeta = floats(ratio, damping_ratio)
+    r, (zeta,) = bounded(ratio), floats(damping_ratio)
     below = (1.0 - r) * (1.0 + r) + 2j * zeta * r
-    if np.any(below == 0.0):
+    if np.any(below.value == 0.0):
         raise NumericalFailure("an order meets an undamped natural frequency")
-    return np.asarray(1.0 / below)
+    return 1.0 / below
 
 
 def empirical_magnifier(deflection: ArrayLike) -> FloatArray:
@@ -99,35 +78,22 @@ def empirical_magnifier(deflection: ArrayLike) -> FloatArray:
     return np.asarray(3.8 / static**0.25)
 
 
-class ModalTwist(NamedTuple):
-    """(m, s) in rad: eq. 4.28 at t = 0, its real part and its magnitude, without the mean."""
-
-    at_zero: FloatArray
-    magnitude: FloatArray
-    error: FloatArray
-
-
 def modal_twist(
     excitation: ModalExcitation,
-    frequency: ArrayLike,
+    frequency: Operand,
     order: ArrayLike,
     speed: ArrayLike,
     damping_ratio: ArrayLike = 0.0,
-) -> ModalTwist:
-    """gamma_c of eqs. 4.17 (damping ratio zero) and 4.28 over speeds (s,) in rad/s.
+) -> Bounded:
+    """gamma_c (m, s) in rad of eqs. 4.17 (damping ratio zero) and 4.28 over speeds (s,) in rad/s.
 
-    The source calls `magnitude` "real + imaginary". The torque is one for all speeds, as there.
+    The twist at t = 0 is its real part; the source calls the magnitude "real + imaginary". The
+    torque is one for all speeds, as there.
     """
-    natural, orders, turning, zeta = floats(frequency, order, speed, damping_ratio)
-    ratio = orders * turning[None, :, None] / natural[:, None, None]
+    natural, (orders, turning, zeta) = bounded(frequency), floats(order, speed, damping_ratio)
+    ratio = rounded(orders * turning[:, None], 2.0) / natural[:, None, None]
     zeta = np.broadcast_to(zeta, natural.shape)[:, None, None]
-    term = magnifier(ratio, zeta) * excitation.deflection[:, None, :]
-    total = np.sum(term, axis=-1)
-    # the magnifier multiplies the roundings of r by up to 2 r |M|
-    size = np.abs(magnifier(ratio, zeta))
-    rounding = EPSILON * (4.0 + orders.size + 4.0 * (1.0 + ratio**2) * size) * np.abs(term)
-    error = np.sum(size * excitation.deflection_error[:, None, :] + rounding, axis=-1)
-    return ModalTwist(total.real, np.abs(total), np.asarray(error))
+    return (magnifier(ratio, zeta) * excitation.deflection[:, None, :]).sum()
 
 
 def twist_on_criticals(
@@ -141,23 +107,20 @@ def twist_on_criticals(
     magnifier of eq. 4.19; an order with no intensity there adds nothing.
     """
     (orders,) = floats(order)
-    ratio = orders / orders[:, None]
+    ratio = rounded(orders / orders[:, None], 2.0)
     if damping_ratio is None:
         resonant = np.eye(orders.size, dtype=bool)
-        plain = magnifier(np.where(resonant, 0.0, ratio))
-        static = np.abs(excitation.deflection)
+        plain = magnifier(where(resonant, 0.0, ratio))
+        static = np.abs(excitation.deflection.value)
         driven = static > 0.0
         bump = np.where(driven, empirical_magnifier(np.where(driven, static, 1.0)), 0.0)
-        factor = np.where(resonant, bump[:, None, :], plain)
+        factor = where(resonant, rounded(bump[:, None, :], 8.0), plain)
     else:
         zeta = np.asarray(damping_ratio, dtype=float)
-        factor = np.asarray(magnifier(ratio, zeta[:, None, None]))
+        factor = magnifier(ratio, zeta[:, None, None])
     term = factor * excitation.deflection[:, None, :]
-    value = np.cumsum(term.real, axis=-1)
-    size = np.abs(factor)
-    rounding = EPSILON * (4.0 + orders.size + 4.0 * (1.0 + ratio**2) * size) * np.abs(term)
-    error = np.cumsum(size * excitation.deflection_error[:, None, :] + rounding, axis=-1)
-    return Bounded(value, error)
+    rounding = rounded(term.value, orders.size).error
+    return Bounded(np.cumsum(term.value.real, axis=-1), np.cumsum(term.error + rounding, axis=-1))
 
 
 # ----------------------------------------------------------------------------

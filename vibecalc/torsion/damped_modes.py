@@ -6,7 +6,7 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray, IntArray
-from vibecalc.torsion.line import Line, damping_matrix, network_matrix, stiffness_matrix, walk
+from vibecalc.torsion.line import Line, damping_matrix, network_matrix, part_of, stiffness_matrix
 from vibecalc.torsion.modes import Modes
 
 # ----------------------------------------------------------------------------
@@ -243,7 +243,7 @@ def line_matrices(line: Line) -> tuple[Matrices, list[FloatArray]]:
     differences[rows, line.first] += 1.0
     differences[rows, line.second] -= 1.0
     differences[len(rows) :] = np.eye(count)
-    free, rigid = _free_parts(line, damping, moving)
+    free, rigid = _free_parts(line, moving)
     full = np.zeros((count, len(moving)))
     full[moving, np.arange(len(moving))] = 1.0
     if taken.size:
@@ -269,8 +269,8 @@ def resting(line: Line) -> list[FloatArray]:
     is the one that the others are counted from.
     """
     count = len(line.inertia)
-    by_springs = _labels(line, line.stiffness != 0.0)
-    by_both = _labels(line, (line.stiffness != 0.0) | (line.damping != 0.0))
+    by_springs = part_of(line, line.stiffness != 0.0).tolist()
+    by_both = part_of(line, (line.stiffness != 0.0) | (line.damping != 0.0)).tolist()
     shapes = []
     for number in sorted(set(by_both)):
         inside = [s for s in range(count) if by_both[s] == number]
@@ -285,40 +285,22 @@ def resting(line: Line) -> list[FloatArray]:
     return shapes
 
 
-def _labels(line: Line, joins: BoolArray) -> list[int]:
-    """Of each freedom the first one that some elements join it to."""
-    joined: dict[int, dict[int, float]] = {s: {} for s in range(len(line.inertia))}
-    for a, b in zip(line.first[joins].tolist(), line.second[joins].tolist(), strict=True):
-        joined[a][b] = joined[b][a] = 1.0
-    label = [-1] * len(joined)
-    for start in joined:
-        if label[start] < 0:
-            for station in walk(joined, start):
-                label[station] = start
-    return label
-
-
 def _free_parts(
-    line: Line, damping: FloatArray, moving: IntArray
+    line: Line, moving: IntArray
 ) -> tuple[list[tuple[IntArray, bool]], list[FloatArray]]:
     """Ungrounded parts (springs and dampers join): moving freedoms, unbraked; rigid motions."""
-    joined: dict[int, dict[int, float]] = {s: {} for s in range(len(line.inertia))}
-    for a, b, k, c in zip(line.first, line.second, line.stiffness, line.damping, strict=True):
-        if k or c:
-            joined[int(a)][int(b)] = joined[int(b)][int(a)] = 1.0
-    free, rigid, left = [], [], set(joined)
-    place = {int(station): index for index, station in enumerate(moving)}
-    while left:
-        part = sorted(walk(joined, min(left)))
-        left -= set(part)
+    label = part_of(line, (line.stiffness != 0.0) | (line.damping != 0.0))
+    free, rigid = [], []
+    for number in sorted(set(label.tolist())):
+        part = label == number
         if not np.any(line.inertia[part]):
             raise NumericalFailure(
-                f"the shaft line has a piece without any inertia, with station {part[0] + 1}"
+                f"the shaft line has a piece without any inertia, with station {number + 1}"
             )
         if not np.any(line.ground_stiffness[part]):
-            held = np.array([place[s] for s in part if s in place])
-            free.append((held, not np.any(line.absolute_damping[part])))
-            rigid.append(np.isin(np.arange(len(joined)), part).astype(float))
+            braked = bool(np.any(line.absolute_damping[part]))
+            free.append((np.flatnonzero(part[moving]), not braked))
+            rigid.append(part.astype(float))
     return free, rigid
 
 

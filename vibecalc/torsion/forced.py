@@ -17,15 +17,9 @@ from vibecalc.numerics.rounding import (
     FloatArray,
     IntArray,
 )
-from vibecalc.torsion.elimination import (
-    LineSolution,
-    dense_solution,
-    eliminate,
-    mapped,
-    plan_of,
-    room_for,
-)
-from vibecalc.torsion.line import Line, damping_matrix, network_matrix
+from vibecalc.torsion.dense import dense_solution, mapped
+from vibecalc.torsion.elimination import LineSolution, eliminate, plan_of, room_for
+from vibecalc.torsion.line import Line, damping_matrix, network_matrix, part_of
 from vibecalc.torsion.modes import Modes
 
 #: entries (station times frequency) of one block: what it stores stays in the cache
@@ -185,12 +179,8 @@ def forced_masked(
 
 def _without_turning(line: Line, angle: ComplexArray, part: slice, still: IntArray) -> ComplexArray:
     """Angles (n, r, f) at rest, less the mean of each part that nothing holds."""
-    n = line.inertia.shape[-1]
-    group = np.arange(n)
-    for _ in range(n):
-        for e, (a, b) in enumerate(zip(line.first, line.second, strict=True)):
-            if np.any(line.stiffness[..., e]) or np.any(line.damping[..., e]):
-                group[[a, b]] = min(group[a], group[b])
+    joined = (line.stiffness != 0.0) | (line.damping != 0.0)
+    group = part_of(line, np.any(joined, axis=tuple(range(joined.ndim - 1))))
     for one in set(group.tolist()):
         inside = np.flatnonzero(group == one)
         inertia = line.inertia[..., inside]

@@ -32,22 +32,14 @@ class HolzerRows(NamedTuple):
 class HolzerTable(NamedTuple):
     """One row for each of n stations in the order of `rows`, leading axes those of the frequency.
 
-    `inertia` (n,) in kg m^2, `inertia_w2` (..., n) in N m/rad, `angle` (..., n) in rad, 1 in the
-    first row, `torque_of_inertia` = J w^2 angle and `sum_torque` (..., n) in N m, that with the
-    sums of the rows whose shafts lead here, less what springs to ground take; `twist` (..., n - 1)
-    of the shaft that leads on. `residual` (...) is the last sum: the torque that keeps the motion
-    going, zero at a natural frequency; `residual_error` (...) its rounding.
+    `angle` (..., n) in rad, 1 in the first row; `sum_torque` (..., n) in N m are the torques of the
+    inertias J w^2 angle, with the sums of the rows whose shafts lead here, less what springs to
+    ground take. The last one keeps the motion going: it is zero at a natural frequency.
     """
 
     rows: HolzerRows
-    inertia: FloatArray
-    inertia_w2: FloatArray
     angle: FloatArray
-    torque_of_inertia: FloatArray
     sum_torque: FloatArray
-    twist: FloatArray
-    residual: FloatArray
-    residual_error: FloatArray
 
 
 def holzer_rows(line: Line) -> HolzerRows:
@@ -97,11 +89,9 @@ def holzer_table(line: Line, frequency: ArrayLike) -> HolzerTable:
     """
     rows = holzer_rows(line)
     inertia, ground = line.inertia[rows.freedom], line.ground_stiffness[rows.freedom]
-    inertia_w2 = np.asarray(frequency, dtype=float)[..., None] ** 2 * inertia
+    rate = np.asarray(frequency, dtype=float)[..., None] ** 2 * inertia - ground
     count = len(inertia)
-    angle, total = np.ones(inertia_w2.shape), np.zeros(inertia_w2.shape)
-    angle_error, error = np.zeros_like(angle), np.zeros_like(angle)
-    rate = np.abs(inertia_w2 - ground)
+    angle, total = np.ones(rate.shape), np.zeros(rate.shape)
     above: list[list[int]] = [[] for _ in range(count)]  # rows that lead here
     branch: list[list[int]] = []  # rows that move with each one, itself included
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
@@ -110,41 +100,27 @@ def holzer_table(line: Line, frequency: ArrayLike) -> HolzerTable:
             for place, j in enumerate(above[i]):
                 twist = total[..., j] / rows.stiffness[j]
                 reached = angle[..., j] - twist
-                uncertainty = angle_error[..., j] + error[..., j] / rows.stiffness[j]
-                uncertainty = uncertainty + EPSILON * (np.abs(twist) + np.abs(reached))
                 if place == 0:
-                    angle[..., i], angle_error[..., i] = reached, uncertainty
+                    angle[..., i] = reached
                 else:
-                    if np.any(np.abs(reached) <= uncertainty):
+                    lost = count * EPSILON * (np.abs(twist) + np.abs(angle[..., j]))
+                    if np.any(np.abs(reached) <= lost):
                         raise NumericalFailure(
                             "a branch swings against a junction that stands still: its Holzer "
                             "table cannot be joined to that of the line"
                         )
                     factor = angle[..., i] / reached
-                    off = (angle_error[..., i] + np.abs(factor) * uncertainty) / np.abs(reached)
                     for row in branch[j]:
-                        error[..., row] = np.abs(factor) * error[..., row]
-                        error[..., row] += off * np.abs(total[..., row])
                         angle[..., row] *= factor
                         total[..., row] *= factor
                 total[..., i] += total[..., j]
-                error[..., i] += error[..., j]
                 branch[i] += branch[j]
-            inertial, to_ground = inertia_w2[..., i] * angle[..., i], ground[i] * angle[..., i]
-            total[..., i] += inertial - to_ground
-            size = np.abs(inertial) + np.abs(to_ground) + np.abs(total[..., i])
-            error[..., i] += rate[..., i] * angle_error[..., i]
-            error[..., i] += (2.0 + len(above[i])) * EPSILON * size
+            total[..., i] += rate[..., i] * angle[..., i]
             if i < count - 1:
                 above[rows.below[i]].append(i)
     if not np.all(np.isfinite(total)):
         raise NumericalFailure("the angles of the Holzer table leave the range of numbers")
-    twist = total[..., :-1] / rows.stiffness
-    inertial = inertia_w2 * angle
-    last = total[..., -1]
-    return HolzerTable(
-        rows, inertia, inertia_w2, angle, inertial, total, twist, last, error[..., -1]
-    )
+    return HolzerTable(rows, angle, total)
 
 
 # ----------------------------------------------------------------------------

@@ -5,7 +5,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import BoolArray, ComplexArray, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
 # A shaft line as freedoms and the elastic elements between them.
@@ -98,6 +98,26 @@ def loss_stiffness(line: Line, frequency: FloatArray) -> FloatArray:
 def damped_elements(line: Line) -> IntArray:
     """Places (k,) of elements whose torque is not in phase with their twist at every order."""
     return np.flatnonzero((line.damping != 0.0) | (line.loss_factor != 0.0))
+
+
+def part_of(line: Line, joined: BoolArray) -> IntArray:
+    """Of each freedom (n,) the first one that the elements which are `joined` (e,) join it to."""
+    part = np.arange(line.inertia.shape[-1])
+    for a, b in zip(line.first[joined], line.second[joined], strict=True):
+        first, other = sorted((part[a], part[b]))
+        part[part == other] = first
+    return part
+
+
+def free_parts(line: Line, joined: BoolArray) -> FloatArray:
+    """Rows (r, n) of ones and zeros: the freedoms of each part that no ground stiffness holds.
+
+    Parts hang together by the elements that are `joined` (e,).
+    """
+    part = part_of(line, joined)
+    member = part == np.array(sorted(set(part.tolist())))[:, None]
+    held = np.any(member & (line.ground_stiffness != 0.0), axis=1)
+    return np.asarray(member[~held].astype(float))
 
 
 def with_ring(line: Line, station: int, inertia: float, stiffness: float, damping: float) -> Line:

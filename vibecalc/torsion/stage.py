@@ -28,6 +28,7 @@ from vibecalc.torsion.results import (
 )
 
 if TYPE_CHECKING:
+    from vibecalc.torsion.shaft_line_tables import ShaftLine
     from vibecalc.torsion.tables import LineSpeeds, Torsion, Transient
 
 # ----------------------------------------------------------------------------
@@ -97,33 +98,39 @@ def asked(case: "Case") -> "Torsion | None":
     return None if case.response is None else case.response.torsion
 
 
+def _torsion(case: "Case") -> "Torsion":
+    torsion = asked(case)
+    assert torsion is not None
+    return torsion
+
+
+def _line_of(case: "Case") -> "ShaftLine":
+    assert case.machine.shaft_line is not None
+    return case.machine.shaft_line
+
+
 def has_loops(case: "Case") -> bool:
     """Whether shafts and gears close a loop."""
-    line = case.machine.shaft_line
-    assert line is not None
+    line = _line_of(case)
     return len(line.shafts) + len(line.gears) > len(line.stations) - 1
 
 
 def has_holzer(case: "Case") -> bool:
     """Whether the line, a row or a tree of branches, is short enough for printed tables."""
-    line = case.machine.shaft_line
-    assert line is not None
-    return len(line.stations) + len(line.dampers) <= _LONGEST_HOLZER and not has_loops(case)
+    return _freedoms(case) <= _LONGEST_HOLZER and not has_loops(case)
 
 
 def has_modal_damping(case: "Case") -> bool:
     """Whether the case damps by mode."""
-    torsion = asked(case)
-    assert torsion is not None
+    torsion = _torsion(case)
     return torsion.damping_model is not None and torsion.damping_model.kind == "modal"
 
 
 def has_damped_rings(case: "Case") -> bool:
     """Whether a ring is damped against the line, so that its modes are not the undamped ones."""
-    torsion, line = asked(case), case.machine.shaft_line
-    assert torsion is not None and line is not None
-    return torsion.damping_model is None and any(
-        one.damping or one.loss_factor for one in line.dampers
+    dampers = _line_of(case).dampers
+    return _torsion(case).damping_model is None and any(
+        one.damping or one.loss_factor for one in dampers
     )
 
 
@@ -131,8 +138,7 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
     """Paths of these beginnings that the case has something for."""
     from vibecalc.torsion.shaft_line_tables import has_stress
 
-    line, torsion = case.machine.shaft_line, asked(case)
-    assert line is not None and torsion is not None
+    line, torsion = _line_of(case), _torsion(case)
     train = case.machine.crank_train
     there = {
         "ring_shape": bool(line.dampers),
@@ -186,8 +192,7 @@ def solves(case: "Case", speeds: int = 1) -> int:
 
 def _range_cost(case: "Case", speeds: "LineSpeeds") -> str:
     """Solves over the range in words; maxima between the points take some more."""
-    line, torsion = case.machine.shaft_line, asked(case)
-    assert line is not None and torsion is not None
+    line, torsion = _line_of(case), _torsion(case)
     number = solves(case, speeds.points)
     twice = f", and {number} without dampers" if line.dampers else ""
     twice += f", and {number} without misfire" if torsion.misfire else ""
@@ -213,7 +218,7 @@ _STEPS = ("load_step", "misfire_onset")
 
 def plan_torsion_studies(case: "Case") -> Iterator[Stage]:
     """The modal route as published, the variable inertia and the transient, where asked for."""
-    torsion = None if case.response is None else case.response.torsion
+    torsion = asked(case)
     if torsion is None or case.machine.shaft_line is None:
         return
     if torsion.as_published is not None:
@@ -226,20 +231,18 @@ def plan_torsion_studies(case: "Case") -> Iterator[Stage]:
 
 def line_orders(case: "Case") -> str:
     """Orders of the excitation in words."""
-    torsion = None if case.response is None else case.response.torsion
+    torsion = asked(case)
     given = None if torsion is None else torsion.orders
     if given is None or given.count is None:
-        highest = 12.0 if given is None or given.highest is None else given.highest
+        highest = _HIGHEST_ORDER if given is None or given.highest is None else given.highest
         return f"up to {highest:g}, mean torque apart"
     return f"the first {given.count}, mean torque apart"
 
 
 def has_loss(case: "Case") -> bool:
     """Whether something on the line has a loss factor, which has no form in time."""
-    line = case.machine.shaft_line
-    assert line is not None
-    shafts, dampers = line.shafts, line.dampers
-    return any(one.loss_factor for one in shafts) or any(one.loss_factor for one in dampers)
+    line = _line_of(case)
+    return any(s.loss_factor for s in line.shafts) or any(d.loss_factor for d in line.dampers)
 
 
 def _published(case: "Case") -> Stage:
@@ -318,18 +321,11 @@ def _all_orders(speeds: int) -> str:
     return f"{over}Newton's method with all orders at the operating speed"
 
 
-def _torsion(case: "Case") -> "Torsion":
-    assert case.response is not None and case.response.torsion is not None
-    return case.response.torsion
-
-
 # ----------------------------------------------------------------------------
 # Does a change in time of a shaft line end within the steps that a run may take?
 # ----------------------------------------------------------------------------
 
 TRANSIENT_TABLE: KeyPath = ("response", "torsion", "transient")
-#: where a case names no orders
-HIGHEST_ORDER = 12.0
 
 
 def transient_problems(case: Case) -> list[Problem]:
@@ -338,7 +334,7 @@ def transient_problems(case: Case) -> list[Problem]:
 
 
 def _problems(case: Case) -> Iterator[Problem]:
-    torsion = None if case.response is None else case.response.torsion
+    torsion = asked(case)
     if torsion is None or torsion.transient is None or case.machine.shaft_line is None:
         return
     from vibecalc.torsion.transient.march import MOST_STEPS
@@ -366,19 +362,9 @@ def least_steps(case: Case) -> float:
     """Steps in time that the highest order alone needs; the modes of the line may need more."""
     from vibecalc.torsion.transient.march import ORDER_STEP
 
-    assert case.response is not None and case.response.torsion is not None
-    torsion = case.response.torsion
-    assert torsion.transient is not None
-    orders, highest = torsion.orders, HIGHEST_ORDER
-    if orders is not None and orders.count is not None:
-        highest = orders.count * (orders.step or _step(case))
-    elif orders is not None and orders.highest is not None:
-        highest = orders.highest
-    return highest * sum(_angles(case, torsion.transient).values()) / ORDER_STEP
-
-
-def _step(case: Case) -> float:
-    return 1.0 if case.machine.cycle == "two_stroke" else 0.5
+    change = _torsion(case).transient
+    assert change is not None
+    return asked_orders(case)[0] * sum(_angles(case, change).values()) / ORDER_STEP
 
 
 def _angles(case: Case, change: "Transient") -> dict[str, float]:
@@ -447,13 +433,9 @@ def _work_of_closed_forms(case: "Case", orders: int) -> Work:
 
 
 def _half_orders(case: "Case") -> Harmonics:
-    highest, step = asked_orders(case)
-    given = (
-        None
-        if case.response is None or case.response.torsion is None
-        else (case.response.torsion.orders)
-    )
-    rule = "the usual ones" if given is None else "[response.torsion] orders"
+    (highest, step), torsion = asked_orders(case), asked(case)
+    usual = torsion is None or torsion.orders is None
+    rule = "the usual ones" if usual else "[response.torsion] orders"
     return Harmonics(round(highest / step), step, highest, rule)
 
 
@@ -468,42 +450,37 @@ def _work_of_torsion(case: "Case", orders: int) -> Work:
 
 
 def _work_of_speeds(case: "Case", orders: int) -> Work:
-    torsion, freedoms = _line(case)
-    assert torsion.speeds is not None and case.machine.shaft_line is not None
-    bare = bool(case.machine.shaft_line.dampers)
+    torsion, freedoms = _torsion(case), _freedoms(case)
+    assert torsion.speeds is not None
+    bare = bool(_line_of(case).dampers)
     lines = 1 + bare + bool(torsion.misfire)
     solved = solves(case, torsion.speeds.points) * freedoms * lines
     return ((1 + bare, "line"), (solved, "line_solve"), (len(torsion.limits), "limit"))
 
 
 def _work_of_variable(case: "Case", orders: int) -> Work:
-    torsion, _ = _line(case)
-    speeds = 0 if torsion.speeds is None else torsion.speeds.points
+    range_ = _torsion(case).speeds
+    speeds = 0 if range_ is None else range_.points
     return ((5 + speeds, "variable_solve"),)
 
 
 def _work_of_transient(case: "Case", orders: int) -> Work:
-    from vibecalc.torsion.stage import least_steps
-
     return ((math.ceil(least_steps(case)), "time_step"), (6, "line"))
 
 
 def _work_of_damper(case: "Case", orders: int) -> Work:
-    options = case.damper_design
-    line = case.machine.shaft_line
-    assert options is not None and line is not None
-    freedoms = len(line.stations) + len(line.dampers)
+    options, freedoms = case.damper_design, _freedoms(case)
+    assert options is not None
     rings = 1 + len(options.rings)
-    torsion = None if case.response is None else case.response.torsion
+    torsion = asked(case)
     speeds = options.speeds or (None if torsion is None else torsion.speeds)
     points = 100 if speeds is None else speeds.points
     return ((rings, "damper_map"), (rings * orders * points * freedoms, "damper_solve"))
 
 
-def _line(case: "Case") -> tuple["Torsion", int]:
-    line = case.machine.shaft_line
-    assert line is not None and case.response is not None and case.response.torsion is not None
-    return case.response.torsion, len(line.stations) + len(line.dampers)
+def _freedoms(case: "Case") -> int:
+    line = _line_of(case)
+    return len(line.stations) + len(line.dampers)
 
 
 def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
@@ -528,12 +505,12 @@ def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
 
 
 def _entries(case: "Case", path: str, axis: str) -> Entries | None:
-    torsion = None if case.response is None else case.response.torsion
+    torsion = asked(case)
     design, line = case.damper_design, case.machine.shaft_line
     if axis == "speed":
-        asked = design and design.speeds if path.startswith(DESIGN) else None
-        where = "damper_design.speeds" if asked else "response.torsion.speeds"
-        return Entries.of_speeds(asked or (torsion and torsion.speeds), where)
+        own = design and design.speeds if path.startswith(DESIGN) else None
+        where = "damper_design.speeds" if own else "response.torsion.speeds"
+        return Entries.of_speeds(own or (torsion and torsion.speeds), where)
     if axis == "half_order" and path.startswith(ROOT):
         return _planned_orders(case, path)
     if axis == "mode" and line is not None and path.startswith(ROOT):

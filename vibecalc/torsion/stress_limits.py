@@ -1,12 +1,11 @@
 """Limits on torsional stress against speed, separation margins: rules as data, what they say."""
 
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.bounded import rounded
 from vibecalc.numerics.rounding import BoolArray, FloatArray, floats
 
 # ----------------------------------------------------------------------------
@@ -80,23 +79,8 @@ SEPARATIONS = {
     "api_671": Separation(API_671, {1.0: 0.10, 2.0: 0.10}),
 }
 
-#: c_K of M68 by the design of the shaft. The first three stand so in a society's public rules; the
-#: others are as the table of M68 is commonly quoted.
-DESIGN_FACTORS = {
-    "intermediate_flange": 1.0,
-    "intermediate_shrink_fit": 1.0,
-    "intermediate_keyway_tapered": 0.60,
-    "intermediate_keyway_cylindrical": 0.45,
-    "intermediate_radial_hole": 0.50,
-    "intermediate_slot": 0.30,
-    "thrust_collar": 0.85,
-    "thrust_roller_bearing": 0.85,
-    "propeller_flange_or_keyless": 0.55,
-    "propeller_key": 0.55,
-    "propeller_forward": 0.80,
-}
-#: Pa: tensile strength that M68 lets count at most, by material and part
-STRENGTH_CAPS = {"carbon": 600e6, "alloy": 800e6, "propeller": 600e6}
+#: Pa: tensile strength that M68 lets count at most, of carbon steel
+STRENGTH_CAP = 600e6
 
 # ----------------------------------------------------------------------------
 # Limits on torsional vibration against speed, and separations: what a rule of `shaft_rules` says.
@@ -105,8 +89,6 @@ STRENGTH_CAPS = {"carbon": 600e6, "alloy": 800e6, "propeller": 600e6}
 # crankshafts. Stresses are half ranges of the synthesis of all orders, in Pa; speeds in rad/s.
 # ----------------------------------------------------------------------------
 
-Entry = TypeVar("Entry")
-
 #: M68 covers speed ratios from 0 to this
 HIGHEST_RATIO = 1.05
 #: from this ratio on M68 wants continuous running to be possible: no barred range
@@ -114,12 +96,10 @@ NO_BARRED_RANGE = 0.8
 
 
 class StressLimits(NamedTuple):
-    """Permissible stresses (...) in Pa, with absolute errors of rounding."""
+    """Permissible stresses (...) in Pa."""
 
     continuous: FloatArray
     transient: FloatArray
-    continuous_error: FloatArray
-    transient_error: FloatArray
 
 
 def covered(speed_ratio: ArrayLike) -> BoolArray:
@@ -128,10 +108,10 @@ def covered(speed_ratio: ArrayLike) -> BoolArray:
     return np.asarray((ratio >= 0.0) & (ratio <= HIGHEST_RATIO))
 
 
-def counted_strength(tensile_strength: ArrayLike, material: str = "carbon") -> FloatArray:
-    """Tensile strength in Pa that M68 lets count: up to a cap for the material."""
+def counted_strength(tensile_strength: ArrayLike) -> FloatArray:
+    """Tensile strength in Pa that M68 lets count: up to a cap."""
     (strength,) = floats(tensile_strength)
-    return np.asarray(np.minimum(strength, _lookup(STRENGTH_CAPS, material, "material")))
+    return np.asarray(np.minimum(strength, STRENGTH_CAP))
 
 
 def size_factor(diameter: ArrayLike) -> FloatArray:
@@ -144,29 +124,26 @@ def propulsion_shaft_limits(
     speed_ratio: ArrayLike,
     tensile_strength: ArrayLike,
     diameter: ArrayLike,
-    design: str = "intermediate_flange",
-    material: str = "carbon",
+    design_factor: float = 1.0,
 ) -> StressLimits:
     """tau_C and tau_T of IACS UR M68 for propulsion shafts, NOT for crankshafts.
 
     tau_C = (sigma_B + 160) / 18 c_K c_D (3 - 2 lambda^2) in N/mm^2, with 1.38 in place of the
     bracket from lambda = 0.9 on; c_D = 0.35 + 0.93 d^-0.2, d in mm; tau_T = 1.7 tau_C / sqrt(c_K).
-    Tensile strength in Pa (counted up to a cap for the material), outer diameter in m; `design`
-    names c_K. NumericalFailure where the rule does not cover a speed ratio (`covered`).
+    Tensile strength in Pa (counted up to a cap), outer diameter in m; `design_factor` is c_K, 1
+    for an intermediate shaft with a flange. NumericalFailure where the rule does not cover a speed
+    ratio (`covered`).
     """
     ratio, strength, wide = floats(speed_ratio, tensile_strength, diameter)
-    factor = _lookup(DESIGN_FACTORS, design, "design")
     if not np.all(covered(ratio)):
         worst = float(ratio.flat[int(np.argmax(np.abs(ratio - 0.5)))])
         raise NumericalFailure(
             f"IACS UR M68 has no limit at {worst:g} of the rated speed; it covers 0 to 1.05"
         )
-    counted, size = counted_strength(strength, material), size_factor(wide)
+    counted, size = counted_strength(strength), size_factor(wide)
     speed_factor = np.where(ratio < 0.9, 3.0 - 2.0 * ratio**2, 1.38)
-    steady = (counted / 1e6 + 160.0) / 18.0 * factor * size * speed_factor * 1e6
-    continuous = rounded(steady, 30.0)
-    transient = rounded(1.7 * steady / np.sqrt(factor), 34.0)
-    return StressLimits(continuous.value, transient.value, continuous.error, transient.error)
+    steady = (counted / 1e6 + 160.0) / 18.0 * design_factor * size * speed_factor * 1e6
+    return StressLimits(np.asarray(steady), np.asarray(1.7 * steady / np.sqrt(design_factor)))
 
 
 class BarredRange(NamedTuple):
@@ -198,12 +175,10 @@ def barred_range(critical_speed: ArrayLike, rated_speed: ArrayLike) -> BarredRan
 class SeparationVerdict(NamedTuple):
     """`margin` (m, q): relative distance of each frequency from the range of each order.
 
-    Negative inside the range, by how far the nearer end is; `required` (q,), zero where the rule
-    asks nothing; `kept` (m, q).
+    Negative inside the range, by how far the nearer end is; `kept` (m, q).
     """
 
     margin: FloatArray
-    required: FloatArray
     kept: BoolArray
 
 
@@ -220,17 +195,11 @@ def separation(
     positive.
     """
     frequency, orders = floats(natural_frequency, order)
-    asked = _lookup(SEPARATIONS, rule, "rule").margin
+    asked = SEPARATIONS[rule].margin
     low, high = orders * lowest_speed, orders * highest_speed
     # a range that begins at rest has no side below
     below = np.where(low > 0.0, (low - frequency[:, None]) / np.where(low > 0.0, low, 1.0), -1.0)
     above = (frequency[:, None] - high) / high
     required = np.array([asked.get(float(q), 0.0) for q in orders])
     margin = np.maximum(below, above)
-    return SeparationVerdict(margin, required, (margin >= required) | (required == 0.0))
-
-
-def _lookup(table: dict[str, Entry], name: str, what: str) -> Entry:
-    if name not in table:
-        raise ValueError(f"unknown {what} {name!r}; known: {', '.join(table)}")
-    return table[name]
+    return SeparationVerdict(margin, (margin >= required) | (required == 0.0))

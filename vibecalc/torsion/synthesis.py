@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import Cells, search
 from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray, IntArray
 
@@ -32,7 +33,7 @@ class Synthesis(NamedTuple):
     `peak` is the largest |x|; `half_range` is (highest - lowest) / 2, what class rules call the
     vibratory amplitude; `highest` and `lowest` are values with sign, at the crank angles
     `highest_angle` and `lowest_angle` in [0, cycle); `upper_bound` is the sum of magnitudes, which
-    bounds the peak for any phases; `error` is absolute, of peak, half range, highest and lowest.
+    bounds the peak for any phases; `error` is the rounding of peak, half range, highest and lowest.
     """
 
     peak: FloatArray
@@ -45,7 +46,7 @@ class Synthesis(NamedTuple):
     error: FloatArray
 
 
-def synthesis(order: ArrayLike, amplitude: ArrayLike, error: ArrayLike = 0.0) -> Synthesis:
+def synthesis(order: ArrayLike, amplitude: ArrayLike) -> Synthesis:
     """Highest and lowest value over the cycle of all orders.
 
     Parameters
@@ -55,8 +56,6 @@ def synthesis(order: ArrayLike, amplitude: ArrayLike, error: ArrayLike = 0.0) ->
         Of order 0, the mean, the real part counts.
     amplitude : complex array (..., m)
         0-to-peak.
-    error : array (..., m)
-        Absolute errors of the amplitudes; they add up in `error`.
 
     Raises
     ------
@@ -107,14 +106,34 @@ def synthesis(order: ArrayLike, amplitude: ArrayLike, error: ArrayLike = 0.0) ->
     if not top:
         highest = lowest = np.sum(rows.real, axis=-1)
     peak = np.maximum(np.abs(highest), np.abs(lowest))
-    uncertainty = (
-        np.sum(np.broadcast_to(error, values.shape), axis=-1).reshape(-1) if np.any(error) else 0.0
-    )
     parts = (
         peak, 0.5 * (highest - lowest), highest, at_highest, lowest, at_lowest, bound,
-        uncertainty + 8.0 * EPSILON * bound,
+        8.0 * EPSILON * bound,
     )  # fmt: skip
     return Synthesis(*(np.reshape(one, shape) for one in parts))
+
+
+def sum_error(amplitude: Bounded, axis: int = -1) -> FloatArray:
+    """Of a sum of all orders: their errors have no common sign."""
+    whole = np.sqrt(np.sum(np.square(amplitude.error), axis=axis))
+    return np.asarray(whole + 8.0 * EPSILON * np.abs(amplitude.value).sum(axis=axis))
+
+
+class OverCycle(NamedTuple):
+    """Of all orders together, with their phases, over the cycle; `bound` for any phases."""
+
+    peak: Bounded
+    half_range: Bounded
+    highest: Bounded
+    lowest: Bounded
+    bound: Bounded
+
+
+def over_cycle(order: FloatArray, amplitude: Bounded) -> OverCycle:
+    """Of amplitudes (..., m)."""
+    found, error = synthesis(order, amplitude.value), sum_error(amplitude)
+    values = (found.peak, found.half_range, found.highest, found.lowest, found.upper_bound)
+    return OverCycle(*(Bounded(value, error) for value in values))
 
 
 def _searched(rows: ComplexArray, size: FloatArray, cycle: "Cycle") -> "SignalPeak":

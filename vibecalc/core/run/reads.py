@@ -7,7 +7,7 @@ a value like any other. A list counts as read whole, and so does a table that is
 
 import marshal
 from collections.abc import Callable, Iterator
-from dataclasses import is_dataclass
+from dataclasses import fields, is_dataclass
 from functools import cache
 from operator import attrgetter
 from types import FunctionType
@@ -185,8 +185,10 @@ def held(left: Any) -> Iterator[TracedTable]:
             waiting += one
         elif isinstance(one, dict):
             waiting += one.values()
-        elif is_dataclass(one) or (hasattr(one, "__dict__") and not isinstance(one, type)):
+        elif hasattr(one, "__dict__") and not isinstance(one, type):
             waiting += vars(one).values()
+        elif is_dataclass(one) and not isinstance(one, type):  # with slots
+            waiting += [getattr(one, field.name) for field in fields(one)]
 
 
 def written(values: Any) -> bytes:

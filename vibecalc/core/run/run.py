@@ -4,7 +4,7 @@ import hashlib
 import time
 from collections import OrderedDict
 from collections.abc import Callable
-from dataclasses import dataclass, field, is_dataclass
+from dataclasses import dataclass, field, fields, is_dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
@@ -246,7 +246,7 @@ def _arrays(value: Any) -> list[np.ndarray]:
         elif isinstance(one, dict):
             left += one.values()
         elif is_dataclass(one):
-            left += vars(one).values()
+            left += [getattr(one, part.name) for part in fields(one)]
     return found
 
 

@@ -258,14 +258,15 @@ class Scene:
 
         `values` may be a `Bounded`, which has its error with it. `error` and `terms` are absolute,
         numbers or arrays; the largest counts. A value that is not a number is a failure here, at
-        its source; an infinite one stands for an unbounded peak.
+        its source; an infinite one stands for an unbounded peak, where that of a `Bounded` is left
+        out.
         """
         if not self.wants(path):
             return
         entry = CATALOGUE[path]
         given = axes or {}
         if isinstance(values, Bounded):
-            values, error = values
+            values, error = values.value, np.where(np.isfinite(values.value), values.error, 0.0)
         values = np.asarray(values)
         if np.isnan(values).any():
             raise NumericalFailure(f"{path} ({entry.long_name}) has no defined value in this case")

@@ -7,6 +7,7 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.cylinder_torque import major_orders
+from vibecalc.numerics.bounded import Bounded, stack, where
 from vibecalc.numerics.rounding import EPSILON, SINGULAR, BoolArray, FloatArray, IntArray
 from vibecalc.torsion.adapters.curves import ROWS, solved
 from vibecalc.torsion.adapters.setup import Setup
@@ -30,31 +31,27 @@ def emit_critical(scene: Scene, setup: Setup) -> None:
     path = f"{ROOT}/critical/speed"
     if not scene.wants(path):
         return
-    speed, error = critical(setup)
-    axes = {"mode": np.arange(1, len(speed) + 1), "half_order": setup.drive.order}
-    scene.emit(path, speed, error, axes)
+    speed = critical(setup)
+    axes = {"mode": np.arange(1, len(speed.value) + 1), "half_order": setup.drive.order}
+    scene.emit(path, speed, axes=axes)
 
 
-def critical(setup: Setup) -> tuple[FloatArray, FloatArray]:
-    """Critical speeds (m, q) and their absolute errors, 0 for those without end.
+def critical(setup: Setup) -> Bounded:
+    """Critical speeds (m, q), infinite where there is none.
 
     A mode that is damped so strongly that no response peaks near its frequency has none.
     """
     modes, order = setup.natural(), setup.drive.order
-    speed = modes.frequency[:, None] / order
-    error = modes.frequency_error[:, None] / order + EPSILON * speed
-    if np.any(setup.model.speed_stiffness) and modes.damped:
-        return _damped_met(setup)
+    if np.any(setup.model.speed_stiffness):
+        if modes.damped:
+            return _damped_met(setup)
+        return stack([_met(setup, one) for one in order.tolist()])
+    speed = Bounded(modes.frequency, modes.frequency_error)[:, None] / order
     none = modes.silent & (modes.frequency > 0.0)
-    speed[none], error[none] = np.inf, 0.0
-    if not np.any(setup.model.speed_stiffness):
-        return speed, error
-    for place, one in enumerate(order.tolist()):
-        speed[:, place], error[:, place] = _met(setup, one)
-    return speed, error
+    return where(none[:, None], np.inf, speed)
 
 
-def _met(setup: Setup, order: float) -> tuple[FloatArray, FloatArray]:
+def _met(setup: Setup, order: float) -> Bounded:
     """Speeds (m,) at which the modes, which rise with the speed, meet an order; or infinity.
 
     There K + w^2 S - q^2 w^2 J is singular. The frequency of a mode over the speed falls as the
@@ -82,10 +79,10 @@ def _met(setup: Setup, order: float) -> tuple[FloatArray, FloatArray]:
         rounding = there.frequency_error[mode] + 4.0 * EPSILON * frequency
         # the step leaves the square of what it mends
         error[mode] = rounding / (order - growth) + left**2 / (frequency * (order - growth))
-    return speed, error
+    return Bounded(speed, error)
 
 
-def _damped_met(setup: Setup) -> tuple[FloatArray, FloatArray]:
+def _damped_met(setup: Setup) -> Bounded:
     """The same of poles, |s| = q speed, where pendulums stiffen the line with the square of it.
 
     On s = i q speed they take S / q^2 off the inertia, which tells where to begin; secant steps
@@ -106,7 +103,7 @@ def _damped_met(setup: Setup) -> tuple[FloatArray, FloatArray]:
             at, off, pole = met
             mode = mode_number(model.at(at), pole, len(natural.frequency))
             speed[mode, place], error[mode, place] = at, off
-    return speed, error
+    return Bounded(speed, error)
 
 
 def _met_by_pole(setup: Setup, order: float, guess: complex) -> tuple[float, float, complex] | None:
@@ -228,8 +225,7 @@ def undamped_speeds(setup: Setup, first: float, last: float) -> UndampedResonanc
     mode, place = np.nonzero(inside)
     at = speed[mode, place]
     row = np.arange(len(at))
-    torque = drive.torque(at)[row, place]
-    error = drive.torque_error(at)[row, place]
+    torque, error = drive.torque(at)[row, place]
     shape = modes.shape[mode][:, drive.freedom]
     driven = np.abs(np.sum(shape * torque, axis=1))
     least = np.sum(np.abs(shape) * error, axis=1)
@@ -265,9 +261,8 @@ NEAR, WIDER = 0.03, 2.0
 
 
 class MeetingOrder(NamedTuple):
-    """At each maximum (r,): half range of the referred twist, order and mode (from 1); 0: none."""
+    """At each maximum (r,): order and mode (from 1); 0: none."""
 
-    twist: FloatArray
     order: FloatArray
     mode: IntArray
 
@@ -281,11 +276,11 @@ def meeting(setup: Setup, speed: FloatArray, section: IntArray, end: BoolArray) 
     order meets near by.
     """
     if not len(speed):
-        return MeetingOrder(np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.int64))
+        return MeetingOrder(np.zeros(0), np.zeros(0, dtype=np.int64))
     order = setup.drive.order
     sides = np.concatenate([[1.0], 1.0 - SCALES, 1.0 + SCALES])
     unique, place = np.unique(speed, return_inverse=True)
-    size, half, twist, masked = _half_ranges_at(setup, unique[:, None] * sides, place, section)
+    size, half, masked = _half_ranges_at(setup, unique[:, None] * sides, place, section)
     low, high = slice(1, 1 + len(SCALES)), slice(1 + len(SCALES), None)
     out = half[:, :1] - 0.5 * (half[:, low] + half[:, high])
     wide = np.argmax(out >= 0.5 * out.max(axis=1, keepdims=True), axis=1)
@@ -295,20 +290,19 @@ def meeting(setup: Setup, speed: FloatArray, section: IntArray, end: BoolArray) 
     best = np.argmax(gain, axis=1)
     mode = _modes(setup, speed, section, best)
     meets = (gain[row, best] > 0.0) & (mode > 0)
-    return MeetingOrder(twist, np.where(meets, order[best], 0.0), np.where(meets, mode, 0))
+    return MeetingOrder(np.where(meets, order[best], 0.0), np.where(meets, mode, 0))
 
 
 def _half_ranges_at(
     setup: Setup, speeds: FloatArray, place: IntArray, section: IntArray
-) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
-    """Amplitudes (r, k, m) and half ranges (r, k) of torques, of twists (r,), masked (r, m).
+) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Amplitudes (r, k, m) and half ranges (r, k) of torques, masked (r, m).
 
     Speeds (u, k), those of maximum r in row place[r]; the first of a row is its middle.
     """
     model, drive = setup.model, setup.drive
     rows, each = speeds.shape
     torque = np.empty((len(place), each, len(drive.order)), dtype=np.complex128)
-    twist = np.empty((len(place), len(drive.order)), dtype=np.complex128)
     masked = np.empty((len(place), len(drive.order)), dtype=bool)
     step = max(1, ROWS // each)
     for start in range(0, rows, step):
@@ -319,22 +313,21 @@ def _half_ranges_at(
         # an order without bound next to a maximum stands out from nothing
         clear = np.where(at.masked[..., None], 0.0, at.torque).reshape(shape)
         torque[held] = clear[row[:, None], np.arange(each), :, of[:, None]]
-        twist[held] = at.twist.reshape(shape)[row, 0, :, of]
         masked[held] = at.masked.reshape(shape[:3])[row, 0]
     half = synthesis(drive.order, torque).half_range
-    return np.abs(torque), half, synthesis(drive.order, twist).half_range, masked
+    return np.abs(torque), half, masked
 
 
 def _modes(setup: Setup, speed: FloatArray, section: IntArray, order: IntArray) -> IntArray:
     """Number (r,), from 1, of the mode that an order (place) drives most there; 0: none is near."""
     modes, drive, line = setup.natural(), setup.drive, setup.model.line
-    met = critical(setup)[0][:, order]
+    met = critical(setup).value[:, order]
     ratio = np.abs(modes.damping_ratio)[:, None]
     finite = np.isfinite(met) & (met > 0.0)
     share = np.where(finite, met, 1.0) / speed
     near = finite & (np.abs(share - 1.0) <= NEAR + WIDER * ratio)
     row = np.arange(len(speed))
-    torque = drive.torque(speed)[row, order]
+    torque = drive.torque(speed).value[row, order]
     drives = np.abs(modes.shape[:, drive.freedom] @ torque.T)
     twist = np.abs(modes.shape[:, line.first[section]] - modes.shape[:, line.second[section]])
     away = np.hypot(share**2 - 1.0, 2.0 * ratio * share) + 1e-12

@@ -1,10 +1,12 @@
 """Half ranges of the sections and gears of a shaft line against speed, with their errors."""
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded, rounded, where
 from vibecalc.numerics.rounding import (
     EPSILON,
     BoolArray,
@@ -13,32 +15,34 @@ from vibecalc.numerics.rounding import (
     IntArray,
     distinct,
 )
-from vibecalc.torsion.adapters.setup import Drive, Model, Setup
+from vibecalc.torsion.adapters.setup import Drive, Model, Setup, placed
+from vibecalc.torsion.critical_speeds import Maxima
 from vibecalc.torsion.line import complex_stiffness, damped_elements, loss_stiffness
 from vibecalc.torsion.model import Gearing, ShaftLineModel
-from vibecalc.torsion.synthesis import Synthesis, synthesis
+from vibecalc.torsion.section_loads import STIFFNESS_ROUNDINGS, heat, steady_shares
+from vibecalc.torsion.synthesis import sum_error, synthesis
 
 # ----------------------------------------------------------------------------
 # Torque that each gear of a line transmits, referred, and the mean torques of the whole line.
 # ----------------------------------------------------------------------------
 
 
-class Side(NamedTuple):
-    """Stations (s,) that turn as one with a wheel of a rigid gear; sign 1 for the second wheel."""
+def gear_shares(shaft: ShaftLineModel) -> tuple[FloatArray, FloatArray]:
+    """Weights (e, g) of sections and (stations, g) of what else acts, in torques of gears.
 
-    stations: BoolArray
-    wheel: int
-    sign: float
-
-
-def sides(shaft: ShaftLineModel) -> list[Side]:
-    """Of each rigid gear the side with less inertia: its balance loses least.
+    On the second wheel, referred. A gear with teeth of some stiffness is a section of the line;
+    a rigid one carries what its side with less inertia needs, whose balance loses least.
 
     Raises NumericalFailure where rigid gears close a loop: statics does not tell their torques.
     """
-    all_sides = []
+    count, ends = len(shaft.station_names), shaft.section_ends
+    of_sections = np.zeros((len(ends), len(shaft.gears)))
+    of_stations = np.zeros((count, len(shaft.gears)))
     rigid = [gear for gear in shaft.gears if gear.element < 0]
-    for gear in rigid:
+    for place, gear in enumerate(shaft.gears):
+        if gear.element >= 0:
+            of_sections[gear.element, place] = 1.0
+            continue
         others = [other for other in rigid if other is not gear]
         first, second = (_reached(others, wheel) for wheel in (gear.first, gear.second))
         if gear.first in second:
@@ -48,10 +52,12 @@ def sides(shaft: ShaftLineModel) -> list[Side]:
             )
         inertia = shaft.station_values[0]
         lighter = inertia[list(second)].sum() <= inertia[list(first)].sum()
-        wheel, inside = (gear.second, second) if lighter else (gear.first, first)
-        stations = np.isin(np.arange(len(shaft.station_names)), list(inside))
-        all_sides.append(Side(stations, wheel, 1.0 if lighter else -1.0))
-    return all_sides
+        sign, inside = (1.0, second) if lighter else (-1.0, first)
+        side = np.isin(np.arange(count), list(inside)).astype(float)
+        entering = np.where(ends[:, 1] >= 0, side[ends[:, 1]], 0.0)
+        of_sections[:, place] = sign * (side[ends[:, 0]] - entering)
+        of_stations[:, place] = -sign * side
+    return of_sections, of_stations
 
 
 def _reached(gears: list[Gearing], start: int) -> set[int]:
@@ -65,68 +71,25 @@ def _reached(gears: list[Gearing], start: int) -> set[int]:
     return inside
 
 
-def gear_torques(
-    shaft: ShaftLineModel,
-    drive: Drive,
-    model: "Model",
-    frequency: FloatArray,
-    angle: ComplexArray,
-    section: ComplexArray,
-    torque: ComplexArray,
-) -> ComplexArray:
+def gear_torques(shaft: ShaftLineModel, drive: Drive, model: Model, state: "OrderSolution") -> Any:
     """On the second wheel of each gear (..., g), referred, from what the rest of its side needs.
 
-    `angle` (..., n), torque of sections (..., e) and of cylinders (..., k) at frequencies (...).
     What damps the modes of `model` as such takes its part: it goes with the inertias.
     """
-    torques = np.empty((*angle.shape[:-1], len(shaft.gears)), dtype=np.complex128)
-    rigid = iter(sides(shaft))
-    w = np.asarray(frequency)
-    for place, gear in enumerate(shaft.gears):
-        if gear.element >= 0:
-            torques[..., place] = section[..., gear.element]
-            continue
-        side, wheel, sign = next(rigid)
-        inertia, damping, held = shaft.station_values[:, side].sum(axis=1)
-        wheel_angle = angle[..., shaft.freedom[wheel]]
-        value = (held - w**2 * inertia + 1j * w * damping) * wheel_angle
-        value = value + inertia * modal_braking(model, w, angle)[..., shaft.freedom[wheel]]
-        value = value + section @ _leaving(shaft, side)
-        torques[..., place] = sign * (value - torque[..., side[drive.station]].sum(axis=-1))
-    return torques
+    of_sections, of_stations = gear_shares(shaft)
+    through = state.torque @ of_sections
+    if not np.any(of_stations):
+        return through
+    inertia, damping, held = shaft.station_values
+    w = state.frequency[..., None]
+    need = (held - w**2 * inertia + 1j * w * damping) * state.angle[..., shaft.freedom]
+    need = need + inertia * modal_braking(model, state)[..., shaft.freedom]
+    load = state.load @ placed(drive.station, len(of_stations))
+    return through + (load - need) @ of_stations
 
 
-def gear_uncertainties(
-    shaft: ShaftLineModel,
-    drive: Drive,
-    model: "Model",
-    frequency: FloatArray,
-    angle: FloatArray,
-    section: FloatArray,
-    torque: FloatArray,
-) -> FloatArray:
-    """Absolute errors (..., g) of those, from errors of the same shapes."""
-    errors = np.empty((*angle.shape[:-1], len(shaft.gears)))
-    rigid = iter(sides(shaft))
-    w = np.asarray(frequency)
-    for place, gear in enumerate(shaft.gears):
-        if gear.element >= 0:
-            errors[..., place] = section[..., gear.element]
-            continue
-        side, wheel, _ = next(rigid)
-        inertia, damping, held = shaft.station_values[:, side].sum(axis=1)
-        value = (held + w**2 * inertia + w * damping) * angle[..., shaft.freedom[wheel]]
-        moved = modal_braking(model, w, angle, bound=True)[..., shaft.freedom[wheel]]
-        value = value + inertia * np.abs(moved)
-        value = value + section @ np.abs(_leaving(shaft, side))
-        errors[..., place] = value + torque[..., side[drive.station]].sum(axis=-1)
-    return errors
-
-
-def modal_braking(
-    model: "Model", frequency: FloatArray, angle: ComplexArray | FloatArray, bound: bool = False
-) -> ComplexArray:
-    """Torque per inertia (..., n) that damping of the modes takes, or a bound on it for errors.
+def modal_braking(model: Model, state: "OrderSolution") -> Any:
+    """Torque per inertia (..., n) that damping of the modes takes.
 
     Zero where the modes are damped by what the line itself has.
     """
@@ -134,88 +97,46 @@ def modal_braking(
     if modal is None or any(
         np.any(part) for part in (line.damping, line.absolute_damping, line.loss_factor)
     ):
-        return np.zeros(angle.shape, dtype=np.complex128)
+        return np.zeros(state.angle.shape, dtype=np.complex128)
     modes = modal.modes
-    shape, lever = modes.shape, modes.shape * line.inertia
-    if bound:
-        shape, lever = np.abs(shape), np.abs(lever)
-    rate = 1j * (np.asarray(frequency)[..., None] * modal.dashpot + modal.loss)
-    coordinate = angle @ (lever / modes.modal_inertia[:, None]).T
-    return np.asarray((rate / modes.modal_inertia * coordinate) @ shape)
+    rate = 1j * (state.frequency[..., None] * modal.dashpot + modal.loss) / modes.modal_inertia
+    lever = (modes.shape * line.inertia / modes.modal_inertia[:, None]).T
+    return (rate * (state.angle @ lever)) @ modes.shape
 
 
-def steady_gears(shaft: ShaftLineModel, section: FloatArray, mean: FloatArray) -> FloatArray:
-    """The same of mean torques: sections (..., e) and all that acts on stations (..., s)."""
-    found = np.empty((*mean.shape[:-1], len(shaft.gears)))
-    rigid = iter(sides(shaft))
-    for place, gear in enumerate(shaft.gears):
-        if gear.element >= 0:
-            found[..., place] = section[..., gear.element]
-        else:
-            side, _, sign = next(rigid)
-            through = section @ _leaving(shaft, side)
-            found[..., place] = sign * (through - mean[..., side].sum(axis=-1))
-    return found
+class MeanTorques(NamedTuple):
+    """Referred mean torques at speeds (s,): of sections (s, e) and of gears (s, g)."""
+
+    section: Bounded
+    gear: Bounded
 
 
-def station_means(
-    shaft: ShaftLineModel, drive: Drive, speed: FloatArray, operating: float
-) -> tuple[FloatArray, FloatArray]:
-    """Mean torques (s, stations) with what takes them up, referred, in balance, and errors (s,)."""
-    mean = np.zeros((len(speed), len(shaft.station_names)))
-    mean[:, drive.station] = drive.mean_torque(speed)
-    taken = shaft.taken_torque * (speed[:, None] / operating) ** shaft.taken_exponent
-    for place, station in enumerate(shaft.taken_station.tolist()):
-        # it brakes, whichever way its shaft turns
-        mean[:, station] -= taken[:, place] * abs(shaft.station_ratio[station])
-    mean[:, shaft.load_station] -= mean.sum(axis=1)
-    error = drive.mean_torque_error(speed).sum(axis=1)
-    return mean, error + 4.0 * EPSILON * np.abs(mean).sum(axis=1)
+def mean_torques(setup: Setup, speed: FloatArray) -> MeanTorques:
+    """What sections and gears carry of mean torques, which the station of the load balances.
 
-
-def steady_uncertainties(
-    shaft: ShaftLineModel, drive: Drive, speed: FloatArray, mean: FloatArray, shares: FloatArray
-) -> FloatArray:
-    """Absolute errors (s, g) of mean torques of gears, referred, from means (s, stations).
-
-    `shares` say what the sections carry of them.
+    The line stands as at the operating speed.
     """
-    # what 1 N m at each station, taken up where the load is, sends through the gears
-    unit = np.eye(len(shaft.station_names))
-    unit[:, shaft.load_station] -= 1.0
-    through = np.abs(steady_gears(shaft, by_freedom(shaft, unit) @ shares.T, unit))
-    known = 4.0 * EPSILON * np.abs(mean)
-    known[:, drive.station] += drive.mean_torque_error(speed)
-    size = np.abs(mean)
-    carried = by_freedom(shaft, size) @ np.abs(shares).T
-    rounding = np.empty((len(speed), len(shaft.gears)))
-    rigid = iter(sides(shaft))
-    for place, gear in enumerate(shaft.gears):
-        if gear.element >= 0:
-            rounding[:, place] = carried[:, gear.element]
-            continue
-        side, _, _ = next(rigid)
-        rounding[:, place] = carried @ np.abs(_leaving(shaft, side)) + size[:, side].sum(axis=1)
-    return np.asarray(known @ through + 4.0 * EPSILON * rounding)
-
-
-def by_freedom(shaft: ShaftLineModel, mean: FloatArray) -> FloatArray:
-    """Sums (..., n) over the stations of each freedom."""
-    on = (shaft.freedom[:, None] == np.arange(len(shaft.freedom_names))).astype(float)
-    return np.asarray(mean @ on)
+    shaft, drive, count = setup.shaft, setup.drive, len(setup.shaft.station_names)
+    taken = shaft.taken_torque * (speed[:, None] / setup.speed) ** shaft.taken_exponent
+    # it brakes, whichever way its shaft turns
+    taken = taken * np.abs(shaft.station_ratio[shaft.taken_station])
+    mean = drive.mean_torque(speed) @ placed(drive.station, count)
+    mean = mean - rounded(taken, 4.0) @ placed(shaft.taken_station, count)
+    balance = np.eye(count)
+    balance[:, shaft.load_station] -= 1.0
+    of_freedom = placed(shaft.freedom, len(shaft.freedom_names))
+    shares = balance @ of_freedom @ steady_shares(setup.model.at(setup.speed)).T
+    if not shaft.gears:
+        return MeanTorques(mean @ shares, mean[:, :0])
+    of_sections, of_stations = gear_shares(shaft)
+    return MeanTorques(mean @ shares, mean @ (shares @ of_sections + balance @ of_stations))
 
 
 def actual_per_referred(shaft: ShaftLineModel) -> FloatArray:
     """What referred torques of gears (g,) count on the shaft of the first wheel."""
-    firsts: list[Gearing] = list(shaft.gears)
-    return 1.0 / shaft.station_ratio[[gear.first for gear in firsts]]
-
-
-def _leaving(shaft: ShaftLineModel, side: BoolArray) -> FloatArray:
-    """Weights (e,) of section torques: what goes out of one side, less what comes in."""
-    out = side[shaft.section_ends[:, 0]].astype(float)
-    second = shaft.section_ends[:, 1]
-    return np.asarray(out - np.where(second >= 0, side[second], False).astype(float))
+    return np.asarray(
+        1.0 / shaft.station_ratio[np.array([gear.first for gear in shaft.gears], dtype=int)]
+    )
 
 
 # ----------------------------------------------------------------------------
@@ -257,20 +178,23 @@ class Curves(NamedTuple):
 
 
 class OrderSolution(NamedTuple):
-    """All orders (s, m, ...) at some speeds, referred: angles, twists, torques of sections."""
+    """All orders (s, m, ...) at some speeds, referred: angles, twists, torques of sections.
+
+    Complex arrays, or `Bounded` ones of `bounded_orders`; `load` are the torques that act.
+    """
 
     frequency: FloatArray
-    angle: ComplexArray
-    twist: ComplexArray
-    torque: ComplexArray
-    load: ComplexArray
+    angle: Any
+    twist: Any
+    torque: Any
+    load: Any
     error: FloatArray
     masked: BoolArray
 
 
 def solved(model: Model, drive: Drive, speed: FloatArray, estimate: bool = False) -> OrderSolution:
     """Angles and torques at speeds (s,) in rad/s; `error` (s, m) of the angles, if asked for."""
-    load = drive.torque(speed)
+    load = drive.torque(speed).value
     found = model.solve(speed, drive.order, load, drive.freedom, estimate)
     line = model.at(speed[:, None])
     w = speed[:, None] * drive.order
@@ -301,11 +225,7 @@ def _block(
     if angles:
         signals.append(state.angle)
     if shaft is not None and shaft.gears:
-        signals.append(
-            gear_torques(
-                shaft, drive, model, state.frequency, state.angle, state.torque, state.load
-            )
-        )
+        signals.append(gear_torques(shaft, drive, model, state))
     ends = np.cumsum([one.shape[-1] for one in signals])[:-1]
     # signals in front and orders last, as they lie in memory
     stacked = np.concatenate([np.moveaxis(one, -1, 0) for one in signals])
@@ -321,17 +241,17 @@ def _block(
     gears = others[-1] if len(others) > angles else (none, none, none)
     masked = np.any(state.masked, axis=-1)
     line = model.at(speed[:, None])
-    heat = np.zeros((len(speed), len(line.first)))
+    power = np.zeros((len(speed), len(line.first)))
     if len(damped):
         twisted = state.twist[..., damped]
         factor = state.frequency[..., None] * loss_stiffness(line, state.frequency)[..., damped]
-        square = np.square(twisted.real) + np.square(twisted.imag)
-        heat[:, damped] = 0.5 * np.sum(factor * square, axis=1)
+        squares = np.square(twisted.real) + np.square(twisted.imag)
+        power[:, damped] = 0.5 * np.sum(factor * squares, axis=1)
     curves = (
         twist[0], np.maximum(np.abs(twist[1]), np.abs(twist[2])), half, highest, lowest,
         others[0][0] if angles else none,
         *gears,
-        heat,
+        power,
     )  # fmt: skip
     blank = [np.where(masked[:, None], np.inf, one) for one in curves]
     return Curves._make([*blank, masked])
@@ -372,7 +292,7 @@ def _correction(setup: Setup, speed: FloatArray, state: OrderSolution) -> Comple
     dynamic = line.ground_stiffness - w**2 * line.inertia + 1j * w * line.absolute_damping
     left = -dynamic * state.angle
     if setup.model.modal is not None:
-        left -= line.inertia * modal_braking(setup.model, state.frequency, state.angle)
+        left -= line.inertia * modal_braking(setup.model, state)
     torque = complex_stiffness(line, state.frequency) * state.twist
     for e, (first, second) in enumerate(zip(line.first, line.second, strict=True)):
         left[..., first] -= torque[..., e]
@@ -395,12 +315,11 @@ def data_uncertainty(setup: Setup, speed: FloatArray) -> tuple[FloatArray, Float
     each one's own has no common sign.
     """
     drive, model = setup.drive, setup.model
-    error = drive.torque_error(speed)
+    torque, error = drive.torque(speed)
     one_by_one = error * np.eye(error.shape[-1])[:, None, None, :]
     moved = model.solve(
         speed, drive.order, one_by_one.astype(np.complex128), drive.freedom, estimate=False
     ).angle
-    torque = drive.torque(speed)
     size = np.abs(torque)
     turn = np.moveaxis(torque / np.where(size > 0.0, size, 1.0), -1, 0)[..., None]
     line = model.line
@@ -412,10 +331,29 @@ def data_uncertainty(setup: Setup, speed: FloatArray) -> tuple[FloatArray, Float
     return angle, between
 
 
-def summed(order: FloatArray, amplitude: ComplexArray, error: FloatArray) -> Synthesis:
-    """All orders over the cycle; the errors (..., m) of the orders have no common sign."""
-    found = synthesis(order, amplitude)
-    return found._replace(error=found.error + np.sqrt(np.sum(np.square(error), axis=-1)))
+def bounded_orders(setup: Setup, speed: FloatArray) -> OrderSolution:
+    """All orders at speeds (s,) with what the errors of the torques and rounding do to them."""
+    state = solved(setup.model, setup.drive, speed, estimate=True)
+    data = data_uncertainty(setup, speed)
+    rounding = rounding_uncertainty(setup, speed, state)
+    angle, twist = (
+        Bounded(value, one + other)
+        for value, one, other in zip((state.angle, state.twist), data, rounding, strict=True)
+    )
+    stiffness = complex_stiffness(setup.model.at(speed[:, None]), state.frequency)
+    torque, load = rounded(stiffness, STIFFNESS_ROUNDINGS) * twist, setup.drive.torque(speed)
+    return state._replace(angle=angle, twist=twist, torque=torque, load=load)
+
+
+def of_finite(value: Bounded, change: Callable[[Bounded], Bounded]) -> Bounded:
+    """Changed values; infinite ones, of which nothing bounds the response, stay."""
+    finite = np.isfinite(value.value)
+    return where(finite, change(where(finite, value, 0.0)), np.inf)
+
+
+def section_heat(setup: Setup, speed: FloatArray, state: OrderSolution) -> Bounded:
+    """Mean power (s, e) of dashpots and loss factors in W, all orders of bounded twists."""
+    return heat(setup.model.at(speed[:, None]), state.frequency, state.twist).sum(axis=-2)
 
 
 # ----------------------------------------------------------------------------
@@ -427,19 +365,13 @@ SAMPLES = 16
 
 
 class CurveUncertainty(NamedTuple):
-    """Absolute errors, referred: twist (e,), torque (e,), angle (n,), torque of gears (g,)."""
+    """Absolute errors, referred: twist (e,), torque (e,), angle (n,), gears (g,), heat (e,)."""
 
     twist: FloatArray
     torque: FloatArray
     angle: FloatArray
     gear: FloatArray
-
-
-class SectionUncertainty(NamedTuple):
-    """Absolute errors (r,), referred, of twist and torque, each of one section at one speed."""
-
-    twist: FloatArray
-    torque: FloatArray
+    heat: FloatArray
 
 
 def curve_uncertainty(setup: Setup, speed: FloatArray, telling: FloatArray) -> CurveUncertainty:
@@ -449,61 +381,55 @@ def curve_uncertainty(setup: Setup, speed: FloatArray, telling: FloatArray) -> C
     return CurveUncertainty(*(np.max(part, axis=0, initial=0.0) for part in found))
 
 
-def section_uncertainty(setup: Setup, speed: FloatArray, section: IntArray) -> SectionUncertainty:
-    """Errors of half ranges of sections (r,), each at its own speed (r,); 0 where unbounded."""
+def section_uncertainty(
+    setup: Setup, speed: FloatArray, section: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Errors (r,) of half ranges of twists and torques, each of one section at its own speed.
+
+    0 where unbounded.
+    """
     at, place = np.unique(speed, return_inverse=True)
-    parts = [_errors(setup, at[k : k + ROWS])[:2] for k in range(0, len(at), ROWS)]
-    if not parts:
-        return SectionUncertainty(np.zeros(0), np.zeros(0))
-    return SectionUncertainty(
-        *(np.concatenate(part)[place, section] for part in zip(*parts, strict=True))
-    )
-
-
-def twist_uncertainty(setup: Setup, at: FloatArray) -> FloatArray:
-    """Errors (s, m, e) of the twists of each order at speeds (s,)."""
-    found = solved(setup.model, setup.drive, at, estimate=True)
-    return data_uncertainty(setup, at)[1] + rounding_uncertainty(setup, at, found)[1]
+    errors = np.zeros((2, len(at), len(setup.model.line.first)))
+    for start in range(0, len(at), ROWS):
+        errors[:, start : start + ROWS] = _errors(setup, at[start : start + ROWS])[:2]
+    twist, torque = errors[:, place, section]
+    return twist, torque
 
 
 def _errors(setup: Setup, at: FloatArray) -> CurveUncertainty:
     """Errors of sums over orders at speeds (s,), each with s in front; 0 where unbounded."""
-    state = solved(setup.model, setup.drive, at, estimate=True)
-    angle, twist = data_uncertainty(setup, at)
-    rounded_angle, rounded_twist = rounding_uncertainty(setup, at, state)
-    angle = angle + rounded_angle
-    twist = twist + rounded_twist
-    line = setup.model.at(at[:, None])
-    torque = np.abs(complex_stiffness(line, state.frequency)) * twist
-    torque = torque + 4.0 * EPSILON * np.abs(state.torque)
-    sums = [(twist, state.twist), (torque, state.torque), (angle, state.angle)]
-    if len(line.first) == len(setup.shaft.section_names):  # else the line without dampers
-        known = setup.drive.torque_error(at)
-        of_line = (setup.shaft, setup.drive, setup.model, state.frequency)
-        gear = gear_torques(*of_line, state.angle, state.torque, state.load)
-        sums.append((gear_uncertainties(*of_line, angle, torque, known), gear))
-    else:
-        sums.append((torque[..., :0], state.torque[..., :0]))
+    state = bounded_orders(setup, at)
+    gear = state.torque[..., :0]
+    if len(setup.model.line.first) == len(setup.shaft.section_names):  # has its dampers
+        gear = gear_torques(setup.shaft, setup.drive, setup.model, state)
+    every = [sum_error(one, axis=1) for one in (state.twist, state.torque, state.angle, gear)]
     clear = ~np.any(state.masked, axis=1)[:, None]
-    return CurveUncertainty(*(np.where(clear, _summed(*one), 0.0) for one in sums))
+    every.append(section_heat(setup, at, state).error)
+    return CurveUncertainty(*(np.where(clear, one, 0.0) for one in every))
 
 
-def _summed(error: FloatArray, value: np.ndarray) -> FloatArray:
-    """Over the orders (s, m, ...), without a common sign, with the rounding of that sum."""
-    whole = np.sqrt(np.sum(np.square(error), axis=1))
-    return np.asarray(whole + 8.0 * EPSILON * np.abs(value).sum(axis=1))
+def at_largest(setup: Setup, top: Maxima) -> tuple[Bounded, Bounded]:
+    """Largest half ranges (e,) of referred torques, and those of the twists there.
 
-
-def shifted_twist(setup: Setup, speed: FloatArray, error: FloatArray) -> FloatArray:
-    """What errors (e,) of the speeds of each section (e,) move the half ranges of its twist by.
-
-    The torque of a section is flat where it is largest; its twist need not be.
+    The torque of a section is flat where it is largest; its twist need not be, and moves by what
+    the speed is off.
     """
-    section = np.arange(len(speed))
-    half = []
-    for at in (speed, speed + error):
-        blocks = [solved(setup.model, setup.drive, at[k : k + ROWS]) for k in section[::ROWS]]
-        twist = np.concatenate([one.twist for one in blocks])[section, :, section]
-        clear = ~np.concatenate([np.any(one.masked, axis=1) for one in blocks])
-        half.append(np.where(clear, synthesis(setup.drive.order, twist).half_range, 0.0))
-    return np.asarray(np.abs(half[1] - half[0]))
+    twist_error, torque_error = section_uncertainty(setup, top.speed, top.section)
+    twist, moved = (
+        _half_twist(setup, at, top.section) for at in (top.speed, top.speed + top.speed_error)
+    )
+    twist_error = twist_error + np.abs(moved - twist)
+    twist = np.where(np.isfinite(top.value), twist, np.inf)
+    return Bounded(top.value, torque_error), Bounded(twist, twist_error)
+
+
+def _half_twist(setup: Setup, speed: FloatArray, section: IntArray) -> FloatArray:
+    """Half ranges (r,) of twists, each of one section at its own speed; 0 where unbounded."""
+    half = np.zeros(len(speed))
+    for start in range(0, len(speed), ROWS):
+        part = slice(start, start + ROWS)
+        state = solved(setup.model, setup.drive, speed[part])
+        twist = state.twist[np.arange(len(state.twist)), :, section[part]]
+        clear = ~np.any(state.masked, axis=1)
+        half[part] = np.where(clear, synthesis(setup.drive.order, twist).half_range, 0.0)
+    return half

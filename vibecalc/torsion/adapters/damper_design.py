@@ -7,8 +7,9 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded, concatenate, rounded, sqrt, stack
 from vibecalc.numerics.rounding import EPSILON, FloatArray
-from vibecalc.torsion.adapters.setup import Setup, build_setup
+from vibecalc.torsion.adapters.setup import Setup, build_setup, line_speeds
 from vibecalc.torsion.damper_design.descend import chart
 from vibecalc.torsion.damper_design.design import (
     Design,
@@ -141,9 +142,9 @@ def _weights(setup: Setup, options: DamperDesign, element: np.ndarray) -> FloatA
 def _torque(setup: Setup, freedom: np.ndarray) -> SpeedTorque:
     """The torques of the cylinders on the freedoms that are left."""
     drive, n = setup.drive, setup.model.line.inertia.size
-    gas = np.zeros((len(drive.gas), len(drive.order), n), dtype=complex)
+    gas = np.zeros((*drive.gas.shape[:-1], n), dtype=complex)
     inertia = np.zeros((len(drive.order), n), dtype=complex)
-    gas[..., drive.freedom], inertia[:, drive.freedom] = drive.gas, drive.inertia
+    gas[..., drive.freedom], inertia[:, drive.freedom] = drive.gas.value, drive.inertia.value
     return speed_torque(gas[..., freedom], inertia[:, freedom], drive.card_speed)
 
 
@@ -222,14 +223,14 @@ def run_damper_design(scene: Scene) -> None:
     best = design(task.problem, task.limits)
     _emit_damper(scene, task, best)
     achieved = performance_of(task.problem, best)
-    _emit_achieved(scene, "", options, task, achieved, (best.worst, best.worst_error))
+    _emit_achieved(scene, "", options, task, achieved)
     _emit_proof(scene, task, best)
     if options.compare is not None:
         _emit_table(scene, options, task, best)
     if scene.wants(f"{DESIGN}sensitivity"):
         off = mistuning(task.problem, best, options.tolerance)
         axes = {"stiffness_factor": off.stiffness, "damping_factor": off.damping}
-        scene.emit(f"{DESIGN}sensitivity", off.increase, off.increase_error, axes)
+        scene.emit(f"{DESIGN}sensitivity", off.increase, axes=axes)
     emit_chart(scene, options, task, best)
     emit_rings(scene, options, task, best)
     emit_curves(scene, setup, options, task, best)
@@ -244,36 +245,28 @@ def run_damper_design(scene: Scene) -> None:
 
 def _emit_damper(scene: Scene, task: DesignTask, best: Design) -> None:
     """Own values: referred ones over the square of the speed ratio of its shaft."""
-    square = task.ratio**2
-    names = ("inertia", "stiffness", "damping")
-    values = [value / square for value in best.damper]
-    errors = [float(error) / square for error in best.damper_error]
-    for name, value, error in zip(names, values, errors, strict=True):
-        scene.emit(f"{DESIGN}{name}", value, error + 4.0 * EPSILON * value)
-    inertia, stiffness, damping = values
-    relative = [e / v if v > 0.0 else 0.0 for e, v in zip(errors, values, strict=True)]
-    natural = math.sqrt(stiffness / inertia)
-    uncertainty = 0.5 * (relative[0] + relative[1]) + 4.0 * EPSILON
-    scene.emit(f"{DESIGN}natural_frequency", natural, natural * uncertainty)
-    ratio = damping / (2.0 * math.sqrt(stiffness * inertia)) if stiffness > 0.0 else math.inf
-    error = ratio * (uncertainty + relative[2]) if stiffness > 0.0 else 0.0
-    scene.emit(f"{DESIGN}damping_ratio", ratio, error)
+    values = Bounded(np.array(best.damper), best.damper_error) / rounded(task.ratio**2, 6.0)
+    for place, name in enumerate(("inertia", "stiffness", "damping")):
+        scene.emit(f"{DESIGN}{name}", values[place])
+    inertia, stiffness, damping = (values[place] for place in range(3))
+    scene.emit(f"{DESIGN}natural_frequency", sqrt(stiffness / inertia))
+    ratio: Bounded | float = math.inf
+    if stiffness.value > 0.0:
+        ratio = damping / (2.0 * sqrt(stiffness * inertia))
+    scene.emit(f"{DESIGN}damping_ratio", ratio)
 
 
 def _emit_achieved(
-    scene: Scene, stem: str, options: DamperDesign, task: DesignTask, achieved: Performance,
-    worst: tuple[float, float],
-) -> None:  # fmt: skip
+    scene: Scene, stem: str, options: DamperDesign, task: DesignTask, achieved: Performance
+) -> None:
     path = f"{DESIGN}{stem}"
-    scene.emit(f"{path}worst_{options.objective}", worst[0], worst[1])
+    worst = f"worst_{options.objective}"
     scene.emit(f"{path}worst_section", achieved.section + 1, 0.0)
-    place = achieved.speed_error
-    scene.emit(f"{path}worst_speed", achieved.speed, place[0])
-    scene.emit(f"{path}heat", achieved.heat, achieved.heat_error)
-    scene.emit(f"{path}heat_speed", achieved.heat_speed, place[1])
-    ratio = abs(task.ratio)
-    scene.emit(f"{path}travel", ratio * achieved.travel, ratio * achieved.travel_error)
-    scene.emit(f"{path}travel_speed", achieved.travel_speed, place[2])
+    reading = achieved.reading * np.array([1.0, 1.0, abs(task.ratio)])
+    names = ((worst, "worst_speed"), ("heat", "heat_speed"), ("travel", "travel_speed"))
+    for place, (name, at) in enumerate(names):
+        scene.emit(f"{path}{name}", reading[place])
+        scene.emit(f"{path}{at}", achieved.speed[place])
 
 
 def _emit_proof(scene: Scene, task: DesignTask, best: Design) -> None:
@@ -291,44 +284,38 @@ def _emit_proof(scene: Scene, task: DesignTask, best: Design) -> None:
     scene.emit(f"{DESIGN}active/speed", speed, best.speed_error[order], axes)
     slack = best.worst_error / best.worst + 2.0 * EPSILON
     scene.emit(f"{DESIGN}active/level", level, slack, axes)
-    uncertainty_of_weight = best.weight_error[order] + 2.0 * EPSILON * np.abs(best.weight[order])
-    scene.emit(f"{DESIGN}active/weight", best.weight[order], uncertainty_of_weight, axes)
+    scene.emit(f"{DESIGN}active/weight", best.weight[order], best.weight_error[order], axes)
     names = {"design_value": ("inertia", "stiffness", "damping")}
     scene.emit(f"{DESIGN}bound_sensitivity", best.bound_weight, best.bound_error, names)
     # zero at an optimum: all of it is error
     scene.emit(f"{DESIGN}certificate", best.residual, best.residual, terms=1.0)
     scene.emit(f"{DESIGN}curvature", best.curvature, best.curvature_error)
     axes = {"basin": np.arange(1, len(best.basin) + 1)}
-    square = task.ratio**2
     # ends of descents: how far the optimum of each basin is from there
-    uncertainty = best.basin_error / square + 4.0 * EPSILON * best.basin / square
-    scene.emit(f"{DESIGN}basin/stiffness", best.basin[:, 1] / square, uncertainty[:, 1], axes)
-    scene.emit(f"{DESIGN}basin/damping", best.basin[:, 2] / square, uncertainty[:, 2], axes)
-    ratio_error = (best.basin_worst_error + best.worst_error) / best.worst + 2.0 * EPSILON
-    scene.emit(f"{DESIGN}basin/worst", best.basin_worst / best.worst, ratio_error, axes)
+    ends = Bounded(best.basin, best.basin_error) / rounded(task.ratio**2, 6.0)
+    scene.emit(f"{DESIGN}basin/stiffness", ends[:, 1], axes=axes)
+    scene.emit(f"{DESIGN}basin/damping", ends[:, 2], axes=axes)
+    worst = Bounded(best.basin_worst, best.basin_worst_error) / _worst(best)
+    scene.emit(f"{DESIGN}basin/worst", worst, axes=axes)
 
 
 def _emit_table(scene: Scene, options: DamperDesign, task: DesignTask, best: Design) -> None:
     assert task.table is not None
     achieved = performance(task.problem, task.table)
-    _emit_achieved(scene, "table/", options, task, achieved, (achieved.worst, achieved.worst_error))
-    gain = achieved.worst / best.worst
-    error = gain * (achieved.worst_error / achieved.worst + best.worst_error / best.worst)
-    scene.emit(f"{DESIGN}table/gain", gain, error)
+    _emit_achieved(scene, "table/", options, task, achieved)
+    scene.emit(f"{DESIGN}table/gain", achieved.reading[0] / _worst(best))
+    _, heat, travel = achieved.reading.value
     limits = task.limits
     for value, limit, words in (
-        (achieved.heat, limits.heat, "heat in its dashpot"),
-        (achieved.travel, limits.travel, "travel of its ring"),
+        (heat, limits.heat, "heat in its dashpot"),
+        (travel, limits.travel, "travel of its ring"),
     ):
         if value > limit:
             scene.warn(f"the table value of the damper does not keep the limit on the {words}")
 
 
-def referred(damper: Damper, ratio: float) -> Damper:
-    """A damper on a shaft with this speed ratio, seen from the crankshaft."""
-    if ratio == 0.0:
-        raise NumericalFailure("a shaft that does not turn carries no damper")
-    return Damper(*(value * ratio**2 for value in damper))
+def _worst(best: Design) -> Bounded:
+    return Bounded(np.asarray(best.worst), np.asarray(best.worst_error))
 
 
 # ----------------------------------------------------------------------------
@@ -377,7 +364,7 @@ def emit_rings(scene: Scene, options: DamperDesign, task: DesignTask, best: Desi
     paths = [f"{DESIGN}ring/{name}" for name in (options.objective, "stiffness", "damping")]
     if not scene.wants(*paths):
         return
-    rows = []
+    rings, rows = [], []
     bounds = options.bounds
     for inertia in (value * task.ratio**2 for value in sorted(options.rings)):
         share = inertia / best.damper.inertia
@@ -393,17 +380,14 @@ def emit_rings(scene: Scene, options: DamperDesign, task: DesignTask, best: Desi
             actual = inertia / task.ratio**2
             scene.warn(f"no best damper reported for a ring of {actual:.6g} kg m^2: {failure}")
             continue
-        rows.append((
-            inertia, one.damper.stiffness, one.damper.damping, one.worst,
-            one.damper_error[1], one.damper_error[2], one.worst_error,
-        ))  # fmt: skip
+        values = Bounded(np.array(one.damper), one.damper_error) / task.ratio**2
+        rings.append(inertia / task.ratio**2)
+        rows.append(concatenate([values[1:], _worst(one)[None]]))
     if not rows:
         raise NumericalFailure("none of the rings of the case has a best damper")
-    table, square = np.array(rows).T, task.ratio**2
-    axes = {"ring_inertia": table[0] / square}
-    scene.emit(f"{DESIGN}ring/stiffness", table[1] / square, table[4] / square, axes)
-    scene.emit(f"{DESIGN}ring/damping", table[2] / square, table[5] / square, axes)
-    scene.emit(f"{DESIGN}ring/{options.objective}", table[3], table[6], axes)
+    table, axes = stack(rows), {"ring_inertia": np.array(rings)}
+    for place, name in enumerate(("stiffness", "damping", options.objective)):
+        scene.emit(f"{DESIGN}ring/{name}", table[place], axes=axes)
 
 
 def _scaled(bounds: tuple[float, float], share: float) -> tuple[float, float]:
@@ -420,8 +404,7 @@ def emit_curves(
         return
     given = options.speeds or setup.torsion.speeds
     assert given is not None
-    make = np.geomspace if given.spacing == "logarithmic" else np.linspace
-    speeds = np.asarray(make(given.start, given.stop, given.points))
+    speeds = line_speeds(given)
     dampers: dict[str, Damper | None] = {"none": None}
     if task.table is not None:
         dampers["table value"] = task.table
@@ -462,7 +445,13 @@ def largest_section(
     stations = [number[int(place)] for place in drive.freedom]
     of_twist = problem.quantity == "twist"
     return largest_half_range(
-        line, drive.order, drive.torque, stations, problem.weight, speeds, of_twist=of_twist
+        line,
+        drive.order,
+        lambda at: drive.torque(at).value,
+        stations,
+        problem.weight,
+        speeds,
+        of_twist=of_twist,
     )
 
 

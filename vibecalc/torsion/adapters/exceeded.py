@@ -57,15 +57,14 @@ class Basis(NamedTuple):
 class Bound(NamedTuple):
     """One limit: the places (r,) of its sections, and stresses (..., r) in Pa allowed at speeds.
 
-    `continuous` and `transient` are infinite where the limit says nothing: outside of `scope`,
-    two speeds. `corners` (k,) are the speeds at which their slopes may jump.
+    `continuous` and `transient` are infinite where the limit says nothing. `corners` (k,) are the
+    speeds at which their slopes may jump, or that they end at.
     """
 
     section: IntArray
     continuous: Callable[[FloatArray], FloatArray]
     transient: Callable[[FloatArray], FloatArray]
     basis: Basis
-    scope: tuple[float, float]
     corners: FloatArray
 
 
@@ -94,7 +93,6 @@ def _bound(setup: Setup, limit: TorsionLimit) -> Bound:
         continuous_limit,
         lambda speed: np.full((*speed.shape, len(section)), np.inf),
         Basis(diameter, strength, none, none, none, 0.0),
-        (float(nodes[0]), float(nodes[-1])),
         nodes,
     )
 
@@ -113,9 +111,9 @@ def _class_rule(
     def both(speed: FloatArray) -> tuple[FloatArray, FloatArray]:
         ratio = speed[..., None] / setup.speed
         inside = covered(ratio)
-        found = propulsion_shaft_limits(np.where(inside, ratio, 1.0), strength, diameter)
-        steady = np.where(inside, found.continuous * factor, np.inf)
-        passing = np.where(inside, found.transient * np.sqrt(factor), np.inf)
+        found = propulsion_shaft_limits(np.where(inside, ratio, 1.0), strength, diameter, factor)
+        steady = np.where(inside, found.continuous, np.inf)
+        passing = np.where(inside, found.transient, np.inf)
         return steady, passing
 
     basis = Basis(
@@ -132,7 +130,6 @@ def _class_rule(
         lambda speed: both(speed)[0],
         lambda speed: both(speed)[1],
         basis,
-        (0.0, highest),
         np.array([CORNER_RATIO * setup.speed, highest]),
     )
 
@@ -347,10 +344,8 @@ def _uncertainty(
 ) -> float:
     """What an error of the stress moves an end of a range by: over the slope there."""
     at, section = np.array(ends), bound.section
-    known = section_uncertainty(
-        setup, np.repeat(at, len(section)), np.tile(section, 2)
-    ).torque * np.tile(factor, 2)
-    error = np.max(known.reshape(2, -1), axis=1)
+    _, torque = section_uncertainty(setup, np.repeat(at, len(section)), np.tile(section, 2))
+    error = np.max(torque.reshape(2, -1) * factor, axis=1)
     step = 1e-7 * at
     with np.errstate(invalid="ignore", divide="ignore"):
         slope = np.abs(excess(at + step) - excess(at - step)) / (2.0 * step)

@@ -13,9 +13,10 @@ from vibecalc.excitation.cylinder_torque import (
     phasor,
 )
 from vibecalc.excitation.gas_tables import pressure_at
+from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.adapters.modes import natural_uncertainty
-from vibecalc.torsion.adapters.setup import Drive, Setup
+from vibecalc.torsion.adapters.setup import Drive, Setup, placed
 from vibecalc.torsion.holzer import ShapeUncertainty, uncertainty_of
 from vibecalc.torsion.results import ROOT
 
@@ -37,19 +38,18 @@ def emit_excitation(scene: Scene, setup: Setup) -> None:
     drive, speed = setup.drive, setup.speed
     if scene.wants(*CURVES):
         _over_the_cycle(scene, setup)
-    one, square = drive.healthy(speed), speed**2
+    one = drive.healthy(speed)
     axes = {"half_order": drive.order, "cylinder": drive.firing.names}
-    inertia = square * one.inertia
-    inertia_error = square * one.inertia_error + 4.0 * EPSILON * np.abs(inertia)
-    total, total_error = one.gas + inertia, one.gas_error + inertia_error
-    scene.emit(f"{PLACE}/gas", one.gas, one.gas_error, axes)
-    scene.emit(f"{PLACE}/inertia", inertia, inertia_error, axes)
-    scene.emit(f"{PLACE}/total", total, total_error, axes)
+    gas = Bounded(one.gas, one.gas_error)
+    inertia = rounded(speed**2, 4.0) * Bounded(one.inertia, one.inertia_error)
+    scene.emit(f"{PLACE}/gas", gas, axes=axes)
+    scene.emit(f"{PLACE}/inertia", inertia, axes=axes)
+    scene.emit(f"{PLACE}/total", gas + inertia, axes=axes)
     volume = drive.geometry.piston_area * drive.geometry.crank_radius
     if volume > 0.0:
-        error = total_error / volume + 4.0 * EPSILON * np.abs(total) / volume
-        scene.emit(f"{PLACE}/tangential_pressure", total / volume, error, axes)
-    _means(scene, setup, float(one.mean), float(one.mean_error))
+        pressure = (gas + inertia) * rounded(1.0 / volume, 4.0)
+        scene.emit(f"{PLACE}/tangential_pressure", pressure, axes=axes)
+    _means(scene, setup, Bounded(one.mean, one.mean_error))
     scene.emit(
         f"{PLACE}/firing_angle", drive.firing.angle, 8.0 * EPSILON * drive.firing.cycle, axes
     )
@@ -62,23 +62,19 @@ def emit_excitation(scene: Scene, setup: Setup) -> None:
     )
 
 
-def _means(scene: Scene, setup: Setup, mean: float, mean_error: float) -> None:
+def _means(scene: Scene, setup: Setup, mean: Bounded) -> None:
     drive, at = setup.drive, np.array([setup.speed])
-    torque = float(drive.mean_torque(at).sum())
-    error = float(drive.mean_torque_error(at).sum()) + 4.0 * EPSILON * abs(torque)
-    scene.emit(f"{PLACE}/mean_torque", torque, error)
-    power = setup.speed * torque
-    scene.emit(f"{PLACE}/power", power, setup.speed * error + EPSILON * abs(power))
+    torque = drive.mean_torque(at).sum()[0]
+    scene.emit(f"{PLACE}/mean_torque", torque)
+    scene.emit(f"{PLACE}/power", setup.speed * torque)
     swept = drive.geometry.piston_area * _stroke(drive)
     if swept > 0.0:
-        work = drive.firing.cycle / swept
-        pressure = work * mean
-        error = work * mean_error + 8.0 * EPSILON * abs(pressure)
-        scene.emit(f"{PLACE}/mean_indicated_pressure", pressure, error)
-        if abs(pressure) > HIGHEST_MEAN:
+        pressure = rounded(drive.firing.cycle / swept, 16.0) * mean
+        scene.emit(f"{PLACE}/mean_indicated_pressure", pressure)
+        if abs(pressure.value) > HIGHEST_MEAN:
             scene.warn(
-                f"the mean indicated pressure is {1e-5 * pressure:.3g} bar, where engines stay "
-                "below 40: are the pressures of the gas in Pa ('60 bar' otherwise)?"
+                f"the mean indicated pressure is {1e-5 * pressure.value:.3g} bar, where engines "
+                "stay below 40: are the pressures of the gas in Pa ('60 bar' otherwise)?"
             )
 
 
@@ -118,29 +114,22 @@ def _over_the_cycle(scene: Scene, setup: Setup) -> None:
         scene.emit(f"{PLACE}/{name}", value, errors[name], axes)
     # of all cylinders, as far as the orders of the case go
     at = np.array([setup.speed])
-    torque = drive.torque(at)[0].sum(axis=-1)
-    mean = float(drive.mean_torque(at).sum())
-    turned = np.exp(1j * angle[:, None] * drive.order)
-    engine = mean + (turned @ torque).real
-    error = float(drive.torque_error(at).sum()) + float(drive.mean_torque_error(at).sum())
+    torque = drive.torque(at)[0].sum()
+    mean = drive.mean_torque(at).sum()[0]
     # a rounded angle turns each order, all of them by as much
-    many = EPSILON * drive.firing.cycle * float(np.abs(torque) @ drive.order)
-    scene.emit(f"{PLACE}/engine_torque", engine, error + many + EPSILON * abs(mean), axes)
+    turned = EPSILON * drive.firing.cycle * (np.abs(torque.value) @ drive.order)
+    wave = np.real(np.exp(1j * angle[:, None] * drive.order) @ torque.value)
+    engine = mean + Bounded(wave, turned + torque.error.sum())
+    scene.emit(f"{PLACE}/engine_torque", engine, axes=axes)
 
 
 def _stations(scene: Scene, setup: Setup) -> None:
     drive, shaft, at = setup.drive, setup.shaft, np.array([setup.speed])
+    torque = drive.torque(at)[0] / shaft.station_ratio[drive.station]
     by_station = np.zeros((len(shaft.station_names), len(drive.order)), dtype=np.complex128)
-    ratio = shaft.station_ratio[drive.station]
-    by_station[drive.station] = drive.torque(at)[0].T / ratio[:, None]
-    error = float(np.max(drive.torque_error(at)[0] / np.abs(ratio), initial=0.0))
+    by_station[drive.station] = torque.value.T
     axes = {"station": shaft.station_names, "half_order": drive.order}
-    scene.emit(
-        f"{PLACE}/station_torque",
-        by_station,
-        error + 2.0 * EPSILON * np.max(np.abs(by_station)),
-        axes,
-    )
+    scene.emit(f"{PLACE}/station_torque", by_station, np.max(torque.error, initial=0.0), axes)
 
 
 def _sums(scene: Scene, setup: Setup) -> None:
@@ -167,12 +156,10 @@ def _sums(scene: Scene, setup: Setup) -> None:
     uncertainty = np.where(still, 0.0, uncertainty / whole)
     scene.emit(f"{PLACE}/vector_sum", value, uncertainty, axes)
     scene.emit(f"{PLACE}/rank", order_ranks(value, uncertainty), 0.0, axes)
-    torque, error = drive.torque(at)[0], drive.torque_error(at)[0]
-    driven = every[:, drive.freedom]
-    intensity = driven @ torque.T
-    uncertainty = np.abs(driven) @ error.T + _on_freedoms(moved, torque, drive.freedom)
-    many = (4.0 + driven.shape[1]) * EPSILON * (np.abs(driven) @ np.abs(torque).T)
-    scene.emit(f"{PLACE}/intensity", intensity, uncertainty + many, axes)
+    torque = drive.torque(at)[0]
+    intensity = every[:, drive.freedom] @ torque.T
+    uncertainty = intensity.error + _on_freedoms(moved, torque.value, drive.freedom)
+    scene.emit(f"{PLACE}/intensity", intensity.value, uncertainty, axes)
     angles = drive.firing.angle, drive.order, drive.firing.bank
     scene.emit(f"{PLACE}/major", major_orders(*angles).astype(np.int64), 0.0, axes)
     if np.ptp(drive.firing.bank) > 0.0:
@@ -183,5 +170,5 @@ def _on_freedoms(
     uncertainty: ShapeUncertainty, weight: ComplexArray, freedom: IntArray
 ) -> FloatArray:
     """Errors (m, q) of sums of the angles of cylinders, with weights (..., q, c)."""
-    place = freedom[:, None] == np.arange(uncertainty.moved.shape[1] - 1)
-    return uncertainty_of(uncertainty, weight @ place.astype(float))
+    place = placed(freedom, uncertainty.moved.shape[1] - 1)
+    return uncertainty_of(uncertainty, weight @ place)

@@ -6,9 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
+from vibecalc.numerics.bounded import Bounded, bounded, rounded, stack, where
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, IntArray
 from vibecalc.torsion.adapters.critical import UndampedResonances
-from vibecalc.torsion.adapters.curves import section_uncertainty
+from vibecalc.torsion.adapters.curves import of_finite, section_uncertainty
 from vibecalc.torsion.adapters.exceeded import Bound, bounds, emit_barred, exceeded_of
 from vibecalc.torsion.adapters.maxima import DenseSweep, torque_value
 from vibecalc.torsion.adapters.setup import Setup
@@ -109,38 +110,16 @@ def emit_limits(
 
     `speed` (s,) are those of the sweep, at which the limits are reported.
     """
-    asked = bounds(setup)
+    asked, factor = bounds(setup), per_torque(setup)
     uses = [uses_of(setup, bound, dense, undamped) for bound in asked]
-    each = [
-        _each(bound, one.top, stress_uncertainty(setup, bound, one.top))
-        for bound, one in zip(asked, uses, strict=True)
-    ]
+    each = [largest_of_sections(setup, bound, one) for bound, one in zip(asked, uses, strict=True)]
     _worst(scene, asked, each, speed)
     table = LimitTable(scene, setup, asked)
-    table.emit("each/use", [one.top.value for one in each], 0.0, [one.uncertainty for one in each])
-    at, off = [one.top.speed for one in each], [one.top.speed_error for one in each]
-    table.emit("each/speed", at, 4.0 * EPSILON, off)
+    for name in LargestUse._fields:
+        table.emit(f"each/{name}", [getattr(one, name) for one in each])
     rated = [bound.basis.rated_speed or np.inf for bound in asked]
-    lambdas = [one / by for one, by in zip(at, rated, strict=True)]
-    table.emit(
-        "each/speed_ratio",
-        lambdas,
-        ROUNDING,
-        [one / by for one, by in zip(off, rated, strict=True)],
-    )
-    table.emit("each/stress", [one.stress for one in each], 0.0, [one.stress_error for one in each])
-    moved = [one.allowed_error for one in each]
-    table.emit("each/allowed", [one.allowed for one in each], ROUNDING, moved)
-    table.emit(
-        "each/transient",
-        [one.transient for one in each],
-        ROUNDING,
-        [one.allowed_error * one.passing for one in each],
-    )
-    table.emit(
-        "each/transient_use", [one.through for one in each], 0.0, [one.uncertainty for one in each]
-    )
-    factor = per_torque(setup)
+    ratios = [one.speed * rounded(1.0 / by, ROUNDINGS) for one, by in zip(each, rated, strict=True)]
+    table.emit("each/speed_ratio", ratios)
     ranges = [
         exceeded_of(
             *(setup, bound, one.curve, one.top, one.make, dense.speed, undamped.speed),
@@ -151,81 +130,74 @@ def emit_limits(
     emit_barred(scene, ranges)
 
 
-class _LargestUse(NamedTuple):
-    """Of one limit, by section (r,): the largest use with stresses and limits there, errors.
+class LargestUse(NamedTuple):
+    """Of one limit, by section (r,): the largest use, its speed, stress and limits there.
 
-    `passing` is the transient limit over the lasting one, `off` the error of the stress.
+    Infinite where nothing damps an order, and limits where they say nothing.
     """
 
-    top: Maxima
-    stress: FloatArray
-    allowed: FloatArray
-    transient: FloatArray
-    passing: FloatArray
-    through: FloatArray
-    uncertainty: FloatArray
-    off: FloatArray
-    stress_error: FloatArray
-    allowed_error: FloatArray
+    use: Bounded
+    speed: Bounded
+    stress: Bounded
+    allowed: Bounded
+    transient: Bounded
+    transient_use: Bounded
 
 
 def stress_uncertainty(setup: Setup, bound: Bound, top: Maxima) -> FloatArray:
     """Errors (r,) of the stresses at the largest uses of a limit."""
-    torque = section_uncertainty(setup, top.speed, bound.section).torque
+    torque = section_uncertainty(setup, top.speed, bound.section)[1]
     return np.asarray(torque * per_torque(setup)[bound.section])
 
 
-def _each(bound: Bound, top: Maxima, off: FloatArray) -> _LargestUse:
-    """`off` (r,) are the errors of the stresses."""
+def largest_of_sections(setup: Setup, bound: Bound, uses: Uses) -> LargestUse:
+    """Of all sections of a limit, with the errors."""
+    top = uses.top
     row = np.arange(len(top.speed))
     allowed, transient = (
-        limit_at(top.speed)[row, row] for limit_at in (bound.continuous, bound.transient)
+        known(limit_at(top.speed)[row, row]) for limit_at in (bound.continuous, bound.transient)
     )
-    says, passes = np.isfinite(allowed), np.isfinite(transient)
-    safe = np.where(says, allowed, 1.0)
-    stress = np.where(says, top.value, 0.0) * safe
-    passing = np.where(passes, np.where(passes, transient, 0.0) / safe, 0.0)
+    says, passes = np.isfinite(allowed.value), np.isfinite(transient.value)
+    safe = where(says, allowed, 1.0)
+    steps = np.array([bound.continuous(top.speed + s * top.speed_error)[row, row] for s in (-1, 1)])
+    steps = np.where(np.isfinite(steps), steps, safe.value)
+    moved = np.where(says, np.max(np.abs(steps - safe.value), axis=0), 0.0)
+    off = np.where(says, stress_uncertainty(setup, bound, top) / safe.value, 0.0)
+    use = Bounded(top.value, off + ROUNDINGS * UNIT_ROUNDOFF)
+    there = Bounded(safe.value, moved + safe.error)
     # the two limits of a rule have one course, so that the largest use of both is in one place
-    through = np.where(passing > 0.0, top.value / np.where(passing > 0.0, passing, 1.0), 0.0)
-    uncertainty = np.where(says, off / safe, 0.0)
-    steps = np.abs([bound.continuous(top.speed + s * top.speed_error)[row, row] for s in (-1, 1)])
-    steps = np.where(np.isfinite(steps), steps, safe)
-    moved = np.where(says, np.max(np.abs(steps - safe), axis=0), 0.0)
-    finite = np.where(np.isfinite(stress), stress, 0.0)
-    stress_error = off + ROUNDING * finite + moved * finite / safe
-    return _LargestUse(
-        top,
-        stress,
-        allowed,
-        transient,
-        passing,
-        through,
-        uncertainty + ROUNDING,
-        off,
-        stress_error,
-        moved,
+    passing = np.where(passes, np.where(passes, transient.value, 0.0) / safe.value, 0.0)
+    ruled = passing > 0.0
+    through = of_finite(use, lambda one: one / np.where(ruled, passing, 1.0))
+    return LargestUse(
+        use=use,
+        speed=Bounded(top.speed, top.speed_error + 8.0 * UNIT_ROUNDOFF * top.speed),
+        stress=of_finite(where(says, use, 0.0), lambda one: one * there),
+        allowed=Bounded(allowed.value, moved + allowed.error),
+        transient=Bounded(transient.value, moved * passing + transient.error),
+        transient_use=where(ruled, through, 0.0),
     )
 
 
-def _worst(scene: Scene, asked: list[Bound], each: list[_LargestUse], speed: FloatArray) -> None:
+def _worst(scene: Scene, asked: list[Bound], each: list[LargestUse], speed: FloatArray) -> None:
     """Largest use of each limit, and the course of the limit in the section that has it."""
-    place = [int(np.argmax(one.top.value)) for one in each]
+    place = [int(np.argmax(one.use.value)) for one in each]
     axes = {"limit": np.arange(1, len(each) + 1), "speed": speed}
     both = list(zip(asked, place, strict=True))
-    allowed = [bound.continuous(speed)[:, worst] for bound, worst in both]
-    passing = [bound.transient(speed)[:, worst] for bound, worst in both]
-    scene.emit(f"{PLACE}/allowed", np.array(allowed), _rounding(allowed), axes)
-    scene.emit(f"{PLACE}/transient", np.array(passing), _rounding(passing), axes)
-    uncertainty = np.array([one.uncertainty[worst] for one, worst in zip(each, place, strict=True)])
-    value = np.array([one.top.value[worst] for one, worst in zip(each, place, strict=True)])
-    at = np.array([one.top.speed[worst] for one, worst in zip(each, place, strict=True)])
+    allowed = np.array([bound.continuous(speed)[:, worst] for bound, worst in both])
+    passing = np.array([bound.transient(speed)[:, worst] for bound, worst in both])
+    scene.emit(f"{PLACE}/allowed", known(allowed), axes=axes)
+    scene.emit(f"{PLACE}/transient", known(passing), axes=axes)
+    use, at = (
+        stack([getattr(one, name)[worst] for one, worst in zip(each, place, strict=True)], axis=0)
+        for name in ("use", "speed")
+    )
     section = np.array([bound.section[worst] + 1 for bound, worst in both], dtype=np.int64)
-    through = np.array([np.max(one.through) for one in each])
-    scene.emit(f"{PLACE}/largest_use", value, uncertainty, axes)
-    at_error = [one.top.speed_error[worst] for one, worst in zip(each, place, strict=True)]
-    scene.emit(f"{PLACE}/speed", at, np.array(at_error) + 4.0 * EPSILON * at, axes)
+    through = np.array([np.max(one.transient_use.value) for one in each])
+    scene.emit(f"{PLACE}/largest_use", use, axes=axes)
+    scene.emit(f"{PLACE}/speed", at, axes=axes)
     scene.emit(f"{PLACE}/section", section, 0.0, axes)
-    scene.emit(f"{PLACE}/transient_use", through, uncertainty, axes)
+    scene.emit(f"{PLACE}/transient_use", through, use.error, axes)
 
 
 def _inside(bound: Bound, endless: FloatArray) -> FloatArray:
@@ -253,53 +225,53 @@ def _use_of(setup: Setup, bound: Bound, factor: FloatArray) -> Callable[[IntArra
     return make
 
 
-def _rounding(rows: list[FloatArray]) -> float:
-    values = np.array(rows)
-    return ROUNDING * float(np.max(values, initial=0.0, where=np.isfinite(values)))
-
-
 # ----------------------------------------------------------------------------
 # Adapter: limits of a shaft line in a table by section, and the stress at the operating speed.
 # ----------------------------------------------------------------------------
 
 PLACE = f"{ROOT}/limit"
-ROUNDING = 64.0 * EPSILON
+ROUNDINGS = 128.0
 
 
-def operating_uses(setup: Setup, torque: FloatArray) -> list[FloatArray]:
+def operating_uses(setup: Setup, torque: Bounded) -> list[Bounded]:
     """Stress over allowed (r,) by limit at the operating speed; own half ranges (e,) of torques."""
-    modulus, at = setup.shaft.section_modulus, np.array(setup.speed)
-    return [
-        np.asarray(torque[bound.section] / (modulus[bound.section] * bound.continuous(at)))
-        for bound in bounds(setup)
-    ]
+    modulus, at, uses = setup.shaft.section_modulus, np.array(setup.speed), []
+    for bound in bounds(setup):
+        allowed = modulus[bound.section] * bound.continuous(at)
+        share = rounded(1.0 / allowed, ROUNDINGS)
+        uses.append(of_finite(torque[bound.section], share.__mul__))
+    return uses
 
 
-def emit_operating_use(scene: Scene, setup: Setup, torque: FloatArray, error: FloatArray) -> None:
+def largest_uses(uses: list[Bounded]) -> Bounded:
+    """Largest (l,) of each limit."""
+    return stack([one.max() for one in uses], axis=0)
+
+
+def emit_operating_use(scene: Scene, setup: Setup, torque: Bounded) -> None:
     """Limits and what they are made of, with the stress at the operating speed.
 
-    Own half ranges (e,) of torques and their errors.
+    Own half ranges (e,) of torques.
     """
     asked, at = bounds(setup), np.array(setup.speed)
     modulus = setup.shaft.section_modulus
-    uses, uncertainties = operating_uses(setup, torque), operating_uses(setup, error)
-    largest_use = np.array([np.max(one, initial=0.0) for one in uses])
-    uncertainty = (
-        np.array([np.max(one, initial=0.0) for one in uncertainties]) + ROUNDING * largest_use
-    )
-    table = LimitTable(scene, setup, asked)
-    scene.emit(f"{PLACE}/operating_use", largest_use, uncertainty, table.axes)
+    uses, table = operating_uses(setup, torque), LimitTable(scene, setup, asked)
+    scene.emit(f"{PLACE}/operating_use", largest_uses(uses), axes=table.axes)
     rated = np.array([bound.basis.rated_speed for bound in asked])
     scene.emit(f"{PLACE}/basis/rated_speed", rated, 0.0, table.axes)
     for name in ("diameter", "tensile_strength", "counted_strength", "design_factor"):
-        table.emit(f"basis/{name}", [getattr(bound.basis, name) for bound in asked])
-    table.emit("basis/size_factor", [bound.basis.size_factor for bound in asked], ROUNDING)
+        table.emit(f"basis/{name}", [bounded(getattr(bound.basis, name)) for bound in asked])
+    table.emit("basis/size_factor", [known(bound.basis.size_factor) for bound in asked])
     stress = [torque[bound.section] / modulus[bound.section] for bound in asked]
-    off = [error[bound.section] / modulus[bound.section] for bound in asked]
-    table.emit("operating/stress", stress, ROUNDING, off)
-    table.emit("operating/allowed", [bound.continuous(at) for bound in asked], ROUNDING)
-    table.emit("operating/transient", [bound.transient(at) for bound in asked], ROUNDING)
-    table.emit("operating/use", uses, ROUNDING, uncertainties)
+    table.emit("operating/stress", stress)
+    table.emit("operating/allowed", [known(bound.continuous(at)) for bound in asked])
+    table.emit("operating/transient", [known(bound.transient(at)) for bound in asked])
+    table.emit("operating/use", uses)
+
+
+def known(value: FloatArray) -> Bounded:
+    """What a limit says, with its rounding; infinite where it says nothing."""
+    return Bounded(value, rounded(np.where(np.isfinite(value), value, 0.0), ROUNDINGS).error)
 
 
 class LimitTable:
@@ -311,19 +283,11 @@ class LimitTable:
         names = tuple(setup.shaft.section_names[e] for e in self.columns)
         self.axes = {"limit": np.arange(1, len(asked) + 1), "section": names}
 
-    def emit(
-        self,
-        path: str,
-        rows: list[FloatArray],
-        relative: float = 0.0,
-        errors: list[FloatArray] | None = None,
-    ) -> None:
-        """Rows (r,) of each limit, with absolute errors like them and a relative one."""
-        values = self._filled(rows)
-        off = relative * np.where(np.isfinite(values), np.abs(values), 0.0)
-        if errors is not None:
-            off = off + self._filled(errors)
-        self.scene.emit(f"{PLACE}/{path}", values, off, self.axes)
+    def emit(self, path: str, rows: list[Bounded]) -> None:
+        """Rows (r,) of each limit."""
+        values = self._filled([one.value for one in rows])
+        errors = self._filled([np.broadcast_to(one.error, one.shape) for one in rows])
+        self.scene.emit(f"{PLACE}/{path}", values, errors, self.axes)
 
     def _filled(self, rows: list[FloatArray]) -> FloatArray:
         found = np.zeros((len(rows), len(self.columns)))

@@ -4,6 +4,7 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray
 from vibecalc.torsion.adapters.setup import Setup, line_modes
 from vibecalc.torsion.damped_modes import LineModes, equivalent_modes
@@ -52,23 +53,22 @@ def emit_modes(scene: Scene, setup: Setup) -> None:
     }
     ring = [one.ring for one in shaft.dampers]
     uncertainty = natural_uncertainty(setup)
-    off = angle_uncertainty(uncertainty)
     scene.emit(f"{PLACE}/natural_frequency", natural.frequency, natural.frequency_error, axes)
     scene.emit(f"{PLACE}/frequency_error", natural.frequency_error, 0.0, axes)
     angle = natural.shape if natural.damped else undamped.shape
+    shape = Bounded(angle, angle_uncertainty(uncertainty))
     for name, freedom, turned in (
         ("shape", shaft.freedom, shaft.station_ratio),
         ("ring_shape", np.array(ring, dtype=np.int64), shaft.freedom_ratio[ring]),
     ):
         if len(freedom):
-            value = angle[:, freedom] * turned
-            error = off[:, freedom] * np.abs(turned) + EPSILON * np.abs(value)
-            scene.emit(f"{PLACE}/{name}", value, error, axes)
+            turned_shape = shape[:, freedom] * rounded(turned, 2.0)
+            scene.emit(f"{PLACE}/{name}", turned_shape, axes=axes)
     inertia = np.abs(angle) ** 2 @ line.inertia if natural.damped else undamped.modal_inertia
     moved = uncertainty_of(uncertainty, 2.0 * (angle.conj() * line.inertia)[:, None, :])[:, 0]
     scene.emit(f"{PLACE}/modal_inertia", inertia, moved + 8.0 * EPSILON * inertia, axes)
-    share, share_error = _strain(line, angle, natural.frequency > 0.0, uncertainty)
-    scene.emit(f"{PLACE}/strain_energy_share", share, share_error, axes)
+    share = _strain(line, angle, natural.frequency > 0.0, uncertainty)
+    scene.emit(f"{PLACE}/strain_energy_share", share, axes=axes)
     _emit_ratios(scene, setup, natural)
     undamped_axes = {"mode": np.arange(1, len(undamped.frequency) + 1)}
     if has_damped_rings(scene.case):
@@ -107,23 +107,20 @@ def _emit_ratios(scene: Scene, setup: Setup, natural: LineModes) -> None:
     path = f"{PLACE}/damping_ratio"
     if not scene.wants(path):
         return
-    ratio, line = natural.damping_ratio, setup.model.at(setup.speed)
-    error = np.zeros_like(ratio)
-    if natural.damped:
-        size = np.where(natural.frequency > 0.0, natural.frequency, 1.0)
-        # an error of a pole turns it by that over its size at most
-        error = np.where(natural.frequency > 0.0, natural.frequency_error / size, 0.0)
-    elif setup.model.modal is None and np.any(ratio):
+    ratio, size, off = natural.damping_ratio, natural.frequency, natural.frequency_error
+    if not natural.damped:
+        off = np.zeros_like(size)
+    if not natural.damped and setup.model.modal is None and np.any(ratio):
         try:
-            equivalent = equivalent_modes(line, setup.modes)
+            found = equivalent_modes(setup.model.at(setup.speed), setup.modes)
         except NumericalFailure as failure:
             scene.warn(f"no damping ratios: {failure}")
             return
-        ratio = equivalent.damping_ratio
-        size = np.where(equivalent.frequency > 0.0, equivalent.frequency, 1.0)
-        error = np.where(equivalent.frequency > 0.0, equivalent.pole_error / size, 0.0)
+        ratio, size, off = found.damping_ratio, found.frequency, found.pole_error
+    # an error of a pole turns it by that over its size at most
+    turned = np.where(size > 0.0, off / np.where(size > 0.0, size, 1.0), 0.0)
     axes = {"mode": np.arange(1, len(ratio) + 1)}
-    scene.emit(path, ratio, error + 8.0 * EPSILON * np.abs(ratio), axes, terms=1.0)
+    scene.emit(path, ratio, turned + 8.0 * EPSILON * np.abs(ratio), axes, terms=1.0)
 
 
 def _ends(line: Line) -> FloatArray:
@@ -136,8 +133,8 @@ def _ends(line: Line) -> FloatArray:
 
 def _strain(
     line: Line, shape: FloatArray | ComplexArray, moves: BoolArray, uncertainty: ShapeUncertainty
-) -> tuple[FloatArray, FloatArray]:
-    """Share (m, e) of each element in the strain energy, 0 in a rigid mode, and its error."""
+) -> Bounded:
+    """Share (m, e) of each element in the strain energy, 0 in a rigid mode."""
     ends, twist = _ends(line), shape[:, line.first] - shape[:, line.second]
     energy = line.stiffness * np.abs(twist) ** 2
     total = energy.sum(axis=1) + np.abs(shape) ** 2 @ line.ground_stiffness
@@ -149,7 +146,7 @@ def _strain(
     whole = by_ends.sum(axis=1) + 2.0 * shape.conj() * line.ground_stiffness
     weight = (by_ends - share[..., None] * whole[:, None, :]) / safe[:, None, None]
     off = uncertainty_of(uncertainty, weight) + 8.0 * EPSILON * share
-    return share, np.where(moving[:, None], off, 0.0)
+    return Bounded(share, np.where(moving[:, None], off, 0.0))
 
 
 # ----------------------------------------------------------------------------
@@ -183,12 +180,12 @@ def emit_holzer(scene: Scene, setup: Setup, line: Line, uncertainty: ShapeUncert
     still = np.abs(first) <= np.maximum(_STILL * size, 4.0 * modes.shape_error[:, None])
     unit = np.where(still, 1.0, first)
     angle = shape / unit
-    angle_error = modes.shape_error[:, None] / np.abs(unit) * np.hypot(1.0, angle)
+    common = modes.shape_error[:, None] / np.abs(unit)  # of the first row
+    turned = Bounded(angle, common * np.hypot(1.0, angle))
     ground = line.ground_stiffness[rows.freedom]
     inertia_w2 = modes.frequency[:, None] ** 2 * line.inertia[rows.freedom]
-    inertia_torque = inertia_w2 * angle
-    inertia_error = inertia_w2 * angle_error + 8.0 * EPSILON * np.abs(inertia_torque)
-    total, total_error = inertia_torque - ground * angle, inertia_error + ground * angle_error
+    inertial = rounded(inertia_w2, 16.0) * turned
+    total, total_error = inertial - ground * turned
     for row, below in enumerate(rows.below[:-1]):
         total[:, below] += total[:, row]
         # without a common sign
@@ -196,24 +193,22 @@ def emit_holzer(scene: Scene, setup: Setup, line: Line, uncertainty: ShapeUncert
     # where the torques of the shafts agree with those of the inertias they are better than that
     twist = angle[:, :-1] - angle[:, rows.below[:-1]]
     apart = np.abs(total[:, :-1] - rows.stiffness * twist).max(axis=1, keepdims=True, initial=0.0)
-    common = modes.shape_error[:, None] / np.abs(unit)  # of the first row
     closing = MANY * apart + (8.0 * EPSILON + common) * np.abs(total)
     total_error = np.where(np.any(ground), total_error, np.minimum(total_error, closing))
+    errors = [turned.error, inertial.error, total_error]
     if uncertainty.moved.shape[-1]:
         table = Angles(line, rows, unit, still, angle, inertia_w2)
-        moved = zip(
-            (angle_error, inertia_error, total_error), measured(table, uncertainty), strict=True
-        )
-        angle_error, inertia_error, total_error = (np.minimum(*both) for both in moved)
+        errors = [
+            np.minimum(*both) for both in zip(errors, measured(table, uncertainty), strict=True)
+        ]
     try:
-        left = holzer_table(line, modes.frequency).residual
+        left = holzer_table(line, modes.frequency).sum_torque[:, -1]
     except NumericalFailure:  # a branch that swings alone: what the shapes leave
         left = total[:, -1]
-    scene.emit(PLACES[0], angle, angle_error, axes)
-    scene.emit(PLACES[1], inertia_torque, inertia_error, axes)
-    scene.emit(PLACES[2], total, total_error, axes)
+    for path, value, error in zip(PLACES, (angle, inertial.value, total), errors, strict=False):
+        scene.emit(path, value, error, axes)
     # at a natural frequency nothing is left
-    scene.emit(PLACES[3], left, np.abs(left) + total_error[:, -1], axes)
+    scene.emit(PLACES[3], left, np.abs(left) + errors[2][:, -1], axes)
     scene.cite(
         "Holzer's table at the natural frequencies",
         "angles and torques of each mode as they are printed",

@@ -19,7 +19,8 @@ from vibecalc.excitation.cylinder_torque import (
 )
 from vibecalc.excitation.gas_tables import GasCard, card_weights, gas_card
 from vibecalc.excitation.model import Firing, build_firing, crank_geometry, cycle_of, gas_cards
-from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.bounded import Bounded, reshaped, rounded
+from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
 from vibecalc.parts.crank_train import build_crank_train
 from vibecalc.parts.geometry import CrankGeometry
 from vibecalc.torsion.damped_modes import LineModes, damped_line_modes, undamped_line_modes
@@ -34,7 +35,7 @@ from vibecalc.torsion.line import Line
 from vibecalc.torsion.model import ShaftLineModel, build_shaft_line
 from vibecalc.torsion.modes import Modes, natural_modes
 from vibecalc.torsion.stage import asked_orders
-from vibecalc.torsion.tables import Torsion
+from vibecalc.torsion.tables import LineSpeeds, Torsion
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case, Machine
@@ -47,22 +48,23 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------
 
 
+#: of the phase with which a cylinder fires, and of what a speed makes of its torque
+PHASOR_ROUNDINGS, SPEED_ROUNDINGS = 16.0, 12.0
+
+
 class Drive(NamedTuple):
     """Torques on k of the stations at m orders for c cards, referred, complex, 0-to-peak.
 
-    `gas` (c, m, k) in N m and `inertia` (m, k) in N m per (rad/s)^2 with absolute errors, `mean`
-    (c, k) of the gas in N m; `station` and `freedom` (k,) say where. `card_speed` (c,) in rad/s,
-    empty for one card that holds at every speed. `cylinder` is a healthy one, `reciprocating_mass`
-    in kg and `rod_inertia` in kg m^2 what moves in it.
+    `gas` (c, m, k) in N m and `inertia` (m, k) in N m per (rad/s)^2, `mean` (c, k) of the gas in
+    N m; `station` and `freedom` (k,) say where. `card_speed` (c,) in rad/s, empty for one card
+    that holds at every speed. `cylinder` is a healthy one, `reciprocating_mass` in kg and
+    `rod_inertia` in kg m^2 what moves in it.
     """
 
     order: FloatArray
-    gas: ComplexArray
-    gas_error: FloatArray
-    inertia: ComplexArray
-    inertia_error: FloatArray
-    mean: FloatArray
-    mean_error: FloatArray
+    gas: Bounded
+    inertia: Bounded
+    mean: Bounded
     station: IntArray
     freedom: IntArray
     card_speed: FloatArray
@@ -77,31 +79,26 @@ class Drive(NamedTuple):
         """Of the cards at speeds (...), (..., c)."""
         return card_weights(self.card_speed if len(self.card_speed) else np.zeros(1), speed)
 
-    def torque(self, speed: FloatArray) -> ComplexArray:
+    def torque(self, speed: FloatArray) -> Bounded:
         """Torques (s, m, k) at speeds (s,) in rad/s."""
-        share = self.weights(speed)
-        gas = np.tensordot(share, self.gas, 1) if len(self.gas) > 1 else self.gas
-        return np.asarray(gas + np.square(speed)[:, None, None] * self.inertia)
+        by_card = reshaped(self.gas, lambda one: one.reshape(len(one), -1))
+        gas = rounded(self.weights(speed), SPEED_ROUNDINGS) @ by_card
+        gas = reshaped(gas, lambda one: one.reshape(-1, *self.gas.shape[1:]))
+        square = rounded(np.square(speed)[:, None, None], SPEED_ROUNDINGS)
+        return gas + square * self.inertia
 
-    def torque_error(self, speed: FloatArray) -> FloatArray:
-        """Absolute error (s, m, k) of those."""
-        square = np.square(speed)[:, None, None]
-        known = self.gas_error + 4.0 * EPSILON * np.abs(self.gas)
-        inertia = self.inertia_error + 4.0 * EPSILON * np.abs(self.inertia)
-        return np.asarray(np.tensordot(np.abs(self.weights(speed)), known, 1) + square * inertia)
-
-    def mean_torque(self, speed: FloatArray) -> FloatArray:
+    def mean_torque(self, speed: FloatArray) -> Bounded:
         """Mean torques (s, k) at speeds (s,)."""
-        return np.asarray(self.weights(speed) @ self.mean)
-
-    def mean_torque_error(self, speed: FloatArray) -> FloatArray:
-        """Absolute error (s, k) of those."""
-        known = self.mean_error + 4.0 * EPSILON * np.abs(self.mean)
-        return np.asarray(np.abs(self.weights(speed)) @ known)
+        return rounded(self.weights(speed), SPEED_ROUNDINGS) @ self.mean
 
     def healthy(self, speed: float) -> CylinderTorque:
         """One cylinder at one speed: gas (m,), mean ()."""
         return weighted(self.cylinder, self.weights(np.asarray(speed)))
+
+
+def placed(place: IntArray, count: int) -> FloatArray:
+    """1 where each of some things (k,) stands among so many places, (k, count), else 0."""
+    return np.asarray((np.asarray(place)[:, None] == np.arange(count)).astype(float))
 
 
 def build_drive(
@@ -149,22 +146,16 @@ def build_drive(
     )  # (cards, cylinders, orders)
     ratio = shaft.station_ratio[shaft.cylinder_station]
     station, place = np.unique(shaft.cylinder_station, return_inverse=True)
-    on = (place[:, None] == np.arange(len(station))) * ratio[:, None]
-    size = np.abs(on)
-    turned = phasor(healthy.order, firing.angle).T  # (cylinders, orders)
+    on = placed(place, len(station)) * ratio[:, None]
+    turned = rounded(phasor(healthy.order, firing.angle).T, PHASOR_ROUNDINGS)  # (cylinders, orders)
     moved = inertia_harmonics(geometry, 1.0, 0.0, healthy.order)
     rocked = inertia_harmonics(geometry, 0.0, rod_inertia, healthy.order)
-    by_mass = masses[:, None] * moved.value + rocked.value
-    by_mass_error = masses[:, None] * moved.error + rocked.error + 2.0 * EPSILON * np.abs(by_mass)
-    many = (6.0 + len(on)) * EPSILON
+    by_order = Bounded(gas.value, gas.error) * turned
     return Drive(
         order=healthy.order,
-        gas=np.swapaxes(gas.value * turned, -1, -2) @ on,
-        gas_error=np.swapaxes(gas.error + many * np.abs(gas.value), -1, -2) @ size,
-        inertia=(by_mass * turned).T @ on,
-        inertia_error=(by_mass_error + many * np.abs(by_mass)).T @ size,
-        mean=gas.mean @ on,
-        mean_error=(gas.mean_error + many * np.abs(gas.mean)) @ size,
+        gas=reshaped(by_order, lambda one: np.swapaxes(one, -1, -2)) @ on,
+        inertia=((masses[:, None] * moved + rocked) * turned).T @ on,
+        mean=Bounded(gas.mean, gas.mean_error) @ rounded(on, SPEED_ROUNDINGS),
         station=station,
         freedom=shaft.freedom[station],
         card_speed=card_speed,
@@ -284,6 +275,14 @@ class Setup(NamedTuple):
     model: Model
     modes: Modes
     natural: Callable[[], LineModes]
+
+
+def line_speeds(options: LineSpeeds) -> FloatArray:
+    """Speeds of a range, both ends included."""
+    make = np.geomspace if options.spacing == "logarithmic" else np.linspace
+    found = make(options.start, options.stop, options.points)
+    found[[0, -1]] = options.start, options.stop
+    return np.asarray(found)
 
 
 #: bytes of an array from which on memory is still taken from the system and handed back

@@ -4,30 +4,28 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded, square
 from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray
 from vibecalc.torsion.adapters.critical import beyond, emit_critical, emit_separation
 from vibecalc.torsion.adapters.curves import (
+    Curves,
+    MeanTorques,
     OrderSolution,
-    actual_per_referred,
-    by_freedom,
-    data_uncertainty,
-    gear_torques,
-    gear_uncertainties,
-    rounding_uncertainty,
+    bounded_orders,
+    curve_uncertainty,
+    mean_torques,
+    section_heat,
     solved,
-    station_means,
-    steady_gears,
-    steady_uncertainties,
-    summed,
+    sweep,
 )
 from vibecalc.torsion.adapters.excitation import emit_excitation
 from vibecalc.torsion.adapters.modes import emit_modes
-from vibecalc.torsion.adapters.setup import Setup, build_drive, build_setup
+from vibecalc.torsion.adapters.readings import AT_SPEED, emit_curves
+from vibecalc.torsion.adapters.setup import Setup, build_drive, build_setup, placed
 from vibecalc.torsion.adapters.variants import emit_healthy
-from vibecalc.torsion.line import Line, complex_stiffness
 from vibecalc.torsion.results import ROOT
-from vibecalc.torsion.section_loads import heat, mesh_torque, steady_shares
-from vibecalc.torsion.synthesis import synthesis
+from vibecalc.torsion.section_loads import ground_heat
+from vibecalc.torsion.synthesis import over_cycle, synthesis
 
 # ----------------------------------------------------------------------------
 # Adapter: a shaft line and its engine to modes, excitation, vibration at operating speed.
@@ -65,53 +63,40 @@ def setup_of(scene: Scene) -> Setup:
 SLOW = 0.1
 
 
-class _Uncertainty:
-    """Absolute errors at one speed by order (m, ...): of the data, and rounding."""
-
-    def __init__(self, setup: Setup, state: OrderSolution, line: Line) -> None:
-        at = np.array([setup.speed])
-        angle, twist = data_uncertainty(setup, at)
-        rounded_angle, rounded_twist = rounding_uncertainty(setup, at, state)
-        self.angle = (angle + rounded_angle)[0]
-        self.twist = (twist + rounded_twist)[0]
-        size = np.abs(complex_stiffness(line, state.frequency[0]))
-        self.torque = size * self.twist + 4.0 * EPSILON * np.abs(state.torque[0])
-
-
 def emit_steady(scene: Scene, setup: Setup) -> None:
     """Angles, twists, torques and stresses by order, their half ranges, heat, gears, margins."""
     state = operating(setup)
-    shaft, order = setup.shaft, setup.drive.order
-    line = setup.model.at(setup.speed)
-    uncertainty = _Uncertainty(setup, state, line)
-    axes: dict[str, object] = {
+    shaft, order, at = setup.shaft, setup.drive.order, np.array([setup.speed])
+    names: dict[str, object] = {
         "station": shaft.station_names,
         "section": shaft.section_names,
         "half_order": order,
-        "damper": tuple(one.name for one in shaft.dampers),
-        "gear": tuple(one.name for one in shaft.gears),
     }
-    station_ratio = shaft.station_ratio
-    angle = (state.angle[0][:, shaft.freedom] * station_ratio).T
-    angle_uncertainty = (uncertainty.angle[:, shaft.freedom] * np.abs(station_ratio)).T
-    scene.emit(f"{ROOT}/angle", angle, angle_uncertainty, axes)
-    total = summed(order, angle, angle_uncertainty)
-    scene.emit(f"{ROOT}/angle_half_range", total.half_range, total.error, axes)
-    scene.emit(f"{ROOT}/angle_peak", total.peak, total.error, axes)
-    ratio = shaft.section_ratio
-    twist, twist_uncertainty = (state.twist[0] * ratio).T, (uncertainty.twist * np.abs(ratio)).T
-    scene.emit(f"{ROOT}/twist", twist, twist_uncertainty, axes)
-    turned = summed(order, twist, twist_uncertainty)
-    scene.emit(f"{ROOT}/twist_half_range", turned.half_range, turned.error, axes)
-    scene.emit(f"{ROOT}/twist_peak", turned.peak, turned.error, axes)
-    dampers = [one.element for one in shaft.dampers]
-    if dampers:
-        travel = turned.peak[dampers], turned.error[dampers]
-        scene.emit(f"{ROOT}/damper/travel", *travel, axes)
-    _torques(scene, setup, state, uncertainty, axes)
-    _heat(scene, setup, state, uncertainty, line, axes)
-    if shaft.gears:
-        _gears(scene, setup, state, uncertainty, axes)
+    angle = (state.angle[0][:, shaft.freedom] * shaft.station_ratio).T
+    scene.emit(f"{ROOT}/angle", angle, axes=names)
+    scene.emit(f"{ROOT}/angle_peak", over_cycle(order, angle).peak, axes=names)
+    scene.emit(f"{ROOT}/twist", (state.twist[0] * shaft.section_ratio).T, axes=names)
+    torque = (state.torque[0] / shaft.section_ratio).T
+    scene.emit(f"{ROOT}/torque", torque, axes=names)
+    scene.emit(f"{ROOT}/torque_bound", over_cycle(order, torque).bound, axes=names)
+    stressed = np.flatnonzero(shaft.section_modulus)
+    if len(stressed):
+        stress = torque[stressed] / shaft.section_modulus[stressed, None]
+        of_section = {**names, "section": tuple(shaft.section_names[e] for e in stressed)}
+        scene.emit(f"{ROOT}/stress", stress, axes=of_section)
+    mean = mean_torques(setup, at)
+    scene.emit(f"{ROOT}/torque_mean", mean.section[0] / shaft.section_ratio, axes=names)
+    curves = sweep(setup.model, setup.drive, at, shaft)
+    uncertainty = curve_uncertainty(setup, at, np.zeros(0))
+    half_range = emit_curves(
+        scene, ROOT, AT_SPEED, setup, Curves(*(one[0] for one in curves)), uncertainty,
+        MeanTorques(*(one[0] for one in mean)), {},
+    )  # fmt: skip
+    if setup.torsion.limits:
+        from vibecalc.torsion.adapters.limits import emit_operating_use
+
+        emit_operating_use(scene, setup, half_range)
+    _heat(scene, setup, state)
     _margins(scene, setup)
     if scene.wanted is None:  # a study of many points needs no sentences
         warn_of_orders(scene, setup)
@@ -124,11 +109,11 @@ def emit_steady(scene: Scene, setup: Setup) -> None:
 
 
 def operating(setup: Setup) -> OrderSolution:
-    """All orders at the operating speed.
+    """All orders at the operating speed, with their errors.
 
     Raises NumericalFailure naming mode and order where nothing damps what an order excites.
     """
-    state = solved(setup.model, setup.drive, np.array([setup.speed]), estimate=True)
+    state = bounded_orders(setup, np.array([setup.speed]))
     met = np.flatnonzero(state.masked[0])
     if len(met):
         order, w = setup.drive.order[met[0]], float(state.frequency[0, met[0]])
@@ -162,149 +147,43 @@ def nearest_mode(natural: FloatArray, frequency: FloatArray) -> np.ndarray:
     return np.asarray(elastic[np.argmin(away, axis=1)] + 1)
 
 
-def _torques(
-    scene: Scene,
-    setup: Setup,
-    state: OrderSolution,
-    uncertainty: _Uncertainty,
-    axes: dict[str, object],
-) -> None:
-    shaft, order = setup.shaft, setup.drive.order
-    ratio = shaft.section_ratio
-    torque = (state.torque[0] / ratio).T
-    torque_uncertainty = (uncertainty.torque / np.abs(ratio)).T
-    scene.emit(f"{ROOT}/torque", torque, torque_uncertainty, axes)
-    total = summed(order, torque, torque_uncertainty)
-    mean, mean_error = _mean_sections(setup)
-    mean, mean_error = mean / ratio, mean_error / np.abs(ratio)
-    peak = np.maximum(np.abs(mean + total.highest), np.abs(mean + total.lowest))
-    scene.emit(f"{ROOT}/torque_half_range", total.half_range, total.error, axes)
-    if setup.torsion.limits:
-        from vibecalc.torsion.adapters.limits import emit_operating_use
-
-        emit_operating_use(scene, setup, total.half_range, total.error)
-    scene.emit(f"{ROOT}/torque_peak", peak, total.error + mean_error, axes)
-    scene.emit(f"{ROOT}/torque_bound", total.upper_bound, total.error, axes)
-    scene.emit(f"{ROOT}/torque_mean", mean, mean_error, axes)
-    with_stress = np.flatnonzero(shaft.section_modulus)
-    if not len(with_stress):
-        return
-    modulus = shaft.section_modulus[with_stress]
-    names = {**axes, "section": tuple(shaft.section_names[e] for e in with_stress)}
-    stress = torque[with_stress] / modulus[:, None]
-    off = torque_uncertainty[with_stress] / modulus[:, None] + 4.0 * EPSILON * np.abs(stress)
-    scene.emit(f"{ROOT}/stress", stress, off, names)
-    half = total.half_range[with_stress] / modulus
-    off = total.error[with_stress] / modulus + 4.0 * EPSILON * half
-    scene.emit(f"{ROOT}/stress_half_range", half, off, names)
-
-
-def _mean_sections(setup: Setup) -> tuple[FloatArray, FloatArray]:
-    """Referred mean torques (e,) of the sections at the operating speed, and their errors."""
-    shares = steady_shares(setup.model.at(setup.speed))
-    at = np.array([setup.speed])
-    mean, error = station_means(setup.shaft, setup.drive, at, setup.speed)
-    value = shares @ by_freedom(setup.shaft, mean)[0]
-    return value, np.max(np.abs(shares), axis=1) * error[0]
-
-
-def _heat(
-    scene: Scene,
-    setup: Setup,
-    state: OrderSolution,
-    uncertainty: _Uncertainty,
-    line: Line,
-    axes: dict[str, object],
-) -> None:
-    shaft = setup.shaft
-    w = state.frequency[0]
-    by_order = heat(line, w, state.angle[0])
-    element = by_order.element.sum(axis=0)
-    share = w[:, None] * complex_stiffness(line, w).imag * uncertainty.twist
-    error = np.sum(share * (np.abs(state.twist[0]) + uncertainty.twist), axis=0)
-    error = np.abs(error) + 16.0 * EPSILON * np.abs(element)
-    moved = uncertainty.angle * (np.abs(state.angle[0]) + uncertainty.angle)
-    ground_error = np.sum(w[:, None] ** 2 * line.absolute_damping * moved, axis=0)
-    ground = by_order.ground.sum(axis=0)
-    ground_error = np.abs(ground_error) + 16.0 * EPSILON * np.abs(ground)
-    at_station, station_error = np.zeros((2, len(shaft.station_names)))
-    damping = shaft.station_values[1]
+def _heat(scene: Scene, setup: Setup, state: OrderSolution) -> None:
+    """Mean powers of sections and stations, all orders together."""
+    shaft, line = setup.shaft, setup.model.line
+    names = {"section": shaft.section_names, "station": shaft.station_names}
+    element = section_heat(setup, np.array([setup.speed]), state)[0]
+    ground = ground_heat(line, state.frequency, state.angle).sum(axis=-2)[0]
     total = line.absolute_damping[shaft.freedom]
-    some = total != 0.0  # two damping ratios may ask for less than none
-    share = np.divide(damping, total, out=np.zeros_like(total), where=some)
-    at_station[some] = ground[shaft.freedom][some] * share[some]
-    station_error[some] = np.abs(ground_error[shaft.freedom] * share)[some]
-    for one in shaft.dampers:  # a damping model may brake rings, too
-        at_station[one.station] += ground[one.ring]
-        station_error[one.station] += abs(ground_error[one.ring])
-    scene.emit(f"{ROOT}/section_heat", element, error, axes)
-    scene.emit(f"{ROOT}/station_heat", at_station, station_error, axes)
-    if setup.torsion.damping_model is not None and setup.torsion.damping_model.kind == "modal":
-        _heat_of_modes(scene, setup, state, uncertainty)
-    if shaft.dampers:
-        dampers = [one.element for one in shaft.dampers]
-        scene.emit(f"{ROOT}/damper/heat", element[dampers], error[dampers], axes)
-
-
-def _heat_of_modes(
-    scene: Scene, setup: Setup, state: OrderSolution, uncertainty: _Uncertainty
-) -> None:
-    """Mean power (m,) of ratios by mode, w^2 c |coordinate|^2 / 2: it has no place in the line."""
-    modal, w = setup.model.modal, state.frequency[0]
-    assert modal is not None
-    modes, inertia = setup.modes, setup.model.line.inertia
-    lever = (modes.shape * inertia / modes.modal_inertia[:, None]).T
-    coordinate = np.abs(state.angle[0] @ lever)
-    off = uncertainty.angle @ np.abs(lever) + (np.abs(state.angle[0]) @ inertia)[:, None] * (
-        (modes.shape_error + 8.0 * EPSILON) / modes.modal_inertia
+    # two damping ratios may ask for less than none
+    share = np.divide(shaft.station_values[1], total, out=np.zeros_like(total), where=total != 0.0)
+    at_station = ground[shaft.freedom] * share
+    # a damping model may brake rings, too
+    rings, carriers = (
+        np.array([getattr(one, name) for one in shaft.dampers], dtype=int)
+        for name in ("ring", "station")
     )
-    factor = 0.5 * w[:, None] * (w[:, None] * modal.dashpot + modal.loss)
-    value = np.sum(factor * coordinate**2, axis=0)
-    error = np.sum(factor * off * (2.0 * coordinate + off), axis=0) + 16.0 * EPSILON * value
-    axes = {"mode": np.arange(1, len(value) + 1)}
-    scene.emit(f"{ROOT}/modal_heat", value, error, axes)
-    if np.any(value > 0.0):
+    of_rings = ground[rings] @ placed(carriers, len(shaft.station_names))
+    scene.emit(f"{ROOT}/section_heat", element, axes=names)
+    scene.emit(f"{ROOT}/station_heat", at_station + of_rings, axes=names)
+    if setup.torsion.damping_model is not None and setup.torsion.damping_model.kind == "modal":
+        _heat_of_modes(scene, setup, state.frequency[0][:, None], state.angle[0])
+
+
+def _heat_of_modes(scene: Scene, setup: Setup, w: FloatArray, angle: Bounded) -> None:
+    """Mean power (m,) of ratios by mode, w^2 c |coordinate|^2 / 2: it has no place in the line."""
+    modal, modes, inertia = setup.model.modal, setup.modes, setup.model.line.inertia
+    assert modal is not None
+    shape = Bounded(modes.shape, modes.shape_error[:, None] + 8.0 * EPSILON)
+    coordinate = angle @ (shape * (inertia / modes.modal_inertia[:, None])).T
+    power = 0.5 * w * (w * modal.dashpot + modal.loss) * square(abs(coordinate))
+    value = power.sum(axis=0)
+    scene.emit(f"{ROOT}/modal_heat", value, axes={"mode": np.arange(1, len(modes.shape) + 1)})
+    if np.any(value.value > 0.0):
         scene.warn(
             "damping ratios by mode take the place of the dampings of shafts, stations and "
-            f"dampers: their heat, {value.sum():.4g} W in all modes together, has no place in the "
-            "line, and sections, stations and dampers have none"
+            f"dampers: their heat, {value.value.sum():.4g} W in all modes together, has no place "
+            "in the line, and sections, stations and dampers have none"
         )
-
-
-def _gears(
-    scene: Scene,
-    setup: Setup,
-    state: OrderSolution,
-    uncertainty: _Uncertainty,
-    axes: dict[str, object],
-) -> None:
-    shaft, drive, at = setup.shaft, setup.drive, np.array([setup.speed])
-    scale = actual_per_referred(shaft)
-    w = state.frequency[0]
-    of_line = (shaft, drive, setup.model, w)
-    torque = gear_torques(*of_line, state.angle[0], state.torque[0], state.load[0]) * scale
-    known = drive.torque_error(at)[0]
-    off = (
-        gear_uncertainties(*of_line, uncertainty.angle, uncertainty.torque, known).T
-        * np.abs(scale)[:, None]
-    )
-    shares = steady_shares(setup.model.at(setup.speed))
-    mean, _ = station_means(shaft, drive, at, setup.speed)
-    sections = by_freedom(shaft, mean) @ shares.T
-    steady = (steady_gears(shaft, sections, mean) * scale)[0]
-    mesh = mesh_torque(steady, drive.order, torque.T, off)
-    steady_error = steady_uncertainties(shaft, drive, at, mean, shares)[0] * np.abs(scale)
-    scene.emit(f"{ROOT}/gear/mean_torque", steady, steady_error, axes)
-    scene.emit(f"{ROOT}/gear/alternating_torque", mesh.half_range, mesh.error, axes)
-    both = -mesh.largest, mesh.least
-    # an unloaded gear rests on neither flank: the lower one of both counts
-    unloaded = np.abs(steady) <= steady_error
-    least = np.where(unloaded, np.minimum(*both), np.where(steady < 0.0, *both))
-    scene.emit(f"{ROOT}/gear/minimum_torque", least, mesh.error + steady_error, axes)
-    scene.emit(f"{ROOT}/gear/hammers", mesh.hammer.astype(np.int64), 0.0, axes)
-    for name, unsure in zip(axes["gear"], mesh.uncertain, strict=True):  # type: ignore[call-overload]
-        if unsure:
-            scene.warn(f"gear {name!r}: its least torque is zero to within the error")
 
 
 def _margins(scene: Scene, setup: Setup) -> None:

@@ -6,16 +6,17 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded, concatenate, maximum, where
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.torsion.adapters.curves import sweep
 from vibecalc.torsion.adapters.setup import Setup, build_setup
 from vibecalc.torsion.adapters.transient_motion import STEPS, Journey, journey
 from vibecalc.torsion.results import TRANSIENT
-from vibecalc.torsion.section_loads import section_torque
-from vibecalc.torsion.synthesis import synthesis
+from vibecalc.torsion.section_loads import twist_and_torque
+from vibecalc.torsion.synthesis import over_cycle
 from vibecalc.torsion.transient.cycles import (
     SlidingExtremes,
-    against_quasi_steady,
+    largest_steady,
     largest_swings,
     section_peaks,
     sliding,
@@ -145,7 +146,7 @@ def _emit_passage(
     )
     close = EPSILON * float(speeds[-1])
     between = float(ends.min()) - close, float(ends.max()) + close
-    passage = against_quasi_steady(within, speeds, steady, between)
+    largest, at_largest = largest_steady(speeds, steady, between)
     # samples at the ends of the change belong to it
     slip = 8.0 * EPSILON * float(run_.borders.time[-1])
     cycle = setup.drive.firing.cycle
@@ -158,16 +159,16 @@ def _emit_passage(
     rate = acceleration_at(run_.stretches, run_.borders, within.time)
     step = float(np.max(np.abs(rate))) * swings.time_error + 8.0 * EPSILON * float(speeds[-1])
     scene.emit(f"{TRANSIENT}peak_half_range_speed", swings.speed, step, axes)
-    top = passage.steady_peak if damped else np.full_like(passage.steady_peak, np.inf)
-    slack = _slack(speeds, steady, passage.steady_speed)
+    top = largest if damped else np.full_like(largest, np.inf)
+    slack = _slack(speeds, steady, at_largest)
     scene.emit(f"{TRANSIENT}steady_half_range", top / size, slack / size, axes)
-    place = np.clip(np.searchsorted(speeds, passage.steady_speed), 1, len(speeds) - 2)
+    place = np.clip(np.searchsorted(speeds, at_largest), 1, len(speeds) - 2)
     width = np.maximum(speeds[place + 1] - speeds[place], speeds[place] - speeds[place - 1])
-    scene.emit(f"{TRANSIENT}steady_half_range_speed", passage.steady_speed, width, axes)
+    scene.emit(f"{TRANSIENT}steady_half_range_speed", at_largest, width, axes)
     over = swings.half_range / top - 1.0
-    uncertainty_over = np.where(np.isfinite(top), (error + slack) / passage.steady_peak, 0.0)
+    uncertainty_over = np.where(np.isfinite(top), (error + slack) / largest, 0.0)
     scene.emit(f"{TRANSIENT}overshoot", over, uncertainty_over + 1e-12, axes)
-    lag = np.sign(within.speed[-1] - within.speed[0]) * (swings.speed - passage.steady_speed)
+    lag = np.sign(within.speed[-1] - within.speed[0]) * (swings.speed - at_largest)
     scene.emit(f"{TRANSIENT}lag", lag, step + width, axes)
     if not damped:
         scene.warn(
@@ -263,39 +264,34 @@ def _emit_steps(
     """Largest magnitudes of the steady vibration before and after, and what the change adds."""
     axes = _axes(setup)
     ends = [_steady_peak(setup, path, run_, part) for part in path.stretches]
-    for name, (value, error) in zip(("before", "after"), ends, strict=True):
-        scene.emit(f"{TRANSIENT}steady_{name}", value / size, error / size, axes)
-    larger = np.maximum(ends[0][0], ends[1][0])
-    peaks = section_peaks(run_, extremes)
-    safe = np.where(larger > 0.0, larger, 1.0)
-    factor = np.where(larger > 0.0, peaks.peak / safe, 1.0)
-    uncertainty = (peaks.error + factor * (ends[0][1] + ends[1][1])) / safe + 4.0 * EPSILON
-    scene.emit(f"{TRANSIENT}dynamic_factor", factor, uncertainty, axes)
+    for name, end in zip(("before", "after"), ends, strict=True):
+        scene.emit(f"{TRANSIENT}steady_{name}", end / size, axes=axes)
+    larger, peaks = maximum(*ends), section_peaks(run_, extremes)
+    moves = larger.value > 0.0
+    factor = Bounded(peaks.peak, peaks.error) / where(moves, larger, 1.0)
+    scene.emit(f"{TRANSIENT}dynamic_factor", where(moves, factor, 1.0), axes=axes)
 
 
-def _steady_peak(
-    setup: Setup, path: Journey, run_: TransientRun, part: Stretch
-) -> tuple[FloatArray, FloatArray]:
-    """Largest referred torque (e,) of a state that lasts, mean in it, with its error."""
+def _steady_peak(setup: Setup, path: Journey, run_: TransientRun, part: Stretch) -> Bounded:
+    """Largest referred torque (e,) of a state that lasts, mean in it."""
     system, speed = run_.system, path.speed
     law = torque_law(path.order, part, system.balance, system.inertia, np.array([speed, speed]))
     mean = load_at(law, np.array(speed)) + law.harmonic[0][:, 0]
     mean = mean + speed**2 * law.harmonic[2][:, 0]
     still = system.torque @ static_state(system, mean)
-    torque = (part.gas + speed**2 * part.inertia).T[1:]
-    every = np.arange(torque.shape[1])
-    solved = setup.model.solve(np.array([speed]), path.order[1:], torque[None], every)
+    load = (part.gas + speed**2 * part.inertia).T[1:]
+    every = np.arange(load.shape[1])
+    solved = setup.model.solve(np.array([speed]), path.order[1:], load[None], every)
     if np.any(solved.masked):
         raise NumericalFailure(
             f"no steady vibration at {speed:.6g} rad/s: an order meets an undamped natural "
             "frequency"
         )
     frequency = speed * path.order[1:]
-    parts = section_torque(path.line, frequency, solved.angle[0], solved.error[0])
-    whole = np.concatenate([still[None], parts.total])
-    uncertainty = np.concatenate([1e-13 * np.abs(still)[None], parts.error])
-    total = synthesis(path.order, whole.T, uncertainty.T)
-    return total.peak, total.error
+    angle = Bounded(solved.angle[0], solved.error[0][:, None])
+    _, torque = twist_and_torque(path.line, frequency, angle)
+    whole = concatenate([Bounded(still, 1e-13 * np.abs(still))[None], torque], axis=0)
+    return over_cycle(path.order, whole.T).peak
 
 
 # ----------------------------------------------------------------------------

@@ -86,9 +86,9 @@ def torques(setup: Setup, speed: float) -> tuple[ComplexArray, ComplexArray]:
     share = drive.weights(np.asarray(speed))
     gas = np.zeros((n, len(drive.order) + 1), dtype=complex)
     inertia = np.zeros_like(gas)
-    gas[drive.freedom, 0] = share @ drive.mean
-    gas[drive.freedom, 1:] = np.tensordot(share, drive.gas, 1).T
-    inertia[drive.freedom, 1:] = drive.inertia.T
+    gas[drive.freedom, 0] = share @ drive.mean.value
+    gas[drive.freedom, 1:] = np.tensordot(share, drive.gas.value, 1).T
+    inertia[drive.freedom, 1:] = drive.inertia.value.T
     return gas, inertia
 
 

@@ -4,17 +4,19 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded, stack, where
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 from vibecalc.torsion.adapters.setup import Setup, build_setup
 from vibecalc.torsion.critical_speeds import critical_speeds
+from vibecalc.torsion.line import complex_stiffness
 from vibecalc.torsion.results import VARIABLE
-from vibecalc.torsion.section_loads import section_torque
+from vibecalc.torsion.section_loads import twist_and_torque
 from vibecalc.torsion.synthesis import synthesis
 from vibecalc.torsion.variable_inertia.motion import (
     VariableLine,
-    free_parts,
     inertia_at,
     inertia_variation,
+    turning_parts,
     variable_line,
 )
 from vibecalc.torsion.variable_inertia.stability import (
@@ -59,22 +61,15 @@ def run_torsion_variable_inertia(scene: Scene) -> None:
     scene.emit(f"{VARIABLE}highest_order", highest, 0.0)
     ratio = np.abs(setup.shaft.section_ratio)
     axes = {"section": setup.shaft.section_names}
-    constant, constant_error = half_ranges(system, setup.speed, plain)
-    varying, varying_error = half_ranges(system, setup.speed, full)
-    scene.emit(f"{VARIABLE}constant_half_range", constant / ratio, constant_error / ratio, axes)
-    scene.emit(f"{VARIABLE}torque_half_range", varying / ratio, varying_error / ratio, axes)
-    change, uncertainty = relative_change(constant, constant_error, varying, varying_error)
-    scene.emit(f"{VARIABLE}change", change, uncertainty, axes)
-    parts = section_torque(
-        system.line, setup.speed * full.order, full.angle[0], full.error[0].max(axis=-1)
-    )
-    scene.emit(
-        f"{VARIABLE}torque",
-        (parts.total[1:] / setup.shaft.section_ratio).T,
-        (parts.error[1:] / ratio).T,
-        axes | {"half_order": full.order[1:]},
-    )
-    _emit_secondary(scene, setup, system, torque, highest, int(np.argmax(np.abs(change))))
+    constant, varying = (half_ranges(system, setup.speed, one) for one in (plain, full))
+    scene.emit(f"{VARIABLE}constant_half_range", constant / ratio, axes=axes)
+    scene.emit(f"{VARIABLE}torque_half_range", varying / ratio, axes=axes)
+    change = relative_change(constant, varying)
+    scene.emit(f"{VARIABLE}change", change, axes=axes)
+    carried = (torques(system, setup.speed, full) / setup.shaft.section_ratio).T
+    scene.emit(f"{VARIABLE}torque", carried, axes=axes | {"half_order": full.order[1:]})
+    worst = int(np.argmax(np.abs(change.value)))
+    _emit_secondary(scene, setup, system, torque, highest, worst)
     if not np.any(system.line.loss_factor):
         _emit_stability(scene, setup, system, full)
     if setup.torsion.speeds is not None:
@@ -100,14 +95,14 @@ def system_of(setup: Setup, speed: float) -> VariableLine:
         )
     drive, line = setup.drive, setup.model.at(speed)
     whole = drive.order == np.floor(drive.order)
-    given = inertia_variation(_by_order(drive.order[whole], drive.inertia[whole]).T)
+    given = inertia_variation(_by_order(drive.order[whole], drive.inertia.value[whole]).T)
     size = np.max(np.abs(given) / line.inertia[drive.freedom][:, None], axis=0)
     last = int(np.flatnonzero(size > _NEGLIGIBLE).max(initial=-1)) + 1
     variation = np.zeros((line.inertia.size, last), dtype=complex)
     variation[drive.freedom] = given[:, :last]
     load = np.zeros(line.inertia.size)
     load[setup.shaft.load_freedom] = 1.0
-    for part in free_parts(line):
+    for part in turning_parts(line):
         if not np.any(part * load):  # a ring in oil alone: nothing drives it on the mean
             load += part * line.inertia
     turns = round(drive.firing.cycle / (2.0 * np.pi))
@@ -129,40 +124,35 @@ def gas_torque(setup: Setup, speed: float) -> ComplexArray:
     place = np.rint(drive.order * turns).astype(int)
     torque = np.zeros((int(place.max(initial=0)) + 1, n), dtype=complex)
     share = drive.weights(np.asarray(speed))
-    torque[place[:, None], drive.freedom] = np.tensordot(share, drive.gas, 1)
-    torque[0, drive.freedom] = share @ drive.mean
+    torque[place[:, None], drive.freedom] = np.tensordot(share, drive.gas.value, 1)
+    torque[0, drive.freedom] = share @ drive.mean.value
     torque[0] -= setup.shaft.mean_load(speed, setup.speed)
     return torque
 
 
-def half_ranges(
-    system: VariableLine, speed: float, steady: SteadyTwist
-) -> tuple[FloatArray, FloatArray]:
-    """Half range of the referred torque of each element over the cycle, (e,), and its error.
+def torques(system: VariableLine, speed: float, steady: SteadyTwist) -> Bounded:
+    """Referred torques (m, e) of all orders but the mean."""
+    angle = Bounded(steady.angle[0, 1:], steady.error[0, 1:].max(axis=-1, keepdims=True))
+    return twist_and_torque(system.line, speed * steady.order[1:], angle)[1]
+
+
+def half_ranges(system: VariableLine, speed: float, steady: SteadyTwist) -> Bounded:
+    """Half range (e,) of the referred torque of each element over the cycle.
 
     Orders above the highest that was kept are missing in it: what those inside drive there counts.
     """
-    frequency = speed * steady.order[1:]
-    parts = section_torque(
-        system.line, frequency, steady.angle[0, 1:], steady.error[0, 1:].max(axis=-1)
-    )
-    total = synthesis(steady.order[1:], parts.total.T, parts.error.T)
-    line = system.line
-    stiff = np.abs(
-        line.stiffness * (1.0 + 1j * line.loss_factor) + 1j * frequency[-1] * line.damping
-    )
-    return total.half_range, total.error + _BEYOND * stiff * steady.beyond[0]
+    carried = torques(system, speed, steady).T
+    whole = synthesis(steady.order[1:], carried.value)
+    stiff = np.abs(complex_stiffness(system.line, speed * steady.order[-1:])[0])
+    # one solve has all orders: their errors may have one sign
+    error = whole.error + carried.error.sum(axis=-1) + _BEYOND * stiff * steady.beyond[0]
+    return Bounded(whole.half_range, error)
 
 
-def relative_change(
-    constant: FloatArray, constant_error: FloatArray, varying: FloatArray, varying_error: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Varying over constant less one, 0 where nothing is carried, with its error."""
-    there = constant > 0.0
-    safe = np.where(there, constant, 1.0)
-    change = np.where(there, varying / safe - 1.0, 0.0)
-    uncertainty = (varying_error + (1.0 + np.abs(change)) * constant_error) / safe + 4.0 * EPSILON
-    return change, np.where(there, uncertainty, 0.0)
+def relative_change(constant: Bounded, varying: Bounded) -> Bounded:
+    """Varying over constant less one, 0 where nothing is carried."""
+    there = constant.value > 0.0
+    return where(there, varying / where(there, constant, 1.0) - 1.0, 0.0)
 
 
 def _operating(
@@ -271,38 +261,37 @@ def _speeds(setup: Setup) -> FloatArray:
 
 
 def _emit_half_ranges(scene: Scene, setup: Setup, highest: float, speeds: FloatArray) -> None:
-
-    count = len(setup.shaft.section_names)
-    half, change = np.full((2, count, len(speeds)), np.inf)
-    half_error, change_error = np.zeros((2, count, len(speeds)))
-    left = 0
-    for k, speed in enumerate(speeds):
+    count, ratio = len(setup.shaft.section_names), np.abs(setup.shaft.section_ratio)
+    endless = Bounded(np.full(count, np.inf), np.zeros(count))
+    halves, changes, left = [], [], 0
+    for speed in speeds:
         system, torque = system_of(setup, float(speed)), gas_torque(setup, float(speed))
         try:
             plain = constant_response(system, speed, torque, highest)
             full = steady_response(system, speed, torque, highest)
         except NumericalFailure:
             left += 1
+            halves.append(endless)
+            changes.append(endless)
             continue
-        one, one_error = half_ranges(system, float(speed), plain)
-        other, other_error = half_ranges(system, float(speed), full)
-        half[:, k], half_error[:, k] = other, other_error
-        change[:, k], change_error[:, k] = relative_change(one, one_error, other, other_error)
+        constant, varying = (half_ranges(system, float(speed), one) for one in (plain, full))
+        halves.append(varying / ratio)
+        changes.append(relative_change(constant, varying))
     if left:
         scene.warn(
             f"variable inertia: {left} of {len(speeds)} speeds have no motion to tell (an undamped "
             "critical, or a border of stability); they stand as unbounded"
         )
-    ratio = np.abs(setup.shaft.section_ratio)[:, None]
     axes = {"section": setup.shaft.section_names, "variable_speed": speeds}
-    scene.emit(f"{VARIABLE}speeds/torque_half_range", half / ratio, half_error / ratio, axes)
-    scene.emit(f"{VARIABLE}speeds/change", change, change_error, axes)
-    reported = np.where(np.isfinite(change), np.abs(change), -1.0)
+    scene.emit(f"{VARIABLE}speeds/torque_half_range", stack(halves), axes=axes)
+    change = stack(changes)
+    scene.emit(f"{VARIABLE}speeds/change", change, axes=axes)
+    reported = np.where(np.isfinite(change.value), np.abs(change.value), -1.0)
     best, row = np.argmax(reported, axis=1), np.arange(count)
     if np.any(reported[row, best] < 0.0):
         raise NumericalFailure("variable inertia: no speed of the range has a steady motion")
     axes = {"section": setup.shaft.section_names}
-    scene.emit(f"{VARIABLE}largest_change", change[row, best], change_error[row, best], axes)
+    scene.emit(f"{VARIABLE}largest_change", change[row, best], axes=axes)
     scene.emit(f"{VARIABLE}largest_change_speed", speeds[best], 0.0, axes)
 
 

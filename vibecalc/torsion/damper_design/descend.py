@@ -63,8 +63,7 @@ def valleys(prepared: Survey, chart: Chart, most: int) -> FloatArray:
     """
     limits = prepared.limits
     over = np.maximum(chart.heat / limits.heat, chart.travel / limits.travel) - 1.0
-    price = limits.inertia_price * chart.inertia[:, None, None]
-    level = chart.worst + price
+    level = chart.worst
     level = np.where(over > 0.0, np.max(level) * (1.0 + over), level)
     padded = np.pad(level, 1, constant_values=np.inf)
     shape = level.shape
@@ -102,9 +101,8 @@ _LEFT = 0.1
 
 
 class DesignPoint(NamedTuple):
-    """Variables (v,), their peaks, and merit: worst section, price and
-    violated limits (with an infinite penalty the excess alone); `over` the worst excess over a
-    limit, over that limit.
+    """Variables (v,), their peaks, and merit: worst section and violated limits (with an infinite
+    penalty the excess alone); `over` the worst excess over a limit, over that limit.
     """
 
     variables: FloatArray
@@ -124,8 +122,7 @@ def place(
     level = tops.value / prepared.scale[tops.row]
     worst = worst_section(tops, sections)
     over = float(np.max(level[tops.row >= sections], initial=1.0)) - 1.0
-    price = prepared.limits.inertia_price * damper.inertia
-    merit = worst + price + penalty * worst * over if penalty < np.inf else over
+    merit = worst + penalty * worst * over if penalty < np.inf else over
     return DesignPoint(variables, tops, merit, over)
 
 
@@ -207,11 +204,8 @@ def _linear_program(
     # unknowns: step, level of the sections, excess over limits
     rows = np.hstack([slope, -section[:, None].astype(float), -(~section[:, None]).astype(float)])
     right = np.where(section, 0.0, 1.0) - level
-    price = prepared.limits.inertia_price * prepared.damper(here.variables).inertia / worst
     only_excess = penalty == np.inf
-    cost = np.append(price * (moving == 0), [1.0, penalty])
-    if only_excess:
-        cost = np.append(np.zeros(moving.size), [0.0, 1.0])
+    cost = np.append(np.zeros(moving.size), [0.0, 1.0] if only_excess else [1.0, penalty])
     bounds = prepared.logarithms - here.variables[:, None]
     box = [(max(low, -radius), min(high, radius)) for low, high in bounds]
     solution = linprog(cost, rows, right, bounds=[*box, (None, None), (0.0, None)], method="highs")

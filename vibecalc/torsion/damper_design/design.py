@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
 from vibecalc.torsion.damper_design.descend import (
     BROKEN,
@@ -37,7 +38,7 @@ class Design(NamedTuple):
     """The tuning, its errors, and what proves it.
 
     `damper` with absolute `damper_error` (inertia, stiffness, damping); `worst` the largest
-    weighted half range with `worst_error`, `objective` the same plus the price of the ring.
+    weighted half range with `worst_error`.
     Certificate: `reading` (p,) (section number; e for heat, e + 1 and e + 2 for travel with the hub
     ahead and behind), `speed` (p,) in rad/s, `angle` (p, 2) of the crank at the crest and the
     trough that are read (heat has none: 0), `value` (p,) and `weight` (p,) of the peaks that
@@ -57,7 +58,6 @@ class Design(NamedTuple):
     damper_error: FloatArray
     worst: float
     worst_error: float
-    objective: float
     reading: IntArray
     speed: FloatArray
     angle: FloatArray
@@ -175,7 +175,6 @@ def _record(prepared: Survey, held: Stationary, ends: list[DesignPoint]) -> Desi
         damper_error=error,
         worst=held.level,
         worst_error=held.level_error,
-        objective=held.level + prepared.limits.inertia_price * damper.inertia,
         reading=held.peaks.row,
         speed=held.peaks.speed,
         angle=np.mod(held.peaks.phase, 2.0 * np.pi) * prepared.system.problem.cycle / (2.0 * np.pi),
@@ -205,24 +204,18 @@ _SAME_HEIGHT = 1e-9
 
 
 class Performance(NamedTuple):
-    """What one damper does over the range: `worst` weighted half range of the sections, the
-    section and the speed (rad/s) where it is reached; `heat` (W) and `travel` (rad) at their own
-    worst speeds; absolute errors. Of several places of one height, as a tuning makes them, the
-    first section at its lowest speed. `place` are these three peaks, `slope` (3, 3) what they
-    change by the logarithms of J, k and c, `speed_error` (3,) is of their speeds."""
+    """What one damper does over the range: largest readings (3,) and their speeds in rad/s.
 
-    worst: float
-    worst_error: float
+    That is the worst weighted half range of the sections, the heat (W) and the travel (rad), each
+    at its own worst speed; `section` is the worst one. Of several places of one height, as a
+    tuning makes them, the first section at its lowest speed. `place` are these three peaks,
+    `slope` (3, 3) what they change by the logarithms of J, k and c.
+    """
+
+    reading: Bounded
+    speed: Bounded
     section: int
-    speed: float
-    heat: float
-    heat_error: float
-    heat_speed: float
-    travel: float
-    travel_error: float
-    travel_speed: float
     slope: FloatArray
-    speed_error: FloatArray
     place: DamperPeaks
 
 
@@ -240,31 +233,31 @@ def performance(problem: DamperProblem, damper: Damper, speeds: int = 161) -> Pe
         first_of_the_highest(tops.row, tops.speed, np.where(rows, tops.value, -np.inf))
         for rows in (tops.row < sections, tops.row == sections, tops.row > sections)
     ]
+    place = tops.some(np.array(best))
     error = reading_error(prepared.system, damper, tops.speed, tops.row)[best]
-    value, speed = tops.value[best], tops.speed[best]
     return Performance(
-        float(value[0]), float(error[0]), int(tops.row[best[0]]), float(speed[0]),
-        float(value[1]), float(error[1]), float(speed[1]),
-        float(value[2]), float(error[2]), float(speed[2]), tops.slope[best],
-        place_error(prepared.system, damper, tops.some(np.array(best))), tops.some(np.array(best)),
-    )  # fmt: skip
+        Bounded(place.value, error),
+        Bounded(place.speed, place_error(prepared.system, damper, place)),
+        int(place.row[0]),
+        place.slope,
+        place,
+    )
 
 
 def performance_of(problem: DamperProblem, tuned: Design, speeds: int = 161) -> Performance:
-    """The same of the damper found, its own errors counted in heat, travel and their speeds.
+    """The same of the damper found, its own errors counted in all readings and their speeds.
 
-    `worst` is flat to first order there; that of the design has its own error.
+    The worst section is flat to first order there, and has the error of the design.
     """
     achieved = performance(problem, tuned.damper, speeds)
     share = relative_error(tuned)
-    grown = np.abs(achieved.slope) @ share
     step = (problem.speed[1] - problem.speed[0]) / (speeds - 1)
     moved = np.abs(drift(system_of(problem), tuned.damper, achieved.place, step)) @ share
-    return achieved._replace(
-        heat_error=achieved.heat_error + float(grown[1]),
-        travel_error=achieved.travel_error + float(grown[2]),
-        speed_error=achieved.speed_error + moved,
-    )
+    value, error = achieved.reading
+    value, error = value.copy(), error + np.abs(achieved.slope) @ share
+    value[0], error[0] = tuned.worst, tuned.worst_error
+    speed = Bounded(achieved.speed.value, achieved.speed.error + moved)
+    return achieved._replace(reading=Bounded(value, error), speed=speed)
 
 
 def relative_error(tuned: Design) -> FloatArray:
@@ -285,13 +278,11 @@ def first_of_the_highest(row: IntArray, speed: FloatArray, value: FloatArray) ->
 
 class Mistuning(NamedTuple):
     """Factors `stiffness` (a,), `damping` (b,) on k and c, and `increase` (a, b): worst section
-    over
-    that of the tuning, 1 where nothing is lost; absolute `increase_error`."""
+    over that of the tuning, 1 where nothing is lost."""
 
     stiffness: FloatArray
     damping: FloatArray
-    increase: FloatArray
-    increase_error: FloatArray
+    increase: Bounded
 
 
 def mistuning(problem: DamperProblem, tuned: Design, share: float = 0.1) -> Mistuning:
@@ -300,17 +291,17 @@ def mistuning(problem: DamperProblem, tuned: Design, share: float = 0.1) -> Mist
         raise NumericalFailure("an error of spring and dashpot is a share between 0 and 1")
     factor = np.array([1.0 - share, 1.0, 1.0 + share])
     stiffness_factor = factor if tuned.damper.stiffness > 0.0 else np.ones(1)
-    increase, error = np.ones((stiffness_factor.size, 3)), np.zeros((stiffness_factor.size, 3))
+    value, error = np.ones((stiffness_factor.size, 3)), np.zeros((stiffness_factor.size, 3))
     uncertainty = relative_error(tuned) + 2.0 * EPSILON
+    worst = Bounded(np.asarray(tuned.worst), np.asarray(tuned.worst_error))
+    inertia, stiffness, damping = tuned.damper
     for i, a in enumerate(stiffness_factor):
         for j, b in enumerate(factor):
             if a != 1.0 or b != 1.0:
-                inertia, stiffness, damping = tuned.damper
-                achieved = performance(problem, Damper(inertia, a * stiffness, b * damping))
-                increase[i, j] = achieved.worst / tuned.worst
-                off = achieved.worst_error + float(np.abs(achieved.slope[0]) @ uncertainty)
-                error[i, j] = off / tuned.worst + increase[i, j] * tuned.worst_error / tuned.worst
-    return Mistuning(stiffness_factor, factor, increase, error)
+                found = performance(problem, Damper(inertia, a * stiffness, b * damping))
+                off = found.reading.error[0] + np.abs(found.slope[0]) @ uncertainty
+                value[i, j], error[i, j] = Bounded(found.reading.value[0], off) / worst
+    return Mistuning(stiffness_factor, factor, Bounded(value, error))
 
 
 # ----------------------------------------------------------------------------
@@ -340,8 +331,8 @@ def chart_error(problem: DamperProblem, drawn: Chart) -> FloatArray:
         except NumericalFailure:
             # a mode that this ring leaves undamped: no peak to compare with
             continue
-        exact = (achieved.worst, achieved.heat, achieved.travel)
-        error = np.maximum(error, [abs(a - one[i, j]) for a, one in zip(exact, maps, strict=True)])
+        drawn_there = np.array([one[i, j] for one in maps])
+        error = np.maximum(error, np.abs(achieved.reading.value - drawn_there))
     if not np.any(error):
         raise NumericalFailure("no place on the map of dampers has a peak to compare it with")
     return _BEYOND * error

@@ -250,7 +250,7 @@ def peaks(
         speed, width = np.repeat(narrow[:, 0], rows.size), np.repeat(narrow[:, 1], rows.size)
         added = np.tile(rows, len(narrow))
         undamped_values = map_readings(
-            system, table(system, damper, narrow[:, 0], bounded=False),
+            system, table(system, damper, narrow[:, 0]),
             np.array([damper.stiffness]), np.array([damper.damping]),
         )[0]  # fmt: skip
         levels = (undamped_values[:, rows] / scale[rows]).ravel()
@@ -365,7 +365,7 @@ class Survey(NamedTuple):
                 self.tables.pop(next(iter(self.tables)))
             middle = np.sqrt(self.bounds[1:, 0] * self.bounds[1:, 1])
             nominal = Damper(inertia, float(middle[0]), float(middle[1]))
-            self.tables[inertia] = table(self.system, nominal, self.grid, bounded=False)
+            self.tables[inertia] = table(self.system, nominal, self.grid)
         return self.tables[inertia]
 
     def peaks(self, damper: Damper, share: float, tolerance: float = LEVEL) -> DamperPeaks:

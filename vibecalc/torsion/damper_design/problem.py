@@ -96,7 +96,7 @@ class Limits(NamedTuple):
 
     Equal bounds hold a value; `stiffness` (0, 0) is a viscous damper. `heat` in W is the mean power
     of the dashpot at the worst speed, `travel` in rad the largest angle between ring and hub over
-    the cycle at the worst speed. `inertia_price` is added to what is made small for each kg m^2.
+    the cycle at the worst speed.
     """
 
     inertia: tuple[float, float]
@@ -104,7 +104,6 @@ class Limits(NamedTuple):
     damping: tuple[float, float]
     heat: float = np.inf
     travel: float = np.inf
-    inertia_price: float = 0.0
 
     @property
     def bounds(self) -> FloatArray:
@@ -263,7 +262,6 @@ class States(NamedTuple):
     Derivatives by the logarithms of ring inertia, stiffness and damping, then by speed in rad/s.
     """
 
-    speed: FloatArray
     value: ComplexArray
     slope: ComplexArray
 
@@ -311,7 +309,7 @@ def states(system: System, damper: Damper, speed: FloatArray) -> States:
         -1j * damper.damping * w[..., None] * spring * relative,
         solve(matrix, pushed[..., None])[..., 0],
     ])  # fmt: skip
-    return States(speed, u, slope)
+    return States(u, slope)
 
 
 def solution_error(system: System, damper: Damper, speed: FloatArray) -> FloatArray:

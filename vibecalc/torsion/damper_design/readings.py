@@ -286,7 +286,7 @@ _BLOCK = 1 << 21
 class NominalTable(NamedTuple):
     """At s speeds and m orders with the nominal damper: `section` (s, m, e) what is read of each
     section, `section_unit` the same for a unit torque between hub and ring, `relative` and
-    `relative_unit` (s, m) for hub less ring; `..._error` bounds on their round-off."""
+    `relative_unit` (s, m) for hub less ring."""
 
     nominal: Damper
     speed: FloatArray
@@ -295,17 +295,10 @@ class NominalTable(NamedTuple):
     section_unit: ComplexArray
     relative: ComplexArray
     relative_unit: ComplexArray
-    section_error: FloatArray
-    relative_error: FloatArray
 
 
-def table(
-    system: System, nominal: Damper, speed: FloatArray, *, bounded: bool = True
-) -> NominalTable:
-    """Solve once at speeds (s,), for all springs and dashpots on a ring of this inertia.
-
-    Without `bounded` no errors are formed, and they are infinite: a search needs none.
-    """
+def table(system: System, nominal: Damper, speed: FloatArray) -> NominalTable:
+    """Solve once at speeds (s,), for all springs and dashpots on a ring of this inertia."""
     w = speed[:, None] * np.asarray(system.problem.order, dtype=float)
     matrix = system.dynamic(nominal, w)
     right = np.zeros((*matrix.shape[:-1], 2), dtype=complex)
@@ -313,44 +306,23 @@ def table(
     right[..., -1, 1] = 1.0
     loaded, unit = np.moveaxis(solve(matrix, right), -1, 0)
     factor = section_factor(system, speed)[0]
-    of_ring, of_section = np.full(w.shape, np.inf), np.full(factor.shape, np.inf)
-    if bounded:
-        error = solution_error(system, nominal, speed)
-        of_ring, of_section = error[..., -1], np.abs(factor) * (error @ np.abs(system.twist.T))
     return NominalTable(
         nominal, speed, w, factor * (loaded @ system.twist.T), factor * (unit @ system.twist.T),
         loaded[..., -1], unit[..., -1],
-        of_section, of_ring,
     )  # fmt: skip
 
 
 def amplitudes(
     responses: NominalTable, stiffness: FloatArray, damping: FloatArray
-) -> tuple[ComplexArray, ComplexArray, FloatArray]:
-    """Sections (b, s, m, e), hub less ring (b, s, m) for dampers (b,), and an error of sections.
-
-    The error (b, s, m, e) grows by what cancels in 1 + d h and in the difference.
-    """
-    section, relative, taken, loop = _changed(responses, stiffness, damping)
-    grown = 1.0 + np.abs(loop) / np.abs(1.0 + loop)
-    scale = responses.relative_error / np.maximum(np.abs(responses.relative), 1e-300)
-    lost = (scale + 16.0 * UNIT_ROUNDOFF) * grown**2
-    error = responses.section_error * grown[..., None] + lost[..., None] * np.abs(taken)
-    return section, relative, error
-
-
-def _changed(
-    responses: NominalTable, stiffness: FloatArray, damping: FloatArray
-) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
-    """Sections, hub less ring, what was taken from the nominal sections, and d h."""
+) -> tuple[ComplexArray, ComplexArray]:
+    """Sections (b, s, m, e) and hub less ring (b, s, m) for dampers (b,)."""
     change = (stiffness - responses.nominal.stiffness)[:, None, None] + 1j * (
         damping - responses.nominal.damping
     )[:, None, None] * responses.frequency
-    loop = change * responses.relative_unit
-    share = change / (1.0 + loop)
-    relative = responses.relative / (1.0 + loop)
-    taken = responses.section_unit * (share * responses.relative)[..., None]
-    return responses.section - taken, relative, taken, loop
+    loop = 1.0 + change * responses.relative_unit
+    relative = responses.relative / loop
+    taken = responses.section_unit * (change / loop * responses.relative)[..., None]
+    return responses.section - taken, relative
 
 
 def map_readings(
@@ -367,7 +339,7 @@ def map_readings(
     result = np.empty((stiffness.size, speeds, sections + 3))
     for start in range(0, stiffness.size, block):
         part = slice(start, start + block)
-        section, relative, _, _ = _changed(responses, stiffness[part], damping[part])
+        section, relative = amplitudes(responses, stiffness[part], damping[part])
         result[part, :, :sections] = _ranges(np.moveaxis(section, -1, -2), system)[0]
         result[part, :, sections] = 0.5 * damping[part, None] * np.sum(
             np.abs(responses.frequency * relative) ** 2, axis=-1

@@ -38,8 +38,8 @@ _SLOPE = 3.0
 class Stationary(NamedTuple):
     """A tuning at which weighted slopes cancel.
 
-    `weight` (p,) of the peaks `peaks`, of sections they add up to 1; `fixed` (v,) variables at a
-    bound and `bound_weight` (v,) what those bounds pull; `variable_error` (v,) of the logarithms;
+    `weight` (p,) of the peaks `peaks`, of sections they add up to 1; `bound_weight` (v,) what
+    bounds pull; `variable_error` (v,) of the logarithms;
     `weight_error` (p,), `bound_error` (v,), `speed_error` (p,) in rad/s and `curvature_error`;
     `residual` of the slopes over the level, `curvature` least of the Lagrangian along directions
     that the peaks leave free, over the level (infinite where they leave none).
@@ -49,7 +49,6 @@ class Stationary(NamedTuple):
     level: float
     peaks: DamperPeaks
     weight: FloatArray
-    fixed: BoolArray
     bound_weight: FloatArray
     variable_error: FloatArray
     level_error: float
@@ -77,11 +76,11 @@ def newton(
         scale = _scale(prepared, tops)
         slope = tops.slope[:, moving] / scale[:, None]
         if not np.any(weight):
-            weight = _weights(prepared, x, tops, slope, free)
+            weight = _weights(prepared, tops, slope, free)
         hessian = _hessian(prepared, x, tops, weight, scale)
         if hessian is None:
             return None
-        matrix, right = _conditions(prepared, x, tops, slope, weight, hessian, free)
+        matrix, right = _conditions(prepared, tops, slope, hessian, free)
         solution: FloatArray = np.array(np.linalg.lstsq(matrix, right, rcond=1e-13)[0], dtype=float)
         step = solution[: free.size]
         weight = solution[free.size + 1 :]
@@ -111,36 +110,22 @@ def _scale(prepared: Survey, tops: DamperPeaks) -> FloatArray:
     return np.where(section, worst, prepared.scale[tops.row])
 
 
-def _price(prepared: Survey, x: FloatArray, scale: FloatArray) -> FloatArray:
-    """Slope (v,) of the price of the ring, over the level; the same is its curvature."""
-    cost = prepared.limits.inertia_price * prepared.damper(x).inertia
-    price: FloatArray = cost / np.max(scale) * (prepared.moving == 0)
-    return price
-
-
 def _weights(
-    prepared: Survey, x: FloatArray, tops: DamperPeaks, slope: FloatArray, free: np.ndarray
+    prepared: Survey, tops: DamperPeaks, slope: FloatArray, free: np.ndarray
 ) -> FloatArray:
     """First weights (p,), none negative, by least squares."""
     section = tops.row < prepared.system.twist.shape[0]
-    price = _price(prepared, x, _section_scale(prepared, tops))[free]
     rows = np.vstack([slope.T[free], section.astype(float)])
-    return nonnegative_least_squares(rows, np.append(-price, 1.0))
-
-
-def _section_scale(prepared: Survey, tops: DamperPeaks) -> FloatArray:
-    """The worst section as an array (1,)."""
-    return np.array([np.max(tops.value[tops.row < prepared.system.twist.shape[0]])])
+    return nonnegative_least_squares(rows, np.append(np.zeros(free.size), 1.0))
 
 
 def _hessian(
     prepared: Survey, x: FloatArray, tops: DamperPeaks, weight: FloatArray, scale: FloatArray,
     difference: float = _DIFFERENCE,
 ) -> FloatArray | None:  # fmt: skip
-    """Curvature (v, v) of the weighted peaks and the price, by central differences of slopes."""
+    """Curvature (v, v) of the weighted peaks, by central differences of slopes."""
     count = prepared.moving.size
-    price = _price(prepared, x, _section_scale(prepared, tops))
-    result = np.diag(price)
+    result = np.zeros((count, count))
     share = weight / scale
     for column in range(count):
         pair = []
@@ -157,9 +142,12 @@ def _hessian(
 
 
 def _conditions(
-    prepared: Survey, x: FloatArray, tops: DamperPeaks, slope: FloatArray, weight: FloatArray,
-    hessian: FloatArray, free: np.ndarray,
-) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+    prepared: Survey,
+    tops: DamperPeaks,
+    slope: FloatArray,
+    hessian: FloatArray,
+    free: np.ndarray,
+) -> tuple[FloatArray, FloatArray]:
     """Newton's matrix and right-hand side for step (f,), level and new weights (p,)."""
     section = tops.row < prepared.system.twist.shape[0]
     f, p = free.size, tops.row.size
@@ -171,8 +159,7 @@ def _conditions(
     matrix[f + 1 :, :f] = slope[:, free]
     matrix[f + 1 :, f] = -section.astype(float)
     level = tops.value / scale
-    price = _price(prepared, x, _section_scale(prepared, tops))[free]
-    right = np.concatenate([-price, [1.0], np.where(section, 0.0, 1.0) - level])
+    right = np.concatenate([np.zeros(f), [1.0], np.where(section, 0.0, 1.0) - level])
     return matrix, right
 
 
@@ -188,20 +175,17 @@ def _finished(
         return None
     moving, free = prepared.moving, np.flatnonzero(~fixed)
     damper, scale = prepared.damper(x), _scale(prepared, end)
-    level_of = _section_scale(prepared, end)
-    worst = float(level_of[0])
     section = end.row < prepared.system.twist.shape[0]
+    worst = float(np.max(end.value[section]))
     slope = end.slope[:, moving] / scale[:, None]
-    balance = weight @ slope + _price(prepared, x, level_of)
+    balance = weight @ slope
     bound = np.where(fixed, -balance, 0.0)
     # noise of levels: bounds on round-off; of slopes: what a step of 1e-10 changes beyond what
     # their curvature says
     value_noise = reading_error(prepared.system, damper, end.speed, end.row) / scale
     jump = (nearby.value - end.value) / scale - slope @ inwards
     value_noise = value_noise + np.abs(jump)
-    moved = weight @ (nearby.slope[:, moving] / scale[:, None]) + _price(
-        prepared, x + inwards, level_of
-    )
+    moved = weight @ (nearby.slope[:, moving] / scale[:, None])
     # differences across a bound are not known: of free variables alone
     probed = np.abs(moved - balance - hessian @ inwards)[free]
     slope_noise = float(np.max(probed, initial=0.0) + _SLOPE * (np.abs(weight) @ value_noise))
@@ -229,7 +213,7 @@ def _finished(
             return None
         curvature_error = float(np.linalg.norm(wider - hessian, 2)) + slope_noise / _DIFFERENCE
     return Stationary(
-        x, level, end, weight, fixed, bound, error, worst * slack,
+        x, level, end, weight, bound, error, worst * slack,
         float(np.max(residual, initial=0.0)), curvature,
         weight_error, np.where(fixed, bound_error, 0.0), speed_error, curvature_error,
     )  # fmt: skip
@@ -274,7 +258,7 @@ def settle(prepared: Survey, end: DesignPoint) -> Stationary | None:
         for closeness in _CLOSENESS:
             tops, fixed = _first_guess(prepared, end, closeness, alone)
             held = _iterate(prepared, end, tops, fixed, alone)
-            if held is not None and _is_minimum(prepared, end, held):
+            if held is not None and _is_minimum(end, held):
                 return held
     return None
 
@@ -297,10 +281,9 @@ def _highest(tops: DamperPeaks) -> DamperPeaks:
     return tops.some(np.array(highest, dtype=int))
 
 
-def _is_minimum(prepared: Survey, end: DesignPoint, held: Stationary) -> bool:
+def _is_minimum(end: DesignPoint, held: Stationary) -> bool:
     """Whether the refined place is no saddle and no worse than where the descent ended."""
-    cost = prepared.limits.inertia_price * prepared.damper(held.variables).inertia
-    lower = held.level + cost <= end.merit * (1.0 + 1e-6) or end.over > 1e-6
+    lower = held.level <= end.merit * (1.0 + 1e-6) or end.over > 1e-6
     return held.curvature > 0.0 and lower
 
 
@@ -320,8 +303,7 @@ def _first_guess(
     slope = (tops.slope[:, prepared.moving] / scale[:, None]).T
     top = np.hstack([slope, normals])
     last = np.append(section.astype(float), np.zeros(normals.shape[1]))
-    cost = prepared.limits.inertia_price * prepared.damper(x).inertia / worst
-    right = np.append(-cost * (prepared.moving == 0), 1.0)
+    right = np.append(np.zeros(prepared.moving.size), 1.0)
     weight = nonnegative_least_squares(np.vstack([top, last]), right)
     used = weight[: tops.row.size] > _WRONG
     pulls = weight[tops.row.size :].reshape(2, -1).sum(axis=0)
@@ -406,28 +388,22 @@ def basin_errors(
     away, above = np.zeros((len(ends), 3)), np.zeros(len(ends))
     known = [held]
     for place, end in enumerate(ends):
-        tuning = next((one for one in known if _belongs(prepared, one, end)), None)
+        tuning = next((one for one in known if _belongs(one, end)), None)
         step, above[place] = foreseen(prepared, end)
         # Newton's method costs as much as a descent: not where nothing more is to be had
-        rival = end.over <= BROKEN and end.merit < _RIVAL * _merit(prepared, held)
+        rival = end.over <= BROKEN and end.merit < _RIVAL * held.level
         if tuning is None and rival and np.max(step, initial=0.0) > _SETTLED:
             tuning = settle(prepared, end)
             if tuning is not None:
                 known.append(tuning)
         if tuning is not None:
             step = np.abs(tuning.variables - end.variables) + tuning.variable_error
-            above[place] = abs(_merit(prepared, tuning) - end.merit) + tuning.level_error
+            above[place] = abs(tuning.level - end.merit) + tuning.level_error
         values = np.array(prepared.damper(end.variables))[prepared.moving]
         away[place, prepared.moving] = values * step
     return away, above
 
 
-def _merit(prepared: Survey, held: Stationary) -> float:
-    price = prepared.limits.inertia_price * prepared.damper(held.variables).inertia
-    return held.level + price
-
-
-def _belongs(prepared: Survey, held: Stationary, end: DesignPoint) -> bool:
+def _belongs(held: Stationary, end: DesignPoint) -> bool:
     near = np.max(np.abs(held.variables - end.variables), initial=0.0) < _SAME
-    high = _merit(prepared, held)
-    return bool(near and abs(end.merit - high) < _AS_HIGH * high)
+    return bool(near and abs(end.merit - held.level) < _AS_HIGH * held.level)

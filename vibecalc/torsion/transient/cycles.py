@@ -210,12 +210,13 @@ _VALUE, _SWING_PLACE = 0.02, 0.1
 
 
 class Swings(NamedTuple):
-    """Per section (e,): largest `half_range` in N m with `error`, `time` in s with `time_error`,
-    crank `speed` in rad/s there."""
+    """Per section (e,): largest `half_range` in N m with `error`, crank `speed` in rad/s there.
+
+    `time_error` in s is what the time of it may be off by.
+    """
 
     half_range: FloatArray
     error: FloatArray
-    time: FloatArray
     time_error: FloatArray
     speed: FloatArray
 
@@ -257,7 +258,7 @@ def largest_swings(
             break
     half, error, time, uncertainty = best
     speed = speed_at(run.stretches, run.borders, time)
-    return Swings(half, error + run.torque_error, time, uncertainty, speed)
+    return Swings(half, error + run.torque_error, uncertainty, speed)
 
 
 def _spans(place: IntArray) -> list[tuple[int, int]]:
@@ -357,26 +358,6 @@ class SectionPeaks(NamedTuple):
     speed: FloatArray
 
 
-class Passage(NamedTuple):
-    """A run next to the steady response, e sections, v windows.
-
-    `half_range` (v, e) is (high - low) / 2 in each window, `steady` (v, e) the largest steady one
-    at its speeds. `peak`, `peak_speed` (e,) are the largest half range on the way, `steady_peak`,
-    `steady_speed` those of the steady curve between the same speeds. `overshoot` (e,) is
-    peak / steady_peak - 1 (negative where the passage is too fast to build up), `lag` (e,) in
-    rad/s how much later in the sense of the run the peak comes.
-    """
-
-    half_range: FloatArray
-    steady: FloatArray
-    peak: FloatArray
-    peak_speed: FloatArray
-    steady_peak: FloatArray
-    steady_speed: FloatArray
-    overshoot: FloatArray
-    lag: FloatArray
-
-
 def section_peaks(run: TransientRun, extremes: Envelope) -> SectionPeaks:
     """Largest magnitudes over the whole run, from its envelope."""
     size = np.stack([extremes.high, -extremes.low])
@@ -410,51 +391,16 @@ def time_uncertainty(run: TransientRun, peaks: SectionPeaks) -> FloatArray:
     return uncertainty
 
 
-def against_quasi_steady(
-    extremes: Envelope,
-    speed: FloatArray,
-    steady: FloatArray,
-    between: tuple[float, float] | None = None,
-) -> Passage:
-    """Compare an envelope with steady half ranges `steady` (k, e) at rising speeds (k,) in rad/s.
+def largest_steady(
+    speed: FloatArray, steady: FloatArray, between: tuple[float, float]
+) -> tuple[FloatArray, FloatArray]:
+    """Largest steady half ranges (e,) of those (k, e) `between` two speeds, and their speeds.
 
-    Windows should hold a whole cycle of the machine each. The speed must go one way through the
-    run. The steady peak is the largest `between` two speeds in rad/s, by default those in the
-    middle of the first and the last window. Raises NumericalFailure if the speed does not go one
-    way, or leaves the speeds of the steady curve.
+    Raises NumericalFailure for a section without any.
     """
-    change = np.diff(extremes.speed)
-    if not (np.all(change > 0.0) or np.all(change < 0.0)):
-        raise NumericalFailure(
-            "a run is compared with the steady response only where its speed goes one way"
-        )
-    speed, steady = np.asarray(speed, dtype=float), np.asarray(steady, dtype=float)
-    low, high = extremes.speed.min(), extremes.speed.max()
-    if low < speed[0] or high > speed[-1]:
-        raise NumericalFailure(
-            f"the steady response covers {speed[0]:.6g} to {speed[-1]:.6g} rad/s, the run "
-            f"{low:.6g} to {high:.6g} rad/s"
-        )
-    sections = np.arange(steady.shape[1])
-    # a window has the largest of the steady values between the speeds at its borders
-    half_way = 0.5 * (extremes.speed[:-1] + extremes.speed[1:])
-    ends = 2.0 * extremes.speed[[0, -1]] - half_way[[0, -1]]
-    edges = np.concatenate([ends[:1], half_way, ends[1:]])
-    within = edges[:-1] + np.linspace(0.0, 1.0, 9)[:, None] * np.diff(edges)
-    at_windows = np.stack(
-        [np.interp(within, speed, steady[:, s]).max(axis=0) for s in sections], axis=1
-    )
-    half = 0.5 * (extremes.high - extremes.low)
-    least, most = (low, high) if between is None else between
-    inside = np.flatnonzero((speed >= least) & (speed <= most))
-    if inside.size == 0:
-        raise NumericalFailure("no speed of the steady response lies inside the run")
-    best, top = half.argmax(axis=0), inside[steady[inside].argmax(axis=0)]
-    peak, steady_peak = half[best, sections], steady[top, sections]
-    if np.any(steady_peak <= 0.0):
+    inside = np.flatnonzero((speed >= between[0]) & (speed <= between[1]))
+    top = inside[steady[inside].argmax(axis=0)]
+    largest = steady[top, np.arange(steady.shape[1])]
+    if np.any(largest <= 0.0):
         raise NumericalFailure("a section has no steady response to compare with")
-    lag = np.sign(change[0]) * (extremes.speed[best] - speed[top])
-    return Passage(
-        half, at_windows, peak, extremes.speed[best], steady_peak, speed[top],
-        peak / steady_peak - 1.0, lag,
-    )  # fmt: skip
+    return largest, speed[top]

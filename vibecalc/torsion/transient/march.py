@@ -9,7 +9,7 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF, BoolArray, FloatArray, IntArray
-from vibecalc.torsion.line import Line, damping_matrix
+from vibecalc.torsion.line import Line, damping_matrix, free_parts
 from vibecalc.torsion.transient.motion import (
     CYCLE,
     SpeedProfile,
@@ -40,8 +40,7 @@ class TransientSystem(NamedTuple):
     `twist` (e, s) and `torque` (e, s) read an element's twist and its torque (stiffness and damping
     part) from the state. `balance` (n, n) turns mean torques into those that leave every part
     without a ground spring on its prescribed motion. `idle` (s,) marks twists that act on nothing
-    (elements of dashpots only). `twist_scale` (e,) is what a twist is multiplied with in the state,
-    `fastest` in rad/s bounds the frequency of every mode.
+    (elements of dashpots only). `fastest` in rad/s bounds the frequency of every mode.
     """
 
     state_matrix: FloatArray
@@ -50,24 +49,8 @@ class TransientSystem(NamedTuple):
     torque: FloatArray
     balance: FloatArray
     idle: BoolArray
-    twist_scale: FloatArray
     inertia: FloatArray
     fastest: float
-
-
-def free_parts(line: Line) -> FloatArray:
-    """0/1 matrix (p, n): the freedoms of each connected part that no ground spring holds."""
-    from scipy.sparse.csgraph import connected_components
-
-    n = line.inertia.shape[-1]
-    joined = np.zeros((n, n), dtype=bool)
-    linked = (line.stiffness > 0.0) | (line.damping > 0.0)
-    joined[line.first[linked], line.second[linked]] = True
-    count, label = connected_components(joined, directed=False)
-    member = np.arange(count)[:, None] == label
-    held = (member & (line.ground_stiffness > 0.0)).any(axis=1)
-    free: FloatArray = member[~held].astype(float)
-    return free
 
 
 def balance_matrix(line: Line, reaction: FloatArray | None) -> FloatArray:
@@ -76,7 +59,7 @@ def balance_matrix(line: Line, reaction: FloatArray | None) -> FloatArray:
     `reaction` (n,) are the shares by which the stations take what holds the prescribed motion (the
     driven machine, say); None: by their inertias, as if the whole line were slowed down evenly.
     """
-    member = free_parts(line)
+    member = free_parts(line, (line.stiffness > 0.0) | (line.damping > 0.0))
     share = member * (line.inertia if reaction is None else np.asarray(reaction, dtype=float))
     total = share.sum(axis=1, keepdims=True)
     if (total <= 0.0).any():
@@ -136,7 +119,7 @@ def transient_system(line: Line, reaction: FloatArray | None = None) -> Transien
         line.stiffness[:, None] * twist + line.damping[:, None] * rate,
         balance_matrix(line, reaction),
         np.concatenate([stiffness == 0.0, np.zeros(n, dtype=bool)]),
-        scale[:e], line.inertia, fastest,
+        line.inertia, fastest,
     )  # fmt: skip
 
 

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
-from vibecalc.torsion.line import Line, damping_matrix, network_matrix, stiffness_matrix
+from vibecalc.torsion.line import Line, damping_matrix, free_parts, network_matrix, stiffness_matrix
 
 # ----------------------------------------------------------------------------
 # A shaft line whose inertias change with the crank angle: its data and what they are at an angle.
@@ -98,16 +98,9 @@ def inertia_at(system: VariableLine, angle: FloatArray) -> LineInertia:
     return LineInertia(value, slope, curvature)
 
 
-def free_parts(line: Line) -> FloatArray:
-    """Rows (r, n) of ones and zeros: the freedoms of each part that no ground stiffness holds."""
-    n = line.inertia.shape[-1]
-    part = np.arange(n)
-    for a, b, k in zip(line.first, line.second, line.stiffness, strict=True):
-        if k != 0.0:
-            part[part == part[b]] = part[a]
-    rows = [(part == one).astype(np.float64) for one in np.unique(part)]
-    free = [row for row in rows if not np.any(row * line.ground_stiffness)]
-    return np.array(free).reshape(-1, n)
+def turning_parts(line: Line) -> FloatArray:
+    """`free_parts` (r, n) of the springs: each may turn as a whole."""
+    return free_parts(line, line.stiffness != 0.0)
 
 
 # ----------------------------------------------------------------------------
@@ -216,9 +209,9 @@ _SAFETY = 4.0
 
 
 class Blocks(NamedTuple):
-    """Steps k (P,) of both signs, matrix (P, m, P, m), right side (P, m), border (m, r) twice.
+    """Steps k (P,) of both signs, matrix (P, n, P, n), right side (P, n), border (n, r) twice.
 
-    `size` (P, m, m) is how large the terms are that the diagonal blocks were formed of.
+    `size` (P, n, n) is how large the terms are that the diagonal blocks were formed of.
     """
 
     step: IntArray
@@ -274,14 +267,9 @@ def station_values(
 
 
 def blocks(
-    system: VariableLine,
-    speed: float,
-    parts: EquationTerms,
-    angle: ComplexArray,
-    step: IntArray,
-    basis: FloatArray,
+    system: VariableLine, speed: float, parts: EquationTerms, angle: ComplexArray, step: IntArray
 ) -> Blocks:
-    """The system of the steps (P,), rising and of both signs, in the shapes `basis` (m, n).
+    """The system of the steps (P,), rising and of both signs.
 
     Steps left out must not be coupled with those taken.
     """
@@ -289,20 +277,16 @@ def blocks(
     shafts = shaft_matrices(system, speed, step)
     about = two_sided_angle(angle, highest)[step + highest]
     gap = two_sided(parts.gap, highest)[step + highest] - (shafts @ about[..., None])[..., 0]
-    pairs = (basis[:, None] * basis).reshape(-1, basis.shape[1])
-    values = station_values(system, speed, parts, step) @ pairs.T
-    count = len(basis)
-    matrix = values.reshape(*values.shape[:2], count, count).transpose(0, 2, 1, 3)
-    place = np.arange(len(step))
-    matrix = np.ascontiguousarray(matrix)
-    matrix[place, :, place, :] += basis @ shafts @ basis.T
-    free = free_parts(system.line)[: len(basis[0]) if np.any(step == 0) else 0]
-    load, origin = (basis @ (free * part).T for part in (system.load, system.line.inertia))
+    place, index = np.arange(len(step)), np.arange(angle.shape[1])
+    matrix = np.zeros((len(step), len(index), len(step), len(index)), dtype=np.complex128)
+    matrix[:, index, :, index] = np.moveaxis(station_values(system, speed, parts, step), -1, 0)
+    matrix[place, :, place, :] += shafts
+    free = turning_parts(system.line)[: len(index) if np.any(step == 0) else 0]
+    load, origin = (free * part for part in (system.load, system.line.inertia))
+    large = np.abs(shafts)
     inertial = (speed / system.turns * step)[:, None] ** 2 * np.abs(parts.inertia).max(axis=0)
-    large, wide = np.abs(shafts), np.abs(basis)
-    index = np.arange(basis.shape[1])
     large[:, index, index] += inertial
-    return Blocks(step, matrix, gap @ basis.T, load, origin, wide @ large @ wide.T)
+    return Blocks(step, matrix, gap, load.T, origin.T, large)
 
 
 def solve(system_blocks: Blocks, highest: int, size: FloatArray) -> HarmonicSolution | None:

@@ -1,7 +1,6 @@
 """Stability of a line with variable inertias: multipliers, growth, unstable ranges of speeds."""
 
-from collections.abc import Callable
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,7 +9,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.gauss import GaussRule, gauss_rule
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.line import damping_matrix, stiffness_matrix
-from vibecalc.torsion.variable_inertia.motion import VariableLine, free_parts, terms
+from vibecalc.torsion.variable_inertia.motion import VariableLine, terms, turning_parts
 
 # ----------------------------------------------------------------------------
 # Stability of a line with variable inertias: multipliers over a cycle and rates of growth.
@@ -203,11 +202,11 @@ def _judged(
     twist = shapes.T @ (right[:m] / scale[:, None])
     common = np.zeros(len(turn))
     total = (line.inertia[:, None] * np.abs(twist) ** 2).sum(axis=0)
-    for part in free_parts(line):
+    for part in turning_parts(line):
         weight = part * line.inertia
         common += np.abs(weight @ twist) ** 2 / weight.sum() / np.where(total > 0.0, total, 1.0)
     vibrates = np.ones(len(turn), dtype=bool)
-    vibrates[np.argsort(-common, kind="stable")[: 2 * len(free_parts(line))]] = False
+    vibrates[np.argsort(-common, kind="stable")[: 2 * len(turning_parts(line))]] = False
     size = np.maximum(np.abs(multiplier), np.finfo(float).tiny)
     rate = np.where(vibrates, np.log(size) / period, -np.inf)
     worst = int(np.argmax(rate))
@@ -237,9 +236,6 @@ def _judged(
 # Source: Nayfeh and Mook (1979), Nonlinear oscillations, chapter 5 (sum resonances).
 # ----------------------------------------------------------------------------
 
-#: a line's motion at a speed (N + 1, n) and its error, as from `steady_response(..., exact=True)`
-Motion: TypeAlias = Callable[[VariableLine, float], tuple[ComplexArray, FloatArray]]
-
 _BISECTIONS = 26
 
 
@@ -268,7 +264,6 @@ class UnstableRange(NamedTuple):
     low: float
     high: float
     error: float
-    worst_speed: float
     growth: float
 
 
@@ -301,19 +296,15 @@ def wedges(
 
 
 def unstable_ranges(
-    system: VariableLine,
-    speed: ArrayLike,
-    *,
-    basis: FloatArray | None = None,
-    motion: Motion | None = None,
+    system: VariableLine, speed: ArrayLike, *, basis: FloatArray | None = None
 ) -> list[UnstableRange]:
-    """Ranges about uniform turning, or `motion`, with borders by bisection between speeds (S,).
+    """Ranges about uniform turning, with borders by bisection between speeds (S,).
 
     The speeds must be as close as the ranges searched; add the centres of `wedges`. The line's
     damping counts. A range that reaches an end of the speeds ends there, with the error 0.
     """
     speeds = np.unique(np.asarray(speed, dtype=np.float64))
-    growth = {float(w): _growth(system, float(w), basis, motion) for w in speeds}
+    growth = {float(w): _growth(system, float(w), basis) for w in speeds}
     ranges: list[UnstableRange] = []
     inside = np.array([growth[float(w)] > 0.0 for w in speeds])
     starts = np.flatnonzero(inside & ~np.append(False, inside[:-1]))
@@ -321,34 +312,27 @@ def unstable_ranges(
     for start, end in zip(starts, ends, strict=True):
         low, high, error = float(speeds[start]), float(speeds[end]), 0.0
         if start > 0:
-            low, error = _border(system, low, float(speeds[start - 1]), basis, motion)
+            low, error = _border(system, low, float(speeds[start - 1]), basis)
         if end + 1 < len(speeds):
-            high, other = _border(system, high, float(speeds[end + 1]), basis, motion)
+            high, other = _border(system, high, float(speeds[end + 1]), basis)
             error = max(error, other)
-        worst = max(speeds[start : end + 1], key=lambda w: growth[float(w)])
-        ranges.append(UnstableRange(low, high, error, float(worst), growth[float(worst)]))
+        fastest = max(growth[float(w)] for w in speeds[start : end + 1])
+        ranges.append(UnstableRange(low, high, error, fastest))
     return ranges
 
 
-def _growth(
-    system: VariableLine, speed: float, basis: FloatArray | None, motion: Motion | None
-) -> float:
+def _growth(system: VariableLine, speed: float, basis: FloatArray | None) -> float:
     """Growth in 1/s, zero where it is none or cannot be distinguished from round-off."""
-    angle, error = (None, None) if motion is None else motion(system, speed)
-    found = stability(system, speed, angle=angle, angle_error=error, basis=basis)
+    found = stability(system, speed, basis=basis)
     return found.growth if found.unstable else 0.0
 
 
 def _border(
-    system: VariableLine,
-    inside: float,
-    outside: float,
-    basis: FloatArray | None,
-    motion: Motion | None,
+    system: VariableLine, inside: float, outside: float, basis: FloatArray | None
 ) -> tuple[float, float]:
     for _ in range(_BISECTIONS):
         middle = 0.5 * (inside + outside)
-        if _growth(system, middle, basis, motion) > 0.0:
+        if _growth(system, middle, basis) > 0.0:
             inside = middle
         else:
             outside = middle

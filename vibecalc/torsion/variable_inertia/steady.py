@@ -13,12 +13,10 @@ from vibecalc.torsion.variable_inertia.motion import (
     HarmonicSolution,
     VariableLine,
     blocks,
-    free_parts,
     shaft_matrices,
     solve,
-    station_values,
     terms,
-    two_sided_angle,
+    turning_parts,
 )
 
 # ----------------------------------------------------------------------------
@@ -32,8 +30,6 @@ from vibecalc.torsion.variable_inertia.motion import (
 MOST_ITERATIONS = 25
 _NEGLIGIBLE = 1e-15
 _STANDS = 1e-12
-#: times that what a basis leaves out is passed on between orders
-_PASSES = 4
 #: relative truncation that is refused: more orders mend it, so the error may speak up to there
 _COARSE = 1e-2
 
@@ -59,7 +55,6 @@ def steady_response(
     *,
     follows: bool = False,
     exact: bool = False,
-    basis: FloatArray | None = None,
 ) -> SteadyTwist:
     """Steady motion at the speeds (S,), with the inertia torque that the variation makes.
 
@@ -75,15 +70,12 @@ def steady_response(
         The gas torque is a function of the throw's own angle, else of w t.
     exact
         Solve the nonlinear equations, else those linear in the twist.
-    basis : (m, n)
-        Shapes in whose span the twist is sought, for speed; None keeps every freedom.
 
     Returns
     -------
     SteadyTwist
-        The error counts round-off (sampled), three times what the orders beyond give back, the
-        last step of Newton's method, and with `basis` the twist that the residual drives outside
-        its span at constant inertia (an estimate, no bound). Linearisation is not counted.
+        The error counts round-off (sampled), three times what the orders beyond give back, and the
+        last step of Newton's method. Linearisation is not counted.
 
     Raises
     ------
@@ -96,7 +88,7 @@ def steady_response(
     forces = np.broadcast_to(forces, (len(speeds), *forces.shape[-2:]))
     highest = round(highest_order * system.turns)
     rows = [
-        _one_speed(system, float(w), force, highest, follows, exact, basis)
+        _one_speed(system, float(w), force, highest, follows, exact)
         for w, force in zip(speeds, forces, strict=True)
     ]
     angle, error, beyond = (np.array(part) for part in zip(*rows, strict=True))
@@ -127,25 +119,23 @@ def _one_speed(
     highest: int,
     follows: bool,
     exact: bool,
-    basis: FloatArray | None,
 ) -> tuple[ComplexArray, FloatArray, float]:
     n = torque.shape[-1]
-    shapes = np.eye(n) if basis is None else np.asarray(basis, dtype=np.float64)
     reach = _reach(system, torque, follows)
     bound = highest + max(reach, len(torque) - 1 - highest, 0)
     samples = 1 << int(4 * bound + 2 * reach + 2 * len(torque) + 8).bit_length()
     turn = 2.0 * np.pi * system.turns
     crank_angle = np.linspace(0.0, turn, samples, endpoint=False)
     angle = np.zeros((highest + 1, n), dtype=np.complex128)
-    size = np.zeros((2 * highest + 1, len(shapes)))
+    size = np.zeros((2 * highest + 1, n))
     apart = system.turns if not (exact or follows) else 1
     move = np.inf
     for count in range(MOST_ITERATIONS):
         parts = terms(system, speed, crank_angle, angle, torque, follows=follows)
         if count == 0:
-            size += np.abs(shapes) @ np.abs(parts.gap).max(axis=0)
-        solution = _step(system, speed, parts, angle, shapes, (highest, bound, apart), size)
-        step = _one_sided(solution.value) @ shapes
+            size += np.abs(parts.gap).max(axis=0)
+        solution = _step(system, speed, parts, angle, (highest, bound, apart), size)
+        step = _one_sided(solution.value)
         largest = float(np.abs(angle + step).max())
         last, move = move, float(np.abs(step).max())
         # small steps that no longer shrink are round-off
@@ -158,13 +148,8 @@ def _one_speed(
             f"variable inertia at {speed:.6g} rad/s: Newton's method has not settled after "
             f"{MOST_ITERATIONS} steps (the last {move:.2g} rad); it is large or does not exist"
         )
-    error = _trusted(solution, shapes, largest, speed, system, move if exact else 0.0)
-    if basis is not None:
-        # with `exact` the residual is that of the system linearised about the last motion
-        before = np.zeros_like(angle) if not exact else angle
-        parts = terms(system, speed, crank_angle, before, torque, follows=follows)
-        error += _outside(system, speed, parts, before, angle - before)
-    return angle, error, float(np.abs(solution.beyond @ shapes).max(initial=0.0) * 2.0)
+    error = _trusted(solution, largest, speed, system, move if exact else 0.0)
+    return angle, error, float(np.abs(solution.beyond).max(initial=0.0) * 2.0)
 
 
 def _step(
@@ -172,7 +157,6 @@ def _step(
     speed: float,
     parts: EquationTerms,
     angle: ComplexArray,
-    shapes: FloatArray,
     reach: tuple[int, int, int],
     size: FloatArray,
 ) -> HarmonicSolution:
@@ -182,16 +166,14 @@ def _step(
     highest, bound, apart = reach
     step = np.arange(-bound, bound + 1)
     inside = np.arange(-highest, highest + 1)
-    value = np.zeros((len(inside), len(shapes)), dtype=np.complex128)
+    value = np.zeros((len(inside), angle.shape[1]), dtype=np.complex128)
     rounding, truncation, beyond = np.zeros(value.shape), np.zeros(value.shape), []
     for remainder in range(apart):
         steps_here = step[step % apart == remainder]
         place = inside % apart == remainder
         if not place.any():
             continue
-        solution = solve(
-            blocks(system, speed, parts, angle, steps_here, shapes), highest, size[place]
-        )
+        solution = solve(blocks(system, speed, parts, angle, steps_here), highest, size[place])
         if solution is None:
             raise _singular(speed, system)
         value[place], rounding[place], truncation[place] = solution[:3]
@@ -216,7 +198,6 @@ def _one_sided(value: np.ndarray) -> ComplexArray:
 
 def _trusted(
     solution: HarmonicSolution,
-    shapes: FloatArray,
     largest: float,
     speed: float,
     system: VariableLine,
@@ -225,8 +206,7 @@ def _trusted(
     """Absolute error (N + 1, n), or the failure that it amounts to."""
     middle = len(solution.value) // 2
     rounding, truncation = (
-        (part[middle:] + part[middle::-1]) @ np.abs(shapes)
-        for part in (solution.rounding, solution.truncation)
+        part[middle:] + part[middle::-1] for part in (solution.rounding, solution.truncation)
     )
     if not np.isfinite(rounding).all() or rounding.max() > SINGULAR * largest:
         raise _singular(speed, system)
@@ -236,43 +216,6 @@ def _trusted(
             f"change the twist by up to {truncation.max():.2g} of {largest:.2g} rad; take more"
         )
     return np.asarray(rounding + truncation + move)
-
-
-def _outside(
-    system: VariableLine,
-    speed: float,
-    parts: EquationTerms,
-    before: ComplexArray,
-    step: ComplexArray,
-) -> FloatArray:
-    """Twist (N + 1, n) that the residual of all freedoms would drive at constant inertia."""
-    highest = len(step) - 1
-    orders = np.arange(-highest, highest + 1)
-    whole = two_sided_angle(before + step, highest)
-    shafts = shaft_matrices(system, speed, orders)
-    residual = np.fft.fft(parts.gap, axis=0)[orders] / len(parts.gap)
-    residual -= (shafts @ whole[..., None])[..., 0]
-    values = station_values(system, speed, parts, orders)
-    residual -= np.einsum("pqi,qi->pi", values, two_sided_angle(step, highest))
-    dynamic = shafts.copy()
-    index = np.arange(len(system.line.inertia))
-    frequency = speed / system.turns * orders
-    dynamic[:, index, index] -= frequency[:, None] ** 2 * system.line.inertia
-
-    inverse = np.empty_like(dynamic)
-    try:
-        inverse[orders != 0] = np.linalg.inv(dynamic[orders != 0])
-    except np.linalg.LinAlgError:
-        raise _singular(speed, system) from None
-    inverse[orders == 0] = np.linalg.pinv(dynamic[orders == 0], hermitian=True)
-    # what is missing at one order is missing in what that order feeds
-    missing = np.zeros(residual.shape)
-    for _ in range(_PASSES):
-        drive = (inverse @ residual[..., None])[..., 0]
-        missing += np.abs(drive)
-        residual = frequency[:, None] ** 2 * system.line.inertia * drive
-        residual = -residual - np.einsum("pqi,qi->pi", values, drive)
-    return np.asarray(4.0 * missing[highest:])
 
 
 def _singular(speed: float, system: VariableLine) -> NumericalFailure:
@@ -370,7 +313,7 @@ def _compliance(
     index = np.arange(n)
     dynamic[index, index] -= (speed * step / system.turns) ** 2 * system.line.inertia
     if step == 0:
-        free = free_parts(system.line)
+        free = turning_parts(system.line)
         load, origin = free * system.load, free * system.line.inertia
         scale = np.abs(dynamic).max()
         load, origin = (scale * (part.T / np.abs(part).max(axis=1)) for part in (load, origin))
