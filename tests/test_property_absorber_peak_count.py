@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from exact_tree import roots_of
 
-from vibecalc.absorber.peaks import UNCERTAIN, maxima_counted, peaks, quick_maxima
-from vibecalc.absorber.transfer import Absorber, Coupling, coupling, transfer_of
+from vibecalc.absorber.peaks import UNCERTAIN, Response, maxima_counted, peaks, quick_maxima
+from vibecalc.absorber.squared_magnitude import measure
+from vibecalc.absorber.transfer import Absorber, coupling, transfer_of
+from vibecalc.numerics.maxima import Maxima
 
 #: z1, m, k, z2 of absorbers one of whose peaks was once given twice
 TWICE = (
@@ -98,9 +100,10 @@ def absorbers(count: int) -> np.ndarray:
 def test_peaks_are_those_of_sixty_digits_each_once() -> None:
     every = np.concatenate([absorbers(40), np.array(TWICE).T], axis=1)
     found = peaks(Absorber(*every))
-    quick = quick_maxima(coupling(Absorber(*every)), transfer_of("force", "displacement"))
+    parts, transfer = coupling(Absorber(*every)), transfer_of("force", "displacement")
+    whole = Response(parts, measure(parts, transfer), measure(parts, transfer, plain=True))
     # most are sure without any eigenvalues
-    assert np.mean(quick.certain) > 0.7
+    assert len(quick_maxima(whole)[1]) < 0.3 * len(parts.mass)
     for row, one in enumerate(every.T):
         true = maxima_in_digits(*one)
         own = found.frequency[row][found.present[row]]
@@ -116,10 +119,9 @@ def test_the_quick_way_gives_what_the_thorough_one_does(monkeypatch: pytest.Monk
              ("force", "acceleration"), ("force", "relative_displacement")]  # fmt: skip
     quick = [peaks(every, *kind) for kind in kinds]
 
-    def none(parts: Coupling, transfer: object) -> object:
-        found = quick_maxima(parts, transfer)  # type: ignore[arg-type]
-        nothing = type(found.tops)(*(part[:0] for part in found.tops))
-        return found._replace(certain=np.zeros(len(found.certain), dtype=bool), tops=nothing)
+    def none(whole: Response) -> tuple[Maxima, np.ndarray]:
+        found = quick_maxima(whole)[0]
+        return found.some(np.zeros(0, dtype=int)), np.arange(len(whole.parts.mass))
 
     monkeypatch.setattr(module, "quick_maxima", none)
     for kind, one in zip(kinds, quick, strict=True):

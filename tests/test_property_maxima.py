@@ -1,0 +1,124 @@
+"""Claim: the search for maxima finds every peak that its seeds can show, with place and height as
+near as it says, against formulas and many digits."""
+
+import mpmath
+import numpy as np
+import pytest
+
+from vibecalc.numerics.maxima import Jet, by_slopes
+from vibecalc.numerics.rounding import FloatArray, IntArray
+
+
+def resonance(p: float, z: float, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """|p^2 - x^2 + 2 i z p x|^2 with two derivatives; its differences keep their digits."""
+    away, drag = (p - x) * (p + x), 2 * z * p
+    first = -4 * x * away + 2 * drag * drag * x
+    return away * away + (drag * x) ** 2, first, -4 * away + 8 * x * x + 2 * drag * drag
+
+
+def curve(place: FloatArray, damping: FloatArray, x: FloatArray) -> Jet:
+    """Sum of the reciprocals."""
+    value, slope, bend = np.zeros((3, len(x)))
+    for p, z in zip(place.tolist(), damping.tolist(), strict=True):
+        below, first, second = resonance(p, z, x)
+        value += 1.0 / below
+        slope += -first / below**2
+        bend += 2.0 * first**2 / below**3 - second / below**2
+    return Jet(value, 8e-16 * value, slope, bend)
+
+
+def seeds_of(place: FloatArray, damping: FloatArray) -> FloatArray:
+    about = place[:, None] * (1.0 + damping[:, None] * np.array([-3.0, -1.0, 0.0, 1.0, 3.0]))
+    return np.concatenate([about.ravel(), [0.1 * place.min(), 10.0 * place.max()]])
+
+
+@pytest.mark.parametrize(("place", "damping", "count"), [
+    ([1.0], [0.1], 1),
+    ([1.0], [1e-6], 1),
+    ([1.0], [1e-12], 1),
+    ([1.0, 2.0], [1e-6, 0.1], 2),
+    ([1.0, 1.0001], [1e-6, 1e-6], 2),
+    ([1.0, 1.001], [1e-2, 1e-6], 1),
+    ([1.0, 1.5, 40.0], [0.02, 1e-6, 0.05], 3),
+])  # fmt: skip
+def test_resonances_are_found_as_in_forty_digits(
+    place: list[float], damping: list[float], count: int
+) -> None:
+    places, dampings = np.array(place), np.array(damping)
+    found = by_slopes(lambda _, x: curve(places, dampings, x), seeds_of(places, dampings)[None])
+    assert len(found.row) == count
+    with mpmath.workdps(60):
+        held = [(mpmath.mpf(p), mpmath.mpf(z)) for p, z in zip(place, damping, strict=True)]
+
+        def exact(x: mpmath.mpf) -> list[mpmath.mpf]:
+            parts = [resonance(p, z, x) for p, z in held]  # type: ignore[arg-type]
+            return [mpmath.fsum(1 / below for below, _, _ in parts),
+                    mpmath.fsum(-first / below**2 for below, first, _ in parts)]  # fmt: skip
+
+        for i in range(count):
+            at = mpmath.mpf(float(found.place.value[i]))
+            near, level = (at, at + min(damping) * at / 1000), exact(at)[0]
+            true = mpmath.findroot(lambda x, unit=level: exact(x)[1] / unit, near, tol=1e-50)
+            assert abs(true - at) <= found.place.error[i]
+            height = mpmath.mpf(float(found.height.value[i]))
+            assert abs(exact(true)[0] - height) <= found.height.error[i]
+            assert abs(true / at - 1) < 1e-15
+
+
+def test_curves_of_a_batch_do_not_feel_each_other() -> None:
+    draw = np.random.default_rng(2)
+    places = np.sort(draw.uniform(1.0, 10.0, (50, 3)), axis=1)
+    dampings = 10.0 ** draw.uniform(-6, -1.5, (50, 3))
+
+    def each(row: IntArray, x: FloatArray) -> Jet:
+        parts = [curve(places[r], dampings[r], x[i : i + 1]) for i, r in enumerate(row.tolist())]
+        return Jet(*(np.concatenate([np.zeros(0), *column]) for column in zip(*parts, strict=True)))
+
+    seeds = np.stack([seeds_of(p, z) for p, z in zip(places, dampings, strict=True)])
+    batch = by_slopes(each, seeds)
+    for r in range(0, 50, 7):
+        alone = by_slopes(lambda _, x, r=r: curve(places[r], dampings[r], x), seeds[r : r + 1])  # type: ignore[misc]
+        mine = batch.some(batch.row == r)
+        assert np.array_equal(alone.place.value, mine.place.value)
+        assert np.array_equal(alone.height.value, mine.height.value)
+        assert np.all(np.diff(mine.place.value) > 0.0)
+
+
+def test_a_kink_upwards_a_flat_top_and_ends() -> None:
+    def kink(_: IntArray, x: FloatArray) -> Jet:
+        value = 2.0 - np.abs(x - np.pi) - 0.1 * (x - np.pi) ** 2
+        slope = -np.sign(x - np.pi) - 0.2 * (x - np.pi)
+        return Jet(value, 1e-16 * np.abs(value), slope, np.full(len(x), -0.2))
+
+    found = by_slopes(kink, np.array([[0.0, 1.0, 5.0]]))
+    assert found.place.value == pytest.approx([np.pi], abs=1e-14)
+    assert np.all(np.abs(found.place.value - np.pi) <= found.place.error + 1e-15)
+
+    def flat(_: IntArray, x: FloatArray) -> Jet:
+        y = x - 2.0
+        return Jet(1.0 - y**4, 2e-16 * np.ones(len(x)), -4.0 * y**3, -12.0 * y**2)
+
+    found = by_slopes(flat, np.array([[0.5, 1.0, 3.3]]))
+    assert len(found.row) == 1
+    assert abs(found.place.value[0] - 2.0) < 1e-3
+    assert found.height.value[0] == pytest.approx(1.0, abs=1e-15)
+
+    # a curve that rises, falls or stays throughout has its highest value at an end
+    for slope in (1.0, -1.0, 0.0):
+        line = by_slopes(
+            lambda _, x, s=slope: Jet(3.0 + s * x, 0.0 * x, s + 0.0 * x, 0.0 * x),  # type: ignore[misc]
+            np.array([[0.0, 1.0, 2.0, np.nan]]),
+        )
+        assert len(line.row) == 0
+
+
+def test_a_pair_of_extremes_between_two_seeds_is_looked_for() -> None:
+    # a cubic slope with three zeros, all between two seeds
+    def curve_of(_: IntArray, x: FloatArray) -> Jet:
+        y = x - 1.6
+        slope, bend = -(y**3) + 0.25 * y, 0.25 - 3.0 * y * y
+        value = 5.0 - y**4 / 4 + 0.125 * y**2
+        return Jet(value, 1e-15 * value, slope, bend)
+
+    found = by_slopes(curve_of, np.array([[0.9, 2.3]]))
+    assert found.place.value == pytest.approx([1.1, 2.1], abs=1e-12)
