@@ -5,7 +5,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from vibecalc.numerics.maxima import Jet, by_slopes
+from vibecalc.numerics.maxima import Jet, by_slopes, by_values
 from vibecalc.numerics.rounding import FloatArray, IntArray
 
 
@@ -122,3 +122,67 @@ def test_a_pair_of_extremes_between_two_seeds_is_looked_for() -> None:
 
     found = by_slopes(curve_of, np.array([[0.9, 2.3]]))
     assert found.place.value == pytest.approx([1.1, 2.1], abs=1e-12)
+
+
+# ----------------------------------------------------------------------------
+# Curves that give values only.
+# ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("damping", [0.2, 1e-2, 1e-6, 1e-9])
+@pytest.mark.parametrize("share", [0.02, 0.5, 0.97])
+def test_a_resonance_by_values_is_where_it_is(damping: float, share: float) -> None:
+    width = 0.7 * damping
+    low, high = 1.0 - share * width, 1.0 + (1.0 - share) * width
+
+    def values_at(_: IntArray, x: FloatArray) -> FloatArray:
+        return 1.0 / np.sqrt(resonance(1.0, damping, x)[0])  # type: ignore[arg-type]
+
+    # highest at x^2 = 1 - 2 z^2
+    true = np.sqrt(1.0 - 2.0 * damping**2)
+    low, high = low + true - 1.0, high + true - 1.0
+    at = np.array([true + 0.1 * (low - true)])
+    found = by_values(values_at, np.array([0]), np.array([low]), at, np.array([high]))
+    close = 1e-11 * width + 4e-15 + 1e-20 / width
+    assert abs(found.place.value[0] - true) <= found.place.error[0] <= close
+    top = 1.0 / (2.0 * damping * np.sqrt(1.0 - damping**2))
+    assert abs(found.height.value[0] - top) <= found.height.error[0] + 1e-14 * top
+
+
+def test_by_values_of_several_curves_the_highest_of_each() -> None:
+    place = np.array([[1.0, 2.0, 3.0], [1.1, 2.2, 3.3]])
+    height = np.array([[1.0, 1.02, 0.2], [3.0, 3.0, 1.0]])
+
+    def values_at(row: IntArray, x: FloatArray) -> FloatArray:
+        away = (x[..., None] - place[row][:, None]) / 0.05
+        return np.asarray(np.max(height[row][:, None] / (1.0 + away**2), axis=-1))
+
+    row = np.repeat([0, 1], 3)
+    found = by_values(
+        values_at, row, place.ravel() - 0.2, place.ravel() + 0.03, place.ravel() + 0.3
+    )
+    # of two of one height the first
+    assert found.row.tolist() == [0, 1]
+    assert np.all(np.abs(found.place.value - [2.0, 1.1]) <= found.place.error)
+    assert found.height.value == pytest.approx([1.02, 3.0], rel=1e-14)
+    none = by_values(values_at, row, place.ravel() - 0.2, place.ravel() + 0.03,
+                     place.ravel() + 0.3, floor=np.array([2.0, 1.0]))  # fmt: skip
+    assert none.row.tolist() == [1]
+
+
+@pytest.mark.parametrize("centre", [0.0, 1.0])
+def test_by_values_ends_at_a_corner_and_where_a_curve_is_flat(centre: float) -> None:
+    ends = np.array([centre - 0.3]), np.array([centre + 0.01]), np.array([centre + 0.5])
+
+    def corner(_: IntArray, x: FloatArray) -> FloatArray:
+        return np.asarray(2.0 - np.abs(x - centre))
+
+    found = by_values(corner, np.array([0]), *ends)
+    assert abs(found.place.value[0] - centre) <= found.place.error[0] < 1e-11
+
+    def flat(_: IntArray, x: FloatArray) -> FloatArray:
+        return np.asarray(2.0 - (x - centre) ** 8)
+
+    found = by_values(flat, np.array([0]), *ends)
+    assert found.height.value[0] == pytest.approx(2.0, abs=1e-14)
+    assert abs(found.place.value[0] - centre) < 0.02

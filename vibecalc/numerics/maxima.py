@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.numerics.bounded import Bounded, concatenate
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, BoolArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, BoolArray, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
 # Maxima of curves that give their derivatives.
@@ -256,3 +256,170 @@ def _found(row: IntArray, at: FloatArray, left: FloatArray, jet: Jet) -> Maxima:
     short = np.where(down, 0.5 * np.square(jet.slope / jet.bend), np.square(left))
     lost = np.abs(jet.bend) * (short + 0.5 * np.square(rounding))
     return Maxima(row, Bounded(at, off + rounding), Bounded(jet.value, jet.error + lost), jet.bend)
+
+
+# ----------------------------------------------------------------------------
+# The highest maxima of curves that give values only.
+#
+# A bracket is divided until its ends are little lower than its highest value; then a polynomial
+# through places close about the top, of which the highest coefficients tell whether it is that of
+# a smooth curve, has its maximum. Where a kink is too near, the bracket is divided on. What cannot
+# reach the highest value of its curve is dropped on the way.
+# ----------------------------------------------------------------------------
+
+#: parts in which a bracket is divided at first (two tops may stand in it), and later on
+FIRST_PARTS, PARTS = 16, 8
+#: share of the highest value of a curve that tops among these places have, to be divided on
+EQUAL = 0.97
+#: relative height of two tops below which they are alike, and fall to the ends of a bracket below
+#: which a polynomial is tried; it is the next one for a fall smaller by the other factor
+CORNER, FLAT, FLATTER = 1e-11, 0.02, 1.0 / 64.0
+#: half range of the polynomial over the width of the top, and its coefficients that count as smooth
+REACH, SMOOTH = 0.03, 1e-13
+#: roundings of values that are granted to the slope of the polynomial
+SHIFT = 16.0
+
+_NODES = -np.cos(np.pi * np.arange(9) / 8.0)
+_POWERS = np.linalg.inv(_NODES[:, None] ** np.arange(9)).T
+
+#: curves `row` (n,) at places (n, k)
+ValuesAt = Callable[[IntArray, FloatArray], FloatArray]
+
+
+class _Tops(NamedTuple):
+    """Brackets (n,) with a place `at` in each that is higher than both ends, the top of the
+    parabola through the three with its second derivative over its height, by how much the ends are
+    lower, relative, at which of such falls a polynomial is tried, and the whole bracket."""
+
+    row: IntArray
+    low: FloatArray
+    at: FloatArray
+    high: FloatArray
+    vertex: FloatArray
+    bend: FloatArray
+    fall: FloatArray
+    tried: FloatArray
+    least: FloatArray
+    most: FloatArray
+
+    def some(self, which: BoolArray | IntArray) -> "_Tops":
+        return _Tops(*(part[which] for part in self))
+
+
+def by_values(
+    values_at: ValuesAt, row: IntArray, low: FloatArray, at: FloatArray, high: FloatArray,
+    floor: FloatArray | None = None,
+) -> Maxima:  # fmt: skip
+    """The highest maximum between `low` and `high` of each curve, of several brackets (n,) one.
+
+    At `at` a curve is higher than at both ends. Of maxima of one height that at the lowest place
+    counts. `floor` (curves,): tops lower than about that are left out, and curves that have no
+    other. The error of the height is that of the place; rounding of the curve is not in it.
+    """
+    best = np.zeros(int(np.max(row, initial=-1)) + 1) if floor is None else floor.copy()
+    unknown = np.zeros(len(row))
+    tops = _Tops(row, low, at, high, at, unknown, unknown, unknown + FLAT, low, high)
+    found, parts = [], FIRST_PARTS
+    while len(tops.row):
+        where = _divided(tops, parts)
+        values = values_at(tops.row, where)
+        np.maximum.at(best, tops.row, np.max(values, axis=1))
+        tops, parts = _highest_among(tops, where, values, best), PARTS
+        ready = np.flatnonzero(tops.fall <= tops.tried)
+        if len(ready):
+            fit, told = _fitted(values_at, tops.some(ready))
+            found.append(fit.some(told))
+            tops.tried[ready] = FLATTER * tops.fall[ready]
+            tops = tops.some(np.delete(np.arange(len(tops.row)), ready[told]))
+    return _highest(found)
+
+
+def _divided(tops: _Tops, parts: int) -> FloatArray:
+    """Places (n, parts + 1): both sides of the top alike, closer to it where a side is far away."""
+    share = np.arange(parts // 2 + 1) / (parts // 2)
+    before, after = tops.at - tops.low, tops.high - tops.at
+    # a top next to an end of a wide bracket may be a thousand times as narrow
+    far = np.maximum(before, after) > 30.0 * np.minimum(before, after)
+    share = np.where(far[:, None], share**5, share)
+    left = tops.at[:, None] - before[:, None] * share[:, ::-1]
+    return np.concatenate([left, tops.at[:, None] + after[:, None] * share[:, 1:]], axis=1)
+
+
+def _highest_among(tops: _Tops, where: FloatArray, values: FloatArray, best: FloatArray) -> _Tops:
+    """Tops among places (n, k) that may be the highest of their curve."""
+    inner = values[:, 1:-1]
+    top = (inner > values[:, :-2]) & (inner >= values[:, 2:])
+    # none shows where the curve is flat to rounding
+    none = ~np.any(top, axis=1)
+    top[none, np.clip(np.argmax(values[none], axis=1), 1, values.shape[1] - 2) - 1] = True
+    top &= inner >= EQUAL * best[tops.row, None]
+    bracket, place = np.nonzero(top)
+    spots = where[bracket[:, None], place[:, None] + np.arange(3)]
+    three = values[bracket[:, None], place[:, None] + np.arange(3)]
+    low, at, high = spots.T
+    rise, drop = (np.diff(three, axis=1) / np.diff(spots, axis=1)).T
+    bend = 2.0 * (drop - rise) / (high - low)
+    safe = np.where(bend < 0.0, bend, -1.0)
+    slope = (rise * (high - at) + drop * (at - low)) / (high - low)
+    vertex = np.clip(np.where(bend < 0.0, at - slope / safe, at), low, high)
+    fall = 1.0 - np.minimum(three[:, 0], three[:, 2]) / three[:, 1]
+    same = tops.some(bracket)
+    return same._replace(
+        low=low, at=at, high=high, vertex=vertex, bend=-bend / three[:, 1], fall=fall
+    )
+
+
+def _fitted(values_at: ValuesAt, tops: _Tops) -> tuple[Maxima, BoolArray]:
+    """Maxima (n,) of polynomials about tops, and which of them tell where the maximum is."""
+    room = 0.5 * (tops.high - tops.low)
+    # at first as wide as serves; where a kink was too near, within what is left
+    first = tops.tried == FLAT
+    low, high = np.where(first, tops.least, tops.low), np.where(first, tops.most, tops.high)
+    most = 0.5 * (high - low)
+    half = np.minimum(REACH / np.sqrt(np.maximum(tops.bend, np.square(REACH / most))), most)
+    centre = np.clip(tops.vertex, low + half, high - half)
+    values = values_at(tops.row, centre[:, None] + half[:, None] * _NODES)
+    scale = np.max(values, axis=1)
+    power = (values / scale[:, None] - 1.0) @ _POWERS
+    x = np.zeros(len(half))
+    for _ in range(6):
+        first, second = _slopes(power, x)
+        x = np.clip(
+            np.where(second < 0.0, x - first / np.where(second < 0.0, second, 1.0), x), -1, 1
+        )
+    second = np.minimum(_slopes(power, x)[1], -1e-300)
+    rough = np.abs(power[:, 7:]) / np.array([64.0, 128.0])
+    # across a kink all coefficients are alike
+    smooth = np.minimum(SMOOTH, 1e-3 * -second)
+    told = (np.max(rough, axis=1) <= smooth) & (np.abs(x) < 1.0)
+    off = half * (8.0 * rough[:, 1] + SHIFT * EPSILON) / -second
+    # as near as values tell, next to a kink
+    whole = np.maximum(np.abs(tops.at), tops.most - tops.least)
+    near = ~told & ((tops.fall <= 1e-13) | (room <= 1e-12 * whole))
+    place = np.where(near, tops.at, centre + half * x)
+    off = np.where(near, 2.0 * room, np.minimum(off, 2.0 * room)) + 8.0 * EPSILON * np.abs(place)
+    height, bend = values_at(tops.row, place[:, None])[:, 0], second * scale / np.square(half)
+    lost = 0.5 * np.abs(bend) * np.square(off)
+    return Maxima(tops.row, Bounded(place, off), Bounded(height, lost), bend), told | near
+
+
+def _slopes(power: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """First and second derivative of polynomials (n, 9) at one place each."""
+    first, second = np.zeros((2, len(x)))
+    for k in range(8, 0, -1):
+        second = second * x + first
+        first = first * x + k * power[:, k]
+    return first, second
+
+
+def _highest(found: list[Maxima]) -> Maxima:
+    """Of each curve one; of maxima that are alike the one at the lowest place."""
+    none = np.zeros(0)
+    nothing = Maxima(np.zeros(0, dtype=np.int64), Bounded(none, none), Bounded(none, none), none)
+    every = joined([nothing, *found])
+    height = every.height.value
+    best = np.zeros(int(np.max(every.row, initial=-1)) + 1)
+    np.maximum.at(best, every.row, height)
+    alike = np.flatnonzero(height >= best[every.row] * (1.0 - CORNER))
+    # by rising place, so that the first one counts
+    return every.some(alike[np.unique(every.row[alike], return_index=True)[1]])
