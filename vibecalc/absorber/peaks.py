@@ -26,7 +26,7 @@ from vibecalc.absorber.transfer import (
 )
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.maxima import Jet, Maxima, by_slopes, joined
+from vibecalc.numerics.maxima import Jet, Maxima, by_slopes, joined, seeds_about
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
@@ -134,12 +134,11 @@ def _changes(positive: np.ndarray) -> np.ndarray:
 # every absorber; whether they are all is shown by a count from signs alone. Elsewhere the roots of
 # the stationarity polynomial are seeds. Near a narrow peak they are blurred: a light secondary
 # leaves a peak and a zero so close together that the roots run into each other. The poles stay
-# apart, and the top stands off them by about a half width.
+# apart.
 # ----------------------------------------------------------------------------
 
-#: seeds about the undamped natural frequencies, and about a pole in half widths
+#: seeds about the undamped natural frequencies
 _ABOUT = np.array([0.2, 0.75, 1.0, 1.25, 4.0])
-_NEARBY = np.array([0.0, -1.0, 1.0, -2.5, 2.5, -8.0, 8.0])
 #: excess over the floor squared below which |H|^2 itself keeps its digits
 _LOW = -0.5
 #: decay of all poles, over the upper natural frequency, from which none is too sharp to be placed
@@ -159,7 +158,8 @@ class Response(NamedTuple):
 
     def some(self, rows: IntArray) -> "Response":
         parts = Coupling(*(a[rows] for a in self.parts))
-        return Response(parts, *(part and Measure(*(a[rows] for a in part)) for part in self[1:]))
+        weights = Measure(*(a[rows] for a in self.weights))
+        return Response(parts, weights, self.plain and Measure(*(a[rows] for a in self.plain)))
 
     def jet(self, row: IntArray, u: FloatArray) -> Jet:
         """|H|^2 and its derivatives by u."""
@@ -236,23 +236,16 @@ def quick_maxima(whole: Response) -> tuple[Maxima, IntArray]:
 
 def _thorough_seeds(whole: Response) -> FloatArray:
     """u (rows, n) of stationary places, of others between them, and of places about the poles."""
-    poles = roots_of(denominator(whole.parts))
-    swings = poles.present & (poles.value.imag > 0.0)
-    about = poles.value.imag[..., None] - poles.value.real[..., None] * _NEARBY
-    size = np.where(poles.present, np.abs(poles.value), np.nan)[..., None]
-    about = np.concatenate([np.where(swings[..., None], about, np.nan), size], axis=-1)
-    found = [np.square(np.where(about > 0.0, about, np.nan)).reshape(len(about), -1)]
+    poles, count = roots_of(denominator(whole.parts)), len(whole.parts.mass)
+    tables = []
     for weights in filter(None, whole[1:]):
         row, u = positive_roots(stationarity(*excess_polynomials(whole.parts, weights)))
-        table = np.full((len(about), 16), np.nan)
+        table = np.full((count, 16), np.nan)
         order = np.lexsort((u, row))
-        table[row[order], _places(row[order], len(table))] = u[order]
-        found.append(table)
-    known = np.sort(np.concatenate(found, axis=1), axis=1)
-    known = known[:, np.any(np.isfinite(known), axis=0)]
-    between = np.sqrt(known[:, 1:]) * np.sqrt(known[:, :-1])
-    beyond = 0.25 * known[:, :1], 4.0 * np.nanmax(known, axis=1, keepdims=True)
-    return np.concatenate([known, between, *beyond], axis=1)
+        table[row[order], _places(row[order], count)] = np.sqrt(u[order])
+        tables.append(table)
+    present = np.where(poles.present, poles.value, 0.0)
+    return np.square(seeds_about(present, np.concatenate(tables, axis=1)))
 
 
 def _decays(parts: Coupling, upper: np.ndarray) -> np.ndarray:
@@ -337,10 +330,7 @@ def peaks(absorber: Absorber, excitation: str = "force", response: str = "displa
     with np.errstate(all="ignore"):
         tops = _all_maxima(whole)
         value = whole.excess(tops)
-    columns = tops.row, tops.place.value, value, tops.height.error, tops.height.value
-    if np.any(bare & moved):
-        columns = _with_resonances(absorber, bare, bare & moved, *columns)
-    rows, u, value, uncertainty, square = columns
+    rows, u, value, uncertainty, square = _with_resonances(absorber, bare & moved, tops, value)
 
     size = np.sqrt(np.maximum(square, 0.0))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -377,13 +367,17 @@ def peaks(absorber: Absorber, excitation: str = "force", response: str = "displa
 
 
 def _with_resonances(
-    absorber: Absorber, bare: np.ndarray, moved: np.ndarray, rows: np.ndarray, u: np.ndarray,
-    value: np.ndarray, uncertainty: np.ndarray, square: np.ndarray,
-) -> tuple[np.ndarray, ...]:  # fmt: skip
-    """Add the infinite peaks of rows without damping; what was found on them is dropped.
+    absorber: Absorber, moved: np.ndarray, tops: Maxima, value: np.ndarray
+) -> tuple[np.ndarray, ...]:
+    """Rows, u, A / Q, its error and |H|^2 of all peaks, with infinite ones of rows without damping.
 
-    `moved` (rows,): of these the response is not zero throughout, as that of a free secondary is.
+    What was found on these is dropped. `moved` (rows,): without damping, and with a response that is
+    not zero throughout, as that of a free secondary is.
     """
+    found = tops.row, tops.place.value, value, tops.height.error, tops.height.value
+    if not np.any(moved):
+        return found
+    rows, u = found[:2]
     _, mass, stiffness, damping = (
         np.reshape(a, -1) for a in np.broadcast_arrays(*(np.asarray(r, float) for r in absorber))
     )
@@ -398,10 +392,9 @@ def _with_resonances(
     more, which = np.nonzero(true)
     many = np.full(len(more), np.inf)
     added = more, np.square(both[more, which]), many, np.zeros(len(more)), many
-    found = rows, u, value, uncertainty, square
-    joined = [np.concatenate([old[keep], new]) for old, new in zip(found, added, strict=True)]
-    order = np.lexsort((joined[1], joined[0]))
-    return tuple(a[order] for a in joined)
+    every = [np.concatenate([old[keep], new]) for old, new in zip(found, added, strict=True)]
+    order = np.lexsort((every[1], every[0]))
+    return tuple(a[order] for a in every)
 
 
 def _places(rows: np.ndarray, count: int) -> np.ndarray:

@@ -8,7 +8,7 @@ from vibecalc.absorber.peaks import SAME_HEIGHT
 from vibecalc.absorber.several import Polynomial, Several, added, several_polynomials, squared
 from vibecalc.absorber.transfer import Transfer, transfer_of
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.maxima import Jet, by_slopes
+from vibecalc.numerics.maxima import Jet, by_slopes, seeds_about
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
 # ----------------------------------------------------------------------------
@@ -107,12 +107,8 @@ def _relative_size(polynomial: Polynomial, s: np.ndarray) -> np.ndarray:
     return size
 
 
-#: seeds about a pole in half widths
-_NEARBY = np.array([0.0, -1.0, 1.0, -2.5, 2.5, -8.0, 8.0])
-
-
 def _seeds(above: Polynomial, below: Polynomial, poles: np.ndarray) -> np.ndarray:
-    """Frequencies (n,) of stationary places, of others between them, and about the poles."""
+    """Frequencies (1, n) of stationary places, of others between them, and about the poles."""
     top, bottom = squared(above), squared(below)
 
     def slope(p: Polynomial) -> Polynomial:
@@ -121,12 +117,7 @@ def _seeds(above: Polynomial, below: Polynomial, poles: np.ndarray) -> np.ndarra
     stationary = added(np.convolve(slope(top), bottom), -np.convolve(top, slope(bottom)))
     u = _roots(stationary) if np.any(stationary) else np.zeros(0)
     u = u[(u.real > 0.0) & (np.abs(u.imag) < u.real)].real
-    swings = poles[poles.imag >= 0.0]
-    about = swings.imag[:, None] - swings.real[:, None] * _NEARBY
-    known = np.concatenate([np.sqrt(u), np.abs(swings), about.ravel()])
-    known = np.sort(known[known > 0.0])
-    between = np.sqrt(known[1:] * known[:-1])
-    return np.concatenate([0.5 * known[:1], known, between, 2.0 * known[-1:]])
+    return seeds_about(poles[None], np.sqrt(u)[None])
 
 
 def _stationary(above: Polynomial, below: Polynomial, seeds: np.ndarray) -> tuple[np.ndarray, int]:
@@ -142,7 +133,7 @@ def _stationary(above: Polynomial, below: Polynomial, seeds: np.ndarray) -> tupl
         return Jet(square, 2.0 * value * error, square * first,
                    square * (second + first * first))  # fmt: skip
 
-    found = by_slopes(jet_at, seeds[None])
+    found = by_slopes(jet_at, seeds)
     return found.place.value, evaluations
 
 

@@ -6,7 +6,14 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.numerics.bounded import Bounded, concatenate
-from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, BoolArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import (
+    EPSILON,
+    UNIT_ROUNDOFF,
+    BoolArray,
+    ComplexArray,
+    FloatArray,
+    IntArray,
+)
 
 # ----------------------------------------------------------------------------
 # Maxima of curves that give their derivatives.
@@ -22,6 +29,8 @@ from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, BoolArray, FloatA
 
 #: rounds in which pairs of extremes between seeds are searched; rounds of Newton's method
 LOOKS, ROUNDS = 6, 120
+#: seeds about a pole, in half widths of its resonance
+HALF_WIDTHS = np.array([0.0, -1.0, 1.0, -2.5, 2.5, -8.0, 8.0])
 #: share of the lower slope of both ends below which a slope between them is looked at
 NEAR_ZERO = 0.6
 _PARTS = np.arange(1, 8) / 8.0
@@ -58,13 +67,15 @@ class Maxima(NamedTuple):
 
     def some(self, which: BoolArray | IntArray) -> "Maxima":
         """The maxima that an index names."""
-        return Maxima(*(part[which] for part in self))
+        place, height = self.place[which], self.height[which]
+        return Maxima(self.row[which], place, height, self.bend[which])
 
 
 def joined(parts: Sequence[Maxima]) -> Maxima:
     """Those of different curves, by curve and rising place."""
     row = np.concatenate([part.row for part in parts])
-    place, height = (concatenate([part[i] for part in parts]) for i in (1, 2))
+    place = concatenate([part.place for part in parts])
+    height = concatenate([part.height for part in parts])
     bend = np.concatenate([part.bend for part in parts])
     return Maxima(row, place, height, bend).some(np.lexsort((place.value, row)))
 
@@ -85,6 +96,23 @@ class _Steps(NamedTuple):
     def some(self, which: BoolArray | IntArray) -> "_Steps":
         left, right = self.left.some(which), self.right.some(which)
         return _Steps(self.row[which], self.low[which], self.high[which], left, right)
+
+
+def seeds_about(poles: ComplexArray, stationary: FloatArray) -> FloatArray:
+    """Seeds (rows, n) at frequencies that are stationary (rows, k), about as well as rounding lets
+    them be known, between them, and in half widths about poles s (rows, p); NaN for none.
+
+    A top next to a zero stands off the pole, by about its half width.
+    """
+    swings = poles.imag > 0.0
+    about = poles.imag[..., None] - poles.real[..., None] * HALF_WIDTHS
+    about = np.where(swings[..., None], about, np.nan).reshape(len(poles), -1)
+    known = np.concatenate([about, np.abs(poles), stationary], axis=1)
+    known = np.sort(np.where(known > 0.0, known, np.nan), axis=1)
+    known = known[:, np.any(np.isfinite(known), axis=0)]
+    between = np.sqrt(known[:, 1:]) * np.sqrt(known[:, :-1])
+    beyond = 2.0 * np.nanmax(known, axis=1, keepdims=True, initial=0.0)
+    return np.concatenate([0.5 * known[:, :1], known, between, beyond], axis=1)
 
 
 def by_slopes(jet_at: JetAt, seed: FloatArray) -> Maxima:
@@ -121,12 +149,14 @@ def _brackets(jet_at: JetAt, seed: FloatArray) -> _Steps:
 
 
 def _joined(parts: Sequence[_Steps]) -> _Steps:
-    plain = [np.concatenate(column) for column in zip(*(part[:3] for part in parts), strict=True)]
-    jets = [
+    row, low, high = (
+        np.concatenate(part) for part in zip(*(one[:3] for one in parts), strict=True)
+    )
+    left, right = (
         Jet(*(np.concatenate(column) for column in zip(*side, strict=True)))
-        for side in zip(*(part[3:] for part in parts), strict=True)
-    ]
-    return _Steps(*plain, *jets)
+        for side in zip(*(one[3:] for one in parts), strict=True)
+    )
+    return _Steps(row, low, high, left, right)
 
 
 def _suspected(steps: _Steps) -> tuple[BoolArray, FloatArray]:
@@ -303,7 +333,7 @@ class _Tops(NamedTuple):
     most: FloatArray
 
     def some(self, which: BoolArray | IntArray) -> "_Tops":
-        return _Tops(*(part[which] for part in self))
+        return _Tops(self.row[which], *(part[which] for part in self[1:]))
 
 
 def by_values(

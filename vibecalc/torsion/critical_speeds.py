@@ -148,12 +148,13 @@ def largest(
     section = np.sort(np.argsort(-value, kind="stable")[:REFINED])
     brackets = _rivals(curve, speed, section, value, undamped)
     ends = _nearby_ends(make, curve, speed, section, value, undamped)
-    row, *sides = (np.concatenate(pair) for pair in zip(brackets, ends, strict=True))
+    row, low, top, high = (np.concatenate(pair) for pair in zip(brackets, ends, strict=True))
+    floor = np.where(np.isfinite(value), value, 0.0)
 
-    def values_at(row: IntArray, where: FloatArray) -> FloatArray:
-        return make(row)(where)
+    def values_at(rows: IntArray, where: FloatArray) -> FloatArray:
+        return make(rows)(where)
 
-    found = by_values(values_at, row, *sides, floor=np.where(np.isfinite(value), value, 0.0))
+    found = by_values(values_at, row, low, top, high, floor)
     which, height = found.row, found.height.value
     seen = value[which]
     higher = height >= seen * (1.0 - CORNER)
@@ -207,8 +208,8 @@ def _nearby_ends(
         rising = inwards[:, 1] > inwards[:, 0]
         sides = np.full((2, int(np.sum(rising))), [[low], [far]])
         parts.append((rows[rising], sides[0], where[rising, 1], sides[1]))
-    row, *sides = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return row, sides[0], sides[1], sides[2]
+    row, first, middle, last = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return row, first, middle, last
 
 
 def peaks(
