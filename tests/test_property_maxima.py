@@ -143,7 +143,7 @@ def test_a_resonance_by_values_is_where_it_is(damping: float, share: float) -> N
     low, high = low + true - 1.0, high + true - 1.0
     at = np.array([true + 0.1 * (low - true)])
     found = by_values(values_at, np.array([0]), np.array([low]), at, np.array([high]))
-    close = 1e-11 * width + 4e-15 + 1e-20 / width
+    close = 1e-10 * width + 4e-15 + 1e-20 / width
     assert abs(found.place.value[0] - true) <= found.place.error[0] <= close
     top = 1.0 / (2.0 * damping * np.sqrt(1.0 - damping**2))
     assert abs(found.height.value[0] - top) <= found.height.error[0] + 1e-14 * top
@@ -186,3 +186,26 @@ def test_by_values_ends_at_a_corner_and_where_a_curve_is_flat(centre: float) -> 
     found = by_values(flat, np.array([0]), *ends)
     assert found.height.value[0] == pytest.approx(2.0, abs=1e-14)
     assert abs(found.place.value[0] - centre) < 0.02
+
+
+@pytest.mark.parametrize("noise", [1e-13, 1e-9, 1e-6])
+def test_by_values_a_rough_curve_is_told_by_the_error(noise: float) -> None:
+    looks = [0]
+
+    def values_at(_: IntArray, x: FloatArray) -> FloatArray:
+        looks[0] += x.size
+        return (1.0 + noise * np.sin(1e15 * x)) / np.hypot(1.0, (x - 3.0) / 0.01)
+
+    ends = np.array([2.995]), np.array([2.998]), np.array([3.02])
+    found = by_values(values_at, np.array([0]), *ends)
+    assert abs(found.place.value[0] - 3.0) <= 10.0 * found.place.error[0]
+    assert found.place.error[0] <= 2.0 * noise + 1e-13
+    assert looks[0] < 120
+
+
+def test_by_values_ends_at_a_jump() -> None:
+    def values_at(_: IntArray, x: FloatArray) -> FloatArray:
+        return np.asarray(np.where(x < 0.7, 1.0 + x, 1.5 - 0.1 * x))
+
+    found = by_values(values_at, np.array([0]), np.zeros(1), np.array([0.5]), np.ones(1))
+    assert abs(found.place.value[0] - 0.7) <= found.place.error[0] < 1e-11

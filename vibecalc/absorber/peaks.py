@@ -371,8 +371,8 @@ def _with_resonances(
 ) -> tuple[np.ndarray, ...]:
     """Rows, u, A / Q, its error and |H|^2 of all peaks, with infinite ones of rows without damping.
 
-    What was found on these is dropped. `moved` (rows,): without damping, and with a response that is
-    not zero throughout, as that of a free secondary is.
+    What was found on these is dropped. `moved` (rows,): without damping, and with a response that
+    is not zero throughout, as that of a free secondary is.
     """
     found = tops.row, tops.place.value, value, tops.height.error, tops.height.value
     if not np.any(moved):

@@ -301,9 +301,11 @@ def _found(row: IntArray, at: FloatArray, left: FloatArray, jet: Jet) -> Maxima:
 FIRST_PARTS, PARTS = 16, 8
 #: share of the highest value of a curve that tops among these places have, to be divided on
 EQUAL = 0.97
-#: relative height of two tops below which they are alike, and fall to the ends of a bracket below
-#: which a polynomial is tried; it is the next one for a fall smaller by the other factor
-CORNER, FLAT, FLATTER = 1e-11, 0.02, 1.0 / 64.0
+#: relative height of two tops below which they are alike, fall to the ends of a bracket below which
+#: a polynomial is tried, and share of the bracket's width at which the next one is
+CORNER, FLAT, FINER = 1e-11, 0.02, 1.0 / 8.0
+#: fall below which tops next to each other are those of rounding
+NOISE = 1e-6
 #: half range of the polynomial over the width of the top, and its coefficients that count as smooth
 REACH, SMOOTH = 0.03, 1e-13
 #: roundings of values that are granted to the slope of the polynomial
@@ -319,7 +321,8 @@ ValuesAt = Callable[[IntArray, FloatArray], FloatArray]
 class _Tops(NamedTuple):
     """Brackets (n,) with a place `at` in each that is higher than both ends, the top of the
     parabola through the three with its second derivative over its height, by how much the ends are
-    lower, relative, at which of such falls a polynomial is tried, and the whole bracket."""
+    lower, relative, the width of the last bracket in which a polynomial was tried, the whole
+    bracket, and the best place so far, with its error."""
 
     row: IntArray
     low: FloatArray
@@ -331,6 +334,8 @@ class _Tops(NamedTuple):
     tried: FloatArray
     least: FloatArray
     most: FloatArray
+    place: FloatArray
+    off: FloatArray
 
     def some(self, which: BoolArray | IntArray) -> "_Tops":
         return _Tops(self.row[which], *(part[which] for part in self[1:]))
@@ -347,19 +352,23 @@ def by_values(
     other. The error of the height is that of the place; rounding of the curve is not in it.
     """
     best = np.zeros(int(np.max(row, initial=-1)) + 1) if floor is None else floor.copy()
-    unknown = np.zeros(len(row))
-    tops = _Tops(row, low, at, high, at, unknown, unknown, unknown + FLAT, low, high)
+    one, never = np.ones(len(row)), np.full(len(row), np.inf)
+    tops = _Tops(row, low, at, high, at, one, one, never, low, high, at, never)
     found, parts = [], FIRST_PARTS
     while len(tops.row):
         where = _divided(tops, parts)
         values = values_at(tops.row, where)
         np.maximum.at(best, tops.row, np.max(values, axis=1))
         tops, parts = _highest_among(tops, where, values, best), PARTS
-        ready = np.flatnonzero(tops.fall <= tops.tried)
+        width = tops.high - tops.low
+        ready = np.flatnonzero(
+            ((tops.fall <= FLAT) & (width <= FINER * tops.tried)) | _narrow(tops)
+        )
         if len(ready):
             fit, told = _fitted(values_at, tops.some(ready))
             found.append(fit.some(told))
-            tops.tried[ready] = FLATTER * tops.fall[ready]
+            tops.place[ready], tops.off[ready] = fit.place
+            tops.tried[ready] = width[ready]
             tops = tops.some(np.delete(np.arange(len(tops.row)), ready[told]))
     return _highest(found)
 
@@ -379,9 +388,10 @@ def _highest_among(tops: _Tops, where: FloatArray, values: FloatArray, best: Flo
     """Tops among places (n, k) that may be the highest of their curve."""
     inner = values[:, 1:-1]
     top = (inner > values[:, :-2]) & (inner >= values[:, 2:])
-    # none shows where the curve is flat to rounding
-    none = ~np.any(top, axis=1)
-    top[none, np.clip(np.argmax(values[none], axis=1), 1, values.shape[1] - 2) - 1] = True
+    # none shows where the curve is flat to rounding, and many where that is all that is left
+    one = ~np.any(top, axis=1) | (tops.fall < NOISE)
+    top[one] = False
+    top[one, np.clip(np.argmax(values[one], axis=1), 1, values.shape[1] - 2) - 1] = True
     top &= inner >= EQUAL * best[tops.row, None]
     bracket, place = np.nonzero(top)
     spots = where[bracket[:, None], place[:, None] + np.arange(3)]
@@ -403,7 +413,7 @@ def _fitted(values_at: ValuesAt, tops: _Tops) -> tuple[Maxima, BoolArray]:
     """Maxima (n,) of polynomials about tops, and which of them tell where the maximum is."""
     room = 0.5 * (tops.high - tops.low)
     # at first as wide as serves; where a kink was too near, within what is left
-    first = tops.tried == FLAT
+    first = np.isinf(tops.tried)
     low, high = np.where(first, tops.least, tops.low), np.where(first, tops.most, tops.high)
     most = 0.5 * (high - low)
     half = np.minimum(REACH / np.sqrt(np.maximum(tops.bend, np.square(REACH / most))), most)
@@ -413,24 +423,31 @@ def _fitted(values_at: ValuesAt, tops: _Tops) -> tuple[Maxima, BoolArray]:
     power = (values / scale[:, None] - 1.0) @ _POWERS
     x = np.zeros(len(half))
     for _ in range(6):
-        first, second = _slopes(power, x)
-        x = np.clip(
-            np.where(second < 0.0, x - first / np.where(second < 0.0, second, 1.0), x), -1, 1
-        )
+        slope, second = _slopes(power, x)
+        step = np.where(second < 0.0, slope / np.where(second < 0.0, second, 1.0), 0.0)
+        x = np.clip(x - step, -1.0, 1.0)
     second = np.minimum(_slopes(power, x)[1], -1e-300)
-    rough = np.abs(power[:, 7:]) / np.array([64.0, 128.0])
+    rough = np.max(np.abs(power[:, 7:]) / np.array([64.0, 128.0]), axis=1)
     # across a kink all coefficients are alike
-    smooth = np.minimum(SMOOTH, 1e-3 * -second)
-    told = (np.max(rough, axis=1) <= smooth) & (np.abs(x) < 1.0)
-    off = half * (8.0 * rough[:, 1] + SHIFT * EPSILON) / -second
-    # as near as values tell, next to a kink
-    whole = np.maximum(np.abs(tops.at), tops.most - tops.least)
-    near = ~told & ((tops.fall <= 1e-13) | (room <= 1e-12 * whole))
-    place = np.where(near, tops.at, centre + half * x)
-    off = np.where(near, 2.0 * room, np.minimum(off, 2.0 * room)) + 8.0 * EPSILON * np.abs(place)
+    smooth = (rough <= -1e-3 * second) & (np.abs(x) < 1.0)
+    told = smooth & (rough <= SMOOTH)
+    off = half * (8.0 * rough + SHIFT * EPSILON) / -second
+    place, off = centre + half * x, np.where(smooth, np.minimum(off, 2.0 * room), 2.0 * room)
+    # next to a kink as near as values tell; where rounding is more, what was better before
+    near = ~told & _narrow(tops)
+    place = np.where(smooth, place, tops.at)
+    worse = ~told & (off >= tops.off)
+    place, off = np.where(worse, tops.place, place), np.where(worse, tops.off, off)
     height, bend = values_at(tops.row, place[:, None])[:, 0], second * scale / np.square(half)
     lost = 0.5 * np.abs(bend) * np.square(off)
-    return Maxima(tops.row, Bounded(place, off), Bounded(height, lost), bend), told | near
+    found = Bounded(place, off + 8.0 * EPSILON * np.abs(place))
+    return Maxima(tops.row, found, Bounded(height, lost), bend), told | near | worse
+
+
+def _narrow(tops: _Tops) -> BoolArray:
+    """Brackets within which values tell no more."""
+    room = 1e-12 * np.maximum(np.abs(tops.at), tops.most - tops.least)
+    return np.asarray((tops.fall <= 1e-13) | (tops.high - tops.low <= 2.0 * room))
 
 
 def _slopes(power: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
