@@ -51,7 +51,7 @@ def test_resonances_are_found_as_in_forty_digits(
         held = [(mpmath.mpf(p), mpmath.mpf(z)) for p, z in zip(place, damping, strict=True)]
 
         def exact(x: mpmath.mpf) -> list[mpmath.mpf]:
-            parts = [resonance(p, z, x) for p, z in held]  # type: ignore[arg-type]
+            parts = [resonance(p, z, x) for p, z in held]
             return [mpmath.fsum(1 / below for below, _, _ in parts),
                     mpmath.fsum(-first / below**2 for below, first, _ in parts)]  # fmt: skip
 
@@ -136,7 +136,7 @@ def test_a_resonance_by_values_is_where_it_is(damping: float, share: float) -> N
     low, high = 1.0 - share * width, 1.0 + (1.0 - share) * width
 
     def values_at(_: IntArray, x: FloatArray) -> FloatArray:
-        return 1.0 / np.sqrt(resonance(1.0, damping, x)[0])  # type: ignore[arg-type]
+        return 1.0 / np.sqrt(resonance(1.0, damping, x)[0])
 
     # highest at x^2 = 1 - 2 z^2
     true = np.sqrt(1.0 - 2.0 * damping**2)

@@ -8,7 +8,7 @@ from vibecalc.absorber.peaks import SAME_HEIGHT
 from vibecalc.absorber.several import Polynomial, Several, added, several_polynomials, squared
 from vibecalc.absorber.transfer import Transfer, transfer_of
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.maxima import Jet, by_slopes, seeds_about
+from vibecalc.numerics.maxima import Jet, Maxima, by_slopes, seeds_about
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
 # ----------------------------------------------------------------------------
@@ -60,8 +60,9 @@ def several_peaks(
             f"the response is infinite at x = {float(poles[bare][0].imag):.9g}, an undamped "
             "natural frequency of primary system and absorbers"
         )
-    frequency, evaluations = _stationary(above, below, _seeds(above, below, poles))
-    value, error = _magnitude(above, below, frequency)
+    found, evaluations = _stationary(above, below, _seeds(above, below, poles))
+    frequency, value = found.place.value, np.sqrt(found.height.value)
+    error = 0.5 * found.height.error / value
     low = float(abs(above[0]) / below[0]) if below[0] else 0.0
     excess = (len(above) - 1) - (len(below) - 1)
     high = float(abs(above[-1]) / below[-1]) if excess == 0 else (np.inf if excess > 0 else 0.0)
@@ -120,50 +121,35 @@ def _seeds(above: Polynomial, below: Polynomial, poles: np.ndarray) -> np.ndarra
     return seeds_about(poles[None], np.sqrt(u)[None])
 
 
-def _stationary(above: Polynomial, below: Polynomial, seeds: np.ndarray) -> tuple[np.ndarray, int]:
-    """Frequencies of all maxima, and evaluations of |H|^2."""
+def _stationary(above: Polynomial, below: Polynomial, seeds: np.ndarray) -> tuple[Maxima, int]:
+    """Maxima of |H|^2, and how often it was evaluated."""
     evaluations = 0
 
     def jet_at(_: np.ndarray, x: np.ndarray) -> Jet:
         nonlocal evaluations
         evaluations += len(x)
-        value, error = _magnitude(above, below, x)
-        first, second = _slopes(above, below, x)
-        square = value * value
-        return Jet(square, 2.0 * value * error, square * first,
-                   square * (second + first * first))  # fmt: skip
+        (top, top_slope, top_bend), top_lost = _logarithmic(above, x)
+        (bottom, bottom_slope, bottom_bend), bottom_lost = _logarithmic(below, x)
+        square = np.square(np.abs(top / bottom))
+        first = -2.0 * (top_slope - bottom_slope).imag
+        second = -2.0 * (top_bend - bottom_bend).real
+        error = 8.0 * UNIT_ROUNDOFF * (len(below) + top_lost + bottom_lost) * square
+        return Jet(square, error, square * first, square * (second + first * first))
 
-    found = by_slopes(jet_at, seeds)
-    return found.place.value, evaluations
-
-
-def _slopes(above: Polynomial, below: Polynomial, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """First and second derivative of log |H|^2 by x."""
-    s = 1j * x
-    top, bottom = _logarithmic(above, s), _logarithmic(below, s)
-    first = -2.0 * (top[0] - bottom[0]).imag
-    second = -2.0 * (top[1] - bottom[1]).real
-    return first, second
+    return by_slopes(jet_at, seeds), evaluations
 
 
-def _logarithmic(polynomial: Polynomial, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """First and second derivative of log p by s."""
-    evaluate = np.polynomial.polynomial.polyval
+def _logarithmic(polynomial: Polynomial, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """p(s), first and second derivative of log p by s = i x (3, ...), and digits lost in p."""
     order = np.arange(len(polynomial))
-    value = evaluate(s, polynomial)
-    first = evaluate(s, (polynomial * order)[1:]) if len(order) > 1 else 0.0 * s
-    second = evaluate(s, (polynomial * order * (order - 1))[2:]) if len(order) > 2 else 0.0 * s
-    return first / value, second / value - (first / value) ** 2
-
-
-def _magnitude(
-    above: Polynomial, below: Polynomial, x: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    s = 1j * x
-    evaluate = np.polynomial.polynomial.polyval
-    value = np.abs(evaluate(s, above) / evaluate(s, below))
-    lost = 1.0 / _relative_size(above, s) + 1.0 / _relative_size(below, s)
-    return value, 4.0 * UNIT_ROUNDOFF * (len(below) + lost) * value
+    terms = polynomial * 1j ** (order % 4)
+    powers = x[:, None] ** order
+    value = powers @ terms
+    first = (powers[:, :-1] @ (order * terms)[1:]) / value
+    second = (powers[:, :-2] @ (order * (order - 1) * terms)[2:]) / value
+    # by x, and then by s
+    log = np.stack([value, first / 1j, -(second - first * first)])
+    return log, (powers @ np.abs(polynomial)) / np.abs(value)
 
 
 # ----------------------------------------------------------------------------
