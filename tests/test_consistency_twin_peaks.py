@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from vibecalc.torsion.critical_speeds import Value, highest
+from vibecalc.numerics.maxima import by_values
+from vibecalc.torsion.critical_speeds import Value
 
 LOW, HIGH = np.array([99.0]), np.array([101.5])
 
@@ -20,8 +21,8 @@ def twins(first: float, second: float, rise: float) -> Value:
 
 
 def found(value: Value, at: float) -> tuple[float, float]:
-    place, error = highest(lambda _: value, np.array([0]), LOW, np.array([at]), HIGH)
-    return float(place[0]), float(error[0])
+    top = by_values(lambda _, where: value(where), np.array([0]), LOW, np.array([at]), HIGH)
+    return float(top.place.value[0]), float(top.place.error[0])
 
 
 @pytest.mark.parametrize("rise", [-3e-3, -1e-6, 1e-6, 2e-4, 3e-3])

@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from vibecalc.absorber.mean_square import mean_square
-from vibecalc.absorber.peaks import UNCERTAIN, maxima_counted, peaks, quick_maxima
-from vibecalc.absorber.squared_magnitude import damping_excess
+from vibecalc.absorber.peaks import UNCERTAIN, Response, maxima_counted, peaks, quick_maxima
+from vibecalc.absorber.squared_magnitude import damping_excess, measure
 from vibecalc.absorber.transfer import (
     EXCITATIONS,
     RESPONSES,
@@ -31,6 +31,7 @@ from vibecalc.absorber.transfer import (
 from vibecalc.absorber.tuning.closed_forms import threshold
 from vibecalc.absorber.tuning.mean_square import mean_square_tuning
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.maxima import Maxima
 
 GRID = np.concatenate([[0.0], np.logspace(-5, 5, 4001)])
 
@@ -233,11 +234,33 @@ def absorbers(count: int) -> np.ndarray:
 def test_peaks_are_those_of_sixty_digits_each_once() -> None:
     every = np.concatenate([absorbers(40), np.array(TWICE).T], axis=1)
     found = peaks(Absorber(*every))
-    quick = quick_maxima(coupling(Absorber(*every)), transfer_of("force", "displacement"))
+    parts, transfer = coupling(Absorber(*every)), transfer_of("force", "displacement")
+    whole = Response(parts, measure(parts, transfer), measure(parts, transfer, plain=True))
     # most are sure without any eigenvalues
-    assert np.mean(quick.certain) > 0.7
+    assert len(quick_maxima(whole)[1]) < 0.3 * len(parts.mass)
     for row, one in enumerate(every.T):
         true = maxima_in_digits(*one)
         own = found.frequency[row][found.present[row]]
         assert len(own) == len(true), one
         assert own == pytest.approx(true, rel=1e-7)
+
+
+def test_the_quick_way_gives_what_the_thorough_one_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    from vibecalc.absorber import peaks as module
+
+    every = Absorber(*absorbers(60))
+    kinds = [("force", "velocity"), ("base", "displacement"), ("unbalance", "displacement"),
+             ("force", "acceleration"), ("force", "relative_displacement")]  # fmt: skip
+    quick = [peaks(every, *kind) for kind in kinds]
+
+    def none(whole: Response) -> tuple[Maxima, np.ndarray]:
+        found = quick_maxima(whole)[0]
+        return found.some(np.zeros(0, dtype=int)), np.arange(len(whole.parts.mass))
+
+    monkeypatch.setattr(module, "quick_maxima", none)
+    for kind, one in zip(kinds, quick, strict=True):
+        other = peaks(every, *kind)
+        assert np.array_equal(one.present, other.present)
+        apart = np.abs(one.largest - other.largest)
+        assert np.all(apart <= one.largest_error + other.largest_error)
+        assert np.allclose(one.frequency, other.frequency, rtol=1e-7, atol=0.0)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from vibecalc.numerics.cycle_peak import cycle_peak
-from vibecalc.torsion.critical_speeds import barred_ranges, critical_speeds, resonances
+from vibecalc.numerics.maxima import by_values
+from vibecalc.torsion.critical_speeds import barred_ranges, critical_speeds
 from vibecalc.torsion.line import Line, chain
 from vibecalc.torsion.section_loads import (
     ROWS,
@@ -103,19 +104,28 @@ def test_resonances_of_two_orders_lie_at_the_closed_form():
     true = 5.0 * np.sqrt((np.sqrt(1 + 8 * ratio**2) - 1) / (4 * ratio**2))
     # the station that is held fast moves by 1e-12, more than the speed found is off
     true *= np.sqrt(1.0 + 1e-12)
-    found = resonances(curve, np.linspace(2.0, 8.0, 61))
-    assert len(found.speed) == 1
-    assert abs(found.speed[0] - true) <= found.speed_error[0] <= 1e-9 * true
+    found = refined(curve, np.linspace(2.0, 8.0, 61))
+    assert len(found.row) == 1
+    assert abs(found.place.value[0] - true) <= found.place.error[0] <= 1e-9 * true
 
     def both(at):
         return half_range(oscillator(ratio), at, orders)
 
-    pair = resonances(both, speeds)
-    assert pair.section.tolist() == [0, 0]
-    assert pair.speed * orders[::-1] == pytest.approx([5.0, 5.0], rel=2e-3)
-    step = 1e-5 * pair.speed
+    pair = refined(both, speeds)
+    assert pair.place.value * orders[::-1] == pytest.approx([5.0, 5.0], rel=2e-3)
+    step = 1e-5 * pair.place.value
     for offset in (-step, step):
-        assert np.all(np.diagonal(both(pair.speed + offset).repeat(2, 1)) < pair.value)
+        assert np.all(both(pair.place.value + offset)[:, 0] < pair.height.value)
+
+
+def refined(curve, speeds):
+    """Maxima of one curve, each of those among the speeds refined by itself."""
+    seen = curve(speeds)[:, 0]
+    place = np.flatnonzero((seen[1:-1] > seen[:-2]) & (seen[1:-1] >= seen[2:])) + 1
+    return by_values(
+        lambda _, at: curve(at.ravel())[:, 0].reshape(at.shape),
+        np.arange(len(place)), speeds[place - 1], speeds[place], speeds[place + 1],
+    )  # fmt: skip
 
 
 def test_barred_ranges_end_where_the_closed_form_crosses_its_limit():

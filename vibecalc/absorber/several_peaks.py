@@ -8,13 +8,13 @@ from vibecalc.absorber.peaks import SAME_HEIGHT
 from vibecalc.absorber.several import Polynomial, Several, added, several_polynomials, squared
 from vibecalc.absorber.transfer import Transfer, transfer_of
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.maxima import Jet, Maxima, by_slopes, seeds_about
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
 # ----------------------------------------------------------------------------
 # Every peak of a response of several absorbers, from the stationarity polynomial.
 # ----------------------------------------------------------------------------
 
-_POLISH = 40
 #: part of a pole's size that its damping must exceed for the peak to count as finite
 _DAMPED = 1e-13
 
@@ -44,8 +44,8 @@ def several_peaks(
 ) -> SeveralPeaks:
     """All maxima of one system (no leading axes).
 
-    Roots of P' Q - P Q', |H|^2 = P(u) / Q(u), by companion eigenvalues, and the poles next to them,
-    are starts for Newton's method on |N / D|^2 itself, which alone decides the digits.
+    Roots of P' Q - P Q', |H|^2 = P(u) / Q(u), by companion eigenvalues, and places about the poles
+    are seeds of a search on |N / D|^2 itself, which alone decides the digits.
     Raises NumericalFailure on an undamped natural frequency, where the peak is infinite.
     """
     above, below = several_polynomials(system, transfer_of(excitation, response), absorber)
@@ -60,8 +60,9 @@ def several_peaks(
             f"the response is infinite at x = {float(poles[bare][0].imag):.9g}, an undamped "
             "natural frequency of primary system and absorbers"
         )
-    frequency, evaluations = _stationary(above, below, _starts(above, below, poles))
-    value, error = _magnitude(above, below, frequency)
+    found, evaluations = _stationary(above, below, _seeds(above, below, poles))
+    frequency, value = found.place.value, np.sqrt(found.height.value)
+    error = 0.5 * found.height.error / value
     low = float(abs(above[0]) / below[0]) if below[0] else 0.0
     excess = (len(above) - 1) - (len(below) - 1)
     high = float(abs(above[-1]) / below[-1]) if excess == 0 else (np.inf if excess > 0 else 0.0)
@@ -107,88 +108,48 @@ def _relative_size(polynomial: Polynomial, s: np.ndarray) -> np.ndarray:
     return size
 
 
-def _starts(above: Polynomial, below: Polynomial, poles: np.ndarray) -> np.ndarray:
+def _seeds(above: Polynomial, below: Polynomial, poles: np.ndarray) -> np.ndarray:
+    """Frequencies (1, n) of stationary places, of others between them, and about the poles."""
     top, bottom = squared(above), squared(below)
 
     def slope(p: Polynomial) -> Polynomial:
         return p[1:] * np.arange(1, len(p)) if len(p) > 1 else np.zeros(1)
 
     stationary = added(np.convolve(slope(top), bottom), -np.convolve(top, slope(bottom)))
-    if np.any(stationary):
-        u = _roots(stationary)
-        u = u[(u.real > 0.0) & (np.abs(u.imag) < u.real)].real
-    else:
-        u = np.zeros(0)
-    poles = poles[poles.imag >= 0.0]
-    extra = np.concatenate([np.abs(poles), poles.imag])
-    return np.concatenate([np.sqrt(u), extra[extra > 0.0]])
+    u = _roots(stationary) if np.any(stationary) else np.zeros(0)
+    u = u[(u.real > 0.0) & (np.abs(u.imag) < u.real)].real
+    return seeds_about(poles[None], np.sqrt(u)[None])
 
 
-def polished(above: Polynomial, below: Polynomial, frequency: np.ndarray) -> tuple[np.ndarray, int]:
-    """Newton's method for a maximum near each frequency, on 1 / |H|^2, and its evaluations."""
-    x, evaluations = frequency.copy(), 0
-    live = np.arange(len(x))
-    with np.errstate(all="ignore"):
-        for _ in range(_POLISH):
-            at = x[live]
-            evaluations += len(live)
-            first, second = _slopes(above, below, at)
-            step = first / np.where(first * first > second, first * first - second, np.abs(second))
-            step = np.where(np.isfinite(step), np.clip(step, -0.1 * at, 0.1 * at), 0.0)
-            x[live] = at + step
-            # quadratic: after a step of 1e-8, or one small next to a narrower peak, only rounding
-            fine = np.maximum(1e-6 / np.sqrt(np.abs(second)), 8.0 * UNIT_ROUNDOFF * at)
-            near = np.abs(np.log(x[live] / frequency[live])) < 0.7
-            live = live[near & (np.abs(step) > np.minimum(1e-8 * at, fine))]
-            if not len(live):
-                break
-    return x, evaluations
+def _stationary(above: Polynomial, below: Polynomial, seeds: np.ndarray) -> tuple[Maxima, int]:
+    """Maxima of |H|^2, and how often it was evaluated."""
+    evaluations = 0
+
+    def jet_at(_: np.ndarray, x: np.ndarray) -> Jet:
+        nonlocal evaluations
+        evaluations += len(x)
+        (top, top_slope, top_bend), top_lost = _logarithmic(above, x)
+        (bottom, bottom_slope, bottom_bend), bottom_lost = _logarithmic(below, x)
+        square = np.square(np.abs(top / bottom))
+        first = -2.0 * (top_slope - bottom_slope).imag
+        second = -2.0 * (top_bend - bottom_bend).real
+        error = 8.0 * UNIT_ROUNDOFF * (len(below) + top_lost + bottom_lost) * square
+        return Jet(square, error, square * first, square * (second + first * first))
+
+    return by_slopes(jet_at, seeds), evaluations
 
 
-def _slopes(above: Polynomial, below: Polynomial, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """First and second derivative of log |H|^2 by x."""
-    s = 1j * x
-    top, bottom = _logarithmic(above, s), _logarithmic(below, s)
-    first = -2.0 * (top[0] - bottom[0]).imag
-    second = -2.0 * (top[1] - bottom[1]).real
-    return first, second
-
-
-def _logarithmic(polynomial: Polynomial, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """First and second derivative of log p by s."""
-    evaluate = np.polynomial.polynomial.polyval
+def _logarithmic(polynomial: Polynomial, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """p(s), first and second derivative of log p by s = i x (3, ...), and digits lost in p."""
     order = np.arange(len(polynomial))
-    value = evaluate(s, polynomial)
-    first = evaluate(s, (polynomial * order)[1:]) if len(order) > 1 else 0.0 * s
-    second = evaluate(s, (polynomial * order * (order - 1))[2:]) if len(order) > 2 else 0.0 * s
-    return first / value, second / value - (first / value) ** 2
-
-
-def _stationary(above: Polynomial, below: Polynomial, start: np.ndarray) -> tuple[np.ndarray, int]:
-    x, evaluations = polished(above, below, start)
-    x = np.sort(x)
-    with np.errstate(all="ignore"):
-        first, second = _slopes(above, below, x)
-        value, error = _magnitude(above, below, x)
-        # the slope is no better known than the height, in units of the peak's own width
-        felt = error / value
-        maximum = (second < 0.0) & (np.abs(first) < (1e-7 + felt) * np.sqrt(-second))
-    keep = maximum & np.isfinite(x) & (x > 0.0)
-    x, width = x[keep], (1.0 + 100.0 * felt[keep]) / np.sqrt(-second[keep])
-    # between two maxima the curve must come down
-    twice = np.zeros(len(x), dtype=bool)
-    twice[1:] = np.diff(x) < 1e-2 * width[1:]
-    return x[~twice], evaluations + len(start)
-
-
-def _magnitude(
-    above: Polynomial, below: Polynomial, x: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    s = 1j * x
-    evaluate = np.polynomial.polynomial.polyval
-    value = np.abs(evaluate(s, above) / evaluate(s, below))
-    lost = 1.0 / _relative_size(above, s) + 1.0 / _relative_size(below, s)
-    return value, 4.0 * UNIT_ROUNDOFF * (len(below) + lost) * value
+    terms = polynomial * 1j ** (order % 4)
+    powers = x[:, None] ** order
+    value = powers @ terms
+    first = (powers[:, :-1] @ (order * terms)[1:]) / value
+    second = (powers[:, :-2] @ (order * (order - 1) * terms)[2:]) / value
+    # by x, and then by s
+    log = np.stack([value, first / 1j, -(second - first * first)])
+    return log, (powers @ np.abs(polynomial)) / np.abs(value)
 
 
 # ----------------------------------------------------------------------------

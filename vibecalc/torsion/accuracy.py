@@ -268,7 +268,7 @@ def torsion_speeds_topics(scene: Scene) -> list[Topic]:
     ask = Ask("torsion_speeds", "largest torque", f"section {section + 1} at any speed",
               "response/torsion/largest/torque_half_range", "N*m", 12.0 + points / 20.0,
               f"the case asks for curves at {int(points)} speeds")  # fmt: skip
-    solver = ours("sweep and peaks", "poles first, the slope of the highest brought to zero",
+    solver = ours("sweep and peaks", "poles first, polynomials about the highest",
                   kernel, "speeds", [one for one in SWEPT if one < points], points)  # fmt: skip
     known = float(kernel(points).position or 0.0)
     return [

@@ -129,7 +129,8 @@ class PeakPair(NamedTuple):
 def two_highest(points: Tunings, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """ln u and excess (2, n) of the two highest maxima above the floor, by rising frequency."""
     count = place.shape[1]
-    rows, u, value, _ = maxima(points.parts(place), points.weights)
+    tops = maxima(points.parts(place), points.weights)
+    rows, u, value = tops.row, tops.place.value, tops.height.value
     high = value > 0.0
     rows, u, value = rows[high], u[high], value[high]
     order = np.lexsort((-value, rows))

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.absorber.peaks import maxima, near_poles, peaks
+from vibecalc.absorber.peaks import maxima, peaks
 from vibecalc.absorber.squared_magnitude import ALL, Measure, excess, measure
 from vibecalc.absorber.transfer import Absorber, Coupling, Transfer, coupling, transfer_of
 from vibecalc.errors import NumericalFailure
@@ -159,7 +159,8 @@ def _top(
     free = np.exp(logs)
     k, z2 = (given, free) if damping_free else (free, given)
     coupled = coupling(Absorber(z1, m, k, z2))
-    rows, u, value, _ = maxima(coupled, measure(coupled, transfer), near_poles(coupled))
+    tops = maxima(coupled, measure(coupled, transfer))
+    rows, u, value = tops.row, tops.place.value, tops.height.value
     y, level = np.zeros((2, len(m))), np.full((2, len(m)), -np.inf)
     order = np.lexsort((-value, rows))
     rank = np.arange(len(rows)) - np.searchsorted(rows[order], rows[order])

@@ -388,7 +388,7 @@ def _with(
 ) -> tuple[OptimalPoint | None, int]:
     ratios, used = start, 0
     first = np.inf
-    length = 0.0
+    length, before = 0.0, 1.0
     for _ in range(_NEWTON_STEPS):
         try:
             rows = rows_at(problem, ratios)
@@ -421,9 +421,10 @@ def _with(
         moved = np.clip(ratios + scale * step, problem.lower, problem.upper)
         moved = np.where(free, moved, np.where(on_lower, problem.lower, problem.upper))
         moved = np.where(free | on_lower | on_upper, moved, ratios)
-        if length < 1e-9:
+        # a short step squares in the next one
+        if length < 1e-13 or (length < 1e-9 and before < 1e-9):
             break
-        ratios = moved
+        ratios, before = moved, length
     else:
         return None, used
     residual_slope = weight_all @ local.slope

@@ -10,13 +10,11 @@ from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray, distinct
 from vibecalc.torsion.adapters.curves import section_uncertainty, solved
 from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.critical_speeds import (
-    EQUAL,
     RIVAL,
     Maxima,
     Value,
     barred_ranges,
     maxima,
-    narrowed,
 )
 from vibecalc.torsion.model import ShaftLineModel
 from vibecalc.torsion.results import ROOT
@@ -258,9 +256,7 @@ def _close(
     place = place + 1
     if not len(place):
         return np.zeros(0)
-    use_there = narrowed(make(section), speed[place - 1], speed[place], speed[place + 1])
-    near = use_there >= EQUAL
-    return maxima(make, use, speed, section[near], place[near], undamped).speed
+    return maxima(make, use, speed, section, place, undamped).speed
 
 
 def _dips(
