@@ -139,7 +139,7 @@ def transmitted_couple(pitch: Pitch, angle: Bounded, frequency: np.ndarray) -> B
 
 def support_displacement(angle: Bounded, position: np.ndarray) -> Bounded:
     """Vertical displacement (..., mounts, orders) of the body at mounts along x, in m, z up."""
-    return -np.asarray(position)[..., :, None] * angle[..., None, :]
+    return angle[..., None, :] * -np.asarray(position)[..., :, None]
 
 
 def support_force(
