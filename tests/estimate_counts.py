@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from mpmath import mp, mpf, mpmathify
 from random_machines import Table
-from truth_report import flat
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Record
@@ -49,6 +48,15 @@ class Reported(NamedTuple):
     table: Table
     record: Record
     judged: list[Uncertain]
+
+
+def flat(nested: Any) -> Iterator[Any]:
+    """Entries of lists within lists, one after the other."""
+    if isinstance(nested, list | tuple):
+        for entry in nested:
+            yield from flat(entry)
+    else:
+        yield nested
 
 
 def checked_run(table: Table) -> tuple[Case, Record]:

@@ -6,6 +6,7 @@ from typing import Any
 import mpmath
 import numpy as np
 from estimate_counts import Uncertain as Judged
+from estimate_counts import flat
 from exact_results import exact_results
 from mpmath import mpf
 from random_machines import Table
@@ -50,12 +51,3 @@ def _distance(value: complex, true: Any) -> mpf:
     if not np.isfinite(value) and value == true:
         return mpf(0)
     return abs(mpmath.mpmathify(value) - true)
-
-
-def flat(nested: Any) -> Iterator[Any]:
-    """Entries of lists within lists, one after the other."""
-    if isinstance(nested, list | tuple):
-        for entry in nested:
-            yield from flat(entry)
-    else:
-        yield nested
