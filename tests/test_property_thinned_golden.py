@@ -64,3 +64,8 @@ def test_another_number_of_samples_is_a_difference(golden: Result) -> None:
     unmarked = replace(golden.record["x/curve"], axes=(values,))
     reference = replace(golden, record=Record(quantities={"x/curve": unmarked}))
     assert not compare(reference, curve(resonance(SPEED), SPEED)).same
+
+
+def test_an_axis_without_any_sample_is_compared_like_another() -> None:
+    nothing = curve(np.zeros(0), np.zeros(0))
+    assert compare(nothing, nothing).same

@@ -157,7 +157,8 @@ def _compared(
 def _at_samples_of(reference: Quantity, value: Quantity) -> Quantity:
     """`value` at the samples that a thinned reference has kept, where it had them all."""
     for position, (one, other) in enumerate(zip(reference.axes, value.axes, strict=False)):
-        if one.name != other.name or one.run_samples != len(other.values):
+        whole = not one.run_samples or one.run_samples != len(other.values)
+        if whole or one.name != other.name:
             continue
         _, there = match_labels(np.asarray(one.values), np.asarray(other.values))
         if len(there) == len(one.values):

@@ -321,7 +321,7 @@ def _abscissa(axis: Axis) -> np.ndarray:
 
 def _columns(values: np.ndarray) -> np.ndarray:
     """Samples by curves; always complex, so that real curves take the same way."""
-    return values.reshape(values.shape[0], -1).astype(complex)
+    return values.reshape(len(values), math.prod(values.shape[1:])).astype(complex)
 
 
 def _names(axis: Axis, within: np.ndarray, others: tuple[Axis, ...]) -> tuple[str, ...]:
