@@ -105,7 +105,7 @@ class Forcing(NamedTuple):
     tail: np.ndarray
 
 
-class Leading(NamedTuple):
+class FewOrders(NamedTuple):
     """Places of a few dropped orders that stand for all where a response is wanted thousands of
     times: the rest costs `tail` times as much as they do.
     """
@@ -267,7 +267,7 @@ def _residual(scene: Scene, driven: Excitation, forcing: Forcing) -> None:
     scene.emit("excitation/residual", first.value, first.error + added, terms=terms)
 
 
-def leading_orders(forcing: Forcing) -> Leading:
+def few_orders(forcing: Forcing) -> FewOrders:
     """The dropped orders that carry nine tenths of each component, of one case."""
     whole, retained = forcing.per_speed_squared, forcing.retained
     size = np.concatenate([np.abs(whole.force), np.abs(whole.couple)], axis=-1)[retained:]
@@ -283,7 +283,7 @@ def leading_orders(forcing: Forcing) -> Leading:
     chosen = np.flatnonzero(leads)
     covered = share[chosen].sum(0)[size.any(0)]
     tail = float(forcing.tail) / float(covered.min(initial=1.0)) if chosen.size else 0.0
-    return Leading(retained + chosen, tail)
+    return FewOrders(retained + chosen, tail)
 
 
 def _balance(scene: Scene, train: CrankTrain, orders: np.ndarray) -> None:

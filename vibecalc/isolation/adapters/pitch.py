@@ -10,7 +10,7 @@ from vibecalc.excitation.adapter import (
     CyclePeak,
     Forcing,
     couples_of,
-    leading_orders,
+    few_orders,
     peak_with_tail,
 )
 from vibecalc.excitation.inertia_forces import about_point, size_of_terms
@@ -113,7 +113,7 @@ def _hand_on_run_up(
             pitch, lever, parts.position, parts.stiffness, parts.damping, parts.structural
         )
     )
-    few, few_tail = leading_orders(forcing)
+    few, few_tail = few_orders(forcing)
     in_run_up = pitch_resonances(pitch, couple[:used])
     scene.handed_on["run_up"] = RunUpSetup(
         rows=with_left_out(

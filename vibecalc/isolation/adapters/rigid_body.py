@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import Forcing, leading_orders, peak_with_tail
+from vibecalc.excitation.adapter import Forcing, few_orders, peak_with_tail
 from vibecalc.excitation.inertia_forces import Excitation, as_loads, at_speed, size_of_terms
 from vibecalc.isolation.adapters.common import (
     HEIGHTS,
@@ -185,7 +185,7 @@ def _hand_on_run_up(
     readout = whole._replace(spring=whole.spring[..., freedoms], damper=whole.damper[..., freedoms])
     used, orders = forcing.retained, forcing.orders
     first = Bounded(load.value[:used], load.error[:used])
-    few, few_tail = leading_orders(forcing)
+    few, few_tail = few_orders(forcing)
     higher = Bounded(load.value[few], load.error[few])
     resonances = body_resonances(matrices, shapes, first)
     left_alone = _undriven(resonances, shapes)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from vibecalc.core.run.stage import Scene, below
-from vibecalc.excitation.adapter import DIRECTIONS, Forcing, leading_orders, peak_with_tail
+from vibecalc.excitation.adapter import DIRECTIONS, Forcing, few_orders, peak_with_tail
 from vibecalc.excitation.inertia_forces import as_loads, at_speed, size_of_terms
 from vibecalc.numerics.bounded import Bounded, reshaped, where
 from vibecalc.numerics.leading import leave_alone
@@ -390,7 +390,7 @@ def _energies(
     At rest nothing moves, held or not.
     """
     matrices, used = system.matrices, forcing.retained
-    few, few_tail = leading_orders(forcing)
+    few, few_tail = few_orders(forcing)
     chosen = np.concatenate([np.arange(used), few])
     count = len(few)
     idle = np.pad(left_out(resonances), ((0, count), (0, 0)))
