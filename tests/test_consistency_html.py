@@ -7,6 +7,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
+from long_but import long_but
 from shipped_cases import ROOT
 
 from vibecalc.core.report.page import html_page, html_table
@@ -90,7 +91,7 @@ def test_verdicts_have_the_colour_of_what_they_say(cell: str, colour: str) -> No
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
-@pytest.mark.parametrize("name", ["generator", "engine_v8"])
+@pytest.mark.parametrize("name", long_but(["generator", "engine_v8"], "generator"))
 def test_a_browser_shows_all_of_it(name: str, tmp_path: Path) -> None:
     assert CHROMIUM is not None
     page = tmp_path / "page.html"
