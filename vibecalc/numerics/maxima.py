@@ -439,7 +439,8 @@ def _fitted(values_at: ValuesAt, tops: _Tops) -> tuple[Maxima, BoolArray]:
     worse = ~told & (off >= tops.off)
     place, off = np.where(worse, tops.place, place), np.where(worse, tops.off, off)
     height, bend = values_at(tops.row, place[:, None])[:, 0], second * scale / np.square(half)
-    lost = 0.5 * np.abs(bend) * np.square(off)
+    # of what is not smooth, all that the values close about the top differ by
+    lost = np.where(told, 0.5 * np.abs(bend) * np.square(off), scale - np.min(values, axis=1))
     found = Bounded(place, off + 8.0 * EPSILON * np.abs(place))
     return Maxima(tops.row, found, Bounded(height, lost), bend), told | near | worse
 

@@ -74,12 +74,16 @@ INWARDS = 1e-6
 
 
 class Maxima(NamedTuple):
-    """By section (r,): speed in rad/s with its error, and value; infinite where undamped."""
+    """By section (r,): speed in rad/s and value with their errors; infinite where undamped.
+
+    The error of the value is that of the place: rounding of the curve is not in it.
+    """
 
     section: IntArray
     speed: FloatArray
     speed_error: FloatArray
     value: FloatArray
+    value_error: FloatArray
 
 
 def maxima(
@@ -96,7 +100,7 @@ def maxima(
     speeds `undamped` (u,), towards which a curve grows without end.
     """
     values = curve[place, section]
-    at, error = speed[place].copy(), np.zeros(len(place))
+    at, error, off = speed[place].copy(), *np.zeros((2, len(place)))
     inner = np.flatnonzero(_stands_alone(curve, speed, section, place, undamped))
     own = section[inner]
 
@@ -112,7 +116,8 @@ def maxima(
     error[which] = np.where(higher, found.place.error, moved)
     at[which] = np.where(higher, found.place.value, at[which])
     values[which] = np.maximum(found.height.value, values[which])
-    return Maxima(section, at, error, values)
+    off[which] = found.height.error
+    return Maxima(section, at, error, values, off)
 
 
 def _stands_alone(
@@ -144,7 +149,7 @@ def largest(
     """
     place = np.argmax(curve, axis=0)
     value = curve[place, np.arange(curve.shape[1])]
-    at, uncertainty = speed[place].copy(), np.zeros(len(place))
+    at, uncertainty, lost = speed[place].copy(), *np.zeros((2, len(place)))
     section = np.sort(np.argsort(-value, kind="stable")[:REFINED])
     brackets = _rivals(curve, speed, section, value, undamped)
     ends = _nearby_ends(make, curve, speed, section, value, undamped)
@@ -166,9 +171,11 @@ def largest(
     uncertainty[which] = np.where(higher, found.place.error, off)
     at[which] = np.where(higher, found.place.value, at[which])
     value[which] = np.maximum(height, seen)
+    lost[which] = found.height.error
     no_end = ~np.isnan(endless)
     at, value = np.where(no_end, endless, at), np.where(no_end, np.inf, value)
-    return Maxima(np.arange(len(place)), at, np.where(no_end, 1e-10 * at, uncertainty), value)
+    uncertainty = np.where(no_end, 1e-10 * at, uncertainty)
+    return Maxima(np.arange(len(place)), at, uncertainty, value, np.where(no_end, 0.0, lost))
 
 
 #: section, and a place between two others that is higher than both

@@ -420,7 +420,7 @@ def at_largest(setup: Setup, top: Maxima) -> tuple[Bounded, Bounded]:
     )
     twist_error = twist_error + np.abs(moved - twist)
     twist = np.where(np.isfinite(top.value), twist, np.inf)
-    return Bounded(top.value, torque_error), Bounded(twist, twist_error)
+    return Bounded(top.value, torque_error + top.value_error), Bounded(twist, twist_error)
 
 
 def _half_twist(setup: Setup, speed: FloatArray, section: IntArray) -> FloatArray:

@@ -96,6 +96,7 @@ def _within(
         np.where(more, ends[best], at),
         np.where(more, 0.0, error),
         np.where(more, there[row, best], top.value),
+        np.where(more, 0.0, top.value_error),
     )
 
 
@@ -163,7 +164,7 @@ def largest_of_sections(setup: Setup, bound: Bound, uses: Uses) -> LargestUse:
     steps = np.where(np.isfinite(steps), steps, safe.value)
     moved = np.where(says, np.max(np.abs(steps - safe.value), axis=0), 0.0)
     off = np.where(says, stress_uncertainty(setup, bound, top) / safe.value, 0.0)
-    use = Bounded(top.value, off + ROUNDINGS * UNIT_ROUNDOFF)
+    use = Bounded(top.value, off + top.value_error + ROUNDINGS * UNIT_ROUNDOFF)
     there = Bounded(safe.value, moved + safe.error)
     # the two limits of a rule have one course, so that the largest use of both is in one place
     passing = np.where(passes, np.where(passes, transient.value, 0.0) / safe.value, 0.0)

@@ -165,7 +165,8 @@ def _peaks(scene: Scene, setup: Setup, speed: FloatArray, high: Maxima) -> None:
     met = _meeting(setup, speed, high)
     axes = {"peak": np.arange(1, len(high.speed) + 1)}
     ratio = np.abs(setup.shaft.section_ratio[high.section])
-    torque = Bounded(high.value, section_uncertainty(setup, high.speed, high.section)[1])
+    rounding = section_uncertainty(setup, high.speed, high.section)[1]
+    torque = Bounded(high.value, rounding + high.value_error)
     scene.emit(f"{ROOT}/peak/speed", high.speed, high.speed_error, axes)
     actual = of_finite(torque, lambda one: one / ratio)
     scene.emit(f"{ROOT}/peak/torque_half_range", actual, axes=axes)
