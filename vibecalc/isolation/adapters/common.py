@@ -7,7 +7,7 @@ import numpy as np
 
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import CyclePeak, Forcing, left_out, peak_with_tail
+from vibecalc.excitation.adapter import CyclePeak, Forcing, left_out
 from vibecalc.excitation.inertia_forces import size_of_terms
 from vibecalc.isolation.rows import HarmonicsAt
 from vibecalc.numerics.bounded import Bounded
@@ -63,13 +63,6 @@ def isolation_of(scene: Scene) -> "Isolation":
     if scene.case.isolation is None:
         raise ValueError("the case has no [isolation]")
     return scene.case.isolation
-
-
-def emit_peak(scene: Scene, path: str, harmonics: Bounded, forcing: Forcing) -> None:
-    """Emit a peak over the cycle, unless nobody wants it."""
-    if scene.wants(path):
-        peak = peak_with_tail(harmonics, forcing)
-        scene.emit(path, peak.value, peak.error, terms=peak.terms)
 
 
 def emit_static(
