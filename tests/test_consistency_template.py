@@ -121,7 +121,9 @@ def starred(path: KeyPath) -> KeyPath:
 def of_others(data: Data, path: KeyPath) -> bool:
     """Whether only another kind of machine or motor has this place."""
     kind, motor, place = data["machine"]["kind"], motor_kind(data["machine"]), starred(path)
-    if any(place in parts.exclusive for name, parts in PARTS_OF_KIND.items() if name != kind):
+    mine = PARTS_OF_KIND[kind].exclusive if kind in PARTS_OF_KIND else ()
+    others = (parts.exclusive for name, parts in PARTS_OF_KIND.items() if name != kind)
+    if place not in mine and any(place in exclusive for exclusive in others):
         return True
     if place == (*MACHINE, "speed"):
         return motor in FINDING_MOTORS or "speed" not in KINDS[kind].needs

@@ -50,6 +50,7 @@ KINDS: dict[str, Kind] = {
         gas="said",
     ),
     "pump": Kind(needs=("crank_train", "speed"), rules="vibecalc.parts.rules:OF_PUMP", gas="turn"),
+    "drive_train": Kind(needs=("speed", "shaft_line")),
 }
 #: motors whose speed is a result
 FINDING_MOTORS = ("slip_table", "linear", "dynamic")
@@ -244,6 +245,12 @@ class PartsOfKind(NamedTuple):
     hints: Mapping[KeyPath, str] = MappingProxyType({})
 
 
+#: of engines and of lines without any cylinder
+_OF_LINES: tuple[KeyPath, ...] = (
+    (*MACHINE, "shaft_line"),
+    ("response", "torsion"),
+    ("damper_design",),
+)
 _ABSORBER = (
     *("primary", "secondary", "secondaries", "rod", "flywheel", "springs", "ring", "gap", "oil"),
     *("stock_springs", "stock_oils", "stock_dampers"),
@@ -274,14 +281,28 @@ PARTS_OF_KIND: dict[str, PartsOfKind] = {
     "engine": PartsOfKind(
         exclusive=(
             (*MACHINE, "cycle"),
-            (*MACHINE, "shaft_line"),
+            *_OF_LINES,
             *((*TRAIN, k) for k in ("firing_order", "firing_intervals", "gas_cards", "gas_cycle")),
-            ("response", "torsion"),
-            ("damper_design",),
             *((*TRAIN, "cylinders", EACH, key) for key in ("firing_angle", "pressure_scale")),
         ),
         foreign=_OF_COMPRESSORS,
         instead="shaft_line, body and mounts together with the crank_train; [response.torsion]",
+    ),
+    "drive_train": PartsOfKind(
+        exclusive=(*_OF_LINES, (*MACHINE, "shaft_line", "speed_of")),
+        foreign=(
+            *((*MACHINE, part) for part in ("crank_train", "body", "mounts", "rotor")),
+            *_OF_COMPRESSORS,
+            ("kinematics",),
+            ("excitation",),
+            ("isolation",),
+            ("foundation",),
+        ),
+        instead="shaft_line with excitations, [response.torsion]",
+        hints={
+            TRAIN: "what has cylinders is an engine, a compressor or a pump",
+            (*MACHINE, "motor"): "a motor is a station; its torques are excitations on it",
+        },
     ),
     "pump": PartsOfKind(
         exclusive=((*TRAIN, "pump_cycle"),),
@@ -297,11 +318,15 @@ PARTS_OF_KIND: dict[str, PartsOfKind] = {
 
 def check_parts_of_kind(data: Data, kind: str) -> Iterator[Problem]:
     """Yield what a machine of this kind does not have, and what is for another kind."""
+    mine = PARTS_OF_KIND.get(kind, PartsOfKind())
+    yield from _foreign(data, kind, mine)
+    owners: dict[KeyPath, list[str]] = {}
     for other, parts in PARTS_OF_KIND.items():
-        if other == kind:
-            yield from _foreign(data, kind, parts)
-        else:
-            yield from _strangers(data, kind, other, parts)
+        for place in parts.exclusive:
+            owners.setdefault(place, []).append(repr(other))
+    for place, kinds in owners.items():
+        if place not in mine.exclusive:
+            yield from _strangers(data, kind, place, " or ".join(kinds))
 
 
 def _foreign(data: Data, kind: str, parts: PartsOfKind) -> Iterator[Problem]:
@@ -318,16 +343,15 @@ def _foreign(data: Data, kind: str, parts: PartsOfKind) -> Iterator[Problem]:
                 )
 
 
-def _strangers(data: Data, kind: str, other: str, parts: PartsOfKind) -> Iterator[Problem]:
-    for place in parts.exclusive:
-        for path, value in _entries_at(data, place):
-            yield Problem(
-                path=path,
-                message=f"{_shown(path, value)} is for a machine of kind {other!r}",
-                found=f"kind = {kind!r}",
-                allowed=f"kind = {other!r}",
-                also=(*MACHINE, "kind"),
-            )
+def _strangers(data: Data, kind: str, place: KeyPath, kinds: str) -> Iterator[Problem]:
+    for path, value in _entries_at(data, place):
+        yield Problem(
+            path=path,
+            message=f"{_shown(path, value)} is for a machine of kind {kinds}",
+            found=f"kind = {kind!r}",
+            allowed=f"kind = {kinds}",
+            also=(*MACHINE, "kind"),
+        )
 
 
 def _entries_at(data: Data, place: KeyPath) -> Iterator[tuple[KeyPath, Any]]:

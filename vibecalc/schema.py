@@ -75,7 +75,7 @@ SCHEMA_VERSION = 1
 
 
 #: each has a row in `kinds.KINDS`, which says what parts it needs
-KindName = Literal["generator", "compressor", "plate", "absorber", "engine", "pump"]
+KindName = Literal["generator", "compressor", "plate", "absorber", "engine", "pump", "drive_train"]
 
 
 class Machine(Table):
@@ -120,7 +120,9 @@ class Machine(Table):
         None, description="oils that can be bought, also as a file"
     )
     pendulum: Pendulum | None = Field(None, description="pendulums on a rotor")
-    shaft_line: ShaftLine | None = Field(None, description="of an engine: what turns and twists")
+    shaft_line: ShaftLine | None = Field(
+        None, description="of an engine or a drive train: what turns and twists"
+    )
 
     RULES = ("vibecalc.kinds:check_kinds",)
 

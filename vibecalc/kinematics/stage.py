@@ -65,6 +65,8 @@ def _leading(case: "Case") -> Leading:
 def needs_excitation(case: "Case") -> bool:
     if not has_speed(case.machine):  # [excitation] then says at most which cylinders work
         return False
+    if not has_crank_train(case.machine):
+        return False
     if case.machine.kind == "engine" and (case.machine.body is None or case.machine.mounts is None):
         return case.excitation is not None  # a shaft line has an excitation of its own
     return any(table is not None for table in (case.excitation, case.response, case.isolation))

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vibecalc.kinds import has_crank_train
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts import tables as train_parts
@@ -77,7 +78,7 @@ class AttachedElement(NamedTuple):
 
 
 def station_inertia(
-    line: ShaftLine, given: train_parts.CrankTrain, train: CrankTrain
+    line: ShaftLine, given: train_parts.CrankTrain | None, train: CrankTrain | None
 ) -> list[float]:
     """Inertia of each station at its own speed, kg m^2, given or of its throw."""
     found = []
@@ -85,7 +86,7 @@ def station_inertia(
         names = [n for n in (station.cylinder, *station.cylinders) if n is not None]
         inertia = station.inertia
         if inertia is None:
-            assert station.throw is not None  # one of the two, says the form
+            assert station.throw is not None and given is not None and train is not None
             inertia = _of_throw(station.throw, given, train, names)
         found.append(inertia)
     return found
@@ -117,14 +118,14 @@ def _of_throw(
 
 def shaft_elements(
     line: ShaftLine,
-    given: train_parts.CrankTrain,
+    given: train_parts.CrankTrain | None,
     at: Mapping[str, int],
     inertia: Sequence[float] | NDArray[np.float64],
 ) -> list[Element]:
     """All shafts; a damping ratio is that of the two neighbours against each other alone."""
-    elements = []
+    elements, radius = [], 0.0 if given is None else given.crank_radius
     for shaft, (first, second) in zip(line.shafts, shaft_ends(line), strict=True):
-        stiffness = _stiffness(shaft, given.crank_radius)
+        stiffness = _stiffness(shaft, radius)
         damping = shaft.damping or 0.0
         if shaft.damping_ratio:
             one, other = float(inertia[at[first]]), float(inertia[at[second]])
@@ -346,7 +347,7 @@ def build_shaft_line(case: Case) -> ShaftLineModel:
     """Arrays of `machine.shaft_line`; a case without problems has one piece and one ratio each."""
     parts = case.machine.shaft_line
     assert parts is not None, "only planned where there is a shaft line"
-    train = build_crank_train(case.machine.crank_train)
+    train = build_crank_train(case.machine.crank_train) if has_crank_train(case.machine) else None
     names = tuple(station.name for station in parts.stations)
     at = {name: place for place, name in enumerate(names)}
     ratio = np.array(speed_ratios(len(names), joints(parts), crank_station(parts)).ratio)
@@ -381,7 +382,7 @@ def build_shaft_line(case: Case) -> ShaftLineModel:
         for place in range(stations)
     ]
     load = at[parts.load] if parts.load is not None else len(names) - 1
-    cylinder = _cylinder_stations(parts, train)
+    cylinder = _cylinder_stations(parts, () if train is None else train.names)
     return ShaftLineModel(
         line=line,
         # a pendulum feels the speed of its own station
@@ -438,13 +439,13 @@ def _rings(attached: list[AttachedElement], ratio: Array, stations: int, n: int)
     return inertia
 
 
-def _cylinder_stations(parts: Parts, train: CrankTrain) -> Places:
+def _cylinder_stations(parts: Parts, cylinders: Sequence[str]) -> Places:
     at = {
         name: place
         for place, station in enumerate(parts.stations)
         for name in (*station.cylinders, *([station.cylinder] if station.cylinder else []))
     }
-    return np.array([at[name] for name in train.names], dtype=np.int64)
+    return np.array([at[name] for name in cylinders], dtype=np.int64)
 
 
 def _gearings(

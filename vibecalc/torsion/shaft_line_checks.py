@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from vibecalc.core.case.raw import listed
 from vibecalc.errors import KeyPath, NumericalFailure, Problem
+from vibecalc.kinds import has_crank_train
 from vibecalc.parts.crank_train import turns
 from vibecalc.schema import Case
 from vibecalc.torsion.shaft_line_tables import (
@@ -28,8 +29,10 @@ def shaft_line_problems(case: Case) -> list[Problem]:
     line = case.machine.shaft_line
     if line is None:
         return []
-    cylinders = [cylinder.name for cylinder in case.machine.crank_train.cylinders]
+    train = has_crank_train(case.machine)
+    cylinders = [one.name for one in case.machine.crank_train.cylinders] if train else []
     problems = [*_count(line), *_places(line), *_cylinders(line, cylinders), *_section_names(line)]
+    problems += [] if train else _without_cylinders(line)
     return problems or [*_network(line)] or [*_inertias(case, line)]
 
 
@@ -136,6 +139,29 @@ def _cylinders(line: ShaftLine, names: Sequence[str]) -> Iterator[Problem]:
         )
 
 
+def _without_cylinders(line: ShaftLine) -> Iterator[Problem]:
+    """Throws and cylinders belong to a crank train."""
+    for place, station in enumerate(line.stations):
+        for key in ("cylinder", "cylinders"):
+            if getattr(station, key):
+                yield Problem(
+                    path=(*LINE, "stations", place, key),
+                    message="no cylinder turns a station of a drive train",
+                    found=str(getattr(station, key))[:60],
+                    allowed="kind = 'engine' with a crank_train, or excitations on the station",
+                    also=("machine", "kind"),
+                )
+    for parts in ("stations", "shafts"):
+        for place, part in enumerate(getattr(line, parts)):
+            if part.throw is not None:
+                yield Problem(
+                    path=(*LINE, parts, place, "throw"),
+                    message="a throw belongs to a crank train, and a drive train has none",
+                    allowed="inertia" if parts == "stations" else "stiffness or section",
+                    also=("machine", "kind"),
+                )
+
+
 def _network(line: ShaftLine) -> Iterator[Problem]:
     """One connected part, ratios that agree, cylinders at the speed of the crankshaft."""
     names = [station.name for station in line.stations]
@@ -194,10 +220,12 @@ def _inertias(case: Case, line: ShaftLine) -> Iterator[Problem]:
     from vibecalc.parts.crank_train import build_crank_train
     from vibecalc.torsion.model import shaft_elements, station_inertia
 
-    train = case.machine.crank_train
-    if not turns(train):
-        return
-    inertia = station_inertia(line, train, build_crank_train(train))
+    train, built = case.machine.crank_train, None
+    if has_crank_train(case.machine):
+        if not turns(train):
+            return
+        built = build_crank_train(train)
+    inertia = station_inertia(line, train, built)
     if not any(inertia):
         yield Problem(
             path=(*LINE, "stations"),

@@ -33,6 +33,7 @@ from vibecalc.core.case.rules import (
     unique,
 )
 from vibecalc.errors import Problem
+from vibecalc.torsion.station_torque_tables import StationExcitation
 
 # ----------------------------------------------------------------------------
 # A damper on a shaft line: a ring behind oil or springs, or pendulums.
@@ -299,7 +300,15 @@ class ShaftLine(Table):
     load: Name | None = Field(
         None, description="name of the station that takes up the mean torque; default: the last"
     )
+    speed_of: Name | None = Field(
+        None,
+        description="without cylinders: name of the station that turns with machine.speed; "
+        "default: the first",
+    )
     loads: tuple[Load, ...] = Field((), max_length=64, description="other torques that are taken")
+    excitations: tuple[StationExcitation, ...] = Field(
+        (), max_length=64, description="torques that alternate, beside those of cylinders"
+    )
     RULES = (
         *(unique(key) for key in ("stations", "shafts", "gears", "dampers")),
         _some_between,
@@ -307,6 +316,8 @@ class ShaftLine(Table):
             refers(key, _STATIONS, "station")
             for key in ("shafts.between", "gears.between", "dampers.on", "loads.on", "load")
         ),
+        refers("excitations.on", _STATIONS, "station"),
+        refers("speed_of", _STATIONS, "station"),
         refers("stations.cylinder", _CYLINDERS, "cylinder"),
         refers("stations.cylinders", _CYLINDERS, "cylinder"),
     )
@@ -377,11 +388,14 @@ def joints(line: ShaftLine) -> list[StationJoint]:
 
 
 def crank_station(line: ShaftLine) -> int:
-    """The station whose speed is that of the crankshaft: the first with a cylinder."""
+    """The station whose speed is that of the crankshaft: the first with a cylinder.
+
+    Without cylinders the one that the case names, or the first.
+    """
     for place, station in enumerate(line.stations):
         if station.cylinder is not None or station.cylinders:
             return place
-    return 0
+    return next((k for k, one in enumerate(line.stations) if one.name == line.speed_of), 0)
 
 
 def speed_ratios(count: int, joined: Sequence[StationJoint], start: int) -> Ratios:

@@ -15,6 +15,7 @@ from vibecalc.core.run.stage import (
     harmonics_of,
 )
 from vibecalc.errors import KeyPath, Problem
+from vibecalc.kinds import has_crank_train
 from vibecalc.schema import Case
 from vibecalc.torsion.results import (
     DESIGN,
@@ -49,6 +50,13 @@ _RANGE = (
     *("/reduction", "/hammering/", "/campbell/", "/separation/range/"),
     *("/healthy/speeds/", "/healthy/largest/", "/healthy/limit/largest_use"),
 )
+#: what only a line with cylinders has
+_OF_CYLINDERS = (
+    *("/excitation/pressure", "/excitation/gas", "/excitation/inertia", "/excitation/total"),
+    *("/excitation/engine_torque", "/excitation/power", "/excitation/mean_torque"),
+    *("/excitation/firing_angle", "/excitation/vector_sum", "/excitation/rank"),
+    *("/excitation/major", "/speeds/mean_torque"),
+)
 #: where the case says nothing
 _HIGHEST_ORDER = 12.0
 #: longer rows are not printed
@@ -66,7 +74,7 @@ def plan_torsion(case: "Case") -> Iterator[Stage]:
         name="torsion",
         adapter="vibecalc.torsion.adapters.steady:run_torsion",
         why="[response.torsion] is in the case",
-        parts=("crank_train", "shaft_line"),
+        parts=_parts(case),
         orders=_orders_words(case),
         cost=f"modes of {stations} stations; {solves(case)} solves, one per order, at "
         f"{case.machine.speed:.6g} rad/s",
@@ -82,7 +90,7 @@ def plan_torsion(case: "Case") -> Iterator[Stage]:
         name="torsion_speeds",
         adapter="vibecalc.torsion.adapters.speeds:run_torsion_speeds",
         why="[response.torsion] speeds are in the case",
-        parts=("crank_train", "shaft_line"),
+        parts=_parts(case),
         orders=_orders_words(case),
         cost=_range_cost(case, speeds),
         quantities=_picked(case, _RANGE),
@@ -91,6 +99,10 @@ def plan_torsion(case: "Case") -> Iterator[Stage]:
         work=_work_of_speeds,
         topics=("vibecalc.torsion.accuracy:torsion_speeds_topics",),
     )
+
+
+def _parts(case: "Case") -> tuple[str, ...]:
+    return ("crank_train", "shaft_line") if has_crank_train(case.machine) else ("shaft_line",)
 
 
 def asked(case: "Case") -> "Torsion | None":
@@ -139,7 +151,7 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
     from vibecalc.torsion.shaft_line_tables import has_stress
 
     line, torsion = _line_of(case), _torsion(case)
-    train = case.machine.crank_train
+    train = case.machine.crank_train if has_crank_train(case.machine) else None
     there = {
         "ring_shape": bool(line.dampers),
         "/damper/": bool(line.dampers),
@@ -154,11 +166,12 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
         "holzer": has_holzer(case),
         "undamped_frequency": has_damped_rings(case),
         "/sufficient": torsion.separation is not None,
-        "bank_factor": len({one.bank_angle for one in train.cylinders}) > 1,
+        **dict.fromkeys(_OF_CYLINDERS, train is not None),
+        "bank_factor": train is not None and len({c.bank_angle for c in train.cylinders}) > 1,
         "modal_heat": has_modal_damping(case),
         "stress": any(has_stress(shaft) for shaft in line.shafts),
-        "tangential_pressure": bool(train.bore),
-        "mean_indicated_pressure": bool(train.bore),
+        "tangential_pressure": train is not None and bool(train.bore),
+        "mean_indicated_pressure": train is not None and bool(train.bore),
         "/limit/": bool(torsion.limits),
         "/limit/operating": bool(torsion.limits) and starts is _STEADY,
         "/limit/basis/": bool(torsion.limits) and starts is _STEADY,
@@ -184,10 +197,25 @@ def asked_orders(case: "Case") -> tuple[float, float]:
     return step * math.floor(highest / step + 1e-9), step
 
 
+def excited_orders(case: "Case") -> tuple[float, ...]:
+    """Orders of the crank that excite the line, ascending: of cylinders and as given at stations.
+
+    A frequency that does not follow the speed counts as its order at the operating speed.
+    """
+    engine: tuple[float, ...] = ()
+    if has_crank_train(case.machine):
+        highest, step = asked_orders(case)
+        engine = tuple(step * number for number in range(1, round(highest / step) + 1))
+    if not _line_of(case).excitations:
+        return engine
+    from vibecalc.torsion.adapters.given_torques import all_orders
+
+    return tuple(all_orders(case, engine).order.tolist())
+
+
 def solves(case: "Case", speeds: int = 1) -> int:
     """Solves of the line at so many speeds, one per order."""
-    highest, step = asked_orders(case)
-    return round(highest / step) * speeds
+    return len(excited_orders(case)) * speeds
 
 
 def _range_cost(case: "Case", speeds: "LineSpeeds") -> str:
@@ -203,6 +231,9 @@ def _range_cost(case: "Case", speeds: "LineSpeeds") -> str:
 
 
 def _orders_words(case: "Case") -> str:
+    if _line_of(case).excitations:
+        orders = excited_orders(case)
+        return f"{len(orders)} from {orders[0]:.4g} to {orders[-1]:.4g}"
     highest, step = asked_orders(case)
     return f"{step:g} to {highest:g} by {step:g}"
 
@@ -211,7 +242,6 @@ def _orders_words(case: "Case") -> str:
 # What a case asks of a shaft line next to its steady response: one stage for each question.
 # ----------------------------------------------------------------------------
 
-PARTS = ("crank_train", "shaft_line")
 #: changes at constant speed
 _STEPS = ("load_step", "misfire_onset")
 
@@ -260,7 +290,7 @@ def _published(case: "Case") -> Stage:
         name="modal route as published",
         adapter="vibecalc.torsion.adapters.as_published:run_torsion_as_published",
         why="[response.torsion.as_published] is in the case",
-        parts=PARTS,
+        parts=_parts(case),
         orders=line_orders(case),
         cost=f"closed forms for {options.modes} modes, each order"
         + ("" if torsion.speeds is None else f" and each of {torsion.speeds.points} speeds"),
@@ -284,7 +314,7 @@ def _variable(case: "Case") -> Stage:
         name="variable inertia",
         adapter="vibecalc.torsion.adapters.variable_inertia:run_torsion_variable_inertia",
         why="[response.torsion.variable_inertia] is in the case",
-        parts=PARTS,
+        parts=_parts(case),
         orders=line_orders(case) + ", and further ones of the motion",
         cost=_all_orders(torsion.speeds.points if torsion.speeds is not None else 0),
         quantities=tuple(there),
@@ -304,7 +334,7 @@ def _transient(case: "Case") -> Stage:
         name="transient",
         adapter="vibecalc.torsion.adapters.transient:run_torsion_transient",
         why=f'[response.torsion.transient] is in the case, kind = "{change.kind}"',
-        parts=PARTS,
+        parts=_parts(case),
         orders=line_orders(case),
         cost=f"matrix exponentials over {round(least_steps(case))} steps of a third of the highest "
         "order's period, or more",
@@ -364,7 +394,7 @@ def least_steps(case: Case) -> float:
 
     change = _torsion(case).transient
     assert change is not None
-    return asked_orders(case)[0] * sum(_angles(case, change).values()) / ORDER_STEP
+    return excited_orders(case)[-1] * sum(_angles(case, change).values()) / ORDER_STEP
 
 
 def _angles(case: Case, change: "Transient") -> dict[str, float]:
@@ -411,7 +441,7 @@ def plan_damper(case: "Case") -> Iterator[Stage]:
         name="damper design",
         adapter="vibecalc.torsion.adapters.damper_design:run_damper_design",
         why="[damper_design] is in the case",
-        parts=PARTS,
+        parts=_parts(case),
         orders=line_orders(case),
         cost=f"{searches}a map of dampers by changes of rank one, then descents and Newton's "
         "method",
@@ -433,6 +463,12 @@ def _work_of_closed_forms(case: "Case", orders: int) -> Work:
 
 
 def _half_orders(case: "Case") -> Harmonics:
+    if _line_of(case).excitations:
+        orders = excited_orders(case)
+        rule = "[[machine.shaft_line.excitations]]"
+        if has_crank_train(case.machine):
+            rule = "of the cylinders and of " + rule
+        return Harmonics(len(orders), orders[0], orders[-1], rule)
     (highest, step), torsion = asked_orders(case), asked(case)
     usual = torsion is None or torsion.orders is None
     rule = "the usual ones" if usual else "[response.torsion] orders"
@@ -525,6 +561,8 @@ def _planned_orders(case: "Case", path: str) -> Entries | None:
     found = None if stage is None else harmonics_of(case, stage)
     if found is None:
         return None
+    if case.machine.shaft_line is not None and case.machine.shaft_line.excitations:
+        return Entries(excited_orders(case), "orders of cylinders and of torques at stations")
     orders = tuple(found.lowest * number for number in range(1, found.number + 1))
     return Entries(orders, "orders of [response.torsion] says their step and the highest")
 
@@ -538,7 +576,7 @@ SUBJECT = Subject(
         plan_damper,
     ),
     concerns=lambda case: (
-        case.machine.kind == "engine"
+        case.machine.kind in ("engine", "drive_train")
         or case.machine.shaft_line is not None
         or case.damper_design is not None
         or (case.response is not None and case.response.torsion is not None)

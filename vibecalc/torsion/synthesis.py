@@ -10,7 +10,14 @@ from numpy.typing import ArrayLike
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import Cells, search
-from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import (
+    EPSILON,
+    BoolArray,
+    ComplexArray,
+    FloatArray,
+    IntArray,
+    distinct,
+)
 
 # ----------------------------------------------------------------------------
 # Sum of all orders with their phases over one cycle: highest and lowest value, exact to rounding.
@@ -46,14 +53,31 @@ class Synthesis(NamedTuple):
     error: FloatArray
 
 
-def synthesis(order: ArrayLike, amplitude: ArrayLike) -> Synthesis:
+class Cycles(NamedTuple):
+    """Orders (m,) by the cycle that each repeats in.
+
+    `group` (m,) counts the cycles from 0, that of the crank; `own` (m,) are the multiples of 1/2
+    in the turns of the group. A shaft behind a gear has a cycle of its own, which meets that of
+    the crank in every phase after turns enough.
+    """
+
+    own: FloatArray
+    group: IntArray
+
+    def some(self, chosen: BoolArray) -> "Cycles":
+        """Of some of the orders."""
+        return Cycles(self.own[chosen], self.group[chosen])
+
+
+def synthesis(order: ArrayLike | Cycles, amplitude: ArrayLike) -> Synthesis:
     """Highest and lowest value over the cycle of all orders.
 
     Parameters
     ----------
-    order : array (m,)
+    order : array (m,), or Cycles
         Whole or half orders, 0 or above, in any sequence; the cycle is two turns if any is half.
-        Of order 0, the mean, the real part counts.
+        Of order 0, the mean, the real part counts. Of several cycles the highest values meet, and
+        so do the lowest; the angles are those of the first.
     amplitude : complex array (..., m)
         0-to-peak.
 
@@ -62,7 +86,30 @@ def synthesis(order: ArrayLike, amplitude: ArrayLike) -> Synthesis:
     NumericalFailure
         An amplitude is not finite, or an order is not a multiple of 1/2.
     """
-    orders, values = np.asarray(order, dtype=float), np.asarray(amplitude, dtype=np.complex128)
+    values = np.asarray(amplitude, dtype=np.complex128)
+    if not isinstance(order, Cycles):
+        return _one_cycle(np.asarray(order, dtype=float), values)
+    groups = distinct(order.group)
+    if len(groups) < 2:
+        return _one_cycle(order.own, values)
+    first, *others = (
+        _one_cycle(order.own[order.group == one], values[..., order.group == one]) for one in groups
+    )
+    for one in others:
+        highest, lowest = first.highest + one.highest, first.lowest + one.lowest
+        first = first._replace(
+            peak=np.maximum(np.abs(highest), np.abs(lowest)),
+            half_range=first.half_range + one.half_range,
+            highest=highest,
+            lowest=lowest,
+            upper_bound=first.upper_bound + one.upper_bound,
+            error=first.error + one.error,
+        )
+    return first
+
+
+def _one_cycle(orders: FloatArray, values: ComplexArray) -> Synthesis:
+    """Of orders (m,) that repeat together."""
     doubled = np.rint(2.0 * orders).astype(np.int64)
     if np.any(doubled != 2.0 * orders) or np.any(orders < 0.0):
         raise NumericalFailure("sum over orders: an order is not a multiple of 1/2, 0 or above")
@@ -129,7 +176,7 @@ class OverCycle(NamedTuple):
     bound: Bounded
 
 
-def over_cycle(order: FloatArray, amplitude: Bounded) -> OverCycle:
+def over_cycle(order: FloatArray | Cycles, amplitude: Bounded) -> OverCycle:
     """Of amplitudes (..., m)."""
     found, error = synthesis(order, amplitude.value), sum_error(amplitude)
     values = (found.peak, found.half_range, found.highest, found.lowest, found.upper_bound)

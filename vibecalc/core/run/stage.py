@@ -30,7 +30,8 @@ Work = tuple[tuple[float, str], ...]
 class Harmonics(NamedTuple):
     """Orders lowest, lowest + step .. highest, `number` of them, and the rule that fixed them.
 
-    `is_least`: the stage goes on to more where the tolerance is not met with these.
+    `is_least`: the stage goes on to more where the tolerance is not met with these. Steps that
+    differ, as of several shafts, are none of `lowest`.
     """
 
     number: int
@@ -44,9 +45,11 @@ class Harmonics(NamedTuple):
         if self.number <= 1:
             return f"{self.number}: {self.highest:g} ({self.rule})"
         step = (self.highest - self.lowest) / (self.number - 1)
-        by = "" if step == 1.0 else f" by {step:.6g}"
+        even = abs(step - self.lowest) <= 1e-9 * self.lowest
+        by = "" if step == 1.0 or not even else f" by {step:.6g}"
         at_least = "at least " if self.is_least else ""
-        return f"{at_least}{self.number}: {self.lowest:g} to {self.highest:g}{by} ({self.rule})"
+        ends = f"{self.lowest:.4g} to {self.highest:.4g}"
+        return f"{at_least}{self.number}: {ends}{by} ({self.rule})"
 
 
 class Leading(NamedTuple):

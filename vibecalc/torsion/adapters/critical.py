@@ -42,13 +42,14 @@ def critical(setup: Setup) -> Bounded:
     A mode that is damped so strongly that no response peaks near its frequency has none.
     """
     modes, order = setup.natural(), setup.drive.order
+    held = setup.drive.orders.fixed > 0.0  # a frequency that does not follow meets none
     if np.any(setup.model.speed_stiffness):
         if modes.damped:
-            return _damped_met(setup)
-        return stack([_met(setup, one) for one in order.tolist()])
+            return where(held, np.inf, _damped_met(setup))
+        return where(held, np.inf, stack([_met(setup, one) for one in order.tolist()]))
     speed = Bounded(modes.frequency, modes.frequency_error)[:, None] / order
     none = modes.silent & (modes.frequency > 0.0)
-    return where(none[:, None], np.inf, speed)
+    return where(none[:, None] | held, np.inf, speed)
 
 
 def _met(setup: Setup, order: float) -> Bounded:
@@ -159,7 +160,9 @@ def emit_separation(scene: Scene, setup: Setup, where: str, low: float, high: fl
     rule, firing = setup.torsion.separation, setup.drive.firing
     modes, order = setup.natural(), setup.drive.order
     verdict = separation(modes.frequency, order, low, high, rule or "api_618")
-    blank, major = beyond(setup, high), major_orders(firing.angle, order, firing.bank)
+    blank, drive = beyond(setup, high), setup.drive
+    major = drive.fires & major_orders(firing.angle, order, firing.bank)
+    follows = (drive.orders.fixed == 0.0) | (low == high)
     shape = (len(modes.frequency), len(CLASSES))
     margin, nearest, sufficient = (
         np.full(shape, np.inf),
@@ -170,7 +173,7 @@ def emit_separation(scene: Scene, setup: Setup, where: str, low: float, high: fl
     uncertainty: FloatArray = modes.frequency_error[:, None] / (
         order * (low if low > 0.0 else high)
     )
-    for column, chosen in enumerate((major, ~major)):
+    for column, chosen in enumerate((major, follows & ~major)):
         places = np.flatnonzero(chosen)
         if not len(places):
             continue
@@ -314,7 +317,7 @@ def _half_ranges_at(
         clear = np.where(at.masked[..., None], 0.0, at.torque).reshape(shape)
         torque[held] = clear[row[:, None], np.arange(each), :, of[:, None]]
         masked[held] = at.masked.reshape(shape[:3])[row, 0]
-    half = synthesis(drive.order, torque).half_range
+    half = synthesis(drive.cycles, torque).half_range
     return np.abs(torque), half, masked
 
 

@@ -195,9 +195,9 @@ class OrderSolution(NamedTuple):
 def solved(model: Model, drive: Drive, speed: FloatArray, estimate: bool = False) -> OrderSolution:
     """Angles and torques at speeds (s,) in rad/s; `error` (s, m) of the angles, if asked for."""
     load = drive.torque(speed).value
-    found = model.solve(speed, drive.order, load, drive.freedom, estimate)
+    w = drive.frequency(speed)
+    found = model.solve(speed, w, load, drive.freedom, estimate)
     line = model.at(speed[:, None])
-    w = speed[:, None] * drive.order
     twist = found.angle[..., line.first] - found.angle[..., line.second]
     torque = complex_stiffness(line, w) * twist
     return OrderSolution(w, found.angle, twist, torque, load, found.error, found.masked)
@@ -229,7 +229,7 @@ def _block(
     ends = np.cumsum([one.shape[-1] for one in signals])[:-1]
     # signals in front and orders last, as they lie in memory
     stacked = np.concatenate([np.moveaxis(one, -1, 0) for one in signals])
-    total = synthesis(drive.order, stacked)
+    total = synthesis(drive.cycles, stacked)
     extremes = (total.half_range.T, total.highest.T, total.lowest.T)
     # by kind of signal, then half range, highest and lowest
     twist, apart, *others = zip(*(np.split(one, ends, axis=1) for one in extremes), strict=True)
@@ -300,7 +300,7 @@ def _correction(setup: Setup, speed: FloatArray, state: OrderSolution) -> Comple
     for place, freedom in enumerate(setup.drive.freedom):
         left[..., freedom] += state.load[..., place]
     every = np.arange(len(line.inertia))
-    return setup.model.solve(speed, setup.drive.order, left, every, estimate=False).angle
+    return setup.model.solve(speed, state.frequency, left, every, estimate=False).angle
 
 
 # ----------------------------------------------------------------------------
@@ -318,7 +318,7 @@ def data_uncertainty(setup: Setup, speed: FloatArray) -> tuple[FloatArray, Float
     torque, error = drive.torque(speed)
     one_by_one = error * np.eye(error.shape[-1])[:, None, None, :]
     moved = model.solve(
-        speed, drive.order, one_by_one.astype(np.complex128), drive.freedom, estimate=False
+        speed, drive.frequency(speed), one_by_one.astype(np.complex128), drive.freedom, False
     ).angle
     size = np.abs(torque)
     turn = np.moveaxis(torque / np.where(size > 0.0, size, 1.0), -1, 0)[..., None]
@@ -431,5 +431,5 @@ def _half_twist(setup: Setup, speed: FloatArray, section: IntArray) -> FloatArra
         state = solved(setup.model, setup.drive, speed[part])
         twist = state.twist[np.arange(len(state.twist)), :, section[part]]
         clear = ~np.any(state.masked, axis=1)
-        half[part] = np.where(clear, synthesis(setup.drive.order, twist).half_range, 0.0)
+        half[part] = np.where(clear, synthesis(setup.drive.cycles, twist).half_range, 0.0)
     return half

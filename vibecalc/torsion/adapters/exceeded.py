@@ -321,7 +321,7 @@ def _excess(setup: Setup, bound: Bound) -> Callable[[FloatArray], FloatArray]:
     def excess(speed: FloatArray) -> FloatArray:
         state = solved(setup.model, setup.drive, speed)
         torque = np.moveaxis(state.torque[..., section], 1, -1)
-        stress = synthesis(setup.drive.order, torque).half_range * factor
+        stress = synthesis(setup.drive.cycles, torque).half_range * factor
         limit = bound.continuous(speed)
         says = np.isfinite(limit)
         over = np.where(says, stress - np.where(says, limit, 0.0), -1.0)

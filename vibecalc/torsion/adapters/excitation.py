@@ -16,7 +16,7 @@ from vibecalc.excitation.gas_tables import pressure_at
 from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.adapters.modes import natural_uncertainty
-from vibecalc.torsion.adapters.setup import Drive, Setup, placed
+from vibecalc.torsion.adapters.setup import NOTHING_GIVEN, Drive, Setup, placed
 from vibecalc.torsion.holzer import ShapeUncertainty, uncertainty_of
 from vibecalc.torsion.results import ROOT
 
@@ -36,6 +36,10 @@ STEPS = 360
 def emit_excitation(scene: Scene, setup: Setup) -> None:
     """What one cylinder and all of them do at the operating speed."""
     drive, speed = setup.drive, setup.speed
+    if not drive.firing.names:
+        _stations(scene, setup)
+        _intensity(scene, setup)
+        return
     if scene.wants(*CURVES):
         _over_the_cycle(scene, setup)
     one = drive.healthy(speed)
@@ -114,7 +118,8 @@ def _over_the_cycle(scene: Scene, setup: Setup) -> None:
         scene.emit(f"{PLACE}/{name}", value, errors[name], axes)
     # of all cylinders, as far as the orders of the case go
     at = np.array([setup.speed])
-    torque = drive.torque(at)[0].sum()
+    of_engine = drive._replace(given=NOTHING_GIVEN)
+    torque = of_engine.torque(at)[0].sum()
     mean = drive.mean_torque(at).sum()[0]
     # a rounded angle turns each order, all of them by as much
     turned = EPSILON * drive.firing.cycle * (np.abs(torque.value) @ drive.order)
@@ -133,13 +138,13 @@ def _stations(scene: Scene, setup: Setup) -> None:
 
 
 def _sums(scene: Scene, setup: Setup) -> None:
-    drive, modes, at = setup.drive, setup.natural(), np.array([setup.speed])
+    drive, modes = setup.drive, setup.natural()
     axes = {"mode": np.arange(1, len(modes.frequency) + 1), "half_order": drive.order}
     every = modes.shape if modes.damped else modes.shape.real
     shape = every[:, setup.shaft.cylinder_freedom]
     sums = phase_sums(shape, drive.firing.angle, drive.order)
     whole = np.abs(shape).sum(axis=1, keepdims=True)
-    still = whole < STILL
+    still = (whole < STILL) | ~drive.fires
     whole = np.where(still, 1.0, whole)
     value = np.where(still, 0.0, sums.value / whole)
     moved, freedom = natural_uncertainty(setup), setup.shaft.cylinder_freedom
@@ -156,14 +161,23 @@ def _sums(scene: Scene, setup: Setup) -> None:
     uncertainty = np.where(still, 0.0, uncertainty / whole)
     scene.emit(f"{PLACE}/vector_sum", value, uncertainty, axes)
     scene.emit(f"{PLACE}/rank", order_ranks(value, uncertainty), 0.0, axes)
-    torque = drive.torque(at)[0]
-    intensity = every[:, drive.freedom] @ torque.T
-    uncertainty = intensity.error + _on_freedoms(moved, torque.value, drive.freedom)
-    scene.emit(f"{PLACE}/intensity", intensity.value, uncertainty, axes)
+    _intensity(scene, setup)
     angles = drive.firing.angle, drive.order, drive.firing.bank
-    scene.emit(f"{PLACE}/major", major_orders(*angles).astype(np.int64), 0.0, axes)
+    major = drive.fires & major_orders(*angles)
+    scene.emit(f"{PLACE}/major", major.astype(np.int64), 0.0, axes)
     if np.ptp(drive.firing.bank) > 0.0:
         scene.emit(f"{PLACE}/bank_factor", *bank_factor(*angles), axes)
+
+
+def _intensity(scene: Scene, setup: Setup) -> None:
+    """Torque of each order on each mode."""
+    drive, modes = setup.drive, setup.natural()
+    axes = {"mode": np.arange(1, len(modes.frequency) + 1), "half_order": drive.order}
+    every = modes.shape if modes.damped else modes.shape.real
+    torque = drive.torque(np.array([setup.speed]))[0]
+    intensity = every[:, drive.freedom] @ torque.T
+    off = _on_freedoms(natural_uncertainty(setup), torque.value, drive.freedom)
+    scene.emit(f"{PLACE}/intensity", intensity.value, intensity.error + off, axes)
 
 
 def _on_freedoms(

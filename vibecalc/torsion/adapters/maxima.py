@@ -31,7 +31,7 @@ def torque_value(model: Model, drive: Drive, section: IntArray) -> Value:
             state = solved(model, drive, flat[start : start + size])
             held = np.flatnonzero((place >= start) & (place < start + size))
             torque[held] = state.torque[place[held] - start, :, repeated[held]]
-        half = synthesis(drive.order, torque).half_range
+        half = synthesis(drive.cycles, torque).half_range
         return np.asarray(half.reshape(speed.shape))
 
     return value
@@ -82,7 +82,7 @@ def added(setup: Setup, dense: DenseSweep, extra: FloatArray) -> DenseSweep:
     parts = [np.zeros((0, dense.torque.shape[1]))]
     for start in range(0, len(extra), ROWS):
         at = solved(setup.model, setup.drive, extra[start : start + ROWS])
-        half = synthesis(setup.drive.order, np.moveaxis(at.torque, 1, -1)).half_range
+        half = synthesis(setup.drive.cycles, np.moveaxis(at.torque, 1, -1)).half_range
         parts.append(np.where(np.any(at.masked, axis=1)[:, None], np.nan, half))
     values = np.concatenate(parts)
     clear = np.all(np.isfinite(values), axis=1)
@@ -113,6 +113,7 @@ def _narrow_resonances(setup: Setup, first: float, last: float) -> NarrowResonan
     speed, width = poles.pole.imag / order, np.abs(poles.pole.real) / order
     inside = (speed + 3.0 * width > first) & (speed - 3.0 * width < last) & (width > 0.0)
     inside &= np.isfinite(poles.scale) & (poles.scale != 0.0)
+    inside &= drive.orders.fixed[poles.order] == 0.0
     used = np.flatnonzero(inside)
     height = np.empty((len(used), len(line.first)))
     for start in range(0, len(used), 8 * ROWS):

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -19,8 +19,9 @@ from vibecalc.excitation.cylinder_torque import (
 )
 from vibecalc.excitation.gas_tables import GasCard, card_weights, gas_card
 from vibecalc.excitation.model import Firing, build_firing, crank_geometry, cycle_of, gas_cards
+from vibecalc.kinds import has_crank_train
 from vibecalc.numerics.bounded import Bounded, reshaped, rounded
-from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import BoolArray, ComplexArray, FloatArray, IntArray, distinct
 from vibecalc.parts.crank_train import build_crank_train
 from vibecalc.parts.geometry import CrankGeometry
 from vibecalc.torsion.damped_modes import LineModes, damped_line_modes, undamped_line_modes
@@ -35,6 +36,8 @@ from vibecalc.torsion.line import Line
 from vibecalc.torsion.model import ShaftLineModel, build_shaft_line
 from vibecalc.torsion.modes import Modes, natural_modes
 from vibecalc.torsion.stage import asked_orders
+from vibecalc.torsion.station_torques import GivenTorques, Orders, columns, placed_torques
+from vibecalc.torsion.synthesis import Cycles
 from vibecalc.torsion.tables import LineSpeeds, Torsion
 
 if TYPE_CHECKING:
@@ -48,6 +51,13 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------
 
 
+NOTHING_GIVEN = GivenTorques(
+    np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=complex), ()
+)
+NOTHING_FIRES = Firing(
+    names=(), angle=np.zeros(0), first=0.0, cycle=2.0 * np.pi, pressure_scale=np.zeros(0),
+    fires=np.zeros(0, dtype=bool), bank=np.zeros(0),
+)  # fmt: skip
 #: of the phase with which a cylinder fires, and of what a speed makes of its torque
 PHASOR_ROUNDINGS, SPEED_ROUNDINGS = 16.0, 12.0
 
@@ -58,10 +68,14 @@ class Drive(NamedTuple):
     `gas` (c, m, k) in N m and `inertia` (m, k) in N m per (rad/s)^2, `mean` (c, k) of the gas in
     N m; `station` and `freedom` (k,) say where. `card_speed` (c,) in rad/s, empty for one card
     that holds at every speed. `cylinder` is a healthy one, `reciprocating_mass` in kg and
-    `rod_inertia` in kg m^2 what moves in it.
+    `rod_inertia` in kg m^2 what moves in it; a line without cylinders has none of these. `given`
+    are torques at stations beside those of cylinders. `fires` (m,) are the orders of the engine;
+    `orders` has, of all, what repeats together and what does not follow the speed.
     """
 
-    order: FloatArray
+    orders: Orders
+    given: GivenTorques
+    fires: BoolArray
     gas: Bounded
     inertia: Bounded
     mean: Bounded
@@ -75,6 +89,23 @@ class Drive(NamedTuple):
     reciprocating_mass: float
     rod_inertia: float
 
+    @property
+    def order(self) -> FloatArray:
+        """Of the crank (m,), ascending; at the operating speed where it does not follow."""
+        return self.orders.order
+
+    @property
+    def cycles(self) -> Cycles:
+        """What of the orders (m,) repeats together."""
+        return self.orders.cycles
+
+    def frequency(self, speed: FloatArray) -> FloatArray:
+        """Of all orders (s, m) in rad/s at speeds (s,)."""
+        if not np.any(self.orders.fixed):
+            return speed[:, None] * self.order
+        follows = np.where(self.orders.fixed > 0.0, 0.0, self.order)
+        return speed[:, None] * follows + self.orders.fixed
+
     def weights(self, speed: FloatArray) -> FloatArray:
         """Of the cards at speeds (...), (..., c)."""
         return card_weights(self.card_speed if len(self.card_speed) else np.zeros(1), speed)
@@ -85,7 +116,10 @@ class Drive(NamedTuple):
         gas = rounded(self.weights(speed), SPEED_ROUNDINGS) @ by_card
         gas = reshaped(gas, lambda one: one.reshape(-1, *self.gas.shape[1:]))
         square = rounded(np.square(speed)[:, None, None], SPEED_ROUNDINGS)
-        return gas + square * self.inertia
+        total = gas + square * self.inertia
+        if not len(self.given.column):
+            return total
+        return total + self.given.torque(speed, *self.inertia.shape)
 
     def mean_torque(self, speed: FloatArray) -> Bounded:
         """Mean torques (s, k) at speeds (s,)."""
@@ -108,10 +142,97 @@ def build_drive(
     all_fire: bool = False,
     orders: tuple[float, float] | None = None,
 ) -> Drive:
-    """The drive of a validated engine at the orders that [response.torsion] asks for.
+    """What drives a validated line: its cylinders, and the torques given at stations.
 
-    `all_fire` leaves out that cylinders misfire; `orders` are others, the highest and the step.
+    The orders of an engine are those that [response.torsion] asks for. `all_fire` leaves out that
+    cylinders misfire; `orders` are others, the highest and the step.
     """
+    if has_crank_train(case.machine):
+        drive = _cylinders(case, shaft, all_fire, orders)
+    else:
+        drive = _no_cylinders()
+    line = case.machine.shaft_line
+    if line is None or not line.excitations:
+        return drive
+    return _with_given(case, shaft, drive)
+
+
+def _with_given(case: "Case", shaft: ShaftLineModel, drive: Drive) -> Drive:
+    """The drive with the torques that the case gives at stations: more orders, more places."""
+    from vibecalc.torsion.adapters.given_torques import given_harmonics
+
+    harmonics = given_harmonics(case, shaft, lambda speed: drive.mean_torque(speed).value.sum(1))
+    every = columns(drive.order, [one.of for one in harmonics], case.machine.speed)
+    given = [one.of.station for one in harmonics]
+    station = distinct([*drive.station.tolist(), *given]).astype(np.int64)
+    place = {one: k for k, one in enumerate(station.tolist())}
+    fires = np.isin(every.order, drive.order) & (every.fixed == 0.0)
+    at = np.ix_(np.flatnonzero(fires), np.searchsorted(station, drive.station))
+    one = drive.cylinder
+
+    def of_cylinder(values: Any) -> Any:
+        whole = np.zeros((*values.shape[:-1], len(every.order)), values.dtype)
+        whole[..., fires] = values
+        return whole
+
+    def spread(values: Any) -> Any:
+        whole = np.zeros((*values.shape[:-2], len(every.order), len(station)), values.dtype)
+        whole[..., at[0], at[1]] = values
+        return whole
+
+    mean = np.zeros((2, len(drive.mean.value), len(station)))
+    mean[0][:, at[1][0]], mean[1][:, at[1][0]] = drive.mean.value, drive.mean.error
+    return drive._replace(
+        orders=every,
+        given=placed_torques(every, harmonics, place),
+        fires=fires,
+        gas=reshaped(drive.gas, spread),
+        inertia=reshaped(drive.inertia, spread),
+        mean=Bounded(*mean),
+        station=station,
+        freedom=shaft.freedom[station],
+        cylinder=one._replace(
+            order=every.order,
+            gas=of_cylinder(one.gas),
+            gas_error=of_cylinder(one.gas_error),
+            inertia=of_cylinder(one.inertia),
+            inertia_error=of_cylinder(one.inertia_error),
+        ),
+    )
+
+
+def _no_cylinders() -> Drive:
+    none, nowhere = np.zeros(0), np.zeros(0, dtype=np.int64)
+    torque = CylinderTorque(
+        none, np.zeros((1, 0), complex), np.zeros((1, 0)), none.astype(complex), none,
+        np.zeros(1), np.zeros(1),
+    )  # fmt: skip
+    return Drive(
+        orders=columns(none, [], 1.0),
+        given=NOTHING_GIVEN,
+        fires=none.astype(bool),
+        gas=rounded(np.zeros((1, 0, 0), dtype=complex), 0.0),
+        inertia=rounded(np.zeros((0, 0), dtype=complex), 0.0),
+        mean=rounded(np.zeros((1, 0)), 0.0),
+        station=nowhere,
+        freedom=nowhere,
+        card_speed=none,
+        cards=(),
+        geometry=CrankGeometry(0.0, 1.0),
+        firing=NOTHING_FIRES,
+        cylinder=torque,
+        reciprocating_mass=0.0,
+        rod_inertia=0.0,
+    )
+
+
+def _cylinders(
+    case: "Case",
+    shaft: ShaftLineModel,
+    all_fire: bool,
+    orders: tuple[float, float] | None,
+) -> Drive:
+    """The drive of an engine by its cylinders alone."""
     machine = case.machine
     firing, geometry = build_firing(case), crank_geometry(machine)
     if all_fire:
@@ -152,7 +273,9 @@ def build_drive(
     rocked = inertia_harmonics(geometry, 0.0, rod_inertia, healthy.order)
     by_order = Bounded(gas.value, gas.error) * turned
     return Drive(
-        order=healthy.order,
+        orders=columns(healthy.order, [], case.machine.speed),
+        given=NOTHING_GIVEN,
+        fires=np.ones(len(healthy.order), dtype=bool),
         gas=reshaped(by_order, lambda one: np.swapaxes(one, -1, -2)) @ on,
         inertia=((masses[:, None] * moved + rocked) * turned).T @ on,
         mean=Bounded(gas.mean, gas.mean_error) @ rounded(on, SPEED_ROUNDINGS),
@@ -235,13 +358,15 @@ class Model(NamedTuple):
     def solve(
         self,
         speed: FloatArray,
-        order: FloatArray,
+        frequency: FloatArray,
         torque: ComplexArray,
         freedom: IntArray,
         estimate: bool = True,
     ) -> MaskedResponse:
-        """Referred angles (..., s, m, n) for torques (..., s, m, k) on k places of freedoms."""
-        frequency = speed[:, None] * order
+        """Referred angles (..., s, m, n) for torques (..., s, m, k) on k places of freedoms.
+
+        `speed` (s,) and `frequency` (s, m) in rad/s.
+        """
         loaded = np.flatnonzero(np.bincount(freedom))
         if len(loaded) < len(freedom):  # stations that rigid gears hold together
             torque = torque @ (freedom[:, None] == loaded).astype(float)

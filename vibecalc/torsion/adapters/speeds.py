@@ -74,8 +74,9 @@ def run_torsion_speeds(scene: Scene) -> None:
     )
     mean, axes = mean_torques(setup, speed), {"speed": speed}
     emit_curves(scene, SPEEDS, OVER_SPEEDS, setup, curves, uncertainty, mean, axes)
-    total = setup.drive.mean_torque(speed).sum()
-    scene.emit(f"{SPEEDS}/mean_torque", total, axes=axes)
+    if setup.drive.firing.names:
+        total = setup.drive.mean_torque(speed).sum()
+        scene.emit(f"{SPEEDS}/mean_torque", total, axes=axes)
     if setup.shaft.gears and scene.wants(*HAMMERING):
         near = top.speed[np.isfinite(top.value)]
         every = distinct(np.concatenate([dense.speed, near, undamped.speed]))

@@ -74,11 +74,11 @@ def emit_steady(scene: Scene, setup: Setup) -> None:
     }
     angle = (state.angle[0][:, shaft.freedom] * shaft.station_ratio).T
     scene.emit(f"{ROOT}/angle", angle, axes=names)
-    scene.emit(f"{ROOT}/angle_peak", over_cycle(order, angle).peak, axes=names)
+    scene.emit(f"{ROOT}/angle_peak", over_cycle(setup.drive.cycles, angle).peak, axes=names)
     scene.emit(f"{ROOT}/twist", (state.twist[0] * shaft.section_ratio).T, axes=names)
     torque = (state.torque[0] / shaft.section_ratio).T
     scene.emit(f"{ROOT}/torque", torque, axes=names)
-    scene.emit(f"{ROOT}/torque_bound", over_cycle(order, torque).bound, axes=names)
+    scene.emit(f"{ROOT}/torque_bound", over_cycle(setup.drive.cycles, torque).bound, axes=names)
     stressed = np.flatnonzero(shaft.section_modulus)
     if len(stressed):
         stress = torque[stressed] / shaft.section_modulus[stressed, None]
@@ -214,13 +214,15 @@ NOTICEABLE = 0.01
 
 def warn_of_orders(scene: Scene, setup: Setup) -> None:
     """Look at the operating speed at twice as many orders, by the smallest step of the cycle."""
-    used = setup.drive.order
+    if not np.any(setup.drive.fires):
+        return
+    used = setup.drive.order[setup.drive.fires]
     base = 2.0 * np.pi / setup.drive.firing.cycle
     drive = build_drive(scene.case, setup.shaft, orders=(2.0 * float(used[-1]), float(base)))
     state = solved(setup.model, drive, np.array([setup.speed]))
     order, torque = drive.order, state.torque[0].T / setup.shaft.section_ratio[:, None]
-    known = np.min(np.abs(order[:, None] - used), axis=1) < 0.25 * base
-    half = synthesis(order[known], torque[:, known]).half_range
+    known = ~drive.fires | (np.min(np.abs(order[:, None] - used), axis=1) < 0.25 * base)
+    half = synthesis(drive.cycles.some(known), torque[:, known]).half_range
     noticeable = half > NOTICEABLE * half.max(initial=0.0)
     if not np.any(noticeable):
         return
@@ -234,7 +236,7 @@ def warn_of_orders(scene: Scene, setup: Setup) -> None:
                 "frequency at the operating speed, where its response has no bound"
             )
             return
-        added = synthesis(order[chosen], torque[:, chosen]).half_range
+        added = synthesis(drive.cycles.some(chosen), torque[:, chosen]).half_range
         most = int(np.argmax(added / safe))
         if added[most] > NOTICEABLE * safe[most]:
             scene.warn(

@@ -281,7 +281,7 @@ def _steady_peak(setup: Setup, path: Journey, run_: TransientRun, part: Stretch)
     still = system.torque @ static_state(system, mean)
     load = (part.gas + speed**2 * part.inertia).T[1:]
     every = np.arange(load.shape[1])
-    solved = setup.model.solve(np.array([speed]), path.order[1:], load[None], every)
+    solved = setup.model.solve(np.array([speed]), speed * path.order[None, 1:], load[None], every)
     if np.any(solved.masked):
         raise NumericalFailure(
             f"no steady vibration at {speed:.6g} rad/s: an order meets an undamped natural "

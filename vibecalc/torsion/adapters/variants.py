@@ -188,7 +188,7 @@ def _dampers(scene: Scene, setup: Setup) -> None:
     axes = {"damper": tuple(one.name for one in shaft.dampers)}
     heat = section_heat(setup, at, state)[0, rings]
     twist = (state.twist[0] * np.abs(shaft.section_ratio))[:, rings]
-    travel = over_cycle(setup.drive.order, twist.T).peak
+    travel = over_cycle(setup.drive.cycles, twist.T).peak
     scene.emit(f"{HEALTHY}/damper/heat", where(masked, np.inf, heat), axes=axes)
     scene.emit(f"{HEALTHY}/damper/travel", where(masked, np.inf, travel), axes=axes)
 

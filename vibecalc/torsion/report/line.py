@@ -11,6 +11,7 @@ from vibecalc.core.report.headline import large_torques
 from vibecalc.core.report.sections import Section, having, labels, magnitudes, speed_of, table_of
 from vibecalc.core.report.writing import Column, number, pairs, paragraph, rpm, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.torsion.report.given_torques import given_rows
 
 if TYPE_CHECKING:
     from vibecalc.torsion.model import ShaftLineModel
@@ -129,7 +130,7 @@ def short(value: float) -> str:
 
 def order_text(order: float) -> str:
     """`0.5`, `3`; `-` for none."""
-    return f"{float(order):g}" if order else "-"
+    return f"{float(order):.4g}" if order else "-"
 
 
 def within(value: float, error: float, digits: int = 4) -> str:
@@ -231,8 +232,8 @@ def elastic_modes(result: Result, undamped: bool = False) -> list[int]:
 
 def highest_frequency(result: Result) -> float:
     """Of the highest order of the case at its highest speed, rad/s."""
-    excited = having(result.record, TORSION + "excitation/total", "half_order")
-    highest = 12.0 if excited is None else float(np.max(np.asarray(excited.axes[0].values)))
+    excited = having(result.record, TORSION + "excitation/station_torque", "station", "half_order")
+    highest = 12.0 if excited is None else float(np.max(np.asarray(excited.axes[1].values)))
     return highest * speed_range(result)[1]
 
 
@@ -290,7 +291,7 @@ def torsion_line(result: Result) -> Section | None:
     lines = [*pairs(_identity(result, line), 18), "", *_parts(line)]
     gears = _gears(line)
     return Section(
-        "Engine and shaft line",
+        "Engine and shaft line" if line.cylinder_station.size else "Shaft line",
         [*lines, *(["", *gears] if gears else [])],
         frozenset(),
         "section moduli",
@@ -299,9 +300,33 @@ def torsion_line(result: Result) -> Section | None:
 
 
 def _identity(result: Result, line: "ShaftLineModel") -> list[tuple[str, str]]:
-    machine = table_of(result.case, "machine")
+    machine, torsion = table_of(result.case, "machine"), asked(result)
+    rows = _engine(result, machine) if line.cylinder_station.size else []
+    orders = having(result.record, TORSION + "excitation/station_torque", "station", "half_order")
+    words = [range_words(result)] if torsion.get("speeds") else []
+    if orders is not None:
+        values = np.asarray(orders.axes[1].values, dtype=float)
+        even = values.size > 1 and np.ptp(np.diff(values)) < _EVEN
+        every = f" every {order_text(values[1] - values[0])}" if even else ""
+        words.append(f"orders {order_text(values[0])} to {order_text(values[-1])}{every}")
+    rows += [("speeds and orders", ", ".join(words))] if words else []
+    rows += given_rows(result, torque_unit(result.record))
+    rows += _misfire(torsion) + _damping(torsion)
+    total = short(float(np.sum(line.line.inertia)))
+    speed = "" if line.cylinder_station.size else f" of {line.station_names[_reference(line)]!r}"
+    at = f"kg m^2 at the speed{speed}" if speed else "kg m^2 at crank speed"
+    rows.append(("whole line", f"{total} {at}; {_loads(result, line)}"))
+    return rows
+
+
+def _reference(line: "ShaftLineModel") -> int:
+    """The station whose speed is that of the machine."""
+    return int(np.argmin(np.abs(line.station_ratio - 1.0)))
+
+
+def _engine(result: Result, machine: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Cycle, cylinders, firing order and gas."""
     train = table_of(machine, "crank_train")
-    torsion = asked(result)
     cycle = str(machine.get("cycle") or "four_stroke").replace("_", "-")
     count = len(train.get("cylinders") or ())
     words = [f"{cycle}, {count} cylinder{'s' * (count != 1)}{_banks(train)}"]
@@ -317,16 +342,6 @@ def _identity(result: Result, line: "ShaftLineModel") -> list[tuple[str, str]]:
     pressure = result.record.quantities.get(TORSION + "excitation/mean_indicated_pressure")
     if pressure is not None:
         rows[-1] = ("gas", f"{_gas(train)}; mean indicated pressure {cell(pressure, (), 1e-5)} bar")
-    orders = having(result.record, TORSION + "excitation/total", "half_order")
-    words = [range_words(result)] if torsion.get("speeds") else []
-    if orders is not None:
-        values = np.asarray(orders.axes[0].values, dtype=float)
-        every = f" every {order_text(values[1] - values[0])}" if values.size > 1 else ""
-        words.append(f"orders {order_text(values[0])} to {order_text(values[-1])}{every}")
-    rows += [("speeds and orders", ", ".join(words))] if words else []
-    rows += _misfire(torsion) + _damping(torsion)
-    total = short(float(np.sum(line.line.inertia)))
-    rows.append(("whole line", f"{total} kg m^2 at crank speed; {_loads(result, line)}"))
     return rows
 
 
@@ -347,11 +362,11 @@ def firing_words(record: Record, cycle: str = "") -> str:
 
 
 def first_firing(record: Record) -> str:
-    """`cylinder '1'`, from whose firing position crank angles and phases count."""
+    """`the firing of cylinder '1'`, from which crank angles and phases count."""
     quantity = record.quantities.get(TORSION + "excitation/firing_angle")
     if quantity is None:
-        return "the cylinder that fires first"
-    return f"cylinder {labels(quantity.axes[0])[int(np.argmin(quantity.values))]!r}"
+        return "crank angle zero"
+    return f"the firing of cylinder {labels(quantity.axes[0])[int(np.argmin(quantity.values))]!r}"
 
 
 def _banks(train: Mapping[str, Any]) -> str:

@@ -93,10 +93,7 @@ def _orders(result: Result) -> list[str]:
         for i in chosen
     ]  # fmt: skip
     more = f"; the strongest {_ORDERS} of {row.size}" if row.size > _ORDERS else ""
-    words = (
-        f"Orders in section {name!r}, 0-to-peak, phase from the firing of "
-        f"{first_firing(record)}{more}:"
-    )
+    words = f"Orders in section {name!r}, 0-to-peak, phase from {first_firing(record)}{more}:"
     return [*paragraph(words), *table(columns, rows)]
 
 

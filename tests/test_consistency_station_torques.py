@@ -1,0 +1,228 @@
+"""Claim: torques given at stations act on a line as full matrices in its own angles say.
+
+The truth: `dense_shaft_line.py` (nothing referred, gears as constraints), sums of records by fine
+quadrature, phases of two cycles tried one by one.
+"""
+
+import math
+import tomllib
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from dense_shaft_line import DenseLine, Harmonic
+from shipped_cases import CASES
+
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Record
+from vibecalc.core.run.run import run_case
+from vibecalc.torsion.station_torques import record_harmonics
+from vibecalc.torsion.synthesis import Cycles, synthesis
+
+ROOT = "response/torsion"
+RATIO = 23.0 / 41.0
+SPEED = 1480.0 * math.pi / 30.0
+
+
+def table(name: str, **line: Any) -> dict[str, Any]:
+    """A shipped case as TOML has it, with other keys in its shaft line and no references."""
+    case = tomllib.loads(CASES[name].read_text(encoding="utf-8"))
+    case["machine"]["shaft_line"].update(line)
+    return {key: one for key, one in case.items() if not key.startswith(("reference", "limit"))}
+
+
+@cache
+def pump() -> tuple[DenseLine, Record]:
+    case = validate(table("pump_drive"))
+    return DenseLine(case), run_case(case)
+
+
+def acting(speed: float) -> list[Harmonic]:
+    """What excites the pump drive, on own shafts; the cycles of pump, motor and ripple."""
+    mean, turn = 620.0 * (speed / SPEED) ** 2, np.exp(1j * math.radians(70.0))
+    return [
+        Harmonic(5.0 * RATIO, 0.0, "pump", 0.05 * mean, "pump"),
+        Harmonic(10.0 * RATIO, 0.0, "pump", 0.01 * mean * turn, "pump"),
+        Harmonic(RATIO, 0.0, "wheel", 9.0, "pump"),
+        Harmonic(2.0 * RATIO, 0.0, "wheel", 3.0, "pump"),
+        Harmonic(1.0, 0.0, "pinion", 4.0, "motor"),
+        Harmonic(12.0, 0.0, "motor", 15.0, "motor"),
+        Harmonic(0.0, 200.0 * math.pi, "motor", 6.0, "ripple"),
+    ]
+
+
+def test_natural_frequencies_of_the_pump_drive() -> None:
+    line, record = pump()
+    found = np.asarray(record[f"{ROOT}/modes/natural_frequency"].values)
+    assert found[1:] == pytest.approx(line.frequencies()[1:], rel=1e-10)
+
+
+def test_half_ranges_of_the_pump_drive_at_its_speed() -> None:
+    line, record = pump()
+    found = np.asarray(record[f"{ROOT}/torque_half_range"].values)
+    assert found == pytest.approx(line.half_ranges(SPEED, acting(SPEED)), rel=1e-9)
+
+
+@pytest.mark.parametrize("place", [0, 57, 122, 200])
+def test_half_ranges_of_the_pump_drive_over_its_speeds(place: int) -> None:
+    line, record = pump()
+    quantity = record[f"{ROOT}/speeds/torque_half_range"]
+    speed = float(np.asarray(quantity.axes[1].values)[place])
+    found = np.asarray(quantity.values)[:, place]
+    assert found == pytest.approx(line.half_ranges(speed, acting(speed)), rel=1e-9)
+
+
+def test_torques_by_order_of_the_pump_drive() -> None:
+    line, record = pump()
+    quantity = record[f"{ROOT}/torque"]
+    orders = np.asarray(quantity.axes[1].values)
+    rows = {
+        w: torque for rows in line.by_cycle(SPEED, acting(SPEED)).values()
+        for w, torque in rows.items()
+    }  # fmt: skip
+    assert orders * SPEED == pytest.approx(sorted(rows), rel=1e-12)
+    for place, w in enumerate(sorted(rows)):
+        assert np.asarray(quantity.values)[:, place] == pytest.approx(rows[w], rel=1e-9)
+
+
+def test_the_motor_gives_what_the_pump_takes_at_every_speed() -> None:
+    _, record = pump()
+    quantity = record[f"{ROOT}/speeds/gear_mean_torque"]
+    speed = np.asarray(quantity.axes[1].values)
+    taken = 620.0 * (speed / SPEED) ** 2
+    assert np.asarray(quantity.values)[0] == pytest.approx(RATIO * taken, rel=1e-12)
+
+
+def test_what_cannot_follow_the_speed_has_no_critical_speed() -> None:
+    _, record = pump()
+    quantity = record[f"{ROOT}/critical/speed"]
+    orders = np.asarray(quantity.axes[1].values)
+    ripple = int(np.argmin(np.abs(orders * SPEED - 200.0 * math.pi)))
+    values = np.asarray(quantity.values)[1:]
+    assert np.all(np.isinf(values[:, ripple]))
+    assert np.all(np.isfinite(np.delete(values, ripple, axis=1)))
+
+
+BLADES = [
+    {"on": "propeller", "blades": 4, "torques": ["900 N*m", "150 N*m"], "phases": [0.4, 1.1]},
+    {"on": "generator", "orders": [3], "of": "crankshaft", "torques": ["70 N*m"]},
+]
+
+
+def test_an_engine_and_given_torques_add_up() -> None:
+    alone = run_case(validate(table("engine_geared")))
+    case = validate(table("engine_geared", excitations=BLADES))
+    both, line = run_case(case), DenseLine(case)
+    speed, ratio = case.machine.speed, 40.0 / 118.0
+    given = {
+        4.0 * ratio: ("propeller", 900.0 * np.exp(0.4j)),
+        8.0 * ratio: ("propeller", 150.0 * np.exp(1.1j)),
+        3.0: ("generator", 70.0),
+    }
+    quantity, before = both[f"{ROOT}/torque"], alone[f"{ROOT}/torque"]
+    orders = np.asarray(quantity.axes[1].values)
+    engine = np.asarray(before.axes[1].values)
+    shafts = len(line.shafts)
+    for place, order in enumerate(orders.tolist()):
+        wanted = np.zeros(shafts, dtype=complex)
+        met = np.flatnonzero(engine == order)
+        if len(met):
+            wanted += np.asarray(before.values)[:shafts, met[0]]
+        for one, (station, amplitude) in given.items():
+            if abs(one - order) < 1e-9:
+                wanted += line.torques(one * speed, line.angles(one * speed, station, amplitude))
+        found = np.asarray(quantity.values)[:shafts, place]
+        assert np.abs(found - wanted).max() <= 1e-9 * np.abs(wanted).max()
+    # the blades meet the cycle of the engine in every phase
+    on_cycle = [
+        Harmonic(q, 0.0, station, x, "blades") for q, (station, x) in given.items() if q != 3.0
+    ]
+    third = line.torques(3.0 * speed, line.angles(3.0 * speed, "generator", 70.0))
+    rows = np.asarray(before.values)[:shafts].copy()
+    rows[:, np.flatnonzero(engine == 3.0)[0]] += third
+    wanted = synthesis(engine, rows).half_range + line.half_ranges(speed, on_cycle)
+    found = np.asarray(both[f"{ROOT}/torque_half_range"].values)[:shafts]
+    assert found == pytest.approx(wanted, rel=1e-9)
+
+
+def test_a_record_is_its_orders() -> None:
+    angle = np.linspace(0.0, 2.0 * math.pi, 73)
+    torque = 300.0 + 40.0 * np.cos(3.0 * angle - 0.3) + 11.0 * np.sin(7.0 * angle)
+    torque[-1] = torque[0]
+    orders = np.arange(1, 13)
+    x = record_harmonics(angle, torque, orders)
+    fine = np.linspace(0.0, 2.0 * math.pi, 72 * 4001)[:-1]
+    wave = np.interp(fine, angle, torque)
+    for order, one in zip(orders, x, strict=True):
+        assert one == pytest.approx(2.0 * np.mean(wave * np.exp(-1j * order * fine)), abs=2e-6)
+    record = {"angle": angle.tolist(), "torque": torque.tolist()}
+    by_record = {"on": "pump", "record": record, "harmonics": 12}
+    by_order = {
+        "on": "pump",
+        "orders": orders.tolist(),
+        "torques": np.abs(x).tolist(),
+        "phases": np.angle(x).tolist(),
+    }
+    first, second = (
+        run_case(validate(table("pump_drive", excitations=[one]))) for one in (by_record, by_order)
+    )
+    path = f"{ROOT}/speeds/torque_half_range"
+    assert np.asarray(first[path].values) == pytest.approx(
+        np.asarray(second[path].values), rel=1e-12
+    )
+
+
+def test_a_record_over_two_turns_has_half_orders() -> None:
+    angle = np.linspace(0.0, 4.0 * math.pi, 145)
+    record = {"angle": angle.tolist(), "torque": (10.0 * np.cos(0.5 * angle)).tolist()}
+    given = {"on": "pump", "record": record, "harmonics": 3}
+    made = run_case(validate(table("pump_drive", excitations=[given])))
+    orders = np.asarray(made[f"{ROOT}/torque"].axes[1].values)
+    assert orders == pytest.approx([0.5 * RATIO, RATIO, 1.5 * RATIO], rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("law", "factor"),
+    [
+        ({"exponent": 1.5}, lambda share: share**1.5),
+        (
+            {"over_speed": {"speed": [50.0, 120.0, 200.0], "factor": [0.2, 0.9, 1.0]}},
+            lambda share: np.interp(share * SPEED, [50.0, 120.0, 200.0], [0.2, 0.9, 1.0]),
+        ),
+    ],
+)
+def test_given_torques_follow_their_law(law: dict[str, Any], factor: Any) -> None:
+    given = {"on": "pump", "blades": 5, "torques": ["30 N*m"], **law}
+    case = validate(table("pump_drive", excitations=[given]))
+    line, quantity = DenseLine(case), run_case(case)[f"{ROOT}/speeds/torque_half_range"]
+    for place in (3, 100):
+        speed = float(np.asarray(quantity.axes[1].values)[place])
+        w = 5.0 * RATIO * speed
+        wanted = np.abs(line.torques(w, line.angles(w, "pump", 30.0 * factor(speed / SPEED))))
+        assert np.asarray(quantity.values)[:, place] == pytest.approx(wanted, rel=1e-9)
+
+
+def test_the_station_that_balances_has_shares_of_what_is_left() -> None:
+    given = {"on": "motor", "orders": [1], "shares": [0.1]}
+    case = validate(table("pump_drive", excitations=[given]))
+    line, quantity = DenseLine(case), run_case(case)[f"{ROOT}/speeds/torque_half_range"]
+    speed = float(np.asarray(quantity.axes[1].values)[40])
+    amplitude = 0.1 * RATIO * 620.0 * (speed / SPEED) ** 2
+    wanted = np.abs(line.torques(speed, line.angles(speed, "motor", amplitude)))
+    assert np.asarray(quantity.values)[:, 40] == pytest.approx(wanted, rel=1e-9)
+
+
+def test_two_cycles_meet_in_every_phase() -> None:
+    rng = np.random.default_rng(7)
+    first, second = (rng.normal(size=n) + 1j * rng.normal(size=n) for n in (3, 2))
+    cycles = Cycles(np.array([0.5, 1.0, 3.0, 4.0, 8.0]), np.array([0, 0, 0, 1, 1]))
+    found = synthesis(cycles, np.concatenate([first, second]))
+    angle = np.linspace(0.0, 4.0 * math.pi, 4001)
+    one = (np.exp(1j * np.outer(angle, [0.5, 1.0, 3.0])) @ first).real
+    other = (np.exp(1j * np.outer(angle, [4.0, 8.0])) @ second).real
+    every = one[:, None] + other[None, :]
+    assert found.highest == pytest.approx(every.max(), rel=1e-4)
+    assert found.highest >= every.max() and found.lowest <= every.min()
+    assert found.half_range == pytest.approx(0.5 * (found.highest - found.lowest), rel=1e-14)
+    assert found.upper_bound == pytest.approx(np.abs(first).sum() + np.abs(second).sum())

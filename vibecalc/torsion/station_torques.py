@@ -1,0 +1,166 @@
+"""Torques given at stations of a shaft line: their harmonics, and how they follow the speed."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
+from vibecalc.torsion.synthesis import Cycles
+
+# ----------------------------------------------------------------------------
+# Harmonics that act on a station next to the torques of cylinders.
+#
+# A harmonic is A cos(n phi + alpha) on the station's own shaft, phi the angle that this shaft, or
+# the crank, has turned through, in its own sense; with the ratio r of speeds its order of the crank
+# is n |r|. What does not follow the speed is A cos(f t + alpha).
+# ----------------------------------------------------------------------------
+
+#: orders as close as this to a multiple of 1/2 are one: ratios of gears are rounded
+SAME = 1e-9
+#: of an amplitude with its phase and its law
+ROUNDINGS = 16.0
+
+#: what a torque is at speeds (s,) in rad/s, over its amplitude
+Law = Callable[[FloatArray], FloatArray]
+
+
+class HarmonicOrder(NamedTuple):
+    """Of one harmonic on a station: its order of the crank, or a frequency in rad/s.
+
+    `order` is 0 where a `frequency` does not follow the speed; `own` and `ratio` are the order and
+    the speed ratio of the shaft whose turns count.
+    """
+
+    station: int
+    order: float
+    frequency: float
+    own: float
+    ratio: float
+
+
+class Harmonic(NamedTuple):
+    """One harmonic: `amplitude` referred to the crankshaft, complex, 0-to-peak, over its `law`."""
+
+    of: HarmonicOrder
+    amplitude: complex
+    law: Law
+
+
+class Orders(NamedTuple):
+    """Columns (m,) of what excites a line, by rising order at the operating speed.
+
+    `order` is of the crank; a column with a `fixed` frequency in rad/s does not follow the speed,
+    and its order is that at the operating speed. `cycles` say which of them repeat together.
+    """
+
+    order: FloatArray
+    fixed: FloatArray
+    cycles: Cycles
+
+
+class GivenTorques(NamedTuple):
+    """Harmonics (h,): column and place of each, amplitude, law."""
+
+    column: IntArray
+    place: IntArray
+    amplitude: np.ndarray
+    law: tuple[Law, ...]
+
+    def torque(self, speed: FloatArray, columns: int, places: int) -> Bounded:
+        """Referred torques (s, m, k) in N m at speeds (s,) in rad/s."""
+        total = np.zeros((len(speed), columns, places), dtype=np.complex128)
+        size = np.zeros(total.shape)
+        for column, place, amplitude, law in zip(*self, strict=True):
+            one = amplitude * law(speed)
+            total[:, column, place] += one
+            size[:, column, place] += np.abs(one)
+        return Bounded(total, ROUNDINGS * EPSILON * size)
+
+
+def rounded_order(order: float) -> float:
+    """An order of the crank, a multiple of 1/2 where it is one up to the rounding of ratios."""
+    half = round(2.0 * order) / 2.0
+    return half if abs(order - half) <= SAME * max(order, 1.0) else order
+
+
+def columns(engine: FloatArray, harmonics: Sequence[HarmonicOrder], speed: float) -> Orders:
+    """Orders of an engine (multiples of 1/2) and of harmonics, each once.
+
+    Orders that are no multiples of 1/2 of the crank repeat with the turns of their shaft, as those
+    of one shaft do together, or, where they are none of these either, alone.
+    """
+    found: dict[tuple[float, float], tuple[float, float, tuple[float, ...]]] = {
+        (order, 0.0): (order, order, (0.0,)) for order in engine.tolist()
+    }
+    bases: list[float] = []
+    for one in harmonics:
+        key = (one.order, one.frequency)
+        if key in found:
+            continue
+        if one.frequency:
+            base = next((b for b in bases if _half(one.frequency / b)), one.frequency)
+            bases.append(base)
+            found[key] = (one.frequency / speed, rounded_order(one.frequency / base), (2.0, base))
+        elif _half(one.order):
+            found[key] = (one.order, one.order, (0.0,))
+        elif _half(one.own):
+            found[key] = (one.order, rounded_order(one.own), (1.0, abs(one.ratio)))
+        else:
+            found[key] = (one.order, 1.0, (1.5, one.order))
+    keys = sorted(found, key=lambda key: found[key][0])
+    names = sorted({found[key][2] for key in keys})
+    return Orders(
+        order=np.array([found[key][0] for key in keys]),
+        fixed=np.array([key[1] for key in keys]),
+        cycles=Cycles(
+            np.array([found[key][1] for key in keys]),
+            np.array([names.index(found[key][2]) for key in keys], dtype=np.int64),
+        ),
+    )
+
+
+def _half(number: float) -> bool:
+    """Whether a number is a multiple of 1/2, above 0."""
+    found = rounded_order(number)
+    return found > 0.0 and 2.0 * found == round(2.0 * found)
+
+
+def placed_torques(
+    orders: Orders, harmonics: Sequence[Harmonic], place: Mapping[int, int]
+) -> GivenTorques:
+    """Harmonics in the columns of `orders`; `place` has where a station is among those loaded."""
+    column = {
+        (0.0 if fixed else order, fixed): number
+        for number, (order, fixed) in enumerate(
+            zip(orders.order.tolist(), orders.fixed.tolist(), strict=True)
+        )
+    }
+    return GivenTorques(
+        np.array([column[one.of.order, one.of.frequency] for one in harmonics], dtype=np.int64),
+        np.array([place[one.of.station] for one in harmonics], dtype=np.int64),
+        np.array([one.amplitude for one in harmonics], dtype=np.complex128),
+        tuple(one.law for one in harmonics),
+    )
+
+
+# ----------------------------------------------------------------------------
+# Harmonics of a record over the angle, straight between its rows.
+# ----------------------------------------------------------------------------
+
+
+def record_harmonics(angle: ArrayLike, torque: ArrayLike, order: ArrayLike) -> np.ndarray:
+    """Complex amplitudes (m,) of a torque (k,) over angles (k,) in rad, straight between them.
+
+    T(phi) = mean + Re sum X_n exp(i n phi) at the orders n (m,) of the shaft; the angles span whole
+    turns of which the orders are multiples. Two integrations by parts leave the jumps of the slope:
+    X_n = -2 / (P n^2) sum_j (s_j - s_(j-1)) exp(-i n phi_j), P the span, s_j the slope after row j.
+    """
+    phi, values = np.asarray(angle, dtype=float), np.asarray(torque, dtype=float)
+    n = np.asarray(order, dtype=float)[:, None]
+    slope = np.diff(values) / np.diff(phi)
+    jump = slope - np.roll(slope, 1)
+    span = phi[-1] - phi[0]
+    return np.asarray(-2.0 / (span * n[:, 0] ** 2) * (np.exp(-1j * n * phi[:-1]) @ jump))
