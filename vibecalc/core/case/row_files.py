@@ -1,0 +1,216 @@
+"""Long lists of tables in CSV files next to a case: one line for each station, shaft or gear."""
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from vibecalc.core.case.csv_files import (
+    Column,
+    Columns,
+    Unreadable,
+    check_unit,
+    numbers_of,
+    some_cells,
+    with_point,
+)
+from vibecalc.core.case.raw import Data, listed, nearest, table_at
+from vibecalc.errors import KeyPath, Problem
+
+if TYPE_CHECKING:
+    from vibecalc.core.case.walk import Shape
+
+# ----------------------------------------------------------------------------
+# Long lists of tables in CSV files next to a case: one line for each station, shaft or gear.
+#
+# A column is a key, in any order, capitals and blanks apart ("Outer diameter [mm]"); its unit
+# stands in square or round brackets. Keys of a table below (a section) are columns, too, and lists
+# of two have a column for each. A cell left empty is a key left out; names of a list stand in one
+# cell, with semicolons between them.
+# ----------------------------------------------------------------------------
+
+#: lists of the schema that may be the name of a file
+LISTS: tuple[KeyPath, ...] = (
+    ("machine", "shaft_line", "stations"),
+    ("machine", "shaft_line", "shafts"),
+    ("machine", "shaft_line", "gears"),
+)
+#: columns of lists of two
+PAIRS = {"between": ("from", "to"), "teeth": ("teeth_from", "teeth_to")}
+_UNIT_BEHIND = re.compile(r"([^()]+)\((.{1,80})\)\Z")
+_WHOLE = re.compile(r"[+-]?\d{1,18}\Z")
+_FLAGS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
+
+
+class Place(NamedTuple):
+    """Where the cells of a column stand in the table of their row, and what they may be."""
+
+    keys: KeyPath
+    shape: "Shape"
+
+
+def columns_of_rows(path: KeyPath) -> dict[str, Place]:
+    """Places of the columns that a list may have as a file, by name; {} for other lists."""
+    if path not in LISTS:
+        return {}
+    from vibecalc.core.case.walk import keys_of, shape_at, shape_of
+
+    shape = shape_at(path)
+    assert shape is not None and shape.item is not None and shape.item.table is not None
+    found: dict[str, Place] = {}
+    below: list[tuple[str, str, Shape]] = []
+    for key, field in keys_of(shape.item.table).items():
+        one = shape_of(field)
+        if one.table is not None:
+            inner = {name: shape_of(field) for name, field in keys_of(one.table).items()}
+            below += [(key, name, part) for name, part in inner.items() if _plain(part)]
+        elif _plain(one):
+            found[key] = Place((key,), one)
+        for place, name in enumerate(PAIRS.get(key, ())):
+            assert one.item is not None
+            found[name] = Place((key, place), one.item)
+    for key, name, part in below:  # of two tables with such a key, that of the first
+        found.setdefault(name, Place((key, name), part))
+    return found | {f"{key}.{name}": Place((key, name), part) for key, name, part in below}
+
+
+def _plain(shape: "Shape") -> bool:
+    """Whether a cell can hold it."""
+    item = shape.item if shape.kind == "list" else shape
+    return item is not None and item.kind in ("number", "whole", "text", "choice", "flag")
+
+
+class Rows(list[dict[str, Any]]):
+    """Tables of a list that stands in a file, with its name and the line of each."""
+
+    def __init__(self, rows: Iterable[dict[str, Any]], file: str, lines: Sequence[int]):
+        super().__init__(rows)
+        self.file, self.lines = file, lines
+
+
+def with_line(problem: Problem, files: Mapping[KeyPath, Rows]) -> Problem:
+    """A problem of a table that stands in one of `files`, with its line there."""
+    for depth in range(1, len(problem.path)):
+        rows, place = files.get(problem.path[:depth]), problem.path[depth]
+        if rows is not None and isinstance(place, int) and place < len(rows.lines):
+            line = f"line {rows.lines[place]} of {rows.file!r}"
+            return replace(problem, found=f"{problem.found}, {line}" if problem.found else line)
+    return problem
+
+
+def files_of_rows(data: Data) -> dict[KeyPath, Rows]:
+    """The lists of a case that stand in files, by their path."""
+    found = {path: table_at(data, *path[:-1]).get(path[-1]) for path in LISTS}
+    return {path: rows for path, rows in found.items() if isinstance(rows, Rows)}
+
+
+def rows_of(columns: Columns, path: KeyPath, file: str) -> Rows:
+    """The lines of a file as tables of the list at `path`. Raises Unreadable."""
+    known = columns_of_rows(path)
+    placed = [(_named(name, column), name) for name, column in columns.items()]
+    seen: dict[KeyPath, str] = {}
+    for (key, column), name in placed:
+        if key not in known:
+            raise Unreadable(
+                f"column {name[:40]!r} is no key of {path[-1]}",
+                listed([one for one in known if "." not in one]),
+                nearest(key, list(known)),
+                line=column.head,
+            )
+        keys = known[key].keys
+        twice = [one for one in seen if one == keys[: len(one)] or keys == one[: len(keys)]]
+        if twice:
+            raise Unreadable(
+                f"columns {seen[twice[0]][:40]!r} and {name[:40]!r} mean the same",
+                "one of the two",
+                line=column.head,
+            )
+        seen[keys] = name
+    _check_pairs({key: column for (key, column), _ in placed}, known)
+    count = max(len(column.cells) for column in columns.values())
+    rows: list[dict[str, Any]] = [{} for _ in range(count)]
+    for (key, column), name in placed:
+        filled = [place for place, cell in enumerate(column.cells) if cell]
+        cells = _values(name, some_cells(column, filled), known[key].shape)
+        for place, cell in zip(filled, cells, strict=True):
+            _put(rows[place], known[key].keys, cell)
+    return Rows(rows, file, next(iter(columns.values())).lines)
+
+
+def _named(name: str, column: Column) -> tuple[str, Column]:
+    """The key that the name of a column means, and the column with a unit from round brackets."""
+    behind = None if column.unit else _UNIT_BEHIND.match(name)
+    if behind:
+        unit = behind[2].strip()
+        name, column = behind[1], column._replace(unit="" if unit in ("-", "–", "—") else unit)
+    return re.sub(r"[\s-]+", "_", name.strip().lower()), column
+
+
+def _check_pairs(columns: Columns, known: dict[str, Place]) -> None:
+    """Both columns of a list of two are there, and filled in the same lines."""
+    for key, names in PAIRS.items():
+        there = [name for name in names if name in columns]
+        if not there or names[0] not in known:
+            continue
+        if len(there) == 1:
+            other = names[1 - names.index(there[0])]
+            raise Unreadable(
+                f"column {there[0]!r} without {other!r}",
+                f"both, or one column {key!r} with both and a semicolon between them",
+                line=columns[there[0]].head,
+            )
+        first, second = (columns[name] for name in names)
+        for one, other, line in zip(first.cells, second.cells, first.lines, strict=True):
+            if bool(one) != bool(other):
+                empty = names[bool(one)]
+                raise Unreadable(
+                    f"line {line}, column {empty}: an empty cell", f"{key} is of two", line=line
+                )
+
+
+def _values(name: str, column: Column, shape: "Shape") -> list[Any]:
+    """The cells of a column as a case would write them. Raises Unreadable."""
+    if shape.kind == "list":
+        assert shape.item is not None
+        parts = [cell.split(";") for cell in column.cells]
+        flat = [part.strip() for cell in parts for part in cell]
+        lines = [line for line, cell in zip(column.lines, parts, strict=True) for _ in cell]
+        values = iter(_values(name, column._replace(cells=flat, lines=lines), shape.item))
+        return [[next(values) for _ in cell] for cell in parts]
+    if shape.kind == "number":
+        check_unit(name, column, shape.unit or "")
+        return [f"{cell} {column.unit}".strip() for cell in numbers_of(name, column)]
+    if column.unit:
+        raise Unreadable(
+            f"column {name} is not of numbers with a unit and has one: {column.unit[:40]!r}",
+            "its name alone",
+            line=column.head,
+        )
+    if shape.kind == "whole":
+        return _each(name, column, _whole, "a whole number in every cell")
+    if shape.kind == "flag":
+        return _each(name, column, lambda cell: _FLAGS.get(cell.lower()), "true or false")
+    return list(column.cells)
+
+
+def _whole(cell: str) -> int | None:
+    """A whole number, also as 40.0."""
+    digits = re.sub(r"\.0*\Z", "", cell)
+    return int(digits) if _WHOLE.match(digits) else None
+
+
+def _each(name: str, column: Column, read: Any, allowed: str) -> list[Any]:
+    values = [read(with_point(cell, column)) for cell in column.cells]
+    for value, cell, line in zip(values, column.cells, column.lines, strict=True):
+        if value is None:
+            raise Unreadable(f"line {line}, column {name}: found {cell[:40]!r}", allowed, line=line)
+    return values
+
+
+def _put(row: dict[str, Any], keys: KeyPath, value: Any) -> None:
+    """Set what stands at some keys of a row; tables and lists of two are made on the way."""
+    if len(keys) == 1:
+        row[str(keys[0])] = value
+        return
+    inner: Any = row.setdefault(str(keys[0]), [None, None] if keys[1] in (0, 1) else {})
+    inner[keys[1]] = value
