@@ -54,17 +54,25 @@ _NO_UNIT = ("-", "–", "—")
 
 
 def read_columns(folder: Path, name: str) -> Columns:
-    """Columns of a CSV file in `folder`, in their order, as programs for spreadsheets write them.
+    """Columns of a CSV file in `folder`, see `columns_of`.
+
+    Raises Unreadable for a file that is not there, not in the folder, or no table.
+    """
+    return columns_of(_read(folder, name))
+
+
+def columns_of(text: str) -> Columns:
+    """Columns of a CSV file, in their order, as programs for spreadsheets write them.
 
     Semicolons, tabs or commas part the cells, as in the line of names; with the former two numbers
     may have decimal commas. A line that begins with # is none, nor are a row and a column that have
     nothing in them; a first line `sep=;` says what parts the cells.
 
-    Raises Unreadable for a file that is not there, not in the folder, or no table.
+    Raises Unreadable for what is no table.
     """
     numbered = [
         (number, line)
-        for number, line in enumerate(_read(folder, name).splitlines(), start=1)
+        for number, line in enumerate(text.splitlines(), start=1)
         if line.strip() and not line.lstrip().startswith(("#", '"#'))
     ]
     said = _SAID.match(numbered[0][1]) if numbered else None

@@ -1,7 +1,9 @@
 """Long lists of tables in CSV files next to a case: one line for each station, shaft or gear."""
 
+import csv
+import io
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -10,12 +12,13 @@ from vibecalc.core.case.csv_files import (
     Columns,
     Unreadable,
     check_unit,
+    columns_of,
     numbers_of,
     some_cells,
     with_point,
 )
 from vibecalc.core.case.raw import Data, listed, nearest, table_at
-from vibecalc.errors import KeyPath, Problem
+from vibecalc.errors import KeyPath, Problem, UsageError
 
 if TYPE_CHECKING:
     from vibecalc.core.case.walk import Shape
@@ -214,3 +217,75 @@ def _put(row: dict[str, Any], keys: KeyPath, value: Any) -> None:
         return
     inner: Any = row.setdefault(str(keys[0]), [None, None] if keys[1] in (0, 1) else {})
     inner[keys[1]] = value
+
+
+# ----------------------------------------------------------------------------
+# The other way: tables of a list as a CSV file.
+# ----------------------------------------------------------------------------
+
+
+def text_of_rows(path: KeyPath, rows: Sequence[Mapping[str, Any]]) -> tuple[str, list[str]]:
+    """A CSV file that reads as these tables, and the keys that no cell can hold.
+
+    `rows` are tables in SI as a validated case has them, without what is left out. Raises
+    UsageError for texts that a cell would not give back, as a name that begins with #.
+    """
+    places = columns_of_rows(path)
+    names = {place.keys: name for name, place in reversed(places.items())}
+    wanted: list[dict[str, Any]] = []
+    table: list[dict[str, str]] = []
+    left: set[str] = set()
+    for row in rows:
+        cells: dict[str, str] = {}
+        reads: dict[str, Any] = {}
+        for keys, value in _leaves(row):
+            name = names.get(keys)
+            cell = None if name is None else _cell(value, places[name].shape)
+            if name is None or cell is None:
+                left.add(".".join(map(str, keys)))
+                continue
+            cells[name] = cell[0]
+            _put(reads, keys, cell[1])
+        table.append(cells)
+        wanted.append(reads)
+    used = [name for name in places if any(name in cells for cells in table)]
+    units = [places[name].shape.unit for name in used]
+    text = io.StringIO()
+    write = csv.writer(text, lineterminator="\n").writerow
+    write([f"{name} [{unit}]" if unit else name for name, unit in zip(used, units, strict=True)])
+    for cells in table:
+        write([cells.get(name, "") for name in used])
+    if list(rows_of(columns_of(text.getvalue()), path, "")) != wanted:
+        raise UsageError(
+            f"{path[-1]} have a name that a CSV file does not give back: without # at its begin, "
+            "blanks at its ends, and semicolons where there are several names"
+        )
+    return text.getvalue(), sorted(left)
+
+
+def _leaves(row: Mapping[str, Any]) -> Iterator[tuple[KeyPath, Any]]:
+    for key, value in row.items():
+        if isinstance(value, Mapping):
+            yield from (((key, name), one) for name, one in value.items())
+        elif key in PAIRS and isinstance(value, Sequence) and len(value) == 2:
+            yield from (((key, place), one) for place, one in enumerate(value))
+        else:
+            yield (key,), value
+
+
+def _cell(value: Any, shape: "Shape") -> tuple[str, Any] | None:
+    """A value as the text of a cell and as it is read back; None for what is no cell."""
+    if shape.kind == "list" and shape.item is not None and isinstance(value, Sequence):
+        parts = [_cell(one, shape.item) for one in value]
+        told = [part for part in parts if part is not None]
+        alike = len(told) == len(parts)
+        return ("; ".join(part[0] for part in told), [part[1] for part in told]) if alike else None
+    if isinstance(value, bool):
+        return ("true" if value else "false"), value
+    if isinstance(value, str):
+        return value, value
+    if isinstance(value, int) and shape.kind == "whole":
+        return str(value), value
+    if isinstance(value, int | float):
+        return repr(float(value)), f"{float(value)!r} {shape.unit or ''}".strip()
+    return None
