@@ -50,7 +50,8 @@ _SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas"}
 _SAID = re.compile(r"""["']?sep=([;,\t])["']?[;,\s]*\Z""")
 _COMMA = re.compile(r"[-+−]?\d+,\d+(?![\d,.])")
 _POINT = re.compile(r"[-+−]?\d*\.\d")
-_NO_UNIT = ("-", "–", "—")
+#: what stands for no unit
+NO_UNIT = ("-", "–", "—")
 
 
 def read_columns(folder: Path, name: str) -> Columns:
@@ -196,7 +197,7 @@ def _head(cells: Sequence[tuple[int, str]], line: int) -> list[tuple[str, str]]:
             raise Unreadable(
                 f"two columns are named {name.strip()[:40]!r}", "each name once", line=line
             )
-        names.append((name.strip(), "" if unit.strip() in _NO_UNIT else unit.strip()))
+        names.append((name.strip(), "" if unit.strip() in NO_UNIT else unit.strip()))
     return names
 
 

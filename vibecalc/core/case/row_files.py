@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vibecalc.core.case.csv_files import (
+    NO_UNIT,
     Column,
     Columns,
     Unreadable,
@@ -110,9 +111,10 @@ def files_of_rows(data: Data) -> dict[KeyPath, Rows]:
 def rows_of(columns: Columns, path: KeyPath, file: str) -> Rows:
     """The lines of a file as tables of the list at `path`. Raises Unreadable."""
     known = columns_of_rows(path)
-    placed = [(_named(name, column), name) for name, column in columns.items()]
+    placed = [_named(name, column) for name, column in columns.items()]
     seen: dict[KeyPath, str] = {}
-    for (key, column), name in placed:
+    for name, column in placed:
+        key = _key(name)
         if key not in known:
             raise Unreadable(
                 f"column {name[:40]!r} is no key of {path[-1]}",
@@ -129,24 +131,30 @@ def rows_of(columns: Columns, path: KeyPath, file: str) -> Rows:
                 line=column.head,
             )
         seen[keys] = name
-    _check_pairs({key: column for (key, column), _ in placed}, known)
+    _check_pairs({_key(name): column for name, column in placed}, known)
     count = max(len(column.cells) for column in columns.values())
     rows: list[dict[str, Any]] = [{} for _ in range(count)]
-    for (key, column), name in placed:
+    for name, column in placed:
+        place_of = known[_key(name)]
         filled = [place for place, cell in enumerate(column.cells) if cell]
-        cells = _values(name, some_cells(column, filled), known[key].shape)
+        cells = _values(name, some_cells(column, filled), place_of.shape)
         for place, cell in zip(filled, cells, strict=True):
-            _put(rows[place], known[key].keys, cell)
+            _put(rows[place], place_of.keys, cell)
     return Rows(rows, file, next(iter(columns.values())).lines)
 
 
 def _named(name: str, column: Column) -> tuple[str, Column]:
-    """The key that the name of a column means, and the column with a unit from round brackets."""
+    """The name of a column alone, and the column with a unit from round brackets."""
     behind = None if column.unit else _UNIT_BEHIND.match(name)
-    if behind:
-        unit = behind[2].strip()
-        name, column = behind[1], column._replace(unit="" if unit in ("-", "–", "—") else unit)
-    return re.sub(r"[\s-]+", "_", name.strip().lower()), column
+    if not behind:
+        return name, column
+    unit = behind[2].strip()
+    return behind[1].strip(), column._replace(unit="" if unit in NO_UNIT else unit)
+
+
+def _key(name: str) -> str:
+    """The key that the name of a column means."""
+    return re.sub(r"[\s-]+", "_", name.lower())
 
 
 def _check_pairs(columns: Columns, known: dict[str, Place]) -> None:
