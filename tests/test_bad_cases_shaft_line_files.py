@@ -4,6 +4,7 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from refused import changed, refusal, refusals
 from test_consistency_shaft_line_files import HEAD
@@ -87,6 +88,7 @@ def test_refused(file: str, change: str, line: str, words: list[str], tmp_path: 
         (b"[" * 100_000, "no JSON that can be read"),
         (b'{"components": []}', "the file has no components"),
         (b'{"components": [' + b"9" * 5000 + b"]}", "no JSON that can be read"),
+        (b'{"components": [{"name": "\\ud800", "elements": []}]}', "components[0] has no name"),
         (b'{"components": [7, {"name": 3}]}', "components[0] has no name"),
         (b" " * (LARGEST_FILE + 1), "MB large, an assembly has at most"),
         (b'{"shafts": [{"nl": -1, "nr": 0, "k": 5.0}]}', "it has the keys 'shafts'; wanted"),
@@ -148,3 +150,51 @@ def test_what_an_assembly_cannot_say(tmp_path: Path) -> None:
     (tmp_path / "case.toml").write_text(HEAD[: HEAD.index("[response")] + "[excitation]\n")
     with pytest.raises(UsageError, match=r"no \[machine.shaft_line\] to write"):
         export_shaft_line(load_case(tmp_path / "case.toml"), tmp_path / "line.json")
+
+
+NONSENSE = (None, True, -1, 0, 1e300, 5e-324, "", "x", "k", "g1", "a.g2", [], {}, [["a.g2", "b.k"]])
+
+
+def places(data: object) -> list[tuple[object, object]]:
+    """What holds each value of a file, and its key."""
+    entries = (
+        data.items()
+        if isinstance(data, dict)
+        else enumerate(data)
+        if isinstance(data, list)
+        else ()
+    )
+    return [place for key, one in entries for place in ((data, key), *places(one))]
+
+
+def test_nonsense_is_read_or_refused(tmp_path: Path) -> None:
+    """In one place or two; nothing else is raised."""
+    draw = np.random.default_rng(7)
+    refused = 0
+    for _ in range(300):
+        file = json.loads(ASSEMBLY)
+        for _ in range(int(draw.integers(1, 3))):
+            there = places(file)
+            holder, key = there[int(draw.integers(len(there)))]
+            if draw.random() < 0.2 and isinstance(holder, dict):
+                holder.pop(key)
+            else:
+                holder[key] = NONSENSE[int(draw.integers(len(NONSENSE)))]
+        refused += bool(of_assembly(json.dumps(file).encode(), tmp_path))
+    assert 150 < refused < 300
+
+
+def test_nonsense_in_csv_files_is_read_or_refused(tmp_path: Path) -> None:
+    draw = np.random.default_rng(8)
+    cells = ["", ";", ",", '"', "#", "\n", "1e999", "-", "sep=;", "[", "(", "a", "0", "\t", "é"]
+    found = []
+    for _ in range(80):
+        files = dict(FILES)
+        name = list(files)[int(draw.integers(3))]
+        text = files[name]
+        at = int(draw.integers(len(text)))
+        put = cells[int(draw.integers(len(cells)))]
+        files[name] = text[:at] + put + text[at + int(draw.integers(2)) :]
+        found.append(refusal(tmp_path, "case", HEAD + LISTS, **files))
+    assert "" in found
+    assert sum(map(bool, found)) > 100

@@ -12,7 +12,7 @@ from vibecalc.core.case.raw import nearest
 # ----------------------------------------------------------------------------
 
 LARGEST_FILE = 5_000_000
-MOST_PROBLEMS = 8
+MOST_PROBLEMS, LARGEST_NUMBER = 8, 1e30
 #: of the steel of a ShaftContinuous in openTorsion
 SHEAR_MODULUS, DENSITY = 80e9, 8000.0
 
@@ -80,7 +80,7 @@ def components_of(data: dict[str, Any]) -> dict[str, dict[str, Any]]:
     for place, one in enumerate(data["components"]):
         where = f"components[{place}]"
         if not isinstance(one, dict) or not _is_name(one.get("name")):
-            problems.append(f"{where} has no name")
+            problems.append(f"{where} has no name of up to 80 letters")
             continue
         where = f"component {one['name'][:40]!r}"
         if one["name"] in found:
@@ -115,7 +115,7 @@ def _problems(element: Any, where: str, seen: set[tuple[str, str]]) -> Iterator[
     name, kind = element.get("name"), element.get("type")
     group = str(kind)[:5]  # both types of shaft are one group: openTorsion keeps one of a name
     if not isinstance(name, str) or not _is_name(name):
-        yield f"{where} has no name"
+        yield f"{where} has no name of up to 80 letters"
     elif (group, name) in seen:
         yield f"{where}: two elements of a kind are named {name[:40]!r}"
     else:
@@ -135,6 +135,8 @@ def _problems(element: Any, where: str, seen: set[tuple[str, str]]) -> Iterator[
             yield f"{where} has no {key!r} {nearest(key, others)}".rstrip()
         elif not _is_number(value):
             yield f"{where}: {key} is {str(value)[:40]!r}, no finite number"
+        elif abs(value) > LARGEST_NUMBER:
+            yield f"{where}: {key} is {value:g}, wanted up to {LARGEST_NUMBER:g}"
         elif value < least or (value == least and not may_be):
             yield f"{where}: {key} is {value:g}, wanted {'>=' if may_be else '>'} {least:g}"
     if kind == "GearElement" and not element.get("teeth" if "teeth" in element else "diameter"):
@@ -144,7 +146,7 @@ def _problems(element: Any, where: str, seen: set[tuple[str, str]]) -> Iterator[
 
 
 def _is_name(name: Any) -> bool:
-    return isinstance(name, str) and bool(name.strip()) and len(name) <= 80
+    return isinstance(name, str) and bool(name.strip()) and len(name) <= 80 and name.isprintable()
 
 
 def _is_number(value: Any) -> bool:

@@ -67,10 +67,11 @@ def read_assembly(text: str) -> LineRead:
     short = _names(walked, alone=len(components) == 1)
     elements = [one._replace(name=name) for one, name in zip(walked, short, strict=True)]
     title = data.get("name")
+    named = isinstance(title, str) and bool(title.strip()) and title.isprintable()
     line = _Line(remarks)
     for element in elements:
         line.add(element)
-    return line.read(title if isinstance(title, str) and title.strip() else "a shaft line")
+    return line.read(str(title) if named else "a shaft line")
 
 
 # ----------------------------------------------------------------------------
@@ -180,7 +181,8 @@ def _walk(
     if astray:
         raise NoAssembly(f"nothing joins component {astray[0][:40]!r} to the line")
     if left_out:
-        remarks.append("not carried: " + ", ".join(sorted(left_out)))
+        said = sorted(key[:80] if key.isprintable() else ascii(key[:80]) for key in left_out)
+        remarks.append("not carried: " + ", ".join(said[:12]) + ", ..." * (len(said) > 12))
 
 
 def _names(elements: list[Element], alone: bool) -> list[str]:

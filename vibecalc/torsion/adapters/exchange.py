@@ -63,7 +63,7 @@ def case_of_assembly(path: Path) -> str:
         read = read_assembly(_text_of(path))
     except NoAssembly as error:
         raise UsageError(f"{path}: {error}") from None
-    text = _case_text(read, path.name)
+    text = _case_text(read, path.name if path.name.isprintable() else ascii(path.name))
     import tomllib
 
     data = tomllib.loads(text)
@@ -107,7 +107,7 @@ def _case_text(read: LineRead, file: str) -> str:
         for one in read.remarks
     )  # fmt: skip
     head = _BEFORE.format(
-        file=file.replace("\n", " "),
+        file=file,
         remarks=remarks,
         title=_toml(read.title[:200]),
         source=_toml(f"{file}, an assembly of openTorsion"),
