@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import opentorsion as ot
 import pytest
+from fuzzing import command
 from scipy.linalg import eigh
 
 from vibecalc.core.case.load import LoadedCase, load_case
@@ -206,6 +207,26 @@ def test_an_assembly_of_shipped_cases_has_their_frequencies(name: str, tmp_path:
     held(case, tmp_path)
 
 
+def same_receptance(case: LoadedCase, file: dict[str, Any], name: str = "") -> None:
+    """Angle over torque, of its own shaft and with all damping, at the first node of a file."""
+    shaft, assembly = build_shaft_line(case.case), ot.Assembly.from_tors(file)
+    first = shaft.station_names.index(name or file["components"][0]["elements"][0]["name"])
+    place, line = shaft.freedom[first], shaft.line
+    carry = assembly.T(assembly.E())[0] if assembly.gear_elements else np.eye(assembly.dofs)[0]
+    ends = np.eye(len(line.inertia))
+    k, c = np.diag(line.ground_stiffness), np.diag(line.absolute_damping)
+    for a, b, stiff, damp in zip(
+        line.first, line.second, line.stiffness, line.damping, strict=True
+    ):
+        twist = ends[a] - ends[b]
+        k, c = k + stiff * np.outer(twist, twist), c + damp * np.outer(twist, twist)
+    for w in (11.0, 93.0, 240.0, 500.0):
+        mine = np.linalg.inv(k + 1j * w * c - w**2 * np.diag(line.inertia))[place, place]
+        full = assembly.K + 1j * w * assembly.C - w**2 * assembly.M
+        other = carry @ np.linalg.solve(full, carry)
+        assert abs(other / (shaft.station_ratio[first] ** 2 * mine) - 1.0) < 1e-10
+
+
 def random_line(draw: np.random.Generator) -> str:
     """A tree of stations: shafts, gears with teeth inside and out, elastic teeth, rings."""
     count = int(draw.integers(3, 12))
@@ -238,6 +259,11 @@ def random_line(draw: np.random.Generator) -> str:
 def test_random_trees_come_back(seed: int, tmp_path: Path) -> None:
     case = loaded(tmp_path, random_line(np.random.default_rng(seed)))
     held(case, tmp_path)
+    file = json.loads((tmp_path / "line.json").read_text(encoding="utf-8"))
+    same_receptance(case, file)
+    again = loaded(tmp_path, random_line(np.random.default_rng(seed)))
+    export_shaft_line(again, tmp_path / "again.json")
+    assert (tmp_path / "again.json").read_bytes() == (tmp_path / "line.json").read_bytes()
     folder = tmp_path / "csv"
     assert with_files(case, folder).resolved == case.resolved
 
@@ -303,26 +329,14 @@ def case_of(folder: Path, file: dict[str, Any]) -> LoadedCase:
 
 def test_components_on_a_gearbox(tmp_path: Path) -> None:
     case = case_of(tmp_path, GEARBOX)
-    shaft, assembly = build_shaft_line(case.case), ot.Assembly.from_tors(GEARBOX)
+    shaft = build_shaft_line(case.case)
     assert frequencies(case) == pytest.approx(opened(GEARBOX), rel=1e-12)
     assert shaft.station_names == (
         *("turbine, rotor", "turbine, pinion", "turbine, wheel", "generator"),
         *("turbine, pump wheel", "pump, impeller"),
     )
     assert shaft.station_ratio == pytest.approx([1.0, 1.0, -0.25, -0.25, -0.8, -0.8], rel=1e-15)
-    # the same angle of the rotor for a torque on it, with the damping of all of them
-    line, carry = shaft.line, assembly.T(assembly.E())[0]
-    ends = np.eye(len(line.inertia))
-    k, c = np.diag(line.ground_stiffness), np.diag(line.absolute_damping)
-    for a, b, stiff, damp in zip(
-        line.first, line.second, line.stiffness, line.damping, strict=True
-    ):
-        twist = ends[a] - ends[b]
-        k, c = k + stiff * np.outer(twist, twist), c + damp * np.outer(twist, twist)
-    for w in (11.0, 93.0, 240.0, 500.0):
-        mine = np.linalg.inv(k + 1j * w * c - w**2 * np.diag(line.inertia))[0, 0]
-        full = assembly.K + 1j * w * assembly.C - w**2 * assembly.M
-        assert abs(carry @ np.linalg.solve(full, carry) / mine - 1.0) < 1e-11
+    same_receptance(case, GEARBOX, "turbine, rotor")
 
 
 def test_round_shafts_are_cut_into_pieces(tmp_path: Path) -> None:
@@ -362,3 +376,22 @@ def test_what_is_not_carried_is_said(tmp_path: Path) -> None:
     file["components"][0]["elements"][0] |= {"excitation": {"values": [[1, 2]]}, "colour": "red"}
     case_of(tmp_path, file)
     assert "# Not carried: colour, excitation." in (tmp_path / "line.toml").read_text()
+
+
+def test_the_command_line(tmp_path: Path) -> None:
+    (tmp_path / "line.json").write_text(json.dumps(GEARBOX), encoding="utf-8")
+    file, case = str(tmp_path / "line.json"), str(tmp_path / "line.toml")
+    assert command("new", "--from", file).out == case_of_assembly(Path(file))
+    assert command("new", "--from", file, "-o", case).code == 0
+    assert "exists already" in command("new", "--from", file, "-o", case).err
+    assert command("new", "engine", "--from", file).code == 2
+    outcome = command("run", case, "-q", "-o", f"{tmp_path}/line.h5")
+    assert outcome.code == 0, outcome.err
+    outcome = command("export", case, "-o", str(tmp_path / "files"))
+    assert outcome.code == 0
+    assert len(outcome.out.splitlines()) == 3
+    assert outcome.err == ""
+    outcome = command("export", case, "-o", str(tmp_path / "again.json"))
+    assert outcome.err == "not carried: stations: cylinder\n"
+    assert command("export", case, "-o", str(tmp_path / "again.json")).code == 2
+    assert command("new", "--from", case).code == 2
