@@ -118,6 +118,17 @@ def test_a_spreadsheet_gives_the_case_written_out(look: str, tmp_path: Path) -> 
     assert frequencies(found) == pytest.approx(frequencies(wanted), rel=1e-14)
 
 
+def test_units_in_cells_and_commas_in_names(tmp_path: Path) -> None:
+    (tmp_path / "s.csv").write_text(
+        'name;inertia;cylinders\n"1,2 of the crank";1,5 kg m^2;"1;2"\n1,3 and 4;0.5 kg m^2;\n'
+    )
+    (tmp_path / "k.csv").write_text("stiffness\n1e5\n")
+    line = loaded(tmp_path, FILES.partition("gears")[0]).case.machine.shaft_line
+    assert [(one.name, one.inertia) for one in line.stations] == [
+        *(("1,2 of the crank", 1.5), ("1,3 and 4", 0.5)),
+    ]
+
+
 def _rounded(row: Any) -> Any:
     """Numbers of a table to twelve digits: units convert."""
     if isinstance(row, dict):

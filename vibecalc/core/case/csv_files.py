@@ -23,7 +23,8 @@ LONGEST_UNIT, LONGEST_EXCERPT = 80, 80
 class Column(NamedTuple):
     """Unit, cells as written, the line of the file that each stands in and that of the names.
 
-    `decimal` is the sign of decimals in the numbers of the file, a point or a comma.
+    `decimal` is the sign of decimals in the numbers of the file: a point, a comma, or either as
+    long as no cell tells.
     """
 
     unit: str
@@ -49,6 +50,7 @@ class Unreadable(Exception):
 _SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas"}
 _SAID = re.compile(r"""["']?sep=([;,\t])["']?[;,\s]*\Z""")
 _COMMA = re.compile(r"[-+−]?\d+,\d+(?![\d,.])")
+_WITH_COMMA = re.compile(r"[-+−]?\d+,\d+([eE][-+]?\d+)?\Z")
 _POINT = re.compile(r"[-+−]?\d*\.\d")
 #: what stands for no unit
 NO_UNIT = ("-", "–", "—")
@@ -101,9 +103,9 @@ def columns_of(text: str) -> Columns:
             )
     filled = [p for p, cell in enumerate(names) if cell or any(row[p] for _, row in rows)]
     head = _head([(place + 1, names[place]) for place in filled], first)
-    lines, comma = [line for line, _ in rows], separator != ","
-    comma = comma and any(_COMMA.match(cell) for _, row in rows for cell in row)
-    decimal = "," if comma else "."
+    lines, decimal = [line for line, _ in rows], "." if separator == "," else ".,"
+    if decimal == ".," and any(_WITH_COMMA.match(cell) for _, row in rows for cell in row):
+        decimal = ","
     return {
         column: Column(unit, [row[place] for _, row in rows], lines, first, decimal)
         for place, (column, unit) in zip(filled, head, strict=True)
@@ -231,20 +233,19 @@ def numbers_of(name: str, column: Column) -> list[str]:
 
 def with_point(cell: str, column: Column) -> str:
     """A number of a column with a decimal point; other texts as they are."""
-    return cell.replace(",", ".", 1) if column.decimal == "," and _COMMA.match(cell) else cell
+    return cell.replace(",", ".", 1) if "," in column.decimal and _COMMA.match(cell) else cell
 
 
 def _number(name: str, column: Column, place: int) -> str:
     cell, line = column.cells[place], column.lines[place]
     where, number = f"line {line}, column {name}: ", "a finite number in every cell"
-    if column.decimal == ",":
-        if _POINT.match(cell):
-            raise Unreadable(
-                f"{where}a point, where other numbers of the file have commas: {cell[:40]!r}",
-                "one sign of decimals in a file, and none of thousands",
-                line=line,
-            )
-        cell = with_point(cell, column)
+    if column.decimal == "," and _POINT.match(cell):
+        raise Unreadable(
+            f"{where}a point, where other numbers of the file have commas: {cell[:40]!r}",
+            "one sign of decimals in a file, and none of thousands",
+            line=line,
+        )
+    cell = with_point(cell, column)
     try:
         digits, unit = split_number(cell)
         finite = math.isfinite(float(digits))

@@ -144,12 +144,18 @@ def _attach_reference(row: Data, folder: Path) -> None:
             f"column {chosen} is in {column.unit[:40]}, and unit = {str(row['unit'])[:40]!r}",
             "the unit in one of the two places",
         )
-    row["entry"] = [_label(with_point(entries.cells[place], entries)) for place in given]
+    row["entry"] = [_entry(entries.cells[place], entries) for place in given]
     row["value"] = cells
     if column.unit:
         row["unit"] = column.unit
     row.pop("file")
     row.pop("column", None)
+
+
+def _entry(cell: str, column: Column) -> int | float | str:
+    """A cell of entries: a number, also with a decimal comma, or the text as it stands."""
+    found = _label(with_point(cell, column))
+    return cell if isinstance(found, str) else found
 
 
 def _label(cell: str) -> int | float | str:
