@@ -224,7 +224,6 @@ class _Line:
         self.gears: list[tuple[int, int, Element, Element]] = []
         self.on: dict[tuple[str, str], tuple[int, Element]] = {}
         self.from_shafts = 0.0
-        self.round: list[str] = []
 
     def add(self, one: Element) -> None:
         """The next element."""
@@ -251,7 +250,6 @@ class _Line:
         )
         inertia = one.numbers["density"] * math.pi * (outer**4 - inner**4) / 32.0 * length
         self.from_shafts += inertia
-        self.round.append(one.name)
         for place in (self.at, len(self.stations) - 1):
             self.stations[place].inertia += 0.5 * inertia
 
@@ -294,9 +292,9 @@ class _Line:
                 stations.append({"name": name, "inertia": _text(station.inertia, "kg*m^2")})
                 if station.damping:
                     stations[-1]["absolute_damping"] = _text(station.damping, "N*m*s/rad")
-        if self.round:
+        if self.from_shafts:
             self.remarks.append(
-                f"the inertia of {len(self.round)} round shafts, {self.from_shafts:.4g} kg*m^2 in "
+                f"the inertia of round shafts, {self.from_shafts:.4g} kg*m^2 in "
                 "all, is put on their stations, half to each end; openTorsion spreads it along "
                 "them with a consistent mass matrix. Natural frequencies differ where it counts "
                 "against the inertia of the stations: cut such shafts into several"
