@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from refused import hold
 
-from vibecalc.core.case.data_files import LARGEST_FILE, MOST_ROWS
+from vibecalc.core.case.csv_files import LARGEST_FILE, MOST_ROWS
 from vibecalc.core.case.load import load_case
 from vibecalc.errors import EXIT_USAGE, CaseError
 
@@ -95,9 +95,9 @@ REFUSED: dict[str, tuple[str, str | bytes]] = {
     "not UTF-8": (PRESSURE, b"crank_angle, pressure\n\xff\xfe, 1\n"),
     "short row": (PRESSURE, GOOD + "# more\n\n370\n"),
     "long row": (PRESSURE, GOOD.replace("90, 0", "90, 0, 5")),
-    "semicolons in the rows": (PRESSURE, "crank_angle; pressure, x\n0; 1\n"),
+    "semicolons in the rows": (PRESSURE, "crank_angle, pressure\n0; 1\n"),
     "doubled column": (PRESSURE, "pressure [bar], pressure [Pa]\n1, 2\n"),
-    "nameless column": (PRESSURE, GOOD.replace("\n", ",\n")),
+    "nameless column": (PRESSURE, GOOD.replace("\n", ",\n").replace("90, 0,", "90, 0, 5")),
     "open bracket": (PRESSURE, GOOD.replace("bar]", "bar")),
     "two brackets": (PRESSURE, GOOD.replace("bar]", "bar] [x]")),
     "unknown column": (PRESSURE, GOOD.replace("pressure", "presure")),
@@ -108,6 +108,8 @@ REFUSED: dict[str, tuple[str, str | bytes]] = {
     "too large": (PRESSURE, GOOD.replace("270, 0", "270, 1e999")),
     "blank cell": (PRESSURE, GOOD.replace("270, 0", "270,")),
     "decimal comma": (PRESSURE, GOOD.replace("270, 0", '270, "0,5"')),
+    "thousands": (PRESSURE, "crank_angle; pressure\n0; 0,5\n90; 1.234,5\n"),
+    "a point among decimal commas": (PRESSURE, "crank_angle; pressure\n0; 0,5\n90; 1.5\n"),
     "unit twice": (PRESSURE, GOOD.replace("270, 0", "270, 0 bar")),
     "wrong unit": (PRESSURE, GOOD.replace("bar", "mm")),
     "unknown unit": (PRESSURE, GOOD.replace("bar", "baar")),

@@ -3,7 +3,7 @@
 import re
 from typing import Any
 
-from vibecalc.core.case.data_files import LISTS
+from vibecalc.core.case.row_files import LISTS
 from vibecalc.errors import UnitError
 from vibecalc.kinds import FINDING_MOTORS, KINDS
 from vibecalc.schema import Case

@@ -363,15 +363,51 @@ def new(
         str, typer.Argument(metavar="SCENE", help="Kind of scene; `list` names them.")
     ] = "list",
     output: Output = None,
+    assembly: Annotated[
+        Path | None,
+        typer.Option("--from", metavar="JSON", help="Instead: the line of an openTorsion file."),
+    ] = None,
 ) -> None:
     """Write a commented starter case to stdout or to a file."""
     from vibecalc.cli.starters import scenes, starter
 
+    if assembly is not None:
+        from vibecalc.core.results.named import named
+
+        if scene != "list":
+            raise UsageError(f"--from writes a case of its own, leave {scene[:60]!r} out")
+        _write_text(named(f"{_EXCHANGE}:case_of_assembly")(assembly), output)
+        return
     if scene == "list":
         for name, about in scenes().items():
             typer.echo(f"{name:<13}  {about}")
         return
     _write_text(starter(scene), output)
+
+
+#: what reads and writes shaft lines
+_EXCHANGE = "vibecalc.torsion.adapters.exchange"
+
+
+@app.command(cls=Command)
+def export(
+    case: Annotated[Path, typer.Argument(metavar="CASE", help="Case file (TOML).")],
+    output: Annotated[
+        Path,
+        typer.Option("--output", "-o", help="Folder for CSV files, or a file that ends in .json."),
+    ] = Path("outputs"),
+    settings: Settings = None,
+    unset: Unset = None,
+) -> None:
+    """Write the shaft line of a case as CSV files, or as JSON that openTorsion reads."""
+    from vibecalc.core.results.named import named
+
+    (loaded,) = _load([case], settings, unset)
+    paths, left = named(f"{_EXCHANGE}:export_shaft_line")(loaded, output)
+    for path in paths:
+        typer.echo(f"wrote {path}")
+    if left:
+        typer.echo(f"not carried: {', '.join(left)}", err=True)
 
 
 @app.command(cls=Command)

@@ -295,7 +295,7 @@ class ShaftLine(Table):
         min_length=1, max_length=2000, description="inertias in their order, also as a CSV"
     )
     shafts: tuple[Shaft, ...] = Field((), max_length=4000, description="between them, also a CSV")
-    gears: tuple[Gear, ...] = Field((), max_length=64, description="between two shafts")
+    gears: tuple[Gear, ...] = Field((), max_length=64, description="between two shafts, also a CSV")
     dampers: tuple[LineDamper, ...] = Field((), max_length=16, description="attached to stations")
     load: Name | None = Field(
         None, description="name of the station that takes up the mean torque; default: the last"

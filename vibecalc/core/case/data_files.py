@@ -1,149 +1,25 @@
 """Long tables in CSV files next to a case: read, checked, put where their file name stands."""
 
-import csv
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
+from vibecalc.core.case.csv_files import (
+    Column,
+    Columns,
+    Unreadable,
+    check_unit,
+    excerpt,
+    numbers_of,
+    read_columns,
+    some_cells,
+    with_point,
+)
 from vibecalc.core.case.raw import Data, listed, nearest
-from vibecalc.errors import KeyPath, Problem, UnitError
-from vibecalc.units import convert, split_number
-
-if TYPE_CHECKING:
-    from vibecalc.core.case.walk import Shape
-
-# ----------------------------------------------------------------------------
-# A table in a CSV file: columns with names and units, cells as written.
-# ----------------------------------------------------------------------------
-
-LARGEST_FILE = 2_000_000
-MOST_ROWS, MOST_COLUMNS = 20_000, 200
-LONGEST_UNIT = 80
-
-
-class Column(NamedTuple):
-    """Unit, cells as written, and the line of the file that each of them stands in."""
-
-    unit: str
-    cells: list[str]
-    lines: list[int]
-
-
-Columns = dict[str, Column]
-
-
-class Unreadable(Exception):
-    """What is wrong with a file, what would be right, a hint, and the key that says it."""
-
-    def __init__(self, message: str, allowed: str = "", hint: str = "", key: str = ""):
-        super().__init__(message)
-        self.allowed, self.hint, self.key = allowed, hint, key
-
-
-def read_columns(folder: Path, name: str) -> Columns:
-    """Columns of a CSV file in `folder`, in their order. A line that begins with # is none.
-
-    Raises Unreadable for a file that is not there, not in the folder, or no table.
-    """
-    text = _read(folder, name)
-    lines_with_data = [
-        (number, line)
-        for number, line in enumerate(text.splitlines(), start=1)
-        if line.strip() and not line.startswith("#")
-    ]
-    if not lines_with_data:
-        raise Unreadable("the file is empty", "a line of column names, then lines of values")
-    reader = csv.reader((line for _, line in lines_with_data), skipinitialspace=True)
-    rows: list[list[str]] = []
-    lines: list[int] = []
-    try:
-        for row in reader:
-            rows.append([cell.strip() for cell in row])
-            lines.append(lines_with_data[reader.line_num - 1][0])
-    except csv.Error as error:
-        raise Unreadable(f"the file is no CSV: {error}") from None
-    if len(rows) < 2:
-        raise Unreadable(
-            "the file has a line of names and no values", "lines of values below the names"
-        )
-    if len(rows) - 1 > MOST_ROWS:
-        raise Unreadable(f"the file has {len(rows) - 1} lines of values", f"up to {MOST_ROWS}")
-    head = _head(rows[0], lines_with_data[0][1])
-    for row, line in zip(rows[1:], lines[1:], strict=True):
-        if len(row) != len(head):
-            raise Unreadable(
-                f"line {line} of the file has {len(row)} cell{'' if len(row) == 1 else 's'}",
-                f"{len(head)}, as in the line of names",
-                _separator(lines_with_data[0][1]),
-            )
-    return {
-        column: Column(unit, [row[place] for row in rows[1:]], lines[1:])
-        for place, (column, unit) in enumerate(head)
-    }
-
-
-def _read(folder: Path, name: str) -> str:
-    path = folder / name
-    try:
-        inside = path.resolve().is_relative_to(folder.resolve())
-        if Path(name).is_absolute() or not inside:
-            raise Unreadable("a table has to lie in the folder of its case", "a name like gas.csv")
-        if path.is_dir():
-            raise Unreadable("this is a folder")
-        if path.exists() and not path.is_file():
-            raise Unreadable("this is no ordinary file")
-        if path.stat().st_size > LARGEST_FILE:
-            raise Unreadable(
-                f"the file is larger than {LARGEST_FILE / 1e6:g} MB", f"up to {MOST_ROWS} lines"
-            )
-        with path.open("rb") as file:
-            return file.read(LARGEST_FILE + 1).decode("utf-8-sig")
-    except FileNotFoundError:
-        raise Unreadable("there is no such file", hint=_similar(folder, name)) from None
-    except UnicodeDecodeError:
-        raise Unreadable("the file is not a text in UTF-8") from None
-    except OSError as error:
-        raise Unreadable(f"the file cannot be read: {(error.strerror or '').lower()}") from None
-    except (ValueError, RuntimeError):  # a null character; links in a circle
-        raise Unreadable("this is no name of a file") from None
-
-
-def _head(cells: Sequence[str], line: str) -> list[tuple[str, str]]:
-    if len(cells) > MOST_COLUMNS:
-        raise Unreadable(f"the file has {len(cells)} columns", f"up to {MOST_COLUMNS}")
-    names: list[tuple[str, str]] = []
-    for place, cell in enumerate(cells, start=1):
-        name, bracket, bracketed = cell.partition("[")
-        unit = bracketed.removesuffix("]")
-        if not name.strip():
-            raise Unreadable(f"column {place} has no name", "a name, or a name and a [unit]")
-        odd = unit == bracketed or "[" in unit or "]" in unit or len(unit) > LONGEST_UNIT
-        if bracket and odd:
-            raise Unreadable(
-                f"the name of column {place} cannot be read: {cell[:40]!r}",
-                "a name, or a name and a unit as in 'pressure [bar]'",
-            )
-        if any(name.strip() == known for known, _ in names):
-            raise Unreadable(
-                f"two columns are named {name.strip()[:40]!r}", "each name once", _separator(line)
-            )
-        names.append((name.strip(), unit.strip()))
-    return names
-
-
-def _separator(line: str) -> str:
-    other = [word for sign, word in ((";", "semicolons"), ("\t", "tabs")) if sign in line]
-    return f"cells are parted by commas, not by {other[0]}" if other else ""
-
-
-def _similar(folder: Path, name: str) -> str:
-    try:
-        return nearest(name, sorted(entry.name for entry in folder.glob("*.csv")))
-    except OSError:
-        return ""
-
+from vibecalc.core.case.row_files import LISTS, rows_of
+from vibecalc.errors import KeyPath, Problem
 
 # ----------------------------------------------------------------------------
 # Long tables in CSV files next to a case: read, and put where their file name stands.
@@ -168,9 +44,12 @@ def attach_files(data: Data, folder: Path) -> list[Problem]:
     for path, place, key in _named_tables(data, ()):
         try:
             columns = read_columns(folder, place[key])
-            place[key] = rows_of(columns, path) if path in LISTS else _table(columns, path)
+            if path in LISTS:
+                place[key] = rows_of(columns, path, place[key])
+            else:
+                place[key] = _table(columns, path)
         except Unreadable as error:
-            problems.append(_problem(path, place[key], error))
+            problems.append(_problem(path, place[key], error, folder))
     rows = data.get("reference_table")
     for index, row in enumerate(rows if isinstance(rows, list) else ()):
         if isinstance(row, dict) and isinstance(row.get("file"), str) and row["file"]:
@@ -178,7 +57,7 @@ def attach_files(data: Data, folder: Path) -> list[Problem]:
                 _attach_reference(row, folder)
             except Unreadable as error:
                 path = ("reference_table", index, error.key or "file")
-                problems.append(_problem(path, str(row.get(path[-1], "")), error))
+                problems.append(_problem(path, str(row.get(path[-1], "")), error, folder))
     return problems
 
 
@@ -214,15 +93,14 @@ def _table(columns: Columns, path: KeyPath) -> dict[str, list[Any]]:
     """The columns as a case would write them, each number with its unit."""
     shapes, table = _columns_of(path), {}
     for name, column in columns.items():
-        shape = shapes.get(name)
+        shape, unit, cells = shapes.get(name), column.unit, column.cells
         if shape is not None:  # a column that the schema does not know is shown by the schema
             if shape.kind == "whole":
                 _check_whole(name, column)
             else:
-                check_unit(name, column.unit, shape.unit or "")
-                check_numbers(name, column)
-        unit = column.unit
-        table[name] = [f"{cell} {unit}" if unit else _label(cell) for cell in column.cells]
+                check_unit(name, column, shape.unit or "")
+                cells = numbers_of(name, column)
+        table[name] = [f"{cell} {unit}" if unit else _label(cell) for cell in cells]
     return table
 
 
@@ -234,44 +112,7 @@ def _check_whole(name: str, column: Column) -> None:
             raise Unreadable(
                 f"line {line}, column {name}: not a whole number: {cell[:40]!r}",
                 "a whole number in every cell",
-            )
-
-
-def check_unit(name: str, unit: str, wanted: str) -> None:
-    """Raise Unreadable where the unit of a column does not convert to the wanted one."""
-    if not unit:
-        return
-    try:
-        convert(1.0, unit, wanted)
-    except UnitError as error:
-        found = f", {error.found}" if error.message == "wrong dimension" else ""
-        raise Unreadable(
-            f"column {name}, unit {unit[:40]!r}: {error.message}{found}",
-            error.allowed or (f"a unit that converts to {wanted}" if wanted else "no unit"),
-            error.hint,
-        ) from None
-
-
-def check_numbers(name: str, column: Column) -> None:
-    """Raise Unreadable at the first cell of a column that is no finite number."""
-    for cell, line in zip(column.cells, column.lines, strict=True):
-        try:
-            number, cell_unit = split_number(cell)
-            finite = math.isfinite(float(number))
-        except UnitError as error:
-            what = f"{error.message}: {cell[:40]!r}" if cell else "no number"
-            raise Unreadable(
-                f"line {line}, column {name}: {what}", "a finite number in every cell", error.hint
-            ) from None
-        if not finite:
-            raise Unreadable(
-                f"line {line}, column {name}: too large for a double: {cell[:40]!r}",
-                "a finite number in every cell",
-            )
-        if column.unit and cell_unit:
-            raise Unreadable(
-                f"line {line}, column {name}: the unit stands twice: {cell[:40]!r}",
-                f"numbers alone in a column of [{column.unit}]",
+                line=line,
             )
 
 
@@ -293,23 +134,28 @@ def _attach_reference(row: Data, folder: Path) -> None:
             nearest(str(chosen), others),
             key="column",
         )
-    column, entries = columns[chosen], columns[first].cells
+    column, entries = columns[chosen], columns[first]
     given = [place for place, value in enumerate(column.cells) if value]
     if not given:
         raise Unreadable(f"column {chosen} has no values", "a number in one line at least")
-    cells = [column.cells[place] for place in given]
-    check_numbers(chosen, Column(column.unit, cells, [column.lines[place] for place in given]))
+    cells = numbers_of(chosen, some_cells(column, given))
     if column.unit and row.get("unit", column.unit) != column.unit:
         raise Unreadable(
             f"column {chosen} is in {column.unit[:40]}, and unit = {str(row['unit'])[:40]!r}",
             "the unit in one of the two places",
         )
-    row["entry"] = [_label(entries[place]) for place in given]
+    row["entry"] = [_entry(entries.cells[place], entries) for place in given]
     row["value"] = cells
     if column.unit:
         row["unit"] = column.unit
     row.pop("file")
     row.pop("column", None)
+
+
+def _entry(cell: str, column: Column) -> int | float | str:
+    """A cell of entries: a number, also with a decimal comma, or the text as it stands."""
+    found = _label(with_point(cell, column))
+    return cell if isinstance(found, str) else found
 
 
 def _label(cell: str) -> int | float | str:
@@ -323,71 +169,12 @@ def _label(cell: str) -> int | float | str:
     return number if math.isfinite(number) and "_" not in cell else cell
 
 
-def _problem(path: KeyPath, name: str, error: Unreadable) -> Problem:
+def _problem(path: KeyPath, name: str, error: Unreadable, folder: Path) -> Problem:
+    line = f", line {error.line}: {excerpt(folder, name, error.line)}" if error.line else ""
     return Problem(
         path=path,
         message=f"{path[-1]}: {error}",
-        found=repr(name[:80]),
+        found=repr(name[:80]) + line,
         allowed=error.allowed or "the name of a CSV file next to the case",
         hint=error.hint,
     )
-
-
-# ----------------------------------------------------------------------------
-# Long lists of tables in CSV files next to a case: one line for each station or shaft.
-#
-# A column is a key; a cell left empty is a key left out; names of a list stand in one cell, with
-# semicolons between them.
-# ----------------------------------------------------------------------------
-
-#: lists of the schema that may be the name of a file
-LISTS: tuple[KeyPath, ...] = (
-    ("machine", "shaft_line", "stations"),
-    ("machine", "shaft_line", "shafts"),
-)
-
-
-def keys_of_rows(path: KeyPath) -> dict[str, "Shape"]:
-    """Key -> shape of what a column may hold, of a list that may be a file; otherwise nothing."""
-    if path not in LISTS:
-        return {}
-    from vibecalc.core.case.walk import keys_of, shape_at, shape_of
-
-    shape = shape_at(path)
-    assert shape is not None and shape.item is not None and shape.item.table is not None
-    fields = {key: shape_of(field) for key, field in keys_of(shape.item.table).items()}
-    return {key: one for key, one in fields.items() if one.kind != "table"}
-
-
-def rows_of(columns: Columns, path: KeyPath) -> list[dict[str, Any]]:
-    """The lines of a file as tables of the list at `path`. Raises Unreadable."""
-
-    shapes = keys_of_rows(path)
-    strange = next((name for name in columns if name not in shapes), None)
-    if strange is not None:
-        raise Unreadable(
-            f"column {strange[:40]!r} is no key of {path[-1]}",
-            listed(list(shapes)),
-            nearest(strange, list(shapes)),
-        )
-    count = max(len(column.cells) for column in columns.values())
-    rows: list[dict[str, Any]] = [{} for _ in range(count)]
-    for name, column in columns.items():
-        shape = shapes[name]
-        if shape.kind == "number":
-            check_unit(name, column.unit, shape.unit or "")
-        filled = [place for place, cell in enumerate(column.cells) if cell]
-        cells, lines = [column.cells[p] for p in filled], [column.lines[p] for p in filled]
-        if shape.kind == "number":
-            check_numbers(name, Column(column.unit, cells, lines))
-        for place, cell in zip(filled, cells, strict=True):
-            rows[place][name] = _value(cell, column.unit, shape)
-    return rows
-
-
-def _value(cell: str, unit: str, shape: "Shape") -> Any:
-    if shape.kind == "number":
-        return f"{cell} {unit}".strip()
-    if shape.kind == "list":
-        return [part.strip() for part in cell.split(";")]
-    return cell

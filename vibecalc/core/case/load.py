@@ -15,6 +15,7 @@ from vibecalc import __version__
 from vibecalc.core.case.data_files import attach_files
 from vibecalc.core.case.locate import Location, Overridden, at_line
 from vibecalc.core.case.raw import apply_overrides
+from vibecalc.core.case.row_files import Rows, files_of_rows, with_line
 from vibecalc.core.case.rules import cross_check
 from vibecalc.errors import CaseError, KeyPath, Problem
 from vibecalc.schema import SCHEMA_VERSION, Case
@@ -75,7 +76,7 @@ class LoadedCase:
     every default filled in (values of references and limits stay as written, their unit is that of
     a result), `resolved_toml` that as TOML; `sha256` covers the resolved values and the versions of
     schema and program, not the comments of the file. `origins` maps the references that come from
-    a table to the place of that table.
+    a table to the place of that table, `files` the lists that stand in files to their lines.
     """
 
     case: Case
@@ -87,6 +88,7 @@ class LoadedCase:
     resolved_toml: str
     sha256: str
     origins: dict[KeyPath, KeyPath] = field(default_factory=dict)
+    files: dict[KeyPath, Rows] = field(default_factory=dict)
 
 
 def load_case(
@@ -108,6 +110,7 @@ def load_case(
     data = _parse(text, str(path))
     overridden = apply_overrides(data, overrides, unset)
     files = attach_files(data, path.parent)
+    lists = files_of_rows(data)
     try:
         case, origins = expand_references(validate(data, files))
     except CaseError as error:
@@ -115,7 +118,7 @@ def load_case(
 
         taken = {problem.path for problem in error.problems}
         later = [found for found in early(data) if found.path not in taken] if early else []
-        problems = [*error.problems, *later]
+        problems = [with_line(found, lists) for found in (*error.problems, *later)]
         raise refused(problems, text, str(path), overridden) from None
     resolved = resolve(case)
     import tomli_w
@@ -130,6 +133,7 @@ def load_case(
         resolved_toml=tomli_w.dumps(resolved),
         sha256=case_hash(resolved),
         origins=origins,
+        files=lists,
     )
 
 
@@ -176,7 +180,7 @@ def raise_with_location(loaded: LoadedCase, problems: Sequence[Problem]) -> None
 
     placed = [
         replace(
-            problem,
+            with_line(problem, loaded.files),
             path=(*loaded.origins.get(problem.path[:2], problem.path[:2]), *problem.path[2:]),
         )
         for problem in problems

@@ -504,6 +504,8 @@ def refers(key: str, to: str, what: str) -> Rule:
         owner = row_at(row.case, *tables)
         if owner is None or (entries not in owner and not _may_miss(owner, entries)):
             return  # the schema says so
+        if isinstance(owner[entries], str):
+            return  # a file that cannot be read
         known = [one.get("name") for _, one in tables_at(row.case, *tables, entries)]
         names = [name for name in known if isinstance(name, str)]
         rows = tables_at(row.data, *above) if above else [(0, row.data)]

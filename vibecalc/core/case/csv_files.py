@@ -1,0 +1,263 @@
+"""A table in a CSV file next to a case: columns with names and units, cells as written."""
+
+import csv
+import math
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from vibecalc.core.case.raw import nearest
+from vibecalc.errors import UnitError
+from vibecalc.units import convert, split_number
+
+# ----------------------------------------------------------------------------
+# A table in a CSV file: columns with names and units, cells as written.
+# ----------------------------------------------------------------------------
+
+LARGEST_FILE = 2_000_000
+MOST_ROWS, MOST_COLUMNS = 20_000, 200
+LONGEST_UNIT, LONGEST_EXCERPT = 80, 80
+
+
+class Column(NamedTuple):
+    """Unit, cells as written, the line of the file that each stands in and that of the names.
+
+    `decimal` is the sign of decimals in the numbers of the file: a point, a comma, or either as
+    long as no cell tells.
+    """
+
+    unit: str
+    cells: list[str]
+    lines: list[int]
+    head: int
+    decimal: str
+
+
+Columns = dict[str, Column]
+
+
+class Unreadable(Exception):
+    """What is wrong with a file, what would be right, a hint, the key that says it, its line."""
+
+    def __init__(
+        self, message: str, allowed: str = "", hint: str = "", key: str = "", line: int = 0
+    ):
+        super().__init__(message)
+        self.allowed, self.hint, self.key, self.line = allowed, hint, key, line
+
+
+_SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas"}
+_SAID = re.compile(r"""["']?sep=([;,\t])["']?[;,\s]*\Z""")
+_COMMA = re.compile(r"[-+−]?\d+,\d+(?![\d,.])")
+_WITH_COMMA = re.compile(r"[-+−]?\d+,\d+([eE][-+]?\d+)?\Z")
+_POINT = re.compile(r"[-+−]?\d*\.\d")
+#: what stands for no unit
+NO_UNIT = ("-", "–", "—")
+
+
+def read_columns(folder: Path, name: str) -> Columns:
+    """Columns of a CSV file in `folder`, see `columns_of`.
+
+    Raises Unreadable for a file that is not there, not in the folder, or no table.
+    """
+    return columns_of(_read(folder, name))
+
+
+def columns_of(text: str) -> Columns:
+    """Columns of a CSV file, in their order, as programs for spreadsheets write them.
+
+    Semicolons, tabs or commas part the cells, as in the line of names; with the former two numbers
+    may have decimal commas. A line that begins with # is none, nor are a row and a column that have
+    nothing in them; a first line `sep=;` says what parts the cells.
+
+    Raises Unreadable for what is no table.
+    """
+    numbered = [
+        (number, line)
+        for number, line in enumerate(text.splitlines(), start=1)
+        if line.strip() and not line.lstrip().startswith(("#", '"#'))
+    ]
+    said = _SAID.match(numbered[0][1]) if numbered else None
+    if said:
+        del numbered[0]
+    bare = re.sub(r'"[^"]*"', "", numbered[0][1]) if numbered else ""
+    separator = said[1] if said else next((sign for sign in _SEPARATORS if sign in bare), ",")
+    rows = _rows(numbered, separator)
+    (first, names), rows = rows[0], rows[1:]
+    if not rows:
+        raise Unreadable(
+            "the file has a line of names and no values", "lines of values below the names"
+        )
+    if len(rows) > MOST_ROWS:
+        raise Unreadable(f"the file has {len(rows)} lines of values", f"up to {MOST_ROWS}")
+    if len(names) > MOST_COLUMNS:
+        raise Unreadable(f"the file has {len(names)} columns", f"up to {MOST_COLUMNS}")
+    for line, row in rows:
+        if len(row) < len(names) or any(row[len(names) :]):
+            raise Unreadable(
+                f"line {line} of the file has {len(row)} cell{'' if len(row) == 1 else 's'}",
+                f"{len(names)}, as in the line of names",
+                _parted(row, separator),
+                line=line,
+            )
+    filled = [p for p, cell in enumerate(names) if cell or any(row[p] for _, row in rows)]
+    head = _head([(place + 1, names[place]) for place in filled], first)
+    lines, decimal = [line for line, _ in rows], "." if separator == "," else ".,"
+    if decimal == ".," and any(_WITH_COMMA.match(cell) for _, row in rows for cell in row):
+        decimal = ","
+    return {
+        column: Column(unit, [row[place] for _, row in rows], lines, first, decimal)
+        for place, (column, unit) in zip(filled, head, strict=True)
+    }
+
+
+def some_cells(column: Column, places: Sequence[int]) -> Column:
+    """A column with the cells at some places only."""
+    cells, lines = [column.cells[p] for p in places], [column.lines[p] for p in places]
+    return column._replace(cells=cells, lines=lines)
+
+
+def excerpt(folder: Path, name: str, line: int) -> str:
+    """A line of a file that was read, in quotes; cut where it is long."""
+    text = _read(folder, name).splitlines()[line - 1].strip()
+    return repr(text if len(text) <= LONGEST_EXCERPT else text[: LONGEST_EXCERPT - 3] + "...")
+
+
+def _parted(row: Sequence[str], separator: str) -> str:
+    """A hint where another sign seems to part the cells of a row."""
+    others = (sign for sign in _SEPARATORS if sign != separator)
+    if not any(sign in cell for sign in others for cell in row):
+        return ""
+    return f"cells are parted by {_SEPARATORS[separator]}, as in the line of names"
+
+
+def _rows(numbered: Sequence[tuple[int, str]], separator: str) -> list[tuple[int, list[str]]]:
+    """Cells of each row that has some, with the line that it ends in."""
+    reader = csv.reader(
+        (line for _, line in numbered), delimiter=separator, skipinitialspace=separator != "\t"
+    )
+    rows = []
+    try:
+        for row in reader:
+            cells = [cell.strip() for cell in row]
+            if any(cells):
+                rows.append((numbered[reader.line_num - 1][0], cells))
+    except csv.Error as error:
+        raise Unreadable(f"the file is no CSV: {error}") from None
+    if not rows:
+        raise Unreadable("the file is empty", "a line of column names, then lines of values")
+    return rows
+
+
+def _read(folder: Path, name: str) -> str:
+    path = folder / name
+    try:
+        inside = path.resolve().is_relative_to(folder.resolve())
+        if Path(name).is_absolute() or not inside:
+            raise Unreadable("a table has to lie in the folder of its case", "a name like gas.csv")
+        if path.is_dir():
+            raise Unreadable("this is a folder")
+        if path.exists() and not path.is_file():
+            raise Unreadable("this is no ordinary file")
+        if path.stat().st_size > LARGEST_FILE:
+            raise Unreadable(
+                f"the file is larger than {LARGEST_FILE / 1e6:g} MB", f"up to {MOST_ROWS} lines"
+            )
+        with path.open("rb") as file:
+            return file.read(LARGEST_FILE + 1).decode("utf-8-sig")
+    except FileNotFoundError:
+        raise Unreadable("there is no such file", hint=_similar(folder, name)) from None
+    except UnicodeDecodeError:
+        raise Unreadable(
+            "the file is not a text in UTF-8", hint="programs for spreadsheets have 'CSV UTF-8'"
+        ) from None
+    except OSError as error:
+        raise Unreadable(f"the file cannot be read: {(error.strerror or '').lower()}") from None
+    except (ValueError, RuntimeError):  # a null character; links in a circle
+        raise Unreadable("this is no name of a file") from None
+
+
+def _head(cells: Sequence[tuple[int, str]], line: int) -> list[tuple[str, str]]:
+    """Name and unit of each column, from its place and its cell in the line of names."""
+    names: list[tuple[str, str]] = []
+    for place, cell in cells:
+        name, bracket, bracketed = cell.partition("[")
+        unit = bracketed.removesuffix("]")
+        if not name.strip():
+            raise Unreadable(
+                f"column {place} has no name", "a name, or a name and a [unit]", line=line
+            )
+        odd = unit == bracketed or "[" in unit or "]" in unit or len(unit) > LONGEST_UNIT
+        if bracket and odd:
+            raise Unreadable(
+                f"the name of column {place} cannot be read: {cell[:40]!r}",
+                "a name, or a name and a unit as in 'pressure [bar]'",
+                line=line,
+            )
+        if any(name.strip() == known for known, _ in names):
+            raise Unreadable(
+                f"two columns are named {name.strip()[:40]!r}", "each name once", line=line
+            )
+        names.append((name.strip(), "" if unit.strip() in NO_UNIT else unit.strip()))
+    return names
+
+
+def _similar(folder: Path, name: str) -> str:
+    try:
+        return nearest(name, sorted(entry.name for entry in folder.glob("*.csv")))
+    except OSError:
+        return ""
+
+
+def check_unit(name: str, column: Column, wanted: str) -> None:
+    """Raise Unreadable where the unit of a column does not convert to the wanted one."""
+    if not column.unit:
+        return
+    try:
+        convert(1.0, column.unit, wanted)
+    except UnitError as error:
+        found = f", {error.found}" if error.message == "wrong dimension" else ""
+        raise Unreadable(
+            f"column {name}, unit {column.unit[:40]!r}: {error.message}{found}",
+            error.allowed or (f"a unit that converts to {wanted}" if wanted else "no unit"),
+            error.hint,
+            line=column.head,
+        ) from None
+
+
+def numbers_of(name: str, column: Column) -> list[str]:
+    """The cells of a column with decimal points; Unreadable at the first that is no number."""
+    return [_number(name, column, place) for place in range(len(column.cells))]
+
+
+def with_point(cell: str, column: Column) -> str:
+    """A number of a column with a decimal point; other texts as they are."""
+    return cell.replace(",", ".", 1) if "," in column.decimal and _COMMA.match(cell) else cell
+
+
+def _number(name: str, column: Column, place: int) -> str:
+    cell, line = column.cells[place], column.lines[place]
+    where, number = f"line {line}, column {name}: ", "a finite number in every cell"
+    if column.decimal == "," and _POINT.match(cell):
+        raise Unreadable(
+            f"{where}a point, where other numbers of the file have commas: {cell[:40]!r}",
+            "one sign of decimals in a file, and none of thousands",
+            line=line,
+        )
+    cell = with_point(cell, column)
+    try:
+        digits, unit = split_number(cell)
+        finite = math.isfinite(float(digits))
+    except UnitError as error:
+        what = f"{error.message}: {cell[:40]!r}" if cell else "no number"
+        raise Unreadable(f"{where}{what}", number, error.hint, line=line) from None
+    if not finite:
+        raise Unreadable(f"{where}too large for a double: {cell[:40]!r}", number, line=line)
+    if column.unit and unit:
+        raise Unreadable(
+            f"{where}the unit stands twice: {cell[:40]!r}",
+            f"numbers alone in a column of [{column.unit}]",
+            line=line,
+        )
+    return cell
