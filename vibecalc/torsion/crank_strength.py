@@ -10,8 +10,10 @@ from vibecalc.numerics.rounding import FloatArray
 # ----------------------------------------------------------------------------
 # Proportions of a solid crank throw, and the ranges that the formulas hold in.
 #
-# All of this is IACS UR M53 as revised in 2004 (Rev.1) and unchanged in its formulas since; the
-# factors of the fillets are those of the FVV, those of the oil bore of the ESDU. Informative.
+# All of this is IACS UR M53, Rev.5, May 2023, as the rules of the Korean Register for steel ships,
+# 2025, Part 5, print it too; the factors of the fillets are those of the FVV, those of the oil bore
+# of the ESDU. Where a printing has cut off their last digits, 0.857 b^3 and 1.5276 w^2 hold.
+# Informative.
 # ----------------------------------------------------------------------------
 
 #: where a throw is judged, in this order everywhere
@@ -58,17 +60,18 @@ class Proportions(NamedTuple):
     d_h: FloatArray
 
 
-#: ranges that the formulas hold in. M53 lets overlaps below -0.5 count as -0.5 in some of its
-#: factors, which is left out here
-RANGES = Proportions(
-    (0.03, 0.13), (0.03, 0.13), (-0.5, 0.5), (0.2, 0.8), (1.1, 2.2), (0.0, 0.2), (0.0, 0.8),
-    (0.0, 0.8),
-)  # type: ignore[arg-type]  # fmt: skip
-#: and what they are, in words
-NAMES = Proportions(
-    "fillet radius of the pin", "fillet radius of the journal", "overlap of pin and journal",
-    "web thickness", "web width", "oil bore", "bore of the journal", "bore of the pin",
-)  # type: ignore[arg-type]  # fmt: skip
+#: of each proportion what it is, and the range that the formulas hold in. M53 lets overlaps below
+#: -0.5 count as -0.5 in some of its factors, which is left out here
+RANGES = {
+    "r_h": ("fillet radius of the pin", 0.03, 0.13),
+    "r_g": ("fillet radius of the journal", 0.03, 0.13),
+    "s": ("overlap of pin and journal", -0.5, 0.5),
+    "w": ("web thickness", 0.2, 0.8),
+    "b": ("web width", 1.1, 2.2),
+    "d_o": ("oil bore", 0.0, 0.2),
+    "d_g": ("bore of the journal", 0.0, 0.8),
+    "d_h": ("bore of the pin", 0.0, 0.8),
+}
 
 
 def proportions(throw: CrankThrow) -> Proportions:
@@ -159,8 +162,8 @@ def stress_concentration(throw: CrankThrow) -> Concentration:
 class NominalBending(NamedTuple):
     """Nominal alternating stresses (r,) in Pa that are not of torsion.
 
-    `web` and `compressive` of the web's cross-section by bending moment and radial force, `oil_bore`
-    of the pin's by bending at the bore, `additional` by misalignment and vibration.
+    `web` and `compressive` of the web's cross-section by bending moment and radial force,
+    `oil_bore` of the pin's by bending at the bore, `additional` by misalignment and vibration.
     """
 
     web: FloatArray

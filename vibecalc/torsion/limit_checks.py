@@ -82,7 +82,7 @@ def _stress(path: KeyPath, line: ShaftLine, limit: TorsionLimit) -> Iterator[Pro
                 path=path,
                 message=f"shaft {name[:60]!r} has no section modulus for a stress",
                 allowed="diameter, section_modulus or section on this shaft",
-                also=(*LINE, "shafts", place),
+                also=(*SHAFTS, place),
             )
         elif (
             limit.rule is not None and limit.tensile_strength is None and not shaft.tensile_strength
@@ -91,14 +91,14 @@ def _stress(path: KeyPath, line: ShaftLine, limit: TorsionLimit) -> Iterator[Pro
                 path=path,
                 message=f"the rule needs the tensile strength of shaft {name[:60]!r}",
                 allowed="tensile_strength here, or on the shaft",
-                also=(*LINE, "shafts", place),
+                also=(*SHAFTS, place),
             )
         elif limit.rule is not None and shaft.section_modulus is not None:
             yield Problem(
                 path=path,
                 message=f"the rule needs the diameter of shaft {name[:60]!r}",
                 allowed="diameter or section instead of section_modulus",
-                also=(*LINE, "shafts", place, "section_modulus"),
+                also=(*SHAFTS, place, "section_modulus"),
             )
 
 
@@ -174,11 +174,11 @@ def _throw(
 
 def _proportions(where: KeyPath, case: Case, given: Crank | Throw) -> Iterator[Problem]:
     from vibecalc.torsion.adapters.crank_limits import crank_throws
-    from vibecalc.torsion.crank_strength import NAMES, RANGES, proportions
+    from vibecalc.torsion.crank_strength import RANGES, proportions
 
     one = proportions(crank_throws([given], case.machine.crank_train.crank_radius))
-    for name, value, (low, high) in zip(NAMES, one, RANGES, strict=True):
-        ratio = float(value[0])
+    for key, (name, low, high) in RANGES.items():
+        ratio = float(getattr(one, key)[0])
         if not low - 1e-12 <= ratio <= high + 1e-12:
             yield Problem(
                 path=where,

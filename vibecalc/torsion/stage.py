@@ -611,6 +611,7 @@ SUBJECT = Subject(
         "torsion_shapes": "vibecalc.torsion.pictures.modes:draw_torsion_shapes",
         "torsion_campbell": "vibecalc.torsion.pictures.modes:draw_torsion_campbell",
         "torsion_speeds": "vibecalc.torsion.pictures.speeds:TORSION_SPEEDS",
+        "torsion_limits": "vibecalc.torsion.pictures.limits:TORSION_LIMITS",
         "torsion_orders": "vibecalc.torsion.pictures.excitation:draw_torsion_orders",
         "torsion_vectors": "vibecalc.torsion.pictures.excitation:draw_torsion_vectors",
         "torsion_transient": "vibecalc.torsion.pictures.studies:TORSION_TRANSIENT",

@@ -59,7 +59,7 @@ API_671 = Rule(
 )
 M53 = Rule(
     "IACS UR M53",
-    "Rev.1, December 2004, to Rev.5, May 2023 (formulas unchanged)",
+    "Rev.5, May 2023",
     "solid forged or cast crankshafts with one throw between main bearings: fillets of pin and "
     "journal, outlet of a radial oil bore in the pin",
     "semi-built crankshafts (journal fillets, shrink fits), surface treatment, proportions outside "

@@ -58,8 +58,8 @@ class Bound(NamedTuple):
     The `quantity` is a "stress" in Pa or a "torque" in N m: own torque over `modulus` (r,), or
     referred one times `factor` (r,). `continuous` and `transient` are infinite where the limit says
     nothing; `alike`: both have one course. `corners` (k,) are the speeds at which their slopes may
-    jump, or that they end at. `formula`: the rule bars a range by its formula. `roundings`: relative
-    error of what is allowed.
+    jump, or that they end at. `formula`: the rule bars a range by its formula. `roundings`:
+    relative error of what is allowed, in units of rounding.
     """
 
     load: IntArray
@@ -90,10 +90,9 @@ def _bound(setup: Setup, limit: TorsionLimit) -> Bound:
         from vibecalc.torsion.adapters.crank_limits import crank_bound
 
         return crank_bound(setup, limit)
-    chosen = (
-        _sections(setup, limit) if limit.sections else np.arange(len(setup.shaft.section_names))
-    )
-    load = chosen[setup.shaft.section_modulus[chosen] > 0.0]
+    load = np.flatnonzero(setup.shaft.section_modulus > 0.0)
+    if limit.sections:
+        load = np.intersect1d(load, _sections(setup, limit))
     if limit.curve is None:
         return _class_rule(setup, limit, load)
     modulus = setup.shaft.section_modulus[load]
@@ -157,9 +156,8 @@ def _table(
     diameter = np.zeros(len(load))
     if quantity == "stress":
         diameter[: len(inside)] = _diameters(shaft, inside)
-        basis = bound.basis._replace(
-            diameter=diameter, tensile_strength=shaft.tensile_strength[load]
-        )
+        given = shaft.tensile_strength[load]
+        basis = bound.basis._replace(diameter=diameter, tensile_strength=given)
         bound = bound._replace(basis=basis)
     return bound._replace(corners=nodes, alike=curve.transient is None)
 

@@ -73,6 +73,16 @@ class Judged:
         return np.min(most / np.where(self.bored, self.torsion, 1.0),
                       axis=-1, where=self.bored, initial=np.inf)  # fmt: skip
 
+    def made_of(self, name: str) -> FloatArray:
+        """What the factors come from (r, 3), by the names of the results."""
+        parts = {
+            "bending_factor": self.concentration.bending,
+            "torsion_factor": self.concentration.torsion,
+            "bending_stress": self.bending,
+            "fatigue_strength": self.strength,
+        }
+        return parts[name]
+
     def acceptability(self, stress: Bounded) -> Bounded:
         """Q (r, 3) for nominal torsional stresses (r,) of the pin; 0 where nothing bounds them."""
         endless = ~np.isfinite(stress.value)
@@ -157,10 +167,8 @@ def emit_crank(scene: Scene, setup: Setup, table: "LimitTable", stresses: list[B
     put(name, [one.acceptability(stress) if one else None for one, stress in pairs])
     if name == "acceptability":
         return
-    for path, get in (
-        ("bending_factor", lambda one: one.concentration.bending),
-        ("torsion_factor", lambda one: one.concentration.torsion),
-        ("bending_stress", lambda one: one.bending * one.bored),
-        ("fatigue_strength", lambda one: one.strength * one.bored),
-    ):
-        put(path, [known(get(one)) if one else None for one in judged])
+    bored = [None if one is None else one.bored for one in judged]
+    for path in ("bending_factor", "torsion_factor", "bending_stress", "fatigue_strength"):
+        rows = [None if one is None else one.made_of(path) for one in judged]
+        put(path, [known(row * on) if row is not None else None
+                   for row, on in zip(rows, bored, strict=True)])  # fmt: skip

@@ -191,7 +191,7 @@ def largest_of_loads(
 
 
 def _with_errors(setup: Setup, bound: Bound, top: Maxima) -> tuple[Bounded, Bounded, FloatArray]:
-    """Largest uses (r,), what is allowed there (1 where nothing is said), what speeds move it by."""
+    """Largest uses (r,), what is allowed there (1: nothing is said), what speeds move it by."""
     row = np.arange(len(top.speed))
     allowed = known(bound.continuous(top.speed)[row, row], bound.roundings)
     says = np.isfinite(allowed.value)

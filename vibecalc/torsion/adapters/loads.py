@@ -97,7 +97,7 @@ def loads_of_modes(
     inertia, damping, held = shaft.station_values
     w = frequency[:, None]
     need = (held - w**2 * inertia + 1j * w * damping) * shape[:, shaft.freedom]
-    return np.abs(torque @ of_sections - need @ of_stations)
+    return np.asarray(np.abs(torque @ of_sections - need @ of_stations))
 
 
 def endless_loads(setup: Setup, undamped: UndampedResonances) -> FloatArray:
