@@ -50,6 +50,10 @@ def torque_value(
 FREEDOMS = 200
 
 
+#: relative difference of two speeds that count as one
+SAME = 1e-13
+
+
 class DenseSweep(NamedTuple):
     """The speeds of a sweep with those of narrow resonances (r,), referred half ranges (r, e).
 
@@ -87,7 +91,11 @@ def with_narrow_resonances(
 
 def added(setup: Setup, dense: DenseSweep, extra: FloatArray) -> DenseSweep:
     """With more speeds (r,), in any order, but those at which nothing damps an order."""
-    extra = distinct(extra[~np.isin(extra, dense.speed)])
+    extra = distinct(extra)
+    place = np.clip(np.searchsorted(dense.speed, extra)[:, None] + [-1, 0], 0, len(dense.speed) - 1)
+    # a corner of a limit may be a speed of the sweep but for its last digit
+    off = np.min(np.abs(dense.speed[place] - extra[:, None]), axis=1)
+    extra = extra[off > SAME * extra]
     parts = [np.zeros((0, dense.torque.shape[1]))]
     gears = dense.torque.shape[1] > len(setup.model.line.first)
     for start in range(0, len(extra), ROWS):

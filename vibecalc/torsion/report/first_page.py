@@ -448,7 +448,8 @@ def _of_limits(record: Record) -> Iterator[str]:
         yield f"the {what} exceeds {plural} {joined(broken)}" + _where_broken(record)
     else:
         what = "limits" if len(words_of) > 1 else "limit"
-        yield f"the {limited_words(record)} at the operating speed is within the {what}"
+        words = limited_words(record)
+        yield f"the {words} at the operating speed {'are' if ' ' in words else 'is'} within the {what}"
     barred = barred_ranges(record)
     if barred:
         yield f"{joined(barred)} {'are' if len(barred) > 1 else 'is'} barred for lasting operation"
