@@ -449,7 +449,8 @@ def _of_limits(record: Record) -> Iterator[str]:
     else:
         what = "limits" if len(words_of) > 1 else "limit"
         words = limited_words(record)
-        yield f"the {words} at the operating speed {'are' if ' ' in words else 'is'} within the {what}"
+        verb = "are" if " " in words else "is"
+        yield f"the {words} at the operating speed {verb} within the {what}"
     barred = barred_ranges(record)
     if barred:
         yield f"{joined(barred)} {'are' if len(barred) > 1 else 'is'} barred for lasting operation"
