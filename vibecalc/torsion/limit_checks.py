@@ -173,7 +173,7 @@ def _throw(
 
 
 def _proportions(where: KeyPath, case: Case, given: Crank | Throw) -> Iterator[Problem]:
-    from vibecalc.torsion.adapters.crank_limits import crank_throws
+    from vibecalc.torsion.crank_model import crank_throws
     from vibecalc.torsion.crank_strength import RANGES, proportions
 
     one = proportions(crank_throws([given], case.machine.crank_train.crank_radius))
@@ -197,7 +197,7 @@ def _left(
     words: str,
 ) -> Iterator[Problem]:
     """Bending alone does not use up what the rule allows."""
-    from vibecalc.torsion.adapters.crank_limits import crank_throws, nominal_bending
+    from vibecalc.torsion.crank_model import crank_throws, nominal_bending
     from vibecalc.torsion.crank_strength import (
         ACCEPTABILITY,
         CRANKSHAFT_KINDS,

@@ -87,9 +87,7 @@ def _bound(setup: Setup, limit: TorsionLimit) -> Bound:
         load = np.concatenate([_sections(setup, limit), _gears(setup, limit)])
         return _table(setup, load, np.ones(len(load)), limit.torque, limit.torque.torque, "torque")
     if limit.rule == "iacs_m53":
-        from vibecalc.torsion.adapters.crank_limits import crank_bound
-
-        return crank_bound(setup, limit)
+        return _crank_rule(setup, limit)
     load = np.flatnonzero(setup.shaft.section_modulus > 0.0)
     if limit.sections:
         load = np.intersect1d(load, _sections(setup, limit))
@@ -224,6 +222,25 @@ def _class_rule(setup: Setup, limit: TorsionLimit, load: IntArray) -> Bound:
     )
     corners = np.array([CORNER_RATIO * setup.speed, highest])
     return bound._replace(basis=basis, corners=corners, formula=True)
+
+
+def _crank_rule(setup: Setup, limit: TorsionLimit) -> Bound:
+    """IACS UR M53 as a limit of the nominal torsional stress of the pin, at every speed."""
+    from vibecalc.torsion.adapters.crank_limits import Judged
+
+    judged = Judged(setup, limit)
+    level, throw = judged.allowed(), judged.throw
+    bound = made(
+        setup,
+        judged.load,
+        np.pi / 16.0 * (throw.pin_diameter**4 - throw.pin_bore**4) / throw.pin_diameter,
+        "stress",
+        lambda speed: np.broadcast_to(level, (*speed.shape, len(level))),
+    )
+    basis = bound.basis._replace(
+        diameter=throw.pin_diameter, tensile_strength=judged.tensile, rated_speed=setup.speed
+    )
+    return bound._replace(basis=basis, roundings=judged.roundings())
 
 
 def _diameters(shaft: ShaftLineModel, section: IntArray) -> FloatArray:

@@ -1,21 +1,14 @@
-"""Limits of a crankshaft by IACS UR M53, and how far each place of a throw is from them."""
-
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+"""A crankshaft by IACS UR M53: how far each place of a throw is from its limit."""
 
 import numpy as np
 
-from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray
-from vibecalc.torsion.adapters.bounds import Bound, made
 from vibecalc.torsion.adapters.setup import Setup
+from vibecalc.torsion.crank_model import crank_throws, nominal_bending
 from vibecalc.torsion.crank_strength import (
     ACCEPTABILITY,
     CRANKSHAFT_KINDS,
-    PLACES,
-    CrankThrow,
-    NominalBending,
     bending_stresses,
     equivalent_stress,
     fatigue_strength,
@@ -23,12 +16,7 @@ from vibecalc.torsion.crank_strength import (
     stress_concentration,
     torsion_ratio,
 )
-from vibecalc.torsion.limit_tables import Crank, TorsionLimit
-from vibecalc.torsion.results import ROOT
-from vibecalc.torsion.shaft_line_tables import Throw
-
-if TYPE_CHECKING:
-    from vibecalc.torsion.adapters.limits import LimitTable
+from vibecalc.torsion.limit_tables import TorsionLimit
 
 # ----------------------------------------------------------------------------
 # Adapter: the nominal torsional stress of the pin with which the worst place of a throw just keeps
@@ -70,8 +58,14 @@ class Judged:
     def allowed(self) -> FloatArray:
         """Nominal torsional stress (r,) of the pin with which the worst place has 1.15."""
         most = permissible_torsion(self.bending, self.strength)
-        return np.min(most / np.where(self.bored, self.torsion, 1.0),
-                      axis=-1, where=self.bored, initial=np.inf)  # fmt: skip
+        each = np.where(self.bored, most / np.where(self.bored, self.torsion, 1.0), np.inf)
+        return np.asarray(np.min(each, axis=-1))
+
+    def roundings(self) -> float:
+        """Relative error of what is allowed, in units of rounding: bending is taken off."""
+        most = self.strength / ACCEPTABILITY
+        near = most / np.maximum(most - self.bending, 1e-9 * most)
+        return CANCELLED * float(np.max(near, initial=1.0))
 
     def made_of(self, name: str) -> FloatArray:
         """What the factors come from (r, 3), by the names of the results."""
@@ -98,77 +92,3 @@ class Judged:
         low, high = factor(size + error), factor(np.maximum(size - error, 0.0))
         moved = np.maximum(np.abs(value - low), np.abs(high - value))
         return Bounded(value, moved + CANCELLED * UNIT_ROUNDOFF * value)
-
-
-def crank_throws(given: Sequence[Crank | Throw], crank_radius: float) -> CrankThrow:
-    """Dimensions (r,) of throws of a case."""
-    keys = CrankThrow._fields
-    rows = [
-        [crank_radius if key == "crank_radius" else getattr(one, key) or 0.0 for key in keys]
-        for one in given
-    ]
-    return CrankThrow(*np.array(rows, dtype=float).reshape(-1, len(keys)).T)
-
-
-def nominal_bending(limit: TorsionLimit) -> NominalBending:
-    """Stresses of the case that are not of torsion."""
-    one = limit.bending
-    assert one is not None  # the rule needs it, says the form
-    given = (one.web, one.compressive, one.oil_bore or 0.0, one.additional)
-    return NominalBending(*(np.asarray(stress) for stress in given))
-
-
-def crank_bound(setup: Setup, limit: TorsionLimit) -> Bound:
-    """IACS UR M53 as a limit of the nominal torsional stress of the pin, at every speed."""
-    judged = Judged(setup, limit)
-    level, throw = judged.allowed(), judged.throw
-    modulus = np.pi / 16.0 * (throw.pin_diameter**4 - throw.pin_bore**4) / throw.pin_diameter
-    bound = made(
-        setup,
-        judged.load,
-        modulus,
-        "stress",
-        lambda speed: np.broadcast_to(level, (*speed.shape, len(level))),
-    )
-    basis = bound.basis._replace(
-        diameter=throw.pin_diameter, tensile_strength=judged.tensile, rated_speed=setup.speed
-    )
-    most = judged.strength / ACCEPTABILITY
-    near = np.max(most / np.maximum(most - judged.bending, 1e-9 * most), initial=1.0)
-    return bound._replace(basis=basis, roundings=CANCELLED * float(near))
-
-
-def emit_crank(scene: Scene, setup: Setup, table: "LimitTable", stresses: list[Bounded],
-               name: str) -> None:  # fmt: skip
-    """Acceptability factors for nominal stresses (r,) of each limit; what they are made of, once.
-
-    `name` is the result of these factors.
-    """
-    limits = setup.torsion.limits
-    judged = [Judged(setup, one) if one.rule == "iacs_m53" else None for one in limits]
-    if not any(judged):
-        return
-
-    def put(path: str, rows: list[Bounded | None]) -> None:
-        shape = (len(rows), len(table.columns), len(PLACES))
-        value, error = np.zeros(shape), np.zeros(shape)
-        for number, (row, place) in enumerate(zip(rows, table.places, strict=True)):
-            if row is not None:
-                columns = np.searchsorted(table.columns, place)
-                value[number, columns] = row.value
-                error[number, columns] = row.error
-        axes = {**table.axes, "crank_place": PLACES}
-        scene.emit(f"{ROOT}/limit/crank/{path}", value, error, axes)
-
-    def known(value: FloatArray) -> Bounded:
-        return Bounded(value, CANCELLED * UNIT_ROUNDOFF * np.abs(value))
-
-    pairs = list(zip(judged, stresses, strict=True))
-    put(name, [one.acceptability(stress) if one else None for one, stress in pairs])
-    if name == "acceptability":
-        return
-    bored = [None if one is None else one.bored for one in judged]
-    for path in ("bending_factor", "torsion_factor", "bending_stress", "fatigue_strength"):
-        rows = [None if one is None else one.made_of(path) for one in judged]
-        put(path, [known(row * on) if row is not None else None
-                   for row, on in zip(rows, bored, strict=True)])  # fmt: skip

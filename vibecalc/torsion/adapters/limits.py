@@ -1,6 +1,6 @@
 """Stresses and torques of a shaft line against the limits of a case, over speeds and at one."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +20,7 @@ from vibecalc.torsion.adapters.loads import (
 )
 from vibecalc.torsion.adapters.maxima import DenseSweep, torque_value
 from vibecalc.torsion.adapters.setup import Setup
+from vibecalc.torsion.crank_strength import PLACES
 from vibecalc.torsion.critical_speeds import Maxima, Value, largest
 from vibecalc.torsion.results import ROOT
 
@@ -271,6 +272,8 @@ def _use_of(setup: Setup, bound: Bound) -> Callable[[IntArray], Value]:
 # ----------------------------------------------------------------------------
 
 PLACE = f"{ROOT}/limit"
+#: results of crankshafts that hold at every speed
+MADE_OF = ("bending_factor", "torsion_factor", "bending_stress", "fatigue_strength")
 #: what a limit is of -> what its results begin with where they have that unit
 QUANTITIES = {"stress": "", "torque": "torque_"}
 
@@ -314,11 +317,24 @@ def emit_operating_use(scene: Scene, setup: Setup, torque: Bounded) -> None:
 
 
 def _crank(table: "LimitTable", loads: list[Bounded], name: str) -> None:
-    """Acceptability factors of crankshafts at these loads (r,) of each limit."""
-    if any(one.rule == "iacs_m53" for one in table.setup.torsion.limits):
-        from vibecalc.torsion.adapters.crank_limits import emit_crank
+    """Acceptability factors of crankshafts at these stresses (r,) of each limit, as `name`.
 
-        emit_crank(table.scene, table.setup, table, loads, name)
+    What they are made of stands with those at the operating speed.
+    """
+    limits = table.setup.torsion.limits
+    if not any(one.rule == "iacs_m53" for one in limits):
+        return
+    from vibecalc.torsion.adapters.crank_limits import CANCELLED, Judged
+
+    judged = [Judged(table.setup, one) if one.rule == "iacs_m53" else None for one in limits]
+    pairs = zip(judged, loads, strict=True)
+    table.emit_crank(name, [one.acceptability(load) if one else None for one, load in pairs])
+    for path in MADE_OF if name.startswith("operating") else ():
+        rows = [None if one is None else one.made_of(path) * one.bored for one in judged]
+        table.emit_crank(
+            path,
+            [None if row is None else rounded(row, CANCELLED) for row in rows],
+        )
 
 
 def known(value: FloatArray, roundings: float = ROUNDINGS) -> Bounded:
@@ -358,3 +374,14 @@ class LimitTable:
         for line, place, row in zip(found, self.places, rows, strict=True):
             line[np.searchsorted(self.columns, place)] = row
         return found
+
+    def emit_crank(self, name: str, rows: Sequence[Bounded | None]) -> None:
+        """Rows (r, 3) of each limit for crankshafts, by place of the throw."""
+        value = np.zeros((len(rows), len(self.columns), len(PLACES)))
+        error = np.zeros_like(value)
+        for number, (row, place) in enumerate(zip(rows, self.places, strict=True)):
+            if row is not None:
+                columns = np.searchsorted(self.columns, place)
+                value[number, columns], error[number, columns] = row.value, row.error
+        axes = {**self.axes, "crank_place": PLACES}
+        self.scene.emit(f"{PLACE}/crank/{name}", value, error, axes)

@@ -142,7 +142,7 @@ def of_torque(record: Record) -> np.ndarray:
         if found is not None:
             values = np.asarray(found.values, dtype=float)
             there = values > 0.0 if axis == "section" else np.isfinite(values)
-            return np.any(there, axis=1)
+            return np.asarray(np.any(there, axis=1))
     every = vector(record, "limit/operating_use", "limit")
     return np.zeros(0 if every is None else every.size, bool)
 
