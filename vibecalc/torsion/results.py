@@ -216,7 +216,8 @@ TORSION_SPEEDS_ENTRIES = (
           "stress or torque over allowed at the operating speed",
           headline=Headline("use of a limit at speed")),
     entry(f"{ROOT}/limit/transient_use", "limit", "",
-          "largest stress or torque over that for passing through; 0: the limit has none"),
+          "largest stress or torque over that for passing through; 0: the limit has none",
+          name="use of a limit for passing through"),
     entry(f"{ROOT}/barred/from", "barred", "rad/s",
           "barred for lasting operation from here: by the formula of a rule where that is wider "
           "than the range above the limit; ranges that overlap are one",

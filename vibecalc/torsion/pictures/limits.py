@@ -10,6 +10,7 @@ from vibecalc.core.report.canvas import LIMIT, TOTAL
 from vibecalc.core.report.curves import Curve, Curves, Mark, Panel, Plot, operating
 from vibecalc.core.report.sections import having
 from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.torsion.pictures.excitation import torque_words
 from vibecalc.torsion.report.limits import limits_of, of_torque, rule_of
 from vibecalc.torsion.report.line import TORSION, names, vector
 
@@ -21,7 +22,7 @@ from vibecalc.torsion.report.line import TORSION, names, vector
 # ----------------------------------------------------------------------------
 
 #: panels of one picture
-_MOST = 6
+_MOST = 8
 _BESIDE = {"loc": "upper left", "bbox_to_anchor": (1.005, 1.0)}
 
 
@@ -112,7 +113,9 @@ def _panels(result: Result) -> list[Panel]:
         ]
         label = "stress" if held.unit == "Pa" else "torque"
         words = f"limit {limit + 1}: {rule_of(one).name}"
-        panels.append(Panel(label, tuple(parts), words, legend=_BESIDE))
+        unit = "N/mm^2" if held.unit == "Pa" else torque_words(result)
+        panel = Panel(label, tuple(parts), words, unit, ends=(0.0, None), legend=_BESIDE)
+        panels.append(panel)
     return panels
 
 
