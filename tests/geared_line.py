@@ -40,9 +40,29 @@ class Geared(NamedTuple):
     torque: np.ndarray
 
 
+def rows(name: str) -> list[dict[str, Any]]:
+    """The lines of a file of stations or shafts, as a case would write them."""
+    text = (CASE.parent / name).read_text(encoding="utf-8")
+    head, *lines = [line.split(",") for line in text.splitlines() if not line.startswith("#")]
+    keys = [one.strip().rstrip("]").split(" [") for one in head]
+    found = []
+    for line in lines:
+        row: dict[str, Any] = {}
+        for (key, *unit), cell in zip(keys, line, strict=True):
+            if cell.strip():
+                row[key] = " ".join([cell.strip(), *unit])
+        row["loss_factor"] = float(row.get("loss_factor", 0.0))
+        row["between"] = [end.strip() for end in row.get("between", "").split(";")]
+        found.append(row)
+    return found
+
+
 @cache
 def parts() -> dict[str, Any]:
-    return tomllib.loads(CASE.read_text(encoding="utf-8"))["machine"]
+    machine = tomllib.loads(CASE.read_text(encoding="utf-8"))["machine"]
+    for key in ("stations", "shafts"):
+        machine["shaft_line"][key] = rows(machine["shaft_line"][key])
+    return machine
 
 
 def names() -> list[str]:

@@ -10,15 +10,10 @@ from vibecalc.parts.firing import is_separate, torque_reaches_mounts
 from vibecalc.schema import Case
 from vibecalc.torsion.shaft_line_tables import (
     ShaftLine,
-    StationJoint,
-    crank_station,
     has_stress,
-    joints,
     section_names,
-    shaft_ends,
-    speed_ratios,
 )
-from vibecalc.torsion.tables import AsPublished, LineSpeeds, Torsion, TorsionLimit
+from vibecalc.torsion.tables import AsPublished, LineSpeeds, Torsion
 
 # ----------------------------------------------------------------------------
 # Can what is asked of a shaft line be answered: speeds, orders, cylinders, sections?
@@ -41,8 +36,10 @@ def torsion_problems(case: Case) -> list[Problem]:
     if torsion is not None:
         problems += [*_orders(case, torsion), *_change(line, torsion)]
         problems += [*_damping(line, torsion), *_published(line, torsion)]
-        for place, limit in enumerate(torsion.limits):
-            problems += _limit((*TORSION, "limits", place), line, limit)
+        if torsion.limits:
+            from vibecalc.torsion.limit_checks import limit_problems
+
+            problems += limit_problems(case, line, torsion.limits)
     return [*problems, *design_problems(case, line)]
 
 
@@ -200,49 +197,6 @@ def _published(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
     )
 
 
-def _limit(path: KeyPath, line: ShaftLine, limit: TorsionLimit) -> Iterator[Problem]:
-    known = section_names(line)
-    for place, name in enumerate(limit.sections):
-        if name not in known:
-            yield unknown((*path, "sections", place), "shaft", name, known)
-    stressed = [name for name, shaft in zip(known, line.shafts, strict=True) if has_stress(shaft)]
-    asked = [name for name in limit.sections if name in known] or (
-        [] if limit.sections else stressed
-    )
-    if not asked and not limit.sections:
-        yield Problem(
-            path=path,
-            message="no shaft has a section modulus, and a limit of the stress holds nothing",
-            allowed="diameter, section_modulus or section on the shafts that it is for",
-        )
-    for name in asked:
-        place = known.index(name)
-        shaft = line.shafts[place]
-        if name not in stressed:
-            yield Problem(
-                path=path,
-                message=f"shaft {name[:60]!r} has no section modulus for a stress",
-                allowed="diameter, section_modulus or section on this shaft",
-                also=(*LINE, "shafts", place),
-            )
-        elif (
-            limit.rule is not None and limit.tensile_strength is None and not shaft.tensile_strength
-        ):
-            yield Problem(
-                path=path,
-                message=f"the rule needs the tensile strength of shaft {name[:60]!r}",
-                allowed="tensile_strength here, or on the shaft",
-                also=(*LINE, "shafts", place),
-            )
-        elif limit.rule is not None and shaft.section_modulus is not None:
-            yield Problem(
-                path=path,
-                message=f"the rule needs the diameter of shaft {name[:60]!r}",
-                allowed="diameter or section instead of section_modulus",
-                also=(*LINE, "shafts", place, "section_modulus"),
-            )
-
-
 # ----------------------------------------------------------------------------
 # Torques given at stations: do they have what they follow, and can every question count them?
 # ----------------------------------------------------------------------------
@@ -387,9 +341,6 @@ def design_problems(case: Case, line: ShaftLine) -> Iterator[Problem]:
 # What is asked of a shaft line and is possible, but may not be what it looks like.
 # ----------------------------------------------------------------------------
 
-#: names in one sentence
-MOST = 6
-
 
 def torsion_cautions(case: Case) -> list[str]:
     """Sentences for the report, on a case without problems."""
@@ -402,56 +353,8 @@ def torsion_cautions(case: Case) -> list[str]:
         texts.append(
             "no cylinder fires: all of them are in misfire, and the engine is turned from outside"
         )
-    for number, limit in enumerate(torsion.limits, start=1):
-        if limit.rule is None:
-            continue
-        beyond = _beyond(line, limit)
-        if beyond:
-            more = f" and {len(beyond) - MOST} more" if len(beyond) > MOST else ""
-            texts.append(
-                f"limit {number} of the stress is IACS UR M68, for intermediate, thrust and "
-                "propeller shafts; it is held against what does not look like one: "
-                + "; ".join(beyond[:MOST])
-                + more
-            )
+    if torsion.limits:
+        from vibecalc.torsion.limit_checks import limit_cautions
+
+        texts += limit_cautions(line, torsion.limits)
     return texts
-
-
-def _beyond(line: ShaftLine, limit: TorsionLimit) -> list[str]:
-    """Shafts of a limit that M68 is not for, with the reason."""
-    names = section_names(line)
-    asked = limit.sections or [
-        name for name, shaft in zip(names, line.shafts, strict=True) if has_stress(shaft)
-    ]
-    stations = [station.name for station in line.stations]
-    at = {name: place for place, name in enumerate(stations)}
-    joined, ends = joints(line), shaft_ends(line)
-    fires = [bool(station.cylinder or station.cylinders) for station in line.stations]
-    load = at[line.load] if line.load is not None else len(stations) - 1
-    speed = speed_ratios(len(stations), joined, crank_station(line)).ratio
-    unreached = []
-    for name in asked:
-        place = names.index(name)
-        first, second = (at[end] for end in ends[place])
-        others = [one for number, one in enumerate(joined) if number != place]
-        if line.shafts[place].throw is not None or (fires[first] and fires[second]):
-            unreached.append(f"'{name}' (of the crankshaft)")
-        elif _reaches(others, [n for n, one in enumerate(fires) if one], load):
-            unreached.append(f"'{name}' (not between the engine and '{stations[load]}')")
-        elif abs(abs(speed[first] / speed[load]) - 1.0) > 1e-6:
-            unreached.append(f"'{name}' (before a gear)")
-    return unreached
-
-
-def _reaches(joined: list[StationJoint], start: list[int], goal: int) -> bool:
-    """Whether joints lead from one of some stations to another."""
-    visited, due = set(start), list(start)
-    while due:
-        here = due.pop()
-        for one in joined:
-            if here in (one.first, one.second):
-                there = one.second if here == one.first else one.first
-                if there not in visited:
-                    visited.add(there)
-                    due.append(there)
-    return goal in visited

@@ -294,8 +294,9 @@ class ShaftLineModel:
     elements: shafts, elastic gears, dampers; `section_ends` (e, 2) are their stations, -1 for a
     ring, and `station_values` (3, s) the referred inertia, absolute damping and stiffness to
     ground of each station. `section_modulus` in m^3, `section_diameter` in m and
-    `tensile_strength` in Pa are 0 where the case does not say them. `cylinder_station` and
-    `cylinder_freedom` (c,) follow the cylinders of the crank train.
+    `tensile_strength` in Pa are 0 where the case does not say them; `throws` are those of the
+    shafts, which come first. `cylinder_station` and `cylinder_freedom` (c,) follow the cylinders of
+    the crank train.
     """
 
     line: Line
@@ -314,6 +315,7 @@ class ShaftLineModel:
     section_diameter: Array
     section_bore: Array
     tensile_strength: Array
+    throws: tuple[Throw | None, ...]
     cylinder_station: Places
     cylinder_freedom: Places
     gears: tuple[Gearing, ...]
@@ -401,6 +403,7 @@ def build_shaft_line(case: Case) -> ShaftLineModel:
         section_diameter=np.array([one.diameter for one in elements], dtype=float),
         section_bore=np.array([one.bore for one in elements], dtype=float),
         tensile_strength=np.array([one.tensile_strength for one in elements], dtype=float),
+        throws=tuple(shaft.throw for shaft in parts.shafts),
         cylinder_station=cylinder,
         cylinder_freedom=freedom[cylinder],
         gears=_gearings(parts, at, meshes, len(shafts)),

@@ -201,15 +201,23 @@ TORSION_SPEEDS_ENTRIES = (
           "for lasting, in the section of largest use; infinite where the limit says nothing"),
     entry(f"{ROOT}/limit/transient", "limit speed", "Pa",
           "for passing through, there; infinite where the limit has none"),
-    entry(f"{ROOT}/limit/largest_use", "limit", "", "largest stress over allowed, at any speed",
-          headline=Headline("stress over that allowed, over the speeds",
+    entry(f"{ROOT}/limit/torque_allowed", "limit speed", "N*m",
+          "for lasting, of limits of the torque, in the section or gear of largest use"),
+    entry(f"{ROOT}/limit/torque_transient", "limit speed", "N*m",
+          "for passing through, there; infinite where the limit has none"),
+    entry(f"{ROOT}/limit/largest_use", "limit", "",
+          "largest stress or torque over allowed, at any speed",
+          headline=Headline("use of a limit over the speeds",
                    at="response/torsion/limit/speed")),
     entry(f"{ROOT}/limit/speed", "limit", "rad/s", "where that is"),
-    entry(f"{ROOT}/limit/section", "limit", "", "in this section, counted from 1"),
-    entry(f"{ROOT}/limit/operating_use", "limit", "", "stress over allowed at the operating speed",
-          headline=Headline("stress over that allowed, at speed")),
+    entry(f"{ROOT}/limit/section", "limit", "", "in this section, counted from 1; 0: in a gear"),
+    entry(f"{ROOT}/limit/gear", "limit", "", "in this gear, counted from 1; 0: in a section"),
+    entry(f"{ROOT}/limit/operating_use", "limit", "",
+          "stress or torque over allowed at the operating speed",
+          headline=Headline("use of a limit at speed")),
     entry(f"{ROOT}/limit/transient_use", "limit", "",
-          "largest stress over the one allowed for passing through; 0: the limit has none"),
+          "largest stress or torque over that for passing through; 0: the limit has none",
+          name="use of a limit for passing through"),
     entry(f"{ROOT}/barred/from", "barred", "rad/s",
           "barred for lasting operation from here: by the formula of a rule where that is wider "
           "than the range above the limit; ranges that overlap are one",
@@ -227,11 +235,12 @@ TORSION_SPEEDS_ENTRIES = (
 # ----------------------------------------------------------------------------
 # Results of a shaft line against limits, section by section, and barred ranges by formula.
 #
-# The section axis holds the shafts that some limit is for; a value is 0 where a limit is not for
-# the section, or has no such number.
+# The section axis holds the shafts, and behind them the gears, that some limit is for; a value is 0
+# where a limit is not for the section, or has no such number.
 # ----------------------------------------------------------------------------
 
 _EACH = "limit section"
+_CRANK = "limit section crank_place"
 _HERE = "at the operating speed"
 
 TORSION_LIMITS_ENTRIES = (
@@ -246,8 +255,15 @@ TORSION_LIMITS_ENTRIES = (
           f"for lasting, {_HERE}; infinite where the limit says nothing"),
     entry(f"{ROOT}/limit/operating/transient", _EACH, "Pa",
           f"for passing through, {_HERE}; infinite where the limit has none"),
-    entry(f"{ROOT}/limit/operating/use", _EACH, "", f"stress over allowed for lasting, {_HERE}"),
-    entry(f"{ROOT}/limit/each/use", _EACH, "", "largest stress over allowed, at any speed"),
+    entry(f"{ROOT}/limit/operating/torque", _EACH, "N*m", f"half range of all orders, {_HERE}"),
+    entry(f"{ROOT}/limit/operating/torque_allowed", _EACH, "N*m",
+          f"for lasting, {_HERE}; infinite where the limit says nothing"),
+    entry(f"{ROOT}/limit/operating/torque_transient", _EACH, "N*m",
+          f"for passing through, {_HERE}; infinite where the limit has none"),
+    entry(f"{ROOT}/limit/operating/use", _EACH, "",
+          f"stress or torque over allowed for lasting, {_HERE}"),
+    entry(f"{ROOT}/limit/each/use", _EACH, "",
+          "largest stress or torque over allowed, at any speed"),
     entry(f"{ROOT}/limit/each/speed", _EACH, "rad/s", "where that is"),
     entry(f"{ROOT}/limit/each/speed_ratio", _EACH, "", "lambda: that speed over the rated one"),
     entry(f"{ROOT}/limit/each/stress", _EACH, "Pa", "there"),
@@ -255,8 +271,24 @@ TORSION_LIMITS_ENTRIES = (
           "for lasting, there; infinite where the limit says nothing"),
     entry(f"{ROOT}/limit/each/transient", _EACH, "Pa",
           "for passing through, there; infinite where the limit has none"),
+    entry(f"{ROOT}/limit/each/torque", _EACH, "N*m", "there"),
+    entry(f"{ROOT}/limit/each/torque_allowed", _EACH, "N*m",
+          "for lasting, there; infinite where the limit says nothing"),
+    entry(f"{ROOT}/limit/each/torque_transient", _EACH, "N*m",
+          "for passing through, there; infinite where the limit has none"),
     entry(f"{ROOT}/limit/each/transient_use", _EACH, "",
-          "largest stress over the one for passing through, at any speed; 0: the limit has none"),
+          "largest over what is allowed for passing through, at any speed; 0: the limit has none"),
+    entry(f"{ROOT}/limit/crank/bending_factor", _CRANK, "",
+          "alpha_B, beta_B, gamma_B: stress concentration in bending"),
+    entry(f"{ROOT}/limit/crank/torsion_factor", _CRANK, "",
+          "alpha_T, beta_T, gamma_T: stress concentration in torsion"),
+    entry(f"{ROOT}/limit/crank/bending_stress", _CRANK, "Pa",
+          "alternating, concentrated, the additional one in fillets; 0 without a bore"),
+    entry(f"{ROOT}/limit/crank/fatigue_strength", _CRANK, "Pa", "sigma_DW; 0 without a bore"),
+    entry(f"{ROOT}/limit/crank/operating_acceptability", _CRANK, "",
+          f"Q, fatigue strength over equivalent stress, {_HERE}; 0: no bore, or no end of stress"),
+    entry(f"{ROOT}/limit/crank/acceptability", _CRANK, "",
+          "the same at the speed of largest use; 1.15 at least is asked for"),
     entry(f"{ROOT}/exceeded/peak_speed", "exceeded", "rad/s",
           "of the largest use inside the range", exempt=PLACE),
     entry(f"{ROOT}/exceeded/formula_from", "exceeded", "rad/s",
@@ -302,9 +334,9 @@ TORSION_VARIANTS_ENTRIES = (
     entry(f"{ROOT}/healthy/damper/heat", "damper", "W", f"mean power, {_HEALTHY}"),
     entry(f"{ROOT}/healthy/damper/travel", "damper", "rad", f"largest magnitude, {_HEALTHY}"),
     entry(f"{ROOT}/healthy/limit/operating_use", "limit", "",
-          f"stress over allowed at the operating speed, {_HEALTHY}"),
+          f"stress or torque over allowed at the operating speed, {_HEALTHY}"),
     entry(f"{ROOT}/healthy/limit/largest_use", "limit", "",
-          f"largest stress over allowed, at any speed, {_HEALTHY}"),
+          f"largest stress or torque over allowed, at any speed, {_HEALTHY}"),
 )  # fmt: skip
 
 # ----------------------------------------------------------------------------
@@ -549,6 +581,7 @@ AXES = {
     "order_class": ("", "major: the cylinders of each bank in phase; other: not"),
     "bare_mode": ("", "mode of the line without dampers, lowest first"),
     "limit": ("", "limit of the case, the first is 1"),
+    "crank_place": ("", "place of a crank throw"),
     "barred": ("", "range of speeds to be passed through, ascending"),
     "exceeded": ("", "range of speeds above a limit, by limit, ascending"),
     "elastic_mode": ("", "number of the mode, the rigid one is 1"),

@@ -117,7 +117,18 @@ class Throw(Table):
     balance_weight_inertia: Inertia = Field(
         0.0, ge=0, description="about the crank axis, of the weights on both webs"
     )
+    pin_fillet: Length | None = Field(
+        None, gt=0, description="radius between pin and web, for the rule for crankshafts"
+    )
+    journal_fillet: Length | None = Field(
+        None, gt=0, description="radius between journal and web, for that rule"
+    )
+    pin_recess: Length = Field(0.0, ge=0, description="of the pin's fillet into the web")
+    journal_recess: Length = Field(0.0, ge=0, description="of the journal's fillet into the web")
+    oil_bore: Length | None = Field(None, gt=0, description="diameter, radial, in the pin")
     RULES = (
+        needs("pin_fillet", "journal_fillet", "a throw has both"),
+        needs("journal_fillet", "pin_fillet", "a throw has both"),
         needs("beyond_journal", "beyond_pin", _TWO_ENDS),
         needs("beyond_pin", "beyond_journal", _TWO_ENDS),
         below("journal_bore", "journal_diameter", _NARROWER),

@@ -41,7 +41,13 @@ _STEADY = (
     *("/angle", "/twist", "/torque", "/stress", "/section_heat", "/station_heat", "/modal_heat"),
     "/damper/",
     *("/gear/", "/margin/", "/separation/operating/", "/critical/", "/limit/operating"),
-    *("/limit/basis/", "/healthy/mean_torque", "/healthy/damper/", "/healthy/limit/operating_use"),
+    *(
+        "/limit/basis/",
+        "/limit/crank/",
+        "/healthy/mean_torque",
+        "/healthy/damper/",
+        "/healthy/limit/operating_use",
+    ),
     *(f"/healthy/{name}_half_range" for name in ("torque", "twist", "stress")),
 )
 _RANGE = (
@@ -172,17 +178,42 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
         "stress": any(has_stress(shaft) for shaft in line.shafts),
         "tangential_pressure": train is not None and bool(train.bore),
         "mean_indicated_pressure": train is not None and bool(train.bore),
-        "/limit/": bool(torsion.limits),
-        "/limit/operating": bool(torsion.limits) and starts is _STEADY,
-        "/limit/basis/": bool(torsion.limits) and starts is _STEADY,
         "/healthy/": bool(torsion.misfire),
         "/barred/": bool(torsion.limits),
         "/exceeded/": bool(torsion.limits),
     }
     left_out = tuple(word for word, has in there.items() if not has)
     begins = tuple(ROOT + start for start in starts)
-    there_are = below(f"{ROOT}/", without=left_out)
-    return tuple(path for path in there_are if path.startswith(begins))
+    there_are = {*below(f"{ROOT}/", without=left_out)}
+    held = f"{ROOT}/limit/"
+    return tuple(
+        path
+        for path in below(f"{ROOT}/")
+        if path.startswith(begins)
+        and (
+            _of_limits(torsion, path.removeprefix(held), starts is _STEADY)
+            if path.startswith(held)
+            else path in there_are and (torsion.limits or "/limit/" not in path)
+        )
+    )
+
+
+def _of_limits(torsion: "Torsion", name: str, steady: bool) -> bool:
+    """Whether a result of the limits, by its name below them, is there at the operating speed."""
+    folder, _, last = name.rpartition("/")
+    here = folder in ("operating", "basis") or name == "operating_use"
+    if folder == "crank":
+        here = not last.startswith("acceptability")
+        limits = [one for one in torsion.limits if one.rule == "iacs_m53"]
+    elif last.startswith("torque") or name == "gear":
+        limits = [one for one in torsion.limits if one.torque or one.alternating_share]
+        if name == "gear":
+            limits = [one for one in limits if one.gears or one.alternating_share]
+    elif last in ("stress", "allowed", "transient") or folder == "basis":
+        limits = [one for one in torsion.limits if one.rule or one.curve]
+    else:
+        limits = list(torsion.limits)
+    return bool(limits) and here == steady
 
 
 def asked_orders(case: "Case") -> tuple[float, float]:
@@ -618,6 +649,7 @@ SUBJECT = Subject(
         "torsion_shapes": "vibecalc.torsion.pictures.modes:draw_torsion_shapes",
         "torsion_campbell": "vibecalc.torsion.pictures.modes:draw_torsion_campbell",
         "torsion_speeds": "vibecalc.torsion.pictures.speeds:TORSION_SPEEDS",
+        "torsion_limits": "vibecalc.torsion.pictures.limits:TORSION_LIMITS",
         "torsion_orders": "vibecalc.torsion.pictures.excitation:draw_torsion_orders",
         "torsion_vectors": "vibecalc.torsion.pictures.excitation:draw_torsion_vectors",
         "torsion_transient": "vibecalc.torsion.pictures.studies:TORSION_TRANSIENT",

@@ -57,6 +57,30 @@ API_671 = Rule(
     "limits on torsional stress",
     "distance of a natural frequency from one and two times the operating speed",
 )
+M53 = Rule(
+    "IACS UR M53",
+    "Rev.5, May 2023",
+    "solid forged or cast crankshafts with one throw between main bearings: fillets of pin and "
+    "journal, outlet of a radial oil bore in the pin",
+    "semi-built crankshafts (journal fillets, shrink fits), surface treatment, proportions outside "
+    "of its formulas; bending stresses are those of the case",
+    "half range of the synthesis of all orders, nominal stress of the pin, with which the fatigue "
+    "strength is 1.15 of the equivalent stress where that is least",
+)
+ALTERNATING_SHARE = Rule(
+    "alternating torque of gears",
+    "share of the case",
+    "gears: half range of the vibratory torque over the mean torque at the operating speed",
+    "reversal of the torque at other speeds, which hammering tells",
+    "half range of the synthesis of all orders, on the first wheel",
+)
+TORQUE_TABLE = Rule(
+    "torque table of the case",
+    "as given",
+    "what the case says it is for",
+    "speeds outside the table",
+    "half range of the synthesis of all orders, on its own shaft; of a gear on its first wheel",
+)
 USER_TABLE = Rule(
     "table of the case",
     "as given",
@@ -88,6 +112,23 @@ STRENGTH_CAP = 600e6
 # Everything here is informative. IACS UR M68 is for propulsion shafts and says nothing of
 # crankshafts. Stresses are half ranges of the synthesis of all orders, in Pa; speeds in rad/s.
 # ----------------------------------------------------------------------------
+
+#: c_K of M68 (M68.5, table of factors): `propeller_*` from the aftmost bearing to the propeller,
+#: `propeller_forward` from there to the stern tube seal
+SHAFT_KINDS = {
+    "flange": 1.0,
+    "shrink_fit": 1.0,
+    "keyway_taper": 0.60,
+    "keyway_cylinder": 0.45,
+    "radial_hole": 0.50,
+    "longitudinal_slot": 0.30,
+    "thrust_collar": 0.85,
+    "thrust_roller_bearing": 0.85,
+    "propeller_flange": 0.55,
+    "propeller_keyless": 0.55,
+    "propeller_keyed": 0.55,
+    "propeller_forward": 0.80,
+}
 
 #: M68 covers speed ratios from 0 to this
 HIGHEST_RATIO = 1.05

@@ -13,7 +13,6 @@ from vibecalc.core.case.fields import (
     Moment,
     Name,
     Number,
-    Pressure,
     Table,
     Time,
     Unit,
@@ -21,7 +20,6 @@ from vibecalc.core.case.fields import (
 from vibecalc.core.case.raw import table_at
 from vibecalc.core.case.rules import (
     Row,
-    ascending,
     at_most_one,
     by_kind,
     one_of,
@@ -29,10 +27,10 @@ from vibecalc.core.case.rules import (
     pair_ordered,
     refers,
     refuse,
-    same_length,
     wants,
 )
 from vibecalc.parts.tables import cylinders_in
+from vibecalc.torsion.limit_tables import TorsionLimit
 
 # ----------------------------------------------------------------------------
 # What is asked of the torsion of a shaft line.
@@ -115,41 +113,6 @@ class ProportionalDamping(Table):
             "two elastic modes, from 2",
         ),
         by_kind("damping model", rayleigh="| modes", modal=""),
-    )
-
-
-class StressCurve(Table):
-    """A limit against the speed, straight lines between the entries."""
-
-    speed: tuple[AngularSpeed, ...] = Field(
-        min_length=2, max_length=2000, description="ascending, of the crankshaft"
-    )
-    stress: tuple[Pressure, ...] = Field(
-        min_length=2, max_length=2000, description="amplitude that is allowed, one per speed"
-    )
-    RULES = (same_length("speed", "stress"), ascending("speed"))
-
-
-class TorsionLimit(Table):
-    """A limit of the stress in sections: a class rule as data, or a curve."""
-
-    rule: Literal["iacs_m68"] | None = Field(
-        None, description="of propulsion shafts, not of crankshafts; informative"
-    )
-    curve: StressCurve | None = Field(None, description="instead of a rule: a table or a CSV")
-    sections: TorsionNames = Field(
-        (), description="names of shafts; default: all with a section modulus"
-    )
-    tensile_strength: Pressure | None = Field(
-        None, gt=0, description="of the material, for the rule, where the shaft does not say it"
-    )
-    design_factor: Number = Field(
-        1.0, gt=0, le=1, description="c_K of the rule: 1 for a plain intermediate shaft"
-    )
-    RULES = (
-        one_of("rule", "curve"),
-        at_most_one("curve", "tensile_strength"),
-        at_most_one("curve", "design_factor"),
     )
 
 
@@ -249,7 +212,7 @@ class Torsion(Table):
     )
     campbell: bool = Field(False, strict=True, description="natural frequencies against speed")
     limits: Annotated[tuple[TorsionLimit, ...], Field(max_length=64)] = Field(
-        (), description="of the stress, with the barred ranges that follow"
+        (), description="of stress or torque, with the barred ranges that follow"
     )
     separation: Literal["api_618", "api_684", "api_671"] | None = Field(
         None, description="hold the margins of modes to orders against this rule; informative"

@@ -377,7 +377,7 @@ class CurveUncertainty(NamedTuple):
 def curve_uncertainty(setup: Setup, speed: FloatArray, telling: FloatArray) -> CurveUncertainty:
     """Largest errors of sums over orders at some of the speeds (s,) and at those that tell (r,)."""
     some = speed[np.linspace(0, len(speed) - 1, min(SAMPLES, len(speed))).astype(int)]
-    found = _errors(setup, distinct(np.concatenate([some, telling])))
+    found = curve_errors(setup, distinct(np.concatenate([some, telling])))
     return CurveUncertainty(*(np.max(part, axis=0, initial=0.0) for part in found))
 
 
@@ -391,12 +391,12 @@ def section_uncertainty(
     at, place = np.unique(speed, return_inverse=True)
     errors = np.zeros((2, len(at), len(setup.model.line.first)))
     for start in range(0, len(at), ROWS):
-        errors[:, start : start + ROWS] = _errors(setup, at[start : start + ROWS])[:2]
+        errors[:, start : start + ROWS] = curve_errors(setup, at[start : start + ROWS])[:2]
     twist, torque = errors[:, place, section]
     return twist, torque
 
 
-def _errors(setup: Setup, at: FloatArray) -> CurveUncertainty:
+def curve_errors(setup: Setup, at: FloatArray) -> CurveUncertainty:
     """Errors of sums over orders at speeds (s,), each with s in front; 0 where unbounded."""
     state = bounded_orders(setup, at)
     gear = state.torque[..., :0]

@@ -1,4 +1,4 @@
-"""Stresses that the limits of a case allow, and the ranges of speeds that exceed them."""
+"""Ranges of speeds in which a limit of the case is exceeded, and those that are barred."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -6,8 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray, distinct
-from vibecalc.torsion.adapters.curves import section_uncertainty, solved
+from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, FloatArray, IntArray, distinct
+from vibecalc.torsion.adapters.bounds import ROUNDINGS, Bound
+from vibecalc.torsion.adapters.curves import solved
+from vibecalc.torsion.adapters.loads import limits_gears, load_uncertainty, loads_of
 from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.critical_speeds import (
     RIVAL,
@@ -16,128 +18,9 @@ from vibecalc.torsion.critical_speeds import (
     barred_ranges,
     maxima,
 )
-from vibecalc.torsion.model import ShaftLineModel
 from vibecalc.torsion.results import ROOT
-from vibecalc.torsion.stress_limits import (
-    HIGHEST_RATIO,
-    NO_BARRED_RANGE,
-    barred_range,
-    counted_strength,
-    covered,
-    propulsion_shaft_limits,
-    size_factor,
-)
+from vibecalc.torsion.stress_limits import NO_BARRED_RANGE, barred_range
 from vibecalc.torsion.synthesis import synthesis
-from vibecalc.torsion.tables import TorsionLimit
-
-# ----------------------------------------------------------------------------
-# Adapter: the limits of a case as stresses allowed in sections of the line at any speeds.
-# ----------------------------------------------------------------------------
-
-#: speed over the rated one at which the formula of M68 turns into a constant
-CORNER_RATIO = 0.9
-
-
-class Basis(NamedTuple):
-    """What a limit is made of, by section (r,): SI; 0 where it has no such number.
-
-    `rated_speed` in rad/s is the one that a rule counts from, 0 for a table.
-    """
-
-    diameter: FloatArray
-    tensile_strength: FloatArray
-    counted_strength: FloatArray
-    size_factor: FloatArray
-    design_factor: FloatArray
-    rated_speed: float
-
-
-class Bound(NamedTuple):
-    """One limit: the places (r,) of its sections, and stresses (..., r) in Pa allowed at speeds.
-
-    `continuous` and `transient` are infinite where the limit says nothing. `corners` (k,) are the
-    speeds at which their slopes may jump, or that they end at.
-    """
-
-    section: IntArray
-    continuous: Callable[[FloatArray], FloatArray]
-    transient: Callable[[FloatArray], FloatArray]
-    basis: Basis
-    corners: FloatArray
-
-
-def bounds(setup: Setup) -> list[Bound]:
-    """The limits of a case in their order."""
-    return [_bound(setup, limit) for limit in setup.torsion.limits]
-
-
-def _bound(setup: Setup, limit: TorsionLimit) -> Bound:
-    shaft = setup.shaft
-    names = np.array(shaft.section_names, dtype=object)
-    chosen = np.isin(names, limit.sections) if limit.sections else np.ones(len(names), bool)
-    section = np.flatnonzero(chosen & (shaft.section_modulus > 0.0))
-    diameter, strength = _diameters(shaft, section), shaft.tensile_strength[section]
-    if limit.curve is None:
-        return _class_rule(setup, limit, section, diameter, strength)
-    nodes, values = np.array(limit.curve.speed), np.array(limit.curve.stress)
-
-    def continuous_limit(speed: FloatArray) -> FloatArray:
-        found = np.interp(speed, nodes, values, left=np.inf, right=np.inf)
-        return np.repeat(found[..., None], len(section), axis=-1)
-
-    none = np.zeros(len(section))
-    return Bound(
-        section,
-        continuous_limit,
-        lambda speed: np.full((*speed.shape, len(section)), np.inf),
-        Basis(diameter, strength, none, none, none, 0.0),
-        nodes,
-    )
-
-
-def _class_rule(
-    setup: Setup,
-    limit: TorsionLimit,
-    section: IntArray,
-    diameter: FloatArray,
-    given: FloatArray,
-) -> Bound:
-    """IACS UR M68 with the operating speed as the rated one."""
-    factor = limit.design_factor
-    strength = np.where(given > 0.0, given, limit.tensile_strength or 0.0)
-
-    def both(speed: FloatArray) -> tuple[FloatArray, FloatArray]:
-        ratio = speed[..., None] / setup.speed
-        inside = covered(ratio)
-        found = propulsion_shaft_limits(np.where(inside, ratio, 1.0), strength, diameter, factor)
-        steady = np.where(inside, found.continuous, np.inf)
-        passing = np.where(inside, found.transient, np.inf)
-        return steady, passing
-
-    basis = Basis(
-        diameter,
-        strength,
-        counted_strength(strength),
-        size_factor(diameter),
-        np.full(len(section), factor),
-        setup.speed,
-    )
-    highest = HIGHEST_RATIO * setup.speed * (1.0 - 4.0 * EPSILON)
-    return Bound(
-        section,
-        lambda speed: both(speed)[0],
-        lambda speed: both(speed)[1],
-        basis,
-        np.array([CORNER_RATIO * setup.speed, highest]),
-    )
-
-
-def _diameters(shaft: ShaftLineModel, section: IntArray) -> FloatArray:
-    """Outer diameter (r,); of a section modulus alone that of the solid shaft which has it."""
-    solid = np.cbrt(16.0 * shaft.section_modulus[section] / np.pi)
-    given = shaft.section_diameter[section]
-    return np.where(given > 0.0, given, solid)
-
 
 # ----------------------------------------------------------------------------
 # Adapter: ranges of speeds in which a limit is exceeded, and the barred ranges that follow.
@@ -173,9 +56,8 @@ def exceeded_of(
     make: Callable[[IntArray], Value],
     speed: FloatArray,
     undamped: FloatArray,
-    factor: FloatArray,
 ) -> ExceededRanges:
-    """Ranges above a limit with the uses (s, r) of its sections and the largest of each, `top`."""
+    """Ranges above a limit with the uses (s, r) of its loads and the largest of each, `top`."""
     excess = _excess(setup, bound)
     near = [
         speed,
@@ -191,11 +73,13 @@ def exceeded_of(
     rule, permitted = np.zeros((len(ends), 2)), np.ones(len(ends), dtype=np.int64)
     rated = bound.basis.rated_speed
     if rated and len(ends):
-        barred = barred_range(peak, rated)
-        rule = np.stack([barred.lower, barred.upper], axis=1)
         below = ranges.end <= NO_BARRED_RANGE * rated
-        permitted = (barred.permitted & below).astype(np.int64)
-    error = np.array([_uncertainty(setup, bound, excess, one, factor) for one in ends])
+        if bound.formula:
+            barred = barred_range(peak, rated)
+            rule = np.stack([barred.lower, barred.upper], axis=1)
+            below = below & barred.permitted
+        permitted = below.astype(np.int64)
+    error = np.array([_uncertainty(setup, bound, excess, one) for one in ends])
     return ExceededRanges(ranges.start, ranges.end, error, peak, peak_error, rule, permitted)
 
 
@@ -312,16 +196,16 @@ def _peak(
 
 
 def _excess(setup: Setup, bound: Bound) -> Callable[[FloatArray], FloatArray]:
-    """Largest stress less what is allowed, over the sections of a limit, at speeds (s,)."""
-    section = bound.section
-    factor = 1.0 / (
-        setup.shaft.section_modulus[section] * np.abs(setup.shaft.section_ratio[section])
-    )
+    """Largest stress or torque less what is allowed, over the loads of a limit, at speeds (s,)."""
+    gears = limits_gears(setup)
 
     def excess(speed: FloatArray) -> FloatArray:
         state = solved(setup.model, setup.drive, speed)
-        torque = np.moveaxis(state.torque[..., section], 1, -1)
-        stress = synthesis(setup.drive.cycles, torque).half_range * factor
+        loads = state.torque
+        if gears:
+            loads = loads_of(setup.shaft, setup.drive, setup.model, state)
+        torque = np.moveaxis(loads[..., bound.load], 1, -1)
+        stress = synthesis(setup.drive.cycles, torque).half_range * bound.factor
         limit = bound.continuous(speed)
         says = np.isfinite(limit)
         over = np.where(says, stress - np.where(says, limit, 0.0), -1.0)
@@ -336,12 +220,15 @@ def _uncertainty(
     bound: Bound,
     excess: Callable[[FloatArray], FloatArray],
     ends: tuple[float, float],
-    factor: FloatArray,
 ) -> float:
-    """What an error of the stress moves an end of a range by: over the slope there."""
-    at, section = np.array(ends), bound.section
-    _, torque = section_uncertainty(setup, np.repeat(at, len(section)), np.tile(section, 2))
-    error = np.max(torque.reshape(2, -1) * factor, axis=1)
+    """What errors of the load and of the limit move an end of a range by: over the slope there."""
+    at, load = np.array(ends), bound.load
+    torque = load_uncertainty(setup, np.repeat(at, len(load)), np.tile(load, 2))
+    error = np.max(torque.reshape(2, -1) * bound.factor, axis=1)
+    if bound.roundings > ROUNDINGS:
+        limit = bound.continuous(at)
+        limit = np.max(np.where(np.isfinite(limit), limit, 0.0), axis=1)
+        error = error + bound.roundings * UNIT_ROUNDOFF * limit
     step = 1e-7 * at
     with np.errstate(invalid="ignore", divide="ignore"):
         slope = np.abs(excess(at + step) - excess(at - step)) / (2.0 * step)

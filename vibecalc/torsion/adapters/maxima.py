@@ -7,10 +7,12 @@ import numpy as np
 from vibecalc.numerics.rounding import FloatArray, IntArray, distinct
 from vibecalc.torsion.adapters.critical import UndampedResonances
 from vibecalc.torsion.adapters.curves import ROWS, solved, speeds_at_once
+from vibecalc.torsion.adapters.loads import loads_of, loads_of_modes
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup
 from vibecalc.torsion.critical_speeds import NarrowResonances, Value, narrow_resonance_speeds
 from vibecalc.torsion.damped_modes import LinePoles, all_poles, all_poles_by_order, poles_at_orders
 from vibecalc.torsion.line import complex_stiffness
+from vibecalc.torsion.model import ShaftLineModel
 from vibecalc.torsion.synthesis import synthesis
 
 # ----------------------------------------------------------------------------
@@ -18,8 +20,10 @@ from vibecalc.torsion.synthesis import synthesis
 # ----------------------------------------------------------------------------
 
 
-def torque_value(model: Model, drive: Drive, section: IntArray) -> Value:
-    """Half range of the referred torque of sections (r,) at speeds (r, k)."""
+def torque_value(
+    model: Model, drive: Drive, section: IntArray, shaft: ShaftLineModel | None = None
+) -> Value:
+    """Half range of the referred torque of sections (r,), or loads of `shaft`, at speeds (r, k)."""
 
     def value(speed: FloatArray) -> FloatArray:
         # sections that are highest at one resonance are examined from the same places
@@ -29,8 +33,9 @@ def torque_value(model: Model, drive: Drive, section: IntArray) -> Value:
         size = speeds_at_once(model, drive)
         for start in range(0, len(flat), size):
             state = solved(model, drive, flat[start : start + size])
+            every = state.torque if shaft is None else loads_of(shaft, drive, model, state)
             held = np.flatnonzero((place >= start) & (place < start + size))
-            torque[held] = state.torque[place[held] - start, :, repeated[held]]
+            torque[held] = every[place[held] - start, :, repeated[held]]
         half = synthesis(drive.cycles, torque).half_range
         return np.asarray(half.reshape(speed.shape))
 
@@ -45,8 +50,15 @@ def torque_value(model: Model, drive: Drive, section: IntArray) -> Value:
 FREEDOMS = 200
 
 
+#: relative difference of two speeds that count as one
+SAME = 1e-13
+
+
 class DenseSweep(NamedTuple):
-    """The speeds of a sweep with those of narrow resonances (r,), referred half ranges (r, e)."""
+    """The speeds of a sweep with those of narrow resonances (r,), referred half ranges (r, e).
+
+    With columns for gears behind those of sections where some limit is for gears.
+    """
 
     speed: FloatArray
     torque: FloatArray
@@ -63,11 +75,12 @@ def with_narrow_resonances(
 
     That is: where a damped pole meets an order, is narrower than the steps, and may reach, on what
     the curve is next to it, the largest torque of some section or one of the `levels`, each (e,)
-    or (s, e).
+    or (s, e). Gears, too, if `torque` has columns for them.
     """
     if len(speed) < 2:
         return DenseSweep(speed, torque)
-    narrow = _narrow_resonances(setup, speed[0], speed[-1])
+    gears = torque.shape[1] > len(setup.model.line.first)
+    narrow = _narrow_resonances(setup, speed[0], speed[-1], gears)
     extra = narrow_resonance_speeds(speed, torque, narrow, levels)
     if not len(extra):
         return DenseSweep(speed, torque)
@@ -78,11 +91,17 @@ def with_narrow_resonances(
 
 def added(setup: Setup, dense: DenseSweep, extra: FloatArray) -> DenseSweep:
     """With more speeds (r,), in any order, but those at which nothing damps an order."""
-    extra = distinct(extra[~np.isin(extra, dense.speed)])
+    extra = distinct(extra)
+    place = np.clip(np.searchsorted(dense.speed, extra)[:, None] + [-1, 0], 0, len(dense.speed) - 1)
+    # a corner of a limit may be a speed of the sweep but for its last digit
+    off = np.min(np.abs(dense.speed[place] - extra[:, None]), axis=1)
+    extra = extra[off > SAME * extra]
     parts = [np.zeros((0, dense.torque.shape[1]))]
+    gears = dense.torque.shape[1] > len(setup.model.line.first)
     for start in range(0, len(extra), ROWS):
         at = solved(setup.model, setup.drive, extra[start : start + ROWS])
-        half = synthesis(setup.drive.cycles, np.moveaxis(at.torque, 1, -1)).half_range
+        torque = loads_of(setup.shaft, setup.drive, setup.model, at) if gears else at.torque
+        half = synthesis(setup.drive.cycles, np.moveaxis(torque, 1, -1)).half_range
         parts.append(np.where(np.any(at.masked, axis=1)[:, None], np.nan, half))
     values = np.concatenate(parts)
     clear = np.all(np.isfinite(values), axis=1)
@@ -105,8 +124,11 @@ def _poles(setup: Setup) -> LinePoles:
     return all_poles_by_order(line, model.speed_stiffness, order, unit)
 
 
-def _narrow_resonances(setup: Setup, first: float, last: float) -> NarrowResonances:
-    """Resonances whose width touches a range of speeds, without those that nothing damps."""
+def _narrow_resonances(setup: Setup, first: float, last: float, gears: bool) -> NarrowResonances:
+    """Resonances whose width touches a range of speeds, without those that nothing damps.
+
+    Heights of sections, and of `gears` behind them.
+    """
     line, drive = setup.model.line, setup.drive
     poles = _poles(setup)
     order = drive.order[poles.order]
@@ -115,7 +137,7 @@ def _narrow_resonances(setup: Setup, first: float, last: float) -> NarrowResonan
     inside &= np.isfinite(poles.scale) & (poles.scale != 0.0)
     inside &= drive.orders.fixed[poles.order] == 0.0
     used = np.flatnonzero(inside)
-    height = np.empty((len(used), len(line.first)))
+    height = np.empty((len(used), len(line.first) + gears * len(setup.shaft.gears)))
     for start in range(0, len(used), 8 * ROWS):
         part = used[start : start + 8 * ROWS]
         at = np.clip(speed[part], first, last)
@@ -124,8 +146,12 @@ def _narrow_resonances(setup: Setup, first: float, last: float) -> NarrowResonan
         drives = np.abs(np.sum(shape[:, drive.freedom] * torque, axis=1))
         amplitude = drives / np.abs(poles.scale[part] * poles.pole[part].real)
         twist = np.abs(shape[:, line.first] - shape[:, line.second])
-        stiff = np.abs(complex_stiffness(setup.model.at(at), at * order[part]))
-        height[start : start + 8 * ROWS] = stiff * twist * amplitude[:, None]
+        stiff = complex_stiffness(setup.model.at(at), at * order[part])
+        loads = [np.abs(stiff) * twist]
+        if gears:
+            loads.append(loads_of_modes(setup, shape, at * order[part], stiff))
+        carried = np.concatenate(loads, axis=1)
+        height[start : start + 8 * ROWS] = carried * amplitude[:, None]
     # no digits below this: a narrower one is masked
     width = np.maximum(width[used], 1e-11 * speed[used])
     return NarrowResonances(speed[used], width, height)

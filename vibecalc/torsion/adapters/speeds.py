@@ -13,6 +13,7 @@ from vibecalc.torsion.adapters.critical import (
     undamped_speeds,
 )
 from vibecalc.torsion.adapters.curves import (
+    Curves,
     actual_per_referred,
     at_largest,
     curve_uncertainty,
@@ -21,7 +22,12 @@ from vibecalc.torsion.adapters.curves import (
     section_uncertainty,
     sweep,
 )
-from vibecalc.torsion.adapters.limits import emit_limits, limit_corners, limit_levels
+from vibecalc.torsion.adapters.limits import (
+    emit_limits,
+    limit_corners,
+    limit_levels,
+    limited_loads,
+)
 from vibecalc.torsion.adapters.maxima import DenseSweep, added, torque_value, with_narrow_resonances
 from vibecalc.torsion.adapters.modes import emit_campbell
 from vibecalc.torsion.adapters.readings import (
@@ -67,8 +73,9 @@ def run_torsion_speeds(scene: Scene) -> None:
     curves = sweep(setup.model, setup.drive, speed, setup.shaft)
     undamped = undamped_speeds(setup, speed[0], speed[-1])
     make = lambda section: torque_value(setup.model, setup.drive, section)  # noqa: E731
-    dense = _dense(scene, setup, speed, curves.torque, undamped)
-    top = largest(make, dense.torque, dense.speed, undamped.speed, undamped.endless)
+    dense = _dense(scene, setup, speed, curves, undamped)
+    sections = dense.torque[:, : curves.torque.shape[1]]
+    top = largest(make, sections, dense.speed, undamped.speed, undamped.endless)
     uncertainty = curve_uncertainty(
         setup, speed, telling_speeds(speed, curves.torque, undamped.speed)
     )
@@ -86,7 +93,7 @@ def run_torsion_speeds(scene: Scene) -> None:
     torque = _largest(scene, setup, speed, top)
     if scene.wants(*PEAK):
         high = [
-            peaks(make, dense.torque, dense.speed, section, undamped.speed)
+            peaks(make, sections, dense.speed, section, undamped.speed)
             for section in _most_loaded(setup, top.value)
         ]
         joined = Maxima(*(np.concatenate(part) for part in zip(*high, strict=True)))
@@ -106,13 +113,14 @@ def run_torsion_speeds(scene: Scene) -> None:
 
 
 def _dense(
-    scene: Scene, setup: Setup, speed: FloatArray, torque: FloatArray, undamped: UndampedResonances
+    scene: Scene, setup: Setup, speed: FloatArray, curves: Curves, undamped: UndampedResonances
 ) -> DenseSweep:
-    """The sweep (s,) of torques (s, e) with what it may have stepped over."""
+    """The sweep (s,) of torques with what it may have stepped over."""
+    torque = limited_loads(setup, curves)
     levels = limit_levels(setup, speed, torque) if setup.torsion.limits else ()
     if scene.wants(*PEAK):
         reported = np.full(torque.shape[1], np.inf)
-        for section in _most_loaded(setup, torque.max(axis=0)):
+        for section in _most_loaded(setup, curves.torque.max(axis=0)):
             reported[section] = highest_maxima(torque[:, section], MOST)
         levels = (*levels, reported)
     dense = with_narrow_resonances(setup, speed, torque, undamped, levels)

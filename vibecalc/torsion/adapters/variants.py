@@ -7,6 +7,7 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.bounded import Bounded, stack, where
 from vibecalc.numerics.rounding import FloatArray, IntArray
+from vibecalc.torsion.adapters.bounds import bounds
 from vibecalc.torsion.adapters.critical import UndampedResonances, undamped_speeds
 from vibecalc.torsion.adapters.curves import (
     at_largest,
@@ -15,12 +16,12 @@ from vibecalc.torsion.adapters.curves import (
     section_heat,
     sweep,
 )
-from vibecalc.torsion.adapters.exceeded import bounds
 from vibecalc.torsion.adapters.limits import (
-    largest_of_sections,
+    largest_of_loads,
     largest_uses,
     limit_corners,
     limit_levels,
+    limited_loads,
     operating_uses,
     uses_of,
 )
@@ -71,10 +72,11 @@ def emit_range(scene: Scene, state: State, speed: FloatArray, limited: bool = Fa
     `limited`: what the line has limits for is examined as closely as its largest values.
     """
     setup, (model, drive) = state.setup, (state.setup.model, state.setup.drive)
-    curves = sweep(model, drive, speed, None, angles=False)
+    curves = sweep(model, drive, speed, setup.shaft if limited else None, angles=False)
     undamped = undamped_speeds(setup, speed[0], speed[-1])
-    levels = limit_levels(setup, speed, curves.torque) if limited else ()
-    dense = with_narrow_resonances(setup, speed, curves.torque, undamped, levels)
+    loads = limited_loads(setup, curves) if limited else curves.torque
+    levels = limit_levels(setup, speed, loads) if limited else ()
+    dense = with_narrow_resonances(setup, speed, loads, undamped, levels)
     if limited:
         dense = added(setup, dense, limit_corners(setup, speed))
     off = curve_uncertainty(setup, speed, telling_speeds(speed, curves.torque, undamped.speed))
@@ -82,7 +84,8 @@ def emit_range(scene: Scene, state: State, speed: FloatArray, limited: bool = Fa
     whole = (scene, f"{state.place}/speeds", setup.shaft, state.section)
     emit_half_ranges(*whole, torque, twist, {"speed": speed})
     make = lambda section: torque_value(model, drive, section)  # noqa: E731
-    top = largest(make, dense.torque, dense.speed, undamped.speed, undamped.endless)
+    sections = dense.torque[:, : len(model.line.first)]
+    top = largest(make, sections, dense.speed, undamped.speed, undamped.endless)
     torque, twist = at_largest(setup, top)
     place = f"{state.place}/largest"
     emit_half_ranges(scene, place, setup.shaft, state.section, torque, twist, {})
@@ -170,9 +173,10 @@ def emit_healthy_range(scene: Scene, setup: Setup, speed: FloatArray) -> None:
     found = emit_range(scene, _state(healthy), speed, limited=bool(setup.torsion.limits))
     if not setup.torsion.limits:
         return
+    seen = (found.dense, found.undamped)
     every = [
-        largest_of_sections(healthy, bound, uses_of(healthy, bound, found.dense, found.undamped))
-        for bound in bounds(setup)
+        largest_of_loads(healthy, bound, uses_of(healthy, bound, *seen), *seen)
+        for bound in bounds(healthy)
     ]
     use = stack([one.use[int(np.argmax(one.use.value))] for one in every], axis=0)
     axes = {"limit": np.arange(1, len(every) + 1)}

@@ -16,6 +16,7 @@ from vibecalc.torsion.report.limits import (
     barred_ranges,
     exceeded_rows,
     has_limits,
+    limited_words,
     limits_of,
     rule_of,
     verdicts,
@@ -206,13 +207,14 @@ def separations(result: Result, modes: list[int]) -> Iterator[Separation]:
 
 
 def stress_limits(result: Result, columns: list[Variant]) -> Iterator[SummaryRow]:
-    """A row for each limit of the stress: use, over the speed range and at the operating speed."""
+    """A row for each limit: use, over the speed range and at the operating speed."""
     record = result.record
     if not has_limits(record):
         return
     given = limits_of(result)
     flags = verdicts(record)
     section, speed = (vector(record, f"limit/{name}", "limit") for name in ("section", "speed"))
+    gear, gears = vector(record, "limit/gear", "limit"), names(record, "gear/hammers", "gear")
     known = names(record, "torque_half_range", "section")
     for i, word in enumerate(flags):
         name = rule_of(given[i]).name if i < len(given) else ""
@@ -234,9 +236,17 @@ def stress_limits(result: Result, columns: list[Variant]) -> Iterator[SummaryRow
             place = -1
             if scope == ANY and speed is not None and section is not None:
                 at, place = f"{turns(speed[i])} rpm", int(section[i]) - 1
-            where = (known[place] if 0 <= place < len(known) else "", f"{at}: {name}")
+            load = known[place] if 0 <= place < len(known) else ""
+            if scope == ANY and gear is not None and 0 < gear[i] <= len(gears):
+                load = gears[int(gear[i]) - 1]
+            where = (load, f"{at}: {name}")
             yield SummaryRow(
-                f"stress over limit {i + 1}, {scope}", "%", value, "100", flag, {"": where}
+                f"{limited_words(record, some=[i])} over limit {i + 1}, {scope}",
+                "%",
+                value,
+                "100",
+                flag,
+                {"": where},
             )
 
 
@@ -434,10 +444,13 @@ def _of_limits(record: Record) -> Iterator[str]:
     broken = [str(i + 1) for i, word in enumerate(words_of) if word == BROKEN]
     if broken:
         plural = "limits" if len(broken) > 1 else "limit"
-        yield f"the stress exceeds {plural} {joined(broken)}" + _where_broken(record)
+        what = limited_words(record, "or", [int(one) - 1 for one in broken])
+        yield f"the {what} exceeds {plural} {joined(broken)}" + _where_broken(record)
     else:
         what = "limits" if len(words_of) > 1 else "limit"
-        yield f"the stress at the operating speed is within the {what}"
+        words = limited_words(record)
+        verb = "are" if " " in words else "is"
+        yield f"the {words} at the operating speed {verb} within the {what}"
     barred = barred_ranges(record)
     if barred:
         yield f"{joined(barred)} {'are' if len(barred) > 1 else 'is'} barred for lasting operation"

@@ -1,6 +1,6 @@
-"""Limits of the stress in a shaft line, what each section bears by them, ranges that they bar."""
+"""Limits of stress and torque in a shaft line, what it bears by them, ranges that they bar."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -22,24 +22,25 @@ if TYPE_CHECKING:
     from vibecalc.torsion.stress_limits import Rule
 
 # ----------------------------------------------------------------------------
-# Limits of the stress in a shaft line, where they come from, and the ranges that they bar.
+# Limits of stress and torque in a shaft line, where they come from, the ranges that they bar.
 # ----------------------------------------------------------------------------
 
 KEPT, PASSING, BROKEN = "kept", "pass only", "BROKEN"
 
 
 def torsion_limits(result: Result) -> Section | None:
-    """The section, None if the case has no limit of the stress."""
+    """The section, None if the case has no limit of stress or torque."""
     use = vector(result.record, "limit/largest_use", "limit")
     if use is None:
         use = vector(result.record, "limit/operating_use", "limit")
     if use is None:
         return None
     lines = _uses(result)
-    barred = _barred(result.record)
-    lines += ["", *barred] if lines and barred else barred
+    crank, barred = _crank(result), _barred(result.record)
+    for more in (crank, barred):
+        lines += ["", *more] if lines and more else more
     return Section(
-        "Limits of the stress and barred ranges",
+        f"Limits of the {limited_words(result.record)} and barred ranges",
         lines,
         frozenset(),
         "rules of the limits",
@@ -48,9 +49,9 @@ def torsion_limits(result: Result) -> Section | None:
 
 
 def verdicts(record: Record) -> list[str]:
-    """`kept`, `pass only` (a barred range is due) or `BROKEN`, for each limit of the stress.
+    """`kept`, `pass only` (a barred range is due) or `BROKEN`, for each limit.
 
-    Broken is what exceeds the transient stress anywhere, or the lasting one at the operating speed,
+    Broken is what exceeds the transient limit anywhere, or the lasting one at the operating speed,
     or where the rule lets no range of speeds be barred.
     """
     use, here, passing = (
@@ -117,15 +118,42 @@ def _barred(record: Record) -> list[str]:
          "may be done" if one.permitted else "NOT ALLOWED"]
         for one in exceeded
     ]  # fmt: skip
-    words = "Speed ranges in which the stress exceeds what is allowed for lasting operation:"
+    words = (
+        f"Speed ranges in which the {limited_words(record, 'or')} exceeds what is allowed for "
+        "lasting operation:"
+    )
     return [*paragraph(words), *table(columns, rows)]
 
 
 def rule_of(limit: Mapping[str, Any]) -> "Rule":
     """The rule of a limit of the case, with edition and scope."""
-    from vibecalc.torsion.stress_limits import M68, USER_TABLE
+    from vibecalc.torsion.stress_limits import ALTERNATING_SHARE, M53, M68, TORQUE_TABLE, USER_TABLE
 
-    return M68 if limit.get("rule") == "iacs_m68" else USER_TABLE
+    for key, rule in (("alternating_share", ALTERNATING_SHARE), ("torque", TORQUE_TABLE)):
+        if limit.get(key):
+            return rule
+    return {"iacs_m68": M68, "iacs_m53": M53}.get(str(limit.get("rule")), USER_TABLE)
+
+
+def of_torque(record: Record) -> np.ndarray:
+    """Which limits are of the torque, by what they allow at the operating speed or over speeds."""
+    for path, axis in (("operating/torque_allowed", "section"), ("torque_allowed", "speed")):
+        found = having(record, _LIMIT + path, "limit", axis)
+        if found is not None:
+            values = np.asarray(found.values, dtype=float)
+            there = values > 0.0 if axis == "section" else np.isfinite(values)
+            return np.asarray(np.any(there, axis=1))
+    every = vector(record, "limit/operating_use", "limit")
+    return np.zeros(0 if every is None else every.size, bool)
+
+
+def limited_words(record: Record, between: str = "and", some: Collection[int] | None = None) -> str:
+    """What limits are of: `stress`, `torque` or both; of `some`, counted from 0, or all."""
+    kinds = of_torque(record)
+    chosen = kinds if some is None else kinds[[one for one in some if one < kinds.size]]
+    if not np.any(chosen):
+        return "stress"
+    return "torque" if np.all(chosen) else f"stress {between} torque"
 
 
 def limits_of(result: Result) -> list[Mapping[str, Any]]:
@@ -143,36 +171,53 @@ def _origins(result: Result) -> list[str]:
 def _origin(place: int, limit: Mapping[str, Any]) -> list[tuple[str, str]]:
     rule = rule_of(limit)
     rows = [(f"limit {place + 1}", f"{rule.name}, {rule.edition} ({rule.status})")]
-    sections: Any = limit.get("sections") or ()
-    rows.append(("  sections", ", ".join(map(str, sections)) or "all with a section modulus"))
-    if not limit.get("rule"):
+    named: dict[str, str] = {
+        key: ", ".join(map(str, limit.get(key) or ())) for key in ("sections", "gears")
+    }
+    if named["sections"] or not (named["gears"] or limit.get("alternating_share")):
+        every = "all with a throw" if rule.name == "IACS UR M53" else "all with a section modulus"
+        rows.append(("  sections", named["sections"] or every))
+    if named["gears"] or limit.get("alternating_share"):
+        rows.append(("  gears", named["gears"] or "all"))
+    if limit.get("alternating_share"):
+        rows.append(("  alternating share", f"{float(limit['alternating_share']):g}"))
+    elif not limit.get("rule"):
         return [*rows, ("  scope", "set by the case, within the speeds of its table")]
     rows += [("  scope", rule.scope), ("  not for", rule.not_for), ("  measure", rule.measure)]
     strength = limit.get("tensile_strength")
     if strength:
         rows.append(("  tensile strength", f"{show(1e-6 * float(strength), digits=4)} N/mm^2"))
-    return [*rows, ("  design factor c_K", f"{float(limit.get('design_factor') or 1.0):g}")]
+    if limit.get("rule") == "iacs_m53":
+        rows.append(("  crankshaft", str(limit.get("crankshaft_kind") or "free_form")))
+    elif limit.get("shaft_kind"):
+        rows.append(("  shaft", str(limit["shaft_kind"])))
+    elif limit.get("rule"):
+        rows.append(("  design factor c_K", f"{float(limit.get('design_factor') or 1.0):g}"))
+    return rows
 
 
 def has_limits(record: Record) -> bool:
-    """Whether the stress of the line is held against a limit."""
+    """Whether stress or torque of the line is held against a limit."""
     return f"{TORSION}limit/largest_use" in record
 
 
 def remark(record: Record) -> str:
     """The sentence of the first page where a case has no `[[limit]]`."""
     return (
-        "The stress in the shaft line is judged by the limits in its section below."
+        f"The {limited_words(record)} in the shaft line is judged by the limits in its section "
+        "below."
         if has_limits(record)
         else ""
     )
 
 
 # ----------------------------------------------------------------------------
-# What each section of a shaft line bears, and may bear, by each limit of the stress.
+# What each section and gear of a shaft line bears, and may bear, by each limit.
 # ----------------------------------------------------------------------------
 
 _LIMIT = TORSION + "limit/"
+#: what a damping of nothing lets grow without end
+ENDLESS = ("each/stress", "each/torque")
 _BASIS = (("diameter", "diameter\nmm", 1e3), ("tensile_strength", "sigma_B\nN/mm^2", MEGA),
           ("counted_strength", "as counted\nN/mm^2", MEGA), ("design_factor", "c_K", 1.0),
           ("size_factor", "c_D", 1.0))  # fmt: skip
@@ -191,15 +236,28 @@ def _sections(record: Record) -> list[str]:
 
 
 def _held(record: Record) -> np.ndarray | None:
-    """Which sections a limit is for: those with a diameter in its basis."""
-    wide = _matrix(record, "basis/diameter")
-    return None if wide is None else wide > 0.0
+    """Which sections a limit is for: a diameter in its basis, or a torque that it allows."""
+    parts = [_matrix(record, name) for name in ("basis/diameter", "operating/torque_allowed")]
+    found = [part > 0.0 for part in parts if part is not None]
+    return np.any(found, axis=0) if found else None
 
 
 def _formulas(result: Result) -> list[str]:
-    """What a rule allows and bars, where the case has one."""
-    if not any(limit.get("rule") for limit in limits_of(result)):
-        return []
+    """What the rules of the case allow and bar."""
+    rules = {limit.get("rule") for limit in limits_of(result)}
+    lines = []
+    if "iacs_m53" in rules:
+        lines = paragraph(
+            "Allowed stress of a crank pin by UR M53: the nominal torsional stress with which the "
+            "fatigue strength sigma_DW is 1.15 of the equivalent stress sigma_v at its worst "
+            "place. Fillets: sigma_v^2 = (sigma_B + sigma_add)^2 + 3 tau^2; oil bore: sigma_v = "
+            "sigma_B / 3 (1 + 2 sqrt(1 + 9/4 (sigma_T / sigma_B)^2)); each stress with its "
+            "concentration factor. Bending stresses are given by the case."
+        )
+    return lines + _formula_of_shafts() if "iacs_m68" in rules else lines
+
+
+def _formula_of_shafts() -> list[str]:
     return paragraph(
         "Allowed stress by the rule: tau_C = (sigma_B + 160) / 18 c_K c_D (3 - 2 lambda^2), for "
         "lambda of 0.9 and more 1.38 in place of the bracket; tau_T = 1.7 tau_C / sqrt(c_K) for "
@@ -223,7 +281,7 @@ def _basis(result: Result) -> list[str]:
     columns += [number("rated speed\nrpm", 11)]
     rows = []
     for i, j in np.argwhere(held):
-        if not rated[i] or j >= len(named):
+        if not rated[i] or j >= len(named) or not _filled(parts[3], i, j):
             continue
         cells = [
             "" if part is None or not part[i, j] else short(factor * part[i, j])
@@ -233,38 +291,84 @@ def _basis(result: Result) -> list[str]:
     return table(columns, rows) if rows else []
 
 
+def _filled(part: np.ndarray | None, i: int, j: int) -> bool:
+    return part is not None and bool(part[i, j])
+
+
+#: quantity -> what its results begin with, unit, factor from SI
+_QUANTITIES = (("stress", "", "N/mm^2", MEGA), ("torque", "torque_", "N m", 1.0))
+
+
 def _uses(result: Result) -> list[str]:
-    """Stress, what is allowed, and use of each section: where the use is largest, and operating."""
+    """Stress, what is allowed, and use of each section: where the use is largest, and operating.
+
+    Then the same of torques.
+    """
     record = result.record
     held, named = _held(record), _sections(record)
     if held is None or not named:
         return []
-    columns = [number("limit", 5), Column("section", 17)]
+    given, torques = limits_of(result), of_torque(record)
+    lines: list[str] = []
+    for quantity, prefix, unit, factor in _QUANTITIES:
+        columns = [number("limit", 5), Column("section", 17)]
+        columns += [number(title, width) for title, width in (
+            ("worst at\nrpm", 8), (quantity, 7), ("allowed\nlasting", 7), ("use\n%", 7),
+            ("allowed\npassing", 7), ("use\n%", 7), (f"operating\n{quantity}", 9),
+            ("allowed\nlasting", 7), ("use\n%", 7))]  # fmt: skip
+        parts = {
+            name: _matrix(record, name)
+            for name in ("each/speed", f"each/{quantity}", f"each/{prefix}allowed", "each/use",
+                         f"each/{prefix}transient", "each/transient_use", f"operating/{quantity}",
+                         f"operating/{prefix}allowed", "operating/use")
+        }  # fmt: skip
+        rows, some = [], []
+        for i, j in np.argwhere(held):
+            if j < len(named) and torques[i] == (quantity == "torque"):
+                cells = [_use(name, part, i, j, factor) for name, part in parts.items()]
+                rows.append([str(i + 1), named[j], *cells])
+                some.append(i)
+        if not rows:
+            continue
+        listed = "; ".join(
+            f"{i + 1}: {rule_of(limit).name}" for i, limit in enumerate(given) if i in some
+        )
+        words = f"Half ranges of the {quantity} in {unit}. Limit {listed}."
+        if any(given[i].get("rule") for i in some if i < len(given)):
+            words += " A rule is informative here: the society's current text counts."
+        lines += [*([""] if lines else []), *table(columns, rows), *paragraph(words)]
+    return lines
+
+
+def _crank(result: Result) -> list[str]:
+    """Acceptability of each place of the throws that the rule for crankshafts is held against."""
+    record = result.record
+
+    def part(name: str) -> np.ndarray | None:
+        found = having(record, f"{_LIMIT}crank/{name}", "limit", "section", "crank_place")
+        return None if found is None else np.asarray(found.values, dtype=float)
+
+    strength, named = part("fatigue_strength"), _sections(record)
+    if strength is None:
+        return []
+    places = labels(record[f"{_LIMIT}crank/fatigue_strength"].axes[2])
+    columns = [number("limit", 5), Column("section", 15), Column("place", 14)]
     columns += [number(title, width) for title, width in (
-        ("worst at\nrpm", 8), ("stress", 7), ("allowed\nlasting", 7), ("use\n%", 7),
-        ("allowed\npassing", 7), ("use\n%", 7), ("operating\nstress", 9),
-        ("allowed\nlasting", 7), ("use\n%", 7))]  # fmt: skip
-    parts = {
-        name: _matrix(record, name)
-        for name in ("each/speed", "each/stress", "each/allowed", "each/use", "each/transient",
-                     "each/transient_use", "operating/stress", "operating/allowed",
-                     "operating/use")
-    }  # fmt: skip
+        ("factor in\nbending", 9), ("factor in\ntorsion", 9), ("bending\nN/mm^2", 8),
+        ("sigma_DW\nN/mm^2", 8), ("worst\nQ", 7), ("operating\nQ", 9))]  # fmt: skip
+    parts = [(part("bending_factor"), 1.0), (part("torsion_factor"), 1.0),
+             (part("bending_stress"), MEGA), (strength, MEGA), (part("acceptability"), 1.0),
+             (part("operating_acceptability"), 1.0)]  # fmt: skip
     rows = []
-    for i, j in np.argwhere(held):
-        if j < len(named):
-            cells = [_use(name, part, i, j) for name, part in parts.items()]
-            rows.append([str(i + 1), named[j], *cells])
-    given = "; ".join(
-        f"{i + 1}: {rule_of(limit).name}" for i, limit in enumerate(limits_of(result))
-    )
-    words = f"Half ranges of the stress in N/mm^2. Limit {given}."
-    if any(limit.get("rule") for limit in limits_of(result)):
-        words += " A rule is informative here: the society's current text counts."
-    return [*table(columns, rows), *paragraph(words)] if rows else []
+    for i, j, k in np.argwhere(strength > 0.0):
+        cells = ["-" if one is None or not one[i, j, k] else short(factor * one[i, j, k])
+                 for one, factor in parts]  # fmt: skip
+        rows.append([str(i + 1), named[j], places[k], *cells])
+    words = "Crankshafts by IACS UR M53: Q = sigma_DW / sigma_v is to be 1.15 at least."
+    return [*paragraph(words), *table(columns, rows)]
 
 
-def _use(name: str, part: np.ndarray | None, i: int, j: int) -> str:
+def _use(name: str, part: np.ndarray | None, i: int, j: int, factor: float) -> str:
     """A cell of the table of uses; `-` where the limit does not apply."""
     if part is None:
         return ""
@@ -273,15 +377,15 @@ def _use(name: str, part: np.ndarray | None, i: int, j: int) -> str:
         return turns(value) if value else "-"
     if name.endswith("use"):
         return _percent(value) if value else "-"
-    return _stress(part, i, j, "no bound" if name == "each/stress" else "-")
+    return _load(factor * part, i, j, "no bound" if name in ENDLESS else "-")
 
 
 def _percent(use: float) -> str:
     return show(100.0 * use, digits=4) if np.isfinite(use) else "above"
 
 
-def _stress(values: np.ndarray, i: int, j: int, endless: str) -> str:
+def _load(values: np.ndarray, i: int, j: int, endless: str) -> str:
     value = float(values[i, j])
     if not np.isfinite(value):
         return endless
-    return show(MEGA * value, digits=4) if value else "-"
+    return show(value, digits=4) if value else "-"

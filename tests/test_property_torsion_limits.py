@@ -1,0 +1,107 @@
+"""Claim: limits of every kind go together, with misfire, without damping, for passing through."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from engine_cases import ENGINE, GEARED
+from limited_lines import CRANK, ran
+
+from vibecalc.core.results.record import Record
+from vibecalc.torsion.report.limits import verdicts
+
+
+def test_limits_of_every_kind_with_a_misfire(tmp_path: Path) -> None:
+    damped = GEARED.replace('stiffness = "1e6 N*m/rad"', 'stiffness = "1e6 N*m/rad", damping = 20')
+    text = f"""{damped.replace('"4e5 N*m/rad"', '"4e5 N*m/rad", damping = 30')}
+speeds = {{ from = "400 rpm", to = "620 rpm", points = 45 }}
+misfire = ["2"]
+limits = [
+  {{ alternating_share = 2, gears = ["pinion - wheel"] }},
+  {{ torque = {{ speed = [40, 70], torque = [90, 90], transient = [400, 900] }}, gears = ["wheel - take-off"], sections = ["b - pinion"] }},
+  {{ rule = "iacs_m53", sections = ["a - b"], tensile_strength = "600 MPa", bending = {{ web = 0, compressive = 0, additional = 0 }}, {CRANK} }},
+]
+"""  # noqa: E501
+    record = ran(text, tmp_path).record
+    place = "response/torsion"
+    for start in ("", "healthy/"):
+        for name in ("operating_use", "largest_use"):
+            found = record[f"{place}/{start}limit/{name}"]
+            assert found.values.shape == (3,) and np.all(found.values > 0.0)
+            assert found.error_estimate < 1e-8 * np.max(found.values)
+    # the same limits, and no bore in the pin
+    factor = record[f"{place}/limit/crank/acceptability"].values[2]
+    assert np.all(factor[:, 2] == 0.0) and factor[:, :2].max() > 0.0
+    # what UR M53 allows is where the worst fillet has 1.15: a use is below one where Q is above
+    held = factor.max(axis=1) > 0.0
+    least = float(np.min(factor[held][:, :2]))
+    use = float(record[f"{place}/limit/largest_use"].values[2])
+    assert (least > 1.15) == (use < 1.0)
+    # without bending stresses are in proportion to the torsion
+    assert least * use == pytest.approx(1.15, rel=1e-9)
+    assert f"{place}/limit/gear" in record
+    assert sectioned(record) <= {"a - b", "b - pinion", "pinion - wheel", "wheel - take-off"}
+
+
+def sectioned(record: Record) -> set[str]:
+    return {*map(str, record["response/torsion/limit/each/use"].axes[1].values)}
+
+
+def test_a_shaft_kind_is_its_factor(tmp_path: Path) -> None:
+    rule = 'rule = "iacs_m68", sections = ["a - b"], tensile_strength = "600 MPa"'
+    text = f"{ENGINE}limits = [{{ {rule}, KEY }}, {{ {rule} }}]\n"
+    named = ran(text.replace("KEY", 'shaft_kind = "keyway_cylinder"'), tmp_path).record
+    given = ran(text.replace("KEY", "design_factor = 0.45"), tmp_path).record
+    for name in ("allowed", "transient", "operating_use", "basis/design_factor"):
+        path = f"response/torsion/limit/{name}"
+        assert np.array_equal(named[path].values, given[path].values)
+    assert named["response/torsion/limit/basis/design_factor"].values[:, 0].tolist() == [0.45, 1.0]
+
+
+def test_a_throw_of_the_line_is_the_same_as_one_of_the_limit(tmp_path: Path) -> None:
+    sizes = CRANK.removeprefix("crank = { ").removesuffix(" }")
+    throw = (
+        f'throw = {{ {sizes}, oil_bore = "7 mm", pin_length = "40 mm", journal_length = "4 cm" }}'
+    )
+    line = GEARED.replace('stiffness = "1e6 N*m/rad"', throw)
+    rule = 'rule = "iacs_m53", tensile_strength = "600 MPa"'
+    bending = 'bending = { web = "9 MPa", compressive = "1 MPa", oil_bore = "5 MPa" }'
+    other = f'sections = ["a - b"], {CRANK[:-2]}, oil_bore = "7 mm" }}'
+    text = f"{line}limits = [{{ {rule}, {bending} }}, {{ {rule}, {bending}, {other} }}]\n"
+    record = ran(text, tmp_path).record
+    for name in ("bending_factor", "torsion_factor", "fatigue_strength", "operating_acceptability"):
+        found = record[f"response/torsion/limit/crank/{name}"].values
+        assert np.array_equal(found[0], found[1]) and np.all(found[0] > 0.0)
+
+
+def passing(curve: str, low: float, high: float) -> str:
+    """A limit with what is allowed for passing through, in N/mm2."""
+    column = f'transient = ["{low} MPa", "{high} MPa"]'
+    return f"limits = [{{ curve = {{ {curve}, {column} }} }}]\n"
+
+
+def test_a_table_for_passing_through_is_held_by_itself(tmp_path: Path) -> None:
+    # 9 N/mm2 for lasting; for passing through from 20 at 700 rpm to 30 at 2100 rpm
+    curve = 'speed = ["700 rpm", "2100 rpm"], stress = ["9 MPa", "9 MPa"]'
+    record = ran(ENGINE + passing(curve, 20, 30), tmp_path).record
+    stress = record["response/torsion/speeds/stress_half_range"]
+    turns = np.asarray(stress.axes[1].values) * 30.0 / np.pi
+    sweep = np.max(stress.values[0] / (20e6 + 10e6 * (turns - 700.0) / 1400.0))
+    use = float(record["response/torsion/limit/transient_use"].values[0])
+    assert sweep <= use * (1.0 + 1e-12) and use == pytest.approx(sweep, rel=1e-3)
+    assert verdicts(record) == ["BROKEN"]
+    high = ran(ENGINE + passing(curve, 80, 80), tmp_path).record
+    here = float(high["response/torsion/limit/operating_use"].values[0])
+    assert verdicts(high) == ["pass only" if here <= 1.0 else "BROKEN"]
+
+
+def test_a_gear_that_nothing_damps_has_no_upper_end(tmp_path: Path) -> None:
+    text = f"""{GEARED}speeds = {{ from = "400 rpm", to = "620 rpm", points = 23 }}
+limits = [{{ alternating_share = 1, gears = ["pinion - wheel"] }}]
+"""
+    record = ran(text, tmp_path).record
+    assert record["response/torsion/masked/from"].values.size
+    assert np.isinf(record["response/torsion/limit/largest_use"].values[0])
+    low, high = (record[f"response/torsion/exceeded/{name}"].values for name in ("from", "to"))
+    at = record["response/torsion/limit/speed"].values[0]
+    assert np.any((low <= at) & (at <= high))

@@ -1,0 +1,223 @@
+"""[[response.torsion.limits]]: what stresses and torques of a shaft line may be."""
+
+from collections.abc import Iterator
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from vibecalc.core.case.fields import AngularSpeed, Length, Moment, Name, Number, Pressure, Table
+from vibecalc.core.case.rules import (
+    Row,
+    Rule,
+    ascending,
+    at_most_one,
+    below,
+    needs,
+    no,
+    one_of,
+    refuse,
+    same_length,
+)
+from vibecalc.errors import Problem
+
+# ----------------------------------------------------------------------------
+# Limits against the speed, as tables.
+# ----------------------------------------------------------------------------
+
+_Speeds = Annotated[tuple[AngularSpeed, ...], Field(min_length=2, max_length=2000)]
+_PASSING = "amplitude that is allowed for passing through, one per speed; default: none is said"
+
+
+def _no_less(transient: str, continuous: str) -> Rule:
+    """Each number of one list is at least that of the other."""
+
+    def rule(row: Row) -> Iterator[Problem]:
+        pairs = zip(row.listed(continuous), row.listed(transient), strict=False)
+        for place, (lasting, passing) in enumerate(pairs):
+            if lasting is not None and passing is not None and passing < lasting:
+                yield row.problem(
+                    (*row.path, transient, place),
+                    "less is allowed for passing through than for lasting operation",
+                    found=f"{passing:.6g}{row.unit(transient)} in row {place + 1}",
+                    allowed=f">= {lasting:.6g}{row.unit(continuous)}, that of {continuous}",
+                    also=(*row.path, continuous, place),
+                )
+                return
+
+    return rule
+
+
+class StressCurve(Table):
+    """A limit of the stress against the speed, straight lines between the entries."""
+
+    speed: _Speeds = Field(description="ascending, of the crankshaft")
+    stress: tuple[Pressure, ...] = Field(
+        min_length=2, max_length=2000, description="amplitude that is allowed, one per speed"
+    )
+    transient: tuple[Pressure, ...] | None = Field(None, max_length=2000, description=_PASSING)
+    RULES = (
+        same_length("speed", "stress", "transient"),
+        ascending("speed"),
+        _no_less("transient", "stress"),
+    )
+
+
+class TorqueCurve(Table):
+    """A limit of the vibratory torque against the speed, straight lines between the entries."""
+
+    speed: _Speeds = Field(description="ascending, of the crankshaft")
+    torque: tuple[Moment, ...] = Field(
+        min_length=2,
+        max_length=2000,
+        description="amplitude that is allowed, one per speed, on its own shaft",
+    )
+    transient: tuple[Moment, ...] | None = Field(None, max_length=2000, description=_PASSING)
+    RULES = (
+        same_length("speed", "torque", "transient"),
+        ascending("speed"),
+        _no_less("transient", "torque"),
+        refuse(
+            "torque",
+            "a limit of nothing leaves no use of it to be told",
+            lambda t: any(one is not None and one <= 0.0 for one in t.listed("torque")),
+            "amplitudes > 0",
+        ),
+    )
+
+
+# ----------------------------------------------------------------------------
+# What the rule for crankshafts counts with.
+# ----------------------------------------------------------------------------
+
+_NARROWER = "a bore has to be narrower than what it is in"
+
+
+class Crank(Table):
+    """A throw as the rule for crankshafts counts it, solid forged or cast."""
+
+    pin_diameter: Length = Field(gt=0, description="outer, of the crank pin")
+    pin_bore: Length = Field(0.0, ge=0, description="of a hollow pin")
+    journal_diameter: Length = Field(gt=0, description="outer, of the main journal")
+    journal_bore: Length = Field(0.0, ge=0, description="of a hollow journal")
+    web_thickness: Length = Field(gt=0, description="of one web, along the shaft")
+    web_width: Length = Field(gt=0, description="of a web, across the throw")
+    pin_fillet: Length = Field(gt=0, description="radius between pin and web")
+    journal_fillet: Length = Field(gt=0, description="radius between journal and web")
+    pin_recess: Length = Field(0.0, ge=0, description="of the pin's fillet into the web")
+    journal_recess: Length = Field(0.0, ge=0, description="of the journal's fillet into the web")
+    oil_bore: Length | None = Field(None, gt=0, description="diameter, radial, in the pin")
+    RULES = (
+        below("journal_bore", "journal_diameter", _NARROWER),
+        below("pin_bore", "pin_diameter", _NARROWER),
+    )
+
+
+class CrankBending(Table):
+    """Nominal alternating stresses of a throw that are not of torsion."""
+
+    web: Pressure = Field(ge=0, description="sigma_BFN: bending, of the web's cross-section")
+    compressive: Pressure = Field(
+        ge=0, description="sigma_QFN: by the radial force, of the web's cross-section"
+    )
+    oil_bore: Pressure | None = Field(
+        None, ge=0, description="sigma_BON: bending at the oil bore, of the pin's cross-section"
+    )
+    additional: Pressure = Field(
+        10e6, ge=0, description="sigma_add: 10 N/mm2 of trunk piston, 30 of crosshead engines"
+    )
+
+
+# ----------------------------------------------------------------------------
+# A limit.
+# ----------------------------------------------------------------------------
+
+#: what stands for c_K of IACS UR M68
+ShaftKind = Literal[
+    "flange",
+    "shrink_fit",
+    "keyway_taper",
+    "keyway_cylinder",
+    "radial_hole",
+    "longitudinal_slot",
+    "thrust_collar",
+    "thrust_roller_bearing",
+    "propeller_flange",
+    "propeller_keyless",
+    "propeller_keyed",
+    "propeller_forward",
+]
+_CURVES = ("curve", "torque", "alternating_share")
+_OF_RULES = (
+    *("tensile_strength", "design_factor", "shaft_kind"),
+    *("crank", "crankshaft_kind", "bending"),
+)
+
+
+_Names = Annotated[tuple[Name, ...], Field(max_length=64)]
+
+
+class TorsionLimit(Table):
+    """A limit of stress or torque: a class rule as data, a curve, or a share of the mean torque."""
+
+    rule: Literal["iacs_m68", "iacs_m53"] | None = Field(
+        None, description="of propulsion shafts (m68) or of crankshafts (m53); informative"
+    )
+    curve: StressCurve | None = Field(
+        None, description="instead of a rule: stress over speed, a table or a CSV"
+    )
+    torque: TorqueCurve | None = Field(
+        None, description="instead: torque over speed of sections or gears, a table or a CSV"
+    )
+    alternating_share: Number | None = Field(
+        None,
+        gt=0,
+        le=10,
+        description="instead, of gears: alternating torque over the mean at the operating speed",
+    )
+    sections: _Names = Field(
+        (), description="names of shafts; default: all with what the limit needs"
+    )
+    gears: _Names = Field((), description="names of gears; default of alternating_share: all")
+    tensile_strength: Pressure | None = Field(
+        None, gt=0, description="of the material, for the rule, where the shaft does not say it"
+    )
+    design_factor: Number = Field(
+        1.0, gt=0, le=1, description="c_K of m68: 1 for a plain intermediate shaft"
+    )
+    shaft_kind: ShaftKind | None = Field(
+        None, description="instead of design_factor: what the shaft is, for c_K of m68"
+    )
+    crank: Crank | None = Field(
+        None, description="throw for m53, where the shafts have no `throw` with fillets"
+    )
+    crankshaft_kind: Literal["continuous_grain_flow", "free_form", "cast_cold_rolled"] | None = (
+        Field(None, description="how it is made, for K of m53; default: free_form")
+    )
+    bending: CrankBending | None = Field(None, description="for m53: stresses not of torsion")
+    RULES = (
+        one_of("rule", *_CURVES),
+        *(at_most_one(one, other) for one in _CURVES for other in _OF_RULES),
+        at_most_one("design_factor", "shaft_kind"),
+        at_most_one("alternating_share", "sections"),
+        *(at_most_one(one, "gears") for one in ("rule", "curve")),
+        needs("torque", "sections gears", "a limit of the torque is for some of them"),
+        needs(
+            "rule",
+            "bending",
+            "the rule for crankshafts judges bending and torsion together",
+            "bending = { web = '30 MPa', compressive = '3 MPa' } with it",
+            when=lambda t: t["rule"] == "iacs_m53",
+        ),
+        no(
+            "design_factor shaft_kind",
+            lambda t: t["rule"] == "iacs_m53",
+            "{key} is of the rule for propulsion shafts, and this one is for crankshafts",
+            "rule = 'iacs_m68', or no {key}",
+        ),
+        no(
+            "crank crankshaft_kind bending",
+            lambda t: t["rule"] == "iacs_m68",
+            "{key} is of the rule for crankshafts, and this one is for propulsion shafts",
+            "rule = 'iacs_m53', or no {key}",
+        ),
+    )
