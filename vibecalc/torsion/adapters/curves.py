@@ -192,12 +192,24 @@ class OrderSolution(NamedTuple):
     masked: BoolArray
 
 
-def solved(model: Model, drive: Drive, speed: FloatArray, estimate: bool = False) -> OrderSolution:
-    """Angles and torques at speeds (s,) in rad/s; `error` (s, m) of the angles, if asked for."""
-    load = drive.torque(speed).value
-    found = model.solve(speed, drive.order, load, drive.freedom, estimate)
+def solved(
+    model: Model,
+    drive: Drive,
+    speed: FloatArray,
+    estimate: bool = False,
+    *,
+    load: ComplexArray | None = None,
+    orders: IntArray | slice = slice(None),
+) -> OrderSolution:
+    """Angles and torques at speeds (s,) in rad/s; `error` (s, m) of the angles, if asked for.
+
+    `load` (..., s, m, k) takes the place of the drive's own torques; `orders` are places of some.
+    """
+    order = drive.order[orders]
+    load = (drive.torque(speed).value if load is None else load)[..., orders, :]
+    found = model.solve(speed, order, load, drive.freedom, estimate)
     line = model.at(speed[:, None])
-    w = speed[:, None] * drive.order
+    w = speed[:, None] * order
     twist = found.angle[..., line.first] - found.angle[..., line.second]
     torque = complex_stiffness(line, w) * twist
     return OrderSolution(w, found.angle, twist, torque, load, found.error, found.masked)
