@@ -36,8 +36,9 @@ from vibecalc.torsion.adapters.setup import (
 )
 from vibecalc.torsion.adapters.signals import Signal, blocks, tops, with_narrow
 from vibecalc.torsion.adapters.steady import setup_of
-from vibecalc.torsion.critical_speeds import Maxima, Value
+from vibecalc.torsion.critical_speeds import RIVAL, Maxima, Value
 from vibecalc.torsion.curve_results import CONDITIONS
+from vibecalc.torsion.rough_range import rough_range
 from vibecalc.torsion.synthesis import sum_error, synthesis
 
 if TYPE_CHECKING:
@@ -120,23 +121,34 @@ def changed_drive(
 
 # ----------------------------------------------------------------------------
 # Half ranges in all conditions. The line is linear and the same in all of them: it is eliminated
-# once for each order and speed, with the torques of every condition on it. Sums over the cycle are
-# each condition's own.
+# once for each order and speed, with the torques of every condition on it. What is left to count
+# are the sums over the cycle; of those only the ones are formed that can be the largest.
 # ----------------------------------------------------------------------------
 
 
 def half_ranges(
-    setup: Setup, drives: list[Drive], signals: list[Signal], speed: FloatArray
+    setup: Setup,
+    drives: list[Drive],
+    signals: list[Signal],
+    speed: FloatArray,
+    every: BoolArray,
 ) -> FloatArray:
-    """Of the places of all signals (r,), in c conditions at speeds: (c, r, s); undamped inf."""
-    parts = []
+    """Of the places of all signals (r,), in c conditions at speeds: (c, r, s); undamped inf.
+
+    Those of places that `every` (r,) names, and the largest of the conditions of each other place;
+    of the rest something lower.
+    """
+    order, parts = drives[0].order, []
     for part in blocks(setup.model, setup.drive, len(speed), len(drives)):
         load = np.stack([one.torque(speed[part]).value for one in drives])
         state = solved(setup.model, drives[0], speed[part], load=load)
         values = np.concatenate([one.of(setup.shaft, state) for one in signals], axis=-1)
-        half = synthesis(drives[0].order, _orders_last(values)).half_range
+        values = _orders_last(values)
+        low, high = rough_range(order, values)
+        needed = every[:, None] | (high >= low.max(axis=0))
+        low[needed] = synthesis(order, values[needed]).half_range
         endless = np.any(state.masked, axis=-1)
-        parts.append(np.where(endless[:, None], np.inf, half))
+        parts.append(np.where(endless[:, None], np.inf, low))
     return np.concatenate(parts, axis=-1)
 
 
@@ -161,10 +173,6 @@ def uncertainty(setup: Setup, drive: Drive, signals: list[Signal], at: FloatArra
 # Adapter: all conditions at the operating speed, the worst of them over the range.
 # ----------------------------------------------------------------------------
 
-#: part of the largest value of a section in all conditions that another one has at least to be
-#: examined between the speeds
-RIVAL = 0.9
-
 
 def run_torsion_conditions(scene: Scene) -> None:
     """Emit half ranges by condition at speed, and over the range the worst with its condition."""
@@ -182,7 +190,8 @@ def run_torsion_conditions(scene: Scene) -> None:
         "limit": np.arange(1, len(setup.torsion.limits) + 1),
     }
     drives = [one.drive for one in found]
-    half = half_ranges(setup, drives, signals, at)[..., 0]
+    every = np.ones(len(shaft.section_names) + len(shaft.station_names), dtype=bool)
+    half = half_ranges(setup, drives, signals, at, every)[..., 0]
     error = np.array([uncertainty(setup, one, signals, at) for one in drives])
     torque, angle = _split(Bounded(half, error), setup)
     scene.emit(f"{CONDITIONS}/torque_half_range", torque, axes=names)
@@ -239,7 +248,10 @@ class Search:
         grid = with_narrow(setup, speed, drives[0].order)
         if setup.torsion.limits:
             grid = distinct(np.concatenate([grid, limit_corners(setup, speed)]))
-        half = half_ranges(setup, drives, signals, grid)
+        limited = np.zeros(sum(len(one.place) for one in signals), dtype=bool)
+        for bound in bounds(setup):
+            limited[bound.section] = True
+        half = half_ranges(setup, drives, signals, grid, limited)
         #: the worst (r, s) at the speeds of the sweep
         self.worst = half[..., np.isin(grid, speed)].max(axis=0)
         clear = np.all(np.isfinite(half), axis=(0, 1))
@@ -288,11 +300,15 @@ class Search:
 
     def top_of_places(self) -> Top:
         """The worst of each place at any speed in any condition."""
-        seen = self.half.max(axis=-1, initial=0.0)
-        rival = (seen >= RIVAL * seen.max(axis=0)) | np.isfinite(self.endless)
-        condition, place = np.nonzero(rival)
+        # where a maximum of the worst of all stands, one condition alone is the worst
+        worst = self.half.max(axis=0)
+        rival = worst >= RIVAL * worst.max(axis=1, keepdims=True, initial=0.0)
+        there, at = np.nonzero(rival)
+        pairs = np.zeros(self.half.shape[:2], dtype=bool)
+        pairs[self.half[:, there, at].argmax(axis=0), there] = True
+        condition, place = np.nonzero(pairs | np.isfinite(self.endless))
         high = self.tops(condition, place)
-        rows = [np.flatnonzero(place == one) for one in range(seen.shape[1])]
+        rows = [np.flatnonzero(place == one) for one in range(len(worst))]
         best = np.array([own[np.argmax(high.value[own])] for own in rows])
         off = np.zeros(len(best))
         for one in np.unique(condition[best]):

@@ -6,7 +6,7 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import FloatArray, IntArray, distinct
 from vibecalc.torsion.adapters.critical import undamped_speeds
-from vibecalc.torsion.adapters.curves import ROWS, SAMPLES, OrderSolution, bounded_orders, solved
+from vibecalc.torsion.adapters.curves import ROWS, SAMPLES, bounded_orders, solved
 from vibecalc.torsion.adapters.setup import Setup, line_speeds
 from vibecalc.torsion.adapters.signals import Signal, blocks, tops, with_narrow
 from vibecalc.torsion.adapters.steady import setup_of
@@ -18,8 +18,8 @@ from vibecalc.torsion.synthesis import sum_error, synthesis
 # Adapter: degree of unevenness, (highest - lowest) / mean of the angular speed over the cycle.
 #
 # A station with the speed ratio r turns at r W and vibrates with r phi_q; of its angular speed
-# i q W r phi_q the mean r W cancels, so that the half range of the sum of q phi_q, referred, is half
-# the degree of unevenness. What the line does as a rigid body is in phi_q.
+# i q W r phi_q the mean r W cancels: the half range of the sum of i q phi_q, referred, is half the
+# degree of unevenness. What the line does as a rigid body is in phi_q.
 # ----------------------------------------------------------------------------
 
 
@@ -41,20 +41,14 @@ def run_torsion_irregularity(scene: Scene) -> None:
     )
 
 
-def _uneven(setup: Setup, state: OrderSolution, place: IntArray) -> FloatArray:
-    """Order times referred angle (r, s, m), whose half range is half the degree."""
-    angle = state.angle[..., setup.shaft.freedom[place]]
-    return np.moveaxis(angle * setup.drive.order[:, None], -1, 0)
-
-
 def degrees(setup: Setup, place: IntArray, speed: FloatArray) -> FloatArray:
     """Degrees of unevenness (r, s) and half ranges of the own angles, (2, r, s)."""
     order, parts = setup.drive.order, []
     ratio = np.abs(setup.shaft.station_ratio[place])[:, None]
     for part in blocks(setup.model, setup.drive, len(speed)):
         state = solved(setup.model, setup.drive, speed[part])
-        uneven = _uneven(setup, state, place)
-        both = synthesis(order, np.stack([uneven, uneven / order])).half_range
+        angle = np.moveaxis(state.angle[..., setup.shaft.freedom[place]], -1, 0)
+        both = synthesis(order, np.stack([1j * order * angle, angle])).half_range
         both *= np.stack([np.full_like(ratio, 2.0), ratio])
         parts.append(np.where(np.any(state.masked, axis=-1), np.inf, both))
     return np.concatenate(parts, axis=-1)
@@ -84,7 +78,7 @@ def _emit(
     telling: FloatArray,
     axes: dict[str, object],
 ) -> FloatArray:
-    """Both at speeds (s,), or at a single one without an axis of speeds; gives the errors (2, r)."""
+    """Both at speeds (s,), at a single one without an axis of speeds; gives the errors (2, r)."""
     values, off = degrees(setup, place, speed), _uncertainty(setup, place, telling)
     rows = [Bounded(value, error[:, None]) for value, error in zip(values, off, strict=True)]
     if "speed" not in axes:

@@ -1,6 +1,6 @@
 """Orders of named shafts and stations over a range of speeds, with their sums."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -81,19 +81,25 @@ def _emit(
     scene.emit(f"{place}/largest", there, axes=axes)
     scene.emit(f"{place}/largest_speed", high.speed.reshape(shape), high.speed_error, axes)
     if signal.name == "stress" and setup.torsion.limits:
-        from vibecalc.torsion.adapters.exceeded import bounds
-        from vibecalc.torsion.adapters.limits import known
-
-        allowed = np.full((2, len(named), len(speed)), np.inf)
-        for bound in bounds(setup):
-            for row, section in enumerate(signal.place):
-                for column in np.flatnonzero(bound.section == section):
-                    for one, course in zip(allowed, (bound.continuous, bound.transient)):
-                        one[row] = np.minimum(one[row], course(speed)[:, column])
-        for name, rows in zip(("allowed", "transient"), allowed, strict=True):
-            scene.emit(f"{place}/{name}", known(rows), axes=axes)
+        _limits(scene, setup, signal.place, speed, axes)
     if any(_points(one, signal.name) for one in asked):
         _measured(scene, setup, signal, asked)
+
+
+def _limits(
+    scene: Scene, setup: Setup, section: IntArray, speed: FloatArray, axes: dict[str, Any]
+) -> None:
+    """The strictest limits of the stress in sections (r,), for lasting and for passing through."""
+    from vibecalc.torsion.adapters.exceeded import bounds
+    from vibecalc.torsion.adapters.limits import known
+
+    allowed = np.full((2, len(section), len(speed)), np.inf)
+    for bound in bounds(setup):
+        row, column = np.nonzero(section[:, None] == bound.section)
+        both = np.array([bound.continuous(speed).T[column], bound.transient(speed).T[column]])
+        allowed[:, row] = np.minimum(allowed[:, row], both)
+    for name, rows in zip(("allowed", "transient"), allowed, strict=True):
+        scene.emit(f"{CURVES}/stress/{name}", known(rows), axes=axes)
 
 
 def summed(setup: Setup, signal: Signal, speed: FloatArray) -> Sums:

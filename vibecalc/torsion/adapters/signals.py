@@ -99,7 +99,8 @@ def tops(
 ) -> Maxima:
     """The largest of each row of `curve` (s, r) at any speed.
 
-    `undamped` (u,) and `endless` (r,) are as in `largest`; `make` gives the values of some rows at speeds of their own.
+    `undamped` (u,) and `endless` (r,) are as in `largest`; `make` gives the values of some rows at
+    speeds of their own.
     """
     parts = []
     for start in range(0, curve.shape[1], REFINED):
