@@ -54,7 +54,7 @@ CURVE_ENTRIES = (
 
 IRREGULARITY = "response/torsion/irregularity"
 _DEGREE = "(highest - lowest) / mean of the angular speed over the cycle"
-_ELECTRICAL = "vibration times pole pairs of the generator there, half range; 0: no generator"
+_ELECTRICAL = "vibration times pole pairs of the generator there, half range"
 
 IRREGULARITY_ENTRIES = (
     entry(f"{IRREGULARITY}/degree", "station", "", _DEGREE,

@@ -657,6 +657,7 @@ SUBJECT = Subject(
         "torsion_campbell": "vibecalc.torsion.pictures.modes:draw_torsion_campbell",
         "torsion_speeds": "vibecalc.torsion.pictures.speeds:TORSION_SPEEDS",
         "torsion_curves": "vibecalc.torsion.pictures.curves:TORSION_CURVES",
+        "torsion_station_curves": "vibecalc.torsion.pictures.curves:TORSION_STATION_CURVES",
         "torsion_orders": "vibecalc.torsion.pictures.excitation:draw_torsion_orders",
         "torsion_vectors": "vibecalc.torsion.pictures.excitation:draw_torsion_vectors",
         "torsion_transient": "vibecalc.torsion.pictures.studies:TORSION_TRANSIENT",

@@ -1,12 +1,14 @@
 """How evenly named stations of a shaft line turn, at one speed and over a range."""
 
+from typing import Any
+
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import FloatArray, IntArray, distinct
 from vibecalc.torsion.adapters.critical import undamped_speeds
-from vibecalc.torsion.adapters.curves import ROWS, SAMPLES, bounded_orders, solved
+from vibecalc.torsion.adapters.curves import ROWS, SAMPLES, bounded_orders, of_finite, solved
 from vibecalc.torsion.adapters.setup import Setup, line_speeds
 from vibecalc.torsion.adapters.signals import Signal, blocks, tops, with_narrow
 from vibecalc.torsion.adapters.steady import setup_of
@@ -76,20 +78,23 @@ def _emit(
     pairs: IntArray,
     speed: FloatArray,
     telling: FloatArray,
-    axes: dict[str, object],
+    axes: dict[str, Any],
 ) -> FloatArray:
     """Both at speeds (s,), at a single one without an axis of speeds; gives the errors (2, r)."""
     values, off = degrees(setup, place, speed), _uncertainty(setup, place, telling)
-    rows = [Bounded(value, error[:, None]) for value, error in zip(values, off, strict=True)]
+    rows = [
+        Bounded(value, np.broadcast_to(error[:, None], value.shape))
+        for value, error in zip(values, off, strict=True)
+    ]
     if "speed" not in axes:
         rows = [one[:, 0] for one in rows]
     scene.emit(f"{stem}/degree", rows[0], axes=axes)
-    if np.any(pairs):
-        each = pairs if "speed" not in axes else pairs[:, None]
-        finite = np.where(np.isfinite(rows[1].value), rows[1].value, 0.0)
-        electrical = Bounded(finite, rows[1].error) * each
-        value = np.where(np.isfinite(rows[1].value) | (each == 0), electrical.value, np.inf)
-        scene.emit(f"{stem}/electrical_angle", Bounded(value, electrical.error), axes=axes)
+    some = np.flatnonzero(pairs)
+    if len(some):
+        each = pairs[some] if "speed" not in axes else pairs[some, None]
+        own = {**axes, "station": tuple(np.array(axes["station"], dtype=object)[some])}
+        electrical = of_finite(rows[1][some], lambda one: one * each)
+        scene.emit(f"{stem}/electrical_angle", electrical, axes=own)
     return off
 
 
@@ -99,7 +104,7 @@ def _range(
     place: IntArray,
     pairs: IntArray,
     speed: FloatArray,
-    axes: dict[str, object],
+    axes: dict[str, Any],
 ) -> None:
     """Over speeds (s,), and the largest degree of each station at any of them."""
     undamped = undamped_speeds(setup, speed[0], speed[-1])

@@ -1,15 +1,27 @@
 """Pictures of the orders of named shafts and stations against speed, with their sums."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from vibecalc.core.report.canvas import COLOURS, LIMIT, PLATE, QUIET, TOTAL, note
-from vibecalc.core.report.curves import Curve, Curves, Mark, Panel, Plot, operating, spans
+from vibecalc.core.report.curves import (
+    Curve,
+    Curves,
+    Ends,
+    Mark,
+    Panel,
+    Plot,
+    Source,
+    operating,
+    spans,
+)
 from vibecalc.core.report.sections import labels
-from vibecalc.core.report.writing import rpm
+from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Quantity, Result
+from vibecalc.torsion.curve_results import QUANTITIES
 from vibecalc.torsion.report.curves import drawn
 from vibecalc.torsion.report.line import TORSION, order_text, place_of
 
@@ -18,8 +30,14 @@ from vibecalc.torsion.report.line import TORSION, order_text, place_of
 # magnitudes dashed; limits, barred ranges and measured points with them.
 # ----------------------------------------------------------------------------
 
-#: orders that are drawn at most, panels of one picture
-_ORDERS, _PANELS = 8, 8
+#: orders that are drawn at most, and of the largest one what they have at least
+_ORDERS, _FAINT = 8, 0.03
+#: panels of one picture; times the curves, from which on a limit is told and not drawn
+_PANELS, _FAR = 8, 3.0
+_OF_SECTIONS, _OF_STATIONS = (
+    [name for name, (axis, *_) in QUANTITIES.items() if axis == one]
+    for one in ("section", "station")
+)
 _UNITS = {
     "stress": "N/mm^2",
     "angular_speed": "rad/s",
@@ -27,16 +45,21 @@ _UNITS = {
 }
 
 
-def _panels(result: Result) -> Sequence[Panel]:
-    """One for each quantity of each shaft or station."""
+def _panels(of: Collection[str], result: Result) -> Sequence[Panel]:
+    """One for each of some quantities of each shaft or station."""
     found = [
-        _panel(name, one) for name, quantity in drawn(result.record) for one in
-        labels(quantity.axes[0])
-    ]  # fmt: skip
+        _panel(name, one)
+        for name, quantity in drawn(result.record)
+        if name in of
+        for one in labels(quantity.axes[0])
+    ]
     return found[:_PANELS]
 
 
-TORSION_CURVES = Curves("orders of named shafts and stations against speed", _panels, high=3.1)
+TORSION_CURVES, TORSION_STATION_CURVES = (
+    Curves(f"orders of named {what} against speed", partial(_panels, of), high=2.7, columns=2)
+    for what, of in (("shafts", _OF_SECTIONS), ("stations", _OF_STATIONS))
+)
 
 
 def _panel(name: str, one: str) -> Panel:
@@ -58,10 +81,22 @@ def _panel(name: str, one: str) -> Panel:
             for path, (words, look) in (("allowed", lasting), ("transient", passing))
         )
     words = name.replace("_", " ")
-    return Panel(words, parts, f"{one}: {words}", unit=_UNITS.get(name, ""), ends=(0.0, None))
+    return Panel("{}", parts, f"{one}: {words}", unit=_UNITS.get(name, ""), ends=_heights)
 
 
-def _own(name: str, path: str, one: str, finite: bool = False):  # type: ignore[no-untyped-def]
+def _heights(plot: Plot) -> Ends:
+    """From zero to above the sums, and above the limits where these are not far away."""
+    sums, *others = (float(np.nanmax(y, initial=0.0)) for _, y in plot.drawn[:1] + plot.drawn[2:])
+    top = max([sums, *plot.points])
+    beyond = [one for one in others if one > _FAR * top]
+    for one in beyond[:1]:
+        words = f"allowed: {show(one, digits=3)} {plot.unit}"
+        note(plot.axes, words, (0.98, 0.97), (0, 0), ha="right", va="top", color=LIMIT, bbox=PLATE,
+             xycoords="axes fraction", fontsize=8, zorder=8)  # fmt: skip
+    return 0.0, 1.12 * max([top, *(one for one in others if one not in beyond)]) or None
+
+
+def _own(name: str, path: str, one: str, finite: bool = False) -> Source:
     """The curve of one shaft or station; none where it is `finite` nowhere."""
 
     def made(result: Result) -> Quantity | None:
@@ -89,7 +124,9 @@ def _orders(name: str, one: str) -> Mark:
         sizes = np.where(np.isfinite(sizes), sizes, np.nan)
         tops = np.nan_to_num(sizes).max(axis=1)
         x = rpm(1.0) * np.asarray(found.axes[-1].values, dtype=float)
-        for number, i in enumerate(np.sort(np.argsort(-tops, kind="stable")[:_ORDERS])):
+        strong = np.argsort(-tops, kind="stable")[:_ORDERS]
+        strong = strong[tops[strong] >= _FAINT * tops.max(initial=0.0)]
+        for number, i in enumerate(np.sort(strong)):
             colour, y = COLOURS[number % len(COLOURS)], plot.factor * sizes[i]
             plot.axes.plot(x, y, color=colour, linewidth=0.8, zorder=3)
             best = int(np.nanargmax(sizes[i]))

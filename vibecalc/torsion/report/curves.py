@@ -15,6 +15,7 @@ from vibecalc.torsion.report.line import (
     TORSION,
     Detail,
     cell,
+    entry,
     order_text,
     place_of,
     range_words,
@@ -153,7 +154,7 @@ def torsion_irregularity(result: Result) -> Section | None:
         row += ["", "", ""] if top is None else [
             cell(top, i), _over(top, i), "" if at is None else turns(float(at[i]))
         ]  # fmt: skip
-        row.append(cell(angle, i, DEGREES) if angle is not None and angle.values[i] else "")
+        row.append(entry(angle, name, DEGREES))
         rows.append(row)
     words = (
         "Cyclic irregularity: highest less lowest angular speed of the station over its mean, "
@@ -192,8 +193,8 @@ def torsion_conditions(result: Result) -> Section | None:
     )
     columns = [
         Column("section", 16), number(f"all fire\n{unit}", 8), number(f"worst\n{unit}", 8),
-        number("stress\nN/mm^2", 7), Column("at speed in", 16), number(f"largest\n{unit}", 8),
-        number("stress\nN/mm^2", 7), number("at\nrpm", 6), Column("condition", 16),
+        number("stress\nN/mm^2", 7), Column("at speed in", 15), number(f"largest\n{unit}", 8),
+        number("stress\nN/mm^2", 7), number("at\nrpm", 6), Column("condition", 15),
     ]  # fmt: skip
     rows = []
     for i, name in enumerate(sections):
