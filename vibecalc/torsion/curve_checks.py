@@ -8,6 +8,7 @@ from vibecalc.schema import Case
 from vibecalc.torsion.curve_tables import (
     OF_SECTIONS,
     OF_STATIONS,
+    READINGS,
     LineCurve,
     curves_of,
     stressed,
@@ -42,7 +43,7 @@ def _names(path: KeyPath, case: Case, curve: LineCurve) -> Iterator[Problem]:
     if curve.on not in every:
         yield unknown((*path, "on"), "shaft or station", curve.on, every)
         return
-    columns = () if curve.measured is None else curve.measured.model_fields_set - {"order"}
+    columns = {name for name in READINGS if getattr(curve.measured, name, ())}
     of_it = [name for kind, names in (("section", OF_SECTIONS), ("station", OF_STATIONS))
              if curve.on in known[kind] for name in names]  # fmt: skip
     what = "a station" if curve.on in known["station"] else "a shaft"
@@ -63,15 +64,14 @@ def _names(path: KeyPath, case: Case, curve: LineCurve) -> Iterator[Problem]:
                 hint="torque and twist need none",
             )
     drawn = list(curves_of(line, [curve]))
-    for name in sorted(columns):
-        if name != "speed" and name not in drawn:
-            yield Problem(
-                path=(*path, "measured", name),
-                message=f"{name} was measured, and there is no curve of it",
-                found=f"curves of {listed(drawn)}",
-                allowed=f"of = ['{name}', ...] with it",
-                also=(*path, "of"),
-            )
+    for column in sorted(columns.difference(drawn)):
+        yield Problem(
+            path=(*path, "measured", column),
+            message=f"{column} was measured, and there is no curve of it",
+            found=f"curves of {listed(drawn)}",
+            allowed=f"of = ['{column}', ...] with it",
+            also=(*path, "of"),
+        )
 
 
 def _orders(path: KeyPath, case: Case, orders: Sequence[float]) -> Iterator[Problem]:

@@ -108,7 +108,8 @@ def curves_of(line: ShaftLine, curves: Iterable[LineCurve]) -> dict[str, tuple[s
     shafts, stations = section_names(line), [station.name for station in line.stations]
     found: dict[str, list[str]] = {name: [] for name in READINGS}
     for curve in curves:
-        usual = ("angle",) if curve.on in stations and curve.on not in shafts else ("torque",)
+        alone = curve.on in stations and curve.on not in shafts
+        usual: tuple[str, ...] = ("angle",) if alone else ("torque",)
         if curve.on in stressed(line):
             usual = ("torque", "stress")
         for name in curve.of or usual:

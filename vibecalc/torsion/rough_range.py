@@ -45,7 +45,8 @@ def rough_range(order: FloatArray, amplitude: ComplexArray) -> tuple[FloatArray,
             sampled = scaled.astype(np.complex64).view(np.float32) @ cycle.waves
         else:
             spectrum = np.zeros((len(scaled), cycle.top + 1), dtype=np.complex64)
-            np.add.at(spectrum, (slice(None), number), scaled * (0.5 * cycle.samples))
+            for place, one in enumerate(number.tolist()):
+                spectrum[:, one] += scaled[:, place] * (0.5 * cycle.samples)
             sampled = np.fft.irfft(spectrum, cycle.samples, axis=-1)
         half = 0.5 * (sampled.max(axis=1).astype(float) - sampled.min(axis=1))
         bend = 0.5 * step**2 * (size @ np.square(number.astype(float)))

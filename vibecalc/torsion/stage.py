@@ -245,8 +245,8 @@ def _of_curves(case: "Case", name: str) -> tuple[str, ...]:
     left_out = [] if torsion.speeds is not None else ["/speeds/", "/largest", "/limit/speed"]
     if name == "curves":
         of = curves_of(line, torsion.curves)
-        points = {one for c in torsion.curves if c.measured for one in c.measured.model_fields_set}
         every = {path.split("/")[3] for path in below(f"{ROOT}/curves/")}
+        points = {one for c in torsion.curves for one in every if getattr(c.measured, one, ())}
         left_out += [f"/{one}/" for one in every - set(of)]
         left_out += [f"/{one}/measured/" for one in every - points]
         left_out += [] if torsion.limits else ["/allowed", "/transient"]

@@ -1,7 +1,7 @@
 """The worst of many conditions of the cylinders: all fire, each misfires, pressures differ."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -183,7 +183,7 @@ def run_torsion_conditions(scene: Scene) -> None:
         Signal("torque", np.arange(len(shaft.section_names))),
         Signal("angle", np.arange(len(shaft.station_names))),
     ]
-    names = {
+    names: dict[str, Any] = {
         "condition": tuple(one.name for one in found),
         "section": shaft.section_names,
         "station": shaft.station_names,
@@ -219,7 +219,7 @@ def _split(value: Bounded, setup: Setup) -> tuple[Bounded, Bounded]:
 
 
 def _stresses(
-    scene: Scene, stem: str, setup: Setup, torque: Bounded, names: dict[str, tuple[str, ...]]
+    scene: Scene, stem: str, setup: Setup, torque: Bounded, names: dict[str, Any]
 ) -> None:
     """Of own torques (c, e) where a section modulus is known."""
     modulus = setup.shaft.section_modulus
@@ -313,9 +313,9 @@ class Search:
         off = np.zeros(len(best))
         for one in np.unique(condition[best]):
             own = np.flatnonzero((condition[best] == one) & np.isfinite(high.value[best]))
-            at = distinct(high.speed[best[own]])
+            telling = distinct(high.speed[best[own]])
             if len(own):
-                off[own] = uncertainty(self.setup, self.drives[one], self.signals, at)[own]
+                off[own] = uncertainty(self.setup, self.drives[one], self.signals, telling)[own]
         value = Bounded(high.value[best], high.value_error[best] + off)
         speed = Bounded(high.speed[best], high.speed_error[best])
         return Top(value, speed, condition[best])
@@ -327,7 +327,7 @@ def _range(
     drives: list[Drive],
     signals: list[Signal],
     speed: FloatArray,
-    names: dict[str, tuple[str, ...]],
+    names: dict[str, Any],
 ) -> None:
     """The worst at each speed, and at any of them."""
     search = Search(setup, drives, signals, speed)
@@ -381,7 +381,7 @@ def _use(torque: Bounded, share: FloatArray) -> Bounded:
     return of_finite(torque[:, held], lambda one: one * share[held]).max()
 
 
-def _largest_uses(scene: Scene, search: Search, names: dict[str, tuple[str, ...]]) -> None:
+def _largest_uses(scene: Scene, search: Search, names: dict[str, Any]) -> None:
     """The largest use of each limit in each condition at any speed."""
     setup, count = search.setup, len(search.drives)
     share = shares(setup, search.grid)

@@ -114,7 +114,8 @@ def summed(setup: Setup, signal: Signal, speed: FloatArray) -> Sums:
         total = synthesis(order, values)
         sums = (total.half_range, total.peak, total.upper_bound)
         parts.append([np.where(clear, one, np.inf) for one in sums])
-    return Sums(*(np.concatenate(each, axis=1) for each in zip(*parts, strict=True)), top)
+    half, peak, whole = (np.concatenate(each, axis=1) for each in zip(*parts, strict=True))
+    return Sums(half, peak, whole, top)
 
 
 def kept_orders(order: FloatArray, asked: list[LineCurve], top: FloatArray, name: str) -> IntArray:

@@ -75,10 +75,10 @@ def _panel(name: str, one: str) -> Panel:
         spans(f"{TORSION}barred", "barred range", ("from", "to"), color="#E69F00", alpha=0.25),
     )
     if name == "stress":
-        lasting, passing = ("allowed for lasting", {}), ("for passing", {"linestyle": "-."})
-        parts += tuple(
-            Curve(_own(name, path, one, finite=True), words, {**limit, **look})
-            for path, (words, look) in (("allowed", lasting), ("transient", passing))
+        lasting, passing = (_own(name, path, one, finite=True) for path in ("allowed", "transient"))
+        parts += (
+            Curve(lasting, "allowed for lasting", limit),
+            Curve(passing, "for passing through", {**limit, "linestyle": "-."}),
         )
     words = name.replace("_", " ")
     return Panel("{}", parts, f"{one}: {words}", unit=_UNITS.get(name, ""), ends=_heights)

@@ -55,7 +55,8 @@ def drawn(record: Record) -> Iterator[tuple[str, Quantity]]:
 
 def torsion_curves(result: Result) -> Section | None:
     """The section, None if no curves are asked for."""
-    record, lines = result.record, []
+    record = result.record
+    lines: list[str] = []
     for name, found in drawn(record):
         lines += ["", *_largest(record, name, found)] if lines else _largest(record, name, found)
     if not lines:
@@ -87,9 +88,10 @@ def _largest(record: Record, name: str, found: Quantity) -> list[str]:
         sizes = magnitudes(top)[place]
         strongest = np.sort(np.argsort(-sizes, kind="stable")[:_MOST])
         best = int(np.argmax(half.values[place]))
-        rows.append(
-            [one, "sum of orders", cell(half, (place, best), factor), turns(float(speed[best]))]
-        )
+        whole = cell(half, (place, best), factor)
+        if np.isinf(sizes).any():  # between the speeds of the curve
+            whole = show(np.inf)
+        rows.append([one, "sum of orders", whole, turns(float(speed[best]))])
         rows += [
             ["", order_text(orders[i]), cell(top, (place, int(i)), factor),
              turns(float(at.values[place, i]))]
@@ -193,7 +195,7 @@ def torsion_conditions(result: Result) -> Section | None:
     )
     columns = [
         Column("section", 16), number(f"all fire\n{unit}", 8), number(f"worst\n{unit}", 8),
-        number("stress\nN/mm^2", 7), Column("at speed in", 15), number(f"largest\n{unit}", 8),
+        number("stress\nN/mm^2", 7), Column("at speed in", 15), number(f"largest\n{unit}", 9),
         number("stress\nN/mm^2", 7), number("at\nrpm", 6), Column("condition", 15),
     ]  # fmt: skip
     rows = []
