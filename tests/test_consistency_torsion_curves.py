@@ -1,5 +1,8 @@
 """Claim: curves of orders, irregularity and the worst condition are those of full matrices."""
 
+import re
+import tempfile
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,8 +22,11 @@ from dense_curve_line import (
     half_range,
     response,
     run,
+    text,
     values,
 )
+
+from vibecalc.core.study.execute import execute, load_checked
 
 MODULUS = {name: modulus for name, *_, modulus in SHAFTS}
 EVERY = f"orders = {[*ORDER.tolist()]}"
@@ -216,8 +222,6 @@ irregularity = [{ on = "crank" }, { on = "wheel" }]
 
 @pytest.mark.parametrize("count", [1, 4])
 def test_a_line_without_elasticity_has_the_closed_form(count: int, tmp_path: Any) -> None:
-    from vibecalc.core.study.execute import execute, load_checked
-
     path = tmp_path / "rigid.toml"
     path.write_text(RIGID.replace("COUNT", str(count)), encoding="utf-8")
     result = execute(load_checked([path])[0])
@@ -293,3 +297,48 @@ def test_a_motored_cylinder_is_the_one_of_a_case_that_names_it() -> None:
     alone = run(f'misfire = ["2"]\n{kind}')
     found = run(f"[response.torsion.conditions]\n{kind}")
     near(values(found, "conditions/torque_half_range")[2], values(alone, "torque_half_range"))
+
+
+def test_conditions_and_irregularity_need_no_range_of_speeds() -> None:
+    speeds = 'speeds = { from = "500.0 rpm", to = "1300.0 rpm", points = 61 }'
+    asked = 'irregularity = [{ on = "flywheel" }]' + CONDITIONS
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "line.toml"
+        assert speeds in text(asked)
+        path.write_text(text(asked).replace(speeds, ""), encoding="utf-8")
+        alone = execute(load_checked([path])[0])
+    assert not [path for path in alone.record if "/speeds/" in path or "/largest" in path]
+    for path in ("torque_half_range", "angle_half_range", "limit/operating_use", "mean_torque"):
+        near(values(alone, f"conditions/{path}"), values(run(CONDITIONS), f"conditions/{path}"))
+    near(values(alone, "irregularity/degree"), values(run(CURVES), "irregularity/degree")[1:2])
+
+
+def test_mean_torques_of_conditions_are_those_of_separate_runs() -> None:
+    found = values(run(CONDITIONS), "conditions/mean_torque")
+    mean = [values(run(f'misfire = ["{name}"]'), "excitation/mean_torque") for name in "123"]
+    near(found[1:4], mean)
+    near(found[4], 0.15 * found[1] + 0.85 * found[0])
+
+
+def test_an_undamped_line_has_orders_without_bound_at_its_criticals() -> None:
+    asked = 'curves = [{ on = "s1" }]\nconditions = {}\nirregularity = [{ on = "c1" }]'
+    bare = text(asked).replace("loss_factor = 0.17", "loss_factor = 0.0")
+    for name in ("damping = ", "absolute_damping = "):
+        bare = re.sub(rf"\b{name}[0-9.]+", f"{name}0.0", bare)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "line.toml"
+        path.write_text(bare, encoding="utf-8")
+        result = execute(load_checked([path])[0])
+    masked = values(result, "masked/from")
+    assert len(masked)
+    top = values(result, "curves/torque/largest")[0]
+    order = result.record["response/torsion/curves/torque/order"].axes[1].values
+    at = values(result, "curves/torque/largest_speed")[0]
+    met = set(values(result, "masked/half_order"))
+    natural = values(result, "modes/natural_frequency")
+    assert {one for one, height in zip(order, top, strict=True) if np.isinf(height)} <= met
+    for number in np.flatnonzero(np.isinf(top)):
+        assert np.min(np.abs(natural - order[number] * at[number])) < 1e-6 * natural.max()
+    assert np.isinf(top).any()
+    assert np.isinf(values(result, "conditions/largest/torque_half_range")).any()
+    assert np.isinf(values(result, "irregularity/largest/degree")).all()

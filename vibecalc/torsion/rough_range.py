@@ -50,6 +50,6 @@ def rough_range(order: FloatArray, amplitude: ComplexArray) -> tuple[FloatArray,
             sampled = np.fft.irfft(spectrum, cycle.samples, axis=-1)
         half = 0.5 * (sampled.max(axis=1).astype(float) - sampled.min(axis=1))
         bend = 0.5 * step**2 * (size @ np.square(number.astype(float)))
-        low[part] = np.maximum(half - SINGLE, 0.0) * unit
-        high[part] = (half + SINGLE) * unit + bend
+        low[part] = np.maximum(half - SINGLE, 0.0) * most
+        high[part] = (half + SINGLE) * most + bend
     return low.reshape(shape), high.reshape(shape)

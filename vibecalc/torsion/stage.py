@@ -519,14 +519,18 @@ def _work_of_speeds(case: "Case", orders: int) -> Work:
 
 
 def _work_of_curves(case: "Case", orders: int) -> Work:
-    range_ = _torsion(case).speeds
-    points = 1 if range_ is None else 2 * range_.points
-    return ((1, "line"), (solves(case, points) * _freedoms(case), "line_solve"))
+    from vibecalc.torsion.curve_tables import curves_of
+
+    torsion, line = _torsion(case), _line_of(case)
+    points = 1 if torsion.speeds is None else torsion.speeds.points
+    solved = solves(case, points) * _freedoms(case)
+    return ((1, "line"), (solved * max(2, len(curves_of(line, torsion.curves))), "line_solve"))
 
 
 def _work_of_conditions(case: "Case", orders: int) -> Work:
-    ((_, line), (solved, solve)) = _work_of_curves(case, orders)
-    return ((2, line), (solved * _conditions(case), solve))
+    range_ = _torsion(case).speeds
+    solved = solves(case, 1 if range_ is None else 2 * range_.points) * _freedoms(case)
+    return ((2, "line"), (solved * _conditions(case), "line_solve"))
 
 
 def _work_of_variable(case: "Case", orders: int) -> Work:
