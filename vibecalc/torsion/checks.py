@@ -202,7 +202,7 @@ def _published(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
 # ----------------------------------------------------------------------------
 
 #: questions that know the torques of cylinders alone
-_OF_CYLINDERS = ("misfire", "as_published", "variable_inertia", "orders")
+_OF_CYLINDERS = ("misfire", "conditions", "as_published", "variable_inertia", "orders")
 
 
 def excitation_problems(case: Case, line: ShaftLine) -> Iterator[Problem]:

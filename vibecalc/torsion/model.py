@@ -395,7 +395,9 @@ def build_shaft_line(case: Case) -> ShaftLineModel:
         freedom_names=(*together, *(one.element.name for one in attached)),
         freedom_ratio=np.array([*ratio[leaders], *(ratio[one.element.first] for one in attached)]),
         station_values=ratio**2 * np.array([inertia_of, damped, held]),
-        section_ends=np.array([(one.first, one.second) for one in elements], dtype=np.int64),
+        section_ends=np.array(
+            [(one.first, one.second) for one in elements], dtype=np.int64
+        ).reshape(-1, 2),
         section_names=tuple(one.name for one in elements),
         section_kinds=tuple(one.kind for one in elements),
         section_ratio=element_ratio,

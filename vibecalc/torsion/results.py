@@ -11,6 +11,7 @@ from vibecalc.core.results.record import (
     entry,
     exempt,
 )
+from vibecalc.torsion import curve_results
 
 #: why results of studies are not held to the tolerance
 STUDY = "marches in time, differences, maps and ends of searches of a shaft line"
@@ -600,6 +601,7 @@ AXES = {
     "chart_damping": ("N*m*s/rad", "damping of the damper"),
     "ring_inertia": ("kg*m^2", "inertia of the ring"),
     "damper_curve": ("", "damper that the curve is of"),
+    **curve_results.CURVE_AXES,
 }
 ENTRIES = (
     *TORSION_ENTRIES,
@@ -607,6 +609,7 @@ ENTRIES = (
     *TORSION_LIMITS_ENTRIES,
     *TORSION_VARIANTS_ENTRIES,
     *TORSION_STUDIES_ENTRIES,
+    *curve_results.EVERY,
     *DAMPER_DESIGN_ENTRIES,
 )
 HELPS = {f"{ROOT}/": (CANCELS, RESONANCE), DESIGN: (CANCELS,)}

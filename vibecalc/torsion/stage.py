@@ -269,6 +269,66 @@ def _orders_words(case: "Case") -> str:
     return f"{step:g} to {highest:g} by {step:g}"
 
 
+def plan_torsion_curves(case: "Case") -> Iterator[Stage]:
+    """Orders of named shafts and stations, cyclic irregularity, conditions of the cylinders."""
+    torsion, line = asked(case), case.machine.shaft_line
+    if torsion is None or line is None:
+        return
+    points = 0 if torsion.speeds is None else torsion.speeds.points
+    asks = {
+        "curves": bool(torsion.curves) and torsion.speeds is not None,
+        "irregularity": bool(torsion.irregularity),
+        "conditions": torsion.conditions is not None,
+    }
+    for name in (name for name, is_asked in asks.items() if is_asked):
+        module = "order_curves" if name == "curves" else name
+        yield Stage(
+            name=f"torsion {name}",
+            adapter=f"vibecalc.torsion.adapters.{module}:run_torsion_{name}",
+            why=f"[response.torsion] {name} are in the case"
+            if name == "curves"
+            else f"[response.torsion] {name} is in the case",
+            parts=_parts(case),
+            orders=_orders_words(case),
+            cost=f"{solves(case, points or 1)} solves, one per order and speed"
+            + (f", for {_conditions(case)} conditions at once" if name == "conditions" else ""),
+            quantities=_of_curves(case, name),
+            is_last=True,
+            harmonics=_half_orders,
+            work=_work_of_conditions if name == "conditions" else _work_of_curves,
+        )
+
+
+def _of_curves(case: "Case", name: str) -> tuple[str, ...]:
+    """Paths of curves, irregularity or conditions that the case has something for."""
+    from vibecalc.torsion.curve_tables import curves_of, stressed
+
+    torsion, line = _torsion(case), _line_of(case)
+    left_out = [] if torsion.speeds is not None else ["/speeds/", "/largest", "/limit/speed"]
+    if name == "curves":
+        of = curves_of(line, torsion.curves)
+        every = {path.split("/")[3] for path in below(f"{ROOT}/curves/")}
+        points = {one for c in torsion.curves for one in every if getattr(c.measured, one, ())}
+        left_out += [f"/{one}/" for one in every - set(of)]
+        left_out += [f"/{one}/measured/" for one in every - points]
+        left_out += [] if torsion.limits else ["/allowed", "/transient"]
+    if not any(one.pole_pairs for one in torsion.irregularity):
+        left_out.append("/electrical_angle")
+    if not stressed(line):
+        left_out.append("/stress")
+    if not torsion.limits:
+        left_out.append("/limit/")
+    return below(f"{ROOT}/{name}/", without=tuple(left_out))
+
+
+def _conditions(case: "Case") -> int:
+    """Number of conditions of the cylinders."""
+    options, count = _torsion(case).conditions, len(case.machine.crank_train.cylinders)
+    assert options is not None
+    each = (options.misfire == "each") + (options.imbalance is not None)
+    return 1 + count * each + bool(options.pressure_scale)
+
+
 # ----------------------------------------------------------------------------
 # What a case asks of a shaft line next to its steady response: one stage for each question.
 # ----------------------------------------------------------------------------
@@ -525,6 +585,21 @@ def _work_of_speeds(case: "Case", orders: int) -> Work:
     return ((1 + bare, "line"), (solved, "line_solve"), (len(torsion.limits), "limit"))
 
 
+def _work_of_curves(case: "Case", orders: int) -> Work:
+    from vibecalc.torsion.curve_tables import curves_of
+
+    torsion, line = _torsion(case), _line_of(case)
+    points = 1 if torsion.speeds is None else torsion.speeds.points
+    solved = solves(case, points) * _freedoms(case)
+    return ((1, "line"), (solved * max(2, len(curves_of(line, torsion.curves))), "line_solve"))
+
+
+def _work_of_conditions(case: "Case", orders: int) -> Work:
+    range_ = _torsion(case).speeds
+    solved = solves(case, 1 if range_ is None else 2 * range_.points) * _freedoms(case)
+    return ((2, "line"), (solved * _conditions(case), "line_solve"))
+
+
 def _work_of_variable(case: "Case", orders: int) -> Work:
     range_ = _torsion(case).speeds
     speeds = 0 if range_ is None else range_.points
@@ -603,6 +678,7 @@ SUBJECT = Subject(
     names=names_of,
     stages=(
         plan_torsion,
+        plan_torsion_curves,
         plan_torsion_studies,
         plan_damper,
     ),
@@ -626,6 +702,7 @@ SUBJECT = Subject(
         "vibecalc.torsion.shaft_line_checks:shaft_line_problems",
         "vibecalc.torsion.stage:transient_problems",
         "vibecalc.torsion.checks:torsion_problems",
+        "vibecalc.torsion.curve_checks:curve_problems",
     ),
     cautions=(
         "vibecalc.torsion.model:throw_cautions",
@@ -638,6 +715,9 @@ SUBJECT = Subject(
         "vibecalc.torsion.report.excitation:torsion_excitation",
         "vibecalc.torsion.report.vibration:torsion_steady",
         "vibecalc.torsion.report.vibration:torsion_speeds",
+        "vibecalc.torsion.report.curves:torsion_curves",
+        "vibecalc.torsion.report.curves:torsion_irregularity",
+        "vibecalc.torsion.report.curves:torsion_conditions",
         "vibecalc.torsion.report.limits:torsion_limits",
         "vibecalc.torsion.report.studies:torsion_variable",
         "vibecalc.torsion.report.studies:torsion_transient",
@@ -650,6 +730,8 @@ SUBJECT = Subject(
         "torsion_campbell": "vibecalc.torsion.pictures.modes:draw_torsion_campbell",
         "torsion_speeds": "vibecalc.torsion.pictures.speeds:TORSION_SPEEDS",
         "torsion_limits": "vibecalc.torsion.pictures.limits:TORSION_LIMITS",
+        "torsion_curves": "vibecalc.torsion.pictures.curves:TORSION_CURVES",
+        "torsion_station_curves": "vibecalc.torsion.pictures.curves:TORSION_STATION_CURVES",
         "torsion_orders": "vibecalc.torsion.pictures.excitation:draw_torsion_orders",
         "torsion_vectors": "vibecalc.torsion.pictures.excitation:draw_torsion_vectors",
         "torsion_transient": "vibecalc.torsion.pictures.studies:TORSION_TRANSIENT",

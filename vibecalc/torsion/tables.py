@@ -22,14 +22,17 @@ from vibecalc.core.case.rules import (
     Row,
     at_most_one,
     by_kind,
+    needs,
     one_of,
     ordered,
     pair_ordered,
     refers,
     refuse,
+    unique,
     wants,
 )
 from vibecalc.parts.tables import cylinders_in
+from vibecalc.torsion.curve_tables import Conditions, Irregularity, LineCurve
 from vibecalc.torsion.limit_tables import TorsionLimit
 
 # ----------------------------------------------------------------------------
@@ -222,8 +225,20 @@ class Torsion(Table):
         None, description="also with the inertia that changes over the revolution"
     )
     transient: Transient | None = Field(None, description="also a change in time")
+    curves: Annotated[tuple[LineCurve, ...], Field(max_length=64)] = Field(
+        (), description="orders against speed of named shafts and stations"
+    )
+    irregularity: Annotated[tuple[Irregularity, ...], Field(max_length=64)] = Field(
+        (), description="how evenly named stations turn"
+    )
+    conditions: Conditions | None = Field(
+        None, description="also the worst of cylinders that misfire or are out of balance"
+    )
     RULES = (
         wants("machine.shaft_line", "stations and shafts of the line", of="engine"),
+        needs("curves", "speeds", "curves go over a range of speeds"),
+        unique("curves", "curves", name="on"),
+        unique("irregularity", "stations of the irregularity", name="on"),
         refuse(
             "misfire_kind",
             "misfire_kind says how cylinders misfire, and none does",

@@ -192,10 +192,21 @@ class OrderSolution(NamedTuple):
     masked: BoolArray
 
 
-def solved(model: Model, drive: Drive, speed: FloatArray, estimate: bool = False) -> OrderSolution:
-    """Angles and torques at speeds (s,) in rad/s; `error` (s, m) of the angles, if asked for."""
-    load = drive.torque(speed).value
-    w = drive.frequency(speed)
+def solved(
+    model: Model,
+    drive: Drive,
+    speed: FloatArray,
+    estimate: bool = False,
+    *,
+    load: ComplexArray | None = None,
+    orders: IntArray | slice = slice(None),
+) -> OrderSolution:
+    """Angles and torques at speeds (s,) in rad/s; `error` (s, m) of the angles, if asked for.
+
+    `load` (..., s, m, k) takes the place of the drive's own torques; `orders` are places of some.
+    """
+    load = (drive.torque(speed).value if load is None else load)[..., orders, :]
+    w = drive.frequency(speed)[:, orders]
     found = model.solve(speed, w, load, drive.freedom, estimate)
     line = model.at(speed[:, None])
     twist = found.angle[..., line.first] - found.angle[..., line.second]

@@ -168,12 +168,6 @@ def _with_given(case: "Case", shaft: ShaftLineModel, drive: Drive) -> Drive:
     place = {one: k for k, one in enumerate(station.tolist())}
     fires = np.isin(every.order, drive.order) & (every.fixed == 0.0)
     at = np.ix_(np.flatnonzero(fires), np.searchsorted(station, drive.station))
-    one = drive.cylinder
-
-    def of_cylinder(values: Any) -> Any:
-        whole = np.zeros((*values.shape[:-1], len(every.order)), values.dtype)
-        whole[..., fires] = values
-        return whole
 
     def spread(values: Any) -> Any:
         whole = np.zeros((*values.shape[:-2], len(every.order), len(station)), values.dtype)
@@ -191,14 +185,22 @@ def _with_given(case: "Case", shaft: ShaftLineModel, drive: Drive) -> Drive:
         mean=Bounded(*mean),
         station=station,
         freedom=shaft.freedom[station],
-        cylinder=one._replace(
-            order=every.order,
-            gas=of_cylinder(one.gas),
-            gas_error=of_cylinder(one.gas_error),
-            inertia=of_cylinder(one.inertia),
-            inertia_error=of_cylinder(one.inertia_error),
-        ),
+        cylinder=with_orders(drive.cylinder, np.ones_like(drive.fires), every.order, fires),
     )
+
+
+def with_orders(
+    torque: CylinderTorque, kept: BoolArray, order: FloatArray, fires: BoolArray
+) -> CylinderTorque:
+    """Those orders of a cylinder that are `kept`, as the ones that it `fires` of orders (m,)."""
+
+    def spread(values: Any) -> Any:
+        whole = np.zeros((*values.shape[:-1], len(order)), values.dtype)
+        whole[..., fires] = values[..., kept]
+        return whole
+
+    parts = ("gas", "gas_error", "inertia", "inertia_error")
+    return torque._replace(order=order, **{name: spread(getattr(torque, name)) for name in parts})
 
 
 def _no_cylinders() -> Drive:

@@ -1,0 +1,169 @@
+"""A geared line with a branch as a case, and its response by full matrices from its numbers alone.
+
+Angles are those of the stations on their own shafts; the rigid gear takes the wheel's angle from
+the pinion's, elastic teeth push where both wheels touch. Of the package only the harmonics of one
+cylinder are used, as reported at the operating speed.
+"""
+
+import tempfile
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vibecalc.core.results.record import Result
+from vibecalc.core.study.execute import execute, load_checked
+
+#: name, inertia, absolute damping, cylinder
+STATIONS = (
+    ("c1", 0.9, 4.0, "1"),
+    ("c2", 0.8, 4.0, "2"),
+    ("c3", 0.9, 4.0, "3"),
+    ("flywheel", 11.0, 0.0, ""),
+    ("pinion", 0.4, 0.0, ""),
+    ("wheel", 6.0, 0.0, ""),
+    ("propeller", 40.0, 900.0, ""),
+    ("take-off", 0.15, 0.0, ""),
+    ("generator", 1.3, 2.0, ""),
+)
+#: name, ends, stiffness, damping, loss factor, section modulus
+SHAFTS = (
+    ("s1", "c1", "c2", 3.1e6, 150.0, 0.0, 9e-5),
+    ("s2", "c2", "c3", 2.9e6, 150.0, 0.0, 9e-5),
+    ("s3", "c3", "flywheel", 3.6e6, 120.0, 0.0, 1.2e-4),
+    ("rubber", "flywheel", "pinion", 2.4e4, 0.0, 0.17, 0.0),
+    ("tail", "wheel", "propeller", 2.1e5, 40.0, 0.0, 1.4e-4),
+    ("quill", "take-off", "generator", 3.3e4, 3.0, 0.0, 2e-5),
+)
+#: of the rigid gear: pinion, wheel and speed of the wheel over that of the pinion
+RIGID = ("pinion", "wheel", -20 / 53)
+#: of the elastic teeth: first wheel, second one, their radii in m, stiffness in N/m
+TEETH = ("pinion", "take-off", 0.12, 0.06, 3e7)
+OPERATING, LOW, HIGH, POINTS, HIGHEST = 1200.0, 500.0, 1300.0, 61, 9.0
+FIRING = ("1", "3", "2")
+RPM = np.pi / 30.0
+ROOT = "response/torsion/"
+ORDER = np.arange(1, round(2 * HIGHEST) + 1) / 2.0
+SPEED = np.linspace(LOW, HIGH, POINTS) * RPM
+
+
+def text(asked: str, scales: dict[str, float] | None = None) -> str:
+    """The case; `asked` stands in [response.torsion]."""
+    stations = [
+        f'  {{ name = "{name}", inertia = {j}, absolute_damping = {c}'
+        + (f', cylinder = "{cylinder}" }},' if cylinder else " },")
+        for name, j, c, cylinder in STATIONS
+    ]
+    shafts = [
+        f'  {{ name = "{name}", between = ["{a}", "{b}"], stiffness = {k}, damping = {c}, '
+        f"loss_factor = {eta}" + (f", section_modulus = {modulus} }}," if modulus else " },")
+        for name, a, b, k, c, eta, modulus in SHAFTS
+    ]
+    first, second, radius, other, stiffness = TEETH
+    scales = scales or {}
+    cylinders = [f'{{ name = "{n}", pressure_scale = {scales.get(n, 1.0)} }}' for n in "123"]
+    return "\n".join([
+        'schema = 1\ntitle = "Three cylinders, a gear and a branch"',
+        '[machine]\nkind = "engine"\ncycle = "four_stroke"',
+        f'speed = "{OPERATING} rpm"\n[machine.crank_train]\ncrank_radius = "60 mm"',
+        'rod_length = "220 mm"\nreciprocating_mass = "3 kg"\nbore = "110 mm"',
+        f"cylinders = [{', '.join(cylinders)}]\nfiring_order = {[*FIRING]}",
+        'gas_pressure = { crank_angle = ["-360 deg", "-180 deg", "-40 deg", "10 deg", "60 deg", '
+        '"130 deg", "360 deg"], pressure = ["0 bar", "0 bar", "12 bar", "80 bar", "15 bar", '
+        '"3 bar", "0 bar"] }',
+        '[machine.shaft_line]\nload = "propeller"\nstations = [', *stations, "]\nshafts = [",
+        *shafts, "]\ngears = [", '  { between = ["pinion", "wheel"], teeth = [20, 53] },',
+        f'  {{ name = "teeth", between = ["{first}", "{second}"], ratio = {radius / other}, '
+        f"mesh_stiffness = {stiffness}, pitch_radius = {radius} }},",
+        "]\n[response.torsion]",
+        f'speeds = {{ from = "{LOW} rpm", to = "{HIGH} rpm", points = {POINTS} }}',
+        f"orders = {{ highest = {HIGHEST} }}", asked, "",
+    ])  # fmt: skip
+
+
+@cache
+def run(asked: str, scales: tuple[tuple[str, float], ...] = ()) -> Result:
+    """The result of such a case."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "line.toml"
+        path.write_text(text(asked, dict(scales)), encoding="utf-8")
+        return execute(load_checked([path])[0])
+
+
+def values(result: Result, path: str) -> Any:
+    return np.asarray(result.record[ROOT + path].values)
+
+
+# ----------------------------------------------------------------------------
+# Full matrices.
+# ----------------------------------------------------------------------------
+
+AT = {name: place for place, (name, *_) in enumerate(STATIONS)}
+#: own speed of each station over that of the crank
+RATIO = np.array([1.0] * 5 + [RIGID[2]] * 2 + [-TEETH[2] / TEETH[3]] * 2)
+SECTIONS = (*(name for name, *_ in SHAFTS), "teeth")
+
+
+@cache
+def loads(result_of: str = "") -> tuple[np.ndarray, np.ndarray]:
+    """Of one cylinder: gas in N m and inertia torque over the speed squared, by order."""
+    result = run(result_of)
+    square = (OPERATING * RPM) ** 2
+    return values(result, "excitation/gas"), values(result, "excitation/inertia") / square
+
+
+def response(speed: float, scale: dict[str, float] | None = None) -> tuple[Any, Any]:
+    """Own angles (stations, orders) and torques (sections, orders) at one speed in rad/s.
+
+    `scale` are factors on the gas pressure of some cylinders.
+    """
+    gas, inertia = loads()
+    count, scale = len(STATIONS), scale or {}
+    load = np.zeros((count, len(ORDER)), dtype=complex)
+    for place, (_, _, _, cylinder) in enumerate(STATIONS):
+        if cylinder:
+            fires = 4.0 * np.pi / 3.0 * FIRING.index(cylinder)
+            torque = scale.get(cylinder, 1.0) * gas + speed**2 * inertia
+            load[place] = torque * np.exp(-1j * ORDER * fires)
+    # the wheel turns with its pinion: its angle is struck out
+    free = [place for place in range(count) if place != AT[RIGID[1]]]
+    lead = np.zeros((count, len(free)))
+    lead[free, np.arange(len(free))] = 1.0
+    lead[AT[RIGID[1]], free.index(AT[RIGID[0]])] = RIGID[2]
+    first, second, radius, other, stiffness = TEETH
+    push = np.zeros(count)
+    push[AT[first]], push[AT[second]] = radius, other
+    angle = np.empty((count, len(ORDER)), dtype=complex)
+    torques = np.empty((len(SECTIONS), len(ORDER)), dtype=complex)
+    for column, w in enumerate(ORDER * speed):
+        dynamic = np.diag([-(w**2) * j + 1j * w * c for _, j, c, _ in STATIONS])
+        dynamic = dynamic + stiffness * np.outer(push, push)
+        for _, a, b, k, c, eta, _ in SHAFTS:
+            ends = np.ix_([AT[a], AT[b]], [AT[a], AT[b]])
+            whole = k * (1.0 + 1j * eta) + 1j * w * c
+            dynamic[ends] += whole * np.array([[1.0, -1.0], [-1.0, 1.0]])
+        found = lead @ np.linalg.solve(lead.T @ dynamic @ lead, lead.T @ load[:, column])
+        angle[:, column] = found
+        for row, (_, a, b, k, c, eta, _) in enumerate(SHAFTS):
+            whole = k * (1.0 + 1j * eta) + 1j * w * c
+            torques[row, column] = whole * (found[AT[a]] - found[AT[b]])
+        torques[-1, column] = stiffness * radius * (push @ found)
+    return angle, torques
+
+
+def half_range(amplitude: np.ndarray) -> float:
+    """(highest - lowest) / 2 over the cycle of a signal by half orders (m,), by Newton's method."""
+    spot = np.linspace(0.0, 4.0 * np.pi, 2048, endpoint=False)
+    found = []
+    for sign in (1.0, -1.0):
+        row = sign * amplitude
+        signal = np.real(np.exp(1j * np.outer(spot, ORDER)) @ row)
+        at = spot[np.argsort(signal)[-8:]]
+        for _ in range(30):
+            turned = np.exp(1j * np.outer(at, ORDER)) * row
+            slope = np.real(turned @ (1j * ORDER))
+            bend = np.real(turned @ -(ORDER**2))
+            at = at - np.clip(slope / np.where(bend < 0.0, bend, -np.inf), -1e-2, 1e-2)
+        found.append(float(np.max(np.real(np.exp(1j * np.outer(at, ORDER)) @ row))))
+    return (found[0] + found[1]) / 2.0

@@ -1,0 +1,344 @@
+"""Claim: curves of orders, irregularity and the worst condition are those of full matrices."""
+
+import re
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from dense_curve_line import (
+    AT,
+    HIGH,
+    LOW,
+    OPERATING,
+    ORDER,
+    RATIO,
+    RPM,
+    SECTIONS,
+    SHAFTS,
+    SPEED,
+    STATIONS,
+    half_range,
+    response,
+    run,
+    text,
+    values,
+)
+
+from vibecalc.core.study.execute import execute, load_checked
+
+MODULUS = {name: modulus for name, *_, modulus in SHAFTS}
+EVERY = f"orders = {[*ORDER.tolist()]}"
+CURVES = f"""
+irregularity = [{{ on = "generator", pole_pairs = 3 }}, {{ on = "flywheel" }}, {{ on = "wheel" }}]
+[[response.torsion.curves]]
+on = "tail"
+of = ["torque", "stress", "twist"]
+{EVERY}
+measured = {{ speed = ["600 rpm", "731 rpm"], order = [0, 1.5], torque = ["2 kN*m", "1.1 kN*m"] }}
+[[response.torsion.curves]]
+on = "rubber"
+[[response.torsion.curves]]
+on = "teeth"
+[[response.torsion.curves]]
+on = "generator"
+of = ["angle", "angular_speed", "angular_acceleration"]
+{EVERY}
+[[response.torsion.curves]]
+on = "wheel"
+of = ["angular_acceleration", "angle", "angular_speed"]
+{EVERY}
+[[response.torsion.limits]]
+curve = {{ speed = ["500 rpm", "1300 rpm"], stress = ["40 MPa", "60 MPa"] }}
+sections = ["tail"]
+[[response.torsion.limits]]
+curve = {{ speed = ["500 rpm", "900 rpm"], stress = ["45 MPa", "45 MPa"] }}
+sections = ["tail", "quill"]
+"""
+CONDITIONS = """
+[response.torsion.conditions]
+imbalance = 0.15
+pressure_scale = [1.05, 0.9, 1]
+[[response.torsion.limits]]
+curve = { speed = ["500 rpm", "1300 rpm"], stress = ["40 MPa", "60 MPa"] }
+sections = ["tail", "quill"]
+"""
+#: factors on the gas pressure in the conditions, in their order
+SCALES: list[dict[str, float]] = [
+    {}, {"1": 0.0}, {"2": 0.0}, {"3": 0.0}, {"1": 0.85}, {"2": 0.85}, {"3": 0.85},
+    {"1": 1.05, "2": 0.9},
+]  # fmt: skip
+SOME = [0, 7, 23, 41, 60]
+
+
+def near(found: Any, expected: Any, size: float = 0.0) -> None:
+    expected = np.asarray(expected)
+    np.testing.assert_allclose(
+        found, expected, rtol=1e-9, atol=1e-9 * max(size, float(np.max(np.abs(expected))))
+    )
+
+
+@pytest.mark.parametrize("at", SOME)
+def test_orders_of_sections_are_those_of_full_matrices(at: int) -> None:
+    result, (_, torque) = run(CURVES), response(SPEED[at])
+    names = list(result.record["response/torsion/curves/torque/order"].axes[0].values)
+    assert names == ["tail", "rubber", "teeth"]
+    wanted = torque[[SECTIONS.index(name) for name in names]]
+    # the sense of a torque behind a gear is that of its own shaft
+    near(values(result, "curves/torque/order")[..., at], wanted)
+    near(values(result, "curves/stress/order")[0, :, at], wanted[0] / MODULUS["tail"])
+    _, _, _, k, c, eta, _ = next(one for one in SHAFTS if one[0] == "tail")
+    whole = k * (1.0 + 1j * eta) + 1j * ORDER * SPEED[at] * c
+    near(values(result, "curves/twist/order")[0, :, at], wanted[0] / whole)
+    for name, row in zip(names, wanted, strict=True):
+        place = names.index(name)
+        near(values(result, "curves/torque/half_range")[place, at], half_range(row))
+        near(values(result, "curves/torque/sum")[place, at], np.abs(row).sum())
+
+
+@pytest.mark.parametrize("at", SOME)
+def test_derivatives_of_the_angles_are_those_of_full_matrices(at: int) -> None:
+    result, (angle, _) = run(CURVES), response(SPEED[at])
+    w = ORDER * SPEED[at]
+    for name, factor in (
+        ("angle", np.ones_like(w)),
+        ("angular_speed", 1j * w),
+        ("angular_acceleration", -(w**2)),
+    ):
+        stations = list(result.record[f"response/torsion/curves/{name}/order"].axes[0].values)
+        assert stations == ["generator", "wheel"]
+        for place, one in enumerate(stations):
+            wanted = factor * angle[AT[one]]
+            near(values(result, f"curves/{name}/order")[place, :, at], wanted)
+            near(values(result, f"curves/{name}/half_range")[place, at], half_range(wanted))
+            near(values(result, f"curves/{name}/sum")[place, at], np.abs(wanted).sum())
+            peak = values(result, f"curves/{name}/peak")[place, at]
+            assert half_range(wanted) * (1 - 1e-12) <= peak <= np.abs(wanted).sum() * (1 + 1e-12)
+
+
+def test_the_largest_amplitude_of_an_order_is_found_between_the_speeds() -> None:
+    result = run(CURVES)
+    top, at = (values(result, f"curves/torque/{one}") for one in ("largest", "largest_speed"))
+    assert SECTIONS[-3] == "tail"
+    coarse = np.array([np.abs(response(one)[1][-3]) for one in np.linspace(LOW, HIGH, 240) * RPM])
+    assert (top[0] >= coarse.max(axis=0) * (1 - 1e-12)).all()
+    for order in np.flatnonzero(np.isin(ORDER, [0.5, 1.5, 3.0, 4.5])):
+        near_it = np.clip(at[0, order] * (1.0 + 1e-4 * np.arange(-2, 3)), LOW * RPM, HIGH * RPM)
+        own = np.array([np.abs(response(one)[1][-3][order]) for one in near_it])
+        assert own[2] == pytest.approx(top[0, order], rel=1e-9)
+        assert own.max() <= own[2] * (1 + 1e-12)
+
+
+def test_orders_of_some_share_are_kept_and_all_of_them_stand_in_the_sums() -> None:
+    result = run(
+        CURVES.replace(EVERY, "share = 0.2").split("measured")[0]
+        + "[[response.torsion.curves]]\non = 'c1'\nshare = 0.2\n"
+    )
+    kept = result.record["response/torsion/curves/torque/order"].axes[1].values
+    whole = np.abs(values(run(CURVES), "curves/torque/order")[0]).max(axis=1)
+    assert set(kept) == set(ORDER[whole >= 0.2 * whole.max()])
+    near(values(result, "curves/torque/half_range"),
+         values(run(CURVES), "curves/torque/half_range")[:1])  # fmt: skip
+    assert values(result, "curves/angle/half_range").shape == (1, len(SPEED))
+
+
+def test_measured_points_stand_next_to_what_is_computed_at_their_speeds() -> None:
+    result = run(CURVES)
+    value, computed, order, section, speed = (
+        values(result, f"curves/torque/measured/{one}")
+        for one in ("value", "computed", "half_order", "section", "speed")
+    )
+    assert (value == [2000.0, 1100.0]).all() and (section == 1).all()
+    assert (order == [0.0, 1.5]).all()
+    near(speed, np.array([600.0, 731.0]) * RPM)
+    first, second = (response(one)[1][-3] for one in speed)
+    near(computed, [half_range(first), abs(second[ORDER == 1.5][0])])
+
+
+def test_the_strictest_limit_of_a_section_stands_next_to_its_curve() -> None:
+    allowed = values(run(CURVES), "curves/stress/allowed")
+    expected = np.interp(SPEED, np.array([500, 1300]) * RPM, [40e6, 60e6])
+    lower = np.where(SPEED <= 900 * RPM * (1 + 1e-12), 45e6, np.inf)
+    near(allowed, [np.minimum(expected, lower)])
+    assert np.isinf(values(run(CURVES), "curves/stress/transient")).all()
+
+
+# ----------------------------------------------------------------------------
+# Cyclic irregularity.
+# ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("at", SOME)
+def test_irregularity_is_the_range_of_the_own_speed_over_its_mean(at: int) -> None:
+    result, (angle, _) = run(CURVES), response(SPEED[at])
+    for row, name in enumerate(("generator", "flywheel", "wheel")):
+        own = 1j * ORDER * SPEED[at] * angle[AT[name]]
+        degree = 2.0 * half_range(own) / abs(RATIO[AT[name]] * SPEED[at])
+        near(values(result, "irregularity/speeds/degree")[row, at], degree)
+    electrical = values(result, "irregularity/speeds/electrical_angle")
+    assert electrical.shape == (1, len(SPEED))
+    near(electrical[0, at], 3.0 * half_range(angle[AT["generator"]]))
+
+
+def test_irregularity_at_the_operating_speed_and_its_largest_one() -> None:
+    result = run(CURVES)
+    angle = response(OPERATING * RPM)[0][AT["flywheel"]]
+    near(values(result, "irregularity/degree")[1], 2.0 * half_range(1j * ORDER * angle))
+    top, at = (values(result, f"irregularity/largest/{one}") for one in ("degree", "speed"))
+    assert (top >= values(result, "irregularity/speeds/degree").max(axis=1)).all()
+    for row, name in enumerate(("generator", "flywheel", "wheel")):
+        own = 2.0 * half_range(1j * ORDER * response(at[row])[0][AT[name]] / RATIO[AT[name]])
+        assert own == pytest.approx(top[row], rel=1e-9)
+
+
+RIGID = """schema = 1
+title = "Two wheels"
+[machine]
+kind = "engine"
+cycle = "two_stroke"
+speed = "600 rpm"
+[machine.crank_train]
+crank_radius = "60 mm"
+rod_length = "200 mm"
+reciprocating_mass = "2 kg"
+bore = "100 mm"
+cylinders = [{ name = "1" }]
+gas_pressure = { crank_angle = ["0 deg", "90 deg", "360 deg"], pressure = ["60 bar", "0 bar", "60 bar"] }
+[machine.shaft_line]
+stations = [
+  { name = "crank", inertia = "3 kg*m^2", cylinder = "1" },
+  { name = "wheel", inertia = "8 kg*m^2" },
+  { name = "end", inertia = 0 },
+]
+shafts = [{ between = ["wheel", "end"], stiffness = "1e6 N*m/rad" }]
+gears = [{ between = ["crank", "wheel"], teeth = [20, 40] }]
+[response.torsion]
+orders = { count = COUNT }
+speeds = { from = "300 rpm", to = "600 rpm", points = 4 }
+irregularity = [{ on = "crank" }, { on = "wheel" }]
+"""  # noqa: E501
+
+
+@pytest.mark.parametrize("count", [1, 4])
+def test_a_line_without_elasticity_has_the_closed_form(count: int, tmp_path: Any) -> None:
+    path = tmp_path / "rigid.toml"
+    path.write_text(RIGID.replace("COUNT", str(count)), encoding="utf-8")
+    result = execute(load_checked([path])[0])
+    w, inertia, order = 20.0 * np.pi, 3.0 + 8.0 / 4.0, np.arange(1, count + 1)
+    torque = values(result, "excitation/gas") + values(result, "excitation/inertia")
+    # speed of order q over the mean: T_q / (i q J w^2)
+    turn = np.linspace(0.0, 2.0 * np.pi, 400_001)
+    signal = np.real(np.exp(1j * np.outer(turn, order)) @ (torque / (1j * order * inertia * w**2)))
+    expected = np.ptp(signal)
+    if count == 1:
+        expected = 2.0 * abs(torque[0]) / (inertia * w**2)
+    found = values(result, "irregularity/degree")
+    np.testing.assert_allclose(found, [expected, expected], rtol=1e-9)
+
+
+# ----------------------------------------------------------------------------
+# Conditions of the cylinders.
+# ----------------------------------------------------------------------------
+
+
+def test_every_condition_at_speed_is_that_of_full_matrices() -> None:
+    result = run(CONDITIONS)
+    record = result.record["response/torsion/conditions/torque_half_range"]
+    assert list(record.axes[0].values) == [
+        "all fire", "1 misfires", "2 misfires", "3 misfires", "1 out of balance",
+        "2 out of balance", "3 out of balance", "given pressures",
+    ]  # fmt: skip
+    for row, scale in enumerate(SCALES):
+        angle, torque = response(OPERATING * RPM, scale)
+        near(record.values[row], [half_range(one) for one in torque])
+        near(values(result, "conditions/angle_half_range")[row],
+             [half_range(one) for one in angle])  # fmt: skip
+
+
+@pytest.mark.parametrize("at", [0, 7, 41])
+def test_the_worst_of_all_conditions_is_that_of_full_matrices(at: int) -> None:
+    result = run(CONDITIONS)
+    each = [response(SPEED[at], scale) for scale in SCALES]
+    torque = np.max([[half_range(row) for row in one] for _, one in each], axis=0)
+    angle = np.max([[half_range(row) for row in one] for one, _ in each], axis=0)
+    near(values(result, "conditions/speeds/torque_half_range")[:, at], torque)
+    near(values(result, "conditions/speeds/angle_half_range")[:, at], angle)
+    assert len(angle) == len(STATIONS)
+
+
+def test_the_worst_condition_is_the_worst_of_separate_runs() -> None:
+    limit = CONDITIONS[CONDITIONS.index("[[") :]
+    runs = [run(limit)]
+    runs += [run(f'misfire = ["{name}"]\n{limit}') for name in "123"]
+    runs += [run(limit, ((name, 0.85),)) for name in "123"]
+    runs.append(run(limit, (("1", 1.05), ("2", 0.9))))
+    found = run(CONDITIONS)
+    for name in ("torque", "stress"):
+        each = np.array([values(one, f"largest/{name}_half_range") for one in runs])
+        near(values(found, f"conditions/largest/{name}_half_range"), each.max(axis=0))
+        if name == "torque":
+            worst = values(found, "conditions/largest/section_condition") - 1
+            assert (worst == each.argmax(axis=0)).all()
+            at = np.array([values(one, "largest/speed") for one in runs])
+            chosen = at[worst, np.arange(len(worst))]
+            np.testing.assert_allclose(
+                values(found, "conditions/largest/section_speed"), chosen, rtol=1e-6
+            )
+    for name in ("largest_use", "operating_use"):
+        each = np.array([values(one, f"limit/{name}") for one in runs])
+        seen = values(found, f"conditions/limit/{name}")
+        near(seen.max(axis=0), each.max(axis=0))
+        np.testing.assert_allclose(seen, each, rtol=1e-2)
+
+
+def test_a_motored_cylinder_is_the_one_of_a_case_that_names_it() -> None:
+    kind = 'misfire_kind = "motored"\n'
+    alone = run(f'misfire = ["2"]\n{kind}')
+    found = run(f"[response.torsion.conditions]\n{kind}")
+    near(values(found, "conditions/torque_half_range")[2], values(alone, "torque_half_range"))
+
+
+def test_conditions_and_irregularity_need_no_range_of_speeds() -> None:
+    speeds = 'speeds = { from = "500.0 rpm", to = "1300.0 rpm", points = 61 }'
+    asked = 'irregularity = [{ on = "flywheel" }]' + CONDITIONS
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "line.toml"
+        assert speeds in text(asked)
+        path.write_text(text(asked).replace(speeds, ""), encoding="utf-8")
+        alone = execute(load_checked([path])[0])
+    assert not [path for path in alone.record if "/speeds/" in path or "/largest" in path]
+    for path in ("torque_half_range", "angle_half_range", "limit/operating_use", "mean_torque"):
+        near(values(alone, f"conditions/{path}"), values(run(CONDITIONS), f"conditions/{path}"))
+    near(values(alone, "irregularity/degree"), values(run(CURVES), "irregularity/degree")[1:2])
+
+
+def test_mean_torques_of_conditions_are_those_of_separate_runs() -> None:
+    found = values(run(CONDITIONS), "conditions/mean_torque")
+    mean = [values(run(f'misfire = ["{name}"]'), "excitation/mean_torque") for name in "123"]
+    near(found[1:4], mean)
+    near(found[4], 0.15 * found[1] + 0.85 * found[0])
+
+
+def test_an_undamped_line_has_orders_without_bound_at_its_criticals() -> None:
+    asked = 'curves = [{ on = "s1" }]\nconditions = {}\nirregularity = [{ on = "c1" }]'
+    bare = text(asked).replace("loss_factor = 0.17", "loss_factor = 0.0")
+    for name in ("damping = ", "absolute_damping = "):
+        bare = re.sub(rf"\b{name}[0-9.]+", f"{name}0.0", bare)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "line.toml"
+        path.write_text(bare, encoding="utf-8")
+        result = execute(load_checked([path])[0])
+    masked = values(result, "masked/from")
+    assert len(masked)
+    top = values(result, "curves/torque/largest")[0]
+    order = result.record["response/torsion/curves/torque/order"].axes[1].values
+    at = values(result, "curves/torque/largest_speed")[0]
+    met = set(values(result, "masked/half_order"))
+    natural = values(result, "modes/natural_frequency")
+    assert {one for one, height in zip(order, top, strict=True) if np.isinf(height)} <= met
+    for number in np.flatnonzero(np.isinf(top)):
+        assert np.min(np.abs(natural - order[number] * at[number])) < 1e-6 * natural.max()
+    assert np.isinf(top).any()
+    assert np.isinf(values(result, "conditions/largest/torque_half_range")).any()
+    assert np.isinf(values(result, "irregularity/largest/degree")).all()

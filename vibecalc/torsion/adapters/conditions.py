@@ -1,0 +1,426 @@
+"""The worst of many conditions of the cylinders: all fire, each misfires, pressures differ."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from vibecalc.core.run.stage import Scene
+from vibecalc.excitation.cylinder_torque import (
+    CylinderTorque,
+    cylinder_gas,
+    cylinder_torque,
+    phasor,
+)
+from vibecalc.numerics.bounded import Bounded, reshaped, rounded, stack
+from vibecalc.numerics.rounding import BoolArray, ComplexArray, FloatArray, IntArray, distinct
+from vibecalc.torsion.adapters.critical import undamped_speeds
+from vibecalc.torsion.adapters.curves import (
+    ROWS,
+    SAMPLES,
+    bounded_orders,
+    of_finite,
+    solved,
+)
+from vibecalc.torsion.adapters.exceeded import bounds
+from vibecalc.torsion.adapters.limits import limit_corners
+from vibecalc.torsion.adapters.setup import (
+    PHASOR_ROUNDINGS,
+    SPEED_ROUNDINGS,
+    Drive,
+    Setup,
+    build_drive,
+    line_speeds,
+    motored_cylinder,
+    placed,
+    with_orders,
+)
+from vibecalc.torsion.adapters.signals import Signal, blocks, tops, with_narrow
+from vibecalc.torsion.adapters.steady import setup_of
+from vibecalc.torsion.critical_speeds import RIVAL, Maxima, Value
+from vibecalc.torsion.curve_results import CONDITIONS
+from vibecalc.torsion.rough_range import rough_range
+from vibecalc.torsion.synthesis import sum_error, synthesis
+
+if TYPE_CHECKING:
+    from vibecalc.schema import Case, Machine
+
+# ----------------------------------------------------------------------------
+# Conditions of the cylinders: the drive of all that fire with the gas of some changed.
+# ----------------------------------------------------------------------------
+
+
+class Condition(NamedTuple):
+    """A name, and the torques that act then."""
+
+    name: str
+    drive: Drive
+
+
+def conditions_of(case: "Case", setup: Setup) -> list[Condition]:
+    """All cylinders firing first, then each misfiring, each out of balance, given pressures."""
+    options, shaft = setup.torsion.conditions, setup.shaft
+    assert options is not None
+    well = build_drive(case, shaft, all_fire=True)
+    names, scale = well.firing.names, np.asarray(well.firing.pressure_scale, dtype=float)
+    count = len(names)
+    each, nobody = np.eye(count, dtype=bool), np.zeros(count, dtype=bool)
+    found = [Condition("all fire", well)]
+    if options.misfire == "each":
+        without = None
+        if options.misfire_kind == "motored":
+            without = motored_torque(case.machine, well)
+        for name, out in zip(names, each, strict=True):
+            drive = changed_drive(setup, well, scale, out, without)
+            found.append(Condition(f"{name} misfires", drive))
+    if options.imbalance is not None:
+        for name, one in zip(names, each, strict=True):
+            less = scale * np.where(one, 1.0 - options.imbalance, 1.0)
+            drive = changed_drive(setup, well, less, nobody, None)
+            found.append(Condition(f"{name} out of balance", drive))
+    if options.pressure_scale:
+        given = scale * np.array(options.pressure_scale)
+        drive = changed_drive(setup, well, given, nobody, None)
+        found.append(Condition("given pressures", drive))
+    return found
+
+
+def motored_torque(machine: "Machine", drive: Drive) -> CylinderTorque:
+    """Of a cylinder without combustion, the cards and orders of a drive."""
+    order = drive.order[drive.fires]
+    harmonics = round(float(order[-1]) * drive.firing.cycle / (2.0 * np.pi))
+    cards = [motored_cylinder(machine, card, drive.geometry) for card in drive.cards]
+    found = cylinder_torque(cards, drive.geometry, reciprocating_mass=0.0, harmonics=harmonics)
+    return with_orders(found, np.isin(found.order, order), drive.order, drive.fires)
+
+
+def changed_drive(
+    setup: Setup, drive: Drive, scale: FloatArray, out: BoolArray, motored: CylinderTorque | None
+) -> Drive:
+    """A drive whose cylinders have other factors (c,) on their gas pressure, or misfire.
+
+    What the other cylinders and everything but gas do stays, and its errors with it.
+    """
+    shaft, one, firing = setup.shaft, drive.cylinder, drive.firing
+    old = cylinder_gas(one, firing.pressure_scale)
+    new = cylinder_gas(one, scale, misfiring=out, motored=motored)
+    other = (out | (scale != firing.pressure_scale)).astype(float)
+    gas = Bounded(new.value - old.value, (new.error + old.error) * other[:, None])
+    mean = Bounded(new.mean - old.mean, (new.mean_error + old.mean_error) * other)
+    where = placed(np.searchsorted(drive.station, shaft.cylinder_station), len(drive.station))
+    on = where * shaft.station_ratio[shaft.cylinder_station][:, None]
+    turned = rounded(phasor(one.order, firing.angle).T, PHASOR_ROUNDINGS)
+    more = reshaped(gas * turned, lambda part: np.swapaxes(part, -1, -2)) @ on
+    # the drive may have orders that no cylinder has
+    among = placed(np.searchsorted(drive.order, one.order), len(drive.order)).T
+    return drive._replace(
+        gas=drive.gas + Bounded(among @ more.value, among @ more.error),
+        mean=drive.mean + mean @ rounded(on, SPEED_ROUNDINGS),
+    )
+
+
+# ----------------------------------------------------------------------------
+# Half ranges in all conditions. The line is linear and the same in all of them: it is eliminated
+# once for each order and speed, with the torques of every condition on it. What is left to count
+# are the sums over the cycle; of those only the ones are formed that can be the largest.
+# ----------------------------------------------------------------------------
+
+
+def half_ranges(
+    setup: Setup,
+    drives: list[Drive],
+    signals: list[Signal],
+    speed: FloatArray,
+    every: BoolArray,
+) -> FloatArray:
+    """Of the places of all signals (r,), in c conditions at speeds: (c, r, s); undamped inf.
+
+    Those of places that `every` (r,) names, and the largest of the conditions of each other place;
+    of the rest something lower.
+    """
+    (order, cycles), parts = (drives[0].order, drives[0].cycles), []
+    for part in blocks(setup.model, setup.drive, len(speed), len(drives)):
+        load = np.stack([one.torque(speed[part]).value for one in drives])
+        state = solved(setup.model, drives[0], speed[part], load=load)
+        values = np.concatenate([one.of(setup.shaft, state) for one in signals], axis=-1)
+        values = _orders_last(values)
+        low, high = rough_range(order, values)
+        needed = every[:, None] | (high >= low.max(axis=0))
+        low[needed] = synthesis(cycles, values[needed]).half_range
+        endless = np.any(state.masked, axis=-1)
+        parts.append(np.where(endless[:, None], np.inf, low))
+    return np.concatenate(parts, axis=-1)
+
+
+def _orders_last(values: ComplexArray) -> ComplexArray:
+    """(c, s, m, r) as (c, r, s, m)."""
+    return np.ascontiguousarray(np.moveaxis(values, -1, 1))
+
+
+def uncertainty(setup: Setup, drive: Drive, signals: list[Signal], at: FloatArray) -> FloatArray:
+    """Largest errors (r,) of sums over the orders of one condition, at some speeds."""
+    own = setup._replace(drive=drive)
+    found = np.zeros(sum(len(one.place) for one in signals))
+    for start in range(0, len(at), ROWS):
+        state = bounded_orders(own, at[start : start + ROWS])
+        clear = ~np.any(state.masked, axis=1)
+        off = [sum_error(one.of(setup.shaft, state)[clear], axis=1) for one in signals]
+        found = np.maximum(found, np.max(np.concatenate(off, axis=1), axis=0, initial=0.0))
+    return found
+
+
+# ----------------------------------------------------------------------------
+# Adapter: all conditions at the operating speed, the worst of them over the range.
+# ----------------------------------------------------------------------------
+
+
+def run_torsion_conditions(scene: Scene) -> None:
+    """Emit half ranges by condition at speed, and over the range the worst with its condition."""
+    setup = setup_of(scene)
+    found = conditions_of(scene.case, setup)
+    shaft, at = setup.shaft, np.array([setup.speed])
+    signals = [
+        Signal("torque", np.arange(len(shaft.section_names))),
+        Signal("angle", np.arange(len(shaft.station_names))),
+    ]
+    names: dict[str, Any] = {
+        "condition": tuple(one.name for one in found),
+        "section": shaft.section_names,
+        "station": shaft.station_names,
+        "limit": np.arange(1, len(setup.torsion.limits) + 1),
+    }
+    drives = [one.drive for one in found]
+    every = np.ones(len(shaft.section_names) + len(shaft.station_names), dtype=bool)
+    half = half_ranges(setup, drives, signals, at, every)[..., 0]
+    error = np.array([uncertainty(setup, one, signals, at) for one in drives])
+    torque, angle = _split(Bounded(half, error), setup)
+    scene.emit(f"{CONDITIONS}/torque_half_range", torque, axes=names)
+    _stresses(scene, CONDITIONS, setup, torque, names)
+    scene.emit(f"{CONDITIONS}/angle_half_range", angle, axes=names)
+    mean = [one.mean_torque(at).sum()[0] for one in drives]
+    value, off = (np.array([getattr(one, part) for one in mean]) for part in ("value", "error"))
+    scene.emit(f"{CONDITIONS}/mean_torque", value, off, names)
+    if setup.torsion.limits:
+        use = stack([_use(torque, share) for share in shares(setup, at)[..., 0]])
+        scene.emit(f"{CONDITIONS}/limit/operating_use", use, axes=names)
+    if setup.torsion.speeds is not None:
+        _range(scene, setup, drives, signals, line_speeds(setup.torsion.speeds), names)
+    scene.cite(
+        "one elimination for the torques of all conditions, each summed over the cycle",
+        "worst of all cylinders firing, each misfiring, pressures out of balance",
+        "Nestorides (ed.), A Handbook on Torsional Vibration, BICERA 1958",
+    )
+
+
+def _split(value: Bounded, setup: Setup) -> tuple[Bounded, Bounded]:
+    """Sections and stations of values (..., r, s) or (..., r): on the axis after the conditions."""
+    count = len(setup.shaft.section_names)
+    return value[:, :count], value[:, count:]
+
+
+def _stresses(
+    scene: Scene, stem: str, setup: Setup, torque: Bounded, names: dict[str, Any]
+) -> None:
+    """Of own torques (c, e) where a section modulus is known."""
+    modulus = setup.shaft.section_modulus
+    some = np.flatnonzero(modulus > 0.0)
+    if len(some):
+        axes = {**names, "section": tuple(setup.shaft.section_names[e] for e in some)}
+        stress = of_finite(torque[:, some], lambda one: one / modulus[some])
+        scene.emit(f"{stem}/stress_half_range", stress, axes=axes)
+
+
+class Top(NamedTuple):
+    """The worst of places (r,): value, speed, condition from 0; infinite where undamped."""
+
+    value: Bounded
+    speed: Bounded
+    condition: IntArray
+
+
+class Search:
+    """Half ranges of signals in all conditions over a range, and where they are largest."""
+
+    def __init__(
+        self, setup: Setup, drives: list[Drive], signals: list[Signal], speed: FloatArray
+    ) -> None:
+        self.setup, self.drives, self.signals = setup, drives, signals
+        grid = with_narrow(setup, speed, drives[0].order)
+        if setup.torsion.limits:
+            grid = distinct(np.concatenate([grid, limit_corners(setup, speed)]))
+        limited = np.zeros(sum(len(one.place) for one in signals), dtype=bool)
+        for bound in bounds(setup):
+            limited[bound.section] = True
+        half = half_ranges(setup, drives, signals, grid, limited)
+        #: the worst (r, s) at the speeds of the sweep
+        self.worst = half[..., np.isin(grid, speed)].max(axis=0)
+        clear = np.all(np.isfinite(half), axis=(0, 1))
+        self.grid, self.half = grid[clear], half[..., clear]
+        self.undamped, self.endless = self._endless(speed)
+
+    def _endless(self, speed: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Speeds (u,) at which nothing damps an order, and by condition and place (c, r)."""
+        met, rows = [np.zeros(0)], []
+        for drive in self.drives:
+            own = self.setup._replace(drive=drive)
+            found = undamped_speeds(own, speed[0], speed[-1])
+            met.append(found.speed)
+            rows.append(np.concatenate([one.endless(own, found) for one in self.signals]))
+        return distinct(np.concatenate(met)), np.array(rows)
+
+    def make(self, condition: IntArray, place: IntArray) -> Callable[[IntArray], Value]:
+        """Half ranges of rows, each of one condition and place, at speeds of their own."""
+        setup = self.setup
+
+        def some(rows: IntArray) -> Value:
+            def value(at: FloatArray) -> FloatArray:
+                found = np.empty(at.shape)
+                for one in np.unique(condition[rows]):
+                    chosen = np.flatnonzero(condition[rows] == one)
+                    flat, where = np.unique(at[chosen], return_inverse=True)
+                    state = solved(setup.model, self.drives[one], flat)
+                    values = np.concatenate(
+                        [signal.of(setup.shaft, state) for signal in self.signals], axis=-1
+                    )
+                    column = np.repeat(place[rows[chosen]], at.shape[1])
+                    own = values[where.ravel(), :, column]
+                    half = synthesis(self.drives[one].order, own).half_range
+                    found[chosen] = half.reshape(len(chosen), -1)
+                return found
+
+            return value
+
+        return some
+
+    def tops(self, condition: IntArray, place: IntArray) -> Maxima:
+        """The largest of some rows (k,) at any speed."""
+        curve = self.half[condition, place].T
+        endless = self.endless[condition, place]
+        return tops(self.make(condition, place), curve, self.grid, self.undamped, endless)
+
+    def top_of_places(self) -> Top:
+        """The worst of each place at any speed in any condition."""
+        # where a maximum of the worst of all stands, one condition alone is the worst
+        worst = self.half.max(axis=0)
+        rival = worst >= RIVAL * worst.max(axis=1, keepdims=True, initial=0.0)
+        there, at = np.nonzero(rival)
+        pairs = np.zeros(self.half.shape[:2], dtype=bool)
+        pairs[self.half[:, there, at].argmax(axis=0), there] = True
+        condition, place = np.nonzero(pairs | np.isfinite(self.endless))
+        high = self.tops(condition, place)
+        rows = [np.flatnonzero(place == one) for one in range(len(worst))]
+        best = np.array([own[np.argmax(high.value[own])] for own in rows])
+        off = np.zeros(len(best))
+        for one in np.unique(condition[best]):
+            own = np.flatnonzero((condition[best] == one) & np.isfinite(high.value[best]))
+            telling = distinct(high.speed[best[own]])
+            if len(own):
+                off[own] = uncertainty(self.setup, self.drives[one], self.signals, telling)[own]
+        value = Bounded(high.value[best], high.value_error[best] + off)
+        speed = Bounded(high.speed[best], high.speed_error[best])
+        return Top(value, speed, condition[best])
+
+
+def _range(
+    scene: Scene,
+    setup: Setup,
+    drives: list[Drive],
+    signals: list[Signal],
+    speed: FloatArray,
+    names: dict[str, Any],
+) -> None:
+    """The worst at each speed, and at any of them."""
+    search = Search(setup, drives, signals, speed)
+    top = search.top_of_places()
+    count, modulus = len(setup.shaft.section_names), setup.shaft.section_modulus
+    some = np.flatnonzero(modulus > 0.0)
+    axes = {**names, "speed": speed}
+    stressed = {**axes, "section": tuple(setup.shaft.section_names[e] for e in some)}
+    telling = speed[np.linspace(0, len(speed) - 1, min(SAMPLES, len(speed))).astype(int)]
+    most = int(np.argmax(np.bincount(top.condition[:count])))
+    off = np.maximum(uncertainty(setup, drives[most], signals, telling), top.value.error)
+    worst = Bounded(search.worst, np.broadcast_to(off[:, None], search.worst.shape))
+    place = f"{CONDITIONS}/speeds"
+    scene.emit(f"{place}/torque_half_range", worst[:count], axes=axes)
+    scene.emit(f"{place}/angle_half_range", worst[count:], axes=axes)
+    place = f"{CONDITIONS}/largest"
+    scene.emit(f"{place}/torque_half_range", top.value[:count], axes=axes)
+    scene.emit(f"{place}/angle_half_range", top.value[count:], axes=axes)
+    if len(some):
+        over = f"{CONDITIONS}/speeds/stress_half_range"
+        curve = of_finite(worst[some], lambda one: one / modulus[some, None])
+        scene.emit(over, curve, axes=stressed)
+        stress = of_finite(top.value[some], lambda one: one / modulus[some])
+        scene.emit(f"{place}/stress_half_range", stress, axes=stressed)
+    for name, part in (("section", slice(count)), ("station", slice(count, None))):
+        scene.emit(f"{place}/{name}_speed", top.speed[part], axes=axes)
+        scene.emit(f"{place}/{name}_condition", top.condition[part] + 1, 0.0, axes)
+    if setup.torsion.limits:
+        _largest_uses(scene, search, names)
+
+
+# ----------------------------------------------------------------------------
+# Use of limits of the stress in each condition.
+# ----------------------------------------------------------------------------
+
+
+def shares(setup: Setup, speed: FloatArray) -> FloatArray:
+    """Use per own torque (l, e, s) of limits in 1/(N m); 0 where a limit says nothing."""
+    modulus, asked = setup.shaft.section_modulus, bounds(setup)
+    found = np.zeros((len(asked), len(modulus), len(speed)))
+    for row, bound in zip(found, asked, strict=True):
+        row[bound.section] = 1.0 / (modulus[bound.section] * bound.continuous(speed)).T
+    return found
+
+
+def _use(torque: Bounded, share: FloatArray) -> Bounded:
+    """Largest use (c,) of one limit, of own torques (c, e)."""
+    held = np.flatnonzero(share)
+    if not len(held):
+        return Bounded(np.zeros(len(torque.value)), np.zeros(len(torque.value)))
+    return of_finite(torque[:, held], lambda one: one * share[held]).max()
+
+
+def _largest_uses(scene: Scene, search: Search, names: dict[str, Any]) -> None:
+    """The largest use of each limit in each condition at any speed."""
+    setup, count = search.setup, len(search.drives)
+    share = shares(setup, search.grid)
+    limits = len(share)
+    use = search.half[:, None, : share.shape[1]] * share  # (c, l, e, s)
+    seen = use.max(axis=-1, initial=0.0)
+    rival = (seen > 0.0) & (seen >= RIVAL * seen.max(axis=2, keepdims=True))
+    condition, limit, section = np.nonzero(rival)
+    value, speed = np.zeros((count, limits)), np.full((count, limits), search.grid[0])
+    error, off = np.zeros((2, count, limits))
+    if len(condition):
+        torque = search.make(condition, section)
+
+        def make(rows: IntArray) -> Value:
+            def per_limit(at: FloatArray) -> FloatArray:
+                flat, where = np.unique(at, return_inverse=True)
+                which = (np.repeat(x[rows], at.shape[1]) for x in (limit, section))
+                factor = shares(setup, flat)[(*which, where.ravel())].reshape(at.shape)
+                return torque(rows)(at) * factor
+
+            return per_limit
+
+        endless = search.endless[condition, section]
+        says = np.isfinite(endless)
+        there = shares(setup, np.where(says, endless, search.grid[0]))
+        held = there[limit, section, np.arange(len(limit))] > 0.0
+        endless = np.where(says & held, endless, np.nan)
+        high = tops(make, use[rival].T, search.grid, search.undamped, endless)
+        best = np.lexsort((-high.value, limit, condition))
+        _, first = np.unique(condition[best] * limits + limit[best], return_index=True)
+        for row in best[first]:
+            at = condition[row], limit[row]
+            value[at], speed[at] = high.value[row], high.speed[row]
+            off[at], error[at] = high.speed_error[row], high.value_error[row]
+        worst = best[first][np.argmax(high.value[best[first]])]
+        if np.isfinite(high.value[worst]):
+            # the errors of the torques are those of the worst condition at its speed
+            own = np.array([high.speed[worst]])
+            moved = uncertainty(setup, search.drives[condition[worst]], search.signals, own)
+            error += moved[section[worst]] * shares(setup, own)[limit[worst], section[worst], 0]
+    scene.emit(f"{CONDITIONS}/limit/largest_use", Bounded(value, error), axes=names)
+    scene.emit(f"{CONDITIONS}/limit/speed", speed, off, names)

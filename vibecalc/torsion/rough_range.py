@@ -1,0 +1,55 @@
+"""Half ranges of many sums over orders between two bounds, from samples in single precision."""
+
+import math
+
+import numpy as np
+
+from vibecalc.numerics.rounding import ComplexArray, FloatArray
+from vibecalc.torsion.synthesis import BLOCK, SINGLE, cycle_of
+
+# ----------------------------------------------------------------------------
+# Of sums over a cycle of which only the largest count, the bounds tell which these can be.
+#
+# Between two samples a signal exceeds both by no more than its largest curvature times an eighth of
+# the square of their distance; a sum x(t) = Re sum X_q exp(i q t) has the curvature sum q^2 |X_q|.
+# ----------------------------------------------------------------------------
+
+
+def rough_range(order: FloatArray, amplitude: ComplexArray) -> tuple[FloatArray, FloatArray]:
+    """Bounds (...) below and above the half ranges of sums over the cycle.
+
+    Parameters
+    ----------
+    order : array (m,)
+        Orders above 0; those that are no multiples of 1/2 leave nothing but 0 and infinity.
+    amplitude : complex array (..., m)
+        0-to-peak, finite.
+    """
+    shape = amplitude.shape[:-1]
+    doubled = np.rint(2.0 * order).astype(np.int64)
+    if np.any(doubled != 2.0 * order) or np.any(doubled < 1):
+        return np.zeros(shape), np.full(shape, np.inf)
+    number = doubled if np.any(doubled % 2) else doubled // 2
+    rows = amplitude.reshape(-1, len(order))
+    cycle = cycle_of(tuple(number.tolist()))
+    low, high = np.empty((2, len(rows)))
+    step = math.pi / cycle.samples  # half of one
+    block = max(1, BLOCK // cycle.samples)
+    for start in range(0, len(rows), block):
+        part = slice(start, start + block)
+        size = np.abs(rows[part])
+        most = size.sum(axis=1)
+        unit = np.where(most > 0.0, most, 1.0)
+        scaled = rows[part] / unit[:, None]
+        if cycle.waves is not None:
+            sampled = scaled.astype(np.complex64).view(np.float32) @ cycle.waves
+        else:
+            spectrum = np.zeros((len(scaled), cycle.top + 1), dtype=np.complex64)
+            for place, one in enumerate(number.tolist()):
+                spectrum[:, one] += scaled[:, place] * (0.5 * cycle.samples)
+            sampled = np.fft.irfft(spectrum, cycle.samples, axis=-1)
+        half = 0.5 * (sampled.max(axis=1).astype(float) - sampled.min(axis=1))
+        bend = 0.5 * step**2 * (size @ np.square(number.astype(float)))
+        low[part] = np.maximum(half - SINGLE, 0.0) * most
+        high[part] = (half + SINGLE) * most + bend
+    return low.reshape(shape), high.reshape(shape)
