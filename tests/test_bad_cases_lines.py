@@ -1,17 +1,17 @@
 """Claim: a shaft line with torques that nobody can place is refused in words, at its key."""
 
-import tomllib
-
 import pytest
 from refused import problems_of, refusals, said_of, with_keys
 from shipped_cases import CASES
+
+from vibecalc.core.case.load import load_case, resolve
 
 NAMES = {"pump": "pump_drive", "geared": "engine_geared"}
 
 
 @pytest.mark.parametrize(("case", "change", "place", "words"), refusals("line"))
 def test_refused_at_its_key(case: str, change: str, place: str, words: list[str]) -> None:
-    base = tomllib.loads(CASES[NAMES[case]].read_text(encoding="utf-8"))
+    base = resolve(load_case(CASES[NAMES[case]]).case)
     base = {key: one for key, one in base.items() if not key.startswith(("reference", "limit"))}
     assert problems_of(base) == []
     found = problems_of(with_keys(base, change))

@@ -5,7 +5,6 @@ quadrature, phases of two cycles tried one by one.
 """
 
 import math
-import tomllib
 from functools import cache
 from typing import Any
 
@@ -14,7 +13,7 @@ import pytest
 from dense_shaft_line import DenseLine, Harmonic
 from shipped_cases import CASES
 
-from vibecalc.core.case.load import validate
+from vibecalc.core.case.load import load_case, resolve, validate
 from vibecalc.core.results.record import Record
 from vibecalc.core.run.run import run_case
 from vibecalc.torsion.station_torques import record_harmonics
@@ -26,8 +25,8 @@ SPEED = 1480.0 * math.pi / 30.0
 
 
 def table(name: str, **line: Any) -> dict[str, Any]:
-    """A shipped case as TOML has it, with other keys in its shaft line and no references."""
-    case = tomllib.loads(CASES[name].read_text(encoding="utf-8"))
+    """A shipped case in SI, with other keys in its shaft line and no references."""
+    case = resolve(load_case(CASES[name]).case)
     case["machine"]["shaft_line"].update(line)
     return {key: one for key, one in case.items() if not key.startswith(("reference", "limit"))}
 

@@ -14,6 +14,7 @@ from vibecalc.excitation.cylinder_torque import (
 )
 from vibecalc.numerics.bounded import Bounded, reshaped, rounded, stack
 from vibecalc.numerics.rounding import BoolArray, ComplexArray, FloatArray, IntArray, distinct
+from vibecalc.torsion.adapters.bounds import bounds
 from vibecalc.torsion.adapters.critical import undamped_speeds
 from vibecalc.torsion.adapters.curves import (
     ROWS,
@@ -22,7 +23,6 @@ from vibecalc.torsion.adapters.curves import (
     of_finite,
     solved,
 )
-from vibecalc.torsion.adapters.exceeded import bounds
 from vibecalc.torsion.adapters.limits import limit_corners
 from vibecalc.torsion.adapters.setup import (
     PHASOR_ROUNDINGS,
@@ -250,7 +250,7 @@ class Search:
             grid = distinct(np.concatenate([grid, limit_corners(setup, speed)]))
         limited = np.zeros(sum(len(one.place) for one in signals), dtype=bool)
         for bound in bounds(setup):
-            limited[bound.section] = True
+            limited[bound.load[bound.load < len(setup.shaft.section_names)]] = True
         half = half_ranges(setup, drives, signals, grid, limited)
         #: the worst (r, s) at the speeds of the sweep
         self.worst = half[..., np.isin(grid, speed)].max(axis=0)
@@ -365,11 +365,12 @@ def _range(
 
 
 def shares(setup: Setup, speed: FloatArray) -> FloatArray:
-    """Use per own torque (l, e, s) of limits in 1/(N m); 0 where a limit says nothing."""
-    modulus, asked = setup.shaft.section_modulus, bounds(setup)
-    found = np.zeros((len(asked), len(modulus), len(speed)))
+    """Use per own torque (l, e, s) of limits in 1/(N m); 0 where a limit says nothing, of gears."""
+    count, asked = len(setup.shaft.section_names), bounds(setup)
+    found = np.zeros((len(asked), count, len(speed)))
     for row, bound in zip(found, asked, strict=True):
-        row[bound.section] = 1.0 / (modulus[bound.section] * bound.continuous(speed)).T
+        held = bound.load < count
+        row[bound.load[held]] = 1.0 / (bound.modulus * bound.continuous(speed)).T[held]
     return found
 
 

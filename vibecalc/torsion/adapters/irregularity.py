@@ -50,7 +50,7 @@ def degrees(setup: Setup, place: IntArray, speed: FloatArray) -> FloatArray:
     for part in blocks(setup.model, setup.drive, len(speed)):
         state = solved(setup.model, setup.drive, speed[part])
         angle = np.moveaxis(state.angle[..., setup.shaft.freedom[place]], -1, 0)
-        rate = state.frequency / speed[part, None]  # of the angular speed over the mean one
+        rate = setup.drive.order_at(speed[part])
         both = synthesis(cycles, np.stack([1j * rate * angle, angle])).half_range
         both *= np.stack([np.full_like(ratio, 2.0), ratio])
         parts.append(np.where(np.any(state.masked, axis=-1), np.inf, both))
@@ -65,7 +65,7 @@ def _uncertainty(setup: Setup, place: IntArray, at: FloatArray) -> FloatArray:
         state = bounded_orders(setup, at[start : start + ROWS])
         clear = ~np.any(state.masked, axis=1)
         angle = state.angle[..., setup.shaft.freedom[place]][clear]
-        rate = (state.frequency / at[start : start + ROWS, None])[clear, :, None]
+        rate = setup.drive.order_at(at[start : start + ROWS])[clear, :, None]
         both = (2.0 * sum_error(angle * rate, axis=1),
                 ratio * sum_error(angle, axis=1))  # fmt: skip
         found = np.maximum(found, np.max(np.stack(both), axis=1, initial=0.0))

@@ -90,12 +90,14 @@ def _limits(
     scene: Scene, setup: Setup, section: IntArray, speed: FloatArray, axes: dict[str, Any]
 ) -> None:
     """The strictest limits of the stress in sections (r,), for lasting and for passing through."""
-    from vibecalc.torsion.adapters.exceeded import bounds
+    from vibecalc.torsion.adapters.bounds import bounds
     from vibecalc.torsion.adapters.limits import known
 
     allowed = np.full((2, len(section), len(speed)), np.inf)
     for bound in bounds(setup):
-        row, column = np.nonzero(section[:, None] == bound.section)
+        row, column = np.nonzero(section[:, None] == bound.load)
+        if bound.quantity != "stress":
+            continue
         both = np.array([bound.continuous(speed).T[column], bound.transient(speed).T[column]])
         allowed[:, row] = np.minimum(allowed[:, row], both)
     for name, rows in zip(("allowed", "transient"), allowed, strict=True):
