@@ -7,7 +7,9 @@ from vibecalc.core.case.raw import unknown
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.parts.firing import is_separate, torque_reaches_mounts
 from vibecalc.schema import Case
+from vibecalc.torsion.dampings import loss_factor
 from vibecalc.torsion.shaft_line_tables import (
+    Shaft,
     ShaftLine,
     StationJoint,
     crank_station,
@@ -87,8 +89,10 @@ def _run_up(case: Case, line: ShaftLine) -> Iterator[Problem]:
     if is_separate(case) or not line.gears or not line.shafts:
         return
     damped = bool(line.dampers) or any(
-        s.damping or s.damping_ratio or s.loss_factor for s in line.shafts
+        s.damping or s.damping_ratio or loss_factor(s) for s in line.shafts
     )
+    damped = damped or line.engine_damping is not None
+    damped = damped or any(one.propeller_damping is not None for one in line.loads)
     if not damped and not any(station.absolute_damping for station in line.stations):
         yield Problem(
             path=("isolation", "run_up"),
@@ -143,17 +147,24 @@ def _change(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
                 allowed="a cylinder that is not in misfire",
                 also=(*TORSION, "misfire"),
             )
-        lossy = [n for n, shaft in enumerate(line.shafts) if shaft.loss_factor > 0.0]
+        lossy = [n for n, shaft in enumerate(line.shafts) if loss_factor(shaft) > 0.0]
         damped = [n for n, damper in enumerate(line.dampers) if damper.loss_factor > 0.0]
         if (lossy or damped) and torsion.damping_model is None:
             yield Problem(
                 path=path,
                 message="a loss factor is of a steady vibration and has no meaning in time",
                 allowed="damping in N*m*s/rad, or a damping_model",
-                also=(*LINE, "shafts", lossy[0], "loss_factor")
+                also=(*LINE, "shafts", lossy[0], _said(line.shafts[lossy[0]]))
                 if lossy
                 else (*LINE, "dampers", damped[0], "loss_factor"),
             )
+
+
+def _said(shaft: Shaft) -> str:
+    """The key that gives a shaft its loss factor."""
+    if shaft.magnifier is not None:
+        return "magnifier"
+    return "loss_factor" if shaft.lehr_ratio is None else "lehr_ratio"
 
 
 def _damping(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
@@ -354,6 +365,7 @@ def _beyond(line: ShaftLine, limit: TorsionLimit) -> list[str]:
     joined, ends = joints(line), shaft_ends(line)
     fires = [bool(station.cylinder or station.cylinders) for station in line.stations]
     load = at[line.load] if line.load is not None else len(stations) - 1
+    load = next((at[one.on] for one in line.loads if one.propeller_damping is not None), load)
     speed = speed_ratios(len(stations), joined, crank_station(line)).ratio
     unreached = []
     for name in asked:

@@ -33,6 +33,7 @@ from vibecalc.core.case.rules import (
     unique,
 )
 from vibecalc.errors import Problem
+from vibecalc.torsion.damping_tables import EngineDamping, OverSpeed, PropellerDamping, TorqueCurve
 
 # ----------------------------------------------------------------------------
 # A damper on a shaft line: a ring behind oil or springs, or pendulums.
@@ -141,6 +142,9 @@ class Station(Table):
     absolute_damping: AngularDamping = Field(
         0.0, ge=0, description="against the steady rotation, on its own shaft"
     )
+    over_speed: OverSpeed | None = Field(
+        None, description="factor on absolute_damping against the speed"
+    )
     ground_stiffness: AngularStiffness = Field(
         0.0, ge=0, description="to the steady rotation; a line on an unlimited grid has some"
     )
@@ -153,6 +157,7 @@ class Station(Table):
         ),
         one_of("inertia", "throw"),
         at_most_one("cylinder", "cylinders"),
+        needs("over_speed", "absolute_damping", "it is a factor on it"),
     )
 
 
@@ -216,6 +221,15 @@ class Shaft(Table):
     loss_factor: Number = Field(
         0.0, ge=0, le=10, description="of a complex stiffness k (1 + i loss_factor)"
     )
+    magnifier: Number | None = Field(
+        None, ge=0.1, description="dynamic magnifier M, instead: loss_factor = 1 / M"
+    )
+    lehr_ratio: Number | None = Field(
+        None, ge=0, le=5, description="Lehr's damping ratio D, instead: loss_factor = 2 D"
+    )
+    over_speed: OverSpeed | None = Field(
+        None, description="factor on its damping and loss factor against the speed"
+    )
     diameter: Length | None = Field(
         None, gt=0, description="of the solid shaft where the stress is read"
     )
@@ -228,6 +242,12 @@ class Shaft(Table):
     RULES = (
         one_of("stiffness", "section", "throw"),
         at_most_one("damping", "damping_ratio"),
+        at_most_one("loss_factor", "magnifier", "lehr_ratio"),
+        needs(
+            "over_speed",
+            "damping damping_ratio loss_factor magnifier lehr_ratio",
+            "it is a factor on one of them",
+        ),
         at_most_one("diameter", "section_modulus"),
         _TO_ITSELF,
     )
@@ -262,12 +282,19 @@ class Load(Table):
     """A torque that something takes from the line, apart from what balances the mean torque."""
 
     on: Name = Field(description="name of a station")
-    torque: Moment = Field(
-        description="mean, at the operating speed, on its own shaft; positive brakes"
+    torque: Moment | None = Field(
+        None, description="mean, at the operating speed, on its own shaft; positive brakes"
     )
     exponent: Number = Field(
         0.0, ge=0, le=4, description="of the speed: 0 constant, 2 as a propeller"
     )
+    curve: TorqueCurve | None = Field(
+        None, description="instead of torque and exponent: a table or a CSV over the speed"
+    )
+    propeller_damping: PropellerDamping | None = Field(
+        None, description="absolute damping of its station that follows from this torque"
+    )
+    RULES = (one_of("torque", "curve"), at_most_one("curve", "exponent"))
 
 
 def _some_between(row: Row) -> Iterator[Problem]:
@@ -300,6 +327,9 @@ class ShaftLine(Table):
         None, description="name of the station that takes up the mean torque; default: the last"
     )
     loads: tuple[Load, ...] = Field((), max_length=64, description="other torques that are taken")
+    engine_damping: EngineDamping | None = Field(
+        None, description="absolute damping at every station with a cylinder"
+    )
     RULES = (
         *(unique(key) for key in ("stations", "shafts", "gears", "dampers")),
         _some_between,

@@ -241,8 +241,10 @@ def line_orders(case: "Case") -> str:
 
 def has_loss(case: "Case") -> bool:
     """Whether something on the line has a loss factor, which has no form in time."""
+    from vibecalc.torsion.dampings import loss_factor
+
     line = _line_of(case)
-    return any(s.loss_factor for s in line.shafts) or any(d.loss_factor for d in line.dampers)
+    return any(map(loss_factor, line.shafts)) or any(d.loss_factor for d in line.dampers)
 
 
 def _published(case: "Case") -> Stage:

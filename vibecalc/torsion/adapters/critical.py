@@ -42,9 +42,10 @@ def critical(setup: Setup) -> Bounded:
     A mode that is damped so strongly that no response peaks near its frequency has none.
     """
     modes, order = setup.natural(), setup.drive.order
-    if np.any(setup.model.speed_stiffness):
-        if modes.damped:
-            return _damped_met(setup)
+    stiffened = np.any(setup.model.speed_stiffness)
+    if modes.damped and (stiffened or setup.model.over_speed is not None):
+        return _damped_met(setup)
+    if stiffened:
         return stack([_met(setup, one) for one in order.tolist()])
     speed = Bounded(modes.frequency, modes.frequency_error)[:, None] / order
     none = modes.silent & (modes.frequency > 0.0)
@@ -83,7 +84,7 @@ def _met(setup: Setup, order: float) -> Bounded:
 
 
 def _damped_met(setup: Setup) -> Bounded:
-    """The same of poles, |s| = q speed, where pendulums stiffen the line with the square of it.
+    """The same of poles, |s| = q speed, where pendulums or dampings follow the speed.
 
     On s = i q speed they take S / q^2 off the inertia, which tells where to begin; secant steps
     follow with the line as it is at each speed.

@@ -80,7 +80,8 @@ def gear_torques(shaft: ShaftLineModel, drive: Drive, model: Model, state: "Orde
     through = state.torque @ of_sections
     if not np.any(of_stations):
         return through
-    inertia, damping, held = shaft.station_values
+    inertia, _, held = shaft.station_values
+    damping = shaft.station_damping(state.frequency[:, :1] / drive.order[0])
     w = state.frequency[..., None]
     need = (held - w**2 * inertia + 1j * w * damping) * state.angle[..., shaft.freedom]
     need = need + inertia * modal_braking(model, state)[..., shaft.freedom]
@@ -117,9 +118,7 @@ def mean_torques(setup: Setup, speed: FloatArray) -> MeanTorques:
     The line stands as at the operating speed.
     """
     shaft, drive, count = setup.shaft, setup.drive, len(setup.shaft.station_names)
-    taken = shaft.taken_torque * (speed[:, None] / setup.speed) ** shaft.taken_exponent
-    # it brakes, whichever way its shaft turns
-    taken = taken * np.abs(shaft.station_ratio[shaft.taken_station])
+    taken = shaft.taken(speed)
     mean = drive.mean_torque(speed) @ placed(drive.station, count)
     mean = mean - rounded(taken, 4.0) @ placed(shaft.taken_station, count)
     balance = np.eye(count)

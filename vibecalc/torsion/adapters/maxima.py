@@ -10,7 +10,7 @@ from vibecalc.torsion.adapters.curves import ROWS, solved, speeds_at_once
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup
 from vibecalc.torsion.critical_speeds import NarrowResonances, Value, narrow_resonance_speeds
 from vibecalc.torsion.damped_modes import LinePoles, all_poles, all_poles_by_order, poles_at_orders
-from vibecalc.torsion.line import complex_stiffness
+from vibecalc.torsion.line import Line, complex_stiffness
 from vibecalc.torsion.synthesis import synthesis
 
 # ----------------------------------------------------------------------------
@@ -91,7 +91,11 @@ def added(setup: Setup, dense: DenseSweep, extra: FloatArray) -> DenseSweep:
     return DenseSweep(every[ascending], np.concatenate([dense.torque, values[clear]])[ascending])
 
 
-def _poles(setup: Setup) -> LinePoles:
+#: parts of a range of speeds, each with the dampings of its middle, and how far they overlap
+PARTS, OVERLAP = 12, 0.02
+
+
+def _poles(setup: Setup, first: float, last: float) -> LinePoles:
     """Poles of the line with positive frequency, each at every order."""
     order, model, line = setup.drive.order, setup.model, setup.model.line
     if model.modal is not None or len(line.inertia) > FREEDOMS:
@@ -99,6 +103,22 @@ def _poles(setup: Setup) -> LinePoles:
         some = np.flatnonzero(modes.frequency > 0.0)
         return poles_at_orders(modes.pole[some], modes.shape[some], modes.scale[some], len(order))
     unit = max(float(np.max(setup.modes.frequency, initial=0.0)), 1.0)
+    if model.over_speed is None:
+        return _poles_of(line, model, order, unit)
+    # a width is that of the dampings at the speed where the pole meets the order
+    borders, parts = np.linspace(first, last, PARTS + 1), []
+    for low, high in zip(borders[:-1].tolist(), borders[1:].tolist(), strict=True):
+        found = _poles_of(model.over_speed.on(line, 0.5 * (low + high)), model, order, unit)
+        met = found.pole.imag / order[found.order]
+        # the first and the last part have what only touches the range
+        inside = (met >= low * (1.0 - OVERLAP)) | (low == first)
+        inside &= (met <= high * (1.0 + OVERLAP)) | (high == borders[-1])
+        parts.append(LinePoles(*(values[inside] for values in found)))
+    return LinePoles(*(np.concatenate(values) for values in zip(*parts, strict=True)))
+
+
+def _poles_of(line: Line, model: Model, order: FloatArray, unit: float) -> LinePoles:
+    """Those of a line with the dampings of one speed."""
     if not np.any(model.speed_stiffness):
         return poles_at_orders(*all_poles(line, unit), len(order))
     # with pendulums the line is another one at every order
@@ -108,7 +128,7 @@ def _poles(setup: Setup) -> LinePoles:
 def _narrow_resonances(setup: Setup, first: float, last: float) -> NarrowResonances:
     """Resonances whose width touches a range of speeds, without those that nothing damps."""
     line, drive = setup.model.line, setup.drive
-    poles = _poles(setup)
+    poles = _poles(setup, first, last)
     order = drive.order[poles.order]
     speed, width = poles.pole.imag / order, np.abs(poles.pole.real) / order
     inside = (speed + 3.0 * width > first) & (speed - 3.0 * width < last) & (width > 0.0)
