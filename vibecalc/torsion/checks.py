@@ -7,7 +7,6 @@ from vibecalc.core.case.raw import unknown
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.parts.firing import is_separate, torque_reaches_mounts
 from vibecalc.schema import Case
-from vibecalc.torsion.dampings import loss_factor
 from vibecalc.torsion.shaft_line_tables import (
     Shaft,
     ShaftLine,
@@ -15,6 +14,7 @@ from vibecalc.torsion.shaft_line_tables import (
     crank_station,
     has_stress,
     joints,
+    loss_factor,
     section_names,
     shaft_ends,
     speed_ratios,
@@ -47,12 +47,8 @@ def torsion_problems(case: Case) -> list[Problem]:
     return [*problems, *design_problems(case, line)]
 
 
-def _speeds(case: Case) -> Iterator[Problem]:
-    """Between cards pressure is interpolated, beyond them nobody has measured it."""
-    cards = case.machine.crank_train.gas_cards
-    if len(cards) < 2:
-        return
-    low, high = min(c.speed for c in cards), max(c.speed for c in cards)
+def asked_speeds(case: Case) -> list[tuple[KeyPath, float]]:
+    """Crank speeds in rad/s at which a case asks for its engine, each with its key."""
     torsion = None if case.response is None else case.response.torsion
     asked: list[tuple[KeyPath, float | None]] = [(("machine", "speed"), case.machine.speed)]
     ranges: list[tuple[KeyPath, LineSpeeds | RunUp | None]] = []
@@ -69,8 +65,17 @@ def _speeds(case: Case) -> Iterator[Problem]:
     for path, speeds in ranges:
         if speeds is not None:
             asked += [((*path, "from"), speeds.start), ((*path, "to"), speeds.stop)]
-    for path, speed in asked if low < high else ():
-        if speed is not None and not low * (1 - 1e-12) <= speed <= high * (1 + 1e-12):
+    return [(path, speed) for path, speed in asked if speed is not None]
+
+
+def _speeds(case: Case) -> Iterator[Problem]:
+    """Between cards pressure is interpolated, beyond them nobody has measured it."""
+    cards = case.machine.crank_train.gas_cards
+    if len(cards) < 2:
+        return
+    low, high = min(c.speed for c in cards), max(c.speed for c in cards)
+    for path, speed in asked_speeds(case) if low < high else ():
+        if not low * (1 - 1e-12) <= speed <= high * (1 + 1e-12):
             yield Problem(
                 path=path,
                 message="this speed is outside the range of the gas cards",
@@ -168,7 +173,7 @@ def _said(shaft: Shaft) -> str:
 
 
 def _damping(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
-    model, modes = torsion.damping_model, _modes(line)
+    model, modes = torsion.damping_model, most_modes(line)
     if model is not None:
         path: KeyPath = (*TORSION, "damping_model")
         if model.kind == "modal" and len(model.ratios) > modes:
@@ -187,7 +192,7 @@ def _damping(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
                 )
 
 
-def _modes(line: ShaftLine) -> int:
+def most_modes(line: ShaftLine) -> int:
     """Modes of a line, rigid ones too."""
     rigid = sum(1 for gear in line.gears if gear.mesh_stiffness is None)
     return max(len(line.stations) + len(line.dampers) - rigid, 1)
@@ -197,7 +202,7 @@ def _published(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
     options = torsion.as_published
     held = any(station.ground_stiffness for station in line.stations)
     rings = sum(1 for damper in line.dampers if damper.kind == "viscous")
-    elastic = max(_modes(line) - rings - (0 if held else 1), 0)
+    elastic = max(most_modes(line) - rings - (0 if held else 1), 0)
     if options is None or options.modes <= max(elastic, AsPublished().modes):
         return
     yield Problem(

@@ -7,21 +7,12 @@ import numpy as np
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.torsion.damping_tables import ARCHER, EngineDamping, OverSpeed
-from vibecalc.torsion.shaft_line_tables import Load, Shaft, ShaftLine, shaft_ends
+from vibecalc.torsion.shaft_line_tables import Load, ShaftLine, shaft_ends
 from vibecalc.torsion.speed_damping import SpeedLaw, archer_multiple, propeller_law
 
 # ----------------------------------------------------------------------------
-# Which dampings of a case follow the speed, and all of them as laws of their own shafts.
+# The dampings of a case and the torques of its loads as laws of their own shafts.
 # ----------------------------------------------------------------------------
-
-
-def has_laws(line: ShaftLine) -> bool:
-    """Whether some damping says more than one number of its station or shaft."""
-    return (
-        line.engine_damping is not None
-        or any(one.over_speed is not None for one in (*line.stations, *line.shafts))
-        or any(one.propeller_damping is not None for one in line.loads)
-    )
 
 
 def follows(given: OverSpeed | None, value: float, ratio: float) -> SpeedLaw:
@@ -123,12 +114,3 @@ def element_laws(
         for values in (dashpot, loss)
     )
     return dashpots, losses
-
-
-def loss_factor(shaft: Shaft) -> float:
-    """Of the complex stiffness k (1 + i eta): as given, 1 / M of a magnifier, or 2 D of Lehr's."""
-    if shaft.magnifier is not None:
-        return 1.0 / shaft.magnifier
-    if shaft.lehr_ratio is not None:
-        return 2.0 * shaft.lehr_ratio
-    return shaft.loss_factor

@@ -13,7 +13,7 @@ from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts import tables as train_parts
 from vibecalc.parts.crank_train import CrankTrain, build_crank_train
 from vibecalc.schema import Case
-from vibecalc.torsion.dampings import element_laws, has_laws, load_law, loss_factor, station_laws
+from vibecalc.torsion.dampings import element_laws, load_law, station_laws
 from vibecalc.torsion.from_dimensions import Throw as Dimensions
 from vibecalc.torsion.from_dimensions import (
     disc_ended_web_inertia,
@@ -36,7 +36,9 @@ from vibecalc.torsion.shaft_line_tables import (
     Throw,
     crank_station,
     gear_ratio,
+    has_laws,
     joints,
+    loss_factor,
     merged,
     shaft_ends,
     speed_ratios,
@@ -297,9 +299,9 @@ class ShaftLineModel:
     ground of each station. `section_modulus` in m^3, `section_diameter` in m and
     `tensile_strength` in Pa are 0 where the case does not say them. `cylinder_station` and
     `cylinder_freedom` (c,) follow the cylinders of the crank train. Of `loads` (k,) there are the
-    torque at the operating speed, exponent and law on their own shafts. Where dampings follow speed,
-    load or a mode, `line` has those of the operating speed, `station_laws` (s,) are the absolute
-    ones of own shafts and `over_speed` is what of them is another one at another speed.
+    torque at the operating speed, exponent and law on their own shafts. Where dampings follow
+    speed, load or a mode, `line` has those of the operating speed, `station_laws` (s,) are the
+    absolute ones of own shafts and `over_speed` is what is another one at another speed.
     """
 
     line: Line

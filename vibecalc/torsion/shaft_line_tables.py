@@ -470,3 +470,49 @@ def has_stress(shaft: Shaft) -> bool:
     """Whether the case says enough for torque over section modulus."""
     given = (shaft.diameter, shaft.section_modulus, shaft.section, shaft.throw)
     return any(one is not None for one in given)
+
+
+# ----------------------------------------------------------------------------
+# Dampings that are more than one number of their station or shaft.
+# ----------------------------------------------------------------------------
+
+
+def loss_factor(shaft: Shaft) -> float:
+    """Of the complex stiffness k (1 + i eta): as given, 1 / M of a magnifier, or 2 D of Lehr's."""
+    if shaft.magnifier is not None:
+        return 1.0 / shaft.magnifier
+    if shaft.lehr_ratio is not None:
+        return 2.0 * shaft.lehr_ratio
+    return shaft.loss_factor
+
+
+def has_laws(line: ShaftLine) -> bool:
+    """Whether dampings follow the speed, a load or a mode."""
+    return (
+        line.engine_damping is not None
+        or any(one.over_speed is not None for one in (*line.stations, *line.shafts))
+        or any(one.propeller_damping is not None for one in line.loads)
+    )
+
+
+def what_follows(line: ShaftLine) -> dict[str, bool]:
+    """Whether absolute dampings, dashpots and loss factors are other ones at other speeds."""
+
+    def moves(given: OverSpeed | None) -> bool:
+        return given is not None and given.exponent != 0.0
+
+    engine = line.engine_damping
+    stations = any(moves(one.over_speed) and one.absolute_damping for one in line.stations)
+    if engine is not None and moves(engine.over_speed):
+        given = engine.magnifier, engine.damping_ratio, engine.loss_factor, engine.damping
+        stations = stations or any(given)
+    stations = stations or any(
+        one.propeller_damping is not None and (one.curve is not None or one.exponent != 1.0)
+        for one in line.loads
+    )
+    turning = [one for one in line.shafts if moves(one.over_speed)]
+    return {
+        "station_damping": stations,
+        "section_damping": any(one.damping or one.damping_ratio for one in turning),
+        "section_loss_factor": any(map(loss_factor, turning)),
+    }

@@ -63,11 +63,6 @@ def build_problem(setup: Setup, options: DamperDesign) -> DesignTask:
             "damping ratios by mode hold for the line as it is; a search for a damper needs "
             "dampings of shafts and stations, or a damping_model of kind 'rayleigh'"
         )
-    if setup.model.over_speed is not None:
-        raise NumericalFailure(
-            "dampings of the line follow the speed, which the search for a damper does not; give "
-            "those of one speed without over_speed and propeller_damping"
-        )
     shaft = setup.shaft
     line, element, freedom = _without_ring(setup, options.on)
     if np.any(setup.model.speed_stiffness[element]):

@@ -43,6 +43,8 @@ def torque_value(model: Model, drive: Drive, section: IntArray) -> Value:
 
 #: freedoms up to which the poles of the damped line are computed; else modes without coupling
 FREEDOMS = 200
+#: relative distance up to which two speeds are one
+SAME = 1e-13
 
 
 class DenseSweep(NamedTuple):
@@ -77,8 +79,15 @@ def with_narrow_resonances(
 
 
 def added(setup: Setup, dense: DenseSweep, extra: FloatArray) -> DenseSweep:
-    """With more speeds (r,), in any order, but those at which nothing damps an order."""
+    """With more speeds (r,), in any order, but those at which nothing damps an order.
+
+    What is a speed of the sweep but for rounding, as the corner of a limit may be, is left out.
+    """
     extra = distinct(extra[~np.isin(extra, dense.speed)])
+    place = np.clip(np.searchsorted(dense.speed, extra), 1, len(dense.speed) - 1)
+    beside = dense.speed[np.stack([place - 1, place])]
+    extra = extra[np.all(np.abs(beside - extra) > SAME * extra, axis=0)]
+    extra = extra[np.diff(extra, prepend=0.0) > SAME * extra]
     parts = [np.zeros((0, dense.torque.shape[1]))]
     for start in range(0, len(extra), ROWS):
         at = solved(setup.model, setup.drive, extra[start : start + ROWS])
@@ -91,8 +100,8 @@ def added(setup: Setup, dense: DenseSweep, extra: FloatArray) -> DenseSweep:
     return DenseSweep(every[ascending], np.concatenate([dense.torque, values[clear]])[ascending])
 
 
-#: parts of a range of speeds, each with the dampings of its middle, and how far they overlap
-PARTS, OVERLAP = 12, 0.02
+#: parts of a range of speeds, each with the dampings of its middle
+PARTS = 12
 
 
 def _poles(setup: Setup, first: float, last: float) -> LinePoles:
@@ -103,18 +112,22 @@ def _poles(setup: Setup, first: float, last: float) -> LinePoles:
         some = np.flatnonzero(modes.frequency > 0.0)
         return poles_at_orders(modes.pole[some], modes.shape[some], modes.scale[some], len(order))
     unit = max(float(np.max(setup.modes.frequency, initial=0.0)), 1.0)
+    found = _poles_of(line, model, order, unit)
     if model.over_speed is None:
-        return _poles_of(line, model, order, unit)
+        return found
     # a width is that of the dampings at the speed where the pole meets the order
-    borders, parts = np.linspace(first, last, PARTS + 1), []
-    for low, high in zip(borders[:-1].tolist(), borders[1:].tolist(), strict=True):
-        found = _poles_of(model.over_speed.on(line, 0.5 * (low + high)), model, order, unit)
-        met = found.pole.imag / order[found.order]
-        # the first and the last part have what only touches the range
-        inside = (met >= low * (1.0 - OVERLAP)) | (low == first)
-        inside &= (met <= high * (1.0 + OVERLAP)) | (high == borders[-1])
-        parts.append(LinePoles(*(values[inside] for values in found)))
-    return LinePoles(*(np.concatenate(values) for values in zip(*parts, strict=True)))
+    met = found.pole.imag / order[found.order]
+    part = np.clip(PARTS * (met - first) / (last - first), 0, PARTS - 1).astype(int)
+    for number in np.unique(part).tolist():
+        middle = first + (number + 0.5) * (last - first) / PARTS
+        there = _poles_of(model.over_speed.on(line, middle), model, order, unit)
+        rows = np.flatnonzero(part == number)
+        apart = np.abs(there.pole.imag - found.pole.imag[rows, None])
+        apart[there.order != found.order[rows, None]] = np.inf
+        nearest = np.argmin(apart, axis=1)
+        for values, others in zip(found[:3], there[:3], strict=True):
+            values[rows] = others[nearest]
+    return found
 
 
 def _poles_of(line: Line, model: Model, order: FloatArray, unit: float) -> LinePoles:

@@ -216,7 +216,7 @@ class Model(NamedTuple):
     `speed_stiffness` (e,) in N m/rad per (rad/s)^2; `modal` takes the place of the matrices where
     the case damps by mode or asks for modes; a line damped by mode has no damping of its own.
     `stations` freedoms come first, then the rings of dampers; `rayleigh` (a, b) is what a J + b K
-    damps it with. `line` has the dampings of the operating speed, `over_speed` those that follow it.
+    damps it with. `line` has the dampings of the operating speed, `over_speed` what follows it.
     """
 
     line: Line
