@@ -1,8 +1,8 @@
 """The line of cases/marine_propulsion.toml, solved densely from the text of the case alone.
 
-Units are read here, the torque of a cylinder is a Gauss quadrature of pressure and piston speed over
-each interval of the cards, dampings are formed anew at each speed and order, and every order is one
-solve of the full matrix. Of the package only the curve through the points of a card is used.
+Units are read here, the torque of a cylinder is a Gauss quadrature of pressure and piston speed
+over each interval of the cards, dampings are formed anew at each speed and order, and every order
+is one solve of the full matrix. Of the package only the curve through the points of a card is used.
 """
 
 import tomllib

@@ -1,10 +1,10 @@
 """The marine propulsion line against a dense solve that is formed from the text of its case."""
 
+import marine_line as dense
 import numpy as np
 import pytest
-
-import marine_line as dense
 from shipped_cases import result_of
+
 from vibecalc.core.results.record import Quantity
 
 ROOT = "response/torsion/"

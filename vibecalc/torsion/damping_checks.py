@@ -135,7 +135,7 @@ def _spans(line: ShaftLine) -> Iterator[tuple[KeyPath, float, float]]:
 def _answers(case: Case, line: ShaftLine) -> Iterator[Problem]:
     """What cannot follow a speed, and a mode that the line does not have."""
     engine = line.engine_damping
-    if engine is not None and engine.damping is None and engine.mode > most_modes(line):
+    if engine is not None and (engine.mode or 0) > most_modes(line):
         yield Problem(
             path=(*LINE, "engine_damping", "mode"),
             message=f"the line has no mode {engine.mode}",

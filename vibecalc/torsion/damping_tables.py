@@ -103,8 +103,9 @@ class EngineDamping(Table):
     damping: AngularDamping | None = Field(
         None, ge=0, description="viscous, of each station; instead"
     )
-    mode: Annotated[int, Field(strict=True, ge=2, le=2000)] = Field(
-        2, description="whose undamped natural frequency w is; the rigid mode is number 1"
+    mode: Annotated[int, Field(strict=True, ge=2, le=2000)] | None = Field(
+        None,
+        description="whose undamped frequency w is, the rigid one is 1; default: lowest elastic",
     )
     over_speed: OverSpeed | None = Field(None, description="factor on it against the speed")
     RULES = (

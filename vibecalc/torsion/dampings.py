@@ -59,11 +59,13 @@ def engine_value(given: EngineDamping, inertia: float, natural: Callable[[], Flo
     if given.damping is not None:
         return given.damping
     frequency = natural()
-    w = float(frequency[given.mode - 1]) if given.mode <= len(frequency) else 0.0
+    some = frequency[frequency > 0.0] if given.mode is None else frequency[given.mode - 1 :]
+    w = float(some[0]) if len(some) else 0.0
     if w <= 0.0:
+        which = "the line has no elastic mode" if given.mode is None else f"mode {given.mode} of "
+        which += "" if given.mode is None else "the shaft line does not vibrate"
         raise NumericalFailure(
-            f"engine damping: mode {given.mode} of the shaft line does not vibrate, and a "
-            "magnifier or damping ratio of it says nothing; take an elastic mode"
+            f"engine damping: {which}, and a magnifier or damping ratio needs one"
         )
     if given.magnifier is not None:
         return inertia * w / given.magnifier

@@ -66,7 +66,8 @@ def _of_station(line: Mapping[str, Any], station: Mapping[str, Any]) -> list[str
 def _of_engine(given: Mapping[str, Any]) -> str:
     if given.get("damping") is not None:
         return "engine, viscous"
-    w = f"w of mode {given.get('mode') or 2}"
+    mode = given.get("mode")
+    w = f"w of mode {mode}" if mode else "w of the lowest elastic mode"
     if given.get("magnifier") is not None:
         return f"engine, J w / M, magnifier M = {short(given['magnifier'])}, {w}"
     if given.get("damping_ratio") is not None:
