@@ -11,7 +11,6 @@ from vibecalc.core.case.rules import ascending, at_most_one, needs, one_of, refu
 # How a damping follows the speed: entries of a table, or a power.
 # ----------------------------------------------------------------------------
 
-_Entries = {"min_length": 2, "max_length": 2000}
 Speed = Annotated[AngularSpeed, Field(gt=0)]
 Factor = Annotated[Number, Field(gt=0)]
 
@@ -23,10 +22,16 @@ class OverSpeed(Table):
         "crank", description="whose speed: of the crankshaft, or that of its own shaft"
     )
     speed: tuple[Speed, ...] | None = Field(
-        None, **_Entries, description="ascending, with a factor for each; straight lines between"
+        None,
+        min_length=2,
+        max_length=2000,
+        description="ascending, with a factor for each; straight lines between",
     )
     factor: tuple[Factor, ...] | None = Field(
-        None, **_Entries, description="on the damping that is given, one per speed"
+        None,
+        min_length=2,
+        max_length=2000,
+        description="on the damping that is given, one per speed",
     )
     exponent: Number | None = Field(
         None, ge=-4, le=4, description="instead: factor (speed / reference) ^ exponent"
@@ -48,9 +53,13 @@ class OverSpeed(Table):
 class TorqueCurve(Table):
     """A torque against the speed, straight lines between the entries."""
 
-    speed: tuple[Speed, ...] = Field(**_Entries, description="ascending, of the crankshaft")
+    speed: tuple[Speed, ...] = Field(
+        min_length=2, max_length=2000, description="ascending, of the crankshaft"
+    )
     torque: tuple[Moment, ...] = Field(
-        **_Entries, description="mean, on its own shaft; positive brakes; one per speed"
+        min_length=2,
+        max_length=2000,
+        description="mean, on its own shaft; positive brakes; one per speed",
     )
     RULES = (same_length("speed", "torque"), ascending("speed"))
 

@@ -359,12 +359,12 @@ class ShaftLineModel:
     def station_damping(self, speed: float | Array) -> Array:
         """Referred absolute damping of each station (..., s) at crank speeds (...), N m s/rad."""
         if not self.station_laws:
-            return self.station_values[1]
+            return np.asarray(self.station_values[1])
         at = np.asarray(speed, dtype=float)
         found = [
             sum((one.at(at) for one in laws), np.zeros(at.shape)) for laws in self.station_laws
         ]
-        return np.stack(found, axis=-1) * self.station_ratio**2
+        return np.asarray(np.stack(found, axis=-1) * self.station_ratio**2)
 
 
 def build_shaft_line(case: Case) -> ShaftLineModel:
