@@ -91,7 +91,7 @@ def station_dampings(speed: float) -> np.ndarray:
     """Absolute dampings at a crank speed in rad/s: of the engine, as given, of the propeller."""
     given, rated = line(), operating_speed()
     engine, found = given["engine_damping"], []
-    over, w = engine["over_speed"], natural_frequencies()[1]
+    over, w = engine["over_speed"]["table"], natural_frequencies()[1]
     factor = np.interp(speed, [number(one) for one in over["speed"]], over["factor"])
     for station in given["stations"]:
         damping = number(station.get("absolute_damping"))

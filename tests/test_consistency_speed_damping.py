@@ -2,16 +2,21 @@
 
 import copy
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from vibecalc.core.case.load import validate
+from vibecalc.core.case.load import load_case, validate
 from vibecalc.core.results.record import Record
 from vibecalc.core.run.run import run_case
 from vibecalc.errors import NumericalFailure
+from vibecalc.isolation.torque_reaction import line_transfer
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.torsion.adapters.critical import critical
+from vibecalc.torsion.adapters.curves import sweep
+from vibecalc.torsion.adapters.maxima import DenseSweep, added
 from vibecalc.torsion.adapters.setup import build_setup
 from vibecalc.torsion.adapters.variable_inertia import system_of
 from vibecalc.torsion.line import damping_matrix, stiffness_matrix
@@ -19,6 +24,7 @@ from vibecalc.torsion.model import build_shaft_line
 from vibecalc.torsion.speed_damping import SpeedLaw, archer_multiple, propeller_law
 
 RPM = math.pi / 30.0
+CASE = Path(__file__).parents[1] / "cases" / "marine_propulsion.toml"
 ROOT = "response/torsion/"
 RATED = 100.0
 #: of the wheel and the propeller over the crank, the other way round
@@ -60,15 +66,16 @@ def geared() -> dict[str, Any]:
         for n, ends in (("crank", ["a", "b"]), ("coupling", ["b", "pinion"]),
                         ("shaft", ["wheel", "propeller"]))
     ]  # fmt: skip
-    shafts[0] |= {"magnifier": 80, "over_speed": TABLE}
+    shafts[0] |= {"magnifier": 80, "over_speed": {"table": TABLE}}
     shafts[1] |= {"damping": 30.0, "lehr_ratio": 0.02, "over_speed": own | {"reference": 100.0}}
-    slow = {"of": "own", "speed": [20.0, 40.0, 60.0], "factor": [2.0, 1.0, 0.7]}
+    steps = {"speed": [20.0, 40.0, 60.0], "factor": [2.0, 1.0, 0.7]}
+    slow = {"of": "own", "table": steps}
     shafts[2] |= {"damping": 200.0, "over_speed": slow}
     return machine(
         load="pinion",
         loads=[{"on": "propeller", "curve": TORQUE,
                 "propeller_damping": {"method": "factor", "coefficient": 3.5}}],
-        engine_damping={"magnifier": 50, "mode": 3, "over_speed": TABLE},
+        engine_damping={"magnifier": 50, "mode": 3, "over_speed": {"table": TABLE}},
         stations=stations,
         shafts=shafts,
         gears=[{"name": "gear", "between": ["pinion", "wheel"], "ratio": 0.4}],
@@ -366,3 +373,40 @@ def test_a_variable_inertia_has_the_dampings_of_each_speed() -> None:
         line = system_of(setup, speed).line
         assert line.absolute_damping[3] == pytest.approx(RATIO**2 * propeller_damping(speed))
         assert line.absolute_damping[0] == pytest.approx(engine_damping(speed))
+
+
+def test_on_mounts_the_line_has_the_dampings_of_each_speed() -> None:
+    """Leading axes of the speed are those of what follows it."""
+    shaft = build_shaft_line(validate(geared()))
+    speeds = np.array([70.0, 100.0, 130.0])
+    spin, order = Bounded(np.ones(4), np.zeros(4)), np.array([0.5, 1.0, 2.5])
+    whole = line_transfer(shaft.at(speeds[:, None]), spin, order * speeds[:, None])
+    for place, speed in enumerate(speeds.tolist()):
+        one = line_transfer(shaft.at(speed), spin, order * speed)
+        np.testing.assert_allclose(whole.value[place], one.value, rtol=1e-12)
+
+
+def test_tables_from_files(tmp_path: Path) -> None:
+    text = CASE.read_text(encoding="utf-8")
+    table = '{ speed = ["30 rpm", "60 rpm", "120 rpm"], factor = [0.8, 0.9, 1.1] }'
+    assert table in text
+    for name in CASE.parent.glob("marine_gas_pressure_*.csv"):
+        (tmp_path / name.name).write_bytes(name.read_bytes())
+    rows = "speed [rpm], factor\n30, 0.8\n60, 0.9\n120, 1.1\n"
+    (tmp_path / "factor.csv").write_text(rows, encoding="utf-8")
+    (tmp_path / "case.toml").write_text(text.replace(table, '"factor.csv"'), encoding="utf-8")
+    ours, plain = (
+        build_shaft_line(load_case(path).case).at(5.0).absolute_damping
+        for path in (tmp_path / "case.toml", CASE)
+    )
+    np.testing.assert_allclose(ours, plain, rtol=1e-14)
+
+
+def test_a_speed_that_is_one_of_the_sweep_but_for_rounding_is_not_added() -> None:
+    """As the corner of a class rule at 0.9 of the rated speed may be."""
+    setup = build_setup(validate(geared()))
+    speed = np.array([70.0, 94.5, 110.0])
+    dense = DenseSweep(speed, sweep(setup.model, setup.drive, speed, setup.shaft).torque)
+    beside = np.nextafter(94.5, 0.0)
+    found = added(setup, dense, np.array([beside, 80.0, np.nextafter(80.0, 90.0), 94.6]))
+    np.testing.assert_array_equal(found.speed, [70.0, 80.0, 94.5, 94.6, 110.0])

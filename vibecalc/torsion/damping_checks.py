@@ -124,9 +124,10 @@ def _spans(line: ShaftLine) -> Iterator[tuple[KeyPath, float, float]]:
         engine = line.engine_damping.over_speed
         given.append(((*LINE, "engine_damping", "over_speed"), engine, 1.0))
     for path, over, own in given:
-        if over is not None and over.speed:
+        if over is not None and over.table is not None:
             per_crank = abs(own) if over.of == "own" else 1.0
-            yield path, over.speed[0] / per_crank, over.speed[-1] / per_crank
+            ends = (over.table.speed[place] / per_crank for place in (0, -1))
+            yield (*path, "table"), *ends
     for place, load in enumerate(line.loads):
         if load.curve is not None:
             yield (*LINE, "loads", place, "curve"), load.curve.speed[0], load.curve.speed[-1]

@@ -15,24 +15,23 @@ Speed = Annotated[AngularSpeed, Field(gt=0)]
 Factor = Annotated[Number, Field(gt=0)]
 
 
+class FactorCurve(Table):
+    """A factor against the speed, straight lines between the entries."""
+
+    speed: tuple[Speed, ...] = Field(min_length=2, max_length=2000, description="ascending")
+    factor: tuple[Factor, ...] = Field(
+        min_length=2, max_length=2000, description="on the damping that is given, one per speed"
+    )
+    RULES = (same_length("speed", "factor"), ascending("speed"))
+
+
 class OverSpeed(Table):
     """A factor on a damping against the speed, as a table or as a power of the speed."""
 
     of: Literal["crank", "own"] = Field(
         "crank", description="whose speed: of the crankshaft, or that of its own shaft"
     )
-    speed: tuple[Speed, ...] | None = Field(
-        None,
-        min_length=2,
-        max_length=2000,
-        description="ascending, with a factor for each; straight lines between",
-    )
-    factor: tuple[Factor, ...] | None = Field(
-        None,
-        min_length=2,
-        max_length=2000,
-        description="on the damping that is given, one per speed",
-    )
+    table: FactorCurve | None = Field(None, description="a table or a CSV")
     exponent: Number | None = Field(
         None, ge=-4, le=4, description="instead: factor (speed / reference) ^ exponent"
     )
@@ -40,13 +39,9 @@ class OverSpeed(Table):
         None, gt=0, description="speed at which the damping is as given, with exponent"
     )
     RULES = (
-        one_of("speed factor", "exponent reference"),
-        needs("speed", "factor", "a table has both"),
-        needs("factor", "speed", "a table has both"),
+        one_of("table", "exponent reference"),
         needs("exponent", "reference", "at this speed the damping is as given"),
         needs("reference", "exponent", "the power of the speed"),
-        same_length("speed", "factor"),
-        ascending("speed"),
     )
 
 

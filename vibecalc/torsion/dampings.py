@@ -22,8 +22,9 @@ def follows(given: OverSpeed | None, value: float, ratio: float) -> SpeedLaw:
     per_crank = abs(ratio) if given.of == "own" else 1.0
     if given.exponent is not None and given.reference is not None:
         return SpeedLaw(value, given.reference / per_crank, given.exponent)
-    entries = np.array(given.speed, dtype=float) / per_crank
-    return SpeedLaw(value, entry=entries, factor=np.array(given.factor, dtype=float))
+    assert given.table is not None  # one of the two, says the form
+    entries = np.array(given.table.speed, dtype=float) / per_crank
+    return SpeedLaw(value, entry=entries, factor=np.array(given.table.factor, dtype=float))
 
 
 def load_law(load: Load, operating_speed: float) -> SpeedLaw:

@@ -108,7 +108,7 @@ def _over(given: Mapping[str, Any] | None) -> str:
     whose = "own speed" if given.get("of") == "own" else "speed"
     if given.get("exponent") is not None:
         return f", {whose}^{given['exponent']:g} from {turns(given['reference'])} rpm"
-    factor, speed = given["factor"], given["speed"]
+    factor, speed = (given["table"][key] for key in ("factor", "speed"))
     ends = f"{turns(speed[0])} to {turns(speed[-1])} rpm"
     return f", times {short(factor[0])} to {short(factor[-1])} over {ends} {whose}".replace(
         " rpm speed", " rpm"
