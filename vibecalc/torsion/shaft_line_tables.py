@@ -242,7 +242,13 @@ class Shaft(Table):
     RULES = (
         one_of("stiffness", "section", "throw"),
         at_most_one("damping", "damping_ratio"),
-        at_most_one("loss_factor", "magnifier", "lehr_ratio"),
+        at_most_one("magnifier", "lehr_ratio"),
+        refuse(
+            "loss_factor",
+            "loss_factor and another word for it exclude each other",
+            lambda t: t.number("loss_factor") and ("magnifier" in t or "lehr_ratio" in t),
+            "loss_factor, magnifier, or lehr_ratio",
+        ),
         needs(
             "over_speed",
             "damping damping_ratio loss_factor magnifier lehr_ratio",
