@@ -15,6 +15,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.isolation.torque_reaction import line_transfer
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.torsion.adapters.critical import critical
+from vibecalc.torsion.adapters.curves import solved as solved_line
 from vibecalc.torsion.adapters.curves import sweep
 from vibecalc.torsion.adapters.maxima import DenseSweep, added
 from vibecalc.torsion.adapters.setup import build_setup
@@ -155,17 +156,12 @@ def test_every_law_against_a_dense_solve() -> None:
     setup = build_setup(validate(geared()))
     order = setup.drive.order
     curve, gear = values(found, "speeds/torque_half_range"), values(found, "speeds/gear_torque")
-    state = setup.model
     for place, speed in enumerate(np.linspace(65.0, 140.0, 6).tolist()):
         load = np.zeros((len(order), 4), dtype=complex)
         load[:, :2] = setup.drive.torque(np.array([speed])).value[0]
         solved = [answer(speed, q, one) for q, one in zip(order, load, strict=True)]
         torque = np.array([one for one, _ in solved])
-        angle = state.solve(np.array([speed]), order, load[None, :, :2], setup.drive.freedom).angle
-        line = state.at(speed)
-        w = speed * order[:, None]
-        k = line.stiffness * (1.0 + 1j * line.loss_factor) + 1j * w * line.damping
-        ours = k * (angle[0][:, line.first] - angle[0][:, line.second])
+        ours = solved_line(setup.model, setup.drive, np.array([speed])).torque[0]
         np.testing.assert_allclose(ours, torque, rtol=1e-10, atol=1e-10 * np.abs(torque).max())
         # samples miss the top of a smooth curve by the square of their step
         whole = half(order, np.column_stack([torque, [one for _, one in solved]]))

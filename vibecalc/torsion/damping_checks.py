@@ -126,8 +126,8 @@ def _spans(line: ShaftLine) -> Iterator[tuple[KeyPath, float, float]]:
     for path, over, own in given:
         if over is not None and over.table is not None:
             per_crank = abs(own) if over.of == "own" else 1.0
-            ends = (over.table.speed[place] / per_crank for place in (0, -1))
-            yield (*path, "table"), *ends
+            low, high = over.table.speed[0], over.table.speed[-1]
+            yield (*path, "table"), low / per_crank, high / per_crank
     for place, load in enumerate(line.loads):
         if load.curve is not None:
             yield (*LINE, "loads", place, "curve"), load.curve.speed[0], load.curve.speed[-1]

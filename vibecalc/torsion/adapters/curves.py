@@ -81,7 +81,7 @@ def gear_torques(shaft: ShaftLineModel, drive: Drive, model: Model, state: "Orde
     if not np.any(of_stations):
         return through
     inertia, _, held = shaft.station_values
-    damping = shaft.station_damping(state.frequency[:, :1] / drive.order[0])
+    damping = shaft.station_damping(state.speed[:, None])
     w = state.frequency[..., None]
     need = (held - w**2 * inertia + 1j * w * damping) * state.angle[..., shaft.freedom]
     need = need + inertia * modal_braking(model, state)[..., shaft.freedom]
@@ -179,7 +179,8 @@ class Curves(NamedTuple):
 class OrderSolution(NamedTuple):
     """All orders (s, m, ...) at some speeds, referred: angles, twists, torques of sections.
 
-    Complex arrays, or `Bounded` ones of `bounded_orders`; `load` are the torques that act.
+    Complex arrays, or `Bounded` ones of `bounded_orders`; `load` are the torques that act;
+    `speed` (s,) of the crank, in rad/s.
     """
 
     frequency: FloatArray
@@ -189,6 +190,7 @@ class OrderSolution(NamedTuple):
     load: Any
     error: FloatArray
     masked: BoolArray
+    speed: FloatArray
 
 
 def solved(model: Model, drive: Drive, speed: FloatArray, estimate: bool = False) -> OrderSolution:
@@ -199,7 +201,7 @@ def solved(model: Model, drive: Drive, speed: FloatArray, estimate: bool = False
     w = speed[:, None] * drive.order
     twist = found.angle[..., line.first] - found.angle[..., line.second]
     torque = complex_stiffness(line, w) * twist
-    return OrderSolution(w, found.angle, twist, torque, load, found.error, found.masked)
+    return OrderSolution(w, found.angle, twist, torque, load, found.error, found.masked, speed)
 
 
 def sweep(
