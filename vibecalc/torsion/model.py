@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -463,6 +464,7 @@ def _with_laws(
     Raises NumericalFailure for a damping of the engine by a mode that does not vibrate.
     """
 
+    @cache
     def natural() -> Array:
         from vibecalc.torsion.modes import natural_modes
 
