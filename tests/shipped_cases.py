@@ -43,6 +43,7 @@ SLOW = frozenset(
         "generator_mount_design",
         "generator_mount_design_lever",
         "generator_on_floor",
+        "marine_propulsion",
         "pump",
         "roll",
         "roll_balanced",

@@ -9,8 +9,10 @@ from vibecalc.kinds import has_crank_train
 from vibecalc.parts.firing import is_separate, torque_reaches_mounts
 from vibecalc.schema import Case
 from vibecalc.torsion.shaft_line_tables import (
+    Shaft,
     ShaftLine,
     has_stress,
+    loss_factor,
     section_names,
 )
 from vibecalc.torsion.tables import AsPublished, LineSpeeds, Torsion
@@ -43,14 +45,8 @@ def torsion_problems(case: Case) -> list[Problem]:
     return [*problems, *design_problems(case, line)]
 
 
-def _speeds(case: Case) -> Iterator[Problem]:
-    """Between cards pressure is interpolated, beyond them nobody has measured it."""
-    if not has_crank_train(case.machine):
-        return
-    cards = case.machine.crank_train.gas_cards
-    if len(cards) < 2:
-        return
-    low, high = min(c.speed for c in cards), max(c.speed for c in cards)
+def asked_speeds(case: Case) -> list[tuple[KeyPath, float]]:
+    """Crank speeds in rad/s at which a case asks for its engine, each with its key."""
     torsion = None if case.response is None else case.response.torsion
     asked: list[tuple[KeyPath, float | None]] = [(("machine", "speed"), case.machine.speed)]
     ranges: list[tuple[KeyPath, LineSpeeds | RunUp | None]] = []
@@ -67,8 +63,19 @@ def _speeds(case: Case) -> Iterator[Problem]:
     for path, speeds in ranges:
         if speeds is not None:
             asked += [((*path, "from"), speeds.start), ((*path, "to"), speeds.stop)]
-    for path, speed in asked if low < high else ():
-        if speed is not None and not low * (1 - 1e-12) <= speed <= high * (1 + 1e-12):
+    return [(path, speed) for path, speed in asked if speed is not None]
+
+
+def _speeds(case: Case) -> Iterator[Problem]:
+    """Between cards pressure is interpolated, beyond them nobody has measured it."""
+    if not has_crank_train(case.machine):
+        return
+    cards = case.machine.crank_train.gas_cards
+    if len(cards) < 2:
+        return
+    low, high = min(c.speed for c in cards), max(c.speed for c in cards)
+    for path, speed in asked_speeds(case) if low < high else ():
+        if not low * (1 - 1e-12) <= speed <= high * (1 + 1e-12):
             yield Problem(
                 path=path,
                 message="this speed is outside the range of the gas cards",
@@ -87,8 +94,10 @@ def _run_up(case: Case, line: ShaftLine) -> Iterator[Problem]:
     if is_separate(case) or not line.gears or not line.shafts:
         return
     damped = bool(line.dampers) or any(
-        s.damping or s.damping_ratio or s.loss_factor for s in line.shafts
+        s.damping or s.damping_ratio or loss_factor(s) for s in line.shafts
     )
+    damped = damped or line.engine_damping is not None
+    damped = damped or any(one.propeller_damping is not None for one in line.loads)
     if not damped and not any(station.absolute_damping for station in line.stations):
         yield Problem(
             path=("isolation", "run_up"),
@@ -143,21 +152,28 @@ def _change(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
                 allowed="a cylinder that is not in misfire",
                 also=(*TORSION, "misfire"),
             )
-        lossy = [n for n, shaft in enumerate(line.shafts) if shaft.loss_factor > 0.0]
+        lossy = [n for n, shaft in enumerate(line.shafts) if loss_factor(shaft) > 0.0]
         damped = [n for n, damper in enumerate(line.dampers) if damper.loss_factor > 0.0]
         if (lossy or damped) and torsion.damping_model is None:
             yield Problem(
                 path=path,
                 message="a loss factor is of a steady vibration and has no meaning in time",
                 allowed="damping in N*m*s/rad, or a damping_model",
-                also=(*LINE, "shafts", lossy[0], "loss_factor")
+                also=(*LINE, "shafts", lossy[0], _said(line.shafts[lossy[0]]))
                 if lossy
                 else (*LINE, "dampers", damped[0], "loss_factor"),
             )
 
 
+def _said(shaft: Shaft) -> str:
+    """The key that gives a shaft its loss factor."""
+    if shaft.magnifier is not None:
+        return "magnifier"
+    return "loss_factor" if shaft.lehr_ratio is None else "lehr_ratio"
+
+
 def _damping(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
-    model, modes = torsion.damping_model, _modes(line)
+    model, modes = torsion.damping_model, most_modes(line)
     if model is not None:
         path: KeyPath = (*TORSION, "damping_model")
         if model.kind == "modal" and len(model.ratios) > modes:
@@ -176,7 +192,7 @@ def _damping(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
                 )
 
 
-def _modes(line: ShaftLine) -> int:
+def most_modes(line: ShaftLine) -> int:
     """Modes of a line, rigid ones too."""
     rigid = sum(1 for gear in line.gears if gear.mesh_stiffness is None)
     return max(len(line.stations) + len(line.dampers) - rigid, 1)
@@ -186,7 +202,7 @@ def _published(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
     options = torsion.as_published
     held = any(station.ground_stiffness for station in line.stations)
     rings = sum(1 for damper in line.dampers if damper.kind == "viscous")
-    elastic = max(_modes(line) - rings - (0 if held else 1), 0)
+    elastic = max(most_modes(line) - rings - (0 if held else 1), 0)
     if options is None or options.modes <= max(elastic, AsPublished().modes):
         return
     yield Problem(

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from vibecalc.core.case.raw import listed, unknown
 from vibecalc.errors import KeyPath, Problem
+from vibecalc.kinds import has_crank_train
 from vibecalc.schema import Case
 from vibecalc.torsion.curve_tables import (
     OF_SECTIONS,
@@ -118,9 +119,10 @@ def _measured(path: KeyPath, case: Case, curve: LineCurve, speeds: LineSpeeds) -
 
 def _conditions(case: Case, torsion: Torsion) -> Iterator[Problem]:
     """Are there cylinders enough for conditions that differ?"""
-    options, cylinders = torsion.conditions, case.machine.crank_train.cylinders
-    if options is None:
+    options = torsion.conditions
+    if options is None or not has_crank_train(case.machine):
         return
+    cylinders = case.machine.crank_train.cylinders
     path: KeyPath = (*TORSION, "conditions")
     scales = options.pressure_scale
     if len(cylinders) < 2 and (options.misfire == "each" or options.imbalance is not None):

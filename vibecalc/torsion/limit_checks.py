@@ -6,6 +6,7 @@ import numpy as np
 
 from vibecalc.core.case.raw import unknown
 from vibecalc.errors import KeyPath, Problem
+from vibecalc.kinds import has_crank_train
 from vibecalc.schema import Case
 from vibecalc.torsion.limit_tables import Crank, TorsionLimit
 from vibecalc.torsion.shaft_line_tables import (
@@ -37,7 +38,14 @@ def limit_problems(
     for place, limit in enumerate(limits):
         path = (*LIMITS, place)
         yield from _names(path, line, limit)
-        if limit.rule == "iacs_m53":
+        if limit.rule == "iacs_m53" and not has_crank_train(case.machine):
+            yield Problem(
+                path=(*path, "rule"),
+                message="UR M53 is for crankshafts, and a drive train has none",
+                allowed="'iacs_m68' for propulsion shafts, or a curve",
+                also=("machine", "kind"),
+            )
+        elif limit.rule == "iacs_m53":
             yield from _crank(path, case, line, limit)
         elif limit.rule is not None or limit.curve is not None:
             yield from _stress(path, line, limit)
@@ -258,6 +266,7 @@ def _beyond(line: ShaftLine, limit: TorsionLimit) -> list[str]:
     joined, ends = joints(line), shaft_ends(line)
     fires = [bool(station.cylinder or station.cylinders) for station in line.stations]
     load = at[line.load] if line.load is not None else len(stations) - 1
+    load = next((at[one.on] for one in line.loads if one.propeller_damping is not None), load)
     speed = speed_ratios(len(stations), joined, crank_station(line)).ratio
     unreached = []
     for name in asked:

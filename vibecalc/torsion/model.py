@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts import tables as train_parts
 from vibecalc.parts.crank_train import CrankTrain, build_crank_train
 from vibecalc.schema import Case
+from vibecalc.torsion.dampings import element_laws, load_law, station_laws
 from vibecalc.torsion.from_dimensions import Throw as Dimensions
 from vibecalc.torsion.from_dimensions import (
     disc_ended_web_inertia,
@@ -36,12 +38,15 @@ from vibecalc.torsion.shaft_line_tables import (
     Throw,
     crank_station,
     gear_ratio,
+    has_laws,
     joints,
+    loss_factor,
     merged,
     shaft_ends,
     speed_ratios,
 )
 from vibecalc.torsion.shaft_line_tables import ShaftLine as Parts
+from vibecalc.torsion.speed_damping import SpeedDamping, SpeedLaw, referred
 
 # ----------------------------------------------------------------------------
 # Inertias of stations, and what lies between them, each at its own speed, from a case.
@@ -143,7 +148,7 @@ def shaft_elements(
                 second=at[second],
                 stiffness=stiffness,
                 damping=damping,
-                loss_factor=shaft.loss_factor,
+                loss_factor=loss_factor(shaft),
                 section_modulus=modulus,
                 diameter=outer,
                 bore=bore,
@@ -296,7 +301,10 @@ class ShaftLineModel:
     ground of each station. `section_modulus` in m^3, `section_diameter` in m and
     `tensile_strength` in Pa are 0 where the case does not say them; `throws` are those of the
     shafts, which come first. `cylinder_station` and `cylinder_freedom` (c,) follow the cylinders of
-    the crank train.
+    the crank train. Of `loads` (k,) there are the torque at the operating speed, exponent and law
+    on their own shafts. Where dampings follow speed, load or a mode, `line` has those of the
+    operating speed, `station_laws` (s,) are the absolute ones of own shafts and `over_speed` is
+    what is another one at another speed.
     """
 
     line: Line
@@ -325,24 +333,42 @@ class ShaftLineModel:
     taken_station: Places
     taken_torque: Array
     taken_exponent: Array
+    taken_laws: tuple[SpeedLaw, ...]
+    station_laws: tuple[tuple[SpeedLaw, ...], ...] = ()
+    over_speed: SpeedDamping | None = None
 
     def at(self, speed: float | Array) -> Line:
-        """The line at crank speeds (...) in rad/s; the stiffness gets their leading axes."""
+        """The line at crank speeds (...) in rad/s; what follows them gets their leading axes."""
+        line = self.line if self.over_speed is None else self.over_speed.on(self.line, speed)
         if not np.any(self.speed_stiffness):
-            return self.line
+            return line
         square = np.asarray(speed, dtype=float)[..., None] ** 2
         stiffness = self.line.stiffness + square * self.speed_stiffness
-        return self.line._replace(stiffness=stiffness)
+        return line._replace(stiffness=stiffness)
 
-    def mean_load(self, speed: float, operating_speed: float) -> Array:
-        """What `loads` take from each freedom (n,), referred, positive braking, in N m."""
-        taken = np.zeros(len(self.freedom_names))
-        factor = (speed / operating_speed) ** self.taken_exponent
-        places = self.freedom[self.taken_station]
+    def taken(self, speed: float | Array) -> Array:
+        """What each of `loads` takes (..., k) at crank speeds (...), referred, in N m."""
+        at = np.asarray(speed, dtype=float)
+        found = [np.zeros((*at.shape, 0)), *(one.at(at)[..., None] for one in self.taken_laws)]
         # it brakes, whichever way its shaft turns
         ratio = np.abs(self.station_ratio[self.taken_station])
-        np.add.at(taken, places, self.taken_torque * factor * ratio)
+        return np.concatenate(found, axis=-1) * ratio
+
+    def mean_load(self, speed: float) -> Array:
+        """What `loads` take from each freedom (n,), referred, positive braking, in N m."""
+        taken = np.zeros(len(self.freedom_names))
+        np.add.at(taken, self.freedom[self.taken_station], self.taken(speed))
         return taken
+
+    def station_damping(self, speed: float | Array) -> Array:
+        """Referred absolute damping of each station (..., s) at crank speeds (...), N m s/rad."""
+        if not self.station_laws:
+            return np.asarray(self.station_values[1])
+        at = np.asarray(speed, dtype=float)
+        found = [
+            sum((one.at(at) for one in laws), np.zeros(at.shape)) for laws in self.station_laws
+        ]
+        return np.asarray(np.stack(found, axis=-1) * self.station_ratio**2)
 
 
 def build_shaft_line(case: Case) -> ShaftLineModel:
@@ -385,7 +411,8 @@ def build_shaft_line(case: Case) -> ShaftLineModel:
     ]
     load = at[parts.load] if parts.load is not None else len(names) - 1
     cylinder = _cylinder_stations(parts, () if train is None else train.names)
-    return ShaftLineModel(
+    laws = tuple(load_law(one, case.machine.speed) for one in parts.loads)
+    built = ShaftLineModel(
         line=line,
         # a pendulum feels the speed of its own station
         speed_stiffness=square**2 * np.array([one.speed_stiffness for one in elements]),
@@ -426,8 +453,47 @@ def build_shaft_line(case: Case) -> ShaftLineModel:
         load_station=load,
         load_freedom=int(freedom[load]),
         taken_station=np.array([at[one.on] for one in parts.loads], dtype=np.int64),
-        taken_torque=np.array([one.torque for one in parts.loads], dtype=float),
+        taken_torque=np.array([float(one.at(case.machine.speed)) for one in laws], dtype=float),
         taken_exponent=np.array([one.exponent for one in parts.loads], dtype=float),
+        taken_laws=laws,
+    )
+    if not has_laws(parts):
+        return built
+    return _with_laws(built, parts, at, inertia_of, case.machine.speed)
+
+
+def _with_laws(
+    built: ShaftLineModel, parts: Parts, at: dict[str, int], inertia: Array, speed: float
+) -> ShaftLineModel:
+    """The line with the dampings that follow speed, load or a mode; `line` has them at `speed`.
+
+    Raises NumericalFailure for a damping of the engine by a mode that does not vibrate.
+    """
+
+    @cache
+    def natural() -> Array:
+        from vibecalc.torsion.modes import natural_modes
+
+        return natural_modes(built.at(speed)).frequency
+
+    ratio, line, square = built.station_ratio, built.line, built.section_ratio**2
+    stations = station_laws(parts, at, ratio, inertia, speed, natural)
+    dashpot, loss = element_laws(
+        parts, at, ratio, (line.damping / square).tolist(), line.loss_factor.tolist()
+    )
+    own = np.array([sum(float(one.at(speed)) for one in laws) for laws in stations])
+    line = line._replace(
+        absolute_damping=_gathered(own, ratio, built.freedom, len(line.inertia)),
+        damping=square * np.array([float(one.at(speed)) for one in dashpot]),
+        loss_factor=np.array([float(one.at(speed)) for one in loss]),
+    )
+    held = built.station_values
+    return replace(
+        built,
+        line=line,
+        station_values=np.array([held[0], ratio**2 * own, held[2]]),
+        station_laws=stations,
+        over_speed=referred(stations, built.freedom, ratio, dashpot, loss, built.section_ratio),
     )
 
 

@@ -132,7 +132,16 @@ STEADY = (
           "1: as far from every order as the rule of the case asks; 0: not"),
 )  # fmt: skip
 
-TORSION_ENTRIES = (*EXCITATION, *MODES, *STEADY)
+#: where dampings follow the speed, a load or a mode
+DAMPING = (
+    entry(f"{ROOT}/damping/station", "station", "N*m*s/rad",
+          "absolute, at the operating speed, on its own shaft"),
+    entry(f"{ROOT}/damping/section", "section", "N*m*s/rad",
+          "viscous, of the twist, at the operating speed, on its own shaft"),
+    entry(f"{ROOT}/damping/loss_factor", "section", "", "of its stiffness, at the operating speed"),
+)  # fmt: skip
+
+TORSION_ENTRIES = (*EXCITATION, *MODES, *DAMPING, *STEADY)
 
 # ----------------------------------------------------------------------------
 # Results of a shaft line over a range of crank speeds: curves, criticals, limits, barred ranges.
@@ -154,6 +163,12 @@ TORSION_SPEEDS_ENTRIES = (
     entry(f"{ROOT}/speeds/torque_peak", _CURVE, "N*m", "largest magnitude, mean torque in it"),
     entry(f"{ROOT}/speeds/stress_half_range", _CURVE, "Pa", "half range of all orders",
           curve="section_stress"),
+    entry(f"{ROOT}/speeds/station_damping", "station speed", "N*m*s/rad",
+          "absolute, on its own shaft, where it follows the speed", curve="damping_over_speed"),
+    entry(f"{ROOT}/speeds/section_damping", _CURVE, "N*m*s/rad",
+          "viscous, of the twist, where it follows the speed", curve="damping_over_speed"),
+    entry(f"{ROOT}/speeds/section_loss_factor", _CURVE, "", "where it follows the speed",
+          curve="damping_over_speed"),
     entry(f"{ROOT}/speeds/mean_torque", "speed", "N*m", "of all cylinders"),
     entry(f"{ROOT}/speeds/gear_mean_torque", "gear speed", "N*m", "on the first wheel",
           curve="gear_torque"),

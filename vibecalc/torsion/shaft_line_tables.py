@@ -33,6 +33,7 @@ from vibecalc.core.case.rules import (
     unique,
 )
 from vibecalc.errors import Problem
+from vibecalc.torsion.damping_tables import EngineDamping, OverSpeed, PropellerDamping, TorqueCurve
 from vibecalc.torsion.station_torque_tables import StationExcitation
 
 # ----------------------------------------------------------------------------
@@ -153,6 +154,9 @@ class Station(Table):
     absolute_damping: AngularDamping = Field(
         0.0, ge=0, description="against the steady rotation, on its own shaft"
     )
+    over_speed: OverSpeed | None = Field(
+        None, description="factor on absolute_damping against the speed"
+    )
     ground_stiffness: AngularStiffness = Field(
         0.0, ge=0, description="to the steady rotation; a line on an unlimited grid has some"
     )
@@ -165,6 +169,7 @@ class Station(Table):
         ),
         one_of("inertia", "throw"),
         at_most_one("cylinder", "cylinders"),
+        needs("over_speed", "absolute_damping", "it is a factor on it"),
     )
 
 
@@ -228,6 +233,15 @@ class Shaft(Table):
     loss_factor: Number = Field(
         0.0, ge=0, le=10, description="of a complex stiffness k (1 + i loss_factor)"
     )
+    magnifier: Number | None = Field(
+        None, ge=0.1, description="dynamic magnifier M, instead: loss_factor = 1 / M"
+    )
+    lehr_ratio: Number | None = Field(
+        None, ge=0, le=5, description="Lehr's damping ratio D, instead: loss_factor = 2 D"
+    )
+    over_speed: OverSpeed | None = Field(
+        None, description="factor on its damping and loss factor against the speed"
+    )
     diameter: Length | None = Field(
         None, gt=0, description="of the solid shaft where the stress is read"
     )
@@ -240,6 +254,18 @@ class Shaft(Table):
     RULES = (
         one_of("stiffness", "section", "throw"),
         at_most_one("damping", "damping_ratio"),
+        at_most_one("magnifier", "lehr_ratio"),
+        refuse(
+            "loss_factor",
+            "loss_factor and another word for it exclude each other",
+            lambda t: t.number("loss_factor") and ("magnifier" in t or "lehr_ratio" in t),
+            "loss_factor, magnifier, or lehr_ratio",
+        ),
+        needs(
+            "over_speed",
+            "damping damping_ratio loss_factor magnifier lehr_ratio",
+            "it is a factor on one of them",
+        ),
         at_most_one("diameter", "section_modulus"),
         _TO_ITSELF,
     )
@@ -274,12 +300,19 @@ class Load(Table):
     """A torque that something takes from the line, apart from what balances the mean torque."""
 
     on: Name = Field(description="name of a station")
-    torque: Moment = Field(
-        description="mean, at the operating speed, on its own shaft; positive brakes"
+    torque: Moment | None = Field(
+        None, description="mean, at the operating speed, on its own shaft; positive brakes"
     )
     exponent: Number = Field(
         0.0, ge=0, le=4, description="of the speed: 0 constant, 2 as a propeller"
     )
+    curve: TorqueCurve | None = Field(
+        None, description="instead of torque and exponent: a table or a CSV over the speed"
+    )
+    propeller_damping: PropellerDamping | None = Field(
+        None, description="absolute damping of its station that follows from this torque"
+    )
+    RULES = (one_of("torque", "curve"), at_most_one("curve", "exponent"))
 
 
 def _some_between(row: Row) -> Iterator[Problem]:
@@ -319,6 +352,9 @@ class ShaftLine(Table):
     loads: tuple[Load, ...] = Field((), max_length=64, description="other torques that are taken")
     excitations: tuple[StationExcitation, ...] = Field(
         (), max_length=64, description="torques that alternate, beside those of cylinders"
+    )
+    engine_damping: EngineDamping | None = Field(
+        None, description="absolute damping at every station with a cylinder"
     )
     RULES = (
         *(unique(key) for key in ("stations", "shafts", "gears", "dampers")),
@@ -465,3 +501,49 @@ def has_stress(shaft: Shaft) -> bool:
     """Whether the case says enough for torque over section modulus."""
     given = (shaft.diameter, shaft.section_modulus, shaft.section, shaft.throw)
     return any(one is not None for one in given)
+
+
+# ----------------------------------------------------------------------------
+# Dampings that are more than one number of their station or shaft.
+# ----------------------------------------------------------------------------
+
+
+def loss_factor(shaft: Shaft) -> float:
+    """Of the complex stiffness k (1 + i eta): as given, 1 / M of a magnifier, or 2 D of Lehr's."""
+    if shaft.magnifier is not None:
+        return 1.0 / shaft.magnifier
+    if shaft.lehr_ratio is not None:
+        return 2.0 * shaft.lehr_ratio
+    return shaft.loss_factor
+
+
+def has_laws(line: ShaftLine) -> bool:
+    """Whether dampings follow the speed, a load or a mode."""
+    return (
+        line.engine_damping is not None
+        or any(one.over_speed is not None for one in (*line.stations, *line.shafts))
+        or any(one.propeller_damping is not None for one in line.loads)
+    )
+
+
+def what_follows(line: ShaftLine) -> dict[str, bool]:
+    """Whether absolute dampings, dashpots and loss factors are other ones at other speeds."""
+
+    def moves(given: OverSpeed | None) -> bool:
+        return given is not None and given.exponent != 0.0
+
+    engine = line.engine_damping
+    stations = any(moves(one.over_speed) and one.absolute_damping for one in line.stations)
+    if engine is not None and moves(engine.over_speed):
+        given = engine.magnifier, engine.damping_ratio, engine.loss_factor, engine.damping
+        stations = stations or any(given)
+    stations = stations or any(
+        one.propeller_damping is not None and (one.curve is not None or one.exponent != 1.0)
+        for one in line.loads
+    )
+    turning = [one for one in line.shafts if moves(one.over_speed)]
+    return {
+        "station_damping": stations,
+        "section_damping": any(one.damping or one.damping_ratio for one in turning),
+        "section_loss_factor": any(map(loss_factor, turning)),
+    }

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 _STEADY = (
     *("/modes/", "/excitation/"),
     *("/angle", "/twist", "/torque", "/stress", "/section_heat", "/station_heat", "/modal_heat"),
-    "/damper/",
+    *("/damper/", "/damping/"),
     *("/gear/", "/margin/", "/separation/operating/", "/critical/", "/limit/operating"),
     *(
         "/limit/basis/",
@@ -154,7 +154,7 @@ def has_damped_rings(case: "Case") -> bool:
 
 def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
     """Paths of these beginnings that the case has something for."""
-    from vibecalc.torsion.shaft_line_tables import has_stress
+    from vibecalc.torsion.shaft_line_tables import has_laws, has_stress, what_follows
 
     line, torsion = _line_of(case), _torsion(case)
     train = case.machine.crank_train if has_crank_train(case.machine) else None
@@ -181,7 +181,10 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
         "/healthy/": bool(torsion.misfire),
         "/barred/": bool(torsion.limits),
         "/exceeded/": bool(torsion.limits),
+        "/damping/": torsion.damping_model is None and has_laws(line),
     }
+    for name, does in what_follows(line).items():
+        there[f"/speeds/{name}"] = torsion.damping_model is None and does
     left_out = tuple(word for word, has in there.items() if not has)
     begins = tuple(ROOT + start for start in starts)
     there_are = {*below(f"{ROOT}/", without=left_out)}
@@ -362,8 +365,10 @@ def line_orders(case: "Case") -> str:
 
 def has_loss(case: "Case") -> bool:
     """Whether something on the line has a loss factor, which has no form in time."""
+    from vibecalc.torsion.shaft_line_tables import loss_factor
+
     line = _line_of(case)
-    return any(s.loss_factor for s in line.shafts) or any(d.loss_factor for d in line.dampers)
+    return any(map(loss_factor, line.shafts)) or any(d.loss_factor for d in line.dampers)
 
 
 def _published(case: "Case") -> Stage:
@@ -703,6 +708,7 @@ SUBJECT = Subject(
         "vibecalc.torsion.stage:transient_problems",
         "vibecalc.torsion.checks:torsion_problems",
         "vibecalc.torsion.curve_checks:curve_problems",
+        "vibecalc.torsion.damping_checks:damping_problems",
     ),
     cautions=(
         "vibecalc.torsion.model:throw_cautions",
@@ -711,6 +717,7 @@ SUBJECT = Subject(
     sections=(
         "vibecalc.torsion.report.first_page:torsion",
         "vibecalc.torsion.report.line:torsion_line",
+        "vibecalc.torsion.report.damping:torsion_damping",
         "vibecalc.torsion.report.modes:torsion_modes",
         "vibecalc.torsion.report.excitation:torsion_excitation",
         "vibecalc.torsion.report.vibration:torsion_steady",

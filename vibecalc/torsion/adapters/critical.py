@@ -42,10 +42,11 @@ def critical(setup: Setup) -> Bounded:
     A mode that is damped so strongly that no response peaks near its frequency has none.
     """
     modes, order = setup.natural(), setup.drive.order
+    stiffened = np.any(setup.model.speed_stiffness)
     held = setup.drive.orders.fixed > 0.0  # a frequency that does not follow meets none
-    if np.any(setup.model.speed_stiffness):
-        if modes.damped:
-            return where(held, np.inf, _damped_met(setup))
+    if modes.damped and (stiffened or setup.model.over_speed is not None):
+        return where(held, np.inf, _damped_met(setup))
+    if stiffened:
         return where(held, np.inf, stack([_met(setup, one) for one in order.tolist()]))
     speed = Bounded(modes.frequency, modes.frequency_error)[:, None] / order
     none = modes.silent & (modes.frequency > 0.0)
@@ -84,7 +85,7 @@ def _met(setup: Setup, order: float) -> Bounded:
 
 
 def _damped_met(setup: Setup) -> Bounded:
-    """The same of poles, |s| = q speed, where pendulums stiffen the line with the square of it.
+    """The same of poles, |s| = q speed, where pendulums or dampings follow the speed.
 
     On s = i q speed they take S / q^2 off the inertia, which tells where to begin; secant steps
     follow with the line as it is at each speed.

@@ -80,7 +80,8 @@ def gear_torques(shaft: ShaftLineModel, drive: Drive, model: Model, state: "Orde
     through = state.torque @ of_sections
     if not np.any(of_stations):
         return through
-    inertia, damping, held = shaft.station_values
+    inertia, _, held = shaft.station_values
+    damping = shaft.station_damping(state.speed[:, None])
     w = state.frequency[..., None]
     need = (held - w**2 * inertia + 1j * w * damping) * state.angle[..., shaft.freedom]
     need = need + inertia * modal_braking(model, state)[..., shaft.freedom]
@@ -117,9 +118,7 @@ def mean_torques(setup: Setup, speed: FloatArray) -> MeanTorques:
     The line stands as at the operating speed.
     """
     shaft, drive, count = setup.shaft, setup.drive, len(setup.shaft.station_names)
-    taken = shaft.taken_torque * (speed[:, None] / setup.speed) ** shaft.taken_exponent
-    # it brakes, whichever way its shaft turns
-    taken = taken * np.abs(shaft.station_ratio[shaft.taken_station])
+    taken = shaft.taken(speed)
     mean = drive.mean_torque(speed) @ placed(drive.station, count)
     mean = mean - rounded(taken, 4.0) @ placed(shaft.taken_station, count)
     balance = np.eye(count)
@@ -180,7 +179,8 @@ class Curves(NamedTuple):
 class OrderSolution(NamedTuple):
     """All orders (s, m, ...) at some speeds, referred: angles, twists, torques of sections.
 
-    Complex arrays, or `Bounded` ones of `bounded_orders`; `load` are the torques that act.
+    Complex arrays, or `Bounded` ones of `bounded_orders`; `load` are the torques that act;
+    `speed` (s,) of the crank, in rad/s.
     """
 
     frequency: FloatArray
@@ -190,6 +190,7 @@ class OrderSolution(NamedTuple):
     load: Any
     error: FloatArray
     masked: BoolArray
+    speed: FloatArray
 
 
 def solved(
@@ -211,7 +212,7 @@ def solved(
     line = model.at(speed[:, None])
     twist = found.angle[..., line.first] - found.angle[..., line.second]
     torque = complex_stiffness(line, w) * twist
-    return OrderSolution(w, found.angle, twist, torque, load, found.error, found.masked)
+    return OrderSolution(w, found.angle, twist, torque, load, found.error, found.masked, speed)
 
 
 def sweep(

@@ -106,8 +106,7 @@ def _law(
     here = shaft.taken_station == station
 
     def mean(speed: FloatArray) -> FloatArray:
-        factor = (speed[:, None] / operating) ** shaft.taken_exponent
-        taken = shaft.taken_torque * factor * np.abs(shaft.station_ratio[shaft.taken_station])
+        taken = shaft.taken(speed)
         carried = taken[:, here].sum(axis=1)
         if station == shaft.load_station:
             carried = carried + engine_mean(speed) - taken.sum(axis=1)

@@ -11,7 +11,7 @@ from vibecalc.torsion.adapters.loads import loads_of, loads_of_modes
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup
 from vibecalc.torsion.critical_speeds import NarrowResonances, Value, narrow_resonance_speeds
 from vibecalc.torsion.damped_modes import LinePoles, all_poles, all_poles_by_order, poles_at_orders
-from vibecalc.torsion.line import complex_stiffness
+from vibecalc.torsion.line import Line, complex_stiffness
 from vibecalc.torsion.model import ShaftLineModel
 from vibecalc.torsion.synthesis import synthesis
 
@@ -48,9 +48,7 @@ def torque_value(
 
 #: freedoms up to which the poles of the damped line are computed; else modes without coupling
 FREEDOMS = 200
-
-
-#: relative difference of two speeds that count as one
+#: relative distance up to which two speeds are one
 SAME = 1e-13
 
 
@@ -90,12 +88,15 @@ def with_narrow_resonances(
 
 
 def added(setup: Setup, dense: DenseSweep, extra: FloatArray) -> DenseSweep:
-    """With more speeds (r,), in any order, but those at which nothing damps an order."""
-    extra = distinct(extra)
-    place = np.clip(np.searchsorted(dense.speed, extra)[:, None] + [-1, 0], 0, len(dense.speed) - 1)
-    # a corner of a limit may be a speed of the sweep but for its last digit
-    off = np.min(np.abs(dense.speed[place] - extra[:, None]), axis=1)
-    extra = extra[off > SAME * extra]
+    """With more speeds (r,), in any order, but those at which nothing damps an order.
+
+    What is a speed of the sweep but for rounding, as the corner of a limit may be, is left out.
+    """
+    extra = distinct(extra[~np.isin(extra, dense.speed)])
+    place = np.clip(np.searchsorted(dense.speed, extra), 1, len(dense.speed) - 1)
+    beside = dense.speed[np.stack([place - 1, place])]
+    extra = extra[np.all(np.abs(beside - extra) > SAME * extra, axis=0)]
+    extra = extra[np.diff(extra, prepend=0.0) > SAME * extra]
     parts = [np.zeros((0, dense.torque.shape[1]))]
     gears = dense.torque.shape[1] > len(setup.model.line.first)
     for start in range(0, len(extra), ROWS):
@@ -110,7 +111,11 @@ def added(setup: Setup, dense: DenseSweep, extra: FloatArray) -> DenseSweep:
     return DenseSweep(every[ascending], np.concatenate([dense.torque, values[clear]])[ascending])
 
 
-def _poles(setup: Setup) -> LinePoles:
+#: parts of a range of speeds, each with the dampings of its middle
+PARTS = 12
+
+
+def _poles(setup: Setup, first: float, last: float) -> LinePoles:
     """Poles of the line with positive frequency, each at every order."""
     order, model, line = setup.drive.order, setup.model, setup.model.line
     if model.modal is not None or len(line.inertia) > FREEDOMS:
@@ -118,6 +123,26 @@ def _poles(setup: Setup) -> LinePoles:
         some = np.flatnonzero(modes.frequency > 0.0)
         return poles_at_orders(modes.pole[some], modes.shape[some], modes.scale[some], len(order))
     unit = max(float(np.max(setup.modes.frequency, initial=0.0)), 1.0)
+    found = _poles_of(line, model, order, unit)
+    if model.over_speed is None:
+        return found
+    # a width is that of the dampings at the speed where the pole meets the order
+    met = found.pole.imag / order[found.order]
+    part = np.clip(PARTS * (met - first) / (last - first), 0, PARTS - 1).astype(int)
+    for number in np.unique(part).tolist():
+        middle = first + (number + 0.5) * (last - first) / PARTS
+        there = _poles_of(model.over_speed.on(line, middle), model, order, unit)
+        rows = np.flatnonzero(part == number)
+        apart = np.abs(there.pole.imag - found.pole.imag[rows, None])
+        apart[there.order != found.order[rows, None]] = np.inf
+        nearest = np.argmin(apart, axis=1)
+        for values, others in zip(found[:3], there[:3], strict=True):
+            values[rows] = others[nearest]
+    return found
+
+
+def _poles_of(line: Line, model: Model, order: FloatArray, unit: float) -> LinePoles:
+    """Those of a line with the dampings of one speed."""
     if not np.any(model.speed_stiffness):
         return poles_at_orders(*all_poles(line, unit), len(order))
     # with pendulums the line is another one at every order
@@ -130,7 +155,7 @@ def _narrow_resonances(setup: Setup, first: float, last: float, gears: bool) -> 
     Heights of sections, and of `gears` behind them.
     """
     line, drive = setup.model.line, setup.drive
-    poles = _poles(setup)
+    poles = _poles(setup, first, last)
     order = drive.order[poles.order]
     speed, width = poles.pole.imag / order, np.abs(poles.pole.real) / order
     inside = (speed + 3.0 * width > first) & (speed - 3.0 * width < last) & (width > 0.0)

@@ -35,6 +35,7 @@ from vibecalc.torsion.forced import (
 from vibecalc.torsion.line import Line
 from vibecalc.torsion.model import ShaftLineModel, build_shaft_line
 from vibecalc.torsion.modes import Modes, natural_modes
+from vibecalc.torsion.speed_damping import SpeedDamping
 from vibecalc.torsion.stage import asked_orders
 from vibecalc.torsion.station_torques import GivenTorques, Orders, columns, placed_torques
 from vibecalc.torsion.synthesis import Cycles
@@ -345,7 +346,7 @@ class Model(NamedTuple):
     `speed_stiffness` (e,) in N m/rad per (rad/s)^2; `modal` takes the place of the matrices where
     the case damps by mode or asks for modes; a line damped by mode has no damping of its own.
     `stations` freedoms come first, then the rings of dampers; `rayleigh` (a, b) is what a J + b K
-    damps it with.
+    damps it with. `line` has the dampings of the operating speed, `over_speed` what follows it.
     """
 
     line: Line
@@ -354,13 +355,15 @@ class Model(NamedTuple):
     modal: ModalLine | None
     stations: int
     rayleigh: tuple[float, float] = (0.0, 0.0)
+    over_speed: SpeedDamping | None = None
 
     def at(self, speed: FloatArray | float) -> Line:
-        """The line at speeds (...) in rad/s; the stiffness then has their axes in front."""
+        """The line at speeds (...) in rad/s; what follows them then has their axes in front."""
+        line = self.line if self.over_speed is None else self.over_speed.on(self.line, speed)
         if not np.any(self.speed_stiffness):
-            return self.line
+            return line
         square = np.square(np.asarray(speed, dtype=float))[..., None]
-        return self.line._replace(stiffness=self.line.stiffness + square * self.speed_stiffness)
+        return line._replace(stiffness=self.line.stiffness + square * self.speed_stiffness)
 
     def solve(
         self,
@@ -437,12 +440,14 @@ def build_setup(case: "Case") -> Setup:
     assert case.response is not None and case.response.torsion is not None
     torsion, speed, shaft = case.response.torsion, case.machine.speed, build_shaft_line(case)
     stations = len(shaft.freedom_names) - len(shaft.dampers)
-    model, modes = build_model(torsion, shaft.line, shaft.speed_stiffness, speed, stations)
+    model, modes = build_model(
+        torsion, shaft.line, shaft.speed_stiffness, speed, stations, shaft.over_speed
+    )
     if torsion.damping_model is not None:
         inertia, _, held = shaft.station_values
         of_inertia, of_stiffness = model.rayleigh
         damping = of_inertia * inertia + of_stiffness * held
-        shaft = replace(shaft, station_values=np.array([inertia, damping, held]))
+        shaft = replace(shaft, station_values=np.array([inertia, damping, held]), station_laws=())
     natural = natural_of(torsion, model, modes, speed)
     return Setup(torsion, speed, shaft, build_drive(case, shaft), model, modes, natural)
 
@@ -483,17 +488,25 @@ def damping_ratios(model: Model, modes: Modes, speed: float) -> FloatArray:
 
 
 def build_model(
-    torsion: Torsion, line: Line, speed_stiffness: FloatArray, speed: float, stations: int
+    torsion: Torsion,
+    line: Line,
+    speed_stiffness: FloatArray,
+    speed: float,
+    stations: int,
+    over_speed: SpeedDamping | None,
 ) -> tuple[Model, Modes]:
     """A line, damped as the case says, with its undamped modes at a speed in rad/s.
 
-    Its first `stations` freedoms are those of stations, the others rings of dampers.
+    Its first `stations` freedoms are those of stations, the others rings of dampers. A damping
+    model takes the place of all dampings, those `over_speed` among them.
 
     Raises NumericalFailure where a sum over modes is asked for and damping couples them.
     """
-    plain = Model(line, speed_stiffness, torsion.method, None, stations)
-    modes = natural_modes(plain.at(speed))
     damping = torsion.damping_model
+    plain = Model(line, speed_stiffness, torsion.method, None, stations)
+    if damping is None:
+        plain = plain._replace(over_speed=over_speed)
+    modes = natural_modes(plain.at(speed))
     if damping is not None and damping.kind == "rayleigh":
         factors = _rayleigh_factors(modes, damping.modes, damping.ratios)
         line = _with_rayleigh(line, *factors)

@@ -89,6 +89,10 @@ def run_torsion_speeds(scene: Scene) -> None:
         every = distinct(np.concatenate([dense.speed, near, undamped.speed]))
         _emit_hammering(scene, setup, every, mean.gear.error, uncertainty.gear)
     emit_campbell(scene, setup, speed)
+    if setup.model.over_speed is not None:
+        from vibecalc.torsion.adapters.dampings import emit_damping_curves
+
+        emit_damping_curves(scene, setup, speed)
     _masked(scene, undamped)
     torque = _largest(scene, setup, speed, top)
     if scene.wants(*PEAK):

@@ -41,6 +41,10 @@ def run_torsion(scene: Scene) -> None:
     scene.handed_on["torsion"] = setup[1:]
     emit_modes(scene, setup)
     emit_excitation(scene, setup)
+    if setup.shaft.station_laws:
+        from vibecalc.torsion.adapters.dampings import emit_dampings
+
+        emit_dampings(scene, setup)
     emit_steady(scene, setup)
     emit_critical(scene, setup)
     if setup.torsion.misfire:

@@ -65,6 +65,11 @@ def run_torsion_transient(scene: Scene) -> None:
     if options is None:
         raise ValueError("the case has no [response.torsion.transient]")
     path = journey(setup, scene.case.machine, options)
+    if setup.model.over_speed is not None and options.kind not in STEPS:
+        scene.warn(
+            "dampings that follow the speed stay as they are at the mean speed of the change while "
+            "it lasts; the steady vibration next to it has those of each speed"
+        )
     run_ = transient(
         path.line, path.order, path.stretches, path.speed, start=path.start,
         reaction=path.reaction, rtol=max(_RTOL, scene.case.accuracy.rtol),

@@ -68,6 +68,8 @@ def journey(setup: Setup, machine: "Machine", options: Transient) -> Journey:
         assert options.acceleration is not None
         duration = abs(end - begin) / options.acceleration
         duration /= 1.0 - 0.5 * (_ramp_share(options.kind) + SWING)
+    # its dampings are those of the mean speed of the change
+    line = setup.model.at(0.5 * (begin + end))
     parts = _held(setup, begin, before) + _sweep(setup, begin, end, duration, options.kind)
     if end > 0.0:
         parts += _held(setup, end, options.after)
@@ -184,7 +186,7 @@ def _steps(
     """Constant speed before and after. What is left over afterwards slows the line as a whole."""
     shaft, speed = setup.shaft, setup.speed
     gas, inertia = torques(setup, speed)
-    load = -shaft.mean_load(speed, speed)
+    load = -shaft.mean_load(speed)
     if not np.any(setup.model.line.ground_stiffness):
         load[shaft.load_freedom] -= float(np.sum(gas[:, 0].real + load))
     after, gas_after = load.copy(), gas

@@ -126,7 +126,7 @@ def gas_torque(setup: Setup, speed: float) -> ComplexArray:
     share = drive.weights(np.asarray(speed))
     torque[place[:, None], drive.freedom] = np.tensordot(share, drive.gas.value, 1)
     torque[0, drive.freedom] = share @ drive.mean.value
-    torque[0] -= setup.shaft.mean_load(speed, setup.speed)
+    torque[0] -= setup.shaft.mean_load(speed)
     return torque
 
 
@@ -330,6 +330,8 @@ def _emit_unstable(scene: Scene, setup: Setup, regions: Wedges) -> None:
     system = system_of(setup, setup.speed)
     if np.any(setup.model.speed_stiffness):
         scene.warn("unstable ranges are those of pendulums as they are at the operating speed")
+    if setup.model.over_speed is not None:
+        scene.warn("unstable ranges are those of the dampings at the operating speed")
     decay = _decay(setup)
     held = np.sqrt(decay[regions.first] * decay[regions.second])
     feared = np.flatnonzero(regions.growth > _FEARED * held)[:_MOST_RANGES]

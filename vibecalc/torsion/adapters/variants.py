@@ -117,7 +117,9 @@ def bare_setup(setup: Setup) -> Setup:
         loss_factor=line.loss_factor[stays],
     )
     torsion, speed = setup.torsion, setup.speed
-    model, modes = build_model(torsion, bare, shaft.speed_stiffness[stays], speed, count)
+    model, modes = build_model(
+        torsion, bare, shaft.speed_stiffness[stays], speed, count, shaft.over_speed
+    )
     natural = natural_of(torsion, model, modes, speed)
     return setup._replace(model=model, modes=modes, natural=natural)
 

@@ -443,7 +443,7 @@ def _parts(line: "ShaftLineModel") -> list[str]:
         rows.append([one.name, kind, "", _some(one.inertia), _some(1e-3 * one.stiffness) + power,
                      _some(one.damping), _some(loss[0]) if loss else "", ""])  # fmt: skip
     words = "Actual values, not referred; stiffness and damping of a station: to the frame."
-    return [*table(columns, _together(rows)), *paragraph(words)]
+    return [*table(columns, together(rows)), *paragraph(words)]
 
 
 def _moduli(result: Result) -> list[str]:
@@ -462,7 +462,7 @@ def _some(value: float) -> str:
     return short(value) if value else ""
 
 
-def _together(rows: list[list[str]]) -> Iterator[list[str]]:
+def together(rows: list[list[str]]) -> Iterator[list[str]]:
     """Rows that follow each other with numbered names and equal entries, as one: `throw 1 to 5`."""
     start = 0
     for end in range(1, len(rows) + 1):
@@ -501,9 +501,10 @@ def _loads(result: Result, line: "ShaftLineModel") -> str:
     words = f"mean torque taken up at {line.station_names[line.load_station]!r}"
     taken = [
         f"{short(factor * torque)} {unit} at {line.station_names[place]!r}"
-        + (f" (speed to the power {power:g})" if power else "")
-        for place, torque, power in zip(
-            line.taken_station, line.taken_torque, line.taken_exponent, strict=True
+        + (" (over the speed by a table)" if len(law.entry) else "")
+        + (f" (speed to the power {law.exponent:g})" if law.exponent else "")
+        for place, torque, law in zip(
+            line.taken_station, line.taken_torque, line.taken_laws, strict=True
         )
     ]
     return words + (f", besides {joined(taken)}" if taken else "")
