@@ -147,7 +147,7 @@ def test_measured_points_stand_next_to_what_is_computed_at_their_speeds() -> Non
     result = run(CURVES)
     value, computed, order, section, speed = (
         values(result, f"curves/torque/measured/{one}")
-        for one in ("value", "computed", "half_order", "section", "speed")
+        for one in ("value", "computed", "order", "section", "speed")
     )
     assert (value == [2000.0, 1100.0]).all() and (section == 1).all()
     assert (order == [0.0, 1.5]).all()

@@ -229,7 +229,9 @@ def plan_torsion_curves(case: "Case") -> Iterator[Stage]:
             parts=PARTS,
             orders=_orders_words(case),
             cost=f"{solves(case, points or 1)} solves, one per order and speed"
-            + (f", for {_conditions(case)} conditions at once" if name == "conditions" else ""),
+            + (
+                f", for {len(_conditions(case))} conditions at once" if name == "conditions" else ""
+            ),
             quantities=_of_curves(case, name),
             is_last=True,
             harmonics=_half_orders,
@@ -259,12 +261,15 @@ def _of_curves(case: "Case", name: str) -> tuple[str, ...]:
     return below(f"{ROOT}/{name}/", without=tuple(left_out))
 
 
-def _conditions(case: "Case") -> int:
-    """Number of conditions of the cylinders."""
-    options, count = _torsion(case).conditions, len(case.machine.crank_train.cylinders)
-    assert options is not None
-    each = (options.misfire == "each") + (options.imbalance is not None)
-    return 1 + count * each + bool(options.pressure_scale)
+def _conditions(case: "Case") -> tuple[str, ...]:
+    """Names of the conditions of the cylinders, none where the case asks for none."""
+    from vibecalc.torsion.curve_tables import condition_names
+
+    torsion = asked(case)
+    if torsion is None or torsion.conditions is None:
+        return ()
+    cylinders = (one.name for one in case.machine.crank_train.cylinders)
+    return condition_names(torsion.conditions, cylinders)
 
 
 # ----------------------------------------------------------------------------
@@ -530,7 +535,7 @@ def _work_of_curves(case: "Case", orders: int) -> Work:
 def _work_of_conditions(case: "Case", orders: int) -> Work:
     range_ = _torsion(case).speeds
     solved = solves(case, 1 if range_ is None else 2 * range_.points) * _freedoms(case)
-    return ((2, "line"), (solved * _conditions(case), "line_solve"))
+    return ((2, "line"), (solved * len(_conditions(case)), "line_solve"))
 
 
 def _work_of_variable(case: "Case", orders: int) -> Work:
@@ -576,6 +581,7 @@ def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
         "damper": dampers,
         "gear": gears,
         "order_class": ("major", "other"),
+        "condition": _conditions(case),
     }
 
 

@@ -38,6 +38,7 @@ from vibecalc.torsion.adapters.signals import Signal, blocks, tops, with_narrow
 from vibecalc.torsion.adapters.steady import setup_of
 from vibecalc.torsion.critical_speeds import RIVAL, Maxima, Value
 from vibecalc.torsion.curve_results import CONDITIONS
+from vibecalc.torsion.curve_tables import condition_names
 from vibecalc.torsion.rough_range import rough_range
 from vibecalc.torsion.synthesis import sum_error, synthesis
 
@@ -64,24 +65,18 @@ def conditions_of(case: "Case", setup: Setup) -> list[Condition]:
     names, scale = well.firing.names, np.asarray(well.firing.pressure_scale, dtype=float)
     count = len(names)
     each, nobody = np.eye(count, dtype=bool), np.zeros(count, dtype=bool)
-    found = [Condition("all fire", well)]
+    drives = [well]
     if options.misfire == "each":
         without = None
         if options.misfire_kind == "motored":
             without = motored_torque(case.machine, well)
-        for name, out in zip(names, each, strict=True):
-            drive = changed_drive(setup, well, scale, out, without)
-            found.append(Condition(f"{name} misfires", drive))
-    if options.imbalance is not None:
-        for name, one in zip(names, each, strict=True):
-            less = scale * np.where(one, 1.0 - options.imbalance, 1.0)
-            drive = changed_drive(setup, well, less, nobody, None)
-            found.append(Condition(f"{name} out of balance", drive))
-    if options.pressure_scale:
-        given = scale * np.array(options.pressure_scale)
-        drive = changed_drive(setup, well, given, nobody, None)
-        found.append(Condition("given pressures", drive))
-    return found
+        drives += [changed_drive(setup, well, scale, out, without) for out in each]
+    less = [scale * np.where(one, 1.0 - options.imbalance, 1.0) for one in each
+            if options.imbalance is not None]  # fmt: skip
+    given = [scale * np.array(options.pressure_scale)] if options.pressure_scale else []
+    drives += [changed_drive(setup, well, one, nobody, None) for one in (*less, *given)]
+    called = condition_names(options, names)
+    return [Condition(*both) for both in zip(called, drives, strict=True)]
 
 
 def motored_torque(machine: "Machine", drive: Drive) -> CylinderTorque:

@@ -150,7 +150,7 @@ def _measured(name: str, one: str) -> Mark:
             return
         own, speed, order = (
             np.asarray(record[f"{stem}/measured/{part}"].values, dtype=float)
-            for part in (found.axes[0].name, "speed", "half_order")
+            for part in (found.axes[0].name, "speed", "order")
         )
         mine = own == place + 1
         for some, marker, words in (

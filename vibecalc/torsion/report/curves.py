@@ -111,7 +111,7 @@ def _measured(record: Record) -> list[str]:
         factor, unit = units(record)[name]
         axis = found.axes[0]
         own, speed, order, computed = (
-            record[f"{stem}/{one}"] for one in (axis.name, "speed", "half_order", "computed")
+            record[f"{stem}/{one}"] for one in (axis.name, "speed", "order", "computed")
         )
         named = labels(axis)
         for i in range(min(value.values.size, _POINTS)):
@@ -196,7 +196,7 @@ def torsion_conditions(result: Result) -> Section | None:
     columns = [
         Column("section", 16), number(f"all fire\n{unit}", 8), number(f"worst\n{unit}", 8),
         number("stress\nN/mm^2", 7), Column("at speed in", 15), number(f"largest\n{unit}", 9),
-        number("stress\nN/mm^2", 7), number("at\nrpm", 6), Column("condition", 15),
+        number("stress\nN/mm^2", 6), number("at\nrpm", 6), Column("condition", 15),
     ]  # fmt: skip
     rows = []
     for i, name in enumerate(sections):
