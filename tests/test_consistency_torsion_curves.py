@@ -313,6 +313,19 @@ def test_conditions_and_irregularity_need_no_range_of_speeds() -> None:
     near(values(alone, "irregularity/degree"), values(run(CURVES), "irregularity/degree")[1:2])
 
 
+def test_irregularity_of_every_condition_is_that_of_full_matrices() -> None:
+    result = run('irregularity = [{ on = "generator" }, { on = "c1" }]' + CONDITIONS)
+    found = result.record["response/torsion/conditions/irregularity"]
+    assert list(found.axes[1].values) == ["generator", "c1"]
+    for row, scale in enumerate(SCALES):
+        angle = response(OPERATING * RPM, scale)[0]
+        near(found.values[row], [
+            2.0 * half_range(1j * ORDER * angle[AT[name]]) / abs(RATIO[AT[name]])
+            for name in ("generator", "c1")
+        ])  # fmt: skip
+    near(found.values[0], values(result, "irregularity/degree"))
+
+
 def test_mean_torques_of_conditions_are_those_of_separate_runs() -> None:
     found = values(run(CONDITIONS), "conditions/mean_torque")
     mean = [values(run(f'misfire = ["{name}"]'), "excitation/mean_torque") for name in "123"]

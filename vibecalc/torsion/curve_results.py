@@ -84,6 +84,8 @@ CONDITION_ENTRIES = (
           "at the operating speed, half range of all orders"),
     entry(f"{CONDITIONS}/angle_half_range", "condition station", "rad",
           "at the operating speed, half range of all orders"),
+    entry(f"{CONDITIONS}/irregularity", "condition station", "",
+          f"at the operating speed, {_DEGREE}"),
     entry(f"{CONDITIONS}/mean_torque", "condition", "N*m", "of all cylinders at that speed"),
     entry(f"{CONDITIONS}/speeds/torque_half_range", "section speed", "N*m", _WORST),
     entry(f"{CONDITIONS}/speeds/stress_half_range", "section speed", "Pa", _WORST,

@@ -256,6 +256,8 @@ def _of_curves(case: "Case", name: str) -> tuple[str, ...]:
         left_out.append("/electrical_angle")
     if not stressed(line):
         left_out.append("/stress")
+    if name == "conditions" and not torsion.irregularity:
+        left_out.append("/irregularity")
     if not torsion.limits:
         left_out.append("/limit/")
     return below(f"{ROOT}/{name}/", without=tuple(left_out))

@@ -195,6 +195,8 @@ def run_torsion_conditions(scene: Scene) -> None:
     mean = [one.mean_torque(at).sum()[0] for one in drives]
     value, off = (np.array([getattr(one, part) for one in mean]) for part in ("value", "error"))
     scene.emit(f"{CONDITIONS}/mean_torque", value, off, names)
+    if setup.torsion.irregularity:
+        _irregularity(scene, setup, drives, names)
     if setup.torsion.limits:
         use = stack([_use(torque, share) for share in shares(setup, at)[..., 0]])
         scene.emit(f"{CONDITIONS}/limit/operating_use", use, axes=names)
@@ -205,6 +207,19 @@ def run_torsion_conditions(scene: Scene) -> None:
         "worst of all cylinders firing, each misfiring, pressures out of balance",
         "Nestorides (ed.), A Handbook on Torsional Vibration, BICERA 1958",
     )
+
+
+def _irregularity(scene: Scene, setup: Setup, drives: list[Drive], names: dict[str, Any]) -> None:
+    """Degrees of unevenness of the stations that the case asks them of, at the operating speed."""
+    shaft, at = setup.shaft, np.array([setup.speed])
+    asked = tuple(one.on for one in setup.torsion.irregularity)
+    place = np.array([shaft.station_names.index(name) for name in asked])
+    signals, every = [Signal("angular_speed", place)], np.ones(len(place), dtype=bool)
+    half = half_ranges(setup, drives, signals, at, every)[..., 0]
+    error = np.array([uncertainty(setup, one, signals, at) for one in drives])
+    mean = np.abs(shaft.station_ratio[place]) * setup.speed
+    degree = of_finite(Bounded(half, error), lambda one: one * (2.0 / mean))
+    scene.emit(f"{CONDITIONS}/irregularity", degree, axes={**names, "station": asked})
 
 
 def _split(value: Bounded, setup: Setup) -> tuple[Bounded, Bounded]:
