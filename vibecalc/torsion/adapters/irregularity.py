@@ -50,7 +50,8 @@ def degrees(setup: Setup, place: IntArray, speed: FloatArray) -> FloatArray:
     for part in blocks(setup.model, setup.drive, len(speed)):
         state = solved(setup.model, setup.drive, speed[part])
         angle = np.moveaxis(state.angle[..., setup.shaft.freedom[place]], -1, 0)
-        both = synthesis(order, np.stack([1j * order * angle, angle])).half_range
+        uneven = 1j * (state.frequency / speed[part, None]) * angle
+        both = synthesis(order, np.stack([uneven, angle])).half_range
         both *= np.stack([np.full_like(ratio, 2.0), ratio])
         parts.append(np.where(np.any(state.masked, axis=-1), np.inf, both))
     return np.concatenate(parts, axis=-1)
@@ -64,7 +65,8 @@ def _uncertainty(setup: Setup, place: IntArray, at: FloatArray) -> FloatArray:
         state = bounded_orders(setup, at[start : start + ROWS])
         clear = ~np.any(state.masked, axis=1)
         angle = state.angle[..., setup.shaft.freedom[place]][clear]
-        both = (2.0 * sum_error(angle * setup.drive.order[:, None], axis=1),
+        over = (state.frequency / at[start : start + ROWS, None])[clear, :, None]
+        both = (2.0 * sum_error(angle * over, axis=1),
                 ratio * sum_error(angle, axis=1))  # fmt: skip
         found = np.maximum(found, np.max(np.stack(both), axis=1, initial=0.0))
     return found
