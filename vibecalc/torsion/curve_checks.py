@@ -14,7 +14,7 @@ from vibecalc.torsion.curve_tables import (
     curves_of,
     stressed,
 )
-from vibecalc.torsion.stage import asked_orders, names_of
+from vibecalc.torsion.stage import excited_orders, names_of, orders_words
 from vibecalc.torsion.tables import LineSpeeds, Torsion
 
 TORSION: KeyPath = ("response", "torsion")
@@ -77,15 +77,15 @@ def _names(path: KeyPath, case: Case, curve: LineCurve) -> Iterator[Problem]:
 
 def _orders(path: KeyPath, case: Case, orders: Sequence[float]) -> Iterator[Problem]:
     """Is each of some orders excited?"""
-    highest, step = asked_orders(case)
+    excited = excited_orders(case)
     for place, order in enumerate(orders):
-        number = round(order / step)
-        if number < 1 or order > highest + 1e-9 or abs(number * step - order) > 1e-9:
+        # an order behind a gear is typed with the digits that a report shows
+        if min(abs(order - one) / one for one in excited) > 1e-3:
             yield Problem(
                 path=(*path, place),
                 message=f"the case has no order {order:g}",
                 found=f"{order:g}",
-                allowed=f"{step:g} to {highest:g} by {step:g}",
+                allowed=orders_words(case),
                 hint="orders of [response.torsion] says their step and the highest",
             )
 

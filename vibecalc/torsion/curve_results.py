@@ -25,16 +25,16 @@ def _of(name: str, axis: str, unit: str, words: str) -> tuple[Entry, ...]:
     place, over = f"{CURVES}/{name}", f"{axis} speed"
     one = "measured_point"
     return (
-        entry(f"{place}/order", f"{axis} half_order speed", unit, words, PEAK),
+        entry(f"{place}/order", f"{axis} curve_order speed", unit, words, PEAK),
         entry(f"{place}/half_range", over, unit, f"{words}; half range of all orders"),
         entry(f"{place}/peak", over, unit, f"{words}; largest magnitude of all, without mean"),
         entry(f"{place}/sum", over, unit, f"{words}; sum of the magnitudes of all orders"),
-        entry(f"{place}/largest", f"{axis} half_order", unit,
+        entry(f"{place}/largest", f"{axis} curve_order", unit,
               "amplitude of the order at any speed of the range"),
-        entry(f"{place}/largest_speed", f"{axis} half_order", "rad/s", "where that is"),
+        entry(f"{place}/largest_speed", f"{axis} curve_order", "rad/s", "where that is"),
         entry(f"{place}/measured/{axis}", one, "", f"the {axis}, counted from 1"),
         entry(f"{place}/measured/speed", one, "rad/s", "crank speed of the point"),
-        entry(f"{place}/measured/half_order", one, "", "its order; 0: half range of all orders"),
+        entry(f"{place}/measured/order", one, "", "its order; 0: half range of all orders"),
         entry(f"{place}/measured/value", one, unit, "as measured"),
         entry(f"{place}/measured/computed", one, unit, "computed at that speed"),
     )  # fmt: skip
@@ -84,6 +84,8 @@ CONDITION_ENTRIES = (
           "at the operating speed, half range of all orders"),
     entry(f"{CONDITIONS}/angle_half_range", "condition station", "rad",
           "at the operating speed, half range of all orders"),
+    entry(f"{CONDITIONS}/irregularity", "condition station", "",
+          f"at the operating speed, {_DEGREE}"),
     entry(f"{CONDITIONS}/mean_torque", "condition", "N*m", "of all cylinders at that speed"),
     entry(f"{CONDITIONS}/speeds/torque_half_range", "section speed", "N*m", _WORST),
     entry(f"{CONDITIONS}/speeds/stress_half_range", "section speed", "Pa", _WORST,
@@ -95,7 +97,7 @@ CONDITION_ENTRIES = (
       for one in (
           entry(f"{CONDITIONS}/largest/{of}_half_range", of_what, unit,
                 "in any condition at any speed",
-                headline=Headline("vibratory stress in the worst condition, half range",
+                headline=Headline("stress in the worst condition, half range",
                                   "N/mm^2") if of == "stress" else None),
       )),
     *(one for of_what in ("section", "station") for one in (
@@ -113,6 +115,7 @@ CONDITION_ENTRIES = (
 
 #: axis name -> (unit, long name)
 CURVE_AXES = {
+    "curve_order": ("", "order that is kept, multiple of crank speed, also halves"),
     "measured_point": ("", "measured point, in the order of the case"),
     "condition": ("", "condition of the cylinders"),
 }

@@ -144,6 +144,20 @@ def _asks(row: Row) -> bool:
 Share = Annotated[float, Field(ge=0, le=10), Unit("")]
 
 
+ALL_FIRE, GIVEN = "all fire", "given pressures"
+
+
+def condition_names(options: "Conditions", cylinders: Iterable[str]) -> tuple[str, ...]:
+    """What the conditions are called, all firing first."""
+    names = tuple(cylinders)
+    found = [ALL_FIRE]
+    if options.misfire == "each":
+        found += [f"{name} misfires" for name in names]
+    if options.imbalance is not None:
+        found += [f"{name} out of balance" for name in names]
+    return (*found, GIVEN) if options.pressure_scale else tuple(found)
+
+
 class Conditions(Table):
     """What the cylinders may do: all fire, each misfires, pressures differ; the worst counts."""
 

@@ -81,7 +81,7 @@ def plan_torsion(case: "Case") -> Iterator[Stage]:
         adapter="vibecalc.torsion.adapters.steady:run_torsion",
         why="[response.torsion] is in the case",
         parts=_parts(case),
-        orders=_orders_words(case),
+        orders=orders_words(case),
         cost=f"modes of {stations} stations; {solves(case)} solves, one per order, at "
         f"{case.machine.speed:.6g} rad/s",
         quantities=_picked(case, _STEADY),
@@ -97,7 +97,7 @@ def plan_torsion(case: "Case") -> Iterator[Stage]:
         adapter="vibecalc.torsion.adapters.speeds:run_torsion_speeds",
         why="[response.torsion] speeds are in the case",
         parts=_parts(case),
-        orders=_orders_words(case),
+        orders=orders_words(case),
         cost=_range_cost(case, speeds),
         quantities=_picked(case, _RANGE),
         is_last=True,
@@ -264,7 +264,7 @@ def _range_cost(case: "Case", speeds: "LineSpeeds") -> str:
     )
 
 
-def _orders_words(case: "Case") -> str:
+def orders_words(case: "Case") -> str:
     if _line_of(case).excitations:
         orders = excited_orders(case)
         return f"{len(orders)} from {orders[0]:.4g} to {orders[-1]:.4g}"
@@ -292,9 +292,11 @@ def plan_torsion_curves(case: "Case") -> Iterator[Stage]:
             if name == "curves"
             else f"[response.torsion] {name} is in the case",
             parts=_parts(case),
-            orders=_orders_words(case),
+            orders=orders_words(case),
             cost=f"{solves(case, points or 1)} solves, one per order and speed"
-            + (f", for {_conditions(case)} conditions at once" if name == "conditions" else ""),
+            + (
+                f", for {len(_conditions(case))} conditions at once" if name == "conditions" else ""
+            ),
             quantities=_of_curves(case, name),
             is_last=True,
             harmonics=_half_orders,
@@ -319,17 +321,22 @@ def _of_curves(case: "Case", name: str) -> tuple[str, ...]:
         left_out.append("/electrical_angle")
     if not stressed(line):
         left_out.append("/stress")
+    if name == "conditions" and not torsion.irregularity:
+        left_out.append("/irregularity")
     if not torsion.limits:
         left_out.append("/limit/")
     return below(f"{ROOT}/{name}/", without=tuple(left_out))
 
 
-def _conditions(case: "Case") -> int:
-    """Number of conditions of the cylinders."""
-    options, count = _torsion(case).conditions, len(case.machine.crank_train.cylinders)
-    assert options is not None
-    each = (options.misfire == "each") + (options.imbalance is not None)
-    return 1 + count * each + bool(options.pressure_scale)
+def _conditions(case: "Case") -> tuple[str, ...]:
+    """Names of the conditions of the cylinders, none where the case asks for none."""
+    from vibecalc.torsion.curve_tables import condition_names
+
+    torsion = asked(case)
+    if torsion is None or torsion.conditions is None:
+        return ()
+    cylinders = (one.name for one in case.machine.crank_train.cylinders)
+    return condition_names(torsion.conditions, cylinders)
 
 
 # ----------------------------------------------------------------------------
@@ -602,7 +609,7 @@ def _work_of_curves(case: "Case", orders: int) -> Work:
 def _work_of_conditions(case: "Case", orders: int) -> Work:
     range_ = _torsion(case).speeds
     solved = solves(case, 1 if range_ is None else 2 * range_.points) * _freedoms(case)
-    return ((2, "line"), (solved * _conditions(case), "line_solve"))
+    return ((2, "line"), (solved * len(_conditions(case)), "line_solve"))
 
 
 def _work_of_variable(case: "Case", orders: int) -> Work:
@@ -648,6 +655,7 @@ def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
         "damper": dampers,
         "gear": gears,
         "order_class": ("major", "other"),
+        "condition": _conditions(case),
     }
 
 

@@ -39,6 +39,7 @@ from vibecalc.torsion.adapters.signals import Signal, blocks, tops, with_narrow
 from vibecalc.torsion.adapters.steady import setup_of
 from vibecalc.torsion.critical_speeds import RIVAL, Maxima, Value
 from vibecalc.torsion.curve_results import CONDITIONS
+from vibecalc.torsion.curve_tables import condition_names
 from vibecalc.torsion.rough_range import rough_range
 from vibecalc.torsion.synthesis import sum_error, synthesis
 
@@ -65,24 +66,18 @@ def conditions_of(case: "Case", setup: Setup) -> list[Condition]:
     names, scale = well.firing.names, np.asarray(well.firing.pressure_scale, dtype=float)
     count = len(names)
     each, nobody = np.eye(count, dtype=bool), np.zeros(count, dtype=bool)
-    found = [Condition("all fire", well)]
+    drives = [well]
     if options.misfire == "each":
         without = None
         if options.misfire_kind == "motored":
             without = motored_torque(case.machine, well)
-        for name, out in zip(names, each, strict=True):
-            drive = changed_drive(setup, well, scale, out, without)
-            found.append(Condition(f"{name} misfires", drive))
-    if options.imbalance is not None:
-        for name, one in zip(names, each, strict=True):
-            less = scale * np.where(one, 1.0 - options.imbalance, 1.0)
-            drive = changed_drive(setup, well, less, nobody, None)
-            found.append(Condition(f"{name} out of balance", drive))
-    if options.pressure_scale:
-        given = scale * np.array(options.pressure_scale)
-        drive = changed_drive(setup, well, given, nobody, None)
-        found.append(Condition("given pressures", drive))
-    return found
+        drives += [changed_drive(setup, well, scale, out, without) for out in each]
+    less = [scale * np.where(one, 1.0 - options.imbalance, 1.0) for one in each
+            if options.imbalance is not None]  # fmt: skip
+    given = [scale * np.array(options.pressure_scale)] if options.pressure_scale else []
+    drives += [changed_drive(setup, well, one, nobody, None) for one in (*less, *given)]
+    called = condition_names(options, names)
+    return [Condition(*both) for both in zip(called, drives, strict=True)]
 
 
 def motored_torque(machine: "Machine", drive: Drive) -> CylinderTorque:
@@ -200,6 +195,8 @@ def run_torsion_conditions(scene: Scene) -> None:
     mean = [one.mean_torque(at).sum()[0] for one in drives]
     value, off = (np.array([getattr(one, part) for one in mean]) for part in ("value", "error"))
     scene.emit(f"{CONDITIONS}/mean_torque", value, off, names)
+    if setup.torsion.irregularity:
+        _irregularity(scene, setup, drives, names)
     if setup.torsion.limits:
         use = stack([_use(torque, share) for share in shares(setup, at)[..., 0]])
         scene.emit(f"{CONDITIONS}/limit/operating_use", use, axes=names)
@@ -210,6 +207,19 @@ def run_torsion_conditions(scene: Scene) -> None:
         "worst of all cylinders firing, each misfiring, pressures out of balance",
         "Nestorides (ed.), A Handbook on Torsional Vibration, BICERA 1958",
     )
+
+
+def _irregularity(scene: Scene, setup: Setup, drives: list[Drive], names: dict[str, Any]) -> None:
+    """Degrees of unevenness of the stations that the case asks them of, at the operating speed."""
+    shaft, at = setup.shaft, np.array([setup.speed])
+    asked = tuple(one.on for one in setup.torsion.irregularity)
+    place = np.array([shaft.station_names.index(name) for name in asked])
+    signals, every = [Signal("angular_speed", place)], np.ones(len(place), dtype=bool)
+    half = half_ranges(setup, drives, signals, at, every)[..., 0]
+    error = np.array([uncertainty(setup, one, signals, at) for one in drives])
+    mean = np.abs(shaft.station_ratio[place]) * setup.speed
+    degree = of_finite(Bounded(half, error), lambda one: one * (2.0 / mean))
+    scene.emit(f"{CONDITIONS}/irregularity", degree, axes={**names, "station": asked})
 
 
 def _split(value: Bounded, setup: Setup) -> tuple[Bounded, Bounded]:
@@ -284,7 +294,7 @@ class Search:
                     )
                     column = np.repeat(place[rows[chosen]], at.shape[1])
                     own = values[where.ravel(), :, column]
-                    half = synthesis(self.drives[one].order, own).half_range
+                    half = synthesis(self.drives[one].cycles, own).half_range
                     found[chosen] = half.reshape(len(chosen), -1)
                 return found
 

@@ -68,7 +68,7 @@ def _emit(
     sums = summed(setup, signal, speed)
     kept = kept_orders(setup.drive.order, asked, sums.top, signal.name)
     order = setup.drive.order[kept]
-    axes = {axis: named, "half_order": order, "speed": speed}
+    axes = {axis: named, "curve_order": order, "speed": speed}
     high = largest_orders(setup, signal, kept, speed, undamped)
     at = _telling(speed, sums, high)
     each, whole = uncertainty(setup, signal, kept, at)
@@ -238,6 +238,6 @@ def _measured(scene: Scene, setup: Setup, signal: Signal, asked: list[LineCurve]
     axes = {"measured_point": np.arange(1, len(rows) + 1)}
     scene.emit(f"{place}/{axis}", number + 1, 0.0, axes)
     scene.emit(f"{place}/speed", speed, 0.0, axes)
-    scene.emit(f"{place}/half_order", order, 0.0, axes)
+    scene.emit(f"{place}/order", order, 0.0, axes)
     scene.emit(f"{place}/value", value, 0.0, axes)
     scene.emit(f"{place}/computed", computed, error, axes)

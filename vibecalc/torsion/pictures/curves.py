@@ -34,6 +34,8 @@ from vibecalc.torsion.report.line import TORSION, order_text, place_of
 _ORDERS, _FAINT = 8, 0.03
 #: panels of one picture; times the curves, from which on a limit is told and not drawn
 _PANELS, _FAR = 8, 3.0
+#: of the axis, how near to its ends a number stands inside
+_EDGE = 0.03
 _OF_SECTIONS, _OF_STATIONS = (
     [name for name, (axis, *_) in QUANTITIES.items() if axis == one]
     for one in ("section", "station")
@@ -130,9 +132,11 @@ def _orders(name: str, one: str) -> Mark:
             colour, y = COLOURS[number % len(COLOURS)], plot.factor * sizes[i]
             plot.axes.plot(x, y, color=colour, linewidth=0.8, zorder=3)
             best = int(np.nanargmax(sizes[i]))
-            right = best > 0.97 * len(x)
+            side = "left" if best < _EDGE * len(x) else "center"
+            side = "right" if best > (1.0 - _EDGE) * len(x) else side
+            aside = {"left": 3, "center": 0, "right": -3}[side]
             note(plot.axes, order_text(found.axes[1].values[i]), (float(x[best]), float(y[best])),
-                 (-3 if right else 0, 2), ha="right" if right else "center", va="bottom",
+                 (aside, 2), ha=side, va="bottom",
                  color=colour, bbox=PLATE, zorder=6, fontsize=8)  # fmt: skip
 
     return draw
@@ -150,7 +154,7 @@ def _measured(name: str, one: str) -> Mark:
             return
         own, speed, order = (
             np.asarray(record[f"{stem}/measured/{part}"].values, dtype=float)
-            for part in (found.axes[0].name, "speed", "half_order")
+            for part in (found.axes[0].name, "speed", "order")
         )
         mine = own == place + 1
         for some, marker, words in (

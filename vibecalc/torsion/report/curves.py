@@ -111,7 +111,7 @@ def _measured(record: Record) -> list[str]:
         factor, unit = units(record)[name]
         axis = found.axes[0]
         own, speed, order, computed = (
-            record[f"{stem}/{one}"] for one in (axis.name, "speed", "half_order", "computed")
+            record[f"{stem}/{one}"] for one in (axis.name, "speed", "order", "computed")
         )
         named = labels(axis)
         for i in range(min(value.values.size, _POINTS)):
@@ -145,10 +145,12 @@ def torsion_irregularity(result: Result) -> Section | None:
     top = having(record, f"{TORSION}irregularity/largest/degree", "station")
     at = vector(record, "irregularity/largest/speed", "station")
     angle = having(record, f"{TORSION}irregularity/electrical_angle", "station")
+    worst = having(record, f"{TORSION}conditions/irregularity", "condition", "station")
     columns = [
-        Column("station", 24), number("at speed", 10), number("1 : x", 7),
-        number("largest", 10), number("1 : x", 7), number("at\nrpm", 8),
-        number("electrical angle\nat speed, deg", 16),
+        Column("station", 16), number("at speed", 9), number("1 : x", 6),
+        number("largest", 9), number("1 : x", 6), number("at\nrpm", 6),
+        number("el. angle at\nspeed, deg", 12), number("worst", 9),
+        Column("at speed in", 15),
     ]  # fmt: skip
     rows = []
     for i, name in enumerate(labels(here.axes[0])):
@@ -157,6 +159,11 @@ def torsion_irregularity(result: Result) -> Section | None:
             cell(top, i), _over(top, i), "" if at is None else turns(float(at[i]))
         ]  # fmt: skip
         row.append(entry(angle, name, DEGREES))
+        if worst is not None:
+            condition = int(np.argmax(worst.values[:, i]))
+            row += [cell(worst, (condition, i)), labels(worst.axes[0])[condition]]
+        else:
+            row += ["", ""]
         rows.append(row)
     words = (
         "Cyclic irregularity: highest less lowest angular speed of the station over its mean, "
@@ -196,7 +203,7 @@ def torsion_conditions(result: Result) -> Section | None:
     columns = [
         Column("section", 16), number(f"all fire\n{unit}", 8), number(f"worst\n{unit}", 8),
         number("stress\nN/mm^2", 7), Column("at speed in", 15), number(f"largest\n{unit}", 9),
-        number("stress\nN/mm^2", 7), number("at\nrpm", 6), Column("condition", 15),
+        number("stress\nN/mm^2", 6), number("at\nrpm", 6), Column("condition", 15),
     ]  # fmt: skip
     rows = []
     for i, name in enumerate(sections):
