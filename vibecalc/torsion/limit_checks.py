@@ -241,18 +241,31 @@ def limit_cautions(line: ShaftLine, limits: Sequence[TorsionLimit]) -> list[str]
     """Sentences for the report."""
     texts = []
     for number, limit in enumerate(limits, start=1):
-        if limit.rule != "iacs_m68":
+        if limit.rule == "iacs_m68":
+            beyond, words = _beyond(line, limit), "UR M68, for intermediate, thrust and propeller "
+        elif limit.rule == "iacs_m53":
+            beyond, words = _no_crank(line, limit), "UR M53, for crank"
+        else:
             continue
-        beyond = _beyond(line, limit)
         if beyond:
             more = f" and {len(beyond) - MOST} more" if len(beyond) > MOST else ""
             texts.append(
-                f"limit {number} of the stress is IACS UR M68, for intermediate, thrust and "
-                "propeller shafts; it is held against what does not look like one: "
-                + "; ".join(beyond[:MOST])
-                + more
+                f"limit {number} of the stress is IACS {words}shafts; it is held against what does "
+                "not look like one: " + "; ".join(beyond[:MOST]) + more
             )
     return texts
+
+
+def _no_crank(line: ShaftLine, limit: TorsionLimit) -> list[str]:
+    """Shafts of a limit that have no throw and no station with a cylinder at either end."""
+    names, ends = section_names(line), shaft_ends(line)
+    fires = {one.name for one in line.stations if one.cylinder or one.cylinders}
+    return [
+        f"'{name}' (no cylinder at its ends)"
+        for name in limit.sections
+        if line.shafts[names.index(name)].throw is None
+        and fires.isdisjoint(ends[names.index(name)])
+    ]
 
 
 def _beyond(line: ShaftLine, limit: TorsionLimit) -> list[str]:
