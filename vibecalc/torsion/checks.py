@@ -11,6 +11,7 @@ from vibecalc.torsion.shaft_line_tables import (
     ShaftLine,
     StationJoint,
     crank_station,
+    has_loss_factor,
     has_stress,
     joints,
     section_names,
@@ -87,7 +88,7 @@ def _run_up(case: Case, line: ShaftLine) -> Iterator[Problem]:
     if is_separate(case) or not line.gears or not line.shafts:
         return
     damped = bool(line.dampers) or any(
-        s.damping or s.damping_ratio or s.loss_factor for s in line.shafts
+        s.damping or s.damping_ratio or has_loss_factor(s) for s in line.shafts
     )
     if not damped and not any(station.absolute_damping for station in line.stations):
         yield Problem(
@@ -143,14 +144,17 @@ def _change(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
                 allowed="a cylinder that is not in misfire",
                 also=(*TORSION, "misfire"),
             )
-        lossy = [n for n, shaft in enumerate(line.shafts) if shaft.loss_factor > 0.0]
+        lossy = [n for n, shaft in enumerate(line.shafts) if has_loss_factor(shaft)]
         damped = [n for n, damper in enumerate(line.dampers) if damper.loss_factor > 0.0]
         if (lossy or damped) and torsion.damping_model is None:
             yield Problem(
                 path=path,
                 message="a loss factor is of a steady vibration and has no meaning in time",
                 allowed="damping in N*m*s/rad, or a damping_model",
-                also=(*LINE, "shafts", lossy[0], "loss_factor")
+                also=(
+                    *(*LINE, "shafts", lossy[0]),
+                    "coupling" if line.shafts[lossy[0]].coupling else "loss_factor",
+                )
                 if lossy
                 else (*LINE, "dampers", damped[0], "loss_factor"),
             )

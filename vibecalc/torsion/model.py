@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +41,9 @@ from vibecalc.torsion.shaft_line_tables import (
     speed_ratios,
 )
 from vibecalc.torsion.shaft_line_tables import ShaftLine as Parts
+
+if TYPE_CHECKING:
+    from vibecalc.torsion.couplings import Coupling
 
 # ----------------------------------------------------------------------------
 # Inertias of stations, and what lies between them, each at its own speed, from a case.
@@ -142,7 +145,7 @@ def shaft_elements(
                 second=at[second],
                 stiffness=stiffness,
                 damping=damping,
-                loss_factor=shaft.loss_factor,
+                loss_factor=shaft.loss_factor if shaft.coupling is None else _loss_factor(shaft),
                 section_modulus=modulus,
                 diameter=outer,
                 bore=bore,
@@ -152,16 +155,28 @@ def shaft_elements(
     return elements
 
 
+def _loss_factor(shaft: Shaft) -> float:
+    """Of a coupling, nominal: psi / (2 pi)."""
+    from vibecalc.torsion.coupling_model import nominal
+
+    assert shaft.coupling is not None, "asked of a coupling only"
+    return nominal(shaft.coupling).relative_damping / (2.0 * math.pi)
+
+
 def _stiffness(shaft: Shaft, crank_radius: float) -> float:
     if shaft.stiffness is not None:
         return shaft.stiffness
+    if shaft.coupling is not None:
+        from vibecalc.torsion.coupling_model import nominal
+
+        return nominal(shaft.coupling).stiffness
     if shaft.section is not None:
         part = shaft.section
         ends = (part.end_outer_diameter, part.end_inner_diameter)
         plain = (part.shear_modulus, part.length, part.outer_diameter, part.inner_diameter)
         return float(shaft_stiffness(*plain, *ends).value)
     throw = shaft.throw
-    assert throw is not None  # one of the three, says the form
+    assert throw is not None  # one of the four, says the form
     dimensions, modulus = throw_dimensions(throw, crank_radius), np.asarray(throw.shear_modulus)
     return float(throw_stiffness(dimensions, modulus, throw.formula).value)
 
@@ -293,7 +308,8 @@ class ShaftLineModel:
     elements: shafts, elastic gears, dampers; `section_ends` (e, 2) are their stations, -1 for a
     ring, and `station_values` (3, s) the referred inertia, absolute damping and stiffness to
     ground of each station. `section_modulus` in m^3, `section_diameter` in m and
-    `tensile_strength` in Pa are 0 where the case does not say them. `cylinder_station` and
+    `tensile_strength` in Pa are 0 where the case does not say them; `couplings` are those elements
+    that have the table of a maker, nominal values of which stand in `line`. `cylinder_station` and
     `cylinder_freedom` (c,) follow the cylinders of the crank train.
     """
 
@@ -322,6 +338,7 @@ class ShaftLineModel:
     taken_station: Places
     taken_torque: Array
     taken_exponent: Array
+    couplings: tuple["Coupling", ...] = ()
 
     def at(self, speed: float | Array) -> Line:
         """The line at crank speeds (...) in rad/s; the stiffness gets their leading axes."""
@@ -422,7 +439,16 @@ def build_shaft_line(case: Case) -> ShaftLineModel:
         taken_station=np.array([at[one.on] for one in parts.loads], dtype=np.int64),
         taken_torque=np.array([one.torque for one in parts.loads], dtype=float),
         taken_exponent=np.array([one.exponent for one in parts.loads], dtype=float),
+        couplings=_couplings(parts, [one.name for one in shafts], element_ratio),
     )
+
+
+def _couplings(parts: Parts, names: list[str], ratio: Array) -> tuple["Coupling", ...]:
+    if all(shaft.coupling is None for shaft in parts.shafts):
+        return ()
+    from vibecalc.torsion.coupling_model import couplings_of
+
+    return couplings_of(parts, names, ratio)
 
 
 def _gathered(values: Array | list[float], ratio: Array, freedom: Places, n: int) -> Array:

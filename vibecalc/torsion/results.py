@@ -11,6 +11,7 @@ from vibecalc.core.results.record import (
     entry,
     exempt,
 )
+from vibecalc.torsion.coupling_results import COUPLING_AXES, COUPLING_ENTRIES
 
 #: why results of studies are not held to the tolerance
 STUDY = "marches in time, differences, maps and ends of searches of a shaft line"
@@ -567,6 +568,7 @@ AXES = {
     "chart_damping": ("N*m*s/rad", "damping of the damper"),
     "ring_inertia": ("kg*m^2", "inertia of the ring"),
     "damper_curve": ("", "damper that the curve is of"),
+    **COUPLING_AXES,
 }
 ENTRIES = (
     *TORSION_ENTRIES,
@@ -575,5 +577,6 @@ ENTRIES = (
     *TORSION_VARIANTS_ENTRIES,
     *TORSION_STUDIES_ENTRIES,
     *DAMPER_DESIGN_ENTRIES,
+    *COUPLING_ENTRIES,
 )
 HELPS = {f"{ROOT}/": (CANCELS, RESONANCE), DESIGN: (CANCELS,)}

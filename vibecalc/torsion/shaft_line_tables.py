@@ -1,7 +1,7 @@
 """The shaft line in a case: tables of its parts, and how its stations hang together."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Annotated, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 from pydantic import Field
 
@@ -19,6 +19,7 @@ from vibecalc.core.case.fields import (
     Pressure,
     Table,
     Unit,
+    later,
 )
 from vibecalc.core.case.raw import tables_at
 from vibecalc.core.case.rules import (
@@ -33,6 +34,11 @@ from vibecalc.core.case.rules import (
     unique,
 )
 from vibecalc.errors import Problem
+
+if TYPE_CHECKING:
+    from vibecalc.torsion.coupling_tables import Coupling
+else:
+    globals().update(later({"vibecalc.torsion.coupling_tables": "Coupling"}))
 
 # ----------------------------------------------------------------------------
 # A damper on a shaft line: a ring behind oil or springs, or pendulums.
@@ -200,10 +206,13 @@ class Shaft(Table):
         None, description="names of two stations; without any: from each to the next"
     )
     stiffness: AngularStiffness | None = Field(
-        None, gt=0, description="on its own shaft; or section, or throw"
+        None, gt=0, description="on its own shaft; or section, throw, coupling"
     )
     section: Section | None = Field(None, description="dimensions that give the stiffness")
     throw: Throw | None = Field(None, description="of a crank, that give the stiffness")
+    coupling: Coupling | None = Field(
+        None, description="an elastic coupling by its maker's table, with damping and limits"
+    )
     damping: AngularDamping | None = Field(
         None, ge=0, description="viscous, of the twist; default: none"
     )
@@ -226,7 +235,8 @@ class Shaft(Table):
         None, gt=0, description="of the material, for a class rule"
     )
     RULES = (
-        one_of("stiffness", "section", "throw"),
+        one_of("stiffness", "section", "throw", "coupling"),
+        at_most_one("coupling", "loss_factor"),
         at_most_one("damping", "damping_ratio"),
         at_most_one("diameter", "section_modulus"),
         _TO_ITSELF,
@@ -440,3 +450,8 @@ def has_stress(shaft: Shaft) -> bool:
     """Whether the case says enough for torque over section modulus."""
     given = (shaft.diameter, shaft.section_modulus, shaft.section, shaft.throw)
     return any(one is not None for one in given)
+
+
+def has_loss_factor(shaft: Shaft) -> bool:
+    """Whether a shaft is damped by a loss factor, as every coupling is."""
+    return shaft.loss_factor > 0.0 or shaft.coupling is not None

@@ -28,6 +28,7 @@ from vibecalc.torsion.results import (
 )
 
 if TYPE_CHECKING:
+    from vibecalc.torsion.coupling_tables import Coupling
     from vibecalc.torsion.shaft_line_tables import ShaftLine
     from vibecalc.torsion.tables import LineSpeeds, Torsion, Transient
 
@@ -42,12 +43,14 @@ _STEADY = (
     *("/gear/", "/margin/", "/separation/operating/", "/critical/", "/limit/operating"),
     *("/limit/basis/", "/healthy/mean_torque", "/healthy/damper/", "/healthy/limit/operating_use"),
     *(f"/healthy/{name}_half_range" for name in ("torque", "twist", "stress")),
+    *("/coupling/", "/healthy/coupling/use"),
 )
 _RANGE = (
     *("/speeds/", "/masked/", "/largest/", "/peak/", "/limit/", "/bare/"),
     *("/barred/", "/exceeded/"),
     *("/reduction", "/hammering/", "/campbell/", "/separation/range/"),
     *("/healthy/speeds/", "/healthy/largest/", "/healthy/limit/largest_use"),
+    *("/coupling/speeds/", "/coupling/largest_use", "/healthy/coupling/largest_use"),
 )
 #: where the case says nothing
 _HIGHEST_ORDER = 12.0
@@ -162,6 +165,11 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
         "/limit/": bool(torsion.limits),
         "/limit/operating": bool(torsion.limits) and starts is _STEADY,
         "/limit/basis/": bool(torsion.limits) and starts is _STEADY,
+        "/coupling/": bool(_couplings(case)),
+        "/coupling/speeds/": starts is _RANGE,
+        "/coupling/largest_use": starts is _RANGE and bool(_coupling_limits(case)),
+        "/coupling/use": bool(_coupling_limits(case)),
+        "/coupling/speeds/use": bool(_coupling_limits(case)),
         "/healthy/": bool(torsion.misfire),
         "/barred/": bool(torsion.limits),
         "/exceeded/": bool(torsion.limits),
@@ -170,6 +178,26 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
     begins = tuple(ROOT + start for start in starts)
     there_are = below(f"{ROOT}/", without=left_out)
     return tuple(path for path in there_are if path.startswith(begins))
+
+
+def _couplings(case: "Case") -> dict[str, "Coupling"]:
+    """Elastic couplings of a line by the names of their shafts."""
+    from vibecalc.torsion.shaft_line_tables import section_names
+
+    line = _line_of(case)
+    named = zip(section_names(line), line.shafts, strict=True)
+    return {name: shaft.coupling for name, shaft in named if shaft.coupling is not None}
+
+
+def _coupling_limits(case: "Case") -> tuple[str, ...]:
+    """Limits that the maker of some coupling says."""
+    found = _couplings(case)
+    if not found:
+        return ()
+    from vibecalc.torsion.coupling_tables import limits_of
+
+    said = [limits_of(one) for one in found.values()]
+    return tuple(name for name in said[0] if any(one[name] for one in said))
 
 
 def asked_orders(case: "Case") -> tuple[float, float]:
@@ -241,8 +269,10 @@ def line_orders(case: "Case") -> str:
 
 def has_loss(case: "Case") -> bool:
     """Whether something on the line has a loss factor, which has no form in time."""
+    from vibecalc.torsion.shaft_line_tables import has_loss_factor
+
     line = _line_of(case)
-    return any(s.loss_factor for s in line.shafts) or any(d.loss_factor for d in line.dampers)
+    return any(map(has_loss_factor, line.shafts)) or any(d.loss_factor for d in line.dampers)
 
 
 def _published(case: "Case") -> Stage:
@@ -501,6 +531,8 @@ def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
         "damper": dampers,
         "gear": gears,
         "order_class": ("major", "other"),
+        "coupling": tuple(_couplings(case)),
+        "coupling_limit": _coupling_limits(case),
     }
 
 

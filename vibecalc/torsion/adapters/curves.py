@@ -196,8 +196,8 @@ def solved(model: Model, drive: Drive, speed: FloatArray, estimate: bool = False
     """Angles and torques at speeds (s,) in rad/s; `error` (s, m) of the angles, if asked for."""
     load = drive.torque(speed).value
     found = model.solve(speed, drive.order, load, drive.freedom, estimate)
-    line = model.at(speed[:, None])
     w = speed[:, None] * drive.order
+    line = model.at(speed[:, None], w)
     twist = found.angle[..., line.first] - found.angle[..., line.second]
     torque = complex_stiffness(line, w) * twist
     return OrderSolution(w, found.angle, twist, torque, load, found.error, found.masked)
@@ -240,7 +240,7 @@ def _block(
     none = np.zeros((len(speed), 0))
     gears = others[-1] if len(others) > angles else (none, none, none)
     masked = np.any(state.masked, axis=-1)
-    line = model.at(speed[:, None])
+    line = model.at(speed[:, None], state.frequency)
     power = np.zeros((len(speed), len(line.first)))
     if len(damped):
         twisted = state.twist[..., damped]
@@ -288,7 +288,7 @@ def rounding_uncertainty(
 
 def _correction(setup: Setup, speed: FloatArray, state: OrderSolution) -> ComplexArray:
     """Angles (s, m, n) for what is left of the torques."""
-    line, w = setup.model.at(speed[:, None]), state.frequency[..., None]
+    line, w = setup.model.at(speed[:, None], state.frequency), state.frequency[..., None]
     dynamic = line.ground_stiffness - w**2 * line.inertia + 1j * w * line.absolute_damping
     left = -dynamic * state.angle
     if setup.model.modal is not None:
@@ -340,7 +340,7 @@ def bounded_orders(setup: Setup, speed: FloatArray) -> OrderSolution:
         Bounded(value, one + other)
         for value, one, other in zip((state.angle, state.twist), data, rounding, strict=True)
     )
-    stiffness = complex_stiffness(setup.model.at(speed[:, None]), state.frequency)
+    stiffness = complex_stiffness(setup.model.at(speed[:, None], state.frequency), state.frequency)
     torque, load = rounded(stiffness, STIFFNESS_ROUNDINGS) * twist, setup.drive.torque(speed)
     return state._replace(angle=angle, twist=twist, torque=torque, load=load)
 
@@ -353,7 +353,8 @@ def of_finite(value: Bounded, change: Callable[[Bounded], Bounded]) -> Bounded:
 
 def section_heat(setup: Setup, speed: FloatArray, state: OrderSolution) -> Bounded:
     """Mean power (s, e) of dashpots and loss factors in W, all orders of bounded twists."""
-    return heat(setup.model.at(speed[:, None]), state.frequency, state.twist).sum(axis=-2)
+    line = setup.model.at(speed[:, None], state.frequency)
+    return heat(line, state.frequency, state.twist).sum(axis=-2)
 
 
 # ----------------------------------------------------------------------------

@@ -123,7 +123,7 @@ def _narrow_resonances(setup: Setup, first: float, last: float) -> NarrowResonan
         drives = np.abs(np.sum(shape[:, drive.freedom] * torque, axis=1))
         amplitude = drives / np.abs(poles.scale[part] * poles.pole[part].real)
         twist = np.abs(shape[:, line.first] - shape[:, line.second])
-        stiff = np.abs(complex_stiffness(setup.model.at(at), at * order[part]))
+        stiff = np.abs(complex_stiffness(setup.model.at(at, at * order[part]), at * order[part]))
         height[start : start + 8 * ROWS] = stiff * twist * amplitude[:, None]
     # no digits below this: a narrower one is masked
     width = np.maximum(width[used], 1e-11 * speed[used])

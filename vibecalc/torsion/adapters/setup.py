@@ -39,6 +39,7 @@ from vibecalc.torsion.tables import LineSpeeds, Torsion
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case, Machine
+    from vibecalc.torsion.adapters.coupling_states import CouplingStates
 
 # ----------------------------------------------------------------------------
 # What the cylinders do to the stations of a shaft line, ready for any crank speed.
@@ -215,7 +216,7 @@ class Model(NamedTuple):
     `speed_stiffness` (e,) in N m/rad per (rad/s)^2; `modal` takes the place of the matrices where
     the case damps by mode or asks for modes; a line damped by mode has no damping of its own.
     `stations` freedoms come first, then the rings of dampers; `rayleigh` (a, b) is what a J + b K
-    damps it with.
+    damps it with; `couplings` are those whose values depend on what the line does.
     """
 
     line: Line
@@ -224,13 +225,20 @@ class Model(NamedTuple):
     modal: ModalLine | None
     stations: int
     rayleigh: tuple[float, float] = (0.0, 0.0)
+    couplings: "CouplingStates | None" = None
 
-    def at(self, speed: FloatArray | float) -> Line:
-        """The line at speeds (...) in rad/s; the stiffness then has their axes in front."""
-        if not np.any(self.speed_stiffness):
-            return self.line
-        square = np.square(np.asarray(speed, dtype=float))[..., None]
-        return self.line._replace(stiffness=self.line.stiffness + square * self.speed_stiffness)
+    def at(self, speed: FloatArray | float, frequency: FloatArray | float = 0.0) -> Line:
+        """The line at speeds (...) in rad/s; the stiffness then has their axes in front.
+
+        It vibrates at a `frequency` (...) in rad/s, which couplings may depend on.
+        """
+        line = self.line
+        if np.any(self.speed_stiffness):
+            square = np.square(np.asarray(speed, dtype=float))[..., None]
+            line = line._replace(stiffness=line.stiffness + square * self.speed_stiffness)
+        if self.couplings is not None:
+            line = self.couplings.on(line, speed, frequency)
+        return line
 
     def solve(
         self,
@@ -248,7 +256,7 @@ class Model(NamedTuple):
             freedom = loaded
         if self.modal is not None:
             return ratio_response(self.modal, frequency, torque, freedom)
-        line = self.at(speed[:, None])
+        line = self.at(speed[:, None], frequency)
         return forced_masked(
             line,
             frequency,

@@ -96,6 +96,10 @@ def emit_steady(scene: Scene, setup: Setup) -> None:
         from vibecalc.torsion.adapters.limits import emit_operating_use
 
         emit_operating_use(scene, setup, half_range)
+    if setup.shaft.couplings:
+        from vibecalc.torsion.adapters.couplings import emit_couplings
+
+        emit_couplings(scene, setup)
     _heat(scene, setup, state)
     _margins(scene, setup)
     if scene.wanted is None:  # a study of many points needs no sentences

@@ -160,6 +160,10 @@ def emit_healthy(scene: Scene, setup: Setup) -> None:
         use = largest_uses(operating_uses(setup, torque))
         axes = {"limit": np.arange(1, len(use.value) + 1)}
         scene.emit(f"{HEALTHY}/limit/operating_use", use, axes=axes)
+    if setup.shaft.couplings:
+        from vibecalc.torsion.adapters.couplings import emit_use
+
+        emit_use(scene, healthy, f"{HEALTHY}/coupling")
     if setup.shaft.dampers:
         _dampers(scene, healthy)
 
@@ -168,6 +172,10 @@ def emit_healthy_range(scene: Scene, setup: Setup, speed: FloatArray) -> None:
     """Curves and largest values over speeds (s,), largest use of limits."""
     healthy = healthy_setup(scene, setup)
     found = emit_range(scene, _state(healthy), speed, limited=bool(setup.torsion.limits))
+    if setup.shaft.couplings:
+        from vibecalc.torsion.adapters.couplings import emit_largest_use
+
+        emit_largest_use(scene, healthy, speed, found.dense.speed, f"{HEALTHY}/coupling")
     if not setup.torsion.limits:
         return
     every = [
