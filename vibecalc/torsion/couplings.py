@@ -1,11 +1,15 @@
 """Elastic couplings of a shaft line: stiffness, loss factor and use of what their makers permit."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, maximum, rounded, sqrt, square
-from vibecalc.numerics.rounding import FloatArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray
+from vibecalc.torsion.line import Line
+from vibecalc.torsion.modes import Modes, natural_modes
 from vibecalc.torsion.synthesis import over_cycle
 
 # ----------------------------------------------------------------------------
@@ -189,3 +193,47 @@ def has_limit(coupling: Coupling) -> list[bool]:
     may = coupling.permissible
     said = (may.mean, may.peak, may.vibratory, may.vibratory, may.power, may.speed, may.temperature)
     return np.isfinite(said).tolist()
+
+
+# ----------------------------------------------------------------------------
+# Natural modes of a line whose couplings follow the frequency: each at its own.
+# ----------------------------------------------------------------------------
+
+#: secant steps until a mode stands at its own frequency
+_ROUNDS = 40
+
+
+def modes_at_own_frequency(line_at: Callable[[float], Line]) -> Modes:
+    """Undamped modes, each of the line (no leading axes) that `line_at` gives for its frequency.
+
+    Each is the one of its number in every line. Raises NumericalFailure where the frequency of a
+    mode does not come to stand.
+    """
+    start = natural_modes(line_at(0.0))
+    rows = [_own(line_at, number, frequency) for number, frequency in enumerate(start.frequency)]
+    return Modes(*(np.concatenate(part) for part in zip(*rows, strict=True)))
+
+
+def _own(line_at: Callable[[float], Line], number: int, frequency: float) -> Modes:
+    """The mode of a number, as the only one, with what its frequency is off in its errors."""
+    at, last = float(frequency), None
+    for _ in range(_ROUNDS):
+        found = natural_modes(line_at(at))
+        left = float(found.frequency[number]) - at
+        slope = 0.0 if last is None or at == last[0] else (left - last[1]) / (at - last[0]) + 1.0
+        slope = slope if slope < STEEP else 0.0
+        if abs(left) <= 4.0 * EPSILON * at + float(found.frequency_error[number]):
+            one = Modes(*(part[number : number + 1] for part in found))
+            off = (one.frequency_error + abs(left)) / max(1.0 - slope, 1.0 - STEEP)
+            return one._replace(
+                frequency_error=off, shape_error=one.shape_error + off / max(at, 1.0)
+            )
+        last, at = (at, left), at + left / (1.0 - slope)
+    raise NumericalFailure(
+        f"mode {number + 1} of the shaft line, near {at:.6g} rad/s, has no frequency of its own: "
+        "its couplings stiffen as fast as it rises"
+    )
+
+
+#: slope of a natural frequency by that at which couplings are taken, from which on it is not used
+STEEP = 0.95

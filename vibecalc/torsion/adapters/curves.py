@@ -342,6 +342,14 @@ def bounded_orders(setup: Setup, speed: FloatArray) -> OrderSolution:
     )
     stiffness = complex_stiffness(setup.model.at(speed[:, None], state.frequency), state.frequency)
     torque, load = rounded(stiffness, STIFFNESS_ROUNDINGS) * twist, setup.drive.torque(speed)
+    if setup.model.couplings is not None and setup.model.couplings.unsure:
+        from vibecalc.torsion.adapters.coupling_states import moved
+
+        off = moved(setup, speed)
+        angle, twist, torque = (
+            Bounded(one.value, one.error + more)
+            for one, more in zip((angle, twist, torque), off, strict=False)
+        )
     return state._replace(angle=angle, twist=twist, torque=torque, load=load)
 
 
@@ -354,7 +362,12 @@ def of_finite(value: Bounded, change: Callable[[Bounded], Bounded]) -> Bounded:
 def section_heat(setup: Setup, speed: FloatArray, state: OrderSolution) -> Bounded:
     """Mean power (s, e) of dashpots and loss factors in W, all orders of bounded twists."""
     line = setup.model.at(speed[:, None], state.frequency)
-    return heat(line, state.frequency, state.twist).sum(axis=-2)
+    power = heat(line, state.frequency, state.twist).sum(axis=-2)
+    if setup.model.couplings is None or not setup.model.couplings.unsure:
+        return power
+    from vibecalc.torsion.adapters.coupling_states import moved
+
+    return Bounded(power.value, power.error + moved(setup, speed).heat)
 
 
 # ----------------------------------------------------------------------------

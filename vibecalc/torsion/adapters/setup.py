@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -320,7 +320,15 @@ def build_setup(case: "Case") -> Setup:
         damping = of_inertia * inertia + of_stiffness * held
         shaft = replace(shaft, station_values=np.array([inertia, damping, held]))
     natural = natural_of(torsion, model, modes, speed)
-    return Setup(torsion, speed, shaft, build_drive(case, shaft), model, modes, natural)
+    setup = Setup(torsion, speed, shaft, build_drive(case, shaft), model, modes, natural)
+    return with_couplings(setup) if shaft.couplings else setup
+
+
+def with_couplings(setup: Setup) -> Setup:
+    """The line whose couplings follow what its own drive makes of it."""
+    from vibecalc.torsion.adapters.coupling_states import coupled
+
+    return coupled(setup)
 
 
 def natural_of(
@@ -330,15 +338,25 @@ def natural_of(
     return cache(lambda: line_modes(torsion, model, modes, speed))
 
 
+def undamped_modes(model: Model, speed: float) -> Modes:
+    """At a speed in rad/s, rings free; each at its own frequency where couplings depend on it."""
+    if model.couplings is None:
+        return natural_modes(model.at(speed))
+    return model.couplings.modes(lambda frequency: model.at(speed, frequency))
+
+
 def line_modes(torsion: Torsion, model: Model, modes: Modes, speed: float) -> LineModes:
     """Poles where a ring is damped against the line, else the undamped `modes` of that speed."""
-    line = model.at(speed)
+    line = model.line
     ring = line.second >= model.stations
     attached = np.any((line.damping[ring] > 0.0) | (line.loss_factor[ring] > 0.0))
     failure = ""
     if torsion.damping_model is None and attached:
         try:
-            return damped_line_modes(line, len(line.inertia) - model.stations)
+            rings = len(line.inertia) - model.stations
+            if model.couplings is not None and model.couplings.by_frequency:
+                return damped_line_modes(model.at(speed), rings, partial(model.at, speed))
+            return damped_line_modes(model.at(speed), rings)
         except NumericalFailure as problem:
             failure = str(problem)
     return undamped_line_modes(modes, damping_ratios(model, modes, speed), failure)
@@ -346,7 +364,7 @@ def line_modes(torsion: Torsion, model: Model, modes: Modes, speed: float) -> Li
 
 def damping_ratios(model: Model, modes: Modes, speed: float) -> FloatArray:
     """By work and energy of undamped shapes (m,), 0 for rigid modes."""
-    modal, line = model.modal, model.at(speed)
+    modal, line = model.modal, model.at(speed, modes.frequency)
     w, moving = modes.frequency, modes.frequency > 0.0
     if modal is not None:
         work = w * modal.dashpot + modal.loss
@@ -368,7 +386,7 @@ def build_model(
     Raises NumericalFailure where a sum over modes is asked for and damping couples them.
     """
     plain = Model(line, speed_stiffness, torsion.method, None, stations)
-    modes = natural_modes(plain.at(speed))
+    modes = undamped_modes(plain, speed)
     damping = torsion.damping_model
     if damping is not None and damping.kind == "rayleigh":
         factors = _rayleigh_factors(modes, damping.modes, damping.ratios)

@@ -26,7 +26,13 @@ from vibecalc.torsion.adapters.limits import (
 )
 from vibecalc.torsion.adapters.maxima import DenseSweep, added, torque_value, with_narrow_resonances
 from vibecalc.torsion.adapters.readings import emit_half_ranges
-from vibecalc.torsion.adapters.setup import Setup, build_drive, build_model, natural_of
+from vibecalc.torsion.adapters.setup import (
+    Setup,
+    build_drive,
+    build_model,
+    natural_of,
+    with_couplings,
+)
 from vibecalc.torsion.critical_speeds import largest, telling_speeds
 from vibecalc.torsion.results import ROOT
 from vibecalc.torsion.synthesis import over_cycle
@@ -116,7 +122,8 @@ def bare_setup(setup: Setup) -> Setup:
     torsion, speed = setup.torsion, setup.speed
     model, modes = build_model(torsion, bare, shaft.speed_stiffness[stays], speed, count)
     natural = natural_of(torsion, model, modes, speed)
-    return setup._replace(model=model, modes=modes, natural=natural)
+    bare_line = setup._replace(model=model, modes=modes, natural=natural)
+    return with_couplings(bare_line) if shaft.couplings else bare_line
 
 
 def emit_bare(scene: Scene, setup: Setup, speed: FloatArray, damped: Bounded) -> None:
@@ -147,7 +154,8 @@ HEALTHY = f"{ROOT}/healthy"
 
 def healthy_setup(scene: Scene, setup: Setup) -> Setup:
     """The same line with the torques of an engine that fires in all cylinders."""
-    return setup._replace(drive=build_drive(scene.case, setup.shaft, all_fire=True))
+    healthy = setup._replace(drive=build_drive(scene.case, setup.shaft, all_fire=True))
+    return with_couplings(healthy) if setup.shaft.couplings else healthy
 
 
 def emit_healthy(scene: Scene, setup: Setup) -> None:
