@@ -1,6 +1,7 @@
 """Couplings whose stiffness and damping follow what the line does: load, heat, vibration."""
 
 from collections.abc import Callable
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +9,7 @@ import numpy as np
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
+from vibecalc.torsion.adapters.coupling_criticals import met_criticals
 from vibecalc.torsion.adapters.curves import (
     bounded_orders,
     mean_torques,
@@ -35,10 +37,16 @@ class Conditions(NamedTuple):
 
 
 class CouplingStates(NamedTuple):
-    """Couplings (c,) that vary, and what gives their conditions (u, c) at ascending speeds (u,)."""
+    """Couplings (c,) that vary, and what gives their conditions (u, c) at ascending speeds (u,).
+
+    Formed once: `critical`, the critical speeds (m, q) of the line, and `spread`, the largest
+    relative error that those of the conditions make in a stiffness.
+    """
 
     couplings: tuple[Coupling, ...]
     conditions: Callable[[FloatArray], Conditions]
+    critical: Callable[[], Bounded]
+    spread: Callable[[], float]
 
     @property
     def unsure(self) -> bool:
@@ -72,17 +80,49 @@ class CouplingStates(NamedTuple):
         return line._replace(stiffness=stiffness, loss_factor=loss)
 
 
+def _of(found: Conditions, c: int, frequency: FloatArray) -> tuple[FloatArray, ...]:
+    """What the values of one coupling are asked at."""
+    mean, temperature, amplitude = (part[:, c] for part in found)
+    return mean, temperature, frequency, amplitude
+
+
+#: speeds of the range at which errors of stiffnesses are read, next to the operating one
+_READ = 5
+
+
+def _spread(solver: "_Solver") -> float:
+    """Largest relative error of a stiffness, from errors of the conditions."""
+    setup, none, largest = solver.plain, np.zeros(1), 0.0
+    some = [setup.speed]
+    if setup.torsion.speeds is not None:
+        some += np.linspace(setup.torsion.speeds.start, setup.torsion.speeds.stop, _READ).tolist()
+    speed = np.unique(some)
+    found, errors = solver(speed), solver.errors(speed)
+    for c, one in enumerate(solver.couplings):
+        own, _ = one.values(*_of(found, c, none))
+        for kind, off in zip(Conditions._fields, errors, strict=True):
+            step = _STEP * np.maximum(np.abs(getattr(found, kind)[:, c]), 1.0)
+            value = getattr(found, kind).copy()
+            value[:, c] += step
+            moved, _ = one.values(*_of(found._replace(**{kind: value}), c, none))
+            largest = max(largest, float(np.max(np.abs(moved / own - 1.0) * off[:, c] / step)))
+    return largest
+
+
 def coupled(setup: Setup) -> Setup:
     """The same with what its couplings depend on; as it is where they depend on nothing."""
     varying = tuple(one for one in setup.shaft.couplings if one.varies)
     if not varying:
         return setup
     plain = setup._replace(model=setup.model._replace(couplings=None))
-    states = CouplingStates(varying, _Solver(plain, varying))
+    critical = cache(lambda: met_criticals(found))
+    solver = _Solver(plain, varying)
+    states = CouplingStates(varying, solver, critical, cache(lambda: _spread(solver)))
     model = plain.model._replace(couplings=states)
     modes = undamped_modes(model, setup.speed)
     natural = natural_of(setup.torsion, model, modes, setup.speed)
-    return plain._replace(model=model, modes=modes, natural=natural)
+    found = plain._replace(model=model, modes=modes, natural=natural)
+    return found
 
 
 # ----------------------------------------------------------------------------
@@ -93,7 +133,7 @@ def coupled(setup: Setup) -> Setup:
 # ----------------------------------------------------------------------------
 
 #: half steps from cold, and how near to standing they come before Newton's method takes over
-_WARMING, _NEAR = 200, 1e-3
+_WARMING, _NEAR = 200, 1e-2
 #: steps of Newton's method, what counts as standing, and what it may be content with
 _STEPS, _STANDS, _ROUGH = 25, 1e-13, 1e-9
 #: of a value, the step by which slopes are taken
@@ -188,7 +228,8 @@ class _Solver:
 
     def frozen(self, conditions: Conditions) -> Setup:
         """The line with its couplings in these conditions, at the speeds they belong to."""
-        states = CouplingStates(self.couplings, lambda _: conditions)
+        nowhere = Bounded(np.zeros((0, 0)), np.zeros((0, 0)))
+        states = CouplingStates(self.couplings, lambda _: conditions, lambda: nowhere, lambda: 0.0)
         return self.plain._replace(model=self.plain.model._replace(couplings=states))
 
     def _answer(self, speed: FloatArray, begin: Conditions, x: FloatArray) -> FloatArray:

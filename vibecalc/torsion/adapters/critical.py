@@ -42,6 +42,8 @@ def critical(setup: Setup) -> Bounded:
     A mode that is damped so strongly that no response peaks near its frequency has none.
     """
     modes, order = setup.natural(), setup.drive.order
+    if setup.model.couplings is not None:
+        return setup.model.couplings.critical()
     if np.any(setup.model.speed_stiffness):
         if modes.damped:
             return _damped_met(setup)

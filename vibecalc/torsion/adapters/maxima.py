@@ -91,14 +91,18 @@ def added(setup: Setup, dense: DenseSweep, extra: FloatArray) -> DenseSweep:
     return DenseSweep(every[ascending], np.concatenate([dense.torque, values[clear]])[ascending])
 
 
-def _poles(setup: Setup) -> LinePoles:
-    """Poles of the line with positive frequency, each at every order."""
+def _poles(setup: Setup, first: float, last: float) -> LinePoles:
+    """Poles of the line with positive frequency, each at every order; from `first` to `last`."""
     order, model, line = setup.drive.order, setup.model, setup.model.line
     if model.modal is not None or len(line.inertia) > FREEDOMS:
         modes = setup.natural()
         some = np.flatnonzero(modes.frequency > 0.0)
         return poles_at_orders(modes.pole[some], modes.shape[some], modes.scale[some], len(order))
     unit = max(float(np.max(setup.modes.frequency, initial=0.0)), 1.0)
+    if model.couplings is not None:
+        from vibecalc.torsion.adapters.coupling_criticals import poles_by_order
+
+        return poles_by_order(setup, unit, first, last)
     if not np.any(model.speed_stiffness):
         return poles_at_orders(*all_poles(line, unit), len(order))
     # with pendulums the line is another one at every order
@@ -108,7 +112,7 @@ def _poles(setup: Setup) -> LinePoles:
 def _narrow_resonances(setup: Setup, first: float, last: float) -> NarrowResonances:
     """Resonances whose width touches a range of speeds, without those that nothing damps."""
     line, drive = setup.model.line, setup.drive
-    poles = _poles(setup)
+    poles = _poles(setup, first, last)
     order = drive.order[poles.order]
     speed, width = poles.pole.imag / order, np.abs(poles.pole.real) / order
     inside = (speed + 3.0 * width > first) & (speed - 3.0 * width < last) & (width > 0.0)

@@ -342,7 +342,9 @@ def undamped_modes(model: Model, speed: float) -> Modes:
     """At a speed in rad/s, rings free; each at its own frequency where couplings depend on it."""
     if model.couplings is None:
         return natural_modes(model.at(speed))
-    return model.couplings.modes(lambda frequency: model.at(speed, frequency))
+    found = model.couplings.modes(lambda frequency: model.at(speed, frequency))
+    off = 0.5 * model.couplings.spread() * found.frequency
+    return found._replace(frequency_error=found.frequency_error + off)
 
 
 def line_modes(torsion: Torsion, model: Model, modes: Modes, speed: float) -> LineModes:
