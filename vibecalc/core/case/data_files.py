@@ -1,13 +1,15 @@
 """Long tables in CSV files next to a case: read, checked, put where their file name stands."""
 
+import copy
 import csv
 import math
 import re
+import tomllib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from vibecalc.core.case.raw import Data, listed, nearest
+from vibecalc.core.case.raw import Data, listed, nearest, tables_at
 from vibecalc.errors import KeyPath, Problem, UnitError
 from vibecalc.units import convert, split_number
 
@@ -84,12 +86,14 @@ def read_columns(folder: Path, name: str) -> Columns:
     }
 
 
-def _read(folder: Path, name: str) -> str:
+def _read(
+    folder: Path, name: str, example: str = "a name like gas.csv", like: str = "*.csv"
+) -> str:
     path = folder / name
     try:
         inside = path.resolve().is_relative_to(folder.resolve())
         if Path(name).is_absolute() or not inside:
-            raise Unreadable("a table has to lie in the folder of its case", "a name like gas.csv")
+            raise Unreadable("a table has to lie in the folder of its case", example)
         if path.is_dir():
             raise Unreadable("this is a folder")
         if path.exists() and not path.is_file():
@@ -101,7 +105,7 @@ def _read(folder: Path, name: str) -> str:
         with path.open("rb") as file:
             return file.read(LARGEST_FILE + 1).decode("utf-8-sig")
     except FileNotFoundError:
-        raise Unreadable("there is no such file", hint=_similar(folder, name)) from None
+        raise Unreadable("there is no such file", hint=_similar(folder, name, like)) from None
     except UnicodeDecodeError:
         raise Unreadable("the file is not a text in UTF-8") from None
     except OSError as error:
@@ -138,9 +142,10 @@ def _separator(line: str) -> str:
     return f"cells are parted by commas, not by {other[0]}" if other else ""
 
 
-def _similar(folder: Path, name: str) -> str:
+def _similar(folder: Path, name: str, like: str) -> str:
     try:
-        return nearest(name, sorted(entry.name for entry in folder.glob("*.csv")))
+        there = (folder / name).parent.glob(like)
+        return nearest(Path(name).name, sorted(entry.name for entry in there))
     except OSError:
         return ""
 
@@ -165,6 +170,12 @@ def attach_files(data: Data, folder: Path) -> list[Problem]:
     Returns the problems of the files; their places keep the name, for the schema to pass over.
     """
     problems: list[Problem] = []
+    for path, place in _catalogued(data):
+        try:
+            _attach_catalogue(place, folder)
+        except Unreadable as error:
+            key = error.key or "catalogue"
+            problems.append(_problem((*path, key), str(place.get(key, "")), error))
     for path, place, key in _named_tables(data, ()):
         try:
             columns = read_columns(folder, place[key])
@@ -331,6 +342,51 @@ def _problem(path: KeyPath, name: str, error: Unreadable) -> Problem:
         allowed=error.allowed or "the name of a CSV file next to the case",
         hint=error.hint,
     )
+
+
+# ----------------------------------------------------------------------------
+# Catalogues: TOML files of tables by their names, one of which a table of a case takes over.
+# ----------------------------------------------------------------------------
+
+#: lists of the schema, and the table in each of their entries that may be of a catalogue
+CATALOGUED: tuple[tuple[KeyPath, str], ...] = ((("machine", "shaft_line", "shafts"), "coupling"),)
+
+
+def _catalogued(data: Data) -> Iterator[tuple[KeyPath, Data]]:
+    """Tables that name a catalogue and an entry of it, with their paths."""
+    for path, key in CATALOGUED:
+        for place, entry in tables_at(data, *map(str, path)):
+            table = entry.get(key)
+            said = isinstance(table, dict) and [table.get(one) for one in ("catalogue", "type")]
+            if said and all(isinstance(one, str) and one for one in said):
+                yield (*path, place, key), table
+
+
+def _attach_catalogue(table: Data, folder: Path) -> None:
+    """Fill in what the catalogue says and the table does not; takes away the name of the file."""
+    text = _read(folder, table["catalogue"], "a name like couplings.toml", "*.toml")
+    try:
+        entries = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise Unreadable(f"the file is no TOML: {error}") from None
+    entries = {name: one for name, one in entries.items() if isinstance(one, dict)}
+    if not entries:
+        raise Unreadable("the catalogue has no tables", "a table for each type, as ['type 1']")
+    found = entries.get(table["type"])
+    if found is None:
+        names = list(entries)
+        raise Unreadable(
+            f"the catalogue has no such type, but {listed(names)}",
+            "the name of one of its tables",
+            nearest(table["type"], names),
+            key="type",
+        )
+    nested = next((key for key in ("catalogue", "type") if key in found), None)
+    if nested is not None:
+        raise Unreadable(f"the entry of the catalogue has a {nested} of its own", "its values")
+    del table["catalogue"]
+    for key, value in found.items():
+        table.setdefault(key, copy.deepcopy(value))
 
 
 # ----------------------------------------------------------------------------
