@@ -6,6 +6,7 @@ here, and temperatures and vibratory torques are brackets halved or plain repeti
 """
 
 from collections.abc import Callable, Mapping
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -172,7 +173,7 @@ class DenseLine:
 def _root(missing: Callable[[float], float], low: float, high: float) -> float:
     """The first root from below: steps until the sign changes, then a bracket closed."""
     steps = np.linspace(low, high, 41)
-    for left, right in zip(steps[:-1], steps[1:], strict=True):
+    for left, right in pairwise(steps.tolist()):
         if missing(right) <= 0.0:
             return float(brentq(missing, left, right, xtol=1e-12, rtol=1e-14))
     raise AssertionError("no root")

@@ -43,6 +43,10 @@ def torsion_problems(case: Case) -> list[Problem]:
         problems += [*_damping(line, torsion), *_published(line, torsion)]
         for place, limit in enumerate(torsion.limits):
             problems += _limit((*TORSION, "limits", place), line, limit)
+    if any(shaft.coupling is not None for shaft in line.shafts):
+        from vibecalc.torsion.coupling_checks import coupling_problems
+
+        problems += coupling_problems(case)
     return [*problems, *design_problems(case, line)]
 
 

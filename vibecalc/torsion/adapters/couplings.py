@@ -106,6 +106,7 @@ def emit_couplings(scene: Scene, setup: Setup) -> None:
     for name, key in _VALUES.items():
         value = stack([getattr(one, key) for one in found], axis=0)
         scene.emit(f"{COUPLING}/{name}", value[:, 0], axes=axes)
+    _warn_of_rows(scene, setup, found)
     line = setup.model.at(at[:, None], at[:, None] * order)
     element = [one.element for one in setup.shaft.couplings]
     own = np.square([one.ratio for one in setup.shaft.couplings])
@@ -114,6 +115,20 @@ def emit_couplings(scene: Scene, setup: Setup) -> None:
         actual = rounded(rows / own[:, None] if name == "stiffness" else rows, 8.0)
         scene.emit(f"{COUPLING}/{name}", actual, axes={**axes, "half_order": order})
     emit_use(scene, setup, COUPLING)
+
+
+def _warn_of_rows(scene: Scene, setup: Setup, found: list[Borne]) -> None:
+    """Say where a coupling is beyond the last row of its table at the operating speed."""
+    for one, here in zip(setup.shaft.couplings, found, strict=True):
+        for rows, value, words in (
+            (one.mean_torque, abs(here.mean), "mean torque"),
+            (one.amplitude, here.vibratory, "vibratory torque"),
+        ):
+            if rows is not None and value.value[0] > rows.at[-1]:
+                scene.warn(
+                    f"coupling '{one.name}': its {words}, {value.value[0]:.5g} N m, is beyond the "
+                    f"last row of its table, {rows.at[-1]:.5g} N m, whose values are taken"
+                )
 
 
 def emit_use(scene: Scene, setup: Setup, place: str) -> None:
