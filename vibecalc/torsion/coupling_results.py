@@ -36,6 +36,8 @@ COUPLING_ENTRIES = (
           f"dynamic, at the frequency of the order, {_HERE}"),
     entry(f"{COUPLING}/loss_factor", "coupling half_order", "",
           f"relative damping over 2 pi, at the frequency of the order, {_HERE}"),
+    entry(f"{COUPLING}/mode_stiffness", "coupling mode", "N*m/rad",
+          f"dynamic, at the undamped natural frequency of the mode, {_HERE}"),
     entry(f"{COUPLING}/use", _EACH, "", f"{_USE}, {_HERE}",
           headline=Headline("use of a coupling at speed, largest")),
     *_borne(f"{COUPLING}/speeds", "coupling speed", "over the speeds"),

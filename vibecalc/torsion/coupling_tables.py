@@ -143,7 +143,7 @@ def _said_once(key: str, words: str, wanted: bool) -> object:
     def rule(row: Row) -> Iterator[Problem]:
         if "catalogue" in row:  # not read, which is a problem of its own
             return
-        places = [(key,)] if key in row else []
+        places: list[tuple[str, ...]] = [(key,)] if key in row else []
         for name in _DEPENDENCES:
             below = row.below(name)
             if below is not None and key in below:

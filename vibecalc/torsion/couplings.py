@@ -192,7 +192,7 @@ def has_limit(coupling: Coupling) -> list[bool]:
     """Which of `LIMITS` the maker says."""
     may = coupling.permissible
     said = (may.mean, may.peak, may.vibratory, may.vibratory, may.power, may.speed, may.temperature)
-    return np.isfinite(said).tolist()
+    return [bool(np.isfinite(one)) for one in said]
 
 
 # ----------------------------------------------------------------------------

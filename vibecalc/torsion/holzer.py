@@ -1,7 +1,7 @@
 """Holzer's tables of a shaft line, with the errors of the mode shapes that stand in them."""
 
 from collections.abc import Callable
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -249,7 +249,7 @@ def uncertainty_by_mode(
     """What `of` gives for each mode alone, on its own of the lines (m)."""
     each = []
     for place, one in enumerate(lines_of(line)):
-        rows = {
+        rows: dict[str, Any] = {
             name: part[place : place + 1]
             for name, part in modes._asdict().items()
             if isinstance(part, np.ndarray)
@@ -257,10 +257,11 @@ def uncertainty_by_mode(
         each.append(of(one, modes._replace(**rows)))
     moves = max(one.moved.shape[-1] for one in each)
     moved = np.zeros((len(each), each[0].moved.shape[1], moves), each[-1].moved.dtype)
-    for place, one in enumerate(each):
-        moved[place, :, : one.moved.shape[-1]] = one.moved[0]
-    bound, moving = (np.concatenate([getattr(one, name) for one in each])
-                     for name in ("bound", "moving"))  # fmt: skip
+    for place, found in enumerate(each):
+        moved[place, :, : found.moved.shape[-1]] = found.moved[0]
+    bound, moving = (
+        np.concatenate([getattr(found, name) for found in each]) for name in ("bound", "moving")
+    )
     return ShapeUncertainty(bound, moved, moving)
 
 

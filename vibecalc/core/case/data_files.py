@@ -357,8 +357,9 @@ def _catalogued(data: Data) -> Iterator[tuple[KeyPath, Data]]:
     for path, key in CATALOGUED:
         for place, entry in tables_at(data, *map(str, path)):
             table = entry.get(key)
-            said = isinstance(table, dict) and [table.get(one) for one in ("catalogue", "type")]
-            if said and all(isinstance(one, str) and one for one in said):
+            if not isinstance(table, dict):
+                continue
+            if all(isinstance(table.get(one), str) and table[one] for one in ("catalogue", "type")):
                 yield (*path, place, key), table
 
 

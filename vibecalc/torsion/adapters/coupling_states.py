@@ -8,7 +8,7 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.torsion.adapters.coupling_criticals import met_criticals
 from vibecalc.torsion.adapters.curves import (
     bounded_orders,
@@ -40,7 +40,7 @@ class CouplingStates(NamedTuple):
     """Couplings (c,) that vary, and what gives their conditions (u, c) at ascending speeds (u,).
 
     Formed once: `critical`, the critical speeds (m, q) of the line, and `spread`, the largest
-    relative error that those of the conditions make in a stiffness.
+    relative error that those of the conditions make in a stiffness or loss factor.
     """
 
     couplings: tuple[Coupling, ...]
@@ -91,7 +91,7 @@ _READ = 5
 
 
 def _spread(solver: "_Solver") -> float:
-    """Largest relative error of a stiffness, from errors of the conditions."""
+    """Largest relative error of a stiffness or loss factor, from errors of the conditions."""
     setup, none, largest = solver.plain, np.zeros(1), 0.0
     some = [setup.speed]
     if setup.torsion.speeds is not None:
@@ -99,13 +99,15 @@ def _spread(solver: "_Solver") -> float:
     speed = np.unique(some)
     found, errors = solver(speed), solver.errors(speed)
     for c, one in enumerate(solver.couplings):
-        own, _ = one.values(*_of(found, c, none))
+        own = one.values(*_of(found, c, none))
         for kind, off in zip(Conditions._fields, errors, strict=True):
             step = _STEP * np.maximum(np.abs(getattr(found, kind)[:, c]), 1.0)
             value = getattr(found, kind).copy()
             value[:, c] += step
-            moved, _ = one.values(*_of(found._replace(**{kind: value}), c, none))
-            largest = max(largest, float(np.max(np.abs(moved / own - 1.0) * off[:, c] / step)))
+            moved = one.values(*_of(found._replace(**{kind: value}), c, none))
+            for before, after in zip(own, moved, strict=True):
+                share = np.abs(after / before - 1.0) * off[:, c] / step
+                largest = max(largest, float(np.max(share)))
     return largest
 
 
@@ -362,8 +364,7 @@ def moved(setup: Setup, speed: FloatArray) -> Moved:
             share = getattr(errors, kind)[:, c] / step
             for sum_, one, first in zip(total, other, base, strict=True):
                 sum_ += np.abs(one - first) * share.reshape(-1, *([1] * (first.ndim - 1)))
-    place: IntArray = place.ravel()
-    return Moved(*(one[place] for one in total))
+    return Moved(*(one[place.ravel()] for one in total))
 
 
 def _parts(setup: Setup, speed: FloatArray) -> tuple[FloatArray, ...]:

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.numerics.bounded import Bounded, concatenate, rounded, stack, where
-from vibecalc.numerics.rounding import FloatArray, IntArray, distinct
+from vibecalc.numerics.bounded import Bounded, bounded, concatenate, stack, where
+from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray, distinct
 from vibecalc.torsion.adapters.curves import (
     ROWS,
     SAMPLES,
@@ -32,8 +32,8 @@ Solve = Callable[[Setup, FloatArray], OrderSolution]
 def _unbounded(setup: Setup, speed: FloatArray) -> OrderSolution:
     """All orders at speeds (s,) without their errors."""
     state = solved(setup.model, setup.drive, speed)
-    none = {name: Bounded(getattr(state, name), 0.0) for name in ("angle", "twist", "torque")}
-    return state._replace(**none)
+    angle, twist, torque = (bounded(one) for one in (state.angle, state.twist, state.torque))
+    return state._replace(angle=angle, twist=twist, torque=torque)
 
 
 def _borne(setup: Setup, speed: FloatArray, solve: Solve) -> list[Borne]:
@@ -101,20 +101,34 @@ _VALUES = {
 
 def emit_couplings(scene: Scene, setup: Setup) -> None:
     """Torques, heat, temperature, stiffness and use of the limits at the operating speed."""
-    at, order, axes = np.array([setup.speed]), setup.drive.order, uses_of(setup).axes
+    at, axes = np.array([setup.speed]), uses_of(setup).axes
     found = _borne(setup, at, bounded_orders)
     for name, key in _VALUES.items():
         value = stack([getattr(one, key) for one in found], axis=0)
         scene.emit(f"{COUPLING}/{name}", value[:, 0], axes=axes)
     _warn_of_rows(scene, setup, found)
-    line = setup.model.at(at[:, None], at[:, None] * order)
-    element = [one.element for one in setup.shaft.couplings]
-    own = np.square([one.ratio for one in setup.shaft.couplings])
-    for name, value in (("stiffness", line.stiffness), ("loss_factor", line.loss_factor)):
-        rows = np.broadcast_to(value, (1, len(order), value.shape[-1]))[0, :, element]
-        actual = rounded(rows / own[:, None] if name == "stiffness" else rows, 8.0)
-        scene.emit(f"{COUPLING}/{name}", actual, axes={**axes, "half_order": order})
+    _emit_values(scene, setup)
     emit_use(scene, setup, COUPLING)
+
+
+def _emit_values(scene: Scene, setup: Setup) -> None:
+    """Stiffness and loss factor at the orders, stiffness at the natural frequencies, own values."""
+    order, axes, states = setup.drive.order, uses_of(setup).axes, setup.model.couplings
+    couplings, natural = setup.shaft.couplings, setup.modes.frequency
+    off = 16.0 * EPSILON + (0.0 if states is None else states.spread())
+    own = np.square([one.ratio for one in couplings])[:, None]
+
+    def put(name: str, value: FloatArray, of: dict[str, Any], count: int) -> None:
+        rows = np.broadcast_to(value, (count, value.shape[-1]))
+        rows = rows[:, [one.element for one in couplings]].T
+        rows = rows if name == "loss_factor" else rows / own
+        scene.emit(f"{COUPLING}/{name}", rows, off * rows, {**axes, **of})
+
+    line = setup.model.at(setup.speed, setup.speed * order)
+    put("stiffness", line.stiffness, {"half_order": order}, len(order))
+    put("loss_factor", line.loss_factor, {"half_order": order}, len(order))
+    modes = {"mode": np.arange(1, len(natural) + 1)}
+    put("mode_stiffness", setup.model.at(setup.speed, natural).stiffness, modes, len(natural))
 
 
 def _warn_of_rows(scene: Scene, setup: Setup, found: list[Borne]) -> None:
@@ -162,7 +176,7 @@ def _some(speed: FloatArray) -> FloatArray:
 
 def _error(value: Bounded) -> FloatArray:
     """Errors of finite values, 0 of others."""
-    return np.where(np.isfinite(value.value), value.error, 0.0)
+    return np.asarray(np.where(np.isfinite(value.value), value.error, 0.0))
 
 
 #: of a use, what it may differ by over the speeds and count as one
@@ -188,7 +202,8 @@ def emit_largest_use(
         def value(where: FloatArray) -> FloatArray:
             flat, back = np.unique(where, return_inverse=True)
             found = every.at(flat, _unbounded).value.reshape(-1, len(flat))
-            return np.take_along_axis(found[row], back.reshape(where.shape), axis=1)
+            chosen = np.take_along_axis(found[row], back.reshape(where.shape), axis=1)
+            return np.asarray(chosen)
 
         return value
 
@@ -198,7 +213,9 @@ def emit_largest_use(
     there = _error(every.at(top.speed, bounded_orders)).reshape(count, count).diagonal()
     off = np.where(np.isfinite(top.value), there + top.value_error, 0.0)
     # what is the same at every speed is met at the lowest
-    level = np.ptp(curves, axis=0) <= LEVEL * curves.max(axis=0)
-    found = np.where(level, at[0], top.speed), np.where(level, 0.0, top.speed_error)
+    with np.errstate(invalid="ignore"):  # where nothing damps an order
+        level = np.ptp(curves, axis=0) <= LEVEL * curves.max(axis=0)
+    speeds, off_by = np.where(level, at[0], top.speed), np.where(level, 0.0, top.speed_error)
     scene.emit(f"{place}/largest_use", top.value.reshape(shape), off.reshape(shape), every.axes)
-    scene.emit(f"{place}/largest_use_speed", *(one.reshape(shape) for one in found), every.axes)
+    path = f"{place}/largest_use_speed"
+    scene.emit(path, speeds.reshape(shape), off_by.reshape(shape), every.axes)
