@@ -1,6 +1,5 @@
 """Couplings whose stiffness and damping follow what the line does: load, heat, vibration."""
 
-from collections.abc import Callable
 from functools import cache
 from typing import NamedTuple
 
@@ -18,66 +17,13 @@ from vibecalc.torsion.adapters.curves import (
     speeds_at_once,
 )
 from vibecalc.torsion.adapters.setup import Setup, natural_of, undamped_modes
-from vibecalc.torsion.couplings import Coupling, modes_at_own_frequency
-from vibecalc.torsion.line import Line
-from vibecalc.torsion.modes import Modes, natural_modes
+from vibecalc.torsion.coupling_line import Conditions, CouplingStates, Moved
+from vibecalc.torsion.couplings import Coupling
 from vibecalc.torsion.synthesis import sum_error, synthesis
 
 # ----------------------------------------------------------------------------
 # The line at a speed and a frequency, under the conditions that its couplings are in.
 # ----------------------------------------------------------------------------
-
-
-class Conditions(NamedTuple):
-    """Of couplings at speeds (..., c), own: mean torque and half range in N m, temperature in K."""
-
-    mean_torque: FloatArray
-    temperature: FloatArray
-    amplitude: FloatArray
-
-
-class CouplingStates(NamedTuple):
-    """Couplings (c,) that vary, and what gives their conditions (u, c) at ascending speeds (u,).
-
-    Formed once: `critical`, the critical speeds (m, q) of the line, and `spread`, the largest
-    relative error that those of the conditions make in a stiffness or loss factor.
-    """
-
-    couplings: tuple[Coupling, ...]
-    conditions: Callable[[FloatArray], Conditions]
-    critical: Callable[[], Bounded]
-    spread: Callable[[], float]
-
-    @property
-    def unsure(self) -> bool:
-        """Whether the conditions come from the vibration itself, with errors of their own."""
-        return isinstance(self.conditions, _Solver)
-
-    @property
-    def by_frequency(self) -> bool:
-        """Whether some coupling depends on the frequency."""
-        return any(one.frequency is not None for one in self.couplings)
-
-    def modes(self, line_at: Callable[[float], Line]) -> Modes:
-        """Undamped ones of what `line_at` gives at a frequency in rad/s, each at its own."""
-        return modes_at_own_frequency(line_at) if self.by_frequency else natural_modes(line_at(0.0))
-
-    def on(self, line: Line, speed: FloatArray | float, frequency: FloatArray | float) -> Line:
-        """The line with its couplings at speeds and frequencies (...) in rad/s that broadcast."""
-        speed, frequency = np.asarray(speed, dtype=float), np.asarray(frequency, dtype=float)
-        shape = np.broadcast_shapes(speed.shape, frequency.shape)
-        at, place = np.unique(speed, return_inverse=True)
-        found, place = self.conditions(at), place.reshape(speed.shape)
-        whole = (*shape, len(line.first))
-        stiffness, loss = (
-            np.array(np.broadcast_to(one, whole)) for one in (line.stiffness, line.loss_factor)
-        )
-        for c, one in enumerate(self.couplings):
-            mean, temperature, amplitude = (part[place, c] for part in found)
-            own, eta = one.values(mean, temperature, frequency, amplitude)
-            stiffness[..., one.element] = one.ratio**2 * own
-            loss[..., one.element] = eta
-        return line._replace(stiffness=stiffness, loss_factor=loss)
 
 
 def _of(found: Conditions, c: int, frequency: FloatArray) -> tuple[FloatArray, ...]:
@@ -119,7 +65,8 @@ def coupled(setup: Setup) -> Setup:
     plain = setup._replace(model=setup.model._replace(couplings=None))
     critical = cache(lambda: met_criticals(found))
     solver = _Solver(plain, varying)
-    states = CouplingStates(varying, solver, critical, cache(lambda: _spread(solver)))
+    spread = cache(lambda: _spread(solver))
+    states = CouplingStates(varying, solver, critical, spread, solver.moved)
     model = plain.model._replace(couplings=states)
     modes = undamped_modes(model, setup.speed)
     natural = natural_of(setup.torsion, model, modes, setup.speed)
@@ -231,7 +178,7 @@ class _Solver:
     def frozen(self, conditions: Conditions) -> Setup:
         """The line with its couplings in these conditions, at the speeds they belong to."""
         nowhere = Bounded(np.zeros((0, 0)), np.zeros((0, 0)))
-        states = CouplingStates(self.couplings, lambda _: conditions, lambda: nowhere, lambda: 0.0)
+        states = CouplingStates(self.couplings, lambda _: conditions, lambda: nowhere)
         return self.plain._replace(model=self.plain.model._replace(couplings=states))
 
     def _answer(self, speed: FloatArray, begin: Conditions, x: FloatArray) -> FloatArray:
@@ -328,43 +275,28 @@ class _Solver:
         amplified = np.abs(np.linalg.inv(np.eye(x.shape[1]) - slope))
         return self._with(errors, (amplified @ off[..., None])[..., 0])
 
-
-class Moved(NamedTuple):
-    """What errors of conditions may move: angles (s, m, n), twists, torques (s, m, e), heat (s, e).
-
-    Referred, as the solution itself.
-    """
-
-    angle: FloatArray
-    twist: FloatArray
-    torque: FloatArray
-    heat: FloatArray
-
-
-def moved(setup: Setup, speed: FloatArray) -> Moved:
-    """By what couplings depend on and is not known exactly, at speeds (s,) in any order."""
-    states = setup.model.couplings
-    assert states is not None and isinstance(states.conditions, _Solver)
-    solver, (at, place) = states.conditions, np.unique(speed, return_inverse=True)
-    found, errors = solver(at), solver.errors(at)
-    base = _parts(solver.frozen(found), at)
-    total = [np.zeros(one.shape) for one in base]
-    for kind, needed in (
-        ("mean_torque", [one.mean_torque for one in states.couplings]),
-        (_TEMPERATURE, [one.over_temperature for one in states.couplings]),
-        (_AMPLITUDE, [one.amplitude for one in states.couplings]),
-    ):
-        for c, rows in enumerate(needed):
-            if rows is None:
-                continue
-            value = getattr(found, kind).copy()
-            step = _STEP * np.maximum(np.abs(value[:, c]), 1.0)
-            value[:, c] += step
-            other = _parts(solver.frozen(found._replace(**{kind: value})), at)
-            share = getattr(errors, kind)[:, c] / step
-            for sum_, one, first in zip(total, other, base, strict=True):
-                sum_ += np.abs(one - first) * share.reshape(-1, *([1] * (first.ndim - 1)))
-    return Moved(*(one[place.ravel()] for one in total))
+    def moved(self, speed: FloatArray) -> Moved:
+        """By what couplings depend on and is not known exactly, at speeds (s,) in any order."""
+        at, place = np.unique(speed, return_inverse=True)
+        found, errors = self(at), self.errors(at)
+        base = _parts(self.frozen(found), at)
+        total = [np.zeros(one.shape) for one in base]
+        for kind, needed in (
+            ("mean_torque", [one.mean_torque for one in self.couplings]),
+            (_TEMPERATURE, [one.over_temperature for one in self.couplings]),
+            (_AMPLITUDE, [one.amplitude for one in self.couplings]),
+        ):
+            for c, rows in enumerate(needed):
+                if rows is None:
+                    continue
+                value = getattr(found, kind).copy()
+                step = _STEP * np.maximum(np.abs(value[:, c]), 1.0)
+                value[:, c] += step
+                other = _parts(self.frozen(found._replace(**{kind: value})), at)
+                share = getattr(errors, kind)[:, c] / step
+                for sum_, one, first in zip(total, other, base, strict=True):
+                    sum_ += np.abs(one - first) * share.reshape(-1, *([1] * (first.ndim - 1)))
+        return Moved(*(one[place.ravel()] for one in total))
 
 
 def _parts(setup: Setup, speed: FloatArray) -> tuple[FloatArray, ...]:

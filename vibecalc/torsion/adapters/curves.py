@@ -342,10 +342,8 @@ def bounded_orders(setup: Setup, speed: FloatArray) -> OrderSolution:
     )
     stiffness = complex_stiffness(setup.model.at(speed[:, None], state.frequency), state.frequency)
     torque, load = rounded(stiffness, STIFFNESS_ROUNDINGS) * twist, setup.drive.torque(speed)
-    if setup.model.couplings is not None and setup.model.couplings.unsure:
-        from vibecalc.torsion.adapters.coupling_states import moved
-
-        off = moved(setup, speed)
+    if setup.model.couplings is not None and setup.model.couplings.moved is not None:
+        off = setup.model.couplings.moved(speed)
         angle, twist, torque = (
             Bounded(one.value, one.error + more)
             for one, more in zip((angle, twist, torque), off, strict=False)
@@ -363,11 +361,9 @@ def section_heat(setup: Setup, speed: FloatArray, state: OrderSolution) -> Bound
     """Mean power (s, e) of dashpots and loss factors in W, all orders of bounded twists."""
     line = setup.model.at(speed[:, None], state.frequency)
     power = heat(line, state.frequency, state.twist).sum(axis=-2)
-    if setup.model.couplings is None or not setup.model.couplings.unsure:
+    if setup.model.couplings is None or setup.model.couplings.moved is None:
         return power
-    from vibecalc.torsion.adapters.coupling_states import moved
-
-    return Bounded(power.value, power.error + moved(setup, speed).heat)
+    return Bounded(power.value, power.error + setup.model.couplings.moved(speed).heat)
 
 
 # ----------------------------------------------------------------------------

@@ -39,7 +39,7 @@ from vibecalc.torsion.tables import LineSpeeds, Torsion
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case, Machine
-    from vibecalc.torsion.adapters.coupling_states import CouplingStates
+    from vibecalc.torsion.coupling_line import CouplingStates
 
 # ----------------------------------------------------------------------------
 # What the cylinders do to the stations of a shaft line, ready for any crank speed.
@@ -320,15 +320,7 @@ def build_setup(case: "Case") -> Setup:
         damping = of_inertia * inertia + of_stiffness * held
         shaft = replace(shaft, station_values=np.array([inertia, damping, held]))
     natural = natural_of(torsion, model, modes, speed)
-    setup = Setup(torsion, speed, shaft, build_drive(case, shaft), model, modes, natural)
-    return with_couplings(setup) if shaft.couplings else setup
-
-
-def with_couplings(setup: Setup) -> Setup:
-    """The line whose couplings follow what its own drive makes of it."""
-    from vibecalc.torsion.adapters.coupling_states import coupled
-
-    return coupled(setup)
+    return Setup(torsion, speed, shaft, build_drive(case, shaft), model, modes, natural)
 
 
 def natural_of(

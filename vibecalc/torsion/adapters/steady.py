@@ -38,6 +38,10 @@ def run_torsion(scene: Scene) -> None:
     Raises NumericalFailure where an order meets a natural frequency that nothing damps.
     """
     setup = build_setup(scene.case)
+    if setup.shaft.couplings:
+        from vibecalc.torsion.adapters.coupling_states import coupled
+
+        setup = coupled(setup)
     scene.handed_on["torsion"] = setup[1:]
     emit_modes(scene, setup)
     emit_excitation(scene, setup)

@@ -31,7 +31,6 @@ from vibecalc.torsion.adapters.setup import (
     build_drive,
     build_model,
     natural_of,
-    with_couplings,
 )
 from vibecalc.torsion.critical_speeds import largest, telling_speeds
 from vibecalc.torsion.results import ROOT
@@ -104,6 +103,15 @@ def emit_range(scene: Scene, state: State, speed: FloatArray, limited: bool = Fa
 BARE = f"{ROOT}/bare"
 
 
+def _coupled(setup: Setup) -> Setup:
+    """With couplings that follow what this line and its own torques make of them."""
+    if not setup.shaft.couplings:
+        return setup
+    from vibecalc.torsion.adapters.coupling_states import coupled
+
+    return coupled(setup)
+
+
 def bare_setup(setup: Setup) -> Setup:
     """The line without rings and what holds them; hubs belong to their stations and stay."""
     shaft, line = setup.shaft, setup.shaft.line
@@ -123,7 +131,7 @@ def bare_setup(setup: Setup) -> Setup:
     model, modes = build_model(torsion, bare, shaft.speed_stiffness[stays], speed, count)
     natural = natural_of(torsion, model, modes, speed)
     bare_line = setup._replace(model=model, modes=modes, natural=natural)
-    return with_couplings(bare_line) if shaft.couplings else bare_line
+    return _coupled(bare_line)
 
 
 def emit_bare(scene: Scene, setup: Setup, speed: FloatArray, damped: Bounded) -> None:
@@ -155,7 +163,7 @@ HEALTHY = f"{ROOT}/healthy"
 def healthy_setup(scene: Scene, setup: Setup) -> Setup:
     """The same line with the torques of an engine that fires in all cylinders."""
     healthy = setup._replace(drive=build_drive(scene.case, setup.shaft, all_fire=True))
-    return with_couplings(healthy) if setup.shaft.couplings else healthy
+    return _coupled(healthy)
 
 
 def emit_healthy(scene: Scene, setup: Setup) -> None:
