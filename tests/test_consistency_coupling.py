@@ -212,3 +212,96 @@ def test_thermal_runaway_is_named() -> None:
     data["machine"]["speed"] = "420 rpm"
     with pytest.raises(NumericalFailure, match=r"'elastic coupling' at 420 rpm: thermal runaway"):
         run_case(validate(data))
+
+
+def test_a_coupling_behind_a_gear_is_the_referred_one() -> None:
+    """Half the speed, the other way round: own values count a quarter, torques are doubled."""
+
+    def line(ratio: float) -> dict[str, Any]:
+        data = case_with("catalogue")
+        torsion = data["machine"]["shaft_line"]
+        rows = [dict(one) for one in torsion["stations"]]
+        scale = 1.0 / ratio**2
+        rows[6:] = [
+            {"name": "flywheel", "inertia": 260.0},
+            {"name": "wheel", "inertia": 10.0 * scale},
+            {"name": "hub", "inertia": 14.0 * scale},
+            {"name": "generator", "inertia": 235.0 * scale},
+        ]
+        names = [one["name"] for one in rows]
+        shafts = [
+            {**one, "between": [names[n], names[n + 1]]}
+            for n, one in enumerate(torsion["shafts"][:6])
+        ]
+        coupling = {
+            "stiffness": 80e3 * scale,
+            "relative_damping": 1.13,
+            "over_mean_torque": {
+                "torque": [0.0, 9e3 / ratio, 18e3 / ratio],
+                "stiffness_factor": [0.8, 1.0, 1.3],
+            },
+            "over_frequency": OVER_FREQUENCY,
+            "over_temperature": OVER_TEMPERATURE,
+            "ambient_temperature": "40 degC",
+            "thermal_resistance": "0.2 K/W",
+            "nominal_torque": 16e3 / ratio,
+            "maximum_torque": 40e3 / ratio,
+            "vibratory_torque": 5e3 / ratio,
+            "power_loss": 1200.0,
+            "maximum_speed": 200.0 * ratio,
+        }
+        shafts += [
+            {"name": "elastic coupling", "between": ["wheel", "hub"], "coupling": coupling},
+            {"name": "rotor shaft", "between": ["hub", "generator"], "stiffness": 11e6 * scale},
+        ]
+        gear = {"between": ["flywheel", "wheel"], "ratio": ratio, "reverses": ratio != 1.0}
+        torsion.update(stations=rows, shafts=shafts, gears=[gear])
+        data["machine"]["speed"] = 65.0
+        return data
+
+    one, other = (run_case(validate(line(ratio))) for ratio in (1.0, 0.5))
+    assert value(other, "coupling/use") == pytest.approx(value(one, "coupling/use"), rel=1e-9)
+    for path, factor in (
+        ("mean_torque", -2.0),
+        ("vibratory_torque", 2.0),
+        ("power_loss", 1.0),
+        ("temperature", 1.0),
+        ("stiffness", 4.0),
+        ("mode_stiffness", 4.0),
+    ):
+        expected = factor * value(one, f"coupling/{path}")
+        assert value(other, f"coupling/{path}") == pytest.approx(expected, rel=1e-9), path
+    natural = value(one, "modes/natural_frequency")
+    assert value(other, "modes/natural_frequency") == pytest.approx(natural, rel=1e-9)
+
+
+def test_a_line_with_a_damper_has_its_poles_at_their_own_frequency() -> None:
+    """Each pole, put into the dense matrix at its own magnitude, leaves it singular."""
+    data = case_with("frequency")
+    ring = {"name": "ring", "on": "throw 1", "kind": "viscous", "inertia": 6.0, "damping": 2500.0}
+    data["machine"]["shaft_line"]["dampers"] = [ring]
+    data["machine"]["speed"] = SPEEDS[0]
+    case = validate(data)
+    record, line = run_case(case), DenseLine(resolve(case))
+    natural, ratio = (
+        value(record, f"modes/{name}") for name in ("natural_frequency", "damping_ratio")
+    )
+    elastic = np.flatnonzero(natural > 0.0)[:5]
+    assert len(elastic) == 5
+    for w, zeta in zip(natural[elastic], ratio[elastic], strict=True):
+        pole = w * complex(-zeta, np.sqrt(1.0 - zeta**2))
+        n = len(line.inertia)
+        matrix = np.zeros((n + 1, n + 1), dtype=complex)
+        matrix[np.arange(n + 1), np.arange(n + 1)] = pole**2 * np.append(line.inertia, 6.0)
+        matrix[np.arange(n), np.arange(n)] += pole * line.absolute
+        dashpots = [1j * w * one.get("damping", 0.0) for one in line.shafts]
+        springs = np.array(line.stiffness(Conditions(0.0, 0.0, 0.0), w)) - dashpots
+        # a loss factor is the dashpot eta k / w, here as everywhere
+        elements = springs.real + pole * (springs.imag + np.imag(dashpots)) / w
+        for place, k in enumerate([*elements, pole * 2500.0]):
+            ends = np.zeros(n + 1)
+            ends[[place, place + 1] if place < n - 1 else [0, n]] = 1.0, -1.0
+            matrix += k * np.outer(ends, ends)
+        scale = np.sqrt(np.abs(np.diag(matrix)))
+        small = np.linalg.svd(matrix / np.outer(scale, scale), compute_uv=False)
+        assert small[-1] < 1e-9 * small[0]

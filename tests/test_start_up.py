@@ -70,7 +70,7 @@ def test_check_needs_no_arrays_file_or_solver(tmp_path: Path) -> None:
 #: what a subject has to say of any case: its tables and rules, its stages, its results
 SAYING = (
     "tables", "shaft_line_tables", "rules", "form", "stage", "results",
-    "checks", "motor_checks", "shaft_line_checks", "engine_rules",
+    "checks", "motor_checks", "shaft_line_checks", "engine_rules", "coupling_results",
 )  # fmt: skip
 #: what checks count with
 COUNTING = (
