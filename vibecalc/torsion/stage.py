@@ -152,7 +152,7 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
         "/speeds/travel": bool(line.dampers),
         "gear": bool(line.gears),
         "/hammering/": bool(line.gears),
-        "/campbell/": torsion.campbell and any(one.kind == "pendulum" for one in line.dampers),
+        "/campbell/": torsion.campbell and _modes_follow_speed(case),
         "transfer_matrix": not has_loops(case),
         "holzer": has_holzer(case),
         "undamped_frequency": has_damped_rings(case),
@@ -178,6 +178,18 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
     begins = tuple(ROOT + start for start in starts)
     there_are = below(f"{ROOT}/", without=left_out)
     return tuple(path for path in there_are if path.startswith(begins))
+
+
+def _modes_follow_speed(case: "Case") -> bool:
+    """Whether pendulums, or couplings that vary, let natural frequencies change with the speed."""
+    if any(one.kind == "pendulum" for one in _line_of(case).dampers):
+        return True
+    found = _couplings(case).values()
+    if not found:
+        return False
+    from vibecalc.torsion.coupling_checks import what_it_follows
+
+    return any(map(what_it_follows, found))
 
 
 def _couplings(case: "Case") -> dict[str, "Coupling"]:

@@ -57,14 +57,18 @@ def _spread(solver: "_Solver") -> float:
     return largest
 
 
-def coupled(setup: Setup) -> Setup:
-    """The same with what its couplings depend on; as it is where they depend on nothing."""
+def coupled(setup: Setup, whole: Setup | None = None) -> Setup:
+    """The same with what its couplings depend on; as it is where they depend on nothing.
+
+    `whole` is the line that the mean torques are of, where `setup` is without its dampers.
+    """
     varying = tuple(one for one in setup.shaft.couplings if one.varies)
     if not varying:
         return setup
     plain = setup._replace(model=setup.model._replace(couplings=None))
     critical = cache(lambda: met_criticals(found))
-    solver = _Solver(plain, varying)
+    whole = plain if whole is None else whole._replace(model=whole.model._replace(couplings=None))
+    solver = _Solver(plain, varying, whole)
     spread = cache(lambda: _spread(solver))
     states = CouplingStates(varying, solver, critical, spread, solver.moved)
     model = plain.model._replace(couplings=states)
@@ -100,8 +104,8 @@ class _Unknown(NamedTuple):
 class _Solver:
     """Gives the conditions at speeds; each speed is solved once."""
 
-    def __init__(self, plain: Setup, couplings: tuple[Coupling, ...]):
-        self.plain, self.couplings = plain, couplings
+    def __init__(self, plain: Setup, couplings: tuple[Coupling, ...], whole: Setup):
+        self.plain, self.couplings, self.whole = plain, couplings, whole
         self.unknowns = [
             _Unknown(place, kind)
             for place, one in enumerate(couplings)
@@ -124,7 +128,7 @@ class _Solver:
         """Own mean torques (u, c)."""
         element = [one.element for one in self.couplings]
         ratio = np.array([one.ratio for one in self.couplings])
-        return mean_torques(self.plain, speed).section[:, element] / ratio
+        return mean_torques(self.whole, speed).section[:, element] / ratio
 
     def _found(self, speed: FloatArray) -> Conditions:
         mean = self.mean(speed).value

@@ -103,13 +103,13 @@ def emit_range(scene: Scene, state: State, speed: FloatArray, limited: bool = Fa
 BARE = f"{ROOT}/bare"
 
 
-def _coupled(setup: Setup) -> Setup:
-    """With couplings that follow what this line and its own torques make of them."""
+def _coupled(setup: Setup, whole: Setup | None = None) -> Setup:
+    """With couplings that follow what this line, a part of the whole, and its torques make of them."""
     if not setup.shaft.couplings:
         return setup
     from vibecalc.torsion.adapters.coupling_states import coupled
 
-    return coupled(setup)
+    return coupled(setup, whole)
 
 
 def bare_setup(setup: Setup) -> Setup:
@@ -131,7 +131,7 @@ def bare_setup(setup: Setup) -> Setup:
     model, modes = build_model(torsion, bare, shaft.speed_stiffness[stays], speed, count)
     natural = natural_of(torsion, model, modes, speed)
     bare_line = setup._replace(model=model, modes=modes, natural=natural)
-    return _coupled(bare_line)
+    return _coupled(bare_line, setup)
 
 
 def emit_bare(scene: Scene, setup: Setup, speed: FloatArray, damped: Bounded) -> None:
