@@ -171,7 +171,8 @@ def emit_coupling_speeds(scene: Scene, setup: Setup, speed: FloatArray, dense: F
 
 def _some(speed: FloatArray) -> FloatArray:
     """Speeds at equal steps, at which errors of curves are read."""
-    return speed[np.linspace(0, len(speed) - 1, min(SAMPLES, len(speed))).astype(int)]
+    place = np.linspace(0, len(speed) - 1, min(SAMPLES, len(speed))).astype(int)
+    return np.asarray(speed[place])
 
 
 def _error(value: Bounded) -> FloatArray:
