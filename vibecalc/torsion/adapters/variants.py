@@ -104,7 +104,7 @@ BARE = f"{ROOT}/bare"
 
 
 def _coupled(setup: Setup, whole: Setup | None = None) -> Setup:
-    """With couplings that follow what this line, a part of the whole, and its torques make of them."""
+    """With couplings that follow what this line, maybe a part of the whole, makes of them."""
     if not setup.shaft.couplings:
         return setup
     from vibecalc.torsion.adapters.coupling_states import coupled
