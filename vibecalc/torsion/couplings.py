@@ -146,13 +146,16 @@ def borne(
     coupling: Coupling,
     order: FloatArray,
     speed: FloatArray,
+    frequency: FloatArray,
     torque: Bounded,
     mean: Bounded,
     power: Bounded,
 ) -> Borne:
-    """Of torques (s, m) by order, complex, 0-to-peak, and mean ones (s,), at crank speeds (s,)."""
-    cycle = over_cycle(order, torque)
-    frequency, size = speed[:, None] * order, abs(torque)
+    """Of torques (s, m) of the orders (m,), complex, 0-to-peak, and mean ones (s,).
+
+    At crank speeds (s,), with the frequencies (s, m) of the orders in rad/s.
+    """
+    cycle, size = over_cycle(order, torque), abs(torque)
     weight = frequency_factor(frequency, coupling.permissible.frequency)
     main = frequency[np.arange(len(speed)), np.argmax(size.value, axis=1)]
     return Borne(
