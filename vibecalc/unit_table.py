@@ -94,6 +94,7 @@ WORDS: dict[str, tuple[str, str]] = {
     "kg": ("a mass", "'0.4 kg' or '400 g'"),
     "s": ("a time", "'0.5 s'"),
     "K": ("a temperature", "'20 degC' or '293.15 K'"),
+    "K/W": ("a thermal resistance", "'0.05 K/W'"),
     "rad": ("an angle", "'1.5 rad' or '120 deg'"),
     "rad/s": ("an angular speed", "'513 rad/s' or '4900 rpm'"),
     "m/s": ("a speed", "'2 m/s'"),

@@ -131,6 +131,8 @@ def torsion_topics(scene: Scene) -> list[Topic]:
     """Natural frequencies, torques by order, gas torque of a cylinder, peak over the cycle."""
     setup = build_setup(scene.case)
     line, drive, speed = setup.model.at(setup.speed), setup.drive, setup.speed
+    if any(one.varies for one in setup.shaft.couplings):  # at every frequency another line
+        return [_cylinder(setup)] if np.any(drive.healthy(speed).gas) else []
     parts, n, found = connected_parts(line), len(line.inertia), []
     if n <= MOST_FREEDOMS and line.inertia.all() and len(parts) == 1 and parts[0].is_tree:
         row = all(len(others) <= 2 for others in parts[0].spring.values())

@@ -42,6 +42,10 @@ def torsion_problems(case: Case) -> list[Problem]:
             from vibecalc.torsion.limit_checks import limit_problems
 
             problems += limit_problems(case, line, torsion.limits)
+    if any(shaft.coupling is not None for shaft in line.shafts):
+        from vibecalc.torsion.coupling_checks import coupling_problems
+
+        problems += coupling_problems(case)
     return [*problems, *design_problems(case, line)]
 
 

@@ -1,12 +1,20 @@
 """Modes of a shaft line with its dampers: one frequency and one damping ratio each."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray, IntArray
-from vibecalc.torsion.line import Line, damping_matrix, network_matrix, part_of, stiffness_matrix
+from vibecalc.torsion.line import (
+    Line,
+    damping_matrix,
+    lines_of,
+    network_matrix,
+    part_of,
+    stiffness_matrix,
+)
 from vibecalc.torsion.modes import Modes
 
 # ----------------------------------------------------------------------------
@@ -79,18 +87,23 @@ def undamped_line_modes(modes: Modes, damping_ratio: FloatArray, failure: str = 
     )
 
 
-def damped_line_modes(line: Line, rings: int) -> LineModes:
+def damped_line_modes(
+    line: Line, rings: int, line_at: Callable[[float], Line] | None = None
+) -> LineModes:
     """Of a line without leading axes whose last `rings` freedoms are the rings of dampers.
 
-    Every freedom with inertia has a mode. Raises NumericalFailure where a pole cannot be
-    distinguished from another one to four digits, or has no dashpots that equal its loss factors.
+    Every freedom with inertia has a mode. `line_at` gives the line at a frequency in rad/s where
+    its elements depend on it: each pole is then that of its own magnitude. Raises
+    NumericalFailure where a pole cannot be distinguished from another one to four digits, or has no
+    dashpots that equal its loss factors.
     """
     poles: list[complex] = []
     shapes: list[ComplexArray] = []
     errors: list[float] = []
     scales: list[complex] = []
     for guess in vibrating_guesses(line).tolist():
-        converged, turned, uncertainty, damping = converged_pole(line, guess)
+        found = converged_pole(line, guess) if line_at is None else _own_pole(line_at, guess)
+        converged, turned, uncertainty, damping = found
         # a real pole next to which the guess was complex
         if converged.imag <= 1e3 * uncertainty or converged.imag <= 1e-9 * abs(converged):
             continue
@@ -164,6 +177,22 @@ def converged_pole(line: Line, guess: complex) -> tuple[complex, ComplexArray, f
     raise NumericalFailure(
         f"loss factors as dashpots near {abs(guess):.6g} rad/s: the mode there is damped so "
         "strongly that it has no frequency of its own"
+    )
+
+
+def _own_pole(
+    line_at: Callable[[float], Line], guess: complex
+) -> tuple[complex, ComplexArray, float, complex]:
+    """The same of the line at the frequency of the pole itself. Raises NumericalFailure."""
+    pole = guess
+    for _ in range(_ROUNDS):
+        found = converged_pole(line_at(abs(pole)), pole)
+        moved, pole = abs(abs(found[0]) - abs(pole)), found[0]
+        if moved <= 2.0 * found[2] or moved <= 1e-13 * abs(pole):
+            return pole, found[1], found[2] + moved, found[3]
+    raise NumericalFailure(
+        f"the mode near {abs(guess):.6g} rad/s has no frequency of its own: elements of the line "
+        "change with the frequency as fast as it does"
     )
 
 
@@ -460,16 +489,19 @@ def equivalent_line(line: Line, frequency: float) -> Line:
 def equivalent_modes(line: Line, modes: Modes) -> DampedModes:
     """One pole (m,) for each undamped mode of the line; a rigid one stays exactly 0.
 
+    The line may have the modes as a leading axis of its stiffness and loss factor.
+
     Raises `NumericalFailure` where a pole cannot be followed from its mode: damping so strong that
     a mode does not swing any more, or cannot be distinguished from another one.
     """
     poles = np.zeros(len(modes.frequency), dtype=complex)
     errors = np.zeros(len(poles))
     shapes = np.asarray(modes.shape, dtype=complex).copy()
+    lines = lines_of(line) if line.stiffness.ndim > 1 else [line] * len(poles)
     for place, frequency in enumerate(modes.frequency.tolist()):
         if frequency == 0.0:
             continue
-        dashed = equivalent_line(line, frequency)
+        dashed = equivalent_line(lines[place], frequency)
         attempts = (_followed(dashed, frequency, shapes[place], steps) for steps in _STEPS)
         tracked = next((one for one in attempts if one is not None), None)
         if tracked is None:

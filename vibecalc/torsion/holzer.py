@@ -1,6 +1,7 @@
 """Holzer's tables of a shaft line, with the errors of the mode shapes that stand in them."""
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -8,7 +9,14 @@ from numpy.typing import ArrayLike
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.damped_modes import LineModes
-from vibecalc.torsion.line import Line, connected_parts, network_matrix, stiffness_matrix, walk
+from vibecalc.torsion.line import (
+    Line,
+    connected_parts,
+    lines_of,
+    network_matrix,
+    stiffness_matrix,
+    walk,
+)
 from vibecalc.torsion.modes import Modes
 
 # ----------------------------------------------------------------------------
@@ -230,6 +238,31 @@ def damped_shape_uncertainty(line: Line, modes: LineModes, stations: int) -> Sha
     errors = np.concatenate([left, ROUNDINGS * EPSILON * parts], axis=-1)
     moved[moving] = np.where(np.isfinite(errors), errors, np.inf)
     return ShapeUncertainty(modes.shape_error, moved, counted)
+
+
+Shapes = TypeVar("Shapes", Modes, LineModes)
+
+
+def uncertainty_by_mode(
+    line: Line, modes: Shapes, of: Callable[[Line, Shapes], ShapeUncertainty]
+) -> ShapeUncertainty:
+    """What `of` gives for each mode alone, on its own of the lines (m)."""
+    each = []
+    for place, one in enumerate(lines_of(line)):
+        rows: dict[str, Any] = {
+            name: part[place : place + 1]
+            for name, part in modes._asdict().items()
+            if isinstance(part, np.ndarray)
+        }
+        each.append(of(one, modes._replace(**rows)))
+    moves = max(one.moved.shape[-1] for one in each)
+    moved = np.zeros((len(each), each[0].moved.shape[1], moves), each[-1].moved.dtype)
+    for place, found in enumerate(each):
+        moved[place, :, : found.moved.shape[-1]] = found.moved[0]
+    bound, moving = (
+        np.concatenate([getattr(found, name) for found in each]) for name in ("bound", "moving")
+    )
+    return ShapeUncertainty(bound, moved, moving)
 
 
 def uncertainty_of(uncertainty: ShapeUncertainty, weight: FloatArray | ComplexArray) -> FloatArray:

@@ -45,6 +45,14 @@ def chain(inertia: FloatArray, stiffness: FloatArray) -> Line:
     return Line(inertia, none, none, start, start + 1, stiffness, free, free)
 
 
+def lines_of(line: Line) -> list[Line]:
+    """The lines of one whose stiffness and loss factor have one leading axis."""
+    return [
+        line._replace(stiffness=stiffness, loss_factor=loss)
+        for stiffness, loss in zip(line.stiffness, line.loss_factor, strict=True)
+    ]
+
+
 def network_matrix(line: Line, element: Values, ground: Values) -> Values:
     """Symmetric matrix (..., n, n) of element values (..., e) and values to ground (..., n)."""
     n = line.inertia.shape[-1]

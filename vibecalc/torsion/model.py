@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +47,9 @@ from vibecalc.torsion.shaft_line_tables import (
 )
 from vibecalc.torsion.shaft_line_tables import ShaftLine as Parts
 from vibecalc.torsion.speed_damping import SpeedDamping, SpeedLaw, referred
+
+if TYPE_CHECKING:
+    from vibecalc.torsion.couplings import Coupling
 
 # ----------------------------------------------------------------------------
 # Inertias of stations, and what lies between them, each at its own speed, from a case.
@@ -161,13 +164,17 @@ def shaft_elements(
 def _stiffness(shaft: Shaft, crank_radius: float) -> float:
     if shaft.stiffness is not None:
         return shaft.stiffness
+    if shaft.coupling is not None:
+        from vibecalc.torsion.coupling_model import nominal
+
+        return nominal(shaft.coupling).stiffness
     if shaft.section is not None:
         part = shaft.section
         ends = (part.end_outer_diameter, part.end_inner_diameter)
         plain = (part.shear_modulus, part.length, part.outer_diameter, part.inner_diameter)
         return float(shaft_stiffness(*plain, *ends).value)
     throw = shaft.throw
-    assert throw is not None  # one of the three, says the form
+    assert throw is not None  # one of the four, says the form
     dimensions, modulus = throw_dimensions(throw, crank_radius), np.asarray(throw.shear_modulus)
     return float(throw_stiffness(dimensions, modulus, throw.formula).value)
 
@@ -304,7 +311,8 @@ class ShaftLineModel:
     the crank train. Of `loads` (k,) there are the torque at the operating speed, exponent and law
     on their own shafts. Where dampings follow speed, load or a mode, `line` has those of the
     operating speed, `station_laws` (s,) are the absolute ones of own shafts and `over_speed` is
-    what is another one at another speed.
+    what is another one at another speed. `couplings` are those elements that have the table of a
+    maker, nominal values of which stand in `line`.
     """
 
     line: Line
@@ -336,6 +344,7 @@ class ShaftLineModel:
     taken_laws: tuple[SpeedLaw, ...]
     station_laws: tuple[tuple[SpeedLaw, ...], ...] = ()
     over_speed: SpeedDamping | None = None
+    couplings: tuple["Coupling", ...] = ()
 
     def at(self, speed: float | Array) -> Line:
         """The line at crank speeds (...) in rad/s; what follows them gets their leading axes."""
@@ -456,6 +465,7 @@ def build_shaft_line(case: Case) -> ShaftLineModel:
         taken_torque=np.array([float(one.at(case.machine.speed)) for one in laws], dtype=float),
         taken_exponent=np.array([one.exponent for one in parts.loads], dtype=float),
         taken_laws=laws,
+        couplings=_couplings(parts, [one.name for one in shafts], element_ratio),
     )
     if not has_laws(parts):
         return built
@@ -495,6 +505,14 @@ def _with_laws(
         station_laws=stations,
         over_speed=referred(stations, built.freedom, ratio, dashpot, loss, built.section_ratio),
     )
+
+
+def _couplings(parts: Parts, names: list[str], ratio: Array) -> tuple["Coupling", ...]:
+    if all(shaft.coupling is None for shaft in parts.shafts):
+        return ()
+    from vibecalc.torsion.coupling_model import couplings_of
+
+    return couplings_of(parts, names, ratio)
 
 
 def _gathered(values: Array | list[float], ratio: Array, freedom: Places, n: int) -> Array:

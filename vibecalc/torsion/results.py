@@ -12,6 +12,7 @@ from vibecalc.core.results.record import (
     exempt,
 )
 from vibecalc.torsion import curve_results
+from vibecalc.torsion.coupling_results import COUPLING_AXES, COUPLING_ENTRIES
 
 #: why results of studies are not held to the tolerance
 STUDY = "marches in time, differences, maps and ends of searches of a shaft line"
@@ -617,6 +618,7 @@ AXES = {
     "ring_inertia": ("kg*m^2", "inertia of the ring"),
     "damper_curve": ("", "damper that the curve is of"),
     **curve_results.CURVE_AXES,
+    **COUPLING_AXES,
 }
 ENTRIES = (
     *TORSION_ENTRIES,
@@ -626,5 +628,6 @@ ENTRIES = (
     *TORSION_STUDIES_ENTRIES,
     *curve_results.EVERY,
     *DAMPER_DESIGN_ENTRIES,
+    *COUPLING_ENTRIES,
 )
 HELPS = {f"{ROOT}/": (CANCELS, RESONANCE), DESIGN: (CANCELS,)}

@@ -1,7 +1,8 @@
 """The shaft line in a case: tables of its parts, and how its stations hang together."""
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Annotated, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 from pydantic import Field
 
@@ -19,6 +20,7 @@ from vibecalc.core.case.fields import (
     Pressure,
     Table,
     Unit,
+    later,
 )
 from vibecalc.core.case.raw import tables_at
 from vibecalc.core.case.rules import (
@@ -35,6 +37,11 @@ from vibecalc.core.case.rules import (
 from vibecalc.errors import Problem
 from vibecalc.torsion.damping_tables import EngineDamping, OverSpeed, PropellerDamping, TorqueCurve
 from vibecalc.torsion.station_torque_tables import StationExcitation
+
+if TYPE_CHECKING:
+    from vibecalc.torsion.coupling_tables import Coupling
+else:
+    globals().update(later({"vibecalc.torsion.coupling_tables": "Coupling"}))
 
 # ----------------------------------------------------------------------------
 # A damper on a shaft line: a ring behind oil or springs, or pendulums.
@@ -217,10 +224,13 @@ class Shaft(Table):
         None, description="names of two stations; without any: from each to the next"
     )
     stiffness: AngularStiffness | None = Field(
-        None, gt=0, description="on its own shaft; or section, or throw"
+        None, gt=0, description="on its own shaft; or section, throw, coupling"
     )
     section: Section | None = Field(None, description="dimensions that give the stiffness")
     throw: Throw | None = Field(None, description="of a crank, that give the stiffness")
+    coupling: Coupling | None = Field(
+        None, description="an elastic coupling by its maker's table, with damping and limits"
+    )
     damping: AngularDamping | None = Field(
         None, ge=0, description="viscous, of the twist; default: none"
     )
@@ -252,7 +262,8 @@ class Shaft(Table):
         None, gt=0, description="of the material, for a class rule"
     )
     RULES = (
-        one_of("stiffness", "section", "throw"),
+        one_of("stiffness", "section", "throw", "coupling"),
+        at_most_one("coupling", "loss_factor"),
         at_most_one("damping", "damping_ratio"),
         at_most_one("magnifier", "lehr_ratio"),
         refuse(
@@ -509,7 +520,14 @@ def has_stress(shaft: Shaft) -> bool:
 
 
 def loss_factor(shaft: Shaft) -> float:
-    """Of the complex stiffness k (1 + i eta): as given, 1 / M of a magnifier, or 2 D of Lehr's."""
+    """Of the complex stiffness k (1 + i eta): as given, 1 / M of a magnifier, or 2 D of Lehr's.
+
+    Of a coupling it is psi / (2 pi) with its nominal relative damping.
+    """
+    if shaft.coupling is not None:
+        from vibecalc.torsion.coupling_model import nominal
+
+        return nominal(shaft.coupling).relative_damping / (2.0 * math.pi)
     if shaft.magnifier is not None:
         return 1.0 / shaft.magnifier
     if shaft.lehr_ratio is not None:

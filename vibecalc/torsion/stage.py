@@ -29,6 +29,7 @@ from vibecalc.torsion.results import (
 )
 
 if TYPE_CHECKING:
+    from vibecalc.torsion.coupling_tables import Coupling
     from vibecalc.torsion.shaft_line_tables import ShaftLine
     from vibecalc.torsion.tables import LineSpeeds, Torsion, Transient
 
@@ -49,12 +50,14 @@ _STEADY = (
         "/healthy/limit/operating_use",
     ),
     *(f"/healthy/{name}_half_range" for name in ("torque", "twist", "stress")),
+    *("/coupling/", "/healthy/coupling/use"),
 )
 _RANGE = (
     *("/speeds/", "/masked/", "/largest/", "/peak/", "/limit/", "/bare/"),
     *("/barred/", "/exceeded/"),
     *("/reduction", "/hammering/", "/campbell/", "/separation/range/"),
     *("/healthy/speeds/", "/healthy/largest/", "/healthy/limit/largest_use"),
+    *("/coupling/speeds/", "/coupling/largest_use", "/healthy/coupling/largest_use"),
 )
 #: what only a line with cylinders has
 _OF_CYLINDERS = (
@@ -167,7 +170,7 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
         "/speeds/travel": bool(line.dampers),
         "gear": bool(line.gears),
         "/hammering/": bool(line.gears),
-        "/campbell/": torsion.campbell and any(one.kind == "pendulum" for one in line.dampers),
+        "/campbell/": torsion.campbell and _modes_follow_speed(case),
         "transfer_matrix": not has_loops(case),
         "holzer": has_holzer(case),
         "undamped_frequency": has_damped_rings(case),
@@ -178,6 +181,11 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
         "stress": any(has_stress(shaft) for shaft in line.shafts),
         "tangential_pressure": train is not None and bool(train.bore),
         "mean_indicated_pressure": train is not None and bool(train.bore),
+        "/coupling/": bool(_couplings(case)),
+        "/coupling/speeds/": starts is _RANGE,
+        "/coupling/largest_use": starts is _RANGE and bool(_coupling_limits(case)),
+        "/coupling/use": bool(_coupling_limits(case)),
+        "/coupling/speeds/use": bool(_coupling_limits(case)),
         "/healthy/": bool(torsion.misfire),
         "/barred/": bool(torsion.limits),
         "/exceeded/": bool(torsion.limits),
@@ -217,6 +225,38 @@ def _of_limits(torsion: "Torsion", name: str, steady: bool) -> bool:
     else:
         limits = list(torsion.limits)
     return bool(limits) and here == steady
+
+
+def _modes_follow_speed(case: "Case") -> bool:
+    """Whether pendulums, or couplings that vary, let natural frequencies change with the speed."""
+    if any(one.kind == "pendulum" for one in _line_of(case).dampers):
+        return True
+    found = _couplings(case).values()
+    if not found:
+        return False
+    from vibecalc.torsion.coupling_checks import what_it_follows
+
+    return any(map(what_it_follows, found))
+
+
+def _couplings(case: "Case") -> dict[str, "Coupling"]:
+    """Elastic couplings of a line by the names of their shafts."""
+    from vibecalc.torsion.shaft_line_tables import section_names
+
+    line = _line_of(case)
+    named = zip(section_names(line), line.shafts, strict=True)
+    return {name: shaft.coupling for name, shaft in named if shaft.coupling is not None}
+
+
+def _coupling_limits(case: "Case") -> tuple[str, ...]:
+    """Limits that the maker of some coupling says."""
+    found = _couplings(case)
+    if not found:
+        return ()
+    from vibecalc.torsion.coupling_tables import limits_of
+
+    said = [limits_of(one) for one in found.values()]
+    return tuple(name for name in said[0] if any(one[name] for one in said))
 
 
 def asked_orders(case: "Case") -> tuple[float, float]:
@@ -656,6 +696,8 @@ def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
         "gear": gears,
         "order_class": ("major", "other"),
         "condition": _conditions(case),
+        "coupling": tuple(_couplings(case)),
+        "coupling_limit": _coupling_limits(case),
     }
 
 
@@ -734,6 +776,7 @@ SUBJECT = Subject(
         "vibecalc.torsion.report.curves:torsion_irregularity",
         "vibecalc.torsion.report.curves:torsion_conditions",
         "vibecalc.torsion.report.limits:torsion_limits",
+        "vibecalc.torsion.report.couplings:torsion_couplings",
         "vibecalc.torsion.report.studies:torsion_variable",
         "vibecalc.torsion.report.studies:torsion_transient",
         "vibecalc.torsion.report.studies:torsion_published",
@@ -751,6 +794,7 @@ SUBJECT = Subject(
         "torsion_vectors": "vibecalc.torsion.pictures.excitation:draw_torsion_vectors",
         "torsion_transient": "vibecalc.torsion.pictures.studies:TORSION_TRANSIENT",
         "torsion_waterfall": "vibecalc.torsion.pictures.studies:draw_torsion_waterfall",
+        "torsion_couplings": "vibecalc.torsion.pictures.couplings:TORSION_COUPLINGS",
         "torsion_dampers": "vibecalc.torsion.pictures.speeds:TORSION_DAMPERS",
         "torsion_variable_inertia": "vibecalc.torsion.pictures.studies:VARIABLE_INERTIA",
         "damper_map": "vibecalc.torsion.pictures.damper_design:draw_damper_map",

@@ -61,7 +61,7 @@ def read_columns(folder: Path, name: str) -> Columns:
 
     Raises Unreadable for a file that is not there, not in the folder, or no table.
     """
-    return columns_of(_read(folder, name))
+    return columns_of(read_text(folder, name))
 
 
 def columns_of(text: str) -> Columns:
@@ -120,7 +120,7 @@ def some_cells(column: Column, places: Sequence[int]) -> Column:
 
 def excerpt(folder: Path, name: str, line: int) -> str:
     """A line of a file that was read, in quotes; cut where it is long."""
-    text = _read(folder, name).splitlines()[line - 1].strip()
+    text = read_text(folder, name).splitlines()[line - 1].strip()
     return repr(text if len(text) <= LONGEST_EXCERPT else text[: LONGEST_EXCERPT - 3] + "...")
 
 
@@ -150,12 +150,18 @@ def _rows(numbered: Sequence[tuple[int, str]], separator: str) -> list[tuple[int
     return rows
 
 
-def _read(folder: Path, name: str) -> str:
+def read_text(
+    folder: Path, name: str, example: str = "a name like gas.csv", like: str = "*.csv"
+) -> str:
+    """A text file next to a case, such as the `example`; those `like` it are what names are near.
+
+    Raises Unreadable for a file that is not there, not in the folder, too large, or no text.
+    """
     path = folder / name
     try:
         inside = path.resolve().is_relative_to(folder.resolve())
         if Path(name).is_absolute() or not inside:
-            raise Unreadable("a table has to lie in the folder of its case", "a name like gas.csv")
+            raise Unreadable("a table has to lie in the folder of its case", example)
         if path.is_dir():
             raise Unreadable("this is a folder")
         if path.exists() and not path.is_file():
@@ -167,7 +173,7 @@ def _read(folder: Path, name: str) -> str:
         with path.open("rb") as file:
             return file.read(LARGEST_FILE + 1).decode("utf-8-sig")
     except FileNotFoundError:
-        raise Unreadable("there is no such file", hint=_similar(folder, name)) from None
+        raise Unreadable("there is no such file", hint=_similar(folder, name, like)) from None
     except UnicodeDecodeError:
         raise Unreadable(
             "the file is not a text in UTF-8", hint="programs for spreadsheets have 'CSV UTF-8'"
@@ -203,9 +209,10 @@ def _head(cells: Sequence[tuple[int, str]], line: int) -> list[tuple[str, str]]:
     return names
 
 
-def _similar(folder: Path, name: str) -> str:
+def _similar(folder: Path, name: str, like: str) -> str:
     try:
-        return nearest(name, sorted(entry.name for entry in folder.glob("*.csv")))
+        there = (folder / name).parent.glob(like)
+        return nearest(Path(name).name, sorted(entry.name for entry in there))
     except OSError:
         return ""
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from vibecalc.core.case.catalogues import attach_catalogue, catalogued
 from vibecalc.core.case.csv_files import (
     Column,
     Columns,
@@ -50,6 +51,12 @@ def attach_files(data: Data, folder: Path) -> list[Problem]:
                 place[key] = _table(columns, path)
         except Unreadable as error:
             problems.append(_problem(path, place[key], error, folder))
+    for path, place in catalogued(data):
+        try:
+            attach_catalogue(place, folder)
+        except Unreadable as error:
+            key = error.key or "catalogue"
+            problems.append(_problem((*path, key), str(place.get(key, "")), error, folder))
     rows = data.get("reference_table")
     for index, row in enumerate(rows if isinstance(rows, list) else ()):
         if isinstance(row, dict) and isinstance(row.get("file"), str) and row["file"]:

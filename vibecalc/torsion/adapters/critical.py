@@ -44,6 +44,8 @@ def critical(setup: Setup) -> Bounded:
     modes, order = setup.natural(), setup.drive.order
     stiffened = np.any(setup.model.speed_stiffness)
     held = setup.drive.orders.fixed > 0.0  # a frequency that does not follow meets none
+    if setup.model.couplings is not None:
+        return where(held, np.inf, setup.model.couplings.critical())
     if modes.damped and (stiffened or setup.model.over_speed is not None):
         return where(held, np.inf, _damped_met(setup))
     if stiffened:

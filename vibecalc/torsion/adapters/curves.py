@@ -209,7 +209,7 @@ def solved(
     load = (drive.torque(speed).value if load is None else load)[..., orders, :]
     w = drive.frequency(speed)[:, orders]
     found = model.solve(speed, w, load, drive.freedom, estimate)
-    line = model.at(speed[:, None])
+    line = model.at(speed[:, None], w)
     twist = found.angle[..., line.first] - found.angle[..., line.second]
     torque = complex_stiffness(line, w) * twist
     return OrderSolution(w, found.angle, twist, torque, load, found.error, found.masked, speed)
@@ -252,7 +252,7 @@ def _block(
     none = np.zeros((len(speed), 0))
     gears = others[-1] if len(others) > angles else (none, none, none)
     masked = np.any(state.masked, axis=-1)
-    line = model.at(speed[:, None])
+    line = model.at(speed[:, None], state.frequency)
     power = np.zeros((len(speed), len(line.first)))
     if len(damped):
         twisted = state.twist[..., damped]
@@ -300,7 +300,7 @@ def rounding_uncertainty(
 
 def _correction(setup: Setup, speed: FloatArray, state: OrderSolution) -> ComplexArray:
     """Angles (s, m, n) for what is left of the torques."""
-    line, w = setup.model.at(speed[:, None]), state.frequency[..., None]
+    line, w = setup.model.at(speed[:, None], state.frequency), state.frequency[..., None]
     dynamic = line.ground_stiffness - w**2 * line.inertia + 1j * w * line.absolute_damping
     left = -dynamic * state.angle
     if setup.model.modal is not None:
@@ -352,8 +352,14 @@ def bounded_orders(setup: Setup, speed: FloatArray) -> OrderSolution:
         Bounded(value, one + other)
         for value, one, other in zip((state.angle, state.twist), data, rounding, strict=True)
     )
-    stiffness = complex_stiffness(setup.model.at(speed[:, None]), state.frequency)
+    stiffness = complex_stiffness(setup.model.at(speed[:, None], state.frequency), state.frequency)
     torque, load = rounded(stiffness, STIFFNESS_ROUNDINGS) * twist, setup.drive.torque(speed)
+    if setup.model.couplings is not None and setup.model.couplings.moved is not None:
+        off = setup.model.couplings.moved(speed)
+        angle, twist, torque = (
+            Bounded(one.value, one.error + more)
+            for one, more in zip((angle, twist, torque), off, strict=False)
+        )
     return state._replace(angle=angle, twist=twist, torque=torque, load=load)
 
 
@@ -365,7 +371,11 @@ def of_finite(value: Bounded, change: Callable[[Bounded], Bounded]) -> Bounded:
 
 def section_heat(setup: Setup, speed: FloatArray, state: OrderSolution) -> Bounded:
     """Mean power (s, e) of dashpots and loss factors in W, all orders of bounded twists."""
-    return heat(setup.model.at(speed[:, None]), state.frequency, state.twist).sum(axis=-2)
+    line = setup.model.at(speed[:, None], state.frequency)
+    power = heat(line, state.frequency, state.twist).sum(axis=-2)
+    if setup.model.couplings is None or setup.model.couplings.moved is None:
+        return power
+    return Bounded(power.value, power.error + setup.model.couplings.moved(speed).heat)
 
 
 # ----------------------------------------------------------------------------

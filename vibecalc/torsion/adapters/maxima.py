@@ -116,13 +116,17 @@ PARTS = 12
 
 
 def _poles(setup: Setup, first: float, last: float) -> LinePoles:
-    """Poles of the line with positive frequency, each at every order."""
+    """Poles of the line with positive frequency, each at every order; from `first` to `last`."""
     order, model, line = setup.drive.order, setup.model, setup.model.line
     if model.modal is not None or len(line.inertia) > FREEDOMS:
         modes = setup.natural()
         some = np.flatnonzero(modes.frequency > 0.0)
         return poles_at_orders(modes.pole[some], modes.shape[some], modes.scale[some], len(order))
     unit = max(float(np.max(setup.modes.frequency, initial=0.0)), 1.0)
+    if model.couplings is not None:
+        from vibecalc.torsion.adapters.coupling_criticals import poles_by_order
+
+        return poles_by_order(setup, unit, first, last)
     found = _poles_of(line, model, order, unit)
     if model.over_speed is None:
         return found
@@ -171,10 +175,11 @@ def _narrow_resonances(setup: Setup, first: float, last: float, gears: bool) -> 
         drives = np.abs(np.sum(shape[:, drive.freedom] * torque, axis=1))
         amplitude = drives / np.abs(poles.scale[part] * poles.pole[part].real)
         twist = np.abs(shape[:, line.first] - shape[:, line.second])
-        stiff = complex_stiffness(setup.model.at(at), at * order[part])
+        w = at * order[part]
+        stiff = complex_stiffness(setup.model.at(at, w), w)
         loads = [np.abs(stiff) * twist]
         if gears:
-            loads.append(loads_of_modes(setup, shape, at * order[part], stiff))
+            loads.append(loads_of_modes(setup, shape, w, stiff))
         carried = np.concatenate(loads, axis=1)
         height[start : start + 8 * ROWS] = carried * amplitude[:, None]
     # no digits below this: a narrower one is masked

@@ -1,12 +1,14 @@
 """Natural frequencies and damping of a shaft line, shapes, Holzer tables, Campbell diagram."""
 
+from functools import partial
+
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray
-from vibecalc.torsion.adapters.setup import Setup, line_modes
+from vibecalc.torsion.adapters.setup import Setup, line_modes, undamped_modes
 from vibecalc.torsion.damped_modes import LineModes, equivalent_modes
 from vibecalc.torsion.holzer import (
     Angles,
@@ -17,10 +19,10 @@ from vibecalc.torsion.holzer import (
     holzer_table,
     measured,
     shape_uncertainty,
+    uncertainty_by_mode,
     uncertainty_of,
 )
-from vibecalc.torsion.line import Line
-from vibecalc.torsion.modes import natural_modes
+from vibecalc.torsion.line import Line, lines_of
 from vibecalc.torsion.modes_of_tree import riccati_frequencies
 from vibecalc.torsion.results import ROOT
 from vibecalc.torsion.stage import has_damped_rings, has_holzer, has_loops
@@ -67,7 +69,8 @@ def emit_modes(scene: Scene, setup: Setup) -> None:
     inertia = np.abs(angle) ** 2 @ line.inertia if natural.damped else undamped.modal_inertia
     moved = uncertainty_of(uncertainty, 2.0 * (angle.conj() * line.inertia)[:, None, :])[:, 0]
     scene.emit(f"{PLACE}/modal_inertia", inertia, moved + 8.0 * EPSILON * inertia, axes)
-    share = _strain(line, angle, natural.frequency > 0.0, uncertainty)
+    own = setup.model.at(setup.speed, natural.frequency)
+    share = _strain(own, angle, natural.frequency > 0.0, uncertainty)
     scene.emit(f"{PLACE}/strain_energy_share", share, axes=axes)
     _emit_ratios(scene, setup, natural)
     undamped_axes = {"mode": np.arange(1, len(undamped.frequency) + 1)}
@@ -75,12 +78,10 @@ def emit_modes(scene: Scene, setup: Setup) -> None:
         error = undamped.frequency_error
         scene.emit(f"{PLACE}/undamped_frequency", undamped.frequency, error, undamped_axes)
     if not has_loops(scene.case) and scene.wants(TRANSFER):
-        other = riccati_frequencies(line)
+        other = _by_transfer(setup)
         error = undamped.frequency_error + 4.0 * EPSILON * other
         scene.emit(TRANSFER, other, error, undamped_axes)
-    emit_holzer(
-        scene, setup, line, shape_uncertainty(line, undamped) if natural.damped else uncertainty
-    )
+    emit_holzer(scene, setup, line, _undamped_uncertainty(setup) if natural.damped else uncertainty)
     scene.cite(
         "qd algorithm and twisted factorisation of the shaft line; mode counts for branches",
         "natural frequencies and shapes to all digits",
@@ -96,10 +97,29 @@ def emit_modes(scene: Scene, setup: Setup) -> None:
 
 def natural_uncertainty(setup: Setup) -> ShapeUncertainty:
     """Errors of the shapes of the line as it vibrates at the operating speed."""
-    natural, line = setup.natural(), setup.model.at(setup.speed)
-    if natural.damped:
-        return damped_shape_uncertainty(line, natural, setup.model.stations)
+    natural = setup.natural()
+    if not natural.damped:
+        return _undamped_uncertainty(setup)
+    line, stations = setup.model.at(setup.speed, natural.frequency), setup.model.stations
+    if line.stiffness.ndim > 1:
+        each = partial(damped_shape_uncertainty, stations=stations)
+        return uncertainty_by_mode(line, natural, each)
+    return damped_shape_uncertainty(line, natural, stations)
+
+
+def _undamped_uncertainty(setup: Setup) -> ShapeUncertainty:
+    line = setup.model.at(setup.speed, setup.modes.frequency)
+    if line.stiffness.ndim > 1:
+        return uncertainty_by_mode(line, setup.modes, shape_uncertainty)
     return shape_uncertainty(line, setup.modes)
+
+
+def _by_transfer(setup: Setup) -> FloatArray:
+    """Undamped natural frequencies (m,) a second way, each of the line at its own frequency."""
+    line = setup.model.at(setup.speed, setup.modes.frequency)
+    if line.stiffness.ndim == 1:
+        return riccati_frequencies(line)
+    return np.array([riccati_frequencies(one)[i] for i, one in enumerate(lines_of(line))])
 
 
 def _emit_ratios(scene: Scene, setup: Setup, natural: LineModes) -> None:
@@ -112,7 +132,8 @@ def _emit_ratios(scene: Scene, setup: Setup, natural: LineModes) -> None:
         off = np.zeros_like(size)
     if not natural.damped and setup.model.modal is None and np.any(ratio):
         try:
-            found = equivalent_modes(setup.model.at(setup.speed), setup.modes)
+            line = setup.model.at(setup.speed, setup.modes.frequency)
+            found = equivalent_modes(line, setup.modes)
         except NumericalFailure as failure:
             scene.warn(f"no damping ratios: {failure}")
             return
@@ -170,6 +191,10 @@ def emit_holzer(scene: Scene, setup: Setup, line: Line, uncertainty: ShapeUncert
     if not has_holzer(scene.case) or not scene.wants(*PLACES):
         return
     modes, rows = setup.modes, holzer_rows(line)
+    own = setup.model.at(setup.speed, modes.frequency)
+    if own.stiffness.ndim > 1:
+        each = [holzer_rows(one).stiffness for one in lines_of(own)]
+        rows = rows._replace(stiffness=np.stack(each))
     axes = {
         "mode": np.arange(1, len(modes.frequency) + 1),
         "freedom": tuple(setup.shaft.freedom_names[place] for place in rows.freedom),
@@ -202,7 +227,9 @@ def emit_holzer(scene: Scene, setup: Setup, line: Line, uncertainty: ShapeUncert
             np.minimum(*both) for both in zip(errors, measured(table, uncertainty), strict=True)
         ]
     try:
-        left = holzer_table(line, modes.frequency).sum_torque[:, -1]
+        lines = lines_of(own) if own.stiffness.ndim > 1 else [line] * len(modes.frequency)
+        tables = map(holzer_table, lines, modes.frequency)
+        left = np.array([one.sum_torque[-1] for one in tables])
     except NumericalFailure:  # a branch that swings alone: what the shapes leave
         left = total[:, -1]
     for path, value, error in zip(PLACES, (angle, inertial.value, total), errors, strict=False):
@@ -227,14 +254,15 @@ MOST = 101
 
 def emit_campbell(scene: Scene, setup: Setup, speed: FloatArray) -> None:
     """Modes at some of the speeds (s,), both ends included, if the case asks for them."""
-    if not setup.torsion.campbell or not np.any(setup.model.speed_stiffness):
+    follows = np.any(setup.model.speed_stiffness) or setup.model.couplings is not None
+    if not setup.torsion.campbell or not follows:
         return
     if not scene.wants(PATH):
         return
     chosen = np.unique(np.linspace(0, len(speed) - 1, min(MOST, len(speed))).round().astype(int))
     at = speed[chosen]
     found = [
-        line_modes(setup.torsion, setup.model, natural_modes(setup.model.at(one)), one)
+        line_modes(setup.torsion, setup.model, undamped_modes(setup.model, one), one)
         for one in at.tolist()
     ]
     frequency = np.array([one.frequency for one in found]).T

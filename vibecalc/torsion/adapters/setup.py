@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -43,6 +43,7 @@ from vibecalc.torsion.tables import LineSpeeds, Torsion
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case, Machine
+    from vibecalc.torsion.coupling_line import CouplingStates
 
 # ----------------------------------------------------------------------------
 # What the cylinders do to the stations of a shaft line, ready for any crank speed.
@@ -346,7 +347,8 @@ class Model(NamedTuple):
     `speed_stiffness` (e,) in N m/rad per (rad/s)^2; `modal` takes the place of the matrices where
     the case damps by mode or asks for modes; a line damped by mode has no damping of its own.
     `stations` freedoms come first, then the rings of dampers; `rayleigh` (a, b) is what a J + b K
-    damps it with. `line` has the dampings of the operating speed, `over_speed` what follows it.
+    damps it with. `line` has the dampings of the operating speed, `over_speed` what follows it;
+    `couplings` are those whose values depend on what the line does.
     """
 
     line: Line
@@ -356,14 +358,20 @@ class Model(NamedTuple):
     stations: int
     rayleigh: tuple[float, float] = (0.0, 0.0)
     over_speed: SpeedDamping | None = None
+    couplings: "CouplingStates | None" = None
 
-    def at(self, speed: FloatArray | float) -> Line:
-        """The line at speeds (...) in rad/s; what follows them then has their axes in front."""
+    def at(self, speed: FloatArray | float, frequency: FloatArray | float = 0.0) -> Line:
+        """The line at speeds (...) in rad/s; what follows them then has their axes in front.
+
+        It vibrates at a `frequency` (...) in rad/s, which couplings may depend on.
+        """
         line = self.line if self.over_speed is None else self.over_speed.on(self.line, speed)
-        if not np.any(self.speed_stiffness):
-            return line
-        square = np.square(np.asarray(speed, dtype=float))[..., None]
-        return line._replace(stiffness=self.line.stiffness + square * self.speed_stiffness)
+        if np.any(self.speed_stiffness):
+            square = np.square(np.asarray(speed, dtype=float))[..., None]
+            line = line._replace(stiffness=line.stiffness + square * self.speed_stiffness)
+        if self.couplings is not None:
+            line = self.couplings.on(line, speed, frequency)
+        return line
 
     def solve(
         self,
@@ -383,7 +391,7 @@ class Model(NamedTuple):
             freedom = loaded
         if self.modal is not None:
             return ratio_response(self.modal, frequency, torque, freedom)
-        line = self.at(speed[:, None])
+        line = self.at(speed[:, None], frequency)
         return forced_masked(
             line,
             frequency,
@@ -459,15 +467,27 @@ def natural_of(
     return cache(lambda: line_modes(torsion, model, modes, speed))
 
 
+def undamped_modes(model: Model, speed: float) -> Modes:
+    """At a speed in rad/s, rings free; each at its own frequency where couplings depend on it."""
+    if model.couplings is None:
+        return natural_modes(model.at(speed))
+    found = model.couplings.modes(lambda frequency: model.at(speed, frequency))
+    off = 0.5 * model.couplings.spread() * found.frequency
+    return found._replace(frequency_error=found.frequency_error + off)
+
+
 def line_modes(torsion: Torsion, model: Model, modes: Modes, speed: float) -> LineModes:
     """Poles where a ring is damped against the line, else the undamped `modes` of that speed."""
-    line = model.at(speed)
+    line = model.line
     ring = line.second >= model.stations
     attached = np.any((line.damping[ring] > 0.0) | (line.loss_factor[ring] > 0.0))
     failure = ""
     if torsion.damping_model is None and attached:
         try:
-            return damped_line_modes(line, len(line.inertia) - model.stations)
+            rings = len(line.inertia) - model.stations
+            if model.couplings is not None and model.couplings.by_frequency:
+                return damped_line_modes(model.at(speed), rings, partial(model.at, speed))
+            return damped_line_modes(model.at(speed), rings)
         except NumericalFailure as problem:
             failure = str(problem)
     return undamped_line_modes(modes, damping_ratios(model, modes, speed), failure)
@@ -475,7 +495,7 @@ def line_modes(torsion: Torsion, model: Model, modes: Modes, speed: float) -> Li
 
 def damping_ratios(model: Model, modes: Modes, speed: float) -> FloatArray:
     """By work and energy of undamped shapes (m,), 0 for rigid modes."""
-    modal, line = model.modal, model.at(speed)
+    modal, line = model.modal, model.at(speed, modes.frequency)
     w, moving = modes.frequency, modes.frequency > 0.0
     if modal is not None:
         work = w * modal.dashpot + modal.loss
@@ -506,7 +526,7 @@ def build_model(
     plain = Model(line, speed_stiffness, torsion.method, None, stations)
     if damping is None:
         plain = plain._replace(over_speed=over_speed)
-    modes = natural_modes(plain.at(speed))
+    modes = undamped_modes(plain, speed)
     if damping is not None and damping.kind == "rayleigh":
         factors = _rayleigh_factors(modes, damping.modes, damping.ratios)
         line = _with_rayleigh(line, *factors)

@@ -110,6 +110,10 @@ def run_torsion_speeds(scene: Scene) -> None:
         )
     if setup.torsion.limits:
         emit_limits(scene, setup, speed, dense, undamped)
+    if setup.shaft.couplings:
+        from vibecalc.torsion.adapters.couplings import emit_coupling_speeds
+
+        emit_coupling_speeds(scene, setup, speed, dense.speed)
     if setup.shaft.dampers:
         emit_bare(scene, setup, speed, torque)
     if setup.torsion.misfire:

@@ -38,6 +38,10 @@ def run_torsion(scene: Scene) -> None:
     Raises NumericalFailure where an order meets a natural frequency that nothing damps.
     """
     setup = build_setup(scene.case)
+    if setup.shaft.couplings:
+        from vibecalc.torsion.adapters.coupling_states import coupled
+
+        setup = coupled(setup)
     scene.handed_on["torsion"] = setup[1:]
     emit_modes(scene, setup)
     emit_excitation(scene, setup)
@@ -100,6 +104,10 @@ def emit_steady(scene: Scene, setup: Setup) -> None:
         from vibecalc.torsion.adapters.limits import emit_operating_use
 
         emit_operating_use(scene, setup, half_range)
+    if setup.shaft.couplings:
+        from vibecalc.torsion.adapters.couplings import emit_couplings
+
+        emit_couplings(scene, setup)
     _heat(scene, setup, state)
     _margins(scene, setup)
     if scene.wanted is None:  # a study of many points needs no sentences

@@ -27,7 +27,12 @@ from vibecalc.torsion.adapters.limits import (
 )
 from vibecalc.torsion.adapters.maxima import DenseSweep, added, torque_value, with_narrow_resonances
 from vibecalc.torsion.adapters.readings import emit_half_ranges
-from vibecalc.torsion.adapters.setup import Setup, build_drive, build_model, natural_of
+from vibecalc.torsion.adapters.setup import (
+    Setup,
+    build_drive,
+    build_model,
+    natural_of,
+)
 from vibecalc.torsion.critical_speeds import largest, telling_speeds
 from vibecalc.torsion.results import ROOT
 from vibecalc.torsion.synthesis import over_cycle
@@ -101,6 +106,15 @@ def emit_range(scene: Scene, state: State, speed: FloatArray, limited: bool = Fa
 BARE = f"{ROOT}/bare"
 
 
+def _coupled(setup: Setup, whole: Setup | None = None) -> Setup:
+    """With couplings that follow what this line, maybe a part of the whole, makes of them."""
+    if not setup.shaft.couplings:
+        return setup
+    from vibecalc.torsion.adapters.coupling_states import coupled
+
+    return coupled(setup, whole)
+
+
 def bare_setup(setup: Setup) -> Setup:
     """The line without rings and what holds them; hubs belong to their stations and stay."""
     shaft, line = setup.shaft, setup.shaft.line
@@ -121,7 +135,8 @@ def bare_setup(setup: Setup) -> Setup:
         torsion, bare, shaft.speed_stiffness[stays], speed, count, shaft.over_speed
     )
     natural = natural_of(torsion, model, modes, speed)
-    return setup._replace(model=model, modes=modes, natural=natural)
+    bare_line = setup._replace(model=model, modes=modes, natural=natural)
+    return _coupled(bare_line, setup)
 
 
 def emit_bare(scene: Scene, setup: Setup, speed: FloatArray, damped: Bounded) -> None:
@@ -152,7 +167,8 @@ HEALTHY = f"{ROOT}/healthy"
 
 def healthy_setup(scene: Scene, setup: Setup) -> Setup:
     """The same line with the torques of an engine that fires in all cylinders."""
-    return setup._replace(drive=build_drive(scene.case, setup.shaft, all_fire=True))
+    healthy = setup._replace(drive=build_drive(scene.case, setup.shaft, all_fire=True))
+    return _coupled(healthy)
 
 
 def emit_healthy(scene: Scene, setup: Setup) -> None:
@@ -165,6 +181,10 @@ def emit_healthy(scene: Scene, setup: Setup) -> None:
         use = largest_uses(operating_uses(setup, torque))
         axes = {"limit": np.arange(1, len(use.value) + 1)}
         scene.emit(f"{HEALTHY}/limit/operating_use", use, axes=axes)
+    if setup.shaft.couplings:
+        from vibecalc.torsion.adapters.couplings import emit_use
+
+        emit_use(scene, healthy, f"{HEALTHY}/coupling")
     if setup.shaft.dampers:
         _dampers(scene, healthy)
 
@@ -173,6 +193,10 @@ def emit_healthy_range(scene: Scene, setup: Setup, speed: FloatArray) -> None:
     """Curves and largest values over speeds (s,), largest use of limits."""
     healthy = healthy_setup(scene, setup)
     found = emit_range(scene, _state(healthy), speed, limited=bool(setup.torsion.limits))
+    if setup.shaft.couplings:
+        from vibecalc.torsion.adapters.couplings import emit_largest_use
+
+        emit_largest_use(scene, healthy, speed, found.dense.speed, f"{HEALTHY}/coupling")
     if not setup.torsion.limits:
         return
     seen = (found.dense, found.undamped)

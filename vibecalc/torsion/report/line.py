@@ -433,7 +433,11 @@ def _parts(line: "ShaftLineModel") -> list[str]:
         wide = short(1e3 * line.section_diameter[e]) if line.section_diameter[e] else ""
         wide += f"/{short(1e3 * line.section_bore[e])}" if line.section_bore[e] else ""
         stiffness = _some(1e-3 * line.line.stiffness[e] / square)
-        rows.append([name, line.section_kinds[e], "", "", stiffness,
+        coupling = next((one for one in line.couplings if one.element == e), None)
+        kind = line.section_kinds[e]
+        if coupling is not None:
+            kind = "coupling, nominal" if coupling.varies else "coupling"
+        rows.append([name, kind, "", "", stiffness,
                      _some(line.line.damping[e] / square), _some(line.line.loss_factor[e]),
                      wide])  # fmt: skip
     for one in line.dampers:

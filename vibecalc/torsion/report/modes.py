@@ -8,6 +8,7 @@ from vibecalc.core.report.sections import Section, having, labels, magnitudes, s
 from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.errors import NumericalFailure
+from vibecalc.torsion.coupling_results import COUPLING
 from vibecalc.torsion.report.first_page import CLOSE, separation_rule
 from vibecalc.torsion.report.line import (
     TORSION,
@@ -275,6 +276,7 @@ def holzer(result: Result) -> list[str]:
         rows = holzer_rows(line)
     except NumericalFailure:
         return []
+    of_mode = result.record.quantities.get(f"{COUPLING}/mode_stiffness")
     lines: list[str] = []
     shown: list[int] = []
     names = mode_names(result, undamped=True)
@@ -282,6 +284,11 @@ def holzer(result: Result) -> list[str]:
         if shown and (len(shown) + 1) * len(rows.freedom) > _ROWS:
             break
         lines += [""] if lines else []
+        if of_mode is not None:
+            stiffness = line.stiffness.copy()
+            for place, one in enumerate(shaft.couplings):
+                stiffness[one.element] = one.ratio**2 * of_mode.values[place, mode]
+            rows = holzer_rows(line._replace(stiffness=stiffness))
         lines += _table(result.record, line, rows, angle, mode, names[mode])
         shown.append(mode)
     return lines + _modes_without_table(result, shown)

@@ -1,0 +1,117 @@
+"""Claim: couplings that no maker's table can mean are refused in words, at their place."""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+from refused import changed, problems_of, refusal, refusals, said_of
+from shipped_cases import CASES
+
+PATH = CASES["genset_coupling"]
+LIMITS = """nominal_torque = "16 kN*m"
+maximum_torque = "40 kN*m"
+power_loss = "1.2 kW"
+"""
+PLAIN = f"""stiffness = "80 kN*m/rad"
+relative_damping = 1.13
+{LIMITS}"""
+COUPLINGS = {
+    "plain": PLAIN,
+    "slow": f"""{PLAIN}[machine.shaft_line.shafts.coupling.over_frequency]
+frequency = ["0 Hz", "9 Hz"]
+stiffness_factor = [1, 2]
+""",
+    "warm": f"""{PLAIN}temperature = "65 degC"
+[machine.shaft_line.shafts.coupling.over_temperature]
+temperature = ["20 degC", "50 degC", "130 degC"]
+stiffness_factor = [1.0, 0.9, 0.65]
+""",
+}
+TRANSIENT = """[response.torsion.transient]
+kind = "run_up"
+from = "600 rpm"
+to = "700 rpm"
+duration = "1 s"
+"""
+_KEYS = 'name = "{}"\nstiffness = "52 MN*m/rad"\ndamping = "4 kN*m*s/rad"\n'
+
+
+def text_of(coupling: str) -> str:
+    """The shipped case, its coupling last in the text."""
+    text = PATH.read_text(encoding="utf-8")
+    head, rest = text.split("shafts = [", 1)
+    asked = rest.split("[response.torsion]")[1].split("[accuracy]")[0]
+    asked = "".join(line for line in asked.splitlines(keepends=True) if "speeds" not in line)
+    crank = "".join(
+        f"[[machine.shaft_line.shafts]]\n{_KEYS.format(name)}"
+        for name in ("a", "b", "c", "d", "e", "f")
+    )
+    stations = "".join(
+        f'  {{ name = "{n}", inertia = 9.0, cylinder = "{n}" }},\n' for n in "123456"
+    )
+    stations += (
+        '  { name = "flywheel", inertia = 300.0 },\n  { name = "rotor", inertia = 200.0 },\n'
+    )
+    head = head.replace('stations = "genset_stations.csv"', f"stations = [\n{stations}]")
+    return (
+        f"{head}\n[response.torsion]\n{asked}\n{crank}[[machine.shaft_line.shafts]]\n"
+        f'name = "elastic coupling"\n[machine.shaft_line.shafts.coupling]\n{COUPLINGS[coupling]}'
+    )
+
+
+@pytest.mark.parametrize(("case", "change", "place", "words"), refusals("coupling"))
+def test_words_and_place(case: str, change: str, place: str, words: list[str]) -> None:
+    found = problems_of(
+        tomllib.loads(changed(text_of(case), change.replace("TRANSIENT", TRANSIENT)))
+    )
+    assert found, "nothing found wrong"
+    said = [(".".join(map(str, one.path)), said_of(one)) for one in found]
+    whole = f"machine.shaft_line.shafts.6.coupling{place}" if place.startswith(".") else place
+    at = [text for key, text in said if key == whole.removesuffix(".")]
+    assert any(all(word in text for word in words) for text in at), said
+
+
+@pytest.mark.parametrize("case", COUPLINGS)
+def test_the_couplings_themselves_are_fine(case: str) -> None:
+    assert problems_of(tomllib.loads(text_of(case))) == []
+
+
+ENTRY = '["type a"]\nsource = "invented"\n' + PLAIN
+TAKEN = '{ catalogue = "couplings.toml", type = "type a" }'
+
+
+@pytest.mark.parametrize(
+    ("taken", "catalogue", "words"),
+    [
+        (TAKEN.replace("type a", "type b"), ENTRY, ["no such type", "did you mean 'type a'?"]),
+        (TAKEN.replace("couplings", "coupling"), ENTRY, ["no such file", "'couplings.toml'"]),
+        (TAKEN.replace("couplings", "../couplings"), ENTRY, ["in the folder of its case"]),
+        (TAKEN, "[", ["the file is no TOML"]),
+        (TAKEN, "a = 1\n", ["the catalogue has no tables"]),
+        (TAKEN, ENTRY + 'catalogue = "x.toml"\n', ["a catalogue of its own"]),
+        (TAKEN, ENTRY.replace("80 kN*m/rad", "80 kN"), ["wrong dimension"]),
+        (TAKEN, ENTRY.replace("stiffness", "stifness"), ["did you mean 'stiffness'?"]),
+    ],
+)
+def test_catalogues(taken: str, catalogue: str, words: list[str], tmp_path: Path) -> None:
+    (tmp_path / "couplings.toml").write_text(catalogue, encoding="utf-8")
+    text = text_of("plain").split("[machine.shaft_line.shafts.coupling]")[0]
+    said = refusal(tmp_path, "case", f"{text}coupling = {taken}\n")
+    for word in words:
+        assert word in said, said
+    assert "Traceback" not in said
+
+
+def test_what_stands_in_the_case_replaces_what_the_catalogue_says(tmp_path: Path) -> None:
+    from vibecalc.core.case.load import load_case
+
+    (tmp_path / "couplings.toml").write_text(ENTRY, encoding="utf-8")
+    text = text_of("plain").split("[machine.shaft_line.shafts.coupling]")[0]
+    taken = TAKEN.replace(" }", ', power_loss = "2 kW" }')
+    (tmp_path / "case.toml").write_text(f"{text}coupling = {taken}\n", encoding="utf-8")
+    loaded = load_case(tmp_path / "case.toml")
+    found = loaded.resolved["machine"]["shaft_line"]["shafts"][6]["coupling"]
+    assert found["power_loss"] == 2000.0
+    assert found["stiffness"] == 80e3
+    assert found["type"] == "type a"
+    assert "catalogue" not in found

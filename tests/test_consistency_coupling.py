@@ -1,0 +1,328 @@
+"""Claim: elastic couplings are what dense solves under their own conditions say, use included.
+
+The truth: `coupled_lines.py`, which shares nothing with the program but the torques of cylinders.
+"""
+
+import tomllib
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from coupled_lines import Conditions, DenseLine
+from shipped_cases import CASES
+
+from vibecalc.core.case.data_files import attach_files
+from vibecalc.core.case.load import resolve, validate
+from vibecalc.core.results.record import Record
+from vibecalc.core.run.plan import planned_quantities
+from vibecalc.core.run.run import run_case
+from vibecalc.errors import NumericalFailure
+
+ROOT = "response/torsion"
+PATH = CASES["genset_coupling"]
+LIMITS = {
+    "nominal_torque": "16 kN*m",
+    "maximum_torque": "40 kN*m",
+    "vibratory_torque": "5 kN*m",
+    "power_loss": "1.2 kW",
+    "maximum_speed": "1600 rpm",
+}
+OVER_FREQUENCY = {
+    "frequency": ["0 Hz", "8 Hz", "30 Hz", "120 Hz"],
+    "stiffness_factor": [1.0, 1.1, 1.3, 1.45],
+    "relative_damping_factor": [0.8, 1.0, 1.5, 1.7],
+}
+OVER_TEMPERATURE = {
+    "temperature": ["20 degC", "50 degC", "80 degC", "130 degC"],
+    "stiffness_factor": [1.0, 0.9, 0.78, 0.65],
+    "relative_damping_factor": [1.0, 0.9, 0.8, 0.7],
+    "service_factor": [1.0, 1.2, 1.4, 2.0],
+}
+PLAIN = {"stiffness": "80 kN*m/rad", "relative_damping": 1.13, **LIMITS}
+#: name -> a coupling instead of that of the case
+COUPLINGS: dict[str, dict[str, Any] | None] = {
+    "catalogue": None,
+    "constant": PLAIN,
+    "mean torque": {
+        "relative_damping": 1.13,
+        "over_mean_torque": {
+            "torque": ["0 N*m", "6 kN*m", "12 kN*m", "18 kN*m"],
+            "stiffness": ["50 kN*m/rad", "58 kN*m/rad", "77 kN*m/rad", "110 kN*m/rad"],
+        },
+        **LIMITS,
+    },
+    "frequency": {**PLAIN, "over_frequency": OVER_FREQUENCY},
+    "temperature given": {**PLAIN, "over_temperature": OVER_TEMPERATURE, "temperature": "65 degC"},
+    "temperature": {
+        **PLAIN,
+        "over_temperature": OVER_TEMPERATURE,
+        "ambient_temperature": "40 degC",
+        "thermal_resistance": "0.2 K/W",
+        "maximum_temperature": "110 degC",
+    },
+    "amplitude": {
+        **PLAIN,
+        "over_amplitude": {
+            "torque": ["0 N*m", "800 N*m", "6 kN*m"],
+            "stiffness_factor": [1.2, 1.05, 0.8],
+            "relative_damping_factor": [0.7, 1.0, 1.3],
+        },
+    },
+    "heat without rows": {
+        **PLAIN,
+        "ambient_temperature": "40 degC",
+        "thermal_resistance": "0.2 K/W",
+    },
+}
+
+
+def case_with(name: str, **torsion: Any) -> dict[str, Any]:
+    """The shipped case as tables, with another coupling, without its range of speeds."""
+    data = tomllib.loads(PATH.read_text(encoding="utf-8"))
+    data = {key: one for key, one in data.items() if not key.startswith(("reference", "limit"))}
+    if COUPLINGS[name] is not None:
+        data["machine"]["shaft_line"]["shafts"][6]["coupling"] = dict(COUPLINGS[name] or {})
+    data["response"]["torsion"].pop("speeds")
+    data["response"]["torsion"].update(torsion)
+    assert not attach_files(data, PATH.parent)
+    return data
+
+
+@cache
+def ran(name: str, speed: float) -> tuple[dict[str, Any], Record]:
+    data = case_with(name)
+    data["machine"]["speed"] = speed
+    case = validate(data)
+    record = run_case(case)
+    assert set(record) == set(planned_quantities(case))
+    return resolve(case), record
+
+
+def value(record: Record, path: str) -> np.ndarray:
+    return np.asarray(record[f"{ROOT}/{path}"].values)
+
+
+SPEEDS = (480.0 * np.pi / 30.0, 750.0 * np.pi / 30.0)
+
+
+@pytest.mark.parametrize("speed", SPEEDS)
+@pytest.mark.parametrize("name", COUPLINGS)
+def test_coupling_is_what_a_dense_solve_says(name: str, speed: float) -> None:
+    case, record = ran(name, speed)
+    line = DenseLine(case)
+    load, order = value(record, "excitation/station_torque").T, np.arange(1, 25) / 2.0
+    mean = float(value(record, "excitation/mean_torque"))
+    found = line.standing(speed, order, load, mean)
+    place = list(record[f"{ROOT}/torque"].axes[0].values).index("elastic coupling")
+    torque = value(record, "torque")[place]
+    assert np.abs(torque - found.torque).max() < 1e-9 * np.abs(found.torque).max()
+
+    def same(path: str, expected: float) -> None:
+        assert float(value(record, f"coupling/{path}")[0]) == pytest.approx(expected, rel=1e-9)
+
+    same("mean_torque", mean)
+    same("vibratory_torque", found.half_range)
+    same("power_loss", found.power)
+    same("peak_torque", max(abs(mean + found.highest), abs(mean + found.lowest)))
+    if "ambient_temperature" in line.given or "temperature" in line.given:
+        same("temperature", found.conditions.temperature)
+    factor = np.sqrt(np.maximum(order * speed / (20.0 * np.pi), 1.0))
+    by_orders = np.sqrt(np.sum(np.abs(factor * found.torque) ** 2))
+    same("torque_by_orders", by_orders)
+    may, hot = line.given, 1.0
+    if "service_factor" in may.get("over_temperature", {}):
+        rows = may["over_temperature"]
+        hot = float(
+            np.interp(found.conditions.temperature, rows["temperature"], rows["service_factor"])
+        )
+    power = may.get("power_loss") or np.interp(
+        may["ambient_temperature"], *may["power_loss_over_temperature"].values()
+    )
+    main = factor[np.argmax(np.abs(found.torque))]
+    expected = {
+        "T_KN": mean * hot / may["nominal_torque"],
+        "T_Kmax": max(mean + found.highest, -mean - found.lowest) * hot / may["maximum_torque"],
+        "T_KW": found.half_range * main * hot / may["vibratory_torque"],
+        "T_KW by orders": by_orders * hot / may["vibratory_torque"],
+        "P_KV": found.power / power,
+        "n_max": speed / may["maximum_speed"],
+    }
+    if "maximum_temperature" in may:
+        air = may["ambient_temperature"]
+        rise = found.conditions.temperature - air
+        expected["temperature"] = rise / (may["maximum_temperature"] - air)
+    use = record[f"{ROOT}/coupling/use"]
+    assert list(use.axes[1].values) == list(expected)
+    assert use.values[0] == pytest.approx(list(expected.values()), rel=1e-9)
+
+
+@pytest.mark.parametrize("name", COUPLINGS)
+def test_modes_are_of_the_line_at_their_own_frequency(name: str) -> None:
+    case, record = ran(name, SPEEDS[1])
+    temperature, amplitude = (
+        float(value(record, f"coupling/{path}")[0]) for path in ("temperature", "vibratory_torque")
+    )
+    mean = float(value(record, "excitation/mean_torque"))
+    line, now = DenseLine(case), Conditions(mean, temperature, amplitude)
+    expected = [line.natural(now, number) for number in range(1, 6)]
+    for path in ("natural_frequency", "transfer_matrix_frequency"):
+        assert value(record, f"modes/{path}")[1:6] == pytest.approx(expected, rel=1e-9)
+    table, shape = value(record, "modes/holzer_residual"), value(record, "modes/holzer_torque")
+    assert np.abs(table[1:4]).max() < 1e-6 * np.abs(shape[1:4]).max()
+
+
+@pytest.mark.parametrize("name", ["catalogue", "amplitude"])
+def test_two_methods_agree_within_the_errors_that_both_state(name: str) -> None:
+    _, record = ran(name, SPEEDS[0])
+    data = case_with(name, method="dense")
+    data["machine"]["speed"] = SPEEDS[0]
+    other = run_case(validate(data))
+    paths = ("torque", "angle", "section_heat", "modes/natural_frequency")
+    of_coupling = ("use", "temperature", "vibratory_torque", "power_loss", "mode_stiffness")
+    for path in (*paths, *(f"coupling/{one}" for one in of_coupling)):
+        one, same = record[f"{ROOT}/{path}"], other[f"{ROOT}/{path}"]
+        apart = np.abs(one.values - same.values).max()
+        assert apart <= one.error_estimate + same.error_estimate, path
+        assert one.error_estimate <= 1e-11 * np.abs(one.values).max(), path
+
+
+def test_a_range_of_speeds_is_its_single_speeds() -> None:
+    speeds = {"from": float(SPEEDS[0]), "to": float(SPEEDS[1]), "points": 4}
+    record = run_case(validate(case_with("catalogue", speeds=speeds)))
+    _, slow = ran("catalogue", SPEEDS[0])
+    for path in ("use", "vibratory_torque", "temperature", "power_loss", "peak_torque"):
+        curve, one = value(record, f"coupling/speeds/{path}"), value(slow, f"coupling/{path}")
+        assert curve[..., 0] == pytest.approx(one, rel=1e-10), path
+    assert np.all(value(record, "coupling/largest_use") >= 0.999 * value(record, "coupling/use"))
+
+
+def test_largest_use_is_between_the_speeds_of_the_sweep() -> None:
+    """Next to the resonance of order 0.5: single runs there and on both sides of it."""
+    speeds = {"from": "380 rpm", "to": "520 rpm", "points": 15}
+    record = run_case(validate(case_with("frequency", speeds=speeds)))
+    use, at = (record[f"{ROOT}/coupling/largest_{name}"] for name in ("use", "use_speed"))
+    for place, name in enumerate(use.axes[1].values):
+        if name in ("T_KN", "n_max"):
+            continue
+        speed, top = float(at.values[0, place]), float(use.values[0, place])
+        below, here, above = (
+            float(value(ran("frequency", one)[1], "coupling/use")[0, place])
+            for one in (speed * 0.999, speed, speed * 1.001)
+        )
+        assert here == pytest.approx(top, rel=1e-9), name
+        assert max(below, above) < here, name
+
+
+def test_criticals_are_of_the_line_at_that_speed() -> None:
+    """The resonance of order 0.5 of a coupling that stiffens with frequency and is softer warm."""
+    speeds = {"from": "300 rpm", "to": "900 rpm", "points": 31}
+    case = validate(case_with("frequency", speeds=speeds))
+    met = value(run_case(case), "critical/speed")[1]
+    line = DenseLine(resolve(case))
+    inside = (met > 0.9 * 10.0 * np.pi) & (met < 30.0 * np.pi)
+    assert np.any(inside)
+    for speed in met[inside]:
+        order = round(line.natural(Conditions(0.0, 0.0, 0.0), 1) / speed * 2.0) / 2.0
+        assert order * speed == pytest.approx(line.natural(Conditions(0.0, 0.0, 0.0), 1), rel=1e-9)
+
+
+def test_thermal_runaway_is_named() -> None:
+    data = case_with("temperature")
+    data["machine"]["shaft_line"]["shafts"][6]["coupling"]["thermal_resistance"] = "20 K/W"
+    data["machine"]["speed"] = "420 rpm"
+    with pytest.raises(NumericalFailure, match=r"'elastic coupling' at 420 rpm: thermal runaway"):
+        run_case(validate(data))
+
+
+def test_a_coupling_behind_a_gear_is_the_referred_one() -> None:
+    """Half the speed, the other way round: own values count a quarter, torques are doubled."""
+
+    def line(ratio: float) -> dict[str, Any]:
+        data = case_with("catalogue")
+        torsion = data["machine"]["shaft_line"]
+        rows = [dict(one) for one in torsion["stations"]]
+        scale = 1.0 / ratio**2
+        rows[6:] = [
+            {"name": "flywheel", "inertia": 260.0},
+            {"name": "wheel", "inertia": 10.0 * scale},
+            {"name": "hub", "inertia": 14.0 * scale},
+            {"name": "generator", "inertia": 235.0 * scale},
+        ]
+        names = [one["name"] for one in rows]
+        shafts = [
+            {**one, "between": [names[n], names[n + 1]]}
+            for n, one in enumerate(torsion["shafts"][:6])
+        ]
+        coupling = {
+            "stiffness": 80e3 * scale,
+            "relative_damping": 1.13,
+            "over_mean_torque": {
+                "torque": [0.0, 9e3 / ratio, 18e3 / ratio],
+                "stiffness_factor": [0.8, 1.0, 1.3],
+            },
+            "over_frequency": OVER_FREQUENCY,
+            "over_temperature": OVER_TEMPERATURE,
+            "ambient_temperature": "40 degC",
+            "thermal_resistance": "0.2 K/W",
+            "nominal_torque": 16e3 / ratio,
+            "maximum_torque": 40e3 / ratio,
+            "vibratory_torque": 5e3 / ratio,
+            "power_loss": 1200.0,
+            "maximum_speed": 200.0 * ratio,
+        }
+        shafts += [
+            {"name": "elastic coupling", "between": ["wheel", "hub"], "coupling": coupling},
+            {"name": "rotor shaft", "between": ["hub", "generator"], "stiffness": 11e6 * scale},
+        ]
+        gear = {"between": ["flywheel", "wheel"], "ratio": ratio, "reverses": ratio != 1.0}
+        torsion.update(stations=rows, shafts=shafts, gears=[gear])
+        data["machine"]["speed"] = 65.0
+        return data
+
+    one, other = (run_case(validate(line(ratio))) for ratio in (1.0, 0.5))
+    assert value(other, "coupling/use") == pytest.approx(value(one, "coupling/use"), rel=1e-9)
+    for path, factor in (
+        ("mean_torque", -2.0),
+        ("vibratory_torque", 2.0),
+        ("power_loss", 1.0),
+        ("temperature", 1.0),
+        ("stiffness", 4.0),
+        ("mode_stiffness", 4.0),
+    ):
+        expected = factor * value(one, f"coupling/{path}")
+        assert value(other, f"coupling/{path}") == pytest.approx(expected, rel=1e-9), path
+    natural = value(one, "modes/natural_frequency")
+    assert value(other, "modes/natural_frequency") == pytest.approx(natural, rel=1e-9)
+
+
+def test_a_line_with_a_damper_has_its_poles_at_their_own_frequency() -> None:
+    """Each pole, put into the dense matrix at its own magnitude, leaves it singular."""
+    data = case_with("frequency")
+    ring = {"name": "ring", "on": "throw 1", "kind": "viscous", "inertia": 6.0, "damping": 2500.0}
+    data["machine"]["shaft_line"]["dampers"] = [ring]
+    data["machine"]["speed"] = SPEEDS[0]
+    case = validate(data)
+    record, line = run_case(case), DenseLine(resolve(case))
+    natural, ratio = (
+        value(record, f"modes/{name}") for name in ("natural_frequency", "damping_ratio")
+    )
+    elastic = np.flatnonzero(natural > 0.0)[:5]
+    assert len(elastic) == 5
+    for w, zeta in zip(natural[elastic], ratio[elastic], strict=True):
+        pole = w * complex(-zeta, np.sqrt(1.0 - zeta**2))
+        n = len(line.inertia)
+        matrix = np.zeros((n + 1, n + 1), dtype=complex)
+        matrix[np.arange(n + 1), np.arange(n + 1)] = pole**2 * np.append(line.inertia, 6.0)
+        matrix[np.arange(n), np.arange(n)] += pole * line.absolute
+        dashpots = [1j * w * one.get("damping", 0.0) for one in line.shafts]
+        springs = np.array(line.stiffness(Conditions(0.0, 0.0, 0.0), w)) - dashpots
+        # a loss factor is the dashpot eta k / w, here as everywhere
+        elements = springs.real + pole * (springs.imag + np.imag(dashpots)) / w
+        for place, k in enumerate([*elements, pole * 2500.0]):
+            ends = np.zeros(n + 1)
+            ends[[place, place + 1] if place < n - 1 else [0, n]] = 1.0, -1.0
+            matrix += k * np.outer(ends, ends)
+        scale = np.sqrt(np.abs(np.diag(matrix)))
+        small = np.linalg.svd(matrix / np.outer(scale, scale), compute_uv=False)
+        assert small[-1] < 1e-9 * small[0]

@@ -1,0 +1,51 @@
+"""Catalogues next to a case: TOML files of tables by name, one of which a table takes over."""
+
+import copy
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+from vibecalc.core.case.csv_files import Unreadable, read_text
+from vibecalc.core.case.raw import Data, listed, nearest, tables_at
+from vibecalc.errors import KeyPath
+
+#: lists of the schema, and the table in each of their entries that may be of a catalogue
+CATALOGUED: tuple[tuple[KeyPath, str], ...] = ((("machine", "shaft_line", "shafts"), "coupling"),)
+
+
+def catalogued(data: Data) -> Iterator[tuple[KeyPath, Data]]:
+    """Tables that name a catalogue and an entry of it, with their paths."""
+    for path, key in CATALOGUED:
+        for place, entry in tables_at(data, *map(str, path)):
+            table = entry.get(key)
+            if not isinstance(table, dict):
+                continue
+            if all(isinstance(table.get(one), str) and table[one] for one in ("catalogue", "type")):
+                yield (*path, place, key), table
+
+
+def attach_catalogue(table: Data, folder: Path) -> None:
+    """Fill in what the catalogue says and the table does not; takes away the name of the file."""
+    text = read_text(folder, table["catalogue"], "a name like couplings.toml", "*.toml")
+    try:
+        entries = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise Unreadable(f"the file is no TOML: {error}") from None
+    entries = {name: one for name, one in entries.items() if isinstance(one, dict)}
+    if not entries:
+        raise Unreadable("the catalogue has no tables", "a table for each type, as ['type 1']")
+    found = entries.get(table["type"])
+    if found is None:
+        names = list(entries)
+        raise Unreadable(
+            f"the catalogue has no such type, but {listed(names)}",
+            "the name of one of its tables",
+            nearest(table["type"], names),
+            key="type",
+        )
+    nested = next((key for key in ("catalogue", "type") if key in found), None)
+    if nested is not None:
+        raise Unreadable(f"the entry of the catalogue has a {nested} of its own", "its values")
+    del table["catalogue"]
+    for key, value in found.items():
+        table.setdefault(key, copy.deepcopy(value))

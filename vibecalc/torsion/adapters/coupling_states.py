@@ -1,0 +1,310 @@
+"""Couplings whose stiffness and damping follow what the line does: load, heat, vibration."""
+
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON, FloatArray
+from vibecalc.torsion.adapters.coupling_criticals import met_criticals
+from vibecalc.torsion.adapters.curves import (
+    bounded_orders,
+    mean_torques,
+    section_heat,
+    solved,
+    speeds_at_once,
+)
+from vibecalc.torsion.adapters.setup import Setup, natural_of, undamped_modes
+from vibecalc.torsion.coupling_line import Conditions, CouplingStates, Moved
+from vibecalc.torsion.couplings import Coupling
+from vibecalc.torsion.synthesis import sum_error, synthesis
+
+# ----------------------------------------------------------------------------
+# The line at a speed and a frequency, under the conditions that its couplings are in.
+# ----------------------------------------------------------------------------
+
+
+def _of(found: Conditions, c: int, frequency: FloatArray) -> tuple[FloatArray, ...]:
+    """What the values of one coupling are asked at."""
+    mean, temperature, amplitude = (part[:, c] for part in found)
+    return mean, temperature, frequency, amplitude
+
+
+#: speeds of the range at which errors of stiffnesses are read, next to the operating one
+_READ = 5
+
+
+def _spread(solver: "_Solver") -> float:
+    """Largest relative error of a stiffness or loss factor, from errors of the conditions."""
+    setup, none, largest = solver.plain, np.zeros(1), 0.0
+    some = [setup.speed]
+    if setup.torsion.speeds is not None:
+        some += np.linspace(setup.torsion.speeds.start, setup.torsion.speeds.stop, _READ).tolist()
+    speed = np.unique(some)
+    found, errors = solver(speed), solver.errors(speed)
+    for c, one in enumerate(solver.couplings):
+        own = one.values(*_of(found, c, none))
+        for kind, off in zip(Conditions._fields, errors, strict=True):
+            step = _STEP * np.maximum(np.abs(getattr(found, kind)[:, c]), 1.0)
+            value = getattr(found, kind).copy()
+            value[:, c] += step
+            moved = one.values(*_of(found._replace(**{kind: value}), c, none))
+            for before, after in zip(own, moved, strict=True):
+                share = np.abs(after / before - 1.0) * off[:, c] / step
+                largest = max(largest, float(np.max(share)))
+    return largest
+
+
+def coupled(setup: Setup, whole: Setup | None = None) -> Setup:
+    """The same with what its couplings depend on; as it is where they depend on nothing.
+
+    `whole` is the line that the mean torques are of, where `setup` is without its dampers.
+    """
+    varying = tuple(one for one in setup.shaft.couplings if one.varies)
+    if not varying:
+        return setup
+    plain = setup._replace(model=setup.model._replace(couplings=None))
+    critical = cache(lambda: met_criticals(found))
+    whole = plain if whole is None else whole._replace(model=whole.model._replace(couplings=None))
+    solver = _Solver(plain, varying, whole)
+    spread = cache(lambda: _spread(solver))
+    states = CouplingStates(varying, solver, critical, spread, solver.moved)
+    model = plain.model._replace(couplings=states)
+    modes = undamped_modes(model, setup.speed)
+    natural = natural_of(setup.torsion, model, modes, setup.speed)
+    found = plain._replace(model=model, modes=modes, natural=natural)
+    return found
+
+
+# ----------------------------------------------------------------------------
+# Temperatures and vibratory torques that stand: those which the vibration under them gives.
+#
+# From cold, and from no vibration, half of what is missing is added, which follows the way that a
+# coupling warms; from there Newton's method with slopes by differences goes on to the last digits.
+# ----------------------------------------------------------------------------
+
+#: half steps from cold, and how near to standing they come before Newton's method takes over
+_WARMING, _NEAR = 200, 1e-2
+#: steps of Newton's method, what counts as standing, and what it may be content with
+_STEPS, _STANDS, _ROUGH = 25, 1e-13, 1e-9
+#: of a value, the step by which slopes are taken
+_STEP = 1e-6
+_TEMPERATURE, _AMPLITUDE = "temperature", "amplitude"
+
+
+class _Unknown(NamedTuple):
+    """What is looked for of coupling number `place`."""
+
+    place: int
+    kind: str
+
+
+class _Solver:
+    """Gives the conditions at speeds; each speed is solved once."""
+
+    def __init__(self, plain: Setup, couplings: tuple[Coupling, ...], whole: Setup):
+        self.plain, self.couplings, self.whole = plain, couplings, whole
+        self.unknowns = [
+            _Unknown(place, kind)
+            for place, one in enumerate(couplings)
+            for kind, rows in ((_TEMPERATURE, one.over_temperature), (_AMPLITUDE, one.amplitude))
+            if rows is not None
+        ]
+        self.known: dict[float, FloatArray] = {}
+
+    def __call__(self, speed: FloatArray) -> Conditions:
+        new = np.array([one for one in speed.tolist() if one not in self.known])
+        size = speeds_at_once(self.plain.model, self.plain.drive)
+        for start in range(0, len(new), size):
+            at = new[start : start + size]
+            rows = np.stack(self._found(at), axis=1)
+            self.known.update(zip(at.tolist(), rows, strict=True))
+        every = np.stack([self.known[one] for one in speed.tolist()])
+        return Conditions(*np.moveaxis(every, 1, 0))
+
+    def mean(self, speed: FloatArray) -> Bounded:
+        """Own mean torques (u, c)."""
+        element = [one.element for one in self.couplings]
+        ratio = np.array([one.ratio for one in self.couplings])
+        return mean_torques(self.whole, speed).section[:, element] / ratio
+
+    def _found(self, speed: FloatArray) -> Conditions:
+        mean = self.mean(speed).value
+        cold = np.broadcast_to([one.temperature for one in self.couplings], mean.shape)
+        begin = Conditions(mean, np.array(cold), np.zeros_like(mean))
+        if not self.unknowns:
+            return begin
+        return self._standing(speed, begin)
+
+    def _standing(self, speed: FloatArray, begin: Conditions) -> Conditions:
+        last = np.array([self._last(one) for one in self.unknowns])
+        x = self._read(begin)
+        for _ in range(_WARMING):
+            missing = self._answer(speed, begin, x) - x
+            if np.all(np.abs(missing) <= _NEAR * self._size(x)):
+                break
+            self._check_heat(speed, begin, x, missing, last)
+            x = np.minimum(x + 0.5 * missing, last)
+        else:
+            self._fail(speed, x, missing)
+        before = np.inf
+        for _ in range(_STEPS):
+            share = float(np.max(np.abs(missing) / self._size(x)))
+            if share <= _STANDS or (share <= _ROUGH and share > 0.25 * before):
+                return self._with(begin, x)
+            before = share
+            slope = self._slope(speed, begin, x, missing + x)
+            step = np.linalg.solve(np.eye(x.shape[1]) - slope, missing[..., None])[..., 0]
+            x = np.minimum(x + step, last)
+            missing = self._answer(speed, begin, x) - x
+            self._check_heat(speed, begin, x, missing, last)
+        return self._fail(speed, x, missing)
+
+    def _last(self, unknown: _Unknown) -> float:
+        rows = self.couplings[unknown.place].over_temperature
+        return float(rows.at[-1]) if unknown.kind == _TEMPERATURE and rows is not None else np.inf
+
+    def _size(self, x: FloatArray) -> FloatArray:
+        """What a change of the unknowns counts by; no less than 1 K and 1 N m."""
+        return np.maximum(np.abs(x), 1.0)
+
+    def _read(self, conditions: Conditions) -> FloatArray:
+        return np.stack([getattr(conditions, one.kind)[:, one.place] for one in self.unknowns], -1)
+
+    def _with(self, conditions: Conditions, x: FloatArray) -> Conditions:
+        parts = {kind: getattr(conditions, kind).copy() for kind in (_TEMPERATURE, _AMPLITUDE)}
+        for column, one in enumerate(self.unknowns):
+            parts[one.kind][:, one.place] = x[:, column]
+        return conditions._replace(**parts)
+
+    def frozen(self, conditions: Conditions) -> Setup:
+        """The line with its couplings in these conditions, at the speeds they belong to."""
+        nowhere = Bounded(np.zeros((0, 0)), np.zeros((0, 0)))
+        states = CouplingStates(self.couplings, lambda _: conditions, lambda: nowhere)
+        return self.plain._replace(model=self.plain.model._replace(couplings=states))
+
+    def _answer(self, speed: FloatArray, begin: Conditions, x: FloatArray) -> FloatArray:
+        """The unknowns (u, q) that the vibration with the unknowns x gives."""
+        setup = self.frozen(self._with(begin, x))
+        state = solved(setup.model, setup.drive, speed)
+        answer = np.empty_like(x)
+        for column, unknown in enumerate(self.unknowns):
+            one = self.couplings[unknown.place]
+            torque, twist = state.torque[..., one.element], state.twist[..., one.element]
+            if unknown.kind == _TEMPERATURE:
+                work = np.imag(torque * twist.conj())
+                power = 0.5 * np.sum(state.frequency * work, axis=-1)
+                answer[:, column] = one.temperature + one.resistance * power
+            else:
+                half = synthesis(setup.drive.order, torque).half_range
+                answer[:, column] = half / abs(one.ratio)
+        return answer
+
+    def _slope(
+        self, speed: FloatArray, begin: Conditions, x: FloatArray, answer: FloatArray
+    ) -> FloatArray:
+        """Slopes (u, q, q) of what is given by what is taken."""
+        columns = []
+        for column in range(x.shape[1]):
+            step = _STEP * self._size(x[:, column])
+            moved = x.copy()
+            moved[:, column] += step
+            columns.append((self._answer(speed, begin, moved) - answer) / step[:, None])
+        return np.stack(columns, axis=-1)
+
+    def _check_heat(
+        self,
+        speed: FloatArray,
+        begin: Conditions,
+        x: FloatArray,
+        missing: FloatArray,
+        last: FloatArray,
+    ) -> None:
+        """Raise NumericalFailure where an element at the end of its rows still warms."""
+        runs = (x >= last) & (missing > 0.0)
+        if not np.any(runs):
+            return
+        row, column = (int(one[0]) for one in np.nonzero(runs))
+        one, rpm = self.couplings[self.unknowns[column].place], speed[row] * 30.0 / np.pi
+        gained = (missing[row, column] + last[column] - one.temperature) / one.resistance
+        left = (last[column] - one.temperature) / one.resistance
+        raise NumericalFailure(
+            f"coupling {one.name!r} at {rpm:.6g} rpm: thermal runaway. At the last row of its "
+            f"table, {last[column] - 273.15:.4g} degC, its vibration heats it with {gained:.4g} W, "
+            f"and {left:.4g} W leave it: it has no steady temperature there. A larger coupling, "
+            "rows of higher temperatures, or a range of speeds without this one"
+        )
+
+    def _fail(self, speed: FloatArray, x: FloatArray, missing: FloatArray) -> Conditions:
+        share = np.abs(missing) / self._size(x)
+        row, column = np.unravel_index(int(np.argmax(share)), share.shape)
+        unknown = self.unknowns[int(column)]
+        one, rpm = self.couplings[unknown.place], speed[row] * 30.0 / np.pi
+        raise NumericalFailure(
+            f"coupling {one.name!r} at {rpm:.6g} rpm: its {unknown.kind} does not come to stand; "
+            f"the last step still misses {share[row, column]:.2g} of it"
+        )
+
+    # what errors of the conditions do
+
+    def errors(self, speed: FloatArray) -> Conditions:
+        """Errors of the conditions (u, c): of mean torques, and of what is found by iteration."""
+        found, mean = self(speed), self.mean(speed)
+        none = np.zeros_like(found.temperature)
+        errors = Conditions(np.broadcast_to(mean.error, mean.shape), none, none.copy())
+        if not self.unknowns:
+            return errors
+        setup, x = self.frozen(found), self._read(found)
+        state = bounded_orders(setup, speed)
+        heat = section_heat(setup, speed, state)
+        answer = self._answer(speed, found, x)
+        off = np.abs(answer - x) + 4.0 * EPSILON * np.abs(x)
+        for column, unknown in enumerate(self.unknowns):
+            one = self.couplings[unknown.place]
+            if unknown.kind == _TEMPERATURE:
+                off[:, column] += one.resistance * heat.error[:, one.element]
+            else:
+                torque = state.torque[..., one.element]
+                off[:, column] += sum_error(torque) / abs(one.ratio)
+        for c, one in enumerate(self.couplings):
+            if one.mean_torque is not None:
+                step = _STEP * np.maximum(np.abs(found.mean_torque[:, c]), 1.0)
+                load = found.mean_torque.copy()
+                load[:, c] += step
+                moved = self._answer(speed, found._replace(mean_torque=load), x)
+                off += np.abs(moved - answer) * (errors.mean_torque[:, c] / step)[:, None]
+        slope = self._slope(speed, found, x, answer)
+        amplified = np.abs(np.linalg.inv(np.eye(x.shape[1]) - slope))
+        return self._with(errors, (amplified @ off[..., None])[..., 0])
+
+    def moved(self, speed: FloatArray) -> Moved:
+        """By what couplings depend on and is not known exactly, at speeds (s,) in any order."""
+        at, place = np.unique(speed, return_inverse=True)
+        found, errors = self(at), self.errors(at)
+        base = _parts(self.frozen(found), at)
+        total = [np.zeros(one.shape) for one in base]
+        for kind, needed in (
+            ("mean_torque", [one.mean_torque for one in self.couplings]),
+            (_TEMPERATURE, [one.over_temperature for one in self.couplings]),
+            (_AMPLITUDE, [one.amplitude for one in self.couplings]),
+        ):
+            for c, rows in enumerate(needed):
+                if rows is None:
+                    continue
+                value = getattr(found, kind).copy()
+                step = _STEP * np.maximum(np.abs(value[:, c]), 1.0)
+                value[:, c] += step
+                other = _parts(self.frozen(found._replace(**{kind: value})), at)
+                share = getattr(errors, kind)[:, c] / step
+                for sum_, one, first in zip(total, other, base, strict=True):
+                    sum_ += np.abs(one - first) * share.reshape(-1, *([1] * (first.ndim - 1)))
+        return Moved(*(one[place.ravel()] for one in total))
+
+
+def _parts(setup: Setup, speed: FloatArray) -> tuple[FloatArray, ...]:
+    state = solved(setup.model, setup.drive, speed)
+    work = np.imag(state.torque * state.twist.conj())
+    heat = 0.5 * np.sum(state.frequency[..., None] * work, axis=1)
+    return state.angle, state.twist, state.torque, heat

@@ -1,0 +1,222 @@
+"""What the couplings of a shaft line bear, next to what their makers permit."""
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibecalc.core.run.stage import Scene
+from vibecalc.numerics.bounded import Bounded, bounded, concatenate, stack, where
+from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray, distinct
+from vibecalc.torsion.adapters.curves import (
+    ROWS,
+    SAMPLES,
+    OrderSolution,
+    bounded_orders,
+    mean_torques,
+    section_heat,
+    solved,
+)
+from vibecalc.torsion.adapters.setup import Setup
+from vibecalc.torsion.coupling_results import COUPLING
+from vibecalc.torsion.couplings import LIMITS, Borne, borne, has_limit, uses
+from vibecalc.torsion.critical_speeds import Value, largest
+
+# ----------------------------------------------------------------------------
+# What each coupling bears at some speeds, with the errors or, for curves, without.
+# ----------------------------------------------------------------------------
+
+Solve = Callable[[Setup, FloatArray], OrderSolution]
+
+
+def _unbounded(setup: Setup, speed: FloatArray) -> OrderSolution:
+    """All orders at speeds (s,) without their errors."""
+    state = solved(setup.model, setup.drive, speed)
+    angle, twist, torque = (bounded(one) for one in (state.angle, state.twist, state.torque))
+    return state._replace(angle=angle, twist=twist, torque=torque)
+
+
+def _borne(setup: Setup, speed: FloatArray, solve: Solve) -> list[Borne]:
+    """Of each coupling at speeds (s,); infinite where nothing damps an order."""
+    found = []
+    for start in range(0, len(speed), ROWS):
+        at = speed[start : start + ROWS]
+        state, mean = solve(setup, at), mean_torques(setup, at).section
+        power, masked = section_heat(setup, at, state), np.any(state.masked, axis=-1)
+        rows = []
+        for one in setup.shaft.couplings:
+            steady, lost = mean[:, one.element] / one.ratio, power[:, one.element]
+            torque = state.torque[..., one.element] / one.ratio
+            there = borne(one, setup.drive.order, at, state.frequency, torque, steady, lost)
+            rows.append(there._replace(**{
+                name: where(masked, np.inf, getattr(there, name))
+                for name in ("peak", "vibratory", "by_orders", "power")
+            }))  # fmt: skip
+        found.append(rows)
+    return [
+        Borne(*(concatenate(parts) for parts in zip(*blocks, strict=True)))
+        for blocks in zip(*found, strict=True)
+    ]
+
+
+class Uses(NamedTuple):
+    """Couplings and the limits (k,) that some of them have, by their places in `LIMITS`."""
+
+    setup: Setup
+    kept: IntArray
+    axes: Mapping[str, Any]
+
+    def at(self, speed: FloatArray, solve: Solve) -> Bounded:
+        """Shares (c, k, s) of the limits at speeds (s,)."""
+        couplings = self.setup.shaft.couplings
+        found = _borne(self.setup, speed, solve)
+        each = [stack(uses(one, it), axis=0) for one, it in zip(couplings, found, strict=True)]
+        return stack(each, axis=0)[:, self.kept]
+
+
+def uses_of(setup: Setup) -> Uses:
+    """Of all couplings of a line."""
+    couplings = setup.shaft.couplings
+    kept = np.flatnonzero(np.any([has_limit(one) for one in couplings], axis=0))
+    names = tuple(one.name for one in couplings)
+    limits = tuple(LIMITS[place] for place in kept)
+    return Uses(setup, kept, {"coupling": names, "coupling_limit": limits})
+
+
+# ----------------------------------------------------------------------------
+# Adapter: couplings at the operating speed.
+# ----------------------------------------------------------------------------
+
+#: result -> what of `Borne` it is
+_VALUES = {
+    "mean_torque": "mean",
+    "peak_torque": "peak",
+    "vibratory_torque": "vibratory",
+    "torque_by_orders": "by_orders",
+    "main_frequency": "main",
+    "power_loss": "power",
+    "temperature": "temperature",
+}
+
+
+def emit_couplings(scene: Scene, setup: Setup) -> None:
+    """Torques, heat, temperature, stiffness and use of the limits at the operating speed."""
+    at, axes = np.array([setup.speed]), uses_of(setup).axes
+    found = _borne(setup, at, bounded_orders)
+    for name, key in _VALUES.items():
+        value = stack([getattr(one, key) for one in found], axis=0)
+        scene.emit(f"{COUPLING}/{name}", value[:, 0], axes=axes)
+    _warn_of_rows(scene, setup, found)
+    _emit_values(scene, setup)
+    emit_use(scene, setup, COUPLING)
+
+
+def _emit_values(scene: Scene, setup: Setup) -> None:
+    """Stiffness and loss factor at the orders, stiffness at the natural frequencies, own values."""
+    order, axes, states = setup.drive.order, uses_of(setup).axes, setup.model.couplings
+    couplings, natural = setup.shaft.couplings, setup.modes.frequency
+    off = 16.0 * EPSILON + (0.0 if states is None else states.spread())
+    own = np.square([one.ratio for one in couplings])[:, None]
+
+    def put(name: str, value: FloatArray, of: dict[str, Any], count: int) -> None:
+        rows = np.broadcast_to(value, (count, value.shape[-1]))
+        rows = rows[:, [one.element for one in couplings]].T
+        rows = rows if name == "loss_factor" else rows / own
+        scene.emit(f"{COUPLING}/{name}", rows, off * rows, {**axes, **of})
+
+    line = setup.model.at(setup.speed, setup.speed * order)
+    put("stiffness", line.stiffness, {"half_order": order}, len(order))
+    put("loss_factor", line.loss_factor, {"half_order": order}, len(order))
+    modes = {"mode": np.arange(1, len(natural) + 1)}
+    put("mode_stiffness", setup.model.at(setup.speed, natural).stiffness, modes, len(natural))
+
+
+def _warn_of_rows(scene: Scene, setup: Setup, found: list[Borne]) -> None:
+    """Say where a coupling is beyond the last row of its table at the operating speed."""
+    for one, here in zip(setup.shaft.couplings, found, strict=True):
+        for rows, value, words in (
+            (one.mean_torque, abs(here.mean), "mean torque"),
+            (one.amplitude, here.vibratory, "vibratory torque"),
+        ):
+            if rows is not None and value.value[0] > rows.at[-1]:
+                scene.warn(
+                    f"coupling '{one.name}': its {words}, {value.value[0]:.5g} N m, is beyond the "
+                    f"last row of its table, {rows.at[-1]:.5g} N m, whose values are taken"
+                )
+
+
+def emit_use(scene: Scene, setup: Setup, place: str) -> None:
+    """Use of the limits (c, k) at the operating speed."""
+    every = uses_of(setup)
+    if len(every.kept):
+        use = every.at(np.array([setup.speed]), bounded_orders)
+        scene.emit(f"{place}/use", use[..., 0], axes=every.axes)
+
+
+# ----------------------------------------------------------------------------
+# Adapter: couplings over a range of crank speeds, the largest use of each limit and where it is.
+# ----------------------------------------------------------------------------
+
+
+def emit_coupling_speeds(scene: Scene, setup: Setup, speed: FloatArray, dense: FloatArray) -> None:
+    """Curves over the speeds (s,); the largest uses are looked for among `dense` as well."""
+    axes = {**uses_of(setup).axes, "speed": speed}
+    found, some = _borne(setup, speed, _unbounded), _borne(setup, _some(speed), bounded_orders)
+    for name, key in _VALUES.items():
+        value = np.array([getattr(one, key).value for one in found])
+        error = max(float(_error(getattr(one, key)).max()) for one in some)
+        scene.emit(f"{COUPLING}/speeds/{name}", value, error, axes)
+    emit_largest_use(scene, setup, speed, dense, COUPLING)
+
+
+def _some(speed: FloatArray) -> FloatArray:
+    """Speeds at equal steps, at which errors of curves are read."""
+    place = np.linspace(0, len(speed) - 1, min(SAMPLES, len(speed))).astype(int)
+    return np.asarray(speed[place])
+
+
+def _error(value: Bounded) -> FloatArray:
+    """Errors of finite values, 0 of others."""
+    return np.asarray(np.where(np.isfinite(value.value), value.error, 0.0))
+
+
+#: of a use, what it may differ by over the speeds and count as one
+LEVEL = 1e-11
+
+
+def emit_largest_use(
+    scene: Scene, setup: Setup, speed: FloatArray, dense: FloatArray, place: str
+) -> None:
+    """Largest use (c, k) of each limit at any speed of a range, and where it is."""
+    every = uses_of(setup)
+    shape = (len(setup.shaft.couplings), len(every.kept))
+    if not len(every.kept):
+        return
+    at = distinct(np.concatenate([speed, dense]))
+    values = every.at(at, _unbounded).value
+    if place == COUPLING:
+        error = _error(every.at(_some(speed), bounded_orders)).max()
+        curve = values[..., np.searchsorted(at, speed)]
+        scene.emit(f"{place}/speeds/use", curve, error, {**every.axes, "speed": speed})
+
+    def make(row: IntArray) -> Value:
+        def value(where: FloatArray) -> FloatArray:
+            flat, back = np.unique(where, return_inverse=True)
+            found = every.at(flat, _unbounded).value.reshape(-1, len(flat))
+            chosen = np.take_along_axis(found[row], back.reshape(where.shape), axis=1)
+            return np.asarray(chosen)
+
+        return value
+
+    curves = values.reshape(-1, len(at)).T
+    none, count = np.zeros(0), curves.shape[1]
+    top = largest(make, curves, at, none, np.full(count, np.nan))
+    there = _error(every.at(top.speed, bounded_orders)).reshape(count, count).diagonal()
+    off = np.where(np.isfinite(top.value), there + top.value_error, 0.0)
+    # what is the same at every speed is met at the lowest
+    with np.errstate(invalid="ignore"):  # where nothing damps an order
+        level = np.ptp(curves, axis=0) <= LEVEL * curves.max(axis=0)
+    speeds, off_by = np.where(level, at[0], top.speed), np.where(level, 0.0, top.speed_error)
+    scene.emit(f"{place}/largest_use", top.value.reshape(shape), off.reshape(shape), every.axes)
+    path = f"{place}/largest_use_speed"
+    scene.emit(path, speeds.reshape(shape), off_by.reshape(shape), every.axes)

@@ -1,0 +1,242 @@
+"""Elastic couplings of a shaft line: stiffness, loss factor and use of what their makers permit."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded, maximum, rounded, sqrt, square
+from vibecalc.numerics.rounding import EPSILON, FloatArray
+from vibecalc.torsion.line import Line
+from vibecalc.torsion.modes import Modes, natural_modes
+from vibecalc.torsion.synthesis import over_cycle
+
+# ----------------------------------------------------------------------------
+# A coupling by the values of its maker, each dependence as factors on its nominal values.
+# ----------------------------------------------------------------------------
+
+
+class Rows(NamedTuple):
+    """Factors on stiffness and loss factor at the rows (r,) of some quantity, in SI."""
+
+    at: FloatArray
+    stiffness: FloatArray
+    loss_factor: FloatArray
+
+    def factors(self, value: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Of values (...): linear between the rows, constant beyond them."""
+        return tuple(np.interp(value, self.at, one) for one in self[1:])  # type: ignore[return-value]
+
+
+class Permissible(NamedTuple):
+    """What the maker permits, in SI, infinite where nothing is said.
+
+    Torques on the coupling's own shaft: `mean`, `peak`, and `vibratory` as a half range at
+    `frequency` in rad/s; power loss in W, own speed in rad/s, temperature of the element in K.
+    """
+
+    mean: float
+    peak: float
+    vibratory: float
+    frequency: float
+    power: float
+    speed: float
+    temperature: float
+
+
+class Coupling(NamedTuple):
+    """A coupling that is element number `element` of a line, at `ratio` times the crank speed.
+
+    Nominal `stiffness` in N m/rad and `loss_factor` psi / (2 pi), own values; what they depend on,
+    None for nothing: the magnitude of the mean torque in N m, the temperature in K, the frequency
+    in rad/s, the vibratory torque (half range of all orders) in N m. `temperature` is that of the
+    element, or of the air about it in K where `resistance` in K/W gives the rise; 0 for none known.
+    `service` (r, 2) are temperatures and the factor S_theta of DIN 740-2 by which torques count.
+    """
+
+    name: str
+    type: str
+    element: int
+    ratio: float
+    stiffness: float
+    loss_factor: float
+    mean_torque: Rows | None
+    over_temperature: Rows | None
+    frequency: Rows | None
+    amplitude: Rows | None
+    temperature: float
+    resistance: float
+    service: FloatArray
+    permissible: Permissible
+
+    @property
+    def varies(self) -> bool:
+        """Whether stiffness or loss factor depend on anything."""
+        return any(
+            rows is not None
+            for rows in (self.mean_torque, self.over_temperature, self.frequency, self.amplitude)
+        )
+
+    def values(
+        self,
+        mean_torque: FloatArray,
+        temperature: FloatArray,
+        frequency: FloatArray,
+        amplitude: FloatArray,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Stiffness in N m/rad and loss factor (...), own, under conditions (...) in SI."""
+        stiffness: FloatArray = np.asarray(self.stiffness)
+        loss: FloatArray = np.asarray(self.loss_factor)
+        for rows, value in (
+            (self.mean_torque, np.abs(mean_torque)),
+            (self.over_temperature, temperature),
+            (self.frequency, frequency),
+            (self.amplitude, amplitude),
+        ):
+            if rows is not None:
+                of_stiffness, of_loss = rows.factors(value)
+                stiffness, loss = stiffness * of_stiffness, loss * of_loss
+        return stiffness, loss
+
+    def service_factor(self, temperature: FloatArray) -> FloatArray:
+        """S_theta (...) at temperatures (...) in K, 1 where the maker gives none."""
+        if not len(self.service):
+            return np.ones_like(np.asarray(temperature, dtype=float))
+        return np.interp(temperature, self.service[:, 0], self.service[:, 1])
+
+
+# ----------------------------------------------------------------------------
+# What a coupling bears, and how much of what its maker permits that is.
+#
+# Below the frequency of T_KW the frequency factor is 1, above it sqrt(f / f_KW): the power loss of
+# a rubber element goes with f T^2 (DIN 740-2:1986, frequency factor S_f; makers print
+# T_KW(f) = T_KW sqrt(10 Hz / f)).
+# ----------------------------------------------------------------------------
+
+#: entries of the axis `coupling_limit`
+LIMITS = ("T_KN", "T_Kmax", "T_KW", "T_KW by orders", "P_KV", "n_max", "temperature")
+
+
+class Borne(NamedTuple):
+    """What a coupling bears at speeds (s,), torques on its own shaft.
+
+    `mean` with its sign, `peak` the largest magnitude over the cycle with the mean in it,
+    `vibratory` the half range of all orders, `by_orders` the root of the sum of the squares of the
+    orders, each times its frequency factor; `main` is the frequency of the largest order in rad/s;
+    `power` in W, `temperature` in K (0: not known), `speed` of its own in rad/s.
+    """
+
+    mean: Bounded
+    peak: Bounded
+    vibratory: Bounded
+    by_orders: Bounded
+    main: Bounded
+    power: Bounded
+    temperature: Bounded
+    speed: Bounded
+
+
+def frequency_factor(frequency: FloatArray, reference: float) -> FloatArray:
+    """S_f (...) at frequencies (...), of a vibratory torque that is permissible at `reference`."""
+    return np.sqrt(np.maximum(np.asarray(frequency) / reference, 1.0))
+
+
+def borne(
+    coupling: Coupling,
+    order: FloatArray,
+    speed: FloatArray,
+    frequency: FloatArray,
+    torque: Bounded,
+    mean: Bounded,
+    power: Bounded,
+) -> Borne:
+    """Of torques (s, m) of the orders (m,), complex, 0-to-peak, and mean ones (s,).
+
+    At crank speeds (s,), with the frequencies (s, m) of the orders in rad/s.
+    """
+    cycle, size = over_cycle(order, torque), abs(torque)
+    weight = frequency_factor(frequency, coupling.permissible.frequency)
+    main = frequency[np.arange(len(speed)), np.argmax(size.value, axis=1)]
+    return Borne(
+        mean=mean,
+        peak=maximum(abs(mean + cycle.highest), abs(mean + cycle.lowest)),
+        vibratory=cycle.half_range,
+        by_orders=sqrt(square(rounded(weight, 4.0) * size).sum(axis=-1)),
+        main=rounded(main, 2.0),
+        power=power,
+        temperature=coupling.resistance * power + coupling.temperature,
+        speed=rounded(abs(coupling.ratio) * speed, 4.0),
+    )
+
+
+def uses(coupling: Coupling, found: Borne) -> tuple[Bounded, ...]:
+    """Share (s,) of each of `LIMITS` that is used; 0 where the maker does not say the limit."""
+    may = coupling.permissible
+    hot = rounded(coupling.service_factor(found.temperature.value), 4.0)
+    main = rounded(frequency_factor(found.main.value, may.frequency), 4.0)
+    rise = found.temperature - coupling.temperature
+    shares = (
+        (abs(found.mean) * hot, may.mean),
+        (found.peak * hot, may.peak),
+        (found.vibratory * hot * main, may.vibratory),
+        (found.by_orders * hot, may.vibratory),
+        (found.power, may.power),
+        (found.speed, may.speed),
+        (rise, may.temperature - coupling.temperature),
+    )
+    return tuple(
+        one * (1.0 / permissible) if np.isfinite(permissible) else 0.0 * found.speed
+        for one, permissible in shares
+    )
+
+
+def has_limit(coupling: Coupling) -> list[bool]:
+    """Which of `LIMITS` the maker says."""
+    may = coupling.permissible
+    said = (may.mean, may.peak, may.vibratory, may.vibratory, may.power, may.speed, may.temperature)
+    return [bool(np.isfinite(one)) for one in said]
+
+
+# ----------------------------------------------------------------------------
+# Natural modes of a line whose couplings follow the frequency: each at its own.
+# ----------------------------------------------------------------------------
+
+#: secant steps until a mode stands at its own frequency
+_ROUNDS = 40
+
+
+def modes_at_own_frequency(line_at: Callable[[float], Line]) -> Modes:
+    """Undamped modes, each of the line (no leading axes) that `line_at` gives for its frequency.
+
+    Each is the one of its number in every line. Raises NumericalFailure where the frequency of a
+    mode does not come to stand.
+    """
+    start = natural_modes(line_at(0.0))
+    rows = [_own(line_at, number, frequency) for number, frequency in enumerate(start.frequency)]
+    return Modes(*(np.concatenate(part) for part in zip(*rows, strict=True)))
+
+
+def _own(line_at: Callable[[float], Line], number: int, frequency: float) -> Modes:
+    """The mode of a number, as the only one, with what its frequency is off in its errors."""
+    at, last = float(frequency), None
+    for _ in range(_ROUNDS):
+        found = natural_modes(line_at(at))
+        left = float(found.frequency[number]) - at
+        slope = 0.0 if last is None or at == last[0] else (left - last[1]) / (at - last[0]) + 1.0
+        slope = slope if slope < STEEP else 0.0
+        if abs(left) <= 4.0 * EPSILON * at + float(found.frequency_error[number]):
+            one = Modes(*(part[number : number + 1] for part in found))
+            off = (one.frequency_error + abs(left)) / max(1.0 - slope, 1.0 - STEEP)
+            return one._replace(
+                frequency_error=off, shape_error=one.shape_error + off / max(at, 1.0)
+            )
+        last, at = (at, left), at + left / (1.0 - slope)
+    raise NumericalFailure(
+        f"mode {number + 1} of the shaft line, near {at:.6g} rad/s, has no frequency of its own: "
+        "its couplings stiffen as fast as it rises"
+    )
+
+
+#: slope of a natural frequency by that at which couplings are taken, from which on it is not used
+STEEP = 0.95

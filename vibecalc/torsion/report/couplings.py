@@ -1,0 +1,163 @@
+"""Elastic couplings of a shaft line: what they are taken as, what they bear, what is permitted."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibecalc.core.report.sections import Section, having, labels, speed_of
+from vibecalc.core.report.writing import Column, hertz, number, pairs, paragraph, show, table
+from vibecalc.core.results.record import Quantity, Result
+from vibecalc.torsion.coupling_results import COUPLING, HEALTHY
+from vibecalc.torsion.report.line import joined, line_of, short, turns
+
+if TYPE_CHECKING:
+    from vibecalc.torsion.couplings import Coupling
+
+# ----------------------------------------------------------------------------
+# Couplings at the operating speed and over the range, limit by limit.
+# ----------------------------------------------------------------------------
+
+_ICE, _KILO, _TURN = 273.15, 1e-3, 2.0 * np.pi
+_BORNE = {
+    "T_KN": "mean_torque",
+    "T_Kmax": "peak_torque",
+    "T_KW": "vibratory_torque",
+    "T_KW by orders": "torque_by_orders",
+    "P_KV": "power_loss",
+    "n_max": "",
+    "temperature": "temperature",
+}
+_WORDS = {
+    "T_KN": "mean torque, T_KN",
+    "T_Kmax": "peak torque, T_Kmax",
+    "T_KW": "vibratory torque, T_KW",
+    "T_KW by orders": "  the same by orders",
+    "P_KV": "power loss, P_KV",
+    "n_max": "speed, n_max",
+    "temperature": "temperature",
+}
+
+
+def torsion_couplings(result: Result) -> Section | None:
+    """The section, None without couplings."""
+    line = line_of(result)
+    if line is None or not line.couplings or f"{COUPLING}/mean_torque" not in result.record:
+        return None
+    lines: list[str] = []
+    for place, one in enumerate(line.couplings):
+        lines += ["", *_identity(result, one, place)] if lines else _identity(result, one, place)
+        lines += ["", *_limits(result, one, place)]
+    use = having(result.record, f"{COUPLING}/use", "coupling", "coupling_limit")
+    if use is not None and "T_KW" in labels(use.axes[1]):
+        lines += ["", *paragraph(
+            "T_KW holds at its own frequency, 10 Hz if the maker says no other; above it a "
+            "vibratory torque counts sqrt(f / 10 Hz) times (DIN 740-2). The half range of all "
+            "orders counts by the frequency of its largest order; by orders: root of the sum of "
+            "squares, each order by its own frequency, which goes with the heat."
+        )]  # fmt: skip
+    return Section("Couplings", lines, frozenset())
+
+
+def _identity(result: Result, one: "Coupling", place: int) -> list[str]:
+    """Type, stiffness and damping at the operating speed, and the temperature."""
+    record = result.record
+    rows = [(one.name, one.type or "values of the case")]
+    stiffness, loss, main = (
+        np.asarray(record[f"{COUPLING}/{name}"].values)[place]
+        if f"{COUPLING}/{name}" in record
+        else None
+        for name in ("stiffness", "loss_factor", "main_frequency")
+    )
+    order = having(record, f"{COUPLING}/stiffness", "coupling", "half_order")
+    speed = speed_of(result)
+    if stiffness is not None and loss is not None and main is not None and order and speed:
+        at = int(np.argmin(np.abs(np.asarray(order.axes[1].values) * speed - main)))
+        rows.append((
+            "  dynamic stiffness",
+            f"{show(_KILO * stiffness[at], digits=4)} kN m/rad at {short(hertz(main))} Hz, "
+            f"relative damping {show(_TURN * loss[at], digits=4)}",
+        ))  # fmt: skip
+    follows = [
+        words
+        for words, rows_of in (
+            ("mean torque", one.mean_torque),
+            ("temperature", one.over_temperature),
+            ("frequency", one.frequency),
+            ("vibratory torque", one.amplitude),
+        )
+        if rows_of is not None
+    ]
+    if follows:
+        rows.append(("  they follow", joined(follows)))
+    heat = record.quantities.get(f"{COUPLING}/temperature")
+    if one.temperature and heat is not None:
+        found = float(np.asarray(heat.values)[place]) - _ICE
+        words = f"{show(found, digits=4)} degC"
+        if one.resistance:
+            air = one.temperature - _ICE
+            words += f", {show(air, digits=4)} degC about it and {one.resistance:.4g} K/W"
+        rows.append(("  temperature", words))
+    return pairs(rows, 24)
+
+
+def _limits(result: Result, one: "Coupling", place: int) -> list[str]:
+    """A row for each limit that the maker says."""
+    from vibecalc.torsion.couplings import LIMITS, has_limit
+
+    record = result.record
+    use = having(record, f"{COUPLING}/use", "coupling", "coupling_limit")
+    if use is None:
+        return paragraph("Its maker says no limits.")
+    more = [
+        (title, quantity, factor)
+        for title, path, factor in (
+            ("largest\n%", f"{COUPLING}/largest_use", 100.0),
+            ("at\nrpm", f"{COUPLING}/largest_use_speed", 0.0),
+            ("all fire\n%", f"{HEALTHY}/use", 100.0),
+            ("largest\n%", f"{HEALTHY}/largest_use", 100.0),
+        )
+        if (quantity := having(record, path, "coupling", "coupling_limit")) is not None
+    ]
+    columns = [Column("limit", 23), number("permitted", 11), number("at speed", 11),
+               number("use\n%", 8), *(number(title, 9) for title, *_ in more)]  # fmt: skip
+    said = dict(zip(LIMITS, has_limit(one), strict=True))
+    rows = []
+    for at, name in enumerate(labels(use.axes[1])):
+        if not said[name]:
+            continue
+        cells = [_percent(use, (place, at))]
+        for _, quantity, factor in more:
+            value = float(quantity.values[place, at])
+            cells.append(_percent(quantity, (place, at)) if factor else turns(value))
+        rows.append([_WORDS[name], _permitted(one, name), _at_speed(result, name, place), *cells])
+    return table(columns, rows)
+
+
+def _percent(quantity: Quantity, place: tuple[int, int]) -> str:
+    value = 100.0 * float(quantity.values[place])
+    return show(value, 100.0 * quantity.error_estimate, 4)
+
+
+def _permitted(one: "Coupling", name: str) -> str:
+    may = one.permissible
+    if name == "n_max":
+        return f"{turns(may.speed)} rpm"
+    if name == "temperature":
+        return f"{show(may.temperature - _ICE, digits=4)} degC"
+    if name == "P_KV":
+        return f"{show(may.power, digits=4)} W"
+    torque = {"T_KN": may.mean, "T_Kmax": may.peak}.get(name, may.vibratory)
+    return f"{show(_KILO * torque, digits=4)} kN m"
+
+
+def _at_speed(result: Result, name: str, place: int) -> str:
+    quantity = result.record.quantities.get(f"{COUPLING}/{_BORNE[name]}")
+    if quantity is None:
+        speed, line = speed_of(result), line_of(result)
+        own = 0.0 if line is None else abs(line.couplings[place].ratio)
+        return "" if speed is None else f"{turns(own * speed)} rpm"
+    value = float(np.asarray(quantity.values)[place])
+    if name == "temperature":
+        return f"{show(value - _ICE, digits=4)} degC"
+    unit, factor = ("W", 1.0) if name == "P_KV" else ("kN m", _KILO)
+    return f"{show(factor * value, factor * quantity.error_estimate, 4)} {unit}"
