@@ -10,7 +10,7 @@ from vibecalc.numerics.bounded import Bounded, maximum, rounded, sqrt, square
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.torsion.line import Line
 from vibecalc.torsion.modes import Modes, natural_modes
-from vibecalc.torsion.synthesis import over_cycle
+from vibecalc.torsion.synthesis import Cycles, over_cycle
 
 # ----------------------------------------------------------------------------
 # A coupling by the values of its maker, each dependence as factors on its nominal values.
@@ -144,7 +144,7 @@ def frequency_factor(frequency: FloatArray, reference: float) -> FloatArray:
 
 def borne(
     coupling: Coupling,
-    order: FloatArray,
+    order: FloatArray | Cycles,
     speed: FloatArray,
     frequency: FloatArray,
     torque: Bounded,

@@ -198,7 +198,7 @@ class _Solver:
                 power = 0.5 * np.sum(state.frequency * work, axis=-1)
                 answer[:, column] = one.temperature + one.resistance * power
             else:
-                half = synthesis(setup.drive.order, torque).half_range
+                half = synthesis(setup.drive.cycles, torque).half_range
                 answer[:, column] = half / abs(one.ratio)
         return answer
 

@@ -47,7 +47,7 @@ def _borne(setup: Setup, speed: FloatArray, solve: Solve) -> list[Borne]:
         for one in setup.shaft.couplings:
             steady, lost = mean[:, one.element] / one.ratio, power[:, one.element]
             torque = state.torque[..., one.element] / one.ratio
-            there = borne(one, setup.drive.order, at, state.frequency, torque, steady, lost)
+            there = borne(one, setup.drive.cycles, at, state.frequency, torque, steady, lost)
             rows.append(there._replace(**{
                 name: where(masked, np.inf, getattr(there, name))
                 for name in ("peak", "vibratory", "by_orders", "power")

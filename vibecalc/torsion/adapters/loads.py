@@ -107,7 +107,7 @@ def endless_loads(setup: Setup, undamped: UndampedResonances) -> FloatArray:
         which = undamped.mode - 1
         natural = setup.natural()
         frequency = undamped.speed * undamped.order
-        stiff = complex_stiffness(setup.model.at(undamped.speed), frequency)
+        stiff = complex_stiffness(setup.model.at(undamped.speed, frequency), frequency)
         carried = loads_of_modes(setup, natural.shape[which], frequency, stiff)
         line = setup.model.line
         shape = natural.shape[which]
