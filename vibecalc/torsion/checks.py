@@ -18,6 +18,7 @@ from vibecalc.torsion.shaft_line_tables import (
     speed_ratios,
 )
 from vibecalc.torsion.tables import AsPublished, LineSpeeds, Torsion, TorsionLimit
+from vibecalc.torsion.transient_checks import change_problems
 
 # ----------------------------------------------------------------------------
 # Can what is asked of a shaft line be answered: speeds, orders, cylinders, sections?
@@ -38,7 +39,7 @@ def torsion_problems(case: Case) -> list[Problem]:
     torsion = None if case.response is None else case.response.torsion
     problems = [*_speeds(case), *_run_up(case, line)]
     if torsion is not None:
-        problems += [*_orders(case, torsion), *_change(line, torsion)]
+        problems += [*_orders(case, torsion), *change_problems(line, torsion)]
         problems += [*_damping(line, torsion), *_published(line, torsion)]
         for place, limit in enumerate(torsion.limits):
             problems += _limit((*TORSION, "limits", place), line, limit)
@@ -130,30 +131,6 @@ def _orders(case: Case, torsion: Torsion) -> Iterator[Problem]:
             found=f"highest = {orders.highest:g}, the first order is {step:g}",
             allowed=f">= {step:g}",
         )
-
-
-def _change(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
-    change = torsion.transient
-    if change is not None:
-        path: KeyPath = (*TORSION, "transient")
-        if change.cylinder is not None and change.cylinder in torsion.misfire:
-            yield Problem(
-                path=(*path, "cylinder"),
-                message=f"cylinder {change.cylinder[:60]!r} does not fire from the begin",
-                allowed="a cylinder that is not in misfire",
-                also=(*TORSION, "misfire"),
-            )
-        lossy = [n for n, shaft in enumerate(line.shafts) if shaft.loss_factor > 0.0]
-        damped = [n for n, damper in enumerate(line.dampers) if damper.loss_factor > 0.0]
-        if (lossy or damped) and torsion.damping_model is None:
-            yield Problem(
-                path=path,
-                message="a loss factor is of a steady vibration and has no meaning in time",
-                allowed="damping in N*m*s/rad, or a damping_model",
-                also=(*LINE, "shafts", lossy[0], "loss_factor")
-                if lossy
-                else (*LINE, "dampers", damped[0], "loss_factor"),
-            )
 
 
 def _damping(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:

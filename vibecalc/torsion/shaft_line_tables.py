@@ -33,6 +33,7 @@ from vibecalc.core.case.rules import (
     unique,
 )
 from vibecalc.errors import Problem
+from vibecalc.torsion.transient_tables import FatigueLine
 
 # ----------------------------------------------------------------------------
 # A damper on a shaft line: a ring behind oil or springs, or pendulums.
@@ -224,6 +225,9 @@ class Shaft(Table):
     )
     tensile_strength: Pressure | None = Field(
         None, gt=0, description="of the material, for a class rule"
+    )
+    fatigue: FatigueLine | None = Field(
+        None, description="S-N line, for the cycles that a change in time counts"
     )
     RULES = (
         one_of("stiffness", "section", "throw"),

@@ -212,8 +212,6 @@ def _orders_words(case: "Case") -> str:
 # ----------------------------------------------------------------------------
 
 PARTS = ("crank_train", "shaft_line")
-#: changes at constant speed
-_STEPS = ("load_step", "misfire_onset")
 
 
 def plan_torsion_studies(case: "Case") -> Iterator[Stage]:
@@ -240,7 +238,7 @@ def line_orders(case: "Case") -> str:
 
 
 def has_loss(case: "Case") -> bool:
-    """Whether something on the line has a loss factor, which has no form in time."""
+    """Whether something on the line has a loss factor, defined for steady vibration only."""
     line = _line_of(case)
     return any(s.loss_factor for s in line.shafts) or any(d.loss_factor for d in line.dampers)
 
@@ -298,8 +296,7 @@ def _variable(case: "Case") -> Stage:
 def _transient(case: "Case") -> Stage:
     change = _torsion(case).transient
     assert change is not None
-    steps = change.kind in _STEPS
-    left_out = OF_PASSAGES if steps else OF_STEPS
+    quantities = below(TRANSIENT, without=_not_of_change(case, change))
     return Stage(
         name="transient",
         adapter="vibecalc.torsion.adapters.transient:run_torsion_transient",
@@ -308,12 +305,32 @@ def _transient(case: "Case") -> Stage:
         orders=line_orders(case),
         cost=f"matrix exponentials over {round(least_steps(case))} steps of a third of the highest "
         "order's period, or more",
-        quantities=tuple(path for path in below(TRANSIENT) if path not in left_out),
+        quantities=quantities,
         is_last=True,
         harmonics=_half_orders,
         work=_work_of_transient,
         topics=("vibecalc.torsion.accuracy:torsion_transient_topics",),
     )
+
+
+def _not_of_change(case: "Case", change: "Transient") -> tuple[str, ...]:
+    """Beginnings of what there is not of a change."""
+    from vibecalc.torsion.shaft_line_tables import has_stress
+    from vibecalc.torsion.transient_tables import PASSAGES
+
+    shafts = _line_of(case).shafts
+    stressed = any(has_stress(shaft) for shaft in shafts)
+    left_out = [*(OF_STEPS if change.kind in PASSAGES else OF_PASSAGES)]
+    there = {
+        "clutch/": change.kind == "clutch_in",
+        "steady_before": change.kind != "clutch_in",
+        "peak_stress": stressed,
+        "equivalent/": has_loss(case) and _torsion(case).damping_model is None,
+        "counted/": change.counting is not None,
+        "counted/largest_stress_range": stressed,
+        "counted/damage": any(shaft.fatigue is not None for shaft in shafts),
+    }
+    return (*left_out, *(TRANSIENT + name for name, has in there.items() if not has))
 
 
 def _all_orders(speeds: int) -> str:
@@ -369,7 +386,9 @@ def least_steps(case: Case) -> float:
 
 def _angles(case: Case, change: "Transient") -> dict[str, float]:
     """Angle in rad that the crank turns through before, during and after the change."""
-    if change.kind in ("load_step", "misfire_onset"):
+    from vibecalc.torsion.transient_tables import PASSAGES
+
+    if change.kind not in PASSAGES:
         speed = case.machine.speed
         return {"before": change.before * speed, "after": change.after * speed}
     begin = 0.0 if change.kind == "start" else change.start or 0.0
