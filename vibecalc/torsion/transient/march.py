@@ -166,7 +166,7 @@ def rule(points: int) -> tuple[FloatArray, FloatArray]:
     return x, weight
 
 
-@lru_cache(maxsize=512)
+@lru_cache(maxsize=4096)
 def restriction(start: float, end: float) -> FloatArray:
     """(p, p): [l, k] the share of P_k of the part in P_l of the whole step, part as shares.
 

@@ -27,7 +27,7 @@ CANDIDATES = 3
 SAMPLE_STEP = 1.0 / 3.0
 
 #: propagators held at once
-MOST_TOOLS = 64
+MOST_TOOLS = 400
 
 #: states held at once
 CHUNK = 2_000_000
