@@ -251,14 +251,15 @@ def engage(
             watched = np.stack([reserve - own, reserve + own])
             allowed = _ROUNDED * full
         found = _marched(system, order, part, crank, angle, state, watched, allowed)
-        parts.append(part._replace(duration=found.duration))
-        systems.append(system)
-        slips.append(slip)
         passed, state = found.duration, found.state
-        angle += (crank + (pull + twist * passed / 3.0) * passed / 2.0) * passed
-        crank += (pull + 0.5 * twist * passed) * passed
-        mean = mean + (acceleration + 0.5 * bend * passed) * passed
-        time += passed
+        if passed > _ROUNDED * total:
+            parts.append(part._replace(duration=passed))
+            systems.append(system)
+            slips.append(slip)
+            angle += (crank + (pull + twist * passed / 3.0) * passed / 2.0) * passed
+            crank += (pull + 0.5 * twist * passed) * passed
+            mean = mean + (acceleration + 0.5 * bend * passed) * passed
+            time += passed
         if not found.changes:
             continue
         if slip:
@@ -348,19 +349,30 @@ def _marched(
 
 
 def _heat(run: TransientRun, line: Line, clutch: Clutch, slips: list[int]) -> tuple[float, float]:
-    """What the plates turn into heat in J, friction torque times slip, with its error."""
+    """What the plates turn into heat in J, friction torque times slip, with its error.
+
+    The slip is the relative velocity v of the ends less theta', which a stiff dashpot makes jump:
+    by parts, int T (v - theta') dt = int (T v + T' theta) dt - T theta between the ends.
+    """
     from scipy.integrate import newton_cotes
 
-    sums = np.zeros(2)
+    sums, own = np.zeros(2), clutch.element
     for number, block in enumerate(run.blocks):
         slip = slips[block.stretch]
         if slip not in (1, -1):
             continue
         system = run.systems[block.stretch]
-        view = np.stack([system.torque[clutch.element], slip_view(system, line, clutch)])
+        size = system.state_matrix.shape[0]
+        relative, growth = np.zeros((2, size))
+        velocity = slip_view(system, line, clutch)[size - 2 - line.inertia.size : -2]
+        relative[size - 2 - line.inertia.size : -2] = velocity
+        growth[-1] = slip * np.sqrt(line.stiffness[own]) * system.state_matrix[-2, -1]
+        view = np.stack([system.torque[own], relative, growth, system.twist[own]])
         tool = propagator(system, block.step, _POWERS, view)
         values = step_values(run, number, tool, np.arange(block.steps), view)
-        power = values[..., 0] * values[..., 1]
+        power = values[..., 0] * values[..., 1] + values[..., 2] * values[..., 3]
+        wound = run.states[number][[0, -1]] @ view[[0, 3]].T
+        sums -= np.diff(wound.prod(axis=1))[0]
         for row, every in enumerate((1, 2)):
             weight = newton_cotes(_POWERS // every, 1)[0] * every / _POWERS
             sums[row] += block.step * float(np.sum(power[:, ::every] @ weight))
