@@ -29,7 +29,8 @@ from vibecalc.torsion.results import (
 
 if TYPE_CHECKING:
     from vibecalc.torsion.shaft_line_tables import ShaftLine
-    from vibecalc.torsion.tables import LineSpeeds, Torsion, Transient
+    from vibecalc.torsion.tables import LineSpeeds, Torsion
+    from vibecalc.torsion.transient_tables import Transient
 
 # ----------------------------------------------------------------------------
 # The stages that [response.torsion] asks for: the shaft line at one speed and over a range.

@@ -55,6 +55,8 @@ _RTOL = 1e-7
 _FEWEST, _MOST, _PER_CYCLE, _SHORT = 4, 400, 6, 20
 #: speeds of the steady curve before its peaks are added
 _SPEEDS = 1201
+#: share of the highest speed below which the line stands: a steady vibration there is rounding
+_STANDS = 1e-6
 #: share of a speed that is rounding
 _ROUNDED = 1e-12
 #: share by which a frequency of a loss factor may be off: a highest point is flat
@@ -184,9 +186,8 @@ def _emit_passage(
         extremes.time[rows.start : rows.stop + 1], *(part[rows] for part in extremes[1:])
     )
     ends = speed_at(run_.stretches, run_.borders, np.array([start, end]))
-    speeds, steady, uncertainty, damped = _steady(
-        setup, np.concatenate([ends[ends > 0.0], extremes.speed])
-    )
+    turning = ends[ends > _STANDS * ends.max()]
+    speeds, steady, uncertainty, damped = _steady(setup, np.concatenate([turning, extremes.speed]))
     close = EPSILON * float(speeds[-1])
     between = float(ends.min()) - close, float(ends.max()) + close
     largest, at_largest = largest_steady(speeds, steady, between)

@@ -103,7 +103,8 @@ def slip_view(system: TransientSystem, line: Line, clutch: Clutch) -> FloatArray
     """What reads the slip of the plates (s,) in rad/s from the state of a slipping line."""
     size, n = system.state_matrix.shape[0] - 2, line.inertia.size
     first, second = line.first[clutch.element], line.second[clutch.element]
-    view = -system.state_matrix[clutch.element] / np.sqrt(line.stiffness[clutch.element])
+    rate = system.state_matrix[clutch.element]
+    view: FloatArray = -rate / np.sqrt(line.stiffness[clutch.element])
     view[size - n + first] += 1.0 / np.sqrt(line.inertia[first])
     view[size - n + second] -= 1.0 / np.sqrt(line.inertia[second])
     return view
@@ -289,7 +290,7 @@ def engage(
 
 def _meeting(gap: float, slope: float, bend: float) -> float:
     """First time in s at which gap + slope t + bend t^2 / 2 is zero, infinite if it never is."""
-    roots = np.roots(np.trim_zeros([0.5 * bend, slope, gap], "f"))
+    roots = np.roots(np.trim_zeros(np.array([0.5 * bend, slope, gap]), "f"))
     ahead = [float(one.real) for one in roots if abs(one.imag) == 0.0 and one.real > 0.0]
     return min(ahead, default=np.inf)
 
@@ -317,7 +318,8 @@ def _marched(
 
     def after(block: StepBlock, place: int, begin: FloatArray, time: float) -> FloatArray:
         one = StepBlock(0, block.offset + place * block.step, time, 1)
-        return march([system], [part], borders, [law], [one], begin)[0][-1]
+        end: FloatArray = march([system], [part], borders, [law], [one], begin)[0][-1]
+        return end
 
     for block in blocks:
         states = march([system], [part], borders, [law], [block], state)[0]

@@ -133,10 +133,11 @@ def range_table(cycles: Cycles, bins: int) -> RangeTable:
     """Numbers and means of cycles by their ranges."""
     top = float(np.max(cycles.range, initial=0.0))
     if top == 0.0:
-        return RangeTable(*np.zeros((4, bins)), 0.0)
-    edges = top * np.arange(1, bins + 1) / bins
+        none = np.zeros(bins)
+        return RangeTable(none, none, none, none, 0.0)
+    edges = np.append(top * np.arange(1, bins) / bins, top)
     place = np.searchsorted(edges[:-1], cycles.range, side="left")
-    number = np.bincount(place, cycles.number, bins)
+    number = np.bincount(place, cycles.number, bins).astype(float)
     total = np.bincount(place, cycles.number * cycles.mean, bins)
     mean = total / np.where(number > 0.0, number, 1.0)
     # the largest defines the borders, and moves them all by its own error

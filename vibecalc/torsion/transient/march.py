@@ -536,8 +536,9 @@ def transient(
         )
         largest = np.maximum(largest, SMALL_SECTION * largest.max(initial=0.0))
         if np.all(errors[0] <= rtol * largest):
+            states, (of_torque, of_twist) = tuple(fine), errors
             return TransientRun(
-                system, tuple(stretches), borders, laws, tuple(parts), tuple(fine), *errors,
+                system, tuple(stretches), borders, laws, tuple(parts), states, of_torque, of_twist,
                 tuple(systems),
             )  # fmt: skip
         worst = int(np.argmax(errors[0] - rtol * largest))

@@ -273,8 +273,8 @@ def section_history(
     if not times:
         raise NumericalFailure(f"no part of the run lies between {start:.6g} and {end:.6g} s")
     if end >= run.borders.time[-1]:
-        last = run.system_of(run.blocks[-1])
-        view = last.torque if of == "torque" else last.twist
+        ending = run.system_of(run.blocks[-1])
+        view = ending.torque if of == "torque" else ending.twist
         times.append(run.borders.time[-1:])
         angles.append(run.borders.angle[-1:].astype(float))
         values.append((run.states[-1][-1] @ view.T)[None])
