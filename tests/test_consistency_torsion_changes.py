@@ -5,7 +5,7 @@ import tomllib
 import numpy as np
 import pytest
 import torsion_samples
-from engine_cases import ENGINE, replaced
+from engine_cases import GENSET
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.report.text import render_report
@@ -17,21 +17,6 @@ from vibecalc.torsion.adapters.setup import build_setup
 from vibecalc.torsion.line import dynamic_stiffness
 
 ROOT = "response/torsion/transient/"
-#: a generator behind an elastic coupling of known loss factor
-GENSET = replaced(
-    ENGINE,
-    ('speeds = { from = "800 rpm", to = "2000 rpm" }\n', ""),
-    (
-        '  { name = "flywheel", inertia = "2 kg*m^2" },\n',
-        '  { name = "flywheel", inertia = "2 kg*m^2" },\n'
-        '  { name = "generator", inertia = "1 kg*m^2" },\n',
-    ),
-    (
-        'damping = "5 N*m*s/rad" },\n]',
-        'damping = "5 N*m*s/rad" },\n  { name = "coupling", stiffness = "2e4 N*m/rad", '
-        'loss_factor = 0.1, diameter = "80 mm", fatigue = { stress = "12 MPa", slope = 6 } },\n]',
-    ),
-)
 EQUIVALENT = ("equivalent/frequency", "equivalent/damping")
 NAMES = ["a - b", "b - c", "rear", "coupling", "ring"]
 
