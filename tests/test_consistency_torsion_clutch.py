@@ -53,6 +53,15 @@ def test_a_friction_torque_that_grows() -> None:
     assert found.slip[0] == OPEN
 
 
+def test_absolute_damping_is_against_the_own_mean_motion_of_each_part() -> None:
+    line = chain(np.array([2.0, 3.0]), np.array([4e6]))
+    line = line._replace(absolute_damping=np.array([0.0, 8.0]))
+    clutch = Clutch(0, 700.0, 5.0, np.array([False, True]), 20.0)
+    found = engaged(line, clutch, still(2), 3.0)
+    assert found.slip_time == pytest.approx(np.sqrt(2.0 * 80.0 * 1.2 / 140.0), rel=1e-6)
+    assert found.heat == pytest.approx(0.5 * 1.2 * 80.0**2, rel=1e-6)
+
+
 def test_a_clutch_that_never_holds() -> None:
     line = chain(np.array([2.0, 3.0]), np.array([4e6]))
     found = engaged(line, Clutch(0, 7.0, 0.0, np.array([False, True]), 20.0), still(2), 0.5)

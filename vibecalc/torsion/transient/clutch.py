@@ -190,11 +190,11 @@ def engage(
             known[slip, grows] = clutch_system(line, clutch, slip, growth if grows else 0.0)
         return known[slip, grows]
 
-    def damped(slip: int, gap: FloatArray, change: FloatArray) -> TorqueInTime:
-        """What absolute damping has to leave out: means less the prescribed speed, their rates."""
+    def damped(slip: int, *gap: FloatArray) -> TorqueInTime:
+        """What absolute damping leaves out: means less the prescribed speed, with their rates."""
         share = line.absolute_damping * (1.0 if slip == 0 else clutch.driven)
         none = np.zeros(0, dtype=complex)
-        return TorqueInTime(share, none, none.real + 0j, float(gap[1]), float(change[1]))
+        return TorqueInTime(share, none, none, *(float(one[1]) for one in gap))
 
     start = steady_start(system_of(OPEN, False), order, torques(speed), speed)
     velocity = slice(start.size - 2 - line.inertia.size, start.size - 2)
@@ -203,9 +203,7 @@ def engage(
     state, crank, angle, time = start, speed, 0.0, 0.0
     parts, systems, slips = list[Stretch](), list[TransientSystem](), list[int]()
     if before > 0.0:
-        part = torques(speed)._replace(
-            duration=before, in_time=damped(OPEN, mean - speed, np.zeros(2))
-        )
+        part = torques(speed)._replace(duration=before, in_time=damped(OPEN, mean - speed))
         parts, systems, slips = [part], [system_of(OPEN, False)], [OPEN]
         state = _marched(systems[0], order, part, crank, angle, state, None).state
         angle, time = speed * before, before
@@ -236,10 +234,9 @@ def engage(
             pushed = pull + behind / lasts
             if pushed * (pushed + twist * lasts) >= 0.0:
                 pull, duration = pushed, lasts
-        change = acceleration - pull
         part = torques(crank)._replace(
             duration=duration, acceleration=pull, acceleration_rate=twist,
-            in_time=damped(slip, mean - crank, change),
+            in_time=damped(slip, mean - crank, acceleration - pull, bend - twist),
         )  # fmt: skip
         system = system_of(slip, grows)
         if slip:

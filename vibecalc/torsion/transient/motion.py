@@ -20,8 +20,9 @@ class TorqueInTime(NamedTuple):
     """A torque in time on stations, whatever the crank does.
 
     At the time t in s after a stretch began it is Re sum_k amplitude_k exp(rate_k t) + start +
-    slope t on a station of share 1: amplitude (k,) complex and start in N m, rate (k,) complex in
-    1/s, slope in N m/s; `share` (n,) says how much of it each station gets, with the sign.
+    slope t + bend t^2 / 2 on a station of share 1: amplitude (k,) complex and start in N m, rate
+    (k,) complex in 1/s, slope in N m/s, bend in N m/s^2; `share` (n,) says how much of it each
+    station gets, with the sign.
     """
 
     share: FloatArray
@@ -29,11 +30,13 @@ class TorqueInTime(NamedTuple):
     rate: ComplexArray
     start: float = 0.0
     slope: float = 0.0
+    bend: float = 0.0
 
     def at(self, time: FloatArray) -> FloatArray:
         """Torque (...) on a station of share 1 at times (...) in s."""
         waves = np.exp(np.asarray(time)[..., None] * self.rate) @ self.amplitude
-        return np.asarray(waves.real + self.start + self.slope * time)
+        grown = (self.slope + 0.5 * self.bend * time) * time
+        return np.asarray(waves.real + self.start + grown)
 
     @property
     def fastest(self) -> float:
