@@ -40,6 +40,7 @@ from vibecalc.torsion.transient.peaks import (
     envelope,
     frequency_waterfall,
     order_waterfall,
+    points_in,
     section_history,
 )
 from vibecalc.torsion.transient_tables import PASSAGES
@@ -461,6 +462,8 @@ _TURNS = 8.0
 #: turns on both sides of the peak, and points that are kept of them
 _ABOUT, _POINTS = 6.0, 3000
 _TABLE = 20001
+#: samples of all sections that are held at once
+_HELD = 4_000_000
 #: radians of the fastest that is there between two points of a waterfall
 _RADIANS = 1.0
 
@@ -522,11 +525,20 @@ def _emit_waterfalls(
     of_order = np.empty((_WINDOWS, len(order)), dtype=complex)
     of_frequency = np.empty((_WINDOWS, _FREQUENCIES), dtype=complex)
     sums, known = np.zeros(2), KnownTools()
+    # windows that overlap share their samples, where these are few enough to be held at once
+    samples = sum(one.steps * points_in(run, number) for number, one in enumerate(run.blocks))
+    few = samples * run.torque_error.size <= _HELD
+    whole_run = section_history(run, 0.0, total, known=known) if few else None
     for row, when in enumerate(centre):
         place = float(np.interp(when, times, angles))
         ends = [float(np.interp(place + s * reach, angles, times)) for s in (-1.0, 1.0)]
         low, high = min(ends[0], when - 0.51 * width), max(ends[1], when + 0.51 * width)
-        near = section_history(run, max(low, 0.0), min(high, total), known=known)
+        low, high = max(low, 0.0), min(high, total)
+        if whole_run is None:
+            near = section_history(run, low, high, known=known)
+        else:
+            rows = slice(*np.searchsorted(whole_run.time, [low, np.nextafter(high, np.inf)]))
+            near = SectionHistory(*(part[rows] for part in whole_run))
         history = _thinned(near, limit)
         at = np.array([when])
         by_order = order_waterfall(history, section, order, at, turns)
