@@ -94,6 +94,23 @@ def replaced(text: str, *pairs: tuple[str, str]) -> str:
     return text
 
 
+#: the engine with a generator behind an elastic coupling of known loss factor
+GENSET = replaced(
+    ENGINE,
+    ('speeds = { from = "800 rpm", to = "2000 rpm" }\n', ""),
+    (
+        '  { name = "flywheel", inertia = "2 kg*m^2" },\n',
+        '  { name = "flywheel", inertia = "2 kg*m^2" },\n'
+        '  { name = "generator", inertia = "1 kg*m^2" },\n',
+    ),
+    (
+        'damping = "5 N*m*s/rad" },\n]',
+        'damping = "5 N*m*s/rad" },\n  { name = "coupling", stiffness = "2e4 N*m/rad", '
+        'loss_factor = 0.1, diameter = "80 mm", fatigue = { stress = "12 MPa", slope = 6 } },\n]',
+    ),
+)
+
+
 def refusal(folder: Path, text: str, **files: str) -> str:
     """What `check` says of a case that it refuses, "" if it takes it."""
     return refused.refusal(folder, "engine", text, **files)

@@ -43,8 +43,6 @@ REFUSED: dict[str, str] = {
     "speeds back": replaced(E, ('from = "800', 'from = "2800')),
     "rayleigh": E + 'damping_model = { kind = "rayleigh", ratios = [0.1] }\n',
     "modal": E + 'damping_model = { kind = "modal", ratios = [0,0.1,0.1,0.1,0.1,0.1] }\n',
-    "lossy": replaced(E, ('damping = "5 N*m*s/rad"', "loss_factor = 0.1"))
-    + 'transient = { kind = "run_up", from = "600 rpm", to = "800 rpm", duration = "3 s" }\n',
     "limit of one point": limited('["500 rpm"]', TWO),
     "run for ever": E
     + 'transient = { kind = "run_up", from = 60, to = 90, acceleration = 1e-9 }\n',

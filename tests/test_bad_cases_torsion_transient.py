@@ -1,9 +1,12 @@
 """Claim: what has no transient is refused in words."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
+from engine_cases import GENSET, refusal
+from refused import changed, refusals
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.torsion.line import Line, chain
@@ -15,6 +18,33 @@ from vibecalc.torsion.transient.peaks import order_waterfall, section_history
 PAIR = chain(np.array([2.0, 3.0]), np.array([4000.0]))
 GAS = np.array([[10.0 + 0j], [0.0]])
 CRITICAL = float(np.sqrt(4000.0 / 1.2))
+
+TERMS = '[{ amplitude = "3 kN*m", frequency = "50 Hz", time_constant = "0.1 s" }]'
+TABLE = '{ time = ["0 s", "0.1 s"], torque = ["0 N*m", "5 N*m"] }'
+CHANGES = {
+    "short": f'kind = "short_circuit", on = "generator", terms = {TERMS}',
+    "table": f'kind = "torque_history", on = "generator", history = {TABLE}',
+    "clutch": 'kind = "clutch_in", clutch = "coupling", driven_speed = "100 rpm", '
+    'friction_torque = "6 kN*m"',
+    "stop": 'kind = "stop", from = "900 rpm", duration = "3 s", counting = {}',
+}
+
+
+@pytest.mark.parametrize(("case", "change", "line", "words"), refusals("transient"))
+def test_words_and_line(
+    case: str, change: str, line: str, words: list[str], tmp_path: Path
+) -> None:
+    text = f"{GENSET}transient = {{ {CHANGES[case]} }}\n"
+    message = refusal(tmp_path, changed(text, change))
+    for expected in words:
+        assert expected in message
+    assert message.count("error: ") == 1, message
+    assert line == "-" or f"engine.toml:{line}:" in message.splitlines()[1]
+
+
+@pytest.mark.parametrize("case", CHANGES)
+def test_the_plain_changes_are_fine(case: str, tmp_path: Path) -> None:
+    assert refusal(tmp_path, f"{GENSET}transient = {{ {CHANGES[case]} }}\n") == ""
 
 
 def run(
@@ -29,7 +59,7 @@ def run(
         ({"line": PAIR._replace(loss_factor=np.array([0.1]))}, "loss factor has no time domain"),
         ({"line": PAIR._replace(inertia=np.array([2.0, 0.0]))}, "inertia at every freedom"),
         ({"acceleration": -4.0}, "turn backwards in stretch 1"),
-        ({"order": 1.25}, "multiples of 1/2"),
+        ({"order": -1.0}, "go from 0 on"),
         ({"speed": CRITICAL, "start": "steady"}, "order 1 meets an undamped natural frequency"),
         ({"reaction": np.zeros(2)}, "no station which takes the mean torque"),
         ({"rtol": 1e-18}, "does not reach the tolerance 1e-18 (section 1"),

@@ -29,7 +29,7 @@ from vibecalc.torsion.adapters.curves import sweep
 from vibecalc.torsion.adapters.damper_design import build_problem
 from vibecalc.torsion.adapters.maxima import torque_value, with_narrow_resonances
 from vibecalc.torsion.adapters.setup import Setup, build_setup, line_speeds
-from vibecalc.torsion.adapters.transient_motion import journey
+from vibecalc.torsion.adapters.transient_motion import journey, running
 from vibecalc.torsion.adapters.variable_inertia import gas_torque, half_ranges, system_of
 from vibecalc.torsion.critical_speeds import Value, largest
 from vibecalc.torsion.damper_design.descend import chart_of, valleys
@@ -58,6 +58,7 @@ from vibecalc.torsion.transient.march import (
 )
 from vibecalc.torsion.transient.motion import (
     Stretch,
+    repeats,
     speed_after,
     speed_profile,
     torque_law,
@@ -362,9 +363,9 @@ def worst_of(problem: DamperProblem, damper: Damper, speeds: int) -> float:
 
 def torsion_transient_topics(scene: Scene) -> list[Topic]:
     """Torques of the sections over the first cycle of a change in time; none without one."""
-    setup = build_setup(scene.case)
+    setup = build_setup(running(scene.case))
     options = setup.torsion.transient
-    if options is None:
+    if options is None or options.kind == "clutch_in":
         return []
     path = journey(setup, scene.case.machine, options)
     whole, steady, first = speed_profile(path.stretches, path.speed), path.start == "steady", 0
@@ -384,7 +385,9 @@ def torsion_transient_topics(scene: Scene) -> list[Topic]:
     duration = part.duration
     planned = cut([part], borders, float(law.power.max(initial=0.0)) / 2.0, system.fastest, 1.0)
     taken = MOMENTS * max(1, round(sum(one.steps for one in planned) / MOMENTS))
-    m, turned = len(law.power), float(borders.angle[0] % (8.0 * np.pi))
+    m, turned = len(law.power), float(borders.angle[0])
+    if repeats(law.power):
+        turned %= 8.0 * np.pi
     gas, growth, inertia = (one[:, :m] - 1j * one[:, m:] for one in law.harmonic)
 
     def rates(time: float, state: FloatArray) -> FloatArray:
@@ -395,6 +398,8 @@ def torsion_transient_topics(scene: Scene) -> list[Topic]:
         torque = scale * ((gas + (now - speed) * growth + now**2 * inertia) @ wave).real
         torque = torque + law.pull[0] + share * (law.pull[1] - law.pull[0])
         torque = torque + now**law.exponent @ law.load
+        if part.in_time is not None:
+            torque = torque + part.in_time.share * part.in_time.at(np.array(time))
         return np.asarray(system.state_matrix @ state + system.input_matrix @ torque)
 
     def shown(states: FloatArray) -> FloatArray:
@@ -403,7 +408,7 @@ def torsion_transient_topics(scene: Scene) -> list[Topic]:
     def propagated(steps: float) -> FloatArray:
         count = int(steps)
         piece = StepBlock(0, 0.0, duration / count, count)
-        (states,) = march(system, [part], borders, [law], [piece], begin)
+        (states,) = march([system], [part], borders, [law], [piece], begin)
         return shown(states[:: count // MOMENTS][1:])
 
     ask = Ask("transient", "torques in time", f"first {duration:.4g} s of the change",

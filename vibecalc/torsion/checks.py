@@ -9,13 +9,13 @@ from vibecalc.kinds import has_crank_train
 from vibecalc.parts.firing import is_separate, torque_reaches_mounts
 from vibecalc.schema import Case
 from vibecalc.torsion.shaft_line_tables import (
-    Shaft,
     ShaftLine,
     has_stress,
     loss_factor,
     section_names,
 )
 from vibecalc.torsion.tables import AsPublished, LineSpeeds, Torsion
+from vibecalc.torsion.transient_checks import change_problems
 
 # ----------------------------------------------------------------------------
 # Can what is asked of a shaft line be answered: speeds, orders, cylinders, sections?
@@ -36,7 +36,7 @@ def torsion_problems(case: Case) -> list[Problem]:
     torsion = None if case.response is None else case.response.torsion
     problems = [*_speeds(case), *_run_up(case, line), *excitation_problems(case, line)]
     if torsion is not None:
-        problems += [*_orders(case, torsion), *_change(line, torsion)]
+        problems += [*_orders(case, torsion), *change_problems(line, torsion)]
         problems += [*_damping(line, torsion), *_published(line, torsion)]
         if torsion.limits:
             from vibecalc.torsion.limit_checks import limit_problems
@@ -143,37 +143,6 @@ def _orders(case: Case, torsion: Torsion) -> Iterator[Problem]:
             found=f"highest = {orders.highest:g}, the first order is {step:g}",
             allowed=f">= {step:g}",
         )
-
-
-def _change(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
-    change = torsion.transient
-    if change is not None:
-        path: KeyPath = (*TORSION, "transient")
-        if change.cylinder is not None and change.cylinder in torsion.misfire:
-            yield Problem(
-                path=(*path, "cylinder"),
-                message=f"cylinder {change.cylinder[:60]!r} does not fire from the begin",
-                allowed="a cylinder that is not in misfire",
-                also=(*TORSION, "misfire"),
-            )
-        lossy = [n for n, shaft in enumerate(line.shafts) if loss_factor(shaft) > 0.0]
-        damped = [n for n, damper in enumerate(line.dampers) if damper.loss_factor > 0.0]
-        if (lossy or damped) and torsion.damping_model is None:
-            yield Problem(
-                path=path,
-                message="a loss factor is of a steady vibration and has no meaning in time",
-                allowed="damping in N*m*s/rad, or a damping_model",
-                also=(*LINE, "shafts", lossy[0], _said(line.shafts[lossy[0]]))
-                if lossy
-                else (*LINE, "dampers", damped[0], "loss_factor"),
-            )
-
-
-def _said(shaft: Shaft) -> str:
-    """The key that gives a shaft its loss factor."""
-    if shaft.magnifier is not None:
-        return "magnifier"
-    return "loss_factor" if shaft.lehr_ratio is None else "lehr_ratio"
 
 
 def _damping(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:

@@ -434,6 +434,47 @@ VARIABLE_INERTIA = (
 )  # fmt: skip
 
 _WINDOWS = "section transient_time"
+_COUNTED = "section range_bin"
+_EQUIVALENT = (
+    entry(f"{TRANSIENT}equivalent/frequency", _BY_SECTION, "rad/s",
+          "at which the dashpot for a loss factor keeps its magnitude", exempt=STUDY),
+    entry(f"{TRANSIENT}equivalent/damping", _BY_SECTION, "N*m*s/rad",
+          "of that dashpot, stiffness times loss factor over the frequency", exempt=STUDY),
+)  # fmt: skip
+_CLUTCH = (
+    entry(f"{TRANSIENT}clutch/slip_time", "", "s", "of all slipping, from its engaging on",
+          headline=Headline("clutch slips for", "s"), exempt=STUDY),
+    entry(f"{TRANSIENT}clutch/heat", "", "J", "friction torque times slip, of all slipping",
+          headline=Headline("heat of the clutch", "kJ"), exempt=STUDY),
+    entry(f"{TRANSIENT}clutch/held", "", "s", "time from engaging until it holds, first",
+          exempt=STUDY),
+    entry(f"{TRANSIENT}clutch/common_speed", "", "rad/s",
+          "mean speed of the crank then, by the momentum of both parts", exempt=STUDY),
+    entry(f"{TRANSIENT}clutch/engagements", "", "", "how often it begins to hold", exempt=STUDY),
+    entry(f"{TRANSIENT}clutch/use", "", "",
+          "largest torque while it holds over its friction torque; 1: where it slips",
+          exempt=STUDY),
+    entry(f"{TRANSIENT}clutch/slip_speed", "clutch_time", "rad/s",
+          "of its plates, first end less second, own shaft", exempt=STUDY, curve="clutch_slip"),
+)  # fmt: skip
+_CYCLES = (
+    entry(f"{TRANSIENT}counted/range", _COUNTED, "N*m",
+          "largest of the bin, crest less trough of a cycle", exempt=STUDY),
+    entry(f"{TRANSIENT}counted/number", _COUNTED, "", "of cycles in the bin", exempt=STUDY,
+          curve="counted_cycles"),
+    entry(f"{TRANSIENT}counted/mean", _COUNTED, "N*m", "mean of the cycles in the bin",
+          exempt=STUDY),
+    entry(f"{TRANSIENT}counted/largest_range", _BY_SECTION, "N*m", "of any cycle", exempt=STUDY),
+    entry(f"{TRANSIENT}counted/largest_stress_range", _BY_SECTION, "Pa", "of any cycle, shear",
+          exempt=STUDY),
+    entry(f"{TRANSIENT}counted/equivalent_number", _BY_SECTION, "",
+          "of cycles of the largest range that use up as much as all", exempt=STUDY),
+    entry(f"{TRANSIENT}counted/damage", _BY_SECTION, "", "sum of n / N of one change (Miner)",
+          exempt=STUDY),
+    entry(f"{TRANSIENT}counted/damage_of_all", _BY_SECTION, "",
+          "of all changes that the case says; 1: the life is used up",
+          headline=Headline("fatigue of the changes, sum of Miner", ""), exempt=STUDY),
+)  # fmt: skip
 _STEPS = (
     entry(f"{TRANSIENT}steady_before", _BY_SECTION, "N*m",
           "largest magnitude of the steady vibration before, mean in it", exempt=STUDY),
@@ -479,6 +520,8 @@ TRANSIENTS = (
           exempt=STUDY),
     entry(f"{TRANSIENT}peak", _BY_SECTION, "N*m", "largest magnitude on the way, mean in it",
           headline=Headline("torque in the transient, peak", "N*m"), exempt=STUDY),
+    entry(f"{TRANSIENT}peak_stress", _BY_SECTION, "Pa", "that over the section modulus, shear",
+          exempt=STUDY),
     entry(f"{TRANSIENT}peak_time", _BY_SECTION, "s", "when that is", exempt=STUDY),
     entry(f"{TRANSIENT}peak_speed", _BY_SECTION, "rad/s", "crank speed then", exempt=STUDY),
     entry(f"{TRANSIENT}worst_section", "", "", "section of the largest peak, counted from 1"),
@@ -491,6 +534,9 @@ TRANSIENTS = (
           "amplitude at the frequency in that section, in a window of time", PEAK),
     *_PASSAGES,
     *_STEPS,
+    *_EQUIVALENT,
+    *_CLUTCH,
+    *_CYCLES,
 )  # fmt: skip
 OF_PASSAGES = tuple(one.path for one in _PASSAGES)
 OF_STEPS = tuple(one.path for one in _STEPS)
@@ -607,6 +653,8 @@ AXES = {
     "unstable": ("", "range of speeds in which vibration grows, ascending"),
     "transient_time": ("s", "middle of a whole cycle of the machine"),
     "history_time": ("s", "time"),
+    "clutch_time": ("s", "time"),
+    "range_bin": ("", "bin of the ranges of a section, the largest last"),
     "waterfall_time": ("s", "middle of a window of time"),
     "waterfall_frequency": ("rad/s", "frequency"),
     "design_value": ("", "value of the damper"),

@@ -37,6 +37,7 @@ from vibecalc.core.case.rules import (
 from vibecalc.errors import Problem
 from vibecalc.torsion.damping_tables import EngineDamping, OverSpeed, PropellerDamping, TorqueCurve
 from vibecalc.torsion.station_torque_tables import StationExcitation
+from vibecalc.torsion.transient_tables import FatigueLine
 
 if TYPE_CHECKING:
     from vibecalc.torsion.coupling_tables import Coupling
@@ -260,6 +261,9 @@ class Shaft(Table):
     )
     tensile_strength: Pressure | None = Field(
         None, gt=0, description="of the material, for a class rule"
+    )
+    fatigue: FatigueLine | None = Field(
+        None, description="S-N line, for the cycles that a change in time counts"
     )
     RULES = (
         one_of("stiffness", "section", "throw", "coupling"),

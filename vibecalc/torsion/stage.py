@@ -31,7 +31,8 @@ from vibecalc.torsion.results import (
 if TYPE_CHECKING:
     from vibecalc.torsion.coupling_tables import Coupling
     from vibecalc.torsion.shaft_line_tables import ShaftLine
-    from vibecalc.torsion.tables import LineSpeeds, Torsion, Transient
+    from vibecalc.torsion.tables import LineSpeeds, Torsion
+    from vibecalc.torsion.transient_tables import Transient
 
 # ----------------------------------------------------------------------------
 # The stages that [response.torsion] asks for: the shaft line at one speed and over a range.
@@ -383,9 +384,6 @@ def _conditions(case: "Case") -> tuple[str, ...]:
 # What a case asks of a shaft line next to its steady response: one stage for each question.
 # ----------------------------------------------------------------------------
 
-#: changes at constant speed
-_STEPS = ("load_step", "misfire_onset")
-
 
 def plan_torsion_studies(case: "Case") -> Iterator[Stage]:
     """The modal route as published, the variable inertia and the transient, where asked for."""
@@ -411,7 +409,7 @@ def line_orders(case: "Case") -> str:
 
 
 def has_loss(case: "Case") -> bool:
-    """Whether something on the line has a loss factor, which has no form in time."""
+    """Whether something on the line has a loss factor, defined for steady vibration only."""
     from vibecalc.torsion.shaft_line_tables import loss_factor
 
     line = _line_of(case)
@@ -471,8 +469,7 @@ def _variable(case: "Case") -> Stage:
 def _transient(case: "Case") -> Stage:
     change = _torsion(case).transient
     assert change is not None
-    steps = change.kind in _STEPS
-    left_out = OF_PASSAGES if steps else OF_STEPS
+    quantities = below(TRANSIENT, without=_not_of_change(case, change))
     return Stage(
         name="transient",
         adapter="vibecalc.torsion.adapters.transient:run_torsion_transient",
@@ -481,12 +478,32 @@ def _transient(case: "Case") -> Stage:
         orders=line_orders(case),
         cost=f"matrix exponentials over {round(least_steps(case))} steps of a third of the highest "
         "order's period, or more",
-        quantities=tuple(path for path in below(TRANSIENT) if path not in left_out),
+        quantities=quantities,
         is_last=True,
         harmonics=_half_orders,
         work=_work_of_transient,
         topics=("vibecalc.torsion.accuracy:torsion_transient_topics",),
     )
+
+
+def _not_of_change(case: "Case", change: "Transient") -> tuple[str, ...]:
+    """Beginnings of what there is not of a change."""
+    from vibecalc.torsion.shaft_line_tables import has_stress
+    from vibecalc.torsion.transient_tables import PASSAGES
+
+    shafts = _line_of(case).shafts
+    stressed = any(has_stress(shaft) for shaft in shafts)
+    left_out = [*(OF_STEPS if change.kind in PASSAGES else OF_PASSAGES)]
+    there = {
+        "clutch/": change.kind == "clutch_in",
+        "steady_before": change.kind != "clutch_in",
+        "peak_stress": stressed,
+        "equivalent/": has_loss(case) and _torsion(case).damping_model is None,
+        "counted/": change.counting is not None,
+        "counted/largest_stress_range": stressed,
+        "counted/damage": any(shaft.fatigue is not None for shaft in shafts),
+    }
+    return (*left_out, *(TRANSIENT + name for name, has in there.items() if not has))
 
 
 def _all_orders(speeds: int) -> str:
@@ -542,7 +559,9 @@ def least_steps(case: Case) -> float:
 
 def _angles(case: Case, change: "Transient") -> dict[str, float]:
     """Angle in rad that the crank turns through before, during and after the change."""
-    if change.kind in ("load_step", "misfire_onset"):
+    from vibecalc.torsion.transient_tables import PASSAGES
+
+    if change.kind not in PASSAGES:
         speed = case.machine.speed
         return {"before": change.before * speed, "after": change.after * speed}
     begin = 0.0 if change.kind == "start" else change.start or 0.0

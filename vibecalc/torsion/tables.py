@@ -10,11 +10,9 @@ from vibecalc.core.case.fields import (
     AngularSpeed,
     AngularStiffness,
     Inertia,
-    Moment,
     Name,
     Number,
     Table,
-    Time,
     Unit,
 )
 from vibecalc.core.case.raw import table_at
@@ -23,10 +21,8 @@ from vibecalc.core.case.rules import (
     at_most_one,
     by_kind,
     needs,
-    one_of,
     ordered,
     pair_ordered,
-    refers,
     refuse,
     unique,
     wants,
@@ -34,12 +30,12 @@ from vibecalc.core.case.rules import (
 from vibecalc.parts.tables import cylinders_in
 from vibecalc.torsion.curve_tables import Conditions, Irregularity, LineCurve
 from vibecalc.torsion.limit_tables import TorsionLimit
+from vibecalc.torsion.transient_tables import Transient
 
 # ----------------------------------------------------------------------------
 # What is asked of the torsion of a shaft line.
 # ----------------------------------------------------------------------------
 
-AngularAcceleration = Annotated[float, Field(gt=0), Unit("rad/s^2")]
 TorsionNames = Annotated[tuple[Name, ...], Field(max_length=64)]
 ModeNumber = Annotated[int, Field(strict=True, ge=1, le=2000)]
 DampingRatio = Annotated[float, Field(ge=0, lt=1), Unit("")]
@@ -119,9 +115,6 @@ class ProportionalDamping(Table):
     )
 
 
-_PASS = "from to | acceleration duration"
-
-
 class AsPublished(Table):
     """The modal route of the source: one mode at a time, with its dynamic magnifier."""
 
@@ -137,62 +130,6 @@ class VariableInertia(Table):
 
     orders: Annotated[int, Field(strict=True, ge=1, le=400)] | None = Field(
         None, description="highest harmonic of the motion; without it the tolerance decides"
-    )
-
-
-class Transient(Table):
-    """A change in time: through criticals, a start, a step of the load, the onset of a misfire."""
-
-    model_config = ConfigDict(validate_by_alias=True, validate_by_name=False)
-
-    kind: Literal["run_up", "run_down", "start", "load_step", "misfire_onset"] = Field(
-        description="what happens"
-    )
-    start: AngularSpeed | None = Field(
-        None, alias="from", ge=0, description="speed at the begin, of run_up and run_down"
-    )
-    stop: AngularSpeed | None = Field(
-        None, alias="to", ge=0, description="speed at the end, of run_up, run_down and start"
-    )
-    acceleration: AngularAcceleration | None = Field(
-        None, description="largest magnitude; it grows and fades evenly"
-    )
-    duration: Time | None = Field(None, gt=0, description="instead of acceleration")
-    on: Name | None = Field(None, description="name of the station of a load step")
-    torque: Moment | None = Field(
-        None, description="of a load step, on its own shaft; positive brakes more than before"
-    )
-    cylinder: Name | None = Field(None, description="name of the cylinder that stops firing")
-    before: Time = Field(0.0, ge=0, description="time at the first state that is also computed")
-    after: Time = Field(1.0, gt=0, description="time watched afterwards")
-    RULES = (
-        refers("on", "machine.shaft_line.stations", "station"),
-        refers("cylinder", "machine.crank_train.cylinders", "cylinder"),
-        by_kind(
-            "change",
-            run_up=_PASS,
-            run_down=_PASS,
-            start="to | acceleration duration",
-            load_step="on torque",
-            misfire_onset="cylinder",
-        ),
-        one_of(
-            "acceleration",
-            "duration",
-            when=lambda t: t["kind"] in ("run_up", "run_down", "start"),
-        ),
-        ordered(
-            "from",
-            "to",
-            "a run-up goes from a lower speed to a higher one",
-            when=lambda t: t["kind"] == "run_up",
-        ),
-        ordered(
-            "to",
-            "from",
-            "a run-down goes from a higher speed to a lower one",
-            when=lambda t: t["kind"] == "run_down",
-        ),
     )
 
 

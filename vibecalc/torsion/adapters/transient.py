@@ -10,7 +10,8 @@ from vibecalc.numerics.bounded import Bounded, concatenate, maximum, where
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.torsion.adapters.curves import sweep
 from vibecalc.torsion.adapters.setup import Setup, build_setup
-from vibecalc.torsion.adapters.transient_motion import STEPS, Journey, journey
+from vibecalc.torsion.adapters.transient_damping import Equivalent
+from vibecalc.torsion.adapters.transient_motion import Journey, journey, running
 from vibecalc.torsion.results import TRANSIENT
 from vibecalc.torsion.section_loads import twist_and_torque
 from vibecalc.torsion.synthesis import over_cycle
@@ -22,7 +23,7 @@ from vibecalc.torsion.transient.cycles import (
     sliding,
     time_uncertainty,
 )
-from vibecalc.torsion.transient.march import Propagator, TransientRun, static_state, transient
+from vibecalc.torsion.transient.march import TransientRun, static_state, transient
 from vibecalc.torsion.transient.motion import (
     Stretch,
     acceleration_at,
@@ -34,12 +35,15 @@ from vibecalc.torsion.transient.motion import (
 )
 from vibecalc.torsion.transient.peaks import (
     Envelope,
+    KnownTools,
     SectionHistory,
     envelope,
     frequency_waterfall,
     order_waterfall,
+    points_in,
     section_history,
 )
+from vibecalc.torsion.transient_tables import PASSAGES
 
 # ----------------------------------------------------------------------------
 # Adapter: a change in time of a shaft line, next to the steady vibration on the way.
@@ -52,38 +56,55 @@ _RTOL = 1e-7
 _FEWEST, _MOST, _PER_CYCLE, _SHORT = 4, 400, 6, 20
 #: speeds of the steady curve before its peaks are added
 _SPEEDS = 1201
+#: share of the highest speed below which the line stands: a steady vibration there is rounding
+_STANDS = 1e-6
 #: share of a speed that is rounding
 _ROUNDED = 1e-12
+#: share by which a frequency of a loss factor may be off: a highest point is flat
+_PLACED = 1e-6
 #: peaks of each section that are examined again, and speeds about each
 _PEAKS, _CLOSE, _ZOOMS = 3, 17, 5
 
 
 def run_torsion_transient(scene: Scene) -> None:
     """Emit everything for [response.torsion.transient]."""
-    setup = build_setup(scene.case)
+    setup = build_setup(running(scene.case))
     options = setup.torsion.transient
     if options is None:
         raise ValueError("the case has no [response.torsion.transient]")
-    path = journey(setup, scene.case.machine, options)
-    if setup.model.over_speed is not None and options.kind not in STEPS:
+    rtol = max(_RTOL, scene.case.accuracy.rtol)
+    passes = options.kind in PASSAGES
+    if setup.model.over_speed is not None and passes:
         scene.warn(
             "dampings that follow the speed stay as they are at the mean speed of the change while "
             "it lasts; the steady vibration next to it has those of each speed"
         )
-    run_ = transient(
-        path.line, path.order, path.stretches, path.speed, start=path.start,
-        reaction=path.reaction, rtol=max(_RTOL, scene.case.accuracy.rtol),
-    )  # fmt: skip
-    extremes = envelope(run_, _windows(setup, run_, options.kind in STEPS))
+    if options.kind == "clutch_in":
+        from vibecalc.torsion.adapters.transient_clutch import run_clutch
+
+        path, run_ = run_clutch(scene, setup, options, rtol)
+    else:
+        path = journey(setup, scene.case.machine, options)
+        run_ = transient(
+            path.line, path.order, path.stretches, path.speed, start=path.start,
+            reaction=path.reaction, rtol=rtol,
+        )  # fmt: skip
+    if path.equivalent is not None:
+        emit_equivalent(scene, setup, path.equivalent)
+    extremes = envelope(run_, _windows(setup, run_, not passes))
     size = np.abs(setup.shaft.section_ratio)
     slide = emit_envelope(scene, setup, run_)
     worst = _emit_peaks(scene, setup, run_, extremes)
-    if options.kind in STEPS:
-        _emit_steps(scene, setup, path, run_, extremes, size)
-    else:
+    if passes:
         _emit_passage(scene, setup, path, run_, extremes, slide)
         emit_supply(scene, setup, run_, extremes)
+    else:
+        _emit_steps(scene, setup, path, run_, extremes, size)
     emit_histories(scene, setup, run_, worst)
+    if options.counting is not None:
+        from vibecalc.torsion.adapters.transient_counting import emit_counting
+
+        emit_counting(scene, setup, options.counting, run_)
     scene.cite(
         "exact propagation of the line over steps with the torque as a polynomial, crank speed "
         "prescribed; envelope from states inside the steps",
@@ -122,7 +143,32 @@ def _emit_peaks(scene: Scene, setup: Setup, run_: TransientRun, extremes: Envelo
     scene.emit(f"{TRANSIENT}peak_speed", peaks.speed, slip, axes)
     worst = int(np.argmax(actual))
     scene.emit(f"{TRANSIENT}worst_section", worst + 1, 0.0)
+    stressed = np.flatnonzero(setup.shaft.section_modulus)
+    if len(stressed):
+        modulus = setup.shaft.section_modulus[stressed]
+        error = (peaks.error / np.abs(setup.shaft.section_ratio))[stressed] / modulus
+        of_stressed = {"section": tuple(setup.shaft.section_names[e] for e in stressed)}
+        scene.emit(f"{TRANSIENT}peak_stress", actual[stressed] / modulus, error, of_stressed)
     return worst
+
+
+def emit_equivalent(scene: Scene, setup: Setup, found: Equivalent) -> None:
+    """The dashpots that stand for loss factors, with the frequencies that they are equal at."""
+    lossy = np.flatnonzero(found.frequency)
+    names = tuple(setup.shaft.section_names[e] for e in lossy)
+    frequency, own = found.frequency[lossy], setup.shaft.section_ratio[lossy] ** 2
+    damping = found.damping[lossy] / own
+    axes = {"section": names}
+    scene.emit(f"{TRANSIENT}equivalent/frequency", frequency, _PLACED * frequency.max(), axes)
+    scene.emit(f"{TRANSIENT}equivalent/damping", damping, _PLACED * damping.max(), axes)
+    each = ", ".join(
+        f"{name!r} at {one / (2.0 * np.pi):.4g} Hz" + (" (natural frequency)" if resonance else "")
+        for name, one, resonance in zip(names, frequency, found.resonance[lossy], strict=True)
+    )
+    scene.warn(
+        "a loss factor has no form in time: dashpots of stiffness times loss factor over frequency "
+        f"take its place and keep the magnitude at one frequency each: {each}"
+    )
 
 
 def _emit_passage(
@@ -146,9 +192,8 @@ def _emit_passage(
         extremes.time[rows.start : rows.stop + 1], *(part[rows] for part in extremes[1:])
     )
     ends = speed_at(run_.stretches, run_.borders, np.array([start, end]))
-    speeds, steady, uncertainty, damped = _steady(
-        setup, np.concatenate([ends[ends > 0.0], extremes.speed])
-    )
+    turning = ends[ends > _STANDS * ends.max()]
+    speeds, steady, uncertainty, damped = _steady(setup, np.concatenate([turning, extremes.speed]))
     close = EPSILON * float(speeds[-1])
     between = float(ends.min()) - close, float(ends.max()) + close
     largest, at_largest = largest_steady(speeds, steady, between)
@@ -223,7 +268,10 @@ def _steady(setup: Setup, passed: FloatArray) -> tuple[FloatArray, FloatArray, F
     bounded = np.all(np.isfinite(values), axis=1)
     line = setup.model.line
     damped = bool(
-        np.any(line.damping) or np.any(line.absolute_damping) or setup.model.modal is not None
+        np.any(line.damping)
+        or np.any(line.loss_factor)
+        or np.any(line.absolute_damping)
+        or setup.model.modal is not None
     )
     uncertainty = np.array([
         np.max(np.abs(np.interp(speeds[bounded], speeds[::2], coarse[:, s]) - values[bounded, s]))
@@ -267,11 +315,13 @@ def _emit_steps(
     size: FloatArray,
 ) -> None:  # fmt: skip
     """Largest magnitudes of the steady vibration before and after, and what the change adds."""
+    if not path.ends:
+        return
     axes = _axes(setup)
-    ends = [_steady_peak(setup, path, run_, part) for part in path.stretches]
-    for name, end in zip(("before", "after"), ends, strict=True):
+    ends = [_steady_peak(setup, path, run_, part) for part in path.ends]
+    for name, end in zip(("before", "after")[-len(ends) :], ends, strict=True):
         scene.emit(f"{TRANSIENT}steady_{name}", end / size, axes=axes)
-    larger, peaks = maximum(*ends), section_peaks(run_, extremes)
+    larger, peaks = maximum(ends[0], ends[-1]), section_peaks(run_, extremes)
     moves = larger.value > 0.0
     factor = Bounded(peaks.peak, peaks.error) / where(moves, larger, 1.0)
     scene.emit(f"{TRANSIENT}dynamic_factor", where(moves, factor, 1.0), axes=axes)
@@ -294,7 +344,7 @@ def _steady_peak(setup: Setup, path: Journey, run_: TransientRun, part: Stretch)
         )
     frequency = speed * path.order[1:]
     angle = Bounded(solved.angle[0], solved.error[0][:, None])
-    _, torque = twist_and_torque(path.line, frequency, angle)
+    _, torque = twist_and_torque(setup.model.at(speed), frequency, angle)
     whole = concatenate([Bounded(still, 1e-13 * np.abs(still))[None], torque], axis=0)
     return over_cycle(path.order, whole.T).peak
 
@@ -417,6 +467,8 @@ _TURNS = 8.0
 #: turns on both sides of the peak, and points that are kept of them
 _ABOUT, _POINTS = 6.0, 3000
 _TABLE = 20001
+#: samples of all sections that are held at once
+_HELD = 4_000_000
 #: radians of the fastest that is there between two points of a waterfall
 _RADIANS = 1.0
 
@@ -477,12 +529,21 @@ def _emit_waterfalls(
     limit = _RADIANS / max(float(order[-1]) * fastest, float(natural[-1]))
     of_order = np.empty((_WINDOWS, len(order)), dtype=complex)
     of_frequency = np.empty((_WINDOWS, _FREQUENCIES), dtype=complex)
-    sums, known = np.zeros(2), dict[tuple[float, int], Propagator]()
+    sums, known = np.zeros(2), KnownTools()
+    # windows that overlap share their samples, where these are few enough to be held at once
+    samples = sum(one.steps * points_in(run, number) for number, one in enumerate(run.blocks))
+    few = samples * run.torque_error.size <= _HELD
+    whole_run = section_history(run, 0.0, total, known=known) if few else None
     for row, when in enumerate(centre):
         place = float(np.interp(when, times, angles))
         ends = [float(np.interp(place + s * reach, angles, times)) for s in (-1.0, 1.0)]
         low, high = min(ends[0], when - 0.51 * width), max(ends[1], when + 0.51 * width)
-        near = section_history(run, max(low, 0.0), min(high, total), known=known)
+        low, high = max(low, 0.0), min(high, total)
+        if whole_run is None:
+            near = section_history(run, low, high, known=known)
+        else:
+            rows = slice(*np.searchsorted(whole_run.time, [low, np.nextafter(high, np.inf)]))
+            near = SectionHistory(*(part[rows] for part in whole_run))
         history = _thinned(near, limit)
         at = np.array([when])
         by_order = order_waterfall(history, section, order, at, turns)

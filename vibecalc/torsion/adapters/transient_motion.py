@@ -8,12 +8,13 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.cylinder_torque import cylinder_torque, phasor, weighted
 from vibecalc.numerics.rounding import ComplexArray, FloatArray
 from vibecalc.torsion.adapters.setup import Setup, motored_cylinder
+from vibecalc.torsion.adapters.transient_damping import Equivalent, without_loss
 from vibecalc.torsion.line import Line
-from vibecalc.torsion.tables import Transient
-from vibecalc.torsion.transient.motion import Stretch, stretch, time_of_speed
+from vibecalc.torsion.transient.motion import Stretch, TorqueInTime, stretch, time_of_speed
+from vibecalc.torsion.transient_tables import AT_CONSTANT_SPEED, Transient
 
 if TYPE_CHECKING:
-    from vibecalc.schema import Machine
+    from vibecalc.schema import Case, Machine
 
 #: share of the whole change of speed within which a card lies at the end of a stretch
 _CLOSE = 1e-9
@@ -21,7 +22,10 @@ _CLOSE = 1e-9
 RAMP = 0.25
 #: share of any other change during which the acceleration grows, and of all in which it fades
 SWING = 0.1
-STEPS = ("load_step", "misfire_onset")
+#: changes after which the line swings by itself
+_JOLTS = ("load_step", "short_circuit", "torque_history", "clutch_in")
+#: share of the time within which rows of a table are equally far apart
+_EVEN = 1e-9
 
 
 class Journey(NamedTuple):
@@ -29,6 +33,8 @@ class Journey(NamedTuple):
 
     `moving` (2,) is the span of time in s with changing speed, empty where it is constant.
     `reaction` (n,) are the shares that take what the mean torques leave over, None by inertia.
+    `ends` are what lasts before and after a change at constant speed. `equivalent` are the dashpots
+    of the line that stand for loss factors.
     """
 
     line: Line
@@ -38,27 +44,34 @@ class Journey(NamedTuple):
     start: str
     reaction: FloatArray | None
     moving: tuple[float, float]
+    ends: tuple[Stretch, ...] = ()
+    equivalent: Equivalent | None = None
+
+
+def running(case: "Case") -> "Case":
+    """The case as it runs during its change: no cylinder of an engine that stops has fuel."""
+    assert case.response is not None and case.response.torsion is not None
+    torsion = case.response.torsion
+    if torsion.transient is None or torsion.transient.kind != "stop":
+        return case
+    names = tuple(one.name for one in case.machine.crank_train.cylinders)
+    torsion = torsion.model_copy(update={"misfire": names, "misfire_kind": "motored"})
+    response = case.response.model_copy(update={"torsion": torsion})
+    return case.model_copy(update={"response": response})
 
 
 def journey(setup: Setup, machine: "Machine", options: Transient) -> Journey:
     """The stretches of a change. Raises NumericalFailure for damping that has no form in time."""
-    if setup.model.modal is not None and setup.torsion.damping_model is not None:
-        raise NumericalFailure(
-            "damping ratios by mode have no dashpots to follow in time; give shafts, stations or "
-            "dampers a damping, or a damping_model of kind 'rayleigh'"
-        )
-    constant = options.kind in STEPS
-    if np.any(setup.model.speed_stiffness) and not constant:
-        raise NumericalFailure(
-            "pendulums change their stiffness with the speed, which a change of speed in time "
-            "does not follow here; a load_step or a misfire_onset keeps the speed"
-        )
+    constant = options.kind in AT_CONSTANT_SPEED
+    check_form(setup, constant)
     order = np.append(0.0, setup.drive.order)
-    line = setup.model.at(setup.speed)
+    line, equivalent = dampable(setup, options)
     if constant:
         before = options.before or setup.drive.firing.cycle / setup.speed
-        parts = _steps(setup, machine, options, before)
-        return Journey(line, order, parts, setup.speed, "steady", None, (0.0, 0.0))
+        parts, ends = _steps(setup, machine, options, before)
+        return Journey(
+            line, order, parts, setup.speed, "steady", None, (0.0, 0.0), ends, equivalent
+        )
     driven = np.zeros(line.inertia.size)
     driven[setup.shaft.load_freedom] = 1.0
     begin = 0.0 if options.kind == "start" else float(options.start or 0.0)
@@ -68,13 +81,39 @@ def journey(setup: Setup, machine: "Machine", options: Transient) -> Journey:
         assert options.acceleration is not None
         duration = abs(end - begin) / options.acceleration
         duration /= 1.0 - 0.5 * (_ramp_share(options.kind) + SWING)
-    # its dampings are those of the mean speed of the change
-    line = setup.model.at(0.5 * (begin + end))
     parts = _held(setup, begin, before) + _sweep(setup, begin, end, duration, options.kind)
     if end > 0.0:
         parts += _held(setup, end, options.after)
     start = "steady" if begin > 0.0 else "rest"
-    return Journey(line, order, parts, begin, start, driven, (before, before + duration))
+    moving = (before, before + duration)
+    return Journey(line, order, parts, begin, start, driven, moving, equivalent=equivalent)
+
+
+def check_form(setup: Setup, constant: bool) -> None:
+    """Raise NumericalFailure where the line has no form in time, at `constant` speed or not."""
+    if setup.model.modal is not None and setup.torsion.damping_model is not None:
+        raise NumericalFailure(
+            "damping ratios by mode have no dashpots to follow in time; give shafts, stations or "
+            "dampers a damping, or a damping_model of kind 'rayleigh'"
+        )
+    if np.any(setup.model.speed_stiffness) and not constant:
+        raise NumericalFailure(
+            "pendulums change their stiffness with the speed, which a change of speed in time "
+            "does not follow here; a load_step or a misfire_onset keeps the speed"
+        )
+
+
+def dampable(setup: Setup, options: Transient) -> tuple[Line, Equivalent | None]:
+    """The line with a form in time, and what stands for loss factors.
+
+    Dampings that follow the speed are those of the mean speed of a change of it.
+    """
+    if options.kind in _JOLTS:
+        return without_loss(setup, setup.speed, None)
+    if options.kind in AT_CONSTANT_SPEED:
+        return without_loss(setup, setup.speed, (setup.speed, setup.speed))
+    ends = options.start or 0.0, options.stop or 0.0
+    return without_loss(setup, 0.5 * sum(ends), ends)
 
 
 def torques(setup: Setup, speed: float) -> tuple[ComplexArray, ComplexArray]:
@@ -123,6 +162,18 @@ def _ramp_share(kind: str) -> float:
     return RAMP if kind == "start" else SWING
 
 
+def _torque_shares(share: FloatArray, kind: str) -> FloatArray:
+    """Share of the cylinders' torque (k,) that there is after shares of the time.
+
+    It grows from rest and leaks away towards standstill.
+    """
+    if kind == "start":
+        return np.minimum(share / RAMP, 1.0)
+    if kind == "stop":
+        return np.minimum((1.0 - share) / RAMP, 1.0)
+    return np.ones_like(share)
+
+
 def _sweep(
     setup: Setup, begin: float, end: float, duration: float, kind: str
 ) -> tuple[Stretch, ...]:
@@ -130,15 +181,17 @@ def _sweep(
 
     The acceleration grows and fades along straight lines: one that jumped would strike the line.
     """
-    ramp, starts = _ramp_share(kind), kind == "start"
+    ramp = _ramp_share(kind)
     plain = np.array([0.0, ramp, 1.0 - SWING, 1.0])
+    if kind == "stop":
+        plain = np.insert(plain, 2, 1.0 - RAMP)
     share = np.union1d(plain, _shares(plain, *_profile(plain, ramp, begin, end), setup))
     border, slope = _profile(share, ramp, begin, end)
     load, exponent = _taken(setup)
     parts = []
     for k, length in enumerate(np.diff(share)):
         (gas, inertia), (gas_end, _) = (torques(setup, float(one)) for one in border[k : k + 2])
-        scale = np.minimum(share[k : k + 2] / RAMP, 1.0) if starts else np.ones(2)
+        scale = _torque_shares(share[k : k + 2], kind)
         parts.append(
             stretch(
                 duration * length,
@@ -182,24 +235,64 @@ def _shares(share: FloatArray, speed: FloatArray, slope: FloatArray, setup: Setu
 
 def _steps(
     setup: Setup, machine: "Machine", options: Transient, before: float
-) -> tuple[Stretch, ...]:
-    """Constant speed before and after. What is left over afterwards slows the line as a whole."""
+) -> tuple[tuple[Stretch, ...], tuple[Stretch, ...]]:
+    """Constant speed before and after, and the two states that last.
+
+    What is left over afterwards slows the line as a whole.
+    """
     shaft, speed = setup.shaft, setup.speed
     gas, inertia = torques(setup, speed)
     load = -shaft.mean_load(speed)
     if not np.any(setup.model.line.ground_stiffness):
         load[shaft.load_freedom] -= float(np.sum(gas[:, 0].real + load))
-    after, gas_after = load.copy(), gas
-    if options.kind == "load_step":
-        assert options.on is not None and options.torque is not None
-        station = shaft.station_names.index(options.on)
-        after[shaft.freedom[station]] -= options.torque * abs(shaft.station_ratio[station])
-    else:
+    first = stretch(before, 0.0, gas, inertia, load=load)
+    last = first._replace(duration=options.after)
+    if options.kind == "misfire_onset":
         gas_after = gas - _lost(setup, machine, str(options.cylinder))
-    return (
-        stretch(before, 0.0, gas, inertia, load=load),
-        stretch(options.after, 0.0, gas_after, inertia, load=after),
-    )
+        last = last._replace(gas=gas_after, gas_end=gas_after)
+        return (first, last), (first, last)
+    assert options.on is not None
+    station = shaft.station_names.index(options.on)
+    share = np.zeros_like(load)
+    # positive torques brake, whichever way the shaft turns
+    share[shaft.freedom[station]] = -abs(float(shaft.station_ratio[station]))
+    if options.kind == "short_circuit":
+        return (first, last._replace(in_time=_decaying(options, share))), (first, first)
+    if options.kind == "load_step":
+        assert options.torque is not None
+        last = last._replace(load=last.load + options.torque * share)
+        return (first, last), (first, last)
+    assert options.history is not None
+    lasting = last._replace(load=last.load + options.history.torque[-1] * share)
+    return (first, *_along_table(last, options, share)), (first, lasting)
+
+
+def _decaying(options: Transient, share: FloatArray) -> TorqueInTime:
+    """The sum of decaying sines of a short circuit."""
+    amplitude = [-1j * one.amplitude * np.exp(1j * one.phase) for one in options.terms]
+    rate = [complex(-1.0 / one.time_constant, one.frequency) for one in options.terms]
+    return TorqueInTime(share, np.array(amplitude), np.array(rate))
+
+
+def _along_table(part: Stretch, options: Transient, share: FloatArray) -> tuple[Stretch, ...]:
+    """A stretch cut at the rows of a table of torques; its last torque goes on."""
+    assert options.history is not None
+    time, torque = (np.array(one) for one in (options.history.time, options.history.torque))
+    lengths = np.diff(time)
+    if np.ptp(lengths) <= _EVEN * time[-1]:  # equal steps share what is computed of a step
+        lengths = np.full_like(lengths, lengths.mean())
+    slopes = np.append(np.diff(torque) / lengths, 0.0)
+    lengths = np.append(lengths, max(part.duration - time[-1], 0.0))
+    none = np.zeros(0, dtype=complex)
+    parts, left = [], part.duration
+    for length, start, slope in zip(lengths, torque, slopes, strict=True):
+        duration = min(float(length), left)
+        if duration <= _EVEN * part.duration:
+            continue
+        acts = TorqueInTime(share, none, none, float(start), float(slope))
+        parts.append(part._replace(duration=duration, in_time=acts))
+        left -= duration
+    return tuple(parts)
 
 
 def _lost(setup: Setup, machine: "Machine", name: str) -> ComplexArray:

@@ -35,6 +35,7 @@ from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.pictures.excitation import torque_words
 from vibecalc.torsion.report.line import TORSION, mode_names, place_of, torque_unit, turns
 from vibecalc.torsion.report.studies import TRANSIENT, change_in_words
+from vibecalc.torsion.transient_tables import PASSAGES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -85,7 +86,7 @@ def _steady(end: str, colour: str) -> Mark:
 def _onset(plot: Plot) -> None:
     """When a step happens, where the case says it."""
     change = table_of(plot.result.case, "response", "torsion", "transient")
-    if change.get("kind") in ("misfire_onset", "load_step") and change.get("before"):
+    if change.get("kind") not in PASSAGES and change.get("before"):
         plot.axes.axvline(float(change["before"]), color=TOTAL, linestyle=":", label="onset")
 
 

@@ -16,6 +16,7 @@ from vibecalc.torsion.report.line import (
     torque_unit,
     within,
 )
+from vibecalc.torsion.report.transient import clutch_in_words, counted_table, jolt_in_words
 
 # ----------------------------------------------------------------------------
 # A change in time of a shaft line: peaks of the sections, and the steady vibration.
@@ -31,9 +32,9 @@ def torsion_transient(result: Result) -> Section | None:
     if not shown:
         return None
     lines = paragraph(change_in_words(result))
-    for words in (_supplied(result), _verdict(record)):
+    for words in (_supplied(result), _verdict(record), clutch_in_words(record)):
         lines += paragraph(words) if words else []
-    return Section("Change in time", [*lines, "", *_table(record)], shown)
+    return Section("Change in time", [*lines, "", *_table(record), *counted_table(record)], shown)
 
 
 def change_in_words(result: Result) -> str:
@@ -48,6 +49,8 @@ def change_in_words(result: Result) -> str:
         words = f"{kind.replace('_', '-').capitalize()} from {turns('from')} to {turns('to')}"
     elif kind == "start":
         words = f"Start from rest to {turns('to')}"
+    elif jolt := jolt_in_words(change):
+        words = jolt
     elif kind == "load_step":
         words = (
             f"Step of the load by {short(float(change.get('torque') or 0.0))} N m at "
@@ -75,10 +78,11 @@ def _verdict(record: Record) -> str:
     place = int(worst) - 1
     name = str(peak.axes[0].values[place])
     factor, unit = torque_unit(record)
-    words = (
-        f"Most loaded is section {name!r}: {show(factor * peak.values[place], digits=4)} {unit} at "
-        f"{short(rpm(float(speed.values[place])))} rpm"
-    )
+    words = f"Most loaded is section {name!r}: {show(factor * peak.values[place], digits=4)} {unit}"
+    stress = having(record, TRANSIENT + "peak_stress", "section")
+    if stress is not None and name in (known := labels(stress.axes[0])):
+        words += f" ({show(1e-6 * float(stress.values[known.index(name)]), digits=4)} N/mm2)"
+    words += f" at {short(rpm(float(speed.values[place])))} rpm"
     over = having(record, TRANSIENT + "overshoot", "section")
     if over is not None and np.isfinite(over.values[place]):
         share = 100.0 * float(over.values[place])
@@ -94,8 +98,11 @@ def _verdict(record: Record) -> str:
                 words += f", at the same speed within {show(rpm(lag.error_estimate), digits=2)} rpm"
     dynamic = having(record, TRANSIENT + "dynamic_factor", "section")
     if dynamic is not None:
-        words += f", {show(float(dynamic.values[place]), digits=4)} times the larger of the steady "
-        words += "peaks before and after"
+        words += f", {show(float(dynamic.values[place]), digits=4)} times "
+        both = having(record, TRANSIENT + "steady_before", "section") is not None
+        words += (
+            "the larger of the steady peaks before and after" if both else "the steady one after"
+        )
     return words + "."
 
 
@@ -134,7 +141,7 @@ def _table(record: Record) -> list[str]:
     ]  # fmt: skip
     over, lag = (having(record, TRANSIENT + name, "section") for name in ("overshoot", "lag"))
     more: list[tuple[Column, Callable[[int], str]]] = []
-    if having(record, TRANSIENT + "steady_before", "section") is None:
+    if having(record, TRANSIENT + "steady_half_range", "section") is not None:
         columns += [("peak_half_range", torque, f"half range\n{unit}", 11),
                     ("steady_half_range", torque, f"steady\n{unit}", 11)]  # fmt: skip
         if over is not None:

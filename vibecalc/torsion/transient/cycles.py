@@ -73,7 +73,7 @@ def sliding(run: TransientRun, cycle: float, count: int = 200) -> SlidingExtreme
     for rows in _blocks(middle, max(_BLOCK * cycle, 4.0 * reach)):
         begin, end = float(starts[rows[0]]), float(ends[rows[-1]])
         history = _history(run, begin, end)
-        jump = _uneven(history.time, run)
+        jump = uneven(history.time, run)
         for section in range(e):
             for sign, out in ((1.0, high), (-1.0, low)):
                 value = sign * history.value[:, section]
@@ -124,7 +124,7 @@ def _history(run: TransientRun, begin: float, end: float) -> SectionHistory:
     return section_history(run, begin - _MARGIN * step, end + _MARGIN * step, finer=_FINER)
 
 
-def _uneven(time: FloatArray, run: TransientRun) -> np.ndarray:
+def uneven(time: FloatArray, run: TransientRun) -> np.ndarray:
     """Whether the five samples about each are unequally spaced, or a stretch ends among them."""
     gap = np.diff(time)
     odd = np.zeros(time.size, dtype=bool)

@@ -16,6 +16,7 @@ from vibecalc.torsion.transient.motion import (
     Stretch,
     TorqueLaw,
     load_at,
+    repeats,
     speed_after,
     speed_profile,
     time_of_speed,
@@ -165,7 +166,7 @@ def rule(points: int) -> tuple[FloatArray, FloatArray]:
     return x, weight
 
 
-@lru_cache(maxsize=512)
+@lru_cache(maxsize=4096)
 def restriction(start: float, end: float) -> FloatArray:
     """(p, p): [l, k] the share of P_k of the part in P_l of the whole step, part as shares.
 
@@ -290,7 +291,8 @@ def cut(
 
     `finer` divides every step. Raises NumericalFailure beyond MOST_STEPS.
     """
-    excited = highest * float(borders.speed.max())
+    jolts = [part.in_time.fastest for part in stretches if part.in_time is not None]
+    excited = max(highest * float(borders.speed.max()), *jolts, 0.0)
     followed = min(fastest, FOLLOWED * excited) if excited > 0.0 else fastest
     # the slowest block is that of 2^-12 of the highest speed, whatever the modes
     floor = max(followed * ORDER_STEP / MODE_STEP, excited * 2.0**-12)
@@ -307,7 +309,9 @@ def cut(
         for left, right in pairwise(ordered):
             speeds = speed_after(part, float(start), np.array([left, right]))
             rate = max(floor, highest * float(speeds.max()), 1e-300)
-            length = min(ORDER_STEP / rate, part.duration / FEWEST) / finer
+            # the pieces of a table are short, and straight lines need no step of their own
+            fewest = FEWEST if part.in_time is None or part.in_time.fastest else 2
+            length = min(ORDER_STEP / rate, part.duration / fewest) / finer
             count = 2 * max(1, int(np.ceil((right - left) / length / 2.0)))
             parts.append(StepBlock(number, left, (right - left) / count, count))
     if sum(block.steps for block in parts) > MOST_STEPS:
@@ -324,12 +328,15 @@ def block_gain(
     """What the torque adds to the state in the given steps (counted from 0) of a block, (steps, s).
 
     `weight` (s, p, n) of a propagator, `place` (p,) its Gauss points as shares of the step. The
-    angle at the start of each step is formed in the widest float and reduced to one cycle.
+    angle at the start of each step is formed in the widest float and reduced to two turns, where
+    these are a period of all orders.
     """
     begin = block.offset + steps * np.longdouble(block.step)
     origin, speed = borders.angle[block.stretch], float(borders.speed[block.stretch])
     turned = origin + turned_after(part, speed, begin)
-    reduced = np.asarray(turned % CYCLE, dtype=float)[:, None]
+    if repeats(law.power):
+        turned = turned % CYCLE
+    reduced = np.asarray(turned, dtype=float)[:, None]
     since = np.asarray(begin, dtype=float)[:, None]
     ahead = place * block.step
     rate = speed_after(part, speed, since)
@@ -450,6 +457,8 @@ ROUNDINGS = 4.0
 class TransientRun(NamedTuple):
     """A run that was marched: per block the states (count + 1, s) at the ends of its steps.
 
+    `systems` are those of the stretches where they differ, else none.
+
     `torque_error` and `twist_error` (e,) bound the errors of section torques in N m and twists in
     rad at every time, absolute.
     """
@@ -462,6 +471,11 @@ class TransientRun(NamedTuple):
     states: tuple[FloatArray, ...]
     torque_error: FloatArray
     twist_error: FloatArray
+    systems: tuple[TransientSystem, ...] = ()
+
+    def system_of(self, block: StepBlock) -> TransientSystem:
+        """That of a block, where the stretches have their own."""
+        return self.systems[block.stretch] if self.systems else self.system
 
 
 def transient(
@@ -470,66 +484,80 @@ def transient(
     stretches: Sequence[Stretch],
     speed: float,
     angle: float = 0.0,
-    start: str = "rest",
+    start: str | FloatArray = "rest",
     reaction: FloatArray | None = None,
     rtol: float = 1e-7,
+    systems: Sequence[TransientSystem] = (),
 ) -> TransientRun:
     """March a line from crank speed `speed` (rad/s) at crank angle `angle` through the stretches.
 
-    `order` (m,) are multiples of 1/2 and may hold 0, the mean. `start` is "rest" (no twist, no
-    relative velocity) or "steady" (the steady vibration at the first speed). `reaction` (n,) are
-    the shares by which the stations take what the mean torques and the prescribed acceleration
-    leave over (None: shares of inertia). Steps are halved until the error of every section torque
-    is below rtol of the largest torque of that section (or of a thousandth of the largest of all,
-    where that is more).
+    `order` (m,) may hold 0, the mean. `start` is "rest" (no twist, no relative velocity), "steady"
+    (the steady vibration at the first speed) or a state (s,). `reaction` (n,) are the shares by
+    which the stations take what the mean torques and the prescribed acceleration leave over (None:
+    shares of inertia). `systems` are those of the stretches, of one size, where a line changes on
+    the way; they take the place of `line` and `reaction`. Steps are halved until the error of
+    every section torque is below rtol of the largest torque of that section (or of a thousandth of
+    the largest of all, where that is more).
 
-    Raises NumericalFailure for loss factors, freedoms without inertia, other orders, a crank that
-    would turn backwards, a start on an undamped critical, or if rtol cannot be reached.
+    Raises NumericalFailure for loss factors, freedoms without inertia, orders below zero, a crank
+    that would turn backwards, a start on an undamped critical, or if rtol cannot be reached.
     """
-    system = transient_system(line, reaction)
+    each = tuple(systems) or (transient_system(line, reaction),) * len(stretches)
+    system = each[0]
     borders = speed_profile(stretches, speed, angle)
     laws = tuple(
-        torque_law(order, part, system.balance, system.inertia, borders.speed[k : k + 2])
-        for k, part in enumerate(stretches)
+        torque_law(order, part, one.balance, one.inertia, borders.speed[k : k + 2])
+        for k, (part, one) in enumerate(zip(stretches, each, strict=True))
     )
-    if start == "steady":
+    if not isinstance(start, str):
+        begin = np.asarray(start, dtype=float)
+    elif start == "steady":
         begin = steady_start(system, order, stretches[0], speed, angle)
     else:
         begin = rest_state(system)
     highest = float(laws[0].power.max(initial=0.0)) / 2.0
-    turned = float(abs(borders.angle).max() * np.finfo(np.longdouble).eps)
+    fastest = max(one.fastest for one in each)
+    kind = np.longdouble if repeats(laws[0].power) else float
+    turned = float(abs(borders.angle).max() * np.finfo(kind).eps)
     phase = highest * (turned + 8.0 * np.pi * UNIT_ROUNDOFF)
     missed = ""
     for finer in (1.0, 2.0, 4.0, 8.0):
-        parts = cut(stretches, borders, highest, system.fastest, finer)
-        fine = march(system, stretches, borders, laws, parts, begin)
+        parts = cut(stretches, borders, highest, fastest, finer)
+        fine = march(each, stretches, borders, laws, parts, begin)
         coarse = [block._replace(step=2.0 * block.step, steps=block.steps // 2) for block in parts]
-        rough = march(system, stretches, borders, laws, coarse, begin)
-        errors = [
-            run_error(view, system, parts, fine, rough, phase)
-            for view in (system.torque, system.twist)
-        ]
-        largest = np.max([np.abs(x @ system.torque.T).max(axis=0) for x in fine], axis=0)
+        rough = march(each, stretches, borders, laws, coarse, begin)
+        errors = [run_error(of, each, parts, fine, rough, phase) for of in ("torque", "twist")]
+        largest = np.max(
+            [
+                np.abs(x @ each[block.stretch].torque.T).max(axis=0)
+                for block, x in zip(parts, fine, strict=True)
+            ],
+            axis=0,
+        )
         largest = np.maximum(largest, SMALL_SECTION * largest.max(initial=0.0))
         if np.all(errors[0] <= rtol * largest):
+            states, (of_torque, of_twist) = tuple(fine), errors
             return TransientRun(
-                system, tuple(stretches), borders, laws, tuple(parts), tuple(fine), *errors
-            )
+                system, tuple(stretches), borders, laws, tuple(parts), states, of_torque, of_twist,
+                tuple(systems),
+            )  # fmt: skip
         worst = int(np.argmax(errors[0] - rtol * largest))
         missed = f"section {worst + 1}: {errors[0][worst]:.3g} of {largest[worst]:.3g} N m"
     raise NumericalFailure(f"the transient does not reach the tolerance {rtol:g} ({missed})")
 
 
 def march(
-    system: TransientSystem, stretches: Sequence[Stretch], borders: SpeedProfile,
+    systems: Sequence[TransientSystem], stretches: Sequence[Stretch], borders: SpeedProfile,
     laws: Sequence[TorqueLaw], parts: Sequence[StepBlock], begin: FloatArray,
 ) -> list[FloatArray]:  # fmt: skip
     """States (count + 1, s) of every block, each beginning where the one before ends."""
     states, current, known = [], begin, {}
     for block in parts:
-        if block.step not in known:
-            known[block.step] = propagator(system, block.step)
-        tool, part, law = known[block.step], stretches[block.stretch], laws[block.stretch]
+        system = systems[block.stretch]
+        if (id(system), block.step) not in known:
+            known[id(system), block.step] = propagator(system, block.step)
+        tool = known[id(system), block.step]
+        part, law = stretches[block.stretch], laws[block.stretch]
         size = system.state_matrix.shape[0]
         batch = max(1, CHUNK // (2 * POINTS * max(law.power.size, system.inertia.size)))
         gain = np.empty((block.steps, size))
@@ -542,20 +570,27 @@ def march(
 
 
 def run_error(
-    view: FloatArray, system: TransientSystem, parts: Sequence[StepBlock],
+    of: str, systems: Sequence[TransientSystem], parts: Sequence[StepBlock],
     fine: list[FloatArray], rough: list[FloatArray], phase: float,
 ) -> FloatArray:  # fmt: skip
-    """Absolute error (e,) of what `view` (e, s) reads: half steps against whole, and rounding.
+    """Absolute error (e,) of section values `of` a kind: half steps against whole, and rounding.
 
-    `phase` in rad is what rounded crank angles turn the highest order by.
+    They are "torque" or "twist"; `phase` in rad is what rounded crank angles turn the highest
+    order by.
     """
-    gap, lasting, largest = np.zeros((3, view.shape[0]))
+    gap, lasting, largest = np.zeros((3, systems[0].torque.shape[0]))
     steps, size = sum(block.steps for block in parts), 0.0
+    known: dict[tuple[int, float], FloatArray] = {}
     for block, one, other in zip(parts, fine, rough, strict=True):
+        system = systems[block.stretch]
+        view = system.torque if of == "torque" else system.twist
         largest = np.maximum(largest, np.abs(one @ view.T).max(axis=0))
         gap = np.maximum(gap, np.abs((one[::2] - other) @ view.T).max(axis=0))
         size = max(size, float(np.sqrt((one**2).sum(axis=1).max())))
-        lasting = np.maximum(lasting, rounding_sum(view, system, block.step, steps))
+        key = (id(system), block.step)
+        if key not in known:
+            known[key] = rounding_sum(view, system, block.step, steps)
+        lasting = np.maximum(lasting, known[key])
     error: FloatArray = gap / GAIN_OF_HALVING + UNIT_ROUNDOFF * size * lasting + phase * largest
     return error
 
@@ -564,14 +599,19 @@ def rounding_sum(view: FloatArray, system: TransientSystem, step: float, steps: 
     """What unit errors of the state in all steps add up to in the views (e,), in roundings.
 
     sum_k |view E^k| over the steps, taken at k = 0, 1, 2, 4, ...: damped parts forget. The
-    transition itself is off by its squarings, as many roundings as |A h| is large.
+    transition itself is off by its squarings, as many roundings as |A h| is large. States that
+    follow from constant ones alone (a friction torque that grows evenly) are off by roundings of
+    their own size only and do not count.
     """
     power = short_step(system, step)[0]
     each = ROUNDINGS + float(np.linalg.norm(system.state_matrix * step, 1))
-    total, reach = np.linalg.norm(view, axis=1), 1
+    pushed = np.any(system.input_matrix, axis=1)
+    changes = np.any(system.state_matrix, axis=1) | pushed
+    moved = np.any(system.state_matrix[:, changes], axis=1) | pushed
+    total, reach = np.linalg.norm(view[:, moved], axis=1), 1
     while reach < steps:
         count = min(reach, steps - reach)
-        total = total + count * np.linalg.norm(view @ power, axis=1)
+        total = total + count * np.linalg.norm((view @ power)[:, moved], axis=1)
         power, reach = power @ power, 2 * reach
     summed: FloatArray = each * total
     return summed

@@ -16,6 +16,34 @@ from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 # ----------------------------------------------------------------------------
 
 
+class TorqueInTime(NamedTuple):
+    """A torque in time on stations, whatever the crank does.
+
+    At the time t in s after a stretch began it is Re sum_k amplitude_k exp(rate_k t) + start +
+    slope t + bend t^2 / 2 on a station of share 1: amplitude (k,) complex and start in N m, rate
+    (k,) complex in 1/s, slope in N m/s, bend in N m/s^2; `share` (n,) says how much of it each
+    station gets, with the sign.
+    """
+
+    share: FloatArray
+    amplitude: ComplexArray
+    rate: ComplexArray
+    start: float = 0.0
+    slope: float = 0.0
+    bend: float = 0.0
+
+    def at(self, time: FloatArray) -> FloatArray:
+        """Torque (...) on a station of share 1 at times (...) in s."""
+        waves = np.exp(np.asarray(time)[..., None] * self.rate) @ self.amplitude
+        grown = (self.slope + 0.5 * self.bend * time) * time
+        return np.asarray(waves.real + self.start + grown)
+
+    @property
+    def fastest(self) -> float:
+        """Largest magnitude of the rates in 1/s, 0 for a straight line."""
+        return float(np.max(np.abs(self.rate), initial=0.0))
+
+
 class Stretch(NamedTuple):
     """n stations, m orders; `duration` in s, `acceleration` of the crank in rad/s^2 at the begin.
 
@@ -24,7 +52,8 @@ class Stretch(NamedTuple):
     The torque on station i at the speed w is scale Re sum_q (gas + w^2 inertia)_iq exp(i q theta)
     + sum_k load_ki w^exponent_k, with gas (n, m) in N m, inertia (n, m) in N m/(rad/s)^2, firing
     angles already in their phases, load (k, n) in N m/(rad/s)^exponent. The gas goes linearly *in
-    the speed* from `gas` at the begin to `gas_end`, the scale linearly in time.
+    the speed* from `gas` at the begin to `gas_end`, the scale linearly in time. What acts `in_time`
+    comes on top; nothing balances it.
     """
 
     duration: float
@@ -37,6 +66,7 @@ class Stretch(NamedTuple):
     load: FloatArray
     exponent: FloatArray
     acceleration_rate: float = 0.0
+    in_time: TorqueInTime | None = None
 
 
 class SpeedProfile(NamedTuple):
@@ -197,14 +227,17 @@ class TorqueLaw(NamedTuple):
     exponent: FloatArray
 
 
-def half_orders(order: FloatArray) -> FloatArray:
-    """Orders (m,) times two as whole numbers; raises NumericalFailure for any other order."""
+def doubled_orders(order: FloatArray) -> FloatArray:
+    """Orders (m,) times two; raises NumericalFailure for one below zero."""
     power = 2.0 * np.asarray(order, dtype=float)
-    if np.any(power != np.rint(power)) or np.any(power < 0.0):
-        raise NumericalFailure(
-            "orders of the torque in a transient are multiples of 1/2, from 0 on"
-        )
+    if np.any(power < 0.0):
+        raise NumericalFailure("orders of the torque in a transient go from 0 on")
     return power
+
+
+def repeats(power: FloatArray) -> bool:
+    """Whether orders (m,) times two are whole numbers, so that two turns are a period of all."""
+    return bool(np.all(power == np.rint(power)))
 
 
 def torque_law(
@@ -215,7 +248,7 @@ def torque_law(
     The mean (order 0), the loads and -J acceleration are balanced. At standstill every order is a
     mean: the torque at the angle where the crank stands.
     """
-    power = half_orders(order)
+    power = doubled_orders(order)
     begin, end = (float(one) for one in speeds)
     mean = power == 0.0 if begin or end else np.ones_like(power, dtype=bool)
     growth = (part.gas_end - part.gas) / (end - begin) if end != begin else 0.0 * part.gas
@@ -235,8 +268,14 @@ def load_at(law: TorqueLaw, speed: FloatArray) -> FloatArray:
 
 
 def basis(power: FloatArray, angle: FloatArray) -> FloatArray:
-    """cos and sin of q theta, (2 m, ...) for angles (...), by powers of exp(i theta / 2)."""
+    """cos and sin of q theta, (2 m, ...) for angles (...).
+
+    By powers of exp(i theta / 2) where all orders are multiples of 1/2.
+    """
     m = power.size
+    if not repeats(power):
+        turned = 0.5 * np.multiply.outer(power, angle)
+        return np.concatenate([np.cos(turned), np.sin(turned)])
     values = np.empty((2 * m, *angle.shape))
     root = np.exp(0.5j * angle)
     current, reached = np.ones_like(root), 0
@@ -261,4 +300,6 @@ def torque_at(
     outer = (slice(None), *(None,) * angle.ndim)
     pull = law.pull[0][outer] + (law.pull[1] - law.pull[0])[outer] * share
     torque: FloatArray = scale * gas + load_at(law, speed) + pull
+    if part.in_time is not None:
+        torque += np.multiply.outer(part.in_time.share, part.in_time.at(share * part.duration))
     return torque

@@ -26,6 +26,9 @@ CANDIDATES = 3
 #: radians of the fastest mode between two points of the first sampling
 SAMPLE_STEP = 1.0 / 3.0
 
+#: propagators held at once
+MOST_TOOLS = 400
+
 #: states held at once
 CHUNK = 2_000_000
 
@@ -48,7 +51,10 @@ class Envelope(NamedTuple):
 
 def points_in(run: TransientRun, block: int) -> int:
     """How many points of a step of that block the first sampling takes."""
-    wanted = run.system.fastest * run.blocks[block].step / SAMPLE_STEP
+    data = run.blocks[block]
+    part = run.stretches[data.stretch]
+    rate = 0.0 if part.in_time is None else part.in_time.fastest
+    wanted = max(run.system_of(data).fastest, rate) * data.step / SAMPLE_STEP
     return int(np.clip(np.ceil(wanted), FEWEST_POINTS, MOST_POINTS))
 
 
@@ -77,20 +83,27 @@ def envelope(run: TransientRun, windows: int = 200, of: str = "torque") -> Envel
     A step belongs to the window in which it begins; a window in which none begins takes over the
     value of the one before.
     """
-    view = run.system.torque if of == "torque" else run.system.twist
     base = run.torque_error if of == "torque" else run.twist_error
     borders = np.linspace(0.0, run.borders.time[-1], windows + 1)
-    e = view.shape[0]
+    e = base.size
+    known: dict[tuple[int, float, int], tuple[Propagator, Propagator]] = {}
     best = {sign: np.full((windows, e), -np.inf) for sign in (1, -1)}
     when = {sign: np.zeros((windows, e)) for sign in (1, -1)}
     uncertainty = np.zeros((windows, e))
     for number, block in enumerate(run.blocks):
         parts = points_in(run, number)
         steps = np.arange(block.steps)
-        rough_tool, fine_tool = (
-            propagator(run.system, block.step, count, view)
-            for count in (parts, parts * SECOND_SAMPLING)
-        )
+        system = run.system_of(block)
+        view = system.torque if of == "torque" else system.twist
+        key = (id(system), block.step, parts)
+        if key not in known:
+            if len(known) >= MOST_TOOLS:
+                known.clear()
+            known[key] = (
+                propagator(system, block.step, parts, view),
+                propagator(system, block.step, parts * SECOND_SAMPLING, view),
+            )
+        rough_tool, fine_tool = known[key]
         first = step_values(run, number, rough_tool, steps, view)
         since = run.borders.time[block.stretch] + block.offset
         start = since + block.step * steps
@@ -196,6 +209,10 @@ def fill_empty(best: FloatArray, when: FloatArray) -> None:
 # ----------------------------------------------------------------------------
 
 
+#: propagators to the parts of a step, by system, step and number of parts
+KnownTools = dict[tuple[int, float, int], Propagator]
+
+
 class SectionHistory(NamedTuple):
     """Values (k, e) at times (k,) in s, with the crank's angle in rad and speed in rad/s (k,)."""
 
@@ -221,14 +238,13 @@ class Waterfall(NamedTuple):
 
 def section_history(
     run: TransientRun, start: float, end: float, of: str = "torque", finer: int = 1,
-    known: dict[tuple[float, int], Propagator] | None = None,
+    known: "KnownTools | None" = None,
 ) -> SectionHistory:  # fmt: skip
     """Section torques in N m (of="twist": twists in rad) at all times of the first sampling.
 
     `finer` times as many where that is more than one. `known` keeps the propagators for the next
     call with the same run and `of`.
     """
-    view = run.system.torque if of == "torque" else run.system.twist
     times, values, angles = [], [], []
     for number, block in enumerate(run.blocks):
         since = float(run.borders.time[block.stretch]) + block.offset
@@ -237,11 +253,16 @@ def section_history(
         if last <= first:
             continue
         parts = points_in(run, number) * finer
+        system = run.system_of(block)
+        view = system.torque if of == "torque" else system.twist
         if known is None:
             known = {}
-        if (block.step, parts) not in known:
-            known[block.step, parts] = propagator(run.system, block.step, parts, view)
-        tool = known[block.step, parts]
+        key = (id(system), block.step, parts)
+        if key not in known:
+            if len(known) >= MOST_TOOLS:
+                known.clear()
+            known[key] = propagator(system, block.step, parts, view)
+        tool = known[key]
         inner = step_values(run, number, tool, np.arange(first, last), view)[:, :-1]
         passed = block.step * (np.arange(first * parts, last * parts) / parts)
         since_start = block.offset + passed
@@ -252,6 +273,8 @@ def section_history(
     if not times:
         raise NumericalFailure(f"no part of the run lies between {start:.6g} and {end:.6g} s")
     if end >= run.borders.time[-1]:
+        ending = run.system_of(run.blocks[-1])
+        view = ending.torque if of == "torque" else ending.twist
         times.append(run.borders.time[-1:])
         angles.append(run.borders.angle[-1:].astype(float))
         values.append((run.states[-1][-1] @ view.T)[None])

@@ -1,0 +1,125 @@
+"""Claim: changes in time that a case asks for are what they say, from the case to the report."""
+
+import tomllib
+
+import numpy as np
+import pytest
+import torsion_samples
+from engine_cases import GENSET
+
+from vibecalc.core.case.load import validate
+from vibecalc.core.report.text import render_report
+from vibecalc.core.results.record import Record
+from vibecalc.core.run.machine_checks import check_machine
+from vibecalc.core.run.run import run_case
+from vibecalc.schema import Case
+from vibecalc.torsion.adapters.setup import build_setup
+from vibecalc.torsion.line import dynamic_stiffness
+
+ROOT = "response/torsion/transient/"
+EQUIVALENT = ("equivalent/frequency", "equivalent/damping")
+NAMES = ["a - b", "b - c", "rear", "coupling", "ring"]
+
+
+def asked(change: str, text: str = GENSET) -> Case:
+    case = validate(tomllib.loads(f"{text}transient = {{ {change} }}\n"))
+    assert check_machine(case) == []
+    return case
+
+
+def run(change: str, text: str = GENSET, wanted: tuple[str, ...] = ("peak",)) -> Record:
+    return run_case(asked(change, text), wanted=frozenset(ROOT + one for one in wanted))
+
+
+def value(record: Record, name: str) -> np.ndarray:
+    return np.asarray(record[ROOT + name].values)
+
+
+def test_a_slow_passage_with_dashpots_is_as_high_as_the_resonance_with_loss_factors() -> None:
+    record = run(
+        'kind = "run_up", from = "1000 rpm", to = "1150 rpm", duration = "20 s", after = "0.1 s"',
+        wanted=("peak_half_range", "steady_half_range", "overshoot", *EQUIVALENT),
+    )
+    place = NAMES.index("coupling")
+    assert abs(value(record, "overshoot")[place]) < 2e-3
+    # by a dense solve at each order: where a single one twists the coupling most
+    case = validate(tomllib.loads(GENSET))
+    setup = build_setup(case)
+    line, drive = setup.model.line, setup.drive
+    best = (0.0, 0.0)
+    for speed in np.linspace(100.0, 115.0, 701) * np.pi / 3.0:
+        torque = drive.torque(np.array([speed])).value[0]
+        for order, row in zip(drive.order, torque, strict=True):
+            load = np.zeros(line.inertia.size, dtype=complex)
+            load[drive.freedom] = row
+            angle = np.linalg.solve(dynamic_stiffness(line, np.array(order * speed)), load)
+            best = max(best, (abs(angle[3] - angle[4]), order * speed))
+    frequency = value(record, "equivalent/frequency")
+    assert frequency[0] == pytest.approx(best[1], rel=3e-4)
+    assert value(record, "equivalent/damping")[0] == pytest.approx(2e3 / frequency[0], rel=1e-12)
+
+
+def test_after_a_jolt_the_mode_of_the_coupling_counts() -> None:
+    change = 'kind = "load_step", on = "generator", torque = "300 N*m", after = "0.2 s"'
+    record = run(change, wanted=EQUIVALENT)
+    natural = build_setup(validate(tomllib.loads(GENSET))).modes.frequency
+    gap = np.abs(natural - value(record, "equivalent/frequency")[0])
+    assert gap.min() < 1e-9 * natural.max()
+    assert natural[np.argmin(gap)] == np.min(natural[natural > 1.0])
+    told = [one for one in record.warnings if "loss factor" in one]
+    assert len(told) == 1 and "'coupling' at 26.96 Hz (natural frequency)" in told[0]
+
+
+def test_a_stop_is_a_run_down_without_fuel() -> None:
+    names = ("peak_half_range", "steady_half_range", "peak_half_range_speed")
+    stop = run('kind = "stop", from = "1000 rpm", duration = "1.5 s"', wanted=names)
+    motored = GENSET + 'misfire = ["1", "2", "3"]\nmisfire_kind = "motored"\n'
+    down = (
+        'kind = "run_down", from = "1000 rpm", to = "40 rpm", duration = "1.5 s", after = "0.1 s"'
+    )
+    slowed = run(down, motored, names)
+    first = slice(0, 3)  # whose largest are at the begin
+    for name in names[1:2]:
+        np.testing.assert_allclose(value(stop, name)[first], value(slowed, name)[first], rtol=1e-6)
+    np.testing.assert_allclose(
+        value(stop, names[0])[first], value(slowed, names[0])[first], rtol=0.02
+    )
+    with_fuel = run(down)
+    assert np.all(value(with_fuel, "peak")[first] > 1.01 * value(stop, names[0])[first])
+
+
+def test_a_table_that_steps_up_is_the_load_step() -> None:
+    step = run('kind = "load_step", on = "generator", torque = "300 N*m", after = "0.3 s"')
+    rows = 'time = ["0 s", "1 s"], torque = ["300 N*m", "300 N*m"]'
+    wanted = ("peak", "steady_after", "dynamic_factor")
+    table = run(
+        f'kind = "torque_history", on = "generator", history = {{ {rows} }}, after = "0.3 s"',
+        wanted=wanted,
+    )
+    # no station has absolute damping: what moves the line as a whole twists nothing
+    np.testing.assert_allclose(value(table, "peak"), value(step, "peak"), rtol=1e-9)
+    assert np.all(value(table, "dynamic_factor") >= 0.99)
+
+
+def test_a_clutch_from_case_to_report() -> None:
+    change = (
+        'kind = "clutch_in", clutch = "coupling", driven_speed = "100 rpm", '
+        'friction_torque = "6 kN*m", engaging_time = "0.2 s", after = "0.6 s", '
+        'counting = { sections = ["coupling"], changes = 1000 }'
+    )
+    result = torsion_samples.run(f"{GENSET}transient = {{ {change} }}\n", "clutched")
+    case, record = asked(change), result.record
+    line = build_setup(case).shaft.line
+    inertia = np.array([line.inertia.sum() - 1.0, 1.0])
+    speeds = np.array([50.0, 100.0 / 30.0]) * np.pi
+    common = float(inertia @ speeds / inertia.sum())
+    assert value(record, "clutch/common_speed") == pytest.approx(common, rel=1e-12)
+    gap = speeds[0] - speeds[1]
+    rigid = 0.5 * inertia.prod() / inertia.sum() * gap**2
+    # the vibration of both parts changes the heat a little
+    assert value(record, "clutch/heat") == pytest.approx(rigid, rel=0.03)
+    damage, all_of_it = value(record, "counted/damage"), value(record, "counted/damage_of_all")
+    assert all_of_it == pytest.approx(1000.0 * damage, rel=1e-14)
+    text = render_report(result)
+    for words in ("Clutch coupling takes along", "The clutch slips for", "Cycles by rainflow"):
+        assert words in text

@@ -1,0 +1,142 @@
+"""Claim: cycles of a section are those of the standard, and use up what S-N lines say."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from vibecalc.torsion.line import chain
+from vibecalc.torsion.transient.counting import (
+    Cycles,
+    Reversals,
+    Strength,
+    equivalent_number,
+    miner_sum,
+    rainflow_cycles,
+    range_table,
+    reversals,
+    slope_below,
+)
+from vibecalc.torsion.transient.march import transient
+from vibecalc.torsion.transient.motion import TorqueInTime, stretch
+from vibecalc.torsion.transient.peaks import section_history
+
+
+def of(values: list[float] | np.ndarray, error: float = 0.0, ignore: float = 0.0) -> Cycles:
+    value = np.asarray(values, dtype=float)
+    return rainflow_cycles(Reversals(value, np.full(value.size, error)), ignore)
+
+
+def test_the_example_of_the_standard() -> None:
+    # ASTM E1049-85, figure 6: range 3: 0.5, 4: 1.5, 6: 0.5, 8: 1.0, 9: 0.5 cycles
+    found = of([-2, 1, -3, 5, -1, 3, -4, 4, -2])
+    sums = {one: found.number[found.range == one].sum() for one in np.unique(found.range)}
+    assert sums == {3.0: 0.5, 4.0: 1.5, 6.0: 0.5, 8.0: 1.0, 9.0: 0.5}
+    assert found.mean[found.range == 9.0] == [0.5]
+
+
+def by_hand(values: np.ndarray) -> list[tuple[float, float, float]]:
+    """Range, mean, number by the four-point rule, the rest as half cycles."""
+    stack: list[float] = []
+    found = []
+    for one in values:
+        stack.append(float(one))
+        while len(stack) >= 4:
+            a, b, c, d = stack[-4:]
+            if not (min(a, d) <= min(b, c) and max(b, c) <= max(a, d)):
+                break
+            found.append((abs(b - c), 0.5 * (b + c), 1.0))
+            del stack[-3:-1]
+    found += [(abs(a - b), 0.5 * (a + b), 0.5) for a, b in pairwise(stack)]
+    return sorted(found)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_four_point_rule_counts_the_same(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    size = random.uniform(0.1, 1.0, 61) * (-1.0) ** np.arange(61)
+    found = of(size)
+    own = sorted(zip(found.range, found.mean, found.number, strict=True))
+    expected = by_hand(size)
+    # a full cycle may stand as two halves of one range at the begin of the history
+    for power in (0, 1, 3):
+        left = sum(one[2] * one[0] ** power for one in own)
+        right = sum(one[2] * one[0] ** power for one in expected)
+        assert left == pytest.approx(right, rel=1e-12)
+
+
+def test_a_table_keeps_numbers_and_means() -> None:
+    random = np.random.default_rng(3)
+    found = of(random.uniform(0.1, 1.0, 200) * (-1.0) ** np.arange(200) + 3.0)
+    table = range_table(found, 12)
+    assert table.number.sum() == pytest.approx(found.number.sum(), rel=1e-14)
+    assert table.number @ table.mean == pytest.approx(found.number @ found.mean, rel=1e-12)
+    assert table.range[-1] == found.range.max()
+    upper = np.array([found.number[found.range <= one].sum() for one in table.range])
+    np.testing.assert_allclose(np.cumsum(table.number), upper, rtol=1e-14)
+
+
+def test_what_may_lie_on_either_side_of_a_border_is_an_error() -> None:
+    found = of([0.0, 10.0, 5.0 + 1e-9, 10.0, 0.0], error=1e-8)
+    table = range_table(found, 2)
+    assert table.error.max() >= 1.0
+    assert range_table(of([0.0, 10.0, 4.0, 10.0, 0.0], error=1e-8), 2).error.max() == 0.0
+
+
+@pytest.mark.parametrize(
+    ("rule", "share", "expected"),
+    [
+        ("elementary", 2.0, 2.0**5),
+        ("elementary", 0.5, 0.5**5),
+        ("haibach", 2.0, 2.0**5),
+        ("haibach", 0.5, 0.5**9),
+        ("original", 2.0, 2.0**5),
+        ("original", 0.5, 0.0),
+    ],
+)
+def test_equal_cycles(rule: str, share: float, expected: float) -> None:
+    amplitude, count = 40.0, 1000
+    values = share * amplitude * (-1.0) ** np.arange(2 * count + 1)
+    found = of(values)
+    strength = Strength(amplitude, 1e6, 5.0, slope_below(5.0, rule))
+    damage, error = miner_sum(found, strength)
+    assert damage == pytest.approx(count * expected / 1e6, rel=1e-12)
+    assert error <= 1e-12 * max(damage, 1.0)
+    assert equivalent_number(found, 5.0)[0] == pytest.approx(count, rel=1e-12)
+
+
+def test_doubt_of_the_reversals_is_one_of_the_damage() -> None:
+    values = 40.0 * (-1.0) ** np.arange(101)
+    strength = Strength(40.0, 1e6, 7.0, np.inf)
+    at_knee = miner_sum(of(values, error=1e-6), Strength(40.0 + 1e-7, 1e6, 7.0, np.inf))
+    exact = miner_sum(of(values), strength)[0]
+    assert abs(at_knee[0] - exact) <= at_knee[1]
+    above = miner_sum(of(values + np.where(values > 0.0, 1e-3, 0.0), error=1e-3), strength)
+    assert abs(above[0] - exact) <= above[1]
+
+
+def test_small_cycles_can_be_left_out() -> None:
+    found = of([0.0, 10.0, 9.95, 10.0, 0.0], ignore=0.01)
+    assert found.range.min() == 10.0
+
+
+def test_reversals_of_a_run_are_its_crests_and_troughs() -> None:
+    line = chain(np.array([2.0, 3.0, 1.0]), np.array([4000.0, 9000.0]))
+    none = np.zeros(0, dtype=complex)
+    torque = TorqueInTime(np.array([0.0, 0.0, -1.0]), none, none, 70.0)
+    gas = np.array([[30.0 + 5j, 8.0], [0.0, 0.0], [0.0, 0.0]])
+    parts = [stretch(1.0, 0.0, gas), stretch(1.5, 3.0, gas)._replace(in_time=torque)]
+    run = transient(line, np.array([1.0, 2.5]), parts, 30.0)
+    history = section_history(run, 0.0, 2.5, finer=40)
+    for section, found in enumerate(reversals(run, np.arange(2))):
+        value = history.value[:, section]
+        inner = value[1:-1]
+        turns = ((inner > value[:-2]) & (inner >= value[2:])) | (
+            (inner < value[:-2]) & (inner <= value[2:])
+        )
+        expected = np.concatenate([value[:1], inner[turns], value[-1:]])
+        assert found.value.size == expected.size
+        gap = np.abs(found.value - expected)
+        assert np.all(gap <= found.error + 2e-4 * np.abs(value).max())
+        signs = np.sign(np.diff(found.value))
+        assert np.all(signs[1:] == -signs[:-1])

@@ -1,0 +1,202 @@
+"""Cycles of the torque in a section over a run by rainflow, and the fatigue they use up."""
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.numerics.rounding import FloatArray, IntArray
+from vibecalc.torsion.transient.cycles import uneven
+from vibecalc.torsion.transient.march import TransientRun
+from vibecalc.torsion.transient.peaks import KnownTools, peak, points_in, section_history
+
+# ----------------------------------------------------------------------------
+# Reversals of the torques: crests and troughs of a run, its two ends among them.
+# ----------------------------------------------------------------------------
+
+#: the samples are this many times finer than the first sampling
+_FINER = 4
+#: samples of all sections held at once
+_HELD = 400_000
+
+
+class Reversals(NamedTuple):
+    """Crests and troughs of one section in turn, `value` (r,) in N m with its `error` (r,)."""
+
+    value: FloatArray
+    error: FloatArray
+
+
+def reversals(run: TransientRun, sections: IntArray) -> list[Reversals]:
+    """Those of each of some sections over the whole run, referred torques."""
+    known = KnownTools()
+    found: list[list[tuple[FloatArray, FloatArray]]] = [[] for _ in sections]
+    borders, reach = _windows(run)
+    total = float(run.borders.time[-1])
+    for begin, end in pairwise(borders):
+        near = max(begin - reach, 0.0), min(end + reach, total)
+        history = section_history(run, *near, finer=_FINER, known=known)
+        odd = uneven(history.time, run)
+        for row, section in enumerate(sections):
+            place, value, error = _turns(history.value[:, section], odd)
+            inside = (history.time[place] > begin) & (history.time[place] <= end)
+            found[row].append((value[inside], error[inside]))
+            ends = history.value[[0, -1], section]
+            if begin == borders[0]:
+                found[row].insert(0, (ends[:1], np.zeros(1)))
+            if end == borders[-1]:
+                found[row].append((ends[1:], np.zeros(1)))
+    merged = []
+    for row, section in enumerate(sections):
+        value, error = (np.concatenate(parts) for parts in zip(*found[row], strict=True))
+        merged.append(Reversals(value, error + run.torque_error[section]))
+    return merged
+
+
+def _windows(run: TransientRun) -> tuple[FloatArray, float]:
+    """Borders of times that hold few enough samples, and how far to look beyond each."""
+    points = sum(
+        block.steps * points_in(run, number) * _FINER for number, block in enumerate(run.blocks)
+    )
+    count = max(1, -(-points * run.torque_error.size // _HELD))
+    step = max(block.step for block in run.blocks)
+    return np.linspace(0.0, float(run.borders.time[-1]), count + 1), step
+
+
+def _turns(value: FloatArray, odd: np.ndarray) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Places of the crests and troughs of a time history (k,), their heights and errors."""
+    places, heights, errors = [], [], []
+    for sign in (1.0, -1.0):
+        one = sign * value
+        place = np.flatnonzero((one[1:-1] > one[:-2]) & (one[1:-1] >= one[2:])) + 1
+        if value.size < 5 or not place.size:
+            continue
+        five = one[np.clip(place, 2, value.size - 3)[:, None] + np.arange(-2, 3)]
+        height, _, error = (part[:, 0] for part in peak(five[:, :, None]))
+        # over a kink or a change of spacing no polynomial holds: the sample, and what it may miss
+        bend = 2.0 * one[place] - one[place - 1] - one[place + 1]
+        places.append(place)
+        heights.append(sign * np.where(odd[place], one[place], height))
+        errors.append(np.where(odd[place], bend, error))
+    if not places:
+        return np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0)
+    order = np.argsort(np.concatenate(places), kind="stable")
+    place, height, error = (np.concatenate(part)[order] for part in (places, heights, errors))
+    return place, height, error
+
+
+# ----------------------------------------------------------------------------
+# Cycles of reversals by the rainflow method of ASTM E1049-85, 5.4.4, and their table.
+# ----------------------------------------------------------------------------
+
+
+class Cycles(NamedTuple):
+    """c cycles: `range` and `mean` (c,) in N m, `number` (c,) 1 or 1/2, `error` (c,) of the range.
+
+    A range is crest less trough, twice the amplitude.
+    """
+
+    range: FloatArray
+    mean: FloatArray
+    number: FloatArray
+    error: FloatArray
+
+
+def rainflow_cycles(found: Reversals, ignore: float = 0.0) -> Cycles:
+    """Cycles of reversals; those below the share `ignore` of the largest range are left out."""
+    from rainflow import extract_cycles
+
+    rows = np.array(list(extract_cycles(found.value)), dtype=float).reshape(-1, 5)
+    ends = rows[:, 3:].astype(np.int64)
+    error = found.error[ends].sum(axis=1)
+    kept = rows[:, 0] >= ignore * np.max(rows[:, 0], initial=0.0)
+    kept &= rows[:, 0] > 0.0
+    return Cycles(rows[kept, 0], rows[kept, 1], rows[kept, 2], error[kept])
+
+
+class RangeTable(NamedTuple):
+    """b equal bins up to the largest range: upper `range` (b,) and `mean` (b,) in N m, `number`.
+
+    The mean is that of the cycles of a bin, weighted by their numbers, 0 where there are none;
+    `number` (b,) has the `error` (b,) of the cycles that are as near to a border as they are
+    uncertain; `mean_error` is in N m.
+    """
+
+    range: FloatArray
+    mean: FloatArray
+    number: FloatArray
+    error: FloatArray
+    mean_error: float
+
+
+def range_table(cycles: Cycles, bins: int) -> RangeTable:
+    """Numbers and means of cycles by their ranges."""
+    top = float(np.max(cycles.range, initial=0.0))
+    if top == 0.0:
+        none = np.zeros(bins)
+        return RangeTable(none, none, none, none, 0.0)
+    edges = np.append(top * np.arange(1, bins) / bins, top)
+    place = np.searchsorted(edges[:-1], cycles.range, side="left")
+    number = np.bincount(place, cycles.number, bins).astype(float)
+    total = np.bincount(place, cycles.number * cycles.mean, bins)
+    mean = total / np.where(number > 0.0, number, 1.0)
+    # the largest defines the borders, and moves them all by its own error
+    slack = cycles.error + float(cycles.error[np.argmax(cycles.range)])
+    near = np.abs(cycles.range[:, None] - edges[:-1]) <= slack[:, None]
+    unsure = near.T @ cycles.number
+    error = np.append(unsure, 0.0) + np.append(0.0, unsure)
+    moved = np.abs(cycles.mean).max() if np.any(unsure) else 0.0
+    return RangeTable(edges, mean, number, error, float(moved + np.max(cycles.error)))
+
+
+# ----------------------------------------------------------------------------
+# Fatigue: the share of a life that cycles use up.
+# ----------------------------------------------------------------------------
+
+
+class Strength(NamedTuple):
+    """An S-N line: N = cycles (amplitude / a)^slope for amplitudes a from `amplitude` on.
+
+    Below it the exponent is `slope_below`, infinite for no damage at all.
+    """
+
+    amplitude: float
+    cycles: float
+    slope: float
+    slope_below: float
+
+
+def slope_below(slope: float, rule: str) -> float:
+    """Exponent below the knee: "elementary", "haibach" (Haibach 1970: 2 k - 1) or "original"."""
+    return {"elementary": slope, "haibach": 2.0 * slope - 1.0, "original": np.inf}[rule]
+
+
+def miner_sum(cycles: Cycles, strength: Strength) -> tuple[float, float]:
+    """Sum of n / N over cycles with its error, both absolute (Palmgren 1924, Miner 1945).
+
+    Amplitudes are half of the ranges, in the unit of the line; means do not count.
+    """
+    amplitude = 0.5 * cycles.range
+    share = amplitude / strength.amplitude
+    above = share >= 1.0
+    exponent = np.where(above, strength.slope, strength.slope_below)
+    lasting = np.isfinite(exponent)
+    power = np.where(lasting, share ** np.where(lasting, exponent, 1.0), 0.0)
+    damage = cycles.number * power / strength.cycles
+    doubt = 0.5 * cycles.error / np.where(amplitude > 0.0, amplitude, 1.0)
+    steepest = np.where(lasting, exponent, 0.0)
+    error = damage * (np.expm1(steepest * np.log1p(doubt)))
+    # a cycle at the knee, on either side of it
+    close = np.abs(share - 1.0) <= doubt
+    error = error + np.where(close & ~lasting, cycles.number / strength.cycles, 0.0)
+    return float(damage.sum()), float(error.sum() + 1e-13 * damage.sum())
+
+
+def equivalent_number(cycles: Cycles, slope: float) -> tuple[float, float]:
+    """Cycles of the largest range that use up as much as all together, with its error."""
+    top = float(np.max(cycles.range, initial=0.0))
+    if top == 0.0:
+        return 0.0, 0.0
+    parts = cycles.number * (cycles.range / top) ** slope
+    doubt = (cycles.error + float(cycles.error[np.argmax(cycles.range)])) / cycles.range
+    return float(parts.sum()), float(parts @ np.expm1(slope * np.log1p(doubt)) + 1e-13)

@@ -1,0 +1,103 @@
+"""Can a change in time happen to this line: its cylinder, its clutch, the sections it counts?"""
+
+from collections.abc import Iterator
+
+from vibecalc.core.case.raw import unknown
+from vibecalc.errors import KeyPath, Problem
+from vibecalc.torsion.shaft_line_tables import (
+    ShaftLine,
+    has_stress,
+    joints,
+    section_names,
+    speed_ratios,
+)
+from vibecalc.torsion.tables import Torsion
+from vibecalc.torsion.transient_tables import Transient
+
+# ----------------------------------------------------------------------------
+# A change in time against the shaft line that it happens to.
+# ----------------------------------------------------------------------------
+
+TRANSIENT_TABLE: KeyPath = ("response", "torsion", "transient")
+LINE: KeyPath = ("machine", "shaft_line")
+
+
+def change_problems(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
+    """Problems of [response.torsion.transient] against the line."""
+    change = torsion.transient
+    if change is None:
+        return
+    if change.cylinder is not None and change.cylinder in torsion.misfire:
+        yield Problem(
+            path=(*TRANSIENT_TABLE, "cylinder"),
+            message=f"cylinder {change.cylinder[:60]!r} does not fire from the begin",
+            allowed="a cylinder that is not in misfire",
+            also=("response", "torsion", "misfire"),
+        )
+    if change.clutch is not None:
+        yield from _clutch(line, change, change.clutch)
+    yield from _counting(line, change)
+
+
+def _clutch(line: ShaftLine, change: Transient, name: str) -> Iterator[Problem]:
+    """A clutch parts the line in two, one of them with all cylinders, and nothing holds either."""
+    path, known = (*TRANSIENT_TABLE, "clutch"), section_names(line)
+    if name not in known:
+        yield unknown(path, "shaft", name, known)
+        return
+    place, joined = known.index(name), joints(line)
+    ratios = speed_ratios(
+        len(line.stations), [one for n, one in enumerate(joined) if n != place], 0
+    )
+    first, second = joined[place].first, joined[place].second
+    if ratios.part[first] == ratios.part[second]:
+        ends = [line.stations[one].name for one in (first, second)]
+        yield Problem(
+            path=path,
+            message=f"stations {ends[0][:60]!r} and {ends[1][:60]!r} are joined by another way, "
+            "too, and cannot turn at two speeds",
+            found=repr(name[:60]),
+            allowed="a shaft that is the only way between the two parts of the line",
+            also=(*LINE, "shafts", place),
+        )
+        return
+    fires = {ratios.part[n] for n, one in enumerate(line.stations) if one.cylinder or one.cylinders}
+    if len(fires) > 1:
+        yield Problem(
+            path=path,
+            message="there are cylinders on both sides of the clutch",
+            found=repr(name[:60]),
+            allowed="a clutch with all cylinders on one side of it",
+            also=(*LINE, "shafts", place),
+        )
+    held = [n for n, one in enumerate(line.stations) if one.ground_stiffness]
+    if held:
+        yield Problem(
+            path=path,
+            message="a station that a stiffness to ground holds cannot change its speed",
+            allowed="no ground_stiffness, or another change",
+            also=(*LINE, "stations", held[0], "ground_stiffness"),
+        )
+
+
+def _counting(line: ShaftLine, change: Transient) -> Iterator[Problem]:
+    counting, known = change.counting, section_names(line)
+    if counting is None:
+        return
+    others = [gear.name or " - ".join(gear.between) for gear in line.gears if gear.mesh_stiffness]
+    others += [damper.name for damper in line.dampers]
+    for place, name in enumerate(counting.sections):
+        if name not in (*known, *others):
+            where = (*TRANSIENT_TABLE, "counting", "sections", place)
+            yield unknown(where, "section", name, [*known, *others])
+    for place, shaft in enumerate(line.shafts):
+        asked = not counting.sections or known[place] in counting.sections
+        by_stress = shaft.fatigue is not None and shaft.fatigue.stress is not None
+        if asked and by_stress and not has_stress(shaft):
+            yield Problem(
+                path=(*LINE, "shafts", place, "fatigue"),
+                message=f"shaft {known[place][:60]!r} has no section modulus for a stress",
+                allowed="diameter, section_modulus or section on this shaft, or fatigue with a "
+                "torque",
+                also=(*TRANSIENT_TABLE, "counting"),
+            )
