@@ -168,9 +168,7 @@ class Case(Table):
     optimisation: Optimisation | None = Field(None, description="a search over keys of this case")
     sweep: Sweep | None = Field(None, description="the same case at many points; `sweep` reads it")
     find: tuple[Find, ...] = Field((), description="searches for what brings a wanted result")
-    accuracy: Accuracy = Field(
-        default_factory=Accuracy.model_construct, description="tolerance of the results"
-    )
+    accuracy: Accuracy = Field(default_factory=Accuracy, description="tolerance of the results")
     reference: tuple[Reference, ...] = Field((), description="published and measured numbers")
     reference_table: tuple[ReferenceTable, ...] = Field(
         (), description="published numbers in tables"
