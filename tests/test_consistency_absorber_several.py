@@ -12,7 +12,8 @@ from vibecalc.absorber.several import Several, several_amplitude
 from vibecalc.absorber.several_peaks import several_peaks, several_slopes
 from vibecalc.absorber.transfer import EXCITATIONS, RESPONSES, Absorber, amplitude, transfer_of
 from vibecalc.absorber.tuning.minimax import minimax
-from vibecalc.absorber.tuning.several import several_tuning
+from vibecalc.absorber.tuning.several import _in_order, several_tuning
+from vibecalc.absorber.tuning.several_search import TuningProblem
 
 TREES = [(0,), (0, 0), (0, 1), (0, 1, 1), (0, 0, 1), (0, 1, 2)]
 UNBOUND = {
@@ -249,3 +250,14 @@ def test_a_global_search_for_three_finds_nothing_lower(masses, parent):
         )  # fmt: skip
         there = Several(0.0, masses, masses * search.x[:3], masses * search.x[3:], parent)
         assert found.peak <= several_peaks(there).largest * (1.0 + 1e-9)
+
+
+def test_absorbers_that_nothing_tells_apart_come_by_rising_stiffness() -> None:
+    problem = TuningProblem(
+        0.0, np.array([0.05, 0.02, 0.05]), (0, 0, 0), "force", "displacement",
+        np.zeros(6), np.full(6, np.inf),
+    )  # fmt: skip
+    point = np.array([0.3, 0.5, 0.1, 1.0, 2.0, 3.0])
+    assert _in_order(problem, point).tolist() == [0.1, 0.5, 0.3, 3.0, 2.0, 1.0]
+    found = several_tuning(0.0, [0.05, 0.05], (0, 0))
+    assert found.stiffness_ratio[0] < found.stiffness_ratio[1]

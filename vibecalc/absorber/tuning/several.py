@@ -142,6 +142,7 @@ def tuned(problem: TuningProblem, count: int) -> SeveralTuning:
     if len(still.level) and float(np.max(still.level)) >= level - 1e-9:
         return _set_of_optima(problem, best, agreeing, len(ends), used)
     choices: list[tuple[float, TuningProblem, OptimalPoint]] = []
+    ends = [end._replace(ratios=_in_order(problem, end.ratios)) for end in ends]
     for end in ends:
         held = hold(problem, end.ratios, scale)
         if held is not None:
@@ -158,6 +159,27 @@ def tuned(problem: TuningProblem, count: int) -> SeveralTuning:
         f"tuning of {len(problem.mass_ratio)} absorbers: the lowest peak found, "
         f"{np.exp(0.5 * level):.9g}, is not held by its peaks; give more starts"
     )
+
+
+def _in_order(problem: TuningProblem, ratios: np.ndarray) -> np.ndarray:
+    """The point (q,) with absorbers that nothing tells apart by rising stiffness."""
+    count, found = len(problem.mass_ratio), ratios.copy()
+    if problem.shares or problem.travel or any(problem.parent):
+        return found
+    apart = zip(
+        problem.mass_ratio,
+        *(bound[: 2 * count].reshape(2, count)[row] for bound in (problem.lower, problem.upper)
+          for row in range(2)),
+        strict=True,
+    )  # fmt: skip
+    alike: dict[tuple[float, ...], list[int]] = {}
+    for place, one in enumerate(apart):
+        alike.setdefault(tuple(float(value) for value in one), []).append(place)
+    for places in alike.values():
+        order = sorted(places, key=lambda place: ratios[place])
+        for part in (0, count):
+            found[[part + place for place in places]] = ratios[[part + place for place in order]]
+    return found
 
 
 def _fastened(
