@@ -1,6 +1,7 @@
 """The elastic couplings of a validated shaft line as arrays."""
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -10,7 +11,6 @@ from vibecalc.torsion.couplings import Coupling, Permissible, Rows
 
 if TYPE_CHECKING:
     from vibecalc.torsion import coupling_tables as tables
-    from vibecalc.torsion.shaft_line_tables import ShaftLine
 
 # ----------------------------------------------------------------------------
 # Nominal values of a coupling, and its rows as factors on them.
@@ -64,12 +64,14 @@ def nominal(given: "tables.Coupling") -> Nominal:
     return Nominal(stiffness, psi, rows)
 
 
-def couplings_of(line: "ShaftLine", names: list[str], ratio: FloatArray) -> tuple[Coupling, ...]:
-    """Those of a line, whose shafts have these names and speeds over that of the crankshaft."""
+def couplings_of(
+    given: Sequence["tables.Coupling | None"], names: list[str], ratio: FloatArray
+) -> tuple[Coupling, ...]:
+    """Those of shafts with these names and speeds over the crank speed; None: no coupling."""
     return tuple(
-        _coupling(shaft.coupling, names[place], place, float(ratio[place]))
-        for place, shaft in enumerate(line.shafts)
-        if shaft.coupling is not None
+        _coupling(one, names[place], place, float(ratio[place]))
+        for place, one in enumerate(given)
+        if one is not None
     )
 
 

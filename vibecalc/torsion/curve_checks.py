@@ -6,6 +6,7 @@ from vibecalc.core.case.raw import listed, unknown
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import has_crank_train
 from vibecalc.schema import Case
+from vibecalc.torsion.asked import excited_orders, orders_words
 from vibecalc.torsion.curve_tables import (
     OF_SECTIONS,
     OF_STATIONS,
@@ -14,7 +15,7 @@ from vibecalc.torsion.curve_tables import (
     curves_of,
     stressed,
 )
-from vibecalc.torsion.stage import excited_orders, names_of, orders_words
+from vibecalc.torsion.stage import names_of
 from vibecalc.torsion.tables import LineSpeeds, Torsion
 
 TORSION: KeyPath = ("response", "torsion")

@@ -512,7 +512,7 @@ def _couplings(parts: Parts, names: list[str], ratio: Array) -> tuple["Coupling"
         return ()
     from vibecalc.torsion.coupling_model import couplings_of
 
-    return couplings_of(parts, names, ratio)
+    return couplings_of([shaft.coupling for shaft in parts.shafts], names, ratio)
 
 
 def _gathered(values: Array | list[float], ratio: Array, freedom: Places, n: int) -> Array:

@@ -17,6 +17,27 @@ from vibecalc.core.run.stage import (
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import has_crank_train
 from vibecalc.schema import Case
+from vibecalc.torsion.asked import (
+    asked,
+    asked_orders,
+    condition_names,
+    coupling_limits,
+    excited_orders,
+    freedom_count,
+    has_damped_rings,
+    has_holzer,
+    has_loops,
+    has_loss,
+    has_modal_damping,
+    line_orders,
+    modes_follow_speed,
+    named_couplings,
+    orders_words,
+    parts_of,
+    shaft_line_of,
+    solves,
+    torsion_of,
+)
 from vibecalc.torsion.results import (
     DESIGN,
     OBJECTIVES,
@@ -29,8 +50,6 @@ from vibecalc.torsion.results import (
 )
 
 if TYPE_CHECKING:
-    from vibecalc.torsion.coupling_tables import Coupling
-    from vibecalc.torsion.shaft_line_tables import ShaftLine
     from vibecalc.torsion.tables import LineSpeeds, Torsion
     from vibecalc.torsion.transient_tables import Transient
 
@@ -67,10 +86,6 @@ _OF_CYLINDERS = (
     *("/excitation/firing_angle", "/excitation/vector_sum", "/excitation/rank"),
     *("/excitation/major", "/speeds/mean_torque"),
 )
-#: where the case says nothing
-_HIGHEST_ORDER = 12.0
-#: longer rows are not printed
-_LONGEST_HOLZER = 100
 
 
 def plan_torsion(case: "Case") -> Iterator[Stage]:
@@ -84,7 +99,7 @@ def plan_torsion(case: "Case") -> Iterator[Stage]:
         name="torsion",
         adapter="vibecalc.torsion.adapters.steady:run_torsion",
         why="[response.torsion] is in the case",
-        parts=_parts(case),
+        parts=parts_of(case),
         orders=orders_words(case),
         cost=f"modes of {stations} stations; {solves(case)} solves, one per order, at "
         f"{case.machine.speed:.6g} rad/s",
@@ -100,7 +115,7 @@ def plan_torsion(case: "Case") -> Iterator[Stage]:
         name="torsion_speeds",
         adapter="vibecalc.torsion.adapters.speeds:run_torsion_speeds",
         why="[response.torsion] speeds are in the case",
-        parts=_parts(case),
+        parts=parts_of(case),
         orders=orders_words(case),
         cost=_range_cost(case, speeds),
         quantities=_picked(case, _RANGE),
@@ -111,56 +126,11 @@ def plan_torsion(case: "Case") -> Iterator[Stage]:
     )
 
 
-def _parts(case: "Case") -> tuple[str, ...]:
-    return ("crank_train", "shaft_line") if has_crank_train(case.machine) else ("shaft_line",)
-
-
-def asked(case: "Case") -> "Torsion | None":
-    """[response.torsion] of a case."""
-    return None if case.response is None else case.response.torsion
-
-
-def _torsion(case: "Case") -> "Torsion":
-    torsion = asked(case)
-    assert torsion is not None
-    return torsion
-
-
-def _line_of(case: "Case") -> "ShaftLine":
-    assert case.machine.shaft_line is not None
-    return case.machine.shaft_line
-
-
-def has_loops(case: "Case") -> bool:
-    """Whether shafts and gears close a loop."""
-    line = _line_of(case)
-    return len(line.shafts) + len(line.gears) > len(line.stations) - 1
-
-
-def has_holzer(case: "Case") -> bool:
-    """Whether the line, a row or a tree of branches, is short enough for printed tables."""
-    return _freedoms(case) <= _LONGEST_HOLZER and not has_loops(case)
-
-
-def has_modal_damping(case: "Case") -> bool:
-    """Whether the case damps by mode."""
-    torsion = _torsion(case)
-    return torsion.damping_model is not None and torsion.damping_model.kind == "modal"
-
-
-def has_damped_rings(case: "Case") -> bool:
-    """Whether a ring is damped against the line, so that its modes are not the undamped ones."""
-    dampers = _line_of(case).dampers
-    return _torsion(case).damping_model is None and any(
-        one.damping or one.loss_factor for one in dampers
-    )
-
-
 def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
     """Paths of these beginnings that the case has something for."""
     from vibecalc.torsion.shaft_line_tables import has_laws, has_stress, what_follows
 
-    line, torsion = _line_of(case), _torsion(case)
+    line, torsion = shaft_line_of(case), torsion_of(case)
     train = case.machine.crank_train if has_crank_train(case.machine) else None
     there = {
         "ring_shape": bool(line.dampers),
@@ -171,7 +141,7 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
         "/speeds/travel": bool(line.dampers),
         "gear": bool(line.gears),
         "/hammering/": bool(line.gears),
-        "/campbell/": torsion.campbell and _modes_follow_speed(case),
+        "/campbell/": torsion.campbell and modes_follow_speed(case),
         "transfer_matrix": not has_loops(case),
         "holzer": has_holzer(case),
         "undamped_frequency": has_damped_rings(case),
@@ -182,11 +152,11 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
         "stress": any(has_stress(shaft) for shaft in line.shafts),
         "tangential_pressure": train is not None and bool(train.bore),
         "mean_indicated_pressure": train is not None and bool(train.bore),
-        "/coupling/": bool(_couplings(case)),
+        "/coupling/": bool(named_couplings(case)),
         "/coupling/speeds/": starts is _RANGE,
-        "/coupling/largest_use": starts is _RANGE and bool(_coupling_limits(case)),
-        "/coupling/use": bool(_coupling_limits(case)),
-        "/coupling/speeds/use": bool(_coupling_limits(case)),
+        "/coupling/largest_use": starts is _RANGE and bool(coupling_limits(case)),
+        "/coupling/use": bool(coupling_limits(case)),
+        "/coupling/speeds/use": bool(coupling_limits(case)),
         "/healthy/": bool(torsion.misfire),
         "/barred/": bool(torsion.limits),
         "/exceeded/": bool(torsion.limits),
@@ -228,74 +198,9 @@ def _of_limits(torsion: "Torsion", name: str, steady: bool) -> bool:
     return bool(limits) and here == steady
 
 
-def _modes_follow_speed(case: "Case") -> bool:
-    """Whether pendulums, or couplings that vary, let natural frequencies change with the speed."""
-    if any(one.kind == "pendulum" for one in _line_of(case).dampers):
-        return True
-    found = _couplings(case).values()
-    if not found:
-        return False
-    from vibecalc.torsion.coupling_checks import what_it_follows
-
-    return any(map(what_it_follows, found))
-
-
-def _couplings(case: "Case") -> dict[str, "Coupling"]:
-    """Elastic couplings of a line by the names of their shafts."""
-    from vibecalc.torsion.shaft_line_tables import section_names
-
-    line = _line_of(case)
-    named = zip(section_names(line), line.shafts, strict=True)
-    return {name: shaft.coupling for name, shaft in named if shaft.coupling is not None}
-
-
-def _coupling_limits(case: "Case") -> tuple[str, ...]:
-    """Limits that the maker of some coupling says."""
-    found = _couplings(case)
-    if not found:
-        return ()
-    from vibecalc.torsion.coupling_tables import limits_of
-
-    said = [limits_of(one) for one in found.values()]
-    return tuple(name for name in said[0] if any(one[name] for one in said))
-
-
-def asked_orders(case: "Case") -> tuple[float, float]:
-    """Highest order and step of the orders of a case."""
-    torsion = asked(case)
-    given = None if torsion is None else torsion.orders
-    four = (case.machine.cycle or "four_stroke") == "four_stroke"
-    step = (0.5 if four else 1.0) if given is None or given.step is None else given.step
-    if given is not None and given.count is not None:
-        return step * given.count, step
-    highest = _HIGHEST_ORDER if given is None or given.highest is None else given.highest
-    return step * math.floor(highest / step + 1e-9), step
-
-
-def excited_orders(case: "Case") -> tuple[float, ...]:
-    """Orders of the crank that excite the line, ascending: of cylinders and as given at stations.
-
-    A frequency that does not follow the speed counts as its order at the operating speed.
-    """
-    engine: tuple[float, ...] = ()
-    if has_crank_train(case.machine):
-        highest, step = asked_orders(case)
-        engine = tuple(step * number for number in range(1, round(highest / step) + 1))
-    if not _line_of(case).excitations:
-        return engine
-    from vibecalc.torsion.adapters.given_torques import all_orders
-
-    return tuple(all_orders(case, engine).order.tolist())
-
-
-def solves(case: "Case", speeds: int = 1) -> int:
-    """Solves of the line at so many speeds, one per order."""
-    return len(excited_orders(case)) * speeds
-
-
 def _range_cost(case: "Case", speeds: "LineSpeeds") -> str:
     """Solves over the range in words; maxima between the points take some more."""
-    line, torsion = _line_of(case), _torsion(case)
+    line, torsion = shaft_line_of(case), torsion_of(case)
     number = solves(case, speeds.points)
     twice = f", and {number} without dampers" if line.dampers else ""
     twice += f", and {number} without misfire" if torsion.misfire else ""
@@ -303,14 +208,6 @@ def _range_cost(case: "Case", speeds: "LineSpeeds") -> str:
         f"{number} solves, one per order at {speeds.points} speeds from {speeds.start:.6g} to "
         f"{speeds.stop:.6g} rad/s{twice}"
     )
-
-
-def orders_words(case: "Case") -> str:
-    if _line_of(case).excitations:
-        orders = excited_orders(case)
-        return f"{len(orders)} from {orders[0]:.4g} to {orders[-1]:.4g}"
-    highest, step = asked_orders(case)
-    return f"{step:g} to {highest:g} by {step:g}"
 
 
 def plan_torsion_curves(case: "Case") -> Iterator[Stage]:
@@ -332,11 +229,13 @@ def plan_torsion_curves(case: "Case") -> Iterator[Stage]:
             why=f"[response.torsion] {name} are in the case"
             if name == "curves"
             else f"[response.torsion] {name} is in the case",
-            parts=_parts(case),
+            parts=parts_of(case),
             orders=orders_words(case),
             cost=f"{solves(case, points or 1)} solves, one per order and speed"
             + (
-                f", for {len(_conditions(case))} conditions at once" if name == "conditions" else ""
+                f", for {len(condition_names(case))} conditions at once"
+                if name == "conditions"
+                else ""
             ),
             quantities=_of_curves(case, name),
             is_last=True,
@@ -349,7 +248,7 @@ def _of_curves(case: "Case", name: str) -> tuple[str, ...]:
     """Paths of curves, irregularity or conditions that the case has something for."""
     from vibecalc.torsion.curve_tables import curves_of, stressed
 
-    torsion, line = _torsion(case), _line_of(case)
+    torsion, line = torsion_of(case), shaft_line_of(case)
     left_out = [] if torsion.speeds is not None else ["/speeds/", "/largest", "/limit/speed"]
     if name == "curves":
         of = curves_of(line, torsion.curves)
@@ -367,17 +266,6 @@ def _of_curves(case: "Case", name: str) -> tuple[str, ...]:
     if not torsion.limits:
         left_out.append("/limit/")
     return below(f"{ROOT}/{name}/", without=tuple(left_out))
-
-
-def _conditions(case: "Case") -> tuple[str, ...]:
-    """Names of the conditions of the cylinders, none where the case asks for none."""
-    from vibecalc.torsion.curve_tables import condition_names
-
-    torsion = asked(case)
-    if torsion is None or torsion.conditions is None:
-        return ()
-    cylinders = (one.name for one in case.machine.crank_train.cylinders)
-    return condition_names(torsion.conditions, cylinders)
 
 
 # ----------------------------------------------------------------------------
@@ -398,26 +286,8 @@ def plan_torsion_studies(case: "Case") -> Iterator[Stage]:
         yield _transient(case)
 
 
-def line_orders(case: "Case") -> str:
-    """Orders of the excitation in words."""
-    torsion = asked(case)
-    given = None if torsion is None else torsion.orders
-    if given is None or given.count is None:
-        highest = _HIGHEST_ORDER if given is None or given.highest is None else given.highest
-        return f"up to {highest:g}, mean torque apart"
-    return f"the first {given.count}, mean torque apart"
-
-
-def has_loss(case: "Case") -> bool:
-    """Whether something on the line has a loss factor, defined for steady vibration only."""
-    from vibecalc.torsion.shaft_line_tables import loss_factor
-
-    line = _line_of(case)
-    return any(map(loss_factor, line.shafts)) or any(d.loss_factor for d in line.dampers)
-
-
 def _published(case: "Case") -> Stage:
-    torsion = _torsion(case)
+    torsion = torsion_of(case)
     options = torsion.as_published
     assert options is not None
     without = ("/twist", "/largest_twist") if torsion.speeds is None else ()
@@ -431,7 +301,7 @@ def _published(case: "Case") -> Stage:
         name="modal route as published",
         adapter="vibecalc.torsion.adapters.as_published:run_torsion_as_published",
         why="[response.torsion.as_published] is in the case",
-        parts=_parts(case),
+        parts=parts_of(case),
         orders=line_orders(case),
         cost=f"closed forms for {options.modes} modes, each order"
         + ("" if torsion.speeds is None else f" and each of {torsion.speeds.points} speeds"),
@@ -443,7 +313,7 @@ def _published(case: "Case") -> Stage:
 
 
 def _variable(case: "Case") -> Stage:
-    torsion = _torsion(case)
+    torsion = torsion_of(case)
     there = list(below(VARIABLE))
     if torsion.speeds is None:
         over = (f"{VARIABLE}{name}" for name in ("speeds/", "wedge/", "unstable/", "largest_"))
@@ -455,7 +325,7 @@ def _variable(case: "Case") -> Stage:
         name="variable inertia",
         adapter="vibecalc.torsion.adapters.variable_inertia:run_torsion_variable_inertia",
         why="[response.torsion.variable_inertia] is in the case",
-        parts=_parts(case),
+        parts=parts_of(case),
         orders=line_orders(case) + ", and further ones of the motion",
         cost=_all_orders(torsion.speeds.points if torsion.speeds is not None else 0),
         quantities=tuple(there),
@@ -467,14 +337,14 @@ def _variable(case: "Case") -> Stage:
 
 
 def _transient(case: "Case") -> Stage:
-    change = _torsion(case).transient
+    change = torsion_of(case).transient
     assert change is not None
     quantities = below(TRANSIENT, without=_not_of_change(case, change))
     return Stage(
         name="transient",
         adapter="vibecalc.torsion.adapters.transient:run_torsion_transient",
         why=f'[response.torsion.transient] is in the case, kind = "{change.kind}"',
-        parts=_parts(case),
+        parts=parts_of(case),
         orders=line_orders(case),
         cost=f"matrix exponentials over {round(least_steps(case))} steps of a third of the highest "
         "order's period, or more",
@@ -491,14 +361,14 @@ def _not_of_change(case: "Case", change: "Transient") -> tuple[str, ...]:
     from vibecalc.torsion.shaft_line_tables import has_stress
     from vibecalc.torsion.transient_tables import PASSAGES
 
-    shafts = _line_of(case).shafts
+    shafts = shaft_line_of(case).shafts
     stressed = any(has_stress(shaft) for shaft in shafts)
     left_out = [*(OF_STEPS if change.kind in PASSAGES else OF_PASSAGES)]
     there = {
         "clutch/": change.kind == "clutch_in",
         "steady_before": change.kind != "clutch_in",
         "peak_stress": stressed,
-        "equivalent/": has_loss(case) and _torsion(case).damping_model is None,
+        "equivalent/": has_loss(case) and torsion_of(case).damping_model is None,
         "counted/": change.counting is not None,
         "counted/largest_stress_range": stressed,
         "counted/damage": any(shaft.fatigue is not None for shaft in shafts),
@@ -552,7 +422,7 @@ def least_steps(case: Case) -> float:
     """Steps in time that the highest order alone needs; the modes of the line may need more."""
     from vibecalc.torsion.transient.march import ORDER_STEP
 
-    change = _torsion(case).transient
+    change = torsion_of(case).transient
     assert change is not None
     return excited_orders(case)[-1] * sum(_angles(case, change).values()) / ORDER_STEP
 
@@ -603,7 +473,7 @@ def plan_damper(case: "Case") -> Iterator[Stage]:
         name="damper design",
         adapter="vibecalc.torsion.adapters.damper_design:run_damper_design",
         why="[damper_design] is in the case",
-        parts=_parts(case),
+        parts=parts_of(case),
         orders=line_orders(case),
         cost=f"{searches}a map of dampers by changes of rank one, then descents and Newton's "
         "method",
@@ -625,7 +495,7 @@ def _work_of_closed_forms(case: "Case", orders: int) -> Work:
 
 
 def _half_orders(case: "Case") -> Harmonics:
-    if _line_of(case).excitations:
+    if shaft_line_of(case).excitations:
         orders = excited_orders(case)
         rule = "[[machine.shaft_line.excitations]]"
         if has_crank_train(case.machine):
@@ -648,9 +518,9 @@ def _work_of_torsion(case: "Case", orders: int) -> Work:
 
 
 def _work_of_speeds(case: "Case", orders: int) -> Work:
-    torsion, freedoms = _torsion(case), _freedoms(case)
+    torsion, freedoms = torsion_of(case), freedom_count(case)
     assert torsion.speeds is not None
-    bare = bool(_line_of(case).dampers)
+    bare = bool(shaft_line_of(case).dampers)
     lines = 1 + bare + bool(torsion.misfire)
     solved = solves(case, torsion.speeds.points) * freedoms * lines
     return ((1 + bare, "line"), (solved, "line_solve"), (len(torsion.limits), "limit"))
@@ -659,20 +529,20 @@ def _work_of_speeds(case: "Case", orders: int) -> Work:
 def _work_of_curves(case: "Case", orders: int) -> Work:
     from vibecalc.torsion.curve_tables import curves_of
 
-    torsion, line = _torsion(case), _line_of(case)
+    torsion, line = torsion_of(case), shaft_line_of(case)
     points = 1 if torsion.speeds is None else torsion.speeds.points
-    solved = solves(case, points) * _freedoms(case)
+    solved = solves(case, points) * freedom_count(case)
     return ((1, "line"), (solved * max(2, len(curves_of(line, torsion.curves))), "line_solve"))
 
 
 def _work_of_conditions(case: "Case", orders: int) -> Work:
-    range_ = _torsion(case).speeds
-    solved = solves(case, 1 if range_ is None else 2 * range_.points) * _freedoms(case)
-    return ((2, "line"), (solved * len(_conditions(case)), "line_solve"))
+    range_ = torsion_of(case).speeds
+    solved = solves(case, 1 if range_ is None else 2 * range_.points) * freedom_count(case)
+    return ((2, "line"), (solved * len(condition_names(case)), "line_solve"))
 
 
 def _work_of_variable(case: "Case", orders: int) -> Work:
-    range_ = _torsion(case).speeds
+    range_ = torsion_of(case).speeds
     speeds = 0 if range_ is None else range_.points
     return ((5 + speeds, "variable_solve"),)
 
@@ -682,18 +552,13 @@ def _work_of_transient(case: "Case", orders: int) -> Work:
 
 
 def _work_of_damper(case: "Case", orders: int) -> Work:
-    options, freedoms = case.damper_design, _freedoms(case)
+    options, freedoms = case.damper_design, freedom_count(case)
     assert options is not None
     rings = 1 + len(options.rings)
     torsion = asked(case)
     speeds = options.speeds or (None if torsion is None else torsion.speeds)
     points = 100 if speeds is None else speeds.points
     return ((rings, "damper_map"), (rings * orders * points * freedoms, "damper_solve"))
-
-
-def _freedoms(case: "Case") -> int:
-    line = _line_of(case)
-    return len(line.stations) + len(line.dampers)
 
 
 def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
@@ -714,9 +579,9 @@ def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
         "damper": dampers,
         "gear": gears,
         "order_class": ("major", "other"),
-        "condition": _conditions(case),
-        "coupling": tuple(_couplings(case)),
-        "coupling_limit": _coupling_limits(case),
+        "condition": condition_names(case),
+        "coupling": tuple(named_couplings(case)),
+        "coupling_limit": coupling_limits(case),
     }
 
 

@@ -9,6 +9,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray
 from vibecalc.torsion.adapters.setup import Setup, line_modes, undamped_modes
+from vibecalc.torsion.asked import has_damped_rings, has_holzer, has_loops
 from vibecalc.torsion.damped_modes import LineModes, equivalent_modes
 from vibecalc.torsion.holzer import (
     Angles,
@@ -25,7 +26,6 @@ from vibecalc.torsion.holzer import (
 from vibecalc.torsion.line import Line, lines_of
 from vibecalc.torsion.modes_of_tree import riccati_frequencies
 from vibecalc.torsion.results import ROOT
-from vibecalc.torsion.stage import has_damped_rings, has_holzer, has_loops
 
 # ----------------------------------------------------------------------------
 # Adapter: natural frequencies and damping of a shaft line, shapes, Holzer tables.

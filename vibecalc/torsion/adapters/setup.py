@@ -24,6 +24,7 @@ from vibecalc.numerics.bounded import Bounded, reshaped, rounded
 from vibecalc.numerics.rounding import BoolArray, ComplexArray, FloatArray, IntArray, distinct
 from vibecalc.parts.crank_train import build_crank_train
 from vibecalc.parts.geometry import CrankGeometry
+from vibecalc.torsion.asked import asked_orders
 from vibecalc.torsion.damped_modes import LineModes, damped_line_modes, undamped_line_modes
 from vibecalc.torsion.forced import (
     MaskedResponse,
@@ -36,7 +37,6 @@ from vibecalc.torsion.line import Line
 from vibecalc.torsion.model import ShaftLineModel, build_shaft_line
 from vibecalc.torsion.modes import Modes, natural_modes
 from vibecalc.torsion.speed_damping import SpeedDamping
-from vibecalc.torsion.stage import asked_orders
 from vibecalc.torsion.station_torques import GivenTorques, Orders, columns, placed_torques
 from vibecalc.torsion.synthesis import Cycles
 from vibecalc.torsion.tables import LineSpeeds, Torsion

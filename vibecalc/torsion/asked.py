@@ -1,0 +1,169 @@
+"""What a case asks of its shaft line and what the line has, read from the tables alone."""
+
+import math
+from typing import TYPE_CHECKING
+
+from vibecalc.kinds import has_crank_train
+from vibecalc.schema import Case
+
+if TYPE_CHECKING:
+    from vibecalc.torsion.coupling_tables import Coupling
+    from vibecalc.torsion.shaft_line_tables import ShaftLine
+    from vibecalc.torsion.tables import Torsion
+
+#: where the case says nothing
+_HIGHEST_ORDER = 12.0
+#: longer rows are not printed
+_LONGEST_HOLZER = 100
+
+
+def parts_of(case: Case) -> tuple[str, ...]:
+    return ("crank_train", "shaft_line") if has_crank_train(case.machine) else ("shaft_line",)
+
+
+def asked(case: Case) -> "Torsion | None":
+    """[response.torsion] of a case."""
+    return None if case.response is None else case.response.torsion
+
+
+def torsion_of(case: Case) -> "Torsion":
+    torsion = asked(case)
+    assert torsion is not None
+    return torsion
+
+
+def shaft_line_of(case: Case) -> "ShaftLine":
+    assert case.machine.shaft_line is not None
+    return case.machine.shaft_line
+
+
+def has_loops(case: Case) -> bool:
+    """Whether shafts and gears close a loop."""
+    line = shaft_line_of(case)
+    return len(line.shafts) + len(line.gears) > len(line.stations) - 1
+
+
+def has_holzer(case: Case) -> bool:
+    """Whether the line, a row or a tree of branches, is short enough for printed tables."""
+    return freedom_count(case) <= _LONGEST_HOLZER and not has_loops(case)
+
+
+def has_modal_damping(case: Case) -> bool:
+    """Whether the case damps by mode."""
+    torsion = torsion_of(case)
+    return torsion.damping_model is not None and torsion.damping_model.kind == "modal"
+
+
+def has_damped_rings(case: Case) -> bool:
+    """Whether a ring is damped against the line, so that its modes are not the undamped ones."""
+    dampers = shaft_line_of(case).dampers
+    return torsion_of(case).damping_model is None and any(
+        one.damping or one.loss_factor for one in dampers
+    )
+
+
+def modes_follow_speed(case: Case) -> bool:
+    """Whether pendulums, or couplings that vary, let natural frequencies change with the speed."""
+    if any(one.kind == "pendulum" for one in shaft_line_of(case).dampers):
+        return True
+    found = named_couplings(case).values()
+    if not found:
+        return False
+    from vibecalc.torsion.coupling_checks import what_it_follows
+
+    return any(map(what_it_follows, found))
+
+
+def named_couplings(case: Case) -> dict[str, "Coupling"]:
+    """Elastic couplings of a line by the names of their shafts."""
+    from vibecalc.torsion.shaft_line_tables import section_names
+
+    line = shaft_line_of(case)
+    named = zip(section_names(line), line.shafts, strict=True)
+    return {name: shaft.coupling for name, shaft in named if shaft.coupling is not None}
+
+
+def coupling_limits(case: Case) -> tuple[str, ...]:
+    """Limits that the maker of some coupling says."""
+    found = named_couplings(case)
+    if not found:
+        return ()
+    from vibecalc.torsion.coupling_tables import limits_of
+
+    said = [limits_of(one) for one in found.values()]
+    return tuple(name for name in said[0] if any(one[name] for one in said))
+
+
+def asked_orders(case: Case) -> tuple[float, float]:
+    """Highest order and step of the orders of a case."""
+    torsion = asked(case)
+    given = None if torsion is None else torsion.orders
+    four = (case.machine.cycle or "four_stroke") == "four_stroke"
+    step = (0.5 if four else 1.0) if given is None or given.step is None else given.step
+    if given is not None and given.count is not None:
+        return step * given.count, step
+    highest = _HIGHEST_ORDER if given is None or given.highest is None else given.highest
+    return step * math.floor(highest / step + 1e-9), step
+
+
+def excited_orders(case: Case) -> tuple[float, ...]:
+    """Orders of the crank that excite the line, ascending: of cylinders and as given at stations.
+
+    A frequency that does not follow the speed counts as its order at the operating speed.
+    """
+    engine: tuple[float, ...] = ()
+    if has_crank_train(case.machine):
+        highest, step = asked_orders(case)
+        engine = tuple(step * number for number in range(1, round(highest / step) + 1))
+    if not shaft_line_of(case).excitations:
+        return engine
+    from vibecalc.torsion.adapters.given_torques import all_orders
+
+    return tuple(all_orders(case, engine).order.tolist())
+
+
+def solves(case: Case, speeds: int = 1) -> int:
+    """Solves of the line at so many speeds, one per order."""
+    return len(excited_orders(case)) * speeds
+
+
+def orders_words(case: Case) -> str:
+    if shaft_line_of(case).excitations:
+        orders = excited_orders(case)
+        return f"{len(orders)} from {orders[0]:.4g} to {orders[-1]:.4g}"
+    highest, step = asked_orders(case)
+    return f"{step:g} to {highest:g} by {step:g}"
+
+
+def condition_names(case: Case) -> tuple[str, ...]:
+    """Names of the conditions of the cylinders, none where the case asks for none."""
+    from vibecalc.torsion.curve_tables import condition_names
+
+    torsion = asked(case)
+    if torsion is None or torsion.conditions is None:
+        return ()
+    cylinders = (one.name for one in case.machine.crank_train.cylinders)
+    return condition_names(torsion.conditions, cylinders)
+
+
+def line_orders(case: Case) -> str:
+    """Orders of the excitation in words."""
+    torsion = asked(case)
+    given = None if torsion is None else torsion.orders
+    if given is None or given.count is None:
+        highest = _HIGHEST_ORDER if given is None or given.highest is None else given.highest
+        return f"up to {highest:g}, mean torque apart"
+    return f"the first {given.count}, mean torque apart"
+
+
+def has_loss(case: Case) -> bool:
+    """Whether something on the line has a loss factor, defined for steady vibration only."""
+    from vibecalc.torsion.shaft_line_tables import loss_factor
+
+    line = shaft_line_of(case)
+    return any(map(loss_factor, line.shafts)) or any(d.loss_factor for d in line.dampers)
+
+
+def freedom_count(case: Case) -> int:
+    line = shaft_line_of(case)
+    return len(line.stations) + len(line.dampers)
