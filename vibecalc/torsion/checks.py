@@ -8,6 +8,7 @@ from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import has_crank_train
 from vibecalc.parts.firing import is_separate, torque_reaches_mounts
 from vibecalc.schema import Case
+from vibecalc.torsion.excitation_checks import excitation_problems
 from vibecalc.torsion.shaft_line_tables import (
     ShaftLine,
     has_stress,
@@ -184,76 +185,6 @@ def _published(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
         found=f"modes = {options.modes}",
         allowed=f"up to {elastic}, its elastic modes",
     )
-
-
-# ----------------------------------------------------------------------------
-# Torques given at stations: do they have what they follow, and can every question count them?
-# ----------------------------------------------------------------------------
-
-#: questions that know the torques of cylinders alone
-_OF_CYLINDERS = ("misfire", "conditions", "as_published", "variable_inertia", "orders")
-
-
-def excitation_problems(case: Case, line: ShaftLine) -> Iterator[Problem]:
-    """Problems of [[machine.shaft_line.excitations]], and of a line without cylinders."""
-    torsion = None if case.response is None else case.response.torsion
-    cylinders = has_crank_train(case.machine)
-    if not cylinders and not line.excitations and torsion is not None:
-        yield Problem(
-            path=LINE,
-            message="nothing excites this line: it has no cylinders and no excitations",
-            allowed="excitations = [{ on = 'pump', blades = 5, shares = [0.05] }], for example",
-            hint="for natural and critical speeds alone, torques = ['0 N*m'] with the orders that "
-            "count",
-        )
-    asked = [] if torsion is None else [key for key in _OF_CYLINDERS if getattr(torsion, key)]
-    if cylinders:
-        asked = [key for key in asked if key in ("as_published", "variable_inertia")]
-    refused: list[KeyPath] = [(*TORSION, key) for key in asked]
-    refused += [DESIGN] if case.damper_design is not None else []
-    for path in refused if line.excitations or not cylinders else ():
-        yield Problem(
-            path=path,
-            message=f"{path[-1]} counts the torques of cylinders alone",
-            allowed="no excitations in [machine.shaft_line] with it"
-            if cylinders
-            else "an engine, whose cylinders it is about",
-            also=(*LINE, "excitations", 0),
-        )
-    change = None if torsion is None else torsion.transient
-    if change is not None and line.excitations:
-        yield Problem(
-            path=(*TORSION, "transient"),
-            message="a change in time counts the torques of cylinders alone",
-            allowed="no excitations in [machine.shaft_line] with it",
-            also=(*LINE, "excitations", 0),
-        )
-    yield from _followed(case, line)
-
-
-def _followed(case: Case, line: ShaftLine) -> Iterator[Problem]:
-    """Shares of a mean torque that there is, frequencies that are no orders."""
-    taking = line.load or line.stations[-1].name
-    loaded = {taking, *(load.on for load in line.loads)}
-    for place, one in enumerate(line.excitations):
-        path: KeyPath = (*LINE, "excitations", place)
-        if one.shares and one.on not in loaded:
-            yield Problem(
-                path=(*path, "shares"),
-                message=f"station {one.on[:60]!r} takes no mean torque to have a share of",
-                allowed="a station of `loads`, or that of `load`; or torques instead",
-                also=(*LINE, "loads") if line.loads else None,
-            )
-        for number, frequency in enumerate(one.frequencies):
-            half = 2.0 * frequency / case.machine.speed
-            if abs(half - round(half)) <= 1e-9 * max(half, 1.0):
-                yield Problem(
-                    path=(*path, "frequencies", number),
-                    message=f"this frequency is order {half / 2.0:g} at the operating speed",
-                    allowed="orders instead, if it follows the speed; else a frequency that is no "
-                    "multiple of half the speed",
-                    also=("machine", "speed"),
-                )
 
 
 # ----------------------------------------------------------------------------

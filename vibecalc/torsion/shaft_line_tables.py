@@ -543,7 +543,8 @@ def has_laws(line: ShaftLine) -> bool:
     """Whether dampings follow the speed, a load or a mode."""
     return (
         line.engine_damping is not None
-        or any(one.over_speed is not None for one in (*line.stations, *line.shafts))
+        or any(one.over_speed is not None for one in line.stations)
+        or any(one.over_speed is not None for one in line.shafts)
         or any(one.propeller_damping is not None for one in line.loads)
     )
 

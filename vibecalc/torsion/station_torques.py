@@ -1,7 +1,7 @@
 """Torques given at stations of a shaft line: their harmonics, and how they follow the speed."""
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,8 +23,13 @@ SAME = 1e-9
 #: of an amplitude with its phase and its law
 ROUNDINGS = 16.0
 
-#: what a torque is at speeds (s,) in rad/s, over its amplitude
-Law = Callable[[FloatArray], FloatArray]
+
+class Law(Protocol):
+    """What a torque is over its amplitude, such as a `SpeedLaw`."""
+
+    def at(self, speed: FloatArray) -> FloatArray:
+        """At crank speeds (s,) in rad/s."""
+        ...
 
 
 class HarmonicOrder(NamedTuple):
@@ -74,7 +79,7 @@ class GivenTorques(NamedTuple):
         total = np.zeros((len(speed), columns, places), dtype=np.complex128)
         size = np.zeros(total.shape)
         for column, place, amplitude, law in zip(*self, strict=True):
-            one = amplitude * law(speed)
+            one = amplitude * law.at(speed)
             total[:, column, place] += one
             size[:, column, place] += np.abs(one)
         return Bounded(total, ROUNDINGS * EPSILON * size)

@@ -1,13 +1,14 @@
 """The torques that a case gives at stations of its line, as harmonics of the crank."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.torsion.shaft_line_tables import crank_station, joints, speed_ratios
+from vibecalc.torsion.speed_damping import SpeedLaw
 from vibecalc.torsion.station_torques import (
     Harmonic,
     HarmonicOrder,
@@ -98,18 +99,30 @@ def _law(
     engine_mean: Callable[[FloatArray], FloatArray],
 ) -> Law:
     if given.over_speed is not None:
-        nodes, values = np.array(given.over_speed.speed), np.array(given.over_speed.factor)
-        return lambda speed: np.interp(speed, nodes, values)
+        entry, factor = np.array(given.over_speed.speed), np.array(given.over_speed.factor)
+        return SpeedLaw(1.0, entry=entry, factor=factor)
     if not given.shares:
-        exponent = given.exponent
-        return lambda speed: (speed / operating) ** exponent
-    here = shaft.taken_station == station
+        return SpeedLaw(1.0, operating, given.exponent)
+    ratio = float(np.abs(shaft.station_ratio[station]))
+    here = np.flatnonzero(shaft.taken_station == station)
+    if station != shaft.load_station and len(here) == 1:
+        law = shaft.taken_laws[int(here[0])]
+        return law._replace(value=abs(law.value) * ratio)
+    return _MeanTorque(shaft, station, here, engine_mean)
 
-    def mean(speed: FloatArray) -> FloatArray:
-        taken = shaft.taken(speed)
-        carried = taken[:, here].sum(axis=1)
-        if station == shaft.load_station:
-            carried = carried + engine_mean(speed) - taken.sum(axis=1)
+
+class _MeanTorque(NamedTuple):
+    """Magnitude of the mean torque that a station takes, referred, in N m."""
+
+    shaft: "ShaftLineModel"
+    station: int
+    here: np.ndarray
+    engine_mean: Callable[[FloatArray], FloatArray]
+
+    def at(self, speed: FloatArray) -> FloatArray:
+        """At crank speeds (s,) in rad/s."""
+        taken = self.shaft.taken(speed)
+        carried = taken[:, self.here].sum(axis=1)
+        if self.station == self.shaft.load_station:
+            carried = carried + self.engine_mean(speed) - taken.sum(axis=1)
         return np.asarray(np.abs(carried))
-
-    return mean

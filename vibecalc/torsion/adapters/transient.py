@@ -14,7 +14,7 @@ from vibecalc.torsion.adapters.transient_damping import Equivalent
 from vibecalc.torsion.adapters.transient_motion import Journey, journey, running
 from vibecalc.torsion.results import TRANSIENT
 from vibecalc.torsion.section_loads import twist_and_torque
-from vibecalc.torsion.synthesis import over_cycle
+from vibecalc.torsion.synthesis import Cycles, over_cycle
 from vibecalc.torsion.transient.cycles import (
     SlidingExtremes,
     largest_steady,
@@ -346,7 +346,10 @@ def _steady_peak(setup: Setup, path: Journey, run_: TransientRun, part: Stretch)
     angle = Bounded(solved.angle[0], solved.error[0][:, None])
     _, torque = twist_and_torque(setup.model.at(speed), frequency, angle)
     whole = concatenate([Bounded(still, 1e-13 * np.abs(still))[None], torque], axis=0)
-    return over_cycle(path.order, whole.T).peak
+    with_mean = Cycles(
+        *(np.concatenate([np.zeros(1, one.dtype), one]) for one in setup.drive.cycles)
+    )
+    return over_cycle(with_mean, whole.T).peak
 
 
 # ----------------------------------------------------------------------------

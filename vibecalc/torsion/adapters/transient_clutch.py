@@ -8,6 +8,7 @@ from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.adapters.transient_motion import Journey, check_form, dampable, torques
 from vibecalc.torsion.line import Line, part_of
 from vibecalc.torsion.results import TRANSIENT
+from vibecalc.torsion.shaft_line_tables import crank_station
 from vibecalc.torsion.transient.clutch import Clutch, Engagement, engage, slip_view
 from vibecalc.torsion.transient.march import TransientRun
 from vibecalc.torsion.transient.motion import Stretch, stretch
@@ -31,6 +32,8 @@ def run_clutch(
     assert options.clutch is not None and options.driven_speed is not None
     assert options.friction_torque is not None
     line, equivalent = dampable(setup, options)
+    parts = scene.case.machine.shaft_line
+    assert parts is not None
     shaft, speed, cycle = setup.shaft, setup.speed, setup.drive.firing.cycle
     element = shaft.section_names.index(options.clutch)
     ratio = abs(float(shaft.section_ratio[element]))
@@ -40,7 +43,7 @@ def run_clutch(
         element,
         options.friction_torque * ratio,
         options.engaging_time or 0.0,
-        np.asarray(part != part[shaft.cylinder_freedom[0]]),
+        np.asarray(part != part[shaft.freedom[crank_station(parts)]]),
         options.driven_speed / ratio,
     )
     order = np.append(0.0, setup.drive.order)

@@ -10,6 +10,7 @@ from vibecalc.numerics.rounding import ComplexArray, FloatArray
 from vibecalc.torsion.adapters.setup import Setup, motored_cylinder
 from vibecalc.torsion.adapters.transient_damping import Equivalent, without_loss
 from vibecalc.torsion.line import Line
+from vibecalc.torsion.speed_damping import SpeedLaw
 from vibecalc.torsion.transient.motion import Stretch, TorqueInTime, stretch, time_of_speed
 from vibecalc.torsion.transient_tables import AT_CONSTANT_SPEED, Transient
 
@@ -119,9 +120,10 @@ def dampable(setup: Setup, options: Transient) -> tuple[Line, Equivalent | None]
 def torques(setup: Setup, speed: float) -> tuple[ComplexArray, ComplexArray]:
     """Gas (n, m + 1) in N m and inertia (n, m + 1) in N m per (rad/s)^2 at one speed, mean first.
 
-    Beyond the speeds of the cards the nearest card holds: a run may begin at rest.
+    Beyond the speeds of the cards the nearest card holds: a run may begin at rest. What is given at
+    stations stands with the gas, or, where it goes with the square of the speed, with the inertia.
     """
-    drive, n = setup.drive, setup.model.line.inertia.size
+    asked, drive, n = speed, setup.drive, setup.model.line.inertia.size
     if len(drive.card_speed):
         speed = float(np.clip(speed, drive.card_speed[0], drive.card_speed[-1]))
     share = drive.weights(np.asarray(speed))
@@ -130,6 +132,12 @@ def torques(setup: Setup, speed: float) -> tuple[ComplexArray, ComplexArray]:
     gas[drive.freedom, 0] = share @ drive.mean.value
     gas[drive.freedom, 1:] = np.tensordot(share, drive.gas.value, 1).T
     inertia[drive.freedom, 1:] = drive.inertia.value.T
+    for column, place, amplitude, law in zip(*drive.given, strict=True):
+        at = drive.freedom[place], column + 1
+        if isinstance(law, SpeedLaw) and law.exponent == 2.0 and not len(law.entry):
+            inertia[at] += amplitude * law.value / law.reference**2
+        else:
+            gas[at] += amplitude * law.at(np.array([asked]))[0]
     return gas, inertia
 
 

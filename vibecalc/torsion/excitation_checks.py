@@ -1,0 +1,126 @@
+"""Torques given at stations of a line: do they have what they follow, can a question count them?"""
+
+from collections.abc import Iterator
+
+from vibecalc.errors import KeyPath, Problem
+from vibecalc.kinds import has_crank_train
+from vibecalc.schema import Case
+from vibecalc.torsion.shaft_line_tables import (
+    ShaftLine,
+    crank_station,
+    joints,
+    section_names,
+    speed_ratios,
+)
+from vibecalc.torsion.transient_tables import PASSAGES
+
+TORSION: KeyPath = ("response", "torsion")
+DESIGN: KeyPath = ("damper_design",)
+LINE: KeyPath = ("machine", "shaft_line")
+
+# ----------------------------------------------------------------------------
+# Torques given at stations: do they have what they follow, and can every question count them?
+# ----------------------------------------------------------------------------
+
+#: questions that know the torques of cylinders alone
+_OF_CYLINDERS = ("misfire", "conditions", "as_published", "variable_inertia", "orders")
+
+
+def excitation_problems(case: Case, line: ShaftLine) -> Iterator[Problem]:
+    """Problems of [[machine.shaft_line.excitations]], and of a line without cylinders."""
+    torsion = None if case.response is None else case.response.torsion
+    cylinders = has_crank_train(case.machine)
+    if not cylinders and not line.excitations and torsion is not None:
+        yield Problem(
+            path=LINE,
+            message="nothing excites this line: it has no cylinders and no excitations",
+            allowed="excitations = [{ on = 'pump', blades = 5, shares = [0.05] }], for example",
+            hint="for natural and critical speeds alone, torques = ['0 N*m'] with the orders that "
+            "count",
+        )
+    asked = [] if torsion is None else [key for key in _OF_CYLINDERS if getattr(torsion, key)]
+    if cylinders:
+        asked = [key for key in asked if key in ("as_published", "variable_inertia")]
+    refused: list[KeyPath] = [(*TORSION, key) for key in asked]
+    refused += [DESIGN] if case.damper_design is not None else []
+    for path in refused if line.excitations or not cylinders else ():
+        yield Problem(
+            path=path,
+            message=f"{path[-1]} counts the torques of cylinders alone",
+            allowed="no excitations in [machine.shaft_line] with it"
+            if cylinders
+            else "an engine, whose cylinders it is about",
+            also=(*LINE, "excitations", 0),
+        )
+    change = None if torsion is None else torsion.transient
+    if change is not None and change.kind in PASSAGES:
+        yield from _followed_in_passages(line)
+    elif change is not None and change.clutch is not None:
+        yield from _not_behind_clutch(line, change.clutch)
+    yield from _followed(case, line)
+
+
+def _followed(case: Case, line: ShaftLine) -> Iterator[Problem]:
+    """Shares of a mean torque that there is, frequencies that are no orders."""
+    taking = line.load or line.stations[-1].name
+    loaded = {taking, *(load.on for load in line.loads)}
+    for place, one in enumerate(line.excitations):
+        path: KeyPath = (*LINE, "excitations", place)
+        if one.shares and one.on not in loaded:
+            yield Problem(
+                path=(*path, "shares"),
+                message=f"station {one.on[:60]!r} takes no mean torque to have a share of",
+                allowed="a station of `loads`, or that of `load`; or torques instead",
+                also=(*LINE, "loads") if line.loads else None,
+            )
+        for number, frequency in enumerate(one.frequencies):
+            half = 2.0 * frequency / case.machine.speed
+            if abs(half - round(half)) <= 1e-9 * max(half, 1.0):
+                yield Problem(
+                    path=(*path, "frequencies", number),
+                    message=f"this frequency is order {half / 2.0:g} at the operating speed",
+                    allowed="orders instead, if it follows the speed; else a frequency that is no "
+                    "multiple of half the speed",
+                    also=("machine", "speed"),
+                )
+
+
+def _followed_in_passages(line: ShaftLine) -> Iterator[Problem]:
+    """While the speed changes, torques stay as they are or go with its square."""
+    taking = line.load or line.stations[-1].name
+    for place, one in enumerate(line.excitations):
+        path: KeyPath = (*LINE, "excitations", place)
+        loads = [load for load in line.loads if load.on == one.on]
+        exponents = [load.exponent for load in loads if load.curve is None]
+        by_square = one.exponent in (0.0, 2.0)
+        if one.shares:
+            by_square = one.on != taking and len(loads) == 1 and exponents in ([0.0], [2.0])
+        key = next((key for key in ("frequencies", "over_speed") if getattr(one, key)), "")
+        if key or not by_square:
+            yield Problem(
+                path=(*path, key or ("shares" if one.shares else "exponent")),
+                message="while the speed changes, a torque at a station is constant or goes with "
+                "the square of the speed",
+                allowed="exponent 0 or 2, shares of one load with such an exponent; or a change "
+                "at constant speed",
+                also=(*TORSION, "transient", "kind"),
+            )
+
+
+def _not_behind_clutch(line: ShaftLine, clutch: str) -> Iterator[Problem]:
+    """Orders behind a clutch would count turns of a shaft that slips."""
+    names, known = [station.name for station in line.stations], section_names(line)
+    if clutch not in known:
+        return
+    others = [one for n, one in enumerate(joints(line)) if n != known.index(clutch)]
+    part = speed_ratios(len(names), others, 0).part
+    for place, one in enumerate(line.excitations):
+        size = one.record or any(one.torques) or any(one.shares)
+        if size and part[names.index(one.on)] != part[crank_station(line)]:
+            yield Problem(
+                path=(*LINE, "excitations", place, "on"),
+                message="this station slips before the clutch holds, and orders of its shaft are "
+                "none of the crank",
+                allowed="torques on the side of the clutch that turns with machine.speed",
+                also=(*TORSION, "transient", "clutch"),
+            )
