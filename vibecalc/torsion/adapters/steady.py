@@ -262,4 +262,12 @@ def warn_of_orders(scene: Scene, setup: Setup) -> None:
         step = float(used[0])
         half_orders = "half orders" if step == 1.0 and base < 1.0 else "orders between"
         tell(between, f"the {half_orders}, since the step of the orders is {step:g},")
-    tell(order > used[-1] + 0.25 * base, f"the orders above {used[-1]:g}, up to {order[-1]:g},")
+    above = f"the orders above {used[-1]:g}, up to {order[-1]:g}{_gas_ends(scene, order[-1])},"
+    tell(order > used[-1] + 0.25 * base, above)
+
+
+def _gas_ends(scene: Scene, highest: float) -> str:
+    """Where a table of tangential effort ends below the highest order of the masses."""
+    given = scene.case.machine.crank_train.tangential_effort
+    last = highest if given is None else max(given.harmonics.order)
+    return f" (of the gas up to {last:g}, where its table ends)" if last < highest else ""
