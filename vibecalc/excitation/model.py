@@ -139,12 +139,11 @@ def with_tangential_effort(
     given = machine.crank_train.tangential_effort
     assert given is not None
     geometry, rows, over_speed = crank_geometry(machine), given.harmonics, given.over_speed
-    speed = () if over_speed is None else over_speed.speed
-    load = (
-        (given.mean_indicated_pressure,)
-        if over_speed is None
-        else over_speed.mean_indicated_pressure
-    )
+    if over_speed is not None:
+        speed, load = over_speed.speed, over_speed.mean_indicated_pressure
+    else:
+        assert given.mean_indicated_pressure is not None
+        speed, load = (), (given.mean_indicated_pressure,)
     found = effort_torque(
         effort_table(rows.mean_indicated_pressure, rows.order, rows.cosine, rows.sine),
         speed,

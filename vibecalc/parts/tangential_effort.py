@@ -10,7 +10,8 @@ from vibecalc.core.case.rules import Row, ascending, one_of, same_length
 from vibecalc.errors import Problem
 
 Order = Annotated[float, Field(gt=0, le=400)]
-_ROWS = {"min_length": 1, "max_length": 20_000}
+#: rows of a table
+_MOST = 20_000
 
 
 def _half_orders(row: Row) -> Iterator[Problem]:
@@ -37,27 +38,36 @@ def _each_once(row: Row) -> Iterator[Problem]:
         if len(set(listed)) < len(listed):
             yield row.problem(
                 "order",
-                f"an order stands twice at the mean indicated pressure {load:.6g} Pa",
+                f"an order stands twice at the mean indicated pressure {1e-5 * load:.6g} bar",
                 allowed="each order once at each mean indicated pressure",
             )
             return
-    first, *others = ({*listed} for listed in by_load.values())
-    if any(one != first for one in others):
-        yield row.problem(
-            "order",
-            "the mean indicated pressures do not have the same orders",
-            found=", ".join(f"{len(one)} orders at {load:.4g} Pa" for load, one in by_load.items()),
-            allowed="the same orders at each of them",
-        )
+    every = {*orders}
+    for load, listed in by_load.items():
+        lacking = sorted(every - {*listed})
+        if lacking:
+            yield row.problem(
+                "order",
+                "the mean indicated pressures do not have the same orders",
+                found=f"no order {lacking[0]:g} at {1e-5 * load:.6g} bar",
+                allowed="the same orders at each of them",
+            )
+            return
 
 
 class EffortHarmonics(Table):
-    """Rows of tangential pressure: T = A R (mean + sum of a cos(n t) + b sin(n t)), a row each."""
+    """Tangential pressure of the gas alone on the piston area, without the masses.
 
-    mean_indicated_pressure: tuple[Pressure, ...] = Field(**_ROWS, description="load of the row")
-    order: tuple[Order, ...] = Field(**_ROWS, description="n, from the firing dead centre on")
-    cosine: tuple[Pressure, ...] = Field(**_ROWS, description="a, of the gas on the piston area")
-    sine: tuple[Pressure, ...] = Field(**_ROWS, description="b")
+    A row is a cos(n t) + b sin(n t) of the crank angle t from the firing dead centre on; piston
+    area times crank radius makes a torque of it, positive in the sense of rotation.
+    """
+
+    mean_indicated_pressure: tuple[Pressure, ...] = Field(
+        min_length=1, max_length=_MOST, description="load of the row"
+    )
+    order: tuple[Order, ...] = Field(min_length=1, max_length=_MOST, description="n")
+    cosine: tuple[Pressure, ...] = Field(min_length=1, max_length=_MOST, description="a, 0-to-peak")
+    sine: tuple[Pressure, ...] = Field(min_length=1, max_length=_MOST, description="b, 0-to-peak")
     RULES = (
         same_length("mean_indicated_pressure", "order", "cosine", "sine"),
         _half_orders,
@@ -80,9 +90,11 @@ class LoadOverSpeed(Table):
 class TangentialEffort(Table):
     """The gas of an engine by its harmonics, instead of pressure over the angle."""
 
-    harmonics: EffortHarmonics = Field(description="over the load, a table or a CSV")
+    harmonics: EffortHarmonics = Field(description="rows over load and order, a table or a CSV")
     mean_indicated_pressure: Pressure | None = Field(
         None, gt=0, description="at all speeds, where it is one"
     )
-    over_speed: LoadOverSpeed | None = Field(None, description="instead: a table or a CSV")
+    over_speed: LoadOverSpeed | None = Field(
+        None, description="instead, where it follows the speed: a table or a CSV"
+    )
     RULES = (one_of("mean_indicated_pressure", "over_speed"),)
