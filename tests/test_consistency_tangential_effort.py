@@ -4,12 +4,14 @@ import copy
 import tomllib
 from functools import cache
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from effort_tables import OVER_SPEED, ROWS, from_cards, swept_volume, table
 from engine_cases import CARD, ENGINE
+from limited_lines import ran as of_text
 from shipped_cases import CASES
 
 from vibecalc.core.case.load import load_case, validate
@@ -201,3 +203,26 @@ def test_orders_left_out_are_told_as_far_as_the_table_has_them() -> None:
     assert "the orders above 3, up to 6, are left out" in warned(3, ROWS)
     # without gas at them, nothing but the small orders of the masses is left out
     assert "orders above 6" not in warned(6, ROWS)
+
+
+def test_report_and_picture_say_what_there_is(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    from vibecalc.core.report.plots import make
+    from vibecalc.core.report.text import render_report
+
+    columns = ", ".join(f"{name} = {value}" for name, value in table(ROWS).items())
+    load = 'mean_indicated_pressure = "12 bar"'
+    effort_ = f"tangential_effort = {{ {load}, harmonics = {{ {columns} }} }}"
+    result = of_text(ENGINE.replace(CARD, effort_), tmp_path)
+    said = " ".join(render_report(result, full=True).split())
+    words = "gas tangential effort over mean indicated pressure; mean indicated pressure 12"
+    assert words in said
+    figure = make(result, "torsion_excitation")
+    assert figure is not None
+    one, fast, all_ = figure.axes
+    labels = [[line.get_label() for line in axes.get_lines()] for axes in figure.axes]
+    assert all("card" not in row for row in labels)
+    gas = next(line for line in one.get_lines() if line.get_label() == "gas")
+    own = np.asarray(result.record[f"{ROOT}excitation/gas_torque"].values)
+    np.testing.assert_allclose(gas.get_ydata(), own, rtol=1e-12)
+    assert "1-3-2" in all_.get_title(loc="left") and "rpm" in fast.get_title(loc="left")
