@@ -1,6 +1,7 @@
 """Tables of tangential effort for the cases of tests, made from cards or from a formula."""
 
 import copy
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ ROWS = [
 OVER_SPEED = {"speed": [80.0, 150.0, 210.0], "mean_indicated_pressure": [6e5, 14e5, 18e5]}
 
 
-def table(rows: list[tuple[float, ...]]) -> dict[str, Any]:
+def table(rows: Sequence[tuple[float, ...]]) -> dict[str, Any]:
     """Columns of rows."""
     return {name: [row[k] for row in rows] for k, name in enumerate(COLUMNS)}
 

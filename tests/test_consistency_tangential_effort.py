@@ -201,6 +201,7 @@ def test_orders_left_out_are_told_as_far_as_the_table_has_them() -> None:
         warned(4, ROWS)
     )
     assert "the orders above 3, up to 6, are left out" in warned(3, ROWS)
+    assert "has no order" not in warned(3, ROWS)
     # without gas at them, nothing but the small orders of the masses is left out
     assert "orders above 6" not in warned(6, ROWS)
 
@@ -226,3 +227,10 @@ def test_report_and_picture_say_what_there_is(tmp_path: Path) -> None:
     own = np.asarray(result.record[f"{ROOT}excitation/gas_torque"].values)
     np.testing.assert_allclose(gas.get_ydata(), own, rtol=1e-12)
     assert "1-3-2" in all_.get_title(loc="left") and "rpm" in fast.get_title(loc="left")
+
+
+def test_half_orders_that_a_table_lacks_are_told() -> None:
+    data = engine(**effort([row for row in ROWS if row[1] % 1.0 == 0.0], over_speed=OVER_SPEED))
+    data["response"]["torsion"]["orders"] = {"step": 1, "count": 6}
+    said = " ".join(ran(data).warnings)
+    assert "has no order 0.5, 1.5, 2.5, ...: what the gas does there is in no result" in said

@@ -77,10 +77,10 @@ class Drive(NamedTuple):
     `gas` (c, m, k) in N m and `inertia` (m, k) in N m per (rad/s)^2, `mean` (c, k) of the gas in
     N m; `station` and `freedom` (k,) say where. `card_speed` (c,) in rad/s, empty for one card
     that holds at every speed; a table of tangential effort has such speeds and no `cards`.
-    `cylinder` is a healthy one, `reciprocating_mass` in kg and
-    `rod_inertia` in kg m^2 what moves in it; a line without cylinders has none of these. `given`
-    are torques at stations beside those of cylinders. `fires` (m,) are the orders of the engine;
-    `orders` has, of all, what repeats together and what does not follow the speed.
+    `cylinder` is a healthy one, `reciprocating_mass` in kg and `rod_inertia` in kg m^2 what moves
+    in it; a line without cylinders has none of these. `given` are torques at stations beside those
+    of cylinders. `fires` (m,) are the orders of the engine; `orders` has, of all, what repeats
+    together and what does not follow the speed.
     """
 
     orders: Orders
