@@ -2,6 +2,7 @@
 
 import copy
 import tomllib
+from collections.abc import Sequence
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
@@ -36,7 +37,7 @@ def engine(**train: Any) -> dict[str, Any]:
     return data
 
 
-def effort(rows: list[tuple[float, ...]] = ROWS, **load: Any) -> dict[str, Any]:
+def effort(rows: Sequence[tuple[float, ...]] = ROWS, **load: Any) -> dict[str, Any]:
     return {"tangential_effort": {"harmonics": table(rows)} | load}
 
 
@@ -123,7 +124,7 @@ def test_torque_over_the_angle_is_the_sum_of_the_rows() -> None:
     assert own.error_estimate < 1e-10
 
 
-def by_hand(rows: list[tuple[float, ...]], load: float, order: float) -> complex:
+def by_hand(rows: Sequence[tuple[float, ...]], load: float, order: float) -> complex:
     """a - i b at a load, straight between its neighbours."""
     own = sorted((row[0], row[2] - 1j * row[3]) for row in rows if row[1] == order)
     for (low, first), (high, last) in pairwise(own):
@@ -192,7 +193,7 @@ def test_one_load_over_the_speed_is_one_for_all_speeds() -> None:
 
 
 def test_orders_left_out_are_told_as_far_as_the_table_has_them() -> None:
-    def warned(highest: int, rows: list[tuple[float, ...]]) -> str:
+    def warned(highest: int, rows: Sequence[tuple[float, ...]]) -> str:
         data = engine(**effort(rows, over_speed=OVER_SPEED))
         data["response"]["torsion"]["orders"] = {"highest": highest}
         return " ".join(ran(data).warnings)
@@ -225,7 +226,7 @@ def test_report_and_picture_say_what_there_is(tmp_path: Path) -> None:
     assert all("card" not in row for row in labels)
     gas = next(line for line in one.get_lines() if line.get_label() == "gas")
     own = np.asarray(result.record[f"{ROOT}excitation/gas_torque"].values)
-    np.testing.assert_allclose(gas.get_ydata(), own, rtol=1e-12)
+    np.testing.assert_allclose(np.asarray(gas.get_ydata()), own, rtol=1e-12)
     assert "1-3-2" in all_.get_title(loc="left") and "rpm" in fast.get_title(loc="left")
 
 
