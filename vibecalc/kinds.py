@@ -283,6 +283,7 @@ PARTS_OF_KIND: dict[str, PartsOfKind] = {
             (*MACHINE, "cycle"),
             *_OF_LINES,
             *((*TRAIN, k) for k in ("firing_order", "firing_intervals", "gas_cards", "gas_cycle")),
+            (*TRAIN, "tangential_effort"),
             *((*TRAIN, "cylinders", EACH, key) for key in ("firing_angle", "pressure_scale")),
         ),
         foreign=_OF_COMPRESSORS,

@@ -10,12 +10,14 @@ from numpy.typing import NDArray
 from vibecalc.excitation import pressure_cycle as pump_cycle
 from vibecalc.excitation.gas_tables import GasCard, gas_card
 from vibecalc.excitation.pressure_cycle import Liquid
+from vibecalc.kinematics.slider_crank import stroke
 from vibecalc.parts.crank_train import crank_geometry as train_geometry
 from vibecalc.parts.firing import TURN, angles_in_order, cycle_angle
 from vibecalc.parts.geometry import CrankGeometry
 from vibecalc.schema import Case, Machine
 
 if TYPE_CHECKING:
+    from vibecalc.excitation.cylinder_torque import CylinderTorque
     from vibecalc.excitation.pressure_cycle import PressureCycle
 
 Array = NDArray[np.float64]
@@ -122,6 +124,41 @@ def gas_cards(machine: Machine) -> tuple[Array, tuple[GasCard, ...]]:
     if train.pump_cycle is not None:
         return np.empty(0), (pump_card(machine),)
     return np.empty(0), ()
+
+
+def with_tangential_effort(
+    machine: Machine, torque: "CylinderTorque"
+) -> tuple[Array, "CylinderTorque"]:
+    """Speeds (k,) in rad/s, and the torque of a cylinder with gas (k, m) out of the maker's table.
+
+    One mean indicated pressure for all speeds has none. The table is of the gas alone: the torque
+    of the masses stays. Raises NumericalFailure for a load that is not inside the table.
+    """
+    from vibecalc.excitation.tangential_effort import effort_table, effort_torque
+
+    given = machine.crank_train.tangential_effort
+    assert given is not None
+    geometry, rows, over_speed = crank_geometry(machine), given.harmonics, given.over_speed
+    if over_speed is not None:
+        speed, load = over_speed.speed, over_speed.mean_indicated_pressure
+    else:
+        assert given.mean_indicated_pressure is not None
+        speed, load = (), (given.mean_indicated_pressure,)
+    found = effort_torque(
+        effort_table(rows.mean_indicated_pressure, rows.order, rows.cosine, rows.sine),
+        speed,
+        load,
+        torque.order,
+        lever=geometry.piston_area * geometry.crank_radius,
+        swept_volume=geometry.piston_area * stroke(*geometry[:2], geometry.wrist_pin_offset),
+        cycle=cycle_angle(machine),
+    )
+    return found.speed, torque._replace(
+        gas=found.gas.value,
+        gas_error=found.gas.error,
+        mean=found.mean.value,
+        mean_error=found.mean.error,
+    )
 
 
 def cycle_of(machine: Machine) -> Any:

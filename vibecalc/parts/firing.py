@@ -138,7 +138,8 @@ def shakes_with_torque(case: "Case") -> bool:
 def has_gas(case: "Case") -> bool:
     """Whether the case says anything of the pressure in its cylinders."""
     train = case.machine.crank_train
-    return bool(train.gas_pressure or train.gas_cards or train.gas_cycle or train.pump_cycle)
+    gas = (train.gas_pressure, train.gas_cards, train.gas_cycle, train.tangential_effort)
+    return any(gas) or bool(train.pump_cycle)
 
 
 def _fires(case: "Case") -> bool:

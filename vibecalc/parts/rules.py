@@ -13,7 +13,7 @@ from vibecalc.units import convert
 # An engine: gas and firing said once, and what its tables need.
 # ----------------------------------------------------------------------------
 
-GAS = ("gas_pressure", "gas_cards", "gas_cycle")
+GAS = ("gas_pressure", "gas_cards", "gas_cycle", "tangential_effort")
 
 
 def _line_asked(row: Row) -> bool:

@@ -49,6 +49,7 @@ from vibecalc.core.case.rules import (
 )
 from vibecalc.core.results.named import named
 from vibecalc.errors import Problem
+from vibecalc.parts.tangential_effort import TangentialEffort
 
 # ----------------------------------------------------------------------------
 # Joints with play: what a case says of clearances and of the contact in them.
@@ -374,6 +375,9 @@ class CrankTrain(Table):
     )
     gas_cycle: GasCycle | None = Field(
         None, description="of an engine, computed, instead of gas_pressure"
+    )
+    tangential_effort: TangentialEffort | None = Field(
+        None, description="of an engine, by its harmonics, instead of gas_pressure"
     )
     pump_cycle: PumpCycle | None = Field(
         None, description="of a pump: the pressure on its plungers over a turn"

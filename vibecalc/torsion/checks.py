@@ -33,9 +33,10 @@ def torsion_problems(case: Case) -> list[Problem]:
     """Problems of [response.torsion] and [damper_design] against the machine."""
     line = case.machine.shaft_line
     if line is None:
-        return list(_speeds(case)) if torque_reaches_mounts(case) else []
+        return [*_speeds(case), *_effort(case)] if torque_reaches_mounts(case) else []
     torsion = None if case.response is None else case.response.torsion
-    problems = [*_speeds(case), *_run_up(case, line), *excitation_problems(case, line)]
+    problems = [*_speeds(case), *_effort(case), *_run_up(case, line)]
+    problems += excitation_problems(case, line)
     if torsion is not None:
         problems += [*_orders(case, torsion), *change_problems(line, torsion)]
         problems += [*_damping(line, torsion), *_published(line, torsion)]
@@ -89,6 +90,13 @@ def _speeds(case: Case) -> Iterator[Problem]:
                 hint="a card at this speed, or a range that the cards cover",
                 also=("machine", "crank_train", "gas_cards"),
             )
+
+
+def _effort(case: Case) -> Iterator[Problem]:
+    if has_crank_train(case.machine) and case.machine.crank_train.tangential_effort is not None:
+        from vibecalc.torsion.tangential_effort_checks import effort_problems
+
+        yield from effort_problems(case, asked_speeds(case))
 
 
 def _run_up(case: Case, line: ShaftLine) -> Iterator[Problem]:

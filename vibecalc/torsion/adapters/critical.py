@@ -286,7 +286,10 @@ def meeting(setup: Setup, speed: FloatArray, section: IntArray, end: BoolArray) 
     order = setup.drive.order
     sides = np.concatenate([[1.0], 1.0 - SCALES, 1.0 + SCALES])
     unique, place = np.unique(speed, return_inverse=True)
-    size, half, masked = _half_ranges_at(setup, unique[:, None] * sides, place, section)
+    at, known = unique[:, None] * sides, setup.drive.card_speed
+    if len(known):  # beyond the speeds of the gas nobody knows the torque
+        at = np.clip(at, known[0], known[-1])
+    size, half, masked = _half_ranges_at(setup, at, place, section)
     low, high = slice(1, 1 + len(SCALES)), slice(1 + len(SCALES), None)
     out = half[:, :1] - 0.5 * (half[:, low] + half[:, high])
     wide = np.argmax(out >= 0.5 * out.max(axis=1, keepdims=True), axis=1)

@@ -13,10 +13,11 @@ from vibecalc.excitation.cylinder_torque import (
     phasor,
 )
 from vibecalc.excitation.gas_tables import pressure_at
+from vibecalc.kinematics.slider_crank import stroke
 from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.adapters.modes import natural_uncertainty
-from vibecalc.torsion.adapters.setup import NOTHING_GIVEN, Drive, Setup, placed
+from vibecalc.torsion.adapters.setup import NOTHING_GIVEN, Setup, placed
 from vibecalc.torsion.holzer import ShapeUncertainty, uncertainty_of
 from vibecalc.torsion.results import ROOT
 
@@ -67,11 +68,11 @@ def emit_excitation(scene: Scene, setup: Setup) -> None:
 
 
 def _means(scene: Scene, setup: Setup, mean: Bounded) -> None:
-    drive, at = setup.drive, np.array([setup.speed])
+    drive, at, geometry = setup.drive, np.array([setup.speed]), setup.drive.geometry
     torque = drive.mean_torque(at).sum()[0]
     scene.emit(f"{PLACE}/mean_torque", torque)
     scene.emit(f"{PLACE}/power", setup.speed * torque)
-    swept = drive.geometry.piston_area * _stroke(drive)
+    swept = geometry.piston_area * float(stroke(*geometry[:2], geometry.wrist_pin_offset))
     if swept > 0.0:
         pressure = rounded(drive.firing.cycle / swept, 16.0) * mean
         scene.emit(f"{PLACE}/mean_indicated_pressure", pressure)
@@ -82,38 +83,44 @@ def _means(scene: Scene, setup: Setup, mean: Bounded) -> None:
             )
 
 
-def _stroke(drive: Drive) -> float:
-    radius, length, _, offset = drive.geometry
-    far = np.sqrt((length + radius) ** 2 - offset**2)
-    return float(far - np.sqrt((length - radius) ** 2 - offset**2))
-
-
 def _over_the_cycle(scene: Scene, setup: Setup) -> None:
-    """Pressure and torques at each degree of the cycle."""
+    """Pressure and torques at each degree of the cycle.
+
+    A table of tangential effort has no pressure; its torque is that of the orders of the case.
+    """
     drive, geometry = setup.drive, setup.drive.geometry
     turns = round(drive.firing.cycle / (2.0 * np.pi))
     angle = np.linspace(0.0, drive.firing.cycle, STEPS * turns + 1)
-    share = drive.weights(np.asarray(setup.speed))
-    pressure = share @ np.array([pressure_at(card, angle) for card in drive.cards])
-    gas = share @ np.array([gas_torque_at(card, geometry, angle) for card in drive.cards])
     inertia = setup.speed**2 * inertia_torque_at(
         geometry, drive.reciprocating_mass, drive.rod_inertia, angle
     )
     axes = {"crank_angle": angle}
     # an angle of the cycle is right to a rounding, and so is its sine
     rounding, step = EPSILON * drive.firing.cycle, angle[1] - angle[0]
-    off = share @ np.array([card.error.max() for card in drive.cards])
 
     def uncertainty(value: FloatArray) -> float:
         steepest = float(np.max(np.abs(np.diff(value)))) / step
         return float(8.0 * EPSILON * np.max(np.abs(value)) + rounding * steepest)
 
-    lever = geometry.piston_area * geometry.crank_radius
-    errors = {"pressure": uncertainty(pressure) + off, "inertia_torque": 2.0 * uncertainty(inertia)}
-    errors["gas_torque"] = uncertainty(gas) + lever * off
+    errors, values = {}, {}
+    if drive.cards:
+        share = drive.weights(np.asarray(setup.speed))
+        pressure = share @ np.array([pressure_at(card, angle) for card in drive.cards])
+        gas = share @ np.array([gas_torque_at(card, geometry, angle) for card in drive.cards])
+        off = share @ np.array([card.error.max() for card in drive.cards])
+        lever = geometry.piston_area * geometry.crank_radius
+        values["pressure"], errors["pressure"] = pressure, uncertainty(pressure) + off
+        off_gas = lever * off
+    else:
+        one = drive.healthy(setup.speed)
+        gas = one.mean + np.real(np.exp(1j * angle[:, None] * drive.order) @ one.gas)
+        off_gas = float(one.mean_error + one.gas_error.sum())
+    values |= {"gas_torque": gas, "inertia_torque": inertia, "total_torque": gas + inertia}
+    errors |= {
+        "gas_torque": uncertainty(gas) + off_gas,
+        "inertia_torque": 2.0 * uncertainty(inertia),
+    }
     errors["total_torque"] = errors["gas_torque"] + errors["inertia_torque"]
-    values = {"pressure": pressure, "gas_torque": gas, "inertia_torque": inertia}
-    values["total_torque"] = gas + inertia
     for name, value in values.items():
         scene.emit(f"{PLACE}/{name}", value, errors[name], axes)
     # of all cylinders, as far as the orders of the case go

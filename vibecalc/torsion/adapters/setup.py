@@ -18,7 +18,14 @@ from vibecalc.excitation.cylinder_torque import (
     weighted,
 )
 from vibecalc.excitation.gas_tables import GasCard, card_weights, gas_card
-from vibecalc.excitation.model import Firing, build_firing, crank_geometry, cycle_of, gas_cards
+from vibecalc.excitation.model import (
+    Firing,
+    build_firing,
+    crank_geometry,
+    cycle_of,
+    gas_cards,
+    with_tangential_effort,
+)
 from vibecalc.kinds import has_crank_train
 from vibecalc.numerics.bounded import Bounded, reshaped, rounded
 from vibecalc.numerics.rounding import BoolArray, ComplexArray, FloatArray, IntArray, distinct
@@ -69,10 +76,11 @@ class Drive(NamedTuple):
 
     `gas` (c, m, k) in N m and `inertia` (m, k) in N m per (rad/s)^2, `mean` (c, k) of the gas in
     N m; `station` and `freedom` (k,) say where. `card_speed` (c,) in rad/s, empty for one card
-    that holds at every speed. `cylinder` is a healthy one, `reciprocating_mass` in kg and
-    `rod_inertia` in kg m^2 what moves in it; a line without cylinders has none of these. `given`
-    are torques at stations beside those of cylinders. `fires` (m,) are the orders of the engine;
-    `orders` has, of all, what repeats together and what does not follow the speed.
+    that holds at every speed; a table of tangential effort has such speeds and no `cards`.
+    `cylinder` is a healthy one, `reciprocating_mass` in kg and `rod_inertia` in kg m^2 what moves
+    in it; a line without cylinders has none of these. `given` are torques at stations beside those
+    of cylinders. `fires` (m,) are the orders of the engine; `orders` has, of all, what repeats
+    together and what does not follow the speed.
     """
 
     orders: Orders
@@ -263,6 +271,9 @@ def _cylinders(
         rod_inertia_difference=rod_inertia,
         harmonics=harmonics,
     )
+    if machine.crank_train.tangential_effort is not None:
+        card_speed, one = with_tangential_effort(machine, one)
+        cards = ()
     healthy = _thinned(one, every)
     motored = None
     if _motored(case) and not all_fire:

@@ -231,6 +231,7 @@ def warn_of_orders(scene: Scene, setup: Setup) -> None:
     used = setup.drive.order[setup.drive.fires]
     base = 2.0 * np.pi / setup.drive.firing.cycle
     drive = build_drive(scene.case, setup.shaft, orders=(2.0 * float(used[-1]), float(base)))
+    _warn_of_gaps(scene, used[-1], base)
     state = solved(setup.model, drive, np.array([setup.speed]))
     order, torque = drive.order, state.torque[0].T / setup.shaft.section_ratio[:, None]
     known = ~drive.fires | (np.min(np.abs(order[:, None] - used), axis=1) < 0.25 * base)
@@ -262,4 +263,25 @@ def warn_of_orders(scene: Scene, setup: Setup) -> None:
         step = float(used[0])
         half_orders = "half orders" if step == 1.0 and base < 1.0 else "orders between"
         tell(between, f"the {half_orders}, since the step of the orders is {step:g},")
-    tell(order > used[-1] + 0.25 * base, f"the orders above {used[-1]:g}, up to {order[-1]:g},")
+    above = f"the orders above {used[-1]:g}, up to {order[-1]:g}{_gas_ends(scene, order[-1])},"
+    tell(order > used[-1] + 0.25 * base, above)
+
+
+def _warn_of_gaps(scene: Scene, highest: float, base: float) -> None:
+    """Tell of orders below the highest that the gas of such an engine has and its table has not."""
+    given = scene.case.machine.crank_train.tangential_effort
+    every = base * np.arange(1, round(highest / base))
+    lacking = [] if given is None else every[~np.isin(every, given.harmonics.order)].tolist()
+    if lacking:
+        words = ", ".join(f"{one:g}" for one in lacking[:3]) + ", ..." * (len(lacking) > 3)
+        scene.warn(
+            f"the table of tangential effort has no order {words}: what the gas does there is in "
+            "no result and in no error estimate"
+        )
+
+
+def _gas_ends(scene: Scene, highest: float) -> str:
+    """Where a table of tangential effort ends below the highest order of the masses."""
+    given = scene.case.machine.crank_train.tangential_effort
+    last = highest if given is None else max(given.harmonics.order)
+    return f" (of the gas up to {last:g}, where its table ends)" if last < highest else ""

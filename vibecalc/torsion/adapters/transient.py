@@ -255,7 +255,7 @@ def _steady(setup: Setup, passed: FloatArray) -> tuple[FloatArray, FloatArray, F
         )
     if len(cards) > 1 and (low < cards[0] or high > cards[-1]):
         raise NumericalFailure(
-            f"the run goes from {low:.6g} to {high:.6g} rad/s, the gas cards from {cards[0]:.6g} "
+            f"the run goes from {low:.6g} to {high:.6g} rad/s, gas is given from {cards[0]:.6g} "
             f"to {cards[-1]:.6g} rad/s: no steady vibration to compare with"
         )
 

@@ -61,8 +61,9 @@ def torque_words(result: Result) -> str:
 def draw_torsion_excitation(result: Result) -> "Figure | None":
     """Panels over the crank angle; None without a torque over the cycle.
 
-    The orders of the case are drawn over the card and the torque that they come from. A second
-    speed shows how the inertia torque grows: twice the operating one, or where the range ends.
+    The orders of the case are drawn over the card and the torque that they come from; a table of
+    tangential effort has no card. A second speed shows how the inertia torque grows: twice the
+    operating one, or where the range ends.
     """
     record = result.record
     total = along(record, EXCITATION + "total_torque", "crank_angle")
@@ -70,18 +71,21 @@ def draw_torsion_excitation(result: Result) -> "Figure | None":
         return None
     speed, second = speed_of(result), _second(result)
     at = f" at {turns(speed)} rpm" if speed is not None else ""
-    words = ", ".join([f"gas pressure and torques over one cycle{at}", *misfire_words(result)])
-    rows = 3 if second is None else 4
+    card = along(record, EXCITATION + "pressure", "crank_angle") is not None
+    rows = 2 + card + (second is not None)
     factor, unit = torque_unit(record)
-    figure = canvas(result, words, 2.6 + 2.0 * rows)
+    what = f"{'gas pressure and ' * card}torques over one cycle{at}"
+    figure = canvas(result, ", ".join([what, *misfire_words(result)]), 2.6 + 2.0 * rows)
     panels = list(figure.subplots(rows, 1, sharex=True))
-    above, below = panels[0], panels[-1]
-    _curve(result, above, "pressure", 1e-5, "card", COLOURS[3])
-    _approximated(result, above, "pressure", 1e-5, "bar")
-    above.set_ylabel("gauge pressure\nin bar")
-    above.legend(loc="upper center", ncols=3)
+    below = panels[-1]
+    if card:
+        above = panels.pop(0)
+        _curve(result, above, "pressure", 1e-5, "card", COLOURS[3])
+        _approximated(result, above, "pressure", 1e-5, "bar")
+        above.set_ylabel("gauge pressure\nin bar")
+        above.legend(loc="upper center", ncols=3)
     for axes, times, rpm_words in (
-        (panels[1], 1.0, at),
+        (panels[0], 1.0, at),
         (panels[-2], second, f" at {turns((second or 0.0) * (speed or 0.0))} rpm"),
     ):
         if times is None:
@@ -132,9 +136,10 @@ def misfire_words(result: Result) -> list[str]:
 
 
 def _second(result: Result) -> float | None:
-    """The second speed over the operating one; None without a range or with cards by speed."""
+    """The second speed over the operating one; None without a range or with gas by speed."""
     speed, train = speed_of(result), table_of(result.case, "machine", "crank_train")
-    if not speed or train.get("gas_cards"):
+    effort = table_of(train, "tangential_effort")
+    if not speed or train.get("gas_cards") or effort.get("over_speed"):
         return None
     if not table_of(result.case, "response", "torsion", "speeds"):
         return None

@@ -384,6 +384,8 @@ def _gas(train: Mapping[str, Any]) -> str:
         return f"pressure cards at {speeds} rpm ({interpolation})"
     if cycle:
         return f"computed cycle ({cycle.get('kind')})"
+    if train.get("tangential_effort"):
+        return "tangential effort over mean indicated pressure"
     if train.get("gas_pressure"):
         return f"one pressure card for all speeds ({interpolation})"
     return "none"

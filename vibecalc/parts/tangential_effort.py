@@ -1,0 +1,100 @@
+"""Harmonics of tangential pressure as makers of engines print them, over the load."""
+
+from collections.abc import Iterator
+from typing import Annotated
+
+from pydantic import Field
+
+from vibecalc.core.case.fields import AngularSpeed, Pressure, Table
+from vibecalc.core.case.rules import Row, ascending, one_of, same_length
+from vibecalc.errors import Problem
+
+Order = Annotated[float, Field(gt=0, le=400)]
+#: rows of a table
+_MOST = 20_000
+
+
+def _half_orders(row: Row) -> Iterator[Problem]:
+    for place, order in enumerate(row.listed("order")):
+        if isinstance(order, float) and order > 0.0 and 2.0 * order != round(2.0 * order):
+            yield row.problem(
+                (*row.path, "order", place),
+                "the gas of a cylinder has half orders and whole orders, no others",
+                found=f"{order:g}",
+                allowed="0.5, 1, 1.5, ...",
+            )
+            return
+
+
+def _each_once(row: Row) -> Iterator[Problem]:
+    """Each order once at each load, and the same orders at all of them."""
+    loads, orders = row.listed("mean_indicated_pressure"), row.listed("order")
+    if len(loads) != len(orders) or None in loads or None in orders:
+        return
+    by_load: dict[float, list[float]] = {}
+    for load, order in zip(loads, orders, strict=True):
+        by_load.setdefault(load, []).append(order)
+    for load, listed in by_load.items():
+        if len(set(listed)) < len(listed):
+            yield row.problem(
+                "order",
+                f"an order stands twice at the mean indicated pressure {1e-5 * load:.6g} bar",
+                allowed="each order once at each mean indicated pressure",
+            )
+            return
+    every = {*orders}
+    for load, listed in by_load.items():
+        lacking = sorted(every - {*listed})
+        if lacking:
+            yield row.problem(
+                "order",
+                "the mean indicated pressures do not have the same orders",
+                found=f"no order {lacking[0]:g} at {1e-5 * load:.6g} bar",
+                allowed="the same orders at each of them",
+            )
+            return
+
+
+class EffortHarmonics(Table):
+    """Tangential pressure of the gas alone on the piston area, without the masses.
+
+    A row is a cos(n t) + b sin(n t) of the crank angle t from the firing dead centre on; piston
+    area times crank radius makes a torque of it, positive in the sense of rotation.
+    """
+
+    mean_indicated_pressure: tuple[Pressure, ...] = Field(
+        min_length=1, max_length=_MOST, description="load of the row"
+    )
+    order: tuple[Order, ...] = Field(min_length=1, max_length=_MOST, description="n")
+    cosine: tuple[Pressure, ...] = Field(min_length=1, max_length=_MOST, description="a, 0-to-peak")
+    sine: tuple[Pressure, ...] = Field(min_length=1, max_length=_MOST, description="b, 0-to-peak")
+    RULES = (
+        same_length("mean_indicated_pressure", "order", "cosine", "sine"),
+        _half_orders,
+        _each_once,
+    )
+
+
+class LoadOverSpeed(Table):
+    """The mean indicated pressure over the speed, straight between the entries."""
+
+    speed: tuple[AngularSpeed, ...] = Field(
+        min_length=2, max_length=2000, description="ascending, of the crankshaft"
+    )
+    mean_indicated_pressure: tuple[Pressure, ...] = Field(
+        min_length=2, max_length=2000, description="one per speed"
+    )
+    RULES = (same_length("speed", "mean_indicated_pressure"), ascending("speed"))
+
+
+class TangentialEffort(Table):
+    """The gas of an engine by its harmonics, instead of pressure over the angle."""
+
+    harmonics: EffortHarmonics = Field(description="rows over load and order, a table or a CSV")
+    mean_indicated_pressure: Pressure | None = Field(
+        None, gt=0, description="at all speeds, where it is one"
+    )
+    over_speed: LoadOverSpeed | None = Field(
+        None, description="instead, where it follows the speed: a table or a CSV"
+    )
+    RULES = (one_of("mean_indicated_pressure", "over_speed"),)
