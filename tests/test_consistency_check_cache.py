@@ -30,7 +30,7 @@ def resolved(name: str) -> dict[str, Any]:
 
 
 #: these are called by others of them
-WITHIN = {"matrix_problems", "planar_problems", "study_problems"}
+WITHIN = {"matrix_problems", "planar_problems", "study_problems", "coupling_problems"}
 
 
 def test_all_checks_take_part() -> None:

@@ -27,14 +27,19 @@ FEW = (103, 105, 156)
 MANY = range(100, 400)
 
 
-def without_run_up(seed: int) -> Table:
+def without_torque_in_run_up(seed: int) -> Table:
+    """A pump without a run-up in which torque shakes the mounts; its truth has masses alone.
+
+    `test_consistency_run_up_torque.py` has such run-ups.
+    """
     table = random_pump(seed)
-    table["isolation"].pop("run_up", None)
+    if table["isolation"]["model"] != "pitch":
+        table["isolation"].pop("run_up", None)
     return table
 
 
 def test_estimates_against_truth() -> None:
-    few: list[Reported] = [judge_pump(without_run_up(seed)) for seed in FEW]
+    few: list[Reported] = [judge_pump(without_torque_in_run_up(seed)) for seed in FEW]
     judged = [one for reported in few for one in reported.judged]
     assert len(judged) > 50 * len(FEW)
     assert sum(one.error > 0.0 for one in judged) > 0.5 * len(judged)
@@ -66,7 +71,7 @@ def test_truth_of_the_cylinders(seed: int) -> None:
 @pytest.mark.long
 @pytest.mark.timeout(3000)
 def test_estimates_of_three_hundred_pumps() -> None:
-    tables = [random_pump(seed) for seed in MANY]
+    tables = [without_torque_in_run_up(seed) for seed in MANY]
     assert [check_machine(validate(table)) for table in tables] == [[]] * len(tables)
     reported = list(reported_or_refused(tables, judge_pump))
     refused = [str(one) for one in reported if isinstance(one, NumericalFailure)]

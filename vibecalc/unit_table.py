@@ -65,6 +65,7 @@ TABLE: dict[str, tuple[float, str]] = {
     "GPa": (1e9, "Pa"),
     "kN*m": (1e3, "N*m"),
     "J": (1.0, "J"),
+    "kJ": (1e3, "J"),
     "W": (1.0, "W"),
     "kW": (1e3, "W"),
     "m^3": (1.0, "m^3"),

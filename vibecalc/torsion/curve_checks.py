@@ -23,8 +23,12 @@ TORSION: KeyPath = ("response", "torsion")
 _AT_END = 1e-9
 
 
-def curve_problems(case: Case) -> Iterator[Problem]:
+def curve_problems(case: Case) -> list[Problem]:
     """Problems of curves, measured points and conditions against the machine."""
+    return [*_problems(case)]
+
+
+def _problems(case: Case) -> Iterator[Problem]:
     torsion = None if case.response is None else case.response.torsion
     if torsion is None or case.machine.shaft_line is None:
         return
