@@ -70,7 +70,7 @@ def isolation_topics(scene: Scene) -> list[Topic]:
 
     name = f"support {mounts.names[which]!r} at {speed:.6g} rad/s, {kept} orders"
     path = "isolation/support_force/steady_harmonics"
-    ask = Ask("isolation", "support force by order", name, path, "N", 3.0,
+    ask = Ask("isolation", "support force by order", name, path, "N", 4.0,
               "guard orders are solved for the error estimate")  # fmt: skip
     solver = ours("orders at once", "dynamic stiffnesses inverted together, a step of refinement",
                   together, citation="Harris and Piersol (2002), ch. 3")  # fmt: skip
@@ -111,7 +111,7 @@ def run_up_topics(scene: Scene) -> list[Topic]:
         return Answer(peak.value[[row]], float(asked[0]), float(peak.speed[row]))
 
     ask = Ask("run_up", "largest force of the run-up", f"from {ends[0]:.6g} to {ends[1]:.6g} rad/s",
-              "isolation/support_force/run_up_peak", "N", 12.0,
+              "isolation/support_force/run_up_peak", "N", 16.0,
               "all supports, and every resonance, so that no narrow one is missed")  # fmt: skip
     solver = ours(
         "resonances and peaks", "speeds at and between resonances, Newton's method", alone
