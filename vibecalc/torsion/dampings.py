@@ -1,21 +1,24 @@
 """Dampings and loads of a shaft line as a case gives them, as laws over the speed."""
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import FloatArray
-from vibecalc.torsion.damping_tables import ARCHER, EngineDamping, OverSpeed
 from vibecalc.torsion.shaft_line_tables import Load, ShaftLine, shaft_ends
 from vibecalc.torsion.speed_damping import SpeedLaw, archer_multiple, propeller_law
+
+if TYPE_CHECKING:
+    from vibecalc.torsion.damping_tables import EngineDamping, OverSpeed
 
 # ----------------------------------------------------------------------------
 # The dampings of a case and the torques of its loads as laws of their own shafts.
 # ----------------------------------------------------------------------------
 
 
-def follows(given: OverSpeed | None, value: float, ratio: float) -> SpeedLaw:
+def follows(given: "OverSpeed | None", value: float, ratio: float) -> SpeedLaw:
     """A damping that follows the speed as a case says, `ratio` own speed over crank speed."""
     if given is None:
         return SpeedLaw(value)
@@ -42,13 +45,17 @@ def propeller_damping(load: Load, torque: SpeedLaw, ratio: float) -> SpeedLaw | 
     if given is None:
         return None
     if given.method == "archer":
+        from vibecalc.torsion.damping_tables import ARCHER
+
         multiple = archer_multiple(given.coefficient or ARCHER)
     else:
         multiple = load.exponent if given.method == "slope" else given.coefficient or 0.0
     return propeller_law(multiple, torque, ratio)
 
 
-def engine_value(given: EngineDamping, inertia: float, natural: Callable[[], FloatArray]) -> float:
+def engine_value(
+    given: "EngineDamping", inertia: float, natural: Callable[[], FloatArray]
+) -> float:
     """Damping in N m s/rad of a station of an inertia in kg m^2.
 
     `natural` gives the undamped natural frequencies (m,) in rad/s. Of a magnifier M, Lehr's ratio D

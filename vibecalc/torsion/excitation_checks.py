@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import has_crank_train
 from vibecalc.schema import Case
+from vibecalc.torsion.results import PASSAGES
 from vibecalc.torsion.shaft_line_tables import (
     ShaftLine,
     crank_station,
@@ -12,7 +13,6 @@ from vibecalc.torsion.shaft_line_tables import (
     section_names,
     speed_ratios,
 )
-from vibecalc.torsion.transient_tables import PASSAGES
 
 TORSION: KeyPath = ("response", "torsion")
 DESIGN: KeyPath = ("damper_design",)

@@ -14,6 +14,8 @@ from vibecalc.core.results.record import (
 from vibecalc.torsion import curve_results
 from vibecalc.torsion.coupling_results import COUPLING_AXES, COUPLING_ENTRIES
 
+#: changes in time from one speed of the crank to another
+PASSAGES = ("run_up", "run_down", "start", "stop")
 #: why results of studies are not held to the tolerance
 STUDY = "marches in time, differences, maps and ends of searches of a shaft line"
 

@@ -35,14 +35,29 @@ from vibecalc.core.case.rules import (
     unique,
 )
 from vibecalc.errors import Problem
-from vibecalc.torsion.damping_tables import EngineDamping, OverSpeed, PropellerDamping, TorqueCurve
-from vibecalc.torsion.station_torque_tables import StationExcitation
-from vibecalc.torsion.transient_tables import FatigueLine
 
 if TYPE_CHECKING:
     from vibecalc.torsion.coupling_tables import Coupling
+    from vibecalc.torsion.damping_tables import (
+        EngineDamping,
+        OverSpeed,
+        PropellerDamping,
+        TorqueCurve,
+    )
+    from vibecalc.torsion.station_torque_tables import StationExcitation
+    from vibecalc.torsion.transient_tables import FatigueLine
 else:
-    globals().update(later({"vibecalc.torsion.coupling_tables": "Coupling"}))
+    globals().update(
+        later(
+            {
+                "vibecalc.torsion.coupling_tables": "Coupling",
+                "vibecalc.torsion.damping_tables": "EngineDamping OverSpeed PropellerDamping "
+                "TorqueCurve",
+                "vibecalc.torsion.station_torque_tables": "StationExcitation",
+                "vibecalc.torsion.transient_tables": "FatigueLine",
+            }
+        )
+    )
 
 # ----------------------------------------------------------------------------
 # A damper on a shaft line: a ring behind oil or springs, or pendulums.

@@ -43,6 +43,7 @@ from vibecalc.torsion.results import (
     OBJECTIVES,
     OF_PASSAGES,
     OF_STEPS,
+    PASSAGES,
     PUBLISHED,
     ROOT,
     TRANSIENT,
@@ -359,8 +360,8 @@ def _transient(case: "Case") -> Stage:
 
 def _not_of_change(case: "Case", change: "Transient") -> tuple[str, ...]:
     """Beginnings of what there is not of a change."""
+    from vibecalc.torsion.results import PASSAGES
     from vibecalc.torsion.shaft_line_tables import has_stress
-    from vibecalc.torsion.transient_tables import PASSAGES
 
     shafts = shaft_line_of(case).shafts
     stressed = any(has_stress(shaft) for shaft in shafts)
@@ -430,8 +431,6 @@ def least_steps(case: Case) -> float:
 
 def _angles(case: Case, change: "Transient") -> dict[str, float]:
     """Angle in rad that the crank turns through before, during and after the change."""
-    from vibecalc.torsion.transient_tables import PASSAGES
-
     if change.kind not in PASSAGES:
         speed = case.machine.speed
         return {"before": change.before * speed, "after": change.after * speed}

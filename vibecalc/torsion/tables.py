@@ -1,6 +1,6 @@
 """[response.torsion] and [damper_design] in a case: what is asked of a shaft line."""
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import ConfigDict, Field
 
@@ -14,6 +14,7 @@ from vibecalc.core.case.fields import (
     Number,
     Table,
     Unit,
+    later,
 )
 from vibecalc.core.case.raw import table_at
 from vibecalc.core.case.rules import (
@@ -28,9 +29,21 @@ from vibecalc.core.case.rules import (
     wants,
 )
 from vibecalc.parts.tables import cylinders_in
-from vibecalc.torsion.curve_tables import Conditions, Irregularity, LineCurve
-from vibecalc.torsion.limit_tables import TorsionLimit
-from vibecalc.torsion.transient_tables import Transient
+
+if TYPE_CHECKING:
+    from vibecalc.torsion.curve_tables import Conditions, Irregularity, LineCurve
+    from vibecalc.torsion.limit_tables import TorsionLimit
+    from vibecalc.torsion.transient_tables import Transient
+else:
+    globals().update(
+        later(
+            {
+                "vibecalc.torsion.curve_tables": "Conditions Irregularity LineCurve",
+                "vibecalc.torsion.limit_tables": "TorsionLimit",
+                "vibecalc.torsion.transient_tables": "Transient",
+            }
+        )
+    )
 
 # ----------------------------------------------------------------------------
 # What is asked of the torsion of a shaft line.

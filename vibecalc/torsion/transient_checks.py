@@ -1,6 +1,7 @@
 """Can a change in time happen to this line: its cylinder, its clutch, the sections it counts?"""
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from vibecalc.core.case.raw import unknown
 from vibecalc.errors import KeyPath, Problem
@@ -12,7 +13,9 @@ from vibecalc.torsion.shaft_line_tables import (
     speed_ratios,
 )
 from vibecalc.torsion.tables import Torsion
-from vibecalc.torsion.transient_tables import Transient
+
+if TYPE_CHECKING:
+    from vibecalc.torsion.transient_tables import Transient
 
 # ----------------------------------------------------------------------------
 # A change in time against the shaft line that it happens to.
@@ -39,7 +42,7 @@ def change_problems(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
     yield from _counting(line, change)
 
 
-def _clutch(line: ShaftLine, change: Transient, name: str) -> Iterator[Problem]:
+def _clutch(line: ShaftLine, change: "Transient", name: str) -> Iterator[Problem]:
     """A clutch parts the line in two, one of them with all cylinders, and nothing holds either."""
     path, known = (*TRANSIENT_TABLE, "clutch"), section_names(line)
     if name not in known:
@@ -80,7 +83,7 @@ def _clutch(line: ShaftLine, change: Transient, name: str) -> Iterator[Problem]:
         )
 
 
-def _counting(line: ShaftLine, change: Transient) -> Iterator[Problem]:
+def _counting(line: ShaftLine, change: "Transient") -> Iterator[Problem]:
     counting, known = change.counting, section_names(line)
     if counting is None:
         return

@@ -23,13 +23,12 @@ from vibecalc.core.case.rules import (
     refers,
     same_length,
 )
+from vibecalc.torsion.results import PASSAGES
 
 AngularAcceleration = Annotated[float, Field(gt=0), Unit("rad/s^2")]
 
 #: changes of which the crank keeps its speed
 AT_CONSTANT_SPEED = ("load_step", "misfire_onset", "short_circuit", "torque_history")
-#: changes from one speed of the crank to another
-PASSAGES = ("run_up", "run_down", "start", "stop")
 
 # ----------------------------------------------------------------------------
 # What a section bears, and how its cycles are counted.

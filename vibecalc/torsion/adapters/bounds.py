@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -11,7 +11,6 @@ from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
 from vibecalc.torsion.adapters.curves import actual_per_referred, mean_torques
 from vibecalc.torsion.adapters.loads import load_ratios
 from vibecalc.torsion.adapters.setup import Setup
-from vibecalc.torsion.limit_tables import StressCurve, TorqueCurve, TorsionLimit
 from vibecalc.torsion.model import ShaftLineModel
 from vibecalc.torsion.stress_limits import (
     HIGHEST_RATIO,
@@ -21,6 +20,9 @@ from vibecalc.torsion.stress_limits import (
     propulsion_shaft_limits,
     size_factor,
 )
+
+if TYPE_CHECKING:
+    from vibecalc.torsion.limit_tables import StressCurve, TorqueCurve, TorsionLimit
 
 # ----------------------------------------------------------------------------
 # Adapter: the limits of a case as stresses or torques allowed in loads of the line, at any speeds.
@@ -80,7 +82,7 @@ def bounds(setup: Setup) -> list[Bound]:
     return [_bound(setup, limit) for limit in setup.torsion.limits]
 
 
-def _bound(setup: Setup, limit: TorsionLimit) -> Bound:
+def _bound(setup: Setup, limit: "TorsionLimit") -> Bound:
     if limit.alternating_share is not None:
         return _alternating(setup, limit, limit.alternating_share)
     if limit.torque is not None:
@@ -97,14 +99,14 @@ def _bound(setup: Setup, limit: TorsionLimit) -> Bound:
     return _table(setup, load, modulus, limit.curve, limit.curve.stress, "stress")
 
 
-def _sections(setup: Setup, limit: TorsionLimit) -> IntArray:
+def _sections(setup: Setup, limit: "TorsionLimit") -> IntArray:
     names = np.array(setup.shaft.section_names, dtype=object)
     # an elastic gear or a damper may have the name of a shaft
     shafts = np.arange(len(names)) < len(setup.shaft.throws)
     return np.flatnonzero(np.isin(names, limit.sections) & shafts)
 
 
-def _gears(setup: Setup, limit: TorsionLimit) -> IntArray:
+def _gears(setup: Setup, limit: "TorsionLimit") -> IntArray:
     names = [one.name for one in setup.shaft.gears]
     chosen = np.isin(np.array(names, dtype=object), limit.gears)
     return np.flatnonzero(chosen) + len(setup.shaft.section_names)
@@ -136,7 +138,7 @@ def _table(
     setup: Setup,
     load: IntArray,
     modulus: FloatArray,
-    curve: StressCurve | TorqueCurve,
+    curve: "StressCurve | TorqueCurve",
     lasting: tuple[float, ...],
     quantity: str,
 ) -> Bound:
@@ -160,7 +162,7 @@ def _table(
     return bound._replace(corners=nodes, alike=curve.transient is None)
 
 
-def _alternating(setup: Setup, limit: TorsionLimit, share: float) -> Bound:
+def _alternating(setup: Setup, limit: "TorsionLimit", share: float) -> Bound:
     """A share of the mean torque of gears at the operating speed.
 
     Raises NumericalFailure where a gear carries none.
@@ -188,7 +190,7 @@ def _alternating(setup: Setup, limit: TorsionLimit, share: float) -> Bound:
     return bound._replace(roundings=ROUNDINGS + float(np.max(error / size)) / EPSILON)
 
 
-def _class_rule(setup: Setup, limit: TorsionLimit, load: IntArray) -> Bound:
+def _class_rule(setup: Setup, limit: "TorsionLimit", load: IntArray) -> Bound:
     """IACS UR M68 with the operating speed as the rated one."""
     shaft = setup.shaft
     diameter, given = _diameters(shaft, load), shaft.tensile_strength[load]
@@ -224,7 +226,7 @@ def _class_rule(setup: Setup, limit: TorsionLimit, load: IntArray) -> Bound:
     return bound._replace(basis=basis, corners=corners, formula=True)
 
 
-def _crank_rule(setup: Setup, limit: TorsionLimit) -> Bound:
+def _crank_rule(setup: Setup, limit: "TorsionLimit") -> Bound:
     """IACS UR M53 as a limit of the nominal torsional stress of the pin, at every speed."""
     from vibecalc.torsion.adapters.crank_limits import Judged
 

@@ -12,7 +12,7 @@ from vibecalc.torsion.adapters.curves import sweep
 from vibecalc.torsion.adapters.setup import Setup, build_setup
 from vibecalc.torsion.adapters.transient_damping import Equivalent
 from vibecalc.torsion.adapters.transient_motion import Journey, journey, running
-from vibecalc.torsion.results import TRANSIENT
+from vibecalc.torsion.results import PASSAGES, TRANSIENT
 from vibecalc.torsion.section_loads import twist_and_torque
 from vibecalc.torsion.synthesis import Cycles, over_cycle
 from vibecalc.torsion.transient.cycles import (
@@ -43,7 +43,6 @@ from vibecalc.torsion.transient.peaks import (
     points_in,
     section_history,
 )
-from vibecalc.torsion.transient_tables import PASSAGES
 
 # ----------------------------------------------------------------------------
 # Adapter: a change in time of a shaft line, next to the steady vibration on the way.
