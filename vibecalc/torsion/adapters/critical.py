@@ -286,7 +286,10 @@ def meeting(setup: Setup, speed: FloatArray, section: IntArray, end: BoolArray) 
     order = setup.drive.order
     sides = np.concatenate([[1.0], 1.0 - SCALES, 1.0 + SCALES])
     unique, place = np.unique(speed, return_inverse=True)
-    size, half, masked = _half_ranges_at(setup, unique[:, None] * sides, place, section)
+    around, cards = unique[:, None] * sides, setup.drive.card_speed
+    if len(cards) > 1:  # beyond them nobody has measured
+        around = np.clip(around, cards[0], cards[-1])
+    size, half, masked = _half_ranges_at(setup, around, place, section)
     low, high = slice(1, 1 + len(SCALES)), slice(1 + len(SCALES), None)
     out = half[:, :1] - 0.5 * (half[:, low] + half[:, high])
     wide = np.argmax(out >= 0.5 * out.max(axis=1, keepdims=True), axis=1)
