@@ -74,7 +74,7 @@ class Solved(NamedTuple):
 
     @property
     def half_range(self) -> float:
-        return 0.5 * (self.highest - self.lowest)
+        return half_range(self.order, self.torque)
 
 
 class DenseLine:
@@ -97,20 +97,24 @@ class DenseLine:
             for one in self.shafts
         ]
 
-    def torques(self, speed: float, order: Array, load: Array, now: Conditions) -> Array:
-        """Of the coupling (m,), complex, for torques (m, n) on the stations."""
+    def angles(self, speed: float, order: Array, load: Array, now: Conditions) -> Array:
+        """Of the stations (m, n), complex, for torques (m, n) on them."""
         found = []
         for q, on in zip(order, load, strict=True):
             w, n = q * speed, len(self.inertia)
             matrix = np.diag(-(w**2) * self.inertia + 1j * w * self.absolute)
-            springs = self.stiffness(now, w)
-            for place, k in enumerate(springs):
+            for place, k in enumerate(self.stiffness(now, w)):
                 ends = np.zeros(n)
                 ends[place], ends[place + 1] = 1.0, -1.0
                 matrix = matrix + k * np.outer(ends, ends)
-            angle = np.linalg.solve(matrix, on)
-            found.append(springs[self.place] * (angle[self.place] - angle[self.place + 1]))
+            found.append(np.linalg.solve(matrix, on))
         return np.array(found)
+
+    def torques(self, speed: float, order: Array, load: Array, now: Conditions) -> Array:
+        """Of the coupling (m,), complex, for torques (m, n) on the stations."""
+        angle = self.angles(speed, order, load, now)
+        k = np.array([self.stiffness(now, q * speed)[self.place] for q in order])
+        return k * (angle[:, self.place] - angle[:, self.place + 1])
 
     def under(self, speed: float, order: Array, load: Array, now: Conditions) -> Solved:
         """Everything under given conditions."""
@@ -177,6 +181,11 @@ def _root(missing: Callable[[float], float], low: float, high: float) -> float:
         if missing(right) <= 0.0:
             return float(brentq(missing, left, right, xtol=1e-12, rtol=1e-14))
     raise AssertionError("no root")
+
+
+def half_range(order: Array, amplitude: Array) -> float:
+    """(highest - lowest) / 2 over the cycle."""
+    return 0.5 * (_extreme(order, amplitude) + _extreme(order, -amplitude))
 
 
 def _extreme(order: Array, amplitude: Array) -> float:

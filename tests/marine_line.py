@@ -1,8 +1,9 @@
 """The line of cases/marine_propulsion.toml, solved densely from the text of the case alone.
 
 Units are read here, the torque of a cylinder is a Gauss quadrature of pressure and piston speed
-over each interval of the cards, dampings are formed anew at each speed and order, and every order
-is one solve of the full matrix. Of the package only the curve through the points of a card is used.
+over each interval of the cards, that of the blades a share of what the propeller takes, dampings
+are formed anew at each speed and order, and every order is one solve of the full matrix. Of the
+package only the curve through the points of a card is used.
 """
 
 import tomllib
@@ -19,7 +20,7 @@ from vibecalc.excitation.model import gas_cards
 CASE = Path(__file__).resolve().parents[1] / "cases" / "marine_propulsion.toml"
 UNITS = {
     "kg*m^2": 1.0, "t*m^2": 1e3, "kg": 1.0, "kN*m*s/rad": 1e3, "MN*m/rad": 1e6, "GN*m/rad": 1e9,
-    "kN*m": 1e3, "m": 1.0, "mm": 1e-3, "rpm": np.pi / 30.0, "MPa": 1e6,
+    "kN*m": 1e3, "m": 1.0, "mm": 1e-3, "rpm": np.pi / 30.0, "MPa": 1e6, "deg": np.pi / 180.0,
 }  # fmt: skip
 SHEAR_MODULUS = 80e9
 
@@ -87,9 +88,14 @@ def natural_frequencies() -> np.ndarray:
     return np.sqrt(np.maximum(found, 0.0))
 
 
+def taken(load: dict[str, Any], speed: float) -> float:
+    """Mean torque of a load at a crank speed in rad/s, N m."""
+    return float(number(load["torque"]) * (speed / operating_speed()) ** load["exponent"])
+
+
 def station_dampings(speed: float) -> np.ndarray:
     """Absolute dampings at a crank speed in rad/s: of the engine, as given, of the propeller."""
-    given, rated = line(), operating_speed()
+    given = line()
     engine, found = given["engine_damping"], []
     over, w = engine["over_speed"]["table"], natural_frequencies()[1]
     factor = np.interp(speed, [number(one) for one in over["speed"]], over["factor"])
@@ -101,10 +107,8 @@ def station_dampings(speed: float) -> np.ndarray:
             damping += factor * number(station["inertia"]) * w / engine["magnifier"]
         for load in given["loads"]:
             if load["on"] == station["name"]:
-                torque = number(load["torque"]) * (speed / rated) ** load["exponent"]
-                damping += (
-                    load["propeller_damping"]["coefficient"] * torque / (speed * 30.0 / np.pi)
-                )
+                coefficient = load["propeller_damping"]["coefficient"]
+                damping += coefficient * taken(load, speed) / (speed * 30.0 / np.pi)
         found.append(damping)
     return np.array(found)
 
@@ -133,8 +137,8 @@ def quadrature() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     return angle, (half[:, None] * weight).ravel(), np.asarray(speeds), pressure
 
 
-def cylinder_torque(speed: float) -> np.ndarray:
-    """Of one cylinder (m,), complex 0-to-peak, at a crank speed in rad/s."""
+def cylinder_torque(speed: float, gas: float = 1.0) -> np.ndarray:
+    """Of one cylinder (m,), complex 0-to-peak, at a crank speed in rad/s; gas = 0 in a misfire."""
     angle, weight, speeds, cards = quadrature()
     train = machine()["crank_train"]
     area = np.pi * number(train["bore"]) ** 2 / 4.0
@@ -143,7 +147,7 @@ def cylinder_torque(speed: float) -> np.ndarray:
     pressure = (1.0 - share) * cards[above - 1] + share * cards[above]
     first, second = motion(angle)
     mass = number(train["reciprocating_mass"])
-    torque = pressure * area * first - mass * speed**2 * second * first
+    torque = gas * pressure * area * first - mass * speed**2 * second * first
     wave = np.exp(-1j * orders()[:, None] * angle)
     return (wave * torque) @ weight / np.pi
 
@@ -155,22 +159,38 @@ class Solved(NamedTuple):
     torque: np.ndarray
 
 
-def solved(speed: float) -> Solved:
-    train, given = machine()["crank_train"], line()
-    lag = 2.0 * np.pi / len(train["firing_order"])
-    turned = {name: lag * place for place, name in enumerate(train["firing_order"])}
-    firing = np.array([turned.get(one.get("cylinder"), np.nan) for one in given["stations"]])
-    fires = np.isfinite(firing)
+def blade_torques(speed: float) -> np.ndarray:
+    """Torques (stations, m) of what is given at stations, by blades, complex 0-to-peak."""
+    given, order = line(), orders()
+    names = [one["name"] for one in given["stations"]]
+    found = np.zeros((len(names), len(order)), dtype=complex)
+    for one in given["excitations"]:
+        (load,) = [load for load in given["loads"] if load["on"] == one["on"]]
+        for times, (share, phase) in enumerate(zip(one["shares"], one["phases"], strict=True), 1):
+            turned = np.exp(1j * number(phase))
+            place = order == times * one["blades"]
+            found[names.index(one["on"]), place] += share * taken(load, speed) * turned
+    return found
+
+
+def solved(speed: float, misfires: str = "") -> Solved:
+    """At one speed in rad/s, all cylinders firing or one of them without gas."""
+    given, firing = line(), machine()["crank_train"]["firing_order"]
+    lag = {name: 2.0 * np.pi * place / len(firing) for place, name in enumerate(firing)}
+    torque = {0.0: cylinder_torque(speed, 0.0), 1.0: cylinder_torque(speed)}
+    load = blade_torques(speed)
+    for place, station in enumerate(given["stations"]):
+        if "cylinder" in station:
+            name = station["cylinder"]
+            load[place] += torque[float(name != misfires)] * np.exp(-1j * orders() * lag[name])
     k = np.array([stiffness(one) * (1.0 + 1j * loss(one)) for one in given["shafts"]])
-    springs, damping = network(k), np.diag(station_dampings(speed))
-    angles = []
-    for order, torque in zip(orders(), cylinder_torque(speed), strict=True):
-        w = order * speed
-        load = np.where(fires, torque * np.exp(-1j * order * np.where(fires, firing, 0.0)), 0.0)
-        angles.append(
-            np.linalg.solve(springs + 1j * w * damping - w**2 * np.diag(inertias()), load)
-        )
-    angle = np.array(angles).T
+    springs, damping, inertia = network(k), np.diag(station_dampings(speed)), np.diag(inertias())
+    angle = np.array(
+        [
+            np.linalg.solve(springs + 1j * w * damping - w**2 * inertia, column)
+            for w, column in zip(orders() * speed, load.T, strict=True)
+        ]
+    ).T
     return Solved(angle, k[:, None] * (angle[:-1] - angle[1:]))
 
 

@@ -50,7 +50,7 @@ def text_of(coupling: str) -> str:
         f'  {{ name = "{n}", inertia = 9.0, cylinder = "{n}" }},\n' for n in "123456"
     )
     stations += (
-        '  { name = "flywheel", inertia = 300.0 },\n  { name = "rotor", inertia = 200.0 },\n'
+        '  { name = "flywheel", inertia = 300.0 },\n  { name = "generator", inertia = 200.0 },\n'
     )
     head = head.replace('stations = "genset_stations.csv"', f"stations = [\n{stations}]")
     return (

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from coupled_lines import Conditions, DenseLine
+from coupled_lines import Conditions, DenseLine, half_range
 from shipped_cases import CASES
 
 from vibecalc.core.case.data_files import attach_files
@@ -125,6 +125,12 @@ def test_coupling_is_what_a_dense_solve_says(name: str, speed: float) -> None:
     same("vibratory_torque", found.half_range)
     same("power_loss", found.power)
     same("peak_torque", max(abs(mean + found.highest), abs(mean + found.lowest)))
+    turning = line.angles(speed, order, load, found.conditions)[:, -1]
+    uneven, electrical = 2.0 * half_range(order, order * 1j * turning), half_range(order, turning)
+    assert value(record, "irregularity/degree") == pytest.approx([uneven], rel=1e-9)
+    assert value(record, "irregularity/electrical_angle") == pytest.approx(
+        [4.0 * electrical], rel=1e-9
+    )
     if "ambient_temperature" in line.given or "temperature" in line.given:
         same("temperature", found.conditions.temperature)
     factor = np.sqrt(np.maximum(order * speed / (20.0 * np.pi), 1.0))

@@ -9,6 +9,8 @@ from vibecalc.core.results.record import Quantity
 
 ROOT = "response/torsion/"
 RTOL = 1e-9
+#: the two with a limit, and their places in the line
+SHAFTS = (("intermediate shaft", 6), ("propeller shaft", 7))
 
 
 def quantity(path: str) -> Quantity:
@@ -37,42 +39,80 @@ def test_half_ranges_over_the_speeds() -> None:
         np.testing.assert_allclose(curve.values[:, place], expected, rtol=RTOL)
 
 
-def test_largest_stress_is_that_of_its_speed_and_none_near_it_is_larger() -> None:
-    shafts = dense.line()["shafts"]
-    place = next(n for n, one in enumerate(shafts) if one["name"] == "intermediate shaft")
-    modulus = np.pi * dense.diameter(shafts[place]) ** 3 / 16.0
-    stress, speeds = quantity("largest/stress_half_range"), quantity("largest/speed")
-    top = float(stress.values[list(stress.axes[0].values).index("intermediate shaft")])
-    at = float(speeds.values[place])
+def test_orders_of_the_curves() -> None:
+    """Complex orders, half ranges and sums of magnitudes of both shafts over the speed."""
+    order, sums = quantity("curves/torque/order"), quantity("curves/torque/sum")
+    half = quantity("curves/torque/half_range")
+    assert list(order.axes[0].values) == [name for name, _ in SHAFTS]
+    kept = [list(dense.orders()).index(one) for one in order.axes[1].values]
+    assert 4.0 in order.axes[1].values  # of the blades
+    for place, speed in list(enumerate(order.axes[2].values))[::24]:
+        torque = dense.solved(float(speed)).torque[[row for _, row in SHAFTS]]
+        tiny = RTOL * np.abs(torque).max()
+        expected = torque[:, kept]
+        np.testing.assert_allclose(order.values[..., place], expected, rtol=RTOL, atol=tiny)
+        np.testing.assert_allclose(sums.values[:, place], np.abs(torque).sum(axis=1), rtol=RTOL)
+        np.testing.assert_allclose(half.values[:, place], dense.half_ranges(torque), rtol=RTOL)
 
-    def stress_at(speed: float) -> float:
-        return float(dense.half_ranges(dense.solved(speed).torque[[place]])[0] / modulus)
 
-    assert stress_at(at) == pytest.approx(top, rel=RTOL)
-    assert all(stress_at(at * (1.0 + off)) < top for off in (-1e-2, -1e-4, 1e-4, 1e-2))
+def test_conditions_of_the_cylinders() -> None:
+    """All of them at the operating speed, and the worst of all over the speed."""
+    found = quantity("conditions/torque_half_range")
+    names = ["", *(one["name"] for one in dense.machine()["crank_train"]["cylinders"])]
+    speed = dense.operating_speed()
+    expected = np.array([dense.half_ranges(dense.solved(speed, one).torque) for one in names])
+    np.testing.assert_allclose(found.values, expected, rtol=RTOL)
+    worst = quantity("conditions/speeds/torque_half_range")
+    for place in (31, 124):
+        at = float(worst.axes[-1].values[place])
+        every = np.array([dense.half_ranges(dense.solved(at, one).torque) for one in names])
+        np.testing.assert_allclose(worst.values[:, place], every.max(axis=0), rtol=RTOL)
 
 
-def test_ends_of_the_barred_range() -> None:
-    """16 n_c / (18 - lambda) and (18 - lambda) n_c / 16, or where the stress passes the limit."""
-    shafts = dense.line()["shafts"]
-    place = next(n for n, one in enumerate(shafts) if one["name"] == "intermediate shaft")
-    wide, strength = dense.diameter(shafts[place]), dense.number(shafts[place]["tensile_strength"])
-    peak = float(quantity("exceeded/peak_speed").values[0])
-    ratio = peak / dense.operating_speed()
-    low, high = 16.0 * peak / (18.0 - ratio), (18.0 - ratio) * peak / 16.0
-    assert float(quantity("barred/from").values[0]) == pytest.approx(low, rel=RTOL)
-    assert float(quantity("barred/to").values[0]) == pytest.approx(high, rel=RTOL)
-    size = 0.35 + 0.93 * (1e3 * wide) ** -0.2
-    for name in ("from", "to"):
-        at = float(quantity(f"exceeded/{name}").values[0])
-        allowed = (
-            (strength / 1e6 + 160.0)
-            / 18.0
-            * size
-            * (3.0 - 2.0 * (at / dense.operating_speed()) ** 2)
-        )
-        torque = dense.half_ranges(dense.solved(at).torque[[place]])[0]
-        assert torque / (np.pi * wide**3 / 16.0) == pytest.approx(1e6 * allowed, rel=1e-8)
+def stress(row: int, speed: float) -> float:
+    """Half range of the stress of a shaft at one speed, Pa."""
+    modulus = np.pi * dense.diameter(dense.line()["shafts"][row]) ** 3 / 16.0
+    return float(dense.half_ranges(dense.solved(speed).torque[[row]])[0] / modulus)
+
+
+@pytest.mark.parametrize(("name", "row"), SHAFTS)
+def test_largest_stress_is_that_of_its_speed_and_none_near_it_is_larger(
+    name: str, row: int
+) -> None:
+    found, speeds = quantity("largest/stress_half_range"), quantity("largest/speed")
+    top = float(found.values[list(found.axes[0].values).index(name)])
+    at = float(speeds.values[row])
+    assert stress(row, at) == pytest.approx(top, rel=RTOL)
+    assert all(stress(row, at * (1.0 + off)) < top for off in (-1e-2, -1e-4, 1e-4, 1e-2))
+
+
+def allowed(row: int, speed: float) -> float:
+    """Of UR M68 for lasting operation below 0.9 of the rated speed, Pa."""
+    shaft = dense.line()["shafts"][row]
+    size = 0.35 + 0.93 * (1e3 * dense.diameter(shaft)) ** -0.2
+    factor = {"intermediate shaft": 1.0, "propeller shaft": 0.55}[shaft["name"]]  # flange, keyless
+    ratio = speed / dense.operating_speed()
+    strength = dense.number(shaft["tensile_strength"]) / 1e6
+    return 1e6 * (strength + 160.0) / 18.0 * factor * size * (3.0 - 2.0 * ratio**2)
+
+
+def test_use_of_the_limits_and_ends_of_the_barred_range() -> None:
+    """Each shaft passes its limit about one speed n_c; barred from the lower to the upper of
+    16 n_c / (18 - lambda) and (18 - lambda) n_c / 16 of both."""
+    ends = []
+    for place, (_, row) in enumerate(SHAFTS):
+        assert int(quantity("exceeded/limit").values[place]) == place + 1
+        peak = float(quantity("exceeded/peak_speed").values[place])
+        use = float(quantity("limit/largest_use").values[place])
+        assert stress(row, peak) / allowed(row, peak) == pytest.approx(use, rel=RTOL)
+        for name in ("from", "to"):
+            at = float(quantity(f"exceeded/{name}").values[place])
+            assert stress(row, at) == pytest.approx(allowed(row, at), rel=1e-8)
+        ratio = peak / dense.operating_speed()
+        ends.append((16.0 * peak / (18.0 - ratio), (18.0 - ratio) * peak / 16.0))
+    low, high = np.transpose(ends)
+    assert float(quantity("barred/from").values[0]) == pytest.approx(low.min(), rel=RTOL)
+    assert float(quantity("barred/to").values[0]) == pytest.approx(high.max(), rel=RTOL)
 
 
 def test_dampings_at_the_operating_speed_and_over_speeds() -> None:

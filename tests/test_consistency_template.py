@@ -114,6 +114,20 @@ def value_of(line: re.Match[str]) -> Any:
     return tomllib.loads(f"{line['key']} = {line['rest']}")[line["key"]]
 
 
+#: what checks refuse of a line without cylinders, in words of their own
+SHAFT_LINE = (*MACHINE, "shaft_line")
+OF_CYLINDERS = (
+    *((*SHAFT_LINE, "stations", EACH, key) for key in ("throw", "cylinder", "cylinders")),
+    (*SHAFT_LINE, "shafts", EACH, "throw"),
+    (*SHAFT_LINE, "engine_damping"),
+    *(
+        ("response", "torsion", key)
+        for key in ("misfire", "misfire_kind", "orders", "conditions", "as_published")
+    ),
+    ("response", "torsion", "variable_inertia"),
+)
+
+
 def starred(path: KeyPath) -> KeyPath:
     return tuple(EACH if isinstance(part, int) else part for part in path)
 
@@ -124,6 +138,8 @@ def of_others(data: Data, path: KeyPath) -> bool:
     mine = PARTS_OF_KIND[kind].exclusive if kind in PARTS_OF_KIND else ()
     others = (parts.exclusive for name, parts in PARTS_OF_KIND.items() if name != kind)
     if place not in mine and any(place in exclusive for exclusive in others):
+        return True
+    if kind == "drive_train" and place in OF_CYLINDERS:
         return True
     if place == (*MACHINE, "speed"):
         return motor in FINDING_MOTORS or "speed" not in KINDS[kind].needs

@@ -203,6 +203,20 @@ def test_by_values_a_rough_curve_is_told_by_the_error(noise: float) -> None:
     assert looks[0] < 120
 
 
+def test_by_values_takes_a_bracket_that_ends_a_rounding_past_its_top() -> None:
+    def values_at(_: IntArray, x: FloatArray) -> FloatArray:
+        return np.asarray(5.0 + x - np.exp(3.0 * np.maximum(x - 12.0, 0.0)))
+
+    at, rounding = np.array([12.0]), np.spacing(12.0)
+    with np.errstate(all="raise", under="ignore"):
+        for ends in ((12.0 - 0.05, 12.0 + 6.0 * rounding), (12.0 - 6.0 * rounding, 12.0 + 0.05)):
+            found = by_values(
+                values_at, np.array([0]), *(np.array([ends[0]]), at), np.array([ends[1]])
+            )
+            assert abs(found.place.value[0] - 12.0) <= found.place.error[0] < 1e-9
+            assert found.height.value[0] == pytest.approx(16.0, abs=1e-12)
+
+
 def test_by_values_ends_at_a_jump() -> None:
     def values_at(_: IntArray, x: FloatArray) -> FloatArray:
         return np.asarray(np.where(x < 0.7, 1.0 + x, 1.5 - 0.1 * x))

@@ -397,7 +397,9 @@ def _highest_among(tops: _Tops, where: FloatArray, values: FloatArray, best: Flo
     spots = where[bracket[:, None], place[:, None] + np.arange(3)]
     three = values[bracket[:, None], place[:, None] + np.arange(3)]
     low, at, high = spots.T
-    rise, drop = (np.diff(three, axis=1) / np.diff(spots, axis=1)).T
+    step = np.diff(spots, axis=1)
+    # no slope where an end is within roundings of the top
+    rise, drop = np.divide(np.diff(three, axis=1), step, out=np.zeros_like(step), where=step > 0).T
     bend = 2.0 * (drop - rise) / (high - low)
     safe = np.where(bend < 0.0, bend, -1.0)
     slope = (rise * (high - at) + drop * (at - low)) / (high - low)

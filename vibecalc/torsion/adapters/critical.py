@@ -226,7 +226,8 @@ def undamped_speeds(setup: Setup, first: float, last: float) -> UndampedResonanc
     # as near as this, and with as little damping, fewer than four digits are left
     exposed = (modes.frequency_error / natural + 4.0 * EPSILON) / SINGULAR
     free = (modes.frequency > 0.0) & (modes.damping_ratio < exposed)
-    speed, uncertainty = critical(setup)
+    none = np.zeros((len(free), len(drive.order)))
+    speed, uncertainty = critical(setup) if np.any(free) else Bounded(none, none)
     inside = free[:, None] & (speed >= first) & (speed <= last)
     mode, place = np.nonzero(inside)
     at = speed[mode, place]
