@@ -821,4 +821,5 @@ SUBJECT = Subject(
     },
     leads=True,
     remark="vibecalc.torsion.report.limits:remark",
+    calculation="vibecalc.torsion.report.calculation:CALCULATION",
 )
