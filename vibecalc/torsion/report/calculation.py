@@ -272,10 +272,8 @@ def barred(result: Result) -> list[str]:
     """The ranges of speeds that are barred, and what bars them."""
     record = result.record
     if f"{TORSION}limit/largest_use" not in record:
-        return []
+        there = having(record, TORSION + "critical/speed", "mode", "half_order") is not None
+        return paragraph("No limit is held over the speeds: none is barred.") if there else []
     found = barred_ranges(record)
-    if not found:
-        words = "No speed range is barred."
-    else:
-        words = f"Barred for continuous running: {joined(found)}."
+    words = f"Barred for continuous running: {joined(found)}." if found else "No range is barred."
     return stacked(paragraph(words), exceeded_table(record))

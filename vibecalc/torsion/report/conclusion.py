@@ -40,6 +40,7 @@ from vibecalc.torsion.report.line import (
 )
 
 if TYPE_CHECKING:
+    from vibecalc.torsion.couplings import Coupling
     from vibecalc.torsion.stress_limits import Rule
 
 KEPT, BARRED, BROKEN, UNDECIDED = "kept", "kept but where barred", "BROKEN", "UNDECIDED"
@@ -47,9 +48,10 @@ _OF_STATE = {1: KEPT, 0: UNDECIDED, -1: BROKEN}
 
 
 class ConclusionRow(NamedTuple):
-    """A limit on an element: what is allowed and computed, use (nan: none), speed, verdict.
+    """A limit on an element: what is allowed and computed, use (nan: none), rpm, verdict.
 
-    `status`: informative, of the case or of the maker; `path` is the result that decides.
+    `status`: informative, or whose limit it is, the case's or the maker's; `path` is the result
+    that decides.
     """
 
     element: str
@@ -58,6 +60,7 @@ class ConclusionRow(NamedTuple):
     status: str
     allowed: str
     computed: str
+    unit: str
     use: float
     at: str
     verdict: str
@@ -110,11 +113,11 @@ def in_one_sentence(result: Result) -> str:
 def conclusion_table(result: Result) -> list[str]:
     """The sentence, and the table of limits."""
     rows = conclusion_rows(result)
-    columns = [Column("element", 12), Column("limit", 15), Column("rule", 14), Column("status", 11),
-               number("allowed", 9), number("computed", 9), number("use\n%", 5),
-               number("at\nrpm", 6), Column("verdict", 9)]  # fmt: skip
+    columns = [Column("element", 12), Column("limit", 16), Column("rule", 14), Column("status", 11),
+               number("allowed", 7), number("computed", 8), Column("unit", 6), number("use\n%", 5),
+               number("at\nrpm", 4), Column("verdict", 6)]  # fmt: skip
     cells = [
-        [one.element, one.limit, one.rule, one.status, one.allowed, one.computed,
+        [one.element, one.limit, one.rule, one.status, one.allowed, one.computed, one.unit,
          show(100.0 * one.use, digits=4) if np.isfinite(one.use) else "", one.at, one.verdict]
         for one in rows
     ]  # fmt: skip
@@ -124,7 +127,7 @@ def conclusion_table(result: Result) -> list[str]:
         words += " for continuous running, and not at the operating speed. "
     if any(row.status == "informative" for row in rows):
         words += "Informative: the society's or the standard's current text counts. "
-    if any(row.path.startswith(COUPLING) and row.status != "of the case" for row in rows):
+    if any(row.path.startswith(COUPLING) and row.status != "case" for row in rows):
         words += "Use of a coupling: T_KW counts by its frequency, a temperature by its rise."
     return [*paragraph(in_one_sentence(result)), *(table(columns, cells) if rows else []),
             *(paragraph(words.strip()) if words else [])]  # fmt: skip
@@ -169,12 +172,12 @@ def _by_rules(result: Result) -> Iterator[ConclusionRow]:
         of = "torque" if torques[i] else "stress"
         prefix = "torque_" if torques[i] else ""
         factor, unit = torque_unit(record) if torques[i] else (MEGA, "N/mm^2")
-        first = (named[j], *_named(rule, given[i]))
+        first = (named[j], *_named(i, rule, given[i]))
         found = None
         for kind, use, load, allowed in (
-            ("continuous running", "each/use", f"each/{of}", f"each/{prefix}allowed"),
+            ("continuous", "each/use", f"each/{of}", f"each/{prefix}allowed"),
             ("passing through", "each/transient_use", f"each/{of}", f"each/{prefix}transient"),
-            ("at the operating speed", "operating/use", f"operating/{of}",
+            ("operating speed", "operating/use", f"operating/{of}",
              f"operating/{prefix}allowed"),
         ):  # fmt: skip
             uses = by_section(record, use)
@@ -197,10 +200,10 @@ def _by_rules(result: Result) -> Iterator[ConclusionRow]:
             )  # fmt: skip
 
 
-def _named(rule: "Rule", limit: Mapping[str, Any]) -> tuple[str, str]:
-    """A rule with its edition, and whether it is informative or the case's own."""
-    return (f"{rule.name}, {rule.edition}", rule.status) if limit.get("rule") else (
-        rule.name, "of the case")  # fmt: skip
+def _named(place: int, rule: "Rule", limit: Mapping[str, Any]) -> tuple[str, str]:
+    """Number and rule with its edition, and whether it is informative or the case's own."""
+    words = f"{place + 1}: {rule.name}"
+    return (f"{words}, {rule.edition}", rule.status) if limit.get("rule") else (words, "case")
 
 
 def _where(record: Record, i: int, j: int) -> str:
@@ -208,14 +211,16 @@ def _where(record: Record, i: int, j: int) -> str:
     return "" if speed is None or not speed[i, j] else turns(float(speed[i, j]))
 
 
-def _pair(sizes: Sequence[float | None], use: float, factor: float, unit: str) -> tuple[str, str]:
-    """What is allowed and computed, where these belong to the use; else both blank."""
+def _pair(
+    sizes: Sequence[float | None], use: float, factor: float, unit: str
+) -> tuple[str, str, str]:
+    """What is allowed and computed with the unit, where these belong to the use; else blank."""
     load, allowed = sizes
     if load is None or allowed is None or not np.isfinite(allowed) or not allowed > 0.0:
-        return "", ""
+        return "", "", ""
     if np.isfinite(use) and abs(load / allowed - use) > 1e-6 * use:
-        return "", ""
-    return f"{show(factor * allowed, digits=4)} {unit}", f"{show(factor * load, digits=4)} {unit}"
+        return "", "", ""
+    return show(factor * allowed, digits=4), show(factor * load, digits=4), unit
 
 
 def _barred(record: Record, i: int, j: int, verdict: str) -> str:
@@ -250,11 +255,12 @@ def _of_conditions(result: Result) -> Iterator[ConclusionRow]:
                     at = turns(float(speed.values[worst, i]))
                 verdicts.append(_state(rows[worst, i], quantity))
                 rule = rule_of(given[i])
-                kind = "at the operating speed" if here else "continuous running"
+                kind = "operating speed" if here else "continuous"
                 which = words[worst] + f", worst of {len(words)}" * (len(words) > 1)
                 yield ConclusionRow(
                     f"limit {i + 1}, its worst element", f"{kind}; {which}",
-                    *_named(rule, given[i]), "", "", float(rows[worst, i]), at, verdicts[-1], path,
+                    *_named(i, rule, given[i]), "", "", "", float(rows[worst, i]), at,
+                    verdicts[-1], path,
                 )  # fmt: skip
             found = KEPT if all(one == KEPT for one in verdicts) else BROKEN
 
@@ -282,10 +288,10 @@ def _of_couplings(result: Result) -> Iterator[ConclusionRow]:
             for k, name in enumerate(labels(use.axes[1])):
                 if not said[name]:
                     continue
-                words = LIMIT_WORDS[name].strip()
-                words = (
-                    "vibratory torque by orders, T_KW" if words == "the same by orders" else words
-                )
+                words = LIMIT_WORDS[name]
+                if words.startswith(" "):  # another reading of the line above it
+                    words = f"{LIMIT_WORDS['T_KW']}, by orders"
+                allowed, _, unit = permitted(one, name).partition(" ")
                 verdict = None
                 for quantity, path in ((largest, "largest_use"), (use, "use")):
                     if quantity is None or (quantity is use and _covered(result, verdict)):
@@ -297,17 +303,19 @@ def _of_couplings(result: Result) -> Iterator[ConclusionRow]:
                     borne = ""
                     if not condition:
                         borne = (borne_at_speed(result, name, place) if here
-                                 else _borne_at(result, name, place, speed))  # fmt: skip
+                                 else _borne_at(result, one, name, speed))  # fmt: skip
                     yield ConclusionRow(
                         one.name, words + condition, one.type or "values of the case",
-                        "of the maker" if one.type else "of the case", permitted(one, name), borne,
+                        "maker" if one.type else "case", allowed, borne.partition(" ")[0], unit,
                         share, _operating(result) if speed is None else turns(speed), verdict,
                         f"{stem}/{path}",
                     )  # fmt: skip
 
 
-def _borne_at(result: Result, name: str, place: int, speed: float | None) -> str:
+def _borne_at(result: Result, one: "Coupling", name: str, speed: float | None) -> str:
     """What a coupling bears at a speed of the range, blank between the speeds of the curve."""
+    if speed is not None and name == "n_max":
+        return turns(abs(one.ratio) * speed)
     found = having(result.record, f"{COUPLING}/speeds/{BORNE[name]}", "coupling", "speed")
     if found is None or speed is None:
         return ""
@@ -315,11 +323,10 @@ def _borne_at(result: Result, name: str, place: int, speed: float | None) -> str
     at = int(np.argmin(np.abs(speeds - speed)))
     if abs(speeds[at] - speed) > 1e-9 * speed:
         return ""
-    value = float(found.values[place, at])
+    value = float(found.values[labels(found.axes[0]).index(one.name), at])
     if name == "temperature":
-        return f"{show(value - ICE, digits=4)} degC"
-    factor, unit = (1.0, "W") if name == "P_KV" else (1e-3, "kN m")
-    return f"{show(factor * value, digits=4)} {unit}"
+        return show(value - ICE, digits=4)
+    return show(value if name == "P_KV" else 1e-3 * value, digits=4)
 
 
 def _of_gears(result: Result) -> Iterator[ConclusionRow]:
@@ -333,22 +340,23 @@ def _of_gears(result: Result) -> Iterator[ConclusionRow]:
     known = hammers or loud
     for place, name in enumerate(labels(known.axes[0]) if known else []):
         verdict = None
-        rule = ("sign of the torque of the teeth", "informative", f"min 0 {unit}")
+        rule = ("sign of the torque of the teeth", "informative", "min 0")
         if loud is not None:
             verdict = BROKEN if np.any(loud.values[place]) else KEPT
             lowest, at = "", ""
             if least is not None:
                 k = int(np.argmin(least.values[place]))
-                lowest = f"{show(factor * float(least.values[place, k]), digits=4)} {unit}"
+                lowest = show(factor * float(least.values[place, k]), digits=4)
                 at = turns(float(least.axes[1].values[k]))
-            words = "no reversal of the torque over the speeds"
-            yield ConclusionRow(name, words, *rule, lowest, np.nan, at, verdict, loud.path)
+            words = "no reversal of the torque, any speed"
+            yield ConclusionRow(name, words, *rule, lowest, unit, np.nan, at, verdict, loud.path)
         if hammers is not None and not _covered(result, verdict):
-            lowest = "" if here is None else f"{show(factor * here[place], digits=4)} {unit}"
+            lowest = "" if here is None else show(factor * here[place], digits=4)
             verdict = BROKEN if hammers.values[place] else KEPT
-            words = "no reversal of the torque at the operating speed"
-            at = _operating(result)
-            yield ConclusionRow(name, words, *rule, lowest, np.nan, at, verdict, hammers.path)
+            words = "no reversal of the torque, operating speed"
+            yield ConclusionRow(
+                name, words, *rule, lowest, unit, np.nan, _operating(result), verdict, hammers.path
+            )
 
 
 def _separated(result: Result) -> Iterator[ConclusionRow]:
@@ -369,8 +377,8 @@ def _separated(result: Result) -> Iterator[ConclusionRow]:
         yield ConclusionRow(
             f"{named[i]} mode", f"distance from order {order_text(order.values[i, k])}",
             f"{rule.rule.name}, {rule.rule.edition}", rule.rule.status,
-            f"min {100.0 * required:g} %",
-            f"{show(100.0 * float(margin.values[i, k]), digits=3)} %", np.nan, _operating(result),
+            f"min {100.0 * required:g}", show(100.0 * float(margin.values[i, k]), digits=3), "%",
+            np.nan, _operating(result),
             KEPT if enough.values[i, k] else BROKEN, f"{stem}/sufficient",
         )  # fmt: skip
 
@@ -379,14 +387,13 @@ def _of_case(result: Result) -> Iterator[ConclusionRow]:
     """Each `[[limit]]` of the case, with the verdict of the report."""
     for row in judge_limits(result):
         sides = (("min", row.min), ("max", row.max))
-        bounds = [f"{side} {short(bound)} {row.unit}".rstrip() for side, bound in sides
-                  if bound is not None]  # fmt: skip
+        bounds = [f"{side} {short(bound)}" for side, bound in sides if bound is not None]
         picks = ", ".join(f"{axis.replace('_', ' ')} {one}" for axis, one in row.where.items())
         at_start = " (start)" if row.at == "start" else ""
         share = row.computed / row.max if row.max and np.isfinite(row.computed) else np.nan
         yield ConclusionRow(
             row.place.strip() or picks or "line", read_as(row.quantity, row.unit)[0] + at_start,
-            row.source or "limit of the case", "of the case", ", ".join(bounds),
-            f"{show(row.computed, row.error_estimate)} {row.unit}".rstrip(), share, "",
+            row.source or "limit of the case", "case", ", ".join(bounds),
+            show(row.computed, row.error_estimate), row.unit, share, "",
             limit_verdict(row), row.quantity,
         )  # fmt: skip
