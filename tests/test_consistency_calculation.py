@@ -16,7 +16,7 @@ from vibecalc.core.report.page import html_page
 from vibecalc.core.report.pages import limit_verdict
 from vibecalc.core.report.text import sections_of
 from vibecalc.core.report.verdicts import judge_limits
-from vibecalc.core.results.record import Record, Result
+from vibecalc.core.results.record import Axis, Record, Result
 from vibecalc.core.results.store import read_result
 from vibecalc.torsion.pictures.system import draw_system
 from vibecalc.torsion.report.calculation import CALCULATION, nodes_in
@@ -226,6 +226,21 @@ def test_a_range_that_may_not_be_barred_breaks_the_limit() -> None:
     found = changed(result, f"{ROOT_PATH}exceeded/permitted", [0.0])
     assert next(one for one in conclusion_rows(found) if one.path == path).verdict == BROKEN
     assert verdicts(found.record) == [BROKEN]
+
+
+def test_conditions_above_a_limit_are_broken_at_the_operating_speed_only() -> None:
+    result = result_of("marine_propulsion")
+    use = result.record[f"{ROOT_PATH}limit/each/use"]
+    stem, quantities = f"{ROOT_PATH}conditions/limit/", dict(result.record.quantities)
+    condition = Axis("condition", np.array(["all fire", "4 misfires"], dtype=object), "", "")
+    axes = (condition, replace(use.axes[0]))
+    for name, values in (("largest_use", [1.1, 2.2]), ("operating_use", [0.2, 1.5])):
+        made = replace(use, path=stem + name, values=np.array(values)[:, None], axes=axes)
+        quantities[stem + name] = made
+    found = replace(result, record=replace(result.record, quantities=quantities))
+    rows = [one for one in conclusion_rows(found) if one.path.startswith(stem)]
+    assert [(one.use, one.verdict) for one in rows] == [(2.2, UNDECIDED), (1.5, BROKEN)]
+    assert all("4 misfires, worst of 2" in one.limit for one in rows)
 
 
 def test_nothing_is_concluded_without_limits() -> None:

@@ -31,7 +31,8 @@ table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size
 th, td { padding: .18rem .7rem .18rem 0; text-align: left; vertical-align: top; }
 th { border-bottom: 1px solid #16191c; font-weight: 600; vertical-align: bottom; }
 tbody + tbody tr:first-child td { border-top: 1px solid var(--rule); }
-.n { text-align: right; } .u { white-space: nowrap; } th:last-child, td:last-child { padding-right: 0; }
+.n { text-align: right; } .u { white-space: nowrap; }
+th:last-child, td:last-child { padding-right: 0; }
 .kept { color: #146c2e; font-weight: 600; } .missed { color: #b00020; font-weight: 700; }
 .open { color: #8a5a00; font-weight: 600; }
 p { margin: .5rem 0; max-width: 48rem; }

@@ -125,6 +125,10 @@ def conclusion_table(result: Result) -> list[str]:
     if any(row.verdict == BARRED for row in rows):
         words += "Kept but where barred: exceeded only in speed ranges that the rule lets be barred"
         words += " for continuous running, and not at the operating speed. "
+    if any(row.verdict == UNDECIDED and row.element.startswith("limit ") for row in rows):
+        words += (
+            "Undecided in a condition of the cylinders: no ranges to bar are looked for in it. "
+        )
     if any(row.status == "informative" for row in rows):
         words += "Informative: the society's or the standard's current text counts. "
     if any(row.path.startswith(COUPLING) and row.status != "case" for row in rows):
@@ -233,7 +237,10 @@ def _barred(record: Record, i: int, j: int, verdict: str) -> str:
 
 
 def _of_conditions(result: Result) -> Iterator[ConclusionRow]:
-    """The largest use of each limit with all cylinders firing, and in the worst condition."""
+    """The largest use of each limit with all cylinders firing, and in the worst condition.
+
+    What exceeds a limit for continuous running is undecided: it may be in a range to be barred.
+    """
     record, given = result.record, limits_of(result)
     for stem in ("healthy", "conditions"):
         found = None
@@ -254,6 +261,8 @@ def _of_conditions(result: Result) -> Iterator[ConclusionRow]:
                 if speed is not None and not here and speed.values.ndim == 2:
                     at = turns(float(speed.values[worst, i]))
                 verdicts.append(_state(rows[worst, i], quantity))
+                if not here and verdicts[-1] == BROKEN:
+                    verdicts[-1] = UNDECIDED  # no ranges to bar were looked for in it
                 rule = rule_of(given[i])
                 kind = "operating speed" if here else "continuous"
                 which = words[worst] + f", worst of {len(words)}" * (len(words) > 1)
