@@ -16,7 +16,7 @@ from vibecalc.core.report.page import html_page
 from vibecalc.core.report.pages import limit_verdict
 from vibecalc.core.report.text import sections_of
 from vibecalc.core.report.verdicts import judge_limits
-from vibecalc.core.results.record import Axis, Record, Result
+from vibecalc.core.results.record import Record, Result
 from vibecalc.core.results.store import read_result
 from vibecalc.torsion.pictures.system import draw_system
 from vibecalc.torsion.report.calculation import CALCULATION, nodes_in
@@ -232,7 +232,8 @@ def test_conditions_above_a_limit_are_broken_at_the_operating_speed_only() -> No
     result = result_of("marine_propulsion")
     use = result.record[f"{ROOT_PATH}limit/each/use"]
     stem, quantities = f"{ROOT_PATH}conditions/limit/", dict(result.record.quantities)
-    condition = Axis("condition", np.array(["all fire", "4 misfires"], dtype=object), "", "")
+    named = np.array(["all fire", "4 misfires"], dtype=object)
+    condition = replace(use.axes[1], name="condition", values=named)
     axes = (condition, replace(use.axes[0]))
     for name, values in (("largest_use", [1.1, 2.2]), ("operating_use", [0.2, 1.5])):
         made = replace(use, path=stem + name, values=np.array(values)[:, None], axes=axes)

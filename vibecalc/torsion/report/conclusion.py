@@ -126,9 +126,7 @@ def conclusion_table(result: Result) -> list[str]:
         words += "Kept but where barred: exceeded only in speed ranges that the rule lets be barred"
         words += " for continuous running, and not at the operating speed. "
     if any(row.verdict == UNDECIDED and row.element.startswith("limit ") for row in rows):
-        words += (
-            "Undecided in a condition of the cylinders: no ranges to bar are looked for in it. "
-        )
+        words += "Undecided in a condition: no ranges to bar are looked for in it. "
     if any(row.status == "informative" for row in rows):
         words += "Informative: the society's or the standard's current text counts. "
     if any(row.path.startswith(COUPLING) and row.status != "case" for row in rows):
