@@ -40,7 +40,8 @@ def draw_system(result: Result) -> "Figure | None":
     at = _places(paths)
     rows = 1 + round(-min(y for _, y in at.values()) / _ROW)
     words = "blue: stations with cylinders; " if line.cylinder_station.size else ""
-    words += "names above: stations, below: what joins them; dotted: gears with their ratios"
+    words += "names above: stations, below: what joins them"
+    words += "; dotted: gears with their ratios" if line.gears else ""
     figure = canvas(result, f"sketch of the line; {words}", 0.6 + _INCHES * rows)
     axes = figure.subplots()
     size = 7.0 if max(map(len, paths)) <= _SMALL else 5.5
