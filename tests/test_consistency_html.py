@@ -10,7 +10,8 @@ import pytest
 from long_but import long_but
 from shipped_cases import ROOT
 
-from vibecalc.core.report.page import html_page, html_table
+from vibecalc.core.report.html import html_table
+from vibecalc.core.report.page import html_page
 from vibecalc.core.report.plots import vector_pictures
 from vibecalc.core.report.sweep.text import file_lines
 from vibecalc.core.report.writing import Column, Table, read, table

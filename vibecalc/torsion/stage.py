@@ -686,4 +686,5 @@ SUBJECT = Subject(
     },
     leads=True,
     remark="vibecalc.torsion.report.limits:remark",
+    calculation="vibecalc.torsion.report.calculation:CALCULATION",
 )

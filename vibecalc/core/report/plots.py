@@ -184,14 +184,25 @@ def _figures(path: Path, look: Look) -> tuple[Iterable[str], list[tuple[str, "Fi
 
 def vector_pictures(path: Path) -> Iterator[tuple[str, bytes]]:
     """Title of every picture of a file, and the picture as SVG without it."""
-    matplotlib = _matplotlib()
     for _, figure in _figures(path, Look())[1]:
-        title = " ".join(figure.get_suptitle().split())
-        figure.suptitle("").set_in_layout(False)
-        image = BytesIO()
-        with matplotlib.rc_context(STYLE):
-            figure.savefig(image, format="svg", metadata=_SILENT["svg"])
-        yield title, image.getvalue()
+        yield as_vector(figure)
+
+
+def vector_picture(maker: Callable[[], "Figure | None"]) -> tuple[str, bytes] | None:
+    """The same of one picture, None where there is none."""
+    with _matplotlib().rc_context(STYLE):
+        figure = maker()
+    return None if figure is None else as_vector(figure)
+
+
+def as_vector(figure: "Figure") -> tuple[str, bytes]:
+    """Title of a picture, and the picture as SVG without it."""
+    title = " ".join(figure.get_suptitle().split())
+    figure.suptitle("").set_in_layout(False)
+    image = BytesIO()
+    with _matplotlib().rc_context(STYLE):
+        figure.savefig(image, format="svg", metadata=_SILENT["svg"])
+    return title, image.getvalue()
 
 
 def _make_methods(result: Result, _name: str) -> "Figure | None":

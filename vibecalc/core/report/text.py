@@ -1,7 +1,6 @@
 """The report of a result: as text of fixed columns, and as the object that `--json` prints."""
 
 import math
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,6 @@ from vibecalc.core.report import pages
 from vibecalc.core.report.headline import cells, columns, with_limits
 from vibecalc.core.report.pages import missed
 from vibecalc.core.report.sections import Section, magnitudes, other, speed_of, stacked, table_of
-from vibecalc.core.report.studies import find, optimisation
 from vibecalc.core.report.verdicts import (
     LimitRow,
     ReferenceRow,
@@ -39,10 +37,14 @@ from vibecalc.core.run.stage import subjects_of
 # ----------------------------------------------------------------------------
 
 
-def _sections(record: Record) -> list[Callable[[Result], Section | None]]:
-    """Sections of the subjects that a record has quantities of, in the order of the report."""
+#: sections of studies, before those of the subjects
+OF_STUDIES = ("vibecalc.core.report.studies:optimisation", "vibecalc.core.report.studies:find")
+
+
+def sections_of(record: Record) -> list[str]:
+    """Sections of studies and of the subjects that a record has quantities of, in their order."""
     there = sorted(subjects_of(record), key=lambda subject: not subject.leads)
-    return [named(where) for subject in there for where in subject.sections]
+    return [*OF_STUDIES, *(where for subject in there for where in subject.sections)]
 
 
 def render_report(result: Result, *, full: bool = False) -> str:
@@ -83,8 +85,8 @@ def report_lines(result: Result, *, full: bool = False) -> list[str]:
         lines += titled(warned.title, warned.lines)
     shown: set[str] = set()
     left_out: list[str] = []
-    for stage in (optimisation, find, *_sections(result.record)):
-        section = stage(result)
+    for where in sections_of(result.record):
+        section: Section | None = named(where)(result)
         if section is None:
             continue
         shown |= section.shown
@@ -119,16 +121,16 @@ def render_verdicts(result: Result) -> str:
 
 
 def _identity(result: Result, full: bool) -> list[str]:
-    case = result.case
-    rows = [("case", result.name)]
-    if case.get("source"):
-        rows.append(("source", str(case["source"])))
-    machine = _machine(result)
-    if machine:
-        rows.append(("machine", machine))
+    rows = identity(result)
     if full:
         rows += [("sha256 of the case", result.case_sha256), ("vibecalc", result.version)]
-    return [*heading(str(case.get("title") or result.name), 1), *pairs(rows, 20)]
+    return [*heading(str(result.case.get("title") or result.name), 1), *pairs(rows, 20)]
+
+
+def identity(result: Result) -> list[tuple[str, str]]:
+    """Case, source and machine."""
+    rows = [("case", result.name), ("source", str(result.case.get("source") or ""))]
+    return [(name, words) for name, words in (*rows, ("machine", _machine(result))) if words]
 
 
 def _machine(result: Result) -> str:

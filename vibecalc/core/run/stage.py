@@ -187,7 +187,8 @@ class Subject:
     result, None where only the run can tell. `units` are the pieces of work of its stages.
     `sections` of the report and `pictures` by their names are made where a result has quantities of
     the subject; those of a subject that `leads` stand first in the report. `remark` is a sentence
-    on the first page where there is no verdict.
+    on the first page where there is no verdict. `calculation` names the `Calculation` that its page
+    of HTML has the form of.
     """
 
     stages: "tuple[Callable[[Case], Iterator[Stage]], ...]"
@@ -202,6 +203,7 @@ class Subject:
     names: "Callable[[Case], dict[str, tuple[str, ...]]]" = lambda case: {}
     entries: "Callable[[Case, str, str], Entries | None]" = lambda case, path, axis: None
     remark: str = ""
+    calculation: str = ""
 
 
 @lru_cache(maxsize=1)

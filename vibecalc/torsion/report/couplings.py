@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 # Couplings at the operating speed and over the range, limit by limit.
 # ----------------------------------------------------------------------------
 
-_ICE, _KILO, _TURN = 273.15, 1e-3, 2.0 * np.pi
-_BORNE = {
+ICE, _KILO, _TURN = 273.15, 1e-3, 2.0 * np.pi
+BORNE = {
     "T_KN": "mean_torque",
     "T_Kmax": "peak_torque",
     "T_KW": "vibratory_torque",
@@ -27,7 +27,7 @@ _BORNE = {
     "n_max": "",
     "temperature": "temperature",
 }
-_WORDS = {
+LIMIT_WORDS = {
     "T_KN": "mean torque, T_KN",
     "T_Kmax": "peak torque, T_Kmax",
     "T_KW": "vibratory torque, T_KW",
@@ -91,10 +91,10 @@ def _identity(result: Result, one: "Coupling", place: int) -> list[str]:
         rows.append(("  they follow", joined(follows)))
     heat = record.quantities.get(f"{COUPLING}/temperature")
     if one.temperature and heat is not None:
-        found = float(np.asarray(heat.values)[place]) - _ICE
+        found = float(np.asarray(heat.values)[place]) - ICE
         words = f"{show(found, digits=4)} degC"
         if one.resistance:
-            air = one.temperature - _ICE
+            air = one.temperature - ICE
             words += f", {show(air, digits=4)} degC about it and {one.resistance:.4g} K/W"
         rows.append(("  temperature", words))
     return pairs(rows, 24)
@@ -129,7 +129,9 @@ def _limits(result: Result, one: "Coupling", place: int) -> list[str]:
         for _, quantity, factor in more:
             value = float(quantity.values[place, at])
             cells.append(_percent(quantity, (place, at)) if factor else turns(value))
-        rows.append([_WORDS[name], _permitted(one, name), _at_speed(result, name, place), *cells])
+        rows.append(
+            [LIMIT_WORDS[name], permitted(one, name), borne_at_speed(result, name, place), *cells]
+        )
     return table(columns, rows)
 
 
@@ -138,26 +140,28 @@ def _percent(quantity: Quantity, place: tuple[int, int]) -> str:
     return show(value, 100.0 * quantity.error_estimate, 4)
 
 
-def _permitted(one: "Coupling", name: str) -> str:
+def permitted(one: "Coupling", name: str) -> str:
+    """What the maker permits by one of its limits, with the unit."""
     may = one.permissible
     if name == "n_max":
         return f"{turns(may.speed)} rpm"
     if name == "temperature":
-        return f"{show(may.temperature - _ICE, digits=4)} degC"
+        return f"{show(may.temperature - ICE, digits=4)} degC"
     if name == "P_KV":
         return f"{show(may.power, digits=4)} W"
     torque = {"T_KN": may.mean, "T_Kmax": may.peak}.get(name, may.vibratory)
     return f"{show(_KILO * torque, digits=4)} kN m"
 
 
-def _at_speed(result: Result, name: str, place: int) -> str:
-    quantity = result.record.quantities.get(f"{COUPLING}/{_BORNE[name]}")
+def borne_at_speed(result: Result, name: str, place: int) -> str:
+    """What a coupling bears of it at the operating speed, with the unit."""
+    quantity = result.record.quantities.get(f"{COUPLING}/{BORNE[name]}")
     if quantity is None:
         speed, line = speed_of(result), line_of(result)
         own = 0.0 if line is None else abs(line.couplings[place].ratio)
         return "" if speed is None else f"{turns(own * speed)} rpm"
     value = float(np.asarray(quantity.values)[place])
     if name == "temperature":
-        return f"{show(value - _ICE, digits=4)} degC"
+        return f"{show(value - ICE, digits=4)} degC"
     unit, factor = ("W", 1.0) if name == "P_KV" else ("kN m", _KILO)
     return f"{show(factor * value, factor * quantity.error_estimate, 4)} {unit}"

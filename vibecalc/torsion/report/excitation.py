@@ -37,14 +37,14 @@ def torsion_excitation(result: Result) -> Section | None:
         return None
     return Section(
         f"Critical speeds, {range_words(result)}",
-        _strongest(result),
+        strongest_criticals(result),
         frozenset(),
         "all critical speeds, torques and vector sums by order",
-        Detail(result, _criticals, _orders, _vectors),
+        Detail(result, critical_speeds, cylinder_orders, vector_sums),
     )
 
 
-def _strongest(result: Result) -> list[str]:
+def strongest_criticals(result: Result) -> list[str]:
     """For each mode the critical speeds of the orders that excite it most, within the range."""
     record = result.record
     speed = having(record, TORSION + "critical/speed", "mode", "half_order")
@@ -79,7 +79,7 @@ def _banks(record: Record) -> bool:
     return vector(record, "excitation/bank_factor", "half_order") is not None
 
 
-def _criticals(result: Result) -> list[str]:
+def critical_speeds(result: Result) -> list[str]:
     """Orders by modes, in rpm, only what lies within the range."""
     speed = having(result.record, TORSION + "critical/speed", "mode", "half_order")
     if speed is None:
@@ -104,7 +104,7 @@ def _criticals(result: Result) -> list[str]:
     return [*paragraph(words), *table(columns, rows)] if rows else []
 
 
-def _orders(result: Result) -> list[str]:
+def cylinder_orders(result: Result) -> list[str]:
     """Cosine and sine of gas, inertia and total, of one cylinder from its firing position on."""
     record = result.record
     total = record[EXCITATION + "total"]
@@ -150,7 +150,7 @@ def _higher_orders(count: int) -> list[str]:
     return paragraph(f"and {more} higher orders, in the result file") if more > 0 else []
 
 
-def _vectors(result: Result) -> list[str]:
+def vector_sums(result: Result) -> list[str]:
     """The orders that are strongest, and the table of vector sums by mode and order."""
     record = result.record
     silent = asked(result).get("misfire")

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
 #: what has another section
 _APART = tuple(TORSION + name for name in ("variable_inertia/", "transient/", "as_published/"))
-_CONVENTIONS = (
+CONVENTIONS = (
     "Half range: (highest - lowest) / 2 of all orders over the cycle. Single orders: 0-to-peak."
 )
 
@@ -56,17 +56,17 @@ def torsion(result: Result) -> Section | None:
     )
     if not shown:
         return None
-    lines = [*paragraph(conclusion(result)), *paragraph(_CONVENTIONS)]
+    lines = [*paragraph(conclusion(result)), *paragraph(CONVENTIONS)]
     columns = variants(result)
     # without a misfire the table of the speed range has the other variant, as a column
     first = any(variant.prefix == HEALTHY for variant in columns)
-    lines += ["", *_table(result)] if first else []
+    lines += ["", *variant_table(result)] if first else []
     return Section(
         "Torsional vibration of the shaft line",
         lines,
         shown,
         "variants of the line",
-        Detail(result, *[_table] * (not first), _where) if len(columns) > 1 else (),
+        Detail(result, *[variant_table] * (not first), _where) if len(columns) > 1 else (),
     )
 
 
@@ -306,7 +306,7 @@ def _rows(result: Result) -> list[SummaryRow]:
     return [row for part in parts for row in part(result, columns)]
 
 
-def _table(result: Result) -> list[str]:
+def variant_table(result: Result) -> list[str]:
     columns, rows = variants(result), _rows(result)
     head = [Column("quantity", 33), Column("unit", 6)]
     head += [number(variant.title, 11) for variant in columns]

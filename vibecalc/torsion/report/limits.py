@@ -35,8 +35,8 @@ def torsion_limits(result: Result) -> Section | None:
         use = vector(result.record, "limit/operating_use", "limit")
     if use is None:
         return None
-    lines = _uses(result)
-    crank, barred = _crank(result), _barred(result.record)
+    lines = uses_by_section(result)
+    crank, barred = crank_places(result), exceeded_table(result.record)
     for more in (crank, barred):
         lines += ["", *more] if lines and more else more
     return Section(
@@ -44,7 +44,7 @@ def torsion_limits(result: Result) -> Section | None:
         lines,
         frozenset(),
         "rules of the limits",
-        Detail(result, _formulas, _basis, _origins),
+        Detail(result, formulas, basis, origins),
     )
 
 
@@ -105,7 +105,7 @@ def barred_ranges(record: Record) -> list[str]:
     return [f"{turns(a)} to {turns(b)} rpm" for a, b in zip(low, high, strict=True)]
 
 
-def _barred(record: Record) -> list[str]:
+def exceeded_table(record: Record) -> list[str]:
     exceeded = exceeded_rows(record)
     if not exceeded:
         return []
@@ -162,7 +162,7 @@ def limits_of(result: Result) -> list[Mapping[str, Any]]:
     return list(limits)
 
 
-def _origins(result: Result) -> list[str]:
+def origins(result: Result) -> list[str]:
     """What each limit is: rule, edition, sections, scope."""
     blocks = [pairs(_origin(place, limit), 22) for place, limit in enumerate(limits_of(result))]
     return [line for block in blocks for line in ([""] * (block is not blocks[0]) + block)]
@@ -223,26 +223,26 @@ _BASIS = (("diameter", "diameter\nmm", 1e3), ("tensile_strength", "sigma_B\nN/mm
           ("size_factor", "c_D", 1.0))  # fmt: skip
 
 
-def _matrix(record: Record, name: str) -> np.ndarray | None:
+def by_section(record: Record, name: str) -> np.ndarray | None:
     quantity = having(record, _LIMIT + name, "limit", "section")
     return None if quantity is None else np.asarray(quantity.values, dtype=float)
 
 
-def _sections(record: Record) -> list[str]:
+def limited_sections(record: Record) -> list[str]:
     quantity = having(record, _LIMIT + "operating/use", "limit", "section") or having(
         record, _LIMIT + "each/use", "limit", "section"
     )
     return [] if quantity is None else labels(quantity.axes[1])
 
 
-def _held(record: Record) -> np.ndarray | None:
+def held_sections(record: Record) -> np.ndarray | None:
     """Which sections a limit is for: a diameter in its basis, or a torque that it allows."""
-    parts = [_matrix(record, name) for name in ("basis/diameter", "operating/torque_allowed")]
+    parts = [by_section(record, name) for name in ("basis/diameter", "operating/torque_allowed")]
     found = [part > 0.0 for part in parts if part is not None]
     return np.any(found, axis=0) if found else None
 
 
-def _formulas(result: Result) -> list[str]:
+def formulas(result: Result) -> list[str]:
     """What the rules of the case allow and bar."""
     rules = {limit.get("rule") for limit in limits_of(result)}
     lines = []
@@ -268,14 +268,14 @@ def _formula_of_shafts() -> list[str]:
     )
 
 
-def _basis(result: Result) -> list[str]:
+def basis(result: Result) -> list[str]:
     """Diameter, strength and factors behind the rule of each section."""
     record = result.record
-    held, rated = _held(record), vector(record, "limit/basis/rated_speed", "limit")
+    held, rated = held_sections(record), vector(record, "limit/basis/rated_speed", "limit")
     if held is None or rated is None:
         return []
-    parts = [_matrix(record, f"basis/{name}") for name, _, _ in _BASIS]
-    named = _sections(record)
+    parts = [by_section(record, f"basis/{name}") for name, _, _ in _BASIS]
+    named = limited_sections(record)
     columns = [number("limit", 5), Column("section", 20)]
     columns += [number(title, 10) for _, title, _ in _BASIS]
     columns += [number("rated speed\nrpm", 11)]
@@ -299,13 +299,13 @@ def _filled(part: np.ndarray | None, i: int, j: int) -> bool:
 _QUANTITIES = (("stress", "", "N/mm^2", MEGA), ("torque", "torque_", "N m", 1.0))
 
 
-def _uses(result: Result) -> list[str]:
+def uses_by_section(result: Result) -> list[str]:
     """Stress, what is allowed, and use of each section: where the use is largest, and operating.
 
     Then the same of torques.
     """
     record = result.record
-    held, named = _held(record), _sections(record)
+    held, named = held_sections(record), limited_sections(record)
     if held is None or not named:
         return []
     given, torques = limits_of(result), of_torque(record)
@@ -317,7 +317,7 @@ def _uses(result: Result) -> list[str]:
             ("allowed\npassing", 7), ("use\n%", 7), (f"operating\n{quantity}", 9),
             ("allowed\nlasting", 7), ("use\n%", 7))]  # fmt: skip
         parts = {
-            name: _matrix(record, name)
+            name: by_section(record, name)
             for name in ("each/speed", f"each/{quantity}", f"each/{prefix}allowed", "each/use",
                          f"each/{prefix}transient", "each/transient_use", f"operating/{quantity}",
                          f"operating/{prefix}allowed", "operating/use")
@@ -340,7 +340,7 @@ def _uses(result: Result) -> list[str]:
     return lines
 
 
-def _crank(result: Result) -> list[str]:
+def crank_places(result: Result) -> list[str]:
     """Acceptability of each place of the throws that the rule for crankshafts is held against."""
     record = result.record
 
@@ -348,7 +348,7 @@ def _crank(result: Result) -> list[str]:
         found = having(record, f"{_LIMIT}crank/{name}", "limit", "section", "crank_place")
         return None if found is None else np.asarray(found.values, dtype=float)
 
-    strength, named = part("fatigue_strength"), _sections(record)
+    strength, named = part("fatigue_strength"), limited_sections(record)
     if strength is None:
         return []
     places = labels(record[f"{_LIMIT}crank/fatigue_strength"].axes[2])

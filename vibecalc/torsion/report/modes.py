@@ -262,8 +262,11 @@ _NOISE = 1e-11
 _LARGE = 1e7
 
 
-def holzer(result: Result) -> list[str]:
-    """A table for each mode that matters, as far as the page goes; nothing without them."""
+def holzer(result: Result, most: int = 0) -> list[str]:
+    """A table for each mode that matters, as far as the page goes; nothing without them.
+
+    Of the lowest `most` modes, where that is not 0, without a word on the others.
+    """
     angle = having(result.record, _MODES + "holzer_angle", "mode", "freedom")
     shaft = line_of(result)
     if angle is None or shaft is None:
@@ -280,7 +283,7 @@ def holzer(result: Result) -> list[str]:
     lines: list[str] = []
     shown: list[int] = []
     names = mode_names(result, undamped=True)
-    for mode in elastic_modes(result, undamped=True):
+    for mode in elastic_modes(result, undamped=True)[: most or None]:
         if shown and (len(shown) + 1) * len(rows.freedom) > _ROWS:
             break
         lines += [""] if lines else []
@@ -291,7 +294,7 @@ def holzer(result: Result) -> list[str]:
             rows = holzer_rows(line._replace(stiffness=stiffness))
         lines += _table(result.record, line, rows, angle, mode, names[mode])
         shown.append(mode)
-    return lines + _modes_without_table(result, shown)
+    return lines if most else lines + _modes_without_table(result, shown)
 
 
 def _modes_without_table(result: Result, shown: list[int]) -> list[str]:

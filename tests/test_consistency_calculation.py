@@ -1,0 +1,274 @@
+"""Claim: the page of a shaft line is a calculation to hand in, and its conclusion only reads."""
+
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from long_but import long_but
+from shipped_cases import ROOT
+from test_consistency_html import Page
+
+from vibecalc.core.report.page import html_page
+from vibecalc.core.report.pages import limit_verdict
+from vibecalc.core.report.text import sections_of
+from vibecalc.core.report.verdicts import judge_limits
+from vibecalc.core.results.record import Record, Result
+from vibecalc.core.results.store import read_result
+from vibecalc.torsion.pictures.system import draw_system
+from vibecalc.torsion.report.calculation import CALCULATION, nodes_in
+from vibecalc.torsion.report.conclusion import (
+    BARRED,
+    BROKEN,
+    KEPT,
+    UNDECIDED,
+    conclusion_rows,
+    in_one_sentence,
+)
+from vibecalc.torsion.report.limits import PASSING, verdicts
+from vibecalc.torsion.report.line import line_of
+
+GOLDEN = ROOT / "tests" / "golden"
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+ROOT_PATH = "response/torsion/"
+COMMON = ["System data", "Natural frequencies and mode shapes", "Holzer tables", "Excitation"]
+LAST = ["Barred ranges and critical speeds", "Conclusion"]
+CHAPTERS = {
+    "marine_propulsion": [*COMMON, "Damping", "Forced vibration", *LAST],
+    "engine_geared": [*COMMON, "Forced vibration", *LAST],
+    "genset_coupling": [*COMMON, "Forced vibration", "Misfire and worst condition", *LAST],
+    "pump_drive": [*COMMON, "Forced vibration", *LAST],
+}
+
+
+def result_of(name: str) -> Result:
+    return read_result(GOLDEN / f"{name}.h5")
+
+
+def changed(result: Result, path: str, values: object, error: float = 0.0) -> Result:
+    """The result with other numbers of a quantity."""
+    quantities = dict(result.record.quantities)
+    one = quantities[path]
+    quantities[path] = replace(one, values=np.asarray(values, dtype=float), error_estimate=error)
+    return replace(result, record=replace(result.record, quantities=quantities))
+
+
+# ----------------------------------------------------------------------------
+# The page: chapters in their order, numbers without gaps, nothing twice.
+# ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", long_but(CHAPTERS, "marine_propulsion", "pump_drive"))
+def test_chapters_stand_in_their_order_and_their_numbers_close_up(name: str) -> None:
+    page = html_page(GOLDEN / f"{name}.h5")
+    Page(page)  # every tag is closed
+    heads = re.findall(r'<h2 id="([^"]+)">([^<]+)</h2>', page)
+    numbered = [f"{number} {title}" for number, title in enumerate(CHAPTERS[name], 1)]
+    assert [title for _, title in heads] == [*numbered, "Appendix"]
+    contents = re.findall(r'<li><a href="#([^"]+)">([^<]+)</a></li>', page)
+    assert contents == heads
+    ids = re.findall(r' id="([^"]+)"', page)
+    assert len(ids) == len(set(ids))
+    tables = re.findall(r"<table>.*?</table>", page, re.DOTALL)
+    assert len(tables) == len(set(tables)) > 6
+    figures = [int(one) for one in re.findall(r"<figcaption>Figure (\d+): ", page)]
+    assert figures == list(range(1, len(figures) + 1)) and len(figures) > 3
+    assert page.count("Holzer table of mode") == 2
+    assert "[response.torsion]" in page  # the case as written
+
+
+def test_details_are_added_to_the_full_page_and_nothing_is_twice() -> None:
+    short, full = (html_page(GOLDEN / "pump_drive.h5", full=one) for one in (False, True))
+    tables = re.findall(r"<table>.*?</table>", full, re.DOTALL)
+    assert len(tables) == len(set(tables)) > short.count("<table>")
+    assert full.count("Holzer table of mode") == 3
+
+
+def test_every_part_of_the_calculation_exists() -> None:
+    from vibecalc.core.report.plots import every_picture
+    from vibecalc.core.results.named import named
+
+    pictures = every_picture()
+    for chapter in CALCULATION.chapters:
+        for part in (*chapter.parts, *chapter.details):
+            assert callable(named(part)) if ":" in part else part in pictures, part
+    sections = set(sections_of(result_of("marine_propulsion").record))
+    assert set(CALCULATION.elsewhere) <= sections
+
+
+def test_nodes_are_as_many_as_the_number_of_the_mode_in_a_row_of_inertias() -> None:
+    for name in ("marine_propulsion", "genset_coupling"):
+        result = result_of(name)
+        line, shape = line_of(result), result.record[ROOT_PATH + "modes/shape"]
+        assert line is not None
+        found = [len(nodes_in(line, np.real(one))) for one in shape.values]
+        assert found == list(range(len(found)))
+
+
+def test_the_sketch_names_every_station_section_and_gear() -> None:
+    result = result_of("engine_geared")
+    line = line_of(result)
+    picture = draw_system(result)
+    assert line is not None and picture is not None
+    words = {text.get_text() for text in picture.axes[0].texts}
+    assert {*line.station_names, *line.section_names} <= words
+    assert "reduction -0.339" in words
+
+
+# ----------------------------------------------------------------------------
+# The conclusion: each limit of the result is a line, and no other, with its verdict.
+# ----------------------------------------------------------------------------
+
+
+def count_by_hand(record: Record) -> int:
+    """Limits by rules: entries of use, those at the operating speed where the range has broken."""
+    root = f"{ROOT_PATH}limit/"
+    if f"{root}each/use" not in record:
+        return 0
+    use, passing, here = (
+        record[root + name].values for name in ("each/use", "each/transient_use", "operating/use")
+    )
+    return sum(
+        map(np.count_nonzero, (use > 0, passing > 0, (here > 0) & ~((use > 0) & (use <= 1))))
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "rules", "couplings", "gears", "case"),
+    [
+        ("marine_propulsion", 5, 0, 0, 1),
+        ("engine_geared", 12, 0, 3, 4),
+        ("genset_coupling", 0, 15, 0, 1),
+        ("pump_drive", 0, 0, 1, 2),
+    ],
+)
+def test_each_limit_is_a_line_and_no_other(
+    name: str, rules: int, couplings: int, gears: int, case: int
+) -> None:
+    result = result_of(name)
+    rows = conclusion_rows(result)
+    limits = judge_limits(result)
+    assert [row.verdict for row in rows[-case:]] == [limit_verdict(one) for one in limits]
+    assert len(limits) == case
+    computed = rows[:-case]
+    assert count_by_hand(result.record) == rules
+    starts = [row.path.removeprefix(ROOT_PATH) for row in computed]
+    assert sum(one.startswith("limit/") for one in starts) == rules
+    assert sum("coupling/" in one for one in starts) == couplings
+    assert sum("hammers" in one for one in starts) == gears
+    assert len(computed) == rules + couplings + gears
+    assert len({(row.element, row.limit, row.rule, row.at) for row in rows}) == len(rows)
+
+
+@pytest.mark.parametrize("name", ["marine_propulsion", "engine_geared"])
+def test_verdicts_are_those_of_the_limits(name: str) -> None:
+    result = result_of(name)
+    rows = [one for one in conclusion_rows(result) if "torsion/limit/" in one.path]
+    for limit, verdict in enumerate(verdicts(result.record), 1):
+        found = [one.verdict for one in rows if one.rule.startswith(f"{limit}: ")]
+        assert (BROKEN in found) == (verdict == BROKEN)
+        assert (BARRED in found) == (verdict == PASSING)
+        assert found
+
+
+def test_allowed_computed_and_use_belong_together() -> None:
+    for name in CHAPTERS:
+        for row in conclusion_rows(result_of(name)):
+            if np.isfinite(row.use) and row.allowed and row.computed and row.status != "maker":
+                allowed = float(row.allowed.removeprefix("max "))
+                assert float(row.computed) / allowed == pytest.approx(row.use, rel=1e-3)
+
+
+def test_gears_and_couplings_have_the_verdicts_of_their_results() -> None:
+    geared = {
+        (one.element, one.at): one.verdict
+        for one in conclusion_rows(result_of("engine_geared"))
+        if one.limit.startswith("no reversal")
+    }
+    assert geared == {
+        ("reduction", "480"): KEPT, ("power take-off", "480"): BROKEN,
+        ("power take-off", "750"): KEPT,
+    }  # fmt: skip
+    result = result_of("genset_coupling")
+    largest = result.record[ROOT_PATH + "coupling/largest_use"]
+    rows = [one for one in conclusion_rows(result) if one.path == largest.path]
+    assert [one.use for one in rows] == list(largest.values[0])
+    assert [one.verdict == BROKEN for one in rows] == list(largest.values[0] > 1.0)
+
+
+def test_one_sentence_sums_up() -> None:
+    assert in_one_sentence(result_of("marine_propulsion")) == (
+        "All 6 limits are kept, 1 of them by barring a speed range; 1 speed range is barred for "
+        "continuous running: 42.55 to 51.22 rpm."
+    )
+    assert in_one_sentence(result_of("engine_geared")).startswith("17 of 19 limits are kept, 1 of ")
+    assert in_one_sentence(result_of("pump_drive")) == "All 3 limits are kept."
+
+
+def test_what_is_broken_or_undecided_is_said() -> None:
+    result, path = result_of("marine_propulsion"), f"{ROOT_PATH}limit/each/transient_use"
+    broken = changed(result, path, [[1.2, 0.3]])
+    row = next(one for one in conclusion_rows(broken) if one.path == path)
+    assert (row.element, row.verdict, row.use) == ("intermediate shaft", BROKEN, 1.2)
+    assert (row.allowed, row.computed, row.at) == ("", "", "")  # not those of this use
+    words = "1 is broken: intermediate shaft, stress, passing through (120 %)"
+    assert words in in_one_sentence(broken)
+    near = changed(result, path, [[0.99, 0.3]], error=0.02)
+    assert next(one for one in conclusion_rows(near) if one.path == path).verdict == UNDECIDED
+    assert "1 is undecided: intermediate shaft" in in_one_sentence(near)
+
+
+def test_a_range_that_may_not_be_barred_breaks_the_limit() -> None:
+    result, path = result_of("marine_propulsion"), f"{ROOT_PATH}limit/each/use"
+    found = changed(result, f"{ROOT_PATH}exceeded/permitted", [0.0])
+    assert next(one for one in conclusion_rows(found) if one.path == path).verdict == BROKEN
+    assert verdicts(found.record) == [BROKEN]
+
+
+def test_conditions_above_a_limit_are_broken_at_the_operating_speed_only() -> None:
+    result = result_of("marine_propulsion")
+    use = result.record[f"{ROOT_PATH}limit/each/use"]
+    stem, quantities = f"{ROOT_PATH}conditions/limit/", dict(result.record.quantities)
+    named = np.array(["all fire", "4 misfires"], dtype=object)
+    condition = replace(use.axes[1], name="condition", values=named)
+    axes = (condition, replace(use.axes[0]))
+    for name, values in (("largest_use", [1.1, 2.2]), ("operating_use", [0.2, 1.5])):
+        made = replace(use, path=stem + name, values=np.array(values)[:, None], axes=axes)
+        quantities[stem + name] = made
+    found = replace(result, record=replace(result.record, quantities=quantities))
+    rows = [one for one in conclusion_rows(found) if one.path.startswith(stem)]
+    assert [(one.use, one.verdict) for one in rows] == [(2.2, UNDECIDED), (1.5, BROKEN)]
+    assert all("4 misfires, worst of 2" in one.limit for one in rows)
+
+
+def test_nothing_is_concluded_without_limits() -> None:
+    result = result_of("engine_run_up")
+    case = {**result.case, "limit": ()}
+    kept = {
+        path: one
+        for path, one in result.record.quantities.items()
+        if "/limit/" not in path and "hammers" not in path
+    }
+    bare = replace(result, case=case, record=replace(result.record, quantities=kept))
+    assert conclusion_rows(bare) == []
+    assert in_one_sentence(bare) == "The case sets no limit, so none is judged."
+
+
+# ----------------------------------------------------------------------------
+# On paper.
+# ----------------------------------------------------------------------------
+
+
+@pytest.mark.long
+@pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
+def test_a_marine_line_takes_no_more_than_15_pages(tmp_path: Path) -> None:
+    assert CHROMIUM is not None
+    page, sheet = tmp_path / "page.html", tmp_path / "page.pdf"
+    page.write_text(html_page(GOLDEN / "marine_propulsion.h5"), encoding="utf-8")
+    options = ["--headless=new", "--no-sandbox", "--disable-gpu", "--no-pdf-header-footer"]
+    command = [CHROMIUM, *options, f"--print-to-pdf={sheet}", page.as_uri()]
+    subprocess.run(command, capture_output=True, timeout=120, check=True)
+    assert 9 <= len(re.findall(rb"/Type\s*/Page\b", sheet.read_bytes())) <= 15

@@ -1,0 +1,263 @@
+"""The page of a result in the form of a calculation: numbered chapters, contents, an appendix.
+
+A subject says in one place, a `Calculation`, which chapters there are, in which order, and what
+stands in each. What a result does not have is no chapter, and the numbers close up.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from vibecalc.core.report import pages
+from vibecalc.core.report.html import (
+    STYLE,
+    anchor,
+    html_blocks,
+    html_document,
+    html_figure,
+    html_heading,
+    html_text,
+    html_written,
+)
+from vibecalc.core.report.plots import make, pictures_of, vector_picture
+from vibecalc.core.report.sections import Section, other
+from vibecalc.core.report.text import identity, sections_of
+from vibecalc.core.report.verdicts import judge_references
+from vibecalc.core.report.writing import pairs, paragraph
+from vibecalc.core.results.named import named
+from vibecalc.core.results.record import Result
+from vibecalc.core.run.stage import Subject, subjects_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+class Chapter(NamedTuple):
+    """A heading, and what stands below it; `details` only where the full report is asked for.
+
+    A part is a function of the result, `package.module:function`, that makes a `Section`, blocks of
+    lines or a picture, or the name of a picture of the subject; a section keeps its own title where
+    there are several.
+    """
+
+    title: str
+    parts: tuple[str, ...]
+    details: tuple[str, ...] = ()
+
+
+class Calculation(NamedTuple):
+    """The chapters of a calculation in their order, the last one being the conclusion.
+
+    `applies` and `summary`, the blocks of the first page, are functions of the result as
+    `package.module:function`. `elsewhere` names sections of the text report of which the chapters
+    have the contents by other parts; any other section that no chapter names becomes one of its own
+    before the conclusion.
+    """
+
+    title: str
+    applies: str
+    summary: str
+    chapters: tuple[Chapter, ...]
+    elsewhere: tuple[str, ...] = ()
+
+
+#: title of a part, "" without one, and its HTML
+Below = tuple[str, list[str]]
+_PRINT = """
+h3 { font-size: 1rem; margin: 1.3rem 0 .4rem; }
+.kind { color: var(--quiet); font-size: 1.05rem; margin: 0 0 .8rem; }
+nav.contents ol { list-style: none; padding: 0; margin: .3rem 0; columns: 2; }
+nav.contents li { break-inside: avoid; padding: .1rem 0; }
+nav.contents a { white-space: normal; margin: 0; }
+@media print {
+  nav.contents { display: block; } nav.contents a { color: inherit; }
+  h2 { break-before: page; margin-top: 0; } h3 { break-after: avoid; margin: 4mm 0 1mm; }
+  .wide, figure, dl { break-inside: avoid; } .wide.long { break-inside: auto; }
+  .wide + p { break-before: avoid; } p:has(+ .wide), dl:has(+ .wide) { break-after: avoid; }
+  p { orphans: 3; widows: 3; margin: 1.5mm 0; } figure { margin: 3mm 0; }
+  .wide { margin: 1.5mm 0; } th, td { padding-top: .06rem; padding-bottom: .06rem; }
+  td.n { white-space: nowrap; } table { font-size: 7.5pt; } figure img { max-height: 225mm; }
+  .appendix { font-size: 8pt; } pre.case { font-size: 6.3pt; line-height: 1.25; padding: 2mm; }
+}
+"""
+#: what the frame calls its closing sections, as parts of an appendix
+_CLOSING = {"Appendix": "Accuracy and methods"}
+#: rows of a table from which on it may break over pages
+_LONG = 45
+
+
+def calculation_page(result: Result, *, full: bool = False) -> str | None:
+    """The page, None for a result of no subject that has the form of a calculation.
+
+    Raises UsageError if matplotlib is not installed.
+    """
+    for subject in subjects_of(result.record):
+        if subject.calculation:
+            calculation: Calculation = named(subject.calculation)
+            if named(calculation.applies)(result):
+                return _page(result, subject, calculation, full)
+    return None
+
+
+def _page(result: Result, subject: Subject, calculation: Calculation, full: bool) -> str:
+    made = _Maker(result, full)
+    *chapters, conclusion = (
+        (chapter.title, below)
+        for chapter in calculation.chapters
+        if (below := made.chapter(chapter))
+    )
+    title = str(result.case.get("title") or result.name)
+    body, contents = [], []
+    rest = made.rest(subject, calculation)
+    for number, (words, below) in enumerate([*chapters, *rest, conclusion], 1):
+        words = f"{number} {words}"
+        contents.append(words)
+        body += [html_heading(words), *_numbered(below, number)]
+    written = [("Case as written", [html_written(result.case_toml)])] if result.case_toml else []
+    contents.append("Appendix")
+    body += [html_heading("Appendix"), '<div class="appendix">',
+             *_numbered([*made.appendix(), *written], "A"), "</div>"]  # fmt: skip
+    listed = "".join(
+        f'<li><a href="#{anchor(one)}">{html_text(one)}</a></li>\n' for one in contents
+    )
+    first = [
+        html_heading(title, 1), f'<p class="kind">{html_text(calculation.title)}</p>',
+        *html_blocks(pairs(_title_rows(result))),
+        *html_blocks(named(calculation.summary)(result)),
+        *html_blocks(_warnings(result)),
+        f'<nav class="contents"><strong>Contents</strong><ol>\n{listed}</ol></nav>',
+    ]  # fmt: skip
+    return html_document(title, STYLE + _PRINT + _running(title), [*first, *body])
+
+
+def _running(title: str) -> str:
+    """Header and foot of the printed pages but the first."""
+    words = " ".join(title.split()).replace("\\", "\\\\").replace('"', '\\"').replace("<", "\\3c ")
+    font = "font: 8pt sans-serif; color: #5b6168;"
+    return (
+        f'@page {{ margin: 18mm 15mm 16mm; @top-left {{ content: "{words}"; {font} }} '
+        f'@bottom-right {{ content: counter(page) " / " counter(pages); {font} }} }}\n'
+        '@page :first { @top-left { content: ""; } }\n'
+    )
+
+
+def _title_rows(result: Result) -> list[tuple[str, str]]:
+    date = str(result.provenance.get("time") or "").split("T")[0]
+    rows = [*identity(result), ("date", date), ("vibecalc", result.version)]
+    return [(name, words) for name, words in rows if words]
+
+
+def _warnings(result: Result) -> list[str]:
+    """Of the run, and of reference numbers that are missed."""
+    found = pages.warnings(result)
+    references = judge_references(result)
+    missed = pages.conclusion(references, []) if pages.missed(references) else ""
+    return [*([] if found is None else found.lines), *(paragraph(missed) if missed else [])]
+
+
+def _numbered(below: Sequence[Below], number: int | str) -> Iterator[str]:
+    """Parts under their titles, which have numbers where there are several."""
+    count, several = 0, sum(bool(title) for title, _ in below) > 1
+    for title, parts in below:
+        if title and several:
+            count += 1
+            yield html_heading(f"{number}.{count} {title}", 3)
+        yield from parts
+
+
+class _Maker:
+    """Makes the parts of a page, and keeps what they have shown and how many figures there are."""
+
+    def __init__(self, result: Result, full: bool) -> None:
+        self.result, self.full = result, full
+        self.figures = 0
+        self.shown: set[str] = set()
+        self.left: list[Section] = []
+        self.blocks: set[str] = set()
+
+    def chapter(self, chapter: Chapter) -> list[Below]:
+        """What stands below the heading of a chapter; nothing if the result has none of it."""
+        below = [one for part in chapter.parts if (one := self.part(part)) is not None]
+        more = chapter.details if self.full and below else ()
+        return below + [one for part in more if (one := self.part(part)) is not None]
+
+    def part(self, where: str) -> Below | None:
+        """A section, blocks or a picture, None where the result has none."""
+        if ":" not in where:
+            return self.picture(partial(make, self.result, where))
+        made: Any = named(where)(self.result)
+        if isinstance(made, Section):
+            return self.section(made)
+        if made is None or isinstance(made, list):
+            return ("", self.html(made)) if made else None
+        return self.picture(lambda: made)
+
+    def section(self, section: Section) -> Below | None:
+        """A section of the text report; its details are for the appendix."""
+        self.shown |= section.shown
+        self.left += [section] if section.detail else []
+        return (section.title, self.html(section.lines)) if section.lines else None
+
+    def html(self, lines: Iterable[str]) -> list[str]:
+        """Blocks as HTML, which are kept in mind."""
+        lines = list(lines)
+        self.blocks |= {line for line in lines if line}
+        return [
+            one.replace('"wide"', '"wide long"', 1) if one.count("<tr>") > _LONG else one
+            for one in html_blocks(lines)
+        ]
+
+    def picture(self, maker: "Callable[[], Figure | None]") -> Below | None:
+        """A picture with its number."""
+        found = vector_picture(maker)
+        if found is None:
+            return None
+        title, image = found
+        case = " ".join(str(self.result.case.get("title") or self.result.name).split())
+        self.figures += 1
+        words = title.removeprefix(case).strip() or title
+        return "", [html_figure(f"Figure {self.figures}: {words}", image)]
+
+    def rest(self, subject: Subject, calculation: Calculation) -> Iterator[tuple[str, list[Below]]]:
+        """Sections and pictures that no chapter names, those of other subjects among them.
+
+        Pictures of the subject itself that no chapter names are for the full report.
+        """
+        known = {part for one in calculation.chapters for part in (*one.parts, *one.details)}
+        for where in sections_of(self.result.record):
+            section: Section | None = None if where in known else named(where)(self.result)
+            if section is None:
+                continue
+            below = self.section(section)
+            if where not in calculation.elsewhere and below is not None:
+                yield below[0], [("", below[1])]
+        pictures = [
+            below
+            for name in pictures_of(self.result)
+            if name not in known and (self.full or name not in subject.pictures)
+            if (below := self.picture(partial(make, self.result, name))) is not None
+        ]
+        if pictures:
+            yield "Further pictures", pictures
+
+    def appendix(self) -> Iterator[Below]:
+        """What is left: further results, details, reference numbers, accuracy and methods."""
+        result, full = self.result, self.full
+        references = judge_references(result)
+        compared = pages.references(references) if full else pages.brief(references)
+        off = [] if full else pages.references(pages.missed(references))
+        words = pages.conclusion(references, [])
+        parts: list[Section | None] = [
+            Section("Reference numbers", [*paragraph(words), *compared, *off], frozenset())
+            if words
+            else None
+        ]
+        for section in self.left if full else ():
+            lines = [line for line in section.detail if line not in self.blocks]
+            parts.append(Section(f"{section.title}: {section.detail_name}", lines, frozenset()))
+        closings = (pages.tolerance, pages.accuracy, pages.methods_section, pages.plan_section,
+                    pages.provenance) if full else (pages.appendix, pages.run_of)  # fmt: skip
+        parts += [other(result, self.shown), *(make_(result) for make_ in closings)]
+        for part in parts:
+            if part is not None and any(part.lines):
+                yield _CLOSING.get(part.title, part.title), list(html_blocks(part.lines))
