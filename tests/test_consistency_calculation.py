@@ -37,7 +37,13 @@ ROOT_PATH = "response/torsion/"
 COMMON = ["System data", "Natural frequencies and mode shapes", "Holzer tables", "Excitation"]
 LAST = ["Barred ranges and critical speeds", "Conclusion"]
 CHAPTERS = {
-    "marine_propulsion": [*COMMON, "Damping", "Forced vibration", *LAST],
+    "marine_propulsion": [
+        *COMMON,
+        "Damping",
+        "Forced vibration",
+        "Misfire and worst condition",
+        *LAST,
+    ],
     "engine_geared": [*COMMON, "Forced vibration", *LAST],
     "genset_coupling": [*COMMON, "Forced vibration", "Misfire and worst condition", *LAST],
     "pump_drive": [*COMMON, "Forced vibration", *LAST],
@@ -137,16 +143,16 @@ def count_by_hand(record: Record) -> int:
 
 
 @pytest.mark.parametrize(
-    ("name", "rules", "couplings", "gears", "case"),
+    ("name", "rules", "couplings", "gears", "conditions", "case"),
     [
-        ("marine_propulsion", 5, 0, 0, 1),
-        ("engine_geared", 12, 0, 3, 4),
-        ("genset_coupling", 0, 15, 0, 1),
-        ("pump_drive", 0, 0, 1, 2),
+        ("marine_propulsion", 6, 0, 0, 4, 1),
+        ("engine_geared", 12, 0, 3, 0, 4),
+        ("genset_coupling", 0, 15, 0, 0, 1),
+        ("pump_drive", 2, 0, 1, 0, 2),
     ],
 )
 def test_each_limit_is_a_line_and_no_other(
-    name: str, rules: int, couplings: int, gears: int, case: int
+    name: str, rules: int, couplings: int, gears: int, conditions: int, case: int
 ) -> None:
     result = result_of(name)
     rows = conclusion_rows(result)
@@ -159,7 +165,8 @@ def test_each_limit_is_a_line_and_no_other(
     assert sum(one.startswith("limit/") for one in starts) == rules
     assert sum("coupling/" in one for one in starts) == couplings
     assert sum("hammers" in one for one in starts) == gears
-    assert len(computed) == rules + couplings + gears
+    assert sum(one.startswith("conditions/") for one in starts) == conditions
+    assert len(computed) == rules + couplings + gears + conditions
     assert len({(row.element, row.limit, row.rule, row.at) for row in rows}) == len(rows)
 
 
@@ -201,31 +208,36 @@ def test_gears_and_couplings_have_the_verdicts_of_their_results() -> None:
 
 def test_one_sentence_sums_up() -> None:
     assert in_one_sentence(result_of("marine_propulsion")) == (
-        "All 6 limits are kept, 1 of them by barring a speed range; 1 speed range is barred for "
-        "continuous running: 42.55 to 51.22 rpm."
+        "7 of 11 limits are kept, 2 of them by barring a speed range; 2 are broken: limit 1, its "
+        "worst element, operating speed; 5 misfires, worst of 7 (148.4 %) at 105 rpm; limit 2, its "
+        "worst element, operating speed; 5 misfires, worst of 7 (160.9 %) at 105 rpm; 2 are "
+        "undecided: limit 1, its worst element, continuous; 5 misfires, worst of 7 (221 %) at "
+        "94.06 rpm; limit 2, its worst element, continuous; 5 misfires, worst of 7 (239.4 %) at "
+        "94.06 rpm; 1 speed range is barred for continuous running: 42.55 to 51.22 rpm."
     )
     assert in_one_sentence(result_of("engine_geared")).startswith("17 of 19 limits are kept, 1 of ")
-    assert in_one_sentence(result_of("pump_drive")) == "All 3 limits are kept."
+    assert in_one_sentence(result_of("pump_drive")).startswith("All 5 limits are kept; no speed")
 
 
 def test_what_is_broken_or_undecided_is_said() -> None:
     result, path = result_of("marine_propulsion"), f"{ROOT_PATH}limit/each/transient_use"
-    broken = changed(result, path, [[1.2, 0.3]])
+    broken = changed(result, path, [[1.2, 0.0], [0.0, 0.3]])
     row = next(one for one in conclusion_rows(broken) if one.path == path)
     assert (row.element, row.verdict, row.use) == ("intermediate shaft", BROKEN, 1.2)
     assert (row.allowed, row.computed, row.at) == ("", "", "")  # not those of this use
-    words = "1 is broken: intermediate shaft, stress, passing through (120 %)"
-    assert words in in_one_sentence(broken)
-    near = changed(result, path, [[0.99, 0.3]], error=0.02)
+    assert "3 are broken: intermediate shaft, stress, passing through (120 %)" in in_one_sentence(
+        broken
+    )
+    near = changed(result, path, [[0.99, 0.0], [0.0, 0.3]], error=0.02)
     assert next(one for one in conclusion_rows(near) if one.path == path).verdict == UNDECIDED
-    assert "1 is undecided: intermediate shaft" in in_one_sentence(near)
+    assert "3 are undecided: intermediate shaft" in in_one_sentence(near)
 
 
 def test_a_range_that_may_not_be_barred_breaks_the_limit() -> None:
     result, path = result_of("marine_propulsion"), f"{ROOT_PATH}limit/each/use"
-    found = changed(result, f"{ROOT_PATH}exceeded/permitted", [0.0])
+    found = changed(result, f"{ROOT_PATH}exceeded/permitted", [0.0, 1.0])
     assert next(one for one in conclusion_rows(found) if one.path == path).verdict == BROKEN
-    assert verdicts(found.record) == [BROKEN]
+    assert verdicts(found.record) == [BROKEN, PASSING]
 
 
 def test_conditions_above_a_limit_are_broken_at_the_operating_speed_only() -> None:

@@ -151,7 +151,7 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
         "bank_factor": train is not None and len({c.bank_angle for c in train.cylinders}) > 1,
         "modal_heat": has_modal_damping(case),
         "stress": any(has_stress(shaft) for shaft in line.shafts),
-        "/excitation/pressure": train is None or train.tangential_effort is None,
+        "/excitation/pressure": train is not None and train.tangential_effort is None,
         "tangential_pressure": train is not None and bool(train.bore),
         "mean_indicated_pressure": train is not None and bool(train.bore),
         "/coupling/": bool(named_couplings(case)),

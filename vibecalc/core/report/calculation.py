@@ -71,7 +71,7 @@ nav.contents li { break-inside: avoid; padding: .1rem 0; }
 nav.contents a { white-space: normal; margin: 0; }
 @media print {
   nav.contents { display: block; } nav.contents a { color: inherit; }
-  h2 { break-before: page; margin-top: 0; } h3 { break-after: avoid; margin: 4mm 0 1mm; }
+  h2 { break-after: avoid; margin-top: 8mm; } h3 { break-after: avoid; margin: 4mm 0 1mm; }
   .wide, figure, dl { break-inside: avoid; } .wide.long { break-inside: auto; }
   .wide + p { break-before: avoid; } p:has(+ .wide), dl:has(+ .wide) { break-after: avoid; }
   p { orphans: 3; widows: 3; margin: 1.5mm 0; } figure { margin: 3mm 0; }
