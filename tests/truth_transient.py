@@ -94,6 +94,12 @@ def _peaks(motion: ExactMotion, record: Record, noise: np.ndarray) -> Iterator[T
         speed.append(float(motion.course(np.array(when[-1:]))[1][0]))
     values = np.array(peak) / ratio
     yield "peak", values, float(np.max(noise / ratio))
+    if f"{ROOT}peak_stress" in record:
+        diameter = motion.inputs.built.section_diameter  # of solid shafts
+        places = np.flatnonzero(diameter)
+        modulus = np.pi * diameter[places] ** 3 / 16.0
+        slack = float(np.max((noise / ratio)[places] / modulus))
+        yield "peak_stress", values[places] / modulus, slack
     # a time is that of a flat top
     yield "peak_time", np.array(when), 1e-8 * motion.end
     slip = 1e-8 * float(motion.border_speed.max())

@@ -8,7 +8,7 @@ from vibecalc.errors import KeyPath, Problem
 from vibecalc.parts.firing import TURN, cycle_angle, torque_reaches_mounts
 from vibecalc.parts.tangential_effort import TangentialEffort
 from vibecalc.schema import Case
-from vibecalc.torsion.stage import asked_orders
+from vibecalc.torsion.asked import asked_orders
 
 EFFORT: KeyPath = ("machine", "crank_train", "tangential_effort")
 TORSION: KeyPath = ("response", "torsion")
