@@ -67,7 +67,7 @@ def changed(result: Result, path: str, values: object, error: float = 0.0) -> Re
 # ----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", long_but(CHAPTERS, "marine_propulsion", "pump_drive"))
+@pytest.mark.parametrize("name", long_but(CHAPTERS, "pump_drive"))
 def test_chapters_stand_in_their_order_and_their_numbers_close_up(name: str) -> None:
     page = html_page(GOLDEN / f"{name}.h5")
     Page(page)  # every tag is closed
@@ -86,6 +86,7 @@ def test_chapters_stand_in_their_order_and_their_numbers_close_up(name: str) -> 
     assert "[response.torsion]" in page  # the case as written
 
 
+@pytest.mark.long
 def test_details_are_added_to_the_full_page_and_nothing_is_twice() -> None:
     short, full = (html_page(GOLDEN / "pump_drive.h5", full=one) for one in (False, True))
     tables = re.findall(r"<table>.*?</table>", full, re.DOTALL)

@@ -193,6 +193,7 @@ def test_two_methods_agree_within_the_errors_that_both_state(name: str) -> None:
         assert one.error_estimate <= 1e-11 * np.abs(one.values).max(), path
 
 
+@pytest.mark.long
 def test_a_range_of_speeds_is_its_single_speeds() -> None:
     speeds = {"from": float(SPEEDS[0]), "to": float(SPEEDS[1]), "points": 4}
     record = run_case(validate(case_with("catalogue", speeds=speeds)))
@@ -203,6 +204,7 @@ def test_a_range_of_speeds_is_its_single_speeds() -> None:
     assert np.all(value(record, "coupling/largest_use") >= 0.999 * value(record, "coupling/use"))
 
 
+@pytest.mark.long
 def test_largest_use_is_between_the_speeds_of_the_sweep() -> None:
     """Next to the resonance of order 0.5: single runs there and on both sides of it."""
     speeds = {"from": "380 rpm", "to": "520 rpm", "points": 15}
@@ -220,6 +222,7 @@ def test_largest_use_is_between_the_speeds_of_the_sweep() -> None:
         assert max(below, above) < here, name
 
 
+@pytest.mark.long
 def test_criticals_are_of_the_line_at_that_speed() -> None:
     """The resonance of order 0.5 of a coupling that stiffens with frequency and is softer warm."""
     speeds = {"from": "300 rpm", "to": "900 rpm", "points": 31}

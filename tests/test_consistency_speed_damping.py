@@ -343,6 +343,7 @@ def test_a_damping_that_fades_leaves_no_resonance_out() -> None:
     assert top == pytest.approx(fine, rel=1e-3) and top >= fine * (1.0 - 1e-9)
 
 
+@pytest.mark.long
 def test_in_a_passage_the_dampings_are_those_of_its_mean_speed() -> None:
     change = {"kind": "run_up", "from": 70.0, "to": 130.0, "duration": 3.0, "after": 0.2}
     found = []

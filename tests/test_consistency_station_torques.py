@@ -252,6 +252,7 @@ def test_before_a_step_the_line_vibrates_as_it_does_steadily() -> None:
     assert seen == pytest.approx(steady, rel=2e-3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("exponent", [0.0, 2.0])
 def test_a_slow_passage_reaches_what_stands_at_the_resonance(exponent: float) -> None:
     given = {"on": "pump", "blades": 10, "torques": ["60 N*m"], "exponent": exponent}

@@ -35,6 +35,7 @@ def value(record: Record, name: str) -> np.ndarray:
     return np.asarray(record[ROOT + name].values)
 
 
+@pytest.mark.long
 def test_a_slow_passage_with_dashpots_is_as_high_as_the_resonance_with_loss_factors() -> None:
     record = run(
         'kind = "run_up", from = "1000 rpm", to = "1150 rpm", duration = "20 s", after = "0.1 s"',
@@ -70,6 +71,7 @@ def test_after_a_jolt_the_mode_of_the_coupling_counts() -> None:
     assert len(told) == 1 and "'coupling' at 26.96 Hz (natural frequency)" in told[0]
 
 
+@pytest.mark.long
 def test_a_stop_is_a_run_down_without_fuel() -> None:
     names = ("peak_half_range", "steady_half_range", "peak_half_range_speed")
     stop = run('kind = "stop", from = "1000 rpm", duration = "1.5 s"', wanted=names)

@@ -243,6 +243,7 @@ def test_a_line_without_elasticity_has_the_closed_form(count: int, tmp_path: Any
 # ----------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_every_condition_at_speed_is_that_of_full_matrices() -> None:
     result = run(CONDITIONS)
     record = result.record["response/torsion/conditions/torque_half_range"]
@@ -268,6 +269,7 @@ def test_the_worst_of_all_conditions_is_that_of_full_matrices(at: int) -> None:
     assert len(angle) == len(STATIONS)
 
 
+@pytest.mark.long
 def test_the_worst_condition_is_the_worst_of_separate_runs() -> None:
     limit = CONDITIONS[CONDITIONS.index("[[") :]
     runs = [run(limit)]
@@ -327,6 +329,7 @@ def test_irregularity_of_every_condition_is_that_of_full_matrices() -> None:
     near(found.values[0], values(result, "irregularity/degree"))
 
 
+@pytest.mark.long
 def test_mean_torques_of_conditions_are_those_of_separate_runs() -> None:
     found = values(run(CONDITIONS), "conditions/mean_torque")
     mean = [values(run(f'misfire = ["{name}"]'), "excitation/mean_torque") for name in "123"]

@@ -32,6 +32,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.long
 def test_commands_work_in_the_order_printed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     coarse(monkeypatch)
     done = [shlex.split(line.split(" # ")[0]) for line in LINES if line.startswith("vibecalc ")]
@@ -55,6 +56,7 @@ def ranges(record: Record) -> str:
     return ", ".join(f"{low} to {high}" for low, high in zip(*shown, strict=True)) or "none"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("row", table(PAGE, "change"), ids=lambda row: row[0].split()[0])
 def test_what_is_tried_gives_what_is_printed(folder: Path, row: list[str]) -> None:
     _, setting, use, barred = row

@@ -65,8 +65,12 @@ LONG = [
 ]
 
 
+#: kinds that take ten seconds and more for a few machines
+SLOW = ("damper", "engine", "transient")
+
+
 @pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=[pytest.mark.long] * (n == "damper")) for n in KINDS]
+    "name", [pytest.param(n, marks=[pytest.mark.long] * (n in SLOW)) for n in KINDS]
 )
 def test_estimates_against_truth(name: str) -> None:
     kind = KINDS[name]

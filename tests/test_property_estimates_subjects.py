@@ -67,7 +67,9 @@ def reported_of(subject: Subject, seeds: Iterable[int]) -> list[Reported]:
     return reported
 
 
-@pytest.mark.parametrize("name", SUBJECTS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=[pytest.mark.long] * (n == "plate")) for n in SUBJECTS]
+)
 def test_estimates_of_a_few_machines(name: str) -> None:
     subject = SUBJECTS[name]
     reported = reported_of(subject, subject.few)

@@ -107,7 +107,9 @@ limits = [{{ alternating_share = 1, gears = ["pinion - wheel"] }}]
     assert np.any((low <= at) & (at <= high))
 
 
-@pytest.mark.parametrize("gear", ["pinion - wheel", "wheel - take-off"])
+@pytest.mark.parametrize(
+    "gear", ["pinion - wheel", pytest.param("wheel - take-off", marks=pytest.mark.long)]
+)
 def test_narrow_resonances_of_gears_between_the_speeds_are_found(gear: str, tmp_path: Path) -> None:
     # damped by a millionth of the stiffness: some hundredths of a rpm wide, steps of 55 rpm
     damped = GEARED.replace('"1e6 N*m/rad"', '"1e6 N*m/rad", damping = 0.3')
