@@ -6,7 +6,7 @@ from shipped_cases import CASES
 
 from vibecalc.core.case.load import load_case, resolve
 
-NAMES = {"pump": "pump_drive", "geared": "engine_geared"}
+NAMES = {"pump": "pump_drive", "geared": "engine_geared", "v8": "engine_v8"}
 
 
 @pytest.mark.parametrize(("case", "change", "place", "words"), refusals("line"))

@@ -279,3 +279,16 @@ def test_a_clutch_takes_a_pump_along_without_any_cylinder() -> None:
     joint = SPEED * motor / (motor + driven)
     found = float(made[f"{ROOT}/transient/clutch/common_speed"].values)
     assert found == pytest.approx(joint, rel=2e-2)  # absolute damping brakes both a little
+
+
+def test_a_cylinder_that_stops_firing_takes_its_own_orders_along_and_no_others() -> None:
+    stops = {"kind": "misfire_onset", "cylinder": "3", "before": 0.2, "after": 0.2}
+    asked = {"misfire_kind": "motored", "orders": {"step": 0.5, "count": 24}, "transient": stops}
+    still = [{**one, "torques": [0.0] * len(one["torques"])} for one in BLADES]
+    found = []
+    for given in ([], still):
+        case = table("engine_geared", excitations=given)
+        case["response"]["torsion"] = asked
+        made = run_case(validate(case))
+        found.append(np.asarray(made[f"{ROOT}/transient/steady_after"].values))
+    assert found[1] == pytest.approx(found[0], rel=1e-9)

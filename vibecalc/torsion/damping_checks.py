@@ -26,7 +26,7 @@ _STEPS = ("load_step", "misfire_onset")
 
 
 def damping_problems(case: Case) -> list[Problem]:
-    """Problems of dampings and of loads over the speed."""
+    """Problems of dampings, and of what follows the speed by a table."""
     line = case.machine.shaft_line
     if line is None:
         return []
@@ -131,6 +131,10 @@ def _spans(line: ShaftLine) -> Iterator[tuple[KeyPath, float, float]]:
     for place, load in enumerate(line.loads):
         if load.curve is not None:
             yield (*LINE, "loads", place, "curve"), load.curve.speed[0], load.curve.speed[-1]
+    for place, one in enumerate(line.excitations):
+        if one.over_speed is not None:
+            low, high = one.over_speed.speed[0], one.over_speed.speed[-1]
+            yield (*LINE, "excitations", place, "over_speed"), low, high
 
 
 def _answers(case: Case, line: ShaftLine) -> Iterator[Problem]:

@@ -45,7 +45,7 @@ class OverSpeed(Table):
     )
 
 
-class TorqueCurve(Table):
+class LoadCurve(Table):
     """A torque against the speed, straight lines between the entries."""
 
     speed: tuple[Speed, ...] = Field(

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import has_crank_train
+from vibecalc.parts.firing import is_separate, torque_reaches_mounts
 from vibecalc.schema import Case
 from vibecalc.torsion.results import PASSAGES
 from vibecalc.torsion.shaft_line_tables import (
@@ -23,7 +24,7 @@ LINE: KeyPath = ("machine", "shaft_line")
 # ----------------------------------------------------------------------------
 
 #: questions that know the torques of cylinders alone
-_OF_CYLINDERS = ("misfire", "conditions", "as_published", "variable_inertia", "orders")
+_OF_CYLINDERS_ALONE = ("misfire", "conditions", "as_published", "variable_inertia", "orders")
 
 
 def excitation_problems(case: Case, line: ShaftLine) -> Iterator[Problem]:
@@ -38,7 +39,7 @@ def excitation_problems(case: Case, line: ShaftLine) -> Iterator[Problem]:
             hint="for natural and critical speeds alone, torques = ['0 N*m'] with the orders that "
             "count",
         )
-    asked = [] if torsion is None else [key for key in _OF_CYLINDERS if getattr(torsion, key)]
+    asked = [] if torsion is None else [key for key in _OF_CYLINDERS_ALONE if getattr(torsion, key)]
     if cylinders:
         asked = [key for key in asked if key in ("as_published", "variable_inertia")]
     refused: list[KeyPath] = [(*TORSION, key) for key in asked]
@@ -57,6 +58,14 @@ def excitation_problems(case: Case, line: ShaftLine) -> Iterator[Problem]:
         yield from _followed_in_passages(line)
     elif change is not None and change.clutch is not None:
         yield from _not_behind_clutch(line, change.clutch)
+    if line.excitations and torque_reaches_mounts(case) and not is_separate(case):
+        yield Problem(
+            path=("isolation",),
+            message="the torque on the mounts counts the torques of cylinders alone",
+            allowed="no excitations in [machine.shaft_line], or a driven machine that stands "
+            "elsewhere: driven_machine = 'separate'",
+            also=(*LINE, "excitations", 0),
+        )
     yield from _followed(case, line)
 
 

@@ -40,9 +40,9 @@ if TYPE_CHECKING:
     from vibecalc.torsion.coupling_tables import Coupling
     from vibecalc.torsion.damping_tables import (
         EngineDamping,
+        LoadCurve,
         OverSpeed,
         PropellerDamping,
-        TorqueCurve,
     )
     from vibecalc.torsion.station_torque_tables import StationExcitation
     from vibecalc.torsion.transient_tables import FatigueLine
@@ -52,7 +52,7 @@ else:
             {
                 "vibecalc.torsion.coupling_tables": "Coupling",
                 "vibecalc.torsion.damping_tables": "EngineDamping OverSpeed PropellerDamping "
-                "TorqueCurve",
+                "LoadCurve",
                 "vibecalc.torsion.station_torque_tables": "StationExcitation",
                 "vibecalc.torsion.transient_tables": "FatigueLine",
             }
@@ -336,7 +336,7 @@ class Load(Table):
     exponent: Number = Field(
         0.0, ge=0, le=4, description="of the speed: 0 constant, 2 as a propeller"
     )
-    curve: TorqueCurve | None = Field(
+    curve: LoadCurve | None = Field(
         None, description="instead of torque and exponent: a table or a CSV over the speed"
     )
     propeller_damping: PropellerDamping | None = Field(

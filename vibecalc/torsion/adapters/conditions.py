@@ -9,7 +9,6 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.cylinder_torque import (
     CylinderTorque,
     cylinder_gas,
-    cylinder_torque,
     phasor,
 )
 from vibecalc.numerics.bounded import Bounded, reshaped, rounded, stack
@@ -31,9 +30,8 @@ from vibecalc.torsion.adapters.setup import (
     Setup,
     build_drive,
     line_speeds,
-    motored_cylinder,
+    motored_torque,
     placed,
-    with_orders,
 )
 from vibecalc.torsion.adapters.signals import Signal, blocks, tops, with_narrow
 from vibecalc.torsion.adapters.steady import setup_of
@@ -44,7 +42,7 @@ from vibecalc.torsion.rough_range import rough_range
 from vibecalc.torsion.synthesis import sum_error, synthesis
 
 if TYPE_CHECKING:
-    from vibecalc.schema import Case, Machine
+    from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
 # Conditions of the cylinders: the drive of all that fire with the gas of some changed.
@@ -80,15 +78,6 @@ def conditions_of(case: "Case", setup: Setup) -> list[Condition]:
     return [Condition(*both) for both in zip(called, drives, strict=True)]
 
 
-def motored_torque(machine: "Machine", drive: Drive) -> CylinderTorque:
-    """Of a cylinder without combustion, the cards and orders of a drive."""
-    order = drive.order[drive.fires]
-    harmonics = round(float(order[-1]) * drive.firing.cycle / (2.0 * np.pi))
-    cards = [motored_cylinder(machine, card, drive.geometry) for card in drive.cards]
-    found = cylinder_torque(cards, drive.geometry, reciprocating_mass=0.0, harmonics=harmonics)
-    return with_orders(found, np.isin(found.order, order), drive.order, drive.fires)
-
-
 def changed_drive(
     setup: Setup, drive: Drive, scale: FloatArray, out: BoolArray, motored: CylinderTorque | None
 ) -> Drive:
@@ -106,10 +95,8 @@ def changed_drive(
     on = where * shaft.station_ratio[shaft.cylinder_station][:, None]
     turned = rounded(phasor(one.order, firing.angle).T, PHASOR_ROUNDINGS)
     more = reshaped(gas * turned, lambda part: np.swapaxes(part, -1, -2)) @ on
-    # the drive may have orders that no cylinder has
-    among = placed(np.searchsorted(drive.order, one.order), len(drive.order)).T
     return drive._replace(
-        gas=drive.gas + Bounded(among @ more.value, among @ more.error),
+        gas=drive.gas + more,
         mean=drive.mean + mean @ rounded(on, SPEED_ROUNDINGS),
     )
 

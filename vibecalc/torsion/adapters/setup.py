@@ -335,6 +335,15 @@ def motored_cylinder(machine: "Machine", card: GasCard, geometry: CrankGeometry)
     return motored_cycle(cycle_of(machine), geometry)
 
 
+def motored_torque(machine: "Machine", drive: Drive) -> CylinderTorque:
+    """Of a cylinder without combustion, the cards and orders of a drive."""
+    order = drive.order[drive.fires]
+    harmonics = round(float(order[-1]) * drive.firing.cycle / (2.0 * np.pi))
+    cards = [motored_cylinder(machine, card, drive.geometry) for card in drive.cards]
+    found = cylinder_torque(cards, drive.geometry, reciprocating_mass=0.0, harmonics=harmonics)
+    return with_orders(found, np.isin(found.order, order), drive.order, drive.fires)
+
+
 def _thinned(torque: CylinderTorque, every: int) -> CylinderTorque:
     """Every so many-th order of a cylinder."""
     keep = slice(every - 1, None, every)

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.cylinder_torque import cylinder_torque, phasor, weighted
+from vibecalc.excitation.cylinder_torque import phasor, weighted
 from vibecalc.numerics.rounding import ComplexArray, FloatArray
-from vibecalc.torsion.adapters.setup import Setup, motored_cylinder
+from vibecalc.torsion.adapters.setup import Setup, motored_torque
 from vibecalc.torsion.adapters.transient_damping import Equivalent, without_loss
 from vibecalc.torsion.line import Line
 from vibecalc.torsion.speed_damping import SpeedLaw
@@ -312,14 +312,8 @@ def _lost(setup: Setup, machine: "Machine", name: str) -> ComplexArray:
     healthy = drive.healthy(setup.speed)
     value, mean = healthy.gas, healthy.mean
     if setup.torsion.misfire_kind == "motored":
-        harmonics = round(float(drive.order[-1]) * drive.firing.cycle / (2.0 * np.pi))
-        cards = [motored_cylinder(machine, card, drive.geometry) for card in drive.cards]
-        without = cylinder_torque(
-            cards, drive.geometry, reciprocating_mass=0.0, harmonics=harmonics
-        )
-        left = weighted(without, drive.weights(np.asarray(setup.speed)))
-        keep = np.isin(without.order, drive.order)
-        value, mean = value - left.gas[keep], mean - left.mean
+        left = weighted(motored_torque(machine, drive), drive.weights(np.asarray(setup.speed)))
+        value, mean = value - left.gas, mean - left.mean
     scale = drive.firing.pressure_scale[place] * shaft.station_ratio[shaft.cylinder_station[place]]
     turned = phasor(drive.order, drive.firing.angle[place])
     lost = np.zeros((setup.model.line.inertia.size, len(drive.order) + 1), dtype=complex)
