@@ -10,7 +10,7 @@ import numpy as np
 from exact_train import DIRECTIONS, Vector, vector
 from mpmath import mpf
 
-from vibecalc.parts import tables as parts
+from vibecalc.parts import body_tables as parts
 from vibecalc.schema import Case
 
 

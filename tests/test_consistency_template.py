@@ -25,7 +25,7 @@ from vibecalc.kinds import (
     PARTS_OF_KIND,
     motor_kind,
 )
-from vibecalc.parts.tables import Motor
+from vibecalc.parts.motor_tables import Motor
 from vibecalc.schema import Case
 
 CASES = sorted((Path(__file__).parent.parent / "cases").glob("*.toml"))

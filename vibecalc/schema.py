@@ -9,7 +9,8 @@ from vibecalc.core.case.fields import AngularSpeed, Number, Table, Whole, later
 from vibecalc.core.case.rules import Row, unique
 from vibecalc.core.results.named import named
 from vibecalc.errors import Problem
-from vibecalc.parts.tables import NEEDED_BY_KIND, Body, CrankTrain, Cycle, Mounts
+from vibecalc.parts.body_tables import Body, Mounts
+from vibecalc.parts.tables import NEEDED_BY_KIND, CrankTrain, Cycle
 
 if TYPE_CHECKING:
     from vibecalc.absorber.tables import (
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
     from vibecalc.isolation.tables import Isolation
     from vibecalc.kinematics.tables import Kinematics
     from vibecalc.measurement.tables import Measurement
-    from vibecalc.parts.tables import Joints, Motor
+    from vibecalc.parts.motor_tables import Joints, Motor
     from vibecalc.response.tables import Response
     from vibecalc.roll.tables import Friction, Rotor, Shell
     from vibecalc.torsion.shaft_line_tables import ShaftLine
@@ -62,7 +63,7 @@ else:
                 "vibecalc.isolation.tables": "Isolation",
                 "vibecalc.kinematics.tables": "Kinematics",
                 "vibecalc.measurement.tables": "Measurement",
-                "vibecalc.parts.tables": "Joints Motor",
+                "vibecalc.parts.motor_tables": "Joints Motor",
                 "vibecalc.response.tables": "Response",
                 "vibecalc.roll.tables": "Friction Rotor Shell",
                 "vibecalc.torsion.shaft_line_tables": "ShaftLine",

@@ -8,7 +8,7 @@ from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import has_crank_train
 from vibecalc.parts import tables as parts
 from vibecalc.parts.crank_train import build_crank_train, rod_share
-from vibecalc.parts.tables import Play
+from vibecalc.parts.motor_tables import Play
 from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------

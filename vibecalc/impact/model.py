@@ -9,7 +9,7 @@ import numpy as np
 from vibecalc.errors import UsageError
 from vibecalc.impact.checks import piston_and_pin, rod_nearby_piston
 from vibecalc.impact.linkage import GasForce, Joint, Linkage, slider_crank_drive
-from vibecalc.parts import tables as joint_parts
+from vibecalc.parts import motor_tables as joint_parts
 from vibecalc.parts import tables as parts
 from vibecalc.parts.crank_train import build_crank_train
 from vibecalc.schema import Machine

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.numerics.rounding import BoolArray
+from vibecalc.parts import body_tables
 from vibecalc.parts import tables as parts
 from vibecalc.parts.body import DIRECTIONS, RigidBody, build_body, build_frame
 from vibecalc.parts.matrices import displacement_at
@@ -71,7 +72,9 @@ def pitch_parts(body: RigidBody, mounts: Mounts, axis: str, stroke: str) -> Pitc
     )
 
 
-def build_pitch(body: parts.Body, mounts: parts.Mounts, train: parts.CrankTrain) -> PitchParts:
+def build_pitch(
+    body: body_tables.Body, mounts: body_tables.Mounts, train: parts.CrankTrain
+) -> PitchParts:
     """Pitch model of a validated case."""
     return pitch_parts(build_body(body), build_mounts(mounts), train.axis, train.stroke)
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.numerics.leading import side_by_side
 from vibecalc.numerics.rounding import BoolArray
-from vibecalc.parts import tables as parts
+from vibecalc.parts import body_tables as parts
 from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------

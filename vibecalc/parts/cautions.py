@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibecalc.kinds import asks_roll, finds_speed, gas_turns, has_crank_train, has_speed
-from vibecalc.parts import tables as parts
+from vibecalc.parts import body_tables as parts
 from vibecalc.parts.body import build_body, build_frame
 from vibecalc.parts.crank_train import build_crank_train, rod_share
 from vibecalc.parts.firing import has_gas, torque_reaches_mounts

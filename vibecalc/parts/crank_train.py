@@ -11,6 +11,7 @@ from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import has_crank_train
 from vibecalc.numerics.leading import side_by_side
 from vibecalc.numerics.rounding import BoolArray
+from vibecalc.parts import body_tables
 from vibecalc.parts import tables as parts
 from vibecalc.parts.body import DIRECTIONS, build_frame
 from vibecalc.parts.geometry import CrankGeometry
@@ -386,7 +387,7 @@ def _masses(case: Case) -> list[Problem]:
     return problems
 
 
-def _whole_mass(body: parts.Body) -> float | None:
+def _whole_mass(body: body_tables.Body) -> float | None:
     """Mass in kg without the block; of a mass matrix the least on the diagonal of translation."""
     if body.mass_matrix is None:
         return body.mass

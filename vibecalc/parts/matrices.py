@@ -11,10 +11,10 @@ from vibecalc.errors import KeyPath, Problem
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON, UNIT_ROUNDOFF
-from vibecalc.parts import tables as parts
+from vibecalc.parts import body_tables as parts
 from vibecalc.parts.body import build_body
+from vibecalc.parts.body_tables import BlockMatrix
 from vibecalc.parts.mounts import build_mounts
-from vibecalc.parts.tables import BlockMatrix
 from vibecalc.schema import Case, Machine
 from vibecalc.units import convert
 

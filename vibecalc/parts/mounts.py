@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibecalc.numerics.leading import side_by_side
-from vibecalc.parts import tables as parts
+from vibecalc.parts import body_tables as parts
 from vibecalc.parts.body import DIRECTIONS, cross_matrix
 
 # ----------------------------------------------------------------------------

@@ -1,93 +1,40 @@
-"""The parts of a machine as a case writes them: crank train, gas, joints, body, mounts, motor."""
+"""The crank train and the gas in its cylinders, as a case writes them."""
 
 import math
-from collections.abc import Iterator
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
 from vibecalc.core.case.fields import (
     Angle,
-    AngularDamping,
     AngularSpeed,
-    Damping,
-    DampingOrThree,
     Force,
     Inertia,
     Length,
     Mass,
-    Moment,
     Name,
     Number,
     Point,
     Pressure,
-    Resistance,
-    Stiffness,
-    StiffnessOrThree,
     Table,
     Unbalance,
     Unit,
-    Voltage,
     Whole,
-    WholeNumber,
 )
-from vibecalc.core.case.raw import misspelt, read_number, table_at, tables_at
+from vibecalc.core.case.raw import misspelt, tables_at
 from vibecalc.core.case.rules import (
     Row,
     Rule,
-    ascending,
-    at_most_one,
     by_kind,
     needs,
     once,
     one_of,
     ordered,
     refers,
-    refuse,
     same_length,
     unique,
 )
-from vibecalc.core.results.named import named
-from vibecalc.errors import Problem
 from vibecalc.parts.tangential_effort import TangentialEffort
-
-# ----------------------------------------------------------------------------
-# Joints with play: what a case says of clearances and of the contact in them.
-# ----------------------------------------------------------------------------
-
-
-class Play(Table):
-    """A dead band between two contacts."""
-
-    clearance: Length = Field(gt=0, description="free travel from one contact to the other")
-    stiffness: Stiffness = Field(gt=0, description="of a contact")
-    contact_damping: Damping = Field(0.0, description="viscous, while in contact")
-    film_damping: Damping = Field(
-        0.0, description="viscous, while in the gap: a linearised squeeze film"
-    )
-
-
-class Joint(Play):
-    """A bearing with play along the cylinder."""
-
-    spring: Literal["continuous", "full_deflection"] = Field(
-        "continuous",
-        description="force beyond the clearance: stiffness times what goes beyond it, or times the "
-        "whole deflection, which jumps at contact",
-    )
-
-
-class Joints(Table):
-    """Bearings with play in the running gear of one cylinder."""
-
-    cylinder: Name | None = Field(None, description="which one; default: the first that works")
-    wrist_pin: Joint = Field(description="between rod and piston")
-    crank_pin: Joint | None = Field(
-        None, description="between crank and rod; the rod is then a mass between two gaps"
-    )
-    bore: Play | None = Field(None, description="between piston and cylinder wall: piston slap")
-    RULES = (refers("cylinder", "machine.crank_train.cylinders", "cylinder"),)
-
 
 # ----------------------------------------------------------------------------
 # What the gas does to a piston over one turn, as a table. Each may stand in a CSV.
@@ -219,46 +166,6 @@ class PumpCycle(Table):
             "a pump delivers at a higher pressure than it draws at",
         ),
     )
-
-
-# ----------------------------------------------------------------------------
-# Matrices of a body and of its suspension, given as a whole.
-# ----------------------------------------------------------------------------
-
-SixNumbers = tuple[Number, Number, Number, Number, Number, Number]
-
-
-class BlockMatrix(Table):
-    """A symmetric 6 x 6 matrix in the order x y z rx ry rz, one unit for each kind of block."""
-
-    #: SI units of the blocks, an angle counting as a plain number
-    SI: ClassVar[tuple[str, str, str]]
-
-    values: tuple[SixNumbers, SixNumbers, SixNumbers, SixNumbers, SixNumbers, SixNumbers] = Field(
-        description="six rows of six numbers, in the order x y z rx ry rz"
-    )
-    units: tuple[Name, Name, Name] | None = Field(
-        None, description="units of the blocks: translation, coupling, rotation; default SI"
-    )
-    RULES = ("vibecalc.parts.rules:matrix_units",)
-
-
-class MassMatrix(BlockMatrix):
-    """Mass matrix of the body about its reference point."""
-
-    SI: ClassVar[tuple[str, str, str]] = ("kg", "kg*m", "kg*m^2")
-
-
-class StiffnessMatrix(BlockMatrix):
-    """Stiffness of the whole suspension at the reference point."""
-
-    SI: ClassVar[tuple[str, str, str]] = ("N/m", "N", "N*m")
-
-
-class DampingMatrix(BlockMatrix):
-    """Viscous damping of the whole suspension at the reference point."""
-
-    SI: ClassVar[tuple[str, str, str]] = ("N*s/m", "N*s", "N*m*s")
 
 
 # ----------------------------------------------------------------------------
@@ -422,263 +329,9 @@ class CrankTrain(Table):
         return any(abs(angle) > 1e-9 for angle in away)
 
 
-class Box(Table):
-    """A uniform block, edges along x, y and z."""
-
-    length: Length = Field(gt=0, description="edge along x")
-    width: Length = Field(gt=0, description="edge along y")
-    height: Length = Field(gt=0, description="edge along z")
-
-
-class InertiaBlock(Table):
-    """A block bolted to the body: its mass, inertia and weight count."""
-
-    mass: Mass = Field(ge=0, description="mass of the block")
-    box: Box = Field(description="its edges, for its own inertia")
-    position: Point = Field(
-        (0.0, 0.0, 0.0), description="of its mass centre, from the body's reference point"
-    )
-
-
-Moment3 = Annotated[float, Field(gt=0), Unit("kg*m^2")]
-
-
-def _parts_said(row: Row) -> bool:
-    """Whether the body is one of parts: not of a matrix, whose name may be misspelt."""
-    complete = "mass" in row and not row.data.keys().isdisjoint({"inertia", "box"})
-    return "mass_matrix" not in row and (
-        complete or not misspelt(row.data, row.path, "mass_matrix")
-    )
-
-
-class Body(Table):
-    """The rigid machine. Its reference point is its mass centre without the inertia block."""
-
-    mass: Mass | None = Field(None, gt=0, description="of the whole machine")
-    box: Box | None = Field(None, description="inertia from a uniform block; or give inertia")
-    inertia: tuple[Moment3, Moment3, Moment3] | None = Field(
-        None, description="moments Ixx, Iyy, Izz about the mass centre"
-    )
-    inertia_products: tuple[Inertia, Inertia, Inertia] = Field(
-        (0.0, 0.0, 0.0), description="products Ixy, Ixz, Iyz: sums of m x y, m x z, m y z"
-    )
-    inertia_block: InertiaBlock | None = Field(None, description="a block added to the machine")
-    mass_matrix: MassMatrix | None = Field(
-        None, description="of the whole machine, instead of all of these"
-    )
-    RULES = (
-        at_most_one("mass_matrix", "mass box inertia inertia_products inertia_block"),
-        needs("", "mass mass_matrix", allowed="a mass > 0 kg, e.g. '0.4 kg' or '400 g'"),
-        one_of("inertia", "box", when=_parts_said),
-        refuse(
-            "inertia_products",
-            "inertia_products go with inertia: a box has none",
-            lambda t: (
-                "box" in t
-                and _parts_said(t)
-                and any(read_number(one, "kg*m^2") for one in t.entries("inertia_products"))
-            ),
-            also="box",
-        ),
-    )
-
-
-class MountProperties(Table):
-    """Stiffness and damping, one number for all directions or three along the mount's own axes."""
-
-    stiffness: StiffnessOrThree | None = Field(
-        None, description="one number, or three along the mount's own axes"
-    )
-    damping: DampingOrThree | None = Field(
-        None, description="viscous, one number or three along the mount's own axes"
-    )
-    loss_factor: Number | None = Field(
-        None, ge=0, le=10, description="of a complex stiffness k (1 + i loss_factor)"
-    )
-
-
-class Mount(MountProperties):
-    """One mount; what it does not say comes from `each`."""
-
-    name: Name = Field(description="label used in tables and in `where`")
-    position: Point = Field(description="from the body's reference point")
-    orientation: tuple[Angle, Angle, Angle] = Field(
-        (0.0, 0.0, 0.0), description="rotations of the mount's axes about x, then y, then z"
-    )
-
-
-_WITH_MATRIX = ("damping_matrix", "loss_factor")
-_FOR_A_MATRIX = "mounts with places have their own in [machine.mounts.each] or one by one"
-
-
-def _mounts_needed(row: Row) -> bool:
-    return row.data.keys().isdisjoint(_WITH_MATRIX)
-
-
-def _no_stiffness(row: Row) -> Iterator[Problem]:
-    """The stiffness of mounts stands in `each`, or on each of them."""
-    each = table_at(row.data, "each")
-    known = "stiffness" in each or "stiffness_matrix" in row
-    if known or not isinstance(row.data.get("each", {}), dict):
-        return
-    if "positions" in row:
-        yield row.problem(
-            "each" if each else "",
-            "mounts given by positions have no stiffness",
-            allowed="each = { stiffness = ... }",
-        )
-    for place, mount in tables_at(row.data, "individual"):
-        if "stiffness" not in mount:
-            yield row.problem(
-                (*row.path, "individual", place),
-                f"mount {mount.get('name', place + 1)!r} has no stiffness",
-                allowed="a stiffness of its own, or one in [machine.mounts.each]",
-            )
-
-
-class Mounts(Table):
-    """What the body stands on."""
-
-    each: MountProperties | None = Field(None, description="common to all mounts")
-    positions: tuple[Point, ...] | None = Field(
-        None, min_length=1, max_length=256, description="of equal mounts, named 1, 2, 3 ..."
-    )
-    individual: tuple[Mount, ...] | None = Field(
-        None, min_length=1, max_length=256, description="mounts one by one, instead of positions"
-    )
-    stiffness_matrix: StiffnessMatrix | None = Field(
-        None, description="of the whole suspension, instead of mounts"
-    )
-    damping_matrix: DampingMatrix | None = Field(
-        None, description="of the whole suspension, with stiffness_matrix"
-    )
-    loss_factor: Number | None = Field(
-        None, ge=0, le=10, description="of a complex stiffness_matrix K (1 + i loss_factor)"
-    )
-    modal_damping: Number | None = Field(
-        None, ge=0, le=10, description="damping ratio of every mode, added to what else damps"
-    )
-    RULES = (
-        one_of(
-            "stiffness_matrix",
-            "positions",
-            "individual",
-            when=_mounts_needed,
-            allowed="positions of equal mounts, individual mounts, or one stiffness_matrix",
-        ),
-        at_most_one("stiffness_matrix", "each"),
-        *(needs(key, "stiffness_matrix", _FOR_A_MATRIX) for key in _WITH_MATRIX),
-        unique("individual"),
-        _no_stiffness,
-    )
-
-
-# ----------------------------------------------------------------------------
-# The motor on the crankshaft: torque that is given by order, or torque over the slip.
-# ----------------------------------------------------------------------------
-
 #: Default of a field that its kind needs: the checks of kinds refuse a case without it, so that
 #: who reads the field finds what its type says, and the plain type is the honest one.
 NEEDED_BY_KIND: Any = None
-
-
-class TorqueHarmonics(Table):
-    """Torque on the rotor: the sum of cosine cos(n a) + sine sin(n a) over the orders."""
-
-    order: tuple[WholeNumber, ...] = Field(
-        min_length=1, max_length=401, description="multiples of the crank speed, 0 is the mean"
-    )
-    cosine: tuple[Moment, ...] = Field(
-        min_length=1, max_length=401, description="amplitude of the cosine, one per order"
-    )
-    sine: tuple[Moment, ...] = Field(
-        min_length=1, max_length=401, description="amplitude of the sine, one per order"
-    )
-    RULES = (same_length("order", "cosine", "sine", what="torque"), once("order", "order"))
-
-
-SlipTorque = Annotated[float, Field(ge=0), Unit("N*m")]
-
-
-class SlipTable(Table):
-    """Torque over the slip of an induction motor; at negative slip it is the negative one."""
-
-    slip: tuple[AngularSpeed, ...] = Field(
-        min_length=1, max_length=2000, description="synchronous speed less speed, ascending from 0"
-    )
-    torque: tuple[SlipTorque, ...] = Field(
-        min_length=1,
-        max_length=2000,
-        description="on the rotor, from 0, one per slip; below its field a motor does not brake",
-    )
-    RULES = (same_length("slip", "torque"), ascending("slip"))
-
-
-def _motor_kind(row: Row) -> Any:
-    return named("vibecalc.kinds:motor_kind")(row.machine)
-
-
-class Motor(Table):
-    """The motor that drives the crankshaft; its kind says which of these keys it has."""
-
-    kind: Literal["torque_harmonics", "slip_table", "linear", "dynamic"] | None = Field(
-        None,
-        description="torque given by order at a given speed, if not said, or over the slip: the "
-        "motor then finds the speed",
-    )
-    rotor_diameter: Length = Field(
-        NEEDED_BY_KIND,
-        gt=0,
-        description="of the circle of the rotor's conductors (torque_harmonics)",
-    )
-    skew_angle: Angle = Field(
-        NEEDED_BY_KIND,
-        gt=-1.5,
-        lt=1.5,
-        description="of the conductors against the axis of the rotor (torque_harmonics)",
-    )
-    torque: TorqueHarmonics = Field(
-        NEEDED_BY_KIND, description="torque on the rotor, by order (torque_harmonics)"
-    )
-    synchronous_speed: AngularSpeed = Field(
-        NEEDED_BY_KIND, gt=0, description="of the stator's field (slip_table, linear, dynamic)"
-    )
-    slip_table: SlipTable = Field(
-        NEEDED_BY_KIND, description="torque over the slip, in steady running (slip_table, dynamic)"
-    )
-    interpolation: Literal["linear", "parabola", "monotone"] | None = Field(
-        None, description="between the rows of the slip table, monotone if not said"
-    )
-    beyond: Literal["refuse", "hold"] | None = Field(
-        None,
-        description="slip beyond the table: hold the last torque, or refuse, which is the default",
-    )
-    gain: AngularDamping = Field(
-        NEEDED_BY_KIND, gt=0, description="torque for each unit of slip (linear)"
-    )
-    poles: Annotated[int, Field(strict=True, ge=2, le=200)] = Field(
-        NEEDED_BY_KIND, description="number of poles, an even one (dynamic)"
-    )
-    voltage: Voltage = Field(
-        NEEDED_BY_KIND, gt=0, description="line to line, effective value (dynamic)"
-    )
-    stator_resistance: Resistance = Field(
-        NEEDED_BY_KIND, gt=0, description="of one phase, connected as a star (dynamic)"
-    )
-    cages: Literal["single", "double", "triple"] | None = Field(
-        None, description="of the rotor, fitted to the slip table (dynamic), double if not said"
-    )
-    RULES = (
-        by_kind(
-            "motor",
-            _motor_kind,
-            torque_harmonics="rotor_diameter skew_angle torque",
-            slip_table="synchronous_speed slip_table | interpolation beyond",
-            linear="synchronous_speed gain",
-            dynamic="synchronous_speed slip_table poles voltage stator_resistance "
-            "| cages interpolation beyond",
-        ),
-    )
 
 
 def cylinders_in(key: str) -> tuple[Rule, Rule]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import has_crank_train
-from vibecalc.parts import tables as parts
+from vibecalc.parts import body_tables as parts
 from vibecalc.parts.firing import driven_machine, shakes_with_torque
 from vibecalc.parts.mounts import has_loss_factor, mount_properties
 from vibecalc.schema import Case

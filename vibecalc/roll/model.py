@@ -19,7 +19,7 @@ from vibecalc.kinematics.slider_crank import piston_path
 from vibecalc.numerics.leading import side_by_side
 from vibecalc.parts.crank_train import build_crank_train, moving, rod_share, working_names
 from vibecalc.parts.drive_checks import suits
-from vibecalc.parts.tables import Motor
+from vibecalc.parts.motor_tables import Motor
 from vibecalc.roll.mechanism import RollDrive, RollMachine, roll_machine
 from vibecalc.schema import Case
 

@@ -8,7 +8,7 @@ from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import finds_speed
 
 if TYPE_CHECKING:
-    from vibecalc.parts.tables import Motor, SlipTable
+    from vibecalc.parts.motor_tables import Motor, SlipTable
     from vibecalc.roll.tables import Control
     from vibecalc.schema import Case
 

@@ -1,0 +1,225 @@
+"""The body and what it stands on, as a case writes them."""
+
+from collections.abc import Iterator
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from vibecalc.core.case.fields import (
+    Angle,
+    DampingOrThree,
+    Inertia,
+    Length,
+    Mass,
+    Name,
+    Number,
+    Point,
+    StiffnessOrThree,
+    Table,
+    Unit,
+)
+from vibecalc.core.case.raw import misspelt, read_number, table_at, tables_at
+from vibecalc.core.case.rules import (
+    Row,
+    at_most_one,
+    needs,
+    one_of,
+    refuse,
+    unique,
+)
+from vibecalc.errors import Problem
+
+# ----------------------------------------------------------------------------
+# Matrices of a body and of its suspension, given as a whole.
+# ----------------------------------------------------------------------------
+
+SixNumbers = tuple[Number, Number, Number, Number, Number, Number]
+
+
+class BlockMatrix(Table):
+    """A symmetric 6 x 6 matrix in the order x y z rx ry rz, one unit for each kind of block."""
+
+    #: SI units of the blocks, an angle counting as a plain number
+    SI: ClassVar[tuple[str, str, str]]
+
+    values: tuple[SixNumbers, SixNumbers, SixNumbers, SixNumbers, SixNumbers, SixNumbers] = Field(
+        description="six rows of six numbers, in the order x y z rx ry rz"
+    )
+    units: tuple[Name, Name, Name] | None = Field(
+        None, description="units of the blocks: translation, coupling, rotation; default SI"
+    )
+    RULES = ("vibecalc.parts.rules:matrix_units",)
+
+
+class MassMatrix(BlockMatrix):
+    """Mass matrix of the body about its reference point."""
+
+    SI: ClassVar[tuple[str, str, str]] = ("kg", "kg*m", "kg*m^2")
+
+
+class StiffnessMatrix(BlockMatrix):
+    """Stiffness of the whole suspension at the reference point."""
+
+    SI: ClassVar[tuple[str, str, str]] = ("N/m", "N", "N*m")
+
+
+class DampingMatrix(BlockMatrix):
+    """Viscous damping of the whole suspension at the reference point."""
+
+    SI: ClassVar[tuple[str, str, str]] = ("N*s/m", "N*s", "N*m*s")
+
+
+# ----------------------------------------------------------------------------
+# The rigid machine, its inertia block, its mounts.
+# ----------------------------------------------------------------------------
+
+
+class Box(Table):
+    """A uniform block, edges along x, y and z."""
+
+    length: Length = Field(gt=0, description="edge along x")
+    width: Length = Field(gt=0, description="edge along y")
+    height: Length = Field(gt=0, description="edge along z")
+
+
+class InertiaBlock(Table):
+    """A block bolted to the body: its mass, inertia and weight count."""
+
+    mass: Mass = Field(ge=0, description="mass of the block")
+    box: Box = Field(description="its edges, for its own inertia")
+    position: Point = Field(
+        (0.0, 0.0, 0.0), description="of its mass centre, from the body's reference point"
+    )
+
+
+Moment3 = Annotated[float, Field(gt=0), Unit("kg*m^2")]
+
+
+def _parts_said(row: Row) -> bool:
+    """Whether the body is one of parts: not of a matrix, whose name may be misspelt."""
+    complete = "mass" in row and not row.data.keys().isdisjoint({"inertia", "box"})
+    return "mass_matrix" not in row and (
+        complete or not misspelt(row.data, row.path, "mass_matrix")
+    )
+
+
+class Body(Table):
+    """The rigid machine. Its reference point is its mass centre without the inertia block."""
+
+    mass: Mass | None = Field(None, gt=0, description="of the whole machine")
+    box: Box | None = Field(None, description="inertia from a uniform block; or give inertia")
+    inertia: tuple[Moment3, Moment3, Moment3] | None = Field(
+        None, description="moments Ixx, Iyy, Izz about the mass centre"
+    )
+    inertia_products: tuple[Inertia, Inertia, Inertia] = Field(
+        (0.0, 0.0, 0.0), description="products Ixy, Ixz, Iyz: sums of m x y, m x z, m y z"
+    )
+    inertia_block: InertiaBlock | None = Field(None, description="a block added to the machine")
+    mass_matrix: MassMatrix | None = Field(
+        None, description="of the whole machine, instead of all of these"
+    )
+    RULES = (
+        at_most_one("mass_matrix", "mass box inertia inertia_products inertia_block"),
+        needs("", "mass mass_matrix", allowed="a mass > 0 kg, e.g. '0.4 kg' or '400 g'"),
+        one_of("inertia", "box", when=_parts_said),
+        refuse(
+            "inertia_products",
+            "inertia_products go with inertia: a box has none",
+            lambda t: (
+                "box" in t
+                and _parts_said(t)
+                and any(read_number(one, "kg*m^2") for one in t.entries("inertia_products"))
+            ),
+            also="box",
+        ),
+    )
+
+
+class MountProperties(Table):
+    """Stiffness and damping, one number for all directions or three along the mount's own axes."""
+
+    stiffness: StiffnessOrThree | None = Field(
+        None, description="one number, or three along the mount's own axes"
+    )
+    damping: DampingOrThree | None = Field(
+        None, description="viscous, one number or three along the mount's own axes"
+    )
+    loss_factor: Number | None = Field(
+        None, ge=0, le=10, description="of a complex stiffness k (1 + i loss_factor)"
+    )
+
+
+class Mount(MountProperties):
+    """One mount; what it does not say comes from `each`."""
+
+    name: Name = Field(description="label used in tables and in `where`")
+    position: Point = Field(description="from the body's reference point")
+    orientation: tuple[Angle, Angle, Angle] = Field(
+        (0.0, 0.0, 0.0), description="rotations of the mount's axes about x, then y, then z"
+    )
+
+
+_WITH_MATRIX = ("damping_matrix", "loss_factor")
+_FOR_A_MATRIX = "mounts with places have their own in [machine.mounts.each] or one by one"
+
+
+def _mounts_needed(row: Row) -> bool:
+    return row.data.keys().isdisjoint(_WITH_MATRIX)
+
+
+def _no_stiffness(row: Row) -> Iterator[Problem]:
+    """The stiffness of mounts stands in `each`, or on each of them."""
+    each = table_at(row.data, "each")
+    known = "stiffness" in each or "stiffness_matrix" in row
+    if known or not isinstance(row.data.get("each", {}), dict):
+        return
+    if "positions" in row:
+        yield row.problem(
+            "each" if each else "",
+            "mounts given by positions have no stiffness",
+            allowed="each = { stiffness = ... }",
+        )
+    for place, mount in tables_at(row.data, "individual"):
+        if "stiffness" not in mount:
+            yield row.problem(
+                (*row.path, "individual", place),
+                f"mount {mount.get('name', place + 1)!r} has no stiffness",
+                allowed="a stiffness of its own, or one in [machine.mounts.each]",
+            )
+
+
+class Mounts(Table):
+    """What the body stands on."""
+
+    each: MountProperties | None = Field(None, description="common to all mounts")
+    positions: tuple[Point, ...] | None = Field(
+        None, min_length=1, max_length=256, description="of equal mounts, named 1, 2, 3 ..."
+    )
+    individual: tuple[Mount, ...] | None = Field(
+        None, min_length=1, max_length=256, description="mounts one by one, instead of positions"
+    )
+    stiffness_matrix: StiffnessMatrix | None = Field(
+        None, description="of the whole suspension, instead of mounts"
+    )
+    damping_matrix: DampingMatrix | None = Field(
+        None, description="of the whole suspension, with stiffness_matrix"
+    )
+    loss_factor: Number | None = Field(
+        None, ge=0, le=10, description="of a complex stiffness_matrix K (1 + i loss_factor)"
+    )
+    modal_damping: Number | None = Field(
+        None, ge=0, le=10, description="damping ratio of every mode, added to what else damps"
+    )
+    RULES = (
+        one_of(
+            "stiffness_matrix",
+            "positions",
+            "individual",
+            when=_mounts_needed,
+            allowed="positions of equal mounts, individual mounts, or one stiffness_matrix",
+        ),
+        at_most_one("stiffness_matrix", "each"),
+        *(needs(key, "stiffness_matrix", _FOR_A_MATRIX) for key in _WITH_MATRIX),
+        unique("individual"),
+        _no_stiffness,
+    )
