@@ -430,6 +430,7 @@ def test_extreme_numbers_are_refused_in_words_or_allowed() -> None:
 NONSENSE: list[Any] = [None, True, 3, -1.5, "", "x.csv", "3 kg", [], [1], {}, [[]]]
 
 
+@pytest.mark.long
 def test_checks_of_form_raise_on_no_nonsense() -> None:
     """Every place of the case in turn is something else, or away."""
     whole = data_of(

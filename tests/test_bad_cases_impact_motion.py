@@ -53,6 +53,7 @@ def test_damping_too_strong_is_refused(where):
         run(source_joint(**{where: 1e9 * DAMPING}))
 
 
+@pytest.mark.long
 def test_strong_damping_below_the_limit_is_followed():
     done = run(source_joint(contact_damping=1e3 * DAMPING, film_damping=1e2 * DAMPING))
     assert np.all(done.axial.relative_error < 1e-12)

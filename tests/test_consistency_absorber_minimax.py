@@ -322,6 +322,7 @@ def test_limits_that_do_not_bind_cost_nothing():
     assert found.free_peak == pytest.approx(float(minimax(0.02, 0.1).largest), rel=1e-12)
 
 
+@pytest.mark.long
 def test_other_excitations_count_travel_in_their_own_unit():
     free = bounded_tuning(0.05, 0.2, "base", "displacement")
     held = bounded_tuning(0.05, 0.2, "base", "displacement", travel=0.5 * free.travel)

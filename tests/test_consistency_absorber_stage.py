@@ -155,6 +155,7 @@ def floor(folder: Path, text: str = FLOOR) -> Result:
     return execute(loaded)
 
 
+@pytest.mark.long
 def test_the_bounded_tuning_is_the_answer_everywhere(tmp_path: Path) -> None:
     """Next to a search on a grid with the peaks and travels of plain complex responses."""
     result = floor(tmp_path)
@@ -345,6 +346,7 @@ def test_slopes_of_a_response_without_bound_are_left_out() -> None:
     assert any("no slopes" in words for words in record.warnings)
 
 
+@pytest.mark.long
 def test_travel_that_no_stock_keeps_leaves_tuning_and_hardware() -> None:
     record = run("absorber_rig_a", "tuning.bounds={travel=5}", *SHORT)
     (words,) = [words for words in record.warnings if "stock" in words]

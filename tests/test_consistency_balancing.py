@@ -119,6 +119,7 @@ def test_shafts_that_are_too_light_end_at_their_bounds_and_at_the_lower_bound(
     assert objective == pytest.approx(math.sqrt(2.0) * couple / 0.340, rel=1e-9)
 
 
+@pytest.mark.long
 def test_a_limit_that_the_best_balance_breaks_is_searched_for_above_the_lower_bound(
     tmp_path: Path,
 ) -> None:

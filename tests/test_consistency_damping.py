@@ -130,6 +130,7 @@ def strongly_damped(seed: int) -> Table:
     return case
 
 
+@pytest.mark.long
 def test_a_search_finds_what_the_whole_curve_shows() -> None:
     """Also where the highest point is far from every order resonance of the undamped machine."""
     far = 0

@@ -189,6 +189,7 @@ def test_the_shell_may_stand_still_on_average() -> None:
     assert abs(drift) < 1e-11
 
 
+@pytest.mark.long
 def test_a_state_that_the_steady_curve_lacks() -> None:
     """Followed from a heavy rotor it is found, and it comes back after a turn in time."""
     machine, drive = machine_of(gas_scale=[2.8, 2.8]), drive_of(1)

@@ -57,6 +57,7 @@ def values(record: Record, path: str) -> np.ndarray:
     return np.asarray(record[path].values)
 
 
+@pytest.mark.long
 def test_levels_by_the_kernels() -> None:
     """Table, steady curve and transients, each solved for with more points than the run had."""
     record, case = record_of(), case_of()

@@ -94,6 +94,7 @@ def best_of(name: str) -> tuple[float, ...]:
     return tuple(float(stated(name)[f"damper_design/{one}",]) for one in ("stiffness", "damping"))
 
 
+@pytest.mark.long
 def test_damper_that_keeps_its_heat() -> None:
     line, printed = Damped("engine_damper_heat"), stated("engine_damper_heat.toml")
     best = best_of("engine_damper_heat.toml")

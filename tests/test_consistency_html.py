@@ -7,7 +7,6 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
-from long_but import long_but
 from shipped_cases import ROOT
 
 from vibecalc.core.report.html import html_table
@@ -91,8 +90,9 @@ def test_verdicts_have_the_colour_of_what_they_say(cell: str, colour: str) -> No
     assert re.findall(r'class="(\w+)">', html_table(block)) == ["wide", *[colour] * bool(colour)]
 
 
+@pytest.mark.long
 @pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
-@pytest.mark.parametrize("name", long_but(["generator", "engine_v8"], "generator"))
+@pytest.mark.parametrize("name", ["generator", "engine_v8"])
 def test_a_browser_shows_all_of_it(name: str, tmp_path: Path) -> None:
     assert CHROMIUM is not None
     page = tmp_path / "page.html"

@@ -230,6 +230,7 @@ def test_energy_and_momentum_balance_of_all_three_gaps():
     )  # fmt: skip
 
 
+@pytest.mark.long
 def test_statistics_of_a_revolution_against_dense_samples():
     samples = 1 << 13
     wide = 4 * CLEARANCE
@@ -259,7 +260,7 @@ def test_statistics_of_a_revolution_against_dense_samples():
 FEW = {"euler": 1000, "heun": 1000, "rk4": 1600, "dormand_prince": 800}
 
 
-@pytest.mark.parametrize("method", long_but(METHODS, "heun", "rk4"))
+@pytest.mark.parametrize("method", long_but(METHODS, "heun"))
 def test_orders_on_a_smooth_motion(method):
     # strong damping: nothing but the steady state is left after a turn
     drive, gas, joint, start, force = always_in_contact(6000.0)

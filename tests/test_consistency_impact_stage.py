@@ -110,6 +110,7 @@ def test_a_crank_pin_with_play_frees_the_rod():
         build_joints(machine.model_copy(update={"crank_train": train}), None)
 
 
+@pytest.mark.long
 def test_statistics_are_those_of_the_members(exact):
     linkage = build_joints(case_of().machine, None).linkage
     runs = run_ensemble(linkage, STUDY, 2.54e-11)
@@ -144,6 +145,7 @@ def test_forces_nearby_the_impacts(exact):
     np.testing.assert_array_equal(value(exact, "dominant")[0], np.argmax(three, axis=0))
 
 
+@pytest.mark.long
 def test_a_fixed_step_method_is_measured_by_exact_contacts_and_needs_no_motor(exact):
     case = case_of(*SMALL, "response.impact.method='rk4'", "response.impact.steps=256")
     without = case.model_copy(update={"machine": case.machine.model_copy(update={"motor": None})})

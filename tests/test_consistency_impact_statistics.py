@@ -123,6 +123,7 @@ def test_ensemble_holds_the_single_revolutions(ensemble):
     np.testing.assert_allclose(ensemble.distances[..., 0], 2.54e-11 / CLEARANCE, rtol=1e-6)
 
 
+@pytest.mark.long
 def test_a_damped_gap_has_its_closed_form_and_no_scatter():
     # without gas nothing pushes the piston to a face: F + (m / D) F' = m Y''
     damping, clearance, orders = 4e3, 5.08e-3, 8
@@ -192,6 +193,7 @@ def test_errors_of_the_first_motion_bound_what_rounding_does():
     assert np.all(np.diff(first.contacts_error, axis=1) >= 0.0)
 
 
+@pytest.mark.long
 def test_fixed_steps_converge_to_the_first_contacts():
     clearance = np.array([CLEARANCE])
     start = central_start(COMPRESSOR, clearance)

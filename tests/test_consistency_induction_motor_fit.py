@@ -61,6 +61,7 @@ def test_one_cage_is_found_again_from_the_rows_up_to_breakdown():
     assert any("beyond the largest torque are not fitted" in text for text in fit.warnings)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("cages", long_but([1, 2], 2))
 def test_stator_inductance_is_not_identifiable_from_any_torque(cages):
     fits = [

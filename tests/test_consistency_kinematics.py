@@ -167,6 +167,7 @@ def test_way_from_top_dead_centre_keeps_its_digits_at_a_tiny_way(offset):
         assert abs(ours_stroke / (top - bottom) - 1) < 1e-15
 
 
+@pytest.mark.long
 def test_dropped_orders_against_the_closed_form_at_ninety_degrees():
     for rod_ratio in (0.1, 0.999999):
         digits = 110 if rod_ratio < 0.5 else 40

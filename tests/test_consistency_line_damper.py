@@ -96,6 +96,7 @@ def test_two_inertias_and_one_order_are_the_classical_absorber() -> None:
     )
 
 
+@pytest.mark.long
 def test_brute_force_on_the_engine_finds_the_same_damper() -> None:
     problem = engine(orders=12)
     found = design(problem, ENGINE_LIMITS, **QUICK)

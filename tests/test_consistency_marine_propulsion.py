@@ -55,6 +55,7 @@ def test_orders_of_the_curves() -> None:
         np.testing.assert_allclose(half.values[:, place], dense.half_ranges(torque), rtol=RTOL)
 
 
+@pytest.mark.long
 def test_conditions_of_the_cylinders() -> None:
     """All of them at the operating speed, and the worst of all over the speed."""
     found = quantity("conditions/torque_half_range")

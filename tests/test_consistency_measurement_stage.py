@@ -185,6 +185,7 @@ def test_five_levels_alone_leave_two_motions_and_say_what_would_help(tmp_path: P
     assert best >= np.max(apart[fresh]) - 1e-9
 
 
+@pytest.mark.long
 def test_levels_that_no_motion_has_within_reason_are_said(tmp_path: Path) -> None:
     rows = FIVE | SIXTH
     text = named_levels(rows)

@@ -149,6 +149,7 @@ def test_documented_optimum_is_where_both_forces_are_at_their_limits(name: str) 
     assert float(optimum["block, kg"]) == 10.0
 
 
+@pytest.mark.long
 def test_no_point_of_a_grid_is_better() -> None:
     study = MountStudy(READINGS["generator_mount_design_lever"][0])
     best = bisected("generator_mount_design_lever")[2]

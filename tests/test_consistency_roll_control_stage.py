@@ -133,6 +133,7 @@ def test_what_is_found_keeps_its_margins():
     assert len(others) > 10 and np.all(worst <= others)
 
 
+@pytest.mark.long
 def test_a_search_may_look_at_orders_that_are_not_shown():
     tune = {
         "orders": [3], "gain": {"lower": 1.0, "upper": 5.0},

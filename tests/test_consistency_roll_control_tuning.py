@@ -89,6 +89,7 @@ def test_no_grid_beats_tuned_gains(name):
         assert {BOUNDS[i] for i in np.flatnonzero(proof.active)} == binding
 
 
+@pytest.mark.long
 def test_a_looser_demand_gains_what_the_multiplier_says():
     controller = Controller(1.0, 0.0, 0.0, 1e-3, 0.0)
     found = tuned_with_lag()

@@ -94,6 +94,7 @@ def changed(words: str, factor: float) -> RollMachine:
     return altered(MACHINE, [(row, factor)])
 
 
+@pytest.mark.long
 def test_the_same_changes_written_into_the_case_bring_the_same() -> None:
     level = "response/roll/level/shell_acceleration"
     base = result_of("roll", *ONLY)

@@ -111,6 +111,7 @@ def test_levels_and_lags_are_within_what_a_method_says(tmp_path: Path, method: s
         assert np.max(off[there]) <= lag.error_estimate + 1e-6
 
 
+@pytest.mark.long
 def test_compared_methods_say_no_less_than_they_differ(tmp_path: Path) -> None:
     found = solved(tmp_path, 'compare = ["fourier", "shooting"]').record
     difference = found[f"{ROLL}/method/difference"]
@@ -159,6 +160,7 @@ def test_many_orders_are_those_of_few(tmp_path: Path, orders: int) -> None:
     assert np.all(np.isfinite(many[f"{ROOT}/level/shell_acceleration"].values))
 
 
+@pytest.mark.long
 def test_a_harmonic_hidden_by_a_loose_tolerance_is_found(tmp_path: Path) -> None:
     held = {"stiffness": 1.35e6, "damping": 5.0}
     loose, close = (

@@ -257,6 +257,7 @@ def with_ring() -> dict[str, Any]:
     return case
 
 
+@pytest.mark.long
 def test_the_line_without_its_damper_has_the_same_laws() -> None:
     found, bare = record(with_ring()), record(geared())
     for path in ("speeds/torque_half_range", "torque_half_range"):

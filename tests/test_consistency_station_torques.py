@@ -240,6 +240,7 @@ def changing(change: dict[str, Any], **line: Any) -> Record:
     return run_case(validate(case))
 
 
+@pytest.mark.long
 def test_before_a_step_the_line_vibrates_as_it_does_steadily() -> None:
     orders = [
         {"on": "pump", "blades": 5, "shares": [0.05, 0.01], "phases": [0.0, 1.2]},

@@ -227,6 +227,7 @@ def test_quadrature_has_the_order_of_its_points(points: int) -> None:
     assert np.log2(coarse / fine) == pytest.approx(2 * points, abs=0.4)
 
 
+@pytest.mark.long
 def test_ever_slower_ramps_approach_the_steady_resonance() -> None:
     """One mode of 5 % damping: what the peak is off vanishes in proportion to haste."""
     system, loads = one_mode(60.0, 0.05, [1], np.array([[1.0]]))

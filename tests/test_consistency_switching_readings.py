@@ -96,6 +96,7 @@ def test_worst_instant_is_the_largest_over_the_angles(before: int, after: int) -
         assert there.time[column] == pytest.approx(worst.time[column], abs=1e-5)
 
 
+@pytest.mark.long
 def test_slow_peaks_are_those_of_a_dense_scan_of_speeds() -> None:
     system, loads = compressor(), compressor_loads(4)
     slow = slow_peaks(system, loads, [SpeedSegment(1.0, 0.0, SPEED, ONLY_A)])

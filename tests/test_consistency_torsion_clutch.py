@@ -184,7 +184,11 @@ def simulated(
 
 @pytest.mark.parametrize(
     ("damping", "friction", "engaging", "after", "engagements"),
-    [(2.0, 120.0, 0.0, 0.7, 4), (0.0, 120.0, 0.3, 0.7, 2), (3.0, 40.0, 0.1, 1.5, 3)],
+    [
+        pytest.param(2.0, 120.0, 0.0, 0.7, 4, marks=pytest.mark.long),
+        pytest.param(0.0, 120.0, 0.3, 0.7, 2, marks=pytest.mark.long),
+        (3.0, 40.0, 0.1, 1.5, 3),
+    ],
 )
 def test_a_line_with_vibration(
     damping: float, friction: float, engaging: float, after: float, engagements: int

@@ -25,6 +25,7 @@ from dense_curve_line import (
     text,
     values,
 )
+from long_but import long_but
 
 from vibecalc.core.study.execute import execute, load_checked
 
@@ -258,7 +259,7 @@ def test_every_condition_at_speed_is_that_of_full_matrices() -> None:
              [half_range(one) for one in angle])  # fmt: skip
 
 
-@pytest.mark.parametrize("at", [0, 7, 41])
+@pytest.mark.parametrize("at", long_but([0, 7, 41], 7))
 def test_the_worst_of_all_conditions_is_that_of_full_matrices(at: int) -> None:
     result = run(CONDITIONS)
     each = [response(SPEED[at], scale) for scale in SCALES]
@@ -295,6 +296,7 @@ def test_the_worst_condition_is_the_worst_of_separate_runs() -> None:
         np.testing.assert_allclose(seen, each, rtol=1e-2)
 
 
+@pytest.mark.long
 def test_a_motored_cylinder_is_the_one_of_a_case_that_names_it() -> None:
     kind = 'misfire_kind = "motored"\n'
     alone = run(f'misfire = ["2"]\n{kind}')

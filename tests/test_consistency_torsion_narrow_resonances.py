@@ -61,6 +61,7 @@ def test_what_a_coarse_sweep_steps_over_is_found(text: str) -> None:
     assert len(start) > 1
 
 
+@pytest.mark.long
 def test_a_corner_of_a_limit_between_speeds_is_a_largest_use() -> None:
     curve = 'speed = ["1000 rpm", "3001 rpm", "9000 rpm"], stress = ["99 MPa", "1 Pa", "99 MPa"]'
     text = at_points(PLAIN, 21) + f"limits = [{{ curve = {{ {curve} }} }}]"

@@ -71,6 +71,7 @@ def test_no_grid_exceeds_the_peaks_and_every_hump_is_found(z1, m, k, z2, excitat
     assert np.all(wrong <= 2.0 * found.error[inside] + 1e-8 * found.magnitude[inside])
 
 
+@pytest.mark.long
 @settings(max_examples=80, deadline=None)
 @given(st.floats(1e-4, 10.0), st.floats(1e-4, 10.0), st.floats(1e-4, 10.0), st.floats(0.01, 50.0))
 def test_force_and_motion_are_reciprocal(m, k, z2, x):

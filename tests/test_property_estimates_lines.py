@@ -102,6 +102,7 @@ def test_estimates_of_hundreds_of_machines(name: str, seeds: range) -> None:
     hold(reports)
 
 
+@pytest.mark.long
 def test_truth_is_that_of_a_march() -> None:
     """DOP853 on the angles of the stations, a few turns of a run-up with a damper."""
     inputs = StudyInputs(validate(random_transient(5)))
@@ -133,6 +134,7 @@ def test_truth_is_that_of_a_march() -> None:
     assert np.abs(torque - true).max() < 1e-9 * np.abs(true).max()
 
 
+@pytest.mark.long
 def test_truth_of_variable_inertias_returns_to_itself_in_time() -> None:
     """DOP853 over one cycle from the motion by collocation; small deviations by its multipliers."""
     line = VariableTruth(StudyInputs(validate(random_variable_line(3))))

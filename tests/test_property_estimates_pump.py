@@ -38,6 +38,7 @@ def without_torque_in_run_up(seed: int) -> Table:
     return table
 
 
+@pytest.mark.long
 def test_estimates_against_truth() -> None:
     few: list[Reported] = [judge_pump(without_torque_in_run_up(seed)) for seed in FEW]
     judged = [one for reported in few for one in reported.judged]

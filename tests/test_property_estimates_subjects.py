@@ -68,7 +68,8 @@ def reported_of(subject: Subject, seeds: Iterable[int]) -> list[Reported]:
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=[pytest.mark.long] * (n == "plate")) for n in SUBJECTS]
+    "name",
+    [pytest.param(n, marks=[pytest.mark.long] * (n in ("plate", "absorber"))) for n in SUBJECTS],
 )
 def test_estimates_of_a_few_machines(name: str) -> None:
     subject = SUBJECTS[name]

@@ -43,6 +43,7 @@ from vibecalc.impact.statistics import (
 from vibecalc.kinematics.slider_crank import piston_motion
 
 
+@pytest.mark.long
 def test_time_runs_back():
     # without damping the motion is reversible: forwards a turn, then back with the pin's motion
     # mirrored in time. Errors grow with every contact, so few contacts: a wide gap

@@ -81,6 +81,7 @@ def test_a_limit_that_only_stiff_rings_keep_is_met_from_a_valley_that_breaks_it(
     assert kept > 3
 
 
+@pytest.mark.long
 def test_viscous_damper_is_worse_and_mistuning_is_that_of_direct_solves(
     tuned: Design,
 ) -> None:

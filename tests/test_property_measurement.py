@@ -156,6 +156,7 @@ def test_the_scatter_tells_where_too_little_is_stated(stated):
     assert np.all((ratio > 0.85) & (ratio < 1.2)), ratio
 
 
+@pytest.mark.long
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 10_000), st.integers(1, 4))
 def test_the_quietest_place_is_quieter_than_a_grid(seed, harmonics):

@@ -168,6 +168,7 @@ readings = [
 """
 
 
+@pytest.mark.long
 def test_a_run_at_the_fold_is_not_decided_and_says_so(tmp_path: Path) -> None:
     """The level at f was 96.64 dB on the plate that gave these readings."""
     record = run(tmp_path, FOLDED)

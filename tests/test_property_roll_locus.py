@@ -27,6 +27,7 @@ def delayed() -> Any:
     return record_of(delay=2e-3, gain=4.0, acceleration_feedback=-0.05)
 
 
+@pytest.mark.long
 def test_both_of_each_pair_are_drawn() -> None:
     record = delayed()
     pole = value_of(record, "pole")
