@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+import vibecalc
 from vibecalc.subjects import SUBJECTS
 
 PACKAGE = Path(__file__).resolve().parents[1] / "vibecalc"
@@ -31,6 +32,7 @@ ALLOWED = {
     "core/study": FRAME | CASE | {"parts"},
     "core/accuracy": FRAME | CASE | {"core/study"},
     "cli": FRAME | {"core/report", "core/study", "core/accuracy", "json_schema"},
+    "api": FRAME | {"core/report", "core/study", "cli"},
     "__main__": {"errors", "cli"},
 }  # fmt: skip
 #: of a subject: the frame with its views, the parts, and the subjects that its physics stands on
@@ -180,7 +182,16 @@ def test_package_inits_hold_a_docstring_only() -> None:
     for path in PACKAGE.rglob("__init__.py"):
         body = ast.parse(path.read_text(encoding="utf-8")).body
         assert ast.get_docstring(ast.Module(body, [])), path
-        assert all(isinstance(node, ast.Assign) for node in body[1:]), path
+        kinds = (ast.Assign, ast.FunctionDef) if path.parent == PACKAGE else ast.Assign
+        assert all(isinstance(node, kinds) for node in body[1:]), path
+
+
+def test_what_the_package_offers_is_there_and_typed() -> None:
+    stub = (PACKAGE / "__init__.pyi").read_text(encoding="utf-8")
+    assert sorted(re.findall(r" as (\w+)$", stub, re.M)) == sorted(vibecalc.__all__)
+    for name in vibecalc.__all__:
+        assert getattr(vibecalc, name).__name__ == name
+    assert (PACKAGE / "py.typed").is_file()
 
 
 def test_heavy_libraries_are_imported_where_they_are_used() -> None:

@@ -17,3 +17,23 @@ about its reference point; mount forces are those *on the ground*.
 """
 
 __version__ = "0.1.0"
+
+#: what Python users call, and where it is; imported as soon as it is asked for
+_HOMES = {
+    "api": ("check", "diff", "plot", "read", "report", "run", "sweep", "write"),
+    "core.results.record": ("Axis", "Quantity", "Result"),
+    "errors": (
+        *("CaseError", "NumericalFailure", "Problem", "ResultError"),
+        *("UnitError", "UsageError", "VibecalcError"),
+    ),
+}
+__all__ = [name for names in _HOMES.values() for name in names]
+
+
+def __getattr__(name: str) -> object:
+    for home, names in _HOMES.items():
+        if name in names:
+            from importlib import import_module
+
+            return getattr(import_module(f"vibecalc.{home}"), name)
+    raise AttributeError(f"module 'vibecalc' has no attribute {name!r}")

@@ -117,6 +117,8 @@ class NumericalFailure(VibecalcError):
     """No trustworthy number exists: singular, not converged, unstable, no steady state."""
 
     exit_code = EXIT_NUMERICAL
+    #: what comes nearest, where a search has found no more
+    result: Any = None
 
 
 class PointsApart(Exception):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from vibecalc.cli.help_page import Command, Group
+from vibecalc.cli.results import get, info
 from vibecalc.cli.sweep import Json, Quiet, Settings, Unset, merge, sweep
 from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, NumericalFailure, UsageError, VibecalcError
 
@@ -474,5 +475,5 @@ def _write_text(text: str, output: Path | None) -> None:
     typer.echo(f"wrote {output}")
 
 
-for command in (sweep, merge, accuracy):
+for command in (sweep, merge, accuracy, info, get):
     app.command(cls=Command)(command)

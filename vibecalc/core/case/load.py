@@ -3,8 +3,9 @@
 import hashlib
 import json
 import re
+import sys
 import tomllib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NoReturn
@@ -14,7 +15,7 @@ from pydantic import ValidationError
 from vibecalc import __version__
 from vibecalc.core.case.data_files import attach_files
 from vibecalc.core.case.locate import Location, Overridden, at_line
-from vibecalc.core.case.raw import apply_overrides
+from vibecalc.core.case.raw import Setting, apply_overrides
 from vibecalc.core.case.row_files import Rows, files_of_rows, with_line
 from vibecalc.core.case.rules import cross_check
 from vibecalc.errors import CaseError, KeyPath, Problem
@@ -91,13 +92,17 @@ class LoadedCase:
     files: dict[KeyPath, Rows] = field(default_factory=dict)
 
 
+#: a file, `-` for standard input, or the tables themselves
+CaseSource = str | Path | Mapping[str, Any]
+
+
 def load_case(
-    path: str | Path,
-    overrides: Sequence[str] = (),
+    source: CaseSource,
+    overrides: Sequence[Setting] = (),
     early: EarlyChecks | None = None,
     unset: Sequence[str] = (),
 ) -> LoadedCase:
-    """Read one case file, with `key=value` texts that replace or add keys; without those `unset`.
+    """Read one case, with settings that replace or add keys; without those `unset`.
 
     Where the form is wrong, `early` may add what later floors already find wrong with the case as
     tomllib reads it, so that one message shows all.
@@ -105,8 +110,7 @@ def load_case(
     CaseError, with all problems and their places, if there is no valid case in the file;
     UsageError if an override cannot be applied.
     """
-    path = Path(path)
-    text = _read_text(path)
+    path, text = _read(source)
     data = _parse(text, str(path))
     overridden = apply_overrides(data, overrides, unset)
     files = attach_files(data, path.parent)
@@ -125,7 +129,7 @@ def load_case(
 
     return LoadedCase(
         case=case,
-        name=path.stem,
+        name=path.stem.strip("<>"),
         path=path,
         text=text,
         overrides=overridden,
@@ -189,6 +193,20 @@ def raise_with_location(loaded: LoadedCase, problems: Sequence[Problem]) -> None
     raise refused(once, loaded.text, str(loaded.path), loaded.overrides)
 
 
+def _read(source: CaseSource) -> tuple[Path, str]:
+    """Where a case stands, for messages and for the files that it names, and its text."""
+    if isinstance(source, Mapping):
+        import tomli_w
+
+        try:
+            return Path("<case>"), tomli_w.dumps(source)
+        except (TypeError, ValueError) as error:
+            _refuse(Path("<case>"), f"holds what TOML cannot: {error}")
+    if str(source) == "-":
+        return Path("<stdin>"), _decoded(Path("<stdin>"), sys.stdin.buffer.read(LARGEST_FILE + 1))
+    return Path(source), _read_text(Path(source))
+
+
 def _read_text(path: Path) -> str:
     try:
         if path.is_dir():
@@ -208,6 +226,10 @@ def _read_text(path: Path) -> str:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         _refuse(path, f"cannot be read: {reason.lower()}")
+    return _decoded(path, raw)
+
+
+def _decoded(path: Path, raw: bytes) -> str:
     if len(raw) > LARGEST_FILE:
         _refuse(path, f"is longer than {LARGEST_FILE / 1e6:g} MB", "is this a case file?")
     try:

@@ -75,6 +75,9 @@ def listed(names: list[str]) -> str:
 # Keys set from the command line, and access to a case by a key such as `a.b[0].c`.
 # ----------------------------------------------------------------------------
 
+#: `key=value` as a command line has it, or a key and its value
+Setting = str | tuple[str, Any]
+
 _PART = re.compile(r"\.?([A-Za-z0-9_-]+)|\[(\d{1,6})\]")
 _BARE_TEXT = re.compile(r"[^\"'\[\]{}=#\n\r]+\Z")
 _LONGEST = 2000
@@ -118,8 +121,13 @@ def parse_override(text: str) -> tuple[Overridden, Any]:
     return Overridden(path, _short(f"--set {text}")), _read_value(written.strip(), text)
 
 
+def _given(key: str, value: Any) -> tuple[Overridden, Any]:
+    """A key and its value as the place that problems name, and the value."""
+    return Overridden(parse_key(key.strip()), _short(f"{key} = {value!r}")), value
+
+
 def apply_overrides(
-    data: MutableMapping[str, Any], texts: Sequence[str], unset: Sequence[str] = ()
+    data: MutableMapping[str, Any], settings: Sequence[Setting], unset: Sequence[str] = ()
 ) -> tuple[Overridden, ...]:
     """Take the keys `unset` out of `data`, then set the others, in the order given.
 
@@ -131,8 +139,8 @@ def apply_overrides(
         get_key(data, path)
         del get_key(data, path[:-1])[path[-1]]
         overrides.append(Overridden(path, _short(f"--unset {key}")))
-    for text in texts:
-        override, value = parse_override(text)
+    for setting in settings:
+        override, value = parse_override(setting) if isinstance(setting, str) else _given(*setting)
         set_key(data, override.path, value)
         overrides.append(override)
     return tuple(overrides)

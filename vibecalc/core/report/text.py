@@ -167,7 +167,7 @@ def as_json(
         "case": result.name,
         "result": None if path is None else str(path),
         "quantities": {
-            quantity.path: _array(quantity) if quantity.axes else _number(quantity)
+            quantity.path: quantity_object(quantity)
             for quantity in result.record.values()
             if full or not quantity.axes or _is_listed(quantity.path)
         },
@@ -175,6 +175,11 @@ def as_json(
         "limits": [_limit(row) for row in judge_limits(result)],
         "timings": {stage: float(seconds) for stage, seconds in result.timings.items()},
     }
+
+
+def quantity_object(quantity: Quantity) -> dict[str, Any]:
+    """One quantity of that object."""
+    return _array(quantity) if quantity.axes else _number(quantity)
 
 
 def _reference(row: ReferenceRow) -> dict[str, Any]:

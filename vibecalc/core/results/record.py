@@ -3,13 +3,22 @@
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
+
+from vibecalc.core.results.named import named
+
+if TYPE_CHECKING:
+    from pandas import DataFrame, Series
+    from xarray import DataArray, DataTree
 
 # ----------------------------------------------------------------------------
 # What is known of a quantity before it is computed.
 # ----------------------------------------------------------------------------
+
+#: what turns quantities into arrays and tables of other libraries
+_LABELLED = "vibecalc.core.results.labelled"
 
 PEAK = "0-pk"
 RMS = "rms"
@@ -194,6 +203,22 @@ class Quantity:
         error = Estimate(self.error_estimate, max(largest, self.terms), whole)
         object.__setattr__(self, "error_estimate", error)
 
+    def to(self, unit: str) -> np.ndarray:
+        """The values in another unit; UnitError if it has another dimension."""
+        from vibecalc.units import convert
+
+        return np.asarray(self.values * convert(1.0, self.unit, unit))
+
+    def to_xarray(self) -> "DataArray":
+        """The values with coordinates; unit, amplitude and error stand in `attrs`."""
+        array: DataArray = named(f"{_LABELLED}:data_array")(self)
+        return array
+
+    def to_pandas(self) -> "Series[Any]":
+        """The values as a column, its index the axes; of one number, a column of one."""
+        column: Series[Any] = named(f"{_LABELLED}:series")(self)
+        return column
+
     @property
     def estimate(self) -> Estimate:
         """`error_estimate` as what it is."""
@@ -239,8 +264,8 @@ class Record(Mapping[str, Quantity]):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Result:
-    """A finished run, as it is written to a file and read back.
+class Result(Mapping[str, Quantity]):
+    """A finished run, as it is written to a file and read back: its quantities by their paths.
 
     `case` is the resolved case (plain dict in SI, as in the TOML of `case_toml_resolved`);
     `plan` has one dict of short texts per stage (`stage`, `why`, ...). What changes from run to
@@ -257,3 +282,25 @@ class Result:
     plan: tuple[Mapping[str, str], ...] = ()
     provenance: Mapping[str, str | int | float] = field(default_factory=dict)
     timings: Mapping[str, float] = field(default_factory=dict)
+
+    def __getitem__(self, path: str) -> Quantity:
+        return self.record[path]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.record)
+
+    def __len__(self) -> int:
+        return len(self.record)
+
+    def __repr__(self) -> str:
+        return f"<vibecalc result {self.name!r}: {len(self)} quantities>"
+
+    def to_xarray(self) -> "DataTree":
+        """All quantities as a tree of their paths, with coordinates."""
+        tree: DataTree = named(f"{_LABELLED}:data_tree")(self)
+        return tree
+
+    def to_pandas(self) -> "DataFrame":
+        """A row for each quantity: unit, axes, value of one number, largest magnitude, error."""
+        table: DataFrame = named(f"{_LABELLED}:data_frame")(self)
+        return table

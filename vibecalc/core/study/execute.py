@@ -8,11 +8,11 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vibecalc import __version__
-from vibecalc.core.case.load import LoadedCase, load_case, raise_with_location
+from vibecalc.core.case.load import CaseSource, LoadedCase, load_case, raise_with_location
+from vibecalc.core.case.raw import Setting
 from vibecalc.core.results.record import Record, Result
 from vibecalc.errors import CaseError, KeyPath, Problem, UnitError
 from vibecalc.units import parse_quantity
@@ -89,15 +89,15 @@ def _length(table: dict[str, Any], key: str) -> float | None:
 
 
 def load_checked(
-    paths: Sequence[Path], settings: Sequence[str] = (), unset: Sequence[str] = ()
+    sources: Sequence[CaseSource], settings: Sequence[Setting] = (), unset: Sequence[str] = ()
 ) -> list[LoadedCase]:
     """Read every case, or raise one CaseError whose text shows all problems of all files."""
     loaded: list[LoadedCase] = []
     problems: list[Problem] = []
     texts: list[str] = []
-    for path in paths:
+    for source in sources:
         try:
-            case = load_case(path, settings, early_problems, unset)
+            case = load_case(source, settings, early_problems, unset)
             raise_with_location(case, physics_problems(case))
             loaded.append(case)
         except CaseError as error:

@@ -1,0 +1,102 @@
+"""Claim: docs/python.md works as printed, and shows what comes out."""
+
+import contextlib
+import io
+import re
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fuzzing import command
+from shipped_cases import ROOT
+
+import vibecalc
+
+PAGE = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
+#: code, and what stands below it
+SHOWN = re.findall(r"```python\n(.*?)```\n\n```\n(.*?)```", PAGE, re.S)
+_NUMBER = re.compile(r"\d+\.\d+(?:e-\d+)?")
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    (tmp_path / "cases").symlink_to(ROOT / "cases")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def same(printed: str, computed: str) -> bool:
+    """Equal words, and numbers equal to nine digits; errors to their size."""
+    if _NUMBER.sub("#", printed) != _NUMBER.sub("#", computed):
+        return False
+    pairs = zip(_NUMBER.findall(printed), _NUMBER.findall(computed), strict=True)
+    return all(
+        abs(float(a) - float(b)) <= (5.0 if "e-" in a else 1e-9) * abs(float(a)) for a, b in pairs
+    )
+
+
+def test_python_prints_what_the_page_shows(folder: Path) -> None:
+    assert len(SHOWN) == PAGE.count("```python")
+    names: dict[str, object] = {}
+    for code, printed in SHOWN:
+        out = io.StringIO()
+        with contextlib.redirect_stdout(out):
+            exec(code, names)
+        assert same(printed, out.getvalue()), out.getvalue()
+
+
+def test_commands_work_in_the_order_printed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (block,) = re.findall(r"```sh\n(.*?)```", PAGE, re.S)
+    for line in block.splitlines():
+        words, _, given = line.partition(" < ")
+        words, _, target = words.partition(" > ")
+        if given:
+            text = Path(given).read_bytes()
+            monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(text), encoding="utf-8"))
+        outcome = command(*shlex.split(words)[1:], cap=60)
+        assert outcome.code == 0, (line, outcome.err)
+        if target:
+            Path(target).write_text(outcome.out, encoding="utf-8")
+        if "sag" in line:
+            assert float(outcome.out) == pytest.approx(24.525, rel=1e-12)
+    rows = np.loadtxt("run_up.csv", delimiter=",", skiprows=1)
+    curve = vibecalc.read("outputs/generator.h5")["isolation/support_force/run_up"]
+    assert Path("run_up.csv").read_text().splitlines()[0] == "speed [rad/s],run_up [N]"
+    assert np.array_equal(rows, np.column_stack([curve.axes[1].values, curve.values[0]]))
+    assert Path("outputs/from_stdin.h5").is_file()
+
+
+def test_a_case_of_tables_and_its_result_come_back(folder: Path) -> None:
+    result = vibecalc.run("cases/generator.toml")
+    again = vibecalc.run(dict(result.case))
+    assert list(again) == list(result)
+    assert all(np.array_equal(result[path].values, again[path].values) for path in result)
+    kept = vibecalc.read(vibecalc.write(result, "outputs/kept.h5"))
+    assert vibecalc.diff(result, kept).same and vibecalc.report(kept) == vibecalc.report(result)
+    assert Path("outputs/kept.txt").is_file()
+    tree = result.to_xarray()
+    for path, quantity in result.items():
+        assert np.array_equal(tree[path].values, quantity.values), path
+        assert [len(axis.values) for axis in quantity.axes] == list(tree[path].shape)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["isolation/pitch"], "isolation/pitch is a group in this result; it has isolation/pitch/"),
+        (["isolation/pitch/dampin"], "it has isolation/pitch/damping, "),
+        (["isolation/support_force/static", "--where", "mount"], "--where needs AXIS=ENTRY"),
+        (["isolation/support_force/static", "--where", "mount=7"], "no entry mount = 7; there is"),
+        (["isolation/support_force/static", "--where", "order=1"], "has no axis 'order'"),
+        (["isolation/support_force/static", "--unit", "mm"], "wrong dimension: found a force"),
+    ],
+)
+def test_what_cannot_be_got_is_said(
+    words: list[str], said: str, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    path = tmp_path_factory.getbasetemp() / "generator_to_get_from.h5"
+    if not path.exists():
+        vibecalc.write(vibecalc.run(ROOT / "cases" / "generator.toml"), path)
+    outcome = command("get", str(path), *words)
+    assert outcome.code == 2 and said in outcome.err, outcome.err

@@ -1,0 +1,135 @@
+"""Quantities with names on their axes, as xarray and pandas have them."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibecalc.core.results.record import Axis, Quantity
+from vibecalc.errors import UsageError
+
+if TYPE_CHECKING:
+    from pandas import DataFrame, Series
+    from xarray import DataArray, DataTree
+
+
+def data_array(quantity: Quantity) -> "DataArray":
+    """A quantity with its axes as coordinates; `attrs` say unit, long name, amplitude and error."""
+    return _array(quantity, tuple(axis.name for axis in quantity.axes))
+
+
+def data_tree(result: Mapping[str, Quantity]) -> "DataTree":
+    """Quantities by their paths, each group with the coordinates of what stands in it.
+
+    An axis of one name and other values than one met before in its stage is `speed_2` and so on,
+    as in the file.
+    """
+    xarray = _xarray()
+    groups: dict[str, dict[str, DataArray]] = {}
+    met: dict[str, dict[str, list[Axis]]] = {}
+    for path, quantity in result.items():
+        folder, _, name = path.rpartition("/")
+        of_stage = met.setdefault(path.partition("/")[0], {})
+        dimensions = tuple(_dimension(axis, of_stage) for axis in quantity.axes)
+        groups.setdefault(f"/{folder}", {})[name] = _array(quantity, dimensions)
+    # a group and a quantity cannot share a name
+    taken = {f"/{path}" for path in result}
+    named = {folder + "_" * (folder in taken): one for folder, one in groups.items()}
+    datasets = {path: xarray.Dataset(one) for path, one in named.items()}
+    tree: DataTree = xarray.DataTree.from_dict(datasets)
+    return tree
+
+
+def series(quantity: Quantity) -> "Series[Any]":
+    """The entries of a quantity in one column, its index the axes."""
+    pandas = _pandas()
+    values = np.asarray(quantity.values)
+    if not quantity.axes:
+        return pandas.Series([values.item()], name=quantity.path)
+    names = [axis.name for axis in quantity.axes]
+    if len(names) == 1:
+        index = pandas.Index(quantity.axes[0].values, name=names[0])
+    else:
+        index = pandas.MultiIndex.from_product([a.values for a in quantity.axes], names=names)
+    return pandas.Series(values.ravel(), index=index, name=quantity.path)
+
+
+def data_frame(result: Mapping[str, Quantity]) -> "DataFrame":
+    """A row for each quantity; `value` is that of one number, `largest` the largest magnitude."""
+    pandas = _pandas()
+    rows = []
+    for quantity in result.values():
+        values = np.asarray(quantity.values)
+        number = values.dtype.kind in "biufc"
+        size = np.abs(values[np.isfinite(values)]) if number else np.empty(0)
+        rows.append({
+            "unit": quantity.unit,
+            "value": values.item() if values.ndim == 0 else np.nan,
+            "largest": size.max() if size.size else np.nan,
+            "error": float(quantity.error_estimate),
+            "axes": ", ".join(f"{axis.name} ({len(axis.values)})" for axis in quantity.axes),
+            "long_name": quantity.long_name,
+        })  # fmt: skip
+    return pandas.DataFrame(rows, index=pandas.Index(list(result), name="path"))
+
+
+def _array(quantity: Quantity, dimensions: tuple[str, ...]) -> "DataArray":
+    xarray = _xarray()
+    attributes = {
+        "units": quantity.unit,
+        "long_name": quantity.long_name,
+        "amplitude": quantity.amplitude,
+        "error_estimate": float(quantity.error_estimate),
+        "standard_error": quantity.standard_error,
+    }
+    coordinates = {
+        name: (name, _entries(axis), {"units": axis.unit, "long_name": axis.long_name})
+        for name, axis in zip(dimensions, quantity.axes, strict=True)
+    }
+    array: DataArray = xarray.DataArray(
+        quantity.values,
+        coords=coordinates,
+        dims=dimensions,
+        name=quantity.path,
+        attrs={name: value for name, value in attributes.items() if value is not None},
+    )
+    return array
+
+
+def _entries(axis: Axis) -> np.ndarray:
+    values = np.asarray(axis.values)
+    return values.astype(np.str_) if values.dtype.kind == "O" else values
+
+
+def _dimension(axis: Axis, met: dict[str, list[Axis]]) -> str:
+    """Name of an axis, with a number from the second one that shares the name and no values."""
+    alike = met.setdefault(axis.name, [])
+    same = (np.array_equal(one.values, axis.values) and one.unit == axis.unit for one in alike)
+    number = next((place for place, it_is in enumerate(same, start=1) if it_is), 0)
+    if not number:
+        alike.append(axis)
+        number = len(alike)
+    return axis.name if number == 1 else f"{axis.name}_{number}"
+
+
+def _xarray() -> Any:
+    try:
+        import xarray
+    except ImportError as error:
+        raise _missing("xarray") from error
+    return xarray
+
+
+def _pandas() -> Any:
+    try:
+        import pandas
+    except ImportError as error:
+        raise _missing("pandas") from error
+    return pandas
+
+
+def _missing(library: str) -> UsageError:
+    return UsageError(
+        f"this needs {library}, which is not installed; "
+        "install it with: pip install 'vibecalc[tables]'"
+    )
