@@ -1,6 +1,7 @@
 """Claim: docs/python.md works as printed, and shows what comes out."""
 
 import contextlib
+import csv
 import io
 import re
 import shlex
@@ -8,7 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray
 from fuzzing import command
+from scipy.io import loadmat
 from shipped_cases import ROOT
 
 import vibecalc
@@ -65,6 +68,42 @@ def test_commands_work_in_the_order_printed(folder: Path, monkeypatch: pytest.Mo
     assert Path("run_up.csv").read_text().splitlines()[0] == "speed [rad/s],run_up [N]"
     assert np.array_equal(rows, np.column_stack([curve.axes[1].values, curve.values[0]]))
     assert Path("outputs/from_stdin.h5").is_file()
+    exported(vibecalc.read("outputs/generator.h5"), Path("tables"))
+
+
+def exported(result: vibecalc.Result, folder: Path) -> None:
+    """All numbers of a result, read back from the files of `export` by other libraries."""
+    matlab = loadmat(folder / "generator.mat", simplify_cells=True)
+    with xarray.open_datatree(folder / "generator.nc", engine="h5netcdf") as tree:
+        for path, quantity in result.items():
+            groups, place = path.split("/"), matlab
+            for group in groups:
+                place = place[group]
+            assert np.array_equal(np.ravel(place["value"]), np.ravel(quantity.values)), path
+            assert (
+                "".join(place["unit"]) == quantity.unit
+                and place["error"] == quantity.error_estimate
+            )
+            if np.iscomplexobj(quantity.values):
+                halves = tree[f"{path}_real"].values, tree[f"{path}_imaginary"].values
+                assert np.array_equal(halves[0] + 1j * halves[1], quantity.values), path
+            else:
+                assert np.array_equal(tree[path].values, quantity.values), path
+            for axis in quantity.axes:
+                found = place[axis.name]
+                assert list(map(str, np.ravel(found))) == list(map(str, axis.values)), path
+    with (folder / "generator.csv").open(encoding="utf-8", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert {row["quantity"] for row in rows} == {
+        path for path in result if path.startswith("isolation/") and not result[path].axes
+    }
+    assert all(float(row["value"]) == result[row["quantity"]].values for row in rows)
+    harmonics = "isolation/support_force/steady_harmonics"
+    table = np.loadtxt(
+        folder / f"generator_{harmonics.replace('/', '__')}.csv",
+        delimiter=",", skiprows=1, usecols=(3, 4),
+    )  # fmt: skip
+    assert np.array_equal(table @ [1, 1j], result[harmonics].values.ravel())
 
 
 def test_a_case_of_tables_and_its_result_come_back(folder: Path) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from vibecalc.cli.help_page import Command, Group
-from vibecalc.cli.results import get, info
+from vibecalc.cli.results import EXCHANGE, export, get, info
 from vibecalc.cli.sweep import Json, Quiet, Settings, Unset, merge, sweep
 from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, NumericalFailure, UsageError, VibecalcError
 
@@ -377,38 +377,13 @@ def new(
 
         if scene != "list":
             raise UsageError(f"--from writes a case of its own, leave {scene[:60]!r} out")
-        _write_text(named(f"{_EXCHANGE}:case_of_assembly")(assembly), output)
+        _write_text(named(f"{EXCHANGE}:case_of_assembly")(assembly), output)
         return
     if scene == "list":
         for name, about in scenes().items():
             typer.echo(f"{name:<13}  {about}")
         return
     _write_text(starter(scene), output)
-
-
-#: what reads and writes shaft lines
-_EXCHANGE = "vibecalc.torsion.adapters.exchange"
-
-
-@app.command(cls=Command)
-def export(
-    case: Annotated[Path, typer.Argument(metavar="CASE", help="Case file (TOML).")],
-    output: Annotated[
-        Path,
-        typer.Option("--output", "-o", help="Folder for CSV files, or a file that ends in .json."),
-    ] = Path("outputs"),
-    settings: Settings = None,
-    unset: Unset = None,
-) -> None:
-    """Write the shaft line of a case as CSV files, or as JSON that openTorsion reads."""
-    from vibecalc.core.results.named import named
-
-    (loaded,) = _load([case], settings, unset)
-    paths, left = named(f"{_EXCHANGE}:export_shaft_line")(loaded, output)
-    for path in paths:
-        typer.echo(f"wrote {path}")
-    if left:
-        typer.echo(f"not carried: {', '.join(left)}", err=True)
 
 
 @app.command(cls=Command)
@@ -475,5 +450,5 @@ def _write_text(text: str, output: Path | None) -> None:
     typer.echo(f"wrote {output}")
 
 
-for command in (sweep, merge, accuracy, info, get):
+for command in (sweep, merge, accuracy, info, get, export):
     app.command(cls=Command)(command)

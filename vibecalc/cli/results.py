@@ -1,11 +1,12 @@
-"""The commands that look into result files: parse, call, print, exit code."""
+"""The commands that look into files and write them for others: parse, call, print, exit code."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from vibecalc.cli.sweep import Json
+from vibecalc.cli.sweep import Json, Settings, Unset
 from vibecalc.errors import UsageError
 
 File = Annotated[Path, typer.Argument(metavar="RESULT", help="Result file (HDF5).")]
@@ -56,6 +57,55 @@ def get(
         typer.echo(format_json.dumps(quantity_object(quantity), indent=2, allow_nan=False))
         return
     typer.echo(comma_separated(quantity), nl=False)
+
+
+#: what reads and writes shaft lines
+EXCHANGE = "vibecalc.torsion.adapters.exchange"
+
+
+def export(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Result (HDF5) or case (TOML).")],
+    quantities: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="QUANTITY", help="Of a result: only these, or groups of them."),
+    ] = None,
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Folder; for a case also a file named .json.")
+    ] = Path("outputs"),
+    csv: Annotated[bool, typer.Option("--csv", help="Of a result: CSV files (default).")] = False,
+    mat: Annotated[bool, typer.Option("--mat", help="Of a result: a MATLAB file.")] = False,
+    netcdf: Annotated[bool, typer.Option("--netcdf", help="Of a result: a netCDF file.")] = False,
+    settings: Settings = None,
+    unset: Unset = None,
+) -> None:
+    """Write the quantities of a result, or the shaft line of a case, for other programs."""
+    if file.suffix not in (".h5", ".hdf5"):
+        if quantities or csv or mat or netcdf:
+            raise UsageError(f"{file} is no result: quantities and forms are those of a .h5 file")
+        _export_line(file, output, settings or (), unset or ())
+        return
+    if settings or unset:
+        raise UsageError("--set and --unset change a case, a result stays as it is")
+    from vibecalc.core.results.export import export_result
+    from vibecalc.core.results.store import read_result
+
+    forms = [name for name, asked in (("csv", csv), ("mat", mat), ("netcdf", netcdf)) if asked]
+    result = read_result(file)
+    for form in forms or ["csv"]:
+        for path in export_result(result, form, output, file.stem, quantities or ()):
+            typer.echo(f"wrote {path}")
+
+
+def _export_line(case: Path, output: Path, settings: Sequence[str], unset: Sequence[str]) -> None:
+    from vibecalc.core.results.named import named
+    from vibecalc.core.study.execute import load_checked
+
+    (loaded,) = load_checked([case], settings, unset)
+    paths, left = named(f"{EXCHANGE}:export_shaft_line")(loaded, output)
+    for path in paths:
+        typer.echo(f"wrote {path}")
+    if left:
+        typer.echo(f"not carried: {', '.join(left)}", err=True)
 
 
 def _entry(text: str) -> int | float | str:

@@ -141,7 +141,9 @@ class _Writer:
             self.number(dataset, "terms", float(quantity.terms))
         stage = quantity.path.partition("/")[0] if "/" in quantity.path else ""
         for position, axis in enumerate(quantity.axes):
-            h5ds.attach_scale(dataset, self.scale(stage, axis), position)
+            scale = self.scale(stage, axis)
+            h5ds.attach_scale(dataset, scale, position)
+            self.link(folder, scale)
             h5ds.set_label(dataset, position, _encoded(axis.name))
 
     def provenance(
@@ -187,6 +189,16 @@ class _Writer:
                 self.number(dataset, "run_samples", axis.run_samples)
             self.scales[key] = dataset
         return self.scales[key]
+
+    def link(self, folder: str, scale: Any) -> None:
+        """The scale of a stage in a group of it, too, where readers of one group look for it."""
+        from h5py import h5i
+
+        name = h5i.get_name(scale).decode().rpartition("/")[2]
+        place = f"{folder}/{name}".lstrip("/")
+        if place not in self.taken:
+            self.taken.add(place)
+            self.group(folder).links.create_hard(_encoded(name), self.root, h5i.get_name(scale))
 
     def free_name(self, stage: str, name: str) -> str:
         """`order`, or `order_2` and so on where the stage already has something of that name."""
