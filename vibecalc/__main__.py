@@ -49,7 +49,12 @@ def main() -> NoReturn:
         # the parameters of ten other commands need not be examined to run the one that is named
         app = copy.copy(every_command)
         named = [one for one in app.registered_commands if sys.argv[1:2] == [_name(one)]]
-        app.registered_commands = named or app.registered_commands
+        if sys.argv[1:2] != ["help"]:
+            app.registered_commands = named or app.registered_commands
+        if "_VIBECALC_COMPLETE" in os.environ:
+            from vibecalc.cli.completion import answer_shells
+
+            answer_shells()
         if not as_json:
             app(prog_name="vibecalc")
         else:

@@ -1,8 +1,4 @@
-"""The tree of errors, each with the exit code the command line returns for it.
-
-0 fine, 1 differs or a reference or limit is missed, 2 usage or case file, 3 numerical failure,
-4 some points of a sweep failed, 130 interrupted, 70 a bug.
-"""
+"""The tree of errors, each with the exit code the command line returns for it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,8 +8,20 @@ EXIT_FINE = 0
 EXIT_DIFFERS = 1
 EXIT_USAGE = 2
 EXIT_NUMERICAL = 3
+EXIT_POINTS_FAILED = 4
 EXIT_BUG = 70
 EXIT_INTERRUPTED = 130
+
+#: what each means, for people
+EXIT_CODES = {
+    EXIT_FINE: "fine",
+    EXIT_DIFFERS: "differs, a reference or limit is missed, or a limit undecided",
+    EXIT_USAGE: "usage or case file",
+    EXIT_NUMERICAL: "no trustworthy number exists",
+    EXIT_POINTS_FAILED: "some points of a sweep failed",
+    EXIT_INTERRUPTED: "interrupted, or nobody reads the output any more",
+    EXIT_BUG: "a bug",
+}
 
 KeyPath = tuple[str | int, ...]
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vibecalc.cli.completion import completion, names_of_pictures
 from vibecalc.cli.help_page import Command, Group
 from vibecalc.cli.results import EXCHANGE, export, get, info
 from vibecalc.cli.sweep import Json, Quiet, Settings, Unset, merge, sweep
@@ -341,7 +342,11 @@ def plot(
     ] = None,
     only: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help="Only these pictures, by commas or repeated."),
+        typer.Option(
+            metavar="NAME",
+            help="Only these pictures, by commas or repeated.",
+            autocompletion=names_of_pictures,
+        ),
     ] = None,
     no_title: Annotated[
         bool, typer.Option("--no-title", help="Leave out the title of the figures.")
@@ -394,6 +399,29 @@ def schema(output: Output = None) -> None:
     from vibecalc.json_schema import json_schema
 
     _write_text(json.dumps(json_schema(), indent=2) + "\n", output)
+
+
+@app.command("help", cls=Command)
+def help_(
+    ctx: typer.Context,
+    command: Annotated[
+        str | None, typer.Argument(metavar="COMMAND", help="Name of a command; default: all.")
+    ] = None,
+) -> None:
+    """Show the help page of a command."""
+    program = ctx.parent
+    assert program is not None
+    if command is None:
+        program.get_help()
+        return
+    group: Any = program.command
+    named = group.get_command(program, command)
+    if named is None:
+        from vibecalc.core.results.select import nearest
+
+        near = ", ".join(nearest(command, group.list_commands(program))[:3])
+        raise UsageError(f"no command {command[:40]!r}; there are {near} and others")
+    named.get_help(typer.Context(named, info_name=command, parent=program))
 
 
 def _load(paths: list[Path], *changes: list[str] | None) -> "list[LoadedCase]":
@@ -450,5 +478,5 @@ def _write_text(text: str, output: Path | None) -> None:
     typer.echo(f"wrote {output}")
 
 
-for command in (sweep, merge, accuracy, info, get, export):
+for command in (sweep, merge, accuracy, info, get, export, completion):
     app.command(cls=Command)(command)

@@ -5,13 +5,14 @@ everything else that `vibecalc --help` does.
 """
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from typer.core import TyperCommand, TyperGroup
 
-from vibecalc.errors import Interrupted, OutputError
+from vibecalc.cli.examples import EXAMPLES
+from vibecalc.errors import EXIT_CODES, Interrupted, OutputError
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -66,7 +67,7 @@ def _reported() -> Iterator[None]:
         raise OutputError(error) from error
 
 
-def _print_page(command: TyperCommand | TyperGroup, ctx: Any, commands: list[Row]) -> None:
+def _print_page(command: TyperCommand | TyperGroup, ctx: Any, commands: Sequence[Row]) -> None:
     from rich.console import Console
     from rich.padding import Padding
     from rich.text import Text
@@ -82,6 +83,8 @@ def _print_page(command: TyperCommand | TyperGroup, ctx: Any, commands: list[Row
             ("Arguments", _rows(command, ctx, "argument")),
             ("Options", _rows(command, ctx, "option")),
             ("Commands", commands),
+            ("Examples", EXAMPLES.get(ctx.info_name or "", ())),
+            ("Exit codes", [(str(code), words) for code, words in EXIT_CODES.items()]),
         ):
             if rows:
                 console.print(_panel(title, rows))
@@ -95,14 +98,17 @@ def _rows(command: TyperCommand | TyperGroup, ctx: Any, kind: str) -> list[Row]:
     return [record for record in records if record is not None]
 
 
-def _panel(title: str, rows: list[Row]) -> "RenderableType":
+def _panel(title: str, rows: Sequence[Row]) -> "RenderableType":
     from rich.panel import Panel
     from rich.table import Table
     from rich.text import Text
 
     table = Table.grid(padding=(0, 2))
-    table.add_column(no_wrap=True)
+    table.add_column(no_wrap=title != "Examples")
     for names, words in rows:
+        if title == "Examples":  # a line to type is as long as it is
+            table.add_row(Text.assemble((names, "bold cyan"), "\n    ", words))
+            continue
         table.add_row(Text(names, style="bold cyan"), Text(words))
     return Panel(table, title=title, title_align="left", border_style="dim")
 

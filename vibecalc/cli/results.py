@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from vibecalc.cli.completion import quantities
 from vibecalc.cli.sweep import Json, Settings, Unset
 from vibecalc.errors import UsageError
 
@@ -28,7 +29,12 @@ def info(result: File, json: Json = False) -> None:
 
 def get(
     result: File,
-    path: Annotated[str, typer.Argument(metavar="PATH", help="Quantity, as `info` lists it.")],
+    path: Annotated[
+        str,
+        typer.Argument(
+            metavar="PATH", help="Quantity, as `info` lists it.", autocompletion=quantities
+        ),
+    ],
     where: Annotated[
         list[str] | None,
         typer.Option(metavar="AXIS=ENTRY", help="Only this entry of an axis; may be repeated."),
@@ -65,9 +71,13 @@ EXCHANGE = "vibecalc.torsion.adapters.exchange"
 
 def export(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Result (HDF5) or case (TOML).")],
-    quantities: Annotated[
+    wanted: Annotated[
         list[str] | None,
-        typer.Argument(metavar="QUANTITY", help="Of a result: only these, or groups of them."),
+        typer.Argument(
+            metavar="QUANTITY",
+            help="Of a result: only these, or groups of them.",
+            autocompletion=quantities,
+        ),
     ] = None,
     output: Annotated[
         Path, typer.Option("--output", "-o", help="Folder; for a case also a file named .json.")
@@ -80,7 +90,7 @@ def export(
 ) -> None:
     """Write the quantities of a result, or the shaft line of a case, for other programs."""
     if file.suffix not in (".h5", ".hdf5"):
-        if quantities or csv or mat or netcdf:
+        if wanted or csv or mat or netcdf:
             raise UsageError(f"{file} is no result: quantities and forms are those of a .h5 file")
         _export_line(file, output, settings or (), unset or ())
         return
@@ -92,7 +102,7 @@ def export(
     forms = [name for name, asked in (("csv", csv), ("mat", mat), ("netcdf", netcdf)) if asked]
     result = read_result(file)
     for form in forms or ["csv"]:
-        for path in export_result(result, form, output, file.stem, quantities or ()):
+        for path in export_result(result, form, output, file.stem, wanted or ()):
             typer.echo(f"wrote {path}")
 
 

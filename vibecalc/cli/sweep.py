@@ -7,19 +7,25 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vibecalc.errors import EXIT_FINE, UsageError
+from vibecalc.cli.completion import keys, names_of_keys
+from vibecalc.errors import EXIT_FINE, EXIT_POINTS_FAILED, UsageError
 
 if TYPE_CHECKING:
     from vibecalc.core.study.sweep.prepare import Options, Outcome, PreparedSweep
 
-#: some points of a sweep failed
-EXIT_POINTS_FAILED = 4
-
 Settings = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Change a key, the value read as TOML."),
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Change a key, the value read as TOML.",
+        autocompletion=keys,
+    ),
 ]
-Unset = Annotated[list[str] | None, typer.Option(metavar="KEY", help="Take a key out of the case.")]
+Unset = Annotated[
+    list[str] | None,
+    typer.Option(metavar="KEY", help="Take a key out of the case.", autocompletion=names_of_keys),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout and nothing else.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print no summary.")]
 
@@ -32,7 +38,11 @@ def sweep(
     ] = None,
     grid: Annotated[
         list[str] | None,
-        typer.Option(metavar="KEY=SPEC", help="An axis: start:stop:n, start:stop:nlog or a,b,c."),
+        typer.Option(
+            metavar="KEY=SPEC",
+            help="An axis: start:stop:n, start:stop:nlog or a,b,c.",
+            autocompletion=keys,
+        ),
     ] = None,
     zipped: Annotated[
         list[str] | None,
