@@ -1,5 +1,6 @@
 """Adapter: a machine on its mounts under the torque of its cylinders, steady or running up."""
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -7,8 +8,13 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing
 from vibecalc.excitation.inertia_forces import as_loads, at_speed
-from vibecalc.isolation.adapters.common import RunUpSection, RunUpSetup, isolation_of
-from vibecalc.isolation.adapters.rigid_body import MountedBody
+from vibecalc.isolation.adapters.common import (
+    KeptRows,
+    RunUpSection,
+    RunUpSetup,
+    isolation_of,
+)
+from vibecalc.isolation.adapters.rigid_body import MountedBody, of_body
 from vibecalc.isolation.adapters.torque_couple import (
     Couples,
     Passing,
@@ -28,7 +34,7 @@ from vibecalc.isolation.rigid_body import (
     restricted,
     static_deflection,
 )
-from vibecalc.isolation.rows import CoupleAt, HarmonicsAt, body_rows, with_left_out
+from vibecalc.isolation.rows import CoupleAt, HarmonicsAt, Readout, body_rows, with_left_out
 from vibecalc.isolation.torque_reaction import (
     TAIL,
     couple_by_differences,
@@ -48,7 +54,13 @@ from vibecalc.parts.body import DIRECTIONS
 from vibecalc.parts.firing import TURN, cycle_angle, shakes_with_torque
 from vibecalc.parts.matrices import assemble
 from vibecalc.parts.mounts import Mounts
-from vibecalc.response.forced import UndrivenModes, dynamics, require_digits, response
+from vibecalc.response.forced import (
+    MotionByOrder,
+    UndrivenModes,
+    dynamics,
+    require_digits,
+    response,
+)
 from vibecalc.response.modal_damping import body_resonances, damped_basis, with_damped_poles
 from vibecalc.response.modes import Modes, modes
 from vibecalc.response.resonances import Resonances, check_operating_point, idle_warnings, left_out
@@ -99,6 +111,7 @@ def run_torque_reaction(scene: Scene) -> None:
     loads = _of(with_shaking(couples.added, order, axis, shaking), freedoms)
     few, resonances = _motion(scene, matrices, shapes, loads, order)
     motion = _six(few, freedoms)
+    scene.handed_on["motion_by_order"] = MotionByOrder(order, used, TAIL, motion)
     _emit_nearest(scene, shapes, resonances, loads, couples)
     _emit_motion(scene, motion, axis, couples)
     at_mounts = displacement(motion, mounts.position)
@@ -257,7 +270,7 @@ def _setup(
     shaking = with_shaking(none, law.order, axis, whole)
     about = np.concatenate([np.zeros(3), axis])[mounted.freedoms]
 
-    def of_orders(part: slice) -> tuple[HarmonicsAt, Resonances]:
+    def of_orders(part: slice) -> tuple[Callable[[Readout], HarmonicsAt], Resonances]:
         force = Bounded(*(each[part][:, mounted.freedoms] for each in shaking))
         couple = _couple(law, passing, ends, part)
         at_ends = couple(ends, errors=True)
@@ -266,14 +279,22 @@ def _setup(
         undriven = UndrivenModes(
             left_out(resonances), mounted.shapes.shape, mounted.shapes.eigenvalue
         )
-        given = (mounted.matrices, mounted.readout, law.order[part], force, undriven)
-        return body_rows(*given, couple, about), _with_poles(mounted, resonances, forces)
 
-    rows, resonances = of_orders(slice(law.retained))
+        def rows(readout: Readout) -> HarmonicsAt:
+            given = (mounted.matrices, readout, law.order[part], force, undriven)
+            return body_rows(*given, couple, about)
+
+        return rows, _with_poles(mounted, resonances, forces)
+
+    kept, resonances = of_orders(slice(law.retained))
     beyond, _ = of_orders(slice(law.retained, None))
+
+    def rows(readout: Readout) -> KeptRows:
+        return KeptRows(kept(readout), beyond(readout), TAIL, law.order[law.retained :])
+
     step, order = TURN / cycle_angle(scene.case.machine), law.order[: law.retained]
     return RunUpSetup(
-        rows=with_left_out(rows, beyond, TAIL),
+        rows=with_left_out(*rows(mounted.readout)[:3]),
         harmonics=np.arange(1, law.retained + 1),
         step=step,
         resonances=resonances._replace(
@@ -287,6 +308,7 @@ def _setup(
         row_of=np.arange(mounted.shows.shape[1]),
         lever_rows=0,
         idle=lambda first, last: idle_warnings(resonances, order, first, last),
+        of_body=of_body(rows, mounted.freedoms, mounted.shapes),
     )
 
 
