@@ -80,7 +80,13 @@ def boundaries_of(severity: VibrationSeverity | None) -> dict[str, FloatArray]:
 def points_problems(case: Case) -> list[Problem]:
     """Problems of what the points need, and of names that two readings share."""
     if not case.point:
-        return []
+        return [
+            Problem(
+                path=("vibration_severity",),
+                message="[vibration_severity] is of the vibration at points, and there are none",
+                allowed="[[point]] with name and position",
+            )
+        ]
     machine = case.machine
     if machine.body is None or machine.mounts is None:
         return [

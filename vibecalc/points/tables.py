@@ -20,7 +20,6 @@ from vibecalc.core.case.rules import (
     pair_ordered,
     refuse,
     same_length,
-    wants,
 )
 
 # ----------------------------------------------------------------------------
@@ -123,7 +122,6 @@ class VibrationSeverity(Table):
         None, description="r.m.s. values between the same zones"
     )
     RULES = (
-        wants("point", allowed="[[point]] with name and position"),
         at_most_one("grades", _QUANTITIES),
         pair_ordered("band", equal=False),
         *(ascending(key) for key in ("grades", *_QUANTITIES.split())),
@@ -133,6 +131,7 @@ class VibrationSeverity(Table):
             "no such severity grade",
             _unknown_grade,
             ", ".join(f"{one:g}" for one in GRADES),
+            found="{grades}",
             hint="other boundaries are velocity, displacement and acceleration, r.m.s.",
         ),
         refuse(
