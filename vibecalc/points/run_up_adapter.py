@@ -24,7 +24,7 @@ def run_points_run_up(scene: Scene) -> None:
         "run-up at points",
         "docs/theory.md, quasi-steady run-up",
     )
-    found = [_passed(part, readings, band) for part in sections(scene)]
+    found = [passed(part, readings, band) for part in sections(scene)]
     peaks = joined([peak for peak, _ in found])
     if peaks.unresolved:
         scene.warn(
@@ -39,23 +39,28 @@ def run_points_run_up(scene: Scene) -> None:
     _emit(scene, readings, "rms", speed[new], curve, highest_of([one.peak for one in levels]))
 
 
-def _passed(
-    part: RunUpSection, readings: Readings, band: tuple[float, float]
-) -> tuple[RunUp, RmsRunUp]:
-    """Peaks over the cycle and r.m.s. values of one part of the run-up."""
+def band_rows(part: RunUpSection, readings: Readings, band: tuple[float, float]) -> BandRows:
+    """Displacements, velocities and accelerations over crank speed, with the band."""
     setup, of_body = part.setup, part.setup.of_body
     row = (readings.row @ of_body.motion)[:, None, :]
     rounding = 8.0 * UNIT_ROUNDOFF
     kept = of_body.rows(Readout(row.astype(complex), np.zeros(row.shape), rounding))
     order = setup.harmonics * setup.step
     rows, beyond = with_rates(kept.rows, order), with_rates(kept.left_out, kept.beyond)
-    size = np.abs(readings.row @ of_body.modes).T
+    return BandRows(rows, beyond, order, kept.beyond, kept.factor, band)
+
+
+def passed(
+    part: RunUpSection, readings: Readings, band: tuple[float, float]
+) -> tuple[RunUp, RmsRunUp]:
+    """Peaks over the cycle and r.m.s. values of one part of the run-up."""
+    setup, counted = part.setup, band_rows(part, readings, band)
+    size = np.abs(readings.row @ setup.of_body.modes).T
     shows = np.tile(size > 1e-12 * size.max(), 3)
     peaks = run_up(
-        with_left_out(rows, beyond, kept.factor),
+        with_left_out(counted.rows, counted.left_out, counted.factor),
         setup.harmonics, setup.resonances, part.start, part.stop, shows,
     )  # fmt: skip
-    counted = BandRows(rows, beyond, order, kept.beyond, kept.factor, band)
     masked = peaks.masked._replace(order=peaks.masked.order * setup.step)
     return peaks, rms_run_up(counted, peaks.speed, masked, shows, part.start, part.stop)
 

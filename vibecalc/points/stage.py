@@ -50,6 +50,7 @@ def plan_points(case: "Case") -> Iterator[Stage]:
         is_last=True,
         harmonics=_orders,
         work=_work,
+        topics=("vibecalc.points.accuracy:points_topics",),
         leading=Leading(MOUNT_KEYS, most=1024),
     )
     if case.isolation is None or case.isolation.run_up is None:
@@ -66,6 +67,7 @@ def plan_points(case: "Case") -> Iterator[Stage]:
         is_last=True,
         harmonics=orders_of_run_up,
         work=_work_of_run_up,
+        topics=("vibecalc.points.accuracy:points_run_up_topics",),
     )
 
 
