@@ -28,14 +28,14 @@ def test_the_plain_case_is_fine() -> None:
 
 
 def test_a_reading_and_an_order_that_are_not_there_are_refused() -> None:
-    wrong = {"reading": "governer x"}
+    wrong = {"sensor": "governer x"}
     data = with_keys(GENSET, '{"limit[0].where": ' + json.dumps(wrong) + "}")
     data["reference"] = [
-        {"quantity": "points/velocity", "where": {"reading": "base", "order": 0.25}, "value": 1.0,
+        {"quantity": "points/velocity", "where": {"sensor": "base", "order": 0.25}, "value": 1.0,
          "source": "none"}
     ]  # fmt: skip
     order, reading = check_targets(validate(data))
-    assert "there is no reading named 'governer x'" in reading.message
+    assert "there is no sensor named 'governer x'" in reading.message
     assert "governor x" in reading.hint and reading.path == ("limit", 0, "where")
     assert "asks for an order that points/velocity lacks" in order.message
     assert order.allowed == "0.5 to 16"

@@ -21,7 +21,7 @@ def run_points(scene: Scene) -> None:
     frequency = given.order * np.asarray(speed)[..., None]
     found = signals(given.motion, readings.row, frequency)
     counts = in_band(frequency, band_of(case))[..., None, :]
-    axes = {"reading": readings.names, "order": given.order[:used]}
+    axes = {"sensor": readings.names, "order": given.order[:used]}
     values = {}
     for name, harmonics in zip(QUANTITIES, found, strict=True):
         kept = harmonics[..., :used]

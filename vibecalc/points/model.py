@@ -111,7 +111,7 @@ def points_problems(case: Case) -> list[Problem]:
                 return [
                     Problem(
                         path=("point", number, "name"),
-                        message="two readings have one name",
+                        message="two sensors have one name",
                         found=repr(name),
                         allowed="names of points that do not end in the axis of another one",
                         also=("point", taken[name], "name"),

@@ -62,7 +62,7 @@ def _outside(plot: Plot) -> None:
 
 
 def _spectra(result: Result) -> list[Panel]:
-    found = having(result.record, f"{ROOT}/velocity", "reading", "order")
+    found = having(result.record, f"{ROOT}/velocity", "sensor", "order")
     if found is None:
         return []
     size = np.sqrt(np.square(np.abs(found.values)).sum(axis=1))

@@ -29,7 +29,7 @@ from vibecalc.units import convert
 
 def zone_words(record: Record, place: int) -> str:
     """`zone C` of a reading, or nothing where the case has no zones."""
-    zone, count = having(record, ZONE, "reading"), _boundaries(record)
+    zone, count = having(record, ZONE, "sensor"), _boundaries(record)
     return f"zone {zone_names(count)[int(zone.values[place])]}" if zone is not None else ""
 
 
@@ -80,7 +80,7 @@ def _severity_words(result: Result) -> list[str]:
     number = grade_number(worst)
     named = f"grade {GRADES[number]:g}" if number < len(GRADES) else "beyond all grades"
     return lines + paragraph(
-        f"Severity of the worst reading: {named} of {GRADED} (informative): "
+        f"Severity at the worst sensor: {named} of {GRADED} (informative): "
         f"{show(convert(worst, 'm/s', 'mm/s'))} mm/s between 10 and 250 Hz, or the displacement "
         "below and the acceleration above that go with it."
     )
@@ -94,7 +94,7 @@ _SHORT = {"displacement": "s", "velocity": "v", "acceleration": "a"}
 
 
 def _cells(record: Record, path: str, factor: float) -> list[str]:
-    found = having(record, path, "reading")
+    found = having(record, path, "sensor")
     if found is None:
         return []
     error = found.error_estimate * factor
@@ -103,7 +103,7 @@ def _cells(record: Record, path: str, factor: float) -> list[str]:
 
 def _at_speed(result: Result) -> tuple[list[str], set[str]]:
     record = result.record
-    columns, cells, paths = [Column("reading", 22)], [], set()
+    columns, cells, paths = [Column("sensor", 22)], [], set()
     for name, (si, read) in UNITS.items():
         for kind, words in (("peak", "peak"), ("rms", "r.m.s.")):
             path = f"{ROOT}/{name}_{kind}"
@@ -112,7 +112,7 @@ def _at_speed(result: Result) -> tuple[list[str], set[str]]:
                 columns.append(number(f"{_SHORT[name]} {words}\n{read}", 10))
                 cells.append(found)
                 paths.add(path)
-    zone = having(record, ZONE, "reading")
+    zone = having(record, ZONE, "sensor")
     if zone is not None:
         columns.append(Column("zone", 5))
         cells.append([zone_words(record, i).removeprefix("zone ") for i in range(zone.values.size)])
@@ -163,7 +163,7 @@ def _counted(result: Result, found: Quantity) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _by_order(result: Result) -> list[str]:
-    found = having(result.record, f"{ROOT}/velocity", "reading", "order")
+    found = having(result.record, f"{ROOT}/velocity", "sensor", "order")
     if found is None:
         return []
     size = magnitudes(found)
@@ -173,7 +173,7 @@ def _by_order(result: Result) -> list[str]:
     cells = [[f"{one:g}" for one in order], [show(one * hertz(speed_of(result) or 0.0), digits=4)
                                              for one in order]]  # fmt: skip
     for name, (si, read) in UNITS.items():
-        one = having(result.record, f"{ROOT}/{name}", "reading", "order")
+        one = having(result.record, f"{ROOT}/{name}", "sensor", "order")
         if one is not None:
             factor = convert(1.0, si, read)
             columns.append(number(f"{name} {read}", 22))
@@ -191,9 +191,9 @@ def points(result: Result) -> Section | None:
     record = result.record
     table_lines, shown = _at_speed(result)
     up_lines, up_shown = _in_run_up(record)
-    velocity = having(record, f"{ROOT}/velocity", "reading", "order")
+    velocity = having(record, f"{ROOT}/velocity", "sensor", "order")
     words = paragraph(
-        f"Displacement s, velocity v and acceleration a along each reading; peak over the cycle of "
+        f"Displacement s, velocity v and acceleration a along each sensor; peak over the cycle of "
         f"all orders, r.m.s. of those from {band_words(result)}."
     )
     if not table_lines and not up_lines:

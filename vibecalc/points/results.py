@@ -11,18 +11,18 @@ UNITS = {
     "acceleration": ("m/s^2", "m/s^2"),
 }
 AXES = {
-    "reading": ("", "reading"),
+    "sensor": ("", "sensor"),
     "zone_limit": ("", "between zones, from the best on"),
 }
 ENTRIES = (
     *(
-        entry(f"{ROOT}/{name}", "reading order", si, f"{name} at a point, by order", PEAK)
+        entry(f"{ROOT}/{name}", "sensor order", si, f"{name} at a point, by order", PEAK)
         for name, (si, _) in UNITS.items()
     ),
     *(
         entry(
             f"{ROOT}/{name}_peak",
-            "reading",
+            "sensor",
             si,
             f"largest {name} over the cycle, all orders",
             PEAK,
@@ -33,7 +33,7 @@ ENTRIES = (
     *(
         entry(
             f"{ROOT}/{name}_rms",
-            "reading",
+            "sensor",
             si,
             f"{name} of the orders in the band",
             RMS,
@@ -49,7 +49,7 @@ ENTRIES = (
     *(
         entry(
             f"{RUN_UP}/{name}_{kind}",
-            "reading speed",
+            "sensor speed",
             si,
             f"{'largest ' * (kind == 'peak')}{name} at each speed",
             amplitude,
@@ -65,7 +65,7 @@ ENTRIES = (
         for one in (
             entry(
                 f"{RUN_UP}/{name}_{kind}_largest",
-                "reading",
+                "sensor",
                 si,
                 f"largest of the run-up of {name}, {words}",
                 amplitude,
@@ -79,21 +79,21 @@ ENTRIES = (
                 else None,
             ),
             entry(
-                f"{RUN_UP}/{name}_{kind}_largest_speed", "reading", "rad/s",
+                f"{RUN_UP}/{name}_{kind}_largest_speed", "sensor", "rad/s",
                 "crank speed of the largest",
             ),
         )
     ),
     entry(
         SEVERITY,
-        "reading",
+        "sensor",
         "m/s",
         "velocity whose grade displacement, velocity and acceleration all keep (10 and 250 Hz)",
         RMS,
         name="severity",
     ),
     entry(
-        ZONE, "reading", "", "boundaries of zones exceeded by one of the three: 0 in the best zone"
+        ZONE, "sensor", "", "boundaries of zones exceeded by one of the three: 0 in the best zone"
     ),
     *(
         entry(f"{BOUNDARY}/{name}", "zone_limit", si, f"{name} between two zones", RMS)

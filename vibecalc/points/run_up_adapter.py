@@ -68,7 +68,7 @@ def passed(
 def _emit(
     scene: Scene, readings: Readings, kind: str, speed: FloatArray, curve: Bounded, top: RunUpPeak
 ) -> None:
-    axes = {"reading": readings.names, "speed": speed}
+    axes = {"sensor": readings.names, "speed": speed}
     count = len(readings.names)
     for number, name in enumerate(QUANTITIES):
         own = slice(number * count, (number + 1) * count)

@@ -8,7 +8,7 @@ from vibecalc.numerics.bounded import Bounded, maximum
 from vibecalc.numerics.rounding import FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
-# Grades of reciprocating machines (ISO 10816-6:1995, annex A; measured as ISO 20816-1 says).
+# Grades of reciprocating machines (ISO 10816-6:1995).
 #
 # A grade is one r.m.s. velocity between 10 and 250 Hz, one displacement below and one acceleration
 # above, so that the three meet at these two frequencies. Grades go in steps of 10^(1/5) from

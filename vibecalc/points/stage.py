@@ -100,7 +100,7 @@ def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
         return {}
     from vibecalc.points.model import readings_of
 
-    return {"reading": readings_of(case).names}
+    return {"sensor": readings_of(case).names}
 
 
 def _entries(case: "Case", path: str, axis: str) -> Entries | None:

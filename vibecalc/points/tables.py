@@ -67,10 +67,10 @@ class MeasuringPoint(Table):
     name: Name = Field(description="label used in tables and in `where`")
     position: Point = Field(description="from the body's reference point")
     direction: Vector | None = Field(
-        None, description="of the one reading that is taken, of any length; default: x, y and z"
+        None, description="of the one sensor there, of any length; default: three along x, y and z"
     )
     axes: tuple[Vector, Vector, Vector] | None = Field(
-        None, description="of three readings 1, 2 and 3, square to each other; default: x, y and z"
+        None, description="of three sensors 1, 2 and 3, square to each other; default: x, y and z"
     )
     RULES = (
         at_most_one("direction", "axes"),
@@ -79,7 +79,7 @@ class MeasuringPoint(Table):
             "axes",
             "the axes of a point stand square to each other, each of them of some length",
             _skew,
-            "[[1, 0, 0], [0, 1, 0], [0, 0, 1]], e.g., or a direction for one reading alone",
+            "[[1, 0, 0], [0, 1, 0], [0, 0, 1]], e.g., or a direction for one sensor alone",
         ),
     )
 
