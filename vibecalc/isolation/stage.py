@@ -37,7 +37,7 @@ def plan_torque_reaction(case: "Case") -> Iterator[Stage]:
         orders=ORDERS,
         cost=f"one solve per order at {case.machine.speed:.6g} rad/s",
         quantities=below("isolation/torque_reaction/"),
-        is_last=not case.point,
+        is_last=True,
         harmonics=orders_of_reaction,
         work=_work_of_reaction,
         topics=("vibecalc.isolation.accuracy:torque_reaction_topics",),

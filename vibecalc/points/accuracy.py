@@ -9,17 +9,17 @@ from vibecalc.isolation.adapters.common import KeptRows
 from vibecalc.isolation.adapters.run_up import sections
 from vibecalc.isolation.rows import Jet, Readout
 from vibecalc.numerics.rounding import FloatArray
+from vibecalc.points.adapter import motion_of_body
 from vibecalc.points.model import band_of, readings_of
 from vibecalc.points.readings import signals
 from vibecalc.points.results import ROOT, RUN_UP
 from vibecalc.points.rms_over_speed import rms_at
 from vibecalc.points.run_up_adapter import band_rows, passed
-from vibecalc.response.forced import MotionByOrder
 
 
 def points_topics(scene: Scene) -> list[Topic]:
     """The largest velocity of a reading over the cycle; none at rest."""
-    given: MotionByOrder = scene.handed_on["motion_by_order"]
+    given = motion_of_body(scene)
     readings, speed, kept = readings_of(scene.case), scene.case.machine.speed, given.retained
     peaks = scene.record[f"{ROOT}/velocity_peak"].values
     worst = int(np.argmax(peaks))

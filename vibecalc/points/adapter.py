@@ -6,6 +6,7 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.inertia_forces import size_of_terms
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak
+from vibecalc.parts.firing import torque_reaches_mounts
 from vibecalc.points.model import QUANTITIES, band_of, boundaries_of, readings_of
 from vibecalc.points.readings import Signals, in_band, rms, signals
 from vibecalc.points.results import BOUNDARY, ROOT, SEVERITY, ZONE
@@ -16,7 +17,7 @@ from vibecalc.response.forced import MotionByOrder
 def run_points(scene: Scene) -> None:
     """Emit readings by order, their peaks over the cycle, r.m.s. in the band, and the severity."""
     case, readings = scene.case, readings_of(scene.case)
-    given: MotionByOrder = scene.handed_on["motion_by_order"]
+    given = motion_of_body(scene)
     speed, used = case.machine.speed, given.retained
     frequency = given.order * np.asarray(speed)[..., None]
     found = signals(given.motion, readings.row, frequency)
@@ -51,6 +52,16 @@ def run_points(scene: Scene) -> None:
     for name, between in boundaries.items():
         numbers = {"zone_limit": np.arange(1, len(between) + 1)}
         scene.emit(f"{BOUNDARY}/{name}", between, 0.0, numbers)
+
+
+def motion_of_body(scene: Scene) -> MotionByOrder:
+    """Motion of the body at its speed by all that drives it."""
+    if torque_reaches_mounts(scene.case):
+        from vibecalc.isolation.adapters.torque_reaction import motion_with_torque
+
+        return motion_with_torque(scene)
+    given: MotionByOrder = scene.handed_on["motion_by_order"]
+    return given
 
 
 def _peaks(harmonics: Bounded, given: MotionByOrder) -> Bounded:

@@ -51,7 +51,7 @@ def plan_points(case: "Case") -> Iterator[Stage]:
         harmonics=_orders,
         work=_work,
         topics=("vibecalc.points.accuracy:points_topics",),
-        leading=Leading(MOUNT_KEYS, most=1024),
+        leading=None if torque else Leading(MOUNT_KEYS, most=1024),
     )
     if case.isolation is None or case.isolation.run_up is None:
         return

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -74,21 +75,61 @@ from vibecalc.response.resonances import left_out as undriven_pairs
 CLOSE = 0.1
 
 
+class Driven(NamedTuple):
+    """A body on its mounts with all that drives it: six motions, and the model's `freedoms` (f,).
+
+    `matrices` and `shapes` are of these; `shaking` (n, 6) of the orders 1 .. n, `loads` (m, f) with
+    the couples of the torque.
+    """
+
+    freedoms: np.ndarray
+    whole: Matrices
+    matrices: Matrices
+    shapes: Modes
+    couples: Couples
+    shaking: Bounded
+    loads: Bounded
+
+
+def driven_body(scene: Scene) -> Driven:
+    """The machine of a case under the torque of its cylinders with what shakes it, at its speed."""
+    forcing: Forcing = scene.handed_on["forcing"]
+    body, mounts = scene.parts.body, scene.parts.mounts
+    if body is None or mounts is None:
+        raise ValueError("isolation needs a body and mounts")
+    axis = scene.parts.crank_train.axis
+    whole = assemble(
+        body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
+    )
+    freedoms = dofs_of_model(isolation_of(scene).model, scene.case.machine.crank_train.axis)
+    matrices, whole = restricted(whole, freedoms), held(whole, freedoms)
+    shapes = damped_basis(matrices, modes(matrices))
+    couples = couples_of(scene, forcing.retained)
+    driven = at_speed(forcing.per_speed_squared, scene.case.machine.speed)
+    shaking = Bounded(
+        np.concatenate([driven.force, driven.couple], axis=-1),
+        np.concatenate([driven.force_error, driven.couple_error], axis=-1),
+    )
+    loads = _of(with_shaking(couples.added, couples.order, axis, shaking), freedoms)
+    return Driven(freedoms, whole, matrices, shapes, couples, shaking, loads)
+
+
+def motion_with_torque(scene: Scene) -> MotionByOrder:
+    """Motion of the body by all that drives it, for those who read it at other places."""
+    driven = driven_body(scene)
+    couples = driven.couples
+    few, _ = _motion(scene, driven.matrices, driven.shapes, driven.loads, couples.order)
+    return MotionByOrder(couples.order, couples.retained, TAIL, _six(few, driven.freedoms))
+
+
 def run_torque_reaction(scene: Scene) -> None:
     """Emit couple, motion, forces and loads of the supports, and how near orders come to modes."""
-    forcing: Forcing = scene.handed_on["forcing"]
     body, mounts = scene.parts.body, scene.parts.mounts
     if body is None or mounts is None:
         raise ValueError("isolation needs a body and mounts")
     options, speed = isolation_of(scene), scene.case.machine.speed
     axis = scene.parts.crank_train.axis
-    whole = assemble(
-        body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
-    )
-    freedoms = dofs_of_model(options.model, scene.case.machine.crank_train.axis)
-    matrices, whole = restricted(whole, freedoms), held(whole, freedoms)
-    shapes = damped_basis(matrices, modes(matrices))
-    couples = couples_of(scene, forcing.retained)
+    freedoms, whole, matrices, shapes, couples, shaking, loads = driven_body(scene)
     scene.cite(
         "torque reaction of the cylinders with the shaking of the crank train, order by order",
         f"{scene.case.machine.kind} on its mounts",
@@ -103,15 +144,8 @@ def run_torque_reaction(scene: Scene) -> None:
     )
     scene.emit(f"{TORQUE_REACTION_ROOT}/mean_couple", couples.mean.value, couples.mean.error)
 
-    driven = at_speed(forcing.per_speed_squared, speed)
-    shaking = Bounded(
-        np.concatenate([driven.force, driven.couple], axis=-1),
-        np.concatenate([driven.force_error, driven.couple_error], axis=-1),
-    )
-    loads = _of(with_shaking(couples.added, order, axis, shaking), freedoms)
     few, resonances = _motion(scene, matrices, shapes, loads, order)
     motion = _six(few, freedoms)
-    scene.handed_on["motion_by_order"] = MotionByOrder(order, used, TAIL, motion)
     _emit_nearest(scene, shapes, resonances, loads, couples)
     _emit_motion(scene, motion, axis, couples)
     at_mounts = displacement(motion, mounts.position)
