@@ -107,6 +107,15 @@ CHANGES: dict[str, dict[str, Any]] = {
         "isolation.run_up": None,
         "foundation": {"mass": 400.0, "stiffness": 2e6, "damping": 300.0, "loss_factor": 0.03},
     },
+    "points": {
+        "isolation": {"model": "rigid_body"},
+        "machine.mounts.each": {"stiffness": [1e4, 2e4, 5e4], "loss_factor": 0.04},
+        "point": [
+            {"name": "bearing", "position": [0.3, 0.0, -0.1]},
+            {"name": "cover", "position": [0.0, 0.1, 0.4], "direction": [0.0, 1.0, 2.0]},
+        ],
+        "vibration_severity": {"grades": [4.5, 18.0]},
+    },
     "own masses": {
         "kinematics": {"series": "truncated", "terms": 3},
         "machine.crank_train.reciprocating_mass": 0.7,

@@ -298,6 +298,8 @@ PARTS_OF_KIND: dict[str, PartsOfKind] = {
             ("excitation",),
             ("isolation",),
             ("foundation",),
+            ("point",),
+            ("vibration_severity",),
         ),
         instead="shaft_line with excitations, [response.torsion]",
         hints={

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from vibecalc.kinematics.tables import Kinematics
     from vibecalc.measurement.tables import Measurement
     from vibecalc.parts.motor_tables import Joints, Motor
+    from vibecalc.points.tables import Points, VibrationSeverity
     from vibecalc.response.tables import Response
     from vibecalc.roll.tables import Friction, Rotor, Shell
     from vibecalc.torsion.shaft_line_tables import ShaftLine
@@ -64,6 +65,7 @@ else:
                 "vibecalc.kinematics.tables": "Kinematics",
                 "vibecalc.measurement.tables": "Measurement",
                 "vibecalc.parts.motor_tables": "Joints Motor",
+                "vibecalc.points.tables": "Points VibrationSeverity",
                 "vibecalc.response.tables": "Response",
                 "vibecalc.roll.tables": "Friction Rotor Shell",
                 "vibecalc.torsion.shaft_line_tables": "ShaftLine",
@@ -163,6 +165,10 @@ class Case(Table):
     response: Response | None = Field(None, description="motion of the body, energies, impacts")
     isolation: Isolation | None = Field(None, description="the body on its mounts")
     foundation: Foundation | None = Field(None, description="what the mounts stand on, if it moves")
+    point: Points = Field((), description="places on the body where vibration is measured")
+    vibration_severity: VibrationSeverity | None = Field(
+        None, description="band and zones for the vibration at the points"
+    )
     measurement: Measurement | None = Field(None, description="readings on a rigid plate")
     tuning: Tuning | None = Field(None, description="the best spring and damper of an absorber")
     damper_design: DamperDesign | None = Field(None, description="the best damper of an engine")
@@ -175,4 +181,4 @@ class Case(Table):
         (), description="published numbers in tables"
     )
     limit: tuple[Limit, ...] = Field((), description="bounds that results have to keep")
-    RULES = (unique("find", "searches"), _limits)
+    RULES = (unique("find", "searches"), unique("point", "points"), _limits)

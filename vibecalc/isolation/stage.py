@@ -38,7 +38,7 @@ def plan_torque_reaction(case: "Case") -> Iterator[Stage]:
         cost=f"one solve per order at {case.machine.speed:.6g} rad/s",
         quantities=below("isolation/torque_reaction/"),
         is_last=True,
-        harmonics=_orders_of_reaction,
+        harmonics=orders_of_reaction,
         work=_work_of_reaction,
         topics=("vibecalc.isolation.accuracy:torque_reaction_topics",),
     )
@@ -98,7 +98,7 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
             if "run_up" in path or "masked" in path
         ),
         is_last=True,
-        harmonics=_orders_of_run_up,
+        harmonics=orders_of_run_up,
         work=_work_of_run_up,
         topics=("vibecalc.isolation.accuracy:run_up_topics",),
     )
@@ -112,11 +112,11 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
 _RUN_UP = 300
 
 
-def _orders_of_run_up(case: "Case") -> Harmonics:
-    return (_orders_of_reaction if torque_reaches_mounts(case) else orders_of_motion)(case)
+def orders_of_run_up(case: "Case") -> Harmonics:
+    return (orders_of_reaction if torque_reaches_mounts(case) else orders_of_motion)(case)
 
 
-def _orders_of_reaction(case: "Case") -> Harmonics:
+def orders_of_reaction(case: "Case") -> Harmonics:
     """Half orders of a torque reaction; as many again are solved for the error."""
     step = TURN / cycle_angle(case.machine)
     torsion = None if case.response is None else case.response.torsion

@@ -102,6 +102,20 @@ def response(system: Dynamics, force: np.ndarray, force_error: np.ndarray) -> Bo
     return Bounded(value[..., 0], (error + 4.0 * UNIT_ROUNDOFF * size)[..., 0])
 
 
+class MotionByOrder(NamedTuple):
+    """Motion of a body at its speed, handed on to those who read it at other places.
+
+    `motion` (..., m, 6) are complex amplitudes about the reference point at the orders `order`
+    (m,) of the crank speed. The first `retained` are results; what follows stands, `tail` (...)
+    times, for all that is left out.
+    """
+
+    order: np.ndarray
+    retained: int
+    tail: np.ndarray | float
+    motion: Bounded
+
+
 # ----------------------------------------------------------------------------
 # Forced response as a sum of modes.
 # ----------------------------------------------------------------------------

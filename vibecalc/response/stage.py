@@ -56,7 +56,7 @@ def _motion(case: "Case") -> Stage:
         orders=orders_words(case),
         cost=f"one solve per order at {case.machine.speed:.6g} rad/s",
         quantities=quantities,
-        is_last=True,
+        is_last=not case.point or case.isolation is not None,
         harmonics=orders_of_motion,
         work=_work_of_response,
         topics=("vibecalc.response.accuracy:response_topics",),

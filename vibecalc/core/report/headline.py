@@ -11,6 +11,7 @@ from vibecalc.core.report.studies import bound_units
 from vibecalc.core.report.verdicts import LimitRow
 from vibecalc.core.report.writing import Column, decibels, number, read, rpm, show
 from vibecalc.core.results.catalogue import HEADLINES, OWNER
+from vibecalc.core.results.named import named
 from vibecalc.core.results.record import Headline, Quantity, Record, Result
 from vibecalc.core.results.tolerance import UNRESOLVED
 from vibecalc.core.run.stage import subjects
@@ -168,6 +169,7 @@ def _rows(record: Record, quantity: Quantity, one: Headline) -> Iterator[Answer]
         chosen = range(top, top + 1)
     for at in chosen:
         value, words = float(flat[at]), _entry(quantity, places[at])
+        words += filter(None, [named(one.words)(record, at)] if one.words else [])
         zero = quantity.unit != "dB" and quantity.estimate.is_zero(value)
         speed = record.quantities.get(one.at)
         if speed is not None and speed.values.shape == quantity.values.shape:

@@ -33,7 +33,8 @@ class Headline(NamedTuple):
     the `first` one, the first and the last of many (`ends`), or the lowest three above zero
     (`elastic`). `at` is the path of the speeds,
     or ratios of frequencies, at which the entries are met. Where there is a quantity at `unless`,
-    that says it better.
+    that says it better. `words` names a function (record, place among the entries), as
+    `package.module:function`, whose words stand behind the entry.
     """
 
     name: str
@@ -41,6 +42,7 @@ class Headline(NamedTuple):
     pick: str = "largest"
     at: str = ""
     unless: str = ""
+    words: str = ""
 
 
 #: why a result is not held to `[accuracy] rtol`

@@ -9,7 +9,7 @@ from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import CyclePeak, Forcing, left_out
 from vibecalc.excitation.inertia_forces import size_of_terms
-from vibecalc.isolation.rows import HarmonicsAt
+from vibecalc.isolation.rows import HarmonicsAt, Readout
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.response.resonances import Resonances
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 OF_RUN_UP = tuple(
     path
     for path in CATALOGUE
-    if path.startswith("isolation/")
+    if path.startswith(("isolation/", "points/"))
     and any(word in path for word in ("run_up", "masked", "torque_reaction"))
 )
 LARGEST = "isolation/support_force/steady_peak"
@@ -29,6 +29,30 @@ HEIGHTS = (
     "isolation/support_displacement/vertical_peak",
     "isolation/support_displacement/excursion",
 )
+
+
+class KeptRows(NamedTuple):
+    """Rows of the orders kept, and those of some orders left out, `factor` times for all of them.
+
+    `beyond` (n,) are the orders left out.
+    """
+
+    rows: HarmonicsAt
+    left_out: HarmonicsAt
+    factor: float
+    beyond: np.ndarray
+
+
+class OfBody(NamedTuple):
+    """How other readings of the body in its run-up are had.
+
+    `rows` makes those of any readout of its coordinates (f,). `motion` (6, f) takes these to the
+    motion of the reference point, and `modes` (6, modes) are its motions in the modes.
+    """
+
+    rows: Callable[[Readout], KeptRows]
+    motion: np.ndarray
+    modes: np.ndarray
 
 
 class RunUpSetup(NamedTuple):
@@ -48,6 +72,7 @@ class RunUpSetup(NamedTuple):
     row_of: np.ndarray
     lever_rows: int
     idle: Callable[[float, float], tuple[str, ...]]
+    of_body: OfBody
 
 
 class RunUpSection(NamedTuple):

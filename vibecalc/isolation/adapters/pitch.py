@@ -19,6 +19,8 @@ from vibecalc.isolation.adapters.common import (
     HEIGHTS,
     LARGEST,
     OF_RUN_UP,
+    KeptRows,
+    OfBody,
     RunUpSetup,
     emit_heights,
     emit_static,
@@ -27,9 +29,10 @@ from vibecalc.isolation.adapters.common import (
 )
 from vibecalc.isolation.model import PitchParts, pitch_parts
 from vibecalc.isolation.pitch import pitch_resonances, pitch_static
-from vibecalc.isolation.rows import distinct, pitch_readout, pitch_rows, with_left_out
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.isolation.rows import Readout, distinct, pitch_readout, pitch_rows, with_left_out
+from vibecalc.numerics.bounded import Bounded, reshaped
 from vibecalc.numerics.rounding import EPSILON
+from vibecalc.response.forced import MotionByOrder
 from vibecalc.response.resonances import check_operating_point, idle_warnings, left_out
 
 LEVER, RIGID = "isolation/lever_force", "isolation/support_force/rigid_peak"
@@ -68,6 +71,11 @@ def run_isolation_pitch(scene: Scene) -> None:
     frequency = forcing.orders * np.asarray(speed)[..., None]
     torque = couple * np.square(speed)[..., None]
     angle = model.angle_harmonics(pitch, torque, frequency, undriven)
+    if scene.case.point:
+        turned = reshaped(angle, lambda one: one[..., None]) * of_pitch(parts)[..., None, :]
+        scene.handed_on["motion_by_order"] = MotionByOrder(
+            forcing.orders, used, forcing.tail, turned
+        )
     axes = {"order": forcing.orders[:used]}
     if scene.wants("isolation/pitch/transmissibility"):
         passing = model.transmissibility(pitch, frequency[..., :used])
@@ -115,12 +123,18 @@ def _hand_on_run_up(
     )
     few, few_tail = few_orders(forcing)
     in_run_up = pitch_resonances(pitch, couple[:used])
-    scene.handed_on["run_up"] = RunUpSetup(
-        rows=with_left_out(
+
+    def rows(readout: Readout) -> KeptRows:
+        return KeptRows(
             pitch_rows(pitch, readout, forcing.orders[:used], couple[:used], undriven[:used]),
             pitch_rows(pitch, readout, forcing.orders[few], couple[few], undriven[few]),
             few_tail,
-        ),
+            forcing.orders[few],
+        )
+
+    of_angle = of_pitch(parts)[:, None]
+    scene.handed_on["run_up"] = RunUpSetup(
+        rows=with_left_out(*rows(readout)[:3]),
         harmonics=forcing.orders[:used],
         step=1,
         resonances=in_run_up,
@@ -128,7 +142,14 @@ def _hand_on_run_up(
         row_of=row_of,
         lever_rows=1,
         idle=lambda low, high: idle_warnings(in_run_up, forcing.orders[:used], low, high),
+        of_body=OfBody(rows, of_angle, of_angle),
     )
+
+
+def of_pitch(parts: PitchParts) -> np.ndarray:
+    """Motion (..., 6) of the reference point for a unit angle about the mass centre."""
+    across = np.broadcast_to(parts.across, parts.centre.shape)
+    return np.concatenate([-np.cross(across, parts.centre), across], axis=-1)
 
 
 def _emit_model(scene: Scene, pitch: model.Pitch) -> None:

@@ -1,5 +1,6 @@
 """Adapter: the body on its mounts with six degrees of freedom, or those in the crank plane."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +12,8 @@ from vibecalc.isolation.adapters.common import (
     HEIGHTS,
     LARGEST,
     OF_RUN_UP,
+    KeptRows,
+    OfBody,
     RunUpSetup,
     emit_heights,
     emit_static,
@@ -34,7 +37,13 @@ from vibecalc.numerics.matrices import Matrices
 from vibecalc.parts.body import DIRECTIONS, RigidBody
 from vibecalc.parts.matrices import assemble, displacement_at
 from vibecalc.parts.mounts import Mounts
-from vibecalc.response.forced import UndrivenModes, dynamics, require_digits, response
+from vibecalc.response.forced import (
+    MotionByOrder,
+    UndrivenModes,
+    dynamics,
+    require_digits,
+    response,
+)
 from vibecalc.response.modal_damping import (
     body_resonances,
     damped_basis,
@@ -98,6 +107,9 @@ def run_isolation_rigid_body(scene: Scene) -> None:
     motion = response(system, driven.value, driven.error)
     require_digits(matrices, system, driven, motion, forcing.orders, speed)
     motion = Bounded(*(all_six(part, dofs) for part in motion))
+    scene.handed_on["motion_by_order"] = MotionByOrder(
+        forcing.orders, forcing.retained, forcing.tail, motion
+    )
     _emit_motion(scene, forcing, motion)
     at_mounts = displacement(motion, mounts.position)
     force = mount_force(at_mounts, frequency, mounts.stiffness, mounts.damping, mounts.structural)
@@ -195,12 +207,17 @@ def _hand_on_run_up(
     size = np.sqrt(np.square(stretch).sum(axis=1)).T
     shows = size > 1e-12 * size.max()
     scene.handed_on["mounted"] = MountedBody(freedoms, matrices, shapes, readout, shows)
-    scene.handed_on["run_up"] = RunUpSetup(
-        rows=with_left_out(
+
+    def rows(readout: Readout) -> KeptRows:
+        return KeptRows(
             body_rows(matrices, readout, orders[:used], first, left_alone),
             body_rows(matrices, readout, orders[few], higher, _undriven(beyond, shapes)),
             few_tail,
-        ),
+            orders[few],
+        )
+
+    scene.handed_on["run_up"] = RunUpSetup(
+        rows=with_left_out(*rows(readout)[:3]),
         harmonics=orders[:used],
         step=1,
         resonances=resonances,
@@ -208,4 +225,11 @@ def _hand_on_run_up(
         row_of=np.arange(len(mounts.names)),
         lever_rows=0,
         idle=lambda low, high: idle_warnings(resonances, orders[:used], low, high),
+        of_body=of_body(rows, freedoms, shapes),
     )
+
+
+def of_body(rows: Callable[[Readout], KeptRows], freedoms: np.ndarray, shapes: Modes) -> OfBody:
+    """What is read of a body that has some of its six motions, as a run-up hands it on."""
+    motion = np.eye(6)[:, freedoms]
+    return OfBody(rows, motion, motion @ shapes.shape)

@@ -1,14 +1,21 @@
 """Adapter: a machine on its mounts under the torque of its cylinders, steady or running up."""
 
+from collections.abc import Callable
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing
 from vibecalc.excitation.inertia_forces import as_loads, at_speed
-from vibecalc.isolation.adapters.common import RunUpSection, RunUpSetup, isolation_of
-from vibecalc.isolation.adapters.rigid_body import MountedBody
+from vibecalc.isolation.adapters.common import (
+    KeptRows,
+    RunUpSection,
+    RunUpSetup,
+    isolation_of,
+)
+from vibecalc.isolation.adapters.rigid_body import MountedBody, of_body
 from vibecalc.isolation.adapters.torque_couple import (
     Couples,
     Passing,
@@ -28,7 +35,7 @@ from vibecalc.isolation.rigid_body import (
     restricted,
     static_deflection,
 )
-from vibecalc.isolation.rows import CoupleAt, HarmonicsAt, body_rows, with_left_out
+from vibecalc.isolation.rows import CoupleAt, HarmonicsAt, Readout, body_rows, with_left_out
 from vibecalc.isolation.torque_reaction import (
     TAIL,
     couple_by_differences,
@@ -48,7 +55,13 @@ from vibecalc.parts.body import DIRECTIONS
 from vibecalc.parts.firing import TURN, cycle_angle, shakes_with_torque
 from vibecalc.parts.matrices import assemble
 from vibecalc.parts.mounts import Mounts
-from vibecalc.response.forced import UndrivenModes, dynamics, require_digits, response
+from vibecalc.response.forced import (
+    MotionByOrder,
+    UndrivenModes,
+    dynamics,
+    require_digits,
+    response,
+)
 from vibecalc.response.modal_damping import body_resonances, damped_basis, with_damped_poles
 from vibecalc.response.modes import Modes, modes
 from vibecalc.response.resonances import Resonances, check_operating_point, idle_warnings, left_out
@@ -62,21 +75,61 @@ from vibecalc.response.resonances import left_out as undriven_pairs
 CLOSE = 0.1
 
 
+class Driven(NamedTuple):
+    """A body on its mounts with all that drives it: six motions, and the model's `freedoms` (f,).
+
+    `matrices` and `shapes` are of these; `shaking` (n, 6) of the orders 1 .. n, `loads` (m, f) with
+    the couples of the torque.
+    """
+
+    freedoms: np.ndarray
+    whole: Matrices
+    matrices: Matrices
+    shapes: Modes
+    couples: Couples
+    shaking: Bounded
+    loads: Bounded
+
+
+def driven_body(scene: Scene) -> Driven:
+    """The machine of a case under the torque of its cylinders with what shakes it, at its speed."""
+    forcing: Forcing = scene.handed_on["forcing"]
+    body, mounts = scene.parts.body, scene.parts.mounts
+    if body is None or mounts is None:
+        raise ValueError("isolation needs a body and mounts")
+    axis = scene.parts.crank_train.axis
+    whole = assemble(
+        body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
+    )
+    freedoms = dofs_of_model(isolation_of(scene).model, scene.case.machine.crank_train.axis)
+    matrices, whole = restricted(whole, freedoms), held(whole, freedoms)
+    shapes = damped_basis(matrices, modes(matrices))
+    couples = couples_of(scene, forcing.retained)
+    driven = at_speed(forcing.per_speed_squared, scene.case.machine.speed)
+    shaking = Bounded(
+        np.concatenate([driven.force, driven.couple], axis=-1),
+        np.concatenate([driven.force_error, driven.couple_error], axis=-1),
+    )
+    loads = _of(with_shaking(couples.added, couples.order, axis, shaking), freedoms)
+    return Driven(freedoms, whole, matrices, shapes, couples, shaking, loads)
+
+
+def motion_with_torque(scene: Scene) -> MotionByOrder:
+    """Motion of the body by all that drives it, for those who read it at other places."""
+    driven = driven_body(scene)
+    couples = driven.couples
+    few, _ = _motion(scene, driven.matrices, driven.shapes, driven.loads, couples.order)
+    return MotionByOrder(couples.order, couples.retained, TAIL, _six(few, driven.freedoms))
+
+
 def run_torque_reaction(scene: Scene) -> None:
     """Emit couple, motion, forces and loads of the supports, and how near orders come to modes."""
-    forcing: Forcing = scene.handed_on["forcing"]
     body, mounts = scene.parts.body, scene.parts.mounts
     if body is None or mounts is None:
         raise ValueError("isolation needs a body and mounts")
     options, speed = isolation_of(scene), scene.case.machine.speed
     axis = scene.parts.crank_train.axis
-    whole = assemble(
-        body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
-    )
-    freedoms = dofs_of_model(options.model, scene.case.machine.crank_train.axis)
-    matrices, whole = restricted(whole, freedoms), held(whole, freedoms)
-    shapes = damped_basis(matrices, modes(matrices))
-    couples = couples_of(scene, forcing.retained)
+    freedoms, whole, matrices, shapes, couples, shaking, loads = driven_body(scene)
     scene.cite(
         "torque reaction of the cylinders with the shaking of the crank train, order by order",
         f"{scene.case.machine.kind} on its mounts",
@@ -91,12 +144,6 @@ def run_torque_reaction(scene: Scene) -> None:
     )
     scene.emit(f"{TORQUE_REACTION_ROOT}/mean_couple", couples.mean.value, couples.mean.error)
 
-    driven = at_speed(forcing.per_speed_squared, speed)
-    shaking = Bounded(
-        np.concatenate([driven.force, driven.couple], axis=-1),
-        np.concatenate([driven.force_error, driven.couple_error], axis=-1),
-    )
-    loads = _of(with_shaking(couples.added, order, axis, shaking), freedoms)
     few, resonances = _motion(scene, matrices, shapes, loads, order)
     motion = _six(few, freedoms)
     _emit_nearest(scene, shapes, resonances, loads, couples)
@@ -257,7 +304,7 @@ def _setup(
     shaking = with_shaking(none, law.order, axis, whole)
     about = np.concatenate([np.zeros(3), axis])[mounted.freedoms]
 
-    def of_orders(part: slice) -> tuple[HarmonicsAt, Resonances]:
+    def of_orders(part: slice) -> tuple[Callable[[Readout], HarmonicsAt], Resonances]:
         force = Bounded(*(each[part][:, mounted.freedoms] for each in shaking))
         couple = _couple(law, passing, ends, part)
         at_ends = couple(ends, errors=True)
@@ -266,14 +313,22 @@ def _setup(
         undriven = UndrivenModes(
             left_out(resonances), mounted.shapes.shape, mounted.shapes.eigenvalue
         )
-        given = (mounted.matrices, mounted.readout, law.order[part], force, undriven)
-        return body_rows(*given, couple, about), _with_poles(mounted, resonances, forces)
 
-    rows, resonances = of_orders(slice(law.retained))
+        def rows(readout: Readout) -> HarmonicsAt:
+            given = (mounted.matrices, readout, law.order[part], force, undriven)
+            return body_rows(*given, couple, about)
+
+        return rows, _with_poles(mounted, resonances, forces)
+
+    kept, resonances = of_orders(slice(law.retained))
     beyond, _ = of_orders(slice(law.retained, None))
+
+    def rows(readout: Readout) -> KeptRows:
+        return KeptRows(kept(readout), beyond(readout), TAIL, law.order[law.retained :])
+
     step, order = TURN / cycle_angle(scene.case.machine), law.order[: law.retained]
     return RunUpSetup(
-        rows=with_left_out(rows, beyond, TAIL),
+        rows=with_left_out(*rows(mounted.readout)[:3]),
         harmonics=np.arange(1, law.retained + 1),
         step=step,
         resonances=resonances._replace(
@@ -287,6 +342,7 @@ def _setup(
         row_of=np.arange(mounted.shows.shape[1]),
         lever_rows=0,
         idle=lambda first, last: idle_warnings(resonances, order, first, last),
+        of_body=of_body(rows, mounted.freedoms, mounted.shapes),
     )
 
 

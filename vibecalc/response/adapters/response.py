@@ -21,6 +21,7 @@ from vibecalc.response.energies import (
     velocity,
 )
 from vibecalc.response.forced import (
+    MotionByOrder,
     UndrivenModes,
     dynamics,
     modal_response,
@@ -184,6 +185,9 @@ def run_response(scene: Scene) -> None:
     driven = as_loads(at_speed(forcing.per_speed_squared, speed))
     frequency = forcing.orders * np.asarray(speed)[..., None]
     motion = _motion(options.method, system, frequency, driven, undriven, forcing, speed)
+    scene.handed_on["motion_by_order"] = MotionByOrder(
+        forcing.orders, forcing.retained, forcing.tail, motion
+    )
     _emit_motion(scene, forcing, motion)
     if scene.wants(*GROUND):
         _emit_ground(scene, forcing, _ground(matrices, frequency, driven, motion))

@@ -1,0 +1,277 @@
+"""Claim: vibration at points is that of the equations of motion, its r.m.s. that of the signal."""
+
+import copy
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from engine_mounted import SEPARATE, mounted
+from scipy.optimize import minimize_scalar
+from shipped_cases import table_of
+
+from vibecalc.core.case.load import validate
+from vibecalc.core.case.raw import parse_key, set_key
+from vibecalc.core.results.record import Record
+from vibecalc.core.run.run import run_case
+from vibecalc.points.severity import grade, grade_number, zones
+from vibecalc.points.tables import GRADES
+
+QUANTITIES = ("displacement", "velocity", "acceleration")
+STIFFNESS, LOSS = np.array([2e5, 3e5, 5e5]), 0.08
+POINTS = [
+    {"name": "bearing", "position": [0.3, 0.05, -0.1]},
+    {"name": "turned", "position": [0.3, 0.05, -0.1],
+     "axes": [[0.0, 3.0, 4.0], [0.0, -4.0, 3.0], [2.0, 0.0, 0.0]]},
+    {"name": "cover", "position": [-0.2, 0.1, 0.4], "direction": [1.0, -2.0, 2.0]},
+]  # fmt: skip
+#: Hz; orders 2, 3 and 4 of 1800 rpm are in it
+BAND = (45.0, 125.0)
+
+
+def changed(**changes: Any) -> dict[str, Any]:
+    """The shipped generator on four unlike mounts, with points."""
+    case = copy.deepcopy(table_of("generator"))
+    case = {key: case[key] for key in ("schema", "title", "machine")}
+    case["machine"] |= {"speed": "1800 rpm"}
+    case["machine"]["crank_train"]["rotating_mass"] = 0.2
+    case["machine"]["mounts"]["each"] = {"stiffness": STIFFNESS.tolist(), "loss_factor": LOSS}
+    case["isolation"] = {"model": "rigid_body"}
+    case["excitation"] = {"orders": 8}
+    case["point"] = POINTS
+    case["vibration_severity"] = {"band": [f"{one} Hz" for one in BAND]}
+    for key, value in changes.items():
+        set_key(case, parse_key(key.replace("__", ".")), value)
+    return case
+
+
+@cache
+def steady() -> Record:
+    return run_case(validate(changed()))
+
+
+def readings(record: Record, name: str) -> dict[str, np.ndarray]:
+    found = record[f"points/{name}"]
+    return dict(zip(found.axes[0].values, found.values, strict=True))
+
+
+# ----------------------------------------------------------------------------
+# At the operating speed: matrices, a closed form, the signal in time.
+# ----------------------------------------------------------------------------
+
+
+def test_motion_at_points_is_that_of_a_dense_solve() -> None:
+    record, w1 = steady(), 60.0 * np.pi
+    machine = validate(changed()).machine
+    box = np.array([machine.body.box.length, machine.body.box.width, machine.body.box.height])
+    mass = machine.body.mass * np.eye(6)
+    mass[3:, 3:] = np.diag(machine.body.mass / 12.0 * (np.sum(box**2) - box**2))
+    held = np.zeros((6, 6))
+    for place in machine.mounts.positions:
+        at = np.hstack([np.eye(3), np.cross(np.eye(3), place).T])
+        assert at @ [0, 0, 0, 1, 0, 0] == pytest.approx(np.cross([1, 0, 0], place))
+        held += at.T @ np.diag(STIFFNESS) @ at
+    force, couple = (record[f"excitation/{name}"].values for name in ("force", "couple"))
+    found = readings(record, "displacement")
+    for order in range(1, 9):
+        w = order * w1
+        load = np.concatenate([force[order - 1], couple[order - 1]])
+        x = np.linalg.solve(held * (1.0 + 1j * LOSS) - w**2 * mass, load)
+        for point in POINTS:
+            moved = x[:3] + np.cross(x[3:], point["position"])
+            name = point["name"]
+            if "direction" in point:
+                own = {name: np.array(point["direction"]) / 3.0}
+            else:
+                axes = np.array(point.get("axes", np.eye(3)))
+                axes = axes / np.linalg.norm(axes, axis=1)[:, None]
+                names = "xyz" if name == "bearing" else "123"
+                own = {f"{name} {one}": axis for one, axis in zip(names, axes, strict=True)}
+            for reading, direction in own.items():
+                size = 1e-9 * np.abs(moved).max()
+                assert found[reading][order - 1] == pytest.approx(direction @ moved, abs=size)
+                for name_of, factor in (("velocity", 1j * w), ("acceleration", -w * w)):
+                    there = readings(record, name_of)[reading][order - 1]
+                    assert abs(there - factor * (direction @ moved)) <= w * w * size
+
+
+def test_peaks_and_rms_are_those_of_the_signal_in_time() -> None:
+    record, w1 = steady(), 60.0 * np.pi
+    angle = 2.0 * np.pi * np.arange(4096) / 4096
+    inside = [order for order in range(1, 9) if BAND[0] <= order * w1 / 2 / np.pi <= BAND[1]]
+    assert inside == [2, 3, 4]
+    for name in QUANTITIES:
+        values = record[f"points/{name}"].values
+        wave = np.exp(1j * np.outer(np.arange(1, 9), angle))
+        peak, rms = (record[f"points/{name}_{kind}"] for kind in ("peak", "rms"))
+        signal = np.abs((values @ wave).real).max(axis=1)
+        assert peak.values == pytest.approx(signal, rel=1e-4)
+        assert np.all(peak.values >= signal * (1.0 - 1e-12))
+        rows = [order - 1 for order in inside]
+        filtered = (values[:, rows] @ wave[rows]).real
+        mean = np.sqrt(np.mean(np.square(filtered), axis=1))
+        assert rms.values == pytest.approx(mean, rel=1e-12)
+    # the length of a vector does not depend on the axes that it is read along
+    square = np.square(record["points/velocity_rms"].values)
+    assert square[:3].sum() == pytest.approx(square[3:6].sum(), rel=1e-12)
+
+
+def test_the_reference_point_of_a_symmetric_machine_moves_as_one_mass() -> None:
+    """The forces along z of a body that only goes up and down there: F / (k (1 + i n) - m w^2)."""
+    record = run_case(validate(changed(point=[{"name": "middle", "position": [0.0, 0.0, 0.0]}])))
+    mass, w = validate(changed()).machine.body.mass, 60.0 * np.pi * np.arange(1, 9)
+    force = record["excitation/force"].values[:, 2]
+    moved = force / (4.0 * STIFFNESS[2] * (1.0 + 1j * LOSS) - mass * w**2)
+    found = readings(record, "velocity")["middle z"]
+    assert found == pytest.approx(1j * w * moved, rel=1e-10, abs=1e-13 * np.abs(w * moved).max())
+
+
+def test_response_and_pitch_move_the_points_too() -> None:
+    response = run_case(validate(changed(isolation=None, response={"method": "modal"})))
+    for name in QUANTITIES:
+        same = steady()[f"points/{name}"].values
+        away = np.abs(response[f"points/{name}"].values - same)
+        assert away.max() <= 1e-10 * np.abs(same).max()
+    point = {"name": "mount", "position": [-0.4, -0.2, 0.0], "direction": [0, 0, 1]}
+    case = changed(isolation={"model": "pitch", "run_up": {"from": 20.0, "to": 200.0}})
+    pitch = run_case(validate({**case, "point": [point]}))
+    mount = pitch["isolation/support_displacement/steady_harmonics"].values[0, 0]
+    found = readings(pitch, "displacement")["mount"]
+    assert found == pytest.approx(mount, rel=1e-10, abs=1e-12 * np.abs(mount).max())
+    assert np.all(pitch["points/run_up/displacement_peak_largest"].values > np.abs(mount).max())
+
+
+# ----------------------------------------------------------------------------
+# With the torque of the cylinders, and over the run-up.
+# ----------------------------------------------------------------------------
+
+
+@cache
+def engine(speed: float = 0.0) -> Record:
+    """An engine whose torque reaches its mounts, at half orders; over a run-up without a speed."""
+    text = SEPARATE.replace(
+        'driven_machine = "separate"\n', 'driven_machine = "separate"\norders = 4\n'
+    )
+    if speed:
+        text = text.replace('"1500 rpm"', f"{speed!r}")
+    else:
+        text = text.replace(
+            'model = "rigid_body"\n', 'model = "rigid_body"\nrun_up = { from = 60.0, to = 130.0 }\n'
+        )
+    text += """[[point]]
+name = "governor"
+position = [0.4, 0.2, 0.1]
+[[point]]
+name = "base"
+position = [0.5, 0.25, -0.2]
+direction = [0, 0, 1]
+[vibration_severity]
+band = ["15 Hz", "58 Hz"]
+"""
+    return run_case(mounted(text))
+
+
+def test_the_torque_of_the_cylinders_moves_the_points() -> None:
+    record = engine()
+    moved, turned = (
+        record[f"isolation/torque_reaction/{name}"].values for name in ("translation", "rotation")
+    )
+    at = moved + np.cross(turned, [0.4, 0.2, 0.1])
+    found = record["points/displacement"]
+    assert found.axes[1].values.tolist() == [0.5 * i for i in range(1, 9)]
+    assert pytest.approx(at, abs=1e-12 * np.abs(at).max()) == found.values[:3].T
+    assert abs(found.values[0, 0]) > 0.0
+
+
+@pytest.mark.parametrize("kind", ["peak", "rms"])
+def test_a_run_up_is_made_of_plain_runs(kind: str) -> None:
+    record = engine()
+    for name in QUANTITIES:
+        path = f"points/run_up/{name}_{kind}"
+        curve, top = record[path], record[f"{path}_largest"]
+        speeds, where = curve.axes[1].values, record[f"{path}_largest_speed"].values
+        assert speeds[0] == 60.0 and speeds[-1] == 130.0
+        values, largest = np.asarray(curve.values), np.asarray(top.values)
+        for place in (0, len(speeds) // 2, int(np.argmax(values[3])), -1):
+            plain = engine(float(speeds[place]))[f"points/{name}_{kind}"].values
+            assert values[:, place] == pytest.approx(plain, rel=1e-9, abs=1e-12 * largest.max())
+        assert np.all(values <= largest[:, None] * (1.0 + 1e-12))
+        for reading in (1, 3):
+            plain = engine(float(where[reading]))[f"points/{name}_{kind}"].values[reading]
+            assert largest[reading] == pytest.approx(plain, rel=1e-9)
+            assert values[reading].max() == pytest.approx(largest[reading], rel=2e-3)
+
+
+def test_orders_come_into_the_band_and_go_out_of_it_in_steps() -> None:
+    curve = engine()["points/run_up/velocity_rms"]
+    speeds = np.asarray(curve.axes[1].values)
+    # order 1.5 comes in at 15 Hz, order 3 goes out at 58 Hz, both of its ends being inside
+    for step, sign in ((2.0 * np.pi * 15.0 / 1.5, 1.0), (2.0 * np.pi * 58.0 / 3.0, -1.0)):
+        at = int(np.argmin(np.abs(speeds - step)))
+        beside = at - 1 if sign > 0.0 else at + 1
+        inside, outside = (float(curve.values[3, i]) for i in (at, beside))
+        assert abs(speeds[beside] - step) < 2e-7 and inside > outside
+        plain = engine(float(speeds[at]))["points/velocity"].values[3]
+        lost = abs(plain[2 if sign > 0.0 else 5]) ** 2 / 2.0
+        assert inside**2 - outside**2 == pytest.approx(lost, rel=1e-5)
+
+
+def test_the_largest_rms_of_one_mass_is_that_of_its_formula() -> None:
+    case = changed(
+        point=[{"name": "middle", "position": [0.0, 0.0, 0.0], "direction": [0, 0, 1]}],
+        isolation={"model": "rigid_body", "run_up": {"from": 60.0, "to": 90.0}},
+        vibration_severity={"band": ["15 Hz", "125 Hz"]},
+    )
+    # order 2 of one cylinder meets 141.4 rad/s at half of that, below the speed of order 1 at 15 Hz
+    case["machine"]["crank_train"]["cylinders"] = [{"name": "1"}]
+    record = run_case(validate(case))
+    mass = validate(case).machine.body.mass
+    force = record["excitation/force"].values[:, 2] / (60.0 * np.pi) ** 2
+    order = np.arange(1, 9)
+
+    def rms(speed: float) -> float:
+        w = order * speed
+        moved = speed**2 * force / (4.0 * STIFFNESS[2] * (1.0 + 1j * LOSS) - mass * w**2)
+        hertz = w / 2.0 / np.pi
+        counts = (hertz >= 15.0) & (hertz <= 125.0)
+        return float(np.sqrt(np.sum(np.abs(w * moved)[counts] ** 2) / 2.0))
+
+    path = "points/run_up/velocity_rms"
+    top, where = (float(record[f"{path}_largest{end}"].values[0]) for end in ("", "_speed"))
+    speeds = np.linspace(60.0, 90.0, 3001)
+    heights = np.array([rms(one) for one in speeds])
+    assert top >= heights.max() and 69.0 < where < 72.0
+    best = float(speeds[np.argmax(heights)])
+    near = minimize_scalar(lambda at: -rms(at), bounds=(best - 0.01, best + 0.01), method="bounded",
+                           options={"xatol": 1e-12})  # fmt: skip
+    assert top == pytest.approx(-near.fun, rel=1e-9)
+    assert where == pytest.approx(near.x, rel=1e-6)
+
+
+# ----------------------------------------------------------------------------
+# Severity.
+# ----------------------------------------------------------------------------
+
+
+def test_grades_are_those_printed_and_zones_count_boundaries() -> None:
+    first = grade(0)
+    assert f"{1e6 * first.displacement:.1f} {first.acceleration:.2f}" == "17.8 1.76"
+    for number, name in enumerate(GRADES):
+        assert 1e3 * grade(number).velocity == pytest.approx(name, rel=0.03)
+        assert grade_number(grade(number).velocity) == number
+        assert grade_number(grade(number).velocity * 1.001) == number + 1
+    assert zones(np.array([1.0, 2.0, 2.1, 9.0]), np.array([2.0, 4.0, 8.0])).tolist() == [0, 0, 1, 3]
+
+
+def test_the_worst_of_three_quantities_says_the_zone() -> None:
+    record = run_case(validate(changed(vibration_severity={"grades": [1.1, 7.1, 71.0]})))
+    boundaries = {name: record[f"points/zone_boundary/{name}"].values for name in QUANTITIES}
+    assert boundaries["velocity"] == pytest.approx([1.12e-3, 7.0667e-3, 0.070667], rel=1e-4)
+    values = {name: record[f"points/{name}_rms"].values for name in QUANTITIES}
+    severity = record["points/severity"].values
+    for i, zone in enumerate(record["points/zone"].values):
+        beyond = [int((values[name][i] > boundaries[name]).sum()) for name in QUANTITIES]
+        assert zone == max(beyond)
+        rates = values["displacement"][i] * 20.0 * np.pi, values["acceleration"][i] / 500.0 / np.pi
+        assert severity[i] == pytest.approx(max(values["velocity"][i], *rates), rel=1e-12)
+        assert zone == int((severity[i] > boundaries["velocity"]).sum())

@@ -1,0 +1,1 @@
+"""Vibration at named points of the body, as it is measured there, and its severity."""

@@ -1,0 +1,81 @@
+"""Questions of vibration at points: the peak over the cycle, the largest r.m.s. of the run-up."""
+
+import numpy as np
+
+from vibecalc.core.accuracy.kinds import Ask, ours, peak_over_cycle, peak_over_range
+from vibecalc.core.accuracy.topic import Answer, Topic
+from vibecalc.core.run.stage import Scene
+from vibecalc.isolation.adapters.common import KeptRows
+from vibecalc.isolation.adapters.run_up import sections
+from vibecalc.isolation.rows import Jet, Readout
+from vibecalc.numerics.rounding import FloatArray
+from vibecalc.points.adapter import motion_of_body
+from vibecalc.points.model import band_of, readings_of
+from vibecalc.points.readings import signals
+from vibecalc.points.results import ROOT, RUN_UP
+from vibecalc.points.rms_over_speed import rms_at
+from vibecalc.points.run_up_adapter import band_rows, passed
+
+
+def points_topics(scene: Scene) -> list[Topic]:
+    """The largest velocity of a reading over the cycle; none at rest."""
+    given = motion_of_body(scene)
+    readings, speed, kept = readings_of(scene.case), scene.case.machine.speed, given.retained
+    peaks = scene.record[f"{ROOT}/velocity_peak"].values
+    worst = int(np.argmax(peaks))
+    if not peaks[worst] > 0.0:
+        return []
+    found = signals(given.motion, readings.row, given.order * speed).velocity.value[[worst], :kept]
+    doubled = np.rint(2.0 * given.order[:kept]).astype(int)
+    name = f"reading {readings.names[worst]!r} at {speed:.6g} rad/s, {kept} orders"
+    ask = Ask("points", "largest velocity at a point", name, f"{ROOT}/velocity_peak", "m/s")
+    topic = peak_over_cycle(ask, found, doubled)
+    return [topic._replace(position=topic.position and "half the crank angle [rad]")]
+
+
+def points_run_up_topics(scene: Scene) -> list[Topic]:
+    """The largest r.m.s. velocity of a reading in the run-up; none where all have no bound."""
+    readings, band = readings_of(scene.case), band_of(scene.case)
+    count, best = len(readings.names), None
+    for part in sections(scene):
+        top = passed(part, readings, band)[1].peak
+        for row in range(count, 2 * count):
+            value = float(top.value[row])
+            if np.isfinite(value) and value > 0.0 and (best is None or value > best[0]):
+                best = value, float(top.speed[row]), row, part
+    if best is None:
+        return []
+    _, known, row, part = best
+    counted, ends = band_rows(part, readings, band), (float(part.start), float(part.stop))
+
+    def curve(speed: FloatArray) -> FloatArray:
+        return np.asarray(rms_at(counted, np.ravel(speed)).value[:, row].reshape(np.shape(speed)))
+
+    def alone(_: float) -> Answer:
+        asked = [0]
+        rows = part.setup.of_body.rows
+
+        def counting(readout: Readout) -> KeptRows:
+            kept = rows(readout)
+
+            def at(speed: FloatArray, slopes: bool = False, errors: bool = False) -> Jet:
+                asked[0] += len(speed)
+                return kept.rows(speed, slopes=slopes, errors=errors)
+
+            return kept._replace(rows=at)
+
+        of_body = part.setup.of_body._replace(rows=counting)
+        same = part._replace(setup=part.setup._replace(of_body=of_body))
+        peak = passed(same, readings, band)[1].peak
+        return Answer(peak.value[[row]], float(asked[0]), float(peak.speed[row]))
+
+    words = f"reading {readings.names[row - count]!r}, {ends[0]:.6g} to {ends[1]:.6g} rad/s"
+    ask = Ask(
+        "points in the run-up", "largest r.m.s. of the run-up", words,
+        f"{RUN_UP}/velocity_rms_largest", "m/s", 16.0,
+        "all readings, their peaks, and every resonance, so that no narrow one is missed",
+    )  # fmt: skip
+    solver = ours("resonances and slopes", "speeds about resonances, Newton's method", alone)
+    return [
+        peak_over_range(ask, [solver], curve, *ends, "crank speed [rad/s]", known, work="speeds")
+    ]

@@ -1,0 +1,76 @@
+"""Adapter: motion of the body to readings at its points, at the operating speed."""
+
+import numpy as np
+
+from vibecalc.core.run.stage import Scene
+from vibecalc.excitation.inertia_forces import size_of_terms
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.cycle_peak import cycle_peak
+from vibecalc.parts.firing import torque_reaches_mounts
+from vibecalc.points.model import QUANTITIES, band_of, boundaries_of, readings_of
+from vibecalc.points.readings import Signals, in_band, rms, signals
+from vibecalc.points.results import BOUNDARY, ROOT, SEVERITY, ZONE
+from vibecalc.points.severity import severity, zones
+from vibecalc.response.forced import MotionByOrder
+
+
+def run_points(scene: Scene) -> None:
+    """Emit readings by order, their peaks over the cycle, r.m.s. in the band, and the severity."""
+    case, readings = scene.case, readings_of(scene.case)
+    given = motion_of_body(scene)
+    speed, used = case.machine.speed, given.retained
+    frequency = given.order * np.asarray(speed)[..., None]
+    found = signals(given.motion, readings.row, frequency)
+    counts = in_band(frequency, band_of(case))[..., None, :]
+    axes = {"sensor": readings.names, "order": given.order[:used]}
+    values = {}
+    for name, harmonics in zip(QUANTITIES, found, strict=True):
+        kept = harmonics[..., :used]
+        scene.emit(f"{ROOT}/{name}", kept, axes=axes, terms=size_of_terms(kept.error))
+        if scene.wants(f"{ROOT}/{name}_peak"):
+            peak = _peaks(harmonics, given)
+            scene.emit(f"{ROOT}/{name}_peak", peak, axes=axes)
+        values[name] = rms(harmonics, counts, used, given.tail)
+        scene.emit(f"{ROOT}/{name}_rms", values[name], axes=axes)
+    scene.cite(
+        "readings at points of a rigid body, r.m.s. of the orders in a band by Parseval's theorem",
+        "vibration where it is measured",
+        "docs/theory.md",
+    )
+    if case.vibration_severity is None:
+        return
+    scene.emit(SEVERITY, severity(*Signals(**values)), axes=axes)
+    boundaries = boundaries_of(case.vibration_severity)
+    exceeded = [zones(values[name].value, between) for name, between in boundaries.items()]
+    if exceeded:
+        scene.emit(ZONE, np.max(exceeded, axis=0), axes=axes)
+        scene.cite(
+            f"zones of vibration severity, {case.vibration_severity.standard}, informative",
+            "severity of vibration",
+            case.vibration_severity.standard,
+        )
+    for name, between in boundaries.items():
+        numbers = {"zone_limit": np.arange(1, len(between) + 1)}
+        scene.emit(f"{BOUNDARY}/{name}", between, 0.0, numbers)
+
+
+def motion_of_body(scene: Scene) -> MotionByOrder:
+    """Motion of the body at its speed by all that drives it."""
+    if torque_reaches_mounts(scene.case):
+        from vibecalc.isolation.adapters.torque_reaction import motion_with_torque
+
+        return motion_with_torque(scene)
+    given: MotionByOrder = scene.handed_on["motion_by_order"]
+    return given
+
+
+def _peaks(harmonics: Bounded, given: MotionByOrder) -> Bounded:
+    """Peaks (..., readings) over the cycle, what is left out in their errors."""
+    used = given.retained
+    whole = np.rint(2.0 * given.order[:used]).astype(np.int64)
+    peak = cycle_peak(harmonics.value[..., :used], whole)
+    beyond = np.abs(harmonics.value[..., used:]).sum(-1)
+    tail = np.reshape(
+        given.tail, (*np.shape(given.tail), *(1,) * (beyond.ndim - np.ndim(given.tail)))
+    )
+    return Bounded(peak.value, peak.error + harmonics.error[..., :used].sum(-1) + tail * beyond)

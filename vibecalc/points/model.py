@@ -1,0 +1,121 @@
+"""What is read at the points of a case: places, directions and names of the readings."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.errors import Problem
+from vibecalc.numerics.rounding import FloatArray, IntArray
+from vibecalc.parts.body import DIRECTIONS
+from vibecalc.parts.matrices import displacement_at
+from vibecalc.points.severity import grade
+from vibecalc.points.tables import BAND, GRADES, MeasuringPoint, VibrationSeverity
+from vibecalc.schema import Case
+
+QUANTITIES = ("displacement", "velocity", "acceleration")
+
+
+class Readings(NamedTuple):
+    """Readings (r,) by name, each at a `point` (r,) of the case, by its number.
+
+    `row` (r, 6) takes translation and rotation of the body, x y z rx ry rz about its reference
+    point, to the displacement along the direction of the reading.
+    """
+
+    names: tuple[str, ...]
+    point: IntArray
+    row: FloatArray
+
+
+def directions_of(point: MeasuringPoint) -> dict[str, FloatArray]:
+    """Unit vectors (3,) of the readings of a point, by the name of each."""
+    if point.direction is not None:
+        return {point.name: _unit(point.direction)}
+    if point.axes is not None:
+        return {f"{point.name} {i + 1}": _unit(axis) for i, axis in enumerate(point.axes)}
+    return {f"{point.name} {name}": np.eye(3)[i] for i, name in enumerate(DIRECTIONS)}
+
+
+def _unit(vector: tuple[float, float, float]) -> FloatArray:
+    array = np.array(vector, dtype=float)
+    array = array / np.max(np.abs(array))
+    return np.asarray(array / np.linalg.norm(array))
+
+
+def readings_of(case: Case) -> Readings:
+    """The readings of all points, in the order of the case."""
+    names: list[str] = []
+    points: list[int] = []
+    rows: list[FloatArray] = []
+    for number, point in enumerate(case.point):
+        at = displacement_at(np.array(point.position, dtype=float))
+        for name, direction in directions_of(point).items():
+            names.append(name)
+            points.append(number)
+            rows.append(direction @ at)
+    return Readings(tuple(names), np.array(points), np.array(rows))
+
+
+def band_of(case: Case) -> tuple[float, float]:
+    """Frequencies in rad/s between which orders count in r.m.s. values, both included."""
+    return BAND if case.vibration_severity is None else case.vibration_severity.band
+
+
+def boundaries_of(severity: VibrationSeverity | None) -> dict[str, FloatArray]:
+    """Boundaries of the zones by quantity, r.m.s. in SI; none without zones."""
+    if severity is None:
+        return {}
+    if severity.grades is not None:
+        each = [grade(GRADES.index(one)) for one in severity.grades]
+        return {name: np.array([getattr(one, name) for one in each]) for name in QUANTITIES}
+    given = ((name, getattr(severity, name)) for name in QUANTITIES)
+    return {name: np.array(bounds) for name, bounds in given if bounds is not None}
+
+
+# ----------------------------------------------------------------------------
+# Can the points of this case be read?
+# ----------------------------------------------------------------------------
+
+
+def points_problems(case: Case) -> list[Problem]:
+    """Problems of what the points need, and of names that two readings share."""
+    if not case.point:
+        return [
+            Problem(
+                path=("vibration_severity",),
+                message="[vibration_severity] is of the vibration at points, and there are none",
+                allowed="[[point]] with name and position",
+            )
+        ]
+    machine = case.machine
+    if machine.body is None or machine.mounts is None:
+        return [
+            Problem(
+                path=("point",),
+                message="[[point]] is a place on the body on its mounts, and this machine has none",
+                allowed="[machine.body], [machine.mounts] and [isolation]",
+            )
+        ]
+    if case.isolation is None and case.response is None:
+        return [
+            Problem(
+                path=("point",),
+                message="[[point]] needs the motion of the body",
+                allowed='[isolation] with model = "rigid_body", "planar" or "pitch", or [response]',
+            )
+        ]
+    taken: dict[str, int] = {}
+    for number, point in enumerate(case.point):
+        for name in directions_of(point):
+            if name in taken:
+                return [
+                    Problem(
+                        path=("point", number, "name"),
+                        message="two sensors have one name",
+                        found=repr(name),
+                        allowed="names of points that do not end in the axis of another one",
+                        also=("point", taken[name], "name"),
+                    )
+                ]
+            taken[name] = number
+    return []

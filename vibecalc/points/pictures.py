@@ -1,0 +1,152 @@
+"""Pictures of vibration at points: by order at the speed, r.m.s. over the run-up with its zones."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from vibecalc.core.report.canvas import LIMIT, QUIET
+from vibecalc.core.report.curves import (
+    Curve,
+    Curves,
+    Mark,
+    Panel,
+    Plot,
+    operating,
+    peak,
+    sourced,
+    spans,
+)
+from vibecalc.core.report.sections import having, labels
+from vibecalc.core.report.writing import hertz
+from vibecalc.core.results.record import Quantity, Result
+from vibecalc.points.report import band_in_hertz, band_words, standard_of
+from vibecalc.points.results import BOUNDARY, ROOT, RUN_UP, UNITS
+from vibecalc.points.severity import zone_names
+
+_RIGHT = {"loc": "upper left", "bbox_to_anchor": (1.005, 1.0)}
+#: points of which spectra are drawn, the worst of many
+_MOST = 4
+
+# ----------------------------------------------------------------------------
+# Velocity by order at each point, with the orders that do not count.
+# ----------------------------------------------------------------------------
+
+
+def _of(path: str, chosen: Sequence[int]) -> Callable[[Result], Quantity | None]:
+    """A quantity with some entries of its first axis."""
+
+    def made(result: Result) -> Quantity | None:
+        from dataclasses import replace
+
+        found = sourced(path, result)
+        if found is None:
+            return None
+        axis = replace(found.axes[0], values=found.axes[0].values[list(chosen)])
+        return replace(found, values=found.values[list(chosen)], axes=(axis, *found.axes[1:]))
+
+    return made
+
+
+def _outside(plot: Plot) -> None:
+    """Orders outside the band, shaded."""
+    speed = plot.result.case.get("machine", {}).get("speed")  # type: ignore[attr-defined]
+    if not speed:
+        return
+    low, high = (one / hertz(float(speed)) for one in band_in_hertz(plot.result))
+    orders = np.asarray(plot.axis.values, dtype=float)
+    for start, stop in ((0.0, low), (high, np.inf)):
+        if np.any((orders > start) & (orders < stop)):
+            ends = max(start, 0.0), min(stop, orders.max() + 1.0)
+            plot.axes.axvspan(*ends, color=QUIET, alpha=0.15, linewidth=0.0, zorder=0,
+                              label="outside the band")  # fmt: skip
+
+
+def _spectra(result: Result) -> list[Panel]:
+    found = having(result.record, f"{ROOT}/velocity", "sensor", "order")
+    if found is None:
+        return []
+    size = np.sqrt(np.square(np.abs(found.values)).sum(axis=1))
+    readings: dict[str, list[int]] = {}
+    names = labels(found.axes[0])
+    for one in result.case.get("point") or ():  # type: ignore[attr-defined]
+        own = str(one["name"])
+        single = one.get("direction") is not None
+        readings[own] = [
+            i for i, name in enumerate(names)
+            if (name == own if single else name.rpartition(" ")[0] == own)
+        ]  # fmt: skip
+    worst = sorted(readings, key=lambda name: -max(size[readings[name]], default=0.0))[:_MOST]
+    return [
+        Panel(
+            "velocity, 0 to peak",
+            (
+                *(Curve(_of(f"{ROOT}/velocity", [i]), "{}", bars=True) for i in chosen),
+                _outside,
+            ),
+            name,
+            unit="mm/s",
+            legend=_RIGHT,
+        )
+        for name, chosen in readings.items()
+        if name in worst
+    ]
+
+
+BY_ORDER = Curves(
+    lambda result: f"vibration at points by order; r.m.s. counts {band_words(result)}", _spectra
+)
+
+# ----------------------------------------------------------------------------
+# R.m.s. values over speed, between the boundaries of the zones.
+# ----------------------------------------------------------------------------
+
+
+def _zones(name: str) -> Mark:
+    """A line for each boundary, with the names of the zones that it parts."""
+
+    def draw(plot: Plot) -> None:
+        found = having(plot.result.record, f"{BOUNDARY}/{name}", "zone_limit")
+        if found is None:
+            return
+        zones = zone_names(found.values.size)
+        top = max(float(np.nanmax(y, initial=0.0)) for _, y in plot.drawn)
+        for number, value in enumerate(found.values):
+            height = plot.factor * float(value)
+            if number and plot.factor * float(found.values[number - 1]) > 1.2 * top:
+                break  # far above all curves
+            plot.axes.axhline(height, color=LIMIT, linestyle="--", linewidth=1.1)
+            plot.axes.annotate(
+                f"{zones[number]} | {zones[number + 1]}", (0.004, height),
+                xycoords=plot.axes.get_yaxis_transform(), fontsize=7, color=LIMIT,
+                xytext=(0, 2), textcoords="offset points",
+            )  # fmt: skip
+            plot.points.append(height)
+
+    return draw
+
+
+def _title(result: Result) -> str:
+    title = f"r.m.s. of {band_words(result)} at points over the run-up"
+    zones = any(f"{BOUNDARY}/{name}" in result.record for name in UNITS)
+    return title + f"; zones of {standard_of(result)}, informative" * zones
+
+
+OVER_SPEED = Curves(
+    _title,
+    tuple(
+        Panel(
+            f"{name}, r.m.s.",
+            (
+                spans("isolation/masked", "left out, no bound"),
+                Curve(f"{RUN_UP}/{name}_rms", "{}"),
+                _zones(name),
+                operating,
+                peak(f"{RUN_UP}/{name}_rms_largest", f"{RUN_UP}/{name}_rms_largest_speed"),
+            ),
+            unit=read,
+            log="y",
+            legend=_RIGHT,
+        )
+        for name, (_, read) in UNITS.items()
+    ),
+)

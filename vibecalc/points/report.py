@@ -1,0 +1,209 @@
+"""Vibration at points in the report: peaks and r.m.s. values, zones, the run-up, orders."""
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from vibecalc.core.report.sections import (
+    Section,
+    having,
+    labels,
+    magnitudes,
+    section,
+    speed_of,
+    table_of,
+)
+from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table
+from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.points.readings import in_band
+from vibecalc.points.results import BOUNDARY, ROOT, RUN_UP, SEVERITY, UNITS, ZONE
+from vibecalc.points.severity import grade_number, zone_names
+from vibecalc.points.tables import GRADED, GRADES
+from vibecalc.units import convert
+
+# ----------------------------------------------------------------------------
+# The zone of a reading, and the boundaries that were given.
+# ----------------------------------------------------------------------------
+
+
+def zone_words(record: Record, place: int) -> str:
+    """`zone C` of a reading, or nothing where the case has no zones."""
+    zone, count = having(record, ZONE, "sensor"), _boundaries(record)
+    return f"zone {zone_names(count)[int(zone.values[place])]}" if zone is not None else ""
+
+
+def _boundaries(record: Record) -> int:
+    """How many boundaries the zones have."""
+    found = (having(record, f"{BOUNDARY}/{name}", "zone_limit") for name in UNITS)
+    return max((one.values.size for one in found if one is not None), default=0)
+
+
+def band_in_hertz(result: Result) -> tuple[float, float]:
+    """Ends of the band of the r.m.s. values."""
+    given: Any = table_of(result.case, "vibration_severity").get("band")
+    if given is None:
+        return 2.0, 1000.0
+    low, high = given
+    return hertz(float(low)), hertz(float(high))
+
+
+def band_words(result: Result) -> str:
+    """`2 to 1000 Hz`."""
+    return " to ".join(f"{one:.6g}" for one in band_in_hertz(result)) + " Hz"
+
+
+def standard_of(result: Result) -> str:
+    """Standard and edition of the zones."""
+    return str(table_of(result.case, "vibration_severity").get("standard") or GRADED)
+
+
+def _severity_words(result: Result) -> list[str]:
+    record = result.record
+    if SEVERITY not in record:
+        return []
+    lines, count = [], _boundaries(record)
+    if count:
+        names = zone_names(count)
+        pairs = [f"{one} and {two}" for one, two in pairwise(names)]
+        bounds = []
+        for name, (si, read) in UNITS.items():
+            found = having(record, f"{BOUNDARY}/{name}", "zone_limit")
+            if found is not None:
+                each = (show(convert(float(one), si, read), digits=4) for one in found.values)
+                bounds.append(f"{name} {', '.join(each)} {read}")
+        lines += paragraph(
+            f"Zones by {standard_of(result)} (informative), r.m.s. values between "
+            f"{', '.join(pairs)}: {'; '.join(bounds)}. The worst of the three counts."
+        )
+    worst = float(np.max(magnitudes(record[SEVERITY])))
+    number = grade_number(worst)
+    named = f"grade {GRADES[number]:g}" if number < len(GRADES) else "beyond all grades"
+    return lines + paragraph(
+        f"Severity at the worst sensor: {named} of {GRADED} (informative): "
+        f"{show(convert(worst, 'm/s', 'mm/s'))} mm/s between 10 and 250 Hz, or the displacement "
+        "below and the acceleration above that go with it."
+    )
+
+
+# ----------------------------------------------------------------------------
+# Tables: every reading at the speed, and the largest of its run-up.
+# ----------------------------------------------------------------------------
+
+_SHORT = {"displacement": "s", "velocity": "v", "acceleration": "a"}
+
+
+def _cells(record: Record, path: str, factor: float) -> list[str]:
+    found = having(record, path, "sensor")
+    if found is None:
+        return []
+    error = found.error_estimate * factor
+    return [show(float(one) * factor, error) for one in magnitudes(found)]
+
+
+def _at_speed(result: Result) -> tuple[list[str], set[str]]:
+    record = result.record
+    columns, cells, paths = [Column("sensor", 22)], [], set()
+    for name, (si, read) in UNITS.items():
+        for kind, words in (("peak", "peak"), ("rms", "r.m.s.")):
+            path = f"{ROOT}/{name}_{kind}"
+            found = _cells(record, path, convert(1.0, si, read))
+            if found:
+                columns.append(number(f"{_SHORT[name]} {words}\n{read}", 10))
+                cells.append(found)
+                paths.add(path)
+    zone = having(record, ZONE, "sensor")
+    if zone is not None:
+        columns.append(Column("zone", 5))
+        cells.append([zone_words(record, i).removeprefix("zone ") for i in range(zone.values.size)])
+    if not cells:
+        return [], set()
+    names = labels(record[next(iter(paths))].axes[0])
+    return table(columns, [list(row) for row in zip(names, *cells, strict=True)]), paths | {ZONE}
+
+
+def _in_run_up(record: Record) -> tuple[list[str], set[str]]:
+    columns, cells = [Column("largest of the run-up", 22)], []
+    names: list[str] = []
+    for name, (si, read) in UNITS.items():
+        path = f"{RUN_UP}/{name}_rms_largest"
+        found = _cells(record, path, convert(1.0, si, read))
+        if found:
+            columns += [number(f"{_SHORT[name]} r.m.s.\n{read}", 10), number("at\nrpm", 9)]
+            cells += [found, _cells(record, f"{path}_speed", rpm(1.0))]
+            names = labels(record[path].axes[0])
+    if not cells:
+        return [], set()
+    rows = [list(row) for row in zip(names, *cells, strict=True)]
+    return ["", *table(columns, rows)], {path for path in record if path.startswith(RUN_UP)}
+
+
+# ----------------------------------------------------------------------------
+# Orders of the worst reading, with their frequencies, and which of them count.
+# ----------------------------------------------------------------------------
+
+
+def _left_out(result: Result, found: Quantity) -> list[str]:
+    """Orders that are outside the band at the speed, in words."""
+    order, counts = _counted(result, found)
+    outside = [f"{one:g}" for one in order[~counts]]
+    if not outside:
+        return []
+    shown = outside if len(outside) < 9 else [*outside[:3], "...", *outside[-2:]]
+    few = "Order" if len(outside) == 1 else "Orders"
+    return paragraph(
+        f"{few} {', '.join(shown)} outside the band: in the peaks, not in the r.m.s. values."
+    )
+
+
+def _counted(result: Result, found: Quantity) -> tuple[np.ndarray, np.ndarray]:
+    order = np.asarray(found.axes[1].values, dtype=float)
+    frequency = order * hertz(speed_of(result) or 0.0)
+    return order, in_band(frequency, band_in_hertz(result))
+
+
+def _by_order(result: Result) -> list[str]:
+    found = having(result.record, f"{ROOT}/velocity", "sensor", "order")
+    if found is None:
+        return []
+    size = magnitudes(found)
+    order, counts = _counted(result, found)
+    worst = int(np.argmax(np.sqrt(np.square(size * counts).sum(axis=1))))
+    columns = [number("order", 7), number("Hz", 10)]
+    cells = [[f"{one:g}" for one in order], [show(one * hertz(speed_of(result) or 0.0), digits=4)
+                                             for one in order]]  # fmt: skip
+    for name, (si, read) in UNITS.items():
+        one = having(result.record, f"{ROOT}/{name}", "sensor", "order")
+        if one is not None:
+            factor = convert(1.0, si, read)
+            columns.append(number(f"{name} {read}", 22))
+            error = one.error_estimate * factor
+            cells.append([show(float(v) * factor, error) for v in magnitudes(one)[worst]])
+    columns.append(Column("r.m.s.", 10))
+    cells.append(["counts" if one else "outside" for one in counts])
+    rows = [list(row) for row in zip(*cells, strict=True)]
+    title = f"{labels(found.axes[0])[worst]}, 0 to peak by order"
+    return ["", *paragraph(title), *table(columns, rows[:48])]
+
+
+def points(result: Result) -> Section | None:
+    """Readings at the points, their zones, the run-up; by order in a full report."""
+    record = result.record
+    table_lines, shown = _at_speed(result)
+    up_lines, up_shown = _in_run_up(record)
+    velocity = having(record, f"{ROOT}/velocity", "sensor", "order")
+    words = paragraph(
+        f"Displacement s, velocity v and acceleration a along each sensor; peak over the cycle of "
+        f"all orders, r.m.s. of those from {band_words(result)}."
+    )
+    if not table_lines and not up_lines:
+        return None
+    if velocity is not None:
+        words += _left_out(result, velocity)
+    words += _severity_words(result)
+    return section(
+        "Vibration at points",
+        ([*words, "", *table_lines] if table_lines else words, up_lines),
+        {"readings by order": _by_order(result)},
+        {*shown, *up_shown, SEVERITY, *(path for path in record if path.startswith(BOUNDARY))},
+    )

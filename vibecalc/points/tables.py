@@ -1,0 +1,145 @@
+"""The tables [[point]] and [vibration_severity] of a case."""
+
+import math
+from typing import Annotated
+
+from pydantic import Field
+
+from vibecalc.core.case.fields import (
+    AngularSpeed,
+    Name,
+    Number,
+    Point,
+    Table,
+    Unit,
+)
+from vibecalc.core.case.rules import (
+    Row,
+    ascending,
+    at_most_one,
+    pair_ordered,
+    refuse,
+    same_length,
+)
+
+# ----------------------------------------------------------------------------
+# Where vibration is measured.
+# ----------------------------------------------------------------------------
+
+Velocity = Annotated[float, Field(gt=0), Unit("m/s")]
+Displacement = Annotated[float, Field(gt=0), Unit("m")]
+Acceleration = Annotated[float, Field(gt=0), Unit("m/s^2")]
+Few = Field(min_length=2, max_length=3)
+Vector = tuple[Number, Number, Number]
+
+#: cosine of the angle between two axes above which they are not square to each other
+_SQUARE = 1e-6
+
+
+def _zero(row: Row) -> bool:
+    numbers = row.listed("direction")
+    return len(numbers) == 3 and not any(one is None or one for one in numbers)
+
+
+def _skew(row: Row) -> bool:
+    """Whether three axes that can be read are not square to each other, or one is none."""
+    given = row["axes"]
+    if not isinstance(given, list | tuple):
+        return False
+    rows = [one for one in given if isinstance(one, list | tuple) and len(one) == 3]
+    numbers = [
+        value for one in rows for value in one
+        if isinstance(value, int | float) and not isinstance(value, bool)
+    ]  # fmt: skip
+    if len(given) != 3 or len(numbers) != 9 or not all(map(math.isfinite, numbers)):
+        return False
+    lengths = [math.hypot(*one) for one in rows]
+    if not all(0.0 < length < math.inf for length in lengths):
+        return True
+    unit = [[value / n for value in one] for one, n in zip(rows, lengths, strict=True)]
+    cosines = (sum(map(math.prod, zip(unit[i], unit[i - 1], strict=True))) for i in range(3))
+    return any(abs(cosine) > _SQUARE for cosine in cosines)
+
+
+class MeasuringPoint(Table):
+    """A place on the body where vibration is measured; it is read along x, y and z, as written."""
+
+    name: Name = Field(description="label used in tables and in `where`")
+    position: Point = Field(description="from the body's reference point")
+    direction: Vector | None = Field(
+        None, description="of the one sensor there, of any length; default: three along x, y and z"
+    )
+    axes: tuple[Vector, Vector, Vector] | None = Field(
+        None, description="of three sensors 1, 2 and 3, square to each other; default: x, y and z"
+    )
+    RULES = (
+        at_most_one("direction", "axes"),
+        refuse("direction", "a direction of length zero", _zero, "[0, 0, 1], e.g."),
+        refuse(
+            "axes",
+            "the axes of a point stand square to each other, each of them of some length",
+            _skew,
+            "[[1, 0, 0], [0, 1, 0], [0, 0, 1]], e.g., or a direction for one sensor alone",
+        ),
+    )
+
+
+Points = Annotated[tuple[MeasuringPoint, ...], Field(max_length=200)]
+
+# ----------------------------------------------------------------------------
+# How severe a vibration is.
+# ----------------------------------------------------------------------------
+
+_QUANTITIES = "velocity displacement acceleration"
+#: 2 to 1000 Hz, rad/s
+BAND = (2.0 * math.pi * 2.0, 2.0 * math.pi * 1000.0)
+#: the edition whose grades are built in, and their names: mm/s, rounded
+GRADED = "ISO 10816-6:1995"
+GRADES = (1.1, 1.8, 2.8, 4.5, 7.1, 11.0, 18.0, 28.0, 45.0, 71.0, 112.0, 180.0)
+
+
+def _unknown_grade(row: Row) -> bool:
+    return any(isinstance(one, int | float) and one not in GRADES for one in row.entries("grades"))
+
+
+class VibrationSeverity(Table):
+    """Band of the r.m.s. values, and the zones they are held against; informative."""
+
+    standard: Name = Field(GRADED, description="standard and edition that the zones are taken from")
+    band: tuple[AngularSpeed, AngularSpeed] = Field(
+        BAND, description="frequencies between which orders count in r.m.s.; default: 2 to 1000 Hz"
+    )
+    grades: Annotated[tuple[Number, ...], Few] | None = Field(
+        None, description="severity grades between zones A, B, C and D, or between A/B, C and D"
+    )
+    velocity: Annotated[tuple[Velocity, ...], Few] | None = Field(
+        None, description="instead, r.m.s. values between the zones, two or three"
+    )
+    displacement: Annotated[tuple[Displacement, ...], Few] | None = Field(
+        None, description="r.m.s. values between the same zones"
+    )
+    acceleration: Annotated[tuple[Acceleration, ...], Few] | None = Field(
+        None, description="r.m.s. values between the same zones"
+    )
+    RULES = (
+        at_most_one("grades", _QUANTITIES),
+        pair_ordered("band", equal=False),
+        *(ascending(key) for key in ("grades", *_QUANTITIES.split())),
+        same_length(*_QUANTITIES.split(), what="vibration_severity"),
+        refuse(
+            "grades",
+            "no such severity grade",
+            _unknown_grade,
+            ", ".join(f"{one:g}" for one in GRADES),
+            found="{grades}",
+            hint="other boundaries are velocity, displacement and acceleration, r.m.s.",
+        ),
+        refuse(
+            "grades",
+            "the grades are those of another standard",
+            lambda t: "grades" in t and t["standard"] not in (None, GRADED),
+            f"standard = '{GRADED}', or velocity, displacement and acceleration",
+            found="standard = {standard!r}",
+            also="standard",
+        ),
+    )
