@@ -1,6 +1,8 @@
 """Results of the body on its mounts, under shaking forces or the torque of its cylinders."""
 
 from vibecalc.core.results.record import CANCELS, ORDERS, PEAK, RESONANCE, Headline, entry
+from vibecalc.isolation.efficiency_results import AXES as EFFICIENCY_AXES
+from vibecalc.isolation.efficiency_results import EFFICIENCY_ENTRIES
 
 # ----------------------------------------------------------------------------
 # Results of the body on its mounts.
@@ -323,10 +325,12 @@ TORQUE_REACTION_ENTRIES = (
 #: axis name -> (unit, long name)
 AXES = {
     "mount": ("", "mount"),
+    **EFFICIENCY_AXES,
 }
 ENTRIES = (
     *ISOLATION_ENTRIES,
     *TORQUE_REACTION_ENTRIES,
+    *EFFICIENCY_ENTRIES,
 )
 HELPS = {
     "isolation/": (ORDERS, RESONANCE),

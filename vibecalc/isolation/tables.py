@@ -39,6 +39,9 @@ class Isolation(Table):
         None, gt=0, description="couple over this lever is `lever_force`; default: of the mounts"
     )
     run_up: RunUp | None = Field(None, description="also pass a range of speeds")
+    efficiency: bool | None = Field(
+        None, description="also what the mounts keep from the ground, by order and over frequency"
+    )
     RULES = (
         wants("machine.body", hint=_WITHOUT),
         wants("machine.mounts", hint=_WITHOUT),
