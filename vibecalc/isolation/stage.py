@@ -95,7 +95,8 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
         quantities=tuple(
             path
             for path in below("isolation/", without=() if pitch else ("lever_force",))
-            if "run_up" in path or "masked" in path
+            if ("run_up" in path or "masked" in path)
+            and (options.run_up_maxima is not None or "/maxima/" not in path)
         ),
         is_last=True,
         harmonics=_orders_of_run_up,
@@ -203,6 +204,7 @@ SUBJECT = Subject(
     last_checks=("vibecalc.isolation.model:isolation_problems",),
     sections=(
         "vibecalc.isolation.report:isolation",
+        "vibecalc.isolation.maxima_report:run_up_maxima",
         "vibecalc.isolation.report:torque_reaction",
         "vibecalc.isolation.efficiency_report:isolation_efficiency",
     ),
