@@ -47,6 +47,7 @@ STANDS_ON = {
     "response": {"kinematics", "excitation", "roll", "absorber", "torsion"},
     "isolation": {"kinematics", "excitation", "response", "torsion"},
     "foundation": {"kinematics", "excitation"},
+    "base_motion": {"isolation", "response"},
 }
 HEAVY = {"numpy", "scipy", "h5py", "pint", "matplotlib", "pydantic", "rich"}
 #: a chapter can be read in one sitting

@@ -298,6 +298,7 @@ PARTS_OF_KIND: dict[str, PartsOfKind] = {
             ("excitation",),
             ("isolation",),
             ("foundation",),
+            ("base_motion",),
         ),
         instead="shaft_line with excitations, [response.torsion]",
         hints={

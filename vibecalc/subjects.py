@@ -9,6 +9,7 @@ SUBJECTS = (
     "roll",
     "isolation",
     "foundation",
+    "base_motion",
     "measurement",
     "absorber",
 )

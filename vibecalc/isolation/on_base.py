@@ -39,6 +39,26 @@ class OnBase(NamedTuple):
     rigid: np.ndarray
 
 
+class Stand(NamedTuple):
+    """A machine on its mounts, and what these stand on: bodies on a base, with each mount.
+
+    `stretch` (mounts, 3, n) takes the motion of all coordinates to the deflection of each mount, of
+    its upper end against its lower one; properties (mounts, 3, 3) as those of `Mounts`.
+    """
+
+    system: OnBase
+    names: tuple[str, ...]
+    stretch: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+    structural: np.ndarray
+
+    def passing(self, frequency: np.ndarray) -> np.ndarray:
+        """Dynamic stiffness (frequencies, mounts, 3, 3) of each mount at rad/s."""
+        rate = np.asarray(frequency)[:, None, None, None]
+        return np.asarray(self.stiffness + 1j * (self.structural + rate * self.damping))
+
+
 def alone(matrices: Matrices) -> OnBase:
     """One body (f, f) whose mounts stand on the base."""
     return OnBase(matrices, np.eye(matrices.mass.shape[-1]))
@@ -78,6 +98,19 @@ def transmissibility(system: OnBase, frequency: np.ndarray) -> Bounded:
     motion = response(each, unit, np.zeros((kept, count)))
     columns = Bounded(np.swapaxes(motion.value, -1, -2), np.swapaxes(motion.error, -1, -2))
     return passing_stiffness(system, frequency) @ columns
+
+
+def moved_by_base(system: OnBase, base: Bounded, frequency: np.ndarray) -> tuple[Bounded, Bounded]:
+    """Motion against the base and motion (frequencies, n), the base moving by (frequencies, f).
+
+    D (X - R U) = w^2 M R U has no difference of large terms where the base moves slowly.
+    """
+    carried = base @ system.rigid.T.astype(complex)
+    one, squared = system.matrices, np.square(frequency)[:, None]
+    load = (carried @ one.mass.astype(complex)) * squared
+    spread = np.abs(carried.value) @ one.mass_error
+    found = response(dynamics(one, frequency), load.value, load.error + squared * spread)
+    return found, found + carried
 
 
 def frequency_grid(natural: np.ndarray, lowest: float = 0.0, highest: float = 0.0) -> np.ndarray:

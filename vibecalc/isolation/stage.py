@@ -121,6 +121,7 @@ def plan_efficiency(case: "Case") -> Iterator[Stage]:
         is_last=True,
         harmonics=_orders_of_run_up,
         work=_work_of_efficiency,
+        topics=("vibecalc.isolation.efficiency_accuracy:efficiency_topics",),
     )
 
 

@@ -22,7 +22,7 @@ MAY_VANISH = frozenset(
     | {"slip", "torque", "force", "time", "factor", "acceleration_feedback", "feedbacks", "delay"}
     | {"lower", "upper"}
 )
-TABLES = ("excitation", "isolation", "response", "damper_design", "measurement")
+TABLES = ("excitation", "isolation", "response", "damper_design", "measurement", "base_motion")
 
 
 def present(case: Case) -> list[KeyPath]:
