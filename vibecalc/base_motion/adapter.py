@@ -155,7 +155,8 @@ def _emit_spectra(scene: Scene, stand: Stand, shapes: Modes, given: BaseMotion) 
 
     def powers(frequency: FloatArray) -> FloatArray:
         response = _responses(stand, base, frequency)
-        return np.einsum("frs,fs->fr", np.square(np.abs(response)), weights(frequency))
+        found = np.einsum("frs,fs->fr", np.square(np.abs(response)), weights(frequency))
+        return np.asarray(found)
 
     count = 6 * len(stand.names)
     kinds = [*np.repeat(np.arange(10), 3), *np.repeat([10, 11], count // 2)]

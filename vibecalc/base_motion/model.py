@@ -4,6 +4,7 @@ import numpy as np
 
 from vibecalc.base_motion.tables import BaseHarmonic, BaseMotion, BaseSpectrum
 from vibecalc.errors import Problem
+from vibecalc.foundation.model import stand_on_body
 from vibecalc.isolation.on_base import Stand, alone
 from vibecalc.parts.body import RigidBody
 from vibecalc.parts.matrices import assemble, displacement_at
@@ -14,7 +15,9 @@ COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
 
 
 def stand_of(case: Case, body: RigidBody, mounts: Mounts) -> Stand:
-    """A body with all six freedoms on its mounts, whose feet move with the base."""
+    """A body with all six freedoms on its mounts, on the base or on a body that stands on it."""
+    if case.foundation is not None and case.foundation.body is not None:
+        return stand_on_body(case.foundation, body, mounts)
     matrices = assemble(
         body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
     )
@@ -71,7 +74,7 @@ def base_motion_problems(case: Case) -> list[Problem]:
         return []
     if machine.body.mass is None or machine.mounts.stiffness_matrix is not None:
         return []  # the rules of the table say so
-    return [*_not_held(case), *_logarithms(motion), *_still(motion)]
+    return [*_not_held(case), *_logarithms(motion), *_still(motion), *_on_what(case)]
 
 
 def _not_held(case: Case) -> list[Problem]:
@@ -87,6 +90,20 @@ def _not_held(case: Case) -> list[Problem]:
             allowed="a stiffness against each of the six motions",
             hint="give stiffness in three directions, and spread the mounts",
             also=("base_motion",),
+        )
+    ]
+
+
+def _on_what(case: Case) -> list[Problem]:
+    if case.foundation is None or case.foundation.body is not None:
+        return []
+    return [
+        Problem(
+            path=("base_motion",),
+            message="a base that moves carries the mounts, or a foundation that is a body",
+            found="a foundation of one mass, or of flexibilities",
+            allowed="[foundation] with a body, or none",
+            also=("foundation",),
         )
     ]
 

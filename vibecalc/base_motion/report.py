@@ -75,11 +75,11 @@ def _spectra(result: Result) -> list[str]:
     if f"{SPECTRUM}/acceleration_rms" not in record:
         return []
     lines: list[str] = []
-    for rows_of, names in ((_LINEAR, ("x", "y", "z")), (_TURNS, ("rx", "ry", "rz"))):
+    for rows_of, about in ((_LINEAR, ("x", "y", "z")), (_TURNS, ("rx", "ry", "rz"))):
         found = [(record[f"{SPECTRUM}/{name}_rms"], factor) for name, _, factor in rows_of]
         rows = [
             [name, *(show(f * float(q.values[i]), f * q.error_estimate) for q, f in found)]
-            for i, name in enumerate(names)
+            for i, name in enumerate(about)
         ]
         heads = [number(head, 17) for _, head, _ in rows_of]
         lines += [*table([Column("r.m.s.", 8), *heads], rows), ""]

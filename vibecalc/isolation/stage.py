@@ -99,7 +99,7 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
             and (options.run_up_maxima is not None or "/maxima/" not in path)
         ),
         is_last=True,
-        harmonics=_orders_of_run_up,
+        harmonics=orders_of_loads,
         work=_work_of_run_up,
         topics=("vibecalc.isolation.accuracy:run_up_topics",),
     )
@@ -119,7 +119,7 @@ def plan_efficiency(case: "Case") -> Iterator[Stage]:
         cost="one solve per order and at some hundred frequencies",
         quantities=below("isolation/efficiency/"),
         is_last=True,
-        harmonics=_orders_of_run_up,
+        harmonics=orders_of_loads,
         work=_work_of_efficiency,
         topics=("vibecalc.isolation.efficiency_accuracy:efficiency_topics",),
     )
@@ -135,7 +135,8 @@ _RUN_UP = 300
 _CURVE = 380
 
 
-def _orders_of_run_up(case: "Case") -> Harmonics:
+def orders_of_loads(case: "Case") -> Harmonics:
+    """Orders of all that acts on the body, the torque of the cylinders where it reaches it."""
     return (_orders_of_reaction if torque_reaches_mounts(case) else orders_of_motion)(case)
 
 
