@@ -47,6 +47,7 @@ SLOW = frozenset(
         "generator_mount_design",
         "generator_mount_design_lever",
         "generator_on_floor",
+        "genset_on_deck",
         "pump",
         "roll",
         "roll_balanced",

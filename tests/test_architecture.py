@@ -48,8 +48,9 @@ STANDS_ON = {
     # [response] holds the tables of roll, absorber and shaft line
     "response": {"kinematics", "excitation", "roll", "absorber", "torsion"},
     "isolation": {"kinematics", "excitation", "response", "torsion"},
-    "foundation": {"kinematics", "excitation"},
     "points": {"kinematics", "excitation", "response", "isolation"},
+    "foundation": {"kinematics", "excitation", "isolation", "response"},
+    "base_motion": {"isolation", "response", "foundation"},
 }
 HEAVY = {"numpy", "scipy", "h5py", "pint", "matplotlib", "pydantic", "rich"}
 #: a chapter can be read in one sitting

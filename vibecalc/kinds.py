@@ -300,6 +300,7 @@ PARTS_OF_KIND: dict[str, PartsOfKind] = {
             ("foundation",),
             ("point",),
             ("vibration_severity",),
+            ("base_motion",),
         ),
         instead="shaft_line with excitations, [response.torsion]",
         hints={

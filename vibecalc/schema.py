@@ -31,6 +31,7 @@ if TYPE_CHECKING:
         StockSprings,
         Tuning,
     )
+    from vibecalc.base_motion.tables import BaseMotion
     from vibecalc.core.case.tables import (
         Find,
         Limit,
@@ -57,6 +58,7 @@ else:
                 "vibecalc.absorber.tables": "Flywheel Gap Oil OilCatalogue Pendulum Primary Ring "
                 "Rod Secondaries Secondary SpringCatalogue Springs StockDampers StockOils "
                 "StockSprings Tuning",
+                "vibecalc.base_motion.tables": "BaseMotion",
                 "vibecalc.core.case.tables": "Find Limit Optimisation Reference "
                 "ReferenceTable Sweep",
                 "vibecalc.excitation.tables": "Excitation",
@@ -169,6 +171,7 @@ class Case(Table):
     vibration_severity: VibrationSeverity | None = Field(
         None, description="band and zones for the vibration at the points"
     )
+    base_motion: BaseMotion | None = Field(None, description="how what carries the machine moves")
     measurement: Measurement | None = Field(None, description="readings on a rigid plate")
     tuning: Tuning | None = Field(None, description="the best spring and damper of an absorber")
     damper_design: DamperDesign | None = Field(None, description="the best damper of an engine")

@@ -10,6 +10,7 @@ SUBJECTS = (
     "isolation",
     "foundation",
     "points",
+    "base_motion",
     "measurement",
     "absorber",
 )

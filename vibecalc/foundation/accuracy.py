@@ -7,8 +7,42 @@ from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing
 from vibecalc.foundation.adapter import two_masses
+from vibecalc.foundation.coupled_results import COUPLED
+from vibecalc.foundation.model import stand_on_body
 from vibecalc.foundation.two_masses import motion
+from vibecalc.isolation.adapters.loads import body_loads
 from vibecalc.numerics.rounding import FloatArray
+from vibecalc.response.forced import dynamics, response
+
+
+def coupled_topics(scene: Scene) -> list[Topic]:
+    """Motion of machine and foundation by order; none of a foundation of tables."""
+    given, body, mounts = scene.case.foundation, scene.parts.body, scene.parts.mounts
+    if given is None or body is None or mounts is None or given.body is None:
+        return []
+    system, loads = stand_on_body(given, body, mounts).system, body_loads(scene)
+    known = loads.load[: loads.retained]
+    load = np.where(np.abs(known.value) > known.error, known.value, 0.0)
+    acts = np.any(load != 0.0, axis=1)
+    if not np.any(acts):
+        return []
+    both = np.concatenate([load[acts], np.zeros((int(acts.sum()), 6))], axis=1)
+    w = loads.order[: loads.retained][acts] * scene.case.machine.speed
+
+    def own(_: float) -> Answer:
+        found = response(dynamics(system.matrices, w), both, np.zeros(both.shape))
+        return Answer(found.value, 2.0 * len(w))
+
+    ask = Ask(
+        "flexible foundation", "motion of both bodies", "motion by order",
+        f"{COUPLED}/machine/translation", "m", 2.0,
+        "one step of refinement costs as much as the solution",
+    )  # fmt: skip
+    solver = ours(
+        "inverse and one step", "inverse of the scaled matrix, refined once", own,
+        citation="Higham, Accuracy and Stability of Numerical Algorithms, chapter 12",
+    )  # fmt: skip
+    return [forced(ask, [solver], Matrices(*system.matrices[:4]), w, both)]
 
 
 def foundation_topics(scene: Scene) -> list[Topic]:

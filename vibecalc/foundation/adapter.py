@@ -47,6 +47,8 @@ def two_masses(scene: Scene) -> tuple[TwoMasses, int]:
     given = case.foundation
     if given is None or body is None or mounts is None or case.isolation is None:
         raise ValueError("[foundation] needs [isolation], a body and mounts")
+    if given.mass is None or given.stiffness is None:
+        raise ValueError("a foundation of kind 'mass' has a mass and a stiffness")
     up = DIRECTIONS.index(case.isolation.up)
 
     def together(each: FloatArray) -> FloatArray:

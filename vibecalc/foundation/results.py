@@ -1,10 +1,13 @@
 """Results of a machine on a foundation that moves."""
 
 from vibecalc.core.results.record import PEAK, Headline, entry
+from vibecalc.foundation.coupled_results import AXES as COUPLED_AXES
+from vibecalc.foundation.coupled_results import ENTRIES as COUPLED_ENTRIES
 
 ROOT = "foundation"
 AXES = {
     "foundation_mode": ("", "mode of machine and foundation, up and down, lowest first"),
+    **COUPLED_AXES,
 }
 ENTRIES = (
     entry(
@@ -42,4 +45,5 @@ ENTRIES = (
         PEAK,
         headline=Headline("the same on a rigid foundation", "N"),
     ),
+    *COUPLED_ENTRIES,
 )

@@ -5,16 +5,25 @@ from typing import TYPE_CHECKING
 
 from vibecalc.core.run.stage import Leading, Stage, Subject, Unit, Work, below
 from vibecalc.errors import Problem
+from vibecalc.isolation.stage import orders_of_loads
 from vibecalc.kinematics.stage import orders_of_motion, orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
+from vibecalc.parts.firing import is_separate, torque_reaches_mounts
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
 
 
+#: frequencies of a transmissibility
+_CURVE = 520
+
+
 def plan_foundation(case: "Case") -> Iterator[Stage]:
     """Planned where the case has [foundation]; the checks have seen to the rest."""
     if case.foundation is None:
+        return
+    if kind_of(case) != "mass":
+        yield _of_all_freedoms(case)
         return
     yield Stage(
         name="foundation",
@@ -23,7 +32,7 @@ def plan_foundation(case: "Case") -> Iterator[Stage]:
         parts=("body", "mounts"),
         orders=orders_words(case),
         cost=f"one solve of two masses per order at {case.machine.speed:.6g} rad/s",
-        quantities=below("foundation/"),
+        quantities=below("foundation/", without=("foundation/coupled/",)),
         is_last=True,
         harmonics=orders_of_motion,
         work=_work,
@@ -37,6 +46,42 @@ def plan_foundation(case: "Case") -> Iterator[Stage]:
 
 def _work(case: "Case", orders: int) -> Work:
     return ((orders, "two_masses"),)
+
+
+def kind_of(case: "Case") -> str:
+    """What the foundation is; nothing without one."""
+    return "" if case.foundation is None else case.foundation.kind or "mass"
+
+
+def _of_all_freedoms(case: "Case") -> Stage:
+    """Machine and foundation in six freedoms each, or on a foundation of tables."""
+    body = kind_of(case) == "body"
+    torque = torque_reaches_mounts(case)
+    line = torque and case.machine.shaft_line is not None and not is_separate(case)
+    without: tuple[str, ...] = () if body else ("/modes/",)
+    without += () if body or _has_plate(case) else ("/body/",)
+    return Stage(
+        name="flexible foundation",
+        adapter="vibecalc.foundation.coupled:run_coupled",
+        why="[foundation] has a body" if body else "[foundation] has flexibilities",
+        parts=("body", "mounts", *(("crank_train",) * torque), *(("shaft_line",) * line)),
+        orders="those that act on the body",
+        cost=f"a solve of {'12 x 12' if body else 'the tables'} per order and frequency",
+        quantities=below("foundation/coupled/", without=without),
+        is_last=True,
+        harmonics=orders_of_loads,
+        work=_work_of_all,
+        topics=("vibecalc.foundation.accuracy:coupled_topics",),
+    )
+
+
+def _has_plate(case: "Case") -> bool:
+    given = case.foundation
+    return given is not None and any(one.at == "whole" for one in given.flexibilities or ())
+
+
+def _work_of_all(case: "Case", orders: int) -> Work:
+    return ((2 * orders + 6 * _CURVE, "coupled_solve"),)
 
 
 def foundation_problems(case: "Case") -> list[Problem]:
@@ -65,7 +110,15 @@ def foundation_problems(case: "Case") -> list[Problem]:
 SUBJECT = Subject(
     stages=(plan_foundation,),
     concerns=lambda case: case.foundation is not None,
-    units={"two_masses": Unit(1.0e-5, "solves of two masses")},
+    units={
+        "two_masses": Unit(1.0e-5, "solves of two masses"),
+        "coupled_solve": Unit(5.0e-5, "solves of machine and foundation"),
+    },
     checks=("vibecalc.foundation.stage:foundation_problems",),
-    sections=("vibecalc.foundation.report:foundation",),
+    last_checks=("vibecalc.foundation.model:coupled_problems",),
+    sections=(
+        "vibecalc.foundation.report:foundation",
+        "vibecalc.foundation.coupled_report:coupled",
+    ),
+    pictures={"foundation": "vibecalc.foundation.coupled_report:FOUNDATION"},
 )

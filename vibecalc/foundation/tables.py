@@ -1,14 +1,178 @@
 """The table [foundation] of a case."""
 
+from typing import Annotated, Any, Literal
+
 from pydantic import Field
 
-from vibecalc.core.case.fields import Damping, Mass, Number, Stiffness, Table
+from vibecalc.core.case.fields import (
+    Damping,
+    Mass,
+    Name,
+    Number,
+    Point,
+    Stiffness,
+    Table,
+    Unit,
+)
+from vibecalc.core.case.rules import (
+    Row,
+    ascending,
+    by_kind,
+    one_of,
+    refuse,
+    same_length,
+)
+from vibecalc.parts.body_tables import Body, Mounts
+
+_Frequencies = Annotated[
+    tuple[Annotated[float, Field(gt=0), Unit("rad/s")], ...],
+    Field(min_length=1, max_length=20_000, description="ascending; beyond its ends they hold"),
+]
+_Stiffnesses = tuple[Annotated[float, Unit("N/m")], ...]
+_Dampings = tuple[Annotated[float, Unit("N*s/m")], ...]
+_Turnings = tuple[Annotated[float, Unit("N*m/rad")], ...]
+_TurnDampings = tuple[Annotated[float, Unit("N*m*s/rad")], ...]
+
+
+class DynamicStiffness(Table):
+    """Force over displacement, complex, over frequency."""
+
+    frequency: _Frequencies
+    real: _Stiffnesses = Field(description="in phase with the displacement; negative above a mode")
+    imaginary: _Stiffnesses = Field(description="in phase with the velocity: what takes energy")
+    RULES = (ascending("frequency"), same_length("frequency", "real", "imaginary"))
+
+
+class Impedance(Table):
+    """Force over velocity, complex, over frequency."""
+
+    frequency: _Frequencies
+    real: _Dampings = Field(description="in phase with the velocity: what takes energy")
+    imaginary: _Dampings = Field(description="positive like a mass, negative like a spring")
+    RULES = (ascending("frequency"), same_length("frequency", "real", "imaginary"))
+
+
+class AngularDynamicStiffness(Table):
+    """Couple over rotation, complex, over frequency."""
+
+    frequency: _Frequencies
+    real: _Turnings = Field(description="in phase with the rotation; negative above a mode")
+    imaginary: _Turnings = Field(description="in phase with the angular velocity")
+    RULES = (ascending("frequency"), same_length("frequency", "real", "imaginary"))
+
+
+class AngularImpedance(Table):
+    """Couple over angular velocity, complex, over frequency."""
+
+    frequency: _Frequencies
+    real: _TurnDampings = Field(description="in phase with the angular velocity")
+    imaginary: _TurnDampings = Field(description="positive like an inertia")
+    RULES = (ascending("frequency"), same_length("frequency", "real", "imaginary"))
+
+
+_TURNS = ("rx", "ry", "rz")
+_LINEAR, _ANGULAR = (
+    ("dynamic_stiffness", "impedance"),
+    ("angular_dynamic_stiffness", "angular_impedance"),
+)
+
+
+class Flexibility(Table):
+    """How the foundation gives way in one direction; in those that no one has it is rigid."""
+
+    at: Literal["mounts", "whole"] = Field(
+        "mounts", description="under each mount by itself, or of the foundation as one stiff plate"
+    )
+    mounts: tuple[Name, ...] | None = Field(
+        None, min_length=1, max_length=256, description="which mounts; all if not said"
+    )
+    direction: Literal["x", "y", "z", "rx", "ry", "rz"] = Field(
+        description="along, or of a plate also about, an axis"
+    )
+    dynamic_stiffness: DynamicStiffness | None = Field(
+        None, description="force over displacement; also the name of a CSV file"
+    )
+    impedance: Impedance | None = Field(
+        None, description="force over velocity instead; also the name of a CSV file"
+    )
+    angular_dynamic_stiffness: AngularDynamicStiffness | None = Field(
+        None, description="couple over rotation, of a plate about an axis"
+    )
+    angular_impedance: AngularImpedance | None = Field(
+        None, description="couple over angular velocity instead"
+    )
+    RULES = (
+        one_of(*_LINEAR, *_ANGULAR),
+        refuse(
+            "direction",
+            "a rotation gives way by angular_dynamic_stiffness or angular_impedance",
+            lambda t: t["direction"] in _TURNS and any(key in t for key in _LINEAR),
+            found="direction = '{direction}'",
+        ),
+        refuse(
+            "direction",
+            "what is angular is about an axis",
+            lambda t: t["direction"] in ("x", "y", "z") and any(key in t for key in _ANGULAR),
+            found="direction = '{direction}'",
+            allowed="rx, ry or rz",
+        ),
+        refuse(
+            "direction",
+            "a mount has no rotation of its own: it passes forces only",
+            lambda t: t["direction"] in _TURNS and t["at"] != "whole",
+            found="direction = '{direction}'",
+            allowed="x, y or z, or at = 'whole'",
+            also="at",
+        ),
+        refuse(
+            "mounts",
+            "what gives way as a whole has no mounts of its own",
+            lambda t: "mounts" in t and t["at"] == "whole",
+            allowed="at = 'mounts'",
+            also="at",
+        ),
+    )
+
+
+def _kind(row: Row) -> Any:
+    """Said, or told by what is there."""
+    if "kind" in row:
+        return row["kind"]
+    if "body" in row:
+        return "body"
+    return "impedance" if "flexibilities" in row else "mass"
 
 
 class Foundation(Table):
-    """What the mounts stand on, as one mass that moves up and down on a spring."""
+    """What the mounts stand on: a mass that moves up and down, a rigid body, or impedances."""
 
-    mass: Mass = Field(gt=0, description="of the part of the floor, deck or block that moves")
-    stiffness: Stiffness = Field(gt=0, description="of what carries that mass, up and down")
+    kind: Literal["mass", "body", "impedance"] | None = Field(
+        None, description="one mass on a spring, six freedoms on springs, or tables over frequency"
+    )
+    mass: Mass | None = Field(
+        None, gt=0, description="of the part of the floor, deck or block that moves"
+    )
+    stiffness: Stiffness | None = Field(
+        None, gt=0, description="of what carries that mass, up and down"
+    )
     damping: Damping = Field(0.0, ge=0, description="viscous, parallel to the stiffness")
     loss_factor: Number = Field(0.0, ge=0, le=1, description="of the stiffness")
+    position: Point | None = Field(
+        None, description="of the foundation's reference point, from that of the machine"
+    )
+    body: Body | None = Field(None, description="a rigid body: its mass and inertia")
+    springs: Mounts | None = Field(
+        None, description="between it and the ground, from its own reference point"
+    )
+    flexibilities: tuple[Flexibility, ...] | None = Field(
+        None, min_length=1, max_length=300, description="how it gives way, direction by direction"
+    )
+    RULES = (
+        by_kind(
+            "foundation",
+            _kind,
+            mass="mass stiffness | damping loss_factor",
+            body="position body springs |",
+            impedance="flexibilities | position",
+        ),
+    )

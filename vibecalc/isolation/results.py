@@ -1,6 +1,8 @@
 """Results of the body on its mounts, under shaking forces or the torque of its cylinders."""
 
 from vibecalc.core.results.record import CANCELS, ORDERS, PEAK, RESONANCE, Headline, entry
+from vibecalc.isolation.efficiency_results import AXES as EFFICIENCY_AXES
+from vibecalc.isolation.efficiency_results import EFFICIENCY_ENTRIES
 
 # ----------------------------------------------------------------------------
 # Results of the body on its mounts.
@@ -223,6 +225,29 @@ ISOLATION_ENTRIES = (
 )
 
 # ----------------------------------------------------------------------------
+# Every local maximum of the run-up.
+# ----------------------------------------------------------------------------
+
+MAXIMA_ROOT = "isolation/run_up/maxima"
+
+MAXIMA_ENTRIES = (
+    entry(f"{MAXIMA_ROOT}/mount", "maximum", "", "place of the support among the mounts, from 1"),
+    entry(f"{MAXIMA_ROOT}/force", "maximum", "N", "local maximum of the force of a support", PEAK),
+    entry(f"{MAXIMA_ROOT}/speed", "maximum", "rad/s", "crank speed of the maximum"),
+    entry(f"{MAXIMA_ROOT}/order", "maximum", "", "order that is largest there"),
+    entry(f"{MAXIMA_ROOT}/order_share", "maximum", "", "size of that order over the peak of all"),
+    entry(
+        f"{MAXIMA_ROOT}/bending_order",
+        "maximum",
+        "",
+        "order that bends the curve downwards most: that in resonance",
+    ),
+    entry(f"{MAXIMA_ROOT}/mode", "maximum", "", "mode nearest to the frequency of that order"),
+    entry(f"{MAXIMA_ROOT}/frequency_ratio", "maximum", "", "that frequency over that of the mode"),
+    entry(f"{MAXIMA_ROOT}/at_end", "maximum", "", "1 at an end of the range of speeds, else 0"),
+)
+
+# ----------------------------------------------------------------------------
 # Results of an engine on its mounts under the torque of its cylinders, with what shakes it.
 # ----------------------------------------------------------------------------
 
@@ -323,10 +348,14 @@ TORQUE_REACTION_ENTRIES = (
 #: axis name -> (unit, long name)
 AXES = {
     "mount": ("", "mount"),
+    "maximum": ("", "local maximum, by support and speed"),
+    **EFFICIENCY_AXES,
 }
 ENTRIES = (
     *ISOLATION_ENTRIES,
+    *MAXIMA_ENTRIES,
     *TORQUE_REACTION_ENTRIES,
+    *EFFICIENCY_ENTRIES,
 )
 HELPS = {
     "isolation/": (ORDERS, RESONANCE),

@@ -48,7 +48,7 @@ _PITCH_ONLY = ("isolation/pitch/", "isolation/lever_force/", "support_force/rigi
 CURVE = "isolation/pitch/transmissibility_curve"
 _BODY_ONLY = ("isolation/modes/", "isolation/body/")
 #: of the stages next to it
-_OTHERS = ("run_up", "masked", "torque_reaction")
+_OTHERS = ("run_up", "masked", "torque_reaction", "efficiency")
 
 
 def plan_isolation(case: "Case") -> Iterator[Stage]:
@@ -95,12 +95,33 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
         quantities=tuple(
             path
             for path in below("isolation/", without=() if pitch else ("lever_force",))
-            if "run_up" in path or "masked" in path
+            if ("run_up" in path or "masked" in path)
+            and (options.run_up_maxima is not None or "/maxima/" not in path)
         ),
         is_last=True,
-        harmonics=orders_of_run_up,
+        harmonics=orders_of_loads,
         work=_work_of_run_up,
         topics=("vibecalc.isolation.accuracy:run_up_topics",),
+    )
+
+
+def plan_efficiency(case: "Case") -> Iterator[Stage]:
+    if case.isolation is None or not case.isolation.efficiency:
+        return
+    torque = torque_reaches_mounts(case)
+    line = torque and case.machine.shaft_line is not None and not is_separate(case)
+    yield Stage(
+        name="isolation efficiency",
+        adapter="vibecalc.isolation.adapters.efficiency:run_efficiency",
+        why="[isolation] efficiency is in the case" + ", with the torque of the cylinders" * torque,
+        parts=("body", "mounts", *(("crank_train",) * torque), *(("shaft_line",) * line)),
+        orders=ORDERS if torque else orders_words(case),
+        cost="one solve per order and at some hundred frequencies",
+        quantities=below("isolation/efficiency/"),
+        is_last=True,
+        harmonics=orders_of_loads,
+        work=_work_of_efficiency,
+        topics=("vibecalc.isolation.efficiency_accuracy:efficiency_topics",),
     )
 
 
@@ -110,9 +131,12 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
 
 #: speeds that a run-up takes, refined where its curves bend
 _RUN_UP = 300
+#: frequencies of a transmissibility
+_CURVE = 380
 
 
-def orders_of_run_up(case: "Case") -> Harmonics:
+def orders_of_loads(case: "Case") -> Harmonics:
+    """Orders of all that acts on the body, the torque of the cylinders where it reaches it."""
     return (orders_of_reaction if torque_reaches_mounts(case) else orders_of_motion)(case)
 
 
@@ -147,6 +171,10 @@ def _work_of_run_up(case: "Case", orders: int) -> Work:
     return ((orders * _RUN_UP, "pitch_solve" if pitch else "body_solve"),)
 
 
+def _work_of_efficiency(case: "Case", orders: int) -> Work:
+    return ((2 * orders + 6 * _CURVE, "body_solve"), (1, "modes"))
+
+
 def _work_of_reaction(case: "Case", orders: int) -> Work:
     return ((4 * orders, "body_solve"), (2, "modes"), (2 * orders, "order"))
 
@@ -166,6 +194,7 @@ SUBJECT = Subject(
     stages=(
         plan_isolation,
         plan_torque_reaction,
+        plan_efficiency,
     ),
     concerns=lambda case: case.isolation is not None,
     units={
@@ -177,7 +206,9 @@ SUBJECT = Subject(
     last_checks=("vibecalc.isolation.model:isolation_problems",),
     sections=(
         "vibecalc.isolation.report:isolation",
+        "vibecalc.isolation.maxima_report:run_up_maxima",
         "vibecalc.isolation.report:torque_reaction",
+        "vibecalc.isolation.efficiency_report:isolation_efficiency",
     ),
     pictures={
         "force_over_cycle": "vibecalc.isolation.pictures:FORCE_OVER_CYCLE",
@@ -186,5 +217,6 @@ SUBJECT = Subject(
         "modal_energy": "vibecalc.isolation.pictures:draw_modal_energy",
         "mode_shapes": "vibecalc.isolation.pictures:draw_mode_shapes",
         "engine_mounts": "vibecalc.isolation.pictures:ENGINE_MOUNTS",
+        "efficiency": "vibecalc.isolation.efficiency_report:EFFICIENCY",
     },
 )

@@ -7,11 +7,12 @@ from pydantic import Field
 from vibecalc.core.case.fields import (
     Acceleration,
     Length,
+    Number,
     RunUp,
     Table,
 )
 from vibecalc.core.case.raw import table_at
-from vibecalc.core.case.rules import Rule, refuse, wants
+from vibecalc.core.case.rules import Rule, needs, refuse, wants
 
 _WITHOUT = "leave [isolation] out for forces and balance only"
 
@@ -39,7 +40,17 @@ class Isolation(Table):
         None, gt=0, description="couple over this lever is `lever_force`; default: of the mounts"
     )
     run_up: RunUp | None = Field(None, description="also pass a range of speeds")
+    run_up_maxima: Number | None = Field(
+        None,
+        gt=0,
+        le=1,
+        description="every local maximum of the run-up from this share of the highest on",
+    )
+    efficiency: bool | None = Field(
+        None, description="also what the mounts keep from the ground, by order and over frequency"
+    )
     RULES = (
+        needs("run_up_maxima", "run_up", allowed='run_up = { from = 0, to = "..." } with it'),
         wants("machine.body", hint=_WITHOUT),
         wants("machine.mounts", hint=_WITHOUT),
         _no_matrix("body", "mass_matrix", "a body with mass and inertia"),

@@ -13,7 +13,7 @@ from vibecalc.core.run.stage import (
     Work,
     below,
 )
-from vibecalc.isolation.stage import ORDERS, orders_of_reaction, orders_of_run_up
+from vibecalc.isolation.stage import ORDERS, orders_of_loads, orders_of_reaction
 from vibecalc.kinematics.stage import orders_given, orders_of_motion, orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
 from vibecalc.parts.firing import torque_reaches_mounts
@@ -65,7 +65,7 @@ def plan_points(case: "Case") -> Iterator[Stage]:
         cost=f"one solve per order at some hundred speeds from {first:.6g} to {last:.6g} rad/s",
         quantities=below("points/run_up/"),
         is_last=True,
-        harmonics=orders_of_run_up,
+        harmonics=orders_of_loads,
         work=_work_of_run_up,
         topics=("vibecalc.points.accuracy:points_run_up_topics",),
     )

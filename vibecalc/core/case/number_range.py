@@ -22,7 +22,15 @@ MAY_VANISH = frozenset(
     | {"slip", "torque", "force", "time", "factor", "acceleration_feedback", "feedbacks", "delay"}
     | {"lower", "upper"}
 )
-TABLES = ("excitation", "isolation", "response", "damper_design", "measurement")
+TABLES = (
+    "excitation",
+    "isolation",
+    "response",
+    "damper_design",
+    "measurement",
+    "base_motion",
+    "foundation",
+)
 
 
 def present(case: Case) -> list[KeyPath]:

@@ -5,11 +5,17 @@ from typing import Any
 
 import numpy as np
 
+from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.run.stage import Scene
 from vibecalc.isolation.adapters.common import RunUpSection, RunUpSetup, isolation_of
+from vibecalc.isolation.results import MAXIMA_ROOT
 from vibecalc.isolation.run_up import joined, run_up, run_up_peak
+from vibecalc.isolation.run_up_maxima import Maxima, Range, local_maxima
 from vibecalc.isolation.run_up_peaks import RunUpPeak, highest_of
 from vibecalc.parts.firing import torque_reaches_mounts
+
+CURVES = ("isolation/lever_force/run_up", "isolation/support_force/run_up")
+MAXIMA = tuple(path for path in CATALOGUE if path.startswith(f"{MAXIMA_ROOT}/"))
 
 
 def run_run_up(scene: Scene) -> None:
@@ -21,13 +27,16 @@ def run_run_up(scene: Scene) -> None:
         "docs/theory.md, quasi-steady run-up",
     )
     setup, given = parts[0].setup, [_given(part) for part in parts]
-    if not scene.wants("isolation/lever_force/run_up", "isolation/support_force/run_up"):
+    if not scene.wants(*CURVES, *MAXIMA):
         _emit_peaks(scene, setup, highest_of([run_up_peak(*each) for each in given]))
         return
     for warning in dict.fromkeys(text for p in parts for text in p.setup.idle(p.start, p.stop)):
         scene.warn(warning)
     passed = joined([run_up(*each) for each in given])
     _emit_peaks(scene, setup, passed.peak)
+    share = isolation_of(scene).run_up_maxima
+    if share is not None:
+        _emit_maxima(scene, setup, local_maxima([Range(*each) for each in given], passed, share))
     value, error = (part[:, setup.row_of] for part in passed.curve)
     for path, rows, mount in _rows(scene, setup):
         scene.emit(
@@ -74,6 +83,33 @@ def _emit_peaks(scene: Scene, setup: RunUpSetup, peak: RunUpPeak) -> None:
         place = rows if mount else 0
         scene.emit(f"{path}/run_up_peak", peak.value[place], error[rows], mount)
         scene.emit(f"{path}/run_up_peak_speed", peak.speed[place], peak.speed_error[rows], mount)
+
+
+def _emit_maxima(scene: Scene, setup: RunUpSetup, maxima: Maxima) -> None:
+    """Those of each support, in the order of the supports."""
+    order = [
+        (place, number)
+        for place, row in enumerate(setup.row_of[setup.lever_rows :].tolist(), start=1)
+        for number in np.flatnonzero(maxima.row == row).tolist()
+    ]
+    if not order:
+        scene.warn("no force of a support has a maximum in the run-up: nothing shakes the body")
+        return
+    mount, which = np.array(order).T
+    found = Maxima(*(part[which] for part in maxima))
+    axes = {"maximum": np.arange(1, len(which) + 1)}
+    for name, values, error in (
+        ("mount", mount.astype(float), 0.0),
+        ("force", found.value, np.where(np.isfinite(found.value), found.error, 0.0)),
+        ("speed", found.speed, found.speed_error),
+        ("order", found.order * setup.step, 0.0),
+        ("order_share", found.share, 1e-12),
+        ("bending_order", found.bending * setup.step, 0.0),
+        ("mode", found.mode, 0.0),
+        ("frequency_ratio", found.ratio, found.speed_error / found.speed * found.ratio + 1e-14),
+        ("at_end", found.at_end, 0.0),
+    ):
+        scene.emit(f"{MAXIMA_ROOT}/{name}", values, error, axes)
 
 
 def _rows(

@@ -15,6 +15,7 @@ from vibecalc.isolation.adapters.common import (
     RunUpSetup,
     isolation_of,
 )
+from vibecalc.isolation.adapters.loads import steady_motion
 from vibecalc.isolation.adapters.rigid_body import MountedBody, of_body
 from vibecalc.isolation.adapters.torque_couple import (
     Couples,
@@ -55,17 +56,10 @@ from vibecalc.parts.body import DIRECTIONS
 from vibecalc.parts.firing import TURN, cycle_angle, shakes_with_torque
 from vibecalc.parts.matrices import assemble
 from vibecalc.parts.mounts import Mounts
-from vibecalc.response.forced import (
-    MotionByOrder,
-    UndrivenModes,
-    dynamics,
-    require_digits,
-    response,
-)
+from vibecalc.response.forced import MotionByOrder, UndrivenModes, dynamics, response
 from vibecalc.response.modal_damping import body_resonances, damped_basis, with_damped_poles
 from vibecalc.response.modes import Modes, modes
-from vibecalc.response.resonances import Resonances, check_operating_point, idle_warnings, left_out
-from vibecalc.response.resonances import left_out as undriven_pairs
+from vibecalc.response.resonances import Resonances, idle_warnings, left_out
 
 # ----------------------------------------------------------------------------
 # Adapter: a machine on its mounts under the torque of its cylinders, with what shakes it.
@@ -118,7 +112,7 @@ def motion_with_torque(scene: Scene) -> MotionByOrder:
     """Motion of the body by all that drives it, for those who read it at other places."""
     driven = driven_body(scene)
     couples = driven.couples
-    few, _ = _motion(scene, driven.matrices, driven.shapes, driven.loads, couples.order)
+    few, _ = steady_motion(scene, driven.matrices, driven.shapes, driven.loads, couples.order)
     return MotionByOrder(couples.order, couples.retained, TAIL, _six(few, driven.freedoms))
 
 
@@ -144,7 +138,7 @@ def run_torque_reaction(scene: Scene) -> None:
     )
     scene.emit(f"{TORQUE_REACTION_ROOT}/mean_couple", couples.mean.value, couples.mean.error)
 
-    few, resonances = _motion(scene, matrices, shapes, loads, order)
+    few, resonances = steady_motion(scene, matrices, shapes, loads, order)
     motion = _six(few, freedoms)
     _emit_nearest(scene, shapes, resonances, loads, couples)
     _emit_motion(scene, motion, axis, couples)
@@ -153,7 +147,7 @@ def run_torque_reaction(scene: Scene) -> None:
         at_mounts, order * speed, mounts.stiffness, mounts.damping, mounts.structural
     )
     alone = with_shaking(couples.total, order, axis, Bounded(shaking.value[:0], shaking.error[:0]))
-    torque_motion, _ = _motion(scene, matrices, shapes, _of(alone, freedoms), order)
+    torque_motion, _ = steady_motion(scene, matrices, shapes, _of(alone, freedoms), order)
     of_torque = mount_force(
         displacement(_six(torque_motion, freedoms), mounts.position),
         order * speed,
@@ -198,21 +192,6 @@ def _of(loads: Bounded, freedoms: np.ndarray) -> Bounded:
 
 def _six(motion: Bounded, freedoms: np.ndarray) -> Bounded:
     return Bounded(all_six(motion.value, freedoms), all_six(motion.error, freedoms))
-
-
-def _motion(
-    scene: Scene, matrices: Matrices, shapes: Modes, loads: Bounded, order: np.ndarray
-) -> tuple[Bounded, Resonances]:
-    """Motion (m, f) of the reference point under loads (m, f) at the operating speed."""
-    speed = scene.case.machine.speed
-    resonances = body_resonances(matrices, shapes, loads)
-    for warning in check_operating_point(resonances, order, speed):
-        scene.warn(warning)
-    undriven = UndrivenModes(undriven_pairs(resonances), shapes.shape, shapes.eigenvalue)
-    system = dynamics(matrices, order * speed, undriven)
-    motion = response(system, loads.value, loads.error)
-    require_digits(matrices, system, loads, motion, order, speed)
-    return motion, resonances
 
 
 def _mean_force(matrices: Matrices, mounts: Mounts, couple: Bounded, axis: np.ndarray) -> Bounded:

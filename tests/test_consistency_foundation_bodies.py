@@ -1,0 +1,202 @@
+"""Claim: machine and foundation in six freedoms, and on tables, move as dense solves say."""
+
+import copy
+from typing import Any
+
+import numpy as np
+import pytest
+from shipped_cases import CASES
+
+from vibecalc.core.case.load import validate
+from vibecalc.core.run.run import run_case
+from vibecalc.core.study.execute import load_checked
+from vibecalc.errors import NumericalFailure
+from vibecalc.parts.body import build_body
+from vibecalc.parts.machine import build_machine
+from vibecalc.parts.matrices import displacement_at
+from vibecalc.parts.mounts import build_mounts
+
+ROOT = "foundation/coupled"
+
+
+def deck() -> dict[str, Any]:
+    """The shipped case without its run-up and its base."""
+    (loaded,) = load_checked([CASES["genset_on_deck"]], [])
+    table = copy.deepcopy(dict(loaded.resolved))
+    table = {key: table[key] for key in ("schema", "title", "machine", "excitation", "foundation")}
+    table["isolation"] = {"model": "rigid_body"}
+    table["machine"]["mounts"]["positions"][0][2] = -0.4
+    table["machine"]["mounts"]["each"]["damping"] = 300.0
+    return table
+
+
+@pytest.fixture(scope="module")
+def on_body() -> tuple[Any, Any]:
+    case = validate(deck())
+    return case, run_case(case)
+
+
+def dense(case: Any, w: float) -> tuple[np.ndarray, ...]:
+    """Complex stiffness, mass, of mounts alone, and R of both bodies."""
+    machine, given = build_machine(case), case.foundation
+    place = np.array(given.position)
+    springs = build_mounts(given.springs)
+    parts = []
+    for mounts, upper in ((machine.mounts, True), (springs, False)):
+        whole = np.zeros((12, 12), dtype=complex)
+        for p, k, c, h in zip(
+            mounts.position, mounts.stiffness, mounts.damping, mounts.structural, strict=True
+        ):
+            rows = np.zeros((3, 12))
+            if upper:
+                rows[:, :6], rows[:, 6:] = displacement_at(p), -displacement_at(p - place)
+            else:
+                rows[:, 6:] = displacement_at(p)
+            whole += rows.T @ (k + 1j * (h + w * c)) @ rows
+        parts.append(whole)
+    mass = np.zeros((12, 12))
+    mass[:6, :6], mass[6:, 6:] = machine.body.mass_matrix, build_body(given.body).mass_matrix
+    rigid = np.vstack([np.eye(6), np.eye(6)])
+    rigid[6:9, :] = displacement_at(place)
+    return parts[0], parts[1], mass, rigid
+
+
+def test_motion_loads_and_power_are_those_of_dense_solves(on_body: tuple[Any, Any]) -> None:
+    case, record = on_body
+    orders = record[f"{ROOT}/power"].axes[0].values
+    loads = {
+        what: record[f"excitation/{what}"].values[: len(orders)] for what in ("force", "couple")
+    }
+    total = {"ground": 0.0, "held": 0.0}
+    for i, order in enumerate(orders):
+        w = float(order) * case.machine.speed
+        mounts, springs, mass, rigid = dense(case, w)
+        load = np.concatenate([loads["force"][i], loads["couple"][i], np.zeros(6)])
+        motion = np.linalg.solve(mounts + springs - w**2 * mass, load)
+        scale = np.max(np.abs(load)) + 1e-30
+        for name, part in (
+            ("machine/translation", motion[:3]), ("machine/rotation", motion[3:6]),
+            ("body/translation", motion[6:9]), ("body/rotation", motion[9:]),
+        ):  # fmt: skip
+            found = record[f"{ROOT}/{name}"].values[i]
+            assert found == pytest.approx(part, rel=1e-9, abs=1e-16 * scale)
+        ground = rigid.T @ (mounts + springs) @ motion
+        mine = [record[f"{ROOT}/ground/{what}"].values[i] for what in ("force", "couple")]
+        assert np.concatenate(mine) == pytest.approx(ground, rel=1e-9, abs=1e-11 * scale)
+        # what goes into the foundation is turned into heat in its springs
+        heat = 0.5 * w * np.imag(np.vdot(motion, springs @ motion))
+        assert record[f"{ROOT}/power"].values[i] == pytest.approx(heat, rel=1e-8, abs=1e-14 * scale)
+        put_in = 0.5 * w * np.imag(np.vdot(motion, load))
+        assert put_in == pytest.approx(
+            heat + 0.5 * w * np.imag(np.vdot(motion, mounts @ motion)), rel=1e-8, abs=1e-14 * scale
+        )
+        total["ground"] += float(np.sum(np.abs(ground[:3]) ** 2))
+        total["held"] += float(np.sum(np.abs(load[:3]) ** 2))
+    share = 1.0 - np.sqrt(total["ground"] / total["held"])
+    assert record[f"{ROOT}/ground/force_efficiency"].values == pytest.approx(share, rel=1e-9)
+    mounts, springs, mass, _ = dense(case, 0.0)
+    squares = np.linalg.eigvals(np.linalg.solve(mass, (mounts + springs).real)).real
+    found = record[f"{ROOT}/modes/natural_frequency"].values
+    assert found == pytest.approx(np.sqrt(np.sort(squares)), rel=1e-10)
+    # over frequency: reciprocity with the base that moves both
+    grid = record[f"{ROOT}/ground/transmissibility"].axes[1].values[::40]
+    mine = record[f"{ROOT}/ground/transmissibility"].values[:, ::40].T
+    for f, row in zip(grid, mine, strict=True):
+        w = 2.0 * np.pi * f
+        mounts, springs, mass, rigid = dense(case, w)
+        whole = mounts + springs
+        moved = np.linalg.solve(whole - w**2 * mass, whole @ rigid)[:6]
+        assert row == pytest.approx(np.abs(np.diag(moved)), rel=1e-9)
+
+
+def test_a_stiff_body_is_a_rigid_foundation_and_tables_of_it_are_the_same(
+    on_body: tuple[Any, Any],
+) -> None:
+    case, record = on_body
+    table = deck()
+    orders = record[f"{ROOT}/power"].axes[0].values
+    # the same foundation, whose springs are even about its centre, as dynamic stiffness by tables;
+    # guard orders are solved too
+    w = np.arange(1, 3 * len(orders) + 1) * case.machine.speed
+    springs, mass = build_mounts(case.foundation.springs), build_body(case.foundation.body)
+    arms = [displacement_at(p) for p in springs.position]
+    k, h = (sum(a.T @ one @ a for a, one in zip(arms, each, strict=True))
+            for each in (springs.stiffness, springs.structural))  # fmt: skip
+    assert np.allclose(k, np.diag(np.diag(k)))
+    flexibilities = []
+    for i, direction in enumerate(("x", "y", "z", "rx", "ry", "rz")):
+        value = k[i, i] + 1j * h[i, i] - w**2 * mass.mass_matrix[i, i]
+        by_velocity = i % 2 == 1
+        value = value / (1j * w) if by_velocity else value
+        key = "angular_" * (i > 2) + ("impedance" if by_velocity else "dynamic_stiffness")
+        columns = {"frequency": w, "real": value.real, "imaginary": value.imag}
+        flexibilities.append({"at": "whole", "direction": direction, key: columns})
+    table["foundation"] = {
+        "kind": "impedance", "position": list(case.foundation.position),
+        "flexibilities": flexibilities,
+    }  # fmt: skip
+    by_tables = run_case(validate(table))
+    # what is on tables has no ground below it: the loads are those of the mounts
+    pushed = by_tables[f"{ROOT}/mount_force"].values.sum(axis=0).T
+    size = np.max(np.abs(pushed))
+    assert by_tables[f"{ROOT}/ground/force"].values == pytest.approx(pushed, abs=1e-12 * size)
+    for name in ("machine/translation", "body/rotation", "power", "mount_force", "foot"):
+        found, known = by_tables[f"{ROOT}/{name}"], record[f"{ROOT}/{name}"]
+        size = np.max(np.abs(known.values))
+        assert found.values == pytest.approx(known.values, rel=1e-8, abs=1e-10 * size)
+        assert found.error_estimate < 1e-8 * size
+    stiff = deck()
+    stiff["foundation"]["springs"]["each"]["stiffness"] = 1e17
+    rigid = run_case(validate(stiff))
+    for what in ("force", "couple"):
+        known = rigid[f"{ROOT}/rigid/{what}"].values
+        size = np.max(np.abs(known))
+        assert rigid[f"{ROOT}/ground/{what}"].values == pytest.approx(known, abs=1e-7 * size)
+
+
+def test_feet_are_springs_in_series_with_the_mounts() -> None:
+    """A foot of stiffness z under a mount of k (both complex) passes k z / (k + z)."""
+    table = deck()
+    table["machine"]["mounts"]["each"].update(damping=0.0)
+    foot = 3.0e6 * (1.0 + 0.08j)
+    columns = {"frequency": [100.0], "real": [foot.real], "imaginary": [foot.imag]}
+    table["foundation"] = {
+        "kind": "impedance",
+        "flexibilities": [
+            {"direction": one, "dynamic_stiffness": columns} for one in ("x", "y", "z")
+        ],
+    }
+    found = run_case(validate(table))
+    series = copy.deepcopy(table)
+    del series["foundation"]
+    each = series["machine"]["mounts"]["each"]
+    springs = np.array(each["stiffness"]) * (1.0 + 1j * each["loss_factor"])
+    whole = springs * foot / (springs + foot)
+    # its real part as spring; the loss factor differs by direction, so one direction is compared
+    each.update(stiffness=whole.real.tolist(), loss_factor=float(whole[2].imag / whole[2].real))
+    known = run_case(validate(series))["isolation/support_force/steady_harmonics"].values
+    rows = [i for i in range(12) if np.max(np.abs(known[..., i])) > 1.0]
+    assert rows
+    mine = found[f"{ROOT}/mount_force"].values
+    total, other = mine[:, 2].sum(axis=0), known[:, 2].sum(axis=0)
+    assert total[rows] == pytest.approx(other[rows], rel=2e-2)
+    velocity = found[f"{ROOT}/foot"].values
+    assert velocity == pytest.approx(mine / foot, rel=1e-9, abs=1e-20)
+    assert f"{ROOT}/body/translation" not in found
+    # what is put in is turned into heat in mounts and feet
+    assert np.all(found[f"{ROOT}/power"].values >= 0.0)
+
+
+def test_no_steady_motion_is_refused() -> None:
+    table = deck()
+    w = 2.0 * table["machine"]["speed"]
+    columns = {"frequency": [1.0], "real": [0.0], "imaginary": [0.0]}
+    table["foundation"] = {
+        "kind": "impedance", "flexibilities": [{"direction": "z", "dynamic_stiffness": columns}],
+    }  # fmt: skip
+    with pytest.raises(NumericalFailure, match="nothing carries it"):
+        run_case(validate(table))
+    columns = {"frequency": [1.0, 0.9 * w], "real": [1e6, 1e6], "imaginary": [1e4, 1e4]}
+    table["foundation"]["flexibilities"][0]["dynamic_stiffness"] = columns
+    with pytest.raises(NumericalFailure, match="beyond the tables"):
+        run_case(validate(table))

@@ -1,0 +1,1 @@
+"""A machine whose base moves: a ship's deck, a vehicle, a floor next to other machines."""

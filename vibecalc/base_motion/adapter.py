@@ -1,0 +1,231 @@
+"""Adapter: a base that moves, to the motion of the machine and the work of its mounts."""
+
+import numpy as np
+
+from vibecalc.base_motion.model import (
+    COORDINATES,
+    amplitude_of,
+    at_reference,
+    densities_of,
+    frequency_of,
+    stand_of,
+)
+from vibecalc.base_motion.results import HARMONIC, MOTIONS, OF_MOUNTS, ROOT, SPECTRUM
+from vibecalc.base_motion.spectrum import Density, mean_squares, panel_ends
+from vibecalc.base_motion.tables import BaseMotion
+from vibecalc.core.run.stage import Scene
+from vibecalc.errors import NumericalFailure
+from vibecalc.isolation.on_base import Stand, frequency_grid, moved_by_base, transmissibility
+from vibecalc.numerics import bounded
+from vibecalc.numerics.bounded import Bounded, reshaped
+from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF, FloatArray
+from vibecalc.parts.body import DIRECTIONS
+from vibecalc.response.modal_damping import damped_basis, damping_ratio
+from vibecalc.response.modes import Modes, modes
+
+#: turns of 2 pi
+_TURN = 2.0 * np.pi
+#: frequencies of a density that is drawn
+_DRAWN = 320
+#: damping ratio below which a mean square is no number
+_UNDAMPED = 1e-7
+
+
+def run_base_motion(scene: Scene) -> None:
+    """Emit transmissibilities, the response to each harmonic, and that to the spectra."""
+    given, body, mounts = scene.case.base_motion, scene.parts.body, scene.parts.mounts
+    if given is None or body is None or mounts is None:
+        raise ValueError("[base_motion] needs a body and mounts")
+    stand = stand_of(scene.case, body, mounts)
+    shapes = damped_basis(stand.system.matrices, modes(stand.system.matrices))
+    scene.cite(
+        "rigid body on mounts whose base moves, complex dynamic stiffness",
+        "motion of the base",
+        "Harris and Piersol, Shock and Vibration Handbook, 5th ed. 2002, ch. 3 and 11",
+    )
+    _emit_curves(scene, stand, shapes)
+    if given.harmonics:
+        _emit_harmonics(scene, stand, given)
+    if given.spectra:
+        _emit_spectra(scene, stand, shapes, given)
+
+
+def _emit_curves(scene: Scene, stand: Stand, shapes: Modes) -> None:
+    """Of motions of the base at the reference point, each in the direction in which it moves."""
+    grid = frequency_grid(shapes.natural_frequency)
+    passing = transmissibility(stand.system, grid)
+    relative = passing - np.eye(passing.shape[-1])
+    axes = {"coordinate": COORDINATES, "base_frequency": grid / _TURN}
+    for name, part in (("transmissibility", passing), ("relative_transmissibility", relative)):
+        diagonal = reshaped(abs(part), lambda one: np.diagonal(one, axis1=-2, axis2=-1).T)
+        scene.emit(f"{ROOT}/{name}", diagonal, axes=axes)
+
+
+# ----------------------------------------------------------------------------
+# Harmonics of the base, one by one: they have no common period, so that peaks are sums.
+# ----------------------------------------------------------------------------
+
+
+def _emit_harmonics(scene: Scene, stand: Stand, given: BaseMotion) -> None:
+    frequency = np.array([frequency_of(one, scene.case) for one in given.harmonics])
+    said = np.array(
+        [amplitude_of(one, w) for one, w in zip(given.harmonics, frequency, strict=True)]
+    )
+    names = [one.name for one in given.harmonics]
+    turned = at_reference(given.point)
+    size = np.abs(said) @ np.abs(turned).T
+    base = Bounded(said @ turned.T, 8.0 * UNIT_ROUNDOFF * size)
+    relative, motion = moved_by_base(stand.system, base, frequency)
+    _require_digits(stand, relative, names, frequency)
+    axes = {"base_harmonic": names, "direction": DIRECTIONS}
+    scene.emit(f"{HARMONIC}/frequency", frequency, axes=axes)
+    rate = 1j * frequency[:, None]
+    own, against = motion[:, :6], relative[:, :6]
+    series = (own, against, own * rate, own * rate**2)
+    names_of = [name for name, *_ in MOTIONS]
+    for place, part in enumerate(series):
+        scene.emit(f"{HARMONIC}/{names_of[2 * place]}", part[:, :3], axes=axes)
+        scene.emit(f"{HARMONIC}/{names_of[2 * place + 1]}", part[:, 3:], axes=axes)
+    total = abs(series[-1][:, :3]).sum(0)
+    scene.emit(f"{HARMONIC}/acceleration_peak", total, axes={"direction": DIRECTIONS})
+    # (harmonics, mounts, 3)
+    stretch = np.asarray(stand.stretch, dtype=complex)
+    column = Bounded(relative.value[:, None, :, None], relative.error[:, None, :, None])
+    deflection = (stretch @ column)[..., 0]
+    bent = Bounded(deflection.value[..., None], deflection.error[..., None])
+    force = (bounded.rounded(stand.passing(frequency), 8.0) @ bent)[..., 0]
+    axes = {"mount": stand.names, "direction": DIRECTIONS, "base_harmonic": names}
+    for (name, *_), part in zip(OF_MOUNTS, (deflection, force), strict=True):
+        scene.emit(
+            f"{HARMONIC}/{name}", reshaped(part, lambda one: np.moveaxis(one, 0, -1)), axes=axes
+        )
+        # the length of a vector is largest where its ellipse is: at most root of both axes squared
+        scene.emit(f"{HARMONIC}/{name}_peak", _longest(part).sum(0), axes={"mount": stand.names})
+
+
+def _longest(vector: Bounded) -> Bounded:
+    """Largest length (...) over the cycle of vectors (..., 3) of one frequency, an ellipse.
+
+    |Re(v exp(i a))|^2 = (|v|^2 + Re(v.v exp(2 i a))) / 2.
+    """
+    value = vector.value
+    whole = np.sum(np.square(np.abs(value)), axis=-1)
+    longest = np.sqrt(0.5 * (whole + np.abs(np.sum(value * value, axis=-1))))
+    error = np.linalg.norm(np.broadcast_to(vector.error, value.shape), axis=-1)
+    return Bounded(longest, error + 8.0 * UNIT_ROUNDOFF * longest)
+
+
+def _require_digits(
+    stand: Stand, relative: Bounded, names: list[str], frequency: FloatArray
+) -> None:
+    """Refuse a harmonic of whose response fewer than four digits are certain."""
+    weight = np.sqrt(np.diagonal(stand.system.matrices.mass))
+    size = np.max(weight * np.abs(relative.value), axis=-1)
+    lost = ~(np.max(weight * relative.error, axis=-1) < SINGULAR * size) & (size > 0.0)
+    if np.any(lost):
+        place = int(np.argmax(lost))
+        raise NumericalFailure(
+            f"harmonic {names[place]!r} of the base at {frequency[place] / _TURN:.6g} Hz meets an "
+            "undamped natural frequency of the machine on its mounts: there is no steady motion; "
+            "give the mounts damping or a loss factor, or another frequency"
+        )
+
+
+# ----------------------------------------------------------------------------
+# Spectra of the base: mean squares of directions that know nothing of each other add.
+# ----------------------------------------------------------------------------
+
+
+def _emit_spectra(scene: Scene, stand: Stand, shapes: Modes, given: BaseMotion) -> None:
+    logarithmic = given.interpolation == "logarithmic"
+    densities = [Density(*densities_of(one), logarithmic) for one in given.spectra]
+    squared = [one.velocity is not None for one in given.spectra]
+    chosen = [COORDINATES.index(one.direction) for one in given.spectra]
+    base = at_reference(given.point)[:, chosen]
+    ratio = damping_ratio(stand.system.matrices, shapes).value
+    _require_damping(stand, shapes, ratio, base, densities)
+
+    def weights(frequency: FloatArray) -> FloatArray:
+        """Densities (frequencies, spectra) of the acceleration."""
+        found = [
+            one.at(frequency) * (frequency**2 if by_speed else 1.0)
+            for one, by_speed in zip(densities, squared, strict=True)
+        ]
+        return np.stack(found, axis=-1)
+
+    def powers(frequency: FloatArray) -> FloatArray:
+        response = _responses(stand, base, frequency)
+        found = np.einsum("frs,fs->fr", np.square(np.abs(response)), weights(frequency))
+        return np.asarray(found)
+
+    count = 6 * len(stand.names)
+    kinds = [*np.repeat(np.arange(10), 3), *np.repeat([10, 11], count // 2)]
+    ends = panel_ends(densities, shapes.natural_frequency, ratio)
+    tolerance = min(scene.case.accuracy.rtol, 1e-6)
+    found = bounded.sqrt(mean_squares(powers, ends, np.array(kinds), tolerance))
+    factor, axes = given.peak_factor, {"direction": DIRECTIONS, "mount": stand.names}
+    scene.emit(f"{SPECTRUM}/base_acceleration_rms", found[:3], axes=axes)
+    for place, (name, *_) in enumerate(MOTIONS, start=2):
+        part = found[3 * place : 3 * place + 3]
+        scene.emit(f"{SPECTRUM}/{name}_rms", part, axes=axes)
+        scene.emit(f"{SPECTRUM}/{name}_peak", part * factor, axes=axes)
+    for place, (name, *_) in enumerate(OF_MOUNTS):
+        part = found[30 + place * count // 2 : 30 + (place + 1) * count // 2]
+        each = reshaped(part, lambda one: one.reshape(-1, 3))
+        scene.emit(f"{SPECTRUM}/{name}_rms", each, axes=axes)
+        scene.emit(f"{SPECTRUM}/{name}_peak", each * factor, axes=axes)
+    drawn = np.geomspace(ends[0], ends[-1], _DRAWN)
+    near = shapes.natural_frequency
+    inside = near[(near > ends[0]) & (near < ends[-1])]
+    around = (inside[:, None] * (1.0 + np.array([-0.02, -0.005, 0.005, 0.02]))).ravel()
+    drawn = np.sort(np.concatenate([drawn, around[(around > ends[0]) & (around < ends[-1])]]))
+    drawn = drawn[np.concatenate([[True], np.diff(drawn) > 1e-9 * drawn[1:]])]
+    density = powers(drawn)[:, 24:27].T
+    scene.emit(f"{SPECTRUM}/density", density, 1e-11 * np.max(density),
+               {"direction": DIRECTIONS, "base_frequency": drawn / _TURN})  # fmt: skip
+    scene.cite(
+        "Gauss rules on panels about each resonance, two orders compared",
+        "mean squares by the spectra of the base",
+        "docs/theory_base.md",
+    )
+
+
+def _require_damping(
+    stand: Stand, shapes: Modes, ratio: FloatArray, base: FloatArray, densities: list[Density]
+) -> None:
+    """Refuse a mode without damping that a spectrum drives: its mean square has no bound."""
+    momentum = stand.system.matrices.mass @ (stand.system.rigid @ base)
+    whole = np.sqrt(np.einsum("ns,ns->s", stand.system.rigid @ base, momentum))
+    driven = np.abs(shapes.shape.T @ momentum) > 1e-9 * whole
+    for mode, natural in enumerate(shapes.natural_frequency):
+        met = [one.frequency[0] <= natural <= one.frequency[-1] for one in densities]
+        if ratio[mode] < _UNDAMPED and np.any(driven[mode] & np.array(met)):
+            raise NumericalFailure(
+                f"mode {mode + 1} of the machine on its mounts, {natural / _TURN:.6g} Hz, has no "
+                "damping and lies within a spectrum of the base that drives it: its mean square "
+                "has no bound; give the mounts damping or a loss factor"
+            )
+
+
+def _responses(stand: Stand, base: FloatArray, frequency: FloatArray) -> np.ndarray:
+    """Responses (frequencies, responses, spectra) to unit accelerations of the base.
+
+    Acceleration of the base; then displacement, relative displacement, velocity and acceleration of
+    the body, three along and three about the axes each; then deflections and forces of the mounts.
+    """
+    one = stand.system.matrices
+    rate = frequency[:, None, None]
+    dynamic = one.stiffness - rate**2 * one.mass + 1j * (one.structural + rate * one.damping)
+    carried = stand.system.rigid @ base
+    scale = 1.0 / np.sqrt(np.diagonal(one.mass))
+    weight = scale[:, None] * scale
+    load = -scale[:, None] * (one.mass @ carried)
+    relative = scale[:, None] * np.linalg.solve(dynamic * weight, load)
+    own = carried[:6] - rate**2 * relative[:, :6]
+    still = np.broadcast_to(base, (len(frequency), *base.shape))
+    deflection = stand.stretch @ relative[:, None]
+    force = stand.passing(frequency) @ deflection
+    flat = [part.reshape(len(frequency), -1, base.shape[1]) for part in (deflection, force)]
+    return np.concatenate(
+        [still, -own / rate**2, relative[:, :6], own / (1j * rate), own, *flat], axis=1
+    )

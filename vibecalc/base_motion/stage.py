@@ -1,0 +1,57 @@
+"""The stage of a machine whose base moves."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from vibecalc.core.run.stage import Stage, Subject, Unit, Work, below
+
+if TYPE_CHECKING:
+    from vibecalc.schema import Case
+
+#: frequencies of a transmissibility; of the integrals over a spectrum
+_CURVE, _INTEGRAL = 380, 6000
+
+
+def plan_base_motion(case: "Case") -> Iterator[Stage]:
+    """Planned where the case has [base_motion]."""
+    given = case.base_motion
+    if given is None:
+        return
+    without = ("/harmonic/",) * (not given.harmonics) + ("/spectrum/",) * (not given.spectra)
+    yield Stage(
+        name="base motion",
+        adapter="vibecalc.base_motion.adapter:run_base_motion",
+        why="[base_motion] is in the case",
+        parts=("body", "mounts"),
+        orders="",
+        cost=f"{len(given.harmonics)} harmonics and {len(given.spectra)} spectra of the base",
+        quantities=below("base_motion/", without=without),
+        is_last=True,
+        work=_work,
+        topics=("vibecalc.base_motion.accuracy:base_topics",),
+    )
+
+
+def _work(case: "Case", orders: int) -> Work:
+    assert case.base_motion is not None
+    random = _INTEGRAL if case.base_motion.spectra else 0
+    return ((6 * _CURVE + len(case.base_motion.harmonics) + random, "base_solve"),)
+
+
+def _names(case: "Case") -> dict[str, tuple[str, ...]]:
+    given = case.base_motion
+    return {} if given is None else {"base_harmonic": tuple(one.name for one in given.harmonics)}
+
+
+SUBJECT = Subject(
+    stages=(plan_base_motion,),
+    concerns=lambda case: case.base_motion is not None,
+    units={"base_solve": Unit(2.5e-5, "solves of a machine on a base that moves")},
+    names=_names,
+    last_checks=("vibecalc.base_motion.model:base_motion_problems",),
+    sections=("vibecalc.base_motion.report:base_motion",),
+    pictures={
+        "base_transmissibility": "vibecalc.base_motion.report:TRANSMISSIBILITY",
+        "base_spectrum": "vibecalc.base_motion.report:DENSITY",
+    },
+)

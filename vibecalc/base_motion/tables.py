@@ -1,0 +1,199 @@
+"""The table [base_motion] of a case."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from vibecalc.core.case.fields import (
+    Acceleration,
+    Angle,
+    AngularSpeed,
+    Length,
+    Name,
+    Number,
+    Point,
+    Table,
+    Unit,
+)
+from vibecalc.core.case.raw import table_at
+from vibecalc.core.case.rules import (
+    Row,
+    Rule,
+    ascending,
+    at_most_one,
+    needs,
+    one_of,
+    refuse,
+    same_length,
+    unique,
+    wants,
+)
+
+Velocity = Annotated[float, Unit("m/s")]
+AngularAcceleration = Annotated[float, Unit("rad/s^2")]
+_Frequency = Annotated[float, Field(gt=0), Unit("rad/s")]
+_LINEAR = ("displacement", "velocity", "acceleration")
+_ANGULAR = ("angle", "angular_velocity", "angular_acceleration")
+
+
+class BaseHarmonic(Table):
+    """One harmonic of the motion of the base, 0 to peak: what it gives along and about the axes."""
+
+    name: Name = Field(description="label used in tables and in `where`")
+    frequency: AngularSpeed | None = Field(None, gt=0, description="as '8 Hz'")
+    order: Number | None = Field(None, gt=0, description="multiple of machine.speed instead")
+    displacement: tuple[Length, Length, Length] | None = Field(
+        None, description="of the point of the base along x, y, z"
+    )
+    velocity: tuple[Velocity, Velocity, Velocity] | None = Field(None, description="instead of it")
+    acceleration: tuple[Acceleration, Acceleration, Acceleration] | None = Field(
+        None, description="instead of these"
+    )
+    phase: tuple[Angle, Angle, Angle] = Field(
+        (0.0, 0.0, 0.0), description="by which each of the three leads"
+    )
+    angle: tuple[Angle, Angle, Angle] | None = Field(
+        None, description="rotation of the base about x, y, z"
+    )
+    angular_velocity: tuple[AngularSpeed, AngularSpeed, AngularSpeed] | None = Field(
+        None, description="instead of it"
+    )
+    angular_acceleration: (
+        tuple[AngularAcceleration, AngularAcceleration, AngularAcceleration] | None
+    ) = Field(None, description="instead of these")
+    angular_phase: tuple[Angle, Angle, Angle] = Field(
+        (0.0, 0.0, 0.0), description="by which each of the three leads"
+    )
+    RULES = (
+        one_of("frequency", "order"),
+        at_most_one(*_LINEAR),
+        at_most_one(*_ANGULAR),
+        needs(
+            "",
+            " ".join((*_LINEAR, *_ANGULAR)),
+            allowed='a motion of the base, e.g. displacement = [0, 0, "1 mm"]',
+        ),
+        refuse(
+            "order",
+            "an order is a multiple of machine.speed, which this machine does not have",
+            lambda t: "order" in t and "speed" not in table_at(t.case, "machine"),
+            allowed="frequency",
+        ),
+    )
+
+
+class AccelerationDensities(Table):
+    """One-sided density of the acceleration, (m/s^2)^2/Hz, at ascending frequencies."""
+
+    frequency: tuple[_Frequency, ...] = Field(
+        min_length=2, max_length=20_000, description="ascending"
+    )
+    density: tuple[Annotated[float, Field(ge=0), Unit("m^2/s^3")], ...] = Field(
+        min_length=2, max_length=20_000, description="(m/s^2)^2/Hz is m^2/s^3"
+    )
+    RULES = (ascending("frequency"), same_length("frequency", "density"))
+
+
+class VelocityDensities(Table):
+    """One-sided density of the velocity, (m/s)^2/Hz, at ascending frequencies."""
+
+    frequency: tuple[_Frequency, ...] = Field(
+        min_length=2, max_length=20_000, description="ascending"
+    )
+    density: tuple[Annotated[float, Field(ge=0), Unit("m^2/s")], ...] = Field(
+        min_length=2, max_length=20_000, description="(m/s)^2/Hz is m^2/s"
+    )
+    RULES = (ascending("frequency"), same_length("frequency", "density"))
+
+
+class AngularDensities(Table):
+    """One-sided density of the angular acceleration, (rad/s^2)^2/Hz, at ascending frequencies."""
+
+    frequency: tuple[_Frequency, ...] = Field(
+        min_length=2, max_length=20_000, description="ascending"
+    )
+    density: tuple[Annotated[float, Field(ge=0), Unit("rad^2/s^3")], ...] = Field(
+        min_length=2, max_length=20_000, description="(rad/s^2)^2/Hz is rad^2/s^3"
+    )
+    RULES = (ascending("frequency"), same_length("frequency", "density"))
+
+
+_TURNS = ("rx", "ry", "rz")
+
+
+class BaseSpectrum(Table):
+    """A random motion of the base in one direction, without regard to the others."""
+
+    direction: Literal["x", "y", "z", "rx", "ry", "rz"] = Field(
+        description="along, or for a rotation about, an axis"
+    )
+    acceleration: AccelerationDensities | None = Field(
+        None, description="density over frequency; also the name of a CSV file"
+    )
+    velocity: VelocityDensities | None = Field(None, description="instead of it")
+    angular_acceleration: AngularDensities | None = Field(
+        None, description="of a rotation; also the name of a CSV file"
+    )
+    RULES = (
+        one_of("acceleration", "velocity", "angular_acceleration"),
+        refuse(
+            "direction",
+            "a rotation of the base has an angular_acceleration",
+            lambda t: t["direction"] in _TURNS and ("acceleration" in t or "velocity" in t),
+            found="direction = '{direction}'",
+            allowed="x, y or z, or angular_acceleration",
+        ),
+        refuse(
+            "direction",
+            "an angular_acceleration is one about an axis",
+            lambda t: t["direction"] in ("x", "y", "z") and "angular_acceleration" in t,
+            found="direction = '{direction}'",
+            allowed="rx, ry or rz",
+        ),
+    )
+
+
+def _no_matrix(part: str, matrix: str, instead: str) -> Rule:
+    return refuse(
+        "",
+        f"[base_motion] needs {instead}, not a {matrix}",
+        lambda t: matrix in table_at(t.case, "machine", part),
+        also=("machine", part, matrix),
+    )
+
+
+def _asks_nothing(row: Row) -> bool:
+    return row.lacks("harmonics") and row.lacks("spectra")
+
+
+class BaseMotion(Table):
+    """How what the mounts stand on moves, as a rigid body: harmonics, spectra, or both."""
+
+    point: Point = Field(
+        (0.0, 0.0, 0.0),
+        description="of the base, whose motion is said, from the body's reference point",
+    )
+    harmonics: tuple[BaseHarmonic, ...] = Field((), max_length=200, description="one by one")
+    spectra: tuple[BaseSpectrum, ...] = Field(
+        (), max_length=6, description="one for each direction that moves at random"
+    )
+    interpolation: Literal["logarithmic", "linear"] = Field(
+        "logarithmic", description="of densities between two frequencies: straight in which scales"
+    )
+    peak_factor: Number = Field(
+        3.0, ge=1, le=10, description="peak over r.m.s. of what moves at random"
+    )
+    RULES = (
+        wants("machine.body"),
+        wants("machine.mounts"),
+        _no_matrix("body", "mass_matrix", "a body with mass and inertia"),
+        _no_matrix("mounts", "stiffness_matrix", "mounts with places"),
+        unique("harmonics"),
+        unique("spectra", "spectra", "direction"),
+        refuse(
+            "",
+            "[base_motion] says no motion",
+            _asks_nothing,
+            allowed="harmonics, spectra, or both",
+        ),
+    )

@@ -1,0 +1,163 @@
+"""The foundation of a case as arrays, and whether machine and foundation can stand like that."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from vibecalc.errors import KeyPath, Problem
+from vibecalc.foundation.impedance import Curve, Giving
+from vibecalc.foundation.stage import kind_of
+from vibecalc.foundation.tables import Flexibility, Foundation
+from vibecalc.foundation.two_bodies import Second, two_bodies
+from vibecalc.isolation.on_base import Stand
+from vibecalc.parts.body import RigidBody, build_body
+from vibecalc.parts.mounts import Mounts, build_mounts, free_motions, mount_entries
+from vibecalc.schema import Case
+
+FOUNDATION: KeyPath = ("foundation",)
+COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
+
+
+def stand_on_body(given: Foundation, body: RigidBody, mounts: Mounts) -> Stand:
+    """Machine and foundation as two rigid bodies."""
+    if given.body is None or given.springs is None or given.position is None:
+        raise ValueError("a foundation of kind 'body' has a body, springs and a position")
+    second = Second(
+        build_body(given.body).mass_matrix, np.asarray(given.position), build_mounts(given.springs)
+    )
+    return two_bodies(body.mass_matrix, mounts, second)
+
+
+def giving_of(given: Foundation, names: tuple[str, ...]) -> Giving:
+    """Tables of a foundation by mounts and directions; of several that fit the last counts."""
+    feet, plate = {}, {}
+    for one in given.flexibilities or ():
+        curve, direction = _curve(one), COORDINATES.index(one.direction)
+        if one.at == "whole":
+            plate[direction] = curve
+            continue
+        for place, name in enumerate(names):
+            if one.mounts is None or name in one.mounts:
+                feet[place, direction] = curve
+    position = np.zeros(3) if given.position is None else np.asarray(given.position)
+    return Giving(feet, plate, position)
+
+
+def _curve(one: Flexibility) -> Curve:
+    name = _key(one)
+    found = getattr(one, name)
+    value = np.asarray(found.real) + 1j * np.asarray(found.imaginary)
+    return Curve(np.asarray(found.frequency), value, name.endswith("impedance"))
+
+
+def _key(one: Flexibility) -> str:
+    keys = (
+        "dynamic_stiffness", "impedance", "angular_dynamic_stiffness", "angular_impedance",
+    )  # fmt: skip
+    return next(key for key in keys if getattr(one, key) is not None)
+
+
+# ----------------------------------------------------------------------------
+# Can machine and foundation stand like that?
+# ----------------------------------------------------------------------------
+
+
+def coupled_problems(case: Case) -> list[Problem]:
+    """Problems of a foundation with six freedoms, or of tables."""
+    given, kind = case.foundation, kind_of(case)
+    if given is None or kind in ("", "mass") or case.machine.mounts is None:
+        return []
+    if case.isolation is not None and case.isolation.model != "rigid_body":
+        return [
+            Problem(
+                path=("isolation", "model"),
+                message=f"a foundation of kind {kind!r} carries a machine with all six freedoms",
+                found=f"model = '{case.isolation.model}'",
+                allowed="model = 'rigid_body'",
+                also=FOUNDATION,
+            )
+        ]
+    if kind == "body":
+        return [*_whole_body(given), *_springs(given)]
+    return [*_names(case, given), *_twice(case, given), *_feeding(given)]
+
+
+def _whole_body(given: Foundation) -> Iterator[Problem]:
+    assert given.body is not None
+    if given.body.mass is None:
+        yield Problem(
+            path=(*FOUNDATION, "body"),
+            message="the body of a foundation has a mass, and inertia or a box",
+            found="a mass_matrix",
+            allowed="mass with inertia or box",
+        )
+
+
+def _springs(given: Foundation) -> Iterator[Problem]:
+    assert given.springs is not None
+    if given.springs.stiffness_matrix is not None:
+        yield Problem(
+            path=(*FOUNDATION, "springs", "stiffness_matrix"),
+            message="the springs of a foundation have places",
+            allowed="positions of equal springs, or individual ones",
+        )
+        return
+    motions = free_motions(build_mounts(given.springs))
+    if motions:
+        yield Problem(
+            path=(*FOUNDATION, "springs"),
+            message="the springs leave the foundation free",
+            found="nothing resists " + ", ".join(motions),
+            allowed="a stiffness against each of the six motions",
+            hint="give stiffness in three directions, and spread the springs",
+        )
+
+
+def _names(case: Case, given: Foundation) -> Iterator[Problem]:
+    assert case.machine.mounts is not None
+    known = [one.name for one in mount_entries(case.machine.mounts)]
+    for place, one in enumerate(given.flexibilities or ()):
+        for number, name in enumerate(one.mounts or ()):
+            if name not in known:
+                yield Problem(
+                    path=(*FOUNDATION, "flexibilities", place, "mounts", number),
+                    message=f"no mount is named {name[:60]!r}",
+                    allowed=", ".join(repr(one) for one in known[:12]),
+                )
+
+
+def _twice(case: Case, given: Foundation) -> Iterator[Problem]:
+    assert case.machine.mounts is not None
+    names = [one.name for one in mount_entries(case.machine.mounts)]
+    seen: dict[tuple[str, str], int] = {}
+    for place, one in enumerate(given.flexibilities or ()):
+        where = ["whole"] if one.at == "whole" else [f"mount {n}" for n in one.mounts or names]
+        for name in where:
+            first = seen.setdefault((name, one.direction), place)
+            if first != place:
+                yield Problem(
+                    path=(*FOUNDATION, "flexibilities", place),
+                    message=f"the foundation gives way twice in one direction: {name}, "
+                    f"{one.direction}",
+                    allowed="each direction once for each mount and for the whole",
+                    also=(*FOUNDATION, "flexibilities", first),
+                )
+                break
+
+
+def _feeding(given: Foundation) -> Iterator[Problem]:
+    """What gives energy to the machine: with exp(i w t) the part that takes it is positive."""
+    for place, one in enumerate(given.flexibilities or ()):
+        name, curve = _key(one), _curve(one)
+        part, column = (
+            (curve.value.real, "real") if curve.by_velocity else (curve.value.imag, "imaginary")
+        )
+        if np.any(part < 0.0):
+            row = int(np.argmax(part < 0.0))
+            yield Problem(
+                path=(*FOUNDATION, "flexibilities", place, name, column, row),
+                message="the foundation would give energy to the machine",
+                found=f"{part[row]:.6g} in row {row + 1}",
+                allowed=">= 0: what takes energy is positive",
+                hint="with motion as exp(i w t); conjugate data of the other sign",
+            )

@@ -1,0 +1,66 @@
+"""Kernel: a machine on mounts on a second rigid body, whose springs stand on the ground.
+
+Coordinates (12,): the six of the machine about its reference point, then the six of the foundation
+about its own, which is at `position` from the first. A mount at p is deflected by
+
+    u = G(p) X - G(p - position) Y,   a spring of the foundation at s by   G(s) Y,
+
+so that K = sum B^T k B with B (3, 12) of each. Moving with the ground both bodies have X = U and
+Y = (G(position) U, rotation of U).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.isolation.on_base import OnBase, Stand
+from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.rounding import DATA_ROUNDINGS, UNIT_ROUNDOFF, FloatArray
+from vibecalc.parts.matrices import displacement_at
+from vibecalc.parts.mounts import Mounts
+
+
+class Second(NamedTuple):
+    """The foundation: mass matrix (6, 6) about its reference point, its place (3,), its springs."""
+
+    mass_matrix: FloatArray
+    position: FloatArray
+    springs: Mounts
+
+
+def mount_stretch(mounts: Mounts, position: FloatArray) -> FloatArray:
+    """Rows (mounts, 3, 12) of the deflections of mounts between machine and foundation."""
+    upper = displacement_at(mounts.position)
+    return np.concatenate([upper, -displacement_at(mounts.position - position)], axis=-1)
+
+
+def carried_along(position: FloatArray) -> FloatArray:
+    """Motion (12, 6) of both bodies with the ground, as if all were one."""
+    below = np.eye(6)
+    below[:3] = displacement_at(position)
+    return np.concatenate([np.eye(6), below])
+
+
+def two_bodies(mass_matrix: FloatArray, mounts: Mounts, second: Second) -> Stand:
+    """Both bodies with their mounts and springs, and how far rounding may have changed them."""
+    upper = mount_stretch(mounts, second.position)
+    below = displacement_at(second.springs.position)
+    lower = np.concatenate([np.zeros_like(below), below], axis=-1)
+    stretch = np.concatenate([upper, lower])
+    size, count = np.abs(stretch), len(stretch) + 8 + DATA_ROUNDINGS
+
+    def add_up(name: str) -> tuple[FloatArray, FloatArray]:
+        blocks = np.concatenate([getattr(mounts, name), getattr(second.springs, name)])
+        total = np.sum(stretch.mT @ blocks @ stretch, axis=0)
+        terms = np.sum(size.mT @ np.abs(blocks) @ size, axis=0)
+        return 0.5 * (total + total.T), count * UNIT_ROUNDOFF * terms
+
+    mass = np.zeros((12, 12))
+    mass[:6, :6], mass[6:, 6:] = mass_matrix, second.mass_matrix
+    parts = [add_up(name) for name in ("stiffness", "damping", "structural")]
+    errors = [DATA_ROUNDINGS * UNIT_ROUNDOFF * np.abs(mass), *(error for _, error in parts)]
+    matrices = Matrices(mass, *(value for value, _ in parts), *errors)
+    return Stand(
+        OnBase(matrices, carried_along(second.position)), mounts.names, upper,
+        mounts.stiffness, mounts.damping, mounts.structural,
+    )  # fmt: skip

@@ -1,0 +1,159 @@
+"""Adapter: what the mounts keep from the ground, by order, overall and over frequency."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.core.run.stage import Scene
+from vibecalc.isolation.adapters.common import isolation_of
+from vibecalc.isolation.adapters.loads import BodyLoads, body_loads, steady_motion
+from vibecalc.isolation.efficiency import Overall, by_order, efficiency, overall, rms
+from vibecalc.isolation.efficiency_results import COUPLES, FORCES, ROOT
+from vibecalc.isolation.model import pitch_parts
+from vibecalc.isolation.on_base import OnBase, alone, frequency_grid, ground_load, transmissibility
+from vibecalc.isolation.pitch import angle_harmonics, pitch_model, pitch_resonances
+from vibecalc.isolation.planar import dofs_of_model
+from vibecalc.isolation.rigid_body import restricted
+from vibecalc.numerics.bounded import Bounded, concatenate, reshaped
+from vibecalc.numerics.matrices import Matrices
+from vibecalc.parts.matrices import assemble
+from vibecalc.response.modal_damping import damped_basis
+from vibecalc.response.modes import modes
+from vibecalc.response.resonances import check_operating_point, left_out
+
+COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
+
+
+class _Mounted(NamedTuple):
+    """The model of `[isolation]`: its matrices, the motions it keeps, loads on these, the answer.
+
+    `load` and `motion` (orders, f); `natural` frequencies (modes,) in rad/s.
+    """
+
+    matrices: Matrices
+    freedoms: np.ndarray
+    load: Bounded
+    motion: Bounded
+    natural: np.ndarray
+
+
+def run_efficiency(scene: Scene) -> None:
+    """Emit loads held still and on the ground, their ratios, and these over frequency."""
+    loads = body_loads(scene)
+    if isolation_of(scene).model == "pitch":
+        mounted = _pitching(scene, loads)
+    else:
+        mounted = _on_mounts(scene, loads)
+    system = alone(mounted.matrices)
+    frequency = loads.order * scene.case.machine.speed
+    ground = ground_load(system, mounted.motion, frequency)
+    scene.cite(
+        "isolation efficiency: 1 - transmissibility of forces and couples on the ground",
+        "isolation of the ground",
+        "Harris and Piersol, Shock and Vibration Handbook, 5th ed. 2002, ch. 30",
+    )
+    for path, held, arrived, names in _vectors(mounted, mounted.load, ground):
+        _emit_vector(scene, path, held, arrived, names, loads)
+    _emit_rms(scene, mounted, ground, loads)
+    _emit_curve(scene, mounted, system, float(frequency[loads.retained - 1]))
+
+
+def _on_mounts(scene: Scene, loads: BodyLoads) -> _Mounted:
+    body, mounts = scene.parts.body, scene.parts.mounts
+    if body is None or mounts is None:
+        raise ValueError("isolation needs a body and mounts")
+    whole = assemble(
+        body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
+    )
+    freedoms = dofs_of_model(isolation_of(scene).model, scene.case.machine.crank_train.axis)
+    matrices, load = restricted(whole, freedoms), loads.load[..., freedoms]
+    shapes = damped_basis(matrices, modes(matrices))
+    motion, _ = steady_motion(scene, matrices, shapes, load, loads.order)
+    return _Mounted(matrices, freedoms, load, motion, shapes.natural_frequency)
+
+
+def _pitching(scene: Scene, loads: BodyLoads) -> _Mounted:
+    """The one freedom of the pitch model, about the mass centre and right-handed about `across`."""
+    body, mounts = scene.parts.body, scene.parts.mounts
+    if body is None or mounts is None:
+        raise ValueError("isolation needs a body and mounts")
+    train = scene.case.machine.crank_train
+    parts = pitch_parts(body, mounts, train.axis, train.stroke)
+    pitch = pitch_model(
+        parts.inertia, parts.position, parts.stiffness, parts.damping, parts.structural
+    )
+    values = (pitch.inertia, pitch.stiffness, pitch.damping, pitch.structural)
+    given = [np.reshape(one, (1, 1)) for one in values]
+    matrices = Matrices(*given, *(pitch.rounding * np.abs(one) for one in given))
+    # a couple about the centre is one about the reference point less that of the force
+    turn = np.concatenate([-np.cross(parts.across, parts.centre), parts.across])
+    couple = Bounded(loads.load.value @ turn, loads.load.error @ np.abs(turn))
+    resonances, speed = pitch_resonances(pitch, couple), scene.case.machine.speed
+    check_operating_point(resonances, loads.order, speed)
+    undriven = left_out(resonances)[..., 0]
+    couple = Bounded(np.where(undriven, 0.0, couple.value), couple.error)
+    angle = angle_harmonics(pitch, couple, loads.order * speed, undriven)
+    freedom = np.array([3 + int(np.argmax(np.abs(parts.across)))])
+    natural = np.reshape(pitch.natural_frequency, 1)
+    return _Mounted(matrices, freedom, couple[:, None], angle[:, None], natural)
+
+
+def _vectors(
+    mounted: _Mounted, held: Bounded, ground: Bounded
+) -> list[tuple[str, Bounded, Bounded, list[str]]]:
+    """Forces and couples, as far as the model has them: path, both, names of their components."""
+    found = []
+    for path, chosen in ((FORCES, mounted.freedoms < 3), (COUPLES, mounted.freedoms >= 3)):
+        if np.any(chosen):
+            names = [COORDINATES[place] for place in mounted.freedoms[chosen]]
+            found.append((path, held[:, chosen], ground[:, chosen], names))
+    return found
+
+
+def _emit_vector(
+    scene: Scene, path: str, held: Bounded, ground: Bounded, names: list[str], loads: BodyLoads
+) -> None:
+    used = loads.retained
+    axes = {"half_order": loads.order[:used], "coordinate": names}
+    scene.emit(f"{path}/held", held[:used], axes=axes)
+    scene.emit(f"{path}/ground", ground[:used], axes=axes)
+    found = by_order(held[:used], ground[:used])
+    axes = {"half_order": loads.order[:used], "component": [*names, "resultant"]}
+    scene.emit(f"{path}/by_order", found, axes=axes)
+    both = [overall(one, loads.order, used, loads.tail) for one in (held, ground)]
+    for place, name in enumerate(Overall._fields):
+        first, second = (one[place] for one in both)
+        scene.emit(f"{path}/held_{name}", first)
+        scene.emit(f"{path}/ground_{name}", second)
+        # where nothing acts there is nothing to isolate
+        if not first.value > 4.0 * first.error:
+            continue
+        ratio = second / first
+        scene.emit(f"{path}/{name}", 1.0 - ratio)
+        if ratio.value > 4.0 * ratio.error:
+            level = -20.0 * np.log10(ratio.value)
+            scene.emit(f"{path}/{name}_level", level, 8.7 * ratio.error / ratio.value)
+
+
+def _emit_rms(scene: Scene, mounted: _Mounted, ground: Bounded, loads: BodyLoads) -> None:
+    """Efficiency of the root of the mean square, by direction."""
+    first, second = (rms(one, loads.retained, loads.tail) for one in (mounted.load, ground))
+    parts = []
+    for chosen in (mounted.freedoms < 3, mounted.freedoms >= 3):
+        if np.any(chosen):
+            sizes = first[chosen].norm(0), second[chosen].norm(0)
+            parts.append(efficiency(first[chosen], second[chosen], *sizes))
+    names = [COORDINATES[place] for place in mounted.freedoms]
+    scene.emit(f"{ROOT}/by_direction", concatenate(parts), axes={"coordinate": names})
+
+
+def _emit_curve(scene: Scene, mounted: _Mounted, system: OnBase, highest: float) -> None:
+    """Of a load of one size at all frequencies, in the direction in which it acts."""
+    grid = frequency_grid(mounted.natural, highest=highest)
+    found = abs(transmissibility(system, grid))
+    diagonal = reshaped(found, lambda part: np.diagonal(part, axis1=-2, axis2=-1).T)
+    axes = {
+        "coordinate": [COORDINATES[place] for place in mounted.freedoms],
+        "frequency": grid / (2.0 * np.pi),
+    }
+    scene.emit(f"{ROOT}/transmissibility", diagonal, axes=axes)

@@ -1,0 +1,63 @@
+"""All that acts on the body at the operating speed, and its steady motion on the mounts."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.core.run.stage import Scene
+from vibecalc.excitation.adapter import Forcing
+from vibecalc.excitation.inertia_forces import as_loads, at_speed
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.matrices import Matrices
+from vibecalc.parts.firing import torque_reaches_mounts
+from vibecalc.response.forced import UndrivenModes, dynamics, require_digits, response
+from vibecalc.response.modal_damping import body_resonances
+from vibecalc.response.modes import Modes
+from vibecalc.response.resonances import Resonances, check_operating_point, left_out
+
+
+class BodyLoads(NamedTuple):
+    """Forces and couples `load` (m, 6) about the reference point at the orders (m,).
+
+    The first `retained` orders count; those beyond the m orders may be `tail` times as much as
+    what follows the retained ones.
+    """
+
+    order: np.ndarray
+    load: Bounded
+    retained: int
+    tail: float
+
+
+def body_loads(scene: Scene) -> BodyLoads:
+    """Shaking of the crank train and, where it reaches the mounts, the torque of the cylinders."""
+    forcing: Forcing = scene.handed_on["forcing"]
+    shaking = as_loads(at_speed(forcing.per_speed_squared, scene.case.machine.speed))
+    if not torque_reaches_mounts(scene.case):
+        tail = float(np.max(forcing.tail))
+        return BodyLoads(forcing.orders.astype(float), shaking, forcing.retained, tail)
+    from vibecalc.isolation.adapters.torque_couple import couples_of
+    from vibecalc.isolation.torque_reaction import TAIL, with_shaking
+
+    couples = couples_of(scene, forcing.retained)
+    axis = scene.parts.crank_train.axis
+    loads = with_shaking(couples.added, couples.order, axis, shaking)
+    return BodyLoads(couples.order, loads, couples.retained, TAIL)
+
+
+def steady_motion(
+    scene: Scene, matrices: Matrices, shapes: Modes, loads: Bounded, order: np.ndarray
+) -> tuple[Bounded, Resonances]:
+    """Motion (m, f) under loads (m, f) at the operating speed, and what orders may meet.
+
+    Raises NumericalFailure where an order drives an undamped mode at its natural frequency.
+    """
+    speed = scene.case.machine.speed
+    resonances = body_resonances(matrices, shapes, loads)
+    for warning in check_operating_point(resonances, order, speed):
+        scene.warn(warning)
+    undriven = UndrivenModes(left_out(resonances), shapes.shape, shapes.eigenvalue)
+    system = dynamics(matrices, order * speed, undriven)
+    motion = response(system, loads.value, loads.error)
+    require_digits(matrices, system, loads, motion, order, speed)
+    return motion, resonances
