@@ -50,7 +50,7 @@ def foundation_problems(case: "Case") -> list[Problem]:
             )
         ]
     body, mounts = case.machine.body, case.machine.mounts
-    built = body is not None and body.mass is not None
+    built = body is not None and body.mass_matrix is None
     if built and mounts is not None and mounts.stiffness_matrix is None:
         return []
     return [

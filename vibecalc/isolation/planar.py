@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.parts.body import DIRECTIONS, build_body
-from vibecalc.parts.matrices import assemble
+from vibecalc.parts.matrices import mounted
 from vibecalc.parts.mounts import build_mounts, free_motions
 from vibecalc.schema import Case, Machine
 
@@ -86,9 +86,7 @@ def _coupled(machine: Machine) -> Iterator[Problem]:
     assert machine.body is not None and machine.mounts is not None
     body, mounts = build_body(machine.body), build_mounts(machine.mounts)
     dofs = dofs_of_model("planar", machine.crank_train.axis)
-    assembled = assemble(
-        body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
-    )
+    assembled = mounted(body, mounts)
     for path, what, matrix in (
         (BODY, "mass", assembled.mass),
         (MOUNTS, "stiffness", assembled.stiffness),

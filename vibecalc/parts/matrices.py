@@ -12,9 +12,9 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON, UNIT_ROUNDOFF
 from vibecalc.parts import body_tables as parts
-from vibecalc.parts.body import build_body
+from vibecalc.parts.body import RigidBody, build_body
 from vibecalc.parts.body_tables import BlockMatrix
-from vibecalc.parts.mounts import build_mounts
+from vibecalc.parts.mounts import Mounts, build_mounts
 from vibecalc.schema import Case, Machine
 from vibecalc.units import convert
 
@@ -116,10 +116,21 @@ def build_system(machine: Machine) -> Matrices:
     body, mounts = machine.body, machine.mounts
     if body is None or mounts is None:
         raise ValueError("a system needs a body and mounts")
-    given = None if body.mass_matrix is None else _with_rounding(body.mass_matrix)
-    mass = build_body(body).mass_matrix if given is None else given.value
+    if body.mass_matrix is None:
+        built = build_body(body)
+        mass, error = built.mass_matrix, built.mass_error
+    else:
+        mass, error = _with_rounding(body.mass_matrix)
     system = _with_mounts(mass, mounts)
-    return system if given is None else system._replace(mass_error=given.error)
+    return system if error is None else system._replace(mass_error=error)
+
+
+def mounted(body: RigidBody, mounts: Mounts) -> Matrices:
+    """Matrices (..., 6, 6) of a body on its mounts, as `assemble` adds them up."""
+    added = assemble(
+        body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
+    )
+    return added if body.mass_error is None else added._replace(mass_error=body.mass_error)
 
 
 def _with_mounts(mass: np.ndarray, mounts: parts.Mounts) -> Matrices:

@@ -111,9 +111,12 @@ def build_mounts(mounts: parts.Mounts) -> Mounts:
         for name in ("stiffness", "damping")
     )
     loss = side_by_side([0.0 if e.loss_factor is None else e.loss_factor for e in entries])
+    position = side_by_side([side_by_side(e.position) for e in entries], own=1)
+    if mounts.datum is not None:
+        position = position + side_by_side(mounts.datum)[..., None, :]
     return Mounts(
         names=tuple(e.name for e in entries),
-        position=side_by_side([side_by_side(e.position) for e in entries], own=1),
+        position=position,
         stiffness=stiffness,
         damping=damping,
         structural=loss[..., None, None] * stiffness,

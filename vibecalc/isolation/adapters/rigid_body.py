@@ -32,7 +32,7 @@ from vibecalc.isolation.rows import Readout, body_rows, with_left_out
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.parts.body import DIRECTIONS, RigidBody
-from vibecalc.parts.matrices import assemble, displacement_at
+from vibecalc.parts.matrices import displacement_at, mounted
 from vibecalc.parts.mounts import Mounts
 from vibecalc.response.forced import UndrivenModes, dynamics, require_digits, response
 from vibecalc.response.modal_damping import (
@@ -72,9 +72,7 @@ def run_isolation_rigid_body(scene: Scene) -> None:
     body, mounts = scene.parts.body, scene.parts.mounts
     if body is None or mounts is None:
         raise ValueError("isolation needs a body and mounts")
-    whole = assemble(
-        body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
-    )
+    whole = mounted(body, mounts)
     dofs = freedoms_of(scene)
     matrices = restricted(whole, dofs)
     shapes = damped_basis(matrices, modes(matrices))
@@ -155,6 +153,7 @@ def _emit_static(scene: Scene, matrices: Matrices, body: RigidBody, mounts: Moun
         body.centre,
         options.gravity,
         np.eye(3)["xyz".index(options.up)],
+        body.centre_error,
     )
     emit_static(scene, mounts.names, static.sag, static.sag_error, static.share, static.share_error)
     return Bounded(static.sag, static.sag_error)

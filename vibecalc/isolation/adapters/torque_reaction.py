@@ -46,7 +46,7 @@ from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 from vibecalc.parts.body import DIRECTIONS
 from vibecalc.parts.firing import TURN, cycle_angle, shakes_with_torque
-from vibecalc.parts.matrices import assemble
+from vibecalc.parts.matrices import mounted
 from vibecalc.parts.mounts import Mounts
 from vibecalc.response.forced import UndrivenModes, dynamics, require_digits, response
 from vibecalc.response.modal_damping import body_resonances, damped_basis, with_damped_poles
@@ -70,9 +70,7 @@ def run_torque_reaction(scene: Scene) -> None:
         raise ValueError("isolation needs a body and mounts")
     options, speed = isolation_of(scene), scene.case.machine.speed
     axis = scene.parts.crank_train.axis
-    whole = assemble(
-        body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
-    )
+    whole = mounted(body, mounts)
     freedoms = dofs_of_model(options.model, scene.case.machine.crank_train.axis)
     matrices, whole = restricted(whole, freedoms), held(whole, freedoms)
     shapes = damped_basis(matrices, modes(matrices))
