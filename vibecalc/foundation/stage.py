@@ -7,6 +7,7 @@ from vibecalc.core.run.stage import Leading, Stage, Subject, Unit, Work, below
 from vibecalc.errors import Problem
 from vibecalc.kinematics.stage import orders_of_motion, orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
+from vibecalc.parts.mount_needs import why_alone
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -30,7 +31,8 @@ def plan_foundation(case: "Case") -> Iterator[Stage]:
         topics=("vibecalc.foundation.accuracy:foundation_topics",),
         leading=Leading(
             MOUNT_KEYS
-            | {f"foundation.{name}" for name in ("mass", "stiffness", "damping", "loss_factor")}
+            | {f"foundation.{name}" for name in ("mass", "stiffness", "damping", "loss_factor")},
+            why_not=why_alone(case),
         ),
     )
 

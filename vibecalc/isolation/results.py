@@ -1,6 +1,7 @@
 """Results of the body on its mounts, under shaking forces or the torque of its cylinders."""
 
 from vibecalc.core.results.record import CANCELS, ORDERS, PEAK, RESONANCE, Headline, entry
+from vibecalc.isolation.mount_results import MOUNT_ENTRIES
 
 # ----------------------------------------------------------------------------
 # Results of the body on its mounts.
@@ -326,6 +327,7 @@ AXES = {
 }
 ENTRIES = (
     *ISOLATION_ENTRIES,
+    *MOUNT_ENTRIES,
     *TORQUE_REACTION_ENTRIES,
 )
 HELPS = {

@@ -217,7 +217,11 @@ def mount_force(
     """
     rate = np.asarray(frequency)[..., None, :, None, None]
     held, dragged = (part[..., :, None, :, :] for part in (stiffness + 1j * structural, damping))
-    passing = held + 1j * (rate * dragged)
+    return passing_force(motion, held + 1j * (rate * dragged))
+
+
+def passing_force(motion: Bounded, passing: np.ndarray) -> Bounded:
+    """The same of what each mount passes on (..., mounts, orders, 3, 3), complex, in N/m."""
     value = (passing @ np.moveaxis(motion.value, -1, -2)[..., None])[..., 0]
     rounding = (6.0 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
     spread = motion.error + rounding * np.abs(motion.value)

@@ -42,6 +42,17 @@ def unit_vector(name: str) -> NDArray[np.float64]:
     return vector
 
 
+def dofs_of_model(model: str, axis: str) -> NDArray[np.intp]:
+    """All six of `rigid_body`; of `planar` the two translations and the turn in the crank plane.
+
+    The crank plane is square to the crankshaft `axis`: pistons, rods and throws move in it.
+    """
+    if model != "planar":
+        return np.arange(6)
+    along = DIRECTIONS.index(axis)
+    return np.array([*(place for place in range(3) if place != along), 3 + along])
+
+
 @functools.lru_cache(maxsize=9)
 def build_frame(axis: str, stroke: str) -> Frame:
     """Frame of a train from the names of its crankshaft axis and stroke, which differ."""

@@ -1,7 +1,7 @@
 """The body and what it stands on, as a case writes them."""
 
 from collections.abc import Iterator
-from typing import Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from pydantic import Field
 
@@ -17,8 +17,9 @@ from vibecalc.core.case.fields import (
     StiffnessOrThree,
     Table,
     Unit,
+    later,
 )
-from vibecalc.core.case.raw import misspelt, read_number, table_at, tables_at
+from vibecalc.core.case.raw import Data, misspelt, read_number, table_at, tables_at
 from vibecalc.core.case.rules import (
     Row,
     at_most_one,
@@ -28,6 +29,11 @@ from vibecalc.core.case.rules import (
     unique,
 )
 from vibecalc.errors import Problem
+
+if TYPE_CHECKING:
+    from vibecalc.parts.mount_tables import OverFrequency, OverLoad, Static
+else:
+    globals().update(later({"vibecalc.parts.mount_tables": "OverFrequency OverLoad Static"}))
 
 # ----------------------------------------------------------------------------
 # Matrices of a body and of its suspension, given as a whole.
@@ -191,6 +197,15 @@ class MountProperties(Table):
     loss_factor: Number | None = Field(
         None, ge=0, le=10, description="of a complex stiffness k (1 + i loss_factor)"
     )
+    static: Static | None = Field(
+        None, description="at rest: static stiffness, load over deflection, stops"
+    )
+    over_frequency: OverFrequency | None = Field(
+        None, description="stiffness and loss factor in rows over the frequency: a table or a CSV"
+    )
+    over_load: OverLoad | None = Field(
+        None, description="stiffness in rows over the load at rest: a table or a CSV"
+    )
 
 
 class Mount(MountProperties):
@@ -211,10 +226,18 @@ def _mounts_needed(row: Row) -> bool:
     return row.data.keys().isdisjoint(_WITH_MATRIX)
 
 
+def _stiff(mount: Data) -> bool:
+    """Whether a stiffness stands here, or in rows."""
+    return "stiffness" in mount or any(
+        "stiffness" in table_at(mount, rows) or isinstance(mount.get(rows), str)
+        for rows in ("over_frequency", "over_load")
+    )
+
+
 def _no_stiffness(row: Row) -> Iterator[Problem]:
     """The stiffness of mounts stands in `each`, or on each of them."""
     each = table_at(row.data, "each")
-    known = "stiffness" in each or "stiffness_matrix" in row
+    known = _stiff(each) or "stiffness_matrix" in row
     if known or not isinstance(row.data.get("each", {}), dict):
         return
     if "positions" in row:
@@ -224,7 +247,7 @@ def _no_stiffness(row: Row) -> Iterator[Problem]:
             allowed="each = { stiffness = ... }",
         )
     for place, mount in tables_at(row.data, "individual"):
-        if "stiffness" not in mount:
+        if not _stiff(mount):
             yield row.problem(
                 (*row.path, "individual", place),
                 f"mount {mount.get('name', place + 1)!r} has no stiffness",

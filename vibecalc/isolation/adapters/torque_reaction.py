@@ -1,5 +1,6 @@
 """Adapter: a machine on its mounts under the torque of its cylinders, steady or running up."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -8,7 +9,7 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing
 from vibecalc.excitation.inertia_forces import as_loads, at_speed
 from vibecalc.isolation.adapters.common import RunUpSection, RunUpSetup, isolation_of
-from vibecalc.isolation.adapters.rigid_body import MountedBody
+from vibecalc.isolation.adapters.rigid_body import MountedBody, static_of
 from vibecalc.isolation.adapters.torque_couple import (
     Couples,
     Passing,
@@ -18,17 +19,15 @@ from vibecalc.isolation.adapters.torque_couple import (
     torque_law,
     total_torque,
 )
-from vibecalc.isolation.planar import dofs_of_model
+from vibecalc.isolation.on_mounts import OnMounts, on_mounts
 from vibecalc.isolation.results import TORQUE_REACTION_ROOT
 from vibecalc.isolation.rigid_body import (
     all_six,
     displacement,
     held,
     mount_force,
-    restricted,
-    static_deflection,
 )
-from vibecalc.isolation.rows import CoupleAt, HarmonicsAt, body_rows, with_left_out
+from vibecalc.isolation.rows import CoupleAt, HarmonicsAt, with_left_out
 from vibecalc.isolation.torque_reaction import (
     TAIL,
     couple_by_differences,
@@ -44,15 +43,13 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
-from vibecalc.parts.body import DIRECTIONS
+from vibecalc.parts.body import DIRECTIONS, RigidBody, dofs_of_model
 from vibecalc.parts.firing import TURN, cycle_angle, shakes_with_torque
 from vibecalc.parts.matrices import mounted
 from vibecalc.parts.mounts import Mounts
-from vibecalc.response.forced import UndrivenModes, dynamics, require_digits, response
-from vibecalc.response.modal_damping import body_resonances, damped_basis, with_damped_poles
-from vibecalc.response.modes import Modes, modes
-from vibecalc.response.resonances import Resonances, check_operating_point, idle_warnings, left_out
-from vibecalc.response.resonances import left_out as undriven_pairs
+from vibecalc.response.forced import dynamics, require_digits, response
+from vibecalc.response.modes import Modes
+from vibecalc.response.resonances import Resonances, check_operating_point, idle_warnings
 
 # ----------------------------------------------------------------------------
 # Adapter: a machine on its mounts under the torque of its cylinders, with what shakes it.
@@ -70,10 +67,9 @@ def run_torque_reaction(scene: Scene) -> None:
         raise ValueError("isolation needs a body and mounts")
     options, speed = isolation_of(scene), scene.case.machine.speed
     axis = scene.parts.crank_train.axis
-    whole = mounted(body, mounts)
     freedoms = dofs_of_model(options.model, scene.case.machine.crank_train.axis)
-    matrices, whole = restricted(whole, freedoms), held(whole, freedoms)
-    shapes = damped_basis(matrices, modes(matrices))
+    system = on_mounts(body, mounts, freedoms)
+    whole, shapes = held(system.whole, freedoms), system.shapes
     couples = couples_of(scene, forcing.retained)
     scene.cite(
         "torque reaction of the cylinders with the shaking of the crank train, order by order",
@@ -95,23 +91,16 @@ def run_torque_reaction(scene: Scene) -> None:
         np.concatenate([driven.force_error, driven.couple_error], axis=-1),
     )
     loads = _of(with_shaking(couples.added, order, axis, shaking), freedoms)
-    few, resonances = _motion(scene, matrices, shapes, loads, order)
+    few, resonances = _motion(scene, system, loads, order)
     motion = _six(few, freedoms)
     _emit_nearest(scene, shapes, resonances, loads, couples)
     _emit_motion(scene, motion, axis, couples)
     at_mounts = displacement(motion, mounts.position)
-    force = mount_force(
-        at_mounts, order * speed, mounts.stiffness, mounts.damping, mounts.structural
-    )
+    force = system.force(at_mounts, order * speed)
     alone = with_shaking(couples.total, order, axis, Bounded(shaking.value[:0], shaking.error[:0]))
-    torque_motion, _ = _motion(scene, matrices, shapes, _of(alone, freedoms), order)
-    of_torque = mount_force(
-        displacement(_six(torque_motion, freedoms), mounts.position),
-        order * speed,
-        mounts.stiffness,
-        mounts.damping,
-        mounts.structural,
-    )
+    torque_motion, _ = _motion(scene, system, _of(alone, freedoms), order)
+    at_mounts_by_torque = displacement(_six(torque_motion, freedoms), mounts.position)
+    of_torque = system.force(at_mounts_by_torque, order * speed)
     by_mount = {"mount": mounts.names}
     scene.emit(
         f"{TORQUE_REACTION_ROOT}/support_force",
@@ -122,7 +111,7 @@ def run_torque_reaction(scene: Scene) -> None:
     for name, harmonics in (("peak", force), ("of_torque", of_torque)):
         peak = vector_peak(harmonics, order, used)
         scene.emit(f"{TORQUE_REACTION_ROOT}/support_force_{name}", peak.value, peak.error, by_mount)
-    mean = _mean_force(whole, mounts, couples.mean, axis)
+    mean = _mean_force(held(_against_rest(system, body), freedoms), mounts, couples.mean, axis)
     scene.emit(
         f"{TORQUE_REACTION_ROOT}/mean_support_force",
         mean.value,
@@ -130,14 +119,16 @@ def run_torque_reaction(scene: Scene) -> None:
         {**by_mount, "direction": DIRECTIONS},
     )
     up = np.eye(3)["xyz".index(options.up)]
-    static = static_deflection(
-        whole, mounts.position, mounts.stiffness, body.mass, body.centre, options.gravity, up
-    )
+    static = static_of(scene, whole, body, mounts)
     share = static.share - mean.value @ up
     share_error = static.share_error + mean.error @ up + UNIT_ROUNDOFF * np.abs(share)
     downwards = Bounded(
         -np.einsum("mdn,d->mn", force.value, up), np.einsum("mdn,d->mn", force.error, up)
     )
+    if mounts.rest is not None:
+        from vibecalc.isolation.adapters.mounts import emit_travel
+
+        emit_travel(scene, mounts, at_mounts, order, used)
     load = extreme_loads(downwards, order, used, Bounded(share, share_error))
     scene.emit(f"{TORQUE_REACTION_ROOT}/largest_load", load.highest, load.error, by_mount)
     scene.emit(f"{TORQUE_REACTION_ROOT}/minimum_load", load.lowest, load.error, by_mount)
@@ -151,18 +142,25 @@ def _six(motion: Bounded, freedoms: np.ndarray) -> Bounded:
     return Bounded(all_six(motion.value, freedoms), all_six(motion.error, freedoms))
 
 
+def _against_rest(system: OnMounts, body: RigidBody) -> Matrices:
+    """All six motions, with the stiffness of the mounts against loads that stay."""
+    mounts = system.mounts
+    if mounts.static is None:
+        return system.whole
+    return mounted(body, replace(mounts, stiffness=mounts.static))
+
+
 def _motion(
-    scene: Scene, matrices: Matrices, shapes: Modes, loads: Bounded, order: np.ndarray
+    scene: Scene, system: OnMounts, loads: Bounded, order: np.ndarray
 ) -> tuple[Bounded, Resonances]:
     """Motion (m, f) of the reference point under loads (m, f) at the operating speed."""
     speed = scene.case.machine.speed
-    resonances = body_resonances(matrices, shapes, loads)
+    resonances = system.resonances(loads)
     for warning in check_operating_point(resonances, order, speed):
         scene.warn(warning)
-    undriven = UndrivenModes(undriven_pairs(resonances), shapes.shape, shapes.eigenvalue)
-    system = dynamics(matrices, order * speed, undriven)
-    motion = response(system, loads.value, loads.error)
-    require_digits(matrices, system, loads, motion, order, speed)
+    dynamic = system.dynamics(order * speed, resonances)
+    motion = response(dynamic, loads.value, loads.error)
+    require_digits(system.matrices, dynamic, loads, motion, order, speed)
     return motion, resonances
 
 
@@ -176,7 +174,7 @@ def _mean_force(matrices: Matrices, mounts: Mounts, couple: Bounded, axis: np.nd
     force = mount_force(
         displacement(motion, mounts.position),
         np.zeros(1),
-        mounts.stiffness,
+        mounts.stiffness if mounts.static is None else mounts.static,
         np.zeros_like(mounts.damping),
         np.zeros_like(mounts.structural),
     )
@@ -246,26 +244,23 @@ def _setup(
     scene: Scene, law: TorqueLaw, passing: Passing | None, low: float, high: float
 ) -> RunUpSetup:
     """Rows and resonances between two speeds."""
-    mounted: MountedBody = scene.handed_on["mounted"]
+    on_them: MountedBody = scene.handed_on["mounted"]
     forcing: Forcing = scene.handed_on["forcing"]
     line_frequency = np.zeros(0) if passing is None else _line_frequencies(scene, high)
     axis, ends = scene.parts.crank_train.axis, np.array([low, high])
     none = Bounded(np.zeros(len(law.order)), np.zeros(len(law.order)))
     whole = Bounded(*as_loads(forcing.per_speed_squared))
     shaking = with_shaking(none, law.order, axis, whole)
-    about = np.concatenate([np.zeros(3), axis])[mounted.freedoms]
+    about = np.concatenate([np.zeros(3), axis])[on_them.freedoms]
 
     def of_orders(part: slice) -> tuple[HarmonicsAt, Resonances]:
-        force = Bounded(*(each[part][:, mounted.freedoms] for each in shaking))
+        force = Bounded(*(each[part][:, on_them.freedoms] for each in shaking))
         couple = _couple(law, passing, ends, part)
         at_ends = couple(ends, errors=True)
         forces = [force, *_about(Bounded(at_ends.value, at_ends.error), about)]
-        resonances = _met(mounted, forces)
-        undriven = UndrivenModes(
-            left_out(resonances), mounted.shapes.shape, mounted.shapes.eigenvalue
-        )
-        given = (mounted.matrices, mounted.readout, law.order[part], force, undriven)
-        return body_rows(*given, couple, about), _with_poles(mounted, resonances, forces)
+        resonances = _met(on_them.system, forces)
+        given = (on_them.readout, law.order[part], force, resonances, couple, about)
+        return on_them.system.rows(*given), _with_poles(on_them.system, resonances, forces)
 
     rows, resonances = of_orders(slice(law.retained))
     beyond, _ = of_orders(slice(law.retained, None))
@@ -281,8 +276,8 @@ def _setup(
                 [resonances.moved_ratio, np.full(len(line_frequency), _NARROW)]
             ),
         ),
-        shows=mounted.shows,
-        row_of=np.arange(mounted.shows.shape[1]),
+        shows=on_them.shows,
+        row_of=np.arange(on_them.shows.shape[1]),
         lever_rows=0,
         idle=lambda first, last: idle_warnings(resonances, order, first, last),
     )
@@ -320,14 +315,12 @@ def _about(couple: Bounded, axis: np.ndarray) -> list[Bounded]:
     ]
 
 
-def _met(mounted: MountedBody, forces: list[Bounded]) -> Resonances:
+def _met(system: OnMounts, forces: list[Bounded]) -> Resonances:
     """Resonances of which an order is idle that none of the forces (orders, f) gives a force."""
-    found = [body_resonances(mounted.matrices, mounted.shapes, force) for force in forces]
+    found = [system.resonances(force) for force in forces]
     return found[0]._replace(idle=np.all([one.idle for one in found], axis=0))
 
 
-def _with_poles(mounted: MountedBody, resonances: Resonances, forces: list[Bounded]) -> Resonances:
-    found = [
-        with_damped_poles(resonances, mounted.matrices, mounted.shapes, force) for force in forces
-    ]
+def _with_poles(system: OnMounts, resonances: Resonances, forces: list[Bounded]) -> Resonances:
+    found = [system.with_poles(resonances, force) for force in forces]
     return found[0]._replace(idle=np.all([one.idle for one in found], axis=0))
