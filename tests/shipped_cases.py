@@ -41,6 +41,7 @@ SLOW = frozenset(
         "engine_variable_inertia",
         "four_cylinder",
         "genset_coupling",
+        "genset_skid",
         "marine_propulsion",
         "pump_drive",
         "generator_mount_design",

@@ -132,6 +132,43 @@ def test_each_mode_is_that_of_its_own_frequency() -> None:
     assert modes == pytest.approx(found.values, rel=1e-12)
 
 
+def motions(record: Record, speed: float, at: float) -> np.ndarray:
+    """Complex vertical motions (mounts, orders) at a speed."""
+    load = np.hstack([record["excitation/force"].values, record["excitation/couple"].values])
+    found = []
+    for n, one in enumerate(load, start=1):
+        body = np.linalg.solve(suspension(n * at) - (n * at) ** 2 * mass(), one * (at / speed) ** 2)
+        found.append([(there(p) @ body)[2] for p in PLACES])
+    return np.array(found).T
+
+
+def test_travel_and_clearance_at_speed_and_in_the_run_up() -> None:
+    data = case()
+    for one in data["machine"]["mounts"]["individual"]:
+        one["static"] = {"stops": {"down": 0.0055, "up": 0.02, "stiffness": 1e6}}
+    data["isolation"]["run_up"] = {"from": 0.0, "to": "1500 rpm"}
+    record, speed = ran(data), validate(data).machine.speed
+    sag = record["isolation/support_displacement/sag"].values
+    at_rest = record["isolation/mounts/clearance_at_rest"].values
+    assert at_rest == pytest.approx(0.0055 - sag, rel=1e-9)
+    travel, left = (record[f"isolation/mounts/{name}"].values for name in ("travel", "clearance"))
+    angle = np.linspace(0.0, TURN, 7201)
+    moving = motions(record, speed, speed)
+    order = np.arange(1, moving.shape[-1] + 1)
+    height = (moving[:, :, None] * np.exp(1j * np.outer(order, angle))).real.sum(1)
+    assert travel == pytest.approx(np.abs(height).max(-1), rel=1e-6)
+    assert left == pytest.approx(at_rest + height.min(-1), rel=1e-6)
+    top = record["isolation/mounts/run_up_travel"].values
+    at = record["isolation/mounts/run_up_travel_speed"].values
+    for mount in range(4):
+        moving = motions(record, speed, float(at[mount]))[mount]
+        height = (moving[:, None] * np.exp(1j * np.outer(order, angle))).real.sum(0)
+        assert top[mount] == pytest.approx(np.abs(height).max(), rel=1e-6)
+    clearance = record["isolation/mounts/run_up_clearance"].values
+    assert clearance == pytest.approx(at_rest - top, abs=1e-15)
+    assert (clearance < 0.0).any() == any("in the run-up mount" in w for w in record.warnings)
+
+
 def test_the_run_up_finds_the_maximum_of_all_speeds() -> None:
     data = case()
     data["isolation"]["run_up"] = {"from": 0.0, "to": "1500 rpm"}

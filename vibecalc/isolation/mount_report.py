@@ -5,7 +5,7 @@ import numpy as np
 from vibecalc.core.report.sections import Section, by_axis, labels, section, stacked
 from vibecalc.core.report.writing import Column, number, paragraph, show, table
 from vibecalc.core.results.record import Record, Result
-from vibecalc.isolation.mount_results import AT_REST, BY_ORDER, MOVING, OF_STOPS, ROOT
+from vibecalc.isolation.mount_results import AT_REST, BY_ORDER, MOVING, OF_RUN_UP, OF_STOPS, ROOT
 
 #: orders shown of stiffness over frequency
 _ORDERS = 4
@@ -21,6 +21,11 @@ _TRAVEL = (
     (MOVING[0], "travel\nat speed", "mm"),
     (MOVING[1], "least\nclearance", "mm"),
 )
+_RUN_UP = (
+    (OF_RUN_UP[0], "travel", "mm"),
+    (OF_RUN_UP[1], "at", "rpm"),
+    (OF_RUN_UP[2], "clearance left", "mm"),
+)
 
 
 def mounts(result: Result) -> Section | None:
@@ -30,8 +35,12 @@ def mounts(result: Result) -> Section | None:
     if not shown:
         return None
     loads = by_axis(record, "mount", "mount", _LOADS, 16) if AT_REST[0] in record else []
-    stops = by_axis(record, "mount", "distance to stops", _TRAVEL, blank=(*OF_STOPS, MOVING[1]))
-    lines = stacked(loads, stops, _over_orders(record))
+    none = (*OF_STOPS, MOVING[1], OF_RUN_UP[2])
+    stops, passed = (
+        by_axis(record, "mount", title, columns, blank=none)
+        for title, columns in (("distance to stops", _TRAVEL), ("largest in the run-up", _RUN_UP))
+    )
+    lines = stacked(loads, stops, passed, _over_orders(record))
     if loads:
         lines += paragraph(
             "load, deflection and stiffness along the axis of the mount that carries; the dynamic "

@@ -10,6 +10,9 @@ AT_REST = tuple(
 #: of mounts with stops
 OF_STOPS = (f"{ROOT}/clearance_at_rest",)
 MOVING = (f"{ROOT}/travel", f"{ROOT}/clearance")
+OF_RUN_UP = tuple(
+    f"{ROOT}/{name}" for name in ("run_up_travel", "run_up_travel_speed", "run_up_clearance")
+)
 #: of mounts with over_frequency
 BY_ORDER = (f"{ROOT}/order_stiffness", f"{ROOT}/order_loss_factor")
 
@@ -33,6 +36,18 @@ MOUNT_ENTRIES = (
         "least distance to a stop over the cycle; negative: it is met, infinite: none",
         exempt=DIFFERENCE,
         headline=Headline("clearance left to a stop at speed", "mm", pick="least"),
+    ),
+    entry(
+        OF_RUN_UP[0], "mount", "m", "largest motion of a mount along its axis in the run-up", PEAK
+    ),
+    entry(OF_RUN_UP[1], "mount", "rad/s", "crank speed of that"),
+    entry(
+        OF_RUN_UP[2],
+        "mount",
+        "m",
+        "distance to the nearer stop at rest less that motion; infinite: none",
+        exempt=DIFFERENCE,
+        headline=Headline("clearance left to a stop in the run-up", "mm", pick="least"),
     ),
     entry(
         BY_ORDER[0], "mount order", "N/m", "stiffness along its axis at the frequency of an order"

@@ -8,8 +8,9 @@ from vibecalc.isolation.rigid_body import mount_force, passing_force, restricted
 from vibecalc.isolation.rows import CoupleAt, HarmonicsAt, Readout, body_rows
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 from vibecalc.parts.body import RigidBody
-from vibecalc.parts.matrices import mounted
+from vibecalc.parts.matrices import displacement_at, mounted
 from vibecalc.parts.mounts import Mounts
 from vibecalc.response.forced import Dynamics, UndrivenModes, dynamics, dynamics_by_order
 from vibecalc.response.modal_damping import (
@@ -105,6 +106,14 @@ class OnMounts:
         viscous = 1j * np.asarray(frequency)[:, None, None] * mounts.damping[:, None]
         return passing_force(motion, factor * mounts.stiffness[:, None] + viscous)
 
+    def travel(self) -> Readout | None:
+        """Motion of each mount along its axis, where mounts have stops."""
+        axis = self.mounts.axis
+        if axis is None or not any(law.stop for law in self.mounts.laws):
+            return None
+        along = (axis[:, None, :] @ displacement_at(self.mounts.position))[..., self.freedoms]
+        return Readout(along, np.zeros_like(along), 8.0 * UNIT_ROUNDOFF)
+
     def rows(
         self,
         readout: Readout,
@@ -113,12 +122,16 @@ class OnMounts:
         resonances: Resonances,
         couple_at: CoupleAt | None = None,
         about: np.ndarray | None = None,
+        passed_on: bool = True,
     ) -> HarmonicsAt:
-        """Rows of the readout over crank speed, under forces (orders, f) per squared speed."""
+        """Rows of the readout over crank speed, under forces (orders, f) per squared speed.
+
+        They are forces that the mounts pass on, or else motions.
+        """
         if self.spectral is not None:
             from vibecalc.isolation.spectral_rows import spectral_rows
 
-            return spectral_rows(self.spectral, readout, orders, force, couple_at, about)
+            return spectral_rows(self.spectral, readout, orders, force, couple_at, about, passed_on)
         undriven = self.undriven(resonances)
         return body_rows(self.matrices, readout, orders, force, undriven, couple_at, about)
 

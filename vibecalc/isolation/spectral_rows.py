@@ -23,10 +23,12 @@ def spectral_rows(
     force: Bounded,
     couple_at: CoupleAt | None = None,
     about: np.ndarray | None = None,
+    passed_on: bool = True,
 ) -> HarmonicsAt:
     """Rows as those of `body_rows`, one of three components for each mount of the spectrum.
 
-    `readout.spring` is that of the stiffness on which the factors of the spectrum are.
+    `readout.spring` is that of the stiffness on which the factors of the spectrum are; of motions,
+    which are not `passed_on` by the mounts, there are no factors.
     """
     order = np.asarray(orders, dtype=float)
     axis = np.zeros(force.value.shape[-1]) if about is None else about
@@ -55,7 +57,7 @@ def spectral_rows(
             load_error = load_error + added.error[..., None] * np.abs(axis)
         motion = response(dynamic, load, load_error)
         x, off = motion.value, motion.error
-        factor = spectrum(rate)[..., None]
+        factor = spectrum(rate)[..., None] if passed_on else np.ones(1)
         w, n = rate[..., None, None], order[:, None, None]
         held, dragged = by_rows(x @ spring), by_rows(x @ damper)
         value = factor * held + 1j * w * dragged
@@ -66,7 +68,10 @@ def spectral_rows(
             error = np.abs(factor) * by_rows(spread @ size) + w * by_rows(spread @ drag)
             error = laid_out(error)
         if slopes:
-            first, second = (spectrum(rate, derivative)[..., None] for derivative in (1, 2))
+            first, second = (
+                spectrum(rate, derivative)[..., None] if passed_on else np.zeros(1)
+                for derivative in (1, 2)
+            )
             turn = n * (
                 system.slope(rate, 1)
                 + 1j * constant.damping

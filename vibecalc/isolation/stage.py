@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from vibecalc.core.run.stage import Entries, Harmonics, Leading, Stage, Subject, Unit, Work, below
 from vibecalc.excitation.stage import USUAL_ORDERS
-from vibecalc.isolation.mount_results import AT_REST, BY_ORDER, MOVING, OF_STOPS
+from vibecalc.isolation.mount_results import AT_REST, BY_ORDER, MOVING, OF_RUN_UP, OF_STOPS
 from vibecalc.kinematics.stage import orders_given, orders_of_motion, orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
 from vibecalc.parts.firing import (
@@ -112,8 +112,9 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
         quantities=tuple(
             path
             for path in below("isolation/", without=() if pitch else ("lever_force",))
-            if "run_up" in path or "masked" in path
-        ),
+            if ("run_up" in path or "masked" in path) and path not in OF_RUN_UP
+        )
+        + (OF_RUN_UP if case.machine.mounts is not None and has_stops(case.machine.mounts) else ()),
         is_last=True,
         harmonics=_orders_of_run_up,
         work=_work_of_run_up,

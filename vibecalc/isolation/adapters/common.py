@@ -37,7 +37,7 @@ class RunUpSetup(NamedTuple):
     The orders are the whole numbers `harmonics` times `step`, which is 1/2 where a cycle is two
     turns; the frequencies of `resonances` are divided by it. `row_of` tells which of the rows each
     result reads: of the first `lever_rows` results, which are the couple over the lever, then of
-    the mounts.
+    the mounts. `travel` has the motion of each mount along its axis, where mounts have stops.
     """
 
     rows: HarmonicsAt
@@ -48,6 +48,7 @@ class RunUpSetup(NamedTuple):
     row_of: np.ndarray
     lever_rows: int
     idle: Callable[[float, float], tuple[str, ...]]
+    travel: HarmonicsAt | None = None
 
 
 class RunUpSection(NamedTuple):

@@ -4,8 +4,9 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing, left_out
-from vibecalc.isolation.mount_results import AT_REST, BY_ORDER, MOVING, OF_STOPS
+from vibecalc.isolation.mount_results import AT_REST, BY_ORDER, MOVING, OF_RUN_UP, OF_STOPS
 from vibecalc.isolation.rigid_body import Static
+from vibecalc.isolation.run_up_peaks import RunUpPeak
 from vibecalc.isolation.torque_reaction import torque_left_out
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON
@@ -145,6 +146,35 @@ def emit_travel(
                     f"mount {name!r} stands on its stop at rest and leaves it at speed: the "
                     "response is that of a mount which never does"
                 )
+
+
+def emit_run_up_travel(scene: Scene, peak: RunUpPeak) -> None:
+    """Emit the largest motion of mounts with stops at any speed, and say which meet one there."""
+    mounts = scene.parts.mounts
+    if mounts is None or mounts.rest is None:
+        raise ValueError("mounts with stops have a rest")
+    names = {"mount": mounts.names}
+    finite = np.isfinite(peak.value)
+    error = np.where(finite, peak.error, 0.0)
+    scene.emit(OF_RUN_UP[0], peak.value, error, names)
+    scene.emit(OF_RUN_UP[1], peak.speed, peak.speed_error, names)
+    u = mounts.rest.deflection
+    at_rest = _to_stop(mounts.laws, u, u)
+    has = np.isfinite(at_rest)
+    left = np.where(has & finite, at_rest, 0.0) - np.where(finite, peak.value, 0.0)
+    left = np.where(has, np.where(finite, left, -np.inf), np.inf)
+    off = np.where(np.isfinite(left), error + mounts.rest.deflection_error, 0.0)
+    scene.emit(OF_RUN_UP[2], left, off, names)
+    met = np.flatnonzero((left < 0.0) & (at_rest >= 0.0))
+    if len(met):
+        worst = met[np.argmin(left[met])]
+        others = f" and {len(met) - 1} more" if len(met) > 1 else ""
+        scene.warn(
+            f"in the run-up mount {mounts.names[worst]!r}{others} may meet a stop: at "
+            f"{peak.speed[worst]:.6g} rad/s it moves by {peak.value[worst]:.4g} m, with "
+            f"{at_rest[worst]:.4g} m to the nearer stop at rest; the forces are those of mounts "
+            "without stops"
+        )
 
 
 def _to_stop(laws: tuple[Law, ...], deepest: np.ndarray, highest: np.ndarray) -> np.ndarray:

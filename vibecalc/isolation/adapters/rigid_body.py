@@ -27,7 +27,7 @@ from vibecalc.isolation.rigid_body import (
     mount_readout,
     static_deflection,
 )
-from vibecalc.isolation.rows import Readout, with_left_out
+from vibecalc.isolation.rows import HarmonicsAt, Readout, with_left_out
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.parts.body import DIRECTIONS, RigidBody, dofs_of_model
@@ -195,12 +195,17 @@ def _hand_on_run_up(scene: Scene, forcing: Forcing, system: OnMounts, load: Boun
     scene.handed_on["mounted"] = MountedBody(
         freedoms, system.matrices, shapes, readout, shows, system
     )
-    scene.handed_on["run_up"] = RunUpSetup(
-        rows=with_left_out(
-            system.rows(readout, orders[:used], first, met),
-            system.rows(readout, orders[few], higher, beyond),
+
+    def rows(read: Readout, passed_on: bool) -> HarmonicsAt:
+        return with_left_out(
+            system.rows(read, orders[:used], first, met, passed_on=passed_on),
+            system.rows(read, orders[few], higher, beyond, passed_on=passed_on),
             few_tail,
-        ),
+        )
+
+    travel = system.travel()
+    scene.handed_on["run_up"] = RunUpSetup(
+        rows=rows(readout, True),
         harmonics=orders[:used],
         step=1,
         resonances=resonances,
@@ -208,4 +213,5 @@ def _hand_on_run_up(scene: Scene, forcing: Forcing, system: OnMounts, load: Boun
         row_of=np.arange(len(mounts.names)),
         lever_rows=0,
         idle=lambda low, high: idle_warnings(resonances, orders[:used], low, high),
+        travel=None if travel is None else rows(travel, False),
     )

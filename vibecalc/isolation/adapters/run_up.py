@@ -7,6 +7,7 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.isolation.adapters.common import RunUpSection, RunUpSetup, isolation_of
+from vibecalc.isolation.mount_results import OF_RUN_UP
 from vibecalc.isolation.run_up import joined, run_up, run_up_peak
 from vibecalc.isolation.run_up_peaks import RunUpPeak, highest_of
 from vibecalc.parts.firing import torque_reaches_mounts
@@ -21,6 +22,11 @@ def run_run_up(scene: Scene) -> None:
         "docs/theory.md, quasi-steady run-up",
     )
     setup, given = parts[0].setup, [_given(part) for part in parts]
+    if setup.travel is not None and scene.wants(*OF_RUN_UP):
+        from vibecalc.isolation.adapters.mounts import emit_run_up_travel
+
+        motions = [(part.setup.travel, *each[1:]) for part, each in zip(parts, given, strict=True)]
+        emit_run_up_travel(scene, highest_of([run_up_peak(*each) for each in motions]))
     if not scene.wants("isolation/lever_force/run_up", "isolation/support_force/run_up"):
         _emit_peaks(scene, setup, highest_of([run_up_peak(*each) for each in given]))
         return

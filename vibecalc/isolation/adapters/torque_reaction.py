@@ -27,7 +27,7 @@ from vibecalc.isolation.rigid_body import (
     held,
     mount_force,
 )
-from vibecalc.isolation.rows import CoupleAt, HarmonicsAt, with_left_out
+from vibecalc.isolation.rows import CoupleAt, HarmonicsAt, Readout, with_left_out
 from vibecalc.isolation.torque_reaction import (
     TAIL,
     couple_by_differences,
@@ -253,17 +253,24 @@ def _setup(
     shaking = with_shaking(none, law.order, axis, whole)
     about = np.concatenate([np.zeros(3), axis])[on_them.freedoms]
 
-    def of_orders(part: slice) -> tuple[HarmonicsAt, Resonances]:
+    def of_orders(
+        part: slice, readout: Readout, passed_on: bool = True
+    ) -> tuple[HarmonicsAt, Resonances]:
         force = Bounded(*(each[part][:, on_them.freedoms] for each in shaking))
         couple = _couple(law, passing, ends, part)
         at_ends = couple(ends, errors=True)
         forces = [force, *_about(Bounded(at_ends.value, at_ends.error), about)]
         resonances = _met(on_them.system, forces)
-        given = (on_them.readout, law.order[part], force, resonances, couple, about)
+        given = (readout, law.order[part], force, resonances, couple, about, passed_on)
         return on_them.system.rows(*given), _with_poles(on_them.system, resonances, forces)
 
-    rows, resonances = of_orders(slice(law.retained))
-    beyond, _ = of_orders(slice(law.retained, None))
+    kept, others = slice(law.retained), slice(law.retained, None)
+    rows, resonances = of_orders(kept, on_them.readout)
+    beyond, _ = of_orders(others, on_them.readout)
+    travel, motions = on_them.system.travel(), None
+    if travel is not None:
+        moving, left = (of_orders(part, travel, passed_on=False)[0] for part in (kept, others))
+        motions = with_left_out(moving, left, TAIL)
     step, order = TURN / cycle_angle(scene.case.machine), law.order[: law.retained]
     return RunUpSetup(
         rows=with_left_out(rows, beyond, TAIL),
@@ -280,6 +287,7 @@ def _setup(
         row_of=np.arange(on_them.shows.shape[1]),
         lever_rows=0,
         idle=lambda first, last: idle_warnings(resonances, order, first, last),
+        travel=motions,
     )
 
 
