@@ -42,6 +42,7 @@ SLOW = frozenset(
         "four_cylinder",
         "genset_coupling",
         "genset_points",
+        "genset_skid",
         "marine_propulsion",
         "pump_drive",
         "generator_mount_design",

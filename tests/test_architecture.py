@@ -38,6 +38,7 @@ ALLOWED = {
 #: of a subject: the frame with its views, the parts, and the subjects that its physics stands on
 OF_A_SUBJECT = FRAME | CASE | {"parts", "core/report", "core/accuracy"}
 STANDS_ON = {
+    "body": set(),
     "kinematics": set(),
     "absorber": set(),
     "measurement": set(),

@@ -422,7 +422,7 @@ def test_extreme_numbers_are_refused_in_words_or_allowed() -> None:
             verdicts[bool(problems)] += 1
             if not problems:
                 assert all(isinstance(text, str) for text in machine_warnings(case))
-                system = build_system(case.machine)
+                system = build_system(case)
                 assert np.isfinite(system.mass).all() and np.isfinite(system.stiffness).all()
     assert min(verdicts) > 10
 

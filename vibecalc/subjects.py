@@ -1,6 +1,7 @@
 """Every subject, by the name of its folder, in the order of a run: a new one is entered here."""
 
 SUBJECTS = (
+    "body",
     "kinematics",
     "excitation",
     "response",

@@ -17,11 +17,11 @@ from vibecalc.isolation.on_base import (
     ground_load,
     transmissibility,
 )
+from vibecalc.isolation.on_mounts import OnMounts, on_mounts
 from vibecalc.numerics import bounded
 from vibecalc.numerics.bounded import Bounded, reshaped
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.parts.body import DIRECTIONS
-from vibecalc.parts.matrices import assemble
 from vibecalc.parts.mounts import Mounts
 from vibecalc.response.modal_damping import damped_basis, damping_ratio, energy_fraction
 from vibecalc.response.modes import Modes, modes
@@ -39,18 +39,17 @@ def run_coupled(scene: Scene) -> None:
         raise ValueError("[foundation] needs a body and mounts")
     loads = body_loads(scene)
     frequency = loads.order * scene.case.machine.speed
-    still = assemble(
-        body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
-    )
-    shapes = damped_basis(still, modes(still))
-    motion, _ = steady_motion(scene, still, shapes, loads.load, loads.order)
-    rigid = ground_load(alone(still), motion, frequency)
-    natural = shapes.natural_frequency
+    still = on_mounts(body, mounts, np.arange(6))
+    motion, _ = steady_motion(scene, still, loads.load, loads.order)
+    rigid = ground_load(alone(still.matrices), motion, frequency)
+    natural = still.shapes.natural_frequency
     if kind_of(scene.case) == "body":
         stand = stand_on_body(given, body, mounts)
-        both = damped_basis(stand.system.matrices, modes(stand.system.matrices))
-        found = _on_body(scene, stand, both, loads, frequency)
-        _emit_modes(scene, stand.system.matrices, both)
+        matrices = stand.system.matrices
+        both = damped_basis(matrices, modes(matrices))
+        together = OnMounts(mounts, np.arange(12), matrices, matrices, both)
+        found = _on_body(scene, stand, together, loads, frequency)
+        _emit_modes(scene, matrices, both)
         natural = np.concatenate([natural, both.natural_frequency])
         grid = frequency_grid(natural, highest=float(frequency[loads.retained - 1]))
         passing = transmissibility(stand.system, grid)
@@ -67,7 +66,7 @@ def run_coupled(scene: Scene) -> None:
     scene.cite(words, "motion of machine and foundation", source)
     _emit_motion(scene, found, loads, frequency)
     _emit_loads(scene, found.ground, rigid, loads)
-    at_rest = transmissibility(alone(still), grid)
+    at_rest = transmissibility(alone(still.matrices), grid)
     axes = {"coordinate": COORDINATES, "foundation_frequency": grid / _TURN}
     for name, part in (("ground", passing), ("rigid", at_rest)):
         diagonal = reshaped(abs(part), lambda one: np.diagonal(one, axis1=-2, axis2=-1).T)
@@ -75,12 +74,12 @@ def run_coupled(scene: Scene) -> None:
 
 
 def _on_body(
-    scene: Scene, stand: Stand, shapes: Modes, loads: BodyLoads, frequency: np.ndarray
+    scene: Scene, stand: Stand, system: OnMounts, loads: BodyLoads, frequency: np.ndarray
 ) -> GivingMotion:
     """Motion of two rigid bodies, read as that of a machine on what gives way."""
     none = np.zeros(loads.load.shape)
     load = bounded.concatenate([loads.load, Bounded(none.astype(complex), none)])
-    motion, _ = steady_motion(scene, stand.system.matrices, shapes, load, loads.order)
+    motion, _ = steady_motion(scene, system, load, loads.order)
     column = Bounded(motion.value[:, None, :, None], motion.error[:, None, :, None])
     deflection = np.asarray(stand.stretch, dtype=complex) @ column
     force = (bounded.rounded(stand.passing(frequency), 8.0) @ deflection)[..., 0]

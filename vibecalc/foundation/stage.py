@@ -9,6 +9,7 @@ from vibecalc.isolation.stage import orders_of_loads
 from vibecalc.kinematics.stage import orders_of_motion, orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
 from vibecalc.parts.firing import is_separate, torque_reaches_mounts
+from vibecalc.parts.mount_needs import why_alone
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -39,7 +40,8 @@ def plan_foundation(case: "Case") -> Iterator[Stage]:
         topics=("vibecalc.foundation.accuracy:foundation_topics",),
         leading=Leading(
             MOUNT_KEYS
-            | {f"foundation.{name}" for name in ("mass", "stiffness", "damping", "loss_factor")}
+            | {f"foundation.{name}" for name in ("mass", "stiffness", "damping", "loss_factor")},
+            why_not=why_alone(case),
         ),
     )
 
@@ -95,7 +97,7 @@ def foundation_problems(case: "Case") -> list[Problem]:
             )
         ]
     body, mounts = case.machine.body, case.machine.mounts
-    built = body is not None and body.mass is not None
+    built = body is not None and body.mass_matrix is None
     if built and mounts is not None and mounts.stiffness_matrix is None:
         return []
     return [

@@ -39,6 +39,8 @@ def isolation_topics(scene: Scene) -> list[Topic]:
     which = int(np.argmax(peaks))
     if body is None or mounts is None or not peaks[which] > 0.0:
         return []
+    if mounts.spectrum is not None:
+        return []  # the questions are of matrices that no frequency changes
     if isolation_of(scene).model == "pitch":
         train = scene.case.machine.crank_train
         own = pitch_parts(body, mounts, train.axis, train.stroke)
@@ -125,6 +127,8 @@ def torque_reaction_topics(scene: Scene) -> list[Topic]:
     """The peak over the cycle at the most loaded support of an engine under its gas torque."""
     body, mounts = scene.parts.body, scene.parts.mounts
     if body is None or mounts is None or "forcing" not in scene.handed_on:
+        return []
+    if mounts.spectrum is not None:
         return []
     forcing, speed = scene.handed_on["forcing"], scene.case.machine.speed
     held = (mounts.stiffness, mounts.damping, mounts.structural)

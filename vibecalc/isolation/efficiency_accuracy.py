@@ -9,8 +9,8 @@ from vibecalc.isolation.adapters.common import isolation_of
 from vibecalc.isolation.adapters.loads import body_loads
 from vibecalc.isolation.efficiency_results import FORCES
 from vibecalc.isolation.on_base import alone, ground_load
-from vibecalc.isolation.planar import dofs_of_model
 from vibecalc.isolation.rigid_body import restricted
+from vibecalc.parts.body import dofs_of_model
 from vibecalc.parts.matrices import assemble
 from vibecalc.response.forced import dynamics, response
 

@@ -91,7 +91,7 @@ def isolation_problems(case: Case) -> list[Problem]:
     isolation, machine = case.isolation, case.machine
     if isolation is None or machine.body is None or machine.mounts is None:
         return []
-    if machine.body.mass is None or machine.mounts.stiffness_matrix is not None:
+    if machine.body.mass_matrix is not None or machine.mounts.stiffness_matrix is not None:
         return []  # matrices have no places; the checks of form say so
     if isolation.model == "rigid_body":
         return _held(free_motions(build_mounts(machine.mounts)))

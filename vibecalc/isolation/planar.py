@@ -7,33 +7,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibecalc.errors import KeyPath, Problem
-from vibecalc.parts.body import DIRECTIONS, build_body
-from vibecalc.parts.matrices import assemble
+from vibecalc.parts.body import DIRECTIONS, build_body, dofs_of_model
+from vibecalc.parts.matrices import mounted
 from vibecalc.parts.mounts import build_mounts, free_motions
 from vibecalc.schema import Case, Machine
 
 # ----------------------------------------------------------------------------
-# The motions that a model of isolation keeps of a rigid body, as indices into x y z rx ry rz.
+# Does a machine stay in the plane of its crank, so that three motions are all of its motion?
 # ----------------------------------------------------------------------------
 
 #: a coupling below this share of what it couples is the round-off of none
 TOLERANCE = 1e-9
-
-
-def dofs_of_model(model: str, axis: str) -> NDArray[np.intp]:
-    """All six of `rigid_body`; of `planar` the two translations and the turn in the crank plane.
-
-    The crank plane is square to the crankshaft `axis`: pistons, rods and throws move in it.
-    """
-    if model != "planar":
-        return np.arange(6)
-    along = DIRECTIONS.index(axis)
-    return np.array([*(place for place in range(3) if place != along), 3 + along])
-
-
-# ----------------------------------------------------------------------------
-# Does a machine stay in the plane of its crank, so that three motions are all of its motion?
-# ----------------------------------------------------------------------------
 
 TRAIN: KeyPath = ("machine", "crank_train")
 MOUNTS: KeyPath = ("machine", "mounts")
@@ -86,9 +70,7 @@ def _coupled(machine: Machine) -> Iterator[Problem]:
     assert machine.body is not None and machine.mounts is not None
     body, mounts = build_body(machine.body), build_mounts(machine.mounts)
     dofs = dofs_of_model("planar", machine.crank_train.axis)
-    assembled = assemble(
-        body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
-    )
+    assembled = mounted(body, mounts)
     for path, what, matrix in (
         (BODY, "mass", assembled.mass),
         (MOUNTS, "stiffness", assembled.stiffness),

@@ -3,6 +3,7 @@
 from vibecalc.core.results.record import CANCELS, ORDERS, PEAK, RESONANCE, Headline, entry
 from vibecalc.isolation.efficiency_results import AXES as EFFICIENCY_AXES
 from vibecalc.isolation.efficiency_results import EFFICIENCY_ENTRIES
+from vibecalc.isolation.mount_results import MOUNT_ENTRIES
 
 # ----------------------------------------------------------------------------
 # Results of the body on its mounts.
@@ -354,6 +355,7 @@ AXES = {
 ENTRIES = (
     *ISOLATION_ENTRIES,
     *MAXIMA_ENTRIES,
+    *MOUNT_ENTRIES,
     *TORQUE_REACTION_ENTRIES,
     *EFFICIENCY_ENTRIES,
 )

@@ -81,13 +81,20 @@ class Static(NamedTuple):
 
 
 def weight_load(
-    mass: ArrayLike, centre: np.ndarray, gravity: ArrayLike, up: np.ndarray
+    mass: ArrayLike,
+    centre: np.ndarray,
+    gravity: ArrayLike,
+    up: np.ndarray,
+    centre_error: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Weight as force and couple (..., 6) about the reference point, its error; `up` is unit."""
     pull = np.multiply(-np.asarray(mass), gravity)[..., None] * np.asarray(up, dtype=float)
     load = np.concatenate(np.broadcast_arrays(pull, np.cross(centre, pull)), axis=-1)
     terms = _times(np.abs(displacement_at(centre)).mT, np.abs(pull))
-    return load, (4 + DATA_ROUNDINGS) * UNIT_ROUNDOFF * terms
+    error = (4 + DATA_ROUNDINGS) * UNIT_ROUNDOFF * terms
+    if centre_error is not None:
+        error[..., 3:] += _times(np.abs(displacement_at(centre_error)).mT, np.abs(pull))[..., 3:]
+    return load, error
 
 
 def _times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
@@ -104,6 +111,7 @@ def static_deflection(
     centre: np.ndarray,
     gravity: ArrayLike,
     up: np.ndarray,
+    centre_error: np.ndarray | None = None,
 ) -> Static:
     """Linear deflection under the body's own weight.
 
@@ -113,11 +121,12 @@ def static_deflection(
     position, stiffness : (..., mounts, 3) m and (..., mounts, 3, 3) N/m.
     mass, centre : (...) kg and (..., 3) m, mass centre from the reference point.
     gravity, up : m/s^2 and unit vector (3,) against which it acts.
+    centre_error : absolute, in m, where the centre is what is left of larger terms.
 
     Raises NumericalFailure if the mounts leave the body free, to rounding, or if the shares do
     not add up to the weight within their error.
     """
-    load, load_error = weight_load(mass, centre, gravity, up)
+    load, load_error = weight_load(mass, centre, gravity, up, centre_error)
     inverse = _flexibility(matrices)
     body = _times(inverse, load)
     body = body + _times(inverse, load - _times(matrices.stiffness, body))
@@ -208,7 +217,11 @@ def mount_force(
     """
     rate = np.asarray(frequency)[..., None, :, None, None]
     held, dragged = (part[..., :, None, :, :] for part in (stiffness + 1j * structural, damping))
-    passing = held + 1j * (rate * dragged)
+    return passing_force(motion, held + 1j * (rate * dragged))
+
+
+def passing_force(motion: Bounded, passing: np.ndarray) -> Bounded:
+    """The same of what each mount passes on (..., mounts, orders, 3, 3), complex, in N/m."""
     value = (passing @ np.moveaxis(motion.value, -1, -2)[..., None])[..., 0]
     rounding = (6.0 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
     spread = motion.error + rounding * np.abs(motion.value)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from vibecalc.core.run.stage import Entries, Harmonics, Leading, Stage, Subject, Unit, Work, below
 from vibecalc.excitation.stage import USUAL_ORDERS
+from vibecalc.isolation.mount_results import AT_REST, BY_ORDER, MOVING, OF_RUN_UP, OF_STOPS
 from vibecalc.kinematics.stage import orders_given, orders_of_motion, orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
 from vibecalc.parts.firing import (
@@ -14,6 +15,7 @@ from vibecalc.parts.firing import (
     is_separate,
     torque_reaches_mounts,
 )
+from vibecalc.parts.mount_needs import frequency_counts, has_stops, loads_count, why_alone
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -36,7 +38,7 @@ def plan_torque_reaction(case: "Case") -> Iterator[Stage]:
         parts=("crank_train", "body", "mounts") + (("shaft_line",) if line else ()),
         orders=ORDERS,
         cost=f"one solve per order at {case.machine.speed:.6g} rad/s",
-        quantities=below("isolation/torque_reaction/"),
+        quantities=below("isolation/torque_reaction/") + _of_mounts(case, moving=True, rest=False),
         is_last=True,
         harmonics=orders_of_reaction,
         work=_work_of_reaction,
@@ -44,11 +46,25 @@ def plan_torque_reaction(case: "Case") -> Iterator[Stage]:
     )
 
 
+def _of_mounts(case: "Case", moving: bool, rest: bool = True) -> tuple[str, ...]:
+    """Results of mounts whose load or frequency counts, at rest and in motion."""
+    mounts = case.machine.mounts
+    if mounts is None:
+        return ()
+    stops = has_stops(mounts)
+    return (
+        *(AT_REST if rest and loads_count(mounts) else ()),
+        *(OF_STOPS if rest and stops else ()),
+        *(MOVING if moving and stops else ()),
+        *(BY_ORDER if rest and frequency_counts(mounts) else ()),
+    )
+
+
 _PITCH_ONLY = ("isolation/pitch/", "isolation/lever_force/", "support_force/rigid_peak")
 CURVE = "isolation/pitch/transmissibility_curve"
 _BODY_ONLY = ("isolation/modes/", "isolation/body/")
 #: of the stages next to it
-_OTHERS = ("run_up", "masked", "torque_reaction", "efficiency")
+_OTHERS = ("run_up", "masked", "torque_reaction", "efficiency", "isolation/mounts/")
 
 
 def plan_isolation(case: "Case") -> Iterator[Stage]:
@@ -58,6 +74,7 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
     pitch = options.model == "pitch"
     speed = f"{case.machine.speed:.6g} rad/s"
     quantities = below("isolation/", without=(*_OTHERS, *(_BODY_ONLY if pitch else _PITCH_ONLY)))
+    quantities += _of_mounts(case, moving=not torque_reaches_mounts(case))
     yield Stage(
         name="isolation",
         adapter="vibecalc.isolation.adapters.pitch:run_isolation_pitch"
@@ -76,7 +93,7 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
             only=tuple(path for path in quantities if path != CURVE),
             why_not="motions in a plane are examined point by point"
             if options.model == "planar"
-            else "",
+            else why_alone(case),
             suspects=("vibecalc.isolation.model:isolation_suspects",),
             most=2048 if pitch else 1024,
         ),
@@ -96,8 +113,10 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
             path
             for path in below("isolation/", without=() if pitch else ("lever_force",))
             if ("run_up" in path or "masked" in path)
+            and path not in OF_RUN_UP
             and (options.run_up_maxima is not None or "/maxima/" not in path)
-        ),
+        )
+        + (OF_RUN_UP if case.machine.mounts is not None and has_stops(case.machine.mounts) else ()),
         is_last=True,
         harmonics=orders_of_loads,
         work=_work_of_run_up,
@@ -209,6 +228,7 @@ SUBJECT = Subject(
         "vibecalc.isolation.maxima_report:run_up_maxima",
         "vibecalc.isolation.report:torque_reaction",
         "vibecalc.isolation.efficiency_report:isolation_efficiency",
+        "vibecalc.isolation.mount_report:mounts",
     ),
     pictures={
         "force_over_cycle": "vibecalc.isolation.pictures:FORCE_OVER_CYCLE",

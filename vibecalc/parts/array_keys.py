@@ -4,7 +4,7 @@
 """
 
 _TRAIN, _BODY = "machine.crank_train", "machine.body"
-_BLOCK, _MOUNTS = f"{_BODY}.inertia_block", "machine.mounts"
+_BLOCK, _PART, _MOUNTS = f"{_BODY}.inertia_block", f"{_BODY}.parts[]", "machine.mounts"
 _MOUNT = ("stiffness", "stiffness[]", "damping", "damping[]", "loss_factor")
 
 #: what changes masses and motion of the crank train
@@ -31,11 +31,15 @@ BODY_KEYS = frozenset(
     [
         f"{_BODY}.mass",
         f"{_BODY}.inertia[]",
+        f"{_BODY}.centre[]",
+        f"{_PART}.mass",
+        f"{_PART}.inertia[]",
+        f"{_PART}.centre[]",
         f"{_BLOCK}.mass",
         f"{_BLOCK}.position[]",
         *(
             f"{table}.box.{edge}"
-            for table in (_BODY, _BLOCK)
+            for table in (_BODY, _BLOCK, _PART)
             for edge in ("length", "width", "height")
         ),
     ]
@@ -43,6 +47,7 @@ BODY_KEYS = frozenset(
 INERTIA_PRODUCTS = frozenset([f"{_BODY}.inertia_products[]"])
 MOUNT_KEYS = frozenset(
     [
+        f"{_MOUNTS}.datum[]",
         f"{_MOUNTS}.positions[][]",
         f"{_MOUNTS}.individual[].position[]",
         *(f"{_MOUNTS}.{table}.{name}" for table in ("each", "individual[]") for name in _MOUNT),

@@ -1,7 +1,7 @@
 """The rigid machine in its axes, with its inertia block, and whether such a body exists."""
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibecalc.errors import KeyPath, Problem
+from vibecalc.numerics.bounded import rounded
 from vibecalc.numerics.leading import side_by_side
-from vibecalc.numerics.rounding import BoolArray
+from vibecalc.numerics.rounding import DATA_ROUNDINGS, UNIT_ROUNDOFF, BoolArray
 from vibecalc.parts import body_tables as parts
 from vibecalc.schema import Case
 
@@ -41,6 +42,17 @@ def unit_vector(name: str) -> NDArray[np.float64]:
     return vector
 
 
+def dofs_of_model(model: str, axis: str) -> NDArray[np.intp]:
+    """All six of `rigid_body`; of `planar` the two translations and the turn in the crank plane.
+
+    The crank plane is square to the crankshaft `axis`: pistons, rods and throws move in it.
+    """
+    if model != "planar":
+        return np.arange(6)
+    along = DIRECTIONS.index(axis)
+    return np.array([*(place for place in range(3) if place != along), 3 + along])
+
+
 @functools.lru_cache(maxsize=9)
 def build_frame(axis: str, stroke: str) -> Frame:
     """Frame of a train from the names of its crankshaft axis and stroke, which differ."""
@@ -60,17 +72,21 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True)
 class RigidBody:
-    """A rigid body, seen from the mass centre of the machine without its block.
+    """A rigid body, seen from its reference point.
 
     `mass` in kg; `centre` (3,) of all the mass, in m from the reference point; `mass_matrix`
     (6, 6) about the reference point in the order x y z rx ry rz; `inertia` (3, 3) in kg m^2 about
     `centre`. Where numbers of the case are arrays (points,), so are these with a leading axis.
+    Errors are absolute, of what is left where terms of several parts cancel; None: of rounding.
     """
 
     mass: float
     centre: Array
     mass_matrix: Array
     inertia: Array
+    centre_error: Array | None = None
+    mass_error: Array | None = None
+    inertia_error: Array | None = None
 
 
 def cross_matrix(vector: Array) -> Array:
@@ -110,16 +126,16 @@ def bare_mass(body: parts.Body) -> float:
     return body.mass
 
 
-def machine_inertia(body: parts.Body) -> Array:
-    """Inertia (..., 3, 3) in kg m^2 of the machine without its block, about its mass centre."""
-    if body.inertia is None:
-        if body.box is None:
+def inertia_of(given: parts.Body | parts.BodyPart) -> Array:
+    """Inertia (..., 3, 3) in kg m^2 of a body without its block, or a part, about its centre."""
+    if given.inertia is None:
+        if given.box is None or given.mass is None:
             raise ValueError("a body needs a box or moments of inertia")
-        return box_inertia(bare_mass(body), body.box)
-    xy, xz, yz = body.inertia_products
+        return box_inertia(given.mass, given.box)
+    xy, xz, yz = given.inertia_products
     rows = ([0.0, xy, xz], [xy, 0.0, yz], [xz, yz, 0.0])
     off_diagonal = side_by_side([side_by_side(row) for row in rows], own=1)
-    return np.asarray(_diagonal(body.inertia) - off_diagonal)
+    return np.asarray(_diagonal(given.inertia) - off_diagonal)
 
 
 def build_body(body: parts.Body) -> RigidBody:
@@ -128,9 +144,12 @@ def build_body(body: parts.Body) -> RigidBody:
     The kinetic energy is m v.v/2 + v.(w x S) + w.J w/2 with v of the reference point, the static
     moment S and the inertia J about that point (Goldstein, Classical Mechanics, ch. 5).
     """
-    bare_inertia = machine_inertia(body)
+    if body.parts:
+        return _assembled(body.parts)
+    bare_inertia = inertia_of(body)
     block = body.inertia_block
     added = 0.0 if block is None else block.mass
+    own = np.zeros(3) if body.centre is None else side_by_side(body.centre)
     if block is None or not np.any(added):
         place, block_inertia = np.zeros(3), np.zeros((3, 3))
     else:
@@ -139,20 +158,60 @@ def build_body(body: parts.Body) -> RigidBody:
     mass = np.asarray(bare + added)
     static_moment = np.asarray(added)[..., None] * place
     about_reference = bare_inertia + block_inertia + point_inertia(added, place)
-    points = np.broadcast_shapes(mass.shape, static_moment.shape[:-1], about_reference.shape[:-2])
+    if np.any(own):
+        static_moment = static_moment + np.asarray(bare)[..., None] * own
+        about_reference = about_reference + point_inertia(bare, own)
+    # Two masses about their common centre act as the reduced mass: no difference of large terms.
+    reduced, apart = added * (bare / mass), place - own if np.any(added) else place
+    return RigidBody(
+        mass=bare + added,
+        centre=static_moment / mass[..., None],
+        mass_matrix=_mass_matrix(mass, static_moment, about_reference),
+        inertia=bare_inertia + block_inertia + point_inertia(reduced, apart),
+    )
+
+
+def _assembled(given: Sequence[parts.BodyPart]) -> RigidBody:
+    """A body of parts: theorem of parallel axes, from the reference point and from the centre."""
+    masses = side_by_side([one.mass for one in given])
+    places = rounded(side_by_side([side_by_side(one.centre) for one in given], own=1), 1)
+    own = side_by_side([inertia_of(one) for one in given], own=2)
+    mass = masses.sum(axis=-1)
+    moments = places * masses[..., None]
+    static_moment = moments.sum(axis=-2)
+    centre = static_moment / mass[..., None]
+    away = places - centre[..., None, :]
+    about_reference = (own + point_inertia(masses, places.value)).sum(axis=-3)
+    about_centre = (own + point_inertia(masses, away.value)).sum(axis=-3)
+    # what is left of terms that cancel is as wrong as they are large
+    rounding = (DATA_ROUNDINGS + len(given)) * UNIT_ROUNDOFF
+    large, apart = (
+        rounding * np.abs(np.abs(own) + point_inertia(-masses, np.abs(at))).sum(axis=-3)
+        for at in (places.value, away.value)
+    )
+    moved = 2.0 * (masses * (np.abs(away.value) * away.error).sum(axis=-1)).sum(axis=-1)
+    matrix = _mass_matrix(mass, static_moment.value, about_reference)
+    error = np.abs(_mass_matrix(rounding * mass, static_moment.error, large))
+    return RigidBody(
+        mass=mass,
+        centre=centre.value,
+        mass_matrix=matrix,
+        inertia=about_centre,
+        centre_error=centre.error,
+        mass_error=error,
+        inertia_error=apart + moved[..., None, None],
+    )
+
+
+def _mass_matrix(mass: Array, static_moment: Array, inertia: Array) -> Array:
+    """Matrix (..., 6, 6) of a mass (...), its static moment (..., 3) and inertia (..., 3, 3)."""
+    points = np.broadcast_shapes(mass.shape, static_moment.shape[:-1], inertia.shape[:-2])
     matrix = np.zeros((*points, 6, 6))
     matrix[..., :3, :3] = mass[..., None, None] * np.eye(3)
     matrix[..., :3, 3:] = -cross_matrix(static_moment)
     matrix[..., 3:, :3] = np.swapaxes(matrix[..., :3, 3:], -1, -2)
-    matrix[..., 3:, 3:] = about_reference
-    # Two masses about their common centre act as the reduced mass: no difference of large terms.
-    reduced = added * (bare / mass)
-    return RigidBody(
-        mass=bare + added,
-        centre=static_moment / mass[..., None],
-        mass_matrix=matrix,
-        inertia=bare_inertia + block_inertia + point_inertia(reduced, place),
-    )
+    matrix[..., 3:, 3:] = inertia
+    return matrix
 
 
 # ----------------------------------------------------------------------------
@@ -165,46 +224,77 @@ SLACK = 1e-6
 
 
 def body_problems(case: Case) -> list[Problem]:
-    """Problems of the moments and products of inertia."""
+    """Problems of the moments and products of inertia, of the body or of its parts."""
     body = case.machine.body
-    if body is None or body.inertia is None:
+    if body is None:
         return []
-    with_products = any(body.inertia_products)
-    principal = np.linalg.eigvalsh(machine_inertia(body))
+    problems = list(_moments(BODY, body, 1e-12))
+    for place, part in enumerate(body.parts or ()):
+        problems += _moments((*BODY, "parts", place), part, -1e-12)
+    if not body.parts or problems:
+        return problems
+    built = build_body(body)
+    principal = np.linalg.eigvalsh(built.inertia)
+    extent = np.abs([part.centre for part in body.parts]).max()
+    if principal[0] > 1e-12 * max(principal[2], built.mass * extent**2):
+        return []
     shown = ", ".join(f"{moment:.6g}" for moment in principal)
-    if principal[0] <= 1e-12 * principal[2]:
-        return [
-            Problem(
-                path=(*BODY, "inertia_products"),
-                message="no body has these products of inertia: they are too large for its moments",
-                found=f"principal moments of {shown} kg*m^2",
-                allowed="all principal moments > 0",
-                also=(*BODY, "inertia"),
-            )
-        ]
-    if principal[2] > (principal[0] + principal[1]) * (1.0 + SLACK):
+    return [
+        Problem(
+            path=(*BODY, "parts"),
+            message="the parts have no moment of inertia about some axis: they are points in a "
+            "line, or too small beside their distance from the reference point",
+            found=f"principal moments of {shown} kg*m^2",
+            allowed="all principal moments > 0",
+        )
+    ]
+
+
+def _moments(path: KeyPath, given: parts.Body | parts.BodyPart, least: float) -> Iterator[Problem]:
+    """Problems of one set of moments, whose principal ones are above `least` times the largest."""
+    if given.inertia is None:
+        return
+    with_products = any(given.inertia_products)
+    principal = np.linalg.eigvalsh(inertia_of(given))
+    shown = ", ".join(f"{moment:.6g}" for moment in principal)
+    if (principal[0] < 0.0 and principal[2] <= 0.0) or principal[0] <= least * principal[2] != 0.0:
+        yield Problem(
+            path=(*path, "inertia_products"),
+            message="no body has these products of inertia: they are too large for its moments",
+            found=f"principal moments of {shown} kg*m^2",
+            allowed="all principal moments > 0",
+            also=(*path, "inertia"),
+        )
+    elif principal[2] > (principal[0] + principal[1]) * (1.0 + SLACK):
         what = "principal moments" if with_products else "moments"
-        return [
-            Problem(
-                path=(*BODY, "inertia"),
-                message="no body has these moments of inertia: the largest must not exceed the "
-                "sum of the other two",
-                found=f"{what} of {shown} kg*m^2",
-                allowed=f"the largest at most {principal[0] + principal[1]:.6g} kg*m^2",
-            )
-        ]
-    return []
+        yield Problem(
+            path=(*path, "inertia"),
+            message="no body has these moments of inertia: the largest must not exceed the "
+            "sum of the other two",
+            found=f"{what} of {shown} kg*m^2",
+            allowed=f"the largest at most {principal[0] + principal[1]:.6g} kg*m^2",
+        )
 
 
 def body_suspects(case: Case) -> BoolArray:
     """Points (...) of a case with arrays that `body_problems` may refuse: its bounds, narrower."""
     body = case.machine.body
-    if body is None or body.inertia is None:
+    if body is None or (body.inertia is None and not body.parts):
         return np.zeros((), dtype=bool)
-    matrix = machine_inertia(body)
+    if not body.parts:
+        return _suspect(inertia_of(body), 1e-11)
+    found = _suspect(build_body(body).inertia, 1e-9)
+    for part in body.parts:
+        if part.inertia is not None:
+            found = found | _suspect(inertia_of(part), -1e-13)
+    return found
+
+
+def _suspect(matrix: Array, least: float) -> BoolArray:
     finite = np.asarray(np.isfinite(matrix).all(axis=(-2, -1)))
     principal = np.linalg.eigvalsh(np.where(finite[..., None, None], matrix, np.eye(3)))
     low, middle, high = np.moveaxis(principal, -1, 0)
-    positive = np.all(np.diagonal(matrix, axis1=-2, axis2=-1) > 0.0, axis=-1)
+    diagonal = np.diagonal(matrix, axis1=-2, axis2=-1)
+    positive = np.all(diagonal > 0.0 if least > 0.0 else diagonal >= 0.0, axis=-1)
     flat = high <= (low + middle) * (1.0 + 0.9 * SLACK)
-    return np.asarray(~(finite & positive & (low > 1e-11 * high) & flat))
+    return np.asarray(~(finite & positive & (low > least * high) & flat))

@@ -1,7 +1,7 @@
 """The body and what it stands on, as a case writes them."""
 
 from collections.abc import Iterator
-from typing import Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from pydantic import Field
 
@@ -17,8 +17,9 @@ from vibecalc.core.case.fields import (
     StiffnessOrThree,
     Table,
     Unit,
+    later,
 )
-from vibecalc.core.case.raw import misspelt, read_number, table_at, tables_at
+from vibecalc.core.case.raw import Data, misspelt, read_number, table_at, tables_at
 from vibecalc.core.case.rules import (
     Row,
     at_most_one,
@@ -28,6 +29,11 @@ from vibecalc.core.case.rules import (
     unique,
 )
 from vibecalc.errors import Problem
+
+if TYPE_CHECKING:
+    from vibecalc.parts.mount_tables import OverFrequency, OverLoad, Static
+else:
+    globals().update(later({"vibecalc.parts.mount_tables": "OverFrequency OverLoad Static"}))
 
 # ----------------------------------------------------------------------------
 # Matrices of a body and of its suspension, given as a whole.
@@ -93,20 +99,55 @@ class InertiaBlock(Table):
 
 
 Moment3 = Annotated[float, Field(gt=0), Unit("kg*m^2")]
+#: of a part of the body, which may be a point
+PartMoment = Annotated[float, Field(ge=0), Unit("kg*m^2")]
 
 
-def _parts_said(row: Row) -> bool:
-    """Whether the body is one of parts: not of a matrix, whose name may be misspelt."""
+def _numbers_said(row: Row) -> bool:
+    """Whether the body is one of mass and inertia: not of parts, nor of a matrix with a slip."""
     complete = "mass" in row and not row.data.keys().isdisjoint({"inertia", "box"})
-    return "mass_matrix" not in row and (
-        complete or not misspelt(row.data, row.path, "mass_matrix")
+    return row.data.keys().isdisjoint({"mass_matrix", "parts"}) and (
+        complete or not misspelt(row.data, row.path, "mass_matrix", "parts")
+    )
+
+
+def _products_of_a_box(row: Row) -> bool:
+    return "box" in row and any(read_number(x, "kg*m^2") for x in row.entries("inertia_products"))
+
+
+_BOX_HAS_NONE = "inertia_products go with inertia: a box has none"
+
+
+class BodyPart(Table):
+    """One part of the body: an engine, a generator, a skid, a block."""
+
+    name: Name = Field(description="label used in messages")
+    mass: Mass = Field(gt=0, description="of the part")
+    centre: Point = Field(description="its mass centre, from the body's reference point")
+    box: Box | None = Field(None, description="inertia from a uniform block; or give inertia")
+    inertia: tuple[PartMoment, PartMoment, PartMoment] | None = Field(
+        None, description="moments Ixx, Iyy, Izz about its own mass centre; zeros for a point"
+    )
+    inertia_products: tuple[Inertia, Inertia, Inertia] = Field(
+        (0.0, 0.0, 0.0), description="products Ixy, Ixz, Iyz: sums of m x y, m x z, m y z"
+    )
+    RULES = (
+        one_of("inertia", "box"),
+        refuse("inertia_products", _BOX_HAS_NONE, _products_of_a_box, also="box"),
     )
 
 
 class Body(Table):
-    """The rigid machine. Its reference point is its mass centre without the inertia block."""
+    """The rigid machine. All places are measured from its reference point.
+
+    That is the mass centre without the inertia block, unless `centre` or the parts say otherwise.
+    """
 
     mass: Mass | None = Field(None, gt=0, description="of the whole machine")
+    centre: Point | None = Field(
+        None,
+        description="its mass centre without the block, from the reference point; default: there",
+    )
     box: Box | None = Field(None, description="inertia from a uniform block; or give inertia")
     inertia: tuple[Moment3, Moment3, Moment3] | None = Field(
         None, description="moments Ixx, Iyy, Izz about the mass centre"
@@ -115,23 +156,32 @@ class Body(Table):
         (0.0, 0.0, 0.0), description="products Ixy, Ixz, Iyz: sums of m x y, m x z, m y z"
     )
     inertia_block: InertiaBlock | None = Field(None, description="a block added to the machine")
+    parts: tuple[BodyPart, ...] | None = Field(
+        None,
+        min_length=1,
+        max_length=64,
+        description="what it is assembled of, instead of all of these",
+    )
     mass_matrix: MassMatrix | None = Field(
         None, description="of the whole machine, instead of all of these"
     )
     RULES = (
-        at_most_one("mass_matrix", "mass box inertia inertia_products inertia_block"),
-        needs("", "mass mass_matrix", allowed="a mass > 0 kg, e.g. '0.4 kg' or '400 g'"),
-        one_of("inertia", "box", when=_parts_said),
+        at_most_one(
+            "mass_matrix", "mass centre box inertia inertia_products inertia_block", "parts"
+        ),
+        needs(
+            "",
+            "mass mass_matrix parts",
+            allowed="a mass > 0 kg, e.g. '0.4 kg' or '400 g', or [[machine.body.parts]]",
+        ),
+        one_of("inertia", "box", when=_numbers_said),
         refuse(
             "inertia_products",
-            "inertia_products go with inertia: a box has none",
-            lambda t: (
-                "box" in t
-                and _parts_said(t)
-                and any(read_number(one, "kg*m^2") for one in t.entries("inertia_products"))
-            ),
+            _BOX_HAS_NONE,
+            lambda t: _numbers_said(t) and _products_of_a_box(t),
             also="box",
         ),
+        unique("parts"),
     )
 
 
@@ -146,6 +196,15 @@ class MountProperties(Table):
     )
     loss_factor: Number | None = Field(
         None, ge=0, le=10, description="of a complex stiffness k (1 + i loss_factor)"
+    )
+    static: Static | None = Field(
+        None, description="at rest: static stiffness, load over deflection, stops"
+    )
+    over_frequency: OverFrequency | None = Field(
+        None, description="stiffness and loss factor in rows over the frequency: a table or a CSV"
+    )
+    over_load: OverLoad | None = Field(
+        None, description="stiffness in rows over the load at rest: a table or a CSV"
     )
 
 
@@ -167,10 +226,18 @@ def _mounts_needed(row: Row) -> bool:
     return row.data.keys().isdisjoint(_WITH_MATRIX)
 
 
+def _stiff(mount: Data) -> bool:
+    """Whether a stiffness stands here, or in rows."""
+    return "stiffness" in mount or any(
+        "stiffness" in table_at(mount, rows) or isinstance(mount.get(rows), str)
+        for rows in ("over_frequency", "over_load")
+    )
+
+
 def _no_stiffness(row: Row) -> Iterator[Problem]:
     """The stiffness of mounts stands in `each`, or on each of them."""
     each = table_at(row.data, "each")
-    known = "stiffness" in each or "stiffness_matrix" in row
+    known = _stiff(each) or "stiffness_matrix" in row
     if known or not isinstance(row.data.get("each", {}), dict):
         return
     if "positions" in row:
@@ -180,7 +247,7 @@ def _no_stiffness(row: Row) -> Iterator[Problem]:
             allowed="each = { stiffness = ... }",
         )
     for place, mount in tables_at(row.data, "individual"):
-        if "stiffness" not in mount:
+        if not _stiff(mount):
             yield row.problem(
                 (*row.path, "individual", place),
                 f"mount {mount.get('name', place + 1)!r} has no stiffness",
@@ -197,6 +264,10 @@ class Mounts(Table):
     )
     individual: tuple[Mount, ...] | None = Field(
         None, min_length=1, max_length=256, description="mounts one by one, instead of positions"
+    )
+    datum: Point | None = Field(
+        None,
+        description="their positions are measured from here; default: the body's reference point",
     )
     stiffness_matrix: StiffnessMatrix | None = Field(
         None, description="of the whole suspension, instead of mounts"
@@ -218,7 +289,7 @@ class Mounts(Table):
             when=_mounts_needed,
             allowed="positions of equal mounts, individual mounts, or one stiffness_matrix",
         ),
-        at_most_one("stiffness_matrix", "each"),
+        at_most_one("stiffness_matrix", "each datum"),
         *(needs(key, "stiffness_matrix", _FOR_A_MATRIX) for key in _WITH_MATRIX),
         unique("individual"),
         _no_stiffness,

@@ -390,7 +390,7 @@ def _masses(case: Case) -> list[Problem]:
 def _whole_mass(body: body_tables.Body) -> float | None:
     """Mass in kg without the block; of a mass matrix the least on the diagonal of translation."""
     if body.mass_matrix is None:
-        return body.mass
+        return sum(part.mass for part in body.parts) if body.parts else body.mass
     from vibecalc.parts.matrices import block_matrix  # it loads all that solves the motion
 
     least = float(np.diagonal(block_matrix(body.mass_matrix))[:3].min())

@@ -13,7 +13,8 @@ from vibecalc.parts.crank_train import (
     build_rotating_masses,
     moving,
 )
-from vibecalc.parts.mounts import Mounts, build_mounts
+from vibecalc.parts.mount_state import mounts_of
+from vibecalc.parts.mounts import Mounts
 from vibecalc.schema import Case
 
 
@@ -48,17 +49,12 @@ def _body(case: Case) -> RigidBody | None:
     return None if body is None or body.mass_matrix is not None else build_body(body)
 
 
-def _mounts(case: Case) -> Mounts | None:
-    mounts = case.machine.mounts
-    return None if mounts is None or mounts.stiffness_matrix is not None else build_mounts(mounts)
-
-
 #: part -> what builds it
 PARTS: dict[str, Callable[[Case], Any]] = {
     "crank_train": _train,
     "rotating_masses": _rotating,
     "body": _body,
-    "mounts": _mounts,
+    "mounts": mounts_of,
 }
 
 

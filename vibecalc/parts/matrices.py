@@ -12,10 +12,11 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON, UNIT_ROUNDOFF
 from vibecalc.parts import body_tables as parts
-from vibecalc.parts.body import build_body
+from vibecalc.parts.body import RigidBody, build_body
 from vibecalc.parts.body_tables import BlockMatrix
-from vibecalc.parts.mounts import build_mounts
-from vibecalc.schema import Case, Machine
+from vibecalc.parts.mount_state import mounts_of
+from vibecalc.parts.mounts import Mounts
+from vibecalc.schema import Case
 from vibecalc.units import convert
 
 # ----------------------------------------------------------------------------
@@ -107,25 +108,52 @@ def _with_rounding(matrix: BlockMatrix) -> Bounded:
     return Bounded(0.5 * (value + value.T), rounding + 0.5 * np.abs(value - value.T))
 
 
-def build_system(machine: Machine) -> Matrices:
+def build_system(case: Case) -> Matrices:
     """Mass, stiffness, damping and structural damping (6, 6) about the body's reference point.
 
     Modal damping is not in it: it needs the modes. A machine without body or mounts has no
     such system.
     """
-    body, mounts = machine.body, machine.mounts
+    body, mounts = case.machine.body, case.machine.mounts
     if body is None or mounts is None:
         raise ValueError("a system needs a body and mounts")
-    given = None if body.mass_matrix is None else _with_rounding(body.mass_matrix)
-    mass = build_body(body).mass_matrix if given is None else given.value
-    system = _with_mounts(mass, mounts)
-    return system if given is None else system._replace(mass_error=given.error)
+    if body.mass_matrix is None:
+        built = build_body(body)
+        mass, error = built.mass_matrix, built.mass_error
+    else:
+        mass, error = _with_rounding(body.mass_matrix)
+    placed = mounts_of(case)
+    system = _with_matrix(mass, mounts) if placed is None else _with_mounts(mass, placed)
+    return system if error is None else system._replace(mass_error=error)
 
 
-def _with_mounts(mass: np.ndarray, mounts: parts.Mounts) -> Matrices:
+def mounted(body: RigidBody, mounts: Mounts) -> Matrices:
+    """Matrices (..., 6, 6) of a body on its mounts, as `assemble` adds them up."""
+    added = _with_mounts(body.mass_matrix, mounts)
+    if body.mass_error is not None:
+        added = added._replace(mass_error=np.broadcast_to(body.mass_error, added.mass.shape))
+    return added
+
+
+def _with_mounts(mass: np.ndarray, mounts: Mounts) -> Matrices:
+    added = assemble(mass, mounts.position, mounts.stiffness, mounts.damping, mounts.structural)
+    if mounts.relative_error is None:
+        return added
+    size = np.abs(displacement_at(mounts.position))
+    share = mounts.relative_error[:, None, None]
+    more = [
+        np.sum(size.mT @ (share * np.abs(part)) @ size, axis=-3)
+        for part in (mounts.stiffness, mounts.structural)
+    ]
+    return added._replace(
+        stiffness_error=added.stiffness_error + more[0],
+        structural_error=added.structural_error + more[1],
+    )
+
+
+def _with_matrix(mass: np.ndarray, mounts: parts.Mounts) -> Matrices:
     if mounts.stiffness_matrix is None:
-        built = build_mounts(mounts)
-        return assemble(mass, built.position, built.stiffness, built.damping, built.structural)
+        raise ValueError("the mounts are given one by one")
     stiffness = _with_rounding(mounts.stiffness_matrix)
     damping = Bounded(np.zeros((6, 6)), np.zeros((6, 6)))
     if mounts.damping_matrix is not None:

@@ -1,7 +1,8 @@
 """Mounts as stiffness and damping matrices, and the motions of a body that no mount resists."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +10,12 @@ from numpy.typing import NDArray
 from vibecalc.numerics.leading import side_by_side
 from vibecalc.parts import body_tables as parts
 from vibecalc.parts.body import DIRECTIONS, cross_matrix
+from vibecalc.parts.mount_needs import mount_properties
+
+if TYPE_CHECKING:
+    from vibecalc.parts.equilibrium import Rest
+    from vibecalc.parts.mount_curves import Law, Spectrum
+    from vibecalc.parts.mount_tables import OverFrequency, OverLoad, Static
 
 # ----------------------------------------------------------------------------
 # Mounts as stiffness and damping matrices in the axes of the body.
@@ -25,6 +32,12 @@ class Mounts:
     `position` (n, 3) in m from the body's reference point; `stiffness` and `structural`
     (loss factor times stiffness) (n, 3, 3) in N/m, `damping` (n, 3, 3) in N s/m, all in the axes
     of the body. Where numbers of the case are arrays (points,), these have a leading axis.
+
+    Of mounts whose properties depend on what they carry or on the frequency (`mount_state.py`):
+    `static` (n, 3, 3) is the stiffness against loads that stay, `rest` where the body stands,
+    `axis` (n, 3) and `laws` the direction and law of the load of each, `relative_error` (n,) what
+    the load leaves uncertain of the stiffness; over the `spectrum` that changes, and `stiffness`
+    is then of no one frequency: `at` gives it.
     """
 
     names: tuple[str, ...]
@@ -32,6 +45,24 @@ class Mounts:
     stiffness: Array
     damping: Array
     structural: Array
+    static: Array | None = None
+    rest: "Rest | None" = None
+    axis: Array | None = None
+    laws: "tuple[Law, ...]" = ()
+    relative_error: Array | None = None
+    spectrum: "Spectrum | None" = None
+
+    def at(self, rate: Any) -> "Mounts":
+        """With stiffness and structural (..., n, 3, 3) of vibration at rates (...), rad/s."""
+        if self.spectrum is None:
+            return self
+        factor = self.spectrum(rate)[..., None, None]
+        return replace(
+            self,
+            stiffness=factor.real * self.stiffness,
+            structural=factor.imag * self.stiffness,
+            spectrum=None,
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,6 +75,12 @@ class MountEntry:
     stiffness: Scalars | None
     damping: Scalars | None
     loss_factor: float | None
+    static: "Static | None"
+    over_frequency: "OverFrequency | None"
+    over_load: "OverLoad | None"
+
+
+_PROPERTIES = ("stiffness", "damping", "loss_factor", "static", "over_frequency", "over_load")
 
 
 def mount_entries(mounts: parts.Mounts) -> tuple[MountEntry, ...]:
@@ -60,14 +97,13 @@ def mount_entries(mounts: parts.Mounts) -> tuple[MountEntry, ...]:
         orientation: tuple[float, float, float],
         mount: parts.Mount | None,
     ) -> MountEntry:
-        return MountEntry(
-            name=name,
-            position=position,
-            orientation=orientation,
-            stiffness=of_mount(mount, "stiffness"),  # type: ignore[arg-type]
-            damping=of_mount(mount, "damping"),  # type: ignore[arg-type]
-            loss_factor=of_mount(mount, "loss_factor"),  # type: ignore[arg-type]
-        )
+        found: dict[str, Any] = {key: of_mount(mount, key) for key in _PROPERTIES}
+        rows = [one for one in (found["over_frequency"], found["over_load"]) if one is not None]
+        for key in ("stiffness", "loss_factor"):  # nominal is that of the first row
+            for column in (getattr(one, key, None) for one in rows):
+                if column is not None:
+                    found[key] = column[0]
+        return MountEntry(name=name, position=position, orientation=orientation, **found)
 
     if mounts.individual is not None:
         return tuple(entry(m.name, m.position, m.orientation, m) for m in mounts.individual)
@@ -111,9 +147,12 @@ def build_mounts(mounts: parts.Mounts) -> Mounts:
         for name in ("stiffness", "damping")
     )
     loss = side_by_side([0.0 if e.loss_factor is None else e.loss_factor for e in entries])
+    position = side_by_side([side_by_side(e.position) for e in entries], own=1)
+    if mounts.datum is not None:
+        position = position + side_by_side(mounts.datum)[..., None, :]
     return Mounts(
         names=tuple(e.name for e in entries),
-        position=side_by_side([side_by_side(e.position) for e in entries], own=1),
+        position=position,
         stiffness=stiffness,
         damping=damping,
         structural=loss[..., None, None] * stiffness,
@@ -202,8 +241,3 @@ def has_loss_factor(mounts: parts.Mounts) -> bool:
     """Tell whether any stiffness is complex."""
     individual = any(properties.loss_factor for properties in mount_properties(mounts))
     return individual or bool(mounts.loss_factor)
-
-
-def mount_properties(mounts: parts.Mounts) -> list[parts.MountProperties]:
-    each = [] if mounts.each is None else [mounts.each]
-    return [*each, *(mounts.individual or ())]

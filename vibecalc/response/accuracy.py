@@ -49,6 +49,8 @@ SPEEDS = 10
 def response_topics(scene: Scene) -> list[Topic]:
     """Natural frequencies where all modes are held; translations of the orders that are driven."""
     system, options = linear_system(scene), scene.case.response
+    if system.own:
+        return []  # the questions are of matrices that no frequency changes
     shapes, found = system.shapes, []
     if np.all(shapes.eigenvalue > shapes.eigenvalue_error):
         size, matrices = shapes.natural_frequency, system.matrices
@@ -215,7 +217,7 @@ def switching_topics(scene: Scene) -> list[Topic]:
     load = np.stack([
         np.where(np.abs(one.value) > 4.0 * one.error, one.value, 0.0)[:kept] for one in rows
     ])  # fmt: skip
-    matrices, shapes = linear
+    matrices, shapes = linear[:2]
     ratio = ratios_of(scene, LinearSystem(matrices, shapes)).value
     system = ModalSystem(shapes.shape, shapes.natural_frequency, ratio)
     orders, speed, angle = np.arange(1, kept + 1), scene.case.machine.speed, options.crank_angle

@@ -8,7 +8,8 @@ from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import has_crank_train
 from vibecalc.parts import body_tables as parts
 from vibecalc.parts.firing import driven_machine, shakes_with_torque
-from vibecalc.parts.mounts import has_loss_factor, mount_properties
+from vibecalc.parts.mount_needs import mount_properties
+from vibecalc.parts.mounts import has_loss_factor
 from vibecalc.schema import Case
 
 SWITCHING: KeyPath = ("response", "switching")

@@ -45,9 +45,15 @@ def dynamics(
     changes nothing for a force that does not drive it, and keeps its noise from being magnified.
     Raises NumericalFailure where a matrix has no inverse at all.
     """
+    return dynamics_by_order(each_order(matrices), frequency, undriven)
+
+
+def dynamics_by_order(
+    matrices: Matrices, frequency: np.ndarray, undriven: UndrivenModes | None = None
+) -> Dynamics:
+    """`dynamics` of matrices (..., orders, 6, 6) that each order has of its own."""
     rate = np.asarray(frequency)[..., None, None]
     squared = np.square(rate)
-    matrices = each_order(matrices)
     lagging = matrices.structural + rate * matrices.damping
     stiffness = (matrices.stiffness - squared * matrices.mass) + 1j * lagging
     error = (

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from vibecalc.core.run.stage import Entries, Leading, Stage, Subject, Unit, Work, below
 from vibecalc.kinematics.stage import orders_given, orders_of_motion, orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
+from vibecalc.parts.mount_needs import why_alone
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -63,6 +64,7 @@ def _motion(case: "Case") -> Stage:
         leading=Leading(
             keys=MOUNT_KEYS,
             only=tuple(path for path in quantities if path not in _OF_ONE_MACHINE),
+            why_not=why_alone(case),
             most=1024,
         ),
     )

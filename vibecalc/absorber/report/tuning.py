@@ -290,7 +290,7 @@ def _methods(result: Result) -> list[str]:
             ("promised", "promised\npeak"), ("peak", "true peak"), ("loss", what, "%"),
         )],
         width=18, each=13,
-        blank=f"{TUNING}method/promised",
+        blank=(f"{TUNING}method/promised",),
     )  # fmt: skip
     if lines and TUNING + "bounds/penalty" in record.quantities:
         lines += paragraph("closed forms know no bounds: all of these are without them")

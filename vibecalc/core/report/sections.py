@@ -268,12 +268,12 @@ def merged(rows: Iterable[Sequence[str]]) -> list[list[str]]:
 
 def by_axis(
     record: Record, axis: str, title: str, names: Sequence[tuple[str, ...]], width: int = 22,
-    each: int = 14, digits: int = DIGITS, blank: str = "",
+    each: int = 14, digits: int = DIGITS, blank: Sequence[str] = (),
 ) -> list[str]:  # fmt: skip
     """Lines of a table of the quantities `names` over `axis`; [] if there are none.
 
     Each is a path, words, and the unit to show it in where that is not in the words. Equal rows are
-    one. Of the quantity `blank` an infinite entry is none, shown as "-".
+    one. Of the quantities `blank` an infinite entry is none, shown as "-".
     """
     shown = []
     for path, words, *unit in names:
@@ -289,7 +289,7 @@ def by_axis(
         row = [label]
         for quantity, _, factor in shown:
             value = float(magnitudes(quantity)[place]) * factor
-            if quantity.path == blank and not np.isfinite(value):
+            if quantity.path in blank and not np.isfinite(value):
                 row.append("-")
                 continue
             row.append(show(value, factor * quantity.error_estimate, digits))

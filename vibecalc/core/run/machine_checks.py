@@ -11,6 +11,7 @@ from vibecalc.parts.body import body_problems
 from vibecalc.parts.cautions import part_warnings
 from vibecalc.parts.crank_train import crank_train_problems
 from vibecalc.parts.drive_checks import drive_problems, gas_problems
+from vibecalc.parts.mount_needs import frequency_counts, loads_count
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -30,9 +31,19 @@ def matrices(case: "Case") -> list[Problem]:
     return matrix_problems(case)
 
 
+def mounts(case: "Case") -> list[Problem]:
+    """Problems of mounts that depend on load or frequency, if there are any."""
+    given = case.machine.mounts
+    if given is None or not (loads_count(given) or frequency_counts(given)):
+        return []
+    from vibecalc.parts.mount_checks import mount_problems
+
+    return mount_problems(case)
+
+
 #: of the parts of a machine
 OF_PARTS: tuple[Check, ...] = (
-    crank_train_problems, body_problems, matrices, drive_problems, gas_problems,
+    crank_train_problems, body_problems, matrices, mounts, drive_problems, gas_problems,
 )  # fmt: skip
 
 

@@ -46,8 +46,8 @@ class KeptRows(NamedTuple):
 class OfBody(NamedTuple):
     """How other readings of the body in its run-up are had.
 
-    `rows` makes those of any readout of its coordinates (f,). `motion` (6, f) takes these to the
-    motion of the reference point, and `modes` (6, modes) are its motions in the modes.
+    `rows` makes those of any readout of its coordinates (f,), of motions. `motion` (6, f) takes
+    these to the motion of the reference point, and `modes` (6, modes) are its motions in the modes.
     """
 
     rows: Callable[[Readout], KeptRows]
@@ -61,7 +61,7 @@ class RunUpSetup(NamedTuple):
     The orders are the whole numbers `harmonics` times `step`, which is 1/2 where a cycle is two
     turns; the frequencies of `resonances` are divided by it. `row_of` tells which of the rows each
     result reads: of the first `lever_rows` results, which are the couple over the lever, then of
-    the mounts.
+    the mounts. `travel` has the motion of each mount along its axis, where mounts have stops.
     """
 
     rows: HarmonicsAt
@@ -73,6 +73,7 @@ class RunUpSetup(NamedTuple):
     lever_rows: int
     idle: Callable[[float, float], tuple[str, ...]]
     of_body: OfBody
+    travel: HarmonicsAt | None = None
 
 
 class RunUpSection(NamedTuple):

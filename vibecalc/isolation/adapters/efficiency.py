@@ -11,14 +11,11 @@ from vibecalc.isolation.efficiency import Overall, by_order, efficiency, overall
 from vibecalc.isolation.efficiency_results import COUPLES, FORCES, ROOT
 from vibecalc.isolation.model import pitch_parts
 from vibecalc.isolation.on_base import OnBase, alone, frequency_grid, ground_load, transmissibility
+from vibecalc.isolation.on_mounts import on_mounts
 from vibecalc.isolation.pitch import angle_harmonics, pitch_model, pitch_resonances
-from vibecalc.isolation.planar import dofs_of_model
-from vibecalc.isolation.rigid_body import restricted
 from vibecalc.numerics.bounded import Bounded, concatenate, reshaped
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.parts.matrices import assemble
-from vibecalc.response.modal_damping import damped_basis
-from vibecalc.response.modes import modes
+from vibecalc.parts.body import dofs_of_model
 from vibecalc.response.resonances import check_operating_point, left_out
 
 COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
@@ -62,14 +59,11 @@ def _on_mounts(scene: Scene, loads: BodyLoads) -> _Mounted:
     body, mounts = scene.parts.body, scene.parts.mounts
     if body is None or mounts is None:
         raise ValueError("isolation needs a body and mounts")
-    whole = assemble(
-        body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
-    )
     freedoms = dofs_of_model(isolation_of(scene).model, scene.case.machine.crank_train.axis)
-    matrices, load = restricted(whole, freedoms), loads.load[..., freedoms]
-    shapes = damped_basis(matrices, modes(matrices))
-    motion, _ = steady_motion(scene, matrices, shapes, load, loads.order)
-    return _Mounted(matrices, freedoms, load, motion, shapes.natural_frequency)
+    system, load = on_mounts(body, mounts, freedoms), loads.load[..., freedoms]
+    motion, _ = steady_motion(scene, system, load, loads.order)
+    natural = system.shapes.natural_frequency
+    return _Mounted(system.matrices, freedoms, load, motion, natural)
 
 
 def _pitching(scene: Scene, loads: BodyLoads) -> _Mounted:

@@ -7,13 +7,11 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing
 from vibecalc.excitation.inertia_forces import as_loads, at_speed
+from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.matrices import Matrices
 from vibecalc.parts.firing import torque_reaches_mounts
-from vibecalc.response.forced import UndrivenModes, dynamics, require_digits, response
-from vibecalc.response.modal_damping import body_resonances
-from vibecalc.response.modes import Modes
-from vibecalc.response.resonances import Resonances, check_operating_point, left_out
+from vibecalc.response.forced import require_digits, response
+from vibecalc.response.resonances import Resonances, check_operating_point
 
 
 class BodyLoads(NamedTuple):
@@ -46,18 +44,17 @@ def body_loads(scene: Scene) -> BodyLoads:
 
 
 def steady_motion(
-    scene: Scene, matrices: Matrices, shapes: Modes, loads: Bounded, order: np.ndarray
+    scene: Scene, system: OnMounts, loads: Bounded, order: np.ndarray
 ) -> tuple[Bounded, Resonances]:
     """Motion (m, f) under loads (m, f) at the operating speed, and what orders may meet.
 
     Raises NumericalFailure where an order drives an undamped mode at its natural frequency.
     """
     speed = scene.case.machine.speed
-    resonances = body_resonances(matrices, shapes, loads)
+    resonances = system.resonances(loads)
     for warning in check_operating_point(resonances, order, speed):
         scene.warn(warning)
-    undriven = UndrivenModes(left_out(resonances), shapes.shape, shapes.eigenvalue)
-    system = dynamics(matrices, order * speed, undriven)
-    motion = response(system, loads.value, loads.error)
-    require_digits(matrices, system, loads, motion, order, speed)
+    dynamic = system.dynamics(order * speed, resonances)
+    motion = response(dynamic, loads.value, loads.error)
+    require_digits(system.matrices, dynamic, loads, motion, order, speed)
     return motion, resonances

@@ -21,38 +21,25 @@ from vibecalc.isolation.adapters.common import (
     isolation_of,
     length_over_cycle,
 )
-from vibecalc.isolation.planar import dofs_of_model
+from vibecalc.isolation.on_mounts import OnMounts, on_mounts
 from vibecalc.isolation.rigid_body import (
+    Static,
     all_six,
     displacement,
     held,
-    mount_force,
     mount_readout,
-    restricted,
     static_deflection,
 )
-from vibecalc.isolation.rows import Readout, body_rows, with_left_out
+from vibecalc.isolation.rows import Readout, with_left_out
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.parts.body import DIRECTIONS, RigidBody
-from vibecalc.parts.matrices import assemble, displacement_at
+from vibecalc.parts.body import DIRECTIONS, RigidBody, dofs_of_model
+from vibecalc.parts.firing import torque_reaches_mounts
+from vibecalc.parts.matrices import displacement_at
 from vibecalc.parts.mounts import Mounts
-from vibecalc.response.forced import (
-    MotionByOrder,
-    UndrivenModes,
-    dynamics,
-    require_digits,
-    response,
-)
-from vibecalc.response.modal_damping import (
-    body_resonances,
-    damped_basis,
-    damping_ratio,
-    energy_fraction,
-    with_damped_poles,
-)
-from vibecalc.response.modes import Modes, modes
-from vibecalc.response.resonances import Resonances, check_operating_point, idle_warnings, left_out
+from vibecalc.response.forced import MotionByOrder, require_digits, response
+from vibecalc.response.modes import Modes
+from vibecalc.response.resonances import check_operating_point, idle_warnings
 
 # ----------------------------------------------------------------------------
 # Adapter: the body on its mounts with all six freedoms, or those in the plane of the crank.
@@ -65,7 +52,7 @@ class MountedBody(NamedTuple):
     """A body on its mounts for those who load it otherwise: what the run-up is made of.
 
     Matrices and modes of the motions `freedoms`, the `readout` of the supports, and which of the
-    modes each of them `shows` (modes, supports).
+    modes each of them `shows` (modes, supports); all of it is of `system`.
     """
 
     freedoms: np.ndarray
@@ -73,6 +60,7 @@ class MountedBody(NamedTuple):
     shapes: Modes
     readout: Readout
     shows: np.ndarray
+    system: OnMounts
 
 
 def run_isolation_rigid_body(scene: Scene) -> None:
@@ -81,38 +69,34 @@ def run_isolation_rigid_body(scene: Scene) -> None:
     body, mounts = scene.parts.body, scene.parts.mounts
     if body is None or mounts is None:
         raise ValueError("isolation needs a body and mounts")
-    whole = assemble(
-        body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
-    )
     dofs = freedoms_of(scene)
-    matrices = restricted(whole, dofs)
-    shapes = damped_basis(matrices, modes(matrices))
+    system = on_mounts(body, mounts, dofs)
+    matrices = system.matrices
     scene.cite(
         "rigid body on mounts, 6 x 6 complex dynamic stiffness",
         "response on the mounts",
         "Harris and Piersol, Shock and Vibration Handbook, 5th ed. 2002, ch. 3",
     )
-    _emit_modes(scene, matrices, shapes, dofs)
-    sag = _emit_static(scene, held(whole, dofs), body, mounts)
+    _emit_modes(scene, system)
+    sag = _emit_static(scene, held(system.whole, dofs), body, mounts)
 
     load = _loads(forcing.per_speed_squared, dofs)
-    resonances = body_resonances(matrices, shapes, load)
+    resonances = system.resonances(load)
     speed = scene.case.machine.speed
     for warning in check_operating_point(resonances, forcing.orders, speed):
         scene.warn(warning)
-    undriven = _undriven(resonances, shapes)
     frequency = forcing.orders * np.asarray(speed)[..., None]
     driven = _loads(at_speed(forcing.per_speed_squared, speed), dofs)
-    system = dynamics(matrices, frequency, undriven)
-    motion = response(system, driven.value, driven.error)
-    require_digits(matrices, system, driven, motion, forcing.orders, speed)
+    dynamic = system.dynamics(frequency, resonances)
+    motion = response(dynamic, driven.value, driven.error)
+    require_digits(matrices, dynamic, driven, motion, forcing.orders, speed)
     motion = Bounded(*(all_six(part, dofs) for part in motion))
     scene.handed_on["motion_by_order"] = MotionByOrder(
         forcing.orders, forcing.retained, forcing.tail, motion
     )
     _emit_motion(scene, forcing, motion)
     at_mounts = displacement(motion, mounts.position)
-    force = mount_force(at_mounts, frequency, mounts.stiffness, mounts.damping, mounts.structural)
+    force = system.force(at_mounts, frequency)
     up = np.eye(3)["xyz".index(isolation_of(scene).up)]
     emit_support_motion(scene, forcing, mounts.names, DIRECTIONS, at_mounts, force)
     if scene.wants(LARGEST):
@@ -125,8 +109,14 @@ def run_isolation_rigid_body(scene: Scene) -> None:
             np.einsum("...dn,d->...n", at_mounts.error, np.abs(up)),
         )
         emit_heights(scene, mounts.names, peak_with_tail(vertical, forcing), sag)
+    if mounts.rest is not None or mounts.spectrum is not None:
+        from vibecalc.isolation.adapters.mounts import emit_mounts, emit_travel
+
+        emit_mounts(scene, mounts, forcing.orders[: forcing.retained], speed)
+        if not torque_reaches_mounts(scene.case):
+            emit_travel(scene, mounts, at_mounts, forcing.orders, forcing.retained, forcing)
     if scene.wants(*OF_RUN_UP):
-        _hand_on_run_up(scene, forcing, matrices, mounts, shapes, load)
+        _hand_on_run_up(scene, forcing, system, load)
 
 
 def freedoms_of(scene: Scene) -> np.ndarray:
@@ -138,14 +128,11 @@ def _loads(excitation: Excitation, dofs: np.ndarray) -> Bounded:
     return Bounded(*(part[..., dofs] for part in as_loads(excitation)))
 
 
-def _undriven(resonances: Resonances, shapes: Modes) -> UndrivenModes:
-    return UndrivenModes(left_out(resonances), shapes.shape, shapes.eigenvalue)
-
-
-def _emit_modes(scene: Scene, matrices: Matrices, shapes: Modes, dofs: np.ndarray) -> None:
+def _emit_modes(scene: Scene, system: OnMounts) -> None:
+    dofs, shapes = system.freedoms, system.shapes
     axes = {"mode": np.arange(1, len(dofs) + 1), "coordinate": COORDINATES}
-    ratio = damping_ratio(matrices, shapes)
-    share = energy_fraction(matrices, shapes)
+    ratio = system.damping_ratio()
+    share = system.energy_fraction()
     scene.emit(
         "isolation/modes/natural_frequency",
         shapes.natural_frequency,
@@ -157,17 +144,28 @@ def _emit_modes(scene: Scene, matrices: Matrices, shapes: Modes, dofs: np.ndarra
     scene.emit("isolation/modes/energy_fraction", all_six(share.value, dofs), share.error, axes)
 
 
-def _emit_static(scene: Scene, matrices: Matrices, body: RigidBody, mounts: Mounts) -> Bounded:
+def static_of(scene: Scene, matrices: Matrices, body: RigidBody, mounts: Mounts) -> Static:
+    """The body at rest under its weight; `matrices` have all six motions."""
     options = isolation_of(scene)
-    static = static_deflection(
+    up = np.eye(3)["xyz".index(options.up)]
+    if mounts.rest is not None:
+        from vibecalc.isolation.adapters.mounts import static_at_rest
+
+        return static_at_rest(mounts.rest, up)
+    return static_deflection(
         matrices,
         mounts.position,
         mounts.stiffness,
         body.mass,
         body.centre,
         options.gravity,
-        np.eye(3)["xyz".index(options.up)],
+        up,
+        body.centre_error,
     )
+
+
+def _emit_static(scene: Scene, matrices: Matrices, body: RigidBody, mounts: Mounts) -> Bounded:
+    static = static_of(scene, matrices, body, mounts)
     emit_static(scene, mounts.names, static.sag, static.sag_error, static.share, static.share_error)
     return Bounded(static.sag, static.sag_error)
 
@@ -184,40 +182,37 @@ def _emit_motion(scene: Scene, forcing: Forcing, motion: Bounded) -> None:
         )
 
 
-def _hand_on_run_up(
-    scene: Scene,
-    forcing: Forcing,
-    matrices: Matrices,
-    mounts: Mounts,
-    shapes: Modes,
-    load: Bounded,
-) -> None:
-    freedoms = freedoms_of(scene)
-    whole = mount_readout(mounts.position, mounts.stiffness, mounts.damping, mounts.structural)
+def _hand_on_run_up(scene: Scene, forcing: Forcing, system: OnMounts, load: Bounded) -> None:
+    freedoms, mounts = system.freedoms, system.mounts
+    loss = mounts.structural if mounts.spectrum is None else np.zeros_like(mounts.stiffness)
+    whole = mount_readout(mounts.position, mounts.stiffness, mounts.damping, loss)
     readout = whole._replace(spring=whole.spring[..., freedoms], damper=whole.damper[..., freedoms])
     used, orders = forcing.retained, forcing.orders
     first = Bounded(load.value[:used], load.error[:used])
     few, few_tail = few_orders(forcing)
     higher = Bounded(load.value[few], load.error[few])
-    resonances = body_resonances(matrices, shapes, first)
-    left_alone = _undriven(resonances, shapes)
-    resonances = with_damped_poles(resonances, matrices, shapes, first)
-    beyond = body_resonances(matrices, shapes, higher)
+    met = system.resonances(first)
+    resonances = system.with_poles(met, first)
+    beyond = system.resonances(higher)
+    shapes = system.shapes
     stretch = mounts.stiffness @ displacement_at(mounts.position)[..., freedoms] @ shapes.shape
     size = np.sqrt(np.square(stretch).sum(axis=1)).T
     shows = size > 1e-12 * size.max()
-    scene.handed_on["mounted"] = MountedBody(freedoms, matrices, shapes, readout, shows)
+    scene.handed_on["mounted"] = MountedBody(
+        freedoms, system.matrices, shapes, readout, shows, system
+    )
 
-    def rows(readout: Readout) -> KeptRows:
+    def rows(read: Readout, passed_on: bool = False) -> KeptRows:
         return KeptRows(
-            body_rows(matrices, readout, orders[:used], first, left_alone),
-            body_rows(matrices, readout, orders[few], higher, _undriven(beyond, shapes)),
+            system.rows(read, orders[:used], first, met, passed_on=passed_on),
+            system.rows(read, orders[few], higher, beyond, passed_on=passed_on),
             few_tail,
             orders[few],
         )
 
+    travel = system.travel()
     scene.handed_on["run_up"] = RunUpSetup(
-        rows=with_left_out(*rows(readout)[:3]),
+        rows=with_left_out(*rows(readout, True)[:3]),
         harmonics=orders[:used],
         step=1,
         resonances=resonances,
@@ -226,6 +221,7 @@ def _hand_on_run_up(
         lever_rows=0,
         idle=lambda low, high: idle_warnings(resonances, orders[:used], low, high),
         of_body=of_body(rows, freedoms, shapes),
+        travel=None if travel is None else with_left_out(*rows(travel)[:3]),
     )
 
 

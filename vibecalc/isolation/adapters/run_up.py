@@ -8,6 +8,7 @@ import numpy as np
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.run.stage import Scene
 from vibecalc.isolation.adapters.common import RunUpSection, RunUpSetup, isolation_of
+from vibecalc.isolation.mount_results import OF_RUN_UP
 from vibecalc.isolation.results import MAXIMA_ROOT
 from vibecalc.isolation.run_up import joined, run_up, run_up_peak
 from vibecalc.isolation.run_up_maxima import Maxima, Range, local_maxima
@@ -27,6 +28,11 @@ def run_run_up(scene: Scene) -> None:
         "docs/theory.md, quasi-steady run-up",
     )
     setup, given = parts[0].setup, [_given(part) for part in parts]
+    if setup.travel is not None and scene.wants(*OF_RUN_UP):
+        from vibecalc.isolation.adapters.mounts import emit_run_up_travel
+
+        motions = [(part.setup.travel, *each[1:]) for part, each in zip(parts, given, strict=True)]
+        emit_run_up_travel(scene, highest_of([run_up_peak(*each) for each in motions]))
     if not scene.wants(*CURVES, *MAXIMA):
         _emit_peaks(scene, setup, highest_of([run_up_peak(*each) for each in given]))
         return

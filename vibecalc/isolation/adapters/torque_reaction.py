@@ -1,6 +1,7 @@
 """Adapter: a machine on its mounts under the torque of its cylinders, steady or running up."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -16,7 +17,7 @@ from vibecalc.isolation.adapters.common import (
     isolation_of,
 )
 from vibecalc.isolation.adapters.loads import steady_motion
-from vibecalc.isolation.adapters.rigid_body import MountedBody, of_body
+from vibecalc.isolation.adapters.rigid_body import MountedBody, of_body, static_of
 from vibecalc.isolation.adapters.torque_couple import (
     Couples,
     Passing,
@@ -26,17 +27,15 @@ from vibecalc.isolation.adapters.torque_couple import (
     torque_law,
     total_torque,
 )
-from vibecalc.isolation.planar import dofs_of_model
+from vibecalc.isolation.on_mounts import OnMounts, on_mounts
 from vibecalc.isolation.results import TORQUE_REACTION_ROOT
 from vibecalc.isolation.rigid_body import (
     all_six,
     displacement,
     held,
     mount_force,
-    restricted,
-    static_deflection,
 )
-from vibecalc.isolation.rows import CoupleAt, HarmonicsAt, Readout, body_rows, with_left_out
+from vibecalc.isolation.rows import CoupleAt, HarmonicsAt, Readout, with_left_out
 from vibecalc.isolation.torque_reaction import (
     TAIL,
     couple_by_differences,
@@ -52,14 +51,13 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
-from vibecalc.parts.body import DIRECTIONS
+from vibecalc.parts.body import DIRECTIONS, RigidBody, dofs_of_model
 from vibecalc.parts.firing import TURN, cycle_angle, shakes_with_torque
-from vibecalc.parts.matrices import assemble
+from vibecalc.parts.matrices import mounted
 from vibecalc.parts.mounts import Mounts
-from vibecalc.response.forced import MotionByOrder, UndrivenModes, dynamics, response
-from vibecalc.response.modal_damping import body_resonances, damped_basis, with_damped_poles
-from vibecalc.response.modes import Modes, modes
-from vibecalc.response.resonances import Resonances, idle_warnings, left_out
+from vibecalc.response.forced import MotionByOrder, dynamics, response
+from vibecalc.response.modes import Modes
+from vibecalc.response.resonances import Resonances, idle_warnings
 
 # ----------------------------------------------------------------------------
 # Adapter: a machine on its mounts under the torque of its cylinders, with what shakes it.
@@ -70,16 +68,12 @@ CLOSE = 0.1
 
 
 class Driven(NamedTuple):
-    """A body on its mounts with all that drives it: six motions, and the model's `freedoms` (f,).
+    """A body on its mounts with all that drives it.
 
-    `matrices` and `shapes` are of these; `shaking` (n, 6) of the orders 1 .. n, `loads` (m, f) with
-    the couples of the torque.
+    `shaking` (n, 6) of the orders 1 .. n, `loads` (m, f) with the couples of the torque.
     """
 
-    freedoms: np.ndarray
-    whole: Matrices
-    matrices: Matrices
-    shapes: Modes
+    system: OnMounts
     couples: Couples
     shaking: Bounded
     loads: Bounded
@@ -91,29 +85,19 @@ def driven_body(scene: Scene) -> Driven:
     body, mounts = scene.parts.body, scene.parts.mounts
     if body is None or mounts is None:
         raise ValueError("isolation needs a body and mounts")
-    axis = scene.parts.crank_train.axis
-    whole = assemble(
-        body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
-    )
     freedoms = dofs_of_model(isolation_of(scene).model, scene.case.machine.crank_train.axis)
-    matrices, whole = restricted(whole, freedoms), held(whole, freedoms)
-    shapes = damped_basis(matrices, modes(matrices))
     couples = couples_of(scene, forcing.retained)
-    driven = at_speed(forcing.per_speed_squared, scene.case.machine.speed)
-    shaking = Bounded(
-        np.concatenate([driven.force, driven.couple], axis=-1),
-        np.concatenate([driven.force_error, driven.couple_error], axis=-1),
-    )
+    shaking = as_loads(at_speed(forcing.per_speed_squared, scene.case.machine.speed))
+    axis = scene.parts.crank_train.axis
     loads = _of(with_shaking(couples.added, couples.order, axis, shaking), freedoms)
-    return Driven(freedoms, whole, matrices, shapes, couples, shaking, loads)
+    return Driven(on_mounts(body, mounts, freedoms), couples, shaking, loads)
 
 
 def motion_with_torque(scene: Scene) -> MotionByOrder:
     """Motion of the body by all that drives it, for those who read it at other places."""
-    driven = driven_body(scene)
-    couples = driven.couples
-    few, _ = steady_motion(scene, driven.matrices, driven.shapes, driven.loads, couples.order)
-    return MotionByOrder(couples.order, couples.retained, TAIL, _six(few, driven.freedoms))
+    system, couples, _, loads = driven_body(scene)
+    few, _ = steady_motion(scene, system, loads, couples.order)
+    return MotionByOrder(couples.order, couples.retained, TAIL, _six(few, system.freedoms))
 
 
 def run_torque_reaction(scene: Scene) -> None:
@@ -123,7 +107,9 @@ def run_torque_reaction(scene: Scene) -> None:
         raise ValueError("isolation needs a body and mounts")
     options, speed = isolation_of(scene), scene.case.machine.speed
     axis = scene.parts.crank_train.axis
-    freedoms, whole, matrices, shapes, couples, shaking, loads = driven_body(scene)
+    system, couples, shaking, loads = driven_body(scene)
+    freedoms, shapes = system.freedoms, system.shapes
+    whole = held(system.whole, freedoms)
     scene.cite(
         "torque reaction of the cylinders with the shaking of the crank train, order by order",
         f"{scene.case.machine.kind} on its mounts",
@@ -138,23 +124,16 @@ def run_torque_reaction(scene: Scene) -> None:
     )
     scene.emit(f"{TORQUE_REACTION_ROOT}/mean_couple", couples.mean.value, couples.mean.error)
 
-    few, resonances = steady_motion(scene, matrices, shapes, loads, order)
+    few, resonances = steady_motion(scene, system, loads, order)
     motion = _six(few, freedoms)
     _emit_nearest(scene, shapes, resonances, loads, couples)
     _emit_motion(scene, motion, axis, couples)
     at_mounts = displacement(motion, mounts.position)
-    force = mount_force(
-        at_mounts, order * speed, mounts.stiffness, mounts.damping, mounts.structural
-    )
+    force = system.force(at_mounts, order * speed)
     alone = with_shaking(couples.total, order, axis, Bounded(shaking.value[:0], shaking.error[:0]))
-    torque_motion, _ = steady_motion(scene, matrices, shapes, _of(alone, freedoms), order)
-    of_torque = mount_force(
-        displacement(_six(torque_motion, freedoms), mounts.position),
-        order * speed,
-        mounts.stiffness,
-        mounts.damping,
-        mounts.structural,
-    )
+    torque_motion, _ = steady_motion(scene, system, _of(alone, freedoms), order)
+    at_mounts_by_torque = displacement(_six(torque_motion, freedoms), mounts.position)
+    of_torque = system.force(at_mounts_by_torque, order * speed)
     by_mount = {"mount": mounts.names}
     scene.emit(
         f"{TORQUE_REACTION_ROOT}/support_force",
@@ -165,7 +144,7 @@ def run_torque_reaction(scene: Scene) -> None:
     for name, harmonics in (("peak", force), ("of_torque", of_torque)):
         peak = vector_peak(harmonics, order, used)
         scene.emit(f"{TORQUE_REACTION_ROOT}/support_force_{name}", peak.value, peak.error, by_mount)
-    mean = _mean_force(whole, mounts, couples.mean, axis)
+    mean = _mean_force(held(_against_rest(system, body), freedoms), mounts, couples.mean, axis)
     scene.emit(
         f"{TORQUE_REACTION_ROOT}/mean_support_force",
         mean.value,
@@ -173,14 +152,16 @@ def run_torque_reaction(scene: Scene) -> None:
         {**by_mount, "direction": DIRECTIONS},
     )
     up = np.eye(3)["xyz".index(options.up)]
-    static = static_deflection(
-        whole, mounts.position, mounts.stiffness, body.mass, body.centre, options.gravity, up
-    )
+    static = static_of(scene, whole, body, mounts)
     share = static.share - mean.value @ up
     share_error = static.share_error + mean.error @ up + UNIT_ROUNDOFF * np.abs(share)
     downwards = Bounded(
         -np.einsum("mdn,d->mn", force.value, up), np.einsum("mdn,d->mn", force.error, up)
     )
+    if mounts.rest is not None:
+        from vibecalc.isolation.adapters.mounts import emit_travel
+
+        emit_travel(scene, mounts, at_mounts, order, used)
     load = extreme_loads(downwards, order, used, Bounded(share, share_error))
     scene.emit(f"{TORQUE_REACTION_ROOT}/largest_load", load.highest, load.error, by_mount)
     scene.emit(f"{TORQUE_REACTION_ROOT}/minimum_load", load.lowest, load.error, by_mount)
@@ -194,6 +175,14 @@ def _six(motion: Bounded, freedoms: np.ndarray) -> Bounded:
     return Bounded(all_six(motion.value, freedoms), all_six(motion.error, freedoms))
 
 
+def _against_rest(system: OnMounts, body: RigidBody) -> Matrices:
+    """All six motions, with the stiffness of the mounts against loads that stay."""
+    mounts = system.mounts
+    if mounts.static is None:
+        return system.whole
+    return mounted(body, replace(mounts, stiffness=mounts.static))
+
+
 def _mean_force(matrices: Matrices, mounts: Mounts, couple: Bounded, axis: np.ndarray) -> Bounded:
     """Force (mounts, 3) of each support on the ground under a constant couple about `axis`."""
     none = np.zeros((6, 6))
@@ -204,7 +193,7 @@ def _mean_force(matrices: Matrices, mounts: Mounts, couple: Bounded, axis: np.nd
     force = mount_force(
         displacement(motion, mounts.position),
         np.zeros(1),
-        mounts.stiffness,
+        mounts.stiffness if mounts.static is None else mounts.static,
         np.zeros_like(mounts.damping),
         np.zeros_like(mounts.structural),
     )
@@ -274,40 +263,39 @@ def _setup(
     scene: Scene, law: TorqueLaw, passing: Passing | None, low: float, high: float
 ) -> RunUpSetup:
     """Rows and resonances between two speeds."""
-    mounted: MountedBody = scene.handed_on["mounted"]
+    on_them: MountedBody = scene.handed_on["mounted"]
     forcing: Forcing = scene.handed_on["forcing"]
     line_frequency = np.zeros(0) if passing is None else _line_frequencies(scene, high)
     axis, ends = scene.parts.crank_train.axis, np.array([low, high])
     none = Bounded(np.zeros(len(law.order)), np.zeros(len(law.order)))
     whole = Bounded(*as_loads(forcing.per_speed_squared))
     shaking = with_shaking(none, law.order, axis, whole)
-    about = np.concatenate([np.zeros(3), axis])[mounted.freedoms]
+    about = np.concatenate([np.zeros(3), axis])[on_them.freedoms]
 
-    def of_orders(part: slice) -> tuple[Callable[[Readout], HarmonicsAt], Resonances]:
-        force = Bounded(*(each[part][:, mounted.freedoms] for each in shaking))
+    def of_orders(part: slice) -> tuple[Callable[[Readout, bool], HarmonicsAt], Resonances]:
+        force = Bounded(*(each[part][:, on_them.freedoms] for each in shaking))
         couple = _couple(law, passing, ends, part)
         at_ends = couple(ends, errors=True)
         forces = [force, *_about(Bounded(at_ends.value, at_ends.error), about)]
-        resonances = _met(mounted, forces)
-        undriven = UndrivenModes(
-            left_out(resonances), mounted.shapes.shape, mounted.shapes.eigenvalue
-        )
+        resonances = _met(on_them.system, forces)
 
-        def rows(readout: Readout) -> HarmonicsAt:
-            given = (mounted.matrices, readout, law.order[part], force, undriven)
-            return body_rows(*given, couple, about)
+        def rows(readout: Readout, passed_on: bool) -> HarmonicsAt:
+            given = (readout, law.order[part], force, resonances, couple, about, passed_on)
+            return on_them.system.rows(*given)
 
-        return rows, _with_poles(mounted, resonances, forces)
+        return rows, _with_poles(on_them.system, resonances, forces)
 
     kept, resonances = of_orders(slice(law.retained))
-    beyond, _ = of_orders(slice(law.retained, None))
+    others, _ = of_orders(slice(law.retained, None))
+    beyond = law.order[law.retained :]
 
-    def rows(readout: Readout) -> KeptRows:
-        return KeptRows(kept(readout), beyond(readout), TAIL, law.order[law.retained :])
+    def rows(readout: Readout, passed_on: bool = False) -> KeptRows:
+        return KeptRows(kept(readout, passed_on), others(readout, passed_on), TAIL, beyond)
 
+    travel = on_them.system.travel()
     step, order = TURN / cycle_angle(scene.case.machine), law.order[: law.retained]
     return RunUpSetup(
-        rows=with_left_out(*rows(mounted.readout)[:3]),
+        rows=with_left_out(*rows(on_them.readout, True)[:3]),
         harmonics=np.arange(1, law.retained + 1),
         step=step,
         resonances=resonances._replace(
@@ -317,11 +305,12 @@ def _setup(
                 [resonances.moved_ratio, np.full(len(line_frequency), _NARROW)]
             ),
         ),
-        shows=mounted.shows,
-        row_of=np.arange(mounted.shows.shape[1]),
+        shows=on_them.shows,
+        row_of=np.arange(on_them.shows.shape[1]),
         lever_rows=0,
         idle=lambda first, last: idle_warnings(resonances, order, first, last),
-        of_body=of_body(rows, mounted.freedoms, mounted.shapes),
+        of_body=of_body(rows, on_them.freedoms, on_them.shapes),
+        travel=None if travel is None else with_left_out(*rows(travel)[:3]),
     )
 
 
@@ -357,14 +346,12 @@ def _about(couple: Bounded, axis: np.ndarray) -> list[Bounded]:
     ]
 
 
-def _met(mounted: MountedBody, forces: list[Bounded]) -> Resonances:
+def _met(system: OnMounts, forces: list[Bounded]) -> Resonances:
     """Resonances of which an order is idle that none of the forces (orders, f) gives a force."""
-    found = [body_resonances(mounted.matrices, mounted.shapes, force) for force in forces]
+    found = [system.resonances(force) for force in forces]
     return found[0]._replace(idle=np.all([one.idle for one in found], axis=0))
 
 
-def _with_poles(mounted: MountedBody, resonances: Resonances, forces: list[Bounded]) -> Resonances:
-    found = [
-        with_damped_poles(resonances, mounted.matrices, mounted.shapes, force) for force in forces
-    ]
+def _with_poles(system: OnMounts, resonances: Resonances, forces: list[Bounded]) -> Resonances:
+    found = [system.with_poles(resonances, force) for force in forces]
     return found[0]._replace(idle=np.all([one.idle for one in found], axis=0))

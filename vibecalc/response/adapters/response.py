@@ -12,6 +12,7 @@ from vibecalc.numerics.leading import leave_alone
 from vibecalc.numerics.matrices import Matrices, bounded_parts
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON, UNIT_ROUNDOFF
 from vibecalc.parts.matrices import build_system
+from vibecalc.parts.mount_state import mounts_of
 from vibecalc.response.energies import (
     dropped_mean,
     energies_over_cycle,
@@ -24,6 +25,7 @@ from vibecalc.response.forced import (
     MotionByOrder,
     UndrivenModes,
     dynamics,
+    dynamics_by_order,
     modal_response,
     require_digits,
     response,
@@ -46,6 +48,16 @@ from vibecalc.response.resonances import (
     masked_speeds,
     outside,
 )
+from vibecalc.response.spectral import (
+    OwnMode,
+    SpectralSystem,
+    joined,
+    own_damping_ratio,
+    own_energy_fraction,
+    own_modes,
+    own_resonances,
+    spectral_system,
+)
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -58,10 +70,16 @@ COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
 
 
 class LinearSystem(NamedTuple):
-    """Matrices with all damping in them, and modes in a basis that the damping leaves apart."""
+    """Matrices with all damping in them, and modes in a basis that the damping leaves apart.
+
+    Where the stiffness of mounts follows the frequency, `spectral` has the matrices at all of
+    them and `own` each mode at its own.
+    """
 
     matrices: Matrices
     shapes: Modes
+    spectral: SpectralSystem | None = None
+    own: tuple[OwnMode, ...] = ()
 
 
 def linear_system(scene: Scene) -> LinearSystem:
@@ -72,7 +90,12 @@ def linear_system(scene: Scene) -> LinearSystem:
 
 def _build(case: "Case") -> LinearSystem:
     machine = case.machine
-    matrices = build_system(machine)
+    matrices = build_system(case)
+    mounts = mounts_of(case)
+    if mounts is not None and mounts.spectrum is not None:
+        spectral = spectral_system(matrices, mounts, np.arange(6))
+        own = tuple(own_modes(spectral))
+        return LinearSystem(matrices, joined(own), spectral, own)
     shapes = modes(matrices)
     ratio = None if machine.mounts is None else machine.mounts.modal_damping
     if ratio:
@@ -90,9 +113,11 @@ def ratios_of(scene: Scene, system: LinearSystem) -> Bounded:
     Modal damping is that, and a loss factor of the whole stiffness is twice that. Raises
     NumericalFailure for a mode that nothing holds.
     """
+    if system.own:
+        return own_damping_ratio(system.own)
     machine = scene.case.machine
     mounts = machine.mounts
-    system_without = build_system(machine)
+    system_without = build_system(scene.case)
     given = 0.0 if mounts is None else mounts.modal_damping or 0.0
     if mounts is not None and mounts.stiffness_matrix is not None:
         given += 0.5 * (mounts.loss_factor or 0.0)
@@ -114,7 +139,10 @@ def undriven_at_operating_point(
     resonances = resonances_of(system, load)
     for warning in check_operating_point(resonances, orders, scene.case.machine.speed):
         scene.warn(warning)
-    return UndrivenModes(left_out(resonances), system.shapes.shape, system.shapes.eigenvalue)
+    pairs = left_out(resonances)
+    if system.own:
+        pairs = np.zeros_like(pairs)
+    return UndrivenModes(pairs, system.shapes.shape, system.shapes.eigenvalue)
 
 
 def resonances_of(system: LinearSystem, load: Bounded) -> Resonances:
@@ -122,7 +150,9 @@ def resonances_of(system: LinearSystem, load: Bounded) -> Resonances:
 
     A mode that nothing holds has no resonance: it stands at infinity, where no order meets it.
     """
-    matrices, shapes = system
+    matrices, shapes = system.matrices, system.shapes
+    if system.own:
+        return own_resonances(system.own, load)
     held = shapes.eigenvalue > shapes.eigenvalue_error
     if held.ndim > 1:
         leave_alone(~np.all(held, axis=-1))
@@ -190,7 +220,7 @@ def run_response(scene: Scene) -> None:
     )
     _emit_motion(scene, forcing, motion)
     if scene.wants(*GROUND):
-        _emit_ground(scene, forcing, _ground(matrices, frequency, driven, motion))
+        _emit_ground(scene, forcing, _ground(system, frequency, driven, motion))
     if options.energies:
         _emit_energies(scene, forcing, matrices, motion, frequency)
 
@@ -208,14 +238,17 @@ def _motion(
     if method == "modal":
         shape = system.shapes.shape
         return modal_response(matrices, shape, frequency, driven.value, driven.error)
-    stiffness = dynamics(matrices, frequency, undriven)
+    if system.spectral is None:
+        stiffness = dynamics(matrices, frequency, undriven)
+    else:
+        stiffness = dynamics_by_order(system.spectral.at(frequency), frequency)
     motion = response(stiffness, driven.value, driven.error)
     require_digits(matrices, stiffness, driven, motion, forcing.orders, speed)
     return motion
 
 
 def _emit_modes(scene: Scene, system: LinearSystem, forcing: Forcing) -> None:
-    matrices, shapes = system
+    matrices, shapes = system.matrices, system.shapes
     numbers = np.arange(1, 7)
     axes = {"mode": numbers, "coordinate": COORDINATES, "other_mode": numbers}
     frequency, uncertainty = shapes.natural_frequency, shapes.natural_frequency_error
@@ -225,7 +258,8 @@ def _emit_modes(scene: Scene, system: LinearSystem, forcing: Forcing) -> None:
         scene.emit("response/modes/damping_ratio", ratio.value, ratio.error, axes)
         if scene.wants(*NEAREST):
             _emit_nearest(scene, forcing, frequency, uncertainty, axes)
-    share = energy_fraction(matrices, shapes)
+    own = system.own
+    share = own_energy_fraction(own) if own else energy_fraction(matrices, shapes)
     scene.emit("response/modes/shape", shapes.shape.mT, shapes.shape_error, axes)
     scene.emit("response/modes/energy_fraction", share.value, share.error, axes)
     if not scene.wants("response/modes/assurance"):
@@ -274,7 +308,9 @@ def _emit_ground(scene: Scene, forcing: Forcing, ground: Bounded) -> None:
         _emit_with_peak(scene, f"response/ground_{name}", "", forcing, ground[..., part])
 
 
-def _ground(matrices: Matrices, frequency: np.ndarray, driven: Bounded, motion: Bounded) -> Bounded:
+def _ground(
+    system: LinearSystem, frequency: np.ndarray, driven: Bounded, motion: Bounded
+) -> Bounded:
     """Force and couple (..., orders, 6) of the suspension on the ground.
 
     (K + iH + iwC) X, or what is left of the load when the body is moved, F + w^2 M X: the former is
@@ -282,11 +318,16 @@ def _ground(matrices: Matrices, frequency: np.ndarray, driven: Bounded, motion: 
     are nearly the same. A mode that is left out of an order is in the first alone.
     """
     rate = frequency[..., None]
-    mass, stiffness, damping, structural = bounded_parts(matrices)
+    if system.spectral is not None:
+        mass, stiffness, damping, structural = bounded_parts(system.spectral.at(frequency))
+        rate, motion, driven = rate[..., None], motion[..., None, :], driven[..., None, :]
+    else:
+        mass, stiffness, damping, structural = bounded_parts(system.matrices)
     # the matrices are symmetric, so that rows times them are what they make of columns
     held = motion @ stiffness + 1j * (motion @ structural + rate * (motion @ damping))
     moved = driven + np.square(rate) * (motion @ mass)
-    return where(moved.error < held.error, moved, held)
+    better = where(moved.error < held.error, moved, held)
+    return better if system.spectral is None else better[..., 0, :]
 
 
 def _emit_with_peak(scene: Scene, stem: str, suffix: str, forcing: Forcing, rows: Bounded) -> None:

@@ -161,7 +161,7 @@ def _study(scene: Scene) -> _Study:
     per_square = np.stack([load.value for load in each])
     # the errors count the guard orders, which stand for all that is dropped
     per_square[:, forcing.retained :] *= forcing.tail
-    matrices, shapes = linear_system(scene)
+    matrices, shapes = linear_system(scene)[:2]
     ratio = ratios_of(scene, LinearSystem(matrices, shapes)).value
     _warn_of_coupling(scene, matrices, shapes)
     system = ModalSystem(shapes.shape, shapes.natural_frequency, ratio)

@@ -1,0 +1,235 @@
+"""Claim: a body rests on curved mounts and stops where its energy is least, and moves about it."""
+
+import numpy as np
+import pytest
+from mounted_sets import ran, tables
+from scipy.integrate import quad, solve_ivp
+from scipy.interpolate import PchipInterpolator
+from scipy.optimize import brentq, minimize, root
+from scipy.spatial.transform import Rotation
+
+from vibecalc.core.case.load import validate
+from vibecalc.errors import NumericalFailure
+from vibecalc.parts.mount_state import mounts_of
+
+CURVE = {"deflection": [-0.002, 0.0, 0.002, 0.004, 0.007], "load": [-300, 0, 500, 1400, 4500]}
+STOPS = {"down": 0.0035, "up": 0.004, "stiffness": 3e6}
+
+
+def with_mounts(kind: str) -> dict:
+    """The set on mounts of some kind, all but the last one alike."""
+    data = tables()
+    mounts = data["machine"]["mounts"]
+    places = mounts.pop("positions")
+    static = {
+        "cubic": {"dynamic_to_static": 1.4, "cubic_stiffness": 8e9},
+        "curve": {"dynamic_to_static": 1.2, "load_deflection": CURVE},
+        "stops": {"cubic_stiffness": 1e8, "stops": STOPS},
+    }[kind]
+    mounts["each"] |= {"static": static, "damping": 300.0}
+    mounts["individual"] = [
+        {"name": f"m{n}", "position": place, "orientation": [0.2 * s, -0.1 * s, 0.0]}
+        for n, (place, s) in enumerate(zip(places, (1, -1, 1, -1), strict=True))
+    ]
+    mounts["individual"][3]["static"] = {"axis": "z"}  # straight, as its dynamic stiffness
+    return data
+
+
+class Plain:
+    """The same body and mounts written anew: energy, loads on the body and its tangent."""
+
+    def __init__(self, data: dict, ratio_of_dynamic: bool = False):
+        machine = data["machine"]
+        parts = machine["body"]["parts"]
+        self.mass = np.array([part["mass"] for part in parts], dtype=float)
+        self.centre = self.mass @ np.array([part["centre"] for part in parts]) / self.mass.sum()
+        each = machine["mounts"]["each"]
+        self.mounts = []
+        for one in machine["mounts"]["individual"]:
+            turn = Rotation.from_euler("xyz", one["orientation"]).as_matrix()
+            static = one.get("static", each["static"])
+            ratio = static.get("dynamic_to_static", 1.0)
+            k = np.array([2e5, 2e5, 4e5]) / ratio
+            self.mounts.append((np.array(one["position"]), turn, k, static, ratio))
+
+    @staticmethod
+    def load(static: dict, k: float, u: float) -> float:
+        if "load_deflection" in static:
+            curve = static["load_deflection"]
+            found = float(PchipInterpolator(curve["deflection"], curve["load"])(u))
+        else:
+            found = k * u + static.get("cubic_stiffness", 0.0) * u**3
+        stops = static.get("stops")
+        if stops:
+            found += stops["stiffness"] * (max(u - stops["down"], 0) - max(-u - stops["up"], 0))
+        return found
+
+    def loads(self, x: np.ndarray) -> np.ndarray:
+        """Forces and couples (6,) of mounts and weight on the body."""
+        weight = np.array([0.0, 0.0, -self.mass.sum() * 9.80665])
+        total = np.concatenate([weight, np.cross(self.centre, weight)])
+        for place, turn, k, static, _ in self.mounts:
+            own = turn.T @ (x[:3] + np.cross(x[3:], place))
+            force = turn @ np.array(
+                [-k[0] * own[0], -k[1] * own[1], self.load(static, k[2], -own[2])]
+            )
+            total += np.concatenate([force, np.cross(place, force)])
+        return total
+
+    def energy(self, x: np.ndarray) -> float:
+        height = x[2] + np.cross(x[3:], self.centre)[2]
+        total = self.mass.sum() * 9.80665 * height
+        for place, turn, k, static, _ in self.mounts:
+            own = turn.T @ (x[:3] + np.cross(x[3:], place))
+            total += 0.5 * k[0] * own[0] ** 2 + 0.5 * k[1] * own[1] ** 2
+            corners = [c for c in (*CURVE["deflection"], STOPS["down"]) if 0 < c < -own[2]]
+            total += quad(
+                lambda u, s=static, kk=k[2]: self.load(s, kk, u), 0.0, -own[2],
+                points=corners or None, epsabs=1e-11, epsrel=1e-12,
+            )[0]  # fmt: skip
+        return total
+
+
+@pytest.mark.parametrize("kind", ["cubic", "curve", "stops"])
+def test_the_rest_is_where_all_loads_are_in_balance(kind: str) -> None:
+    data = with_mounts(kind)
+    plain = Plain(data)
+    found = root(plain.loads, np.array([0, 0, -0.004, 0, 0, 0]), tol=1e-14, method="hybr")
+    assert np.abs(plain.loads(found.x)).max() < 1e-7
+    mounts = mounts_of(validate(data))
+    rest = mounts.rest
+    assert np.abs(rest.body - found.x).max() < 1e-11
+    assert np.all(rest.body_error < 1e-13)
+    left = np.abs(plain.loads(rest.body)).max()
+    assert left < 1e-8
+    touching = rest.stop > 0.0
+    assert touching.any() == (kind == "stops")
+    for n, (place, turn, k, static, ratio) in enumerate(plain.mounts):
+        own = turn.T @ (found.x[:3] + np.cross(found.x[3:], place))
+        assert rest.deflection[n] == pytest.approx(-own[2], abs=1e-12)
+        assert rest.load[n] == pytest.approx(plain.load(static, k[2], -own[2]), rel=1e-8)
+        step = 1e-7
+        slope = plain.load(static, k[2], -own[2] + step) - plain.load(static, k[2], -own[2] - step)
+        stop = STOPS["stiffness"] * bool(touching[n])
+        along = ratio * (slope / (2.0 * step) - stop) + stop
+        dynamic = turn @ np.diag([ratio * k[0], ratio * k[1], along]) @ turn.T
+        assert mounts.stiffness[n] == pytest.approx(dynamic, rel=1e-6, abs=1.0)
+
+
+def test_no_other_place_has_less_energy() -> None:
+    data = with_mounts("stops")
+    plain = Plain(data)
+    scale = np.array([1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3])
+    found = minimize(lambda y: plain.energy(scale * y), np.zeros(6), method="BFGS")
+    rest = mounts_of(validate(data)).rest
+    assert np.abs(scale * found.x - rest.body).max() < 1e-7
+    assert plain.energy(rest.body) <= found.fun + 1e-9 * abs(found.fun)
+
+
+def test_one_mount_by_hand() -> None:
+    """Four equal mounts under a body in their middle: a cube, and a straight stop."""
+    data = tables()
+    data["machine"]["body"]["parts"] = [
+        {"name": "all", "mass": 800.0, "centre": [0.9, 0.0, 0.3], "inertia": [40, 90, 100]}
+    ]
+    weight, k, cubic = 200.0 * 9.80665, 4e5 / 1.3, 5e9
+    each = data["machine"]["mounts"]["each"]
+    each["static"] = {"dynamic_to_static": 1.3, "cubic_stiffness": cubic}
+    record = ran(data)
+    sag = brentq(lambda u: k * u + cubic * u**3 - weight, 0.0, 0.01, xtol=1e-16)
+    assert record["isolation/support_displacement/sag"].values == pytest.approx(sag, rel=1e-12)
+    assert record["isolation/support_force/static"].values == pytest.approx(weight, rel=1e-12)
+    tangent = k + 3.0 * cubic * sag**2
+    assert record["isolation/mounts/static_stiffness"].values == pytest.approx(tangent, rel=1e-12)
+    stiffness = record["isolation/mounts/stiffness"].values
+    assert stiffness == pytest.approx(1.3 * tangent, rel=1e-12)
+    heave = np.sqrt(4.0 * 1.3 * tangent / 800.0)
+    frequency = record["isolation/modes/natural_frequency"].values
+    assert np.abs(frequency / heave - 1.0).min() < 1e-12
+
+    each["static"] = {"stops": {"down": 0.004, "stiffness": 2e6}}
+    record = ran(data)
+    deep = (weight + 2e6 * 0.004) / (4e5 + 2e6)
+    assert record["isolation/mounts/deflection"].values == pytest.approx(deep, rel=1e-12)
+    left = record["isolation/mounts/clearance_at_rest"].values
+    assert left == pytest.approx(0.004 - deep, rel=1e-9)
+    assert any("stands on its stop at rest" in text for text in record.warnings)
+
+    each["static"] = {"dynamic_to_static": 1.25}  # the sag alone changes
+    given = ran(data)
+    del each["static"]
+    plain = ran(data)
+    for path, ratio in (
+        ("isolation/support_displacement/sag", 1.25),
+        ("isolation/support_force/steady_peak", 1.0),
+    ):
+        assert given[path].values == pytest.approx(ratio * plain[path].values, rel=1e-12)
+
+
+def test_over_load_picks_the_stiffness_of_the_load() -> None:
+    data = tables()
+    rows = {"load": [500.0, 1000.0, 1500.0, 2500.0], "stiffness_factor": [0.8, 0.9, 1.0, 1.35]}
+    data["machine"]["mounts"]["each"]["over_load"] = rows
+    mounts = mounts_of(validate(data))
+    curve = PchipInterpolator(rows["load"], rows["stiffness_factor"])
+    flat = curve.derivative()(rows["load"])
+    flat[[0, -1]] = 0.0
+    from scipy.interpolate import CubicHermiteSpline
+
+    factor = CubicHermiteSpline(rows["load"], rows["stiffness_factor"], flat)(mounts.rest.load)
+    expected = factor[:, None, None] * np.diag([2e5, 2e5, 4e5])
+    assert mounts.stiffness == pytest.approx(expected, rel=1e-12)
+    assert mounts.static == pytest.approx(np.tile(np.diag([2e5, 2e5, 4e5]), (4, 1, 1)), rel=1e-15)
+    rows["load"] = [10.0, 20.0, 30.0, 1700.0]
+    record = ran(data)
+    assert sum("beyond its rows of over_load" in text for text in record.warnings) == 2
+
+
+def test_small_motions_in_time_are_those_about_the_rest() -> None:
+    """The mounts' own cubes in time, six freedoms, under the orders of the crank train."""
+    data = with_mounts("cubic")
+    data["machine"]["mounts"]["each"] |= {"damping": 3000.0, "loss_factor": 0.0}
+    for one in data["machine"]["mounts"]["individual"]:
+        one["static"] = {"cubic_stiffness": 8e9}
+    data["machine"]["crank_train"]["reciprocating_mass"] = 0.014
+    data["excitation"]["orders"] = 2
+    record = ran(data)
+    plain = Plain(data)
+    case = validate(data)
+    from vibecalc.parts.body import build_body
+
+    inverse = np.linalg.inv(build_body(case.machine.body).mass_matrix)
+    rest = mounts_of(case).rest
+    force = np.concatenate(
+        [record["excitation/force"].values, record["excitation/couple"].values], axis=-1
+    )
+    speed, orders = case.machine.speed, np.arange(1, len(force) + 1)
+    damper = np.zeros((6, 6))
+    for place, *_ in plain.mounts:
+        there = np.hstack([np.eye(3), np.cross(np.eye(3), place).T])  # columns e_i x place
+        damper += 3000.0 * there.T @ there
+
+    def rates(t: float, y: np.ndarray) -> np.ndarray:
+        shaken = (force * np.exp(1j * orders * speed * t)[:, None]).real.sum(0)
+        pull = plain.loads(y[:6]) - damper @ y[6:] + shaken
+        return np.concatenate([y[6:], inverse @ pull])
+
+    body = np.concatenate(
+        [record[f"isolation/body/{name}_harmonics"].values for name in ("translation", "rotation")],
+        axis=-1,
+    )
+    turn = 2.0 * np.pi / speed
+    times = 1.0 * turn + np.arange(16) * turn / 16.0
+    linear = (body[:, None] * np.exp(1j * np.outer(orders, speed * times))[..., None]).real.sum(0)
+    first = np.concatenate([body.real.sum(0), (1j * (orders * speed)[:, None] * body).real.sum(0)])
+    first[:6] += rest.body
+    marched = solve_ivp(rates, (0.0, 2.0 * turn), first, "DOP853", times, rtol=1e-8, atol=1e-12)
+    off = marched.y[:6].T - rest.body - linear
+    assert np.abs(off).max() < 1e-4 * np.abs(linear).max()  # a tenth of the mass: a hundredth of it
+
+
+def test_loads_beyond_the_rows_and_bodies_adrift_are_failures() -> None:
+    data = with_mounts("curve")
+    data["machine"]["body"]["parts"][0]["mass"] = 20000.0
+    with pytest.raises(NumericalFailure, match=r"carries .* beyond its rows of load_deflection"):
+        ran(data)

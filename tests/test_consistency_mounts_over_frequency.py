@@ -1,0 +1,189 @@
+"""Claim: each order, each mode and each speed has the stiffness of its own frequency."""
+
+import numpy as np
+import pytest
+from mounted_sets import ran, tables
+from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
+from scipy.linalg import eigh
+from scipy.optimize import minimize_scalar
+
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Record
+from vibecalc.parts.body import build_body
+
+TURN = 2.0 * np.pi
+ROWS = {
+    "frequency": [2.0 * TURN, 8.0 * TURN, 30.0 * TURN, 120.0 * TURN],
+    "stiffness_factor": [1.0, 1.15, 1.4, 2.1],
+    "loss_factor": [0.06, 0.09, 0.11, 0.2],
+}
+PLACES = np.array([[0.1, -0.35, 0.0], [0.1, 0.35, 0.0], [1.7, -0.35, 0.0], [1.7, 0.35, 0.0]])
+
+
+def case(**more: object) -> dict:
+    """The set on rubber; the last mount has one stiffness and a damper."""
+    data = tables()
+    mounts = data["machine"]["mounts"]
+    del mounts["positions"], mounts["each"]["loss_factor"]
+    rubber = {"over_frequency": ROWS}
+    mounts["individual"] = [
+        {"name": str(n), "position": place.tolist(), **(rubber if n < 3 else {"damping": 900.0})}
+        for n, place in enumerate(PLACES)
+    ]
+    return data | more
+
+
+def curve(values: list[float], at: float) -> float:
+    """Monotone cubic, level at both ends and beyond."""
+    rows = np.array(ROWS["frequency"])
+    slopes = PchipInterpolator(rows, values).derivative()(rows)
+    slopes[[0, -1]] = 0.0
+    return float(CubicHermiteSpline(rows, values, slopes)(np.clip(at, rows[0], rows[-1])))
+
+
+def passing(w: float) -> list[np.ndarray]:
+    """What each mount passes on at a frequency, N/m."""
+    s, eta = (curve(ROWS[key], w) for key in ("stiffness_factor", "loss_factor"))
+    plain = np.diag([2e5, 2e5, 4e5]).astype(complex)
+    return [s * (1.0 + 1j * eta) * plain] * 3 + [plain + 1j * w * 900.0 * np.eye(3)]
+
+
+def there(place: np.ndarray) -> np.ndarray:
+    return np.hstack([np.eye(3), np.cross(np.eye(3), place).T])
+
+
+def suspension(w: float) -> np.ndarray:
+    return np.sum(
+        [there(p).T @ k @ there(p) for p, k in zip(PLACES, passing(w), strict=True)], axis=0
+    )
+
+
+def mass() -> np.ndarray:
+    return np.asarray(build_body(validate(case()).machine.body).mass_matrix)
+
+
+def forces(record: Record, speed: float, at: float) -> np.ndarray:
+    """Complex forces (mounts, 3, orders) on the ground at a speed, by dense solves."""
+    load = np.hstack([record["excitation/force"].values, record["excitation/couple"].values])
+    found = []
+    for n, one in enumerate(load, start=1):
+        w = n * at
+        body = np.linalg.solve(suspension(w) - w**2 * mass(), one * (at / speed) ** 2)
+        found.append([k @ there(p) @ body for p, k in zip(PLACES, passing(w), strict=True)])
+    return np.moveaxis(np.array(found), 0, -1)
+
+
+def largest(force: np.ndarray) -> np.ndarray:
+    """Largest length (mounts,) over a turn, by many angles and a refined one."""
+    order = np.arange(1, force.shape[-1] + 1)
+
+    def length(angle: float, one: np.ndarray) -> float:
+        return float(np.linalg.norm((one * np.exp(1j * order * angle)).real.sum(-1)))
+
+    peaks = []
+    for one in force:
+        angles = np.linspace(0.0, TURN, 61)
+        best = angles[np.argmax([length(a, one) for a in angles])]
+        found = minimize_scalar(
+            lambda a, one=one: -length(a, one), bounds=(best - 0.11, best + 0.11), method="bounded",
+            options={"xatol": 1e-9},
+        )  # fmt: skip
+        peaks.append(-found.fun)
+    return np.array(peaks)
+
+
+def test_forces_and_stiffness_of_each_order() -> None:
+    record = ran(case(response={}))
+    speed = validate(case()).machine.speed
+    found, expected = (
+        record["isolation/support_force/steady_harmonics"],
+        forces(record, speed, speed),
+    )
+    kept = found.values.shape[-1]
+    assert np.abs(found.values - expected[..., :kept]).max() < 1e-12 * np.abs(expected).max()
+    assert found.error_estimate < 1e-11 * np.abs(expected).max()
+    assert record["isolation/support_force/steady_peak"].values == pytest.approx(
+        largest(expected), rel=1e-10
+    )
+    ground = record["response/ground_force"].values
+    assert np.abs(ground - expected[..., :kept].sum(0).T).max() < 1e-11 * np.abs(expected).max()
+    stiffness = record["isolation/mounts/order_stiffness"].values
+    loss = record["isolation/mounts/order_loss_factor"].values
+    for n in range(kept):
+        w = (n + 1) * speed
+        k = [one[2, 2] for one in passing(w)]
+        assert stiffness[:, n] == pytest.approx([one.real for one in k], rel=1e-13)
+        assert loss[0, n] == pytest.approx(k[0].imag / k[0].real, rel=1e-13)
+        assert loss[3, n] == 0.0
+
+
+def test_each_mode_is_that_of_its_own_frequency() -> None:
+    record = ran(case(response={}))
+    found = record["isolation/modes/natural_frequency"]
+    for r, w in enumerate(found.values):
+        squares, shapes = eigh(suspension(w).real, mass())
+        assert squares[r] == pytest.approx(w**2, rel=1e-11)
+        shape = record["isolation/modes/shape"].values[r]
+        assert np.abs(np.abs(shapes[:, r] @ mass() @ shape) - 1.0) < 1e-9
+        lag = shape @ suspension(w).imag @ shape / (2.0 * w**2)
+        assert record["isolation/modes/damping_ratio"].values[r] == pytest.approx(lag, rel=1e-9)
+    assert found.error_estimate < 1e-10 * found.values.max()
+    modes = record["response/modes/natural_frequency"].values
+    assert modes == pytest.approx(found.values, rel=1e-12)
+
+
+def motions(record: Record, speed: float, at: float) -> np.ndarray:
+    """Complex vertical motions (mounts, orders) at a speed."""
+    load = np.hstack([record["excitation/force"].values, record["excitation/couple"].values])
+    found = []
+    for n, one in enumerate(load, start=1):
+        body = np.linalg.solve(suspension(n * at) - (n * at) ** 2 * mass(), one * (at / speed) ** 2)
+        found.append([(there(p) @ body)[2] for p in PLACES])
+    return np.array(found).T
+
+
+def test_travel_and_clearance_at_speed_and_in_the_run_up() -> None:
+    data = case()
+    for one in data["machine"]["mounts"]["individual"]:
+        one["static"] = {"stops": {"down": 0.0055, "up": 0.02, "stiffness": 1e6}}
+    data["isolation"]["run_up"] = {"from": 0.0, "to": "1500 rpm"}
+    record, speed = ran(data), validate(data).machine.speed
+    sag = record["isolation/support_displacement/sag"].values
+    at_rest = record["isolation/mounts/clearance_at_rest"].values
+    assert at_rest == pytest.approx(0.0055 - sag, rel=1e-9)
+    travel, left = (record[f"isolation/mounts/{name}"].values for name in ("travel", "clearance"))
+    angle = np.linspace(0.0, TURN, 7201)
+    moving = motions(record, speed, speed)
+    order = np.arange(1, moving.shape[-1] + 1)
+    height = (moving[:, :, None] * np.exp(1j * np.outer(order, angle))).real.sum(1)
+    assert travel == pytest.approx(np.abs(height).max(-1), rel=1e-6)
+    assert left == pytest.approx(at_rest + height.min(-1), rel=1e-6)
+    top = record["isolation/mounts/run_up_travel"].values
+    at = record["isolation/mounts/run_up_travel_speed"].values
+    for mount in range(4):
+        moving = motions(record, speed, float(at[mount]))[mount]
+        height = (moving[:, None] * np.exp(1j * np.outer(order, angle))).real.sum(0)
+        assert top[mount] == pytest.approx(np.abs(height).max(), rel=1e-6)
+    clearance = record["isolation/mounts/run_up_clearance"].values
+    assert clearance == pytest.approx(at_rest - top, abs=1e-15)
+    assert (clearance < 0.0).any() == any("in the run-up mount" in w for w in record.warnings)
+
+
+def test_the_run_up_finds_the_maximum_of_all_speeds() -> None:
+    data = case()
+    data["isolation"]["run_up"] = {"from": 0.0, "to": "1500 rpm"}
+    record, speed = ran(data), validate(data).machine.speed
+    top = record["isolation/support_force/run_up_peak"].values
+    at = record["isolation/support_force/run_up_peak_speed"].values
+    for mount in (0, 3):
+        here = largest(forces(record, speed, float(at[mount])))[mount]
+        assert top[mount] == pytest.approx(here, rel=1e-9)
+        share = 1.0 + (-1e-3 if mount else 1e-3)
+        assert largest(forces(record, speed, float(at[mount] * share)))[mount] < here
+    for rate in np.linspace(0.3, 1.0, 5) * speed:
+        assert np.all(largest(forces(record, speed, float(rate))) <= top * (1.0 + 1e-9))
+    curve_of = record["isolation/support_force/run_up"]
+    speeds = curve_of.axes[1].values
+    for place in range(5, len(speeds), len(speeds) // 2):
+        expected = largest(forces(record, speed, float(speeds[place])))
+        assert curve_of.values[:, place] == pytest.approx(expected, rel=1e-8)

@@ -1,0 +1,185 @@
+"""What mounts carry at rest, the stiffness in use, and how near they come to their stops."""
+
+import numpy as np
+
+from vibecalc.core.run.stage import Scene
+from vibecalc.excitation.adapter import Forcing, left_out
+from vibecalc.isolation.mount_results import AT_REST, BY_ORDER, MOVING, OF_RUN_UP, OF_STOPS
+from vibecalc.isolation.rigid_body import Static
+from vibecalc.isolation.run_up_peaks import RunUpPeak
+from vibecalc.isolation.torque_reaction import torque_left_out
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.parts.equilibrium import Rest
+from vibecalc.parts.mount_curves import Law
+from vibecalc.parts.mounts import Mounts
+from vibecalc.torsion.synthesis import synthesis
+
+# ----------------------------------------------------------------------------
+# At rest, and over the orders.
+# ----------------------------------------------------------------------------
+
+
+def static_at_rest(rest: Rest, up: np.ndarray) -> Static:
+    """The rest of the body as `static_deflection` would say it."""
+    size = np.abs(up)
+    return Static(
+        rest.body, rest.body_error, -rest.motion @ up, rest.motion_error @ size,
+        rest.force, rest.force_error, -rest.force @ up, rest.force_error @ size,
+    )  # fmt: skip
+
+
+def emit_mounts(scene: Scene, mounts: Mounts, orders: np.ndarray, speed: float) -> None:
+    """Emit what the mounts carry and their stiffness, at rest and at the frequency of orders."""
+    names = {"mount": mounts.names}
+    rest = mounts.rest
+    if rest is not None and mounts.axis is not None and mounts.relative_error is not None:
+        scene.cite(
+            "Newton's method on the energy of mounts and weight",
+            "rest of the body on its mounts",
+            "docs/theory_mounts.md",
+        )
+        along = np.einsum("ni,nij,nj->n", mounts.axis, mounts.stiffness, mounts.axis)
+        values = (
+            Bounded(rest.load, rest.load_error),
+            Bounded(rest.deflection, rest.deflection_error),
+            Bounded(rest.slope + rest.stop, rest.slope_error + EPSILON * rest.stop),
+            Bounded(along, mounts.relative_error * along),
+        )
+        for path, value in zip(AT_REST, values, strict=True):
+            scene.emit(path, value, axes=names)
+        if any(law.stop for law in mounts.laws):
+            left = _to_stop(mounts.laws, rest.deflection, rest.deflection)
+            error = np.where(np.isfinite(left), rest.deflection_error, 0.0)
+            scene.emit(OF_STOPS[0], left, error, names)
+            for place in np.flatnonzero(rest.stop):
+                scene.warn(
+                    f"mount {mounts.names[place]!r} stands on its stop at rest, "
+                    f"{-left[place]:.4g} m deep: its stiffness has that of the stop in it"
+                )
+        _beyond_rows(scene, mounts, rest)
+    if mounts.spectrum is not None:
+        at = mounts.at(orders * speed)
+        axis = mounts.axis if mounts.axis is not None else _up(scene, len(mounts.names))
+        along = np.einsum("ni,mnij,nj->nm", axis, at.stiffness, axis)
+        loss = np.einsum("ni,mnij,nj->nm", axis, at.structural, axis) / along
+        axes = {**names, "order": orders}
+        off = 8.0 * EPSILON if mounts.relative_error is None else mounts.relative_error[:, None]
+        scene.emit(BY_ORDER[0], along, (8.0 * EPSILON + off) * along, axes)
+        scene.emit(BY_ORDER[1], loss, 16.0 * EPSILON * np.abs(loss), axes)
+        scene.cite(
+            "each order with the stiffness and loss factor of its frequency",
+            "mounts over frequency",
+            "docs/theory_mounts.md",
+        )
+
+
+def _up(scene: Scene, count: int) -> np.ndarray:
+    assert scene.case.isolation is not None
+    return np.tile(np.eye(3)["xyz".index(scene.case.isolation.up)], (count, 1))
+
+
+def _beyond_rows(scene: Scene, mounts: Mounts, rest: Rest) -> None:
+    """Say where a mount carries more or less than its rows over the load have."""
+    from vibecalc.parts.mounts import mount_entries
+
+    given = scene.case.machine.mounts
+    for one, load in zip(mount_entries(given) if given else (), rest.load, strict=True):
+        rows = None if one.over_load is None else one.over_load.load
+        if rows is not None and not rows[0] <= load <= rows[-1]:
+            scene.warn(
+                f"mount {one.name!r} carries {load:.6g} N at rest, beyond its rows of over_load "
+                f"from {rows[0]:.6g} to {rows[-1]:.6g} N: the stiffness of the nearest row counts"
+            )
+
+
+# ----------------------------------------------------------------------------
+# In motion: how near a mount comes to its stops.
+# ----------------------------------------------------------------------------
+
+
+def emit_travel(
+    scene: Scene,
+    mounts: Mounts,
+    motion: Bounded,
+    orders: np.ndarray,
+    retained: int,
+    forcing: Forcing | None = None,
+) -> None:
+    """Emit travel and clearance of mounts with stops, and say which meet one, or leave one.
+
+    `motion` (mounts, 3, m) of the body at the mounts at the `orders` (m,); of those of a `forcing`
+    the error is as of other peaks, else as of half orders.
+    """
+    rest, axis = mounts.rest, mounts.axis
+    if rest is None or axis is None or not any(law.stop for law in mounts.laws):
+        return
+    along = Bounded(
+        -np.einsum("ni,nim->nm", axis, motion.value),
+        np.einsum("ni,nim->nm", np.abs(axis), motion.error),
+    )
+    off = np.add(*left_out(along, forcing)) if forcing else torque_left_out(along, retained)
+    total = synthesis(orders[:retained], along.value[:, :retained])
+    error = total.error + off
+    travel = np.maximum(total.highest, -total.lowest)
+    names = {"mount": mounts.names}
+    scene.emit(MOVING[0], travel, error, names)
+    deepest, highest = rest.deflection + total.highest, rest.deflection + total.lowest
+    left = _to_stop(mounts.laws, deepest, highest)
+    off = np.where(np.isfinite(left), error + rest.deflection_error, 0.0)
+    scene.emit(MOVING[1], left, off, names)
+    for place, law in enumerate(mounts.laws):
+        if not law.stop:
+            continue
+        name, u = mounts.names[place], float(rest.deflection[place])
+        if not rest.stop[place] and left[place] < 0.0:
+            end = "lower" if law.down - deepest[place] < highest[place] + law.up else "upper"
+            scene.warn(
+                f"mount {name!r} meets its {end} stop at speed: its motion of "
+                f"{travel[place]:.4g} m goes {-left[place]:.4g} m beyond it; the response is that "
+                "of mounts without stops, and the real one has shocks"
+            )
+        elif rest.stop[place]:
+            inner = law.down if u > 0.0 else -law.up
+            if deepest[place] > inner > highest[place]:
+                scene.warn(
+                    f"mount {name!r} stands on its stop at rest and leaves it at speed: the "
+                    "response is that of a mount which never does"
+                )
+
+
+def emit_run_up_travel(scene: Scene, peak: RunUpPeak) -> None:
+    """Emit the largest motion of mounts with stops at any speed, and say which meet one there."""
+    mounts = scene.parts.mounts
+    if mounts is None or mounts.rest is None:
+        raise ValueError("mounts with stops have a rest")
+    names = {"mount": mounts.names}
+    finite = np.isfinite(peak.value)
+    error = np.where(finite, peak.error, 0.0)
+    scene.emit(OF_RUN_UP[0], peak.value, error, names)
+    scene.emit(OF_RUN_UP[1], peak.speed, peak.speed_error, names)
+    u = mounts.rest.deflection
+    at_rest = _to_stop(mounts.laws, u, u)
+    has = np.isfinite(at_rest)
+    left = np.where(has & finite, at_rest, 0.0) - np.where(finite, peak.value, 0.0)
+    left = np.where(has, np.where(finite, left, -np.inf), np.inf)
+    off = np.where(np.isfinite(left), error + mounts.rest.deflection_error, 0.0)
+    scene.emit(OF_RUN_UP[2], left, off, names)
+    met = np.flatnonzero((left < 0.0) & (at_rest >= 0.0))
+    if len(met):
+        worst = met[np.argmin(left[met])]
+        others = f" and {len(met) - 1} more" if len(met) > 1 else ""
+        scene.warn(
+            f"in the run-up mount {mounts.names[worst]!r}{others} may meet a stop: at "
+            f"{peak.speed[worst]:.6g} rad/s it moves by {peak.value[worst]:.4g} m, with "
+            f"{at_rest[worst]:.4g} m to the nearer stop at rest; the forces are those of mounts "
+            "without stops"
+        )
+
+
+def _to_stop(laws: tuple[Law, ...], deepest: np.ndarray, highest: np.ndarray) -> np.ndarray:
+    """Distance (mounts,) to the nearer stop, infinite without one."""
+    found = [
+        min(law.down - u, v + law.up) for law, u, v in zip(laws, deepest, highest, strict=True)
+    ]
+    return np.array([left if law.stop else np.inf for law, left in zip(laws, found, strict=True)])

@@ -1,0 +1,73 @@
+"""The mounts in the report: what they carry at rest, stiffness in use, distance to their stops."""
+
+import numpy as np
+
+from vibecalc.core.report.sections import Section, by_axis, labels, section, stacked
+from vibecalc.core.report.writing import Column, number, paragraph, show, table
+from vibecalc.core.results.record import Record, Result
+from vibecalc.isolation.mount_results import AT_REST, BY_ORDER, MOVING, OF_RUN_UP, OF_STOPS, ROOT
+
+#: orders shown of stiffness over frequency
+_ORDERS = 4
+_LOADS = (
+    (AT_REST[0], "load", "kN"),
+    (AT_REST[1], "deflection", "mm"),
+    ("isolation/support_displacement/sag", "sag of\nthe body", "mm"),
+    (AT_REST[2], "static\nstiffness", "kN/mm"),
+    (AT_REST[3], "dynamic\nstiffness", "kN/mm"),
+)
+_TRAVEL = (
+    (OF_STOPS[0], "clearance\nat rest", "mm"),
+    (MOVING[0], "travel\nat speed", "mm"),
+    (MOVING[1], "least\nclearance", "mm"),
+)
+_RUN_UP = (
+    (OF_RUN_UP[0], "travel", "mm"),
+    (OF_RUN_UP[1], "at", "rpm"),
+    (OF_RUN_UP[2], "clearance left", "mm"),
+)
+
+
+def mounts(result: Result) -> Section | None:
+    """Tables by mount; None where the mounts have one stiffness whatever they carry."""
+    record = result.record
+    shown = {path for path in record if path.startswith(f"{ROOT}/")}
+    if not shown:
+        return None
+    loads = by_axis(record, "mount", "mount", _LOADS, 16) if AT_REST[0] in record else []
+    none = (*OF_STOPS, MOVING[1], OF_RUN_UP[2])
+    stops, passed = (
+        by_axis(record, "mount", title, columns, blank=none)
+        for title, columns in (("distance to stops", _TRAVEL), ("largest in the run-up", _RUN_UP))
+    )
+    lines = stacked(loads, stops, passed, _over_orders(record))
+    if loads:
+        lines += paragraph(
+            "load, deflection and stiffness along the axis of the mount that carries; the dynamic "
+            "stiffness is that about the rest, with stops that it stands on"
+        )
+    return section("Mounts: load, sag, stiffness in use, clearance", [(lines, shown)])
+
+
+def _over_orders(record: Record) -> list[str]:
+    """Stiffness and loss factor of each mount at the first orders."""
+    stiffness, loss = (record.quantities.get(path) for path in BY_ORDER)
+    if stiffness is None or loss is None:
+        return []
+    orders = [int(order) for order in stiffness.axes[1].values[:_ORDERS]]
+    rows: dict[tuple[str, ...], list[str]] = {}
+    for place, name in enumerate(labels(stiffness.axes[0])):
+        cells = tuple(
+            f"{show(float(k) * 1e-6)}, {show(float(eta))}"
+            for k, eta in zip(
+                np.abs(stiffness.values[place, : len(orders)]),
+                loss.values[place, : len(orders)],
+                strict=True,
+            )
+        )
+        rows.setdefault(cells, []).append(name)
+    columns = [
+        Column("kN/mm, loss factor", 20),
+        *(number(f"order {order}", 18) for order in orders),
+    ]
+    return table(columns, [[", ".join(names), *cells] for cells, names in rows.items()])

@@ -1,0 +1,123 @@
+"""Can mounts that depend on load or frequency be, and does what is asked of them have an answer?"""
+
+from collections.abc import Iterator
+
+from vibecalc.errors import KeyPath, Problem
+from vibecalc.parts import body_tables as parts
+from vibecalc.parts.mount_needs import frequency_counts, loads_count
+from vibecalc.schema import Case
+
+MOUNTS: KeyPath = ("machine", "mounts")
+#: properties of mounts and where they stand
+_At = tuple[KeyPath, parts.MountProperties | None]
+_ROWS = ("over_frequency", "over_load")
+_PLACED = "model = 'rigid_body', or 'planar'"
+
+
+def mount_problems(case: Case) -> list[Problem]:
+    """Problems of mounts of which some have static, over_load or over_frequency."""
+    given = case.machine.mounts
+    assert given is not None
+    problems = [*_twice(given)]
+    where = _place_of(given)
+    isolation = case.isolation
+    if isolation is not None and isolation.model == "pitch":
+        problems.append(
+            Problem(
+                path=("isolation", "model"),
+                message="the pitch model takes mounts of one stiffness",
+                found=f"{where[-1]} of [machine.mounts]",
+                allowed=_PLACED,
+                also=where,
+            )
+        )
+    if loads_count(given) and isolation is None:
+        problems.append(
+            Problem(
+                path=where,
+                message="what a mount carries at rest needs [isolation], which says what is up",
+                allowed=f"[isolation] with {_PLACED}, or mounts of one stiffness",
+            )
+        )
+    if frequency_counts(given):
+        problems += _of_one_frequency(case, _place_of(given, ("over_frequency",)))
+    return problems
+
+
+def _place_of(mounts: parts.Mounts, keys: tuple[str, ...] = ("static", *_ROWS)) -> KeyPath:
+    """Where the first of these keys stands."""
+    tables: list[tuple[KeyPath, parts.MountProperties | None]] = [((*MOUNTS, "each"), mounts.each)]
+    for place, one in enumerate(mounts.individual or ()):
+        tables.append(((*MOUNTS, "individual", place), one))
+    return next((*path, key) for path, table in tables for key in keys if getattr(table, key, None))
+
+
+def _twice(mounts: parts.Mounts) -> Iterator[Problem]:
+    """Of each mount, with what it takes from `each`, a value stands once."""
+    common: _At = ((*MOUNTS, "each"), mounts.each)
+    own: list[_At] = [
+        ((*MOUNTS, "individual", n), one) for n, one in enumerate(mounts.individual or ())
+    ]
+    for tables in [[one, common] for one in own] or [[common]]:
+        for value in ("stiffness", "loss_factor"):
+            places = [_stands(tables, value), *(_stands(tables, rows, value) for rows in _ROWS)]
+            found = [place for place in places if place is not None]
+            if len(found) > 1:
+                yield Problem(
+                    path=found[1],
+                    message=f"the {value.replace('_', ' ')} of a mount stands twice",
+                    found=" and ".join(".".join(map(str, place)) for place in found),
+                    allowed=f"{value} in one place"
+                    + (", stiffness_factor in the others" if value == "stiffness" else ""),
+                    also=found[0],
+                )
+                return
+
+
+def _stands(tables: list[_At], key: str, column: str = "") -> KeyPath | None:
+    """Where a key of a mount stands, in the first of the tables that has it, or a column of it."""
+    for path, table in tables:
+        value = None if table is None else getattr(table, key)
+        if value is not None:
+            if not column:
+                return (*path, key)
+            return None if getattr(value, column, None) is None else (*path, key, column)
+    return None
+
+
+def _of_one_frequency(case: Case, where: KeyPath) -> Iterator[Problem]:
+    """What knows no frequency of its own, or one alone, has no stiffness over frequency."""
+    response, mounts, isolation = case.response, case.machine.mounts, case.isolation
+    asked: list[tuple[bool, KeyPath, str]] = [
+        (case.foundation is not None, ("foundation",), "a foundation that moves"),
+        (case.base_motion is not None, ("base_motion",), "a base that moves"),
+        (
+            isolation is not None and bool(isolation.efficiency),
+            ("isolation", "efficiency"),
+            "the efficiency of the isolation",
+        ),
+        (
+            mounts is not None and bool(mounts.modal_damping),
+            (*MOUNTS, "modal_damping"),
+            "damping by modes",
+        ),
+    ]
+    if response is not None:
+        asked += [
+            (response.method == "modal", ("response", "method"), "superposition of modes"),
+            (response.energies, ("response", "energies"), "the potential energy of all orders"),
+            (bool(response.operations), ("response", "operations"), "the ways of running"),
+            (response.run_up is not None, ("response", "run_up"), "the energies of a run-up"),
+            (response.switching is not None, ("response", "switching"), "a motion in time"),
+        ]
+    for there, path, words in asked:
+        if there:
+            yield Problem(
+                path=path,
+                message=f"{words} needs mounts of one stiffness at all frequencies",
+                found="over_frequency of a mount",
+                allowed="mounts without over_frequency, or leave it out",
+                hint="each order of [isolation], and of [response] by the direct method, has the "
+                "stiffness of its own frequency",
+                also=where,
+            )

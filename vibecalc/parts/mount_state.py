@@ -1,0 +1,161 @@
+"""Mounts under the weight of their body: stiffness at rest, about it, over frequency."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray
+from vibecalc.parts.body import DIRECTIONS, RigidBody, build_body, cross_matrix, dofs_of_model
+from vibecalc.parts.mount_needs import frequency_counts, loads_count
+from vibecalc.parts.mounts import MountEntry, Mounts, build_mounts, mount_entries, rotation
+from vibecalc.schema import Case
+
+if TYPE_CHECKING:
+    from vibecalc.parts.equilibrium import Rest
+    from vibecalc.parts.mount_curves import Law, Spectrum
+
+# ----------------------------------------------------------------------------
+# The dynamic stiffness of a mount follows the load that it carries where the body is at rest: by
+# its rows over the load, or as the tangent of its load over deflection times the ratio of dynamic
+# to static stiffness. A stop on which it stands adds its own.
+# ----------------------------------------------------------------------------
+
+
+def mounts_of(case: Case) -> Mounts | None:
+    """The mounts of a validated case, at rest under its weight where that counts.
+
+    None without any, or where a stiffness matrix is given.
+
+    Raises NumericalFailure if no rest is found, or a mount is loaded beyond its rows of load over
+    deflection there.
+    """
+    given = case.machine.mounts
+    if given is None or given.stiffness_matrix is not None:
+        return None
+    built = build_mounts(given)
+    entries = mount_entries(given)
+    if frequency_counts(given):
+        built = replace(built, spectrum=_spectrum(entries))
+    if not loads_count(given):
+        return built
+    from vibecalc.parts.equilibrium import equilibrium
+    from vibecalc.parts.mount_curves import Level
+
+    if case.machine.body is None or case.isolation is None:
+        raise ValueError("mounts under load need a body and [isolation]")
+    options = case.isolation
+    axes = [
+        DIRECTIONS.index(options.up if one.static is None else one.static.axis or options.up)
+        for one in entries
+    ]
+    turns = [rotation(*one.orientation) for one in entries]
+    axis = np.array([turn[:, place] for turn, place in zip(turns, axes, strict=True)])
+    dynamic = np.array([np.broadcast_to(np.asarray(one.stiffness), 3) for one in entries])
+    ratio = np.array([1.0 if e.static is None else e.static.dynamic_to_static for e in entries])
+    along = dynamic[range(len(axes)), axes]
+    square = dynamic.copy()
+    square[range(len(axes)), axes] = 0.0
+    across = _turned(turns, square)
+    laws = [_law(*each) for each in zip(entries, along / ratio, strict=True)]
+    body = build_body(case.machine.body)
+    load, error = _weight(body, np.eye(3)[DIRECTIONS.index(options.up)] * options.gravity)
+    freedoms = dofs_of_model(options.model, case.machine.crank_train.axis)
+    static = across / ratio[:, None, None]
+    rest = equilibrium(built.position, axis, static, laws, load, error, freedoms)
+    _require_rows(entries, laws, rest)
+
+    uncertain = np.zeros(len(entries))
+    for place, (one, law) in enumerate(zip(entries, laws, strict=True)):
+        if one.over_load is not None:
+            values = one.over_load.stiffness_factor or one.over_load.stiffness or ()
+            first = 1.0 if one.over_load.stiffness_factor else values[0]
+            curve = Level(one.over_load.load, np.array(values) / first)
+            factor, bend = (float(curve(rest.load[place], n)) for n in (0, 1))
+            uncertain[place] = abs(bend) * rest.load_error[place] / factor
+            along[place] *= factor
+            across[place] *= factor
+        elif law.cubic or law.range[0] > -np.inf:
+            along[place] = ratio[place] * rest.slope[place]
+            uncertain[place] = rest.slope_error[place] / rest.slope[place]
+    along += rest.stop
+    stiffness = across + along[:, None, None] * (axis[:, :, None] * axis[:, None, :])
+    loss = np.array([one.loss_factor or 0.0 for one in entries])
+    return replace(
+        built,
+        stiffness=stiffness,
+        structural=loss[:, None, None] * stiffness,
+        static=rest.tangent,
+        rest=rest,
+        relative_error=uncertain + 8.0 * UNIT_ROUNDOFF,
+        axis=axis,
+        laws=tuple(laws),
+    )
+
+
+def _turned(turns: list[FloatArray], values: FloatArray) -> FloatArray:
+    """Matrices (n, 3, 3) in body axes of stiffness (n, 3) along the axes of the mounts."""
+    turned = [(turn * one) @ turn.T for turn, one in zip(turns, values, strict=True)]
+    return np.array([0.5 * (one + one.T) for one in turned])
+
+
+def _law(entry: MountEntry, linear: float) -> "Law":
+    from vibecalc.parts.mount_curves import Law
+
+    static = entry.static
+    if static is None:
+        return Law(linear)
+    rows, stops = static.load_deflection, static.stops
+    curve = None if rows is None else (rows.deflection, rows.load)
+    if stops is None:
+        return Law(linear, static.cubic_stiffness, curve)
+    down = np.inf if stops.down is None else stops.down
+    up = np.inf if stops.up is None else stops.up
+    return Law(linear, static.cubic_stiffness, curve, down, up, stops.stiffness)
+
+
+def _weight(body: RigidBody, up: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Weight (6,) about the reference point and its error; `up` is against gravity, m/s^2."""
+    pull = -body.mass * up
+    off = 0.0 if body.centre_error is None else body.centre_error
+    off = off + 8.0 * UNIT_ROUNDOFF * np.abs(body.centre)
+    error = np.concatenate(
+        [8.0 * UNIT_ROUNDOFF * np.abs(pull), np.abs(cross_matrix(off)) @ np.abs(pull)]
+    )
+    return np.concatenate([pull, np.cross(body.centre, pull)]), error
+
+
+def _require_rows(entries: tuple[MountEntry, ...], laws: "list[Law]", rest: "Rest") -> None:
+    """Refuse a rest beyond the rows of load over deflection."""
+    for one, law, u, load in zip(entries, laws, rest.deflection, rest.load, strict=True):
+        low, high = law.range
+        if not low <= u <= high:
+            raise NumericalFailure(
+                f"at rest mount {one.name!r} carries {load:.6g} N at a deflection of {u:.6g} m, "
+                f"beyond its rows of load_deflection, from {low:.6g} to {high:.6g} m: what it does "
+                "there is not known; add rows, or choose other mounts"
+            )
+
+
+def _spectrum(entries: tuple[MountEntry, ...]) -> "Spectrum":
+    """Stiffness over its nominal one and loss factor; equal rows are one curve."""
+    from vibecalc.parts.mount_curves import Level, Spectrum
+
+    curves: dict[tuple[float, ...], Level] = {}
+
+    def curve(at: tuple[float, ...], values: tuple[float, ...] | None, over: float) -> Level | None:
+        if values is None:
+            return None
+        return curves.setdefault((*at, over, *values), Level(at, np.array(values) / over))
+
+    factors, losses = [], []
+    for one in entries:
+        rows = one.over_frequency
+        stiffness = None if rows is None else rows.stiffness
+        first = stiffness[0] if stiffness else 1.0
+        given = None if rows is None else rows.stiffness_factor or stiffness
+        factors.append(None if rows is None else curve(rows.frequency, given, first))
+        losses.append(None if rows is None else curve(rows.frequency, rows.loss_factor, 1.0))
+    loss = np.array([one.loss_factor or 0.0 for one in entries])
+    return Spectrum(tuple(factors), tuple(losses), loss)

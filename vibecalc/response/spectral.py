@@ -1,0 +1,175 @@
+"""A body whose mounts have a stiffness of their own at each frequency: matrices, modes, resonances.
+
+A mode is one of the body with the stiffness of its own natural frequency, which solves
+
+    w^2 = (r-th eigenvalue of M^-1 K(w))
+
+for each r. The left side outgrows the right one, so that there is a lowest solution; it is
+bracketed between rows of the curves and closed by Brent's method.
+"""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
+from vibecalc.parts.matrices import displacement_at
+from vibecalc.parts.mounts import Mounts
+from vibecalc.response.modal_damping import (
+    body_resonances,
+    damped_basis,
+    damping_ratio,
+    energy_fraction,
+)
+from vibecalc.response.modes import Modes, modes
+from vibecalc.response.resonances import Resonances
+
+if TYPE_CHECKING:
+    from vibecalc.parts.mount_curves import Spectrum
+
+# ----------------------------------------------------------------------------
+# The matrices at any frequency: each mount has a block, and its factor at the frequency.
+# ----------------------------------------------------------------------------
+
+
+class SpectralSystem(NamedTuple):
+    """Matrices (f, f) of a body, of which the stiffness is `blocks` (n, f, f) times a `spectrum`.
+
+    `constant` has mass and damping; errors of the blocks are absolute.
+    """
+
+    constant: Matrices
+    blocks: np.ndarray
+    errors: np.ndarray
+    spectrum: "Spectrum"
+
+    def at(self, rate: Any) -> Matrices:
+        """Matrices (..., f, f) of vibration at rates (...), rad/s."""
+        factor = self.spectrum(rate)
+        total, size = self._sum(factor), np.abs(factor)
+        rounding = 4.0 * UNIT_ROUNDOFF * np.abs(self.blocks)
+        error = np.tensordot(size, self.errors + rounding, 1)
+        mass, _, damping, _, mass_error, _, damping_error, _ = (
+            np.broadcast_to(part, error.shape) for part in self.constant
+        )
+        lost = np.tensordot(np.abs(factor.imag), self.errors + rounding, 1)
+        return Matrices(
+            mass, total.real, damping, total.imag, mass_error, error, damping_error, lost
+        )
+
+    def slope(self, rate: Any, derivative: int) -> np.ndarray:
+        """Derivative of K + iH (..., f, f) by the rate."""
+        return self._sum(self.spectrum(rate, derivative))
+
+    def _sum(self, factor: np.ndarray) -> np.ndarray:
+        return np.asarray(np.tensordot(factor, self.blocks, 1))
+
+
+def spectral_system(
+    constant: Matrices, mounts: Mounts, freedoms: NDArray[np.intp]
+) -> SpectralSystem:
+    """Of a body on mounts with a spectrum; `constant` (f, f) are its matrices, some stiffness."""
+    if mounts.spectrum is None:
+        raise ValueError("these mounts have one stiffness at all frequencies")
+    there = displacement_at(mounts.position)[..., freedoms]
+    blocks = there.mT @ mounts.stiffness @ there
+    share: Any = 16.0 * UNIT_ROUNDOFF
+    if mounts.relative_error is not None:
+        share = share + mounts.relative_error[:, None, None]
+    errors = share * (np.abs(there).mT @ np.abs(mounts.stiffness) @ np.abs(there))
+    return SpectralSystem(constant, 0.5 * (blocks + blocks.mT), errors, mounts.spectrum)
+
+
+# ----------------------------------------------------------------------------
+# Modes, each of the matrices at its own natural frequency.
+# ----------------------------------------------------------------------------
+
+#: parts of an interval between two rows in which a crossing is looked for
+_PARTS = 8
+
+
+class OwnMode(NamedTuple):
+    """One mode: matrices at its frequency, all modes of these, and the error of the frequency."""
+
+    matrices: Matrices
+    shapes: Modes
+    frequency_error: float
+
+
+def own_modes(system: SpectralSystem) -> list[OwnMode]:
+    """Of each mode r the matrices at its own frequency, and their modes, of which it is one."""
+    from scipy.optimize import brentq
+
+    rows = system.spectrum.rows()
+    between = [np.linspace(*ends, _PARTS, endpoint=False) for ends in pairwise(rows)]
+    grid = np.unique(np.concatenate([[0.0], *between, rows[-1:]]))
+    levels = _eigenvalues(system.at(grid))
+    found = []
+    for place in range(levels.shape[-1]):
+        below = np.flatnonzero(levels[:, place] <= np.square(grid))
+
+        def gap(rate: float, place: int = place) -> float:
+            return float(_eigenvalues(system.at(rate))[place]) - rate * rate
+
+        if not len(below):
+            rate = float(np.sqrt(levels[-1, place]))
+        elif below[0] == 0:
+            rate = 0.0
+        else:
+            ends = grid[below[0] - 1], grid[below[0]]
+            rate = ends[1]
+            if gap(ends[0]) > 0.0 > gap(ends[1]):
+                rate = float(brentq(gap, *ends, xtol=EPSILON * ends[1], rtol=8.0 * EPSILON))
+        matrices = system.at(rate)
+        shapes = damped_basis(matrices, modes(matrices))
+        vector, frequency = shapes.shape[:, place], float(shapes.natural_frequency[place])
+        growth = float(vector @ system.slope(rate, 1).real @ vector) / max(2.0 * frequency, 1e-300)
+        off = float(shapes.natural_frequency_error[place]) + abs(frequency - rate)
+        found.append(
+            OwnMode(matrices, shapes, off / abs(1.0 - growth) if growth != 1.0 else np.inf)
+        )
+    return found
+
+
+def _eigenvalues(matrices: Matrices) -> np.ndarray:
+    """Eigenvalues (..., f) of M^-1 K, ascending."""
+    lower = np.linalg.cholesky(matrices.mass)
+    half = np.linalg.solve(lower, matrices.stiffness)
+    reduced = np.linalg.solve(lower, half.mT)
+    return np.asarray(np.linalg.eigvalsh(0.5 * (reduced + reduced.mT)))
+
+
+def joined(found: Sequence[OwnMode]) -> Modes:
+    """All modes together: shapes of different matrices, not square to each other."""
+    picked = [Modes(*(part[..., r] for part in one.shapes)) for r, one in enumerate(found)]
+    whole = Modes(*(np.stack(parts, axis=-1) for parts in zip(*picked, strict=True)))
+    error = np.array([one.frequency_error for one in found])
+    return whole._replace(natural_frequency_error=error)
+
+
+def own_damping_ratio(found: Sequence[OwnMode]) -> Bounded:
+    """Damping ratio (modes,) of each mode at its own frequency."""
+    ratios = [damping_ratio(one.matrices, one.shapes)[r] for r, one in enumerate(found)]
+    return Bounded(np.array([x.value for x in ratios]), np.array([x.error for x in ratios]))
+
+
+def own_energy_fraction(found: Sequence[OwnMode]) -> Bounded:
+    """Share (modes, f) of each coordinate in the kinetic energy of each mode."""
+    shares = [energy_fraction(one.matrices, one.shapes)[r] for r, one in enumerate(found)]
+    return Bounded(np.array([x.value for x in shares]), np.array([x.error for x in shares]))
+
+
+def own_resonances(found: Sequence[OwnMode], force: Bounded) -> Resonances:
+    """Resonances under forces (orders, f), each at its own frequency."""
+    each = [body_resonances(one.matrices, one.shapes, force) for one in found]
+    return Resonances(
+        np.array([one.frequency[r] for r, one in enumerate(each)]),
+        np.array([one.damping_ratio[r] for r, one in enumerate(each)]),
+        np.array([one.half_width[r] for r, one in enumerate(each)]),
+        np.stack([one.idle[..., r] for r, one in enumerate(each)], axis=-1),
+    )
