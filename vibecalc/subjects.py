@@ -3,6 +3,7 @@
 SUBJECTS = (
     "kinematics",
     "excitation",
+    "balance",
     "response",
     "impact",
     "torsion",
