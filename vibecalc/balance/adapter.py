@@ -10,6 +10,7 @@ from vibecalc.balance.weights import (
     Places,
     Solution,
     least_residual,
+    longest,
     parted,
     residual,
 )
@@ -111,8 +112,27 @@ def _emit_weights(
     if known.size:
         mass = unbalance[known] / radius[known]
         scene.emit(f"{ROOT}/weight/mass", mass, axes={"balance_radius": [names[i] for i in known]})
-    weights = TurningWeights(unbalance.value, ratio, phase.value, position)
-    return add(kept, turning_forces(train, weights, train.origin[None, :], kept.force.shape[0]))
+    return add(kept, *_pulls(train, unbalance, ratio, phase.value, position, len(kept.force)))
+
+
+def _pulls(
+    train: CrankTrain,
+    unbalance: Bounded,
+    ratio: np.ndarray,
+    phase: np.ndarray,
+    position: np.ndarray,
+    highest: int,
+) -> list[Excitation]:
+    """Forces and couples of the weights, and zeros that are off by what the weights are off by."""
+    found, off = (
+        turning_forces(
+            train, TurningWeights(size, ratio, phase, position), train.origin[None, :], highest
+        )
+        for size in unbalance
+    )
+    # the errors of a pull are three roundings of it or more
+    none, errors = np.zeros_like(off.force), [off.force_error, off.couple_error]
+    return [found, Excitation(none, none, *(one / EPSILON for one in errors))]
 
 
 def _emit_orders(
@@ -120,6 +140,7 @@ def _emit_orders(
 ) -> None:
     speed = scene.case.machine.speed
     axes = {"order": orders, "direction": DIRECTIONS}
+    terms: dict[str, float] = {}
     for when, one in (("before", kept), ("after", after)):
         driven = at_speed(one, speed)
         force, couple = forces_of(driven), couples_of(driven)
@@ -128,14 +149,14 @@ def _emit_orders(
             scene.emit(f"{ROOT}/couple", couple, axes=axes, terms=size_of_terms(couple.error))
         across, about = parted(driven.couple, measure.axis)
         found = {
-            "force": force.norm(),
-            "couple": Bounded(across, 3.0 * driven.couple_error).norm(),
+            "force": longest(force),
+            "couple": longest(Bounded(across, 3.0 * driven.couple_error)),
             "roll_couple": abs(Bounded(about, driven.couple_error @ np.abs(measure.axis))),
             "residual": residual(driven, measure),
         }
         for name, value in found.items():
-            terms = size_of_terms(value.error)
-            scene.emit(f"{ROOT}/{when}/{name}", value, axes=axes, terms=terms)
+            terms[name] = max(terms.get(name, 0.0), size_of_terms(value.error))
+            scene.emit(f"{ROOT}/{when}/{name}", value, axes=axes, terms=terms[name])
 
 
 def _emit_totals(

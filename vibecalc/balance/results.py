@@ -33,8 +33,8 @@ ENTRIES = (
         entry(f"{ROOT}/{when}/{name}", "order", unit, f"{what}, {words}", PEAK)
         for when, words in (("before", "without the weights"), ("after", "with the weights"))
         for name, unit, what in (
-            ("force", "N", "size of the force"),
-            ("couple", "N*m", "size of the couple across the crankshaft"),
+            ("force", "N", "largest force over a turn"),
+            ("couple", "N*m", "largest couple across the crankshaft over a turn"),
             ("roll_couple", "N*m", "couple about the crankshaft"),
             ("residual", "N", "weighted residual of the order"),
         )

@@ -59,6 +59,18 @@ def counted(force: Complex, couple: Complex, measure: Measure) -> Real:
     return np.concatenate([whole.real, whole.imag], axis=-1)
 
 
+def longest(vector: Bounded) -> Bounded:
+    """Largest length (...) over a turn of Re(V exp(i n angle)), whose end moves on an ellipse.
+
+    Its half axes follow from V.conj(V) and V.V of a complex V (..., 3): one that turns on a circle
+    of radius R has the largest length R, one that swings has |V|.
+    """
+    size, error = np.linalg.norm(vector.value, axis=-1), np.linalg.norm(vector.error, axis=-1)
+    bare = np.abs(np.sum(vector.value**2, axis=-1))
+    length = np.sqrt(0.5 * (size**2 + np.minimum(bare, size**2)))
+    return Bounded(length, error + 8.0 * EPSILON * size)
+
+
 def residual(excitation: Excitation, measure: Measure) -> Bounded:
     """Size (...) of what counts of forces and couples (..., 3), and its error."""
     value = np.linalg.norm(counted(excitation.force, excitation.couple, measure), axis=-1)
