@@ -37,6 +37,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from long_but import long_but
 
 from vibecalc.core.case.load import load_case, resolve, validate
 from vibecalc.core.report.text import render_report
@@ -72,6 +73,11 @@ FREE = {
     "flat_4": ((0, 0, 0, 0.8), (2,)),
     "r5": ((2.5, 0, 0, 0), (1,)),
 }
+#: what the optimiser finds, in deg: cos 2b = 0 of the V2, cos(d / 2 + 60 deg) = 0 of the V6
+SOUGHT = {
+    "v2_bank": ("cylinders[0].bank_angle", 45.0),
+    "v6_60_pins": ("cylinders[1].crank_phase", 60.0),
+}
 SCALES = (FORCE, FORCE * RATIO, COUPLE, COUPLE * RATIO)
 
 
@@ -82,7 +88,7 @@ def result_of(name: str) -> Result:
 
 
 def test_the_gallery_is_all_there() -> None:
-    assert {path.stem for path in GALLERY.glob("*.toml")} == set(FREE)
+    assert {path.stem for path in GALLERY.glob("*.toml")} == {*FREE, *SOUGHT}
     assert (five(1), five(2)) == pytest.approx((0.449, 4.98), abs=5e-4)
 
 
@@ -159,3 +165,11 @@ def test_weights_as_the_report_writes_them_do_it_in_a_case(name: str) -> None:
     for what, part in kept.items():
         of_run = record[f"excitation/{what}"].values[:2]
         assert of_run == pytest.approx(orders[:, part] / 8.0, abs=1e-10 * np.max(np.abs(before)))
+
+
+@pytest.mark.parametrize("name", long_but(SOUGHT, "v6_60_pins"))
+def test_bank_angle_and_split_of_pins_are_sought_by_the_optimiser(name: str) -> None:
+    record, (key, degrees) = result_of(name).record, SOUGHT[name]
+    found = record[f"optimisation/variable/machine.crank_train.{key}"]
+    assert np.degrees(found.values) == pytest.approx(degrees, abs=1e-5)
+    assert float(record["balance/residual"].values) <= 1e-5

@@ -1,15 +1,16 @@
 """Residual by order without and with the weights; the weights as vectors around their shafts."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibecalc.balance.results import ROOT
 from vibecalc.core.report.canvas import COLOURS, QUIET, TOTAL, canvas, palette
-from vibecalc.core.report.curves import Curve, Curves, Panel
+from vibecalc.core.report.curves import Curve, Curves, Panel, Source, sourced
 from vibecalc.core.report.sections import having, labels
 from vibecalc.core.report.writing import show
-from vibecalc.core.results.record import Result
+from vibecalc.core.results.record import Quantity, Result
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -19,16 +20,39 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------
 
 
+def _acting(name: str, when: str) -> Source:
+    """A size by order, rounding as the zero that it is."""
+
+    def made(result: Result) -> Quantity | None:
+        found = having(result.record, f"{ROOT}/{when}/{name}", "order")
+        if found is None:
+            return None
+        return replace(found, values=np.where(found.values > found.error_estimate, found.values, 0))
+
+    return made
+
+
+def _any(name: str) -> Source:
+    """The size before or after, whichever is not zero at all orders."""
+
+    def made(result: Result) -> Quantity | None:
+        both = (sourced(_acting(name, when), result) for when in ("before", "after"))
+        return next((one for one in both if one is not None and np.any(one.values)), None)
+
+    return made
+
+
 def _pair(name: str, label: str) -> Panel:
     return Panel(
         label,
         tuple(
-            Curve(f"{ROOT}/{when}/{name}", words, {"color": colour}, bars=True)
+            Curve(_acting(name, when), words, {"color": colour}, bars=True)
             for when, words, colour in (
                 ("before", "without the weights", QUIET),
                 ("after", "with the weights", COLOURS[0]),
             )
         ),
+        needs=(_any(name),),
     )
 
 
@@ -64,7 +88,7 @@ def draw_weights(result: Result) -> "Figure | None":
     names = labels(unbalance.axes[0])
     ratios = [one for one in _WORDS if np.any((ratio == one) & (size > 0.0))]
     figure = canvas(
-        result, "weights found, at crank angle zero, unbalance in g mm", 0.6 + 2.9 * len(ratios)
+        result, "weights found, at crank angle zero, unbalance in g mm", 0.6 + 2.6 * len(ratios)
     )
     for place, one in enumerate(ratios):
         axes = figure.add_subplot(len(ratios), 1, place + 1, projection="polar")
@@ -88,7 +112,7 @@ def draw_weights(result: Result) -> "Figure | None":
 
 
 def _circles(largest: float) -> list[float]:
-    """Three or four round numbers up to the largest."""
-    step = 10.0 ** np.floor(np.log10(largest))
-    step *= next(part for part in (1.0, 0.5, 0.2) if largest / (part * step) >= 2.5)
+    """Two to four round numbers up to the largest."""
+    power = 10.0 ** np.floor(np.log10(largest))
+    step = power * next(part for part in (5.0, 2.0, 1.0, 0.5) if largest >= 2.0 * part * power)
     return [float(step * k) for k in range(1, int(largest / step + 1e-9) + 1)]

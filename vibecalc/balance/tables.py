@@ -117,8 +117,11 @@ class Balance(Table):
         unique("shafts"),
         _one_namespace,
         once("orders", "order"),
-        one_of(
-            "counterweights shafts",
+        refuse(
+            "",
+            "{header} has neither counterweights nor shafts",
+            lambda row: not row.entries("counterweights") and not row.entries("shafts"),
+            "counterweights, shafts, or both",
             hint="counterweights stand on the crankshaft, shafts turn once or twice as fast",
         ),
         refuse(
