@@ -111,6 +111,25 @@ def test_free_forces_and_couples_are_those_of_textbooks(name: str) -> None:
     )
 
 
+def test_the_table_of_the_page_is_this() -> None:
+    page = (ROOT / "docs" / "theory_balance.md").read_text(encoding="utf-8")
+    lines = re.findall(
+        r"^\|[^|]*\| `(\w+)` \| (\w+) (\d) \|[^|]*\| (.*?) \| (.*?) \| (.*?) \|", page, re.M
+    )
+    shown = {(name, what, int(order)): numbers for name, what, order, *numbers in lines}
+    expected = {}
+    for name, (sizes, _) in FREE.items():
+        record = result_of(name).record
+        for i, (size, scale) in enumerate(zip(sizes, SCALES, strict=True)):
+            what, order = ("force", "couple")[i // 2], 1 + i % 2
+            values = [record[f"balance/{when}/{what}"].values[order - 1] / scale
+                      for when in ("before", "after")]  # fmt: skip
+            if size:
+                left = f"{values[1]:.4f}" if values[1] > 1e-12 else "0"
+                expected[name, what, order] = [f"{size:.4f}", f"{values[0]:.4f}", left]
+    assert shown == expected
+
+
 def summed(case: dict[str, Any], angle: np.ndarray) -> np.ndarray:
     """Force and couple (angles, 6) of a case by hand, one angle after another, without the weights
     of [balance].
