@@ -1,5 +1,7 @@
 """Claim: weights of [balance] leave the least that any within their bounds and places can leave."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear, minimize
@@ -32,9 +34,10 @@ class Drawn:
         phase = random.uniform(0.0, 6.0, count) if phases else np.full(count, np.nan)
         ratio = self.order * random.choice([-1, 1], count)
         self.places = Places(ratio, start, end, phase, random.uniform(0.1, 0.8, count))
-        self.force, self.couple = (
-            scale * (random.normal(size=3) + 1j * random.normal(size=3)) for scale in (1.0, 0.2)
-        )
+        self.force: Any
+        self.couple: Any
+        drawn = random.normal(size=(2, 3)) + 1j * random.normal(size=(2, 3))
+        self.force, self.couple = np.array([[1.0], [0.2]]) * drawn
         self.force[0] = 0.0
 
     def solve(self) -> Solution:
@@ -87,8 +90,8 @@ def test_given_angles_are_linear_least_squares_within_bounds(seed: int) -> None:
         one = np.zeros((4, 2))
         one[i] = np.cos(angle[i]), np.sin(angle[i])
         pull = drawn.order**2 * np.exp(1j * np.sign(places.speed_ratio[i]) * angle[i])
-        way = pull * np.array([0.0, 1j * np.sign(places.speed_ratio[i]), 1.0])
-        couple = np.cross(FRAME.origin + places.start[i], way)
+        way: Any = pull * np.array([0.0, 1j * np.sign(places.speed_ratio[i]), 1.0])
+        couple: Any = np.cross(FRAME.origin + places.start[i], way)
         columns.append(counted(way, couple, MEASURE))
     constant = counted(drawn.force, drawn.couple, MEASURE)
     other = lsq_linear(
@@ -124,12 +127,13 @@ def test_no_search_finds_less_where_places_are_free(seed: int) -> None:
 def test_of_equally_good_weights_the_least_are_given() -> None:
     """Three planes for the force and couple of one throw: with bounds, by a program for that."""
     places = np.array([-0.2, 0.05, 0.3])
-    force = np.array([0.0, 1j, 1.0])
-    couple = np.cross(0.1 * AXIS, force)
+    force: Any = np.array([0.0, 1j, 1.0])
+    couple: Any = np.cross(0.1 * AXIS, force)
+    stand = places[:, None] * AXIS
     frame, largest = FRAME._replace(origin=np.zeros(3)), np.array([0.2, 0.6, 0.9])
     found = least_residual(
         force, couple, 0.0,
-        Places(np.ones(3, int), *2 * [places[:, None] * AXIS], np.full(3, np.nan), largest),
+        Places(np.ones(3, int), stand, stand, np.full(3, np.nan), largest),
         frame, MEASURE,
     )  # fmt: skip
     # all stand opposite to the throw: u with sum u = 1, sum z u = 0.1, least sum (u / largest)^2
@@ -145,11 +149,13 @@ def test_of_equally_good_weights_the_least_are_given() -> None:
 
 def test_a_free_place_is_found_to_the_last_digits_where_it_removes_all() -> None:
     """A throw at 123 mm has its counterweight there, of its unbalance."""
-    force = 0.7 * np.array([0.0, 1j, 1.0])
-    ends = [place * AXIS[None, :] for place in (-0.3, 0.4)]
+    force: Any = 0.7 * np.array([0.0, 1j, 1.0])
+    couple: Any = np.cross(FRAME.origin + 0.123 * AXIS, force)
+    first, last = -0.3 * AXIS[None, :], 0.4 * AXIS[None, :]
     found = least_residual(
-        force, np.cross(FRAME.origin + 0.123 * AXIS, force), 0.0,
-        Places(np.array([1]), *ends, np.array([np.nan]), np.array([np.inf])), FRAME, MEASURE,
+        force, couple, 0.0,
+        Places(np.array([1]), first, last, np.array([np.nan]), np.array([np.inf])),
+        FRAME, MEASURE,
     )  # fmt: skip
     assert found.value <= 1e-14
     assert -0.3 + 0.7 * found.share[0] == pytest.approx(0.123, abs=1e-13)
@@ -171,6 +177,6 @@ def test_weights_that_change_nothing_that_counts_are_refused() -> None:
     none = Measure(0.0, 1.0, 0.0, 0.1, AXIS)
     with pytest.raises(NumericalFailure, match=r"no weight of .balance. changes anything"):
         least_residual(
-            np.ones(3) + 0j, np.ones(3) + 0j, 0.0, places,
+            np.ones(3, complex), np.ones(3, complex), 0.0, places,
             FRAME._replace(origin=np.zeros(3)), none,
         )  # fmt: skip

@@ -175,6 +175,7 @@ def _emit_totals(
     left = found.norm()
     scene.emit(f"{ROOT}/residual_before", total, terms=size_of_terms(total.error))
     scene.emit(f"{ROOT}/residual", left, terms=size_of_terms(left.error))
-    scene.emit(f"{ROOT}/gap", max(0.0, float(left.value - least)), terms=float(total.value))
+    gap = max(0.0, float(left.value - least))
+    scene.emit(f"{ROOT}/gap", gap, 2.0 * left.error, terms=float(total.value))
     free = np.array([float(one.free_directions) for one in solved.values()])
     scene.emit(f"{ROOT}/free_directions", free, axes={"balanced_order": np.array(orders)})

@@ -35,8 +35,8 @@ def sought_weights(balance: "Balance", train: CrankTrain) -> list[Sought]:
     found = []
     for i, weight in enumerate(balance.counterweights):
         place = throws[weight.throw] if weight.throw is not None else weight.position
-        path = ("counterweights", i)
-        found.append(_sought(weight.name, weight, 1, place, axis, np.zeros(3), path))
+        keys = ("counterweights", i)
+        found.append(_sought(weight.name, weight, 1, place, axis, np.zeros(3), keys))
     for i, shaft in enumerate(balance.shafts):
         for k, one in enumerate(shaft.weights):
             name = shaft.name if len(shaft.weights) == 1 else f"{shaft.name}, {one.name or k + 1}"

@@ -147,10 +147,11 @@ def _words(result: Result) -> list[str]:
     gap = record.quantities.get(f"{ROOT}/gap")
     total = record.quantities.get(f"{ROOT}/residual_before")
     if gap is not None and total is not None and gap.values > 1e-9 * float(total.values):
+        least = float(record[f"{ROOT}/residual"].values) - float(gap.values)
+        proven = f"that no others leave less than {show(least)} N is proven" if least else ""
         lines += paragraph(
-            f"places are free, so that the search is a local one from several starts: no weights "
-            f"leave less than {show(float(record[f'{ROOT}/residual'].values) - float(gap.values))} "
-            "N, wherever they may stand, and what lies between is not decided"
+            "the places that are free were found by a search from several starts: "
+            + (proven or "nothing is proven of what others leave")
         )
     return lines
 

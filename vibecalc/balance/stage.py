@@ -72,7 +72,7 @@ SUBJECT = Subject(
     concerns=lambda case: case.balance is not None,
     units={
         "sought_weight": Unit(1.0e-3, "weights sought"),
-        "free_place": Unit(0.1, "places of weights sought", library="scipy"),
+        "free_place": Unit(0.3, "places of weights sought", library="scipy.optimize"),
     },
     entries=_entries,
     names=_names,

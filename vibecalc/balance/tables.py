@@ -1,7 +1,7 @@
 """The table [balance] of a case, with those below it."""
 
 from collections.abc import Iterator
-from typing import Annotated, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
@@ -41,7 +41,10 @@ class Weight(Table):
     radius: Length | None = Field(
         None, gt=0, description="of its mass centre from the axis of the shaft, for its mass"
     )
-    RULES = (one_of("position", "between"), pair_ordered("between", equal=False))
+    RULES: ClassVar[tuple[Any, ...]] = (
+        one_of("position", "between"),
+        pair_ordered("between", equal=False),
+    )
 
 
 class CrankWeight(Weight):

@@ -164,7 +164,7 @@ class _Linear(NamedTuple):
 
     def at(self, share: Real) -> Real:
         """Columns with the weights at these shares of their ways."""
-        return self.columns + self.along * share[self.block]
+        return np.asarray(self.columns + self.along * share[self.block])
 
     def least(self, share: Real) -> LeastNorm:
         """The least norm there."""
@@ -290,16 +290,19 @@ def _finished(problem: _Linear, share: Real) -> Real:
 
 def _inner(problem: _Linear, share: Real) -> BoolArray:
     """Which of the free weights stand between the ends of their ways."""
-    return (share[problem.free] > 0.0) & (share[problem.free] < 1.0)
+    return np.asarray((share[problem.free] > 0.0) & (share[problem.free] < 1.0))
 
 
-def _ends_together(problem: _Linear) -> LeastNorm:
-    """The least norm with a weight at either end of each free way, which leave no more."""
+def _in_the_middle(problem: _Linear) -> LeastNorm:
+    """The least norm with each free weight in the middle of its way, and a couple next to it as
+    large as the weight's could be at an end: together they leave no more than it can.
+    """
     twin = np.isin(problem.block, problem.free)
     others = np.searchsorted(problem.free, problem.block[twin]) + problem.radius.size
+    halfway = np.isin(np.arange(problem.radius.size), problem.free) * 0.5
     return least_norm(
         problem.constant,
-        np.hstack([problem.columns, (problem.columns + problem.along)[:, twin]]),
+        np.hstack([problem.at(halfway), 0.5 * problem.along[:, twin]]),
         np.concatenate([problem.block, others]),
         np.concatenate([problem.radius, problem.radius[problem.free]]),
     )
@@ -335,8 +338,8 @@ def least_residual(
     Notes
     -----
     At given places `lower_bound` meets the value. With free places the search is a local one from
-    the middle and the ends, and the bound is that of two weights, one at either end of each way,
-    which can do all that one between them can: it may lie below what is possible. The error then
+    the middle and the ends, and the bound is that of more than a weight can do, one in the middle
+    of its way and a couple besides: it may lie below what is possible. The error then
     holds the slope along the ways that is left, times all of them.
     """
     problem = _linear(force, couple, places, frame, measure)
@@ -355,7 +358,7 @@ def least_residual(
         open_ = np.hstack([columns[:, ~found.held[problem.block]], slopes[:, inner]])
         length = np.linalg.norm(open_, axis=0)
         freedom = open_.shape[1] - range_of(open_ / np.where(length > 0.0, length, 1.0)).shape[1]
-        bound = _ends_together(problem).lower_bound
+        bound = _in_the_middle(problem).lower_bound
     weakest = float(size[size > _RANK * size[0]][-1])
     slack = float(size[0]) * rounding / weakest**2
     unbalance, phase = _as_weights(found.unknowns, slack, problem, places)

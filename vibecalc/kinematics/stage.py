@@ -108,8 +108,9 @@ def orders_of_motion(case: "Case") -> Harmonics:
         offset = (train.wrist_pin_offset or 0.0) / train.crank_radius
         enough = int(order_for_tolerance(ratio, case.accuracy.rtol, offset))
         rule = f"R/L = {ratio:.4g}, the rest below rtol = {case.accuracy.rtol:g}"
-    shafts = [*train.balance_shafts, *(case.balance.shafts if case.balance else ())]
-    turning = max((abs(shaft.speed_ratio) for shaft in shafts), default=1)
+    ratios = [shaft.speed_ratio for shaft in train.balance_shafts]
+    ratios += [shaft.speed_ratio for shaft in case.balance.shafts] if case.balance else []
+    turning = max(map(abs, ratios), default=1)
     if turning > enough:
         return first_orders(turning, "the fastest balance shaft")
     return first_orders(max(enough, 1), rule)

@@ -125,7 +125,7 @@ def range_of(columns: FloatArray) -> FloatArray:
 def _solved(constant: FloatArray, blocks: Blocks) -> tuple[FloatArray, BoolArray, int]:
     """Unknowns, the bounds that hold, and in how many directions nothing changes."""
     held = np.zeros(blocks.bounded.size, dtype=bool)
-    found = np.linalg.lstsq(blocks.columns, -constant, rcond=_RANK)[0]
+    found = np.asarray(np.linalg.lstsq(blocks.columns, -constant, rcond=_RANK)[0], dtype=float)
     if np.any(blocks.lengths(found)[blocks.bounded] > 1.0):
         reached = reach(blocks.columns @ found, blocks)
         if reached is None:
