@@ -1,11 +1,13 @@
 """Claim: weights of [balance] leave the least that any within their bounds and places can leave."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear, minimize
 
+from vibecalc.balance.pictures import draw_weights
 from vibecalc.balance.weights import (
     Frame,
     Measure,
@@ -15,6 +17,8 @@ from vibecalc.balance.weights import (
     least_residual,
     longest,
 )
+from vibecalc.core.report.text import render_report
+from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 
@@ -180,3 +184,56 @@ def test_weights_that_change_nothing_that_counts_are_refused() -> None:
             np.ones(3, complex), np.ones(3, complex), 0.0, places,
             FRAME._replace(origin=np.zeros(3)), none,
         )  # fmt: skip
+
+
+#: what is sought stands at the ends: the longest levers need the least weight
+THREE = """
+schema = 1
+title = "three in line, places sought"
+[machine]
+kind = "engine"
+cycle = "four_stroke"
+speed = "3000 rpm"
+[machine.crank_train]
+crank_radius = "45 mm"
+rod_length = "150 mm"
+reciprocating_mass = "600 g"
+rotating_mass = "700 g"
+firing_order = ["1", "3", "2"]
+cylinders = [
+  { name = "1", position = "-100 mm" }, { name = "2" }, { name = "3", position = "100 mm" },
+]
+[balance]
+reference_length = "100 mm"
+counterweights = [
+  { name = "front", between = ["-140 mm", "-60 mm"], largest_unbalance = "40000 g*mm" },
+  { name = "rear", position = "140 mm", radius = "45 mm" },
+]
+[[balance.shafts]]
+name = "shaft"
+speed_ratio = -1
+position = [0, "90 mm", "50 mm"]
+weights = [
+  { between = ["-150 mm", "-20 mm"], largest_unbalance = "7000 g*mm" },
+  { between = ["0 mm", "120 mm"] },
+]
+"""
+
+
+@pytest.mark.long
+def test_places_of_a_case_are_sought_and_what_is_not_proven_is_said(tmp_path: Path) -> None:
+    path = tmp_path / "three.toml"
+    path.write_text(THREE, encoding="utf-8")
+    (loaded,) = load_checked([path])
+    result = execute(loaded)
+    record = result.record
+    place = record["balance/weight/position"].values
+    assert place[:, 0] == pytest.approx([-0.14, 0.14, -0.15, 0.12])
+    assert place[2:, 1:] == pytest.approx(np.array([[0.09, 0.05]] * 2))
+    unbalance = record["balance/weight/unbalance"].values
+    assert record["balance/weight/mass"].values == pytest.approx(unbalance[1:2] / 0.045)
+    # on the crank sqrt 3 (rotating mass and half of the other) r a over two arms of 140 mm
+    assert unbalance[:2] == pytest.approx(np.sqrt(3.0) * 1.0 * 0.045 * 0.1 / 0.28, rel=1e-6)
+    assert unbalance[2] == pytest.approx(0.007)
+    assert "nothing is proven of what others leave" in " ".join(render_report(result).split())
+    assert draw_weights(result) is not None

@@ -104,8 +104,9 @@ def _emit_weights(
     ratio = np.array([one.speed_ratio for one in sought])
     scene.emit(f"{ROOT}/weight/unbalance", unbalance, axes=axes)
     scene.emit(f"{ROOT}/weight/phase", phase, axes=axes)
-    along = position @ train.axis
-    scene.emit(f"{ROOT}/weight/position", along, 4.0 * EPSILON * np.abs(along), axes=axes)
+    off = 4.0 * EPSILON * np.abs(position)
+    everywhere = {**axes, "direction": DIRECTIONS}
+    scene.emit(f"{ROOT}/weight/position", position, off, axes=everywhere)
     scene.emit(f"{ROOT}/weight/speed_ratio", ratio.astype(float), axes=axes)
     radius = np.array([one.radius for one in sought])
     known = np.flatnonzero(~np.isnan(radius))

@@ -108,6 +108,17 @@ def _places(case: Case) -> list[Problem]:
                     )
                 )
                 break
+            if one.name == other.name:
+                problems.append(
+                    Problem(
+                        path=(*BALANCE, *one.path),
+                        message=f"two weights of [balance] are named {one.name!r}",
+                        hint="a weight of two on a shaft has the name of the shaft with its own, "
+                        "or its number",
+                        also=(*BALANCE, *other.path),
+                    )
+                )
+                break
     return problems
 
 

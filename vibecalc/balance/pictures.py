@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vibecalc.balance.report import axis_of
 from vibecalc.balance.results import ROOT
 from vibecalc.core.report.canvas import COLOURS, QUIET, TOTAL, canvas, palette
 from vibecalc.core.report.curves import Curve, Curves, Panel, Source, sourced
@@ -85,7 +86,7 @@ def draw_weights(result: Result) -> "Figure | None":
         np.asarray(record[f"{ROOT}/weight/{name}"].values, dtype=float)
         for name in ("phase", "position", "speed_ratio")
     )
-    names = labels(unbalance.axes[0])
+    names, along = labels(unbalance.axes[0]), axis_of(result)
     ratios = [one for one in _WORDS if np.any((ratio == one) & (size > 0.0))]
     figure = canvas(
         result, "weights found, at crank angle zero, unbalance in g mm", 0.6 + 2.6 * len(ratios)
@@ -95,7 +96,7 @@ def draw_weights(result: Result) -> "Figure | None":
         mine = np.flatnonzero((ratio == one) & (size > 0.0))
         for k, i in enumerate(mine):
             colour, dashes = palette(k)
-            words = f"{names[i]}: {show(size[i])} at {show(1e3 * position[i], 1e-9)} mm"
+            words = f"{names[i]}: {show(size[i])} at {show(1e3 * position[i, along], 1e-9)} mm"
             axes.plot([phase[i], phase[i]], [0.0, size[i]], dashes, color=colour, linewidth=2.0)
             axes.plot([phase[i]], [size[i]], "o", color=colour, label=words)
         together = np.sum(size[mine] * np.exp(1j * phase[mine]))

@@ -2,6 +2,8 @@
 
 import json
 import math
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -28,6 +30,19 @@ def balance(result: Result) -> Section | None:
     return section("Balance: weights for the least force and couple", blocks, shown=shown)
 
 
+def axis_of(result: Result) -> int:
+    """Which of x, y, z the crankshaft lies along."""
+    return "xyz".index(str(table_of(result.case, "machine", "crank_train").get("axis", "x")))
+
+
+def shaft_labels(shaft: Mapping[str, Any]) -> list[str]:
+    """Names of the weights of a shaft as results have them."""
+    name, weights = str(shaft["name"]), shaft["weights"]
+    if len(weights) == 1:
+        return [name]
+    return [f"{name}, {one.get('name') or i + 1}" for i, one in enumerate(weights)]
+
+
 def _bounds(result: Result) -> dict[str, float]:
     """Largest unbalance of each weight that has one, by its name."""
     given = table_of(result.case, "balance")
@@ -35,10 +50,8 @@ def _bounds(result: Result) -> dict[str, float]:
     for one in given.get("counterweights", ()):
         found[str(one["name"])] = one.get("largest_unbalance")
     for shaft in given.get("shafts", ()):
-        several = len(shaft["weights"]) > 1
-        for i, one in enumerate(shaft["weights"]):
-            name = f"{shaft['name']}, {one.get('name') or i + 1}" if several else shaft["name"]
-            found[str(name)] = one.get("largest_unbalance")
+        for label, one in zip(shaft_labels(shaft), shaft["weights"], strict=True):
+            found[label] = one.get("largest_unbalance")
     return {name: bound for name, bound in found.items() if bound is not None}
 
 
@@ -47,6 +60,7 @@ def _weights(result: Result, unbalance: Quantity) -> list[str]:
     phase, position, ratio = (
         record[f"{_WEIGHT}/{name}"] for name in ("phase", "position", "speed_ratio")
     )
+    along = axis_of(result)
     mass = having(record, f"{_WEIGHT}/mass", "balance_radius")
     masses = dict(zip(labels(mass.axes[0]), mass.values, strict=True)) if mass is not None else {}
     rows = []
@@ -59,7 +73,7 @@ def _weights(result: Result, unbalance: Quantity) -> list[str]:
                 f"{ratio.values[i]:+.0f}",
                 show(1e6 * size, 1e6 * unbalance.error_estimate),
                 show(math.degrees(phase.values[i])) if size else "-",
-                show(1e3 * float(position.values[i]), 1e-9),
+                show(1e3 * float(position.values[i][along]), 1e-9),
                 show(1e3 * masses[name]) if name in masses else "",
                 share,
             ]
@@ -158,26 +172,26 @@ def _words(result: Result) -> list[str]:
 
 def _as_case(result: Result) -> list[str]:
     """The weights as a case has them, to be pasted into it."""
-    record, case = result.record, result.case
-    along = "xyz".index(str(table_of(case, "machine", "crank_train").get("axis", "x")))
-    shafts = {str(shaft["name"]): shaft for shaft in table_of(case, "balance").get("shafts", ())}
+    record, along = result.record, axis_of(result)
+    shafts = {
+        str(label)
+        for shaft in table_of(result.case, "balance").get("shafts", ())
+        for label in shaft_labels(shaft)
+    }
     unbalance = record[f"{_WEIGHT}/unbalance"]
     columns = [record[f"{_WEIGHT}/{name}"].values for name in ("phase", "position", "speed_ratio")]
     on_crank, on_shafts = [], []
     for i, name in enumerate(labels(unbalance.axes[0])):
         size = float(unbalance.values[i])
-        phase, position, ratio = (float(column[i]) for column in columns)
-        shaft = shafts.get(name) or shafts.get(name.rpartition(", ")[0])
+        phase, place, ratio = (column[i] for column in columns)
         known = {"name": json.dumps(name, ensure_ascii=False), "unbalance": _number(size)}
         known["phase"] = _number(phase)
         if not size:
             continue
-        if shaft is None:
+        if name not in shafts:
             words = ", ".join(f"{key} = {value}" for key, value in known.items())
-            on_crank.append(f"    {{ {words}, position = {_number(position)} }},")
+            on_crank.append(f"    {{ {words}, position = {_number(place[along])} }},")
             continue
-        place = [float(value) for value in shaft.get("position", (0.0, 0.0, 0.0))]
-        place[along] = position
         known["speed_ratio"] = f"{ratio:.0f}"
         known["position"] = f"[{', '.join(map(_number, place))}]"
         on_shafts += ["", "  [[machine.crank_train.balance_shafts]]"]

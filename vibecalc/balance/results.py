@@ -20,9 +20,9 @@ ENTRIES = (
     ),
     entry(
         f"{_WEIGHT}/position",
-        "balance_weight",
+        "balance_weight direction",
         "m",
-        "of a weight along the crankshaft, from the train's origin",
+        "of a weight, from the train's origin",
         exempt=SEARCHED,
     ),
     entry(f"{_WEIGHT}/speed_ratio", "balance_weight", "", "of its shaft over the crank speed"),
