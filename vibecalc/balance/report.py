@@ -138,7 +138,9 @@ def _words(result: Result) -> list[str]:
         place = int(np.flatnonzero(after.axes[0].values == order)[0])
         left, was = float(after.values[place]), float(before.values[place])
         words = f"order {order}: "
-        if left <= after.error_estimate:
+        if was <= before.error_estimate and left <= after.error_estimate:
+            words += "there is nothing of it that counts, with or without weights"
+        elif left <= after.error_estimate:
             words += "what counts of it is balanced exactly, nothing is left but rounding"
         elif was > 0.0:
             words += f"{show(100.0 * left / was, digits=3)} % of the residual is left"

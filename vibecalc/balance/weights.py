@@ -299,7 +299,7 @@ def _in_the_middle(problem: _Linear) -> LeastNorm:
     """
     twin = np.isin(problem.block, problem.free)
     others = np.searchsorted(problem.free, problem.block[twin]) + problem.radius.size
-    halfway = np.isin(np.arange(problem.radius.size), problem.free) * 0.5
+    halfway = np.where(np.isin(np.arange(problem.radius.size), problem.free), 0.5, 0.0)
     return least_norm(
         problem.constant,
         np.hstack([problem.at(halfway), 0.5 * problem.along[:, twin]]),
