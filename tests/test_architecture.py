@@ -52,6 +52,7 @@ STANDS_ON = {
     "points": {"kinematics", "excitation", "response", "isolation"},
     "foundation": {"kinematics", "excitation", "isolation", "response"},
     "base_motion": {"isolation", "response", "foundation"},
+    "balance": {"kinematics", "excitation"},
 }
 HEAVY = {"numpy", "scipy", "h5py", "pint", "matplotlib", "pydantic", "rich"}
 #: a chapter can be read in one sitting

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vibecalc.core.study.balancing import LeastNorm, least_norm
+from vibecalc.numerics.least_norm import LeastNorm, least_norm
 
 Problem = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 

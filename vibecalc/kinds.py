@@ -64,7 +64,7 @@ _TELLING = {
     "linear": {"gain"},
 }
 #: tables that ask for results at a given speed of a crank train
-_ASKED = ("kinematics", "excitation", "response", "isolation")
+_ASKED = ("kinematics", "excitation", "balance", "response", "isolation")
 #: tables of [response] whose speed the motor finds
 ROLL = ("roll", "start_up", "control")
 #: tables of [response] that need no body on mounts
@@ -296,6 +296,7 @@ PARTS_OF_KIND: dict[str, PartsOfKind] = {
             *_OF_COMPRESSORS,
             ("kinematics",),
             ("excitation",),
+            ("balance",),
             ("isolation",),
             ("foundation",),
             ("point",),

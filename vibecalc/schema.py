@@ -31,6 +31,7 @@ if TYPE_CHECKING:
         StockSprings,
         Tuning,
     )
+    from vibecalc.balance.tables import Balance
     from vibecalc.base_motion.tables import BaseMotion
     from vibecalc.core.case.tables import (
         Find,
@@ -59,6 +60,7 @@ else:
                 "Rod Secondaries Secondary SpringCatalogue Springs StockDampers StockOils "
                 "StockSprings Tuning",
                 "vibecalc.base_motion.tables": "BaseMotion",
+                "vibecalc.balance.tables": "Balance",
                 "vibecalc.core.case.tables": "Find Limit Optimisation Reference "
                 "ReferenceTable Sweep",
                 "vibecalc.excitation.tables": "Excitation",
@@ -164,6 +166,7 @@ class Case(Table):
     machine: Machine = Field(description="the machine and its parts")
     kinematics: Kinematics | None = Field(None, description="motion of the pistons")
     excitation: Excitation | None = Field(None, description="forces and couples on the body")
+    balance: Balance | None = Field(None, description="weights for the least force and couple")
     response: Response | None = Field(None, description="motion of the body, energies, impacts")
     isolation: Isolation | None = Field(None, description="the body on its mounts")
     foundation: Foundation | None = Field(None, description="what the mounts stand on, if it moves")

@@ -4,6 +4,7 @@ SUBJECTS = (
     "body",
     "kinematics",
     "excitation",
+    "balance",
     "response",
     "impact",
     "torsion",

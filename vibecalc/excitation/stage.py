@@ -45,7 +45,8 @@ def plan_excitation(case: "Case") -> Iterator[Stage]:
     if not needs_excitation(case):
         return
     options = case.excitation
-    user = "response" if case.isolation is None else "isolation"
+    users = ("isolation", "response", "balance")
+    user = next((name for name in users if getattr(case, name) is not None), users[0])
     other = "/balance/total_" if case.machine.crank_train.has_banks else "/balance/banks/"
     balance = below("excitation/balance/", (other,)) if options and options.balance else ()
     residual = ("excitation/residual",) if options and options.residual else ()

@@ -68,8 +68,10 @@ def needs_excitation(case: "Case") -> bool:
     if not has_crank_train(case.machine):
         return False
     if case.machine.kind == "engine" and (case.machine.body is None or case.machine.mounts is None):
-        return case.excitation is not None  # a shaft line has an excitation of its own
-    return any(table is not None for table in (case.excitation, case.response, case.isolation))
+        # a shaft line has an excitation of its own
+        return case.excitation is not None or case.balance is not None
+    asking = (case.excitation, case.balance, case.response, case.isolation)
+    return any(table is not None for table in asking)
 
 
 def orders_words(case: "Case") -> str:
@@ -106,7 +108,9 @@ def orders_of_motion(case: "Case") -> Harmonics:
         offset = (train.wrist_pin_offset or 0.0) / train.crank_radius
         enough = int(order_for_tolerance(ratio, case.accuracy.rtol, offset))
         rule = f"R/L = {ratio:.4g}, the rest below rtol = {case.accuracy.rtol:g}"
-    turning = max((abs(shaft.speed_ratio) for shaft in train.balance_shafts), default=1)
+    ratios = [shaft.speed_ratio for shaft in train.balance_shafts]
+    ratios += [shaft.speed_ratio for shaft in case.balance.shafts] if case.balance else []
+    turning = max(map(abs, ratios), default=1)
     if turning > enough:
         return first_orders(turning, "the fastest balance shaft")
     return first_orders(max(enough, 1), rule)

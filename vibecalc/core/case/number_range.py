@@ -20,10 +20,11 @@ MAY_VANISH = frozenset(
     {"position", "positions", "origin", "wrist_pin_offset", "inertia_products", "gravity", "from"}
     | {"values", "pressure", "cosine", "sine", "stand"}
     | {"slip", "torque", "force", "time", "factor", "acceleration_feedback", "feedbacks", "delay"}
-    | {"lower", "upper"}
+    | {"lower", "upper", "between"}
 )
 TABLES = (
     "excitation",
+    "balance",
     "isolation",
     "response",
     "damper_design",

@@ -26,8 +26,8 @@ from vibecalc.units import parse_quantity, split_number
 # ----------------------------------------------------------------------------
 
 VARIED = (
-    *("machine", "kinematics", "excitation", "response", "isolation", "foundation", "measurement"),
-    *("tuning", "damper_design", "accuracy"),
+    *("machine", "kinematics", "excitation", "balance", "response", "isolation", "foundation"),
+    *("measurement", "tuning", "damper_design", "accuracy"),
 )
 _LISTED = 64  # entries of a list whose keys are offered as the nearest ones
 

@@ -1,0 +1,239 @@
+"""Claim: weights of [balance] leave the least that any within their bounds and places can leave."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import lsq_linear, minimize
+
+from vibecalc.balance.pictures import draw_weights
+from vibecalc.balance.weights import (
+    Frame,
+    Measure,
+    Places,
+    Solution,
+    counted,
+    least_residual,
+    longest,
+)
+from vibecalc.core.report.text import render_report
+from vibecalc.core.study.execute import execute, load_checked
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded
+
+AXIS = np.array([1.0, 0.0, 0.0])
+FRAME = Frame(np.array([0.1, 0.0, -0.2]), np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0]))
+MEASURE = Measure(1.0, 0.8, 0.3, 0.15, AXIS)
+
+
+class Drawn:
+    """A problem of one order, and the residual of weights by hand."""
+
+    def __init__(self, seed: int, count: int, free: bool, phases: bool = False):
+        random = np.random.default_rng(seed)
+        self.order = int(random.integers(1, 3))
+        start = random.normal(scale=0.2, size=(count, 3))
+        end = start + (random.uniform(0.1, 0.4, count)[:, None] * AXIS if free else 0.0)
+        phase = random.uniform(0.0, 6.0, count) if phases else np.full(count, np.nan)
+        ratio = self.order * random.choice([-1, 1], count)
+        self.places = Places(ratio, start, end, phase, random.uniform(0.1, 0.8, count))
+        self.force: Any
+        self.couple: Any
+        drawn = random.normal(size=(2, 3)) + 1j * random.normal(size=(2, 3))
+        self.force, self.couple = np.array([[1.0], [0.2]]) * drawn
+        self.force[0] = 0.0
+
+    def solve(self) -> Solution:
+        return least_residual(self.force, self.couple, 0.0, self.places, FRAME, MEASURE)
+
+    def left(self, parts: np.ndarray, share: np.ndarray) -> float:
+        """|what counts| with the parts (m, 2) at shares of the ways: vectors that turn, by hand."""
+        force, couple = self.force.copy(), self.couple.copy()
+        for i, (cosine, sine) in enumerate(parts):
+            place = self.places.start[i] + share[i] * (self.places.end[i] - self.places.start[i])
+            sense = np.sign(self.places.speed_ratio[i])
+            # (cos p + i s sin p) (z - i s (-y)): at crank angle zero u (cos p z - sin p y)
+            pull = self.order**2 * (cosine + 1j * sense * sine)
+            pull = pull * np.array([0.0, 1j * sense, 1.0])
+            force, couple = force + pull, couple + np.cross(FRAME.origin + place, pull)
+        scaled = [force, 0.8 / 0.15 * couple[1:], 0.3 / 0.15 * couple[:1]]
+        return float(np.linalg.norm(np.concatenate(scaled)))
+
+
+def parts_of(found: Solution) -> np.ndarray:
+    turned = found.unbalance.value * np.exp(1j * found.phase.value)
+    return np.stack([turned.real, turned.imag], axis=1)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 3])
+def test_no_solver_finds_less_at_given_places(seed: int) -> None:
+    drawn = Drawn(seed, 4, free=False)
+    found, none = drawn.solve(), np.zeros(4)
+    assert drawn.left(parts_of(found), none) == pytest.approx(found.value, rel=1e-12)
+    assert np.all(found.unbalance.value <= drawn.places.largest * (1.0 + 1e-12))
+    assert found.value - found.lower_bound <= 1e-11 * drawn.left(np.zeros((4, 2)), none)
+    room = {
+        "type": "ineq",
+        "fun": lambda x: drawn.places.largest**2 - (x.reshape(4, 2) ** 2).sum(axis=1),
+    }
+    other = minimize(
+        lambda x: drawn.left(x.reshape(4, 2), none) ** 2, np.zeros(8), method="SLSQP",
+        constraints=[room], options={"ftol": 1e-14, "maxiter": 400},
+    )  # fmt: skip
+    assert found.value == pytest.approx(np.sqrt(other.fun), rel=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_given_angles_are_linear_least_squares_within_bounds(seed: int) -> None:
+    drawn = Drawn(seed, 4, free=False, phases=True)
+    found, places = drawn.solve(), drawn.places
+    angle = places.phase
+    columns = []
+    for i in range(4):
+        one = np.zeros((4, 2))
+        one[i] = np.cos(angle[i]), np.sin(angle[i])
+        pull = drawn.order**2 * np.exp(1j * np.sign(places.speed_ratio[i]) * angle[i])
+        way: Any = pull * np.array([0.0, 1j * np.sign(places.speed_ratio[i]), 1.0])
+        couple: Any = np.cross(FRAME.origin + places.start[i], way)
+        columns.append(counted(way, couple, MEASURE))
+    constant = counted(drawn.force, drawn.couple, MEASURE)
+    other = lsq_linear(
+        np.stack(columns, axis=1), -constant, (-places.largest, places.largest), tol=1e-14
+    )
+    assert found.value == pytest.approx(np.sqrt(2.0 * other.cost), rel=1e-9)
+    signed = found.unbalance.value * np.cos(found.phase.value - angle)
+    assert signed == pytest.approx(other.x, abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.long)])
+def test_no_search_finds_less_where_places_are_free(seed: int) -> None:
+    drawn = Drawn(20 + seed, 2, free=True)
+    found = drawn.solve()
+    assert np.all((found.share >= 0.0) & (found.share <= 1.0))
+    assert drawn.left(parts_of(found), found.share) == pytest.approx(found.value, rel=1e-11)
+    room = {
+        "type": "ineq",
+        "fun": lambda x: drawn.places.largest**2 - (x[:4].reshape(2, 2) ** 2).sum(axis=1),
+    }
+    best = min(
+        minimize(
+            lambda x: drawn.left(x[:4].reshape(2, 2), x[4:]) ** 2, start, method="SLSQP",
+            constraints=[room], bounds=[(None, None)] * 4 + [(0.0, 1.0)] * 2,
+            options={"ftol": 1e-14, "maxiter": 300},
+        ).fun
+        for start in np.random.default_rng(seed).uniform(0.0, 0.5, (4, 6))
+    )  # fmt: skip
+    assert found.value <= np.sqrt(best) * (1.0 + 1e-7)
+    assert found.lower_bound <= found.value
+
+
+def test_of_equally_good_weights_the_least_are_given() -> None:
+    """Three planes for the force and couple of one throw: with bounds, by a program for that."""
+    places = np.array([-0.2, 0.05, 0.3])
+    force: Any = np.array([0.0, 1j, 1.0])
+    couple: Any = np.cross(0.1 * AXIS, force)
+    stand = places[:, None] * AXIS
+    frame, largest = FRAME._replace(origin=np.zeros(3)), np.array([0.2, 0.6, 0.9])
+    found = least_residual(
+        force, couple, 0.0,
+        Places(np.ones(3, int), stand, stand, np.full(3, np.nan), largest),
+        frame, MEASURE,
+    )  # fmt: skip
+    # all stand opposite to the throw: u with sum u = 1, sum z u = 0.1, least sum (u / largest)^2
+    other = minimize(
+        lambda u: np.sum((u / largest) ** 2), largest, method="SLSQP",
+        constraints=[{"type": "eq", "fun": lambda u: [u.sum() - 1.0, places @ u - 0.1]}],
+        bounds=[(0.0, one) for one in largest], options={"ftol": 1e-15},
+    )  # fmt: skip
+    assert (found.value < 1e-14, found.free_directions) == (True, 2)
+    assert found.unbalance.value == pytest.approx(other.x, abs=1e-7)
+    assert found.phase.value == pytest.approx(np.pi, abs=1e-12)
+
+
+def test_a_free_place_is_found_to_the_last_digits_where_it_removes_all() -> None:
+    """A throw at 123 mm has its counterweight there, of its unbalance."""
+    force: Any = 0.7 * np.array([0.0, 1j, 1.0])
+    couple: Any = np.cross(FRAME.origin + 0.123 * AXIS, force)
+    first, last = -0.3 * AXIS[None, :], 0.4 * AXIS[None, :]
+    found = least_residual(
+        force, couple, 0.0,
+        Places(np.array([1]), first, last, np.array([np.nan]), np.array([np.inf])),
+        FRAME, MEASURE,
+    )  # fmt: skip
+    assert found.value <= 1e-14
+    assert -0.3 + 0.7 * found.share[0] == pytest.approx(0.123, abs=1e-13)
+    assert (found.unbalance.value[0], found.phase.value[0]) == pytest.approx((0.7, np.pi))
+
+
+def test_the_longest_of_a_turn_is_the_half_axis_of_its_ellipse() -> None:
+    random = np.random.default_rng(1)
+    vector = random.normal(size=(5, 3)) + 1j * random.normal(size=(5, 3))
+    angle = np.linspace(0.0, 2.0 * np.pi, 20001)
+    walked = np.real(vector[..., None] * np.exp(1j * angle))
+    length = np.linalg.norm(walked, axis=1).max(axis=-1)
+    assert longest(Bounded(vector, np.zeros((5, 3)))).value == pytest.approx(length, rel=1e-7)
+
+
+def test_weights_that_change_nothing_that_counts_are_refused() -> None:
+    place = np.zeros((1, 3))
+    places = Places(np.array([1]), place, place, np.array([np.nan]), np.array([1.0]))
+    none = Measure(0.0, 1.0, 0.0, 0.1, AXIS)
+    with pytest.raises(NumericalFailure, match=r"no weight of .balance. changes anything"):
+        least_residual(
+            np.ones(3, complex), np.ones(3, complex), 0.0, places,
+            FRAME._replace(origin=np.zeros(3)), none,
+        )  # fmt: skip
+
+
+#: what is sought stands at the ends: the longest levers need the least weight
+THREE = """
+schema = 1
+title = "three in line, places sought"
+[machine]
+kind = "engine"
+cycle = "four_stroke"
+speed = "3000 rpm"
+[machine.crank_train]
+crank_radius = "45 mm"
+rod_length = "150 mm"
+reciprocating_mass = "600 g"
+rotating_mass = "700 g"
+firing_order = ["1", "3", "2"]
+cylinders = [
+  { name = "1", position = "-100 mm" }, { name = "2" }, { name = "3", position = "100 mm" },
+]
+[balance]
+reference_length = "100 mm"
+counterweights = [
+  { name = "front", between = ["-140 mm", "-60 mm"], largest_unbalance = "40000 g*mm" },
+  { name = "rear", position = "140 mm", radius = "45 mm" },
+]
+[[balance.shafts]]
+name = "shaft"
+speed_ratio = -1
+position = [0, "90 mm", "50 mm"]
+weights = [
+  { between = ["-150 mm", "-20 mm"], largest_unbalance = "7000 g*mm" },
+  { between = ["0 mm", "120 mm"] },
+]
+"""
+
+
+@pytest.mark.long
+def test_places_of_a_case_are_sought_and_what_is_not_proven_is_said(tmp_path: Path) -> None:
+    path = tmp_path / "three.toml"
+    path.write_text(THREE, encoding="utf-8")
+    (loaded,) = load_checked([path])
+    result = execute(loaded)
+    record = result.record
+    place = record["balance/weight/position"].values
+    assert place[:, 0] == pytest.approx([-0.14, 0.14, -0.15, 0.12])
+    assert place[2:, 1:] == pytest.approx(np.array([[0.09, 0.05]] * 2))
+    unbalance = record["balance/weight/unbalance"].values
+    assert record["balance/weight/mass"].values == pytest.approx(unbalance[1:2] / 0.045)
+    # on the crank sqrt 3 (rotating mass and half of the other) r a over two arms of 140 mm
+    assert unbalance[:2] == pytest.approx(np.sqrt(3.0) * 1.0 * 0.045 * 0.1 / 0.28, rel=1e-6)
+    assert unbalance[2] == pytest.approx(0.007)
+    assert "nothing is proven of what others leave" in " ".join(render_report(result).split())
+    assert draw_weights(result) is not None

@@ -1,0 +1,119 @@
+"""Residual by order without and with the weights; the weights as vectors around their shafts."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibecalc.balance.report import axis_of
+from vibecalc.balance.results import ROOT
+from vibecalc.core.report.canvas import COLOURS, QUIET, TOTAL, canvas, palette
+from vibecalc.core.report.curves import Curve, Curves, Panel, Source, sourced
+from vibecalc.core.report.sections import having, labels
+from vibecalc.core.report.writing import show
+from vibecalc.core.results.record import Quantity, Result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# ----------------------------------------------------------------------------
+# By order, without the weights and with them.
+# ----------------------------------------------------------------------------
+
+
+def _acting(name: str, when: str) -> Source:
+    """A size by order, rounding as the zero that it is."""
+
+    def made(result: Result) -> Quantity | None:
+        found = having(result.record, f"{ROOT}/{when}/{name}", "order")
+        if found is None:
+            return None
+        return replace(found, values=np.where(found.values > found.error_estimate, found.values, 0))
+
+    return made
+
+
+def _any(name: str) -> Source:
+    """The size before or after, whichever is not zero at all orders."""
+
+    def made(result: Result) -> Quantity | None:
+        both = (sourced(_acting(name, when), result) for when in ("before", "after"))
+        return next((one for one in both if one is not None and np.any(one.values)), None)
+
+    return made
+
+
+def _pair(name: str, label: str) -> Panel:
+    return Panel(
+        label,
+        tuple(
+            Curve(_acting(name, when), words, {"color": colour}, bars=True)
+            for when, words, colour in (
+                ("before", "without the weights", QUIET),
+                ("after", "with the weights", COLOURS[0]),
+            )
+        ),
+        needs=(_any(name),),
+    )
+
+
+BALANCE_ORDERS = Curves(
+    "what the weights leave, by order",
+    (
+        _pair("force", "force"),
+        _pair("couple", "couple"),
+        _pair("residual", "weighted residual"),
+    ),
+    high=2.3,
+)
+
+# ----------------------------------------------------------------------------
+# Weights as vectors at crank angle zero: a disc for each speed ratio.
+# ----------------------------------------------------------------------------
+
+_WORDS = {1: "on the crank and with it", -1: "against the crank", 2: "twice as fast",
+          -2: "twice as fast, against the crank"}  # fmt: skip
+
+
+def draw_weights(result: Result) -> "Figure | None":
+    """Unbalances in g mm over their angle from the stroke; None where all are zero."""
+    record = result.record
+    unbalance = having(record, f"{ROOT}/weight/unbalance", "balance_weight")
+    if unbalance is None or not np.any(unbalance.values):
+        return None
+    size = 1e6 * np.asarray(unbalance.values, dtype=float)
+    phase, position, ratio = (
+        np.asarray(record[f"{ROOT}/weight/{name}"].values, dtype=float)
+        for name in ("phase", "position", "speed_ratio")
+    )
+    names, along = labels(unbalance.axes[0]), axis_of(result)
+    ratios = [one for one in _WORDS if np.any((ratio == one) & (size > 0.0))]
+    figure = canvas(
+        result, "weights found, at crank angle zero, unbalance in g mm", 0.6 + 2.6 * len(ratios)
+    )
+    for place, one in enumerate(ratios):
+        axes = figure.add_subplot(len(ratios), 1, place + 1, projection="polar")
+        mine = np.flatnonzero((ratio == one) & (size > 0.0))
+        for k, i in enumerate(mine):
+            colour, dashes = palette(k)
+            words = f"{names[i]}: {show(size[i])} at {show(1e3 * position[i, along], 1e-9)} mm"
+            axes.plot([phase[i], phase[i]], [0.0, size[i]], dashes, color=colour, linewidth=2.0)
+            axes.plot([phase[i]], [size[i]], "o", color=colour, label=words)
+        together = np.sum(size[mine] * np.exp(1j * phase[mine]))
+        if mine.size > 1 and abs(together) > 1e-9 * size[mine].sum():
+            axes.plot([np.angle(together)], [abs(together)], "+", color=TOTAL, label="sum")
+        axes.set(theta_zero_location="N", rlabel_position=100.0, ylim=(0.0, 1.15 * max(size[mine])))
+        axes.set_yticks(_circles(float(max(size[mine]))))
+        axes.tick_params(labelsize=7)
+        axes.legend(
+            loc="upper left", bbox_to_anchor=(1.15, 1.0), fontsize=7,
+            title=f"{one:+d}: {_WORDS[one]}", title_fontsize=8,
+        )  # fmt: skip
+    return figure
+
+
+def _circles(largest: float) -> list[float]:
+    """Two to four round numbers up to the largest."""
+    power = 10.0 ** np.floor(np.log10(largest))
+    step = power * next(part for part in (5.0, 2.0, 1.0, 0.5) if largest >= 2.0 * part * power)
+    return [float(step * k) for k in range(1, int(largest / step + 1e-9) + 1)]

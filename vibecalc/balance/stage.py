@@ -1,0 +1,85 @@
+"""The stage of the weights sought for the least force and couple."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from vibecalc.core.run.stage import Entries, Stage, Subject, Unit, Work, below
+from vibecalc.kinematics.stage import orders_given, orders_of_motion, orders_words
+
+if TYPE_CHECKING:
+    from vibecalc.schema import Case
+
+
+def plan_balance(case: "Case") -> Iterator[Stage]:
+    """Planned where the case has [balance]; the checks have seen to the rest."""
+    balance = case.balance
+    if balance is None:
+        return
+    on_crank, on_shafts = _counts(case)
+    has_radius = any(one.radius is not None for one in balance.counterweights) or any(
+        one.radius is not None for shaft in balance.shafts for one in shaft.weights
+    )
+    yield Stage(
+        name="balance",
+        adapter="vibecalc.balance.adapter:run_balance",
+        why="[balance] is in the case",
+        parts=("crank_train",),
+        orders=orders_words(case),
+        cost=f"least squares within bounds: {on_crank} weights on the crank, {on_shafts} on shafts",
+        quantities=below("balance/", without=() if has_radius else ("weight/mass",)),
+        is_last=True,
+        harmonics=orders_of_motion,
+        work=_work,
+    )
+
+
+def _counts(case: "Case") -> tuple[int, int]:
+    assert case.balance is not None
+    shafts = case.balance.shafts
+    return len(case.balance.counterweights), sum(len(shaft.weights) for shaft in shafts)
+
+
+def _work(case: "Case", orders: int) -> Work:
+    balance = case.balance
+    assert balance is not None
+    weights = [*balance.counterweights, *(one for shaft in balance.shafts for one in shaft.weights)]
+    places = sum(one.between is not None for one in weights)
+    return ((len(weights), "sought_weight"), (places, "free_place"))
+
+
+def _entries(case: "Case", path: str, axis: str) -> Entries | None:
+    if axis == "balanced_order" and case.balance is not None:
+        from vibecalc.balance.model import orders_that_count
+
+        return Entries(orders_that_count(case.balance), "orders at which weights of [balance] turn")
+    return orders_given(case, axis)
+
+
+def _names(case: "Case") -> dict[str, tuple[str, ...]]:
+    if case.balance is None:
+        return {}
+    from vibecalc.balance.model import sought_weights
+
+    sought = sought_weights(case.balance, case.machine.crank_train)
+    return {
+        "balance_weight": tuple(one.name for one in sought),
+        "balance_radius": tuple(one.name for one in sought if one.radius == one.radius),
+    }
+
+
+SUBJECT = Subject(
+    stages=(plan_balance,),
+    concerns=lambda case: case.balance is not None,
+    units={
+        "sought_weight": Unit(1.0e-3, "weights sought"),
+        "free_place": Unit(0.3, "places of weights sought", library="scipy.optimize"),
+    },
+    entries=_entries,
+    names=_names,
+    checks=("vibecalc.balance.checks:balance_problems",),
+    sections=("vibecalc.balance.report:balance",),
+    pictures={
+        "balance_orders": "vibecalc.balance.pictures:BALANCE_ORDERS",
+        "balance_weights": "vibecalc.balance.pictures:draw_weights",
+    },
+)

@@ -1,0 +1,401 @@
+"""Weights that leave the least of one order: linear in their components, so convex.
+
+A weight u at the angle p pulls in proportion to u cos p and u sin p, and its couple is that pull
+times where it stands. At given places the force and couple that are left are linear in these
+components and a largest unbalance is a disc: one minimum, with a proof (`numerics/least_norm.py`).
+Where places are free between bounds the components are solved for at each of them, and the places
+are searched (variable projection: Golub and Pereyra, SIAM J. Numer. Anal. 10, 1973, p. 413).
+"""
+
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.excitation.inertia_forces import Complex, Excitation, Real, rotating_excitation
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.least_norm import LeastNorm, least_norm, range_of
+from vibecalc.numerics.rounding import EPSILON, BoolArray
+
+# ----------------------------------------------------------------------------
+# What counts: forces, couples across the crankshaft and about it, as one vector of real numbers.
+# ----------------------------------------------------------------------------
+
+
+class Measure(NamedTuple):
+    """Weights of forces, of couples across the crankshaft and of that about it, and the length in
+    m that couples are divided by; `axis` (3,) is the unit vector of the crankshaft.
+    """
+
+    force_weight: float
+    couple_weight: float
+    roll_weight: float
+    reference_length: float
+    axis: Real
+
+
+def parted(couple: Complex, axis: Real) -> tuple[Complex, Complex]:
+    """Couples (..., 3) across the axis (..., 3), and about it (...)."""
+    about = couple @ axis
+    return couple - about[..., None] * axis, about
+
+
+def counted(force: Complex, couple: Complex, measure: Measure) -> Real:
+    """Real rows (..., 14) of which the norm is sqrt(wf^2 |F|^2 + (wc^2 |M|^2 + wr^2 |R|^2) / l^2).
+
+    `force` and `couple` (..., 3) are complex amplitudes; R is the couple about the crankshaft.
+    """
+    across, about = parted(couple, measure.axis)
+    length = measure.reference_length
+    whole = np.concatenate(
+        [
+            measure.force_weight * force,
+            measure.couple_weight / length * across,
+            measure.roll_weight / length * about[..., None],
+        ],
+        axis=-1,
+    )
+    return np.concatenate([whole.real, whole.imag], axis=-1)
+
+
+def longest(vector: Bounded) -> Bounded:
+    """Largest length (...) over a turn of Re(V exp(i n angle)), whose end moves on an ellipse.
+
+    Its half axes follow from V.conj(V) and V.V of a complex V (..., 3): one that turns on a circle
+    of radius R has the largest length R, one that swings has |V|.
+    """
+    size, error = np.linalg.norm(vector.value, axis=-1), np.linalg.norm(vector.error, axis=-1)
+    bare = np.abs(np.sum(vector.value**2, axis=-1))
+    length = np.sqrt(0.5 * (size**2 + np.minimum(bare, size**2)))
+    return Bounded(length, error + 8.0 * EPSILON * size)
+
+
+def residual(excitation: Excitation, measure: Measure) -> Bounded:
+    """Size (...) of what counts of forces and couples (..., 3), and its error."""
+    value = np.linalg.norm(counted(excitation.force, excitation.couple, measure), axis=-1)
+    largest = max(measure.couple_weight, measure.roll_weight) / measure.reference_length
+    error = measure.force_weight * np.linalg.norm(excitation.force_error, axis=-1)
+    error = error + 3.0 * largest * np.linalg.norm(excitation.couple_error, axis=-1)
+    return Bounded(value, error + 8.0 * EPSILON * value)
+
+
+# ----------------------------------------------------------------------------
+# Weights at their places: what a unit of each component adds.
+# ----------------------------------------------------------------------------
+
+
+class Places(NamedTuple):
+    """m weights of one order: where they may stand, at which angle, how large they may be.
+
+    `speed_ratio` (m,) is +n or -n for all; `start` and `end` (m, 3) are the ends of where each may
+    stand, from the train's origin in m, equal where that is given; `phase` (m,) in rad is nan where
+    it is free; `largest` (m,) in kg m is inf without a bound.
+    """
+
+    speed_ratio: np.ndarray
+    start: Real
+    end: Real
+    phase: Real
+    largest: Real
+
+
+class Frame(NamedTuple):
+    """(3,) each: the train's origin from the body's reference point in m, and unit vectors."""
+
+    origin: Real
+    stroke: Real
+    across: Real
+
+
+class Solution(NamedTuple):
+    """The weights found and what proves them; errors are absolute.
+
+    `unbalance` (m,) in kg m, 0 or more, `phase` (m,) in rad from 0 to below a turn, of no weight 0,
+    `share` (m,) of the way from `start` to `end`. The residual there is `value`, off by no more
+    than `error`; no weights within their bounds leave less than `lower_bound`, wherever they may
+    stand. `held` (m,) tells which stand at their largest unbalance, `free_directions` counts those
+    in which the residual does not change. All per crank speed squared.
+    """
+
+    unbalance: Bounded
+    phase: Bounded
+    share: Real
+    value: float
+    error: float
+    lower_bound: float
+    held: BoolArray
+    free_directions: int
+
+
+def columns_at(places: Places, position: Real, frame: Frame, measure: Measure) -> Real:
+    """(14, m, 2): what a unit of the cosine and of the sine part of each weight adds."""
+    order = int(np.max(np.abs(places.speed_ratio)))
+    pull = rotating_excitation(
+        unbalance=np.ones((len(position), 1)),
+        speed_ratio=places.speed_ratio[:, None],
+        phase=np.zeros((len(position), 1)),
+        position=position[:, None, :],
+        origin=frame.origin,
+        stroke=frame.stroke,
+        across=frame.across,
+        highest_order=order,
+    )
+    sense = 1j * np.sign(places.speed_ratio)[:, None]
+    force, couple = pull.force[:, -1], pull.couple[:, -1]
+    parts = [counted(force, couple, measure), counted(sense * force, sense * couple, measure)]
+    return np.moveaxis(np.stack(parts, axis=-1), 0, 1)
+
+
+class _Linear(NamedTuple):
+    """constant (k,) + (columns + share columns_along) x, of shares x (n,) of `scale` (n,) kg m.
+
+    `block` (n,) is the weight of each x, `radius` (m,) the largest share of each, 1 or inf, and
+    `free` are the weights whose place is.
+    """
+
+    constant: Real
+    columns: Real
+    along: Real
+    block: np.ndarray
+    scale: Real
+    radius: Real
+    free: np.ndarray
+
+    def at(self, share: Real) -> Real:
+        """Columns with the weights at these shares of their ways."""
+        return np.asarray(self.columns + self.along * share[self.block])
+
+    def least(self, share: Real) -> LeastNorm:
+        """The least norm there."""
+        return least_norm(self.constant, self.at(share), self.block, self.radius)
+
+
+def _linear(
+    force: Complex, couple: Complex, places: Places, frame: Frame, measure: Measure
+) -> _Linear:
+    constant = counted(force, couple, measure)
+    fixed, ends = ~np.isnan(places.phase), []
+    for position in (places.start, places.end):
+        parts = columns_at(places, position, frame, measure)
+        rows = [
+            parts[:, i] @ [[np.cos(phase)], [np.sin(phase)]] if fixed[i] else parts[:, i]
+            for i, phase in enumerate(places.phase)
+        ]
+        ends.append(np.concatenate(rows, axis=1))
+    block = np.repeat(np.arange(fixed.size), np.where(fixed, 1, 2))
+    strongest = float(np.max(np.linalg.norm(np.hstack(ends), axis=0)))
+    if strongest == 0.0:
+        raise NumericalFailure(
+            "no weight of [balance] changes anything that counts: where they stand they have no "
+            "couple, and forces have a weight of zero"
+        )
+    bounded = np.isfinite(places.largest)
+    usual = float(np.linalg.norm(constant)) / strongest or 1.0
+    usual = float(np.max(places.largest[bounded])) if bounded.any() else usual
+    scale = np.where(bounded, places.largest, usual)[block]
+    return _Linear(
+        constant,
+        ends[0] * scale,
+        (ends[1] - ends[0]) * scale,
+        block,
+        scale,
+        np.where(bounded, 1.0, np.inf),
+        np.flatnonzero(np.any(places.start != places.end, axis=1)),
+    )
+
+
+#: of the largest singular value, below which one counts as zero
+_RANK = 1e-12
+#: roundings of forces and of their sum
+_ROUNDINGS = 64.0
+
+# ----------------------------------------------------------------------------
+# Places that are free: searched, with the weights solved for at each of them.
+# ----------------------------------------------------------------------------
+
+#: pulls towards less weight while places are sought, each from where the one before ended
+_PULLS = (1e-1, 1e-2, 1e-3)
+#: free places up to which every corner is a start
+_CORNERS = 3
+_STEPS = 60
+
+
+def _slopes(problem: _Linear, unknowns: Real) -> Real:
+    """(k, p): what moving a weight along all of its way adds, for each that may."""
+    moved = problem.along * unknowns
+    return np.stack([moved[:, problem.block == i].sum(axis=1) for i in problem.free], axis=1)
+
+
+def _search(problem: _Linear) -> Real:
+    """Shares (m,) of the ways of the weights."""
+    from scipy.optimize import minimize
+
+    count, every = problem.free.size, problem.radius.size
+    size = float(np.linalg.norm(problem.at(np.full(every, 0.5)), 2))
+    scale = float(problem.constant @ problem.constant) or 1.0
+    rows, more = problem.constant.size, np.eye(problem.block.size)
+    constant = np.concatenate([problem.constant, np.zeros(problem.block.size)])
+
+    def shares(places: Real) -> Real:
+        whole = np.zeros(every)
+        whole[problem.free] = places
+        return whole
+
+    def squares(places: Real, pull: float) -> tuple[float, Real]:
+        columns = np.vstack([problem.at(shares(places)), pull * size * more])
+        found = least_norm(constant, columns, problem.block, problem.radius).unknowns
+        left = constant + columns @ found
+        return float(left @ left) / scale, 2.0 * (left[:rows] @ _slopes(problem, found)) / scale
+
+    starts = [np.full(count, 0.5), np.arange(count) % 2.0]
+    if count <= _CORNERS:
+        starts += [np.array(corner) for corner in product((0.0, 1.0), repeat=count)]
+    best, least = starts[0], np.inf
+    for start in starts:
+        places = start
+        for pull in _PULLS:
+            found = minimize(
+                squares, places, (pull,), method="L-BFGS-B", jac=True, bounds=[(0.0, 1.0)] * count,
+                options={"maxiter": 200, "ftol": 1e-16, "gtol": 1e-13},
+            )  # fmt: skip
+            places = np.clip(found.x, 0.0, 1.0)
+        value = squares(places, _PULLS[-1])[0]
+        if value < least * (1.0 - 1e-9):
+            best, least = places, value
+    return _finished(problem, shares(best))
+
+
+def _finished(problem: _Linear, share: Real) -> Real:
+    """Steps of Gauss and Newton on places and weights from near the minimum, while they help."""
+    found = problem.least(share)
+    for _ in range(_STEPS):
+        inner = _inner(problem, share)
+        if not inner.any():
+            break
+        columns = problem.at(share)
+        left = problem.constant + columns @ found.unknowns
+        slopes = _slopes(problem, found.unknowns)[:, inner]
+        basis = range_of(columns[:, ~found.held[problem.block]])
+        slopes = slopes - basis @ (basis.T @ slopes)
+        moved = share.copy()
+        moved[problem.free[inner]] -= np.linalg.lstsq(slopes, left, rcond=1e-9)[0]
+        moved = np.clip(moved, 0.0, 1.0)
+        trial = problem.least(moved)
+        if not trial.value < found.value:
+            break
+        share, found = moved, trial
+    return share
+
+
+def _inner(problem: _Linear, share: Real) -> BoolArray:
+    """Which of the free weights stand between the ends of their ways."""
+    return np.asarray((share[problem.free] > 0.0) & (share[problem.free] < 1.0))
+
+
+def _in_the_middle(problem: _Linear) -> LeastNorm:
+    """The least norm with each free weight in the middle of its way, and a couple next to it as
+    large as the weight's could be at an end: together they leave no more than it can.
+    """
+    twin = np.isin(problem.block, problem.free)
+    others = np.searchsorted(problem.free, problem.block[twin]) + problem.radius.size
+    halfway = np.where(np.isin(np.arange(problem.radius.size), problem.free), 0.5, 0.0)
+    return least_norm(
+        problem.constant,
+        np.hstack([problem.at(halfway), 0.5 * problem.along[:, twin]]),
+        np.concatenate([problem.block, others]),
+        np.concatenate([problem.radius, problem.radius[problem.free]]),
+    )
+
+
+# ----------------------------------------------------------------------------
+# All of one order.
+# ----------------------------------------------------------------------------
+
+
+def least_residual(
+    force: Complex,
+    couple: Complex,
+    error: float,
+    places: Places,
+    frame: Frame,
+    measure: Measure,
+) -> Solution:
+    """Weights that leave the least of one order.
+
+    Parameters
+    ----------
+    force, couple : (3,) complex amplitudes without the weights, per crank speed squared, in kg m
+        and kg m^2 about the body's reference point.
+    error : of what counts of them, in kg m.
+    places, frame, measure : the weights, the train, and what counts.
+
+    Raises
+    ------
+    NumericalFailure
+        If no weight changes what counts, or the search within the bounds does not end.
+
+    Notes
+    -----
+    At given places `lower_bound` meets the value. With free places the search is a local one from
+    the middle and the ends, and the bound is that of more than a weight can do, one in the middle
+    of its way and a couple besides: it may lie below what is possible. The error then
+    holds the slope along the ways that is left, times all of them.
+    """
+    problem = _linear(force, couple, places, frame, measure)
+    share = _search(problem) if problem.free.size else np.zeros(problem.radius.size)
+    columns, found = problem.at(share), problem.least(share)
+    size = np.linalg.svd(columns, compute_uv=False)
+    start, reached = np.linalg.norm(problem.constant), np.linalg.norm(found.unknowns)
+    rounding = _ROUNDINGS * EPSILON * float(start + size[0] * reached) + error
+    bound, freedom = found.lower_bound, found.free_directions
+    off = rounding + max(0.0, found.value - bound)
+    if problem.free.size:
+        inner, slopes = _inner(problem, share), _slopes(problem, found.unknowns)
+        left = problem.constant + columns @ found.unknowns
+        if found.value > rounding:
+            off += float(np.abs(left @ slopes)[inner].sum()) / found.value
+        open_ = np.hstack([columns[:, ~found.held[problem.block]], slopes[:, inner]])
+        length = np.linalg.norm(open_, axis=0)
+        freedom = open_.shape[1] - range_of(open_ / np.where(length > 0.0, length, 1.0)).shape[1]
+        bound = _in_the_middle(problem).lower_bound
+    weakest = float(size[size > _RANK * size[0]][-1])
+    slack = float(size[0]) * rounding / weakest**2
+    unbalance, phase = _as_weights(found.unknowns, slack, problem, places)
+    return Solution(
+        unbalance=unbalance,
+        phase=phase,
+        share=share,
+        value=found.value,
+        error=off,
+        lower_bound=max(0.0, bound - rounding),
+        held=found.held,
+        free_directions=freedom,
+    )
+
+
+def _as_weights(
+    found: Real, slack: float, problem: _Linear, places: Places
+) -> tuple[Bounded, Bounded]:
+    """Unbalances and phases of unknowns that are off by no more than `slack`."""
+    parts = found * problem.scale
+    sizes, phases, size_errors, phase_errors = [], [], [], []
+    for i, phase in enumerate(places.phase):
+        mine = problem.block == i
+        off, of_weight = slack * float(problem.scale[mine][0]), parts[mine]
+        size = float(np.linalg.norm(of_weight))
+        none = size <= off
+        if np.isnan(phase):
+            angle = float(np.arctan2(of_weight[1], of_weight[0]))
+        else:
+            angle = float(phase) + (np.pi if of_weight[0] < 0.0 else 0.0)
+        turned = angle % (2.0 * np.pi)
+        near = 2.0 * np.pi - turned < 1e-12
+        sizes.append(0.0 if none else size)
+        phases.append(0.0 if none or near else turned)
+        size_errors.append(off)
+        phase_errors.append(0.0 if none else off / size + 8.0 * EPSILON)
+    return (
+        Bounded(np.array(sizes), np.array(size_errors)),
+        Bounded(np.array(phases), np.array(phase_errors)),
+    )
