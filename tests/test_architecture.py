@@ -47,6 +47,7 @@ STANDS_ON = {
     "response": {"kinematics", "excitation", "roll", "absorber", "torsion"},
     "isolation": {"kinematics", "excitation", "response", "torsion"},
     "foundation": {"kinematics", "excitation"},
+    "bearings": {"kinematics", "excitation"},
 }
 HEAVY = {"numpy", "scipy", "h5py", "pint", "matplotlib", "pydantic", "rich"}
 #: a chapter can be read in one sitting

@@ -64,7 +64,7 @@ _TELLING = {
     "linear": {"gain"},
 }
 #: tables that ask for results at a given speed of a crank train
-_ASKED = ("kinematics", "excitation", "response", "isolation")
+_ASKED = ("kinematics", "excitation", "response", "isolation", "bearing_loads")
 #: tables of [response] whose speed the motor finds
 ROLL = ("roll", "start_up", "control")
 #: tables of [response] that need no body on mounts
@@ -298,6 +298,7 @@ PARTS_OF_KIND: dict[str, PartsOfKind] = {
             ("excitation",),
             ("isolation",),
             ("foundation",),
+            ("bearing_loads",),
         ),
         instead="shaft_line with excitations, [response.torsion]",
         hints={

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
         StockSprings,
         Tuning,
     )
+    from vibecalc.bearings.tables import BearingLoads
     from vibecalc.core.case.tables import (
         Find,
         Limit,
@@ -56,6 +57,7 @@ else:
                 "vibecalc.absorber.tables": "Flywheel Gap Oil OilCatalogue Pendulum Primary Ring "
                 "Rod Secondaries Secondary SpringCatalogue Springs StockDampers StockOils "
                 "StockSprings Tuning",
+                "vibecalc.bearings.tables": "BearingLoads",
                 "vibecalc.core.case.tables": "Find Limit Optimisation Reference "
                 "ReferenceTable Sweep",
                 "vibecalc.excitation.tables": "Excitation",
@@ -163,6 +165,9 @@ class Case(Table):
     response: Response | None = Field(None, description="motion of the body, energies, impacts")
     isolation: Isolation | None = Field(None, description="the body on its mounts")
     foundation: Foundation | None = Field(None, description="what the mounts stand on, if it moves")
+    bearing_loads: BearingLoads | None = Field(
+        None, description="loads on crank pins, wrist pins and main bearings over a cycle"
+    )
     measurement: Measurement | None = Field(None, description="readings on a rigid plate")
     tuning: Tuning | None = Field(None, description="the best spring and damper of an absorber")
     damper_design: DamperDesign | None = Field(None, description="the best damper of an engine")

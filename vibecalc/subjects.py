@@ -9,6 +9,7 @@ SUBJECTS = (
     "roll",
     "isolation",
     "foundation",
+    "bearings",
     "measurement",
     "absorber",
 )
