@@ -311,7 +311,7 @@ PARTS_OF_KIND: dict[str, PartsOfKind] = {
         foreign=(
             *_OF_COMPRESSORS,
             *((*TRAIN, key) for key in ("gas_pressure", "gas_interpolation")),
-            (*TRAIN, "cylinders", EACH, "gas_force"),
+            *((*TRAIN, "cylinders", EACH, key) for key in ("gas_force", "articulated")),
         ),
         instead="pump_cycle with the bore in the crank_train; body and mounts",
     ),
