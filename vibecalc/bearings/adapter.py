@@ -136,7 +136,7 @@ def _emit(
         both = np.stack([own.real, own.imag], axis=-2)
         lost = error.max() + 8.0 * EPSILON * angle[-1] * np.abs(own).max()
         scene.emit(f"{path}/force_of_throw", both.T, lost, known, terms=np.abs(own).max())
-    peaks, top, off = _peaks(scene, loads, at, speed)
+    peaks, top, off = highest_loads(scene, loads, at, speed)
     scene.emit(f"{path}/peak", peaks.height, axes=known)
     scene.emit(f"{path}/peak_angle", peaks.angle, axes=known)
     if turning:
@@ -153,16 +153,16 @@ def _emit(
     vector = np.stack([_along(means.vector.value, one) for one in across_shaft], axis=-1)
     lost = means.vector.error + error.max(axis=0)
     scene.emit(f"{path}/mean_force", vector, lost.max(), known, terms=mean.value.max())
-    sized = [i for i, size in enumerate(sizes) if size is not None and size.diameter is not None]
-    if sized:
-        area = np.array([_area(sizes[i]) for i in sized])
-        some = {axis: [members[i] for i in sized]}
+    areas = [_area(size) for size in sizes]
+    if all(areas):
         for name, height in (("peak_pressure", peaks.height), ("mean_pressure", mean)):
-            scene.emit(f"{path}/{name}", height[sized] / area, axes=some)
+            scene.emit(f"{path}/{name}", height / np.array(areas), axes=known)
 
 
 def _area(size: BearingSize | MainBearing | None) -> float:
-    assert size is not None and size.diameter is not None and size.length is not None
+    """Diameter times length in m^2, zero for a bearing whose size is not said."""
+    if size is None or size.diameter is None or size.length is None:
+        return 0.0
     return size.diameter * size.length
 
 
@@ -200,7 +200,7 @@ def _rows(at: At, count: int, speed: FloatArray) -> ForcesAt:
     return forces
 
 
-def _peaks(
+def highest_loads(
     scene: Scene, loads: Loads, at: At, speed: FloatArray
 ) -> tuple[Peaks, ComplexArray, FloatArray]:
     """Peaks of all rows with the error of the forces, the forces there, errors of both."""
@@ -227,7 +227,7 @@ def _side_thrust(scene: Scene, loads: Loads) -> None:
     known = {"cylinder": scene.parts.crank_train.names, "crank_angle": angle}
     path = f"{ROOT}/side_thrust"
     scene.emit(f"{path}/force", force.real.T, error.max(), known, terms=np.abs(force).max())
-    peaks, _, _ = _peaks(scene, loads, loads.wall, speed)
+    peaks, _, _ = highest_loads(scene, loads, loads.wall, speed)
     scene.emit(f"{path}/peak", peaks.height, axes=known)
     scene.emit(f"{path}/peak_angle", peaks.angle, axes=known)
 
@@ -244,7 +244,7 @@ def _over_speeds(scene: Scene, loads: Loads, table: BearingLoads) -> None:
     for part, at in (("main", loads.main), ("crank_pin", loads.crank_pin)):
         path = f"{ROOT}/speeds/{part}_peak"
         if scene.wants(path):
-            height = _peaks(scene, loads, at, speeds)[0].height
+            height = highest_loads(scene, loads, at, speeds)[0].height
             shape = (len(speeds), -1)
             both = Bounded(height.value.reshape(shape).T, height.error.reshape(shape).T)
             scene.emit(path, both, axes=known)

@@ -18,7 +18,7 @@ def plan_bearing_loads(case: "Case") -> Iterator[Stage]:
     no_pin = () if train.rod is not None else ("/wrist_pin/",)
     no_speeds = () if table.speeds is not None else ("/speeds/",)
     sized = {
-        "/main/": any(bearing.diameter is not None for bearing in table.main_bearings),
+        "/main/": all(bearing.diameter is not None for bearing in table.main_bearings),
         "/crank_pin/": table.crank_pin is not None,
         "/wrist_pin/": table.wrist_pin is not None,
     }
@@ -39,6 +39,7 @@ def plan_bearing_loads(case: "Case") -> Iterator[Stage]:
         quantities=below("bearing_loads/", (*no_pin, *no_speeds, *pressures)),
         is_last=True,
         work=_work,
+        topics=("vibecalc.bearings.accuracy:bearing_topics",),
     )
 
 

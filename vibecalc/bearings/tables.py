@@ -70,6 +70,20 @@ def _places(row: Row) -> Iterator[Problem]:
         seen.setdefault(at, place)
 
 
+def _sizes(row: Row) -> Iterator[Problem]:
+    """Sizes of all main bearings or of none."""
+    bearings = row.each("main_bearings")
+    sized = [one for one in bearings if "diameter" in one]
+    for one in bearings if sized else ():
+        if "diameter" not in one and "length" not in one:
+            yield one.problem(
+                "",
+                "this main bearing has no diameter and length, and others have",
+                allowed="both for each main bearing, or for none",
+                also=(*sized[0].path, "diameter"),
+            )
+
+
 class BearingLoads(Table):
     """Loads on the bearings of the crank train over a cycle, at the operating speed."""
 
@@ -90,4 +104,4 @@ class BearingLoads(Table):
     speeds: BearingSpeeds | None = Field(
         None, description="highest loads over a range of speeds as well"
     )
-    RULES = (unique("main_bearings"), unique("shaft_loads"), _places)
+    RULES = (unique("main_bearings"), unique("shaft_loads"), _places, _sizes)

@@ -40,7 +40,8 @@ def train_excitation(
     minus the torque of the masses.
     """
     rod, rotor = machine.crank_train.rod, machine.rotor
-    difference, slaves = None, ()
+    difference = None
+    slaves: tuple[Excitation, ...] = ()
     if machine.crank_train.has_slave_rods:
         from vibecalc.excitation.articulated import on_crank_pins, slave_forces
 
