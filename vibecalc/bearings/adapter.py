@@ -73,6 +73,19 @@ class Loads(NamedTuple):
 At = Callable[[FloatArray, FloatArray], tuple[ComplexArray, FloatArray]]
 
 
+class Part(NamedTuple):
+    """One kind of bearing: its folder of results, its forces, its members with their areas in m^2.
+
+    `areas` are diameter times length, zero where the case does not say them.
+    """
+
+    name: str
+    at: At
+    axis: str
+    members: tuple[str, ...]
+    areas: list[float]
+
+
 def run_bearing_loads(scene: Scene) -> None:
     """Emit forces over the cycle, their peaks and means, and the peaks over speeds."""
     case, train = scene.case, scene.parts.crank_train
@@ -88,14 +101,20 @@ def run_bearing_loads(scene: Scene) -> None:
         "Newton and Euler for piston and rod", "loads of crank pins, wrist pins and walls",
         "docs/theory_bearings.md; cf. Biezeno and Grammel (1953), ch. XI",
     )  # fmt: skip
-    cylinders = {"cylinder": train.names}
-    _emit(scene, loads, loads.main, "main", {"main_bearing": loads.shaft.names},
-          table.main_bearings)  # fmt: skip
-    pins = [table.crank_pin] * len(train.names)
-    _emit(scene, loads, loads.crank_pin, "crank_pin", cylinders, pins)
+    mains, pins = loads.shaft.names, train.names
+    parts = [
+        Part(
+            "main", loads.main, "main_bearing", mains, [_area(one) for one in table.main_bearings]
+        ),
+        Part("crank_pin", loads.crank_pin, "cylinder", pins, [_area(table.crank_pin)] * len(pins)),
+    ]
     if case.machine.crank_train.rod is not None:
-        pins = [table.wrist_pin] * len(train.names)
-        _emit(scene, loads, loads.wrist_pin, "wrist_pin", cylinders, pins)
+        areas = [_area(table.wrist_pin)] * len(pins)
+        parts.append(Part("wrist_pin", loads.wrist_pin, "cylinder", pins, areas))
+    for part in parts:
+        _forces(scene, part)
+        _peaks(scene, loads, part)
+        _means(scene, loads, part)
     _side_thrust(scene, loads)
     if table.speeds is not None:
         _over_speeds(scene, loads, table)
@@ -114,49 +133,59 @@ def _angles(scene: Scene) -> FloatArray:
     return np.linspace(0.0, cycle_angle(scene.case.machine), count)
 
 
-def _emit(
-    scene: Scene,
-    loads: Loads,
-    at: At,
-    part: str,
-    over: dict[str, tuple[str, ...]],
-    sizes: "tuple[MainBearing, ...] | list[BearingSize | None]",
-) -> None:
-    path, train = f"{ROOT}/{part}", scene.parts.crank_train
+def _forces(scene: Scene, part: Part) -> None:
+    """Forces over the crank angle in axes of the machine, of crank pins also of the throw."""
+    paths = [f"{ROOT}/{part.name}/{name}" for name in ("force", "force_of_throw")]
+    if not scene.wants(*paths):
+        return
+    train, angle = scene.parts.crank_train, _angles(scene)
     names, across_shaft = _axes_across(train)
-    ((axis, members),) = over.items()
-    angle, speed = _angles(scene), np.asarray(scene.case.machine.speed)
-    force, error = at(angle, speed)
-    known = {axis: members, "direction": names, "crank_angle": angle, "of_throw": OF_THROW}
+    force, error = part.at(angle, np.asarray(scene.case.machine.speed))
+    known = {part.axis: part.members, "direction": names, "crank_angle": angle}
     components = np.stack([_along(force, one) for one in across_shaft], axis=-2)
-    scene.emit(f"{path}/force", components.T, error.max(), known, terms=np.abs(force).max())
-    turning = part == "crank_pin"
-    if turning:
-        own = force * np.exp(-1j * (angle[:, None] + train.crank_phase))
-        both = np.stack([own.real, own.imag], axis=-2)
-        lost = error.max() + 8.0 * EPSILON * angle[-1] * np.abs(own).max()
-        scene.emit(f"{path}/force_of_throw", both.T, lost, known, terms=np.abs(own).max())
-    peaks, top, off = highest_loads(scene, loads, at, speed)
-    scene.emit(f"{path}/peak", peaks.height, axes=known)
-    scene.emit(f"{path}/peak_angle", peaks.angle, axes=known)
-    if turning:
-        top = top * np.exp(-1j * (peaks.angle.value + train.crank_phase))
-    safe = np.where(np.abs(top) > 0.0, np.abs(top), 1.0)
-    scene.emit(
-        f"{path}/peak_direction",
-        Bounded(np.angle(top), off / safe + 4.0 * EPSILON),
-        axes=known,
-    )
-    means = cycle_means(_every(at, speed), _grid(scene, loads, PANELS))
-    mean = means.magnitude + Bounded(np.zeros(len(members)), error.max(axis=0))
-    scene.emit(f"{path}/mean", mean, axes=known)
+    scene.emit(paths[0], components.T, error.max(), known, terms=np.abs(force).max())
+    if part.name != "crank_pin":
+        return
+    own = force * np.exp(-1j * (angle[:, None] + train.crank_phase))
+    both = np.stack([own.real, own.imag], axis=-2)
+    lost = error.max() + 8.0 * EPSILON * angle[-1] * np.abs(own).max()
+    known["of_throw"] = OF_THROW
+    scene.emit(paths[1], both.T, lost, known, terms=np.abs(own).max())
+
+
+def _peaks(scene: Scene, loads: Loads, part: Part) -> None:
+    path, train, axes = f"{ROOT}/{part.name}", scene.parts.crank_train, {part.axis: part.members}
+    names = ("peak", "peak_angle", "peak_direction", "peak_pressure")
+    if not scene.wants(*(f"{path}/{name}" for name in names)):
+        return
+    found, top, off = highest_loads(scene, loads, part.at, np.asarray(scene.case.machine.speed))
+    if part.name == "crank_pin":
+        top = top * np.exp(-1j * (found.angle.value + train.crank_phase))
+    size = np.where(np.abs(top) > 0.0, np.abs(top), 1.0)
+    direction = Bounded(np.angle(top), off / size + 4.0 * EPSILON)
+    scene.emit(f"{path}/peak", found.height, axes=axes)
+    scene.emit(f"{path}/peak_angle", found.angle, axes=axes)
+    scene.emit(f"{path}/peak_direction", direction, axes=axes)
+    if all(part.areas):
+        scene.emit(f"{path}/peak_pressure", found.height / np.array(part.areas), axes=axes)
+
+
+def _means(scene: Scene, loads: Loads, part: Part) -> None:
+    path, speed = f"{ROOT}/{part.name}", np.asarray(scene.case.machine.speed)
+    names = ("mean", "mean_force", "mean_pressure")
+    if not scene.wants(*(f"{path}/{name}" for name in names)):
+        return
+    directions, across_shaft = _axes_across(scene.parts.crank_train)
+    axes = {part.axis: part.members, "direction": directions}
+    grid = _grid(scene, loads, PANELS)
+    means, lost = cycle_means(_every(part.at, speed), grid), part.at(grid, speed)[1].max(axis=0)
+    mean = means.magnitude + Bounded(np.zeros(len(part.members)), lost)
     vector = np.stack([_along(means.vector.value, one) for one in across_shaft], axis=-1)
-    lost = means.vector.error + error.max(axis=0)
-    scene.emit(f"{path}/mean_force", vector, lost.max(), known, terms=mean.value.max())
-    areas = [_area(size) for size in sizes]
-    if all(areas):
-        for name, height in (("peak_pressure", peaks.height), ("mean_pressure", mean)):
-            scene.emit(f"{path}/{name}", height / np.array(areas), axes=known)
+    off = (means.vector.error + lost).max()
+    scene.emit(f"{path}/mean", mean, axes=axes)
+    scene.emit(f"{path}/mean_force", vector, off, axes, terms=mean.value.max())
+    if all(part.areas):
+        scene.emit(f"{path}/mean_pressure", mean / np.array(part.areas), axes=axes)
 
 
 def _area(size: BearingSize | MainBearing | None) -> float:
