@@ -19,7 +19,7 @@ from vibecalc.bearings.results import OF_THROW, ROOT
 from vibecalc.bearings.rod_forces import RodForces, RunningGear, rod_forces
 from vibecalc.bearings.tables import BearingLoads, BearingSize, MainBearing
 from vibecalc.core.run.stage import Scene
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, concatenate
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
 from vibecalc.parts.body import DIRECTIONS
 from vibecalc.parts.crank_train import CrankTrain
@@ -261,6 +261,10 @@ def _side_thrust(scene: Scene, loads: Loads) -> None:
     scene.emit(f"{path}/peak_angle", peaks.angle, axes=known)
 
 
+#: crank angles times speeds that are followed at once
+_MOST_PLACES = 100_000
+
+
 def _over_speeds(scene: Scene, loads: Loads, table: BearingLoads) -> None:
     asked = table.speeds
     assert asked is not None
@@ -270,10 +274,12 @@ def _over_speeds(scene: Scene, loads: Loads, table: BearingLoads) -> None:
         "cylinder": scene.parts.crank_train.names,
         "speed": speeds,
     }
+    at_once = max(1, _MOST_PLACES // len(_grid(scene, loads)))
     for part, at in (("main", loads.main), ("crank_pin", loads.crank_pin)):
         path = f"{ROOT}/speeds/{part}_peak"
         if scene.wants(path):
-            height = highest_loads(scene, loads, at, speeds)[0].height
-            shape = (len(speeds), -1)
-            both = Bounded(height.value.reshape(shape).T, height.error.reshape(shape).T)
-            scene.emit(path, both, axes=known)
+            blocks = [speeds[low : low + at_once] for low in range(0, len(speeds), at_once)]
+            heights = [highest_loads(scene, loads, at, block)[0].height for block in blocks]
+            of_speeds = concatenate(heights).value.reshape(len(speeds), -1)
+            errors = concatenate(heights).error.reshape(len(speeds), -1)
+            scene.emit(path, Bounded(of_speeds.T, errors.T), axes=known)
