@@ -55,6 +55,8 @@ BRACKETS = 8
 NEARLY = 0.98
 #: points of a panel, of the rule that it is held against, and panels at most
 POINTS, MORE_POINTS, MOST_PANELS = 8, 13, 200_000
+#: rad, how far aside of a place it is seen whether a curve has a corner there
+ASIDE = 1e-6
 #: relative height below which a curve counts as level
 LEVEL = 1e-13
 
@@ -102,19 +104,42 @@ def cycle_peaks(forces_at: ForcesAt, on_grid: ComplexArray, grid: FloatArray) ->
     where = Bounded(np.where(flat, 0.0, angle[best]), np.full(len(top), EPSILON * cycle))
     if not len(row):
         return Peaks(height, where)
-    count = len(angle)
-    low = angle[(place - 1) % count] - np.where(place == 0, cycle, 0.0)
-    high = angle[(place + 1) % count] + np.where(place == count - 1, cycle, 0.0)
 
     def values_at(rows: IntArray, places: FloatArray) -> FloatArray:
         return np.abs(forces_at(rows, places))
 
-    maxima = by_values(values_at, row, low, angle[place], high)
-    # of several brackets by_values keeps the highest of each row
-    height.value[maxima.row], height.error[maxima.row] = maxima.height
-    where.value[maxima.row] = np.mod(maxima.place.value, cycle)
-    where.error[maxima.row] = maxima.place.error + EPSILON * cycle
-    missing = np.setdiff1d(np.flatnonzero(~flat), maxima.row)
+    at, count = angle[place], len(angle)
+    low = angle[(place - 1) % count] - np.where(place == 0, cycle, 0.0)
+    high = angle[(place + 1) % count] + np.where(place == count - 1, cycle, 0.0)
+    near = values_at(row, at[:, None] + ASIDE * np.array([-1.0, -0.5, 0.0, 0.5, 1.0]))
+    corner = (near[:, 2] >= near[:, 1]) & (near[:, 2] >= near[:, 3])
+    # straight on both sides it is a corner, whose height is known; round ones are lower by so much
+    drop = near[:, 2:3] - near[:, [0, 4]]
+    half = near[:, 2:3] - near[:, [1, 3]]
+    bent = np.abs(drop - 2.0 * half).max(axis=-1) + 4.0 * EPSILON * near[:, 2]
+    tops = [
+        (row[corner], at[corner], ASIDE * np.ones(int(corner.sum())), near[corner, 2], bent[corner])
+    ]
+    # else it rises on one side, in a cell of the grid without a kink
+    right = near[:, 3] > near[:, 2]
+    for side, ends in (
+        (right, (at, at + np.minimum(ASIDE, 0.5 * (high - at)), high)),
+        (~right, (low, at - np.minimum(ASIDE, 0.5 * (at - low)), at)),
+    ):
+        some = side & ~corner
+        if np.any(some):
+            maxima = by_values(values_at, row[some], *(end[some] for end in ends))
+            tops.append((maxima.row, *maxima.place, *maxima.height))
+    rows, places, slips, heights, errors = (
+        np.concatenate(part) for part in zip(*tops, strict=True)
+    )
+    order = np.lexsort((heights, rows))
+    last = order[np.append(np.diff(rows[order]) > 0, True)]
+    found_row = rows[last]
+    height.value[found_row], height.error[found_row] = heights[last], errors[last]
+    where.value[found_row] = np.mod(places[last], cycle)
+    where.error[found_row] = slips[last] + EPSILON * cycle
+    missing = np.setdiff1d(np.flatnonzero(~flat), found_row)
     if len(missing):
         raise NumericalFailure(
             f"bearing loads: no highest point of the load {int(missing[0]) + 1} was found over the "
