@@ -252,3 +252,24 @@ def test_peaks_over_speeds_are_those_of_single_runs() -> None:
     assert other[f"{ROOT}/main/peak"].values == pytest.approx(
         record[f"{ROOT}/main/peak"].values, rel=1e-10
     )
+
+
+def test_gas_of_cards_between_their_speeds_and_of_a_weak_cylinder() -> None:
+    table = machine()
+    train = table["machine"]["crank_train"]
+    del train["gas_pressure"]
+    low = {**CARD, "pressure": [0.5 * one for one in CARD["pressure"]]}
+    train["gas_cards"] = [
+        {"speed": 200.0, "gas_pressure": low},
+        {"speed": 400.0, "gas_pressure": CARD},
+    ]
+    train["cylinders"][0]["pressure_scale"] = 0.9
+    record = run(table)
+    angle = record[f"{ROOT}/main/force"].axes[-1].values[:-1]
+    pressure = np.interp(np.mod(angle + 0.35, TURN), CARD["crank_angle"], CARD["pressure"])
+    share = 0.9 * (0.5 * 0.45 + 0.55)
+    pin, wrist, _ = by_newton_and_euler(table, angle, share * pressure)
+    scale = np.abs(wrist).max()
+    assert force_of(record, f"{ROOT}/crank_pin/force")[0, :-1] == pytest.approx(
+        pin, abs=1e-10 * scale
+    )
