@@ -53,6 +53,7 @@ STANDS_ON = {
     "foundation": {"kinematics", "excitation", "isolation", "response"},
     "base_motion": {"isolation", "response", "foundation"},
     "balance": {"kinematics", "excitation"},
+    "bearings": {"kinematics", "excitation"},
 }
 HEAVY = {"numpy", "scipy", "h5py", "pint", "matplotlib", "pydantic", "rich"}
 #: a chapter can be read in one sitting

@@ -63,6 +63,7 @@ EVERY = [
     ("roll_control", "control", "closed loop", 1e-14, 1e-14),
 ]
 EVERY_LONG = [
+    ("engine_bearing_loads", "bearing_loads", "highest main bearing load", 1e-13, 1e-14),
     ("absorber_pendulum", "pendulum", "order of swing", 1e-13, 2e-14),
     ("compressor", "operations", "highest peak energy", 1e-13, 1e-9),
     ("absorber_rig_a", "tuning", "least peak", 1e-10, 2e-14),

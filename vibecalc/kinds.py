@@ -64,7 +64,7 @@ _TELLING = {
     "linear": {"gain"},
 }
 #: tables that ask for results at a given speed of a crank train
-_ASKED = ("kinematics", "excitation", "balance", "response", "isolation")
+_ASKED = ("kinematics", "excitation", "balance", "response", "isolation", "bearing_loads")
 #: tables of [response] whose speed the motor finds
 ROLL = ("roll", "start_up", "control")
 #: tables of [response] that need no body on mounts
@@ -302,6 +302,7 @@ PARTS_OF_KIND: dict[str, PartsOfKind] = {
             ("point",),
             ("vibration_severity",),
             ("base_motion",),
+            ("bearing_loads",),
         ),
         instead="shaft_line with excitations, [response.torsion]",
         hints={
@@ -314,7 +315,7 @@ PARTS_OF_KIND: dict[str, PartsOfKind] = {
         foreign=(
             *_OF_COMPRESSORS,
             *((*TRAIN, key) for key in ("gas_pressure", "gas_interpolation")),
-            (*TRAIN, "cylinders", EACH, "gas_force"),
+            *((*TRAIN, "cylinders", EACH, key) for key in ("gas_force", "articulated")),
         ),
         instead="pump_cycle with the bore in the crank_train; body and mounts",
     ),

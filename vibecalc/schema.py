@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     )
     from vibecalc.balance.tables import Balance
     from vibecalc.base_motion.tables import BaseMotion
+    from vibecalc.bearings.tables import BearingLoads
     from vibecalc.core.case.tables import (
         Find,
         Limit,
@@ -61,6 +62,7 @@ else:
                 "StockSprings Tuning",
                 "vibecalc.base_motion.tables": "BaseMotion",
                 "vibecalc.balance.tables": "Balance",
+                "vibecalc.bearings.tables": "BearingLoads",
                 "vibecalc.core.case.tables": "Find Limit Optimisation Reference "
                 "ReferenceTable Sweep",
                 "vibecalc.excitation.tables": "Excitation",
@@ -175,6 +177,9 @@ class Case(Table):
         None, description="band and zones for the vibration at the points"
     )
     base_motion: BaseMotion | None = Field(None, description="how what carries the machine moves")
+    bearing_loads: BearingLoads | None = Field(
+        None, description="loads on crank pins, wrist pins and main bearings over a cycle"
+    )
     measurement: Measurement | None = Field(None, description="readings on a rigid plate")
     tuning: Tuning | None = Field(None, description="the best spring and damper of an absorber")
     damper_design: DamperDesign | None = Field(None, description="the best damper of an engine")

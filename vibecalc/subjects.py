@@ -13,6 +13,7 @@ SUBJECTS = (
     "foundation",
     "points",
     "base_motion",
+    "bearings",
     "measurement",
     "absorber",
 )

@@ -9,7 +9,7 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.axial_force import axial_force
 from vibecalc.excitation.balance import balance_columns, residual
 from vibecalc.excitation.crank_forces import TurningWeights, crank_forces, turning_forces
-from vibecalc.excitation.inertia_forces import Excitation, at_speed, size_of_terms
+from vibecalc.excitation.inertia_forces import Excitation, add, at_speed, size_of_terms
 from vibecalc.kinematics.adapter import PistonMotion
 from vibecalc.numerics.bounded import Bounded, reshaped, rounded
 from vibecalc.numerics.cycle_peak import cycle_peak
@@ -41,9 +41,15 @@ def train_excitation(
     """
     rod, rotor = machine.crank_train.rod, machine.rotor
     difference = None
+    slaves: tuple[Excitation, ...] = ()
+    if machine.crank_train.has_slave_rods:
+        from vibecalc.excitation.articulated import on_crank_pins, slave_forces
+
+        slaves = (slave_forces(train, motion, machine, with_torque),)
+        train = on_crank_pins(train, machine)
     if rod is not None and rod.inertia is not None:
         difference = reshaped(rod_difference(train, rod), lambda part: part[..., None])
-    return crank_forces(
+    found = crank_forces(
         train,
         motion,
         train.origin[..., None, :],
@@ -52,6 +58,7 @@ def train_excitation(
         with_torque=with_torque,
         rotor_inertia=None if rotor is None else rotor.inertia,
     )
+    return add(found, *slaves)
 
 
 def rotating_part(train: CrankTrain, rotating: RotatingMasses, highest: int) -> Excitation:
@@ -160,6 +167,10 @@ def run_excitation(scene: Scene) -> None:
         "Biezeno and Grammel, Technische Dynamik, 2nd ed. 1953, ch. XI",
     )
     driven, used = at_speed(per_square, machine.speed), forcing.retained
+    if machine.crank_train.has_slave_rods:
+        from vibecalc.excitation.articulated import emit_slaves
+
+        emit_slaves(scene, driven, used)
     axes = {"order": orders[:used], "direction": DIRECTIONS}
     for name, part in (("force", forces_of), ("couple", couples_of)):
         kept = part(driven)[..., :used, :]

@@ -114,3 +114,20 @@ MOTOR_FORCE = Curves(
     high=2.65,
     names=2,
 )  # fmt: skip
+
+# ----------------------------------------------------------------------------
+# With slave rods: the force of each order, parted by the sense in which it turns.
+# ----------------------------------------------------------------------------
+
+TURNING_FORCE = Curves(
+    "forces that turn with the crank and against it, by order",
+    (
+        Panel(
+            "force",
+            (
+                Curve("excitation/turning/with_crank", "with the crank", bars=True),
+                Curve("excitation/turning/against_crank", "against it", bars=True),
+            ),
+        ),
+    ),
+)

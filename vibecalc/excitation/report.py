@@ -156,7 +156,7 @@ def excitation(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     record = result.record
     orders = _excitation_orders(record)
-    blocks = [_peaks(record), scalars(record, ["excitation/residual"])]
+    blocks = [_peaks(record), scalars(record, ["excitation/residual"]), _turning(record)]
     details = {"balance table": balance(result), "counterweights": _counterweights(record)}
     if height(orders[0]) <= _BRIEF:
         blocks.insert(0, orders)
@@ -236,6 +236,21 @@ _WEIGHTS = (
 )
 
 
+_TURNING = (
+    ("excitation/turning/with_crank", "turns with the crank N"),
+    ("excitation/turning/against_crank", "against it N"),
+)
+_KNUCKLE = "excitation/mass/knuckle"
+
+
+def _turning(record: Record) -> tuple[list[str], set[str]]:
+    """With slave rods: the parts of the force that turn at the order times the crank's speed."""
+    lines = by_axis(record, "order", "force of order", _TURNING, 22, 24)
+    lines = lines[: _ROWS + 2]
+    lines += paragraph("at the order times the speed of the crank") if lines else []
+    return lines, {path for path, _ in _TURNING}
+
+
 def _counterweights(record: Record) -> tuple[list[str], set[str]]:
     lines = by_axis(record, "counterweight", "counterweight, alone", _WEIGHTS)
     return lines, {path for path, _ in _WEIGHTS}
@@ -260,7 +275,9 @@ def rod(result: Result) -> Section | None:
 
 
 def _masses(record: Record) -> tuple[list[str], set[str]]:
-    return by_axis(record, "cylinder", "cylinder", _MASSES, 20, 27), set(dict(_MASSES))
+    lines = by_axis(record, "cylinder", "cylinder", _MASSES, 20, 27)
+    slaves = by_axis(record, "slave_rod", "slave rod of", ((_KNUCKLE, "with its pin kg"),), 20, 27)
+    return stacked(lines, slaves), {*dict(_MASSES), _KNUCKLE}
 
 
 def _inertia(record: Record) -> tuple[list[str], set[str]]:

@@ -25,6 +25,21 @@ EXCITATION_ENTRIES = (
         PEAK,
         headline=Headline("shaking couple, peak", "N*m"),
     ),
+    entry(
+        "excitation/turning/with_crank",
+        "order",
+        "N",
+        "part of the force that turns with the crank, at the order times its speed",
+        PEAK,
+    ),
+    entry(
+        "excitation/turning/against_crank",
+        "order",
+        "N",
+        "the part that turns against it",
+        PEAK,
+    ),
+    entry("excitation/mass/knuckle", "slave_rod", "kg", "moves with the knuckle pin"),
     entry("excitation/balance/sine", "order cylinder", "", "sin(n a)", exempt=CANCELLING),
     entry("excitation/balance/cosine", "order cylinder", "", "cos(n a)", exempt=CANCELLING),
     entry(
@@ -220,6 +235,7 @@ PUMP_ENTRIES = (
 #: axis name -> (unit, long name)
 AXES = {
     "counterweight": ("", "counterweight"),
+    "slave_rod": ("", "cylinder with a slave rod"),
 }
 ENTRIES = (
     *EXCITATION_ENTRIES,

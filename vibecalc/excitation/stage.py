@@ -62,6 +62,7 @@ def plan_excitation(case: "Case") -> Iterator[Stage]:
         quantities=(
             *below("excitation/", without=_EXCITATION_EXTRAS),
             *_rod(case),
+            *((*below("excitation/turning/"), "excitation/mass/knuckle") * train.has_slave_rods),
             *(below("excitation/counterweight/") if train.counterweights else ()),
             *balance,
             *residual,
@@ -78,7 +79,10 @@ def plan_excitation(case: "Case") -> Iterator[Stage]:
     )
 
 
-_EXCITATION_EXTRAS = ("/balance/", "/residual", "/rod/", "/motor/", "/counterweight/", "/pump/")
+_EXCITATION_EXTRAS = (
+    *("/balance/", "/residual", "/rod/", "/motor/", "/counterweight/", "/pump/"),
+    *("/turning/", "/mass/knuckle"),
+)
 
 
 def _rod(case: "Case") -> tuple[str, ...]:
@@ -173,6 +177,7 @@ SUBJECT = Subject(
     ),
     pictures={
         "shaking": "vibecalc.excitation.pictures:draw_shaking",
+        "turning_force": "vibecalc.excitation.pictures:TURNING_FORCE",
         "motor_force": "vibecalc.excitation.pictures:MOTOR_FORCE",
     },
 )

@@ -66,6 +66,10 @@ def run_kinematics(scene: Scene) -> None:
         scene.emit(f"kinematics/{name}_harmonics", found, axes=axes)
     lost = dropped.error + rounding * dropped.value
     scene.emit("kinematics/dropped_acceleration", Bounded(unit * dropped.value, unit * lost))
+    if scene.case.machine.crank_train.has_slave_rods:
+        from vibecalc.kinematics.slave_adapter import emit_cylinders
+
+        emit_cylinders(scene, motion.highest_order)
     if scene.case.kinematics is not None and scene.wants(*CURVES):
         _emit_curves(scene)
 
@@ -100,6 +104,11 @@ def _exact(case: "Case", train: "CrankTrain", least: int = 1) -> tuple[PistonMot
     ratio = train.crank_radius / train.rod_length
     offset = train.wrist_pin_offset / train.crank_radius
     rtol, cylinders = case.accuracy.rtol, len(train.names)
+    if case.machine.crank_train.has_slave_rods:
+        from vibecalc.parts.articulated import steepest_ratio
+
+        steepest = steepest_ratio(case.machine.crank_train)
+        least = max(int(_highest_order(case, _enough(steepest, rtol, offset))), least)
     if not (np.ndim(ratio) or np.ndim(offset)):
         highest = max(int(_highest_order(case, _enough(ratio, rtol, offset))), least)
         return _one_series(ratio, offset, highest, cylinders)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from vibecalc.core.report.canvas import COLOURS, TOTAL, unit_words, waves
-from vibecalc.core.report.curves import Curve, Curves, Panel
+from vibecalc.core.report.curves import Curve, Curves, Panel, over_turn
 from vibecalc.core.report.sections import having
 from vibecalc.core.report.writing import show
 from vibecalc.core.results.record import Quantity, Result
@@ -88,4 +88,14 @@ PISTON_ACCELERATION = Curves(
         Panel("difference\n", (Curve(_missed),), _largest),
     ),
     high=2.55,
+)
+
+SLAVE_RODS = Curves(
+    "pistons on master and slave rods over a turn",
+    (
+        Panel(
+            "acceleration",
+            (Curve(over_turn("kinematics/cylinder/acceleration_harmonics"), "cylinder {}"),),
+        ),
+    ),
 )

@@ -2,7 +2,15 @@
 
 import numpy as np
 
-from vibecalc.core.report.sections import Section, along, read_as, scalars, section, together
+from vibecalc.core.report.sections import (
+    Section,
+    along,
+    by_axis,
+    read_as,
+    scalars,
+    section,
+    together,
+)
 from vibecalc.core.report.writing import Column, number, paragraph, show, show_phase, table
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.units import convert
@@ -17,7 +25,20 @@ def kinematics(result: Result) -> Section | None:
     record = result.record
     dropped = scalars(record, ["kinematics/dropped_acceleration"])
     details = {"harmonics of the pistons": together(_harmonics(record), dropped)}
-    return section("Piston motion", [_extremes(record)], details)
+    return section("Piston motion", [_extremes(record), _cylinders(record)], details)
+
+
+_CYLINDERS = (
+    ("kinematics/cylinder/stroke", "stroke", "mm"),
+    ("kinematics/cylinder/top_dead_centre", "top dead centre at", "deg"),
+    ("kinematics/cylinder/bottom_dead_centre", "bottom dead centre at", "deg"),
+)
+
+
+def _cylinders(record: Record) -> tuple[list[str], set[str]]:
+    """Strokes and dead centres, where slave rods make them differ."""
+    lines = by_axis(record, "cylinder", "cylinder", _CYLINDERS, 14, 26)
+    return lines, {path for path, *_ in _CYLINDERS}
 
 
 def _harmonics(record: Record) -> tuple[list[str], set[str]]:

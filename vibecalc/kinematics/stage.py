@@ -27,7 +27,10 @@ def plan_kinematics(case: "Case") -> Iterator[Stage]:
     if not (asked or needs_excitation(case)):
         return
     curves = () if asked else ("/position", "/velocity", "/acceleration")
-    paths = tuple(path for path in below("kinematics/") if not path.endswith(curves or ("//",)))
+    none = () if case.machine.crank_train.has_slave_rods else ("/cylinder/",)
+    paths = tuple(
+        path for path in below("kinematics/", none) if not path.endswith(curves or ("//",))
+    )
     yield Stage(
         name="kinematics",
         adapter="vibecalc.kinematics.adapter:run_kinematics",
@@ -54,7 +57,7 @@ def _leading(case: "Case") -> Leading:
         keys=keys,
         why_not="joints with play and changes between operations are checked point by point"
         if switching or case.machine.joints is not None
-        else "",
+        else "slave rods are followed point by point" * case.machine.crank_train.has_slave_rods,
         suspects=(
             "vibecalc.parts.crank_train:crank_train_suspects",
             "vibecalc.parts.body:body_suspects",
@@ -106,6 +109,10 @@ def orders_of_motion(case: "Case") -> Harmonics:
 
         ratio = train.crank_radius / train.rod_length
         offset = (train.wrist_pin_offset or 0.0) / train.crank_radius
+        if train.has_slave_rods:
+            from vibecalc.parts.articulated import steepest_ratio
+
+            ratio = steepest_ratio(train)
         enough = int(order_for_tolerance(ratio, case.accuracy.rtol, offset))
         rule = f"R/L = {ratio:.4g}, the rest below rtol = {case.accuracy.rtol:g}"
     ratios = [shaft.speed_ratio for shaft in train.balance_shafts]
@@ -134,6 +141,7 @@ SUBJECT = Subject(
     entries=lambda case, path, axis: orders_given(case, axis, 0),
     sections=("vibecalc.kinematics.report:kinematics",),
     pictures={
+        "pistons_on_slave_rods": "vibecalc.kinematics.pictures:SLAVE_RODS",
         "piston_motion": "vibecalc.kinematics.pictures:PISTON_MOTION",
         "piston_acceleration": "vibecalc.kinematics.pictures:PISTON_ACCELERATION",
     },

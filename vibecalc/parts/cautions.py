@@ -318,6 +318,7 @@ def _without_effect(case: Case) -> list[str]:
             and not gas_turns(machine)
             and impact is None
             and not asks_roll(case)
+            and case.bearing_loads is None
         ),
         "the gas has no effect: without [response.torsion] it reaches the mounts in the model "
         "'rigid_body' or 'planar', of an engine with a firing order, unless driven_machine = "
@@ -326,6 +327,7 @@ def _without_effect(case: Case) -> list[str]:
             and has_gas(case)
             and not torque_reaches_mounts(case)
             and (response is None or response.torsion is None)
+            and case.bearing_loads is None
         ),
     }
     if mounts is not None:

@@ -130,7 +130,9 @@ def build_crank_train(train: parts.CrankTrain) -> CrankTrain:
         crank_phase=side_by_side([c.crank_phase for c in cylinders]),
         bank_angle=side_by_side([c.bank_angle for c in cylinders]),
         reciprocating_mass=side_by_side([common if mass is None else mass for mass in masses]),
-        rotating_mass=side_by_side([pin + rod for pin in pins]),
+        rotating_mass=side_by_side(
+            [0.0 if c.articulated else pin + rod for c, pin in zip(cylinders, pins, strict=True)]
+        ),
         origin=side_by_side(train.origin),
         axis=frame.axis,
         stroke=frame.stroke,

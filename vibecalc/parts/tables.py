@@ -191,6 +191,27 @@ class Rod(Table):
     RULES = (one_of("crank_pin_to_mass_centre", "reciprocating_fraction"),)
 
 
+class ArticulatedRod(Table):
+    """A slave rod: hinged on the rod of another cylinder, not on the crank pin."""
+
+    on: Name = Field(description="the cylinder whose rod is the master")
+    knuckle_radius: Length = Field(
+        ge=0, description="distance of the knuckle pin from the crank pin, on the master rod"
+    )
+    knuckle_angle: Angle | None = Field(
+        None,
+        description="of the knuckle pin from the axis of the master rod, in the sense of rotation; "
+        "default: that between the two cylinders",
+    )
+    rod_length: Length = Field(gt=0, description="from the knuckle pin to the wrist pin")
+    knuckle_mass: Mass | None = Field(
+        None,
+        ge=0,
+        description="what moves with the knuckle pin; default: the rod's mass at a crank pin",
+    )
+    RULES = (refers("on", "machine.crank_train.cylinders", "cylinder"),)
+
+
 class Cylinder(Table):
     """One cylinder and its throw."""
 
@@ -203,6 +224,9 @@ class Cylinder(Table):
     )
     rotating_mass: Mass | None = Field(
         None, ge=0, description="overrides the train's rotating mass for this throw"
+    )
+    articulated: ArticulatedRod | None = Field(
+        None, description="its rod is a slave rod on that of another cylinder"
     )
     firing_angle: Angle | None = Field(
         None, ge=0, description="crank angle at which it fires, of an engine; or firing_order"
@@ -320,6 +344,11 @@ class CrankTrain(Table):
         once("firing_order", "cylinder"),
         unique("gas_cards", "cards", "speed"),
     )
+
+    @property
+    def has_slave_rods(self) -> bool:
+        """Whether some rods are hinged on others."""
+        return any(cylinder.articulated is not None for cylinder in self.cylinders)
 
     @property
     def has_banks(self) -> bool:

@@ -11,7 +11,15 @@ LARGEST = 1e20
 SMALLEST = 1e-20
 LARGEST_ANGLE = 1e6
 ANGLES = frozenset(
-    {"crank_phase", "bank_angle", "phase", "orientation", "crank_angle", "skew_angle"}
+    {
+        "crank_phase",
+        "bank_angle",
+        "knuckle_angle",
+        "phase",
+        "orientation",
+        "crank_angle",
+        "skew_angle",
+    }
     | {"firing_angle", "firing_intervals", "overlap", "inlet_closes", "exhaust_opens"}
     | {"combustion_starts", "combustion_ends", "injection_ends"}
 )
@@ -30,6 +38,7 @@ TABLES = (
     "damper_design",
     "measurement",
     "base_motion",
+    "bearing_loads",
     "foundation",
 )
 

@@ -7,6 +7,7 @@ from vibecalc.core.case.number_range import range_problems
 from vibecalc.core.results.named import named
 from vibecalc.core.run.stage import subjects
 from vibecalc.errors import Problem
+from vibecalc.kinds import has_crank_train
 from vibecalc.parts.body import body_problems
 from vibecalc.parts.cautions import part_warnings
 from vibecalc.parts.crank_train import crank_train_problems
@@ -41,9 +42,18 @@ def mounts(case: "Case") -> list[Problem]:
     return mount_problems(case)
 
 
+def slave_rods(case: "Case") -> list[Problem]:
+    """Problems of rods hinged on others, if there are any."""
+    if not has_crank_train(case.machine) or not case.machine.crank_train.has_slave_rods:
+        return []
+    from vibecalc.parts.articulated import articulated_problems
+
+    return articulated_problems(case)
+
+
 #: of the parts of a machine
 OF_PARTS: tuple[Check, ...] = (
-    crank_train_problems, body_problems, matrices, mounts, drive_problems, gas_problems,
+    crank_train_problems, slave_rods, body_problems, matrices, mounts, drive_problems, gas_problems,
 )  # fmt: skip
 
 

@@ -27,7 +27,7 @@ from vibecalc.units import parse_quantity, split_number
 
 VARIED = (
     *("machine", "kinematics", "excitation", "balance", "response", "isolation", "foundation"),
-    *("measurement", "tuning", "damper_design", "accuracy"),
+    *("measurement", "tuning", "damper_design", "bearing_loads", "accuracy"),
 )
 _LISTED = 64  # entries of a list whose keys are offered as the nearest ones
 

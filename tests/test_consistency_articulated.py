@@ -1,0 +1,247 @@
+"""Claim: slave rods move as their constraints say, and shake the body with all of their masses."""
+
+from copy import deepcopy
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from shipped_cases import table_of
+
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Record
+from vibecalc.core.run.run import run_case
+from vibecalc.excitation.articulated_forces import SlaveMasses, slave_excitation
+from vibecalc.kinematics.articulated_rod import SlaveRods, slave_motion
+
+TURN = 2.0 * np.pi
+X, Y, Z = np.eye(3)
+SPEED = 190.0
+
+
+def slave(
+    on: str, radius: float, angle: float | None, length: float, mass: float
+) -> dict[str, Any]:
+    given = {"on": on, "knuckle_radius": radius, "rod_length": length, "knuckle_mass": mass}
+    return given if angle is None else {**given, "knuckle_angle": angle}
+
+
+def engine(where: str) -> dict[str, Any]:
+    """A V of two throws with master and slave each, cylinders off the axis, a rod of its own J."""
+    return {
+        "schema": 1,
+        "title": "V of master and slave rods",
+        "machine": {
+            "kind": "generator",
+            "speed": SPEED,
+            "crank_train": {
+                "crank_radius": 0.06,
+                "rod_length": 0.2,
+                "wrist_pin_offset": 0.004,
+                "origin": [0.1, -0.02, 0.05],
+                "piston_mass": 1.0,
+                "rod": {"mass": 1.3, "crank_pin_to_mass_centre": 0.05, "inertia": 0.0121},
+                "rotating_mass": 0.9,
+                "cylinders": [
+                    {"name": "1", "position": -0.1, "crank_phase": 0.3, "bank_angle": -0.4},
+                    {
+                        "name": "2", "position": -0.1, "crank_phase": 0.3, "bank_angle": 0.5,
+                        "reciprocating_mass": 1.2,
+                        "articulated": slave("1", 0.05, 0.95, 0.15, 0.7),
+                    },
+                    {"name": "3", "position": 0.15, "crank_phase": 2.0, "bank_angle": 0.5},
+                    {
+                        "name": "4", "position": 0.15, "crank_phase": 2.0, "bank_angle": -0.4,
+                        "articulated": slave("3", 0.04, None, 0.17, 0.5),
+                    },
+                ],
+            },
+        },
+        "kinematics": {},
+        "excitation": {"driven_machine": where, "orders": 40},
+    }  # fmt: skip
+
+
+def slopes(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """First and second derivative of curves over a turn, by their transform."""
+    order = np.fft.fftfreq(values.shape[-1], 1.0 / values.shape[-1])
+    series = np.fft.fft(values)
+    return np.fft.ifft(1j * order * series), np.fft.ifft(-(order**2) * series)
+
+
+def wrist_pin(end: np.ndarray, length: float, bank: float, offset: float) -> np.ndarray:
+    """Point on a cylinder's axis at a distance from the other end of its rod, by Newton."""
+    place = np.abs(end) + length
+    for _ in range(60):
+        point = (place + 1j * offset) * np.exp(1j * bank)
+        gap = np.abs(point - end) ** 2 - length**2
+        place = place - gap / (2.0 * ((point - end) * np.exp(-1j * bank)).real)
+    return (place + 1j * offset) * np.exp(1j * bank)
+
+
+def by_points(table: dict[str, Any], angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Force (3, n) and couple about the reference point (3, n), less the torque on the shaft.
+
+    Every mass is a point of the plane that its constraint places, differentiated by transform.
+    """
+    train = table["machine"]["crank_train"]
+    rod, offset, length = train["rod"], train["wrist_pin_offset"], train["rod_length"]
+    share = rod["crank_pin_to_mass_centre"] / length
+    small, big = rod["mass"] * share, rod["mass"] * (1.0 - share)
+    own = rod["inertia"] - rod["mass"] * length**2 * share * (1.0 - share)
+    points, turning = [], []  # (position, place, mass); (rod angle, moment of inertia)
+    masters = {}
+    for cylinder in train["cylinders"]:
+        pin = 0.06 * np.exp(1j * (angle + cylinder["crank_phase"]))
+        along, bank = cylinder["position"], cylinder["bank_angle"]
+        mass = cylinder.get("reciprocating_mass", train["piston_mass"] + small)
+        given = cylinder.get("articulated")
+        if given is None:
+            wrist = wrist_pin(pin, length, bank, offset)
+            masters[cylinder["name"]] = (pin, (wrist - pin) / length, bank)
+            points += [(along, wrist, mass), (along, pin, big + train["rotating_mass"])]
+            turning.append((np.unwrap(np.angle(wrist - pin)), own))
+            continue
+        pin, arm, its = masters[given["on"]]
+        knuckle_angle = given.get("knuckle_angle", bank - its)
+        knuckle = pin + given["knuckle_radius"] * arm * np.exp(1j * knuckle_angle)
+        wrist = wrist_pin(knuckle, given["rod_length"], bank, offset)
+        points += [(along, wrist, mass), (along, knuckle, given["knuckle_mass"])]
+    force, couple = np.zeros((3, len(angle))), np.zeros((3, len(angle)))
+    energy = np.zeros(len(angle))
+    for along, place, mass in points:
+        velocity, acceleration = slopes(place)
+        push = -mass * acceleration
+        inertia = np.stack([0.0 * angle, -push.imag, push.real])
+        arm = np.stack([0.0 * angle + along, -place.imag, place.real])
+        arm = arm + np.array(train["origin"])[:, None]
+        force, couple = force + inertia, couple + np.cross(arm, inertia, axis=0)
+        energy = energy + 0.5 * mass * np.abs(velocity) ** 2
+    for tilt, inertia in turning:
+        rate, change = slopes(tilt)
+        couple[0] -= inertia * change.real
+        energy = energy + 0.5 * inertia * rate.real**2
+    if table["excitation"]["driven_machine"] != "cancels_torque":
+        couple[0] += slopes(energy)[0].real
+    return SPEED**2 * force, SPEED**2 * couple
+
+
+def over_turn(record: Record, kind: str, angle: np.ndarray) -> np.ndarray:
+    quantity = record[f"excitation/{kind}"]
+    waves = np.exp(1j * np.multiply.outer(quantity.axes[0].values.astype(float), angle))
+    return np.real(quantity.values.T @ waves)
+
+
+@pytest.mark.parametrize("where", ["separate", "cancels_torque"])
+def test_forces_and_couples_are_those_of_all_points(where: str) -> None:
+    table = engine(where)
+    angle = TURN * np.arange(512) / 512
+    record = run_case(validate(table))
+    expected = by_points(table, angle)
+    for kind, wanted in zip(("force", "couple"), expected, strict=True):
+        found = over_turn(record, kind, angle)
+        wanted = wanted - wanted.mean(axis=-1, keepdims=True)
+        scale = np.abs(wanted).max()
+        assert found == pytest.approx(wanted, abs=1e-9 * scale), kind
+    force = record["excitation/force"].values
+    along, ahead = force[:, 2], -force[:, 1]
+    for name, sense in (("with_crank", 1j), ("against_crank", -1j)):
+        turning = record[f"excitation/turning/{name}"].values
+        assert turning == pytest.approx(0.5 * np.abs(along + sense * ahead), abs=1e-9)
+
+
+def test_motion_by_the_constraint_in_forty_digits() -> None:
+    rods = SlaveRods(0.07, 0.25, 0.01, *(np.array([[one]]) for one in (
+        0.4, 0.2, 1.7, 0.06, 1.4, 0.19,
+    )))  # fmt: skip
+
+    def place(t: Any) -> Any:
+        local = t + mpmath.mpf(0.4) - mpmath.mpf(0.2)
+        tilt = mpmath.asin((mpmath.mpf(0.01) - mpmath.mpf(0.07) * mpmath.sin(local)) / 0.25)
+        pin = mpmath.mpf(0.07) * mpmath.expj(t + mpmath.mpf(0.4))
+        knuckle = pin + mpmath.mpf(0.06) * mpmath.expj(tilt + mpmath.mpf(0.2) + mpmath.mpf(1.4))
+        back = knuckle * mpmath.expj(-mpmath.mpf(1.7))
+
+        def gap(s: Any) -> Any:
+            return abs(mpmath.mpc(s, mpmath.mpf(0.01)) - back) ** 2 - mpmath.mpf(0.19) ** 2
+
+        return mpmath.findroot(gap, back.real + mpmath.mpf(0.19))
+
+    with mpmath.workdps(40):
+        for angle in (0.3, 2.1, 4.4):
+            found = slave_motion(rods, np.array([angle]))
+            exact = [mpmath.diff(place, mpmath.mpf(angle), order) for order in range(3)]
+            for one, value in zip(found[:3], exact, strict=True):
+                assert one[0, 0] == pytest.approx(
+                    float(value), abs=3e-15 + 1e-14 * abs(float(value))
+                )
+
+
+def test_without_a_knuckle_radius_the_rods_sit_on_one_pin() -> None:
+    table = deepcopy(table_of("radial_articulated"))
+    table = {key: table[key] for key in ("schema", "title", "machine", "excitation")}
+    plain = deepcopy(table)
+    for row, same in zip(
+        table["machine"]["crank_train"]["cylinders"],
+        plain["machine"]["crank_train"]["cylinders"],
+        strict=True,
+    ):
+        if "articulated" in row:
+            row["articulated"] = {"on": "1", "knuckle_radius": 0, "rod_length": "270 mm"}
+            same["rotating_mass"] = 0
+            del same["articulated"]
+    found, expected = (run_case(validate(one)) for one in (table, plain))
+    for path in ("excitation/force", "excitation/couple"):
+        wanted = expected[path].values
+        scale = 1e3 if path.endswith("force") else 1e2
+        assert found[path].values == pytest.approx(wanted, abs=1e-11 * scale)
+
+
+@pytest.mark.parametrize("count", [4, 5, 7, 9])
+def test_second_order_of_a_radial_engine_turns_with_the_crank(count: int) -> None:
+    """Short cranks: n m R^2 r / (l L), turning twice as fast, and nothing the other way."""
+    radius, length, knuckle = 2e-3, 0.25, 0.05
+    bank = TURN * np.arange(1, count) / count
+    column = bank[:, None]
+    ones = np.ones_like(column)
+    rods = SlaveRods(
+        radius, length, 0.0, 0.0 * ones, 0.0 * ones, column, knuckle * ones, column,
+        (length - knuckle) * ones,
+    )  # fmt: skip
+    frame: dict[str, Any] = {"axis": X, "stroke": Z, "across": Y, "highest_order": 4}
+    places = np.zeros((count - 1, 3))
+    slaves = slave_excitation(rods, SlaveMasses(ones, 0.0 * ones, places), **frame)
+    master = slave_excitation(
+        SlaveRods(radius, length, 0.0, *(np.zeros((1, 1)) for _ in range(5)),
+                  np.full((1, 1), length)),
+        SlaveMasses(np.ones((1, 1)), np.zeros((1, 1)), np.zeros((1, 3))),
+        **frame,
+    )  # fmt: skip
+    force = slaves.force[1] + master.force[1]
+    along, ahead = force[2], -force[1]
+    law = count * radius**2 * knuckle / ((length - knuckle) * length)
+    with_crank, against = 0.5 * (along + 1j * ahead), 0.5 * (along - 1j * ahead)
+    assert with_crank == pytest.approx(-law, rel=1e-3)
+    assert abs(against) < 1e-3 * law
+
+
+def test_strokes_and_dead_centres() -> None:
+    record = run_case(validate(engine("separate")))
+    train = engine("separate")["machine"]["crank_train"]
+    angle = TURN * np.arange(20_000) / 20_000
+    cylinder = train["cylinders"][1]
+    rods = SlaveRods(0.06, 0.2, 0.004, *(np.array([[one]]) for one in (
+        0.3, -0.4, cylinder["bank_angle"], 0.05, 0.95, 0.15,
+    )))  # fmt: skip
+    place = slave_motion(rods, angle).position[0]
+    path = "kinematics/cylinder"
+    stroke = record[f"{path}/stroke"].values
+    assert stroke[1] == pytest.approx(np.ptp(place), abs=1e-8)
+    assert stroke[0] == pytest.approx(
+        np.sqrt(0.26**2 - 0.004**2) - np.sqrt(0.14**2 - 0.004**2), rel=1e-13
+    )
+    top = record[f"{path}/top_dead_centre"].values[1]
+    assert top == pytest.approx(angle[np.argmax(place)], abs=4e-4)
+    waves = np.exp(1j * np.multiply.outer(np.arange(41), angle[:50]))
+    series = record[f"{path}/position_harmonics"].values[1]
+    assert np.real(series @ waves) == pytest.approx(place[:50], abs=1e-13)

@@ -1,0 +1,125 @@
+"""What bearing loads cannot be computed of."""
+
+import numpy as np
+
+from vibecalc.errors import Problem
+from vibecalc.parts.body import DIRECTIONS, build_frame
+from vibecalc.parts.crank_train import TRAIN
+from vibecalc.parts.firing import TURN, cycle_angle, has_gas
+from vibecalc.schema import Case
+
+
+def bearing_problems(case: Case) -> list[Problem]:
+    """Problems of [bearing_loads]: of gas, firing, forces along the shaft, speeds of cards."""
+    if case.bearing_loads is None:
+        return []
+    return [*_gas(case), *_motion(case), *_shaft_loads(case), *_speeds(case)]
+
+
+def _gas(case: Case) -> list[Problem]:
+    train, machine = case.machine.crank_train, case.machine
+    if train.tangential_effort is not None:
+        return [
+            Problem(
+                path=("bearing_loads",),
+                message="bearings bear the whole force of the rod, and tangential_effort has only "
+                "its torque",
+                allowed="gas_pressure, gas_cards or gas_cycle in [machine.crank_train]",
+                also=(*TRAIN, "tangential_effort"),
+            )
+        ]
+    if train.gas_pressure is not None and train.bore is None:
+        return [
+            Problem(
+                path=(*TRAIN, "gas_pressure"),
+                message="[bearing_loads] cannot use gas_pressure without bore: the gas force is "
+                "pressure times area",
+                allowed="bore with it, or neither for the loads of inertia alone",
+            )
+        ]
+    fires = (
+        bool(train.firing_order)
+        or all(cylinder.firing_angle is not None for cylinder in train.cylinders)
+        or len(train.cylinders) == 1
+        or cycle_angle(machine) == TURN
+    )
+    if has_gas(case) and not fires:
+        return [
+            Problem(
+                path=TRAIN,
+                message="[machine.crank_train] does not say when its cylinders fire",
+                allowed="firing_order = ['1', '3', '4', '2'], or a firing_angle for every cylinder",
+                hint="[bearing_loads] puts the gas pressure of each cylinder where it fires",
+                also=("bearing_loads",),
+            )
+        ]
+    return []
+
+
+def _motion(case: Case) -> list[Problem]:
+    if case.kinematics is None or case.kinematics.series != "truncated":
+        return []
+    return [
+        Problem(
+            path=("kinematics", "series"),
+            message="bearing loads follow from the exact motion of piston and rod",
+            found="series = 'truncated'",
+            allowed="series = 'exact', or no [bearing_loads]",
+            also=("bearing_loads",),
+        )
+    ]
+
+
+def _shaft_loads(case: Case) -> list[Problem]:
+    table, train = case.bearing_loads, case.machine.crank_train
+    if table is None or train.axis == train.stroke:
+        return []
+    axis = build_frame(train.axis, train.stroke).axis
+    problems = []
+    for place, load in enumerate(table.shaft_loads):
+        along = 0.0 if load.force is None else float(np.asarray(load.force) @ axis)
+        if along != 0.0:
+            problems.append(
+                Problem(
+                    path=("bearing_loads", "shaft_loads", place, "force"),
+                    message="a force along the shaft is borne by no main bearing",
+                    found=f"{along:.6g} N along {train.axis}",
+                    allowed=f"none along {train.axis}, the axis of the crankshaft",
+                )
+            )
+    if table.up is not None and table.up.strip("-") == train.axis:
+        others = ", ".join(repr(name) for name in DIRECTIONS if name != train.axis)
+        problems.append(
+            Problem(
+                path=("bearing_loads", "up"),
+                message="weights along the shaft are borne by no main bearing",
+                found=f"up = {table.up!r}",
+                allowed=f"{others}, or one of these with a minus",
+            )
+        )
+    return problems
+
+
+def _speeds(case: Case) -> list[Problem]:
+    table, cards = case.bearing_loads, case.machine.crank_train.gas_cards
+    if table is None or len(cards) < 2:
+        return []
+    low, high = min(card.speed for card in cards), max(card.speed for card in cards)
+    wanted = [("machine", "speed", case.machine.speed)]
+    if table.speeds is not None:
+        wanted = [
+            ("bearing_loads.speeds", "from", table.speeds.start),
+            ("bearing_loads.speeds", "to", table.speeds.stop),
+            *wanted,
+        ]
+    return [
+        Problem(
+            path=(*where.split("."), key),
+            message="a speed beyond those of the gas cards: nothing is extrapolated",
+            found=f"{speed * 30.0 / np.pi:.6g} rpm",
+            allowed=f"{low * 30.0 / np.pi:.6g} to {high * 30.0 / np.pi:.6g} rpm",
+            also=(*TRAIN, "gas_cards"),
+        )
+        for where, key, speed in wanted
+        if not low <= speed <= high
+    ]

@@ -1,0 +1,45 @@
+"""Bearing loads in the report: highest and mean load of each bearing, where they stand."""
+
+from vibecalc.bearings.results import ROOT
+from vibecalc.core.report.sections import Section, by_axis, section, together
+from vibecalc.core.report.writing import paragraph
+from vibecalc.core.results.record import Result
+
+#: folder, axis, heading, what the direction counts from
+_PARTS = (
+    ("main", "main_bearing", "main bearing", "the stroke"),
+    ("crank_pin", "cylinder", "crank pin of", "the throw"),
+    ("wrist_pin", "cylinder", "wrist pin of", "the stroke"),
+)
+
+
+def bearing_loads(result: Result) -> Section | None:
+    """The section, None if the result has nothing of it."""
+    record = result.record
+    blocks, shown = [], {path for path in record if path.startswith(f"{ROOT}/")}
+    if not shown:
+        return None
+    for part, axis, title, reference in _PARTS:
+        path = f"{ROOT}/{part}"
+        turned = "direction" if reference == "the stroke" else "direction\nfrom throw"
+        names = [
+            (f"{path}/peak", "peak\n", "kN"),
+            (f"{path}/peak_angle", "at crank\nangle", "deg"),
+            (f"{path}/peak_direction", turned, "deg"),
+            (f"{path}/mean", "mean\n", "kN"),
+            (f"{path}/peak_pressure", "peak\npressure", "MPa"),
+            (f"{path}/mean_pressure", "mean\npressure", "MPa"),
+        ]
+        blocks.append(by_axis(record, axis, title, names, 14, 11, 5))
+    thrust = f"{ROOT}/side_thrust"
+    names = [
+        (f"{thrust}/peak", "side thrust", "kN"),
+        (f"{thrust}/peak_angle", "at crank angle", "deg"),
+    ]
+    blocks.append(by_axis(record, "cylinder", "piston of", names, 14, 18, 5))
+    words = paragraph(
+        "main bearings: each bay of the crankshaft on two supports, bending over several bearings "
+        "and clearances left out; directions count in the sense of rotation, from the stroke or, "
+        "of crank pins, from the throw; pressures are loads over diameter times length"
+    )
+    return section("Loads on bearings", [together(*blocks, words)], shown=shown)

@@ -1,0 +1,86 @@
+"""The stage of bearing loads: when it is planned, what it counts, what it refuses."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from vibecalc.core.run.stage import Entries, Stage, Subject, Unit, Work, below
+
+if TYPE_CHECKING:
+    from vibecalc.schema import Case
+
+
+def plan_bearing_loads(case: "Case") -> Iterator[Stage]:
+    """Planned where the case has [bearing_loads]."""
+    table = case.bearing_loads
+    if table is None:
+        return
+    train = case.machine.crank_train
+    no_pin = () if train.rod is not None else ("/wrist_pin/",)
+    no_speeds = () if table.speeds is not None else ("/speeds/",)
+    sized = {
+        "/main/": all(bearing.diameter is not None for bearing in table.main_bearings),
+        "/crank_pin/": table.crank_pin is not None,
+        "/wrist_pin/": table.wrist_pin is not None,
+    }
+    pressures = tuple(
+        f"{part}{name}_pressure"
+        for part, there in sized.items()
+        for name in ("peak", "mean")
+        if not there
+    )
+    yield Stage(
+        name="bearing_loads",
+        adapter="vibecalc.bearings.adapter:run_bearing_loads",
+        why="[bearing_loads] is in the case",
+        parts=("crank_train", "rotating_masses"),
+        orders="none: forces over the crank angle",
+        cost=f"peaks and means of {len(table.main_bearings)} main bearings and "
+        f"{len(train.cylinders)} rods over a cycle",
+        quantities=below("bearing_loads/", (*no_pin, *no_speeds, *pressures)),
+        is_last=True,
+        work=_work,
+        topics=("vibecalc.bearings.accuracy:bearing_topics",),
+    )
+
+
+def _work(case: "Case", orders: int) -> Work:
+    table = case.bearing_loads
+    assert table is not None
+    rows = len(table.main_bearings) + 3 * len(case.machine.crank_train.cylinders)
+    points = 0 if table.speeds is None else table.speeds.points
+    return ((rows * (1 + points), "load_cycles"),)
+
+
+def _entries(case: "Case", path: str, axis: str) -> Entries | None:
+    table = case.bearing_loads
+    if table is None:
+        return None
+    if axis == "speed":
+        return Entries.of_speeds(table.speeds, "bearing_loads.speeds")
+    return None
+
+
+def _names(case: "Case") -> dict[str, tuple[str, ...]]:
+    table = case.bearing_loads
+    if table is None:
+        return {}
+    return {
+        "main_bearing": tuple(bearing.name for bearing in table.main_bearings),
+        "of_throw": ("outward", "ahead"),
+    }
+
+
+SUBJECT = Subject(
+    stages=(plan_bearing_loads,),
+    concerns=lambda case: case.bearing_loads is not None,
+    names=_names,
+    entries=_entries,
+    units={"load_cycles": Unit(2.0e-3, "loads followed over a cycle")},
+    checks=("vibecalc.bearings.checks:bearing_problems",),
+    sections=("vibecalc.bearings.report:bearing_loads",),
+    pictures={
+        "bearing_forces": "vibecalc.bearings.pictures:FORCES",
+        "main_bearing_polar": "vibecalc.bearings.pictures:draw_main_bearings",
+        "crank_pin_polar": "vibecalc.bearings.pictures:draw_crank_pins",
+    },
+)

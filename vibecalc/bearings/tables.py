@@ -1,0 +1,107 @@
+"""The table [bearing_loads] of a case: main bearings, sizes, what else loads the crankshaft."""
+
+from collections.abc import Iterator
+from typing import Annotated, Literal
+
+from pydantic import ConfigDict, Field
+
+from vibecalc.core.case.fields import AngularSpeed, Force, Length, Mass, Name, Table
+from vibecalc.core.case.rules import Row, needs, one_of, ordered, unique
+from vibecalc.errors import Problem
+
+
+class BearingSize(Table):
+    """Size of a bearing, for its mean specific pressure."""
+
+    diameter: Length = Field(gt=0, description="of the journal")
+    length: Length = Field(gt=0, description="that carries")
+
+
+class MainBearing(Table):
+    """A main bearing of the crankshaft."""
+
+    name: Name = Field(description="label used in tables and in `where`")
+    position: Length = Field(description="of its middle along the crankshaft, as of the cylinders")
+    diameter: Length | None = Field(None, gt=0, description="of the journal")
+    length: Length | None = Field(None, gt=0, description="that carries")
+    RULES = (needs("diameter", "length"), needs("length", "diameter"))
+
+
+class ShaftLoad(Table):
+    """What loads the crankshaft at rest as it does in motion: a weight, the pull of a belt."""
+
+    name: Name = Field(description="label")
+    position: Length = Field(description="along the crankshaft, as of the cylinders")
+    mass: Mass | None = Field(None, gt=0, description="of a flywheel, a pulley: its weight")
+    force: tuple[Force, Force, Force] | None = Field(
+        None, description="on the crankshaft along x, y, z, none along the shaft"
+    )
+    RULES = (one_of("mass", "force"),)
+
+
+class BearingSpeeds(Table):
+    """Crank speeds at which the highest loads of a cycle are wanted."""
+
+    model_config = ConfigDict(validate_by_alias=True, validate_by_name=False)
+
+    start: AngularSpeed = Field(alias="from", gt=0, description="lowest")
+    stop: AngularSpeed = Field(alias="to", gt=0, description="highest")
+    points: Annotated[int, Field(strict=True, ge=2, le=401)] = Field(
+        41, description="evenly spaced, both ends included"
+    )
+    RULES = (ordered("from", "to", "speeds go from a lower one to a higher one"),)
+
+
+def _places(row: Row) -> Iterator[Problem]:
+    """Two main bearings at one place leave no bay between them."""
+    seen: dict[float, int] = {}
+    for place, bearing in enumerate(row.each("main_bearings")):
+        at = bearing.number("position")
+        if at is None:
+            continue
+        if at in seen:
+            yield bearing.problem(
+                "position",
+                "two main bearings stand at one place",
+                found=f"{at:.6g} m",
+                allowed="a place of its own for each",
+                also=(*row.path, "main_bearings", seen[at], "position"),
+            )
+        seen.setdefault(at, place)
+
+
+def _sizes(row: Row) -> Iterator[Problem]:
+    """Sizes of all main bearings or of none."""
+    bearings = row.each("main_bearings")
+    sized = [one for one in bearings if "diameter" in one]
+    for one in bearings if sized else ():
+        if "diameter" not in one and "length" not in one:
+            yield one.problem(
+                "",
+                "this main bearing has no diameter and length, and others have",
+                allowed="both for each main bearing, or for none",
+                also=(*sized[0].path, "diameter"),
+            )
+
+
+class BearingLoads(Table):
+    """Loads on the bearings of the crank train over a cycle, at the operating speed."""
+
+    main_bearings: tuple[MainBearing, ...] = Field(
+        min_length=2, max_length=65, description="of the crankshaft, each with its place"
+    )
+    crank_pin: BearingSize | None = Field(None, description="of each rod's big end")
+    wrist_pin: BearingSize | None = Field(None, description="of each rod's small end")
+    shaft_loads: Annotated[tuple[ShaftLoad, ...], Field(max_length=64)] = Field(
+        (), description="constant loads on the crankshaft, such as the weight of the flywheel"
+    )
+    up: Literal["x", "-x", "y", "-y", "z", "-z"] | None = Field(
+        None, description="direction against which weights act; default: that of the stroke"
+    )
+    crank_angles: Annotated[int, Field(strict=True, ge=73, le=7201)] = Field(
+        361, description="at which the forces over a cycle are written, both ends included"
+    )
+    speeds: BearingSpeeds | None = Field(
+        None, description="highest loads over a range of speeds as well"
+    )
+    RULES = (unique("main_bearings"), unique("shaft_loads"), _places, _sizes)

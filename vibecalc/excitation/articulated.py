@@ -1,0 +1,69 @@
+"""Adapter of slave rods: their forces next to those of the other rods, and how these turn."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibecalc.core.run.stage import Scene
+from vibecalc.excitation.articulated_forces import SlaveMasses, slave_excitation
+from vibecalc.excitation.inertia_forces import Excitation
+from vibecalc.kinematics.adapter import PistonMotion
+from vibecalc.kinematics.slave_adapter import slave_rods
+from vibecalc.numerics.bounded import Bounded, rounded
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.parts.articulated import build_slaves
+from vibecalc.parts.crank_train import CrankTrain
+
+if TYPE_CHECKING:
+    from vibecalc.schema import Machine
+
+
+def on_crank_pins(train: CrankTrain, machine: "Machine") -> CrankTrain:
+    """The train with the pistons of slave rods left out of what moves."""
+    own = np.ones(len(train.names))
+    own[build_slaves(machine.crank_train).cylinder] = 0.0
+    return replace(train, reciprocating_mass=own * train.reciprocating_mass)
+
+
+def slave_forces(
+    train: CrankTrain, motion: PistonMotion, machine: "Machine", with_torque: bool
+) -> Excitation:
+    """Forces and couples of the pistons on slave rods, for the orders of `motion`."""
+    slaves = build_slaves(machine.crank_train)
+    places = train.origin + train.position[slaves.cylinder][:, None] * train.axis
+    return slave_excitation(
+        slave_rods(train, slaves),
+        SlaveMasses(
+            train.reciprocating_mass[slaves.cylinder][:, None],
+            slaves.knuckle_mass[:, None],
+            places,
+        ),
+        axis=train.axis,
+        stroke=train.stroke,
+        across=train.across,
+        highest_order=motion.harmonics.shape[-1] - 1,
+        with_torque=with_torque,
+    )
+
+
+def emit_slaves(scene: Scene, driven: Excitation, used: int) -> None:
+    """Emit the masses at knuckle pins, and the parts of the force that turn either way."""
+    train = scene.parts.crank_train
+    slaves = build_slaves(scene.case.machine.crank_train)
+    names = [train.names[place] for place in slaves.cylinder]
+    scene.emit(
+        "excitation/mass/knuckle", rounded(slaves.knuckle_mass, 4), axes={"slave_rod": names}
+    )
+    force = Bounded(driven.force, driven.force_error)[:used]
+    along, ahead = force @ train.stroke, force @ -train.across
+    orders = np.arange(1, used + 1)
+    for name, sense in (("with_crank", 1.0), ("against_crank", -1.0)):
+        size = 0.5 * abs(along + Bounded(1j * sense * ahead.value, ahead.error))
+        terms = np.max(0.5 * (np.abs(along.value) + np.abs(ahead.value)))
+        lost = size.error + EPSILON * terms
+        scene.emit(f"excitation/turning/{name}", size.value, lost, {"order": orders}, terms=terms)
+    scene.cite(
+        "slave rods on a master rod", "forces and couples on the body",
+        "exact motion, docs/theory_articulated.md; cf. Biezeno and Grammel (1953), ch. XI",
+    )  # fmt: skip

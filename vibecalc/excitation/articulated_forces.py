@@ -1,0 +1,76 @@
+"""Inertia forces and torque of pistons on slave rods, per order and per crank speed squared."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.excitation.inertia_forces import Excitation
+from vibecalc.kinematics.articulated_rod import SlaveRods, harmonics_of_turn, slave_motion
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import FloatArray
+
+# ----------------------------------------------------------------------------
+# A slave rod is two point masses: one goes with the piston along its cylinder, one with the knuckle
+# pin in the plane of the crank. By d'Alembert both push the body with -m times their acceleration;
+# their moment about the crank axis reaches the body as it is, and so does, the shaft being turned
+# at constant speed, the change of their kinetic energy:
+#
+#     f = -m s'' exp(i b) - m_k z'',   M = o m s'' - m_k Im(conj(z) z''),
+#     -T = dE/dt,  E = (m s'^2 + m_k |z'|^2) / 2,
+#
+# all times the speed squared. With r = 0 the knuckle mass pulls as one at the crank pin does and
+# has no moment.
+# ----------------------------------------------------------------------------
+
+
+class SlaveMasses(NamedTuple):
+    """Masses (k, 1) in kg, with each piston and with each knuckle pin; places (k, 3) in m.
+
+    `place` is where the plane of the cylinder meets the crank axis, from the body's reference
+    point.
+    """
+
+    reciprocating: FloatArray
+    knuckle: FloatArray
+    place: FloatArray
+
+
+def slave_excitation(
+    rods: SlaveRods,
+    masses: SlaveMasses,
+    *,
+    axis: FloatArray,
+    stroke: FloatArray,
+    across: FloatArray,
+    highest_order: int,
+    with_torque: bool = False,
+) -> Excitation:
+    """Forces (n, 3) in kg m and couples in kg m^2 of k slaves for the orders 1 .. highest_order.
+
+    `with_torque`: the body bears minus the torque of these masses on the crankshaft.
+
+    Raises NumericalFailure where no number of crank angles resolves the motion.
+    """
+
+    def signals(angle: FloatArray) -> FloatArray:
+        motion = slave_motion(rods, angle)
+        along, knuckle = motion.acceleration, motion.knuckle_acceleration
+        mass, pin = masses.reciprocating, masses.knuckle
+        force = -mass * along * np.exp(1j * rods.bank) - pin * knuckle
+        moment = rods.wrist_pin_offset * mass * along
+        moment = moment - pin * (np.conj(motion.knuckle) * knuckle).imag
+        if with_torque:
+            moment = moment + mass * motion.velocity * along
+            moment = moment + pin * (np.conj(motion.knuckle_velocity) * knuckle).real
+        return np.stack([force.real, force.imag, moment], axis=-2)
+
+    found = harmonics_of_turn(signals, highest_order)[..., 1:]
+    both = np.stack([stroke, -np.asarray(across)])
+    forces = Bounded(*(np.swapaxes(part[:, :2], -1, -2) for part in found))
+    levers = np.cross(masses.place[:, None, :], both)
+    force = (forces @ both).sum(axis=0)
+    moments = found[:, 2].sum(axis=0)
+    couple = (forces @ levers).sum(axis=0) + Bounded(
+        *(part[:, None] * one for part, one in zip(moments, (axis, np.abs(axis)), strict=True))
+    )
+    return Excitation(force.value, couple.value, force.error, couple.error)
