@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 OF_STUDIES: dict[str, str] = {
     "pareto": "vibecalc.core.report.plots:draw_pareto",
     "optimisation": "vibecalc.core.report.plots:draw_start_and_optimum",
+    "combinations": "vibecalc.core.report.choices:draw_combinations",
 }
 
 #: The same for sweeps; each has `picture(sweep) -> Figure | None`.
@@ -525,7 +526,7 @@ def _variables(result: Result) -> list[Variable]:
         key = str(variable["key"])
         quantity = result.record.quantities.get(VARIABLE + key)
         value = scalar_of(result.record, VARIABLE + key)
-        if quantity is None or value is None:
+        if quantity is None or value is None or "choices" in variable or variable.get("integer"):
             continue
         written = bound_unit(variable, quantity.unit)
         unit = {"m": "mm", "rad": "deg"}.get(written, written)

@@ -6,6 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from vibecalc.core.report.choices import combinations, picked, unit_of_choices
 from vibecalc.core.report.sections import (
     Part,
     Section,
@@ -40,7 +41,7 @@ def bound_unit(table: Mapping[str, Any], unit: str) -> str:
         written = split_number(bound)[1] if isinstance(bound, str) else ""
         if written:
             return written
-    return unit
+    return unit_of_choices(table) or unit
 
 
 def bound_units(case: Mapping[str, Any]) -> dict[str, str]:
@@ -309,6 +310,8 @@ _REPORTED = tuple(
     PREFIX + name
     for name in (
         "variable/",
+        "choice/",
+        "combinations/",
         "active_bound/",
         "history/",
         "optima/",
@@ -333,7 +336,8 @@ def optimisation(result: Result) -> Section | None:
     if not paths:
         return None
     others = [record[path] for path in paths if not path.startswith(_REPORTED)]
-    blocks = [_variables(result), _objective(result), advice(result), holding(record)]
+    blocks = [picked(result), _variables(result), _objective(result), combinations(result)]
+    blocks += [advice(result), holding(record)]
     blocks += [_nearby(record), front(result)]
     how = together(optima(record), searches(record), grouped(others, PREFIX))
     details: dict[str, Part] = {"methods side by side": search_methods(result)}
@@ -347,7 +351,8 @@ def _variables(result: Result) -> list[str]:
     for variable in given:
         key = str(variable["key"])
         quantity = result.record.quantities.get(VARIABLE + key)
-        if quantity is None:
+        ties += _ties(variable) if quantity is not None else []
+        if quantity is None or _is_picked(variable):
             continue
         start = start_of(result, key)
         unit = bound_unit(variable, quantity.unit)
@@ -362,7 +367,6 @@ def _variables(result: Result) -> list[str]:
                 side_of(result.record, key),
             ]
         )
-        ties += _ties(variable)
     columns = (
         Column("variable", 33),
         number("start", 11),
@@ -372,7 +376,11 @@ def _variables(result: Result) -> list[str]:
         number("upper", 11),
         Column("", 8),
     )
-    return [*table(columns, rows), *(["", *ties] if ties else [])] if rows else []
+    return [*(table(columns, rows) if rows else []), *(["", *ties] if ties else [])]
+
+
+def _is_picked(variable: Mapping[str, Any]) -> bool:
+    return bool(variable.get("choices") or variable.get("integer"))
 
 
 def _end(record: Record) -> str:

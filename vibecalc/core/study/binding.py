@@ -1,5 +1,6 @@
 """A case with some of its keys set to numbers, as a function that a search can call."""
 
+import copy
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -10,6 +11,7 @@ from vibecalc.core.case.raw import NOT_COMPUTED, case_at, field_unit, number_at
 from vibecalc.core.case.tables import Limit, Objective
 from vibecalc.core.results.select import Where, uncertainty, worst
 from vibecalc.core.run.run import StageCache, check_again, run_case
+from vibecalc.core.study.choices import Choice, choices_of, in_words
 from vibecalc.core.study.variables import period_of, shown_as
 from vibecalc.errors import CaseError, NumericalFailure
 from vibecalc.units import parse_quantity
@@ -27,8 +29,9 @@ class Binding:
 
     `lower`, `upper` and `first` (n,) are in SI, `first` the case as written (of a key that it
     leaves out the middle of the bounds); `period` (n,) is that
-    of angles, 0 of others. `accuracy` is the largest relative error estimate met in objective and
-    limits.
+    of angles, 0 of others. These are the variables between bounds; what is picked from lists is
+    as the case has it, or as `with_picked` says. `accuracy` is the largest relative error estimate
+    met in objective and limits.
     """
 
     def __init__(self, loaded: "LoadedCase"):
@@ -39,11 +42,14 @@ class Binding:
         self._resolved = {k: v for k, v in loaded.resolved.items() if k not in NOT_COMPUTED}
         # most points of a search change some parts only, and a front comes back to old points
         self._cache = StageCache()
-        self.keys = tuple(variable.key for variable in study.variables)
+        moving = study.moving
+        self.choices: tuple[Choice, ...] = choices_of(study)
+        self.picked: tuple[int, ...] = ()
+        self.keys = tuple(variable.key for variable in moving)
         self.units = tuple(field_unit(key) for key in self.keys)
-        self._written = tuple(variable.upper for variable in study.variables)
-        self.lower = self._bounds([variable.lower for variable in study.variables])
-        self.upper = self._bounds([variable.upper for variable in study.variables])
+        self._written = tuple(variable.upper or 0.0 for variable in moving)
+        self.lower = self._bounds([variable.lower for variable in moving])
+        self.upper = self._bounds([variable.upper for variable in moving])
         middle = (0.5 * (self.lower + self.upper)).tolist()
         self.first = np.array(
             [
@@ -61,22 +67,33 @@ class Binding:
                 )
                 for tie in variable.follow
             )
-            for variable, unit in zip(study.variables, self.units, strict=True)
+            for variable, unit in zip(moving, self.units, strict=True)
         )
         self.goal = study.objective
         self.sign = sign_of(study.objective)
         self.limits = tuple(limit for limit in loaded.case.limit if _counts(limit))
         self._wanted = frozenset({self.goal.quantity, *(limit.quantity for limit in self.limits)})
         self.accuracy = 0.0
+        self._others: dict[tuple[int, ...], Binding] = {}
 
     def _bounds(self, given: list[Any]) -> np.ndarray:
         return np.array(
-            [parse_quantity(str(v), unit) for v, unit in zip(given, self.units, strict=True)]
+            [parse_quantity(str(v), unit) for v, unit in zip(given, self.units, strict=True)],
+            dtype=float,
         )
+
+    def with_picked(self, picked: tuple[int, ...]) -> "Binding":
+        """The same with one option of each choice, by their places; always the same object."""
+        if picked not in self._others:
+            self._others[picked] = other = copy.copy(self)
+            other.picked = picked
+        return self._others[picked]
 
     def case_at(self, variables: np.ndarray) -> "Case":
         """The case with its variables set, checked again; NumericalFailure if it is not a case."""
-        settings: dict[str, float] = {}
+        settings: dict[str, Any] = {}
+        for choice, place in zip(self.choices, self.picked or (), strict=bool(self.picked)):
+            settings |= choice.options[place].settings
         for key, value, ties in zip(self.keys, map(float, variables), self.ties, strict=True):
             settings[key] = value
             settings |= {tied: factor * value + offset for tied, factor, offset in ties}
@@ -95,16 +112,16 @@ class Binding:
 
         They are those of the whole interval of a value and its error, as verdicts are.
         """
-        record = self.results(variables, self._wanted)
-        return self._objective(record, self.goal), self._all_margins(record)
+        values, margins = self.evaluate_all(variables, (self.goal,))
+        return float(values[0]), margins
 
-    def evaluate_both(
-        self, variables: np.ndarray, second: Objective
-    ) -> tuple[float, float, np.ndarray]:
-        """Objective and a second one (both to be made small) and the margins."""
-        record = self.results(variables, self._wanted | {second.quantity})
-        one, two = (self._objective(record, goal) for goal in (self.goal, second))
-        return one, two, self._all_margins(record)
+    def evaluate_all(
+        self, variables: np.ndarray, goals: tuple[Objective, ...]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Some objectives (all to be made small) and the margins."""
+        record = self.results(variables, self._wanted | {goal.quantity for goal in goals})
+        values = np.array([self._objective(record, goal) for goal in goals])
+        return values, self._all_margins(record)
 
     def results(self, variables: np.ndarray, wanted: frozenset[str]) -> "Record":
         """Some results of the case with its variables set; NumericalFailure as in a run."""
@@ -144,10 +161,15 @@ class Binding:
 
     def words(self, variables: np.ndarray) -> str:
         """The variables by name, in the units that the case gives their bounds in."""
-        return ", ".join(
-            f"{key} = {shown_as(float(value), unit, written)}"
-            for key, value, unit, written in zip(
-                self.keys, variables, self.units, self._written, strict=True
+        chosen = [in_words(self.choices, self.picked)] if self.picked else []
+        return (
+            ", ".join(chosen)
+            + ", " * bool(chosen and self.keys)
+            + ", ".join(
+                f"{key} = {shown_as(float(value), unit, written)}"
+                for key, value, unit, written in zip(
+                    self.keys, variables, self.units, self._written, strict=True
+                )
             )
         )
 
@@ -192,7 +214,7 @@ class Binding:
 
 
 def checked_case(
-    resolved: Mapping[str, Any], settings: Mapping[str, float], cache: StageCache
+    resolved: Mapping[str, Any], settings: Mapping[str, Any], cache: StageCache
 ) -> "Case":
     """A case in SI with some keys set, checked again; NumericalFailure if it is not a case."""
     try:

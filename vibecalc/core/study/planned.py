@@ -10,6 +10,15 @@ from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Entry
 from vibecalc.core.run.plan import needed_stages, planned_quantities
 from vibecalc.core.study.balancing import balances
+from vibecalc.core.study.choices import (
+    MOST_RUNS,
+    SEARCH_RUNS,
+    Choice,
+    choices_of,
+    combinations,
+    examines_all,
+    runs_of_one,
+)
 
 if TYPE_CHECKING:
     from vibecalc.core.case.tables import Find, Optimisation
@@ -92,6 +101,8 @@ def describe_find(case: "Case") -> dict[str, str]:
 
 #: most runs of the stages that one compared method may spend
 COMPARE_BUDGET = 5000
+#: runs of one point of a front, of weights solved for next to one for each variable
+FRONT_RUNS, _SOLVED = 100, 5
 _FRONT_POINTS = 15
 
 
@@ -104,7 +115,7 @@ def further_entries(study: "Optimisation", planned: Mapping[str, Entry]) -> Iter
     """Catalogue entries of the parts that `study` asks for."""
     goal = planned.get(study.objective.quantity)
     unit, kind = (goal.unit, goal.amplitude) if goal else ("", None)
-    keys = [variable.key for variable in study.variables]
+    keys = [variable.key for variable in study.moving]
     if study.sensitivity:
         yield Entry(f"{ROOT}/gain", (), unit, "how much better the optimum is than the start", kind)
         for key in keys:
@@ -184,7 +195,10 @@ def _entries(case: "Case") -> Iterator[Entry]:
     planned = planned_quantities(case)
     goal = planned.get(study.objective.quantity)
     unit, kind = (goal.unit, goal.amplitude) if goal else ("", None)
-    for variable in study.variables:
+    choices = choices_of(study)
+    if choices:
+        yield from _combinations(choices, unit, kind)
+    for variable in study.moving:
         key = variable.key
         key_unit = field_unit(key)
         yield Entry(f"{ROOT}/variable/{key}", (), key_unit, f"{key} at the optimum")
@@ -217,26 +231,85 @@ def _entries(case: "Case") -> Iterator[Entry]:
         yield entry._replace(path=f"{ROOT}/start/{path}")
 
 
+def _combinations(choices: tuple[Choice, ...], unit: str, kind: str | None) -> Iterator[Entry]:
+    axes, root = ("combination",), f"{ROOT}/combinations"
+    for choice in choices:
+        words = f"{choice.name}, picked"
+        if not choice.is_number:
+            words += ": number in its list, from 1"
+        unit_of = field_unit(choice.name) if choice.is_number else ""
+        yield Entry(f"{ROOT}/{choice.path}", (), unit_of, words)
+        yield Entry(f"{root}/{choice.path}", axes, unit_of, f"{choice.name} there")
+    yield Entry(f"{root}/possible", (), "", "combinations of all that can be picked")
+    yield Entry(f"{root}/examined", (), "", "combinations examined")
+    yield Entry(f"{root}/kept", (), "", "combinations that can keep all limits")
+    yield Entry(f"{root}/objective", axes, unit, "best objective of each, best first", kind)
+    yield Entry(f"{root}/feasible", axes, "", "1 where it can keep all limits")
+    yield Entry(f"{root}/evaluations", axes, "", "points evaluated for it")
+
+
+def search_runs(case: "Case") -> int:
+    """Points that the search of an optimisation is likely to evaluate, without what follows it."""
+    study = case.optimisation
+    if study is None:
+        return 0
+    if balances(case) and not case.limit:
+        return len(study.variables) + _SOLVED
+    choices = choices_of(study)
+    if not choices:
+        return (study.starts + 1) * SEARCH_RUNS
+    return combinations(choices) * runs_of_one(study) if examines_all(study, choices) else MOST_RUNS
+
+
+def runs_expected(case: "Case") -> int:
+    """Points that an optimisation is likely to evaluate in all; compared methods end half way."""
+    study = case.optimisation
+    if study is None:
+        return 0
+    if balances(case) and not case.limit:
+        return search_runs(case)
+    front = front_points(study) * FRONT_RUNS if study.second_objective else 0
+    return search_runs(case) + len(study.compare) * COMPARE_BUDGET // 2 + front
+
+
 def describe_study(case: "Case") -> dict[str, str]:
     """The row of the plan that an optimisation adds."""
     study = case.optimisation
     if study is None:
         raise ValueError("the case has no [optimisation]")
+    keys = [variable.key for variable in study.variables]
+    keys += [table for stock in study.stock for table in (stock.table, *stock.also)]
     return {
         "stage": "optimisation",
         "why": "[optimisation] is in the case",
-        "parts": ", ".join(variable.key for variable in study.variables),
+        "parts": ", ".join(keys),
         "orders": "",
         "cost": (
             "solved as linear least squares within bounds"
             if balances(case)
-            else f"{study.starts + 1} searches of some 50 runs each of the stages above"
+            else _of_choices(study)
+            or f"{study.starts + 1} searches of some 50 runs each of the stages above"
         )
         + _further_cost(study),
         "quantities": ", ".join(
             path for path in optimisation_entries(case) if not path.startswith(f"{ROOT}/start/")
         ),
     }
+
+
+def _of_choices(study: "Optimisation") -> str:
+    """How what is picked is searched, nothing where there is nothing to pick."""
+    choices = choices_of(study)
+    if not choices:
+        return ""
+    possible = combinations(choices)
+    each = f"of some {runs_of_one(study)} runs each" if study.moving else "of one run each"
+    if examines_all(study, choices):
+        return f"all {possible} combinations {each} of the stages above"
+    return (
+        f"differential evolution over {possible} combinations {each}, then all next to the best, "
+        f"within some {MOST_RUNS} runs of the stages above"
+    )
 
 
 def _further_cost(study: "Optimisation") -> str:

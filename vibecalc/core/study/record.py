@@ -8,12 +8,15 @@ import numpy as np
 
 from vibecalc.core.results.record import Axis, Method, Quantity, Record
 from vibecalc.core.study.binding import sign_of
+from vibecalc.core.study.choices import in_words
+from vibecalc.core.study.combine import MOST_KEPT
 from vibecalc.core.study.planned import COMPARE_BUDGET, ROOT, front_points, optimisation_entries
 from vibecalc.errors import NumericalFailure
 from vibecalc.units import parse_quantity
 
 if TYPE_CHECKING:
     from vibecalc.core.study.binding import Binding
+    from vibecalc.core.study.combine import Combined
     from vibecalc.core.study.search.methods import MethodEnd
     from vibecalc.core.study.search.problem import Optimum
     from vibecalc.schema import Case
@@ -34,7 +37,7 @@ def add_numbers(
     """Add one quantity for each name; units, words and axes come from the catalogue."""
     entries = optimisation_entries(case)
     study = case.optimisation
-    spans = {f"variable/{one.key}": one for one in (study.variables if study else ())}
+    spans = {f"variable/{one.key}": one for one in (study.moving if study else ())}
     goal = None if study is None else record.quantities.get(study.objective.quantity)
     for name, (value, error) in numbers.items():
         entry = entries[f"{ROOT}/{name}"]
@@ -92,6 +95,36 @@ def add_optimum(record: Record, case: "Case", binding: "Binding", optimum: "Opti
         values[f"history/start/{key}"] = ([s.start[i] for s in searches], 0.0)
         values[f"history/end/{key}"] = ([s.end[i] for s in searches], 0.0)
     add_numbers(record, case, values, axes)
+
+
+def add_combinations(
+    record: Record, case: "Case", binding: "Binding", combined: "Combined"
+) -> None:
+    """What was picked, and the combinations examined, best first."""
+    best, ranked = combined.best, combined.ranked[:MOST_KEPT]
+    off = max((one.optimum.objective_error for one in ranked if one.optimum), default=0.0)
+    numbers: Numbers = {
+        "combinations/possible": (combined.possible, 0.0),
+        "combinations/examined": (len(combined.examined), 0.0),
+        "combinations/kept": (sum(one.optimum is not None for one in combined.examined), 0.0),
+        "combinations/objective": ([_known(binding.sign * one.objective) for one in ranked], off),
+        "combinations/feasible": ([int(one.optimum is not None) for one in ranked], 0.0),
+        "combinations/evaluations": ([one.evaluations for one in ranked], 0.0),
+    }
+    for place, choice in enumerate(combined.choices):
+        numbers[choice.path] = (choice.value(best.picked[place]), 0.0)
+        along = [choice.value(one.picked[place]) for one in ranked]
+        numbers[f"combinations/{choice.path}"] = (along, 0.0)
+    labels = [in_words(combined.choices, one.picked) for one in ranked]
+    add_numbers(record, case, numbers, {"combination": np.array(labels, dtype=object)})
+    if len(combined.examined) < combined.possible:
+        record.methods.append(
+            Method(
+                name="differential evolution with whole numbers, then all combinations next to it",
+                purpose="what is picked",
+                citation="Storn and Price 1997, J. Global Optim. 11, 341-359",
+            )
+        )
 
 
 def add_nearest(
@@ -220,10 +253,16 @@ def add_front(
     second = study.second_objective
     assert second is not None
     started = time.perf_counter()
-    binding.evaluate_both(optimum.variables, second)  # how accurate the second objective is
+    goals = (study.objective, second)
+    binding.evaluate_all(optimum.variables, goals)  # how accurate the second objective is
+
+    def both(variables: np.ndarray) -> tuple[float, float, np.ndarray]:
+        (one, other), margins = binding.evaluate_all(variables, goals)
+        return float(one), float(other), margins
+
     try:
         trade_offs = front(
-            lambda variables: binding.evaluate_both(variables, second),
+            both,
             binding.lower,
             binding.upper,
             first=optimum.variables,
