@@ -55,3 +55,11 @@ items = [
 quantity = "isolation/support_displacement/sag"
 max = "4 mm"
 """
+ROBUST = """
+[optimisation]
+objective = { quantity = "QUANTITY" }
+starts = 1
+variables = [ { key = "machine.mounts.each.stiffness", lower = "50 kN/m", upper = "500 kN/m" } ]
+[optimisation.robust]
+tolerances = [ TOLERANCES ]
+"""

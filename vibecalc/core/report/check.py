@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 #: runs of one solution of a find
 _SOLUTION = 15
+#: machines within tolerances, computed by arrays, that take as long as one run
+_AT_ONCE = 200
 
 
 def check_rows(case: "Case") -> tuple[list[dict[str, Any]], dict[str, Any]]:
@@ -94,11 +96,18 @@ def _studies(case: "Case", needs: Needs) -> Iterator[dict[str, Any]]:
         from vibecalc.core.study.planned import describe_study, runs_expected
 
         second = study.second_objective
-        wanted = {study.objective.quantity, *(limit.quantity for limit in case.limit)}
-        wanted |= set() if second is None else {second.quantity}
-        runs = runs_expected(case)
-        seconds = runs * _each(case, needs, frozenset(wanted))
-        yield _study(describe_study(case), runs, seconds)
+        goals = (study.objective, *([second] if second else []))
+        limited = frozenset(limit.quantity for limit in case.limit)
+        wanted = limited | {goal.quantity for goal in goals}
+        points, count = runs_expected(case), 1
+        each = _each(case, needs, wanted)
+        if study.robust is not None:
+            from vibecalc.core.study.scatter import by_arrays
+
+            count, keys = study.robust.samples, tuple(one.key for one in study.robust.tolerances)
+            together = by_arrays(case.model_copy(update={"optimisation": None}), keys, wanted)
+            each *= 1.5 + count / _AT_ONCE if together else count
+        yield _study(describe_study(case), points * count, points * each)
     if case.find:
         from vibecalc.core.study.planned import describe_find
 

@@ -147,7 +147,9 @@ def _searched(record: Record, case: Mapping[str, Any]) -> Iterator[Answer]:
         elif key == path:
             goal = str(table_of(case, "optimisation", "objective").get("quantity") or path)
             name, unit = read_as(goal, quantity.unit)
-            name = f"objective: {name}"
+            over = table_of(case, "optimisation", "robust")
+            of = f"mean and {float(over.get('sigmas', 2.0)):g} deviations of " if over else ""
+            name = f"objective: {of}{name}"
         factor = convert(1.0, quantity.unit, unit)
         value, error = float(quantity.values) * factor, quantity.estimate * factor
         side = record.quantities.get(_BOUNDS + key)

@@ -43,6 +43,7 @@ OF_STUDIES: dict[str, str] = {
     "pareto": "vibecalc.core.report.plots:draw_pareto",
     "optimisation": "vibecalc.core.report.plots:draw_start_and_optimum",
     "combinations": "vibecalc.core.report.choices:draw_combinations",
+    "robust": "vibecalc.core.report.robust:draw_robust",
 }
 
 #: The same for sweeps; each has `picture(sweep) -> Figure | None`.

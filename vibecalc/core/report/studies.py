@@ -7,6 +7,7 @@ from typing import Any, Literal
 import numpy as np
 
 from vibecalc.core.report.choices import combinations, picked, unit_of_choices
+from vibecalc.core.report.robust import robust
 from vibecalc.core.report.sections import (
     Part,
     Section,
@@ -312,6 +313,7 @@ _REPORTED = tuple(
         "variable/",
         "choice/",
         "combinations/",
+        "robust/",
         "active_bound/",
         "history/",
         "optima/",
@@ -337,7 +339,7 @@ def optimisation(result: Result) -> Section | None:
         return None
     others = [record[path] for path in paths if not path.startswith(_REPORTED)]
     blocks = [picked(result), _variables(result), _objective(result), combinations(result)]
-    blocks += [advice(result), holding(record)]
+    blocks += [robust(result), advice(result), holding(record)]
     blocks += [_nearby(record), front(result)]
     how = together(optima(record), searches(record), grouped(others, PREFIX))
     details: dict[str, Part] = {"methods side by side": search_methods(result)}
@@ -417,7 +419,9 @@ def _objective(result: Result) -> list[str]:
     quantity = result.record[path]
     name, unit = read_as(path, quantity.unit)
     factor = convert(1.0, quantity.unit, unit)
-    words = f"objective: {sense} {name}" if at_optimum else f"objective: {name}"
+    over = table_of(result.case, "optimisation", "robust")
+    goal = "objective, without tolerances" if over else "objective"
+    words = f"{goal}: {sense} {name}" if at_optimum and not over else f"{goal}: {name}"
     try:
         value, label = worst(quantity, where, side)
         words += f": {show(value * factor, quantity.error_estimate * factor)} {unit}".rstrip()

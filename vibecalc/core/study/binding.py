@@ -1,14 +1,16 @@
 """A case with some of its keys set to numbers, as a function that a search can call."""
 
 import copy
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Literal
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, Literal, Union
 
 import numpy as np
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.case.raw import NOT_COMPUTED, case_at, field_unit, number_at
 from vibecalc.core.case.tables import Limit, Objective
+from vibecalc.core.results.catalogue import CATALOGUE
+from vibecalc.core.results.record import Record
 from vibecalc.core.results.select import Where, uncertainty, worst
 from vibecalc.core.run.run import StageCache, check_again, run_case
 from vibecalc.core.study.choices import Choice, choices_of, in_words
@@ -18,10 +20,12 @@ from vibecalc.units import parse_quantity
 
 if TYPE_CHECKING:
     from vibecalc.core.case.load import LoadedCase
-    from vibecalc.core.results.record import Quantity, Record
+    from vibecalc.core.study.scatter import Machines, Scatter
     from vibecalc.schema import Case
 
 Side = Literal["max", "min"]
+#: results of a candidate: of itself, or of the machines within its tolerances
+Found = Union[Record, "Machines"]
 
 
 class Binding:
@@ -69,6 +73,11 @@ class Binding:
             )
             for variable, unit in zip(moving, self.units, strict=True)
         )
+        self.scatter: Scatter | None = None
+        if study.robust is not None:
+            from vibecalc.core.study.scatter import scatter_of
+
+            self.scatter = scatter_of(study.robust)
         self.goal = study.objective
         self.sign = sign_of(study.objective)
         self.limits = tuple(limit for limit in loaded.case.limit if _counts(limit))
@@ -91,13 +100,17 @@ class Binding:
 
     def case_at(self, variables: np.ndarray) -> "Case":
         """The case with its variables set, checked again; NumericalFailure if it is not a case."""
+        return checked_case(self._resolved, self._settings(variables), self._cache)
+
+    def _settings(self, variables: np.ndarray) -> dict[str, Any]:
+        """Keys of the case and what they are set to."""
         settings: dict[str, Any] = {}
         for choice, place in zip(self.choices, self.picked or (), strict=bool(self.picked)):
             settings |= choice.options[place].settings
         for key, value, ties in zip(self.keys, map(float, variables), self.ties, strict=True):
             settings[key] = value
             settings |= {tied: factor * value + offset for tied, factor, offset in ties}
-        return checked_case(self._resolved, settings, self._cache)
+        return settings
 
     def apart(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
         """The difference of two points, (n,) in SI, along angles the shorter one around."""
@@ -119,45 +132,80 @@ class Binding:
         self, variables: np.ndarray, goals: tuple[Objective, ...]
     ) -> tuple[np.ndarray, np.ndarray]:
         """Some objectives (all to be made small) and the margins."""
-        record = self.results(variables, self._wanted | {goal.quantity for goal in goals})
-        values = np.array([self._objective(record, goal) for goal in goals])
-        return values, self._all_margins(record)
+        found = self._results_at(variables, self._wanted | {goal.quantity for goal in goals})
+        values = np.array([self._objective(found, goal) for goal in goals])
+        return values, self._all_margins(found)
 
-    def results(self, variables: np.ndarray, wanted: frozenset[str]) -> "Record":
+    def results(self, variables: np.ndarray, wanted: frozenset[str]) -> Record:
         """Some results of the case with its variables set; NumericalFailure as in a run."""
         return run_case(self.case_at(variables), wanted=wanted, cache=self._cache)
 
-    def _objective(self, record: "Record", goal: Objective) -> float:
+    def machines_at(
+        self, variables: np.ndarray, scatter: "Scatter", wanted: frozenset[str] | None = None
+    ) -> "Machines":
+        """Some results (or those of objective and limits) of the machines within tolerances."""
+        from vibecalc.core.study.scatter import machines
+
+        settings = self._settings(variables)
+        written = {
+            key: float(settings.get(key, number_at(self._resolved, key, 0.0)))
+            for key in scatter.keys
+        }
+        wanted = self._wanted if wanted is None else wanted
+
+        def single(more: Mapping[str, float]) -> Record:
+            case = checked_case(self._resolved, settings | dict(more), self._cache)
+            return run_case(case, wanted=wanted, cache=self._cache)
+
+        return machines(self.case_at(variables), scatter, written, wanted, single)
+
+    def _results_at(self, variables: np.ndarray, wanted: frozenset[str]) -> Found:
+        if self.scatter is None:
+            return self.results(variables, wanted)
+        return self.machines_at(variables, self.scatter, wanted)
+
+    def _worst(self, found: Found, path: str, where: Where, side: Side) -> tuple[float, float, str]:
+        """The worst entry of a result, how far the truth may lie beyond it, and its label.
+
+        Over tolerances it is the mean of the worst entries and some deviations more.
+        """
+        if isinstance(found, Record):
+            quantity = found[path]
+            value, label = worst(quantity, where, side)
+            zero = quantity.estimate.is_zero(value)
+            reach = 0.0 if zero or not np.isfinite(value) else uncertainty(quantity, where)
+            error = quantity.error_estimate
+        else:
+            assert self.scatter is not None
+            middle, apart, error = found.spread(path, where, side).moments()
+            more = self.scatter.sigmas * apart
+            value, label = middle + (more if side == "max" else -more), ""
+            reach = error = error * max(1.0, self.scatter.sigmas)
+        if value != 0.0 and np.isfinite(value):
+            self.accuracy = max(self.accuracy, error / abs(value))
+        return value, reach, label
+
+    def _objective(self, found: Found, goal: Objective) -> float:
         side: Side = "max" if goal.sense == "min" else "min"
-        value, _ = worst(record[goal.quantity], goal.where, side)
-        self._note_accuracy(record, goal.quantity, value)
+        value, _, _ = self._worst(found, goal.quantity, goal.where, side)
         return sign_of(goal) * value
 
-    def _all_margins(self, record: "Record") -> np.ndarray:
-        margins = [margin for limit in self.limits for margin in self._margins(record, limit)]
+    def _all_margins(self, found: Found) -> np.ndarray:
+        margins = []
+        for limit, bound, side in self.held():
+            allowed = parse_quantity(str(bound), CATALOGUE[limit.quantity].unit)
+            value, reach, _ = self._worst(found, limit.quantity, limit.where, side)
+            left = allowed - value if side == "max" else value - allowed
+            margins.append((left - reach) / (abs(allowed) or 1.0))
         return np.array(margins, dtype=float)
 
-    def _margins(self, record: "Record", limit: Limit) -> list[float]:
-        quantity = record[limit.quantity]
-        margins = []
-        bounds: tuple[tuple[Any, Side, float], ...] = (
-            (limit.max, "max", 1.0),
-            (limit.min, "min", -1.0),
-        )
-        for bound, side, sign in bounds:
-            if bound is None:
-                continue
-            allowed = parse_quantity(str(bound), quantity.unit)
-            value, _ = worst(quantity, limit.where, side)
-            self._note_accuracy(record, limit.quantity, value)
-            reach = self._reach(quantity, limit.where, value)
-            margins.append((sign * (allowed - value) - reach) / (abs(allowed) or 1.0))
-        return margins
-
-    def _reach(self, quantity: "Quantity", where: Where, value: float) -> float:
-        """How far the truth may lie beyond a value that a limit holds."""
-        zero = quantity.estimate.is_zero(value)
-        return 0.0 if zero or not np.isfinite(value) else uncertainty(quantity, where)
+    def held(self) -> Iterator[tuple[Limit, float | str, Side]]:
+        """Each bound of each limit, in the order of the margins."""
+        for limit in self.limits:
+            if limit.max is not None:
+                yield limit, limit.max, "max"
+            if limit.min is not None:
+                yield limit, limit.min, "min"
 
     def words(self, variables: np.ndarray) -> str:
         """The variables by name, in the units that the case gives their bounds in."""
@@ -178,39 +226,26 @@ class Binding:
 
         Raises NumericalFailure as a run does.
         """
-        record = self.results(variables, self._wanted)
+        found = self._results_at(variables, self._wanted)
+        of = "" if self.scatter is None else f"mean and {self.scatter.sigmas:g} deviations of "
         said = []
-        for limit in self.limits:
-            quantity = record[limit.quantity]
-            for bound, side, most in (
-                (limit.max, "max", "at most"),
-                (limit.min, "min", "at least"),
-            ):
-                if bound is None:
-                    continue
-                value, label = worst(quantity, limit.where, "max" if side == "max" else "min")
-                allowed = parse_quantity(str(bound), quantity.unit)
-                left = allowed - value if side == "max" else value - allowed
-                if left < self._reach(quantity, limit.where, value):
-                    said.append(
-                        f"{limit.quantity}{f' at {label}' if label else ''} is "
-                        f"{shown_as(value, quantity.unit, bound)}, {most} "
-                        f"{shown_as(allowed, quantity.unit, bound)} is allowed"
-                    )
-        return "; ".join(said), self._all_margins(record)
+        for limit, bound, side in self.held():
+            unit = CATALOGUE[limit.quantity].unit
+            value, reach, label = self._worst(found, limit.quantity, limit.where, side)
+            allowed = parse_quantity(str(bound), unit)
+            left = allowed - value if side == "max" else value - allowed
+            if left < reach:
+                most = "at most" if side == "max" else "at least"
+                said.append(
+                    f"{of}{limit.quantity}{f' at {label}' if label else ''} is "
+                    f"{shown_as(value, unit, bound)}, {most} "
+                    f"{shown_as(allowed, unit, bound)} is allowed"
+                )
+        return "; ".join(said), self._all_margins(found)
 
     def margin_names(self) -> tuple[str, ...]:
         """One name per margin, in the order of `evaluate`."""
-        return tuple(
-            f"{limit.quantity} {side} {bound}"
-            for limit in self.limits
-            for side, bound in (("max", limit.max), ("min", limit.min))
-            if bound is not None
-        )
-
-    def _note_accuracy(self, record: "Record", path: str, value: float) -> None:
-        if value != 0.0 and np.isfinite(value):
-            self.accuracy = max(self.accuracy, record[path].error_estimate / abs(value))
+        return tuple(f"{limit.quantity} {side} {bound}" for limit, bound, side in self.held())
 
 
 def checked_case(

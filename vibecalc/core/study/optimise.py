@@ -94,6 +94,11 @@ def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool 
         )
     record.warnings += [note for note in optimum.notes if note not in record.warnings]
     _add_start(record, as_written)
+    if study.robust:
+        from vibecalc.core.study.robust import add_robust
+
+        points = {"start": (as_written, as_written.first), "optimum": (binding, optimum.variables)}
+        add_robust(record, loaded.case, points)
     record.methods.append(_CONVEX if optimum.method == "convex" else _method(study.method))
     for asked, part in (
         (study.compare, compare_methods),

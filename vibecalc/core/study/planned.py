@@ -120,6 +120,8 @@ def further_entries(study: "Optimisation", planned: Mapping[str, Entry]) -> Iter
         yield Entry(f"{ROOT}/gain", (), unit, "how much better the optimum is than the start", kind)
         for key in keys:
             yield from _sensitivity(key, unit)
+    if study.robust:
+        yield from _robust(unit, kind)
     if study.compare:
         yield from _methods(unit, kind)
     if study.second_objective:
@@ -137,6 +139,27 @@ def further_entries(study: "Optimisation", planned: Mapping[str, Entry]) -> Iter
         for key in keys:
             yield Entry(f"{ROOT}/front/variable/{key}", axes, field_unit(key), f"{key} there")
         yield Entry(f"{ROOT}/front/evaluations", (), "", "points evaluated for the front")
+
+
+def _robust(unit: str, kind: str | None) -> Iterator[Entry]:
+    axes, root = ("point",), f"{ROOT}/robust"
+    for name, words, amplitude in (
+        ("nominal", "objective without tolerances", kind),
+        ("mean", "mean over the machines within tolerances", kind),
+        ("deviation", "deviation over these machines", None),
+        ("value", "mean and deviations together, which is improved", kind),
+        ("mean_error", "standard error of the mean, by other machines drawn", None),
+        ("deviation_error", "standard error of the deviation", None),
+        ("value_error", "standard error of mean and deviations together", None),
+    ):
+        yield Entry(f"{root}/{name}", axes, unit, words, amplitude)
+    yield Entry(f"{root}/samples", (), "", "machines drawn for each candidate")
+    for name, words in (
+        ("nominal", "distance to a limit over the limit, without tolerances"),
+        ("mean", "mean of that over the machines"),
+        ("deviation", "deviation of that over the machines"),
+    ):
+        yield Entry(f"{root}/margin_{name}", ("limit",), "", words)
 
 
 def _sensitivity(key: str, unit: str) -> Iterator[Entry]:
@@ -314,6 +337,8 @@ def _of_choices(study: "Optimisation") -> str:
 
 def _further_cost(study: "Optimisation") -> str:
     words = ""
+    if study.robust:
+        words += f", each run {study.robust.samples} machines within the tolerances"
     if study.compare:
         words += f", {len(study.compare)} further methods with up to {COMPARE_BUDGET} runs each"
     if study.second_objective:
