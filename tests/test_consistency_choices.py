@@ -12,11 +12,13 @@ from vibecalc.core.report.text import render_report
 from vibecalc.core.results.record import Result
 from vibecalc.core.study import choices as choices_module
 from vibecalc.core.study import combine as combine_module
-from vibecalc.core.study.choices import Choice, Option
+from vibecalc.core.study.choices import Choice, Option, choices_of, combinations
 from vibecalc.core.study.combine import combine
 from vibecalc.core.study.execute import execute, load_checked
+from vibecalc.core.study.planned import optimisation_entries
 from vibecalc.core.study.search.minimise import minimise
 
+ROOT = Path(__file__).resolve().parents[1]
 MASSES, STIFFNESSES, DAMPINGS = (110.0, 120.0, 150.0), (60e3, 90e3, 140e3), (80.0, 150.0)
 GRAVITY = 9.80665
 
@@ -104,7 +106,7 @@ class Squares:
 
     lower, upper, period = np.zeros(1), np.ones(1), np.zeros(1)
     choices = tuple(
-        Choice(name, f"choice/{name}", tuple(Option(str(i), {}) for i in range(40)), True)
+        Choice(name, f"choice/{name}", tuple(Option(str(i), {}) for i in range(16)), True)
         for name in "abc"
     )
 
@@ -115,15 +117,15 @@ class Squares:
         return Squares(picked)
 
     def margin_names(self) -> tuple[str, ...]:
-        return ("sum at least 70",)
+        return ("sum at least 28",)
 
     def evaluate(self, x: np.ndarray) -> tuple[float, np.ndarray]:
-        away = np.array(self.picked) - (11, 23.4, 30) - np.array([0, 1, 1]) * x[0]
-        return float(1.0 + away @ away), np.array([sum(self.picked) / 70.0 - 1.0])
+        away = np.array(self.picked) - (4, 9.4, 12) - np.array([0, 1, 1]) * x[0]
+        return float(1.0 + away @ away), np.array([sum(self.picked) / 28.0 - 1.0])
 
 
 def test_many_combinations(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of 64000 combinations the best that keeps its limit, known by trying all of them in numpy."""
+    """Of 4096 combinations the best that keeps its limit, known by trying all of them in numpy."""
     from vibecalc.core.case.tables import Objective, Optimisation, Variable
 
     study = Optimisation(
@@ -133,20 +135,40 @@ def test_many_combinations(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     )
     case = type("Case", (), {"optimisation": study})()
     for module in (choices_module, combine_module):
-        monkeypatch.setattr(module, "MOST_RUNS", 8000)
+        monkeypatch.setattr(module, "MOST_RUNS", 3000)
 
     def search(binding: Squares, further: np.ndarray):  # type: ignore[no-untyped-def]
         return minimise(binding.evaluate, binding.lower, binding.upper, starts=further)
 
     found = combine(Squares(), case, search, lambda binding: binding.evaluate)  # type: ignore
-    grid = np.moveaxis(np.indices((40, 40, 40)), 0, -1).reshape(-1, 3)
-    away = grid - (11, 23.4, 30)
+    grid = np.moveaxis(np.indices((16, 16, 16)), 0, -1).reshape(-1, 3)
+    away = grid - (4, 9.4, 12)
     best = np.clip((away[:, 1] + away[:, 2]) / 2.0, 0.0, 1.0)
     values = 1.0 + away[:, 0] ** 2 + (away[:, 1] - best) ** 2 + (away[:, 2] - best) ** 2
-    values[grid.sum(axis=1) < 70] = np.inf
+    values[grid.sum(axis=1) < 28] = np.inf
     assert found.best.picked == tuple(grid[np.argmin(values)])
     assert found.best.objective == pytest.approx(np.min(values), rel=1e-9)
     assert len(found.examined) < 200 and "is not shown" in found.notes[0]
+
+
+def test_the_front_of_a_stock(tmp_path: Path) -> None:
+    """Without variables between bounds the front is what no other combination beats."""
+    asked = """second_objective = { quantity = "isolation/support_displacement/sag" }
+further_objectives = [ { quantity = "isolation/pitch/natural_frequency", sense = "max" } ]
+variables ="""
+    text = BASE + PICKED.replace("variables =", asked).split("[[limit]]")[0]
+    result = run(tmp_path, text)
+    record = result.record
+    names = ("objective", "second_objective", "third_objective")
+    found = np.array([record[f"optimisation/front/{name}"].values for name in names]).T
+    sags = {round(mass * GRAVITY / (4 * k), 12) for mass, k in product(MASSES, STIFFNESSES)}
+    assert {round(float(sag), 12) for sag in found[:, 1]} <= sags
+    signed = found * (1, 1, -1)
+    for one in signed:
+        assert not any(np.all(other <= one) and np.any(other < one) for other in signed)
+    assert np.min(found[:, 1]) == pytest.approx(110.0 * GRAVITY / (4 * 140e3), rel=1e-12)
+    said = render_report(result)
+    assert "no objective can be better without another being worse" in said and "soft" in said
 
 
 @pytest.mark.parametrize(("case", "change", "place", "words"), refusals("choices"))
@@ -156,6 +178,21 @@ def test_refused(tmp_path: Path, case: str, change: str, place: str, words: list
     said = refused(path)
     for word in (place, *words):
         assert word in said, said
+
+
+def test_the_page_of_the_docs_can_be_run(tmp_path: Path) -> None:
+    page = (ROOT / "docs" / "optimisation.md").read_text(encoding="utf-8")
+    asked = page.split("```toml\n")[1].split("```")[0]
+    (tmp_path / "generator_mount_stock.csv").write_bytes(
+        (ROOT / "cases" / "generator_mount_stock.csv").read_bytes()
+    )
+    (tmp_path / "case.toml").write_text(BASE + asked, encoding="utf-8")
+    case = load_checked([tmp_path / "case.toml"])[0].case
+    assert case.optimisation is not None
+    assert combinations(choices_of(case.optimisation)) == 30
+    entries = {path.removeprefix("optimisation/") for path in optimisation_entries(case)}
+    for path in ("choice/mount", "combinations/kept", "robust/margin_mean", "robust/value_error"):
+        assert path in entries
 
 
 def test_no_combination_keeps_the_limits(tmp_path: Path) -> None:

@@ -7,12 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from refused import changed, refusals, refused
+from shipped_cases import CASES
 from stock_cases import BASE, ROBUST
 from test_consistency_choices import run
 
-from vibecalc.core.case.load import validate
+from vibecalc.core.case.load import load_case, validate
 from vibecalc.core.case.raw import case_at
 from vibecalc.core.report.text import render_report
+from vibecalc.core.results.store import read_result
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study import scatter as scatter_module
 from vibecalc.core.study.binding import Binding
@@ -20,6 +22,7 @@ from vibecalc.core.study.execute import load_checked
 from vibecalc.core.study.scatter import scatter_of
 from vibecalc.errors import NumericalFailure
 
+GOLDEN = Path(__file__).resolve().parent / "golden"
 GRAVITY, MASS = 9.80665, 120.0
 MASS_BY = '{ key = "machine.body.mass", half_width = "10 %" }'
 SAG = '[[limit]]\nquantity = "isolation/support_displacement/sag"\nmax = "3 mm"\n'
@@ -101,6 +104,18 @@ def test_a_machine_without_a_result_says_so(tmp_path: Path) -> None:
     by = f'{{ key = "{STIFFNESS}", deviation = "90 %" }}'
     with pytest.raises(NumericalFailure, match="a machine within the tolerances"):
         written(tmp_path, text("isolation/pitch/stiffness", by)).evaluate(np.array([1e5]))
+
+
+def test_the_shipped_stock() -> None:
+    """Mean less two deviations of sqrt(4 k x^2 / I) / (2 pi) is 9 Hz at the distance found."""
+    record = read_result(GOLDEN / "generator_mount_stock.h5").record
+    robust = load_case(CASES["generator_mount_stock"]).case.optimisation.robust
+    stiffness = 60e3 * (1.0 + scatter_of(robust).steps[:, 0])
+    roots = np.sqrt(4.0 * stiffness / (100.0 * (0.8**2 + 0.35**2) / 12.0)) / (2.0 * np.pi)
+    x = 9.0 / (np.mean(roots) - 2.0 * np.std(roots, ddof=1))
+    assert float(record["optimisation/choice/mount"].values) == 3.0
+    found = record["optimisation/variable/machine.mounts.positions[2][0]"]
+    assert float(found.values) == pytest.approx(x, rel=1e-8)
 
 
 @pytest.mark.parametrize(("case", "change", "place", "words"), refusals("robust"))

@@ -97,10 +97,14 @@ class Optimisation(Table):
     second_objective: Objective | None = Field(
         None, description="also trace the front between the objective and this one"
     )
+    further_objectives: tuple[Objective, ...] = Field(
+        (), max_length=3, description="the third and further objectives of the front"
+    )
     front_points: Annotated[int, Field(strict=True, ge=2, le=200)] | None = Field(
         None, description="points of the front, both ends included; default: 15"
     )
     RULES = (
+        needs("further_objectives", "second_objective"),
         needs("", "variables stock", allowed="what to change: variables, stock, or both"),
         unique("stock", "stocks"),
         "vibecalc.core.case.search_checks:check_variables",

@@ -93,12 +93,10 @@ def _studies(case: "Case", needs: Needs) -> Iterator[dict[str, Any]]:
     """Rows of an optimisation and of searches, which run the stages many times."""
     study = case.optimisation
     if study is not None:
-        from vibecalc.core.study.planned import describe_study, runs_expected
+        from vibecalc.core.study.planned import describe_study, goals_of, runs_expected
 
-        second = study.second_objective
-        goals = (study.objective, *([second] if second else []))
         limited = frozenset(limit.quantity for limit in case.limit)
-        wanted = limited | {goal.quantity for goal in goals}
+        wanted = limited | {goal.quantity for goal in goals_of(study)}
         points, count = runs_expected(case), 1
         each = _each(case, needs, wanted)
         if study.robust is not None:

@@ -7,6 +7,7 @@ from typing import Any, Literal
 import numpy as np
 
 from vibecalc.core.report.choices import combinations, picked, unit_of_choices
+from vibecalc.core.report.fronts import front
 from vibecalc.core.report.robust import robust
 from vibecalc.core.report.sections import (
     Part,
@@ -340,7 +341,7 @@ def optimisation(result: Result) -> Section | None:
     others = [record[path] for path in paths if not path.startswith(_REPORTED)]
     blocks = [picked(result), _variables(result), _objective(result), combinations(result)]
     blocks += [robust(result), advice(result), holding(record)]
-    blocks += [_nearby(record), front(result)]
+    blocks += [_nearby(record), front(result, bound_units(result.case))]
     how = together(optima(record), searches(record), grouped(others, PREFIX))
     details: dict[str, Part] = {"methods side by side": search_methods(result)}
     details["optima and searches"] = how
@@ -597,49 +598,3 @@ def _value(record: Record, name: str, i: int) -> float:
 def _cell(record: Record, name: str, i: int) -> str:
     quantity = record[_METHODS_PREFIX + name]
     return show(quantity.values[i], quantity.error_estimate, digits=3)
-
-
-# ----------------------------------------------------------------------------
-# The front between two objectives: one line for each of its points.
-# ----------------------------------------------------------------------------
-
-FRONT_PREFIX = "optimisation/front/"
-#: variables that fit next to the objectives
-_SEARCHES_MOST = 4
-_FRONT_ROOM = 14
-
-
-def front(result: Result) -> list[str]:
-    """Objectives and the first variables along the front, all numbers of the result."""
-    one = along(result.record, FRONT_PREFIX + "objective", "front_point")
-    two = along(result.record, FRONT_PREFIX + "second_objective", "front_point")
-    if one is None or two is None:
-        return []
-    study: Mapping[str, Any] = table_of(result.case, "optimisation")
-    keys = [str(variable["key"]) for variable in study.get("variables") or ()]
-    variables = [result.record.quantities.get(f"{FRONT_PREFIX}variable/{key}") for key in keys]
-    shown = [(key, q) for key, q in zip(keys, variables, strict=True) if q is not None]
-    units = bound_units(result.case)
-    columns = [Column("front", 5)]
-    rows = [[str(i + 1)] for i in range(len(one[1]))]
-    for title, path, quantity in (
-        ("objective", "", one[0]),
-        ("second", "", two[0]),
-        *((_last(key), VARIABLE + key, quantity) for key, quantity in shown[:_SEARCHES_MOST]),
-    ):
-        unit = units.get(path, quantity.unit)
-        factor = convert(1.0, quantity.unit, unit)
-        columns.append(number(f"{title} {unit}".rstrip(), _FRONT_ROOM))
-        for row, value in zip(rows, quantity.values, strict=True):
-            row.append(show(float(value) * factor, quantity.error_estimate * factor))
-    second = table_of(study, "second_objective")
-    name, _ = read_as(str(second.get("quantity")), two[0].unit)
-    words = f"front: the best objective for each value of the second, {name}"
-    if len(shown) > _SEARCHES_MOST:
-        words += f"; {len(shown) - _SEARCHES_MOST} further variables are in the result file"
-    return [*paragraph(words), *table(columns, rows)]
-
-
-def _last(key: str) -> str:
-    """The end of a key, with its table where the end alone says little."""
-    return ".".join(key.rsplit(".", 2)[-2:])

@@ -16,7 +16,6 @@ from vibecalc.core.study.combine import Combined, combine, of_all
 from vibecalc.core.study.planned import ROOT, search_runs
 from vibecalc.core.study.record import (
     add_combinations,
-    add_front,
     add_nearest,
     add_numbers,
     add_optimum,
@@ -100,13 +99,13 @@ def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool 
         points = {"start": (as_written, as_written.first), "optimum": (binding, optimum.variables)}
         add_robust(record, loaded.case, points)
     record.methods.append(_CONVEX if optimum.method == "convex" else _method(study.method))
-    for asked, part in (
-        (study.compare, compare_methods),
-        (study.sensitivity, add_sensitivity),
-        (study.second_objective, add_front),
-    ):
+    for asked, part in ((study.compare, compare_methods), (study.sensitivity, add_sensitivity)):
         if asked:
             part(record, loaded.case, binding, optimum, timings)
+    if study.second_objective:
+        from vibecalc.core.study.fronts import add_front
+
+        add_front(record, loaded.case, binding, optimum, timings)
     return record
 
 

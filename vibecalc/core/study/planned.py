@@ -21,7 +21,7 @@ from vibecalc.core.study.choices import (
 )
 
 if TYPE_CHECKING:
-    from vibecalc.core.case.tables import Find, Optimisation
+    from vibecalc.core.case.tables import Find, Objective, Optimisation
     from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
@@ -111,6 +111,22 @@ def front_points(study: "Optimisation") -> int:
     return _FRONT_POINTS if study.front_points is None else study.front_points
 
 
+#: objectives of a front, in their order
+FRONT_NAMES = (
+    "objective",
+    "second_objective",
+    "third_objective",
+    "fourth_objective",
+    "fifth_objective",
+)
+
+
+def goals_of(study: "Optimisation") -> tuple["Objective", ...]:
+    """All objectives, in the order of `FRONT_NAMES`."""
+    second = () if study.second_objective is None else (study.second_objective,)
+    return (study.objective, *second, *study.further_objectives)
+
+
 def further_entries(study: "Optimisation", planned: Mapping[str, Entry]) -> Iterator[Entry]:
     """Catalogue entries of the parts that `study` asks for."""
     goal = planned.get(study.objective.quantity)
@@ -125,17 +141,17 @@ def further_entries(study: "Optimisation", planned: Mapping[str, Entry]) -> Iter
     if study.compare:
         yield from _methods(unit, kind)
     if study.second_objective:
-        second = planned.get(study.second_objective.quantity)
-        second_unit, second_kind = (second.unit, second.amplitude) if second else ("", None)
-        axes = ("front_point",)
-        yield Entry(f"{ROOT}/front/objective", axes, unit, "objective along the front", kind)
-        yield Entry(
-            f"{ROOT}/front/second_objective",
-            axes,
-            second_unit,
-            "second objective there",
-            second_kind,
-        )
+        axes, root = ("front_point",), f"{ROOT}/front"
+        for name, one in zip(FRONT_NAMES, goals_of(study), strict=False):
+            of = planned.get(one.quantity)
+            of_unit, of_kind = (of.unit, of.amplitude) if of else ("", None)
+            words = name.replace("_", " ")
+            where = "along the front" if name == "objective" else "there"
+            yield Entry(f"{root}/{name}", axes, of_unit, f"{words} {where}", of_kind)
+        yield Entry(f"{root}/knee", (), "", "number of the point at the knee of the front")
+        for choice in choices_of(study):
+            unit_of = field_unit(choice.name) if choice.is_number else ""
+            yield Entry(f"{root}/{choice.path}", axes, unit_of, f"{choice.name} there")
         for key in keys:
             yield Entry(f"{ROOT}/front/variable/{key}", axes, field_unit(key), f"{key} there")
         yield Entry(f"{ROOT}/front/evaluations", (), "", "points evaluated for the front")
@@ -291,8 +307,16 @@ def runs_expected(case: "Case") -> int:
         return 0
     if balances(case) and not case.limit:
         return search_runs(case)
-    front = front_points(study) * FRONT_RUNS if study.second_objective else 0
-    return search_runs(case) + len(study.compare) * COMPARE_BUDGET // 2 + front
+    return search_runs(case) + len(study.compare) * COMPARE_BUDGET // 2 + front_runs(study)
+
+
+def front_runs(study: "Optimisation") -> int:
+    """Points that the front is likely to take: of all combinations, where these are not many."""
+    if study.second_objective is None:
+        return 0
+    each = front_points(study) * FRONT_RUNS if study.moving else 1
+    every = combinations(choices_of(study)) * each
+    return every if every <= MOST_RUNS else each
 
 
 def describe_study(case: "Case") -> dict[str, str]:
@@ -341,6 +365,8 @@ def _further_cost(study: "Optimisation") -> str:
         words += f", each run {study.robust.samples} machines within the tolerances"
     if study.compare:
         words += f", {len(study.compare)} further methods with up to {COMPARE_BUDGET} runs each"
-    if study.second_objective:
+    if study.second_objective and study.moving:
         words += f", some 100 runs for each of {front_points(study)} points of the front"
+        count = front_runs(study) // (front_points(study) * FRONT_RUNS)
+        words += f" of each of {count} combinations" if count > 1 else ""
     return words

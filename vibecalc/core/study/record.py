@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibecalc.core.results.record import Axis, Method, Quantity, Record
-from vibecalc.core.study.binding import sign_of
 from vibecalc.core.study.choices import in_words
 from vibecalc.core.study.combine import MOST_KEPT
-from vibecalc.core.study.planned import COMPARE_BUDGET, ROOT, front_points, optimisation_entries
+from vibecalc.core.study.planned import COMPARE_BUDGET, ROOT, optimisation_entries
 from vibecalc.errors import NumericalFailure
 from vibecalc.units import parse_quantity
 
@@ -227,77 +226,6 @@ def compare_methods(
             "methods/failures": ([end.failures for end in ends], 0.0),
         },
         {"method": np.array(names, dtype=object)},
-    )
-
-
-# ----------------------------------------------------------------------------
-# The front between the objective of a case and its second one.
-# ----------------------------------------------------------------------------
-
-
-def add_front(
-    record: Record,
-    case: "Case",
-    binding: "Binding",
-    optimum: "Optimum",
-    timings: dict[str, float],
-) -> None:
-    """Trace the front from the optimum on and add `optimisation/front/...`.
-
-    Raises NumericalFailure if an end of the front has no optimum.
-    """
-    from vibecalc.core.study.search.trade_offs import front
-
-    study = case.optimisation
-    assert study is not None
-    second = study.second_objective
-    assert second is not None
-    started = time.perf_counter()
-    goals = (study.objective, second)
-    binding.evaluate_all(optimum.variables, goals)  # how accurate the second objective is
-
-    def both(variables: np.ndarray) -> tuple[float, float, np.ndarray]:
-        (one, other), margins = binding.evaluate_all(variables, goals)
-        return float(one), float(other), margins
-
-    try:
-        trade_offs = front(
-            both,
-            binding.lower,
-            binding.upper,
-            first=optimum.variables,
-            points=front_points(study),
-            starts=study.starts,
-            rtol=case.accuracy.rtol,
-            accuracy=binding.accuracy,
-            period=binding.period,
-        )
-    except NumericalFailure as failure:
-        raise NumericalFailure(f"the front cannot be traced: {failure}") from failure
-    timings["front"] = time.perf_counter() - started
-    numbers: Numbers = {
-        "front/objective": (
-            binding.sign * trade_offs.objective,
-            float(np.max(trade_offs.objective_error)),
-        ),
-        "front/second_objective": (
-            sign_of(second) * trade_offs.second_objective,
-            float(np.max(trade_offs.second_objective_error)),
-        ),
-        "front/evaluations": (trade_offs.evaluations, 0.0),
-    }
-    for i, key in enumerate(binding.keys):
-        error = float(np.max(trade_offs.variables_error[:, i]))
-        numbers[f"front/variable/{key}"] = (trade_offs.variables[:, i], error)
-    axis = np.arange(1, trade_offs.objective.size + 1)
-    add_numbers(record, case, numbers, {"front_point": axis})
-    record.warnings += [f"front: {note}" for note in trade_offs.notes]
-    record.methods.append(
-        Method(
-            name="epsilon-constraint method",
-            purpose="front between two objectives",
-            citation="Haimes, Lasdon and Wismer 1971, IEEE Trans. SMC-1, 296-297",
-        )
     )
 
 

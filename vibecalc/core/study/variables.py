@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING
 from vibecalc.core.case.load import resolve
 from vibecalc.core.case.raw import field_unit, number_at
 from vibecalc.core.run.targets import check_targets
-from vibecalc.errors import Problem
+from vibecalc.errors import KeyPath, Problem
 from vibecalc.parts.firing import cycle_angle
 from vibecalc.units import convert, parse_quantity, split_number
 
 if TYPE_CHECKING:
+    from vibecalc.core.case.tables import Objective
     from vibecalc.schema import Case, Machine
 
 # ----------------------------------------------------------------------------
@@ -110,22 +111,11 @@ def study_problems(case: "Case") -> list[Problem]:
                 )
             )
     else:
-        if second == study.objective:
-            problems.append(
-                Problem(
-                    path=("optimisation", "second_objective"),
-                    message="the second objective is the same as the first one",
-                    hint="a front shows what one costs in the other",
-                )
-            )
-        # the same checks as for the objective, under its own name
-        swapped = study.model_copy(update={"objective": second})
-        alone = case.model_copy(update={"optimisation": swapped, "reference": (), "limit": ()})
-        problems += [
-            replace(problem, path=("optimisation", "second_objective", *problem.path[2:]))
-            for problem in check_targets(alone)
-            if problem.path[:2] == ("optimisation", "objective")
-        ]
+        problems += _further(case, ("second_objective",), second, (study.objective,))
+        before = (study.objective, second)
+        for place, one in enumerate(study.further_objectives):
+            problems += _further(case, ("further_objectives", place), one, before)
+            before = (*before, one)
     if not study.moving:
         problems += [
             Problem(
@@ -142,6 +132,27 @@ def study_problems(case: "Case") -> list[Problem]:
         for name in doubled
     ]
     return problems
+
+
+def _further(
+    case: "Case", key: KeyPath, goal: "Objective", before: tuple["Objective", ...]
+) -> Iterator[Problem]:
+    """Problems of a further objective, which is held to the checks of the first one."""
+    study = case.optimisation
+    assert study is not None
+    if goal in before:
+        order = ("first", "second", "third", "fourth")[before.index(goal)]
+        which = "second" if len(before) == 1 else "further"
+        yield Problem(
+            path=("optimisation", *key),
+            message=f"the {which} objective is the same as the {order} one",
+            hint="a front shows what one costs in the other",
+        )
+    swapped = study.model_copy(update={"objective": goal})
+    alone = case.model_copy(update={"optimisation": swapped, "reference": (), "limit": ()})
+    for problem in check_targets(alone):
+        if problem.path[:2] == ("optimisation", "objective"):
+            yield replace(problem, path=("optimisation", *key, *problem.path[2:]))
 
 
 def _start(case: "Case") -> Iterator[Problem]:
