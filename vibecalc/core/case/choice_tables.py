@@ -35,8 +35,9 @@ class Stock(Table):
         (), max_length=32, description="further tables that take over the same"
     )
     items: tuple[StockItem, ...] = Field((), max_length=1000, description="what there is")
-    catalogue: str = Field(
-        "", description="CSV with a line for each, or TOML with a table for each, instead of items"
+    catalogue: str | None = Field(
+        None,
+        description="CSV with a line for each, or TOML with a table for each, instead of items",
     )
     RULES = (one_of("items", "catalogue"), unique("items", "items of a stock"))
 

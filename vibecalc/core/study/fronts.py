@@ -2,7 +2,7 @@
 
 import time
 from itertools import product
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -45,7 +45,7 @@ def _of_one(case: "Case", binding: "Binding", first: np.ndarray) -> FrontPoints:
             raise Infeasible("breaks a limit", first, 1)
         error, nothing = binding.accuracy * np.abs(values), np.empty((1, 0))
         return FrontPoints(values[None, :], error[None, :], nothing, nothing, 1, ())
-    asked = {
+    asked: dict[str, Any] = {
         "first": first,
         "points": front_points(study),
         "starts": study.starts,

@@ -99,9 +99,10 @@ def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool 
         points = {"start": (as_written, as_written.first), "optimum": (binding, optimum.variables)}
         add_robust(record, loaded.case, points)
     record.methods.append(_CONVEX if optimum.method == "convex" else _method(study.method))
-    for asked, part in ((study.compare, compare_methods), (study.sensitivity, add_sensitivity)):
-        if asked:
-            part(record, loaded.case, binding, optimum, timings)
+    if study.compare:
+        compare_methods(record, loaded.case, binding, optimum, timings)
+    if study.sensitivity:
+        add_sensitivity(record, loaded.case, binding, optimum, timings, as_written)
     if study.second_objective:
         from vibecalc.core.study.fronts import add_front
 

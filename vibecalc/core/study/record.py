@@ -240,22 +240,27 @@ def add_sensitivity(
     binding: "Binding",
     optimum: "Optimum",
     timings: dict[str, float],
+    as_written: "Binding",
 ) -> None:
     """Add `optimisation/sensitivity/<key>`, `optimisation/deviation/...` and the gain.
 
-    What has no value, as a slope on a kink, is left out and said.
+    The start is the case `as_written`, which may have other options than are picked. What has no
+    value, as a slope on a kink, is left out and said.
     """
     study = case.optimisation
     assert study is not None
     started = time.perf_counter()
-    places = {"start": binding.first, "optimum": optimum.variables}
+    places = {
+        "start": (as_written, binding.first),
+        "optimum": (binding, optimum.variables),
+    }
     if study.sensitivity in places:
         places = {study.sensitivity: places[study.sensitivity]}
-    _slopes(record, case, binding, places)
+    _slopes(record, case, places)
     if "optimum" in places:
         _deviations(record, case, binding, optimum)
     try:
-        start, _ = binding.evaluate(binding.first)
+        start, _ = as_written.evaluate(binding.first)
     except NumericalFailure:
         pass  # said with `optimisation/start`
     else:
@@ -265,13 +270,11 @@ def add_sensitivity(
     timings["sensitivity"] = time.perf_counter() - started
 
 
-def _slopes(
-    record: Record, case: "Case", binding: "Binding", places: dict[str, np.ndarray]
-) -> None:
+def _slopes(record: Record, case: "Case", places: dict[str, tuple["Binding", np.ndarray]]) -> None:
     from vibecalc.core.study.search.trade_offs import slopes_at
 
     slopes_of = {}
-    for name, point in places.items():
+    for name, (binding, point) in places.items():
         try:
             slopes_of[name] = slopes_at(
                 binding.evaluate, binding.lower, binding.upper, point, binding.accuracy
