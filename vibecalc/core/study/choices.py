@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 # Choices and combinations of their options.
 # ----------------------------------------------------------------------------
 
-#: runs of the machine that a search over one combination takes, of its start and of each further
+#: runs of the machine that a search from one start takes, with three variables and more
 SEARCH_RUNS = 50
 #: runs up to which all combinations are examined
 MOST_RUNS = 50_000
@@ -64,7 +64,8 @@ def combinations(choices: tuple[Choice, ...]) -> int:
 
 def runs_of_one(study: "Optimisation") -> int:
     """Runs that one combination is likely to take."""
-    return (study.starts + 1) * SEARCH_RUNS if study.moving else 1
+    moving = len(study.moving)
+    return (study.starts + 1) * min(SEARCH_RUNS, 10 + 15 * moving) if moving else 1
 
 
 def examines_all(study: "Optimisation", choices: tuple[Choice, ...]) -> bool:

@@ -96,7 +96,8 @@ def _of_all(case: "Case", binding: "Binding", first: np.ndarray) -> _Traced:
             continue
         traced.picked.append(picked)
         traced.fronts.append(found)
-        traced.notes.extend(f"{words}: {note}" for note in found.notes)
+        notes = found.notes if len(found.values) > 1 else ()  # one point is said by the front
+        traced.notes.extend(f"{words}: {note}" for note in notes)
     if not traced.fronts:
         raise NumericalFailure("; ".join(traced.notes) or "no combination keeps the limits")
     return traced
