@@ -47,6 +47,7 @@ SLOW = frozenset(
         "pump_drive",
         "generator_mount_design",
         "generator_mount_design_lever",
+        "generator_mount_stock",
         "generator_on_floor",
         "genset_on_deck",
         "pump",

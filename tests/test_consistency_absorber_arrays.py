@@ -9,7 +9,7 @@ from vibecalc.core.case.load import validate
 from vibecalc.core.case.raw import case_at, parse_key
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import load_checked
-from vibecalc.core.study.sweep.arrays import compute, unsupported
+from vibecalc.core.study.sweep.at_once import compute, unsupported
 
 (LOADED,) = load_checked([CASES["absorber_design_chart"]], ("reference=[]", "limit=[]"))
 DAMPING, MASS = (

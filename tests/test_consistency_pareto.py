@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from vibecalc.core.study.search.several import front_of_several, knee, lattice
 from vibecalc.core.study.search.trade_offs import front
 from vibecalc.errors import NumericalFailure
 
@@ -95,3 +96,52 @@ def test_errors_are_honest_where_the_values_are_inaccurate():
     assert np.all(rough.objective_error[inner] >= 1e-8 * rough.objective[inner])
     assert np.all(rough.second_objective_error[inner] >= 1e-7 * rough.second_objective[inner])
     assert np.all(rough.second_objective_error < 1e-3)
+
+
+# ----------------------------------------------------------------------------
+# Three objectives: fronts that are known in closed form.
+# ----------------------------------------------------------------------------
+
+CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+
+
+def test_three_distances_have_a_triangle_for_a_front():
+    """Squared distances from three corners: the best are all points of the triangle."""
+    found = front_of_several(
+        lambda x: (np.sum((x - CORNERS) ** 2, axis=1), []), [-1, -1], [2, 2], 3, starts=1
+    )
+    x = found.variables
+    assert len(x) == 15 and not found.notes
+    assert np.all(x > -1e-9) and np.all(x.sum(axis=1) < 1.0 + 1e-9)
+    exact = np.sum((x[:, None, :] - CORNERS) ** 2, axis=2)
+    assert np.all(np.abs(found.values - exact) <= found.errors + 1e-15)
+    for corner in CORNERS:
+        assert np.min(np.linalg.norm(x - corner, axis=1)) < 1e-9
+
+
+@pytest.mark.long
+def test_a_front_that_bulges_inwards():
+    """An eighth of a sphere, on which each objective is at its best along a whole edge."""
+
+    def sphere(x):
+        c, s = np.cos(x[:2]), np.sin(x[:2])
+        return np.array([c[0] * c[1], c[0] * s[1], s[0]]) * (1.0 + x[2]), []
+
+    quarter = np.pi / 2.0
+    found = front_of_several(sphere, [0, 0, 0], [quarter, quarter, 1], 3, points=6, starts=1)
+    assert np.linalg.norm(found.values, axis=1) == pytest.approx(1.0, abs=1e-9)
+    assert len(found.values) >= 5 and np.max(np.min(found.values, axis=1)) > 0.3
+
+
+def test_the_knee_is_the_point_furthest_from_the_line_of_the_ends():
+    """y = (1 - sqrt x)^2: x + y is least at x = 1/4."""
+    x = np.linspace(0.0, 1.0, 41)
+    front = np.stack([3.0 * x, 7.0 * (1.0 - np.sqrt(x)) ** 2], axis=1)
+    assert x[knee(front)] == 0.25
+    assert knee(np.stack([x, 1.0 - x], axis=1)) is None
+    assert knee(np.stack([x, 1.0 - x**2], axis=1)) is None
+
+
+def test_weights_are_all_that_add_up_to_one():
+    assert [len(lattice(3, most)) for most in (3, 5, 6, 10, 15, 20)] == [3, 3, 6, 10, 15, 15]
+    assert np.allclose(lattice(4, 30).sum(axis=1), 1.0)

@@ -17,7 +17,8 @@ from vibecalc.core.case.raw import NOT_COMPUTED, get_key, key_text, parse_key, s
 from vibecalc.core.case.tables import Sweep
 from vibecalc.core.results.layout import DONE, FAILED
 from vibecalc.core.run.plan import planned_quantities
-from vibecalc.core.study.sweep.arrays import ArrayEvaluator, pattern, unsupported
+from vibecalc.core.study.sweep.arrays import ArrayEvaluator
+from vibecalc.core.study.sweep.at_once import pattern, unsupported
 from vibecalc.core.study.sweep.blocks import Block
 from vibecalc.core.study.sweep.design import Design, make_design
 from vibecalc.core.study.sweep.evaluate import Evaluator

@@ -18,8 +18,9 @@ from vibecalc.core.results.layout import DONE, FAILED, REFUSED
 from vibecalc.core.run.columns import PointsScene
 from vibecalc.core.run.plan import needed_stages, plan_case, planned_quantities
 from vibecalc.core.run.stage import Scene, Stage
-from vibecalc.core.study.sweep import arrays
-from vibecalc.core.study.sweep.arrays import ArrayEvaluator, pattern, unsupported
+from vibecalc.core.study.sweep import at_once
+from vibecalc.core.study.sweep.arrays import ArrayEvaluator
+from vibecalc.core.study.sweep.at_once import pattern, unsupported
 from vibecalc.core.study.sweep.blocks import Block
 from vibecalc.core.study.sweep.design import Design, make_design
 from vibecalc.core.study.sweep.evaluate import Evaluator, Quantities
@@ -227,7 +228,7 @@ def test_blocks_and_chunks_change_nothing(monkeypatch: pytest.MonkeyPatch) -> No
         made = [(stage, stage.leading) for stage in needed_stages(case, keep)]
         return tuple(s._replace(leading=one._replace(most=3)) for s, one in made if one)
 
-    monkeypatch.setattr(arrays, "needed_stages", three_at_once)
+    monkeypatch.setattr(at_once, "needed_stages", three_at_once)
     small = ArrayEvaluator(machine("exact"), design, paths)(np.arange(40))
     assert whole.message == small.message
     for path in paths:

@@ -151,8 +151,8 @@ def optimisation_topics(loaded: "LoadedCase") -> list[Topic]:
     if study is None:
         return []
     first = Binding(loaded)
-    # bounds that leave a variable no room make it no variable
-    if not np.all(first.upper > first.lower):
+    # what is picked is no problem of a method, nor are bounds that leave a variable no room
+    if first.choices or study.robust or not np.all(first.upper > first.lower):
         return []
     box, goal, method = (
         Box(first.lower, first.upper, first.period),

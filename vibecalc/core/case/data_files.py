@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from vibecalc.core.case.catalogues import attach_catalogue, catalogued
+from vibecalc.core.case.catalogues import attach_catalogue, attach_stock, catalogued
 from vibecalc.core.case.csv_files import (
     Column,
     Columns,
@@ -18,7 +18,7 @@ from vibecalc.core.case.csv_files import (
     some_cells,
     with_point,
 )
-from vibecalc.core.case.raw import Data, listed, nearest
+from vibecalc.core.case.raw import Data, listed, nearest, tables_at
 from vibecalc.core.case.row_files import LISTS, rows_of
 from vibecalc.errors import KeyPath, Problem
 
@@ -57,6 +57,17 @@ def attach_files(data: Data, folder: Path) -> list[Problem]:
         except Unreadable as error:
             key = error.key or "catalogue"
             problems.append(_problem((*path, key), str(place.get(key, "")), error, folder))
+    for index, stock in tables_at(data, "optimisation", "stock"):
+        if (
+            isinstance(stock.get("catalogue"), str)
+            and stock["catalogue"]
+            and not stock.get("items")
+        ):
+            try:
+                attach_stock(stock, folder)
+            except Unreadable as error:
+                path = ("optimisation", "stock", index, "catalogue")
+                problems.append(_problem(path, stock["catalogue"], error, folder))
     rows = data.get("reference_table")
     for index, row in enumerate(rows if isinstance(rows, list) else ()):
         if isinstance(row, dict) and isinstance(row.get("file"), str) and row["file"]:

@@ -171,7 +171,7 @@ def _read_whole(value: Any) -> Any:
     return value
 
 
-def _read_labels(value: Any) -> Any:
+def read_labels(value: Any) -> Any:
     for label in value.values() if isinstance(value, dict) else ():
         small = isinstance(label, int | float) and abs(label) < 1e300  # false for nan, inf
         if isinstance(label, bool) or not (isinstance(label, str) or small):
@@ -181,7 +181,7 @@ def _read_labels(value: Any) -> Any:
 
 def _read_label_list(value: Any) -> Any:
     if isinstance(value, list | tuple):
-        _read_labels(dict(enumerate(value)))
+        read_labels(dict(enumerate(value)))
     return value
 
 
@@ -223,7 +223,7 @@ WholeNumber = Annotated[int, Field(strict=True, ge=0, le=2000)]
 Where = Annotated[
     dict[str, int | float | str],
     Field(max_length=8),
-    BeforeValidator(_read_labels),
+    BeforeValidator(read_labels),
     Kind("labels"),
 ]
 Labels = Annotated[

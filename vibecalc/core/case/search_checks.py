@@ -15,7 +15,9 @@ from vibecalc.units import parse_quantity
 # Checks of what a search may change: a number of this case, between two readable bounds.
 # ----------------------------------------------------------------------------
 
-_CHANGEABLE = ("machine", "excitation", "isolation")
+CHANGEABLE = ("machine", "excitation", "isolation")
+#: kinds of keys that a search may move, and those that it may pick from a list
+_CONTINUOUS, PICKED = ("number",), ("number", "whole", "choice")
 
 
 def check_variables(row: Row) -> Iterator[Problem]:
@@ -27,10 +29,13 @@ def check_variables(row: Row) -> Iterator[Problem]:
         key = variable.get("key")
         if not isinstance(key, str) or not key:
             continue
-        shape = yield from _shape(data, key, (*path, "key"), seen)
+        picked = variable.get("choices") or variable.get("integer") is True
+        kinds = PICKED if picked else _CONTINUOUS
+        shape = yield from _shape(data, key, (*path, "key"), seen, kinds)
         if shape is None:
             continue
-        yield from bound_problems(variable, path, shape)
+        if not variable.get("choices"):
+            yield from bound_problems(variable, path, shape)
         ties = variable.get("with")
         for place, tie in enumerate(ties if isinstance(ties, list) else ()):
             if isinstance(tie, dict) and isinstance(tie.get("key"), str) and tie["key"]:
@@ -38,11 +43,15 @@ def check_variables(row: Row) -> Iterator[Problem]:
 
 
 def _shape(
-    data: dict[str, Any], key: str, path: KeyPath, seen: dict[str, KeyPath]
+    data: dict[str, Any],
+    key: str,
+    path: KeyPath,
+    seen: dict[str, KeyPath],
+    kinds: tuple[str, ...] = _CONTINUOUS,
 ) -> Generator[Problem, None, Shape | None]:
     """Yield the problems of a key that is changed; returns its shape, None where it has none."""
     try:
-        shape = changeable(data, key, _CHANGEABLE)
+        shape = changeable(data, key, CHANGEABLE, kinds)
     except UsageError as error:
         yield Problem(
             path=path,
@@ -99,26 +108,30 @@ def _tie(
             )
 
 
-def changeable(data: dict[str, Any], key: str, tables: tuple[str, ...]) -> Shape:
+def changeable(
+    data: dict[str, Any], key: str, tables: tuple[str, ...], kinds: tuple[str, ...] = _CONTINUOUS
+) -> Shape:
     """Shape of a key of this case that a search may set; UsageError, with a hint, if it may not.
 
-    The key has to be a number below one of `tables`; a key that may be left out need not be there.
+    The key has to be one of these kinds below one of `tables`, a number as a rule; a key that may
+    be left out need not be there.
     """
     target = parse_key(key)
-    shape = _number_at(target, tables)
+    shape = _number_at(target, tables, kinds)
     if not _has_default(data, target):
         get_key(data, target)
     return shape
 
 
-def _number_at(target: KeyPath, tables: tuple[str, ...]) -> Shape:
+def _number_at(target: KeyPath, tables: tuple[str, ...], kinds: tuple[str, ...]) -> Shape:
     shape = shape_at(target)
     if target[0] not in tables:
         raise UsageError(f"only keys below {', '.join(tables)} can be changed")
     if shape is None:
         raise UsageError(_nearest(target))
-    if shape.kind != "number":
-        raise UsageError(f"{key_text(target)} is not a continuous number, but {words(shape)}")
+    if shape.kind not in kinds:
+        what = "a continuous number" if kinds == _CONTINUOUS else "a number or a name"
+        raise UsageError(f"{key_text(target)} is not {what}, but {words(shape)}")
     return shape
 
 

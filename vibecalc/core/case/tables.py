@@ -6,9 +6,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field
 
+from vibecalc.core.case.choice_tables import Robust, Stock
 from vibecalc.core.case.fields import Labels, Name, Number, Table, Value, Where
 from vibecalc.core.case.raw import get_key, tables_at
-from vibecalc.core.case.rules import Row, at_most_one, needs, no, one_of, refuse
+from vibecalc.core.case.rules import Row, at_most_one, needs, no, one_of, refuse, unique
 from vibecalc.errors import KeyPath, Problem, UnitError
 from vibecalc.units import si_value, split_number
 
@@ -33,14 +34,29 @@ class Variable(Table):
     """One key of the case that the optimiser may change, with the keys that follow it."""
 
     key: Name = Field(description="as in machine.mounts.each.stiffness or ...cylinders[0].position")
-    lower: Value = Field(description="lower bound, SI or with a unit")
-    upper: Value = Field(description="upper bound, SI or with a unit")
+    lower: Value | None = Field(None, description="lower bound, SI or with a unit")
+    upper: Value | None = Field(None, description="upper bound, SI or with a unit")
+    integer: bool | None = Field(None, description="whole numbers between the bounds only")
+    choices: Labels = Field(
+        (), description="the values that it may take, instead of bounds: SI, with a unit, or names"
+    )
     follow: tuple[TiedKey, ...] = Field(
         (),
         alias="with",
         max_length=32,
         description="keys that follow it: each factor times its value, plus offset",
     )
+    RULES = (
+        one_of("lower upper", "choices"),
+        needs("lower", "upper"),
+        needs("upper", "lower"),
+        at_most_one("integer", "choices"),
+    )
+
+    @property
+    def moves(self) -> bool:
+        """Whether it takes any value between its bounds."""
+        return not (self.choices or self.integer)
 
 
 class Objective(Table):
@@ -54,8 +70,12 @@ class Objective(Table):
 class Optimisation(Table):
     """Change some keys within bounds until the objective is best and all limits are kept."""
 
-    variables: tuple[Variable, ...] = Field(
-        min_length=1, max_length=32, description="what to change"
+    variables: tuple[Variable, ...] = Field((), max_length=32, description="what to change")
+    stock: tuple[Stock, ...] = Field(
+        (), max_length=8, description="things of which one is picked, each several keys together"
+    )
+    robust: Robust | None = Field(
+        None, description="improve the mean plus some deviations over tolerances of keys"
     )
     objective: Objective = Field(description="what to improve")
     starts: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
@@ -77,10 +97,24 @@ class Optimisation(Table):
     second_objective: Objective | None = Field(
         None, description="also trace the front between the objective and this one"
     )
+    further_objectives: tuple[Objective, ...] = Field(
+        (), max_length=3, description="the third and further objectives of the front"
+    )
     front_points: Annotated[int, Field(strict=True, ge=2, le=200)] | None = Field(
         None, description="points of the front, both ends included; default: 15"
     )
-    RULES = ("vibecalc.core.case.search_checks:check_variables",)
+    RULES = (
+        needs("further_objectives", "second_objective"),
+        needs("", "variables stock", allowed="what to change: variables, stock, or both"),
+        unique("stock", "stocks"),
+        "vibecalc.core.case.search_checks:check_variables",
+        "vibecalc.core.case.choice_checks:check_choices",
+    )
+
+    @property
+    def moving(self) -> tuple[Variable, ...]:
+        """Variables between bounds; the others are picked."""
+        return tuple(variable for variable in self.variables if variable.moves)
 
 
 def _unit_twice(row: Row) -> bool:

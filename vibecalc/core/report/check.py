@@ -18,12 +18,12 @@ from vibecalc.core.run.plan import (
 
 if TYPE_CHECKING:
     from vibecalc.core.case.load import LoadedCase
-    from vibecalc.core.case.tables import Optimisation
     from vibecalc.schema import Case
 
-#: runs of one search, of one solution of a find, of one point of a front, of weights solved for
-#: next to one for each variable
-_SEARCH, _SOLUTION, _FRONT, _SOLVED = 50, 15, 100, 5
+#: runs of one solution of a find
+_SOLUTION = 15
+#: machines within tolerances, computed by arrays, that take as long as one run
+_AT_ONCE = 200
 
 
 def check_rows(case: "Case") -> tuple[list[dict[str, Any]], dict[str, Any]]:
@@ -93,16 +93,19 @@ def _studies(case: "Case", needs: Needs) -> Iterator[dict[str, Any]]:
     """Rows of an optimisation and of searches, which run the stages many times."""
     study = case.optimisation
     if study is not None:
-        from vibecalc.core.study.balancing import balances
-        from vibecalc.core.study.planned import describe_study
+        from vibecalc.core.study.planned import describe_study, goals_of, runs_expected
 
-        second = study.second_objective
-        wanted = {study.objective.quantity, *(limit.quantity for limit in case.limit)}
-        wanted |= set() if second is None else {second.quantity}
-        solved = balances(case)
-        runs = len(study.variables) + _SOLVED if solved and not case.limit else _runs(study)
-        seconds = runs * _each(case, needs, frozenset(wanted))
-        yield _study(describe_study(case), runs, seconds)
+        limited = frozenset(limit.quantity for limit in case.limit)
+        wanted = limited | {goal.quantity for goal in goals_of(study)}
+        points, count = runs_expected(case), 1
+        each = _each(case, needs, wanted)
+        if study.robust is not None:
+            from vibecalc.core.study.scatter import by_arrays
+
+            count, keys = study.robust.samples, tuple(one.key for one in study.robust.tolerances)
+            together = by_arrays(case.model_copy(update={"optimisation": None}), keys, wanted)
+            each *= 1.5 + count / _AT_ONCE if together else count
+        yield _study(describe_study(case), points * count, points * each)
     if case.find:
         from vibecalc.core.study.planned import describe_find
 
@@ -132,14 +135,6 @@ def _study(row: dict[str, str], runs: int, running: float) -> dict[str, Any]:
             "megabytes": 0.0,
         },
     }
-
-
-def _runs(study: "Optimisation") -> int:
-    """Runs that an optimisation is likely to take; methods next to it end half way as a rule."""
-    from vibecalc.core.study.planned import COMPARE_BUDGET, front_points
-
-    front = front_points(study) * _FRONT if study.second_objective else 0
-    return (study.starts + 1) * _SEARCH + len(study.compare) * COMPARE_BUDGET // 2 + front
 
 
 # ----------------------------------------------------------------------------

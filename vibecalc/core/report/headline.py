@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from vibecalc.core.report.choices import PICKED, label_of
 from vibecalc.core.report.sections import magnitudes, read_as, table_of
 from vibecalc.core.report.studies import bound_units
 from vibecalc.core.report.verdicts import LimitRow
@@ -135,6 +136,9 @@ def _searched(record: Record, case: Mapping[str, Any]) -> Iterator[Answer]:
     units = bound_units(case)
     for path, quantity in record.items():
         key = path.removeprefix(_VARIABLES)
+        if path.startswith(PICKED) and not quantity.axes:
+            label = label_of(case, path, float(quantity.values))
+            yield Answer(path.removeprefix(PICKED), label, "", "", path, float(quantity.values))
         found = path.startswith("find/") and path.endswith("/value")
         if quantity.axes or not (key != path or found or path == "optimisation/objective"):
             continue
@@ -144,7 +148,9 @@ def _searched(record: Record, case: Mapping[str, Any]) -> Iterator[Answer]:
         elif key == path:
             goal = str(table_of(case, "optimisation", "objective").get("quantity") or path)
             name, unit = read_as(goal, quantity.unit)
-            name = f"objective: {name}"
+            over = table_of(case, "optimisation", "robust")
+            of = f"mean and {float(over.get('sigmas', 2.0)):g} deviations of " if over else ""
+            name = f"objective: {of}{name}"
         factor = convert(1.0, quantity.unit, unit)
         value, error = float(quantity.values) * factor, quantity.estimate * factor
         side = record.quantities.get(_BOUNDS + key)

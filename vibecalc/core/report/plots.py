@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from io import BytesIO
@@ -15,8 +15,9 @@ import numpy as np
 from vibecalc.core.report.accuracy import TopicView, TrialView, topics_of
 from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, TYPE, canvas, note, unit_words
 from vibecalc.core.report.curves import Curves, named_curves
-from vibecalc.core.report.sections import along, scalar_of, table_of
-from vibecalc.core.report.studies import FRONT_PREFIX, VARIABLE, bound_unit, start_of
+from vibecalc.core.report.fronts import in_words
+from vibecalc.core.report.sections import scalar_of, table_of
+from vibecalc.core.report.studies import VARIABLE, bound_unit, start_of
 from vibecalc.core.report.sweep.view import SweepView
 from vibecalc.core.report.verdicts import judge_limits
 from vibecalc.core.report.writing import fold, show
@@ -40,8 +41,10 @@ if TYPE_CHECKING:
 #: Pictures of studies; each subject names its own. A picture is a function of the result, or a
 #: `Curves`, which is called like one: `picture(result) -> Figure | None`.
 OF_STUDIES: dict[str, str] = {
-    "pareto": "vibecalc.core.report.plots:draw_pareto",
+    "pareto": "vibecalc.core.report.fronts:draw_front",
     "optimisation": "vibecalc.core.report.plots:draw_start_and_optimum",
+    "combinations": "vibecalc.core.report.choices:draw_combinations",
+    "robust": "vibecalc.core.report.robust:draw_robust",
 }
 
 #: The same for sweeps; each has `picture(sweep) -> Figure | None`.
@@ -436,61 +439,6 @@ def _span(values: Sequence[float], decades: float) -> tuple[float, float]:
 
 
 # ----------------------------------------------------------------------------
-# The front between two objectives, with the start.
-# ----------------------------------------------------------------------------
-
-
-def draw_pareto(result: Result) -> "Figure | None":
-    """Second objective over the first, None without a front in the result."""
-    one = along(result.record, FRONT_PREFIX + "objective", "front_point")
-    two = along(result.record, FRONT_PREFIX + "second_objective", "front_point")
-    if one is None or two is None:
-        return None
-    study = table_of(result.case, "optimisation")
-    goals = [table_of(study, name) for name in ("objective", "second_objective")]
-    figure = canvas(result, "front between two objectives", 5.4)
-    axes = figure.subplots()
-    across, up = (np.asarray(part[0].values, dtype=float) for part in (one, two))
-    axes.plot(across, up, "-", color=COLOURS[0], linewidth=0.7, alpha=0.5)
-    axes.plot(across, up, "o", color=COLOURS[0], label="front (computed points)")
-    for place in (0, len(across) - 1):
-        note(axes, str(place + 1), (across[place], up[place]), (6, 6))
-    start = [_start(result, goal) for goal in goals]
-    if start[0] is not None and start[1] is not None:
-        axes.plot([start[0]], [start[1]], "s", color=QUIET, mfc="white", ms=8, label="start")
-    axes.set_xlabel(_axis(result, goals[0], one[0].unit))
-    axes.set_ylabel(_axis(result, goals[1], two[0].unit))
-    axes.legend(loc="best")
-    return figure
-
-
-def _axis(result: Result, goal: Mapping[str, Any], unit: str) -> str:
-    picks = ", ".join(f"{axis}={entry}" for axis, entry in dict(goal.get("where") or {}).items())
-    sense = "smaller" if goal.get("sense", "min") == "min" else "larger"
-    name = _in_words(result, str(goal.get("quantity"))) + (f" [{picks}]" if picks else "")
-    return f"{name}{f' in {unit_words(unit)[1]}' if unit else ''}\n({sense} is better)"
-
-
-def _in_words(result: Result, path: str) -> str:
-    """What a quantity is, folded for an axis."""
-    quantity = result.record.quantities.get(path)
-    words = "" if quantity is None else quantity.long_name
-    return "\n".join(fold(words or path.rsplit("/", 1)[-1].replace("_", " "), 44))
-
-
-def _start(result: Result, goal: Mapping[str, Any]) -> float | None:
-    quantity = result.record.quantities.get(AT_START + str(goal.get("quantity")))
-    if quantity is None:
-        return None
-    side: Literal["max", "min"] = "max" if goal.get("sense", "min") == "min" else "min"
-    try:
-        value, _ = worst(quantity, dict(goal.get("where") or {}), side)
-    except ResultError:
-        return None
-    return value if np.isfinite(value) else None
-
-
-# ----------------------------------------------------------------------------
 # Start against optimum: variables inside their bounds, and how much of each limit is used.
 # ----------------------------------------------------------------------------
 
@@ -525,7 +473,7 @@ def _variables(result: Result) -> list[Variable]:
         key = str(variable["key"])
         quantity = result.record.quantities.get(VARIABLE + key)
         value = scalar_of(result.record, VARIABLE + key)
-        if quantity is None or value is None:
+        if quantity is None or value is None or "choices" in variable or variable.get("integer"):
             continue
         written = bound_unit(variable, quantity.unit)
         unit = {"m": "mm", "rad": "deg"}.get(written, written)
@@ -581,7 +529,7 @@ def _uses(result: Result) -> list[Use]:
             limit = f"max {row.max:g} {unit_words(row.unit)[1]}".rstrip()
             uses.append(
                 (
-                    f"{_in_words(result, row.quantity)}\n{limit}",
+                    f"{in_words(result, row.quantity)}\n{limit}",
                     start,
                     100.0 * row.computed / row.max,
                     True,
@@ -595,7 +543,7 @@ def _uses(result: Result) -> list[Use]:
         if start:
             end, _ = worst(result.record[path], where, side)
             uses.append(
-                (f"objective:\n{_in_words(result, path)}", 100.0, 100.0 * end / start, False)
+                (f"objective:\n{in_words(result, path)}", 100.0, 100.0 * end / start, False)
             )
     return uses
 

@@ -6,6 +6,9 @@ from typing import Any, Literal
 
 import numpy as np
 
+from vibecalc.core.report.choices import combinations, picked, unit_of_choices
+from vibecalc.core.report.fronts import front
+from vibecalc.core.report.robust import robust
 from vibecalc.core.report.sections import (
     Part,
     Section,
@@ -40,7 +43,7 @@ def bound_unit(table: Mapping[str, Any], unit: str) -> str:
         written = split_number(bound)[1] if isinstance(bound, str) else ""
         if written:
             return written
-    return unit
+    return unit_of_choices(table) or unit
 
 
 def bound_units(case: Mapping[str, Any]) -> dict[str, str]:
@@ -309,6 +312,9 @@ _REPORTED = tuple(
     PREFIX + name
     for name in (
         "variable/",
+        "choice/",
+        "combinations/",
+        "robust/",
         "active_bound/",
         "history/",
         "optima/",
@@ -333,8 +339,9 @@ def optimisation(result: Result) -> Section | None:
     if not paths:
         return None
     others = [record[path] for path in paths if not path.startswith(_REPORTED)]
-    blocks = [_variables(result), _objective(result), advice(result), holding(record)]
-    blocks += [_nearby(record), front(result)]
+    blocks = [picked(result), _variables(result), _objective(result), combinations(result)]
+    blocks += [robust(result), advice(result), holding(record)]
+    blocks += [_nearby(record), front(result, bound_units(result.case))]
     how = together(optima(record), searches(record), grouped(others, PREFIX))
     details: dict[str, Part] = {"methods side by side": search_methods(result)}
     details["optima and searches"] = how
@@ -347,7 +354,8 @@ def _variables(result: Result) -> list[str]:
     for variable in given:
         key = str(variable["key"])
         quantity = result.record.quantities.get(VARIABLE + key)
-        if quantity is None:
+        ties += _ties(variable) if quantity is not None else []
+        if quantity is None or _is_picked(variable):
             continue
         start = start_of(result, key)
         unit = bound_unit(variable, quantity.unit)
@@ -362,7 +370,6 @@ def _variables(result: Result) -> list[str]:
                 side_of(result.record, key),
             ]
         )
-        ties += _ties(variable)
     columns = (
         Column("variable", 33),
         number("start", 11),
@@ -372,7 +379,11 @@ def _variables(result: Result) -> list[str]:
         number("upper", 11),
         Column("", 8),
     )
-    return [*table(columns, rows), *(["", *ties] if ties else [])] if rows else []
+    return [*(table(columns, rows) if rows else []), *(["", *ties] if ties else [])]
+
+
+def _is_picked(variable: Mapping[str, Any]) -> bool:
+    return bool(variable.get("choices") or variable.get("integer"))
 
 
 def _end(record: Record) -> str:
@@ -409,7 +420,9 @@ def _objective(result: Result) -> list[str]:
     quantity = result.record[path]
     name, unit = read_as(path, quantity.unit)
     factor = convert(1.0, quantity.unit, unit)
-    words = f"objective: {sense} {name}" if at_optimum else f"objective: {name}"
+    over = table_of(result.case, "optimisation", "robust")
+    goal = "objective, without tolerances" if over else "objective"
+    words = f"{goal}: {sense} {name}" if at_optimum and not over else f"{goal}: {name}"
     try:
         value, label = worst(quantity, where, side)
         words += f": {show(value * factor, quantity.error_estimate * factor)} {unit}".rstrip()
@@ -585,49 +598,3 @@ def _value(record: Record, name: str, i: int) -> float:
 def _cell(record: Record, name: str, i: int) -> str:
     quantity = record[_METHODS_PREFIX + name]
     return show(quantity.values[i], quantity.error_estimate, digits=3)
-
-
-# ----------------------------------------------------------------------------
-# The front between two objectives: one line for each of its points.
-# ----------------------------------------------------------------------------
-
-FRONT_PREFIX = "optimisation/front/"
-#: variables that fit next to the objectives
-_SEARCHES_MOST = 4
-_FRONT_ROOM = 14
-
-
-def front(result: Result) -> list[str]:
-    """Objectives and the first variables along the front, all numbers of the result."""
-    one = along(result.record, FRONT_PREFIX + "objective", "front_point")
-    two = along(result.record, FRONT_PREFIX + "second_objective", "front_point")
-    if one is None or two is None:
-        return []
-    study: Mapping[str, Any] = table_of(result.case, "optimisation")
-    keys = [str(variable["key"]) for variable in study.get("variables") or ()]
-    variables = [result.record.quantities.get(f"{FRONT_PREFIX}variable/{key}") for key in keys]
-    shown = [(key, q) for key, q in zip(keys, variables, strict=True) if q is not None]
-    units = bound_units(result.case)
-    columns = [Column("front", 5)]
-    rows = [[str(i + 1)] for i in range(len(one[1]))]
-    for title, path, quantity in (
-        ("objective", "", one[0]),
-        ("second", "", two[0]),
-        *((_last(key), VARIABLE + key, quantity) for key, quantity in shown[:_SEARCHES_MOST]),
-    ):
-        unit = units.get(path, quantity.unit)
-        factor = convert(1.0, quantity.unit, unit)
-        columns.append(number(f"{title} {unit}".rstrip(), _FRONT_ROOM))
-        for row, value in zip(rows, quantity.values, strict=True):
-            row.append(show(float(value) * factor, quantity.error_estimate * factor))
-    second = table_of(study, "second_objective")
-    name, _ = read_as(str(second.get("quantity")), two[0].unit)
-    words = f"front: the best objective for each value of the second, {name}"
-    if len(shown) > _SEARCHES_MOST:
-        words += f"; {len(shown) - _SEARCHES_MOST} further variables are in the result file"
-    return [*paragraph(words), *table(columns, rows)]
-
-
-def _last(key: str) -> str:
-    """The end of a key, with its table where the end alone says little."""
-    return ".".join(key.rsplit(".", 2)[-2:])

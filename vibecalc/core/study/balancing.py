@@ -54,7 +54,9 @@ class _Weight(NamedTuple):
 def balances(case: "Case") -> bool:
     """Whether [optimisation] seeks the least residual by weights that turn and by nothing else."""
     study = case.optimisation
-    if study is None or study.method is not None:
+    if study is None or study.method is not None or study.robust is not None:
+        return False
+    if study.stock or len(study.moving) < len(study.variables):
         return False
     goal = study.objective
     asked = goal.quantity == _QUANTITY and goal.sense == "min" and not goal.where

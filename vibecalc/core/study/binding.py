@@ -1,25 +1,31 @@
 """A case with some of its keys set to numbers, as a function that a search can call."""
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Literal
+import copy
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, Literal, Union
 
 import numpy as np
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.case.raw import NOT_COMPUTED, case_at, field_unit, number_at
 from vibecalc.core.case.tables import Limit, Objective
+from vibecalc.core.results.catalogue import CATALOGUE
+from vibecalc.core.results.record import Record
 from vibecalc.core.results.select import Where, uncertainty, worst
 from vibecalc.core.run.run import StageCache, check_again, run_case
+from vibecalc.core.study.choices import Choice, choices_of, in_words
 from vibecalc.core.study.variables import period_of, shown_as
 from vibecalc.errors import CaseError, NumericalFailure
 from vibecalc.units import parse_quantity
 
 if TYPE_CHECKING:
     from vibecalc.core.case.load import LoadedCase
-    from vibecalc.core.results.record import Quantity, Record
+    from vibecalc.core.study.scatter import Machines, Scatter
     from vibecalc.schema import Case
 
 Side = Literal["max", "min"]
+#: results of a candidate: of itself, or of the machines within its tolerances
+Found = Union[Record, "Machines"]
 
 
 class Binding:
@@ -27,8 +33,9 @@ class Binding:
 
     `lower`, `upper` and `first` (n,) are in SI, `first` the case as written (of a key that it
     leaves out the middle of the bounds); `period` (n,) is that
-    of angles, 0 of others. `accuracy` is the largest relative error estimate met in objective and
-    limits.
+    of angles, 0 of others. These are the variables between bounds; what is picked from lists is
+    as the case has it, or as `with_picked` says. `accuracy` is the largest relative error estimate
+    met in objective and limits.
     """
 
     def __init__(self, loaded: "LoadedCase"):
@@ -39,11 +46,14 @@ class Binding:
         self._resolved = {k: v for k, v in loaded.resolved.items() if k not in NOT_COMPUTED}
         # most points of a search change some parts only, and a front comes back to old points
         self._cache = StageCache()
-        self.keys = tuple(variable.key for variable in study.variables)
+        moving = study.moving
+        self.choices: tuple[Choice, ...] = choices_of(study)
+        self.picked: tuple[int, ...] = ()
+        self.keys = tuple(variable.key for variable in moving)
         self.units = tuple(field_unit(key) for key in self.keys)
-        self._written = tuple(variable.upper for variable in study.variables)
-        self.lower = self._bounds([variable.lower for variable in study.variables])
-        self.upper = self._bounds([variable.upper for variable in study.variables])
+        self._written = tuple(variable.upper or 0.0 for variable in moving)
+        self.lower = self._bounds([variable.lower for variable in moving])
+        self.upper = self._bounds([variable.upper for variable in moving])
         middle = (0.5 * (self.lower + self.upper)).tolist()
         self.first = np.array(
             [
@@ -61,26 +71,46 @@ class Binding:
                 )
                 for tie in variable.follow
             )
-            for variable, unit in zip(study.variables, self.units, strict=True)
+            for variable, unit in zip(moving, self.units, strict=True)
         )
+        self.scatter: Scatter | None = None
+        if study.robust is not None:
+            from vibecalc.core.study.scatter import scatter_of
+
+            self.scatter = scatter_of(study.robust)
         self.goal = study.objective
         self.sign = sign_of(study.objective)
         self.limits = tuple(limit for limit in loaded.case.limit if _counts(limit))
         self._wanted = frozenset({self.goal.quantity, *(limit.quantity for limit in self.limits)})
         self.accuracy = 0.0
+        self._others: dict[tuple[int, ...], Binding] = {}
 
     def _bounds(self, given: list[Any]) -> np.ndarray:
         return np.array(
-            [parse_quantity(str(v), unit) for v, unit in zip(given, self.units, strict=True)]
+            [parse_quantity(str(v), unit) for v, unit in zip(given, self.units, strict=True)],
+            dtype=float,
         )
+
+    def with_picked(self, picked: tuple[int, ...]) -> "Binding":
+        """The same with one option of each choice, by their places; always the same object."""
+        if picked not in self._others:
+            self._others[picked] = other = copy.copy(self)
+            other.picked = picked
+        return self._others[picked]
 
     def case_at(self, variables: np.ndarray) -> "Case":
         """The case with its variables set, checked again; NumericalFailure if it is not a case."""
-        settings: dict[str, float] = {}
+        return checked_case(self._resolved, self._settings(variables), self._cache)
+
+    def _settings(self, variables: np.ndarray) -> dict[str, Any]:
+        """Keys of the case and what they are set to."""
+        settings: dict[str, Any] = {}
+        for choice, place in zip(self.choices, self.picked or (), strict=bool(self.picked)):
+            settings |= choice.options[place].settings
         for key, value, ties in zip(self.keys, map(float, variables), self.ties, strict=True):
             settings[key] = value
             settings |= {tied: factor * value + offset for tied, factor, offset in ties}
-        return checked_case(self._resolved, settings, self._cache)
+        return settings
 
     def apart(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
         """The difference of two points, (n,) in SI, along angles the shorter one around."""
@@ -95,59 +125,99 @@ class Binding:
 
         They are those of the whole interval of a value and its error, as verdicts are.
         """
-        record = self.results(variables, self._wanted)
-        return self._objective(record, self.goal), self._all_margins(record)
+        values, margins = self.evaluate_all(variables, (self.goal,))
+        return float(values[0]), margins
 
-    def evaluate_both(
-        self, variables: np.ndarray, second: Objective
-    ) -> tuple[float, float, np.ndarray]:
-        """Objective and a second one (both to be made small) and the margins."""
-        record = self.results(variables, self._wanted | {second.quantity})
-        one, two = (self._objective(record, goal) for goal in (self.goal, second))
-        return one, two, self._all_margins(record)
+    def evaluate_all(
+        self, variables: np.ndarray, goals: tuple[Objective, ...]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Some objectives (all to be made small) and the margins."""
+        found = self._results_at(variables, self._wanted | {goal.quantity for goal in goals})
+        values = np.array([self._objective(found, goal) for goal in goals])
+        return values, self._all_margins(found)
 
-    def results(self, variables: np.ndarray, wanted: frozenset[str]) -> "Record":
+    def results(self, variables: np.ndarray, wanted: frozenset[str]) -> Record:
         """Some results of the case with its variables set; NumericalFailure as in a run."""
         return run_case(self.case_at(variables), wanted=wanted, cache=self._cache)
 
-    def _objective(self, record: "Record", goal: Objective) -> float:
+    def machines_at(
+        self, variables: np.ndarray, scatter: "Scatter", wanted: frozenset[str] | None = None
+    ) -> "Machines":
+        """Some results (or those of objective and limits) of the machines within tolerances."""
+        from vibecalc.core.study.scatter import machines
+
+        settings = self._settings(variables)
+        written = {
+            key: float(settings.get(key, number_at(self._resolved, key, 0.0)))
+            for key in scatter.keys
+        }
+        wanted = self._wanted if wanted is None else wanted
+
+        def single(more: Mapping[str, float]) -> Record:
+            case = checked_case(self._resolved, settings | dict(more), self._cache)
+            return run_case(case, wanted=wanted, cache=self._cache)
+
+        return machines(self.case_at(variables), scatter, written, wanted, single)
+
+    def _results_at(self, variables: np.ndarray, wanted: frozenset[str]) -> Found:
+        if self.scatter is None:
+            return self.results(variables, wanted)
+        return self.machines_at(variables, self.scatter, wanted)
+
+    def _worst(self, found: Found, path: str, where: Where, side: Side) -> tuple[float, float, str]:
+        """The worst entry of a result, how far the truth may lie beyond it, and its label.
+
+        Over tolerances it is the mean of the worst entries and some deviations more.
+        """
+        if isinstance(found, Record):
+            quantity = found[path]
+            value, label = worst(quantity, where, side)
+            zero = quantity.estimate.is_zero(value)
+            reach = 0.0 if zero or not np.isfinite(value) else uncertainty(quantity, where)
+            error = quantity.error_estimate
+        else:
+            assert self.scatter is not None
+            middle, apart, error = found.spread(path, where, side).moments()
+            more = self.scatter.sigmas * apart
+            value, label = middle + (more if side == "max" else -more), ""
+            reach = error = error * max(1.0, self.scatter.sigmas)
+        if value != 0.0 and np.isfinite(value):
+            self.accuracy = max(self.accuracy, error / abs(value))
+        return value, reach, label
+
+    def _objective(self, found: Found, goal: Objective) -> float:
         side: Side = "max" if goal.sense == "min" else "min"
-        value, _ = worst(record[goal.quantity], goal.where, side)
-        self._note_accuracy(record, goal.quantity, value)
+        value, _, _ = self._worst(found, goal.quantity, goal.where, side)
         return sign_of(goal) * value
 
-    def _all_margins(self, record: "Record") -> np.ndarray:
-        margins = [margin for limit in self.limits for margin in self._margins(record, limit)]
+    def _all_margins(self, found: Found) -> np.ndarray:
+        margins = []
+        for limit, bound, side in self.held():
+            allowed = parse_quantity(str(bound), CATALOGUE[limit.quantity].unit)
+            value, reach, _ = self._worst(found, limit.quantity, limit.where, side)
+            left = allowed - value if side == "max" else value - allowed
+            margins.append((left - reach) / (abs(allowed) or 1.0))
         return np.array(margins, dtype=float)
 
-    def _margins(self, record: "Record", limit: Limit) -> list[float]:
-        quantity = record[limit.quantity]
-        margins = []
-        bounds: tuple[tuple[Any, Side, float], ...] = (
-            (limit.max, "max", 1.0),
-            (limit.min, "min", -1.0),
-        )
-        for bound, side, sign in bounds:
-            if bound is None:
-                continue
-            allowed = parse_quantity(str(bound), quantity.unit)
-            value, _ = worst(quantity, limit.where, side)
-            self._note_accuracy(record, limit.quantity, value)
-            reach = self._reach(quantity, limit.where, value)
-            margins.append((sign * (allowed - value) - reach) / (abs(allowed) or 1.0))
-        return margins
-
-    def _reach(self, quantity: "Quantity", where: Where, value: float) -> float:
-        """How far the truth may lie beyond a value that a limit holds."""
-        zero = quantity.estimate.is_zero(value)
-        return 0.0 if zero or not np.isfinite(value) else uncertainty(quantity, where)
+    def held(self) -> Iterator[tuple[Limit, float | str, Side]]:
+        """Each bound of each limit, in the order of the margins."""
+        for limit in self.limits:
+            if limit.max is not None:
+                yield limit, limit.max, "max"
+            if limit.min is not None:
+                yield limit, limit.min, "min"
 
     def words(self, variables: np.ndarray) -> str:
         """The variables by name, in the units that the case gives their bounds in."""
-        return ", ".join(
-            f"{key} = {shown_as(float(value), unit, written)}"
-            for key, value, unit, written in zip(
-                self.keys, variables, self.units, self._written, strict=True
+        chosen = [in_words(self.choices, self.picked)] if self.picked else []
+        return (
+            ", ".join(chosen)
+            + ", " * bool(chosen and self.keys)
+            + ", ".join(
+                f"{key} = {shown_as(float(value), unit, written)}"
+                for key, value, unit, written in zip(
+                    self.keys, variables, self.units, self._written, strict=True
+                )
             )
         )
 
@@ -156,43 +226,30 @@ class Binding:
 
         Raises NumericalFailure as a run does.
         """
-        record = self.results(variables, self._wanted)
+        found = self._results_at(variables, self._wanted)
+        of = "" if self.scatter is None else f"mean and {self.scatter.sigmas:g} deviations of "
         said = []
-        for limit in self.limits:
-            quantity = record[limit.quantity]
-            for bound, side, most in (
-                (limit.max, "max", "at most"),
-                (limit.min, "min", "at least"),
-            ):
-                if bound is None:
-                    continue
-                value, label = worst(quantity, limit.where, "max" if side == "max" else "min")
-                allowed = parse_quantity(str(bound), quantity.unit)
-                left = allowed - value if side == "max" else value - allowed
-                if left < self._reach(quantity, limit.where, value):
-                    said.append(
-                        f"{limit.quantity}{f' at {label}' if label else ''} is "
-                        f"{shown_as(value, quantity.unit, bound)}, {most} "
-                        f"{shown_as(allowed, quantity.unit, bound)} is allowed"
-                    )
-        return "; ".join(said), self._all_margins(record)
+        for limit, bound, side in self.held():
+            unit = CATALOGUE[limit.quantity].unit
+            value, reach, label = self._worst(found, limit.quantity, limit.where, side)
+            allowed = parse_quantity(str(bound), unit)
+            left = allowed - value if side == "max" else value - allowed
+            if left < reach:
+                most = "at most" if side == "max" else "at least"
+                said.append(
+                    f"{of}{limit.quantity}{f' at {label}' if label else ''} is "
+                    f"{shown_as(value, unit, bound)}, {most} "
+                    f"{shown_as(allowed, unit, bound)} is allowed"
+                )
+        return "; ".join(said), self._all_margins(found)
 
     def margin_names(self) -> tuple[str, ...]:
         """One name per margin, in the order of `evaluate`."""
-        return tuple(
-            f"{limit.quantity} {side} {bound}"
-            for limit in self.limits
-            for side, bound in (("max", limit.max), ("min", limit.min))
-            if bound is not None
-        )
-
-    def _note_accuracy(self, record: "Record", path: str, value: float) -> None:
-        if value != 0.0 and np.isfinite(value):
-            self.accuracy = max(self.accuracy, record[path].error_estimate / abs(value))
+        return tuple(f"{limit.quantity} {side} {bound}" for limit, bound, side in self.held())
 
 
 def checked_case(
-    resolved: Mapping[str, Any], settings: Mapping[str, float], cache: StageCache
+    resolved: Mapping[str, Any], settings: Mapping[str, Any], cache: StageCache
 ) -> "Case":
     """A case in SI with some keys set, checked again; NumericalFailure if it is not a case."""
     try:

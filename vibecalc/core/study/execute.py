@@ -66,6 +66,10 @@ def _named(data: dict[str, Any]) -> Iterator[tuple[KeyPath, str]]:
         goal = _table(_table(data, "optimisation"), name).get("quantity")
         if isinstance(goal, str):
             yield ("optimisation", name), goal
+    further = _table(data, "optimisation").get("further_objectives")
+    for index, row in enumerate(further if isinstance(further, list) else ()):
+        if isinstance(row, dict) and isinstance(row.get("quantity"), str):
+            yield ("optimisation", "further_objectives", index), row["quantity"]
 
 
 def _table(data: dict[str, Any], key: str) -> dict[str, Any]:

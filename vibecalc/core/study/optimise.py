@@ -12,9 +12,10 @@ from vibecalc.core.results.record import Method, Record
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.balancing import BalancedWeights, balance, balances
 from vibecalc.core.study.binding import Binding
-from vibecalc.core.study.planned import ROOT
+from vibecalc.core.study.combine import Combined, combine, of_all
+from vibecalc.core.study.planned import ROOT, search_runs
 from vibecalc.core.study.record import (
-    add_front,
+    add_combinations,
     add_nearest,
     add_numbers,
     add_optimum,
@@ -27,6 +28,7 @@ from vibecalc.errors import NumericalFailure
 
 if TYPE_CHECKING:
     from vibecalc.core.case.load import LoadedCase
+    from vibecalc.core.study.combine import Search
     from vibecalc.core.study.search.problem import Optimum
     from vibecalc.schema import Case
 
@@ -34,6 +36,8 @@ if TYPE_CHECKING:
 STANDARD = "sequential_quadratic"
 
 Evaluate = Callable[[np.ndarray], tuple[float, np.ndarray]]
+#: what a search calls for a binding, counted where somebody looks
+Shown = Callable[[Binding], Evaluate]
 
 
 def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool = False) -> Record:
@@ -46,10 +50,11 @@ def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool 
     study = loaded.case.optimisation
     if study is None:
         raise ValueError("the case has no [optimisation]")
-    binding = Binding(loaded)
+    binding = as_written = Binding(loaded)
     started = time.perf_counter()
     balanced: BalancedWeights | None = None
-    with _shown(binding, progress) as evaluate:
+    combined: Combined | None = None
+    with _shown(loaded.case, progress) as shown:
         with suppress(NumericalFailure):
             binding.evaluate(binding.first)
         if balances(loaded.case):
@@ -57,17 +62,27 @@ def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool 
         try:
             if balanced is not None and balanced.allowed:
                 optimum = balanced.optimum
+            elif binding.choices:
+                combined = combine(binding, loaded.case, _one(loaded.case, shown), shown)
+                binding = binding.with_picked(combined.best.picked)
+                optimum = of_all(combined)
             else:
-                optimum = _searched(binding, loaded.case, evaluate, balanced)
+                optimum = _searched(binding, loaded.case, shown(binding), balanced)
         except Infeasible as nearest:
             timings["optimisation"] = time.perf_counter() - started
-            return _nearest(loaded.case, binding, nearest, timings)
+            record = _nearest(loaded.case, binding, nearest, timings)
+            _add_start(record, as_written)
+            if combined is not None:
+                add_combinations(record, loaded.case, binding, combined)
+            return record
         except NumericalFailure as error:
             raise NumericalFailure(f"{error} {_legend(binding)}") from error
     seconds = time.perf_counter() - started
     record = run_case(binding.case_at(optimum.variables), timings=timings)
     timings["optimisation"] = seconds
     add_optimum(record, loaded.case, binding, optimum)
+    if combined is not None:
+        add_combinations(record, loaded.case, binding, combined)
     if balanced is not None:
         bound = {"lower_bound": (balanced.lower_bound, 0.0)}
         add_numbers(record, loaded.case, bound, {})
@@ -77,22 +92,43 @@ def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool 
             f"{optimum.failures} of {optimum.evaluations} points could not be evaluated: {why}"
         )
     record.warnings += [note for note in optimum.notes if note not in record.warnings]
-    _add_start(record, binding)
+    _add_start(record, as_written)
+    if study.robust:
+        from vibecalc.core.study.robust import add_robust
+
+        points = {"start": (as_written, as_written.first), "optimum": (binding, optimum.variables)}
+        add_robust(record, loaded.case, points)
     record.methods.append(_CONVEX if optimum.method == "convex" else _method(study.method))
-    for asked, part in (
-        (study.compare, compare_methods),
-        (study.sensitivity, add_sensitivity),
-        (study.second_objective, add_front),
-    ):
-        if asked:
-            part(record, loaded.case, binding, optimum, timings)
+    if study.compare:
+        compare_methods(record, loaded.case, binding, optimum, timings)
+    if study.sensitivity:
+        add_sensitivity(record, loaded.case, binding, optimum, timings, as_written)
+    if study.second_objective:
+        from vibecalc.core.study.fronts import add_front
+
+        add_front(record, loaded.case, binding, optimum, timings)
     return record
 
 
+def _one(case: "Case", shown: Shown) -> "Search":
+    """The search of one combination of what is picked, from the starts of the case and others."""
+
+    def search(binding: Binding, further: np.ndarray) -> "Optimum":
+        return _searched(binding, case, shown(binding), None, further)
+
+    return search
+
+
 def _searched(
-    binding: Binding, case: "Case", evaluate: Evaluate, balanced: BalancedWeights | None
+    binding: Binding,
+    case: "Case",
+    evaluate: Evaluate,
+    balanced: BalancedWeights | None,
+    further: np.ndarray | None = None,
 ) -> "Optimum":
-    """The search from many starts; one more at the optimum without limits, where that is known."""
+    """The search from many starts, and from `further` (k, n); where the optimum without limits is
+    known, also from there.
+    """
     from vibecalc.core.study.search.minimise import minimise
     from vibecalc.core.study.search.problem import Box, spread
 
@@ -100,9 +136,11 @@ def _searched(
     assert study is not None
     starts: int | np.ndarray = study.starts
     if balanced is not None:
+        further = balanced.optimum.variables[None, :]
+    if further is not None:
         box = Box(binding.lower, binding.upper, binding.period)
         places = box.values(box.start(spread(study.starts, binding.lower.size)))
-        starts = np.vstack([balanced.optimum.variables, places])
+        starts = np.vstack([further, places])
     return minimise(
         evaluate,
         binding.lower,
@@ -129,7 +167,6 @@ def _nearest(
         f"all results are theirs: {binding.words(nearest.variables)}. {words}. Widen the bounds of "
         "the variables or relax these limits.",
     )
-    _add_start(record, binding)
     record.failure = "no values of the variables between their bounds keep all limits"
     return record
 
@@ -176,17 +213,20 @@ def _legend(binding: Binding) -> str:
 
 
 @contextmanager
-def _shown(binding: Binding, wanted: bool) -> Iterator[Evaluate]:
+def _shown(case: "Case", wanted: bool) -> Iterator[Shown]:
     """Count evaluations on stderr while they run, with the best objective so far."""
     best = np.inf
-    with counted("optimising", wanted) as advance:
+    with counted("optimising", wanted, search_runs(case)) as advance:
 
-        def evaluate(variables: np.ndarray) -> tuple[float, np.ndarray]:
-            nonlocal best
-            objective, margins = binding.evaluate(variables)
-            if objective < best and (margins >= 0.0).all():
-                best = objective
-            advance(f", best {abs(best):.6g}" if np.isfinite(best) else "")
-            return objective, margins
+        def shown(binding: Binding) -> Evaluate:
+            def evaluate(variables: np.ndarray) -> tuple[float, np.ndarray]:
+                nonlocal best
+                objective, margins = binding.evaluate(variables)
+                if objective < best and (margins >= 0.0).all():
+                    best = objective
+                advance(f", best {binding.sign * best:.6g}" if np.isfinite(best) else "")
+                return objective, margins
 
-        yield evaluate
+            return evaluate
+
+        yield shown

@@ -10,9 +10,18 @@ from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Entry
 from vibecalc.core.run.plan import needed_stages, planned_quantities
 from vibecalc.core.study.balancing import balances
+from vibecalc.core.study.choices import (
+    MOST_RUNS,
+    SEARCH_RUNS,
+    Choice,
+    choices_of,
+    combinations,
+    examines_all,
+    runs_of_one,
+)
 
 if TYPE_CHECKING:
-    from vibecalc.core.case.tables import Find, Optimisation
+    from vibecalc.core.case.tables import Find, Objective, Optimisation
     from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
@@ -92,6 +101,8 @@ def describe_find(case: "Case") -> dict[str, str]:
 
 #: most runs of the stages that one compared method may spend
 COMPARE_BUDGET = 5000
+#: runs of one point of a front, of weights solved for next to one for each variable
+FRONT_RUNS, _SOLVED = 100, 5
 _FRONT_POINTS = 15
 
 
@@ -100,32 +111,71 @@ def front_points(study: "Optimisation") -> int:
     return _FRONT_POINTS if study.front_points is None else study.front_points
 
 
+#: objectives of a front, in their order
+FRONT_NAMES = (
+    "objective",
+    "second_objective",
+    "third_objective",
+    "fourth_objective",
+    "fifth_objective",
+)
+
+
+def goals_of(study: "Optimisation") -> tuple["Objective", ...]:
+    """All objectives, in the order of `FRONT_NAMES`."""
+    second = () if study.second_objective is None else (study.second_objective,)
+    return (study.objective, *second, *study.further_objectives)
+
+
 def further_entries(study: "Optimisation", planned: Mapping[str, Entry]) -> Iterator[Entry]:
     """Catalogue entries of the parts that `study` asks for."""
     goal = planned.get(study.objective.quantity)
     unit, kind = (goal.unit, goal.amplitude) if goal else ("", None)
-    keys = [variable.key for variable in study.variables]
+    keys = [variable.key for variable in study.moving]
     if study.sensitivity:
         yield Entry(f"{ROOT}/gain", (), unit, "how much better the optimum is than the start", kind)
         for key in keys:
             yield from _sensitivity(key, unit)
+    if study.robust:
+        yield from _robust(unit, kind)
     if study.compare:
         yield from _methods(unit, kind)
     if study.second_objective:
-        second = planned.get(study.second_objective.quantity)
-        second_unit, second_kind = (second.unit, second.amplitude) if second else ("", None)
-        axes = ("front_point",)
-        yield Entry(f"{ROOT}/front/objective", axes, unit, "objective along the front", kind)
-        yield Entry(
-            f"{ROOT}/front/second_objective",
-            axes,
-            second_unit,
-            "second objective there",
-            second_kind,
-        )
+        axes, root = ("front_point",), f"{ROOT}/front"
+        for name, one in zip(FRONT_NAMES, goals_of(study), strict=False):
+            of = planned.get(one.quantity)
+            of_unit, of_kind = (of.unit, of.amplitude) if of else ("", None)
+            words = name.replace("_", " ")
+            where = "along the front" if name == "objective" else "there"
+            yield Entry(f"{root}/{name}", axes, of_unit, f"{words} {where}", of_kind)
+        yield Entry(f"{root}/knee", (), "", "number of the point at the knee of the front")
+        for choice in choices_of(study):
+            unit_of = field_unit(choice.name) if choice.is_number else ""
+            yield Entry(f"{root}/{choice.path}", axes, unit_of, f"{choice.name} there")
         for key in keys:
             yield Entry(f"{ROOT}/front/variable/{key}", axes, field_unit(key), f"{key} there")
         yield Entry(f"{ROOT}/front/evaluations", (), "", "points evaluated for the front")
+
+
+def _robust(unit: str, kind: str | None) -> Iterator[Entry]:
+    axes, root = ("point",), f"{ROOT}/robust"
+    for name, words, amplitude in (
+        ("nominal", "objective without tolerances", kind),
+        ("mean", "mean over the machines within tolerances", kind),
+        ("deviation", "deviation over these machines", None),
+        ("value", "mean and deviations together, which is improved", kind),
+        ("mean_error", "standard error of the mean, by other machines drawn", None),
+        ("deviation_error", "standard error of the deviation", None),
+        ("value_error", "standard error of mean and deviations together", None),
+    ):
+        yield Entry(f"{root}/{name}", axes, unit, words, amplitude)
+    yield Entry(f"{root}/samples", (), "", "machines drawn for each candidate")
+    for name, words in (
+        ("nominal", "distance to a limit over the limit, without tolerances"),
+        ("mean", "mean of that over the machines"),
+        ("deviation", "deviation of that over the machines"),
+    ):
+        yield Entry(f"{root}/margin_{name}", ("limit",), "", words)
 
 
 def _sensitivity(key: str, unit: str) -> Iterator[Entry]:
@@ -184,7 +234,10 @@ def _entries(case: "Case") -> Iterator[Entry]:
     planned = planned_quantities(case)
     goal = planned.get(study.objective.quantity)
     unit, kind = (goal.unit, goal.amplitude) if goal else ("", None)
-    for variable in study.variables:
+    choices = choices_of(study)
+    if choices:
+        yield from _combinations(choices, unit, kind)
+    for variable in study.moving:
         key = variable.key
         key_unit = field_unit(key)
         yield Entry(f"{ROOT}/variable/{key}", (), key_unit, f"{key} at the optimum")
@@ -217,20 +270,72 @@ def _entries(case: "Case") -> Iterator[Entry]:
         yield entry._replace(path=f"{ROOT}/start/{path}")
 
 
+def _combinations(choices: tuple[Choice, ...], unit: str, kind: str | None) -> Iterator[Entry]:
+    axes, root = ("combination",), f"{ROOT}/combinations"
+    for choice in choices:
+        words = f"{choice.name}, picked"
+        if not choice.is_number:
+            words += ": number in its list, from 1"
+        unit_of = field_unit(choice.name) if choice.is_number else ""
+        yield Entry(f"{ROOT}/{choice.path}", (), unit_of, words)
+        yield Entry(f"{root}/{choice.path}", axes, unit_of, f"{choice.name} there")
+    yield Entry(f"{root}/possible", (), "", "combinations of all that can be picked")
+    yield Entry(f"{root}/examined", (), "", "combinations examined")
+    yield Entry(f"{root}/kept", (), "", "combinations that can keep all limits")
+    yield Entry(f"{root}/objective", axes, unit, "best objective of each, best first", kind)
+    yield Entry(f"{root}/feasible", axes, "", "1 where it can keep all limits")
+    yield Entry(f"{root}/evaluations", axes, "", "points evaluated for it")
+
+
+def search_runs(case: "Case") -> int:
+    """Points that the search of an optimisation is likely to evaluate, without what follows it."""
+    study = case.optimisation
+    if study is None:
+        return 0
+    if balances(case) and not case.limit:
+        return len(study.variables) + _SOLVED
+    choices = choices_of(study)
+    if not choices:
+        return (study.starts + 1) * SEARCH_RUNS
+    return combinations(choices) * runs_of_one(study) if examines_all(study, choices) else MOST_RUNS
+
+
+def runs_expected(case: "Case") -> int:
+    """Points that an optimisation is likely to evaluate in all; compared methods end half way."""
+    study = case.optimisation
+    if study is None:
+        return 0
+    if balances(case) and not case.limit:
+        return search_runs(case)
+    return search_runs(case) + len(study.compare) * COMPARE_BUDGET // 2 + front_runs(study)
+
+
+def front_runs(study: "Optimisation") -> int:
+    """Points that the front is likely to take: of all combinations, where these are not many."""
+    if study.second_objective is None:
+        return 0
+    each = front_points(study) * FRONT_RUNS if study.moving else 1
+    every = combinations(choices_of(study)) * each
+    return every if every <= MOST_RUNS else each
+
+
 def describe_study(case: "Case") -> dict[str, str]:
     """The row of the plan that an optimisation adds."""
     study = case.optimisation
     if study is None:
         raise ValueError("the case has no [optimisation]")
+    keys = [variable.key for variable in study.variables]
+    keys += [table for stock in study.stock for table in (stock.table, *stock.also)]
     return {
         "stage": "optimisation",
         "why": "[optimisation] is in the case",
-        "parts": ", ".join(variable.key for variable in study.variables),
+        "parts": ", ".join(keys),
         "orders": "",
         "cost": (
             "solved as linear least squares within bounds"
             if balances(case)
-            else f"{study.starts + 1} searches of some 50 runs each of the stages above"
+            else _of_choices(study)
+            or f"{study.starts + 1} searches of some 50 runs each of the stages above"
         )
         + _further_cost(study),
         "quantities": ", ".join(
@@ -239,10 +344,29 @@ def describe_study(case: "Case") -> dict[str, str]:
     }
 
 
+def _of_choices(study: "Optimisation") -> str:
+    """How what is picked is searched, nothing where there is nothing to pick."""
+    choices = choices_of(study)
+    if not choices:
+        return ""
+    possible = combinations(choices)
+    each = f"of some {runs_of_one(study)} runs each" if study.moving else "of one run each"
+    if examines_all(study, choices):
+        return f"all {possible} combinations {each} of the stages above"
+    return (
+        f"differential evolution over {possible} combinations {each}, then all next to the best, "
+        f"within some {MOST_RUNS} runs of the stages above"
+    )
+
+
 def _further_cost(study: "Optimisation") -> str:
     words = ""
+    if study.robust:
+        words += f", each run {study.robust.samples} machines within the tolerances"
     if study.compare:
         words += f", {len(study.compare)} further methods with up to {COMPARE_BUDGET} runs each"
-    if study.second_objective:
+    if study.second_objective and study.moving:
         words += f", some 100 runs for each of {front_points(study)} points of the front"
+        count = front_runs(study) // (front_points(study) * FRONT_RUNS)
+        words += f" of each of {count} combinations" if count > 1 else ""
     return words

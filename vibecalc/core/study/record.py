@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibecalc.core.results.record import Axis, Method, Quantity, Record
-from vibecalc.core.study.binding import sign_of
-from vibecalc.core.study.planned import COMPARE_BUDGET, ROOT, front_points, optimisation_entries
+from vibecalc.core.study.choices import in_words
+from vibecalc.core.study.combine import MOST_KEPT
+from vibecalc.core.study.planned import COMPARE_BUDGET, ROOT, optimisation_entries
 from vibecalc.errors import NumericalFailure
 from vibecalc.units import parse_quantity
 
 if TYPE_CHECKING:
     from vibecalc.core.study.binding import Binding
+    from vibecalc.core.study.combine import Combined
     from vibecalc.core.study.search.methods import MethodEnd
     from vibecalc.core.study.search.problem import Optimum
     from vibecalc.schema import Case
@@ -34,7 +36,7 @@ def add_numbers(
     """Add one quantity for each name; units, words and axes come from the catalogue."""
     entries = optimisation_entries(case)
     study = case.optimisation
-    spans = {f"variable/{one.key}": one for one in (study.variables if study else ())}
+    spans = {f"variable/{one.key}": one for one in (study.moving if study else ())}
     goal = None if study is None else record.quantities.get(study.objective.quantity)
     for name, (value, error) in numbers.items():
         entry = entries[f"{ROOT}/{name}"]
@@ -92,6 +94,36 @@ def add_optimum(record: Record, case: "Case", binding: "Binding", optimum: "Opti
         values[f"history/start/{key}"] = ([s.start[i] for s in searches], 0.0)
         values[f"history/end/{key}"] = ([s.end[i] for s in searches], 0.0)
     add_numbers(record, case, values, axes)
+
+
+def add_combinations(
+    record: Record, case: "Case", binding: "Binding", combined: "Combined"
+) -> None:
+    """What was picked, and the combinations examined, best first."""
+    best, ranked = combined.best, combined.ranked[:MOST_KEPT]
+    off = max((one.optimum.objective_error for one in ranked if one.optimum), default=0.0)
+    numbers: Numbers = {
+        "combinations/possible": (combined.possible, 0.0),
+        "combinations/examined": (len(combined.examined), 0.0),
+        "combinations/kept": (sum(one.optimum is not None for one in combined.examined), 0.0),
+        "combinations/objective": ([_known(binding.sign * one.objective) for one in ranked], off),
+        "combinations/feasible": ([int(one.optimum is not None) for one in ranked], 0.0),
+        "combinations/evaluations": ([one.evaluations for one in ranked], 0.0),
+    }
+    for place, choice in enumerate(combined.choices):
+        numbers[choice.path] = (choice.value(best.picked[place]), 0.0)
+        along = [choice.value(one.picked[place]) for one in ranked]
+        numbers[f"combinations/{choice.path}"] = (along, 0.0)
+    labels = [in_words(combined.choices, one.picked) for one in ranked]
+    add_numbers(record, case, numbers, {"combination": np.array(labels, dtype=object)})
+    if len(combined.examined) < combined.possible:
+        record.methods.append(
+            Method(
+                name="differential evolution with whole numbers, then all combinations next to it",
+                purpose="what is picked",
+                citation="Storn and Price 1997, J. Global Optim. 11, 341-359",
+            )
+        )
 
 
 def add_nearest(
@@ -198,71 +230,6 @@ def compare_methods(
 
 
 # ----------------------------------------------------------------------------
-# The front between the objective of a case and its second one.
-# ----------------------------------------------------------------------------
-
-
-def add_front(
-    record: Record,
-    case: "Case",
-    binding: "Binding",
-    optimum: "Optimum",
-    timings: dict[str, float],
-) -> None:
-    """Trace the front from the optimum on and add `optimisation/front/...`.
-
-    Raises NumericalFailure if an end of the front has no optimum.
-    """
-    from vibecalc.core.study.search.trade_offs import front
-
-    study = case.optimisation
-    assert study is not None
-    second = study.second_objective
-    assert second is not None
-    started = time.perf_counter()
-    binding.evaluate_both(optimum.variables, second)  # how accurate the second objective is
-    try:
-        trade_offs = front(
-            lambda variables: binding.evaluate_both(variables, second),
-            binding.lower,
-            binding.upper,
-            first=optimum.variables,
-            points=front_points(study),
-            starts=study.starts,
-            rtol=case.accuracy.rtol,
-            accuracy=binding.accuracy,
-            period=binding.period,
-        )
-    except NumericalFailure as failure:
-        raise NumericalFailure(f"the front cannot be traced: {failure}") from failure
-    timings["front"] = time.perf_counter() - started
-    numbers: Numbers = {
-        "front/objective": (
-            binding.sign * trade_offs.objective,
-            float(np.max(trade_offs.objective_error)),
-        ),
-        "front/second_objective": (
-            sign_of(second) * trade_offs.second_objective,
-            float(np.max(trade_offs.second_objective_error)),
-        ),
-        "front/evaluations": (trade_offs.evaluations, 0.0),
-    }
-    for i, key in enumerate(binding.keys):
-        error = float(np.max(trade_offs.variables_error[:, i]))
-        numbers[f"front/variable/{key}"] = (trade_offs.variables[:, i], error)
-    axis = np.arange(1, trade_offs.objective.size + 1)
-    add_numbers(record, case, numbers, {"front_point": axis})
-    record.warnings += [f"front: {note}" for note in trade_offs.notes]
-    record.methods.append(
-        Method(
-            name="epsilon-constraint method",
-            purpose="front between two objectives",
-            citation="Haimes, Lasdon and Wismer 1971, IEEE Trans. SMC-1, 296-297",
-        )
-    )
-
-
-# ----------------------------------------------------------------------------
 # Slopes of the objective at the start and at the optimum, and what small deviations cost.
 # ----------------------------------------------------------------------------
 
@@ -273,22 +240,27 @@ def add_sensitivity(
     binding: "Binding",
     optimum: "Optimum",
     timings: dict[str, float],
+    as_written: "Binding",
 ) -> None:
     """Add `optimisation/sensitivity/<key>`, `optimisation/deviation/...` and the gain.
 
-    What has no value, as a slope on a kink, is left out and said.
+    The start is the case `as_written`, which may have other options than are picked. What has no
+    value, as a slope on a kink, is left out and said.
     """
     study = case.optimisation
     assert study is not None
     started = time.perf_counter()
-    places = {"start": binding.first, "optimum": optimum.variables}
+    places = {
+        "start": (as_written, binding.first),
+        "optimum": (binding, optimum.variables),
+    }
     if study.sensitivity in places:
         places = {study.sensitivity: places[study.sensitivity]}
-    _slopes(record, case, binding, places)
+    _slopes(record, case, places)
     if "optimum" in places:
         _deviations(record, case, binding, optimum)
     try:
-        start, _ = binding.evaluate(binding.first)
+        start, _ = as_written.evaluate(binding.first)
     except NumericalFailure:
         pass  # said with `optimisation/start`
     else:
@@ -298,13 +270,11 @@ def add_sensitivity(
     timings["sensitivity"] = time.perf_counter() - started
 
 
-def _slopes(
-    record: Record, case: "Case", binding: "Binding", places: dict[str, np.ndarray]
-) -> None:
+def _slopes(record: Record, case: "Case", places: dict[str, tuple["Binding", np.ndarray]]) -> None:
     from vibecalc.core.study.search.trade_offs import slopes_at
 
     slopes_of = {}
-    for name, point in places.items():
+    for name, (binding, point) in places.items():
         try:
             slopes_of[name] = slopes_at(
                 binding.evaluate, binding.lower, binding.upper, point, binding.accuracy

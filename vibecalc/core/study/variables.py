@@ -2,6 +2,7 @@
 
 import math
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -10,11 +11,12 @@ from typing import TYPE_CHECKING
 from vibecalc.core.case.load import resolve
 from vibecalc.core.case.raw import field_unit, number_at
 from vibecalc.core.run.targets import check_targets
-from vibecalc.errors import Problem
+from vibecalc.errors import KeyPath, Problem
 from vibecalc.parts.firing import cycle_angle
 from vibecalc.units import convert, parse_quantity, split_number
 
 if TYPE_CHECKING:
+    from vibecalc.core.case.tables import Objective
     from vibecalc.schema import Case, Machine
 
 # ----------------------------------------------------------------------------
@@ -51,19 +53,37 @@ def period_of(key: str, machine: "Machine") -> float:
 
 
 @contextmanager
-def counted(what: str, wanted: bool) -> Iterator[Callable[[str], None]]:
-    """What is to be called after each run, with words to show; on stderr, on a terminal only."""
+def counted(what: str, wanted: bool, likely: int = 0) -> Iterator[Callable[[str], None]]:
+    """What is to be called after each run, with words to show; on stderr, on a terminal only.
+
+    With the `likely` number of runs the time left is shown, too, as long as no more are spent.
+    """
     if not (wanted and sys.stderr.isatty()):
         yield lambda words: None
         return
     from rich.console import Console
     from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-    text = TextColumn(f"{what}: {{task.completed:.0f}} runs{{task.fields[words]}}")
+    text = TextColumn(f"{what}: {{task.completed:.0f}} {{task.fields[words]}}")
     columns = (SpinnerColumn(), text, TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=None, words="")
-        yield lambda words: bar.update(task, advance=1, words=words)
+        task, began, done = bar.add_task("", total=None, words=""), time.monotonic(), 0
+
+        def advance(words: str) -> None:
+            nonlocal done
+            done += 1
+            bar.update(task, advance=1, words=left_words(done, likely, began, words))
+
+        yield advance
+
+
+def left_words(done: int, likely: int, began: float, words: str) -> str:
+    """Runs that are likely to come and the time that they take, with other words between."""
+    if not 0 < done < likely:
+        return f"runs{words}"
+    left = (time.monotonic() - began) * (likely - done) / done
+    shown = f"{left:.0f} s" if left < 90.0 else f"{left / 60.0:.0f} min"
+    return f"of some {likely} runs{words}, about {shown} left,"
 
 
 # ----------------------------------------------------------------------------
@@ -91,21 +111,20 @@ def study_problems(case: "Case") -> list[Problem]:
                 )
             )
     else:
-        if second == study.objective:
-            problems.append(
-                Problem(
-                    path=("optimisation", "second_objective"),
-                    message="the second objective is the same as the first one",
-                    hint="a front shows what one costs in the other",
-                )
-            )
-        # the same checks as for the objective, under its own name
-        swapped = study.model_copy(update={"objective": second})
-        alone = case.model_copy(update={"optimisation": swapped, "reference": (), "limit": ()})
+        problems += _further(case, ("second_objective",), second, (study.objective,))
+        before = (study.objective, second)
+        for place, one in enumerate(study.further_objectives):
+            problems += _further(case, ("further_objectives", place), one, before)
+            before = (*before, one)
+    if not study.moving:
         problems += [
-            replace(problem, path=("optimisation", "second_objective", *problem.path[2:]))
-            for problem in check_targets(alone)
-            if problem.path[:2] == ("optimisation", "objective")
+            Problem(
+                path=("optimisation", key),
+                message=f"{key} is about variables between bounds, and all of these are picked",
+                allowed="a variable with lower and upper",
+            )
+            for key in ("method", "compare", "sensitivity")
+            if getattr(study, key)
         ]
     doubled = [name for name in dict.fromkeys(study.compare) if study.compare.count(name) > 1]
     problems += [
@@ -115,14 +134,39 @@ def study_problems(case: "Case") -> list[Problem]:
     return problems
 
 
+def _further(
+    case: "Case", key: KeyPath, goal: "Objective", before: tuple["Objective", ...]
+) -> Iterator[Problem]:
+    """Problems of a further objective, which is held to the checks of the first one."""
+    study = case.optimisation
+    assert study is not None
+    if goal in before:
+        order = ("first", "second", "third", "fourth")[before.index(goal)]
+        which = "second" if len(before) == 1 else "further"
+        yield Problem(
+            path=("optimisation", *key),
+            message=f"the {which} objective is the same as the {order} one",
+            hint="a front shows what one costs in the other",
+        )
+    swapped = study.model_copy(update={"objective": goal})
+    alone = case.model_copy(update={"optimisation": swapped, "reference": (), "limit": ()})
+    for problem in check_targets(alone):
+        if problem.path[:2] == ("optimisation", "objective"):
+            yield replace(problem, path=("optimisation", *key, *problem.path[2:]))
+
+
 def _start(case: "Case") -> Iterator[Problem]:
     """Variables that the case writes outside their bounds, and keys off what they follow."""
     study, resolved = case.optimisation, resolve(case)
     assert study is not None
     for position, variable in enumerate(study.variables):
+        if not variable.moves:
+            continue
         path = ("optimisation", "variables", position)
-        unit = field_unit(variable.key)
-        lower, upper = (parse_quantity(one, unit) for one in (variable.lower, variable.upper))
+        unit, highest = field_unit(variable.key), variable.upper or 0.0
+        lower, upper = (
+            parse_quantity(one or 0.0, unit) for one in (variable.lower, variable.upper)
+        )
         written = number_at(resolved, variable.key, 0.5 * (lower + upper))
         period = period_of(variable.key, case.machine)
         around = 0.0 < period <= (upper - lower) * (1.0 + _ROUNDING)
@@ -131,7 +175,7 @@ def _start(case: "Case") -> Iterator[Problem]:
             yield Problem(
                 path=path,
                 message=f"the search starts outside the bounds of {variable.key}",
-                found=shown_as(written, unit, variable.upper),
+                found=shown_as(written, unit, highest),
                 allowed=f"{variable.lower} to {variable.upper}",
                 hint="widen the bounds, or write a value between them into the case",
             )
@@ -146,7 +190,7 @@ def _start(case: "Case") -> Iterator[Problem]:
                 yield Problem(
                     path=(*path, "with", place),
                     message=f"{tie.key} as written is not what it is to follow {variable.key} by",
-                    found=shown_as(tied, unit, variable.upper),
-                    allowed=shown_as(wanted, unit, variable.upper),
+                    found=shown_as(tied, unit, highest),
+                    allowed=shown_as(wanted, unit, highest),
                     hint="write that into the case: the search starts from it",
                 )

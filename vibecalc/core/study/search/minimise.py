@@ -164,8 +164,8 @@ def anywhere(sampler: Sampler, ends: list[Search]) -> ChosenOptimum:
     return ChosenOptimum(best, distinct)
 
 
-def only_point(sampler: Sampler) -> tuple[SearchEnds, ChosenOptimum]:
-    """The answer where all variables are held: one evaluation.
+def only_point(sampler: Sampler, held: str) -> tuple[SearchEnds, ChosenOptimum]:
+    """The answer where all variables are `held`, as these words say: one evaluation.
 
     Raises
     ------
@@ -176,14 +176,13 @@ def only_point(sampler: Sampler) -> tuple[SearchEnds, ChosenOptimum]:
     vector = sampler(nowhere)
     if vector is None:
         raise NumericalFailure(
-            "all variables are held by equal bounds, and that point cannot be evaluated: "
-            f"{next(iter(sampler.failures.values()))}"
+            f"{held}cannot be evaluated: {next(iter(sampler.failures.values()))}"
         )
     margins = vector[1:]
     if np.any(margins < 0):
         raise Infeasible(
-            "all variables are held by equal bounds, and that point breaks a limit: margin "
-            f"{int(np.argmin(margins))} is {float(np.min(margins)):.6g}",
+            f"{held}breaks a limit: margin {int(np.argmin(margins))} is "
+            f"{float(np.min(margins)):.6g}",
             nowhere,
             sampler.count,
         )
@@ -390,10 +389,11 @@ def minimise(
         further = whole.start(spread(starts, low.size))
     else:
         further = whole.unit(starts)
-    points = np.vstack([begin[None, :], further.reshape(-1, low.size)])[:, moving]
+    points = np.vstack([begin[None, :], further.reshape(len(further), low.size)])[:, moving]
     try:
         if not np.any(moving):
-            search, choice = only_point(sampler)
+            held = "all variables are held by equal bounds, and that point "
+            search, choice = only_point(sampler, held if low.size else "what is picked ")
         else:
             chosen = METHODS[method]
             searcher = local_search if method == "sequential_quadratic" else chosen.search

@@ -1,17 +1,14 @@
 """Points of a sweep by array calls, and the few that need it by single runs."""
 
-from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Sequence
 
 import numpy as np
 
 from vibecalc.core.case.load import LoadedCase
-from vibecalc.core.case.raw import key_text, parse_key
+from vibecalc.core.case.raw import parse_key
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.layout import DONE
-from vibecalc.core.results.named import named
-from vibecalc.core.run.columns import Column, Varied, case_at_points, out_of_range, run_points
-from vibecalc.core.run.plan import needed_stages, plan_case
+from vibecalc.core.study.sweep.at_once import Part, compute
 from vibecalc.core.study.sweep.blocks import (
     Block,
     BlockQuantity,
@@ -21,127 +18,7 @@ from vibecalc.core.study.sweep.blocks import (
 )
 from vibecalc.core.study.sweep.design import Design
 from vibecalc.core.study.sweep.evaluate import Evaluator, Quantities
-from vibecalc.errors import KeyPath, NumericalFailure, PointsApart
-from vibecalc.numerics.rounding import BoolArray, IntArray
-
-if TYPE_CHECKING:
-    from vibecalc.schema import Case
-
-# ----------------------------------------------------------------------------
-# Which results over which keys arrays give: as the stages of the case say it.
-# ----------------------------------------------------------------------------
-
-
-def unsupported(case: "Case", keys: Collection[KeyPath], keep: Collection[str]) -> str | None:
-    """Why arrays cannot compute the results `keep` of `case` over `keys`, or None if they can."""
-    if case.optimisation is not None:
-        return "each point is optimised"
-    plan = plan_case(case)
-    leading = [stage.leading for stage in plan if stage.leading is not None]
-    known = frozenset().union(*(one.keys for one in leading))
-    for path in keep:
-        made = [stage.leading for stage in plan if path in stage.quantities]
-        if not made:
-            return f"no table of the case asks for {path}"
-        if made[0] is None or (made[0].only and path not in made[0].only):
-            return f"{path} is computed point by point"
-    for key in keys:
-        if pattern(key) not in known:
-            return f"{key_text(key)} is not among the numbers that arrays can vary"
-        if not _is_number(case, key):
-            return f"{key_text(key)} is not a number in the case as written"
-    return next((one.why_not for one in leading if one.why_not), None)
-
-
-def pattern(key: KeyPath) -> str:
-    """A key as stages name it: positions in lists left out."""
-    return key_text(key).translate({ord(digit): None for digit in "0123456789"})
-
-
-def _is_number(case: "Case", key: KeyPath) -> bool:
-    """Whether the case has a number there, so that setting it changes no other choice."""
-    found: Any = case
-    for part in key:
-        if isinstance(part, int):
-            found = found[part] if isinstance(found, tuple) and part < len(found) else None
-        else:
-            found = getattr(found, part, None)
-    return isinstance(found, float)
-
-
-# ----------------------------------------------------------------------------
-# Results of one case at many points, in blocks that bound the memory.
-# ----------------------------------------------------------------------------
-
-#: a block this small that fails is left to single runs
-_SMALLEST = 8
-
-
-class Part(NamedTuple):
-    """Some of the points (n,), by their places, with what was found."""
-
-    places: IntArray
-    columns: Mapping[str, Column]
-
-
-def compute(
-    case: "Case", varied: Varied, count: int, keep: frozenset[str]
-) -> tuple[list[Part], IntArray]:
-    """Results `keep` at `count` points, and the places of the points that need a single run.
-
-    `varied` maps key paths to values (count,). `unsupported` has to have nothing against it. A
-    point needs a single run if a check may refuse it, if an order may stand on an undamped
-    resonance, or if something in its arithmetic goes wrong: the single run then says what.
-    """
-    stages = needed_stages(case, keep)
-    size = min(stage.leading.most for stage in stages if stage.leading is not None)
-    uncertain = suspects(case, varied, count)
-    clear, left = np.flatnonzero(~uncertain), [np.flatnonzero(uncertain)]
-    parts: list[Part] = []
-    waiting = [clear[start : start + size] for start in range(0, len(clear), size)][::-1]
-    while waiting:
-        places = waiting.pop()
-        try:
-            some = {key: values[places] for key, values in varied.items()}
-            scene = run_points(case, stages, some, len(places), keep)
-        except PointsApart as apart:
-            alone = np.broadcast_to(apart.alone, len(places))
-            left.append(places[alone])
-            waiting += [
-                places[(apart.kinds == kind) & ~alone] for kind in np.unique(apart.kinds[~alone])
-            ]
-        except NumericalFailure:
-            if len(places) <= _SMALLEST:
-                left.append(places)
-            else:
-                half = len(places) // 2
-                waiting += [places[half:], places[:half]]
-        else:
-            left.append(places[scene.alone])
-            parts.append(_part(places, scene.columns, ~scene.alone))
-    return parts, np.sort(np.concatenate(left))
-
-
-def _part(places: IntArray, columns: Mapping[str, Column], kept: BoolArray) -> Part:
-    if kept.all():
-        return Part(places, columns)
-    chosen = {
-        path: column._replace(values=column.values[kept], errors=column.errors[kept])
-        for path, column in columns.items()
-    }
-    return Part(places[kept], chosen)
-
-
-def suspects(case: "Case", varied: Varied, count: int) -> BoolArray:
-    """Points (points,) that a check may refuse, as the stages of the case tell."""
-    found = out_of_range(varied, count)
-    at_points = case_at_points(case, varied)
-    checks = [where for s in plan_case(case) if s.leading for where in s.leading.suspects]
-    with np.errstate(all="ignore"):
-        for where in dict.fromkeys(checks):
-            found |= named(where)(at_points)
-    return found
-
+from vibecalc.numerics.rounding import IntArray
 
 # ----------------------------------------------------------------------------
 # Points of a sweep: their numbers from the design, their results as a block.

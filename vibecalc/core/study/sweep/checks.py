@@ -287,13 +287,23 @@ def sweep_problems(loaded: LoadedCase) -> list[Problem]:
 
 
 def _optimised_too(case: Case, design: Design) -> Iterator[Problem]:
-    searched = () if case.optimisation is None else case.optimisation.variables
-    for index, variable in enumerate(searched):
-        if variable.key in design.keys:
+    study = case.optimisation
+    if study is None:
+        return
+    searched: list[tuple[KeyPath, str]] = [
+        (("variables", index, "key"), variable.key)
+        for index, variable in enumerate(study.variables)
+    ]
+    for index, stock in enumerate(study.stock):
+        settled = stock.items[0].values if stock.items else ()
+        tables = (stock.table, *stock.also)
+        searched += [(("stock", index), f"{one}.{key}") for one in tables for key in settled]
+    for path, key in searched:
+        if key in design.keys:
             yield Problem(
-                path=("optimisation", "variables", index, "key"),
+                path=("optimisation", *path),
                 message="a key that the sweep sets cannot be searched for as well",
-                found=variable.key,
+                found=key,
                 allowed="one or the other",
                 also=("sweep", "axes"),
             )

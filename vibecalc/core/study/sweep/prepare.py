@@ -69,7 +69,7 @@ def choose(case: "Case", design: Design, keep: Sequence[str], jobs: int = 2) -> 
     stages run again only where something that they read has changed, if there may be no more or
     all points take less time than processes take to start; else processes that each do the same.
     """
-    from vibecalc.core.study.sweep.arrays import unsupported
+    from vibecalc.core.study.sweep.at_once import unsupported
 
     why_not = unsupported(case, [parse_key(key) for key in design.keys], keep)
     if why_not is None:

@@ -1,0 +1,154 @@
+"""Claim: mean and deviation over tolerances are those of the machines within them, and the optimum
+is that of mean plus deviations.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from refused import changed, refusals, refused
+from shipped_cases import CASES
+from stock_cases import BASE, ROBUST
+from test_consistency_choices import run
+
+from vibecalc.core.case.load import load_case, validate
+from vibecalc.core.case.raw import case_at
+from vibecalc.core.report.text import render_report
+from vibecalc.core.results.store import read_result
+from vibecalc.core.run.run import run_case
+from vibecalc.core.study import scatter as scatter_module
+from vibecalc.core.study.binding import Binding
+from vibecalc.core.study.execute import load_checked
+from vibecalc.core.study.scatter import scatter_of
+from vibecalc.errors import NumericalFailure
+
+GOLDEN = Path(__file__).resolve().parent / "golden"
+GRAVITY, MASS = 9.80665, 120.0
+MASS_BY = '{ key = "machine.body.mass", half_width = "10 %" }'
+SAG = '[[limit]]\nquantity = "isolation/support_displacement/sag"\nmax = "3 mm"\n'
+STIFFNESS = "machine.mounts.each.stiffness"
+
+
+def text(quantity: str, tolerances: str, limit: str = "") -> str:
+    asked = ROBUST.replace("QUANTITY", quantity).replace("TOLERANCES", tolerances)
+    return BASE + asked + limit
+
+
+def written(folder: Path, content: str) -> Binding:
+    path = folder / "case.toml"
+    path.write_text(content, encoding="utf-8")
+    return Binding(load_checked([path])[0])
+
+
+def test_a_limit_that_is_linear_in_what_scatters(tmp_path: Path) -> None:
+    """Sag M g / (4 k), M evenly within 10 %: k = M g (1 + 2 s) / (4 L), s near 0.1 / sqrt 3."""
+    content = text("isolation/pitch/stiffness", MASS_BY, SAG)
+    result = run(tmp_path, content)
+    steps = scatter_of(load_checked([tmp_path / "case.toml"])[0].case.optimisation.robust).steps
+    scatter, middle = float(np.std(steps, ddof=1)), float(np.mean(steps))
+    assert abs(middle) < 2e-4 and scatter == pytest.approx(0.1 / np.sqrt(3.0), rel=0.02)
+    share = 1.0 + middle + 2.0 * scatter
+    stiffness = float(result.record[f"optimisation/variable/{STIFFNESS}"].values)
+    assert stiffness == pytest.approx(MASS * GRAVITY * share / (4.0 * 3e-3), rel=1e-9)
+    left = {
+        name: float(result.record[f"optimisation/robust/margin_{name}"].values[0])
+        for name in ("nominal", "mean", "deviation")
+    }
+    assert left["nominal"] == pytest.approx(1.0 - 1.0 / share, rel=1e-9)
+    assert left["mean"] - 2.0 * left["deviation"] == pytest.approx(0.0, abs=1e-9)
+    said = render_report(result)
+    assert "machine.body.mass evenly within +-10 %. 64 machines" in said
+    assert "mean and 2 deviations" in said
+
+
+def test_a_quantity_that_is_quadratic_in_what_scatters(tmp_path: Path) -> None:
+    """k (x1^2 + ...): with a deviation d of one x the mean rises by k d^2, the variance is
+    k^2 (4 x^2 d^2 + 2 d^4); both known within a few of their standard errors.
+    """
+    by = '{ key = "machine.mounts.positions[2][0]", deviation = "40 mm" }'
+    content = text("isolation/pitch/stiffness", by).replace(
+        "tolerances", "samples = 256\ntolerances"
+    )
+    record = run(tmp_path, content, "isolation.lever=0.8").record
+    x, d = 0.4, 0.04
+    for place, k in ((0, 100e3), (1, 50e3)):
+        exact = k * (4.0 * x * x + d * d), k * np.sqrt(4.0 * x * x * d * d + 2.0 * d**4)
+        for name, wanted in zip(("mean", "deviation"), exact, strict=True):
+            value = record[f"optimisation/robust/{name}"].values[place]
+            error = record[f"optimisation/robust/{name}_error"].values[place]
+            assert abs(value - wanted) < 4.0 * error < 0.05 * wanted
+        assert record["optimisation/robust/nominal"].values[place] == pytest.approx(k * 4 * x * x)
+
+
+def test_machines_at_once_and_one_by_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Arrays, single runs, and the cases of the machines each written down give the same."""
+    by = f'{{ key = "{STIFFNESS}", half_width = "15 %" }}, {MASS_BY}'
+    content = text("isolation/support_force/steady_peak", by, SAG)
+    binding = written(tmp_path, content.replace("tolerances", "samples = 8\ntolerances"))
+    place = np.array([120e3])
+    once = binding.evaluate(place)
+    monkeypatch.setattr(scatter_module, "by_arrays", lambda *_: False)
+    single = binding.evaluate(place)
+    assert once[0] == pytest.approx(single[0], rel=1e-12)
+    assert once[1] == pytest.approx(single[1], abs=1e-12)
+    steps = binding.scatter.steps
+    forces = []
+    for step in steps:
+        settings = {STIFFNESS: 120e3 * (1.0 + step[0]), "machine.body.mass": MASS * (1.0 + step[1])}
+        record = run_case(validate(case_at(binding._resolved, settings)))
+        forces.append(np.max(record["isolation/support_force/steady_peak"].values))
+    assert once[0] == pytest.approx(np.mean(forces) + 2.0 * np.std(forces, ddof=1), rel=1e-12)
+
+
+def test_a_machine_without_a_result_says_so(tmp_path: Path) -> None:
+    by = f'{{ key = "{STIFFNESS}", deviation = "90 %" }}'
+    with pytest.raises(NumericalFailure, match="a machine within the tolerances"):
+        written(tmp_path, text("isolation/pitch/stiffness", by)).evaluate(np.array([1e5]))
+
+
+def test_the_shipped_stock() -> None:
+    """Mean less two deviations of sqrt(4 k x^2 / I) / (2 pi) is 9 Hz at the distance found."""
+    record = read_result(GOLDEN / "generator_mount_stock.h5").record
+    robust = load_case(CASES["generator_mount_stock"]).case.optimisation.robust
+    stiffness = 60e3 * (1.0 + scatter_of(robust).steps[:, 0])
+    roots = np.sqrt(4.0 * stiffness / (100.0 * (0.8**2 + 0.35**2) / 12.0)) / (2.0 * np.pi)
+    x = 9.0 / (np.mean(roots) - 2.0 * np.std(roots, ddof=1))
+    assert float(record["optimisation/choice/mount"].values) == 3.0
+    found = record["optimisation/variable/machine.mounts.positions[2][0]"]
+    assert float(found.values) == pytest.approx(x, rel=1e-8)
+
+
+@pytest.mark.parametrize(("case", "change", "place", "words"), refusals("robust"))
+def test_refused(tmp_path: Path, case: str, change: str, place: str, words: list[str]) -> None:
+    path = tmp_path / "case.toml"
+    path.write_text(changed(text("isolation/pitch/stiffness", MASS_BY), change), encoding="utf-8")
+    said = refused(path)
+    for word in (place, *words):
+        assert word in said, said
+
+
+@pytest.mark.long
+def test_monte_carlo(tmp_path: Path) -> None:
+    """1500 machines drawn independently by numpy, each a run: mean and deviation agree."""
+    mass = MASS_BY.replace("half_width", "deviation")
+    by = f'{{ key = "{STIFFNESS}", half_width = "15 %" }}, {mass}'
+    content = text("isolation/support_force/steady_peak", by)
+    record = run(tmp_path, content).record
+    binding = written(tmp_path, content)
+    stiffness = float(record[f"optimisation/variable/{STIFFNESS}"].values)
+    rng, forces = np.random.default_rng(7), []
+    for _ in range(1500):
+        settings = {
+            STIFFNESS: stiffness * (1.0 + rng.uniform(-0.15, 0.15)),
+            "machine.body.mass": MASS * (1.0 + 0.1 * rng.standard_normal()),
+        }
+        case = validate(case_at(binding._resolved, settings))
+        found = run_case(case, wanted=frozenset({"isolation/support_force/steady_peak"}))
+        forces.append(float(np.max(found["isolation/support_force/steady_peak"].values)))
+    for name, value, error in (
+        ("mean", np.mean(forces), np.std(forces) / np.sqrt(1500)),
+        ("deviation", np.std(forces, ddof=1), np.std(forces) / np.sqrt(750)),
+    ):
+        ours = float(record[f"optimisation/robust/{name}"].values[-1])
+        known = float(record[f"optimisation/robust/{name}_error"].values[-1])
+        assert abs(ours - value) < 4.0 * np.hypot(error, known)

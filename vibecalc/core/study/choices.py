@@ -1,0 +1,119 @@
+"""What [optimisation] picks from: values, whole numbers and stocks, each as a list of options."""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from vibecalc.core.case.choice_checks import read_choice, whole_numbers
+from vibecalc.core.case.raw import field_unit, parse_key
+from vibecalc.core.case.walk import shape_at
+from vibecalc.units import parse_quantity
+
+if TYPE_CHECKING:
+    from vibecalc.core.case.tables import Optimisation, Stock, Variable
+
+# ----------------------------------------------------------------------------
+# Choices and combinations of their options.
+# ----------------------------------------------------------------------------
+
+#: runs of the machine that a search from one start takes, with three variables and more
+SEARCH_RUNS = 50
+#: runs up to which all combinations are examined
+MOST_RUNS = 50_000
+
+
+class Option(NamedTuple):
+    """One thing that can be picked: its name in tables, and the keys that it sets, in SI."""
+
+    label: str
+    settings: Mapping[str, Any]
+
+
+class Choice(NamedTuple):
+    """A key, or several together, of which one option is picked.
+
+    `path` is that of the result below `optimisation/`: of a number its value, else the number of
+    the option, counted from 1. `ordered`: options next to each other are alike.
+    """
+
+    name: str
+    path: str
+    options: tuple[Option, ...]
+    ordered: bool
+
+    @property
+    def is_number(self) -> bool:
+        """Whether the result is the value itself."""
+        return self.path.startswith("variable/")
+
+    def value(self, place: int) -> float:
+        """What the result holds where the option at `place` is picked."""
+        return float(self.options[place].settings[self.name]) if self.is_number else place + 1.0
+
+
+def choices_of(study: "Optimisation") -> tuple[Choice, ...]:
+    """All choices of an optimisation: those of variables, then the stocks."""
+    picked = (_of_variable(one) for one in study.variables if not one.moves)
+    return (*picked, *map(_of_stock, study.stock))
+
+
+def combinations(choices: tuple[Choice, ...]) -> int:
+    """How many combinations of options there are."""
+    return math.prod(len(choice.options) for choice in choices)
+
+
+def runs_of_one(study: "Optimisation") -> int:
+    """Runs that one combination is likely to take."""
+    moving = len(study.moving)
+    return (study.starts + 1) * min(SEARCH_RUNS, 10 + 15 * moving) if moving else 1
+
+
+def examines_all(study: "Optimisation", choices: tuple[Choice, ...]) -> bool:
+    """Whether every combination is examined."""
+    return combinations(choices) * runs_of_one(study) <= MOST_RUNS
+
+
+def _of_variable(variable: "Variable") -> Choice:
+    shape = shape_at(parse_key(variable.key))
+    assert shape is not None
+    values: list[tuple[str, Any]]
+    if variable.choices:
+        values = [(str(one), read_choice(one, shape)) for one in variable.choices]
+    else:
+        low, high = (parse_quantity(one or 0.0, "") for one in (variable.lower, variable.upper))
+        numbers = whole_numbers(low, high)
+        values = [(str(one), read_choice(one, shape)) for one in numbers]
+    is_name = shape.kind == "choice"
+    if not is_name:
+        values.sort(key=lambda one: float(one[1]))
+    options = tuple(Option(label, dict(_settings(variable, value))) for label, value in values)
+    path = f"{'choice' if is_name else 'variable'}/{variable.key}"
+    return Choice(variable.key, path, options, not is_name)
+
+
+def _settings(variable: "Variable", value: Any) -> Iterator[tuple[str, Any]]:
+    """A variable and what follows it, set to a value."""
+    yield variable.key, value
+    for tie in variable.follow:
+        offset = 0.0 if tie.offset is None else parse_quantity(tie.offset, field_unit(tie.key))
+        yield tie.key, tie.factor * float(value) + offset
+
+
+def _of_stock(stock: "Stock") -> Choice:
+    options = []
+    for item in stock.items:
+        settings = {}
+        for table in (stock.table, *stock.also):
+            for key, value in item.values.items():
+                shape = shape_at(parse_key(f"{table}.{key}"))
+                assert shape is not None
+                settings[f"{table}.{key}"] = read_choice(value, shape)
+        options.append(Option(item.name, settings))
+    return Choice(stock.name, f"choice/{stock.name}", tuple(options), False)
+
+
+def in_words(choices: tuple[Choice, ...], picked: tuple[int, ...]) -> str:
+    """A combination as tables name it: the labels of what is picked."""
+    return ", ".join(
+        choice.options[place].label for choice, place in zip(choices, picked, strict=True)
+    )

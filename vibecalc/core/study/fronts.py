@@ -1,0 +1,169 @@
+"""What an optimisation adds to its record for several objectives: the front between them."""
+
+import time
+from itertools import product
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from vibecalc.core.results.record import Method, Record
+from vibecalc.core.study.binding import sign_of
+from vibecalc.core.study.choices import MOST_RUNS, combinations, in_words
+from vibecalc.core.study.planned import FRONT_NAMES, FRONT_RUNS, front_points, goals_of
+from vibecalc.core.study.record import Numbers, add_numbers
+from vibecalc.core.study.search.problem import FEASIBLE_WITHIN, Infeasible
+from vibecalc.core.study.search.several import FrontPoints, front_of_several, knee, undominated
+from vibecalc.errors import NumericalFailure
+
+if TYPE_CHECKING:
+    from vibecalc.core.study.binding import Binding
+    from vibecalc.core.study.search.problem import Optimum
+    from vibecalc.schema import Case
+
+# ----------------------------------------------------------------------------
+# The front of one combination of what is picked, and that of all.
+# ----------------------------------------------------------------------------
+
+
+class _Traced(NamedTuple):
+    """The fronts of some combinations, one after the other."""
+
+    picked: list[tuple[int, ...]]
+    fronts: list[FrontPoints]
+    notes: list[str]
+
+
+def _of_one(case: "Case", binding: "Binding", first: np.ndarray) -> FrontPoints:
+    """The front where nothing is left to pick."""
+    study = case.optimisation
+    assert study is not None
+    goals = goals_of(study)
+    binding.evaluate_all(first, goals)  # how accurate all of them are
+    if binding.lower.size == 0:
+        values, margins = binding.evaluate_all(first, goals)
+        if np.any(margins < -FEASIBLE_WITHIN):
+            raise Infeasible("breaks a limit", first, 1)
+        error, nothing = binding.accuracy * np.abs(values), np.empty((1, 0))
+        return FrontPoints(values[None, :], error[None, :], nothing, nothing, 1, ())
+    asked: dict[str, Any] = {
+        "first": first,
+        "points": front_points(study),
+        "starts": study.starts,
+        "rtol": case.accuracy.rtol,
+        "accuracy": binding.accuracy,
+        "period": binding.period,
+    }
+    low, high = binding.lower, binding.upper
+    if len(goals) > 2:
+        return front_of_several(
+            lambda x: binding.evaluate_all(x, goals), low, high, len(goals), **asked
+        )
+    from vibecalc.core.study.search.trade_offs import front
+
+    def both(variables: np.ndarray) -> tuple[float, float, np.ndarray]:
+        (one, other), margins = binding.evaluate_all(variables, goals)
+        return float(one), float(other), margins
+
+    two = front(both, low, high, **asked)
+    return FrontPoints(
+        np.stack([two.objective, two.second_objective], axis=1),
+        np.stack([two.objective_error, two.second_objective_error], axis=1),
+        two.variables,
+        two.variables_error,
+        two.evaluations,
+        two.notes,
+    )
+
+
+def _of_all(case: "Case", binding: "Binding", first: np.ndarray) -> _Traced:
+    """The fronts of all combinations, or of the best where there are too many."""
+    study = case.optimisation
+    assert study is not None
+    each = front_points(study) * FRONT_RUNS if study.moving else 1
+    if combinations(binding.choices) * each > MOST_RUNS:
+        found = _of_one(case, binding, first)
+        words = in_words(binding.choices, binding.picked)
+        return _Traced([binding.picked], [found], [f"the front is that of {words} alone"])
+    traced = _Traced([], [], [])
+    for picked in product(*(range(len(choice.options)) for choice in binding.choices)):
+        words = in_words(binding.choices, picked)
+        try:
+            found = _of_one(case, binding.with_picked(picked), first)
+        except Infeasible:
+            continue
+        except NumericalFailure as failure:
+            traced.notes.append(f"{words} has no front: {failure}")
+            continue
+        traced.picked.append(picked)
+        traced.fronts.append(found)
+        notes = found.notes if len(found.values) > 1 else ()  # one point is said by the front
+        traced.notes.extend(f"{words}: {note}" for note in notes)
+    if not traced.fronts:
+        raise NumericalFailure("; ".join(traced.notes) or "no combination keeps the limits")
+    return traced
+
+
+# ----------------------------------------------------------------------------
+# Into the record.
+# ----------------------------------------------------------------------------
+
+
+def add_front(
+    record: Record,
+    case: "Case",
+    binding: "Binding",
+    optimum: "Optimum",
+    timings: dict[str, float],
+) -> None:
+    """Trace the front from the optimum on and add `optimisation/front/...`.
+
+    Raises NumericalFailure if an end of the front has no optimum.
+    """
+    study = case.optimisation
+    assert study is not None
+    goals, started = goals_of(study), time.perf_counter()
+    try:
+        if binding.choices:
+            traced = _of_all(case, binding, optimum.variables)
+        else:
+            found = _of_one(case, binding, optimum.variables)
+            traced = _Traced([()], [found], list(found.notes))
+    except NumericalFailure as failure:
+        raise NumericalFailure(f"the front cannot be traced: {failure}") from failure
+    timings["front"] = time.perf_counter() - started
+    values, errors, variables, away = (
+        np.concatenate([getattr(one, name) for one in traced.fronts])
+        for name in ("values", "errors", "variables", "variables_error")
+    )
+    sizes = [len(one.values) for one in traced.fronts]
+    picked = [one for one, size in zip(traced.picked, sizes, strict=True) for _ in range(size)]
+    kept = undominated(values) if len(sizes) > 1 else np.arange(len(values))
+    values = values[kept]
+    signs = np.array([sign_of(goal) for goal in goals])
+    numbers: Numbers = {"front/evaluations": (sum(one.evaluations for one in traced.fronts), 0.0)}
+    for place, name in enumerate(FRONT_NAMES[: len(goals)]):
+        error = float(np.max(errors[kept, place]))
+        numbers[f"front/{name}"] = (signs[place] * values[:, place], error)
+    for i, key in enumerate(binding.keys):
+        numbers[f"front/variable/{key}"] = (variables[kept, i], float(np.max(away[kept, i])))
+    for i, choice in enumerate(binding.choices):
+        along = [choice.value(picked[place][i]) for place in kept.tolist()]
+        numbers[f"front/{choice.path}"] = (along, 0.0)
+    deepest = knee(values)
+    if deepest is not None:
+        numbers["front/knee"] = (deepest + 1, 0.0)
+    add_numbers(record, case, numbers, {"front_point": np.arange(1, len(kept) + 1)})
+    record.warnings += [f"front: {note}" for note in traced.notes]
+    record.methods.append(_EPSILON if len(goals) == 2 else _BOUNDARY)
+
+
+_EPSILON = Method(
+    name="epsilon-constraint method",
+    purpose="front between two objectives",
+    citation="Haimes, Lasdon and Wismer 1971, IEEE Trans. SMC-1, 296-297",
+)
+_BOUNDARY = Method(
+    name="normal boundary intersection",
+    purpose="front between several objectives",
+    citation="Das and Dennis 1998, SIAM J. Optim. 8, 631-657",
+)
