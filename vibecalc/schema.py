@@ -13,6 +13,7 @@ from vibecalc.parts.body_tables import Body, Mounts
 from vibecalc.parts.tables import NEEDED_BY_KIND, CrankTrain, Cycle
 
 if TYPE_CHECKING:
+    from vibecalc.absorber.asked_tables import Tuning
     from vibecalc.absorber.tables import (
         Flywheel,
         Gap,
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
         StockDampers,
         StockOils,
         StockSprings,
-        Tuning,
     )
     from vibecalc.core.case.tables import (
         Find,
@@ -53,9 +53,10 @@ else:
     globals().update(
         later(
             {
+                "vibecalc.absorber.asked_tables": "Tuning",
                 "vibecalc.absorber.tables": "Flywheel Gap Oil OilCatalogue Pendulum Primary Ring "
                 "Rod Secondaries Secondary SpringCatalogue Springs StockDampers StockOils "
-                "StockSprings Tuning",
+                "StockSprings",
                 "vibecalc.core.case.tables": "Find Limit Optimisation Reference "
                 "ReferenceTable Sweep",
                 "vibecalc.excitation.tables": "Excitation",

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from vibecalc.core.run.stage import Harmonics, Leading, Stage, Subject, Unit, Work, below
 
 if TYPE_CHECKING:
-    from vibecalc.absorber.tables import Tuning
+    from vibecalc.absorber.asked_tables import Tuning
     from vibecalc.schema import Case, Machine
 
 _NO_ORDERS = "none: over the frequency"

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.absorber.adapters.optimum import limits_of
+from vibecalc.absorber.asked_tables import Tuning
 from vibecalc.absorber.hardware.oil_gap import (
     Oil,
     dynamic_viscosity,
@@ -29,7 +30,6 @@ from vibecalc.absorber.hardware.rods_and_springs import (
 from vibecalc.absorber.model import AbsorberParts, Bending, Filling, Scale, build_absorber
 from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.results import HARDWARE_ROOT
-from vibecalc.absorber.tables import Tuning
 from vibecalc.absorber.transfer import Absorber
 from vibecalc.absorber.tuning.restricted import given_damping, stock_choice
 from vibecalc.core.run.stage import Scene

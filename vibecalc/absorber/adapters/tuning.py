@@ -17,11 +17,11 @@ from vibecalc.absorber.adapters.optimum import (
     within_bounds,
 )
 from vibecalc.absorber.adapters.response import TuningError, moved, tuning_error
+from vibecalc.absorber.asked_tables import Tuning
 from vibecalc.absorber.model import AbsorberParts, build_absorber
 from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.results import TUNING_ROOT
 from vibecalc.absorber.stage import is_over_one
-from vibecalc.absorber.tables import Tuning
 from vibecalc.absorber.transfer import Absorber, own_damping_ratio
 from vibecalc.absorber.tuning import mean_square as least_squares
 from vibecalc.absorber.tuning.closed_forms import METHODS, closed_form, threshold
