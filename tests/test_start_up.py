@@ -71,7 +71,8 @@ def test_check_needs_no_arrays_file_or_solver(tmp_path: Path) -> None:
 SAYING = (
     "tables", "shaft_line_tables", "rules", "form", "stage", "results",
     "checks", "motor_checks", "shaft_line_checks", "engine_rules", "curve_results", "curve_tables",
-    "curve_checks", "coupling_results", "asked",
+    "curve_checks", "coupling_results", "asked", "asked_tables",
+    "motion_results",
 )  # fmt: skip
 #: what checks count with
 COUNTING = (

@@ -6,12 +6,22 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field
 
 from vibecalc.absorber.tables import OILS, Positive, Share, Temperature
-from vibecalc.core.case.fields import AngularSpeed, Table, Unit
+from vibecalc.core.case.fields import (
+    Acceleration,
+    AngularSpeed,
+    Force,
+    Length,
+    Moment,
+    Table,
+    Unbalance,
+    Unit,
+)
 from vibecalc.core.case.raw import table_at
 from vibecalc.core.case.rules import (
     Row,
     Rule,
     at_most_one,
+    needs,
     no,
     once,
     one_of,
@@ -24,8 +34,18 @@ from vibecalc.core.case.rules import (
 # What is asked of an absorber: its response, and the tuning that keeps it small.
 # ----------------------------------------------------------------------------
 
-AbsorberExcitation = Literal["force", "base", "unbalance"]
-TunedResponse = Literal["displacement", "velocity", "acceleration", "transmitted_force"]
+#: key of an amplitude -> excitation
+AMPLITUDES = {
+    "force": "force",
+    "torque": "force",
+    "unbalance": "unbalance",
+    "base_displacement": "base",
+    "base_acceleration": "base_acceleration",
+}
+AbsorberExcitation = Literal["force", "base", "unbalance", "base_acceleration"]
+TunedResponse = Literal[
+    "displacement", "velocity", "acceleration", "transmitted_force", "deflection"
+]
 AnyResponse = Literal[
     "displacement",
     "velocity",
@@ -38,6 +58,7 @@ TuningMethod = Literal["den_hartog", "nishihara_asami", "warburton", "numerical"
 Shares = Annotated[tuple[Share, ...], Field(max_length=64)]
 #: of a number that a part may be off by
 Fraction = Annotated[float, Field(gt=0, lt=1), Unit("")]
+Tolerance = Annotated[float, Field(ge=0, lt=0.9), Unit("")]
 Positives = Annotated[tuple[Positive, ...], Field(max_length=64)]
 Points = Annotated[int, Field(strict=True, ge=2, le=20_000)]
 
@@ -63,6 +84,37 @@ class Frequencies(Range):
     start: AngularSpeed = Field(0.0, alias="from", ge=0, description="lowest")
     stop: AngularSpeed = Field(alias="to", gt=0, description="highest")
     points: Points = Field(401, description="evenly spread, both ends included")
+
+
+class Band(Range):
+    """Frequencies or speeds within which a tuning counts."""
+
+    start: AngularSpeed = Field(0.0, alias="from", ge=0, description="lowest, '7 Hz', '400 rpm'")
+    stop: AngularSpeed = Field(alias="to", gt=0, description="highest")
+
+
+class BandRatios(Range):
+    """The same over the primary's own frequency."""
+
+    start: Share = Field(0.0, alias="from", description="lowest")
+    stop: Positive = Field(alias="to", description="highest")
+
+
+class Tolerances(Table):
+    """What may be off: each to both sides, in every combination."""
+
+    natural_frequency: Tolerance = Field(0.0, description="of the primary, of all its modes")
+    mass: Tolerance = Field(0.0, description="of the absorber")
+    stiffness: Tolerance = Field(0.0, description="of the absorber's spring")
+    damping: Tolerance = Field(0.0, description="of the absorber's damper")
+    RULES = (
+        refuse(
+            "",
+            "[tuning.tolerances] names nothing that is off",
+            lambda t: not any(map(t.number, t.data)),
+            "natural_frequency = '5 %', for example",
+        ),
+    )
 
 
 class MassRatios(Range):
@@ -131,7 +183,40 @@ class AbsorberResponse(Table):
     limits: bool = Field(
         False, strict=True, description="also the curves with the secondary locked and free"
     )
-    RULES = (at_most_one("frequency_ratios", "frequencies"),)
+    force: Force | None = Field(
+        None, gt=0, description="amplitude, so that motions come in m and forces in N"
+    )
+    torque: Moment | None = Field(None, gt=0, description="amplitude, in torsion")
+    unbalance: Unbalance | None = Field(
+        None, gt=0, description="that turns: a force of this times the frequency squared"
+    )
+    base_displacement: Length | None = Field(
+        None, gt=0, description="amplitude of the ground, the same at all frequencies"
+    )
+    base_acceleration: Acceleration | None = Field(
+        None, gt=0, description="amplitude of the ground's acceleration, the same at all of them"
+    )
+    RULES = (
+        at_most_one("frequency_ratios", "frequencies"),
+        at_most_one(*AMPLITUDES),
+        refuse(
+            "excitation",
+            "the excitation is not that of the amplitude",
+            lambda t: (
+                "excitation" in t
+                and t["excitation"] not in (AMPLITUDES[key] for key in t.said(*AMPLITUDES) or ())
+                and bool(t.said(*AMPLITUDES))
+            ),
+            "no excitation: the amplitude says it",
+        ),
+        no(
+            " ".join(AMPLITUDES),
+            lambda t: "secondaries" in t.machine,
+            "the motion of several absorbers is read in ratios, without {key}",
+            "one absorber in [machine.secondary] has it",
+            also=("machine", "secondaries"),
+        ),
+    )
 
 
 def _as_h2(closed_form: str, row: Row) -> bool:
@@ -175,6 +260,97 @@ class Chart(Table):
     mass_ratio: MassRatios = Field(description="range of the chart")
 
 
+def _banded(row: Row) -> bool:
+    return bool(row.said("band", "band_ratios"))
+
+
+def _modal(row: Row) -> bool:
+    return bool(table_at(row.machine, "primary").get("modes"))
+
+
+#: what a tuning within a band asks for, and what only such a one is for
+BANDED = (
+    needs("tolerances", "band band_ratios", "the worst case is that within a band"),
+    refuse(
+        "",
+        "a primary of several modes is tuned within a band",
+        lambda t: _modal(t) and not _banded(t),
+        "band = { from = '5 Hz', to = '9 Hz' }",
+        also=("machine", "primary", "modes"),
+    ),
+    *(
+        refuse(
+            key,
+            f"{key} = {value!r} is tuned within a band",
+            lambda t, key=key, value=value: t[key] == value and not _banded(t),
+            "band = { from = '5 Hz', to = '9 Hz' }, or band_ratios",
+        )
+        for key, value in (("excitation", "base_acceleration"), ("response", "deflection"))
+    ),
+    refuse(
+        "response",
+        "under a constant acceleration the ground drifts, and what stands on it",
+        lambda t: (
+            t["excitation"] == "base_acceleration" and t["response"] in ("displacement", "velocity")
+        ),
+        "deflection, acceleration or transmitted_force",
+        also="excitation",
+    ),
+    refuse(
+        "response",
+        "a deflection is against a ground that moves",
+        lambda t: t["response"] == "deflection" and t["excitation"] in ("force", "unbalance"),
+        "displacement, or excitation = 'base_acceleration'",
+        also="excitation",
+    ),
+    refuse(
+        "response",
+        "the force on the ground is that of a single mode",
+        lambda t: t["response"] == "transmitted_force" and _modal(t),
+        "displacement, velocity or acceleration",
+        also=("machine", "primary", "modes"),
+    ),
+    no(
+        "compare chart temperatures sensitivity",
+        _banded,
+        "within a band the largest amplitude is made small by spring and damper, without {key}",
+        "excitation, response, bounds, mistuning, tolerances",
+        also="band",
+    ),
+    *(
+        refuse(
+            key,
+            "within a band the largest amplitude is made small, by spring and damper both",
+            lambda t, key=key, value=value: _banded(t) and t[key] != value,
+            f"{key} = {value!r}",
+            also="band",
+        )
+        for key, value in (("norm", "h_infinity"), ("kind", "free"))
+    ),
+    refuse(
+        ("tuning", "bounds", "travel"),
+        "within a band the travel has no bound",
+        lambda t: _banded(t) and "travel" in table_at(t.data, "bounds"),
+        "stiffness_ratio and damping_ratio",
+    ),
+    refuse(
+        "band",
+        "the primary is of ratios alone and has no frequency in Hz",
+        lambda t: (
+            "band" in t
+            and table_at(t.machine, "primary")
+            .keys()
+            .isdisjoint(
+                ("inertia", "mass", "stiffness", "modes", "linear_stiffness", "natural_frequency")
+            )
+            and "rod" not in t.machine
+        ),
+        "band_ratios, or a primary with mass and natural_frequency",
+        also=("machine", "primary"),
+    ),
+)
+
+
 class Tuning(Table):
     """The spring and the damper that make the response of the primary smallest."""
 
@@ -203,7 +379,18 @@ class Tuning(Table):
         None, description="also what the tuning becomes as the oil warms"
     )
     chart: Chart | None = Field(None, description="also tunings over the mass ratio")
+    band: Band | None = Field(
+        None, description="only the largest amplitude in it counts, of a primary in Hz"
+    )
+    band_ratios: BandRatios | None = Field(
+        None, description="the same over the primary's own frequency"
+    )
+    tolerances: Tolerances | None = Field(
+        None, description="of the parts: the worst case is made small, within a band"
+    )
     RULES = (
+        at_most_one("band", "band_ratios"),
+        *BANDED,
         once("compare", "method"),
         no(
             "bounds excitation response",

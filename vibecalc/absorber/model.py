@@ -24,6 +24,7 @@ from vibecalc.numerics.rounding import FloatArray
 from vibecalc.schema import Case, Machine
 
 if TYPE_CHECKING:
+    from vibecalc.absorber.modal import Modes
     from vibecalc.absorber.transfer import Absorber
 
 # ----------------------------------------------------------------------------
@@ -284,9 +285,17 @@ def primary_scale(machine: Machine) -> Scale | None:
     primary, rod = machine.primary, machine.rod
     if primary is None:
         return None
+    if primary.modes:
+        first = primary.modes[0]
+        return Scale(first.modal_mass, first.modal_mass * first.natural_frequency**2, False)
+    natural = primary.natural_frequency
+    if primary.mass is not None and natural is not None:
+        return Scale(primary.mass, primary.mass * natural**2, False)
     if primary.mass is not None and primary.linear_stiffness is not None:
         return Scale(primary.mass, primary.linear_stiffness, False)
     stiffness = primary.stiffness
+    if primary.inertia is not None and natural is not None:
+        stiffness = primary.inertia * natural**2
     if rod is not None and rod.length is not None and rod.shear_modulus is not None:
         found = torsional_stiffness(rod.shear_modulus, rod.diameter, rod.length, rod.bore)
         stiffness = float(found.value)
@@ -296,11 +305,30 @@ def primary_scale(machine: Machine) -> Scale | None:
 
 
 def primary_damping(primary: Primary, scale: Scale | None) -> float:
-    """c1 / (2 sqrt(K1 J1)); zero where nothing is said."""
+    """c1 / (2 sqrt(K1 J1)), of the first of several modes; zero where nothing is said."""
+    if primary.modes:
+        return primary.modes[0].damping_ratio
     given = primary.damping if primary.damping is not None else primary.linear_damping
     if given is not None and scale is not None:
         return given / scale.damping
     return 0.0 if primary.damping_ratio is None else primary.damping_ratio
+
+
+def modes_of(primary: Primary, scale: Scale | None) -> "Modes":
+    """The modes over the first of them; a primary of its own spring is one mode of shape 1."""
+    from vibecalc.absorber.modal import Modes, one_mode  # few absorbers need it
+
+    if not primary.modes:
+        return one_mode(primary_damping(primary, scale))
+    first, rows = primary.modes[0], []
+    for one in primary.modes:
+        at_force = one.shape_at_response if one.shape_at_force is None else one.shape_at_force
+        rows.append((
+            one.modal_mass / first.modal_mass, one.natural_frequency / first.natural_frequency,
+            one.damping_ratio, one.shape_at_absorber, at_force, one.shape_at_response,
+            0.0 if one.participation is None else one.participation,
+        ))  # fmt: skip
+    return Modes(*np.array(rows, dtype=float).T)
 
 
 class Ratios(NamedTuple):

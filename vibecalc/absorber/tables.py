@@ -43,11 +43,28 @@ KinematicViscosity = Annotated[float, Field(gt=0), Unit("m^2/s")]
 #: zero is a limit: no spring, no damper
 Share = Annotated[float, Field(ge=0), Unit("")]
 Positive = Annotated[float, Field(gt=0), Unit("")]
+Ordinate = Annotated[float, Field(ge=-1e6, le=1e6), Unit("")]
 PartNumber = Annotated[int, Field(strict=True, ge=0, le=10**9)]
 
 # ----------------------------------------------------------------------------
 # A primary system and the absorbers on it, in ratios or in units of their own.
 # ----------------------------------------------------------------------------
+
+
+class Mode(Table):
+    """A mode of a floor, a bridge or a frame on which the absorber is put."""
+
+    natural_frequency: AngularSpeed = Field(gt=0, description="without the absorber, '6 Hz'")
+    modal_mass: Mass = Field(gt=0, description="in the scale of its shape")
+    damping_ratio: Share = Field(0.0, lt=1, description="of critical")
+    shape_at_absorber: Ordinate = Field(1.0, description="ordinate where the absorber is")
+    shape_at_response: Ordinate = Field(1.0, description="ordinate where the motion is read")
+    shape_at_force: Ordinate | None = Field(
+        None, description="ordinate where the force acts; default: where the motion is read"
+    )
+    participation: Ordinate | None = Field(
+        None, description="sum of mass times shape over modal_mass; a moving ground needs it"
+    )
 
 
 class Primary(Table):
@@ -73,7 +90,20 @@ class Primary(Table):
     linear_damping: LinearDamping | None = Field(
         None, ge=0, description="to the ground, in translation, instead of damping"
     )
+    natural_frequency: AngularSpeed | None = Field(
+        None, gt=0, description="of inertia or mass on its spring, '8 Hz', instead of stiffness"
+    )
+    modes: Annotated[tuple[Mode, ...], Field(max_length=20)] = Field(
+        (), description="several modes by modal masses, instead of all other keys"
+    )
     RULES = (
+        at_most_one(
+            "modes",
+            "damping_ratio inertia stiffness damping mass linear_stiffness linear_damping "
+            "natural_frequency",
+        ),
+        at_most_one("natural_frequency", "stiffness"),
+        at_most_one("natural_frequency", "linear_stiffness"),
         refuse(
             "",
             "[machine.primary] is empty",

@@ -237,7 +237,7 @@ def run_absorber_tuning(scene: Scene) -> None:
     tuned = Absorber(z1, m, best.stiffness_ratio, best.secondary_damping)
     scene.handed_on["tuned"], scene.handed_on["tuned_uncertainty"] = tuned, _uncertainty(best)
     _emit_best(scene, options, best, tuned)
-    _emit_units(scene, options, parts, best)
+    emit_units(scene, options, parts, best)
     if bounded is not None:
         emit_bounded_proof(scene, options, bounded)
     elif options.norm == "h_infinity":
@@ -329,7 +329,8 @@ def _emit_best(scene: Scene, options: Tuning, best: BestTuning, tuned: Absorber)
         scene.warn(words)
 
 
-def _emit_units(scene: Scene, options: Tuning, parts: AbsorberParts, best: BestTuning) -> None:
+def emit_units(scene: Scene, options: Tuning, parts: AbsorberParts, best: BestTuning) -> None:
+    """Spring, damper and own frequency of a tuning for a primary with units."""
     scale = parts.scale
     if scale is None:
         return

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from vibecalc.absorber.report.motion import band_words, states, tolerances
 from vibecalc.core.report.sections import (
     Part,
     Section,
@@ -33,7 +34,9 @@ _MARKS = ("primary_frequency", "antiresonance", "locked_frequency_ratio")
 def absorber(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     record = result.record
-    shown = frozenset(path for path in record if path.startswith(ABSORBER))
+    shown = frozenset(
+        path for path in record if path.startswith(ABSORBER) and ABSORBER + "motion/" not in path
+    )
     if not shown:
         return None
     # without a spring nothing stands still anywhere
@@ -162,9 +165,9 @@ def absorber_tuning(result: Result) -> Section | None:
         return None
     lines = _conclusion(result)
     scalar, _ = scalars(record, (TUNING + name for name in _RESULTS), TUNING)
-    blocks = [lines, scalar, _each(record), _bounded(record), _mistuned(result)]
+    blocks = [lines, scalar, _each(record), _bounded(record), tolerances(record), _mistuned(result)]
     details = {
-        "peaks that hold the optimum": _proof(record),
+        "peaks that hold the optimum": [*_proof(record), *states(record)],
         "tuning by other methods": _methods(result),
         "slopes of the optimum": _slopes(record),
         "design chart": _chart(record),
@@ -187,6 +190,7 @@ def _conclusion(result: Result) -> list[str]:
         damped = (scalar_of(record, TUNING + "primary_damping") or 0.0) < threshold
         only = options.get("kind") == "undamped_spring" and damped
         return paragraph(words + ("; spring and damper do." if only else "."))
+    cause += band_words(result)
     words = f"Least {measure} of the {what} under excitation by {cause}, by {how}: "
     name = "mean_square" if is_mean(result) else "peak"
     value, alone = (scalar_of(record, TUNING + key) for key in (name, f"{name}_alone"))
