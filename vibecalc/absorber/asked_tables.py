@@ -268,6 +268,14 @@ def _modal(row: Row) -> bool:
     return bool(table_at(row.machine, "primary").get("modes"))
 
 
+def _only_banded(key: str, value: str, row: Row) -> bool:
+    return bool(row[key] == value) and not _banded(row)
+
+
+def _not_banded(key: str, value: str, row: Row) -> bool:
+    return bool(row[key] != value) and _banded(row)
+
+
 #: what a tuning within a band asks for, and what only such a one is for
 BANDED = (
     needs("tolerances", "band band_ratios", "the worst case is that within a band"),
@@ -282,7 +290,7 @@ BANDED = (
         refuse(
             key,
             f"{key} = {value!r} is tuned within a band",
-            lambda t, key=key, value=value: t[key] == value and not _banded(t),
+            functools.partial(_only_banded, key, value),
             "band = { from = '5 Hz', to = '9 Hz' }, or band_ratios",
         )
         for key, value in (("excitation", "base_acceleration"), ("response", "deflection"))
@@ -321,7 +329,7 @@ BANDED = (
         refuse(
             key,
             "within a band the largest amplitude is made small, by spring and damper both",
-            lambda t, key=key, value=value: _banded(t) and t[key] != value,
+            functools.partial(_not_banded, key, value),
             f"{key} = {value!r}",
             also="band",
         )

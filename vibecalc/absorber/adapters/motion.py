@@ -49,7 +49,7 @@ def run_motion(scene: Scene) -> None:
             return np.array(found)[:, 0]
 
         def curve(one: Fitted, what: str = response) -> np.ndarray:
-            return magnitude(one, x, excitation, what)[0][0]
+            return np.asarray(magnitude(one, x, excitation, what)[0][0])
 
         values, errors = zip(*(_curve(one, x, excitation, response) for one in both), strict=True)
         peak, peak_error, where = np.array([top(one) for one in both]).T

@@ -16,7 +16,7 @@ from vibecalc.absorber.modal import (
     tops_within,
 )
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
+from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
 # What is tuned: an absorber on modes, the band, and the states in which it has to do well.
@@ -71,6 +71,11 @@ class Levels(NamedTuple):
     error: FloatArray
     slope: FloatArray
 
+    def some(self, which: BoolArray | IntArray) -> "Levels":
+        """The maxima that an index names."""
+        state, place, level, error, slope = self
+        return Levels(state[which], place[which], level[which], error[which], slope[which])
+
 
 def levels_at(problem: BandProblem, point: FloatArray) -> Levels:
     """All maxima at (ln k, z); how their places move counts for nothing to first order."""
@@ -90,28 +95,22 @@ def levels_at(problem: BandProblem, point: FloatArray) -> Levels:
         error = tops.height.error / tops.height.value
     usable = tops.height.value > 0.0
     slope = np.where(np.isfinite(slope), slope, 0.0)
-    return Levels(*(part[usable] for part in (
-        tops.row, tops.place.value, level, error + 2.0 * EPSILON, slope)))  # fmt: skip
+    whole = Levels(tops.row, tops.place.value, level, error + 2.0 * EPSILON, slope)
+    return whole.some(usable)
 
 
 def _bends(problem: BandProblem, point: FloatArray, here: Levels, step: FloatArray) -> FloatArray:
-    """Second derivatives (p, 2, 2) of each level, by differences of its slope on both sides."""
+    """Second derivatives (p, 2, 2) of each level, by differences of its slope."""
     bend = np.zeros((len(here.level), 2, 2))
     # of states far below the highest one the slopes are enough
     near = np.unique(here.state[here.level > np.max(here.level) - _NEAR])
     some = problem._replace(states=problem.states[near])
     for i in range(2):
-        sides = []
-        for sign in (1.0, -1.0):
-            there = point.copy()
-            there[i] += sign * step[i]
-            if there[i] < 0.0 and i == 1:
-                there[i] = point[i]
-            found = levels_at(some, there)
-            sides.append((there[i], _matched(here, found._replace(state=near[found.state]))))
-        width = sides[0][0] - sides[1][0]
-        if width > 0.0:
-            bend[:, i] = (sides[0][1] - sides[1][1]) / width
+        there = point.copy()
+        there[i] += step[i]
+        found = levels_at(some, there)
+        moved = _matched(here, found._replace(state=near[found.state]))
+        bend[:, i] = (moved - here.slope) / (there[i] - point[i])
     return np.asarray(0.5 * (bend + np.swapaxes(bend, 1, 2)))
 
 
@@ -134,6 +133,10 @@ _ROUNDS, _POLISHES = 60, 6
 #: points of the first grid: stiffness, damping on the absorber's own frequency
 _ALONG, _DAMPINGS = 22, np.geomspace(2e-3, 1.2, 12)
 _STARTS = 3
+#: height over the least of the grid from which on a start leads nowhere better
+_HOPELESS = 1.3
+#: what may be left of weighted slopes of ln |H| by ln k, and by z over its usual size
+_SETTLED = 1e-6
 
 
 class BandTuning(NamedTuple):
@@ -172,21 +175,27 @@ def band_tuning(problem: BandProblem) -> BandTuning:
             return None
         return found if len(found.level) and np.all(np.isfinite(found.level)) else None
 
-    ended = []
-    for start in _starts(problem):
-        done = _descend(problem, levels, start)
-        if done is not None:
-            ended.append(done)
-    if not ended:
-        raise NumericalFailure("no spring and damper keep the response within the band finite")
-    best = min(ended, key=lambda one: float(np.max(one[1].level)))
-    return _finish(problem, *best, levels, count)
+    found = None
+    # where the best starts end in a corner that is no optimum, more of them
+    for many, hopeless in ((_STARTS, _HOPELESS), (4 * _STARTS, np.inf)):
+        starts = _starts(problem, many, hopeless)
+        ended = [one for start in starts if (one := _descend(problem, levels, start)) is not None]
+        if not ended:
+            raise NumericalFailure("no spring and damper keep the response within the band finite")
+        best = min(ended, key=lambda one: float(np.max(one[1].level)))
+        found = _finish(problem, *best, levels, count)
+        if found.residual <= _SETTLED:
+            return found
+    raise NumericalFailure(
+        "the search for a tuning within the band has not settled: slopes of its peaks leave "
+        f"{'nothing' if found is None else format(found.residual, '.2g')}"
+    )
 
 
 def _limits(problem: BandProblem) -> tuple[FloatArray, FloatArray]:
     """Bounds of (ln k, z): those given, and ones that no optimum reaches."""
     reach = np.array([problem.low, problem.high])
-    wide = problem.mass * np.square(np.array([0.05, 8.0]) * np.array([
+    wide = problem.mass * np.square(np.array([0.002, 8.0]) * np.array([
         max(reach[0], 0.05 * reach[1]), max(reach[1], float(np.max(problem.modes.frequency)))
     ]))  # fmt: skip
     low = np.array([np.log(max(wide[0], problem.stiffness[0])), problem.damping[0]])
@@ -199,13 +208,13 @@ def _limits(problem: BandProblem) -> tuple[FloatArray, FloatArray]:
     return low, high
 
 
-def _starts(problem: BandProblem) -> list[FloatArray]:
+def _starts(problem: BandProblem, many: int, hopeless: float) -> list[FloatArray]:
     """The best few points of a coarse grid, no two of them next to each other."""
     low, high = _limits(problem)
     middle = problem.mass * np.square(np.array([0.5 * max(problem.low, 0.2 * problem.high),
                                                 1.7 * problem.high]))  # fmt: skip
     ends = np.clip(np.log(middle), low[0], high[0])
-    logs = np.linspace(*ends, _ALONG)
+    logs = np.linspace(float(ends[0]), float(ends[1]), _ALONG)
     k, own = (part.ravel() for part in np.meshgrid(np.exp(logs), _DAMPINGS, indexing="ij"))
     z = np.clip(own * np.sqrt(problem.mass * k), low[1], high[1])
     height = np.zeros(len(k))
@@ -225,7 +234,7 @@ def _starts(problem: BandProblem) -> list[FloatArray]:
         near = [np.abs(np.log(k[place]) - one[0]) < 0.15 for one in starts]
         if not any(near):
             starts.append(table[place])
-        if len(starts) == _STARTS:
+        if len(starts) == many or height[place] > hopeless * np.min(height):
             break
     return starts
 
@@ -259,7 +268,7 @@ def _descend(
     for _ in range(_ROUNDS):
         scale = _scale(problem, point)
         try:
-            bend = _bends(problem, point, here, 1e-4 * scale)
+            bend = _bends(problem, point, here, 1e-5 * scale)
         except NumericalFailure:
             bend = np.zeros((len(here.level), 2, 2))
         step = _model_step(here, bend, scale, radius, low - point, high - point)
@@ -377,8 +386,8 @@ def _newton(
     n, a = int(np.sum(free)), len(active)
     if not n or not a:
         return None
-    some = Levels(*(part[active] for part in here))
-    bend = _bends(problem, point, some, 1e-4 * scale)
+    some = here.some(active)
+    bend = _bends(problem, point, some, 1e-5 * scale)
     slope = (some.slope * scale)[:, free]
     curve = np.einsum("p,pij->ij", weight, bend) * scale[:, None] * scale
     table = np.zeros((n + a + 1, n + a + 1))
