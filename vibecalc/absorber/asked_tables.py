@@ -269,13 +269,25 @@ def _modal(row: Row) -> bool:
 
 
 def _only_banded(key: str, value: str, row: Row) -> bool:
-    return bool(row[key] == value) and not _banded(row)
+    white = row["norm"] == "h2" and row["excitation"] == "base_acceleration"
+    return bool(row[key] == value) and not _banded(row) and not white
 
 
 def _not_banded(key: str, value: str, row: Row) -> bool:
     return bool(row[key] != value) and _banded(row)
 
 
+#: excitations and responses for which Warburton gives the least largest amplitude
+WARBURTON_PAIRS = (
+    ("force", "displacement"),
+    ("force", "transmitted_force"),
+    ("base", "displacement"),
+    ("base_acceleration", "acceleration"),
+    ("force", "acceleration"),
+    ("unbalance", "displacement"),
+    ("base_acceleration", "deflection"),
+    ("base_acceleration", "transmitted_force"),
+)
 #: what a tuning within a band asks for, and what only such a one is for
 BANDED = (
     needs("tolerances", "band band_ratios", "the worst case is that within a band"),
@@ -292,6 +304,7 @@ BANDED = (
             f"{key} = {value!r} is tuned within a band",
             functools.partial(_only_banded, key, value),
             "band = { from = '5 Hz', to = '9 Hz' }, or band_ratios",
+            hint="norm = 'h2' has its mean square under a white acceleration of the ground",
         )
         for key, value in (("excitation", "base_acceleration"), ("response", "deflection"))
     ),
@@ -319,11 +332,35 @@ BANDED = (
         also=("machine", "primary", "modes"),
     ),
     no(
-        "compare chart temperatures sensitivity",
+        "chart temperatures sensitivity",
         _banded,
         "within a band the largest amplitude is made small by spring and damper, without {key}",
         "excitation, response, bounds, mistuning, tolerances",
         also="band",
+    ),
+    no(
+        "chart temperatures sensitivity",
+        lambda t: not _banded(t) and t["excitation"] == "base_acceleration",
+        "of a mean square under the ground's acceleration there is no {key}",
+        "compare, mistuning",
+        also="excitation",
+    ),
+    refuse(
+        "compare",
+        "closed forms are those of a single mode",
+        lambda t: "compare" in t and _modal(t),
+        "no compare",
+        also=("machine", "primary", "modes"),
+    ),
+    refuse(
+        "compare",
+        "Warburton has no closed form for the {response} under {excitation}",
+        lambda t: (
+            "warburton" in t.entries("compare")
+            and (_banded(t) or t["excitation"] == "base_acceleration")
+            and (t["excitation"], t["response"]) not in WARBURTON_PAIRS
+        ),
+        ", ".join(f"{response} under {excitation}" for excitation, response in WARBURTON_PAIRS),
     ),
     *(
         refuse(

@@ -94,6 +94,17 @@ def is_banded(case: "Case") -> bool:
     return options is not None and (options.band is not None or options.band_ratios is not None)
 
 
+def white_ground(case: "Case") -> bool:
+    """Whether a tuning is for the mean square under a white acceleration of the ground."""
+    options = case.tuning
+    return (
+        options is not None
+        and options.norm == "h2"
+        and options.excitation == "base_acceleration"
+        and not is_banded(case)
+    )
+
+
 def is_over_one(options: "Tuning") -> bool:
     """Whether the peak of a tuning has 1 as its floor: the response at rest, or far above."""
     pair = options.excitation, options.response
@@ -169,6 +180,11 @@ def _tuning(case: "Case") -> Stage:
         "tuning/chart/": options.chart is not None,
         "tuning/map/": not (several or least_squares or banded) and options.kind == "free",
     }
+    if white_ground(case):
+        there |= dict.fromkeys(
+            ("tuning/travel", "tuning/peak", "tuning/peak_alone", "tuning/peak_less_one",
+             "tuning/method/peak", "tuning/method/promised"), False,
+        )  # fmt: skip
     cost = "Newton's method, some tens of evaluations of a peak"
     if several:
         cost = "descents from many starts, then Newton's method"
@@ -181,6 +197,8 @@ def _tuning(case: "Case") -> Stage:
         if case.machine.secondaries
         else "vibecalc.absorber.adapters.band:run_band_tuning"
         if banded
+        else "vibecalc.absorber.adapters.ground:run_ground_tuning"
+        if white_ground(case)
         else "vibecalc.absorber.adapters.tuning:run_absorber_tuning",
         why=f'[tuning] is in the case, norm = "{options.norm}"',
         parts=("primary", "secondaries" if several else "secondary"),
@@ -188,7 +206,9 @@ def _tuning(case: "Case") -> Stage:
         cost=cost,
         quantities=_paths_of("tuning/", there),
         work=_work_of_tuning,
-        topics=() if banded else ("vibecalc.absorber.accuracy:tuning_topics",),
+        topics=()
+        if banded or white_ground(case)
+        else ("vibecalc.absorber.accuracy:tuning_topics",),
         leading=Leading(
             keys=TUNED_KEYS,
             only=TOGETHER,

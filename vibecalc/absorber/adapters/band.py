@@ -21,7 +21,10 @@ from vibecalc.absorber.tuning.band import (
     largest_in,
     states_of,
 )
+from vibecalc.absorber.tuning.closed_forms import METHODS
+from vibecalc.absorber.tuning.warburton import WARBURTON
 from vibecalc.core.run.stage import Scene
+from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.schema import Machine
 
@@ -79,6 +82,10 @@ def run_band_tuning(scene: Scene) -> None:
     emit_units(scene, options, parts, best)
     if options.tolerances is not None:
         _emit_tolerances(scene, problem, found)
+    if options.compare:
+        _emit_methods(scene, options, problem, found)
+    if found.edge:
+        scene.warn("the best absorber for this band hardly has a spring: its damper does it alone")
     if options.mistuning:
         _emit_mistuning(scene, options, problem, found)
     if not helps:
@@ -183,6 +190,37 @@ def _moved(
             change = np.abs(read(*place)[0] - here)
         total += float(np.max(np.where(np.isfinite(change), change, 0.0))) * share
     return total
+
+
+_NAMED = {"den_hartog": "den_hartog_brock", "nishihara_asami": "nishihara_asami"}
+
+
+def _emit_methods(
+    scene: Scene, options: Tuning, problem: BandProblem, found: BandTuning
+) -> None:  # fmt: skip
+    """Closed forms next to the tuning: their true peak in the band, in the worst state."""
+    pair, m = (options.excitation, options.response), np.asarray(problem.mass)
+    rows = []
+    for name in options.compare:
+        if name == "numerical":
+            k, z, promise = found.stiffness_ratio, found.secondary_damping, found.largest
+        else:
+            method = WARBURTON[pair] if name == "warburton" else METHODS[_NAMED[name]]
+            k, z, promise = (float(part) for part in method.formula(m))
+            scene.cite(f"closed form {name!r}: {method.validity}", "comparison", method.source)
+        if not np.isfinite(k) or k < 0.0:
+            raise NumericalFailure(f"closed form {name!r}: no tuning of a mass ratio of {m:.6g}")
+        value, error = largest_in(problem, k, z)
+        rows.append((k, z, promise, float(np.max(value)), float(np.max(error))))
+    k, z, promise, peak, slack = np.array(rows).T
+    axes = {"method": options.compare}
+    root, least = f"{TUNING_ROOT}/method", found.largest
+    scene.emit(f"{root}/stiffness_ratio", k, 8.0 * EPSILON * k + found.stiffness_error, axes)
+    scene.emit(f"{root}/secondary_damping", z, 8.0 * EPSILON * z + found.damping_error, axes)
+    scene.emit(f"{root}/promised", promise, 16.0 * EPSILON * promise, axes)
+    scene.emit(f"{root}/peak", peak, slack + found.largest_error, axes)
+    off = 2.0 * (slack + found.largest_error) / least + 4.0 * EPSILON
+    scene.emit(f"{root}/loss", peak / least - 1.0, off, axes)
 
 
 def _emit_mistuning(

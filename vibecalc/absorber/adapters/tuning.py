@@ -27,6 +27,7 @@ from vibecalc.absorber.tuning import mean_square as least_squares
 from vibecalc.absorber.tuning.closed_forms import METHODS, closed_form, threshold
 from vibecalc.absorber.tuning.minimax_steps import VERDICTS, certify
 from vibecalc.absorber.tuning.mistuning import mistuning, sensitivity
+from vibecalc.absorber.tuning.warburton import WARBURTON
 from vibecalc.core.run.stage import Scene, below
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, stack
@@ -60,10 +61,10 @@ def emit_methods(scene: Scene, options: Tuning, tuned: Absorber, best: BestTunin
             form = least_squares.closed_form(m, *pair)
             k, z2, promise = (float(x) for x in (form[0], form[1], np.inf))
         else:
-            closed = closed_form(_FORMS[name], m, z1, *pair)
+            closed = closed_form(_form(name, pair), m, z1, *pair)
             k, z2 = float(closed.stiffness_ratio), float(closed.secondary_damping)
             promise = float(closed.promised)
-            _cite_form(scene, name)
+            _cite_form(scene, name, pair)
         one = Absorber(z1, m, k, z2)
         there, level = peaks(one, *pair), level_of(options, one)
         rows.append((
@@ -96,8 +97,16 @@ def emit_methods(scene: Scene, options: Tuning, tuned: Absorber, best: BestTunin
     )
 
 
-def _cite_form(scene: Scene, name: str) -> None:
-    method = METHODS[_FORMS[name]]
+def _form(name: str, pair: tuple[str, str]) -> str:
+    """Warburton's form is that of the excitation and response, where there is one."""
+    if name == "warburton":
+        return next((key for key, one in METHODS.items() if one is WARBURTON.get(pair)),
+                    _FORMS[name])  # fmt: skip
+    return _FORMS[name]
+
+
+def _cite_form(scene: Scene, name: str, pair: tuple[str, str]) -> None:
+    method = METHODS[_form(name, pair)]
     scene.cite(f"closed form {name!r}: {method.validity}", "comparison", method.source)
 
 

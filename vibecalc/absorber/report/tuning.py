@@ -179,7 +179,7 @@ def _conclusion(result: Result) -> list[str]:
     """What is best in one sentence, and what it brings."""
     record, options = result.record, table_of(result.case, "tuning")
     what = str(options.get("response", "displacement")).replace("_", " ")
-    cause = str(options.get("excitation", "force"))
+    cause = str(options.get("excitation", "force")).replace("_", " ")
     how = _KINDS.get(str(options.get("kind", "free")), "")
     if table_of(options, "bounds"):
         how += ", within the bounds"

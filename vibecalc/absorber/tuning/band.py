@@ -143,7 +143,8 @@ class BandTuning(NamedTuple):
     """k, z2, the largest |H| within the band over all states, absolute errors of the three.
 
     Active maxima (a,): state, frequency ratio, height, weight with which their slopes cancel;
-    `residual` what is left of these. `evaluations` counts sets of maxima.
+    `residual` what is left of these. `evaluations` counts sets of maxima. `edge`: "free" where a
+    spring hardly helps, the softest that was examined.
     """
 
     stiffness_ratio: float
@@ -158,12 +159,14 @@ class BandTuning(NamedTuple):
     weight: FloatArray
     residual: float
     evaluations: int
+    edge: str = ""
 
 
 def band_tuning(problem: BandProblem) -> BandTuning:
     """The tuning with the least largest response within the band.
 
-    Raises NumericalFailure where the search does not settle, or nothing keeps the response finite.
+    Raises NumericalFailure where the search does not settle, nothing keeps the response finite, or
+    a mass fastened rigidly does more than any spring.
     """
     count = [0]
 
@@ -184,6 +187,10 @@ def band_tuning(problem: BandProblem) -> BandTuning:
             raise NumericalFailure("no spring and damper keep the response within the band finite")
         best = min(ended, key=lambda one: float(np.max(one[1].level)))
         found = _finish(problem, *best, levels, count)
+        if found.edge == "locked":
+            raise NumericalFailure(
+                "within this band a mass fastened rigidly does more than any absorber"
+            )
         if found.residual <= _SETTLED:
             return found
     raise NumericalFailure(
@@ -344,11 +351,14 @@ def _finish(
     # slopes and levels are rounded, what holds the place is of order one in these units
     off = 4.0 * last + 64.0 * noise * scale
     stiffness = float(np.exp(point[0]))
+    edge = "free" if point[0] < low[0] + 1e-9 and stiffness > 2.0 * problem.stiffness[0] else ""
+    if point[0] > high[0] - 1e-9 and stiffness < problem.stiffness[1] * (1.0 - 1e-9):
+        edge = "locked"
     return BandTuning(
         stiffness, float(point[1]), largest, float(stiffness * off[0]), float(off[1]),
         largest * (noise + float(np.sum((off / scale) ** 2)) + residual * float(
             np.max(off / scale))), here.state[active], here.place[active],
-        np.exp(here.level[active]), weight, residual, count[0],
+        np.exp(here.level[active]), weight, residual, count[0], edge,
     )  # fmt: skip
 
 
