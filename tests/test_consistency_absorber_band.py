@@ -187,8 +187,12 @@ def scanned(problem: BandProblem, k: float, z: float, points: int = 4001) -> flo
     ("pair", "band", "tolerances"),
     [
         (("force", "displacement"), (0.93, 1.06), (0.0, 0.0, 0.0, 0.0)),
-        (("force", "transmitted_force"), (0.8, 1.3), (0.0, 0.0, 0.0, 0.0)),
-        (("base", "acceleration"), (0.7, 1.2), (0.0, 0.0, 0.0, 0.0)),
+        pytest.param(
+            ("force", "transmitted_force"), (0.8, 1.3), (0.0, 0.0, 0.0, 0.0), marks=pytest.mark.long
+        ),
+        pytest.param(
+            ("base", "acceleration"), (0.7, 1.2), (0.0, 0.0, 0.0, 0.0), marks=pytest.mark.long
+        ),
         (("base_acceleration", "deflection"), (0.0, 2.0), (0.0, 0.0, 0.0, 0.0)),
         pytest.param(
             ("force", "displacement"), (0.6, 1.5), (0.05, 0.0, 0.04, 0.2), marks=pytest.mark.long
@@ -201,17 +205,17 @@ def test_no_other_tuning_is_better(
     """The peak is that of a dense scan, and a search from elsewhere does not get below it."""
     problem = BandProblem(one_mode(0.02), 0.05, *pair, *band, states_of(tolerances))
     found = band_tuning(problem)
-    dense = scanned(problem, found.stiffness_ratio, found.secondary_damping, 20001)
+    dense = scanned(problem, found.stiffness_ratio, found.secondary_damping, 8001)
     assert dense <= found.largest * (1.0 + 1e-12)
-    assert dense == pytest.approx(found.largest, rel=1e-6)
+    assert dense == pytest.approx(found.largest, rel=1e-5)
     assert found.residual < 1e-9 and np.sum(found.weight) == pytest.approx(1.0)
     scale = np.array([found.stiffness_ratio, found.secondary_damping])
 
     def height(p: np.ndarray) -> float:
-        return scanned(problem, *(scale * np.exp(p)), points=801)
+        return scanned(problem, *(scale * np.exp(p)), points=401)
 
-    ended = minimize(height, [0.15, -0.2], method="Nelder-Mead", options={"maxfev": 60})
-    assert ended.fun > found.largest * (1.0 - 2e-4)
+    ended = minimize(height, [0.15, -0.2], method="Nelder-Mead", options={"maxfev": 40})
+    assert ended.fun > found.largest * (1.0 - 1e-3)
 
 
 def test_tolerances_are_paid_for_once_and_bring_more() -> None:
@@ -300,6 +304,35 @@ def test_modes_of_a_case_are_tuned_within_the_band() -> None:
     for near in itertools.product((0.98, 1.0, 1.02), (0.9, 1.0, 1.1)):
         other = first * float(np.max(response(hz, k * near[0], c * near[1])))
         assert other >= top * (1.0 - 1e-6)
+
+
+def test_stock_springs_and_dampers_are_tried_in_every_arrangement() -> None:
+    """Numbers in parallel and in series by hand, each by a dense scan of the worst state."""
+    stock = {
+        "springs": {"count": 4},
+        "stock_springs": [{"name": "A", "rate": 6e3, "parallel": 9},
+                          {"name": "B", "rate": 35e3, "parallel": 3, "series": 2},
+                          {"name": "C", "rate": 15e3}],
+        "stock_dampers": [{"name": "D", "linear_damping": 90.0, "parallel": 2},
+                          {"name": "E", "linear_damping": 140.0, "count": 2}],
+    }  # fmt: skip
+    changes = {f"machine__{key}": value for key, value in stock.items()}
+    tuning = {"band": {"from": "6 Hz", "to": "9 Hz"}, "tolerances": {"natural_frequency": "4 %"}}
+    result = made(BASE, tuning=tuning, **changes)
+    springs = {f"{n} x A" if n > 1 else "A": n * 6e3 for n in range(1, 10)}
+    springs |= {"B": 35e3, "2 in series of B": 17.5e3, "2 x B": 70e3, "3 x B": 105e3,
+                "3 x 2 in series of B": 52.5e3, "C": 60e3}  # fmt: skip
+    dampers = {f"{n} x D" if n > 1 else "D": n * 90.0 for n in range(1, 3)} | {"E": 280.0}
+    found = result["hardware/damper_pair/peak"]
+    names = [list(map(str, axis.values)) for axis in found.axes]
+    assert set(names[0]) == set(springs) and set(names[1]) == set(dampers)
+    x = np.linspace(6.0, 9.0, 301) * 2.0 * np.pi
+    for (i, one), (j, other) in itertools.product(enumerate(names[0]), enumerate(names[1])):
+        tops = [np.max(np.abs(solved(x, springs[one], dampers[other], K1 + 0.0 * x, f=f)[:, 0]))
+                for f in (0.96, 1.0, 1.04)]  # fmt: skip
+        assert max(tops) == pytest.approx(float(found.values[i, j]), rel=3e-3)
+        assert max(tops) <= found.values[i, j] * (1.0 + 1e-12)
+    assert float(of(result, "hardware/buy/peak")) == np.min(found.values)
 
 
 def test_slopes_of_levels_are_differences_and_alone_is_the_bare_primary() -> None:

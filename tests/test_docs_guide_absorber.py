@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from fuzzing import command
+from long_but import long_but
 from pages import table
 from shipped_cases import ROOT
 
@@ -34,9 +35,12 @@ def test_the_run_prints_what_is_printed(folder: Path) -> None:
         assert row.strip() in outcome.out, row
 
 
-@pytest.mark.parametrize("row", table(PAGE, "change"), ids=lambda row: row[0].split()[0])
-def test_what_is_tried_gives_what_is_printed(folder: Path, row: list[str]) -> None:
-    _, setting, *printed = row
+ROWS = {row[0]: row for row in table(PAGE, "change")}
+
+
+@pytest.mark.parametrize("change", long_but(ROWS, "twice the mass"))
+def test_what_is_tried_gives_what_is_printed(folder: Path, change: str) -> None:
+    _, setting, *printed = ROWS[change]
     settings = [word for word in shlex.split(setting.strip("`")) if word != "--set"]
     (loaded,) = load_checked([folder / "floor.toml"], settings)
     record = run_case(loaded.case)

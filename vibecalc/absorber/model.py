@@ -69,11 +69,13 @@ class Filling(NamedTuple):
 
 
 class Stock(NamedTuple):
-    """What can be bought: springs by name and rate (n,) in N/m, oils, and dampers by name and
-    damping (d,) in N s/m, of all that act together."""
+    """What can be bought: springs by name and rate (n,) in N/m with how many act together, those
+    behind each other as parts of one (NaN: as many as there are places), oils, and dampers by name
+    and damping (d,) in N s/m, of all that act together."""
 
     spring_names: tuple[str, ...]
     spring_rates: FloatArray
+    spring_counts: FloatArray
     oils: tuple[Oil, ...]
     damper_names: tuple[str, ...]
     dampings: FloatArray
@@ -155,10 +157,11 @@ def oil_of(name: str, oil: parts.Oil) -> Oil:
 
 def stock(machine: Machine) -> Stock:
     """All that can be bought: the lists of the case, then the rows of its catalogues."""
-    springs = [(one.name, one.rate) for one in machine.stock_springs]
+    springs = [row for one in machine.stock_springs for row in _arranged(one)]
     table = machine.spring_catalogue
     if table is not None:
-        springs += [(str(part), rate) for part, rate in zip(table.part, table.rate, strict=True)]
+        catalogue = zip(table.part, table.rate, strict=True)
+        springs += [(str(part), rate, math.nan) for part, rate in catalogue]
     oils = [oil_of(one.name, one) for one in machine.stock_oils]
     rows = machine.oil_catalogue
     if rows is not None:
@@ -167,13 +170,33 @@ def stock(machine: Machine) -> Stock:
             Oil(str(part), Walther((_COOL, _WARM), (thick, thin)), density)
             for part, thick, thin, density in columns
         ]
+    dampers = [
+        (f"{n} x {one.name}" if n > 1 else one.name, n * one.count * one.linear_damping)
+        for one in machine.stock_dampers
+        for n in range(1, one.parallel + 1)
+    ]
     return Stock(
-        tuple(name for name, _ in springs),
-        np.array([rate for _, rate in springs], dtype=float),
+        tuple(name for name, _, _ in springs),
+        np.array([rate for _, rate, _ in springs], dtype=float),
+        np.array([count for _, _, count in springs], dtype=float),
         tuple(oils),
-        tuple(one.name for one in machine.stock_dampers),
-        np.array([one.count * one.linear_damping for one in machine.stock_dampers], dtype=float),
+        tuple(name for name, _ in dampers),
+        np.array([drag for _, drag in dampers], dtype=float),
     )
+
+
+def _arranged(one: parts.StockSpring) -> list[tuple[str, float, float]]:
+    """Name, rate and count of every arrangement of a spring; those of equal stiffness once."""
+    if one.parallel is None:
+        return [(one.name, one.rate, math.nan)]
+    rows = []
+    for n in range(1, one.parallel + 1):
+        for deep in range(1, one.series + 1):
+            if math.gcd(n, deep) == 1:
+                lines = f"{n} x " if n > 1 else ""
+                behind = f"{deep} in series of " if deep > 1 else ""
+                rows.append((f"{lines}{behind}{one.name}", one.rate, n / deep))
+    return rows
 
 
 # ----------------------------------------------------------------------------

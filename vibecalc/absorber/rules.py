@@ -303,6 +303,19 @@ def _amplitude(row: Row) -> Iterator[Problem]:
         )
 
 
+def _gap_in_band(row: Row) -> Iterator[Problem]:
+    tuning = table_at(row.case, "tuning")
+    ground = tuning.get("excitation") == "base_acceleration"
+    if "gap" in row and (ground or not {"band", "band_ratios"}.isdisjoint(tuning)):
+        yield row.problem(
+            "gap",
+            "oils in a gap are chosen over all frequencies, and the tuning counts in a band or on "
+            "a ground only",
+            allowed="springs and dampers in stock, or [tuning] without band and base_acceleration",
+            also=("tuning",),
+        )
+
+
 def _modes(row: Row) -> Iterator[Problem]:
     """Several modes carry one absorber; a moving ground drives them by their participation."""
     primary = row.below("primary")
@@ -359,6 +372,15 @@ OF_ABSORBER = (
     ),
     *(
         lambda t, rule=rule: rule(t) if _readable(t) else ()
-        for rule in (_primary, _secondaries, _parts, _springs, _units, _amplitude, _modes)
+        for rule in (
+            _primary,
+            _secondaries,
+            _parts,
+            _springs,
+            _units,
+            _amplitude,
+            _modes,
+            _gap_in_band,
+        )
     ),
 )

@@ -337,6 +337,13 @@ class StockSpring(Table):
 
     name: Name = Field(description="label used in tables and in `where`")
     rate: LinearStiffness = Field(gt=0, description="of one spring")
+    parallel: Annotated[int, Field(strict=True, ge=1, le=100)] | None = Field(
+        None, description="every number up to it is tried; default: springs.count of them"
+    )
+    series: Annotated[int, Field(strict=True, ge=1, le=10)] = Field(
+        1, description="up to so many behind each other in each line"
+    )
+    RULES = (needs("series", "parallel", "springs.count says how many act together, each alone"),)
 
 
 class StockOil(Oil):
@@ -352,6 +359,9 @@ class StockDamper(Table):
     linear_damping: LinearDamping = Field(gt=0, description="of one damper")
     count: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
         1, description="dampers that act together"
+    )
+    parallel: Annotated[int, Field(strict=True, ge=1, le=100)] = Field(
+        1, description="every number of such sets up to it is tried"
     )
 
 

@@ -151,12 +151,15 @@ def _emit_tolerances(scene: Scene, problem: BandProblem, found: BandTuning) -> N
     unit = np.outer(np.arange(1, _DRAWN + 1), _SPREAD ** -np.arange(1.0, 5.0)) % 1.0
     drawn = (2.0 * unit - 1.0) * shares
 
-    def between(k: float, z: float) -> tuple[FloatArray, FloatArray]:
-        return largest_in(problem, k, z, drawn)
+    inside, error = largest_in(problem, k, z, drawn)
+    place = int(np.argmax(inside))
+    most = float(inside[place])
 
-    inside, error = between(k, z)
-    most = float(np.max(inside))
-    scene.emit(f"{TOLERANCES_ROOT}/inside_peak", most, np.max(error) + _moved(found, between))
+    def there(k: float, z: float) -> tuple[FloatArray, FloatArray]:
+        return largest_in(problem, k, z, drawn[place : place + 1])
+
+    off = float(error[place]) + _moved(found, there)
+    scene.emit(f"{TOLERANCES_ROOT}/inside_peak", most, off)
     if most > found.largest * (1.0 + _NO_LOWER):
         scene.warn(
             f"the worst case lies between the tolerances: {most:.6g} there, "

@@ -434,3 +434,36 @@ def largest_alone(problem: BandProblem) -> tuple[float, float]:
     """Largest |H| in any state without the absorber, and its error."""
     value, error = largest_in(problem._replace(mass=0.0), 1.0, 0.0)
     return float(np.max(value)), float(np.max(error))
+
+
+#: systems, pairs times states, of which all maxima are computed at once, and at most
+_AT_ONCE, _MOST = 2000, 40_000
+
+
+def largest_of_pairs(
+    problem: BandProblem, stiffness: FloatArray, damping: FloatArray, response: str
+) -> tuple[FloatArray, FloatArray]:
+    """Largest |H| of each pair of k and z2 (they broadcast) in its worst state, and its error.
+
+    Raises NumericalFailure where there are more pairs and states than can be computed.
+    """
+    k, z = np.broadcast_arrays(stiffness, damping)
+    states = len(problem.states)
+    if k.size * states > _MOST:
+        raise NumericalFailure(
+            f"{k.size} pairs of stock parts in {states} states of tolerances are too many, at most "
+            f"{_MOST} together"
+        )
+    value, error = np.zeros(k.size), np.zeros(k.size)
+    step = max(1, _AT_ONCE // states)
+    for start in range(0, k.size, step):
+        some = slice(start, start + step)
+        count = len(k.ravel()[some])
+        off = 1.0 + np.tile(problem.states, (count, 1))
+        spring, drag = (np.repeat(part.ravel()[some], states) for part in (k, z))
+        modes = problem.modes._replace(frequency=off[:, :1] * problem.modes.frequency)
+        system = fitted(modes, problem.mass * off[:, 1], spring * off[:, 2], drag * off[:, 3])
+        top, slack, _ = highest(system, problem.excitation, response, problem.low, problem.high)
+        value[some] = np.max(top.reshape(count, states), axis=1)
+        error[some] = np.max(slack.reshape(count, states), axis=1)
+    return value.reshape(k.shape), error.reshape(k.shape)
