@@ -306,6 +306,21 @@ def test_modes_of_a_case_are_tuned_within_the_band() -> None:
         assert other >= top * (1.0 - 1e-6)
 
 
+def test_a_machine_of_constant_speed_rests_where_its_absorber_swings() -> None:
+    """Without damping the force goes through the spring; over a spread of speed by a dense scan."""
+    tuning = {"frequency": "8.4 Hz", "band": {"from": "8.3 Hz", "to": "8.5 Hz"}}
+    ends = {"from": "8.4 Hz", "to": "8.6 Hz", "points": 3}
+    result = made(BASE, tuning=tuning, response__absorber={"force": 200.0, "frequencies": ends})
+    root = "response/absorber/motion/"
+    assert abs(of(result, root + "displacement")[0, 0]) < 1e-15
+    assert abs(of(result, root + "spring_force")[0]) == pytest.approx(200.0, rel=1e-10)
+    w = np.linspace(8.3, 8.5, 2001) * 2.0 * np.pi
+    k = M2 * (2.0 * np.pi * 8.4) ** 2
+    assert float(of(result, "tuning/linear_stiffness")) == pytest.approx(k, rel=1e-13)
+    scan = np.max(np.abs(solved(w, k, 0.0, K1 + 0.0 * w)[:, 0]))
+    assert float(of(result, "tuning/peak")) == pytest.approx(scan, rel=1e-9)
+
+
 def test_stock_springs_and_dampers_are_tried_in_every_arrangement() -> None:
     """Numbers in parallel and in series by hand, each by a dense scan of the worst state."""
     stock = {

@@ -291,6 +291,9 @@ WARBURTON_PAIRS = (
 #: what a tuning within a band asks for, and what only such a one is for
 BANDED = (
     needs("tolerances", "band band_ratios", "the worst case is that within a band"),
+    needs("frequency", "band", "it says over what the speed may spread"),
+    at_most_one("frequency", "tolerances"),
+    at_most_one("frequency", "compare"),
     refuse(
         "",
         "a primary of several modes is tuned within a band",
@@ -430,6 +433,12 @@ class Tuning(Table):
     band_ratios: BandRatios | None = Field(
         None, description="the same over the primary's own frequency"
     )
+    frequency: AngularSpeed | None = Field(
+        None,
+        gt=0,
+        description="of a machine of constant speed, '1500 rpm': the absorber swings at it, damped "
+        "as little as bounds let it; the band is what the speed may spread over",
+    )
     tolerances: Tolerances | None = Field(
         None, description="of the parts: the worst case is made small, within a band"
     )
@@ -470,7 +479,7 @@ class Tuning(Table):
             "[machine.gap] with [machine.oil] or oils in stock",
         ),
         no(
-            "compare temperatures chart norm kind sensitivity",
+            "compare temperatures chart norm kind sensitivity band band_ratios",
             lambda t: "secondaries" in t.machine,
             "several absorbers are tuned for the largest amplitude, without {key}",
             "excitation, response, bounds, mistuning",

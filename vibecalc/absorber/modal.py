@@ -192,7 +192,7 @@ def response_at(
         raise NumericalFailure("without damping the response is infinite at a resonance") from None
 
     def times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
-        return np.einsum("nij,nj->ni", matrix, vector)
+        return np.asarray(np.einsum("nij,nj->ni", matrix, vector))
 
     y = times(inverse, r)
     y1 = times(inverse, r1 - times(z1, y))

@@ -1,6 +1,8 @@
 """Results of an absorber in units: motions and forces by frequency; tunings within a band."""
 
-from vibecalc.core.results.record import CHECK, EXAMINED, PEAK, PLACE, Headline, entry
+from collections.abc import Iterator
+
+from vibecalc.core.results.record import CHECK, EXAMINED, PEAK, PLACE, Entry, Headline, entry
 
 # ----------------------------------------------------------------------------
 # Motions in m and forces in N, or angles and torques, for an amplitude of the excitation.
@@ -32,7 +34,7 @@ OF_ABSORBER = ("travel", "spring_force", "damper_force")
 _FIRST = ("displacement", "deflection", *OF_ABSORBER, "transmitted_force", "acceleration")
 
 
-def _rows(table):  # type: ignore[no-untyped-def]
+def _rows(table: dict[str, tuple[str, str, str, str]]) -> Iterator[Entry]:
     for key, (name, unit, read, words) in table.items():
         alone = key in OF_ABSORBER
         fitted = "" if alone else "fitted"

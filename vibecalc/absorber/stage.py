@@ -160,6 +160,8 @@ def _tuning(case: "Case") -> Stage:
         "tuning/without_spring": not (several or banded) and options.kind == "free",
         "tuning/threshold": not several and not least_squares and not banded,
         "tuning/band/": banded,
+        "tuning/band/residual": banded and options.frequency is None,
+        "tuning/active/weight": not least_squares and options.frequency is None,
         "tuning/tolerances/": options.tolerances is not None,
         "tuning/evaluations": not least_squares,
         "tuning/mean_square": least_squares,

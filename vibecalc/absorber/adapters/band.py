@@ -20,6 +20,7 @@ from vibecalc.absorber.tuning.band import (
     largest_alone,
     largest_in,
     states_of,
+    tuned_to,
 )
 from vibecalc.absorber.tuning.closed_forms import METHODS
 from vibecalc.absorber.tuning.warburton import WARBURTON
@@ -44,7 +45,10 @@ def run_band_tuning(scene: Scene) -> None:
     if options is None or parts.absorber is None:
         raise ValueError("the case has no absorber to tune")
     problem = problem_of(options, parts, scene.case.machine)
-    found = band_tuning(problem)
+    if options.frequency is not None and parts.scale is not None:
+        found = tuned_to(problem, options.frequency / parts.scale.frequency)
+    else:
+        found = band_tuning(problem)
     z1, m = parts.primary_damping, problem.mass
     tuned = Absorber(z1, m, found.stiffness_ratio, found.secondary_damping)
     scene.handed_on["tuned"] = tuned

@@ -135,7 +135,8 @@ def emit_stock_in_line(scene: Scene, parts: AbsorberParts, tuned: Absorber | Non
     dampers = dampers or _as_tuned(tuned.secondary_damping, uncertainty.damping)
     if is_banded(scene.case):
         read = _in_band(scene, tuning)
-        least = float(read(*(np.asarray(part) for part in tuned[2:]), tuning.response)[0])
+        k, z = np.asarray(tuned.stiffness_ratio), np.asarray(tuned.secondary_damping)
+        least = float(read(k, z, tuning.response)[0])
     else:
         least = float(peaks(tuned, tuning.excitation, tuning.response).largest)
     _emit_pairs(scene, tuning, tuned, springs, dampers, "damper_pair", "stock_damper", least)

@@ -183,6 +183,8 @@ def _conclusion(result: Result) -> list[str]:
     how = _KINDS.get(str(options.get("kind", "free")), "")
     if table_of(options, "bounds"):
         how += ", within the bounds"
+    if options.get("frequency"):
+        how = f"an absorber that swings at {show(hertz(float(options['frequency'])))} Hz"
     measure = "mean square" if is_mean(result) else "largest amplitude"
     if scalar_of(record, TUNING + "helps") == 0.0:
         words = f"{no_help(result)} the {measure} of the {what} under excitation by {cause}"
@@ -191,7 +193,8 @@ def _conclusion(result: Result) -> list[str]:
         only = options.get("kind") == "undamped_spring" and damped
         return paragraph(words + ("; spring and damper do." if only else "."))
     cause += band_words(result)
-    words = f"Least {measure} of the {what} under excitation by {cause}, by {how}: "
+    least = "Largest amplitude" if options.get("frequency") else f"Least {measure}"
+    words = f"{least} of the {what} under excitation by {cause}, by {how}: "
     name = "mean_square" if is_mean(result) else "peak"
     value, alone = (scalar_of(record, TUNING + key) for key in (name, f"{name}_alone"))
     several = TUNING + "each/mass_ratio" in record.quantities

@@ -199,6 +199,27 @@ def band_tuning(problem: BandProblem) -> BandTuning:
     )
 
 
+def tuned_to(problem: BandProblem, frequency: float) -> BandTuning:
+    """The absorber that swings at one frequency ratio, with the least damping within its bounds.
+
+    Without damping its mass takes all of a force on the primary there, and the primary rests where
+    the absorber is. Its largest response in the band tells what a spread of frequency costs.
+    Raises NumericalFailure where a resonance without damping stands in the band.
+    """
+    stiffness, damping = problem.mass * frequency**2, problem.damping[0]
+    here = levels_at(problem, np.array([np.log(stiffness), damping]))
+    top = np.max(here.level)
+    active = here.some(np.flatnonzero(here.level > top - _ACTIVE))
+    largest = float(np.exp(top))
+    off = 8.0 * EPSILON * stiffness
+    slope = float(np.max(np.abs(active.slope[:, 0])))
+    error = largest * (float(np.max(active.error)) + 16.0 * EPSILON * slope)
+    return BandTuning(
+        stiffness, damping, largest, off, 4.0 * EPSILON * damping, error, active.state,
+        active.place, np.exp(active.level), np.zeros(len(active.level)), 0.0, 1,
+    )  # fmt: skip
+
+
 def _limits(problem: BandProblem) -> tuple[FloatArray, FloatArray]:
     """Bounds of (ln k, z): those given, and ones that no optimum reaches."""
     reach = np.array([problem.low, problem.high])
