@@ -28,6 +28,20 @@ mass_ratio = 0.1
 [tuning]
 compare = ["den_hartog"]
 """
+FLOOR = """schema = 1
+title = "in kg, Hz and N"
+[machine]
+kind = "absorber"
+[machine.primary]
+mass = "500 kg"
+natural_frequency = "8 Hz"
+[machine.secondary]
+mass = "25 kg"
+[tuning]
+band = { from = "7 Hz", to = "9 Hz" }
+[response.absorber]
+force = "200 N"
+"""
 RIG = """schema = 1
 title = "rig as built"
 [machine]

@@ -20,6 +20,7 @@ SLOW = frozenset(
         "absorber",
         "absorber_curves",
         "absorber_design_chart",
+        "absorber_floor",
         "absorber_pendulum",
         "absorber_rig_a",
         "absorber_rig_b",

@@ -4,7 +4,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from absorber_cases import PENDULUM, RATIOS, RIG, SEVERAL, TUNED, refusal, replaced
+from absorber_cases import FLOOR, PENDULUM, RATIOS, RIG, SEVERAL, TUNED, refusal, replaced
 from refused import changed, refusals
 
 from vibecalc.cli.starters import starter
@@ -14,6 +14,7 @@ from vibecalc.errors import CaseError
 
 CASES = {
     "ratios": RATIOS, "tuned": TUNED, "rig": RIG, "several": SEVERAL, "pendulum": PENDULUM,
+    "floor": FLOOR,
 }  # fmt: skip
 STARTERS = ("absorber", "absorber_rig", "pendulum")
 

@@ -13,6 +13,7 @@ from vibecalc.parts.body_tables import Body, Mounts
 from vibecalc.parts.tables import NEEDED_BY_KIND, CrankTrain, Cycle
 
 if TYPE_CHECKING:
+    from vibecalc.absorber.asked_tables import Tuning
     from vibecalc.absorber.tables import (
         Flywheel,
         Gap,
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
         StockDampers,
         StockOils,
         StockSprings,
-        Tuning,
     )
     from vibecalc.balance.tables import Balance
     from vibecalc.base_motion.tables import BaseMotion
@@ -57,9 +57,10 @@ else:
     globals().update(
         later(
             {
+                "vibecalc.absorber.asked_tables": "Tuning",
                 "vibecalc.absorber.tables": "Flywheel Gap Oil OilCatalogue Pendulum Primary Ring "
                 "Rod Secondaries Secondary SpringCatalogue Springs StockDampers StockOils "
-                "StockSprings Tuning",
+                "StockSprings",
                 "vibecalc.base_motion.tables": "BaseMotion",
                 "vibecalc.balance.tables": "Balance",
                 "vibecalc.bearings.tables": "BearingLoads",

@@ -126,8 +126,14 @@ def weights(excitation: str, response: str, white: str = "") -> Weights:
 
     `white` says what has a constant spectrum: for "base" the ground's "displacement", "velocity"
     or (default) "acceleration"; for "unbalance" what the force is the second derivative of
-    ("displacement", default), or that force itself ("acceleration"). A force is white itself.
+    ("displacement", default), or that force itself ("acceleration"). A force is white itself, and
+    so is "base_acceleration", under which "deflection" is motion against the ground.
     """
+    if excitation == "base_acceleration":
+        # against the ground both masses feel their own inertia: N1 + m g over D
+        if response == "deflection":
+            return Weights(("ground", ""), "")
+        return weights("base", response, "acceleration")
     transfer = transfer_of(excitation, response)
     default = {"force": "displacement", "base": "acceleration", "unbalance": "displacement"}
     chosen = white or default[excitation]

@@ -24,6 +24,7 @@ from vibecalc.numerics.rounding import FloatArray
 from vibecalc.schema import Case, Machine
 
 if TYPE_CHECKING:
+    from vibecalc.absorber.modal import Modes
     from vibecalc.absorber.transfer import Absorber
 
 # ----------------------------------------------------------------------------
@@ -68,11 +69,13 @@ class Filling(NamedTuple):
 
 
 class Stock(NamedTuple):
-    """What can be bought: springs by name and rate (n,) in N/m, oils, and dampers by name and
-    damping (d,) in N s/m, of all that act together."""
+    """What can be bought: springs by name and rate (n,) in N/m with how many act together, those
+    behind each other as parts of one (NaN: as many as there are places), oils, and dampers by name
+    and damping (d,) in N s/m, of all that act together."""
 
     spring_names: tuple[str, ...]
     spring_rates: FloatArray
+    spring_counts: FloatArray
     oils: tuple[Oil, ...]
     damper_names: tuple[str, ...]
     dampings: FloatArray
@@ -154,10 +157,11 @@ def oil_of(name: str, oil: parts.Oil) -> Oil:
 
 def stock(machine: Machine) -> Stock:
     """All that can be bought: the lists of the case, then the rows of its catalogues."""
-    springs = [(one.name, one.rate) for one in machine.stock_springs]
+    springs = [row for one in machine.stock_springs for row in _arranged(one)]
     table = machine.spring_catalogue
     if table is not None:
-        springs += [(str(part), rate) for part, rate in zip(table.part, table.rate, strict=True)]
+        catalogue = zip(table.part, table.rate, strict=True)
+        springs += [(str(part), rate, math.nan) for part, rate in catalogue]
     oils = [oil_of(one.name, one) for one in machine.stock_oils]
     rows = machine.oil_catalogue
     if rows is not None:
@@ -166,13 +170,33 @@ def stock(machine: Machine) -> Stock:
             Oil(str(part), Walther((_COOL, _WARM), (thick, thin)), density)
             for part, thick, thin, density in columns
         ]
+    dampers = [
+        (f"{n} x {one.name}" if n > 1 else one.name, n * one.count * one.linear_damping)
+        for one in machine.stock_dampers
+        for n in range(1, one.parallel + 1)
+    ]
     return Stock(
-        tuple(name for name, _ in springs),
-        np.array([rate for _, rate in springs], dtype=float),
+        tuple(name for name, _, _ in springs),
+        np.array([rate for _, rate, _ in springs], dtype=float),
+        np.array([count for _, _, count in springs], dtype=float),
         tuple(oils),
-        tuple(one.name for one in machine.stock_dampers),
-        np.array([one.count * one.linear_damping for one in machine.stock_dampers], dtype=float),
+        tuple(name for name, _ in dampers),
+        np.array([drag for _, drag in dampers], dtype=float),
     )
+
+
+def _arranged(one: parts.StockSpring) -> list[tuple[str, float, float]]:
+    """Name, rate and count of every arrangement of a spring; those of equal stiffness once."""
+    if one.parallel is None:
+        return [(one.name, one.rate, math.nan)]
+    rows = []
+    for n in range(1, one.parallel + 1):
+        for deep in range(1, one.series + 1):
+            if math.gcd(n, deep) == 1:
+                lines = f"{n} x " if n > 1 else ""
+                behind = f"{deep} in series of " if deep > 1 else ""
+                rows.append((f"{lines}{behind}{one.name}", one.rate, n / deep))
+    return rows
 
 
 # ----------------------------------------------------------------------------
@@ -284,9 +308,17 @@ def primary_scale(machine: Machine) -> Scale | None:
     primary, rod = machine.primary, machine.rod
     if primary is None:
         return None
+    if primary.modes:
+        first = primary.modes[0]
+        return Scale(first.modal_mass, first.modal_mass * first.natural_frequency**2, False)
+    natural = primary.natural_frequency
+    if primary.mass is not None and natural is not None:
+        return Scale(primary.mass, primary.mass * natural**2, False)
     if primary.mass is not None and primary.linear_stiffness is not None:
         return Scale(primary.mass, primary.linear_stiffness, False)
     stiffness = primary.stiffness
+    if primary.inertia is not None and natural is not None:
+        stiffness = primary.inertia * natural**2
     if rod is not None and rod.length is not None and rod.shear_modulus is not None:
         found = torsional_stiffness(rod.shear_modulus, rod.diameter, rod.length, rod.bore)
         stiffness = float(found.value)
@@ -296,11 +328,30 @@ def primary_scale(machine: Machine) -> Scale | None:
 
 
 def primary_damping(primary: Primary, scale: Scale | None) -> float:
-    """c1 / (2 sqrt(K1 J1)); zero where nothing is said."""
+    """c1 / (2 sqrt(K1 J1)), of the first of several modes; zero where nothing is said."""
+    if primary.modes:
+        return primary.modes[0].damping_ratio
     given = primary.damping if primary.damping is not None else primary.linear_damping
     if given is not None and scale is not None:
         return given / scale.damping
     return 0.0 if primary.damping_ratio is None else primary.damping_ratio
+
+
+def modes_of(primary: Primary, scale: Scale | None) -> "Modes":
+    """The modes over the first of them; a primary of its own spring is one mode of shape 1."""
+    from vibecalc.absorber.modal import Modes, one_mode  # few absorbers need it
+
+    if not primary.modes:
+        return one_mode(primary_damping(primary, scale))
+    first, rows = primary.modes[0], []
+    for one in primary.modes:
+        at_force = one.shape_at_response if one.shape_at_force is None else one.shape_at_force
+        rows.append((
+            one.modal_mass / first.modal_mass, one.natural_frequency / first.natural_frequency,
+            one.damping_ratio, one.shape_at_absorber, at_force, one.shape_at_response,
+            0.0 if one.participation is None else one.participation,
+        ))  # fmt: skip
+    return Modes(*np.array(rows, dtype=float).T)
 
 
 class Ratios(NamedTuple):

@@ -1,5 +1,7 @@
 """Results of absorbers: response, tuning, hardware, and pendulums on a rotor."""
 
+from vibecalc.absorber.motion_results import AXES as MOTION_AXES
+from vibecalc.absorber.motion_results import BAND_ENTRIES, MOTION_ENTRIES
 from vibecalc.core.results.record import CHECK, DIFFERENCE, PEAK, Headline, entry
 
 # ----------------------------------------------------------------------------
@@ -199,7 +201,10 @@ TUNING_ENTRIES = (
         "",
         "",
         "largest motion of the absorber against the primary",
-        headline=Headline("largest travel of the absorber, as a ratio"),
+        headline=Headline(
+            "largest travel of the absorber, as a ratio",
+            unless="response/absorber/motion/largest/travel",
+        ),
     ),
     entry(
         f"{TUNING_ROOT}/active/frequency_ratio",
@@ -629,7 +634,7 @@ PENDULUM_ENTRIES = (
 )
 
 #: axis name -> (unit, long name)
-AXES = {
+AXES = MOTION_AXES | {
     "tuning_bound": ("", "what may hold a tuning"),
     "curve": ("", "absorber that the curve is of"),
     "fixed_point": ("", "point that all curves pass"),
@@ -652,7 +657,9 @@ AXES = {
 }
 ENTRIES = (
     *TUNING_ENTRIES,
+    *BAND_ENTRIES,
     *RESPONSE_ENTRIES,
     *HARDWARE_ENTRIES,
     *PENDULUM_ENTRIES,
+    *MOTION_ENTRIES,
 )

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from vibecalc.absorber.asked_tables import AMPLITUDES
 from vibecalc.absorber.tables import STIFFNESSES
 from vibecalc.core.case.raw import Data, key_text, table_at
 from vibecalc.core.case.rules import Row, Rule, needs, one_of, refuse, row_at, unique
@@ -29,6 +30,8 @@ def _from_rod(machine: Data) -> bool:
 def _motion(machine: Data) -> str:
     """What the primary's units say: torsion, translation or "" for ratios."""
     primary = table_at(machine, "primary")
+    if "modes" in primary or ("natural_frequency" in primary and "inertia" not in primary):
+        return "translation"
     for motion, keys in MOTIONS.items():
         if not primary.keys().isdisjoint(keys):
             return motion
@@ -44,24 +47,28 @@ def _primary(row: Row) -> Iterator[Problem]:
     primary, motion = row.below("primary"), _motion(row.data)
     if primary is None or not primary.data or not motion or _mixes(primary.data):
         return
+    if "modes" in primary:
+        return
     heavy, stiff, _ = MOTIONS[motion]
     rod = _from_rod(row.data)
     half = {"length", "shear_modulus"} & table_at(row.data, "rod").keys()  # reported there
-    if rod and stiff in primary:
+    for twice in primary.said(stiff, "natural_frequency") if rod else ():
         yield primary.problem(
-            stiff,
-            f"the primary's stiffness stands twice: [machine.rod] and {stiff} give it",
-            allowed=f"{stiff}, or a rod with length and shear_modulus: one way or the other",
+            twice,
+            f"the primary's stiffness stands twice: [machine.rod] and {twice} give it",
+            allowed=f"{twice}, or a rod with length and shear_modulus: one way or the other",
             also=("machine", "rod"),
         )
     for key in (heavy, stiff):
-        if primary.lacks(key) and not (key == stiff and half):
+        if primary.lacks(key, "natural_frequency" if key == stiff else key) and not (
+            key == stiff and half
+        ):
             instead = ", or [machine.rod] with length and shear_modulus" if key == stiff else ""
             yield primary.problem(
                 "",
                 f"the primary has units, and no {key}",
                 found=", ".join(key for key in primary.data if key != "damping_ratio") or "a rod",
-                allowed=f"{heavy} and {stiff}{instead}",
+                allowed=f"{heavy} and {stiff} or natural_frequency{instead}",
                 hint="damping_ratio alone makes a scene of ratios" if not rod else "",
             )
 
@@ -255,6 +262,85 @@ def _readable(row: Row) -> bool:
     return all(isinstance(row.data.get(part, {}), dict) for part in ("primary", "secondary"))
 
 
+def _amplitude(row: Row) -> Iterator[Problem]:
+    """An amplitude is of the motion of the primary, and what only it shows needs one."""
+    asked, motion = row_at(row.case, "response", "absorber"), _motion(row.data)
+    primary = row.below("primary")
+    if asked is None or primary is None or not primary.data:
+        return
+    said = asked.said(*AMPLITUDES)
+    other = "torsion" if motion == "translation" else "translation"
+    known = [key for key in AMPLITUDES if (key == "torque") == (motion == "torsion")]
+    for key in said:
+        if not motion or key not in known:
+            yield asked.problem(
+                key,
+                f"{key} needs a primary with units, and this one is of ratios alone"
+                if not motion
+                else f"{key} is that of {other}, and the primary is in {motion}",
+                allowed=", ".join(known) if motion else "a primary with mass and natural_frequency",
+                also=PRIMARY,
+            )
+    modal, tuning = "modes" in primary, table_at(row.case, "tuning")
+    of_ground = "base_acceleration" in (asked["excitation"], tuning.get("excitation"))
+    of_ground |= tuning.get("response") == "deflection"
+    if (modal or of_ground) and not said:
+        yield asked.problem(
+            "",
+            "the motion of several modes, or against the ground, is read in m and N, without an "
+            "amplitude it is not known",
+            allowed=f"one of {', '.join(known)}" if motion else "base_acceleration",
+            hint="" if motion else "and a primary with mass and natural_frequency",
+        )
+    if not modal:
+        return
+    for key in asked.said("vary", "limits", "response", "frequency_ratios"):
+        yield asked.problem(
+            key,
+            f"several modes have no {key}",
+            allowed="an amplitude and frequencies",
+            also=(*PRIMARY, "modes"),
+        )
+
+
+def _gap_in_band(row: Row) -> Iterator[Problem]:
+    tuning = table_at(row.case, "tuning")
+    ground = tuning.get("excitation") == "base_acceleration"
+    if "gap" in row and (ground or not {"band", "band_ratios"}.isdisjoint(tuning)):
+        yield row.problem(
+            "gap",
+            "oils in a gap are chosen over all frequencies, and the tuning counts in a band or on "
+            "a ground only",
+            allowed="springs and dampers in stock, or [tuning] without band and base_acceleration",
+            also=("tuning",),
+        )
+
+
+def _modes(row: Row) -> Iterator[Problem]:
+    """Several modes carry one absorber; a moving ground drives them by their participation."""
+    primary = row.below("primary")
+    if primary is None or "modes" not in primary:
+        return
+    for key in ("secondaries", "rod", "springs", "stock_dampers"):
+        if key in row:
+            yield row.problem(
+                key,
+                f"[machine.{key}] is for a primary of a single mode",
+                allowed="[machine.secondary]",
+                also=(*PRIMARY, "modes"),
+            )
+    asked, tuning = table_at(row.case, "response", "absorber"), table_at(row.case, "tuning")
+    ground = str(tuning.get("excitation", "")).startswith("base") or not {
+        "base_displacement", "base_acceleration"}.isdisjoint(asked)  # fmt: skip
+    for mode in primary.each("modes") if ground else ():
+        if mode.lacks("participation"):
+            yield mode.problem(
+                "",
+                "a ground that moves drives a mode by its participation, and there is none",
+                allowed="participation, the sum of mass times shape over modal_mass",
+            )
+
+
 OF_ABSORBER = (
     unique("secondaries", "absorbers"),
     one_of("primary", "pendulum"),
@@ -286,6 +372,15 @@ OF_ABSORBER = (
     ),
     *(
         lambda t, rule=rule: rule(t) if _readable(t) else ()
-        for rule in (_primary, _secondaries, _parts, _springs, _units)
+        for rule in (
+            _primary,
+            _secondaries,
+            _parts,
+            _springs,
+            _units,
+            _amplitude,
+            _modes,
+            _gap_in_band,
+        )
     ),
 )

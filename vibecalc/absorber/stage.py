@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from vibecalc.core.run.stage import Harmonics, Leading, Stage, Subject, Unit, Work, below
 
 if TYPE_CHECKING:
-    from vibecalc.absorber.tables import Tuning
+    from vibecalc.absorber.asked_tables import Tuning
     from vibecalc.schema import Case, Machine
 
 _NO_ORDERS = "none: over the frequency"
@@ -24,7 +24,10 @@ def plan_absorber(case: "Case") -> Iterator[Stage]:
         if case.tuning is not None:
             yield _tuning(case)
         if case.response is not None and case.response.absorber is not None:
-            yield _response(case)
+            if in_ratios(case):
+                yield _response(case)
+            if excited_by(case):
+                yield _motion(case)
         quantities = _hardware_quantities(case)
         if quantities:
             yield _hardware(quantities)
@@ -36,11 +39,69 @@ def asked_of(case: "Case") -> tuple[str, str]:
     """Excitation and response to draw: those said, else those of [tuning], else the usual ones."""
     response = None if case.response is None else case.response.absorber
     tuning = case.tuning
-    excitation = None if response is None else response.excitation
+    excitation = None if response is None else response.excitation or excited_by(case)
     what = None if response is None else response.response
     return (
         excitation or (tuning.excitation if tuning is not None else "force"),
         what or (tuning.response if tuning is not None else "displacement"),
+    )
+
+
+def excited_by(case: "Case") -> str:
+    """The excitation of which [response.absorber] gives the amplitude; empty without one."""
+    response = None if case.response is None else case.response.absorber
+    if response is None:
+        return ""
+    from vibecalc.absorber.asked_tables import AMPLITUDES
+
+    said = [kind for key, kind in AMPLITUDES.items() if getattr(response, key) is not None]
+    return said[0] if said else ""
+
+
+def in_ratios(case: "Case") -> bool:
+    """Whether curves in ratios are drawn: of a single mode, and not against the ground."""
+    primary = case.machine.primary
+    pair = asked_of(case)
+    return not (primary and primary.modes) and not (
+        pair[0] == "base_acceleration" or pair[1] == "deflection"
+    )
+
+
+def motions_of(case: "Case") -> tuple[str, ...]:
+    """What is read in units: all that the excitation and the modes of a case give."""
+    excitation, machine = excited_by(case), case.machine
+    drifts = excitation == "base_acceleration"
+    modal = machine.primary is not None and bool(machine.primary.modes)
+    return tuple(
+        name
+        for name, there in (
+            ("displacement", not drifts),
+            ("velocity", not drifts),
+            ("acceleration", True),
+            ("deflection", excitation.startswith("base")),
+            ("transmitted_force", not modal),
+            ("travel", True),
+            ("spring_force", True),
+            ("damper_force", True),
+        )
+        if there
+    )
+
+
+def is_banded(case: "Case") -> bool:
+    """Whether a tuning counts within a band only."""
+    options = case.tuning
+    return options is not None and (options.band is not None or options.band_ratios is not None)
+
+
+def white_ground(case: "Case") -> bool:
+    """Whether a tuning is for the mean square under a white acceleration of the ground."""
+    options = case.tuning
+    return (
+        options is not None
+        and options.norm == "h2"
+        and options.excitation == "base_acceleration"
+        and not is_banded(case)
     )
 
 
@@ -62,21 +123,26 @@ def is_undamped(machine: "Machine") -> bool:
     """Whether the primary has no damping."""
     primary = machine.primary
     return primary is not None and not any(
-        (primary.damping_ratio, primary.damping, primary.linear_damping)
+        (
+            *(primary.damping_ratio, primary.damping, primary.linear_damping),
+            *(mode.damping_ratio for mode in primary.modes),
+        )
     )
 
 
 def has_units(machine: "Machine") -> bool:
     """Whether the primary has an inertia or a mass."""
     primary = machine.primary
-    return primary is not None and (primary.inertia is not None or primary.mass is not None)
+    return primary is not None and (
+        primary.inertia is not None or primary.mass is not None or bool(primary.modes)
+    )
 
 
 def _tuning(case: "Case") -> Stage:
     options, machine = case.tuning, case.machine
     assert options is not None
     several = bool(machine.secondaries)
-    least_squares = options.norm == "h2"
+    least_squares, banded = options.norm == "h2", is_banded(case)
     units = has_units(machine)
     turning = units and machine.primary is not None and machine.primary.inertia is not None
     sprung = options.kind in ("free", "undamped_spring")
@@ -91,13 +157,17 @@ def _tuning(case: "Case") -> Stage:
         "tuning/secondary_damping": not several,
         "tuning/own_damping": not several and options.kind == "free",
         "tuning/helps": not several,
-        "tuning/without_spring": not several and options.kind == "free",
-        "tuning/threshold": not several and not least_squares,
+        "tuning/without_spring": not (several or banded) and options.kind == "free",
+        "tuning/threshold": not several and not least_squares and not banded,
+        "tuning/band/": banded,
+        "tuning/band/residual": banded and options.frequency is None,
+        "tuning/active/weight": not least_squares and options.frequency is None,
+        "tuning/tolerances/": options.tolerances is not None,
         "tuning/evaluations": not least_squares,
         "tuning/mean_square": least_squares,
         "tuning/active/": not least_squares,
-        "tuning/peak_less_one": not several and is_over_one(options),
-        "tuning/certificate": not least_squares and options.kind == "free",
+        "tuning/peak_less_one": not several and is_over_one(options) and not banded,
+        "tuning/certificate": not least_squares and options.kind == "free" and not banded,
         "tuning/torsional_stiffness": not several and turning and sprung,
         "tuning/torsional_damping": not several and turning,
         "tuning/linear_stiffness": not several and units and not turning and sprung,
@@ -107,11 +177,16 @@ def _tuning(case: "Case") -> Stage:
         "tuning/mistuning/": bool(options.mistuning),
         "tuning/mistuning/worst": bool(options.mistuning) and not several,
         "tuning/sensitivity/": options.sensitivity,
-        "tuning/unbounded/": options.bounds is not None and not several,
-        "tuning/bounds/": options.bounds is not None and not several,
+        "tuning/unbounded/": options.bounds is not None and not several and not banded,
+        "tuning/bounds/": options.bounds is not None and not several and not banded,
         "tuning/chart/": options.chart is not None,
-        "tuning/map/": not several and options.kind == "free" and not least_squares,
+        "tuning/map/": not (several or least_squares or banded) and options.kind == "free",
     }
+    if white_ground(case):
+        there |= dict.fromkeys(
+            ("tuning/travel", "tuning/peak", "tuning/peak_alone", "tuning/peak_less_one",
+             "tuning/method/peak", "tuning/method/promised"), False,
+        )  # fmt: skip
     cost = "Newton's method, some tens of evaluations of a peak"
     if several:
         cost = "descents from many starts, then Newton's method"
@@ -122,6 +197,10 @@ def _tuning(case: "Case") -> Stage:
         name="tuning",
         adapter="vibecalc.absorber.adapters.several:run_several_tuning"
         if case.machine.secondaries
+        else "vibecalc.absorber.adapters.band:run_band_tuning"
+        if banded
+        else "vibecalc.absorber.adapters.ground:run_ground_tuning"
+        if white_ground(case)
         else "vibecalc.absorber.adapters.tuning:run_absorber_tuning",
         why=f'[tuning] is in the case, norm = "{options.norm}"',
         parts=("primary", "secondaries" if several else "secondary"),
@@ -129,7 +208,9 @@ def _tuning(case: "Case") -> Stage:
         cost=cost,
         quantities=_paths_of("tuning/", there),
         work=_work_of_tuning,
-        topics=("vibecalc.absorber.accuracy:tuning_topics",),
+        topics=()
+        if banded or white_ground(case)
+        else ("vibecalc.absorber.accuracy:tuning_topics",),
         leading=Leading(
             keys=TUNED_KEYS,
             only=TOGETHER,
@@ -153,7 +234,7 @@ TOGETHER = tuple(
 def _one_by_one(case: "Case") -> str:
     """Why tunings of this case are not found together."""
     options, machine = case.tuning, case.machine
-    if options is None or options.norm != "h_infinity" or options.kind != "free":
+    if options is None or options.norm != "h_infinity" or options.kind != "free" or is_banded(case):
         return "only tunings of spring and damper for the largest amplitude are found together"
     if machine.secondary is None or machine.springs or machine.gap or machine.flywheel:
         return "several absorbers and their parts are computed point by point"
@@ -187,10 +268,33 @@ def _response(case: "Case") -> Stage:
         parts=("primary", "secondaries" if several else "secondary"),
         orders=_NO_ORDERS,
         cost="one pass over the frequencies for each curve; peaks from a polynomial",
-        quantities=_paths_of("response/absorber/", there),
+        quantities=_paths_of("response/absorber/", there | {"response/absorber/motion/": False}),
         is_last=True,
         work=_work_of_absorber,
         topics=("vibecalc.absorber.accuracy:absorber_topics",),
+    )
+
+
+def _motion(case: "Case") -> Stage:
+    from vibecalc.absorber.motion_results import MOTION_ROOT, TORSION, TRANSLATION
+
+    primary = case.machine.primary
+    torsion = primary is not None and primary.inertia is not None
+    names = TORSION if torsion else TRANSLATION
+    return Stage(
+        name="absorber motion",
+        adapter="vibecalc.absorber.adapters.motion:run_motion",
+        why="[response.absorber] has an amplitude",
+        parts=("primary", "secondary"),
+        orders=_NO_ORDERS,
+        cost="a small solve for each frequency; peaks between seeds about all poles",
+        quantities=tuple(
+            f"{MOTION_ROOT}/{table}{names[one][0]}"
+            for one in motions_of(case)
+            for table in ("", "largest/", "largest_at/")
+        ),
+        is_last=True,
+        work=_work_of_motion,
     )
 
 
@@ -306,6 +410,8 @@ def _work_of_tuning(case: "Case", orders: int) -> Work:
     assert options is not None
     if case.machine.secondaries:
         return ((1, "several"), (len(options.mistuning) / 3.0, "peak_search"))
+    if is_banded(case):
+        return ((1.0 + 2.0 * (options.tolerances is not None), "band_search"),)
     chart = options.chart
     points = 0 if chart is None else len(chart.primary_damping) * chart.mass_ratio.points
     searches = 1.0 + 0.8 * len(options.compare) + len(options.mistuning) / 3.0
@@ -321,6 +427,13 @@ def _work_of_absorber(case: "Case", orders: int) -> Work:
     curves = 1 if vary is None else 1 + max(len(values) for _, values in vary)
     points = 400 if swept is None else swept.points
     return ((curves * points, "curve_point"), (1 + options.limits, "peaks"))
+
+
+def _work_of_motion(case: "Case", orders: int) -> Work:
+    assert case.response is not None and case.response.absorber is not None
+    options = case.response.absorber
+    swept = options.frequency_ratios or options.frequencies
+    return ((len(motions_of(case)) * (400 if swept is None else swept.points), "motion_point"),)
 
 
 def _work_of_hardware(case: "Case", orders: int) -> Work:
@@ -360,6 +473,8 @@ SUBJECT = Subject(
         "peak_search": Unit(1.0e-1, "searches for the lowest peak", "scipy.optimize"),
         "chart_point": Unit(3.0e-4, "points of the chart"),
         "several": Unit(3.0e-1, "searches over several absorbers", "scipy.optimize"),
+        "band_search": Unit(1.0, "searches within a band", "scipy.optimize"),
+        "motion_point": Unit(1.2e-4, "points of motions"),
         "curve_point": Unit(1.5e-6, "points of the curves"),
         "peaks": Unit(2.5e-2, "sets of peaks, poles and limits"),
         "parts": Unit(1.0e-1, "sets of stock parts held against the tuning"),
@@ -373,11 +488,13 @@ SUBJECT = Subject(
     sections=(
         "vibecalc.absorber.report.tuning:absorber_tuning",
         "vibecalc.absorber.report.tuning:absorber",
+        "vibecalc.absorber.report.motion:absorber_motion",
         "vibecalc.absorber.report.hardware:absorber_parts",
         "vibecalc.absorber.report.tuning:pendulum",
     ),
     pictures={
         "absorber_curves": "vibecalc.absorber.pictures:draw_absorber_curves",
+        "absorber_motion": "vibecalc.absorber.motion_pictures:ABSORBER_MOTION",
         "absorber_surface": "vibecalc.absorber.pictures:draw_absorber_surface",
         "absorber_map": "vibecalc.absorber.pictures:draw_absorber_map",
         "absorber_chart": "vibecalc.absorber.pictures:draw_absorber_chart",

@@ -1,10 +1,9 @@
-"""Tables of a case with absorbers: primary system, absorbers, hardware, response, tuning."""
+"""Tables of a machine with absorbers: primary system, absorbers, hardware, pendulums."""
 
-import functools
 from itertools import pairwise
 from typing import Annotated, Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import Field
 
 from vibecalc.core.case.fields import (
     Angle,
@@ -22,18 +21,11 @@ from vibecalc.core.case.fields import (
     Table,
     Unit,
 )
-from vibecalc.core.case.raw import table_at
 from vibecalc.core.case.rules import (
-    Row,
-    Rule,
     at_most_one,
     below,
     needs,
-    no,
-    once,
     one_of,
-    ordered,
-    pair_ordered,
     refuse,
     same_length,
 )
@@ -51,11 +43,28 @@ KinematicViscosity = Annotated[float, Field(gt=0), Unit("m^2/s")]
 #: zero is a limit: no spring, no damper
 Share = Annotated[float, Field(ge=0), Unit("")]
 Positive = Annotated[float, Field(gt=0), Unit("")]
+Ordinate = Annotated[float, Field(ge=-1e6, le=1e6), Unit("")]
 PartNumber = Annotated[int, Field(strict=True, ge=0, le=10**9)]
 
 # ----------------------------------------------------------------------------
 # A primary system and the absorbers on it, in ratios or in units of their own.
 # ----------------------------------------------------------------------------
+
+
+class Mode(Table):
+    """A mode of a floor, a bridge or a frame on which the absorber is put."""
+
+    natural_frequency: AngularSpeed = Field(gt=0, description="without the absorber, '6 Hz'")
+    modal_mass: Mass = Field(gt=0, description="in the scale of its shape")
+    damping_ratio: Share = Field(0.0, lt=1, description="of critical")
+    shape_at_absorber: Ordinate = Field(1.0, description="ordinate where the absorber is")
+    shape_at_response: Ordinate = Field(1.0, description="ordinate where the motion is read")
+    shape_at_force: Ordinate | None = Field(
+        None, description="ordinate where the force acts; default: where the motion is read"
+    )
+    participation: Ordinate | None = Field(
+        None, description="sum of mass times shape over modal_mass; a moving ground needs it"
+    )
 
 
 class Primary(Table):
@@ -81,7 +90,20 @@ class Primary(Table):
     linear_damping: LinearDamping | None = Field(
         None, ge=0, description="to the ground, in translation, instead of damping"
     )
+    natural_frequency: AngularSpeed | None = Field(
+        None, gt=0, description="of inertia or mass on its spring, '8 Hz', instead of stiffness"
+    )
+    modes: Annotated[tuple[Mode, ...], Field(max_length=20)] = Field(
+        (), description="several modes by modal masses, instead of all other keys"
+    )
     RULES = (
+        at_most_one(
+            "modes",
+            "damping_ratio inertia stiffness damping mass linear_stiffness linear_damping "
+            "natural_frequency",
+        ),
+        at_most_one("natural_frequency", "stiffness"),
+        at_most_one("natural_frequency", "linear_stiffness"),
         refuse(
             "",
             "[machine.primary] is empty",
@@ -315,6 +337,13 @@ class StockSpring(Table):
 
     name: Name = Field(description="label used in tables and in `where`")
     rate: LinearStiffness = Field(gt=0, description="of one spring")
+    parallel: Annotated[int, Field(strict=True, ge=1, le=100)] | None = Field(
+        None, description="every number up to it is tried; default: springs.count of them"
+    )
+    series: Annotated[int, Field(strict=True, ge=1, le=10)] = Field(
+        1, description="up to so many behind each other in each line"
+    )
+    RULES = (needs("series", "parallel", "springs.count says how many act together, each alone"),)
 
 
 class StockOil(Oil):
@@ -330,6 +359,9 @@ class StockDamper(Table):
     linear_damping: LinearDamping = Field(gt=0, description="of one damper")
     count: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
         1, description="dampers that act together"
+    )
+    parallel: Annotated[int, Field(strict=True, ge=1, le=100)] = Field(
+        1, description="every number of such sets up to it is tried"
     )
 
 
@@ -443,233 +475,5 @@ class Pendulum(Table):
             "a mass that turns with an arm runs on a circle, without rollers",
             lambda t: t.number("swing_inertia") and ("rollers" in t or t["path"] != "circular"),
             "no swing_inertia, or path = 'circular' without rollers",
-        ),
-    )
-
-
-# ----------------------------------------------------------------------------
-# What is asked of an absorber: its response, and the tuning that keeps it small.
-# ----------------------------------------------------------------------------
-
-AbsorberExcitation = Literal["force", "base", "unbalance"]
-TunedResponse = Literal["displacement", "velocity", "acceleration", "transmitted_force"]
-AnyResponse = Literal[
-    "displacement",
-    "velocity",
-    "acceleration",
-    "transmitted_force",
-    "secondary_displacement",
-    "relative_displacement",
-]
-TuningMethod = Literal["den_hartog", "nishihara_asami", "warburton", "numerical"]
-Shares = Annotated[tuple[Share, ...], Field(max_length=64)]
-#: of a number that a part may be off by
-Fraction = Annotated[float, Field(gt=0, lt=1), Unit("")]
-Positives = Annotated[tuple[Positive, ...], Field(max_length=64)]
-Points = Annotated[int, Field(strict=True, ge=2, le=20_000)]
-
-
-class Range(Table):
-    """Numbers from one to another."""
-
-    model_config = ConfigDict(validate_by_alias=True, validate_by_name=False)
-    RULES = (ordered("from", "to"),)
-
-
-class FrequencyRatios(Range):
-    """Frequencies over the primary's own."""
-
-    start: Share = Field(0.0, alias="from", description="lowest")
-    stop: Positive = Field(alias="to", description="highest")
-    points: Points = Field(401, description="evenly spread, both ends included")
-
-
-class Frequencies(Range):
-    """Frequencies of the excitation."""
-
-    start: AngularSpeed = Field(0.0, alias="from", ge=0, description="lowest")
-    stop: AngularSpeed = Field(alias="to", gt=0, description="highest")
-    points: Points = Field(401, description="evenly spread, both ends included")
-
-
-class MassRatios(Range):
-    """Mass ratios of a chart."""
-
-    start: Positive = Field(alias="from", description="lowest")
-    stop: Positive = Field(alias="to", description="highest")
-    points: Annotated[int, Field(strict=True, ge=2, le=2000)] = Field(
-        41, description="both ends included"
-    )
-    spacing: Literal["linear", "logarithmic"] = Field("linear", description="between them")
-
-
-class TemperatureRange(Range):
-    """Temperatures of the oil."""
-
-    start: Temperature = Field(alias="from", description="lowest, '20 degC' or in K")
-    stop: Temperature = Field(alias="to", description="highest")
-    points: Annotated[int, Field(strict=True, ge=2, le=2000)] = Field(
-        41, description="evenly spread, both ends included"
-    )
-
-
-VARIED = ("primary_damping", "mass_ratio", "stiffness_ratio", "secondary_damping", "own_damping")
-
-
-class Vary(Table):
-    """One ratio to draw a family of curves for; the others stay."""
-
-    primary_damping: Shares = Field((), description="c1 / (2 sqrt(K1 J1))")
-    mass_ratio: Positives = Field((), description="J2 / J1")
-    stiffness_ratio: Shares = Field((), description="K2 / K1")
-    secondary_damping: Shares = Field((), description="c2 / (2 sqrt(K1 J1))")
-    own_damping: Shares = Field((), description="c2 / (2 J2 w2), on the secondary's own frequency")
-    RULES = (
-        one_of(
-            *VARIED,
-            allowed=f"one of {', '.join(VARIED)}, with its values",
-        ),
-        refuse(
-            "",
-            "one of several absorbers cannot vary: which one?",
-            lambda t: "secondaries" in t.machine and t.said(*VARIED) not in ([], [VARIED[0]]),
-            "primary_damping, or a sweep over keys of the secondaries",
-            also=("machine", "secondaries"),
-        ),
-    )
-
-
-class AbsorberResponse(Table):
-    """Curves over the frequency, peaks, fixed points, poles of primary and secondary."""
-
-    excitation: AbsorberExcitation | None = Field(
-        None, description="what drives the primary; default: that of [tuning], or force"
-    )
-    response: AnyResponse | None = Field(
-        None, description="what is read; default: that of [tuning], or displacement"
-    )
-    frequency_ratios: FrequencyRatios | None = Field(
-        None, description="over the primary's own frequency; default: 0 to 2"
-    )
-    frequencies: Frequencies | None = Field(
-        None, description="instead, of a primary with inertia or mass"
-    )
-    vary: Vary | None = Field(None, description="a family of curves")
-    limits: bool = Field(
-        False, strict=True, description="also the curves with the secondary locked and free"
-    )
-    RULES = (at_most_one("frequency_ratios", "frequencies"),)
-
-
-def _as_h2(closed_form: str, row: Row) -> bool:
-    return bool(row["norm"] == "h2" and closed_form in row.entries("compare"))
-
-
-def _idle(kind: str, held: str, bound: str) -> Rule:
-    return no(
-        bound,
-        lambda t: table_at(t.case, "tuning").get("kind") == kind,
-        f"of kind {kind!r} {held}, and a bound holds nothing",
-        f"no {bound} in the bounds, or kind = 'free'",
-        also=("tuning", "kind"),
-    )
-
-
-class Bounds(Table):
-    """What a tuning has to keep."""
-
-    stiffness_ratio: tuple[Share, Share] | None = Field(None, description="from and to")
-    damping_ratio: tuple[Share, Share] | None = Field(
-        None, description="from and to, of the secondary, referred to the primary"
-    )
-    travel: Positive | None = Field(
-        None, description="largest motion of the secondary against the primary, over T0 / K1"
-    )
-    RULES = (
-        pair_ordered("stiffness_ratio"),
-        pair_ordered("damping_ratio"),
-        _idle("viscous", "the spring is none", "stiffness_ratio"),
-        _idle("undamped_spring", "the damper is none", "damping_ratio"),
-    )
-
-
-class Chart(Table):
-    """Tunings over the mass ratio, for a family of primary dampings."""
-
-    primary_damping: Annotated[tuple[Share, ...], Field(min_length=1, max_length=64)] = Field(
-        description="c1 / (2 sqrt(K1 J1)), one curve for each"
-    )
-    mass_ratio: MassRatios = Field(description="range of the chart")
-
-
-class Tuning(Table):
-    """The spring and the damper that make the response of the primary smallest."""
-
-    norm: Literal["h_infinity", "h2"] = Field(
-        "h_infinity", description="the largest amplitude over all frequencies, or the mean square"
-    )
-    excitation: AbsorberExcitation = Field("force", description="what drives the primary")
-    response: TunedResponse = Field("displacement", description="of the primary, to be kept small")
-    kind: Literal["free", "viscous", "undamped_spring", "lanchester"] = Field(
-        "free",
-        description="both found, no spring, no damper, or the damper for an undamped primary",
-    )
-    compare: Annotated[tuple[TuningMethod, ...], Field(max_length=8)] = Field(
-        (), description="closed forms and a search to compare it with"
-    )
-    bounds: Bounds | None = Field(
-        None, description="what has to be kept: the tuning found is the best that keeps it"
-    )
-    mistuning: Annotated[tuple[Fraction, ...], Field(max_length=16)] = Field(
-        (), description="errors of spring and damper whose loss is reported, as 0.05 or '5 %'"
-    )
-    sensitivity: bool = Field(
-        False, strict=True, description="also how the optimum moves with the given ratios"
-    )
-    temperatures: TemperatureRange | None = Field(
-        None, description="also what the tuning becomes as the oil warms"
-    )
-    chart: Chart | None = Field(None, description="also tunings over the mass ratio")
-    RULES = (
-        once("compare", "method"),
-        no(
-            "bounds excitation response",
-            lambda t: t["kind"] == "lanchester" and t["norm"] != "h2",
-            "Lanchester's damper is that of a formula for a force and the displacement, without "
-            "{key}",
-            "kind = 'viscous', whose damper is found for any of them",
-            also="kind",
-        ),
-        no(
-            "kind bounds",
-            lambda t: t["norm"] == "h2",
-            "a mean square is tuned with spring and damper both free, without {key}",
-            "no {key}, or norm = 'h_infinity'",
-            also="norm",
-        ),
-        *(
-            refuse(
-                "compare",
-                f"the closed form {name!r} is for the largest amplitude",
-                functools.partial(_as_h2, name),
-                "norm = 'h_infinity', or 'warburton' with 'h2'",
-                found="norm = 'h2'",
-                also="norm",
-            )
-            for name in ("den_hartog", "nishihara_asami")
-        ),
-        no(
-            "temperatures",
-            lambda t: OILS.isdisjoint(t.machine),
-            "what warms is an oil, and there is none",
-            "[machine.gap] with [machine.oil] or oils in stock",
-        ),
-        no(
-            "compare temperatures chart norm kind sensitivity",
-            lambda t: "secondaries" in t.machine,
-            "several absorbers are tuned for the largest amplitude, without {key}",
-            "excitation, response, bounds, mistuning",
-            hint="one absorber in [machine.secondary] has it",
-            also=("machine", "secondaries"),
         ),
     )

@@ -13,14 +13,14 @@ from vibecalc.errors import KeyPath, Problem
 from vibecalc.parts.tables import Names, Throws, cylinders_in
 
 if TYPE_CHECKING:
-    from vibecalc.absorber.tables import AbsorberResponse
+    from vibecalc.absorber.asked_tables import AbsorberResponse
     from vibecalc.roll.tables import Control, Roll, StartUp
     from vibecalc.torsion.tables import Torsion
 else:
     globals().update(
         later(
             {
-                "vibecalc.absorber.tables": "AbsorberResponse",
+                "vibecalc.absorber.asked_tables": "AbsorberResponse",
                 "vibecalc.roll.tables": "Control Roll StartUp",
                 "vibecalc.torsion.tables": "Torsion",
             }

@@ -4,7 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.absorber.adapters.band import problem_of
 from vibecalc.absorber.adapters.optimum import limits_of
+from vibecalc.absorber.asked_tables import Tuning
 from vibecalc.absorber.hardware.oil_gap import (
     Oil,
     dynamic_viscosity,
@@ -29,9 +31,10 @@ from vibecalc.absorber.hardware.rods_and_springs import (
 from vibecalc.absorber.model import AbsorberParts, Bending, Filling, Scale, build_absorber
 from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.results import HARDWARE_ROOT
-from vibecalc.absorber.tables import Tuning
+from vibecalc.absorber.stage import is_banded
 from vibecalc.absorber.transfer import Absorber
-from vibecalc.absorber.tuning.restricted import given_damping, stock_choice
+from vibecalc.absorber.tuning.band import largest_of_pairs
+from vibecalc.absorber.tuning.restricted import Read, given_damping, stock_choice
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, rounded, stack
@@ -130,8 +133,23 @@ def emit_stock_in_line(scene: Scene, parts: AbsorberParts, tuned: Absorber | Non
     uncertainty = scene.handed_on["tuned_uncertainty"]
     springs = springs or _as_tuned(tuned.stiffness_ratio, uncertainty.stiffness)
     dampers = dampers or _as_tuned(tuned.secondary_damping, uncertainty.damping)
-    least = float(peaks(tuned, tuning.excitation, tuning.response).largest)
+    if is_banded(scene.case):
+        read = _in_band(scene, tuning)
+        k, z = np.asarray(tuned.stiffness_ratio), np.asarray(tuned.secondary_damping)
+        least = float(read(k, z, tuning.response)[0])
+    else:
+        least = float(peaks(tuned, tuning.excitation, tuning.response).largest)
     _emit_pairs(scene, tuning, tuned, springs, dampers, "damper_pair", "stock_damper", least)
+
+
+def _in_band(scene: Scene, tuning: Tuning) -> Read:
+    """Largest response of pairs within the band, in the worst state."""
+    problem = problem_of(tuning, build_absorber(scene.case), scene.case.machine)
+
+    def read(k: FloatArray, z: FloatArray, response: str) -> tuple[FloatArray, FloatArray]:
+        return largest_of_pairs(problem, k, z, response)
+
+    return read
 
 
 def _as_tuned(ratio: object, error: object) -> Offers:
@@ -150,6 +168,7 @@ def _emit_pairs(
         choice = stock_choice(
             z1, m, springs.ratio, dampers.ratio, least, *pair,
             stiffness=limits.stiffness, damping=limits.damping, travel=limits.travel,
+            read=_in_band(scene, tuning) if is_banded(scene.case) else None,
         )  # fmt: skip
     except NumericalFailure as failure:
         if any(path.startswith(_CHOSEN) for path in scene.wanted or ()):
@@ -193,7 +212,8 @@ def _springs(scene: Scene, parts: AbsorberParts, scale: Scale) -> Offers | None:
     springs, stock = parts.springs, parts.stock
     if springs is None or not stock.spring_names:
         return None
-    found = couple_stiffness(stock.spring_rates, springs.count, springs.radius, springs.angle)
+    counts = np.where(np.isnan(stock.spring_counts), springs.count, stock.spring_counts)
+    found = couple_stiffness(stock.spring_rates, counts, springs.radius, springs.angle)
     ratio = found.value / scale.stiffness
     error = found.error / scale.stiffness + 4.0 * EPSILON * ratio
     axes = {"stock_spring": stock.spring_names}

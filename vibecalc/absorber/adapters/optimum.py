@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.absorber.asked_tables import MassRatios, Tuning
 from vibecalc.absorber.mean_square import mean_square
 from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.results import TUNING_ROOT
-from vibecalc.absorber.tables import MassRatios, Tuning
 from vibecalc.absorber.transfer import Absorber, own_damping_ratio, transfer_of
 from vibecalc.absorber.tuning import mean_square as least_squares
 from vibecalc.absorber.tuning.closed_forms import METHODS, lanchester, threshold

@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.absorber.asked_tables import AbsorberResponse, Vary
 from vibecalc.absorber.model import AbsorberParts, build_absorber
 from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.results import RESPONSE_ROOT
 from vibecalc.absorber.several import Several
 from vibecalc.absorber.several_peaks import several_slopes
 from vibecalc.absorber.stage import asked_of, has_fixed_points
-from vibecalc.absorber.tables import AbsorberResponse, Vary
 from vibecalc.absorber.transfer import (
     Absorber,
     Transfer,

@@ -14,6 +14,7 @@ from vibecalc.absorber.adapters.response import (
     tuning_error,
     weight_error,
 )
+from vibecalc.absorber.asked_tables import Tuning
 from vibecalc.absorber.model import AbsorberParts, build_absorber
 from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.results import RESPONSE_ROOT as RESPONSE
@@ -21,7 +22,6 @@ from vibecalc.absorber.results import TUNING_ROOT
 from vibecalc.absorber.several import Several, several_with_error
 from vibecalc.absorber.several_peaks import SeveralPeaks, several_peaks
 from vibecalc.absorber.stage import asked_of
-from vibecalc.absorber.tables import Tuning
 from vibecalc.absorber.transfer import Absorber, transfer_of
 from vibecalc.absorber.tuning.several import tuned as solved
 from vibecalc.absorber.tuning.several_search import Travel, TuningProblem

@@ -17,16 +17,17 @@ from vibecalc.absorber.adapters.optimum import (
     within_bounds,
 )
 from vibecalc.absorber.adapters.response import TuningError, moved, tuning_error
+from vibecalc.absorber.asked_tables import Tuning
 from vibecalc.absorber.model import AbsorberParts, build_absorber
 from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.results import TUNING_ROOT
 from vibecalc.absorber.stage import is_over_one
-from vibecalc.absorber.tables import Tuning
 from vibecalc.absorber.transfer import Absorber, own_damping_ratio
 from vibecalc.absorber.tuning import mean_square as least_squares
 from vibecalc.absorber.tuning.closed_forms import METHODS, closed_form, threshold
 from vibecalc.absorber.tuning.minimax_steps import VERDICTS, certify
 from vibecalc.absorber.tuning.mistuning import mistuning, sensitivity
+from vibecalc.absorber.tuning.warburton import WARBURTON
 from vibecalc.core.run.stage import Scene, below
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, stack
@@ -60,10 +61,10 @@ def emit_methods(scene: Scene, options: Tuning, tuned: Absorber, best: BestTunin
             form = least_squares.closed_form(m, *pair)
             k, z2, promise = (float(x) for x in (form[0], form[1], np.inf))
         else:
-            closed = closed_form(_FORMS[name], m, z1, *pair)
+            closed = closed_form(_form(name, pair), m, z1, *pair)
             k, z2 = float(closed.stiffness_ratio), float(closed.secondary_damping)
             promise = float(closed.promised)
-            _cite_form(scene, name)
+            _cite_form(scene, name, pair)
         one = Absorber(z1, m, k, z2)
         there, level = peaks(one, *pair), level_of(options, one)
         rows.append((
@@ -96,8 +97,16 @@ def emit_methods(scene: Scene, options: Tuning, tuned: Absorber, best: BestTunin
     )
 
 
-def _cite_form(scene: Scene, name: str) -> None:
-    method = METHODS[_FORMS[name]]
+def _form(name: str, pair: tuple[str, str]) -> str:
+    """Warburton's form is that of the excitation and response, where there is one."""
+    if name == "warburton":
+        return next((key for key, one in METHODS.items() if one is WARBURTON.get(pair)),
+                    _FORMS[name])  # fmt: skip
+    return _FORMS[name]
+
+
+def _cite_form(scene: Scene, name: str, pair: tuple[str, str]) -> None:
+    method = METHODS[_form(name, pair)]
     scene.cite(f"closed form {name!r}: {method.validity}", "comparison", method.source)
 
 
@@ -237,7 +246,7 @@ def run_absorber_tuning(scene: Scene) -> None:
     tuned = Absorber(z1, m, best.stiffness_ratio, best.secondary_damping)
     scene.handed_on["tuned"], scene.handed_on["tuned_uncertainty"] = tuned, _uncertainty(best)
     _emit_best(scene, options, best, tuned)
-    _emit_units(scene, options, parts, best)
+    emit_units(scene, options, parts, best)
     if bounded is not None:
         emit_bounded_proof(scene, options, bounded)
     elif options.norm == "h_infinity":
@@ -329,7 +338,8 @@ def _emit_best(scene: Scene, options: Tuning, best: BestTuning, tuned: Absorber)
         scene.warn(words)
 
 
-def _emit_units(scene: Scene, options: Tuning, parts: AbsorberParts, best: BestTuning) -> None:
+def emit_units(scene: Scene, options: Tuning, parts: AbsorberParts, best: BestTuning) -> None:
+    """Spring, damper and own frequency of a tuning for a primary with units."""
     scale = parts.scale
     if scale is None:
         return

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from vibecalc.absorber.report.motion import band_words, states, tolerances
 from vibecalc.core.report.sections import (
     Part,
     Section,
@@ -33,7 +34,9 @@ _MARKS = ("primary_frequency", "antiresonance", "locked_frequency_ratio")
 def absorber(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     record = result.record
-    shown = frozenset(path for path in record if path.startswith(ABSORBER))
+    shown = frozenset(
+        path for path in record if path.startswith(ABSORBER) and ABSORBER + "motion/" not in path
+    )
     if not shown:
         return None
     # without a spring nothing stands still anywhere
@@ -162,9 +165,9 @@ def absorber_tuning(result: Result) -> Section | None:
         return None
     lines = _conclusion(result)
     scalar, _ = scalars(record, (TUNING + name for name in _RESULTS), TUNING)
-    blocks = [lines, scalar, _each(record), _bounded(record), _mistuned(result)]
+    blocks = [lines, scalar, _each(record), _bounded(record), tolerances(record), _mistuned(result)]
     details = {
-        "peaks that hold the optimum": _proof(record),
+        "peaks that hold the optimum": [*_proof(record), *states(record)],
         "tuning by other methods": _methods(result),
         "slopes of the optimum": _slopes(record),
         "design chart": _chart(record),
@@ -176,10 +179,12 @@ def _conclusion(result: Result) -> list[str]:
     """What is best in one sentence, and what it brings."""
     record, options = result.record, table_of(result.case, "tuning")
     what = str(options.get("response", "displacement")).replace("_", " ")
-    cause = str(options.get("excitation", "force"))
+    cause = str(options.get("excitation", "force")).replace("_", " ")
     how = _KINDS.get(str(options.get("kind", "free")), "")
     if table_of(options, "bounds"):
         how += ", within the bounds"
+    if options.get("frequency"):
+        how = f"an absorber that swings at {show(hertz(float(options['frequency'])))} Hz"
     measure = "mean square" if is_mean(result) else "largest amplitude"
     if scalar_of(record, TUNING + "helps") == 0.0:
         words = f"{no_help(result)} the {measure} of the {what} under excitation by {cause}"
@@ -187,7 +192,9 @@ def _conclusion(result: Result) -> list[str]:
         damped = (scalar_of(record, TUNING + "primary_damping") or 0.0) < threshold
         only = options.get("kind") == "undamped_spring" and damped
         return paragraph(words + ("; spring and damper do." if only else "."))
-    words = f"Least {measure} of the {what} under excitation by {cause}, by {how}: "
+    cause += band_words(result)
+    least = "Largest amplitude" if options.get("frequency") else f"Least {measure}"
+    words = f"{least} of the {what} under excitation by {cause}, by {how}: "
     name = "mean_square" if is_mean(result) else "peak"
     value, alone = (scalar_of(record, TUNING + key) for key in (name, f"{name}_alone"))
     several = TUNING + "each/mass_ratio" in record.quantities

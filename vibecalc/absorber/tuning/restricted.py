@@ -1,5 +1,6 @@
 """Minimax tuning where spring or damper is given, or both come from stock."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -226,6 +227,10 @@ def _finish(
 _WITHIN = 1e-9
 
 
+#: k and z2 (s, o), a response -> largest |H| (s, o) and its error
+Read = Callable[[np.ndarray, np.ndarray, str], tuple[np.ndarray, np.ndarray]]
+
+
 class StockChoice(NamedTuple):
     """Every pair of spring (s,) and oil (o,), and the best of them.
 
@@ -250,9 +255,11 @@ def stock_choice(
     primary_damping: float, mass_ratio: float, stiffness_ratios: ArrayLike, dampings: ArrayLike,
     free_peak: float, excitation: str = "force", response: str = "displacement", *,
     stiffness: tuple[float, float] = (0.0, np.inf), damping: tuple[float, float] = (0.0, np.inf),
-    travel: float = np.inf,
+    travel: float = np.inf, read: Read | None = None,
 ) -> StockChoice:  # fmt: skip
     """Compare all pairs of stock springs k (s,) and oils z2 (o,) by the largest |H|.
+
+    `read` gives the largest |H| of pairs and its error where not all frequencies count.
 
     `dampings` may be (s, o) where an oil's damping depends on the spring next to it. `free_peak` is
     the peak of the free optimum. Raises NumericalFailure where no pair has a finite peak within
@@ -260,14 +267,19 @@ def stock_choice(
     """
     k = np.asarray(stiffness_ratios, dtype=float)
     z = np.broadcast_to(np.asarray(dampings, dtype=float), (len(k), np.shape(dampings)[-1]))
-    absorber = Absorber(primary_damping, mass_ratio, k[:, None], z)
-    tops = peaks(absorber, excitation, response)
-    moved = peaks(absorber, excitation, "relative_displacement").largest
+    if read is None:
+        absorber = Absorber(primary_damping, mass_ratio, k[:, None], z)
+        tops = peaks(absorber, excitation, response)
+        largest, slack = tops.largest, tops.largest_error
+        moved = peaks(absorber, excitation, "relative_displacement").largest
+    else:
+        largest, slack = read(k[:, None], z, response)
+        moved = read(k[:, None], z, "travel")[0]
     held = [
         (ratio >= low * (1.0 - _WITHIN)) & (ratio <= high * (1.0 + _WITHIN))
         for ratio, (low, high) in ((k[:, None], stiffness), (z, damping))
     ]
-    inside = (moved <= travel * (1.0 + _WITHIN)) & np.isfinite(tops.largest)
+    inside = (moved <= travel * (1.0 + _WITHIN)) & np.isfinite(largest)
     allowed = inside & held[0] & held[1]
     if not np.any(allowed) and np.any(inside):
         raise NumericalFailure(
@@ -279,17 +291,15 @@ def stock_choice(
             f"none of the {allowed.size} pairs in stock has a finite peak with a spring "
             f"travel of at most {travel:.6g}; the least travel is {float(np.min(moved)):.6g}"
         )
-    height = np.where(allowed, tops.largest, np.inf)
+    height = np.where(allowed, largest, np.inf)
     ranking = np.argsort(height, axis=None, kind="stable")[: int(np.sum(allowed))]
     order = np.stack(np.unravel_index(ranking, height.shape), axis=-1)
     spring, oil = (int(place) for place in order[0])
     unsure = False
     if len(order) > 1:
         first, second = tuple(order[0]), tuple(order[1])
-        unsure = bool(
-            height[second] - height[first] <= tops.largest_error[first] + tops.largest_error[second]
-        )
+        unsure = bool(height[second] - height[first] <= slack[first] + slack[second])
     return StockChoice(
-        tops.largest, tops.largest_error, moved, allowed, tops.largest / free_peak - 1.0,
+        largest, slack, moved, allowed, largest / free_peak - 1.0,
         spring, oil, order, unsure,
     )  # fmt: skip

@@ -180,8 +180,8 @@ def _rows(record: Record, quantity: Quantity, one: Headline) -> Iterator[Answer]
         speed = record.quantities.get(one.at)
         if speed is not None and speed.values.shape == quantity.values.shape:
             there = float(speed.values.flat[at])
-            turning = speed.unit == "rad/s"
-            words.append(_rpm(there) if turning else f"at ratio {show(there)}")
+            said = {"rad/s": _rpm(there), "Hz": f"at {show(there)} Hz"}
+            words.append(said.get(speed.unit, f"at ratio {show(there)}"))
         yield _row(one, quantity, value, "" if zero and one.pick == "largest" else " ".join(words))
 
 

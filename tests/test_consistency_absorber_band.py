@@ -1,0 +1,364 @@
+"""Claim: motions in units, and tunings within a band, are those of full matrices solved here."""
+
+import itertools
+import tomllib
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from vibecalc.absorber.modal import Modes, fitted, highest, magnitude, one_mode
+from vibecalc.absorber.peaks import peaks
+from vibecalc.absorber.transfer import Absorber
+from vibecalc.absorber.tuning.band import (
+    BandProblem,
+    band_tuning,
+    largest_in,
+    levels_at,
+    states_of,
+)
+from vibecalc.absorber.tuning.minimax import minimax
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Record
+from vibecalc.core.run.run import run_case
+
+GIVEN = {"mass": 25.0, "linear_stiffness": 54_000.0, "linear_damping": 380.0}
+NONE = states_of((0.0, 0.0, 0.0, 0.0))
+BASE = """
+schema = 1
+title = "in units"
+[machine]
+kind = "absorber"
+primary = { mass = "500 kg", natural_frequency = "8 Hz", damping_ratio = 0.02 }
+secondary = { mass = "25 kg" }
+[tuning]
+band = { from = "7 Hz", to = "9 Hz" }
+[response.absorber]
+force = "200 N"
+frequencies = { from = "4 Hz", to = "12 Hz", points = 41 }
+"""
+
+
+def made(text: str, **changes: Any) -> Record:
+    """A run of the case with tables of [response.absorber] and [machine] changed."""
+    case = tomllib.loads(text)
+    if "machine__secondary" in changes and "tuning" not in changes:
+        del case["tuning"]
+    for path, value in changes.items():
+        *above, key = path.split("__")
+        table = case
+        for part in above:
+            table = table.setdefault(part, {})
+        table[key] = value
+    return run_case(validate(case))
+
+
+def of(result: Record, path: str) -> Any:
+    return np.asarray(result[path].values)
+
+
+# ----------------------------------------------------------------------------
+# The tests' own system: physical matrices in kg, N/m, N s/m, each frequency solved by itself.
+# ----------------------------------------------------------------------------
+
+M1, F1, Z1, M2 = 500.0, 8.0, 0.02, 25.0
+W1 = 2.0 * np.pi * F1
+K1, C1 = M1 * W1**2, 2.0 * Z1 * M1 * W1
+
+
+def solved(
+    w: np.ndarray, k: float, c: float, force: Any, ground: Any = 0.0, f: float = 1.0
+) -> np.ndarray:
+    """Absolute motion (n, 2) in m under a force in N and a motion of the ground in m at each w."""
+    stiff = np.array([[f**2 * K1 + k, -k], [-k, k]])
+    drag = np.array([[f * C1 + c, -c], [-c, c]])
+    mass = np.diag([M1, M2])
+    z = stiff + 1j * w[:, None, None] * drag - np.square(w)[:, None, None] * mass
+    load = force + (f**2 * K1 + 1j * w * f * C1) * ground
+    right = np.stack([load, 0.0 * load], axis=1) + 0j
+    return np.linalg.solve(z, right[..., None])[..., 0]
+
+
+@pytest.mark.parametrize(
+    ("key", "size"),
+    [("force", 200.0), ("unbalance", 0.02), ("base_displacement", 1e-3),
+     ("base_acceleration", 0.3)],
+)  # fmt: skip
+def test_motions_and_forces_in_units(key: str, size: float) -> None:
+    """Every curve of every amplitude, with and without, and the largest between its samples."""
+    asked = {key: size, "frequencies": {"from": "4 Hz", "to": "12 Hz", "points": 41}}
+    result = made(BASE, response__absorber=asked, machine__secondary=GIVEN)
+    k, c = GIVEN["linear_stiffness"], GIVEN["linear_damping"]
+
+    def motions(w: np.ndarray, absorber: bool) -> dict[str, np.ndarray]:
+        one = np.ones(len(w))
+        force = {"force": size * one, "unbalance": size * np.square(w)}.get(key, 0.0 * one)
+        ground = {"base_displacement": size * one, "base_acceleration": -size / np.square(w)}.get(
+            key, 0.0 * one
+        )
+        if absorber:
+            x = solved(w, k, c, force, ground)
+        else:
+            load = force + (K1 + 1j * w * C1) * ground
+            x = (load / (K1 + 1j * w * C1 - np.square(w) * M1))[:, None] * [[1.0, 0.0]]
+        travel = x[:, 1] - x[:, 0]
+        return {
+            "displacement": x[:, 0],
+            "velocity": 1j * w * x[:, 0],
+            "acceleration": -np.square(w) * x[:, 0],
+            "deflection": x[:, 0] - ground,
+            "transmitted_force": (K1 + 1j * w * C1) * (x[:, 0] - ground),
+            "travel": travel,
+            "spring_force": k * travel,
+            "damper_force": 1j * w * c * travel,
+        }
+
+    root = "response/absorber/motion/"
+    hertz = result[root + "travel"].axes[0].values
+    coarse, fine = (2.0 * np.pi * x for x in (hertz, np.linspace(4.0, 12.0, 8001)))
+    names = {path.removeprefix(root) for path in result if path.startswith(root)}
+    names = {name for name in names if "/" not in name}
+    assert len(names) == {"force": 7, "unbalance": 7, "base_displacement": 8}.get(key, 6)
+    for name in names:
+        alone = name in ("travel", "spring_force", "damper_force")
+        found, top = of(result, root + name), of(result, f"{root}largest/{name}")
+        for place, absorber in enumerate([True] if alone else [True, False]):
+            row = found if alone else found[place]
+            expected = motions(coarse, absorber)[name]
+            np.testing.assert_allclose(row, expected, rtol=0, atol=1e-9 * np.max(np.abs(expected)))
+            dense = float(np.max(np.abs(motions(fine, absorber)[name])))
+            height = float(top if alone else top[place])
+            assert dense <= height * (1.0 + 1e-9) and height <= dense * (1.0 + 1e-4), name
+
+
+def test_the_same_in_torsion_and_by_stiffness() -> None:
+    """A frequency stands for a stiffness; a torque in N m turns what a force in N moves."""
+    torsion = {"inertia": 500.0, "natural_frequency": "8 Hz", "damping_ratio": 0.02}
+    same = {"inertia": 25.0, "stiffness": 54_000.0, "damping": 380.0}
+    asked = {"torque": 200.0, "frequencies": {"from": "4 Hz", "to": "12 Hz", "points": 41}}
+    turned = made(BASE, machine__primary=torsion, machine__secondary=same,
+                  response__absorber=asked)  # fmt: skip
+    plain = made(BASE, machine__secondary=GIVEN)
+    by_spring = {"mass": M1, "linear_stiffness": K1, "damping_ratio": 0.02}
+    stiff = made(BASE, machine__primary=by_spring, machine__secondary=GIVEN)
+    for root, other in (("displacement", "angle"), ("spring_force", "spring_torque")):
+        path = "response/absorber/motion/"
+        one = of(plain, path + root)
+        np.testing.assert_allclose(of(turned, path + other), one, rtol=1e-9)
+        np.testing.assert_allclose(of(stiff, path + root), one, rtol=1e-9)
+
+
+# ----------------------------------------------------------------------------
+# Tunings within a band.
+# ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("z1", [0.0, 0.05])
+def test_a_wide_band_has_the_tuning_for_all_frequencies(z1: float) -> None:
+    found = band_tuning(BandProblem(one_mode(z1), 0.1, "force", "displacement", 0.3, 2.0, NONE))
+    exact = minimax(z1, 0.1)
+    assert found.stiffness_ratio == pytest.approx(float(exact.stiffness_ratio), rel=1e-11)
+    assert found.secondary_damping == pytest.approx(float(exact.secondary_damping), rel=1e-11)
+    assert found.largest == pytest.approx(float(exact.largest), rel=1e-12)
+
+
+def scanned(problem: BandProblem, k: float, z: float, points: int = 4001) -> float:
+    """Largest response within the band in any state, on a dense grid of frequencies, from 2x2."""
+    x = np.linspace(problem.low, problem.high, points)
+    top = 0.0
+    for f, m, s, d in 1.0 + problem.states:
+        stiff, drag, mass = k * s, 2.0 * z * d, problem.mass * m
+        z1 = float(problem.modes.damping[0])
+        a = f**2 + 2j * z1 * f * x + stiff + 1j * drag * x - x**2
+        g = stiff + 1j * drag * x
+        b = g - mass * x**2
+        h = {
+            ("force", "displacement"): b,
+            ("force", "transmitted_force"): b * (f**2 + 2j * z1 * f * x),
+            ("base", "acceleration"): b * (f**2 + 2j * z1 * f * x) * x**2,
+            ("base_acceleration", "deflection"): b + mass * g,
+        }[problem.excitation, problem.response] / (a * b - g**2)
+        top = max(top, float(np.max(np.abs(h))))
+    return top
+
+
+@pytest.mark.parametrize(
+    ("pair", "band", "tolerances"),
+    [
+        (("force", "displacement"), (0.93, 1.06), (0.0, 0.0, 0.0, 0.0)),
+        pytest.param(
+            ("force", "transmitted_force"), (0.8, 1.3), (0.0, 0.0, 0.0, 0.0), marks=pytest.mark.long
+        ),
+        pytest.param(
+            ("base", "acceleration"), (0.7, 1.2), (0.0, 0.0, 0.0, 0.0), marks=pytest.mark.long
+        ),
+        (("base_acceleration", "deflection"), (0.0, 2.0), (0.0, 0.0, 0.0, 0.0)),
+        pytest.param(
+            ("force", "displacement"), (0.6, 1.5), (0.05, 0.0, 0.04, 0.2), marks=pytest.mark.long
+        ),
+    ],
+)
+def test_no_other_tuning_is_better(
+    pair: tuple[str, str], band: tuple[float, float], tolerances: tuple[float, float, float, float]
+) -> None:
+    """The peak is that of a dense scan, and a search from elsewhere does not get below it."""
+    problem = BandProblem(one_mode(0.02), 0.05, *pair, *band, states_of(tolerances))
+    found = band_tuning(problem)
+    dense = scanned(problem, found.stiffness_ratio, found.secondary_damping, 8001)
+    assert dense <= found.largest * (1.0 + 1e-12)
+    assert dense == pytest.approx(found.largest, rel=1e-5)
+    assert found.residual < 1e-9 and np.sum(found.weight) == pytest.approx(1.0)
+    scale = np.array([found.stiffness_ratio, found.secondary_damping])
+
+    def height(p: np.ndarray) -> float:
+        return scanned(problem, *(scale * np.exp(p)), points=401)
+
+    ended = minimize(height, [0.15, -0.2], method="Nelder-Mead", options={"maxfev": 40})
+    assert ended.fun > found.largest * (1.0 - 1e-3)
+
+
+def test_tolerances_are_paid_for_once_and_bring_more() -> None:
+    """The robust tuning is worse with exact parts and better in the worst case; corners by hand."""
+    shares = {"natural_frequency": "5 %", "damping": "20 %"}
+    result = made(BASE, tuning={"band": {"from": "5 Hz", "to": "12 Hz"}, "tolerances": shares})
+    root = "tuning/tolerances/"
+    worst, nominal = (float(of(result, root + x)) for x in ("worst_peak", "nominal_peak"))
+    assert float(of(result, root + "exact/nominal_peak")) < nominal < worst
+    assert worst < float(of(result, root + "exact/worst_peak"))
+    k, z = (float(of(result, f"tuning/{x}")) for x in ("stiffness_ratio", "secondary_damping"))
+    x = np.linspace(5.0, 12.0, 6001) / F1
+    tops = []
+    for f, d in itertools.product((0.95, 1.0, 1.05), (0.8, 1.0, 1.2)):
+        force = K1 * np.ones(len(x))
+        tops.append(np.max(np.abs(solved(x * W1, k * K1, z * d * 2.0 * M1 * W1, force,
+                                         f=f)[:, 0])))  # fmt: skip
+    assert max(tops) == pytest.approx(worst, rel=1e-5)
+    assert float(of(result, root + "inside_peak")) <= worst
+
+
+def test_several_modes_are_those_of_masses_on_springs() -> None:
+    """Two masses in a row by their modes: shapes, modal masses, participation of a ground."""
+    mass, stiff = np.diag([2.0, 1.0]), np.array([[5.0, -2.0], [-2.0, 2.0]])
+    root = np.sqrt(np.diag(mass))
+    square, turned = np.linalg.eigh(stiff / np.outer(root, root))
+    shapes = turned / root[:, None]
+    w = np.sqrt(square)
+    shapes = shapes / shapes[1]
+    modal = np.einsum("ir,ij,jr->r", shapes, mass, shapes)
+    share = np.einsum("ir,ij,j->r", shapes, mass, np.ones(2)) / modal
+    zeta = np.array([0.01, 0.02])
+    drag = np.linalg.inv(shapes.T) @ np.diag(2.0 * zeta * w * modal) @ np.linalg.inv(shapes)
+    m, k, c = 0.15, 0.11, 0.02
+    modes = Modes(modal / modal[0], w / w[0], zeta, shapes[1], shapes[0], shapes[0], share)
+    unit = modal[0] * w[0] ** 2
+    system = fitted(modes, m / modal[0], k / unit, c * w[0] / (2.0 * unit))
+    x = np.linspace(0.05, 2.5, 40)
+    big = np.zeros((40, 3, 3), dtype=complex)
+    s = 1j * x[:, None, None] * w[0]
+    big[:, :2, :2] = stiff + s * drag + s**2 * mass
+    arm = np.array([0.0, -1.0, 1.0])
+    big += (k + s * c) * np.outer(arm, arm)
+    big[:, 2, 2] += (s**2)[:, 0, 0] * m
+    ground = -(w[0] ** 2) * np.array([2.0, 1.0, m])
+    for excitation, load in (("force", [unit, 0.0, 0.0]), ("base_acceleration", ground)):
+        y = np.linalg.solve(big, np.broadcast_to(np.array(load)[:, None], (40, 3, 1)) + 0j)[..., 0]
+        for response, expected in (("deflection", y[:, 0]), ("travel", y[:, 2] - y[:, 1])):
+            found, error = magnitude(system, x, excitation, response)
+            np.testing.assert_allclose(found[0], expected, rtol=0,
+                                       atol=1e-11 * np.max(np.abs(expected)))  # fmt: skip
+            assert np.max(error) < 1e-9 * np.max(np.abs(expected))
+
+
+def test_modes_of_a_case_are_tuned_within_the_band() -> None:
+    """Three modes, force and reading elsewhere: a dense scan, and slopes by differences."""
+    rows = [
+        (5.2, 2e4, 0.015, 1.0, 1.0),
+        (8.1, 1.8e4, 0.02, 0.4, -0.7),
+        (6.1, 2.1e4, 0.01, 0.3, 0.6),
+    ]
+    names = ("natural_frequency", "modal_mass", "damping_ratio", "shape_at_absorber",
+             "shape_at_response")  # fmt: skip
+    modes = [dict(zip(names, (f"{row[0]} Hz", *row[1:]), strict=True)) for row in rows]
+    result = made(BASE, machine__primary={"modes": modes}, machine__secondary={"mass": 400.0},
+                  tuning={"band": {"from": "4.5 Hz", "to": "7 Hz"}})  # fmt: skip
+    k, c = (float(of(result, f"tuning/linear_{x}")) for x in ("stiffness", "damping"))
+
+    def response(hz: np.ndarray, k: float, c: float) -> np.ndarray:
+        """Receptances of the bare modes, and the force of the absorber on them."""
+        w = 2.0 * np.pi * hz
+        alpha = {(a, b): sum(r[a] * r[b] / (r[1] * ((2 * np.pi * r[0]) ** 2 - w**2
+                 + 2j * r[2] * 2 * np.pi * r[0] * w)) for r in rows)
+                 for a, b in ((3, 3), (3, 4), (4, 4))}  # fmt: skip
+        g = k + 1j * w * c
+        pull = -400.0 * w**2 * g / (g - 400.0 * w**2)
+        return np.abs(alpha[4, 4] - alpha[3, 4] ** 2 * pull / (1.0 + pull * alpha[3, 3]))
+
+    hz = np.linspace(4.5, 7.0, 20001)
+    first = rows[0][1] * (2.0 * np.pi * rows[0][0]) ** 2
+    top = first * float(np.max(response(hz, k, c)))
+    assert top == pytest.approx(float(of(result, "tuning/peak")), rel=1e-6)
+    shown = of(result, "response/absorber/motion/displacement")[0]
+    grid = np.linspace(4.0, 12.0, 41)
+    np.testing.assert_allclose(np.abs(shown), 200.0 * response(grid, k, c), rtol=1e-8)
+    for near in itertools.product((0.98, 1.0, 1.02), (0.9, 1.0, 1.1)):
+        other = first * float(np.max(response(hz, k * near[0], c * near[1])))
+        assert other >= top * (1.0 - 1e-6)
+
+
+def test_a_machine_of_constant_speed_rests_where_its_absorber_swings() -> None:
+    """Without damping the force goes through the spring; over a spread of speed by a dense scan."""
+    tuning = {"frequency": "8.4 Hz", "band": {"from": "8.3 Hz", "to": "8.5 Hz"}}
+    ends = {"from": "8.4 Hz", "to": "8.6 Hz", "points": 3}
+    result = made(BASE, tuning=tuning, response__absorber={"force": 200.0, "frequencies": ends})
+    root = "response/absorber/motion/"
+    assert abs(of(result, root + "displacement")[0, 0]) < 1e-15
+    assert abs(of(result, root + "spring_force")[0]) == pytest.approx(200.0, rel=1e-10)
+    w = np.linspace(8.3, 8.5, 2001) * 2.0 * np.pi
+    k = M2 * (2.0 * np.pi * 8.4) ** 2
+    assert float(of(result, "tuning/linear_stiffness")) == pytest.approx(k, rel=1e-13)
+    scan = np.max(np.abs(solved(w, k, 0.0, K1 + 0.0 * w)[:, 0]))
+    assert float(of(result, "tuning/peak")) == pytest.approx(scan, rel=1e-9)
+
+
+def test_stock_springs_and_dampers_are_tried_in_every_arrangement() -> None:
+    """Numbers in parallel and in series by hand, each by a dense scan of the worst state."""
+    stock = {
+        "springs": {"count": 4},
+        "stock_springs": [{"name": "A", "rate": 6e3, "parallel": 9},
+                          {"name": "B", "rate": 35e3, "parallel": 3, "series": 2},
+                          {"name": "C", "rate": 15e3}],
+        "stock_dampers": [{"name": "D", "linear_damping": 90.0, "parallel": 2},
+                          {"name": "E", "linear_damping": 140.0, "count": 2}],
+    }  # fmt: skip
+    changes = {f"machine__{key}": value for key, value in stock.items()}
+    tuning = {"band": {"from": "6 Hz", "to": "9 Hz"}, "tolerances": {"natural_frequency": "4 %"}}
+    result = made(BASE, tuning=tuning, **changes)
+    springs = {f"{n} x A" if n > 1 else "A": n * 6e3 for n in range(1, 10)}
+    springs |= {"B": 35e3, "2 in series of B": 17.5e3, "2 x B": 70e3, "3 x B": 105e3,
+                "3 x 2 in series of B": 52.5e3, "C": 60e3}  # fmt: skip
+    dampers = {f"{n} x D" if n > 1 else "D": n * 90.0 for n in range(1, 3)} | {"E": 280.0}
+    found = result["hardware/damper_pair/peak"]
+    names = [list(map(str, axis.values)) for axis in found.axes]
+    assert set(names[0]) == set(springs) and set(names[1]) == set(dampers)
+    x = np.linspace(6.0, 9.0, 301) * 2.0 * np.pi
+    for (i, one), (j, other) in itertools.product(enumerate(names[0]), enumerate(names[1])):
+        tops = [np.max(np.abs(solved(x, springs[one], dampers[other], K1 + 0.0 * x, f=f)[:, 0]))
+                for f in (0.96, 1.0, 1.04)]  # fmt: skip
+        assert max(tops) == pytest.approx(float(found.values[i, j]), rel=3e-3)
+        assert max(tops) <= found.values[i, j] * (1.0 + 1e-12)
+    assert float(of(result, "hardware/buy/peak")) == np.min(found.values)
+
+
+def test_slopes_of_levels_are_differences_and_alone_is_the_bare_primary() -> None:
+    problem = BandProblem(one_mode(0.03), 0.1, "unbalance", "velocity", 0.5, 1.4, NONE)
+    point = np.array([np.log(0.08), 0.015])
+    here = levels_at(problem, point)
+    for i, step in enumerate((1e-5, 1e-6)):
+        sides = [levels_at(problem, point + sign * step * np.eye(2)[i]).level for sign in (1, -1)]
+        np.testing.assert_allclose(here.slope[:, i], (sides[0] - sides[1]) / (2 * step), rtol=1e-6)
+    bare = largest_in(problem._replace(mass=0.0, excitation="force", response="displacement"), 1, 0)
+    exact = float(peaks(Absorber(0.03, 1.0, 0.0, 0.0)).largest)
+    assert float(bare[0][0]) == pytest.approx(exact, rel=1e-12)
+    sharp = highest(fitted(one_mode(0.0), 0.0, 1.0, 0.0), "force", "displacement", 0.5, 1.5)
+    assert np.isinf(sharp[0][0]) and sharp[2][0] == pytest.approx(1.0)

@@ -1,0 +1,52 @@
+"""Claim: docs/guide_absorber.md is a case that runs as printed, and says of it what comes out."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+from fuzzing import command
+from long_but import long_but
+from pages import table
+from shipped_cases import ROOT
+
+from vibecalc.core.run.run import run_case
+from vibecalc.core.study.execute import load_checked
+
+PAGE = (ROOT / "docs" / "guide_absorber.md").read_text(encoding="utf-8")
+MOTION = "response/absorber/motion/largest/acceleration"
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The case of the page."""
+    case = "\n".join(re.findall(r"```toml\n(.*?)```", PAGE, re.S))
+    (tmp_path / "floor.toml").write_text(case, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_the_run_prints_what_is_printed(folder: Path) -> None:
+    (line,) = re.findall(r"`vibecalc (run floor.toml)`", PAGE)
+    outcome = command(*line.split(), cap=60)
+    assert outcome.code == 0, outcome.err
+    (shown,) = re.findall(r"```\n(  spring.*?)```", PAGE, re.S)
+    for row in shown.splitlines():
+        assert row.strip() in outcome.out, row
+
+
+ROWS = {row[0]: row for row in table(PAGE, "change")}
+
+
+@pytest.mark.parametrize("change", long_but(ROWS, "twice the mass"))
+def test_what_is_tried_gives_what_is_printed(folder: Path, change: str) -> None:
+    _, setting, *printed = ROWS[change]
+    settings = [word for word in shlex.split(setting.strip("`")) if word != "--set"]
+    (loaded,) = load_checked([folder / "floor.toml"], settings)
+    record = run_case(loaded.case)
+    found = (
+        float(record["tuning/linear_stiffness"].values) / 1e3,
+        float(record["tuning/linear_damping"].values),
+        float(record[MOTION].values[0]) * 1e3,
+    )
+    assert [f"{one:.4g}" for one in found] == printed

@@ -1,0 +1,271 @@
+"""Adapter: the tuning of an absorber within a band of frequencies, with tolerances of its parts."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from vibecalc.absorber.adapters.optimum import BestTuning
+from vibecalc.absorber.adapters.response import tuning_error
+from vibecalc.absorber.adapters.tuning import emit_units
+from vibecalc.absorber.asked_tables import Tuning
+from vibecalc.absorber.model import AbsorberParts, build_absorber, modes_of
+from vibecalc.absorber.motion_results import BAND_ROOT, TOLERANCES_ROOT
+from vibecalc.absorber.results import TUNING_ROOT
+from vibecalc.absorber.transfer import Absorber, own_damping_ratio
+from vibecalc.absorber.tuning.band import (
+    TOLERANCED,
+    BandProblem,
+    BandTuning,
+    band_tuning,
+    largest_alone,
+    largest_in,
+    states_of,
+    tuned_to,
+)
+from vibecalc.absorber.tuning.closed_forms import METHODS
+from vibecalc.absorber.tuning.warburton import WARBURTON
+from vibecalc.core.run.stage import Scene
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON, FloatArray
+from vibecalc.schema import Machine
+
+#: a peak this close to the one without an absorber is no lower
+_NO_LOWER = 1e-9
+#: relative change of a ratio that shows what its error does
+_STEP = 1e-6
+#: parts drawn between their tolerances
+_DRAWN = 256
+#: root of x^5 = x + 1, whose powers spread points evenly over four dimensions (M. Roberts)
+_SPREAD = 1.1673039782614187
+
+
+def run_band_tuning(scene: Scene) -> None:
+    """Emit the best spring and damper for the band; hand on the tuned absorber."""
+    options, parts = scene.case.tuning, build_absorber(scene.case)
+    if options is None or parts.absorber is None:
+        raise ValueError("the case has no absorber to tune")
+    problem = problem_of(options, parts, scene.case.machine)
+    if options.frequency is not None and parts.scale is not None:
+        found = tuned_to(problem, options.frequency / parts.scale.frequency)
+    else:
+        found = band_tuning(problem)
+    z1, m = parts.primary_damping, problem.mass
+    tuned = Absorber(z1, m, found.stiffness_ratio, found.secondary_damping)
+    scene.handed_on["tuned"] = tuned
+    uncertainty = tuning_error(found.stiffness_error, found.damping_error)
+    scene.handed_on["tuned_uncertainty"] = uncertainty
+    alone, slack = largest_alone(problem)
+    helps = found.largest < alone * (1.0 - _NO_LOWER)
+    scene.emit(f"{TUNING_ROOT}/primary_damping", z1)
+    scene.emit(f"{TUNING_ROOT}/mass_ratio", m, 2.0 * EPSILON * m)
+    scene.emit(f"{TUNING_ROOT}/stiffness_ratio", found.stiffness_ratio, found.stiffness_error)
+    scene.emit(f"{TUNING_ROOT}/secondary_damping", found.secondary_damping, found.damping_error)
+    own = float(own_damping_ratio(tuned))
+    relative = found.damping_error / (found.secondary_damping or 1.0)
+    relative += found.stiffness_error / found.stiffness_ratio
+    scene.emit(f"{TUNING_ROOT}/own_damping", own, own * (relative + 4.0 * EPSILON))
+    scene.emit(f"{TUNING_ROOT}/peak", found.largest, found.largest_error)
+    scene.emit(f"{TUNING_ROOT}/peak_alone", alone, slack if np.isfinite(alone) else 0.0)
+    scene.emit(f"{TUNING_ROOT}/helps", int(helps))
+    scene.emit(f"{TUNING_ROOT}/evaluations", found.evaluations)
+    _emit_travel(scene, problem, found)
+    scene.emit(f"{BAND_ROOT}/from", problem.low, 4.0 * EPSILON * problem.low)
+    scene.emit(f"{BAND_ROOT}/to", problem.high, 4.0 * EPSILON * problem.high)
+    # zero at the exact optimum, so that all of it is error
+    scene.emit(f"{BAND_ROOT}/residual", found.residual, found.residual + EPSILON, terms=1.0)
+    axes = {"active": np.arange(1, len(found.frequency) + 1)}
+    near = 16.0 * EPSILON + relative
+    scene.emit(f"{TUNING_ROOT}/active/magnitude", found.height, found.largest_error, axes)
+    scene.emit(f"{TUNING_ROOT}/active/frequency_ratio", found.frequency,
+               near * found.frequency, axes)  # fmt: skip
+    scene.emit(f"{TUNING_ROOT}/active/weight", found.weight, found.residual + 1e3 * near, axes)
+    best = BestTuning(
+        found.stiffness_ratio, found.secondary_damping, found.stiffness_error, found.damping_error,
+        found.largest, found.largest_error, alone, found.largest_error, helps, found.evaluations,
+    )  # fmt: skip
+    emit_units(scene, options, parts, best)
+    if options.tolerances is not None:
+        _emit_tolerances(scene, problem, found)
+    if options.compare:
+        _emit_methods(scene, options, problem, found)
+    if found.edge:
+        scene.warn("the best absorber for this band hardly has a spring: its damper does it alone")
+    if options.mistuning:
+        _emit_mistuning(scene, options, problem, found)
+    if not helps:
+        scene.warn(
+            f"no absorber of this mass does better than none within the band: the largest response "
+            f"is {found.largest:.6g} with the best of them, {alone:.6g} without"
+        )
+    _emit_bounds(scene, options, problem, found)
+    scene.cite(
+        "quadratic models of all maxima within the band, then Newton's method on equal maxima "
+        "whose slopes cancel",
+        "tuning within a band",
+        "docs/theory_absorber_band.md",
+    )
+
+
+def problem_of(options: Tuning, parts: AbsorberParts, machine: Machine) -> BandProblem:
+    """The band over the first natural frequency, the states, and the bounds of a case."""
+    if machine.primary is None or parts.absorber is None:
+        raise ValueError("the case has no absorber to tune")
+    if options.band_ratios is not None:
+        low, high = options.band_ratios.start, options.band_ratios.stop
+    elif options.band is not None and parts.scale is not None:
+        natural = parts.scale.frequency
+        low, high = options.band.start / natural, options.band.stop / natural
+    else:
+        raise ValueError("a band in Hz needs a primary with units")
+    off, bounds = options.tolerances, options.bounds
+    shares = (0.0,) * 4 if off is None else tuple(getattr(off, name) for name in TOLERANCED)
+    none = (0.0, np.inf)
+    return BandProblem(
+        modes_of(machine.primary, parts.scale), float(np.asarray(parts.absorber.mass_ratio)),
+        options.excitation, options.response, low, high,
+        states_of((shares[0], shares[1], shares[2], shares[3])),
+        none if bounds is None else bounds.stiffness_ratio or none,
+        none if bounds is None else bounds.damping_ratio or none,
+    )  # fmt: skip
+
+
+def _emit_travel(scene: Scene, problem: BandProblem, found: BandTuning) -> None:
+    def travel(k: float, z: float) -> tuple[FloatArray, FloatArray]:
+        return largest_in(problem, k, z, response="travel")
+
+    value, error = travel(found.stiffness_ratio, found.secondary_damping)
+    scene.emit(f"{TUNING_ROOT}/travel", np.max(value), np.max(error) + _moved(found, travel))
+
+
+def _emit_tolerances(scene: Scene, problem: BandProblem, found: BandTuning) -> None:
+    """What the tolerances cost, next to a tuning that knows none; parts drawn between them."""
+    k, z = found.stiffness_ratio, found.secondary_damping
+    nominal = np.zeros((1, len(TOLERANCED)))
+
+    def as_they_should(k: float, z: float) -> tuple[FloatArray, FloatArray]:
+        return largest_in(problem, k, z, nominal)
+
+    value, error = as_they_should(k, z)
+    off = error[0] + _moved(found, as_they_should)
+    scene.emit(f"{TOLERANCES_ROOT}/nominal_peak", value[0], off)
+    scene.emit(f"{TOLERANCES_ROOT}/worst_peak", found.largest, found.largest_error)
+    axes = {"active": np.arange(1, len(found.state) + 1), "toleranced": TOLERANCED}
+    scene.emit(f"{TOLERANCES_ROOT}/deviation", problem.states[found.state], 0.0, axes)
+    shares = np.max(np.abs(problem.states), axis=0)
+    unit = np.outer(np.arange(1, _DRAWN + 1), _SPREAD ** -np.arange(1.0, 5.0)) % 1.0
+    drawn = (2.0 * unit - 1.0) * shares
+
+    inside, error = largest_in(problem, k, z, drawn)
+    place = int(np.argmax(inside))
+    most = float(inside[place])
+
+    def there(k: float, z: float) -> tuple[FloatArray, FloatArray]:
+        return largest_in(problem, k, z, drawn[place : place + 1])
+
+    off = float(error[place]) + _moved(found, there)
+    scene.emit(f"{TOLERANCES_ROOT}/inside_peak", most, off)
+    if most > found.largest * (1.0 + _NO_LOWER):
+        scene.warn(
+            f"the worst case lies between the tolerances: {most:.6g} there, "
+            f"{found.largest:.6g} at their ends and the nominal values, which were examined"
+        )
+    exact = band_tuning(problem._replace(states=nominal))
+    root, damping = f"{TOLERANCES_ROOT}/exact", exact.secondary_damping
+    scene.emit(f"{root}/stiffness_ratio", exact.stiffness_ratio, exact.stiffness_error)
+    scene.emit(f"{root}/secondary_damping", damping, exact.damping_error)
+    scene.emit(f"{root}/nominal_peak", exact.largest, exact.largest_error)
+
+    def worst(k: float, z: float) -> tuple[FloatArray, FloatArray]:
+        return largest_in(problem, k, z)
+
+    value, error = worst(exact.stiffness_ratio, damping)
+    scene.emit(f"{root}/worst_peak", np.max(value), np.max(error) + _moved(exact, worst))
+
+
+def _moved(
+    found: BandTuning, read: Callable[[float, float], tuple[FloatArray, FloatArray]]
+) -> float:
+    """What the errors of a tuning do to peaks at it: a millionth of each ratio, scaled to them."""
+    k, z, total = found.stiffness_ratio, found.secondary_damping, 0.0
+    here = read(k, z)[0]
+    sides = (
+        ((k * (1.0 + _STEP), z), found.stiffness_error / (_STEP * k)),
+        ((k, z * (1.0 + _STEP)), found.damping_error / (_STEP * (z or np.inf))),
+    )
+    for place, share in sides:
+        with np.errstate(invalid="ignore"):
+            change = np.abs(read(*place)[0] - here)
+        total += float(np.max(np.where(np.isfinite(change), change, 0.0))) * share
+    return total
+
+
+_NAMED = {"den_hartog": "den_hartog_brock", "nishihara_asami": "nishihara_asami"}
+
+
+def _emit_methods(
+    scene: Scene, options: Tuning, problem: BandProblem, found: BandTuning
+) -> None:  # fmt: skip
+    """Closed forms next to the tuning: their true peak in the band, in the worst state."""
+    pair, m = (options.excitation, options.response), np.asarray(problem.mass)
+    rows = []
+    for name in options.compare:
+        if name == "numerical":
+            k, z, promise = found.stiffness_ratio, found.secondary_damping, found.largest
+        else:
+            method = WARBURTON[pair] if name == "warburton" else METHODS[_NAMED[name]]
+            k, z, promise = (float(part) for part in method.formula(m))
+            scene.cite(f"closed form {name!r}: {method.validity}", "comparison", method.source)
+        if not np.isfinite(k) or k < 0.0:
+            raise NumericalFailure(f"closed form {name!r}: no tuning of a mass ratio of {m:.6g}")
+        value, error = largest_in(problem, k, z)
+        rows.append((k, z, promise, float(np.max(value)), float(np.max(error))))
+    k, z, promise, peak, slack = np.array(rows).T
+    axes = {"method": options.compare}
+    root, least = f"{TUNING_ROOT}/method", found.largest
+    scene.emit(f"{root}/stiffness_ratio", k, 8.0 * EPSILON * k + found.stiffness_error, axes)
+    scene.emit(f"{root}/secondary_damping", z, 8.0 * EPSILON * z + found.damping_error, axes)
+    scene.emit(f"{root}/promised", promise, 16.0 * EPSILON * promise, axes)
+    scene.emit(f"{root}/peak", peak, slack + found.largest_error, axes)
+    off = 2.0 * (slack + found.largest_error) / least + 4.0 * EPSILON
+    scene.emit(f"{root}/loss", peak / least - 1.0, off, axes)
+
+
+def _emit_mistuning(
+    scene: Scene, options: Tuning, problem: BandProblem, found: BandTuning
+) -> None:  # fmt: skip
+    """Loss by errors of spring and damper, each alone and both at worst, of the nominal system."""
+    shares = np.array(sorted(set(options.mistuning)))
+    signed = np.concatenate([-shares[::-1], shares])
+    zero = np.zeros(len(signed))
+    corners = [(a * shares, b * shares) for a in (-1.0, 1.0) for b in (-1.0, 1.0)]
+    pairs = [(zero[:1], zero[:1]), (signed, zero), (zero, signed), *corners]
+    stiff, damped = (np.concatenate(part) for part in zip(*pairs, strict=True))
+    none = np.zeros(len(stiff))
+    states = np.stack([none, none, stiff, damped], axis=1)
+
+    def losses(k: float, z: float) -> tuple[FloatArray, FloatArray]:
+        value, error = largest_in(problem, k, z, states)
+        return value[1:] / value[0] - 1.0, 2.0 * np.max(error) / value[0] + EPSILON + 0.0 * value
+
+    loss, error = losses(found.stiffness_ratio, found.secondary_damping)
+    off = np.max(error) + _moved(found, losses)
+    n = len(signed)
+    axes = {"mistuned": ("stiffness", "damping"), "deviation": signed}
+    scene.emit(f"{TUNING_ROOT}/mistuning/loss", loss[: 2 * n].reshape(2, n), off, axes)
+    worst = np.max(loss[2 * n :].reshape(4, len(shares)), axis=0)
+    scene.emit(f"{TUNING_ROOT}/mistuning/worst", worst, off, {"share": shares})
+
+
+def _emit_bounds(
+    scene: Scene, options: Tuning, problem: BandProblem, found: BandTuning
+) -> None:  # fmt: skip
+    """Words on a bound that holds the tuning."""
+    if options.bounds is None:
+        return
+    for what, value, (low, high) in (
+        ("stiffness", found.stiffness_ratio, problem.stiffness),
+        ("damping", found.secondary_damping, problem.damping),
+    ):
+        near = [end for end in (low, high) if abs(value - end) <= 1e-9 * max(end, 1e-300)]
+        if near and near[0] > 0.0:
+            scene.warn(f"the tuning is held by the bound of its {what} ratio, {near[0]:.6g}")

@@ -1,0 +1,147 @@
+"""Adapter: motions in m and forces in N of a primary of one or several modes with an absorber."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from vibecalc.absorber.adapters.response import TuningError
+from vibecalc.absorber.asked_tables import AMPLITUDES, AbsorberResponse
+from vibecalc.absorber.modal import OF_ABSORBER, Fitted, Modes, bare, fitted, highest, magnitude
+from vibecalc.absorber.model import AbsorberParts, Scale, build_absorber, modes_of
+from vibecalc.absorber.motion_results import MOTION_ROOT, TORSION, TRANSLATION
+from vibecalc.absorber.stage import motions_of
+from vibecalc.core.run.stage import Scene
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.rounding import EPSILON, FloatArray
+
+WITH, WITHOUT = "with absorber", "without"
+#: relative change of a ratio that shows what its error does
+_STEP = 1e-6
+_TURN = 2.0 * np.pi
+
+
+def run_motion(scene: Scene) -> None:
+    """Emit every motion and force over the frequencies drawn, and the largest of each."""
+    case = scene.case
+    if case.response is None or case.response.absorber is None or case.machine.primary is None:
+        raise ValueError("the case has no [response.absorber]")
+    parts, options = build_absorber(case), case.response.absorber
+    tuned = scene.handed_on.get("tuned")
+    one = parts.absorber if tuned is None else tuned
+    if parts.scale is None or one is None or (tuned is None and not parts.is_complete):
+        raise NumericalFailure("the absorber has no spring or no damper, and no tuning finds it")
+    modes = modes_of(case.machine.primary, parts.scale)
+    m, k, z = (float(np.asarray(part)) for part in one[1:])
+    system = fitted(modes, m, k, z)
+    uncertainty = scene.handed_on.get("tuned_uncertainty")
+    excitation, unit = driven(options, parts.scale)
+    x = drawn(options, parts, modes)
+    axes = {"fitted": (WITH, WITHOUT), "excitation_frequency": x * parts.scale.frequency / _TURN}
+    natural = parts.scale.frequency / _TURN
+    names = TORSION if parts.scale.torsion else TRANSLATION
+    for response in motions_of(case):
+        name, size = names[response][0], unit * _factor(response, parts.scale)
+        alone = response in OF_ABSORBER
+        both = [system] if alone else [system, bare(modes)]
+
+        def top(one: Fitted, what: str = response) -> np.ndarray:
+            found = highest(one, excitation, what, float(x[0]), float(x[-1]))
+            return np.array(found)[:, 0]
+
+        def curve(one: Fitted, what: str = response) -> np.ndarray:
+            return np.asarray(magnitude(one, x, excitation, what)[0][0])
+
+        values, errors = zip(*(_curve(one, x, excitation, response) for one in both), strict=True)
+        peak, peak_error, where = np.array([top(one) for one in both]).T
+        off, (peak_off, _, place_off) = (_moved(read, system, uncertainty) for read in (curve, top))
+        place = natural * (place_off + 1e-12 * float(x[-1]))
+        slack = np.max(errors) + np.max(off)
+        peak_slack = np.max(peak_error) + peak_off
+        chosen = 0 if alone else slice(None)
+        for path, value, error in (
+            (name, _scaled(size, np.array(values))[chosen], size * slack),
+            (f"largest/{name}", size * peak[chosen], size * peak_slack),
+        ):
+            rounding = 8.0 * EPSILON * np.max(_finite(value))
+            scene.emit(f"{MOTION_ROOT}/{path}", value, error + rounding, axes)
+        scene.emit(f"{MOTION_ROOT}/largest_at/{name}", natural * where[chosen], place, axes)
+    scene.cite(
+        "response of modal masses with an absorber, each frequency by itself; peaks by Newton's "
+        "method between seeds about all poles",
+        "motions and forces in units",
+        "docs/theory_absorber_band.md",
+    )
+
+
+def _scaled(size: float, values: np.ndarray) -> np.ndarray:
+    """Complex values times a number; infinite ones keep no phase."""
+    finite = np.isfinite(np.abs(values))
+    return np.where(finite, size * np.where(finite, values, 0.0), np.inf)
+
+
+def _finite(values: object) -> FloatArray:
+    size = np.abs(np.asarray(values))
+    return np.where(np.isfinite(size), size, 0.0)
+
+
+def driven(options: AbsorberResponse, scale: Scale) -> tuple[str, float]:
+    """The excitation, and the displacement that |H| = 1 stands for, in m or rad."""
+    key = next(key for key in AMPLITUDES if getattr(options, key) is not None)
+    size = float(getattr(options, key))
+    per = {
+        "force": 1.0 / scale.stiffness,
+        "torque": 1.0 / scale.stiffness,
+        "unbalance": 1.0 / scale.inertia,
+        "base_displacement": 1.0,
+        "base_acceleration": scale.inertia / scale.stiffness,
+    }
+    return AMPLITUDES[key], size * per[key]
+
+
+def _factor(response: str, scale: Scale) -> float:
+    if response in ("velocity", "acceleration"):
+        return scale.frequency ** (1 + (response == "acceleration"))
+    return scale.stiffness if response.endswith("force") else 1.0
+
+
+def drawn(options: AbsorberResponse, parts: AbsorberParts, modes: Modes) -> FloatArray:
+    """Frequencies of the curves over the first natural frequency; default: to twice the highest."""
+    asked = options.frequencies
+    if asked is not None and parts.scale is not None:
+        return np.linspace(asked.start, asked.stop, asked.points) / parts.scale.frequency
+    ratios = options.frequency_ratios
+    if ratios is not None:
+        return np.linspace(ratios.start, ratios.stop, ratios.points)
+    return np.linspace(0.0, 2.0 * float(np.max(modes.frequency)), 401)
+
+
+def _curve(
+    system: Fitted, x: FloatArray, excitation: str, response: str
+) -> tuple[np.ndarray, FloatArray]:
+    """H (points,) and its error; infinite at an undamped natural frequency of the bare primary."""
+    modes = system.modes
+    sharp = modes.frequency[0][modes.damping[0] == 0.0] if system.mass[0] == 0.0 else np.zeros(0)
+    on = np.any(np.abs(x[:, None] - sharp) <= 4.0 * EPSILON * x[:, None], axis=1) & (x > 0.0)
+    value, error = np.full(len(x), np.inf + 0j), np.zeros(len(x))
+    found, slack = magnitude(system, x[~on], excitation, response)
+    value[~on], error[~on] = found[0], slack[0]
+    return value, error
+
+
+def _moved(
+    read: Callable[[Fitted], np.ndarray], system: Fitted, uncertainty: TuningError | None
+) -> FloatArray:
+    """What the errors of a tuning do to a reading: a millionth of each ratio, scaled to them."""
+    value = np.asarray(read(system))
+    total = np.zeros(value.shape)
+    if uncertainty is None:
+        return total
+    for name, error in zip(("stiffness", "damping"), uncertainty, strict=True):
+        size = float(getattr(system, name)[0])
+        if size == 0.0 or float(error) == 0.0:
+            continue
+        off = system._replace(**{name: getattr(system, name) * (1.0 + _STEP)})
+        with np.errstate(invalid="ignore"):
+            change = np.abs(np.asarray(read(off)) - value)
+        total = total + np.where(np.isfinite(change), change, 0.0) * float(error) / (_STEP * size)
+    return total

@@ -1,0 +1,489 @@
+"""Tables of a case that ask of an absorber: its response, and the tuning that keeps it small."""
+
+import functools
+from typing import Annotated, Literal
+
+from pydantic import ConfigDict, Field
+
+from vibecalc.absorber.tables import OILS, Positive, Share, Temperature
+from vibecalc.core.case.fields import (
+    Acceleration,
+    AngularSpeed,
+    Force,
+    Length,
+    Moment,
+    Table,
+    Unbalance,
+    Unit,
+)
+from vibecalc.core.case.raw import table_at
+from vibecalc.core.case.rules import (
+    Row,
+    Rule,
+    at_most_one,
+    needs,
+    no,
+    once,
+    one_of,
+    ordered,
+    pair_ordered,
+    refuse,
+)
+
+# ----------------------------------------------------------------------------
+# What is asked of an absorber: its response, and the tuning that keeps it small.
+# ----------------------------------------------------------------------------
+
+#: key of an amplitude -> excitation
+AMPLITUDES = {
+    "force": "force",
+    "torque": "force",
+    "unbalance": "unbalance",
+    "base_displacement": "base",
+    "base_acceleration": "base_acceleration",
+}
+AbsorberExcitation = Literal["force", "base", "unbalance", "base_acceleration"]
+TunedResponse = Literal[
+    "displacement", "velocity", "acceleration", "transmitted_force", "deflection"
+]
+AnyResponse = Literal[
+    "displacement",
+    "velocity",
+    "acceleration",
+    "transmitted_force",
+    "secondary_displacement",
+    "relative_displacement",
+]
+TuningMethod = Literal["den_hartog", "nishihara_asami", "warburton", "numerical"]
+Shares = Annotated[tuple[Share, ...], Field(max_length=64)]
+#: of a number that a part may be off by
+Fraction = Annotated[float, Field(gt=0, lt=1), Unit("")]
+Tolerance = Annotated[float, Field(ge=0, lt=0.9), Unit("")]
+Positives = Annotated[tuple[Positive, ...], Field(max_length=64)]
+Points = Annotated[int, Field(strict=True, ge=2, le=20_000)]
+
+
+class Range(Table):
+    """Numbers from one to another."""
+
+    model_config = ConfigDict(validate_by_alias=True, validate_by_name=False)
+    RULES = (ordered("from", "to"),)
+
+
+class FrequencyRatios(Range):
+    """Frequencies over the primary's own."""
+
+    start: Share = Field(0.0, alias="from", description="lowest")
+    stop: Positive = Field(alias="to", description="highest")
+    points: Points = Field(401, description="evenly spread, both ends included")
+
+
+class Frequencies(Range):
+    """Frequencies of the excitation."""
+
+    start: AngularSpeed = Field(0.0, alias="from", ge=0, description="lowest")
+    stop: AngularSpeed = Field(alias="to", gt=0, description="highest")
+    points: Points = Field(401, description="evenly spread, both ends included")
+
+
+class Band(Range):
+    """Frequencies or speeds within which a tuning counts."""
+
+    start: AngularSpeed = Field(0.0, alias="from", ge=0, description="lowest, '7 Hz', '400 rpm'")
+    stop: AngularSpeed = Field(alias="to", gt=0, description="highest")
+
+
+class BandRatios(Range):
+    """The same over the primary's own frequency."""
+
+    start: Share = Field(0.0, alias="from", description="lowest")
+    stop: Positive = Field(alias="to", description="highest")
+
+
+class Tolerances(Table):
+    """What may be off: each to both sides, in every combination."""
+
+    natural_frequency: Tolerance = Field(0.0, description="of the primary, of all its modes")
+    mass: Tolerance = Field(0.0, description="of the absorber")
+    stiffness: Tolerance = Field(0.0, description="of the absorber's spring")
+    damping: Tolerance = Field(0.0, description="of the absorber's damper")
+    RULES = (
+        refuse(
+            "",
+            "[tuning.tolerances] names nothing that is off",
+            lambda t: not any(map(t.number, t.data)),
+            "natural_frequency = '5 %', for example",
+        ),
+    )
+
+
+class MassRatios(Range):
+    """Mass ratios of a chart."""
+
+    start: Positive = Field(alias="from", description="lowest")
+    stop: Positive = Field(alias="to", description="highest")
+    points: Annotated[int, Field(strict=True, ge=2, le=2000)] = Field(
+        41, description="both ends included"
+    )
+    spacing: Literal["linear", "logarithmic"] = Field("linear", description="between them")
+
+
+class TemperatureRange(Range):
+    """Temperatures of the oil."""
+
+    start: Temperature = Field(alias="from", description="lowest, '20 degC' or in K")
+    stop: Temperature = Field(alias="to", description="highest")
+    points: Annotated[int, Field(strict=True, ge=2, le=2000)] = Field(
+        41, description="evenly spread, both ends included"
+    )
+
+
+VARIED = ("primary_damping", "mass_ratio", "stiffness_ratio", "secondary_damping", "own_damping")
+
+
+class Vary(Table):
+    """One ratio to draw a family of curves for; the others stay."""
+
+    primary_damping: Shares = Field((), description="c1 / (2 sqrt(K1 J1))")
+    mass_ratio: Positives = Field((), description="J2 / J1")
+    stiffness_ratio: Shares = Field((), description="K2 / K1")
+    secondary_damping: Shares = Field((), description="c2 / (2 sqrt(K1 J1))")
+    own_damping: Shares = Field((), description="c2 / (2 J2 w2), on the secondary's own frequency")
+    RULES = (
+        one_of(
+            *VARIED,
+            allowed=f"one of {', '.join(VARIED)}, with its values",
+        ),
+        refuse(
+            "",
+            "one of several absorbers cannot vary: which one?",
+            lambda t: "secondaries" in t.machine and t.said(*VARIED) not in ([], [VARIED[0]]),
+            "primary_damping, or a sweep over keys of the secondaries",
+            also=("machine", "secondaries"),
+        ),
+    )
+
+
+class AbsorberResponse(Table):
+    """Curves over the frequency, peaks, fixed points, poles of primary and secondary."""
+
+    excitation: AbsorberExcitation | None = Field(
+        None, description="what drives the primary; default: that of [tuning], or force"
+    )
+    response: AnyResponse | None = Field(
+        None, description="what is read; default: that of [tuning], or displacement"
+    )
+    frequency_ratios: FrequencyRatios | None = Field(
+        None, description="over the primary's own frequency; default: 0 to 2"
+    )
+    frequencies: Frequencies | None = Field(
+        None, description="instead, of a primary with inertia or mass"
+    )
+    vary: Vary | None = Field(None, description="a family of curves")
+    limits: bool = Field(
+        False, strict=True, description="also the curves with the secondary locked and free"
+    )
+    force: Force | None = Field(
+        None, gt=0, description="amplitude, so that motions come in m and forces in N"
+    )
+    torque: Moment | None = Field(None, gt=0, description="amplitude, in torsion")
+    unbalance: Unbalance | None = Field(
+        None, gt=0, description="that turns: a force of this times the frequency squared"
+    )
+    base_displacement: Length | None = Field(
+        None, gt=0, description="amplitude of the ground, the same at all frequencies"
+    )
+    base_acceleration: Acceleration | None = Field(
+        None, gt=0, description="amplitude of the ground's acceleration, the same at all of them"
+    )
+    RULES = (
+        at_most_one("frequency_ratios", "frequencies"),
+        at_most_one(*AMPLITUDES),
+        refuse(
+            "excitation",
+            "the excitation is not that of the amplitude",
+            lambda t: (
+                "excitation" in t
+                and t["excitation"] not in (AMPLITUDES[key] for key in t.said(*AMPLITUDES) or ())
+                and bool(t.said(*AMPLITUDES))
+            ),
+            "no excitation: the amplitude says it",
+        ),
+        no(
+            " ".join(AMPLITUDES),
+            lambda t: "secondaries" in t.machine,
+            "the motion of several absorbers is read in ratios, without {key}",
+            "one absorber in [machine.secondary] has it",
+            also=("machine", "secondaries"),
+        ),
+    )
+
+
+def _as_h2(closed_form: str, row: Row) -> bool:
+    return bool(row["norm"] == "h2" and closed_form in row.entries("compare"))
+
+
+def _idle(kind: str, held: str, bound: str) -> Rule:
+    return no(
+        bound,
+        lambda t: table_at(t.case, "tuning").get("kind") == kind,
+        f"of kind {kind!r} {held}, and a bound holds nothing",
+        f"no {bound} in the bounds, or kind = 'free'",
+        also=("tuning", "kind"),
+    )
+
+
+class Bounds(Table):
+    """What a tuning has to keep."""
+
+    stiffness_ratio: tuple[Share, Share] | None = Field(None, description="from and to")
+    damping_ratio: tuple[Share, Share] | None = Field(
+        None, description="from and to, of the secondary, referred to the primary"
+    )
+    travel: Positive | None = Field(
+        None, description="largest motion of the secondary against the primary, over T0 / K1"
+    )
+    RULES = (
+        pair_ordered("stiffness_ratio"),
+        pair_ordered("damping_ratio"),
+        _idle("viscous", "the spring is none", "stiffness_ratio"),
+        _idle("undamped_spring", "the damper is none", "damping_ratio"),
+    )
+
+
+class Chart(Table):
+    """Tunings over the mass ratio, for a family of primary dampings."""
+
+    primary_damping: Annotated[tuple[Share, ...], Field(min_length=1, max_length=64)] = Field(
+        description="c1 / (2 sqrt(K1 J1)), one curve for each"
+    )
+    mass_ratio: MassRatios = Field(description="range of the chart")
+
+
+def _banded(row: Row) -> bool:
+    return bool(row.said("band", "band_ratios"))
+
+
+def _modal(row: Row) -> bool:
+    return bool(table_at(row.machine, "primary").get("modes"))
+
+
+def _only_banded(key: str, value: str, row: Row) -> bool:
+    white = row["norm"] == "h2" and row["excitation"] == "base_acceleration"
+    return bool(row[key] == value) and not _banded(row) and not white
+
+
+def _not_banded(key: str, value: str, row: Row) -> bool:
+    return bool(row[key] != value) and _banded(row)
+
+
+#: excitations and responses for which Warburton gives the least largest amplitude
+WARBURTON_PAIRS = (
+    ("force", "displacement"),
+    ("force", "transmitted_force"),
+    ("base", "displacement"),
+    ("base_acceleration", "acceleration"),
+    ("force", "acceleration"),
+    ("unbalance", "displacement"),
+    ("base_acceleration", "deflection"),
+    ("base_acceleration", "transmitted_force"),
+)
+#: what a tuning within a band asks for, and what only such a one is for
+BANDED = (
+    needs("tolerances", "band band_ratios", "the worst case is that within a band"),
+    needs("frequency", "band", "it says over what the speed may spread"),
+    at_most_one("frequency", "tolerances"),
+    at_most_one("frequency", "compare"),
+    refuse(
+        "",
+        "a primary of several modes is tuned within a band",
+        lambda t: _modal(t) and not _banded(t),
+        "band = { from = '5 Hz', to = '9 Hz' }",
+        also=("machine", "primary", "modes"),
+    ),
+    *(
+        refuse(
+            key,
+            f"{key} = {value!r} is tuned within a band",
+            functools.partial(_only_banded, key, value),
+            "band = { from = '5 Hz', to = '9 Hz' }, or band_ratios",
+            hint="norm = 'h2' has its mean square under a white acceleration of the ground",
+        )
+        for key, value in (("excitation", "base_acceleration"), ("response", "deflection"))
+    ),
+    refuse(
+        "response",
+        "under a constant acceleration the ground drifts, and what stands on it",
+        lambda t: (
+            t["excitation"] == "base_acceleration" and t["response"] in ("displacement", "velocity")
+        ),
+        "deflection, acceleration or transmitted_force",
+        also="excitation",
+    ),
+    refuse(
+        "response",
+        "a deflection is against a ground that moves",
+        lambda t: t["response"] == "deflection" and t["excitation"] in ("force", "unbalance"),
+        "displacement, or excitation = 'base_acceleration'",
+        also="excitation",
+    ),
+    refuse(
+        "response",
+        "the force on the ground is that of a single mode",
+        lambda t: t["response"] == "transmitted_force" and _modal(t),
+        "displacement, velocity or acceleration",
+        also=("machine", "primary", "modes"),
+    ),
+    no(
+        "chart temperatures sensitivity",
+        _banded,
+        "within a band the largest amplitude is made small by spring and damper, without {key}",
+        "excitation, response, bounds, mistuning, tolerances",
+        also="band",
+    ),
+    no(
+        "chart temperatures sensitivity",
+        lambda t: not _banded(t) and t["excitation"] == "base_acceleration",
+        "of a mean square under the ground's acceleration there is no {key}",
+        "compare, mistuning",
+        also="excitation",
+    ),
+    refuse(
+        "compare",
+        "closed forms are those of a single mode",
+        lambda t: "compare" in t and _modal(t),
+        "no compare",
+        also=("machine", "primary", "modes"),
+    ),
+    refuse(
+        "compare",
+        "Warburton has no closed form for the {response} under {excitation}",
+        lambda t: (
+            "warburton" in t.entries("compare")
+            and (_banded(t) or t["excitation"] == "base_acceleration")
+            and (t["excitation"], t["response"]) not in WARBURTON_PAIRS
+        ),
+        ", ".join(f"{response} under {excitation}" for excitation, response in WARBURTON_PAIRS),
+    ),
+    *(
+        refuse(
+            key,
+            "within a band the largest amplitude is made small, by spring and damper both",
+            functools.partial(_not_banded, key, value),
+            f"{key} = {value!r}",
+            also="band",
+        )
+        for key, value in (("norm", "h_infinity"), ("kind", "free"))
+    ),
+    refuse(
+        ("tuning", "bounds", "travel"),
+        "within a band the travel has no bound",
+        lambda t: _banded(t) and "travel" in table_at(t.data, "bounds"),
+        "stiffness_ratio and damping_ratio",
+    ),
+    refuse(
+        "band",
+        "the primary is of ratios alone and has no frequency in Hz",
+        lambda t: (
+            "band" in t
+            and table_at(t.machine, "primary")
+            .keys()
+            .isdisjoint(
+                ("inertia", "mass", "stiffness", "modes", "linear_stiffness", "natural_frequency")
+            )
+            and "rod" not in t.machine
+        ),
+        "band_ratios, or a primary with mass and natural_frequency",
+        also=("machine", "primary"),
+    ),
+)
+
+
+class Tuning(Table):
+    """The spring and the damper that make the response of the primary smallest."""
+
+    norm: Literal["h_infinity", "h2"] = Field(
+        "h_infinity", description="the largest amplitude over all frequencies, or the mean square"
+    )
+    excitation: AbsorberExcitation = Field("force", description="what drives the primary")
+    response: TunedResponse = Field("displacement", description="of the primary, to be kept small")
+    kind: Literal["free", "viscous", "undamped_spring", "lanchester"] = Field(
+        "free",
+        description="both found, no spring, no damper, or the damper for an undamped primary",
+    )
+    compare: Annotated[tuple[TuningMethod, ...], Field(max_length=8)] = Field(
+        (), description="closed forms and a search to compare it with"
+    )
+    bounds: Bounds | None = Field(
+        None, description="what has to be kept: the tuning found is the best that keeps it"
+    )
+    mistuning: Annotated[tuple[Fraction, ...], Field(max_length=16)] = Field(
+        (), description="errors of spring and damper whose loss is reported, as 0.05 or '5 %'"
+    )
+    sensitivity: bool = Field(
+        False, strict=True, description="also how the optimum moves with the given ratios"
+    )
+    temperatures: TemperatureRange | None = Field(
+        None, description="also what the tuning becomes as the oil warms"
+    )
+    chart: Chart | None = Field(None, description="also tunings over the mass ratio")
+    band: Band | None = Field(
+        None, description="only the largest amplitude in it counts, of a primary in Hz"
+    )
+    band_ratios: BandRatios | None = Field(
+        None, description="the same over the primary's own frequency"
+    )
+    frequency: AngularSpeed | None = Field(
+        None,
+        gt=0,
+        description="of a machine of constant speed, '1500 rpm': the absorber swings at it, damped "
+        "as little as bounds let it; the band is what the speed may spread over",
+    )
+    tolerances: Tolerances | None = Field(
+        None, description="of the parts: the worst case is made small, within a band"
+    )
+    RULES = (
+        at_most_one("band", "band_ratios"),
+        *BANDED,
+        once("compare", "method"),
+        no(
+            "bounds excitation response",
+            lambda t: t["kind"] == "lanchester" and t["norm"] != "h2",
+            "Lanchester's damper is that of a formula for a force and the displacement, without "
+            "{key}",
+            "kind = 'viscous', whose damper is found for any of them",
+            also="kind",
+        ),
+        no(
+            "kind bounds",
+            lambda t: t["norm"] == "h2",
+            "a mean square is tuned with spring and damper both free, without {key}",
+            "no {key}, or norm = 'h_infinity'",
+            also="norm",
+        ),
+        *(
+            refuse(
+                "compare",
+                f"the closed form {name!r} is for the largest amplitude",
+                functools.partial(_as_h2, name),
+                "norm = 'h_infinity', or 'warburton' with 'h2'",
+                found="norm = 'h2'",
+                also="norm",
+            )
+            for name in ("den_hartog", "nishihara_asami")
+        ),
+        no(
+            "temperatures",
+            lambda t: OILS.isdisjoint(t.machine),
+            "what warms is an oil, and there is none",
+            "[machine.gap] with [machine.oil] or oils in stock",
+        ),
+        no(
+            "compare temperatures chart norm kind sensitivity band band_ratios",
+            lambda t: "secondaries" in t.machine,
+            "several absorbers are tuned for the largest amplitude, without {key}",
+            "excitation, response, bounds, mistuning",
+            hint="one absorber in [machine.secondary] has it",
+            also=("machine", "secondaries"),
+        ),
+    )

@@ -1,0 +1,118 @@
+"""Results of an absorber in units: motions and forces by frequency; tunings within a band."""
+
+from collections.abc import Iterator
+
+from vibecalc.core.results.record import CHECK, EXAMINED, PEAK, PLACE, Entry, Headline, entry
+
+# ----------------------------------------------------------------------------
+# Motions in m and forces in N, or angles and torques, for an amplitude of the excitation.
+# ----------------------------------------------------------------------------
+
+MOTION_ROOT = "response/absorber/motion"
+#: what is read -> its name, unit, unit that people read, words; in translation, in torsion
+TRANSLATION = {
+    "displacement": ("displacement", "m", "mm", "displacement"),
+    "velocity": ("velocity", "m/s", "mm/s", "velocity"),
+    "acceleration": ("acceleration", "m/s^2", "m/s^2", "acceleration"),
+    "deflection": ("deflection", "m", "mm", "displacement against the ground"),
+    "transmitted_force": ("transmitted_force", "N", "N", "force on the ground"),
+    "travel": ("travel", "m", "mm", "travel of the absorber"),
+    "spring_force": ("spring_force", "N", "N", "force in the spring of the absorber"),
+    "damper_force": ("damper_force", "N", "N", "force in the damper of the absorber"),
+}
+TORSION = {
+    "displacement": ("angle", "rad", "deg", "angle"),
+    "velocity": ("angular_velocity", "rad/s", "rad/s", "angular velocity"),
+    "acceleration": ("angular_acceleration", "rad/s^2", "rad/s^2", "angular acceleration"),
+    "transmitted_force": ("transmitted_torque", "N*m", "N*m", "torque on the ground"),
+    "travel": ("twist", "rad", "deg", "twist of the absorber"),
+    "spring_force": ("spring_torque", "N*m", "N*m", "torque in the spring of the absorber"),
+    "damper_force": ("damper_torque", "N*m", "N*m", "torque in the damper of the absorber"),
+}
+#: what only an absorber has
+OF_ABSORBER = ("travel", "spring_force", "damper_force")
+_FIRST = ("displacement", "deflection", *OF_ABSORBER, "transmitted_force", "acceleration")
+
+
+def _rows(table: dict[str, tuple[str, str, str, str]]) -> Iterator[Entry]:
+    for key, (name, unit, read, words) in table.items():
+        alone = key in OF_ABSORBER
+        fitted = "" if alone else "fitted"
+        of = "" if alone or key == "transmitted_force" else " of the primary"
+        yield entry(
+            f"{MOTION_ROOT}/{name}", f"{fitted} excitation_frequency".strip(), unit,
+            f"{words}{of} by frequency, complex", PEAK,
+        )  # fmt: skip
+        head = Headline(f"largest {words}{of}", read, pick="first",
+                        at=f"{MOTION_ROOT}/largest_at/{name}")  # fmt: skip
+        yield entry(
+            f"{MOTION_ROOT}/largest/{name}", fitted, unit,
+            f"largest {words}{of} within the frequencies drawn", PEAK,
+            headline=head if key in _FIRST else None,
+        )  # fmt: skip
+        yield entry(
+            f"{MOTION_ROOT}/largest_at/{name}", fitted, "Hz", "frequency at which that is",
+            exempt=PLACE,
+        )  # fmt: skip
+
+
+# ----------------------------------------------------------------------------
+# A tuning within a band, and one that allows for tolerances.
+# ----------------------------------------------------------------------------
+
+BAND_ROOT = "tuning/band"
+TOLERANCES_ROOT = "tuning/tolerances"
+
+BAND_ENTRIES = (
+    entry(f"{BAND_ROOT}/from", "", "", "lower end of the band, over the primary's own frequency"),
+    entry(f"{BAND_ROOT}/to", "", "", "upper end of the band, over the primary's own frequency"),
+    entry(
+        f"{BAND_ROOT}/residual",
+        "",
+        "",
+        "what is left of the slopes of the peaks: 0 for an optimum",
+        exempt=CHECK,
+    ),
+    entry(
+        f"{TOLERANCES_ROOT}/nominal_peak",
+        "",
+        "",
+        "largest response in the band with all parts as they should be",
+        headline=Headline("the same tuning, all parts without errors"),
+    ),
+    entry(
+        f"{TOLERANCES_ROOT}/worst_peak",
+        "",
+        "",
+        "largest response in the band in the worst case of the tolerances",
+    ),
+    entry(
+        f"{TOLERANCES_ROOT}/inside_peak",
+        "",
+        "",
+        "largest response in the band of parts drawn between the tolerances",
+        exempt=EXAMINED,
+    ),
+    entry(
+        f"{TOLERANCES_ROOT}/deviation",
+        "active toleranced",
+        "",
+        "what is off in the states whose peaks hold the tuning, relative",
+    ),
+    *(
+        entry(f"{TOLERANCES_ROOT}/exact/{name}", "", "", f"{words}, tuned for parts without errors")
+        for name, words in (
+            ("stiffness_ratio", "best stiffness of the absorber over that of the primary"),
+            ("secondary_damping", "best damping of the absorber, c2 / (2 sqrt(K1 J1))"),
+            ("nominal_peak", "largest response in the band"),
+            ("worst_peak", "largest response in the band in the worst case of the tolerances"),
+        )
+    ),
+)
+MOTION_ENTRIES = (*_rows(TRANSLATION), *_rows(TORSION))
+
+AXES = {
+    "fitted": ("", "with and without the absorber"),
+    "excitation_frequency": ("Hz", "frequency"),
+    "toleranced": ("", "what may be off"),
+}

@@ -1,0 +1,115 @@
+"""Absorbers in units in the report: motions and forces; a tuning within a band, with tolerances."""
+
+import numpy as np
+
+from vibecalc.absorber.asked_tables import AMPLITUDES
+from vibecalc.absorber.motion_results import MOTION_ROOT, TORSION, TRANSLATION
+from vibecalc.core.report.sections import Section, scalar_of, section, table_of
+from vibecalc.core.report.writing import Column, hertz, number, paragraph, show, table
+from vibecalc.core.results.record import Record, Result
+from vibecalc.units import convert
+
+# ----------------------------------------------------------------------------
+# Motions and forces for the amplitude of a case.
+# ----------------------------------------------------------------------------
+
+_UNITS = {
+    "force": "N",
+    "torque": "N m",
+    "unbalance": "kg m",
+    "base_displacement": "m",
+    "base_acceleration": "m/s^2",
+}
+LARGEST = f"{MOTION_ROOT}/largest/"
+
+
+def absorber_motion(result: Result) -> Section | None:
+    """The section, None if the result has nothing of it."""
+    record = result.record
+    shown = frozenset(path for path in record if path.startswith(f"{MOTION_ROOT}/"))
+    if not shown:
+        return None
+    options = table_of(result.case, "response", "absorber")
+    cause = next((key for key in AMPLITUDES if options.get(key) is not None), "")
+    said = (
+        f" for {cause.replace('_', ' ')} = {show(options[cause])} {_UNITS[cause]}" if cause else ""
+    )
+    columns = [Column("largest within the frequencies drawn", 44), number("with", 12),
+               number("at Hz", 10), number("without", 12), number("at Hz", 10)]  # fmt: skip
+    rows = []
+    for names in (TRANSLATION, TORSION):
+        for name, unit, read, words in names.values():
+            top = record.quantities.get(LARGEST + name)
+            if top is None:
+                continue
+            place = record[f"{MOTION_ROOT}/largest_at/{name}"]
+            factor = convert(1.0, unit, read)
+            row = [f"{words}, {read}"]
+            for value, where in zip(np.ravel(top.values), np.ravel(place.values), strict=True):
+                there = np.isfinite(where)
+                row += [show(factor * float(abs(value)), factor * top.error_estimate),
+                        show(float(where)) if there else ""]  # fmt: skip
+            rows.append([*row, *("" for _ in range(5 - len(row)))])
+    lines = paragraph(f"amplitudes, 0 to peak{said}, with and without the absorber:")
+    return section("Motions and forces", [[*lines, *table(columns, rows)]], {}, shown)
+
+
+# ----------------------------------------------------------------------------
+# Words and tables of a tuning within a band.
+# ----------------------------------------------------------------------------
+
+
+def band_words(result: Result) -> str:
+    """Where the largest amplitude counts, as the end of a sentence; empty everywhere."""
+    options = table_of(result.case, "tuning")
+    for key in ("band", "band_ratios"):
+        band = options.get(key)
+        if isinstance(band, dict):
+            hz = key == "band"
+            ends = [float(band.get(end) or 0.0) for end in ("from", "to")]
+            low, high = (show(hertz(end) if hz else end) for end in ends)
+            words = f" from {low} to {high} " + ("Hz" if hz else "of the primary's frequency")
+            worst = " in the worst case of the tolerances" if options.get("tolerances") else ""
+            return words + worst
+    return ""
+
+
+def tolerances(record: Record) -> list[str]:
+    """What tolerances cost, and what a tuning that knows none of them would."""
+    root = "tuning/tolerances/"
+    worst = scalar_of(record, root + "worst_peak")
+    if worst is None:
+        return []
+    columns = [Column("tuned for", 26), number("stiffness\nratio", 14), number("damping", 14)]
+    columns += [number("peak without\nerrors", 16), number("peak, worst\ncase", 14)]
+    rows = []
+    for words, paths in (
+        ("the tolerances", ("tuning/stiffness_ratio", "tuning/secondary_damping",
+                            root + "nominal_peak", root + "worst_peak")),
+        ("parts without errors", tuple(f"{root}exact/{name}" for name in (
+            "stiffness_ratio", "secondary_damping", "nominal_peak", "worst_peak"))),
+    ):  # fmt: skip
+        rows.append([words, *(show(scalar_of(record, path) or 0.0) for path in paths)])
+    lines = table(columns, rows)
+    inside = scalar_of(record, root + "inside_peak")
+    if inside is not None:
+        lines += paragraph(
+            f"examined: the ends and the middle of each tolerance, in every combination; of parts "
+            f"drawn in between the worst has {show(inside)}"
+        )
+    return lines
+
+
+def states(record: Record) -> list[str]:
+    """What is off where the tuning is held."""
+    found = record.quantities.get("tuning/tolerances/deviation")
+    if found is None:
+        return []
+    names = [str(one) for one in found.axes[1].values]
+    columns = [number("peak that holds it", 20)]
+    columns += [number(f"{name.replace('_', chr(10))}, %", 13) for name in names]
+    rows = [
+        [str(place), *(show(100.0 * float(one), digits=3) for one in row)]
+        for place, row in enumerate(np.asarray(found.values), start=1)
+    ]
+    return table(columns, rows)
