@@ -45,6 +45,7 @@ SLOW = frozenset(
         "pump_drive",
         "generator_mount_design",
         "generator_mount_design_lever",
+        "generator_mount_fit",
         "generator_on_floor",
         "pump",
         "roll",

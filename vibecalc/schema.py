@@ -31,6 +31,7 @@ if TYPE_CHECKING:
         StockSprings,
         Tuning,
     )
+    from vibecalc.core.case.fit_tables import Fit
     from vibecalc.core.case.tables import (
         Find,
         Limit,
@@ -56,6 +57,7 @@ else:
                 "vibecalc.absorber.tables": "Flywheel Gap Oil OilCatalogue Pendulum Primary Ring "
                 "Rod Secondaries Secondary SpringCatalogue Springs StockDampers StockOils "
                 "StockSprings Tuning",
+                "vibecalc.core.case.fit_tables": "Fit",
                 "vibecalc.core.case.tables": "Find Limit Optimisation Reference "
                 "ReferenceTable Sweep",
                 "vibecalc.excitation.tables": "Excitation",
@@ -167,6 +169,7 @@ class Case(Table):
     tuning: Tuning | None = Field(None, description="the best spring and damper of an absorber")
     damper_design: DamperDesign | None = Field(None, description="the best damper of an engine")
     optimisation: Optimisation | None = Field(None, description="a search over keys of this case")
+    fit: Fit | None = Field(None, description="keys of this case that fit what was measured")
     sweep: Sweep | None = Field(None, description="the same case at many points; `sweep` reads it")
     find: tuple[Find, ...] = Field((), description="searches for what brings a wanted result")
     accuracy: Accuracy = Field(default_factory=Accuracy, description="tolerance of the results")

@@ -151,12 +151,30 @@ def _attach_reference(row: Data, folder: Path) -> None:
             f"column {chosen} is in {column.unit[:40]}, and unit = {str(row['unit'])[:40]!r}",
             "the unit in one of the two places",
         )
+    if "uncertainty_column" in row:
+        row["uncertainties"] = _uncertainties(row, columns, column, given)
     row["entry"] = [_entry(entries.cells[place], entries) for place in given]
     row["value"] = cells
     if column.unit:
         row["unit"] = column.unit
     row.pop("file")
     row.pop("column", None)
+    row.pop("uncertainty_column", None)
+
+
+def _uncertainties(row: Data, columns: Columns, values: Column, given: list[int]) -> list[str]:
+    """What a column has next to the values, each with its unit where that is not theirs."""
+    name = str(row["uncertainty_column"])
+    if name not in columns:
+        raise Unreadable(
+            f"the file has no such column of uncertainties, but {listed(list(columns))}",
+            "the name of one of them, without its unit",
+            nearest(name, list(columns)),
+            key="uncertainty_column",
+        )
+    column = columns[name]
+    unit = "" if column.unit == values.unit else column.unit
+    return [f"{cell} {unit}".strip() for cell in numbers_of(name, some_cells(column, given))]
 
 
 def _entry(cell: str, column: Column) -> int | float | str:

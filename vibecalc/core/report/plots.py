@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 OF_STUDIES: dict[str, str] = {
     "pareto": "vibecalc.core.report.plots:draw_pareto",
     "optimisation": "vibecalc.core.report.plots:draw_start_and_optimum",
+    "fit": "vibecalc.core.report.fit_pictures:draw_fit",
 }
 
 #: The same for sweeps; each has `picture(sweep) -> Figure | None`.

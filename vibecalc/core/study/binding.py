@@ -23,7 +23,7 @@ Side = Literal["max", "min"]
 
 
 class Binding:
-    """Variables, objective and limits of one `[optimisation]` table on its case.
+    """Variables, objective and limits of one `[optimisation]` on its case; of a `[fit]` the first.
 
     `lower`, `upper` and `first` (n,) are in SI, `first` the case as written (of a key that it
     leaves out the middle of the bounds); `period` (n,) is that
@@ -32,16 +32,16 @@ class Binding:
     """
 
     def __init__(self, loaded: "LoadedCase"):
-        study = loaded.case.optimisation
+        study = loaded.case.optimisation or loaded.case.fit
         if study is None:
-            raise ValueError("the case has no [optimisation]")
+            raise ValueError("the case has neither [optimisation] nor [fit]")
         # what a point of the search is computed from; its own tables hold the rest
         self._resolved = {k: v for k, v in loaded.resolved.items() if k not in NOT_COMPUTED}
         # most points of a search change some parts only, and a front comes back to old points
         self._cache = StageCache()
         self.keys = tuple(variable.key for variable in study.variables)
         self.units = tuple(field_unit(key) for key in self.keys)
-        self._written = tuple(variable.upper for variable in study.variables)
+        self.written = tuple(variable.upper for variable in study.variables)
         self.lower = self._bounds([variable.lower for variable in study.variables])
         self.upper = self._bounds([variable.upper for variable in study.variables])
         middle = (0.5 * (self.lower + self.upper)).tolist()
@@ -63,6 +63,9 @@ class Binding:
             )
             for variable, unit in zip(study.variables, self.units, strict=True)
         )
+        if loaded.case.optimisation is None:
+            return
+        study = loaded.case.optimisation
         self.goal = study.objective
         self.sign = sign_of(study.objective)
         self.limits = tuple(limit for limit in loaded.case.limit if _counts(limit))
@@ -147,7 +150,7 @@ class Binding:
         return ", ".join(
             f"{key} = {shown_as(float(value), unit, written)}"
             for key, value, unit, written in zip(
-                self.keys, variables, self.units, self._written, strict=True
+                self.keys, variables, self.units, self.written, strict=True
             )
         )
 

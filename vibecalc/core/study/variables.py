@@ -79,7 +79,7 @@ def study_problems(case: "Case") -> list[Problem]:
     study = case.optimisation
     if study is None:
         return []
-    problems = list(_start(case))
+    problems = list(start_problems(case, "optimisation"))
     second = study.second_objective
     if second is None:
         if study.front_points is not None:
@@ -115,12 +115,11 @@ def study_problems(case: "Case") -> list[Problem]:
     return problems
 
 
-def _start(case: "Case") -> Iterator[Problem]:
+def start_problems(case: "Case", table: str) -> Iterator[Problem]:
     """Variables that the case writes outside their bounds, and keys off what they follow."""
-    study, resolved = case.optimisation, resolve(case)
-    assert study is not None
+    study, resolved = getattr(case, table), resolve(case)
     for position, variable in enumerate(study.variables):
-        path = ("optimisation", "variables", position)
+        path = (table, "variables", position)
         unit = field_unit(variable.key)
         lower, upper = (parse_quantity(one, unit) for one in (variable.lower, variable.upper))
         written = number_at(resolved, variable.key, 0.5 * (lower + upper))
