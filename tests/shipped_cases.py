@@ -56,6 +56,7 @@ SLOW = frozenset(
         "roll_equal_pressure",
         "roll_measured",
         "roll_mounted",
+        "roll_records",
         "roll_startup",
     }
 )

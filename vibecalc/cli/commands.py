@@ -387,11 +387,14 @@ def new(
 
 #: what reads and writes shaft lines
 _EXCHANGE = "vibecalc.torsion.adapters.exchange"
+_ORDERS = "vibecalc.measurement.export"
 
 
 @app.command(cls=Command)
 def export(
-    case: Annotated[Path, typer.Argument(metavar="CASE", help="Case file (TOML).")],
+    case: Annotated[
+        Path, typer.Argument(metavar="CASE", help="Case file (TOML), or a result (HDF5).")
+    ],
     output: Annotated[
         Path,
         typer.Option("--output", "-o", help="Folder for CSV files, or a file that ends in .json."),
@@ -399,9 +402,18 @@ def export(
     settings: Settings = None,
     unset: Unset = None,
 ) -> None:
-    """Write the shaft line of a case as CSV files, or as JSON that openTorsion reads."""
+    """Write the shaft line of a case as CSV files, or as JSON that openTorsion reads.
+
+    Of a result: its measured orders as CSV files for [[reference_table]].
+    """
     from vibecalc.core.results.named import named
 
+    if case.suffix == ".h5":
+        from vibecalc.core.results.store import read_result
+
+        for path in named(f"{_ORDERS}:export_orders")(read_result(case), output):
+            typer.echo(f"wrote {path}")
+        return
     (loaded,) = _load([case], settings, unset)
     paths, left = named(f"{_EXCHANGE}:export_shaft_line")(loaded, output)
     for path in paths:

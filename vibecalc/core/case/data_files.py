@@ -18,8 +18,9 @@ from vibecalc.core.case.csv_files import (
     some_cells,
     with_point,
 )
-from vibecalc.core.case.raw import Data, listed, nearest
+from vibecalc.core.case.raw import Data, listed, nearest, table_at
 from vibecalc.core.case.row_files import LISTS, rows_of
+from vibecalc.core.results.named import named
 from vibecalc.errors import KeyPath, Problem
 
 # ----------------------------------------------------------------------------
@@ -57,6 +58,7 @@ def attach_files(data: Data, folder: Path) -> list[Problem]:
         except Unreadable as error:
             key = error.key or "catalogue"
             problems.append(_problem((*path, key), str(place.get(key, "")), error, folder))
+    problems += _of_subjects(data, folder)
     rows = data.get("reference_table")
     for index, row in enumerate(rows if isinstance(rows, list) else ()):
         if isinstance(row, dict) and isinstance(row.get("file"), str) and row["file"]:
@@ -66,6 +68,28 @@ def attach_files(data: Data, folder: Path) -> list[Problem]:
                 path = ("reference_table", index, error.key or "file")
                 problems.append(_problem(path, str(row.get(path[-1], "")), error, folder))
     return problems
+
+
+def _of_subjects(data: Data, folder: Path) -> list[Problem]:
+    """Problems of files that only a subject can read; the subjects are asked where one is named."""
+    named_here = any(
+        isinstance(row, dict) and isinstance(row.get("file"), str)
+        for name, table in data.items()
+        if name != "machine" and isinstance(table, dict)
+        for rows in table.values()
+        for row in (rows if isinstance(rows, list) else ())
+    )
+    if not named_here:
+        return []
+    from vibecalc.core.run.stage import subjects
+
+    readers = {
+        reader: None
+        for subject in subjects().values()
+        for path, reader in subject.files.items()
+        if path[-1] in table_at(data, *path[:-1])
+    }
+    return [problem for reader in readers for problem in named(reader)(data, folder)]
 
 
 def _named_tables(data: Any, above: KeyPath) -> Iterator[tuple[KeyPath, Any, Any]]:
