@@ -10,6 +10,7 @@ import numpy as np
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.errors import ResultError
 from vibecalc.numerics.level import DECIBEL
+from vibecalc.numerics.rounding import FloatArray
 from vibecalc.units import convert
 
 _STEM = "measurement/"
@@ -17,7 +18,7 @@ _COMMENT = (
     "# %s: amplitudes are zero to peak, uncertainties are standard uncertainties, phases lead\n"
 )
 
-Columns = list[tuple[str, Sequence[float]]]
+Columns = list[tuple[str, Sequence[float] | FloatArray]]
 
 
 def export_orders(result: Result, folder: Path) -> list[Path]:

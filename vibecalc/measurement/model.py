@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -115,8 +115,8 @@ def reference_row(table: Measurement) -> FloatArray:
     name = table.reference_position
     if name is None:
         channels = [one for record in table.record for one in record.channels]
-        every = (*table.readings, *channels, *table.spectrum)
-        pointed = [reading.at for reading in every if reading.use == "solve"]
+        every: tuple[Any, ...] = (*table.readings, *channels, *table.spectrum)
+        pointed: list[str | None] = [one.at for one in every if one.use == "solve"]
         name = next((at for at in pointed if at is not None), None)
     if name is not None:
         return point_row(*known[name])

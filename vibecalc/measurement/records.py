@@ -264,7 +264,9 @@ def _csv(row: Data, folder: Path, name: str) -> _Samples:
             'time = "name of the column", or sample_rate = "5 kHz"',
             nearest(time, list(columns)),
         )
-    return _Samples(np.arange(size) * (2.0 * np.pi / rate), numbers, units, list(columns))
+    return _Samples(
+        np.arange(size, dtype=np.float64) * (2.0 * np.pi / rate), numbers, units, list(columns)
+    )
 
 
 def _numbers(name: str, columns: Columns) -> FloatArray:
@@ -301,7 +303,7 @@ def _wav(folder: Path, name: str) -> _Samples:
     if not np.all(np.isfinite(signals)):
         raise Unreadable("a sample of the file is not finite")
     columns = {str(place + 1): signal for place, signal in enumerate(signals)}
-    return _Samples(np.arange(len(samples)) / rate, columns, {}, list(columns))
+    return _Samples(np.arange(len(samples), dtype=np.float64) / rate, columns, {}, list(columns))
 
 
 # ----------------------------------------------------------------------------
