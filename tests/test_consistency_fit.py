@@ -82,6 +82,7 @@ def test_what_points_do_not_tell_is_named() -> None:
     )  # fmt: skip
     told = what_is_determined(found.slopes, found.slopes_error)
     assert told.felt.tolist() == [True, True, False]
+    assert found.variables[2] == pytest.approx(100.0, rel=1e-12)  # as written
     assert told.told.tolist() == [True, False, False]
     assert np.isinf(np.diag(told.covariance)).all()
     stiffness, mass = (told.combinations[0] / found.widths * found.variables)[:2]

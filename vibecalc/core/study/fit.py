@@ -263,7 +263,7 @@ def _warnings(
 ) -> list[str]:
     keys = binding.keys
     said = [
-        f"no measured point depends on {key}: it stays where the search left it"
+        f"no measured point depends on {key}: it stays as written"
         for key, felt in zip(keys, told.felt, strict=True)
         if not felt
     ]

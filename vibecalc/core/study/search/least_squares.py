@@ -88,6 +88,8 @@ def slopes_with_error(
 #: of a search, which is mended, and of what is no worse
 _SEARCH_TOLERANCE, _TOLERANCE = 1e-7, 1e-12
 _MOST_STEPS = 200
+#: of a sum of squares, what two ends may differ by and still count as one
+_SAME = 1e-7
 #: of the way between bounds, from where on a variable may be on its bound
 _NEAR = 1e-4
 _MENDINGS = 6
@@ -184,8 +186,14 @@ def least_squares_within(
             f"none of {len(places)} searches for the least squares ended in a minimum"
             + (f": {reasons}" if reasons else "")
         )
-    place, cost = min(known, key=lambda end: end[1])
+    least = min(cost for _, cost in known)
+    place, cost = next(end for end in known if end[1] <= least * (1.0 + _SAME))
     place, moved, slopes, error = _mended(counted, place, cost)
+    # what no point feels stays as it was
+    idle = np.linalg.norm(slopes, axis=0) <= np.linalg.norm(error, axis=0)
+    kept = np.where(idle, places[0], place)
+    if np.any(idle) and _cost(counted, kept) <= _cost(counted, place) * (1.0 + _SAME) + _SAME:
+        place = kept
     at_end = counted(place)
     widths = np.abs(box.slope(box.values(place)))
     strongest = max(float(np.linalg.norm(slopes, 2)), 1e-300)
