@@ -1,5 +1,6 @@
 """Claim: orders of records are those of the signals behind them, as uncertain as blocks scatter."""
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -244,3 +245,47 @@ def test_refused(case: str, change: str, place: str, words: list[str], tmp_path:
     assert case == "records"
     said = refused(folder_with(tmp_path, changed(TEXT, change)))
     assert all(word in said for word in (*words, *([place] if place != "-" else []))), said
+
+
+def set_58(values: np.ndarray, unit: str) -> str:
+    """A function of time as a data set 58 in text, by the layout of the universal file format."""
+    nothing = f"{0:10d}{0:5d}{0:5d}{0:5d} {'NONE':<20} {'NONE':<20}"
+    lines = [
+        "    -1", "    58", "record", *["NONE"] * 4,
+        f"{1:5d}{0:10d}{0:5d}{0:10d} {'NONE':<10}{1:10d}{3:4d} {'NONE':<10}{0:10d}{0:4d}",
+        f"{4:10d}{values.size:10d}{1:10d}{0.0:13.5e}{1.0 / RATE:13.5e}{0.0:13.5e}",
+        f"{17:10d}{0:5d}{0:5d}{0:5d} {'Time':<20} {'s':<20}",
+        f"{12:10d}{0:5d}{0:5d}{0:5d} {'Acceleration':<20} {unit:<20}",
+        nothing, nothing,
+    ]  # fmt: skip
+    rows = ["".join(f"{one:20.12e}" for one in row) for row in values.reshape(-1, 4)]
+    return "\n".join([*lines, *rows, "    -1\n"])
+
+
+def in_sets() -> str:
+    """The shipped case with its record in data sets 58."""
+    record = TEXT[BEGIN:].replace(".csv", ".uff").replace('"tachometer"', '"1"')
+    for place in range(4):
+        record = record.replace(f'"a{place + 1}"', f'"{place + 2}"')
+    return TEXT[:BEGIN] + record
+
+
+def test_a_universal_file_is_read_as_the_csv_is(tmp_path: Path) -> None:
+    pytest.importorskip("pyuff")
+    rows = [line.split(", ") for line in text_of_record().splitlines()[2:]]
+    columns = np.array(rows, dtype=float)[:, 1:].T
+    text = "".join(set_58(one, "V" if place == 0 else "m/s^2") for place, one in enumerate(columns))
+    (tmp_path / "roll_records.uff").write_text(text)
+    found = run(tmp_path, in_sets())["measurement/record/acceleration"].values
+    wanted = run(tmp_path, TEXT)["measurement/record/acceleration"].values
+    assert found == pytest.approx(wanted, abs=1e-11)
+    (tmp_path / "roll_records.uff").write_text("no universal file\n")
+    assert "no data set 58" in refused(folder_with(tmp_path, in_sets()))
+
+
+def test_without_its_reader_a_universal_file_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "pyuff", None)
+    (tmp_path / "roll_records.uff").write_text(set_58(np.zeros(4), "m/s^2"))
+    assert "pip install 'vibecalc[uff]'" in refused(folder_with(tmp_path, in_sets()))

@@ -15,7 +15,7 @@ Numbers = Annotated[tuple[Number, ...], Field(max_length=400_000)]
 class Channel(Table):
     """One column or channel of a record: the accelerometer at a position, positive upwards (z)."""
 
-    column: Name = Field(description="name of the column of a CSV file, number of a WAV channel")
+    column: Name = Field(description="of a CSV file; number of a WAV channel or data set 58")
     at: Name = Field(description="name of the position that it stands at")
     scale: Acceleration | None = Field(
         None, description="acceleration of 1 in a CSV file without a unit, of full scale in a WAV; "
@@ -40,7 +40,7 @@ class FoundOrders(Table):
 class Record(Table):
     """A file of samples over time; with a tachometer, a speed, or at one known speed."""
 
-    file: Name = Field(description="CSV or WAV next to the case")
+    file: Name = Field(description="CSV, WAV or universal file (58) next to the case")
     channels: Annotated[tuple[Channel, ...], Field(min_length=1, max_length=200)] = Field(
         description="the accelerometers in it"
     )

@@ -26,6 +26,7 @@ from vibecalc.measurement.signals import (
     shaft_of_speed,
     uneven_pulse,
 )
+from vibecalc.measurement.uff_files import uff_samples
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.units import convert
 
@@ -37,7 +38,7 @@ from vibecalc.units import convert
 _HIGHEST = 0.4
 #: lines of order that are kept of a record, and blocks
 _MOST_LINES, _MOST_BLOCKS = 400, 4000
-_LARGEST_WAV = 400_000_000
+_LARGEST = 400_000_000
 #: of an order, what a line of a spectrum may be away from it, over the step of its lines
 _OFF_LINE = 0.5
 
@@ -90,7 +91,12 @@ class _Samples:
 
 def _record(row: Data, folder: Path, orders: list[int], data: Data) -> None:
     name = str(row["file"])
-    samples = _wav(folder, name) if name.lower().endswith(".wav") else _csv(row, folder, name)
+    ending = Path(name).suffix.lower()
+    if ending in (".uff", ".unv"):
+        times, columns, units = uff_samples(_path(folder, name))
+        samples = _Samples(times, columns, units, list(columns))
+    else:
+        samples = _wav(folder, name) if ending == ".wav" else _csv(row, folder, name)
     if samples.times.size < 16:
         raise Unreadable(f"the record has {samples.times.size} samples", "a record of many turns")
     shaft = _shaft(row, samples)
@@ -278,20 +284,25 @@ def _numbers(name: str, columns: Columns) -> FloatArray:
         ) from None
 
 
-def _wav(folder: Path, name: str) -> _Samples:
-    """Channels `1`, `2`, ... of a WAV file, over full scale."""
-    from scipy.io import wavfile
-
+def _path(folder: Path, name: str) -> Path:
+    """A file in the folder of the case. Raises Unreadable."""
     path = folder / name
     if Path(name).is_absolute() or not path.resolve().is_relative_to(folder.resolve()):
         raise Unreadable("a record has to lie in the folder of its case", "a name like run.wav")
     if not path.is_file():
-        near = nearest(path.name, sorted(one.name for one in folder.glob("*.wav")))
+        near = nearest(path.name, sorted(one.name for one in folder.glob(f"*{path.suffix}")))
         raise Unreadable("there is no such file", hint=near)
-    if path.stat().st_size > _LARGEST_WAV:
-        raise Unreadable(f"the file is larger than {_LARGEST_WAV / 1e6:g} MB")
+    if path.stat().st_size > _LARGEST:
+        raise Unreadable(f"the file is larger than {_LARGEST / 1e6:g} MB")
+    return path
+
+
+def _wav(folder: Path, name: str) -> _Samples:
+    """Channels `1`, `2`, ... of a WAV file, over full scale."""
+    from scipy.io import wavfile
+
     try:
-        rate, samples = wavfile.read(path)
+        rate, samples = wavfile.read(_path(folder, name))
     except (ValueError, OSError, EOFError) as error:
         raise Unreadable(f"the file is no WAV that can be read: {error}") from None
     full = 1.0
