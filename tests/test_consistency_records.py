@@ -214,6 +214,19 @@ def test_spectra_give_the_motion_that_readings_give(tmp_path: Path) -> None:
         assert np.abs(found[f"measurement/{name}"].values) == pytest.approx(sizes, rel=1e-9)
 
 
+def test_a_result_needs_its_record_no_more(tmp_path: Path) -> None:
+    (loaded,) = load_checked([folder_with(tmp_path, TEXT)])
+    (tmp_path / "roll_records.csv").unlink()
+    path = tmp_path / "resolved.toml"
+    path.write_text(loaded.resolved_toml, encoding="utf-8")
+    (again,) = load_checked([path])
+    assert again.sha256 == loaded.sha256
+    path.write_text(loaded.resolved_toml.replace("speeds = [", "speeds = [ 1.0, "))
+    assert "no orders of so many channels" in refused(path)
+    path.write_text(loaded.resolved_toml.replace("orders = [", "orders = [ 4, ", 1))
+    assert "orders of other harmonics" in refused(path)
+
+
 def test_exported_orders_are_read_as_references(tmp_path: Path) -> None:
     (loaded,) = load_checked([folder_with(tmp_path, TEXT)])
     orders, speeds = export_orders(execute(loaded), tmp_path)

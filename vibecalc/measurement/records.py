@@ -287,12 +287,17 @@ def _numbers(name: str, columns: Columns) -> FloatArray:
 def _path(folder: Path, name: str) -> Path:
     """A file in the folder of the case. Raises Unreadable."""
     path = folder / name
-    if Path(name).is_absolute() or not path.resolve().is_relative_to(folder.resolve()):
+    try:
+        inside = not Path(name).is_absolute() and path.resolve().is_relative_to(folder.resolve())
+        there, size = path.is_file(), path.stat().st_size if path.is_file() else 0
+    except (OSError, ValueError, RuntimeError):  # a null character; links in a circle
+        raise Unreadable("this is no name of a file") from None
+    if not inside:
         raise Unreadable("a record has to lie in the folder of its case", "a name like run.wav")
-    if not path.is_file():
+    if not there:
         near = nearest(path.name, sorted(one.name for one in folder.glob(f"*{path.suffix}")))
         raise Unreadable("there is no such file", hint=near)
-    if path.stat().st_size > _LARGEST:
+    if size > _LARGEST:
         raise Unreadable(f"the file is larger than {_LARGEST / 1e6:g} MB")
     return path
 
