@@ -49,7 +49,10 @@ def attach_records(data: Data, folder: Path) -> list[Problem]:
     Returns what is wrong with them; what the schema refuses is left to it.
     """
     table, problems = table_at(data, "measurement"), list[Problem]()
-    orders = [one for one in table.get("orders") or () if isinstance(one, int)]
+    given = table.get("orders")
+    orders = [one for one in given if type(one) is int] if isinstance(given, list) else []
+    if not orders or min(orders) < 1:
+        return []  # which the schema says
     for name, attach in (("record", _record), ("spectrum", _spectrum)):
         for place, row in tables_at(table, name):
             if "found" in row or "amplitude" in row or not isinstance(row.get("file"), str):
