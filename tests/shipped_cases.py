@@ -49,6 +49,7 @@ SLOW = frozenset(
         "generator_mount_design",
         "generator_mount_design_lever",
         "generator_mount_stock",
+        "generator_mount_fit",
         "generator_on_floor",
         "genset_on_deck",
         "pump",
@@ -60,6 +61,7 @@ SLOW = frozenset(
         "roll_equal_pressure",
         "roll_measured",
         "roll_mounted",
+        "roll_records",
         "roll_startup",
     }
 )

@@ -23,7 +23,7 @@ from vibecalc.core.report.verdicts import (
     judge_references,
     misses,
 )
-from vibecalc.core.report.writing import read_printed
+from vibecalc.core.results.printed import read_printed
 from vibecalc.core.results.record import Record, Result
 from vibecalc.errors import ResultError
 

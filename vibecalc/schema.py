@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from vibecalc.balance.tables import Balance
     from vibecalc.base_motion.tables import BaseMotion
     from vibecalc.bearings.tables import BearingLoads
+    from vibecalc.core.case.fit_tables import Fit
     from vibecalc.core.case.tables import (
         Find,
         Limit,
@@ -64,6 +65,7 @@ else:
                 "vibecalc.base_motion.tables": "BaseMotion",
                 "vibecalc.balance.tables": "Balance",
                 "vibecalc.bearings.tables": "BearingLoads",
+                "vibecalc.core.case.fit_tables": "Fit",
                 "vibecalc.core.case.tables": "Find Limit Optimisation Reference "
                 "ReferenceTable Sweep",
                 "vibecalc.excitation.tables": "Excitation",
@@ -185,6 +187,7 @@ class Case(Table):
     tuning: Tuning | None = Field(None, description="the best spring and damper of an absorber")
     damper_design: DamperDesign | None = Field(None, description="the best damper of an engine")
     optimisation: Optimisation | None = Field(None, description="a search over keys of this case")
+    fit: Fit | None = Field(None, description="keys of this case that fit what was measured")
     sweep: Sweep | None = Field(None, description="the same case at many points; `sweep` reads it")
     find: tuple[Find, ...] = Field((), description="searches for what brings a wanted result")
     accuracy: Accuracy = Field(default_factory=Accuracy, description="tolerance of the results")

@@ -67,6 +67,8 @@ def get(
 
 #: what reads and writes shaft lines
 EXCHANGE = "vibecalc.torsion.adapters.exchange"
+#: what writes measured orders
+_ORDERS = "vibecalc.measurement.export"
 
 
 def export(
@@ -85,12 +87,16 @@ def export(
     csv: Annotated[bool, typer.Option("--csv", help="Of a result: CSV files (default).")] = False,
     mat: Annotated[bool, typer.Option("--mat", help="Of a result: a MATLAB file.")] = False,
     netcdf: Annotated[bool, typer.Option("--netcdf", help="Of a result: a netCDF file.")] = False,
+    orders: Annotated[
+        bool,
+        typer.Option("--orders", help="Of a result: measured orders, for [[reference_table]]."),
+    ] = False,
     settings: Settings = None,
     unset: Unset = None,
 ) -> None:
     """Write the quantities of a result, or the shaft line of a case, for other programs."""
     if file.suffix not in (".h5", ".hdf5"):
-        if wanted or csv or mat or netcdf:
+        if wanted or csv or mat or netcdf or orders:
             raise UsageError(f"{file} is no result: quantities and forms are those of a .h5 file")
         _export_line(file, output, settings or (), unset or ())
         return
@@ -99,6 +105,12 @@ def export(
     from vibecalc.core.results.export import export_result
     from vibecalc.core.results.store import read_result
 
+    if orders:
+        from vibecalc.core.results.named import named
+
+        for path in named(f"{_ORDERS}:export_orders")(read_result(file), output):
+            typer.echo(f"wrote {path}")
+        return
     forms = [name for name, asked in (("csv", csv), ("mat", mat), ("netcdf", netcdf)) if asked]
     result = read_result(file)
     for form in forms or ["csv"]:

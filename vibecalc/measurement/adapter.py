@@ -39,6 +39,7 @@ from vibecalc.measurement.plate import (
     point_row,
     quietest,
 )
+from vibecalc.measurement.record_orders import emit_records
 from vibecalc.measurement.tables import Measurement
 from vibecalc.numerics.bounded import Bounded, stack
 from vibecalc.numerics.level import DECIBEL, level_of
@@ -543,6 +544,7 @@ def run_measurement(scene: Scene) -> None:
     emit_readings(scene, solutions)
     emit_candidates(scene, solutions, reference)
     emit_plate(scene, solutions, orders)
+    emit_records(scene, table)
     frequency = table.base_frequency or scene.case.machine.speed
     if frequency is not None:
         scene.emit("measurement/frequency", orders["order"] * frequency, 0.0, orders)

@@ -46,14 +46,16 @@ def _steps(table: Measurement) -> Iterator[Problem]:
         "phase_step": [n for n, one in enumerate(table.readings) if one.phase],
     }
     scanned = {
-        "amplitude_step": scan is not None and bool(scan.amplitude),
-        "phase_step": scan is not None and bool(scan.phase),
+        "amplitude_step": (scan is not None and bool(scan.amplitude)) or bool(table.spectrum),
+        "phase_step": (scan is not None and bool(scan.phase)) or bool(table.spectrum),
     }
     example = {"amplitude_step": "0.001 m/s^2", "angular_step": "0.01 rad/s^2"}
     for key, readings in needs.items():
         if getattr(table, key) is None and (readings or scanned.get(key)):
             yield Problem(
-                path=(*TABLE, "readings", readings[0]) if readings else (*TABLE, "scan"),
+                path=(*TABLE, "readings", readings[0])
+                if readings
+                else (*TABLE, "scan" if scan is not None else "spectrum"),
                 message=f"[measurement] does not say the {key.replace('_', ' ')}: how far is a "
                 "reading off?",
                 allowed=f'{key} = "{example.get(key, "1 deg")}", the last digit that was read',

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,9 +10,10 @@ from vibecalc.errors import KeyPath, Problem
 from vibecalc.measurement.complex_motion import Phasors
 from vibecalc.measurement.level_motions import NEEDED, Observable, helpful, observable
 from vibecalc.measurement.plate import difference_row, point_row, rotation_row
+from vibecalc.measurement.record_orders import record_means
 from vibecalc.measurement.tables import Measurement, Reading
 from vibecalc.numerics.level import DECIBEL, amplitude_of
-from vibecalc.numerics.rounding import FloatArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray
 
 # ----------------------------------------------------------------------------
 # Readings of a case as rows, amplitudes and how far each may be off, harmonic by harmonic.
@@ -89,7 +90,7 @@ def references(table: Measurement) -> References:
 
 def build_harmonics(table: Measurement) -> tuple[Harmonic, ...]:
     """All readings, under the orders of the table, in the order in which they stand there."""
-    reads = [*_readings(table), *_scanned(table)]
+    reads = [*_readings(table), *_scanned(table), *_spectra(table), *recorded(table)]
     return tuple(
         Harmonic(order, tuple(read for number, read in reads if number == order))
         for order in table.orders
@@ -113,7 +114,9 @@ def reference_row(table: Measurement) -> FloatArray:
     known = places(table)
     name = table.reference_position
     if name is None:
-        pointed = [reading.at for reading in table.readings if reading.use == "solve"]
+        channels = [one for record in table.record for one in record.channels]
+        every: tuple[Any, ...] = (*table.readings, *channels, *table.spectrum)
+        pointed: list[str | None] = [one.at for one in every if one.use == "solve"]
         name = next((at for at in pointed if at is not None), None)
     if name is not None:
         return point_row(*known[name])
@@ -179,6 +182,43 @@ def _scanned(table: Measurement) -> Iterator[tuple[int, InstrumentReading]]:
                 scan.phase[place] if scan.phase else None,
             ),
         )
+
+
+def recorded(table: Measurement) -> Iterator[tuple[int, InstrumentReading]]:
+    """Readings of the channels of records, as uncertain as their blocks scatter."""
+    known, reference = places(table), references(table).linear
+    stated = _peak(table) * table.amplitude_uncertainty
+    for one in record_means(table):
+        row, sizes = point_row(*known[one.at]), np.abs(one.mean.amplitudes)
+        for place, order in enumerate(table.orders):
+            size = float(sizes[place])
+            floor = float(one.error[place]) + 8.0 * EPSILON * size
+            along = math.hypot(float(one.mean.along[place]), stated, floor)
+            turn = size * table.phase_uncertainty
+            across = math.hypot(float(one.mean.across[place]), turn, floor)
+            yield (
+                order,
+                InstrumentReading(
+                    f"{order}: {one.at}",
+                    row,
+                    one.use,
+                    size,
+                    float(np.angle(one.mean.amplitudes[place])),
+                    COVERAGE * along,
+                    along,
+                    reference,
+                    (COVERAGE * across, across),
+                ),
+            )
+
+
+def _spectra(table: Measurement) -> Iterator[tuple[int, InstrumentReading]]:
+    known = places(table)
+    for one in table.spectrum:
+        row = point_row(*known[one.at])
+        for order, size, phase in zip(table.orders, one.amplitude, one.phase, strict=True):
+            name = f"{order}: {one.at}"
+            yield order, _read(table, name, row, one.use, False, None, size, phase)
 
 
 def _read(

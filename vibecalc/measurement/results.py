@@ -1,6 +1,14 @@
 """Results of readings on a rigid plate: its motion, levels anywhere, and how sure they are."""
 
-from vibecalc.core.results.record import CHECK, DIFFERENCE, PEAK, UNCERTAINTY, Headline, entry
+from vibecalc.core.results.record import (
+    CHECK,
+    DIFFERENCE,
+    EXAMINED,
+    PEAK,
+    UNCERTAINTY,
+    Headline,
+    entry,
+)
 
 ROOT = "measurement"
 _RE = "dB re reference_level of the case"
@@ -20,6 +28,9 @@ AXES = {
     "reading": ("", "harmonic and instrument"),
     "signal": ("", "harmonic and instrument"),
     "candidate": ("", "harmonic, and signs of the phases of roll and pitch"),
+    "channel": ("", "position of an accelerometer, with the number of its record of several"),
+    "block": ("", "block of whole turns of a record"),
+    "order_line": ("", "multiple of crank speed, in steps of one over the turns of a block"),
     "further": ("", "harmonic, and a reading that would tell motions apart"),
     "plate_x": ("m", "place on the plate along the crankshaft"),
     "plate_y": ("m", "place on the plate across the crankshaft"),
@@ -120,6 +131,20 @@ ENTRIES = (
         f"{ROOT}/further/difference", "further", "dB",
         "level of the motion taken less that of the next one, there",
     ),
+    entry(f"{ROOT}/record/acceleration", "channel order", "m/s^2",
+          "acceleration of a channel, mean over the blocks", PEAK, exempt=EXAMINED),
+    entry(f"{ROOT}/record/phase", "channel order", "rad",
+          "phase of it against the first pulse, leading positive", exempt=EXAMINED),
+    entry(f"{ROOT}/record/uncertainty", "channel order", "m/s^2",
+          "standard uncertainty of it by the scatter of the blocks", exempt=UNCERTAINTY),
+    entry(f"{ROOT}/record/phase_uncertainty", "channel order", "rad",
+          "standard uncertainty of the phase by that scatter", exempt=UNCERTAINTY),
+    entry(f"{ROOT}/record/block_speed", "channel block", "rad/s", "mean crank speed of a block"),
+    entry(f"{ROOT}/record/block_acceleration", "channel block order", "m/s^2",
+          "acceleration of a channel in a block", PEAK, exempt=EXAMINED),
+    entry(f"{ROOT}/record/spectrum", "channel order_line", "m/s^2",
+          "root mean square over the blocks of the amplitudes of all lines", PEAK,
+          exempt=EXAMINED),
     entry(f"{ROOT}/map/amplitude", "order plate_y plate_x", "m/s^2", "acceleration along z", PEAK),
     entry(
         f"{ROOT}/map/all_orders", "plate_y plate_x", "m/s^2",

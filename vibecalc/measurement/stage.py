@@ -1,7 +1,7 @@
 """The stage that [measurement] asks for."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vibecalc.core.run.stage import Harmonics, Stage, Subject, Unit, Work, below
 
@@ -24,6 +24,7 @@ def plan_measurement(case: "Case") -> Iterator[Stage]:
             ("further/", by_levels),
             ("signal/", _any_phase(table)),
             ("reading/", _any_level(table)),
+            ("record/", bool(table.record)),
             ("map/", table.plate is not None),
             ("quiet/", table.plate is not None),
         )
@@ -53,19 +54,26 @@ def _with_phases(table: "Measurement") -> set[int]:
         if reading.phase and reading.use == "solve"
         for order in reading.orders or table.orders
     }
+    if any(one.use == "solve" for one in _phasors(table)):
+        found |= set(table.orders)
     scan = table.scan
     return found | (set(scan.order) if scan is not None and scan.phase else set())
 
 
+def _phasors(table: "Measurement") -> list[Any]:
+    """Channels of records, and spectra: each a reading with phases of all harmonics."""
+    return [*(one for record in table.record for one in record.channels), *table.spectrum]
+
+
 def _any_phase(table: "Measurement") -> bool:
-    read = any(reading.phase for reading in table.readings)
+    read = any(reading.phase for reading in table.readings) or bool(_phasors(table))
     return read or (table.scan is not None and bool(table.scan.phase))
 
 
 def _any_level(table: "Measurement") -> bool:
     """Whether anything read is larger than zero and so has a level."""
     scan = table.scan
-    if scan is not None and (scan.level or any(scan.amplitude)):
+    if (scan is not None and (scan.level or any(scan.amplitude))) or _phasors(table):
         return True
     return any(
         reading.level or any(reading.amplitude) or any(reading.angular_amplitude)
@@ -75,6 +83,7 @@ def _any_level(table: "Measurement") -> bool:
 
 def _count(table: "Measurement") -> int:
     single = sum(len(reading.orders or table.orders) for reading in table.readings)
+    single += len(_phasors(table)) * len(table.orders)
     return single + (len(table.scan.order) if table.scan is not None else 0)
 
 
@@ -98,7 +107,7 @@ def _orders_of_measurement(case: "Case") -> Harmonics:
 def _work_of_measurement(case: "Case", orders: int) -> Work:
     table = case.measurement
     assert table is not None
-    phases = any(reading.phase for reading in table.readings)
+    phases = any(reading.phase for reading in table.readings) or bool(_phasors(table))
     phases = phases or (table.scan is not None and bool(table.scan.phase))
     return ((orders, "least_squares" if phases else "level_motions"),)
 
@@ -107,21 +116,37 @@ def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
     """Entries of the axes that the case names."""
     if case.measurement is None:
         return {}
-    return {"position": tuple(position.name for position in case.measurement.positions)}
+    table = case.measurement
+    named = {"position": tuple(position.name for position in table.positions)}
+    several = len(table.record) > 1
+    channels = [
+        f"{place + 1}: {one.at}" if several else one.at
+        for place, record in enumerate(table.record)
+        for one in record.channels
+    ]
+    return named | ({"channel": tuple(channels)} if channels else {})
 
 
 SUBJECT = Subject(
     stages=(plan_measurement,),
     names=names_of,
     concerns=lambda case: case.measurement is not None or case.machine.kind == "plate",
+    files={
+        ("measurement", "record"): "vibecalc.measurement.records:attach_records",
+        ("measurement", "spectrum"): "vibecalc.measurement.records:attach_records",
+    },
     units={
         "least_squares": Unit(1.0e-2, "harmonics by least squares"),
         "level_motions": Unit(1.5e-2, "harmonics by all motions that levels allow"),
     },
     checks=("vibecalc.measurement.checks:measurement_problems",),
-    sections=("vibecalc.measurement.report:measurement",),
+    sections=(
+        "vibecalc.measurement.report:measurement",
+        "vibecalc.measurement.record_report:records",
+    ),
     pictures={
         "measured_levels": "vibecalc.measurement.pictures:draw_measured_levels",
+        "record_orders": "vibecalc.measurement.record_report:draw_record_orders",
         "plate_map": "vibecalc.measurement.pictures:draw_plate_map",
     },
 )

@@ -1,7 +1,7 @@
 """Readings of accelerometers on a rigid plate, harmonic by harmonic."""
 
 import math
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
@@ -15,6 +15,7 @@ from vibecalc.core.case.fields import (
     Unit,
     Whole,
     WholeNumber,
+    later,
 )
 from vibecalc.core.case.rules import (
     at_most_one,
@@ -27,6 +28,11 @@ from vibecalc.core.case.rules import (
     same_length,
     unique,
 )
+
+if TYPE_CHECKING:
+    from vibecalc.measurement.record_tables import Record, Spectrum
+else:
+    globals().update(later({"vibecalc.measurement.record_tables": "Record Spectrum"}))
 
 AngularAcceleration = Annotated[float, Unit("rad/s^2")]
 Order = Annotated[int, Whole, Field(ge=1, le=2000)]
@@ -167,15 +173,22 @@ class Measurement(Table):
         (), description="of instruments"
     )
     scan: Scan | None = Field(None, description="readings at many points")
+    record: Annotated[tuple[Record, ...], Field(max_length=64)] = Field(
+        (), description="files of samples over time with a tachometer"
+    )
+    spectrum: Annotated[tuple[Spectrum, ...], Field(max_length=200)] = Field(
+        (), description="files of complex spectra"
+    )
     plate: Plate | None = Field(None, description="edges of the plate")
     RULES = (
-        needs("", "readings scan", "something has to be read"),
+        needs("", "readings scan record spectrum", "something has to be read"),
         unique("positions", "positions"),
         once("orders", "order"),
         *(
             refers(key, "measurement.positions", "position")
-            for key in ("readings.at", "readings.between", "reference_position")
+            for key in ("readings.at", "readings.between", "reference_position", "spectrum.at")
         ),
+        "vibecalc.measurement.record_checks:check_records",
         refuse(
             "base_frequency",
             "the frequency of order 1 stands twice: it is that of the crankshaft",

@@ -18,8 +18,9 @@ from vibecalc.core.case.csv_files import (
     some_cells,
     with_point,
 )
-from vibecalc.core.case.raw import Data, listed, nearest, tables_at
+from vibecalc.core.case.raw import Data, listed, nearest, table_at, tables_at
 from vibecalc.core.case.row_files import LISTS, rows_of
+from vibecalc.core.results.named import named
 from vibecalc.errors import KeyPath, Problem
 
 # ----------------------------------------------------------------------------
@@ -68,6 +69,7 @@ def attach_files(data: Data, folder: Path) -> list[Problem]:
             except Unreadable as error:
                 path = ("optimisation", "stock", index, "catalogue")
                 problems.append(_problem(path, stock["catalogue"], error, folder))
+    problems += _of_subjects(data, folder)
     rows = data.get("reference_table")
     for index, row in enumerate(rows if isinstance(rows, list) else ()):
         if isinstance(row, dict) and isinstance(row.get("file"), str) and row["file"]:
@@ -77,6 +79,28 @@ def attach_files(data: Data, folder: Path) -> list[Problem]:
                 path = ("reference_table", index, error.key or "file")
                 problems.append(_problem(path, str(row.get(path[-1], "")), error, folder))
     return problems
+
+
+def _of_subjects(data: Data, folder: Path) -> list[Problem]:
+    """Problems of files that only a subject can read; the subjects are asked where one is named."""
+    named_here = any(
+        isinstance(row, dict) and isinstance(row.get("file"), str)
+        for name, table in data.items()
+        if name != "machine" and isinstance(table, dict)
+        for rows in table.values()
+        for row in (rows if isinstance(rows, list) else ())
+    )
+    if not named_here:
+        return []
+    from vibecalc.core.run.stage import subjects
+
+    readers = {
+        reader: None
+        for subject in subjects().values()
+        for path, reader in subject.files.items()
+        if path[-1] in table_at(data, *path[:-1])
+    }
+    return [problem for reader in readers for problem in named(reader)(data, folder)]
 
 
 def _named_tables(data: Any, above: KeyPath) -> Iterator[tuple[KeyPath, Any, Any]]:
@@ -162,12 +186,30 @@ def _attach_reference(row: Data, folder: Path) -> None:
             f"column {chosen} is in {column.unit[:40]}, and unit = {str(row['unit'])[:40]!r}",
             "the unit in one of the two places",
         )
+    if "uncertainty_column" in row:
+        row["uncertainties"] = _uncertainties(row, columns, column, given)
     row["entry"] = [_entry(entries.cells[place], entries) for place in given]
     row["value"] = cells
     if column.unit:
         row["unit"] = column.unit
     row.pop("file")
     row.pop("column", None)
+    row.pop("uncertainty_column", None)
+
+
+def _uncertainties(row: Data, columns: Columns, values: Column, given: list[int]) -> list[str]:
+    """What a column has next to the values, each with its unit where that is not theirs."""
+    name = str(row["uncertainty_column"])
+    if name not in columns:
+        raise Unreadable(
+            f"the file has no such column of uncertainties, but {listed(list(columns))}",
+            "the name of one of them, without its unit",
+            nearest(name, list(columns)),
+            key="uncertainty_column",
+        )
+    column = columns[name]
+    unit = "" if column.unit == values.unit else column.unit
+    return [f"{cell} {unit}".strip() for cell in numbers_of(name, some_cells(column, given))]
 
 
 def _entry(cell: str, column: Column) -> int | float | str:

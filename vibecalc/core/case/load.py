@@ -38,7 +38,8 @@ def expand_references(case: Case) -> tuple[Case, dict[KeyPath, KeyPath]]:
     rows = list(case.reference)
     origins: dict[KeyPath, KeyPath] = {}
     for number, table in enumerate(case.reference_table):
-        for entry, value in zip(table.entry, table.value, strict=True):
+        stated = table.uncertainties or (table.uncertainty,) * len(table.value)
+        for entry, value, uncertainty in zip(table.entry, table.value, stated, strict=True):
             origins["reference", len(rows)] = ("reference_table", number)
             rows.append(
                 Reference(
@@ -53,6 +54,7 @@ def expand_references(case: Case) -> tuple[Case, dict[KeyPath, KeyPath]]:
                     known_difference=table.known_difference,
                     shown_by=table.shown_by,
                     at=table.at,
+                    uncertainty=uncertainty,
                 )
             )
     return case.model_copy(update={"reference": tuple(rows), "reference_table": ()}), origins

@@ -232,7 +232,7 @@ def _short(text: str) -> str:
 # ----------------------------------------------------------------------------
 
 #: tables that a run of one point does not read
-NOT_COMPUTED = ("sweep", "optimisation", "find", "reference", "reference_table", "limit")
+NOT_COMPUTED = ("sweep", "optimisation", "find", "fit", "reference", "reference_table", "limit")
 
 
 def case_at(

@@ -18,14 +18,15 @@ from vibecalc.units import parse_quantity
 CHANGEABLE = ("machine", "excitation", "isolation")
 #: kinds of keys that a search may move, and those that it may pick from a list
 _CONTINUOUS, PICKED = ("number",), ("number", "whole", "choice")
+_WHO: dict[str | int, str] = {"optimisation": "the optimiser", "fit": "a fit"}
 
 
 def check_variables(row: Row) -> Iterator[Problem]:
-    """Yield the problems of [optimisation] variables: keys, bounds, units, doubled keys, ties."""
+    """Yield the problems of the variables of a search: keys, bounds, units, doubled keys, ties."""
     data = row.case
     seen: dict[str, KeyPath] = {}
     for position, variable in tables_at(row.data, "variables"):
-        path: KeyPath = ("optimisation", "variables", position)
+        path: KeyPath = (*row.path, "variables", position)
         key = variable.get("key")
         if not isinstance(key, str) or not key:
             continue
@@ -55,7 +56,7 @@ def _shape(
     except UsageError as error:
         yield Problem(
             path=path,
-            message="the optimiser cannot change this key",
+            message=f"{_WHO.get(path[0], 'a search')} cannot change this key",
             found=key[:80],
             allowed="the key of a number of this case, as in machine.mounts.each.stiffness",
             hint=str(error),

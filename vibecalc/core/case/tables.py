@@ -9,7 +9,16 @@ from pydantic import ConfigDict, Field
 from vibecalc.core.case.choice_tables import Robust, Stock
 from vibecalc.core.case.fields import Labels, Name, Number, Table, Value, Where
 from vibecalc.core.case.raw import get_key, tables_at
-from vibecalc.core.case.rules import Row, at_most_one, needs, no, one_of, refuse, unique
+from vibecalc.core.case.rules import (
+    Row,
+    at_most_one,
+    needs,
+    no,
+    one_of,
+    refuse,
+    same_length,
+    unique,
+)
 from vibecalc.errors import KeyPath, Problem, UnitError
 from vibecalc.units import si_value, split_number
 
@@ -156,6 +165,11 @@ class Reference(Table):
         "", description="test that reproduces the printed value, or 'not reproducible: ...'"
     )
     at: Literal["start", "optimum"] = Field("optimum", description="for cases with [optimisation]")
+    uncertainty: Value | None = Field(
+        None,
+        description="standard uncertainty for [fit], in the value's unit or in %; "
+        "default: the tolerance over sqrt 3",
+    )
     RULES = (at_most_one("rtol", "atol"), _UNIT_ONCE)
 
 
@@ -208,7 +222,19 @@ class ReferenceTable(Table):
     known_difference: str = Field("", description="why the source differs; then it is not counted")
     shown_by: str = Field("", description="test that reproduces the values, or why none can")
     at: Literal["start", "optimum"] = Field("optimum", description="for cases with [optimisation]")
+    uncertainty: Value | None = Field(
+        None, description="standard uncertainty of each for [fit], in their unit or in %"
+    )
+    uncertainty_column: str = Field(
+        "", description="name of the file's column that holds uncertainties, instead"
+    )
+    uncertainties: Annotated[tuple[Value, ...], Field(max_length=20_000)] = Field(
+        (), description="one for each value, instead"
+    )
     RULES = (
+        at_most_one("uncertainty", "uncertainty_column", "uncertainties"),
+        same_length("value", "uncertainties"),
+        needs("uncertainty_column", "file", allowed="file and column, or uncertainties"),
         needs("column", "file", allowed="file and column, or entry and value"),
         _numbers,
         _UNIT_ONCE,

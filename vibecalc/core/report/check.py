@@ -115,6 +115,12 @@ def _studies(case: "Case", needs: Needs) -> Iterator[dict[str, Any]]:
             for search in case.find
         )
         yield _study(describe_find(case), runs, seconds)
+    if case.fit is not None:
+        from vibecalc.core.study.measured_points import chosen_references, describe_fit, fit_runs
+
+        quantities = frozenset(one.quantity for _, one in chosen_references(case))
+        runs = fit_runs(case)
+        yield _study(describe_fit(case), runs, runs * _each(case, needs, quantities))
 
 
 def _each(case: "Case", needs: Needs, wanted: frozenset[str]) -> float:

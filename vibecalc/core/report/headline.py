@@ -27,6 +27,7 @@ _WITH_LIMITS = (Column("result", 44), number("value", 10), Column("unit", 8), Co
 _MOST_EACH = 12
 #: entries that all have a row where else the lowest and the highest stand for them
 _FEW = 3
+_FITTED = "fit/value/"
 _VARIABLES, _BOUNDS = "optimisation/variable/", "optimisation/active_bound/"
 _SIDES = {-1: "at its lower bound", 1: "at its upper bound"}
 _ELASTIC = ("1st elastic", "2nd elastic", "3rd elastic")
@@ -132,7 +133,7 @@ def large_torques(record: Record, subject: str = "") -> bool:
 
 
 def _searched(record: Record, case: Mapping[str, Any]) -> Iterator[Answer]:
-    """Variables and objective of an optimisation, values of searches."""
+    """Variables and objective of an optimisation, values of searches, fitted keys."""
     units = bound_units(case)
     for path, quantity in record.items():
         key = path.removeprefix(_VARIABLES)
@@ -140,6 +141,9 @@ def _searched(record: Record, case: Mapping[str, Any]) -> Iterator[Answer]:
             label = label_of(case, path, float(quantity.values))
             yield Answer(path.removeprefix(PICKED), label, "", "", path, float(quantity.values))
         found = path.startswith("find/") and path.endswith("/value")
+        if path.startswith(_FITTED):
+            yield _fitted(record, quantity, units.get(path, quantity.unit))
+            continue
         if quantity.axes or not (key != path or found or path == "optimisation/objective"):
             continue
         name, unit = key, units.get(path, quantity.unit)
@@ -156,6 +160,15 @@ def _searched(record: Record, case: Mapping[str, Any]) -> Iterator[Answer]:
         side = record.quantities.get(_BOUNDS + key)
         words = "" if side is None else _SIDES.get(int(side.values), "")
         yield Answer(name, show(value, error), unit, words, path, value)
+
+
+def _fitted(record: Record, quantity: Quantity, unit: str) -> Answer:
+    """A fitted key with its standard uncertainty."""
+    key, factor = quantity.path.removeprefix(_FITTED), convert(1.0, quantity.unit, unit)
+    value = float(quantity.values) * factor
+    off = float(record[f"fit/standard_error/{key}"].values) * factor
+    words = f"+- {show(off, digits=2)}" if math.isfinite(off) else "not told by the points"
+    return Answer(key, show(value), unit, words, quantity.path, value)
 
 
 def _rows(record: Record, quantity: Quantity, one: Headline) -> Iterator[Answer]:

@@ -45,6 +45,7 @@ OF_STUDIES: dict[str, str] = {
     "optimisation": "vibecalc.core.report.plots:draw_start_and_optimum",
     "combinations": "vibecalc.core.report.choices:draw_combinations",
     "robust": "vibecalc.core.report.robust:draw_robust",
+    "fit": "vibecalc.core.report.fit_pictures:draw_fit",
 }
 
 #: The same for sweeps; each has `picture(sweep) -> Figure | None`.

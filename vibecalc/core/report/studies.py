@@ -50,6 +50,8 @@ def bound_units(case: Mapping[str, Any]) -> dict[str, str]:
     """Paths of variables and of values found, with the unit of their bounds if these have one."""
     study: Any = table_of(case, "optimisation").get("variables") or ()
     found = {VARIABLE + str(one["key"]): bound_unit(one, "") for one in study}
+    fitted: Any = table_of(case, "fit").get("variables") or ()
+    found |= {f"fit/value/{one['key']}": bound_unit(one, "") for one in fitted}
     searches: Any = case.get("find") or ()
     found |= {f"find/{one['name']}/value": bound_unit(one, "") for one in searches}
     return {path: unit for path, unit in found.items() if unit}

@@ -38,7 +38,11 @@ from vibecalc.core.run.stage import subjects_of
 
 
 #: sections of studies, before those of the subjects
-OF_STUDIES = ("vibecalc.core.report.studies:optimisation", "vibecalc.core.report.studies:find")
+OF_STUDIES = (
+    "vibecalc.core.report.studies:optimisation",
+    "vibecalc.core.report.studies:find",
+    "vibecalc.core.report.fit:fit",
+)
 
 
 def sections_of(record: Record) -> list[str]:

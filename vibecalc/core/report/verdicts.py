@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from vibecalc.core.report.sections import asked, entries, name_of, naming, not_found
-from vibecalc.core.report.writing import PrintedValue, read_printed, rpm, show
+from vibecalc.core.report.writing import rpm, show
+from vibecalc.core.results.printed import is_phase, read_printed, tolerance_of
 from vibecalc.core.results.record import Estimate, Quantity, Result
 from vibecalc.core.results.select import curving, held, scalar, uncertainty, worst
 from vibecalc.core.results.tolerance import UNRESOLVED, remedy
@@ -182,8 +183,6 @@ MEASURED = "measured"
 
 #: Comparing at the very edge of a tolerance must not hang on the last bit of a subtraction.
 _ROUND_OFF = 4.0 * EPSILON
-#: paths of angles that say the same after a whole turn, but not their uncertainties
-_PHASE = re.compile(r"^(?!.*uncertainty)(.*[/_.])?(phase|phase_lag|lag)(/[^/]*)?$")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -287,8 +286,8 @@ def _judge_reference(result: Result, entry: Mapping[str, Any]) -> ReferenceRow:
         off = quantity.error_estimate + curving(quantity, where)
         error = convert(off, quantity.unit, printed.unit)
         resolved = not Estimate(off, quantity.estimate.terms).unresolved(abs(picked))
-        cyclic = quantity.unit == "rad" and bool(_PHASE.match(quantity.path))
-    tolerance = _tolerance(entry, printed)
+        cyclic = is_phase(quantity.path, quantity.unit)
+    tolerance = tolerance_of(entry, printed)
     slack = _ROUND_OFF * max(abs(printed.number), abs(computed)) if math.isfinite(computed) else 0.0
     difference = computed - printed.number
     if cyclic and math.isfinite(difference):
@@ -328,12 +327,3 @@ def _judge_reference(result: Result, entry: Mapping[str, Any]) -> ReferenceRow:
         at=str(entry.get("at") or "optimum"),
         cyclic=cyclic,
     )
-
-
-def _tolerance(entry: Mapping[str, Any], printed: PrintedValue) -> float:
-    if entry.get("atol") is not None:
-        given = read_printed(entry["atol"], default_unit=printed.unit)
-        return convert(given.number, given.unit, printed.unit)
-    if entry.get("rtol") is not None:
-        return float(entry["rtol"]) * abs(printed.number)
-    return printed.half_unit * (2.0 if entry.get("digits") == "truncated" else 1.0)

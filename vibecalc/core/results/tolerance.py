@@ -16,6 +16,7 @@ from vibecalc.core.results.record import (
     ROUNDING,
     SPECTRUM,
     STATISTIC,
+    UNCERTAINTY,
     Entry,
     Quantity,
     Record,
@@ -30,6 +31,8 @@ _NO_SCALE = "zero to rounding of their own terms"
 #: that of an optimum, in any of the methods
 _BALANCE = "/kkt_residual"
 #: begins the paths of results at the start of a search, and of a machine that it has found
+#: all of a fit, whose points may lie between the samples of curves
+_OF_FIT = "fit/"
 _SEARCH = re.compile(f"{AT_START}|find/[^/]+/machine/")
 
 
@@ -58,6 +61,8 @@ def why_exempt(quantity: Quantity, record: Record | None = None) -> str:
         reason = ""
     if reason != CHECK and cancels(quantity):
         return _NO_SCALE
+    if quantity.path.startswith(_OF_FIT):
+        return UNCERTAINTY
     return reason or STATISTIC * (quantity.standard_error is not None)
 
 

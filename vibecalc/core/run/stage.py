@@ -10,7 +10,7 @@ import numpy as np
 from vibecalc.core.results.catalogue import AXES, CATALOGUE, OWNER
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import Axis, Method, Quantity, Record
-from vibecalc.errors import NumericalFailure
+from vibecalc.errors import KeyPath, NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.subjects import SUBJECTS
 
@@ -188,7 +188,9 @@ class Subject:
     `sections` of the report and `pictures` by their names are made where a result has quantities of
     the subject; those of a subject that `leads` stand first in the report. `remark` is a sentence
     on the first page where there is no verdict. `calculation` names the `Calculation` that its page
-    of HTML has the form of.
+    of HTML has the form of. `files` names, by the path of a key, what reads the files next to a
+    case that stand there: called with the case as written and its folder, it puts numbers in their
+    place and returns problems.
     """
 
     stages: "tuple[Callable[[Case], Iterator[Stage]], ...]"
@@ -204,6 +206,7 @@ class Subject:
     entries: "Callable[[Case, str, str], Entries | None]" = lambda case, path, axis: None
     remark: str = ""
     calculation: str = ""
+    files: Mapping[KeyPath, str] = field(default_factory=dict)
 
 
 @lru_cache(maxsize=1)

@@ -8,7 +8,7 @@ import numpy as np
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.case.raw import NOT_COMPUTED, case_at, field_unit, number_at
-from vibecalc.core.case.tables import Limit, Objective
+from vibecalc.core.case.tables import Limit, Objective, Optimisation
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Record
 from vibecalc.core.results.select import Where, uncertainty, worst
@@ -29,7 +29,7 @@ Found = Union[Record, "Machines"]
 
 
 class Binding:
-    """Variables, objective and limits of one `[optimisation]` table on its case.
+    """Variables, objective and limits of one `[optimisation]` on its case; of a `[fit]` the first.
 
     `lower`, `upper` and `first` (n,) are in SI, `first` the case as written (of a key that it
     leaves out the middle of the bounds); `period` (n,) is that
@@ -39,19 +39,21 @@ class Binding:
     """
 
     def __init__(self, loaded: "LoadedCase"):
-        study = loaded.case.optimisation
+        study = loaded.case.optimisation or loaded.case.fit
         if study is None:
-            raise ValueError("the case has no [optimisation]")
+            raise ValueError("the case has neither [optimisation] nor [fit]")
         # what a point of the search is computed from; its own tables hold the rest
         self._resolved = {k: v for k, v in loaded.resolved.items() if k not in NOT_COMPUTED}
         # most points of a search change some parts only, and a front comes back to old points
         self._cache = StageCache()
         moving = study.moving
-        self.choices: tuple[Choice, ...] = choices_of(study)
+        self.choices: tuple[Choice, ...] = (
+            choices_of(study) if isinstance(study, Optimisation) else ()
+        )
         self.picked: tuple[int, ...] = ()
         self.keys = tuple(variable.key for variable in moving)
         self.units = tuple(field_unit(key) for key in self.keys)
-        self._written = tuple(variable.upper or 0.0 for variable in moving)
+        self.written = tuple(variable.upper or 0.0 for variable in moving)
         self.lower = self._bounds([variable.lower for variable in moving])
         self.upper = self._bounds([variable.upper for variable in moving])
         middle = (0.5 * (self.lower + self.upper)).tolist()
@@ -74,6 +76,8 @@ class Binding:
             for variable, unit in zip(moving, self.units, strict=True)
         )
         self.scatter: Scatter | None = None
+        if not isinstance(study, Optimisation):
+            return
         if study.robust is not None:
             from vibecalc.core.study.scatter import scatter_of
 
@@ -216,7 +220,7 @@ class Binding:
             + ", ".join(
                 f"{key} = {shown_as(float(value), unit, written)}"
                 for key, value, unit, written in zip(
-                    self.keys, variables, self.units, self._written, strict=True
+                    self.keys, variables, self.units, self.written, strict=True
                 )
             )
         )

@@ -10,7 +10,8 @@ from vibecalc.core.case.walk import shape_at
 from vibecalc.units import parse_quantity
 
 if TYPE_CHECKING:
-    from vibecalc.core.case.tables import Optimisation, Stock, Variable
+    from vibecalc.core.case.choice_tables import Stock
+    from vibecalc.core.case.tables import Optimisation, Variable
 
 # ----------------------------------------------------------------------------
 # Choices and combinations of their options.

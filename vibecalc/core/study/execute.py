@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------
 
 #: result paths that a study adds, known once the whole case can be read
-_OF_STUDIES = ("optimisation/", "find/")
+_OF_STUDIES = ("optimisation/", "find/", "fit/")
 
 
 def early_problems(data: dict[str, Any]) -> list[Problem]:
@@ -130,6 +130,10 @@ def physics_problems(loaded: LoadedCase) -> list[Problem]:
         from vibecalc.core.study.planned import find_entries
 
         extra = {**extra, **find_entries(case)}
+    if case.fit is not None:
+        from vibecalc.core.study.measured_points import fit_entries, fit_problems
+
+        extra, problems = fit_entries(case), fit_problems(case)
     if case.sweep is not None and case.sweep.axes:
         from vibecalc.core.study.sweep.checks import sweep_problems
 
@@ -198,7 +202,11 @@ def execute(loaded: LoadedCase, progress: bool = False) -> Result:
     `progress` says on stderr what long work is at, on a terminal only. Raises NumericalFailure.
     """
     timings: dict[str, float] = {}
-    if loaded.case.optimisation is None:
+    if loaded.case.fit is not None:
+        from vibecalc.core.study.fit import fit
+
+        record = fit(loaded, timings=timings, progress=progress)
+    elif loaded.case.optimisation is None:
         from vibecalc.core.run.run import run_case
 
         with telling(progress) as tell:
@@ -227,6 +235,10 @@ def plan_texts(case: "Case") -> list[dict[str, str]]:
         from vibecalc.core.study.planned import describe_find
 
         rows.append(describe_find(case))
+    if case.fit is not None:
+        from vibecalc.core.study.measured_points import describe_fit
+
+        rows.append(describe_fit(case))
     return rows
 
 

@@ -99,7 +99,7 @@ def study_problems(case: "Case") -> list[Problem]:
     study = case.optimisation
     if study is None:
         return []
-    problems = list(_start(case))
+    problems = list(start_problems(case, "optimisation"))
     second = study.second_objective
     if second is None:
         if study.front_points is not None:
@@ -112,7 +112,7 @@ def study_problems(case: "Case") -> list[Problem]:
             )
     else:
         problems += _further(case, ("second_objective",), second, (study.objective,))
-        before = (study.objective, second)
+        before: tuple[Objective, ...] = (study.objective, second)
         for place, one in enumerate(study.further_objectives):
             problems += _further(case, ("further_objectives", place), one, before)
             before = (*before, one)
@@ -155,14 +155,13 @@ def _further(
             yield replace(problem, path=("optimisation", *key, *problem.path[2:]))
 
 
-def _start(case: "Case") -> Iterator[Problem]:
+def start_problems(case: "Case", table: str) -> Iterator[Problem]:
     """Variables that the case writes outside their bounds, and keys off what they follow."""
-    study, resolved = case.optimisation, resolve(case)
-    assert study is not None
+    study, resolved = getattr(case, table), resolve(case)
     for position, variable in enumerate(study.variables):
         if not variable.moves:
             continue
-        path = ("optimisation", "variables", position)
+        path = (table, "variables", position)
         unit, highest = field_unit(variable.key), variable.upper or 0.0
         lower, upper = (
             parse_quantity(one or 0.0, unit) for one in (variable.lower, variable.upper)

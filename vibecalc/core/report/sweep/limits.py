@@ -10,7 +10,8 @@ from vibecalc.core.case.raw import parse_key
 from vibecalc.core.report.sections import read_as
 from vibecalc.core.report.sweep.statistics import Side, Worst, numeric, worst
 from vibecalc.core.report.sweep.view import SweepView
-from vibecalc.core.report.writing import Column, fold, number, paragraph, read_printed, show, table
+from vibecalc.core.report.writing import Column, fold, number, paragraph, show, table
+from vibecalc.core.results.printed import read_printed
 from vibecalc.core.results.select import STANDARD_ERRORS, held
 from vibecalc.core.results.tolerance import remedy
 from vibecalc.units import convert

@@ -1,0 +1,304 @@
+"""Claim: orders of records are those of the signals behind them, as uncertain as blocks scatter."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from record_cases import AHEAD, CASE, GAIN, MOTION, RATE, START, text_of_record
+from refused import changed, refusals, refused
+from scipy.io import wavfile
+
+from vibecalc.core.report.text import render_report
+from vibecalc.core.report.verdicts import judge_references
+from vibecalc.core.results.record import Record
+from vibecalc.core.results.store import read_result
+from vibecalc.core.study.execute import execute, load_checked
+from vibecalc.measurement.export import export_orders
+from vibecalc.measurement.record_report import draw_record_orders
+from vibecalc.measurement.signals import (
+    Shaft,
+    amplitudes_of_blocks,
+    mean_of_blocks,
+    order_blocks,
+    pulse_times,
+    resampled,
+    shaft_of_pulses,
+    shaft_of_speed,
+    uneven_pulse,
+)
+
+TURN = 2.0 * np.pi
+#: orders of a sweep: amplitude, phase
+LINES = {1.0: (1.0, 0.4), 2.0: (0.5, -1.0), 2.5: (0.2, 2.0)}
+
+
+def sweep(first: float, gain: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times, signal (1, n) of `LINES`, times of 8 pulses per turn; turns/s and turns/s^2."""
+    times = np.arange(0.0, 4.0, 1.0 / 4000.0)
+    angle = TURN * (first * times + 0.5 * gain * times**2)
+    signal = sum(size * np.cos(n * angle + lead) for n, (size, lead) in LINES.items())
+    turns = np.arange(8.0 * angle[-1] / TURN) / 8.0
+    pulses = (np.sqrt(first**2 + 2.0 * gain * turns) - first) / gain
+    return times, np.asarray(signal)[None], pulses
+
+
+@pytest.mark.parametrize("window", ["none", "hann"])
+def test_orders_of_a_sweep_are_those_it_is_made_of(window: str) -> None:
+    times, signal, pulses = sweep(20.0, 3.0)
+    found = order_blocks(times, signal, shaft_of_pulses(pulses, 8), 4, 20, window)
+    neighbours = 0.5 if window == "hann" else 0.0  # what its lines have of those beside them
+    for line in range(21):
+        wanted = 0.0j
+        for order, (size, lead) in LINES.items():
+            share = {0: 1.0, 1: -neighbours}.get(abs(line - round(4 * order)), 0.0)
+            wanted += share * size * np.exp(1j * lead)
+        off = np.abs(found.amplitudes[0, :, line] - wanted)
+        assert np.all(off <= 1e-8)
+        assert np.all(off <= found.error[0, :, line] + 1e-11)
+    turns = 4.0 * np.arange(found.speeds.size + 1)
+    ends = (np.sqrt(20.0**2 + 6.0 * turns) - 20.0) / 3.0
+    assert found.speeds == pytest.approx(TURN * 4.0 / np.diff(ends), rel=1e-9)
+
+
+def test_a_speed_over_time_and_a_constant_one_give_the_same_angle() -> None:
+    times, signal, pulses = sweep(20.0, 3.0)
+    by_speed = shaft_of_speed(times, TURN * (20.0 + 3.0 * times))
+    one = order_blocks(times, signal, by_speed, 4, 20).amplitudes
+    other = order_blocks(times, signal, shaft_of_pulses(pulses, 8), 4, 20).amplitudes
+    assert one[:, : other.shape[1]] == pytest.approx(other, abs=1e-8)
+    times, signal, pulses = sweep(20.0, 1e-9)
+    steady = Shaft(TURN * 20.0 * times, times)
+    found = order_blocks(times, signal, steady, 4, 20).amplitudes[0, :, 8]
+    assert found == pytest.approx(0.5 * np.exp(-1.0j), abs=1e-7)
+
+
+def test_the_mean_square_is_that_of_all_lines() -> None:
+    rng = np.random.default_rng(4)
+    samples = rng.standard_normal((3, 5 * 4 * 16))
+    found = amplitudes_of_blocks(samples, 16, 4, 32, "none")
+    weights = np.full(33, 0.5)
+    weights[0], weights[-1] = 1.0, 0.25  # the last one is counted twice, too
+    total = np.sum(weights * np.abs(found) ** 2, axis=-1)
+    assert total == pytest.approx(np.mean(samples.reshape(3, 5, 64) ** 2, axis=-1), rel=1e-12)
+
+
+def test_pulses_rise_through_the_threshold_and_noise_makes_none() -> None:
+    times = np.linspace(0.0, 3.0, 31)
+    ramps = 4.0 * (times % 1.0)  # from 0 to 3.6, then down at once
+    assert pulse_times(times, ramps, 2.0, 0.5) == pytest.approx([0.5, 1.5, 2.5], abs=1e-12)
+    noisy = np.array([0.0, 1.9, 2.1, 1.8, 2.2, 1.4, 2.4, 3.0, 0.0, 3.0])
+    found = pulse_times(np.arange(10.0), noisy, 2.0, 0.5)
+    assert found == pytest.approx([1.5, 5.6, 8.0 + 2.0 / 3.0])
+    assert uneven_pulse(np.array([0.0, 1.0, 1.9, 3.9, 4.8])) == 2
+    assert uneven_pulse(np.array([0.0, 1.0, 1.9, 2.7])) is None
+    times = np.linspace(0.0, 1.0, 4001)
+    assert pulse_times(times, -np.cos(TURN * 20.0 * times), 0.0, 0.5) == pytest.approx(
+        (np.arange(20) + 0.25) / 20.0, abs=1e-9
+    )
+
+
+def test_splines_give_polynomials_of_their_degree_back() -> None:
+    times, wanted = np.linspace(0.0, 1.0, 20), np.linspace(0.0, 1.0, 77)
+    for degree in (1, 3, 5):
+        found = resampled(times, np.stack([times**degree, -times]), wanted, degree)
+        assert found == pytest.approx(np.stack([wanted**degree, -wanted]), abs=1e-13)
+
+
+def test_the_uncertainty_is_the_scatter_of_means() -> None:
+    rng = np.random.default_rng(6)
+    noise = 0.3 * rng.standard_normal((8, 4000)) + 0.1j * rng.standard_normal((8, 4000))
+    found = mean_of_blocks((2.0 + noise) * np.exp(1.2j))
+    turned = found.amplitudes * np.exp(-1.2j)
+    assert np.sqrt(np.mean(found.along**2)) == pytest.approx(0.3 / 8**0.5, rel=0.03)
+    assert np.std(turned.real) == pytest.approx(0.3 / 8**0.5, rel=0.03)
+    assert np.sqrt(np.mean(found.across**2)) == pytest.approx(np.std(turned.imag), rel=0.05)
+
+
+# ----------------------------------------------------------------------------
+# From files to the motion of a plate.
+# ----------------------------------------------------------------------------
+
+
+def test_the_shipped_record_gives_the_motion_it_was_made_from() -> None:
+    assert CASE.with_suffix(".csv").read_text(encoding="utf-8") == text_of_record()
+    result = read_result(Path(__file__).with_name("golden") / "roll_records.h5")
+    _made_from(result.record)
+    text = render_report(result, full=True)
+    assert "Orders of the records" in text
+    assert draw_record_orders(result) is not None
+
+
+def _made_from(record: Record, most: float = 3.5) -> None:
+    for name, place in (("translation", 0), ("roll", 1), ("pitch", 2)):
+        for column, motion in enumerate(MOTION.values()):
+            phase = np.angle(motion[place]) - _reference_phase(column)
+            level = 20.0 * np.log10(abs(motion[place]) / (1e-5 if place == 0 else 1.0))
+            for path, unit, wanted in (("level", "_level", level), ("phase", "_phase", phase)):
+                key = f"{name}_level" if path == "level" else f"phase/{name}"
+                found = float(record[f"measurement/{key}"].values[column])
+                off = found - wanted
+                off = off if path == "level" else np.remainder(off + np.pi, TURN) - np.pi
+                deviation = record[f"measurement/uncertainty/{name}{unit}"].values[column]
+                assert abs(off) <= most * float(deviation), (name, column, path)
+
+
+def _reference_phase(column: int) -> float:
+    lift, roll, pitch = [*MOTION.values()][column]
+    return float(np.angle(lift - 0.27 * roll - 0.55 * pitch))  # position 1
+
+
+def folder_with(folder: Path, text: str) -> Path:
+    """The shipped case with another text, next to its record."""
+    (folder / "roll_records.csv").write_text(text_of_record(), encoding="utf-8")
+    path = folder / "case.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def run(folder: Path, text: str) -> Record:
+    return execute(load_checked([folder_with(folder, text)])[0]).record
+
+
+TEXT = CASE.read_text(encoding="utf-8")
+BEGIN = TEXT.index("[[measurement.record]]")
+
+
+def test_a_wav_is_read_as_the_csv_is(tmp_path: Path) -> None:
+    rows = [line.split(", ") for line in text_of_record().splitlines()[2:]]
+    table = np.array(rows, dtype=float)[:, 1:]
+    record = TEXT[BEGIN:].replace(".csv", ".wav").replace('"tachometer"', '"1"')
+    for place in range(4):
+        record = record.replace(f'"a{place + 1}"', f'"{place + 2}", scale = "8 m/s^2"')
+    wanted = run(tmp_path, TEXT)["measurement/record/acceleration"].values
+    for kind, size, step in ((np.float32, 1.0, 1e-6), (np.int16, 32768.0, 3e-4)):
+        samples = table / [1.25, 8.0, 8.0, 8.0, 8.0] * size
+        wavfile.write(tmp_path / "roll_records.wav", int(RATE), samples.astype(kind))
+        found = run(tmp_path, TEXT[:BEGIN] + record.replace("0.5\n", "0.4\n"))
+        off = np.abs(found["measurement/record/acceleration"].values - wanted)
+        assert np.max(off) <= step
+
+
+def test_spectra_give_the_motion_that_readings_give(tmp_path: Path) -> None:
+    steps = 'amplitude_step = 0.001\nphase_step = "1 deg"\nbase_frequency = "15 Hz"\norders'
+    text = TEXT[:BEGIN].replace("orders", steps, 1)
+    spectra, readings = "", "\n[measurement]\n"
+    rows = []
+    positions = {"1": (0.55, -0.27), "2": (0.55, 0.27), "3": (-0.55, -0.27), "4": (-0.55, 0.27)}
+    for name, (x, y) in positions.items():
+        values = np.array([one[0] + y * one[1] - x * one[2] for one in MOTION.values()])
+        kind = int(name) % 2
+        head = (
+            "frequency [Hz], real, imaginary" if kind else "order, amplitude [m/s^2], phase [deg]"
+        )
+        lines = [head]
+        for order, one in enumerate(values, start=1):
+            parts = (one.real, one.imag) if kind else (abs(one), np.degrees(np.angle(one)))
+            lines.append(f"{15.0 * order if kind else order}, {parts[0]:.16g}, {parts[1]:.16g}")
+            lines.append(f"{15.0 * (order + 0.5) if kind else order + 0.5}, 0, 0")
+        (tmp_path / f"s{name}.csv").write_text(
+            "\n".join(lines).replace("np.float64(", "").replace(")", "")
+        )
+        spectra += f'[[measurement.spectrum]]\nfile = "s{name}.csv"\nat = "{name}"\n'
+        rows.append((name, np.abs(values).tolist(), np.angle(values).tolist()))
+    found = run(tmp_path, f"{text}\n{spectra}")
+    readings = ",\n".join(f'{{ at = "{n}", amplitude = {a}, phase = {p} }}' for n, a, p in rows)
+    plate = text.index("plate = {")
+    wanted = run(tmp_path, f"{text[:plate]}readings = [\n{readings}\n]\n{text[plate:]}")
+    for path, quantity in wanted.items():
+        if "residual" in path or "misfit" in path:
+            continue  # which are rounding here
+        assert found[path].values == pytest.approx(quantity.values, rel=1e-9, abs=1e-12), path
+    for place, name in enumerate(("translation", "roll", "pitch")):
+        sizes = [abs(one[place]) for one in MOTION.values()]
+        assert np.abs(found[f"measurement/{name}"].values) == pytest.approx(sizes, rel=1e-9)
+
+
+def test_a_result_needs_its_record_no_more(tmp_path: Path) -> None:
+    (loaded,) = load_checked([folder_with(tmp_path, TEXT)])
+    (tmp_path / "roll_records.csv").unlink()
+    path = tmp_path / "resolved.toml"
+    path.write_text(loaded.resolved_toml, encoding="utf-8")
+    (again,) = load_checked([path])
+    assert again.sha256 == loaded.sha256
+    path.write_text(loaded.resolved_toml.replace("speeds = [", "speeds = [ 1.0, "))
+    assert "no orders of so many channels" in refused(path)
+    path.write_text(loaded.resolved_toml.replace("orders = [", "orders = [ 4, ", 1))
+    assert "orders of other harmonics" in refused(path)
+
+
+def test_exported_orders_are_read_as_references(tmp_path: Path) -> None:
+    (loaded,) = load_checked([folder_with(tmp_path, TEXT)])
+    orders, speeds = export_orders(execute(loaded), tmp_path)
+    more = ""
+    for path, axis, entries, column, quantity in (
+        (orders, "order", 'channel = "1"', "1", "record/acceleration"),
+        (orders, "order", 'position = "middle"', "plate at middle", "acceleration"),
+    ):
+        more += f'[[reference_table]]\nquantity = "measurement/{quantity}"\naxis = "{axis}"\n'
+        more += f'where = {{ {entries} }}\nfile = "{path.name}"\ncolumn = "{column}"\n'
+        more += f'uncertainty_column = "{column} uncertainty"\nsource = "x"\nkind = "measured"\n'
+    (again,) = load_checked([folder_with(tmp_path, f"{TEXT}\n{more}")])
+    result = execute(again)
+    rows = judge_references(result)
+    assert len(rows) == 6
+    assert all(abs(row.difference) <= 1e-7 * row.value for row in rows)
+    stated = result.record["measurement/record/uncertainty"].values[0]
+    written = [float(str(one.uncertainty).split()[0]) for one in again.case.reference[:3]]
+    assert written == pytest.approx(stated, rel=1e-7)
+    lines = speeds.read_text(encoding="utf-8").splitlines()
+    assert lines[1].startswith("speed,1 order 1 [m/s^2],1 order 2")
+    first = START + 0.5 * GAIN * 4.0 / START  # turns/s in the middle of four turns
+    assert float(lines[2].split(" rpm")[0]) == pytest.approx(60.0 * first, rel=0.01)
+    assert 0.0 < AHEAD < TURN / 4  # the first pulse comes soon
+
+
+@pytest.mark.parametrize(("case", "change", "place", "words"), refusals("records"))
+def test_refused(case: str, change: str, place: str, words: list[str], tmp_path: Path) -> None:
+    assert case == "records"
+    said = refused(folder_with(tmp_path, changed(TEXT, change)))
+    assert all(word in said for word in (*words, *([place] if place != "-" else []))), said
+
+
+def set_58(values: np.ndarray, unit: str) -> str:
+    """A function of time as a data set 58 in text, by the layout of the universal file format."""
+    nothing = f"{0:10d}{0:5d}{0:5d}{0:5d} {'NONE':<20} {'NONE':<20}"
+    lines = [
+        "    -1", "    58", "record", *["NONE"] * 4,
+        f"{1:5d}{0:10d}{0:5d}{0:10d} {'NONE':<10}{1:10d}{3:4d} {'NONE':<10}{0:10d}{0:4d}",
+        f"{4:10d}{values.size:10d}{1:10d}{0.0:13.5e}{1.0 / RATE:13.5e}{0.0:13.5e}",
+        f"{17:10d}{0:5d}{0:5d}{0:5d} {'Time':<20} {'s':<20}",
+        f"{12:10d}{0:5d}{0:5d}{0:5d} {'Acceleration':<20} {unit:<20}",
+        nothing, nothing,
+    ]  # fmt: skip
+    rows = ["".join(f"{one:20.12e}" for one in row) for row in values.reshape(-1, 4)]
+    return "\n".join([*lines, *rows, "    -1\n"])
+
+
+def in_sets() -> str:
+    """The shipped case with its record in data sets 58."""
+    record = TEXT[BEGIN:].replace(".csv", ".uff").replace('"tachometer"', '"1"')
+    for place in range(4):
+        record = record.replace(f'"a{place + 1}"', f'"{place + 2}"')
+    return TEXT[:BEGIN] + record
+
+
+def test_a_universal_file_is_read_as_the_csv_is(tmp_path: Path) -> None:
+    pytest.importorskip("pyuff")
+    rows = [line.split(", ") for line in text_of_record().splitlines()[2:]]
+    columns = np.array(rows, dtype=float)[:, 1:].T
+    text = "".join(set_58(one, "V" if place == 0 else "m/s^2") for place, one in enumerate(columns))
+    (tmp_path / "roll_records.uff").write_text(text)
+    found = run(tmp_path, in_sets())["measurement/record/acceleration"].values
+    wanted = run(tmp_path, TEXT)["measurement/record/acceleration"].values
+    assert found == pytest.approx(wanted, abs=1e-11)
+    (tmp_path / "roll_records.uff").write_text("no universal file\n")
+    assert "no data set 58" in refused(folder_with(tmp_path, in_sets()))
+
+
+def test_without_its_reader_a_universal_file_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "pyuff", None)
+    (tmp_path / "roll_records.uff").write_text(set_58(np.zeros(4), "m/s^2"))
+    assert "pip install 'vibecalc[uff]'" in refused(folder_with(tmp_path, in_sets()))

@@ -1,0 +1,221 @@
+"""Section of a fit: keys with their uncertainty, what is told apart, points against computed."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from vibecalc.core.report.sections import (
+    Part,
+    Section,
+    along,
+    labels,
+    read_as,
+    scalar_of,
+    section,
+    table_of,
+)
+from vibecalc.core.report.studies import bound_unit, in_unit
+from vibecalc.core.report.writing import Column, number, paragraph, show, table
+from vibecalc.core.results.record import Quantity, Result
+from vibecalc.units import convert, parse_quantity
+
+PREFIX = "fit/"
+VALUE = PREFIX + "value/"
+_SIDES = {-1: "at lower", 0: "", 1: "at upper"}
+#: points of the short report, the worst first
+_MOST = 8
+
+
+def fit(result: Result) -> Section | None:
+    """The section, None if nothing was fitted."""
+    paths = [path for path in result.record if path.startswith(PREFIX)]
+    if not paths:
+        return None
+    blocks: list[Part] = [_keys(result), _goodness(result), _paste(result), _correlation(result)]
+    blocks.append(_points(result, _MOST))
+    details: dict[str, Part] = {"combinations of keys": _combinations(result)}
+    if len(_residuals(result)) > _MOST:
+        details["all measured points"] = _points(result, None)
+    return section("Fit to measured points", blocks, details, paths)
+
+
+def _variables(result: Result) -> list[Mapping[str, Any]]:
+    return list(table_of(result.case, "fit").get("variables") or ())
+
+
+def _keys(result: Result) -> list[str]:
+    """A row for each key: as written, fitted, its standard uncertainty, and the bounds."""
+    rows = []
+    for variable in _variables(result):
+        key = str(variable["key"])
+        value = result.record[VALUE + key]
+        unit = bound_unit(variable, value.unit)
+        deviation = result.record[f"{PREFIX}standard_error/{key}"]
+        size, _ = in_unit(deviation, unit)
+        fitted, error = in_unit(value, unit)
+        known = math.isfinite(size)
+        share = "" if not known or not fitted else f"{100.0 * size / abs(fitted):.2g} %"
+        rows.append(
+            [
+                key,
+                show(*in_unit(result.record[f"{PREFIX}start/{key}"], unit)),
+                show(fitted, error, _digits(fitted, size)),
+                show(size, digits=2) if known else "not told",
+                unit,
+                share,
+                _SIDES[int(scalar_of(result.record, f"{PREFIX}active_bound/{key}") or 0)],
+            ]
+        )
+    columns = (
+        Column("fitted key", 38),
+        number("start", 11),
+        number("fitted", 11),
+        number("+-", 9),
+        Column("unit", 8),
+        number("", 6),
+        Column("", 8),
+    )
+    return table(columns, rows)
+
+
+def _digits(value: float, deviation: float) -> int:
+    """As many digits as the standard uncertainty leaves, with two of its own."""
+    if not (math.isfinite(deviation) and deviation > 0.0 and value != 0.0):
+        return 4
+    return int(np.clip(math.ceil(math.log10(abs(value) / deviation)) + 2, 2, 8))
+
+
+def _goodness(result: Result) -> list[str]:
+    record = result.record
+    chi, spare, growth = (
+        float(scalar_of(record, PREFIX + name) or 0.0)
+        for name in ("chi_square", "degrees_of_freedom", "growth")
+    )
+    words = (
+        f"{len(_residuals(result))} measured points; chi square {show(chi)} for {spare:g} degrees "
+        "of freedom"
+    )
+    if spare > 0:
+        chance = float(scalar_of(record, PREFIX + "probability") or 0.0)
+        shown = f"{chance:.2g}" if chance > 1e-9 else "less than 1e-9"
+        words += f" (chance makes it as large with a probability of {shown})"
+    before = scalar_of(record, PREFIX + "start_chi_square")
+    if before is not None:
+        words += f"; as written {show(before)}"
+    words += "; +- is the standard uncertainty"
+    if growth > 1.0:
+        words += f", grown by {growth:.3g}"
+    searches = record.quantities.get(PREFIX + "search_chi_square")
+    if searches is not None and len(searches.values) > 1:
+        same = int(np.sum(np.asarray(searches.values) <= chi * (1.0 + 1e-3) + 1e-9))
+        words += f"; {same} of {len(searches.values)} searches ended there"
+    return paragraph(words)
+
+
+def _correlation(result: Result) -> list[str]:
+    """The correlation of each pair of keys, the strongest first."""
+    found = result.record[PREFIX + "correlation"]
+    keys, values = labels(found.axes[0]), np.asarray(found.values)
+    pairs = sorted(
+        ((i, j) for i in range(len(keys)) for j in range(i)),
+        key=lambda pair: -abs(values[pair]),
+    )
+    rows = [[keys[j], keys[i], f"{values[i, j]:+.3f}"] for i, j in pairs[:_MOST]]
+    columns = (Column("correlation of", 42), Column("with", 42), number("", 8))
+    return table(columns, rows) if rows else []
+
+
+def _paste(result: Result) -> list[str]:
+    """How to run the case with the fitted values, ties included."""
+    settings = []
+    for variable in _variables(result):
+        key = str(variable["key"])
+        value = result.record[VALUE + key]
+        settings.append(_setting(key, float(value.values), value.unit))
+        for tie in variable.get("with") or ():
+            offset = tie.get("offset")
+            unit = value.unit
+            shift = 0.0 if offset is None else parse_quantity(offset, unit)
+            tied = float(tie.get("factor", 1.0)) * float(value.values) + shift
+            settings.append(_setting(str(tie["key"]), tied, unit))
+    return paragraph(f"to run with these values: --unset fit {' '.join(settings)}")
+
+
+def _setting(key: str, value: float, unit: str) -> str:
+    return f"--set '{key}={value:.7g}'" if not unit else f"--set '{key}={value:.7g} {unit}'"
+
+
+# ----------------------------------------------------------------------------
+# Points: measured, computed as written and fitted, residuals over uncertainties.
+# ----------------------------------------------------------------------------
+
+
+def _residuals(result: Result) -> np.ndarray:
+    return np.asarray(result.record[PREFIX + "residual"].values)
+
+
+def quantities_of(result: Result) -> dict[str, dict[str, Quantity]]:
+    """Measured quantities, each with `measured`, `uncertainty`, `computed` and `at_start`."""
+    found: dict[str, dict[str, Quantity]] = {}
+    for name in ("measured", "uncertainty", "computed", "at_start"):
+        stem = f"{PREFIX}{name}/"
+        for path, quantity in result.record.items():
+            if path.startswith(stem):
+                found.setdefault(path.removeprefix(stem), {})[name] = quantity
+    return found
+
+
+def _points(result: Result, most: int | None) -> list[str]:
+    """The points that are off most in their uncertainties; all in the order of the case."""
+    rows: list[tuple[float, list[str]]] = []
+    for path, parts in quantities_of(result).items():
+        measured = parts["measured"]
+        name, unit = read_as(path, measured.unit)
+        factor = convert(1.0, measured.unit, unit)
+        for place, label in enumerate(labels(measured.axes[0])):
+            values = {key: float(one.values[place]) * factor for key, one in parts.items()}
+            off = (values["computed"] - values["measured"]) / values["uncertainty"]
+            cells = [
+                name if label == "-" else f"{name}, {label.replace('=', ' ').replace('_', ' ')}",
+                show(values["measured"]),
+                show(values["uncertainty"], digits=2),
+                show(values["at_start"]) if "at_start" in values else "-",
+                show(values["computed"]),
+                unit,
+                f"{off:+.2f}",
+            ]
+            rows.append((abs(off), cells))
+    if most is not None:
+        rows = sorted(rows, key=lambda row: -row[0])[:most]
+    columns = (
+        Column("measured point" if most is None else "measured point, worst first", 38),
+        number("measured", 11),
+        number("+-", 8),
+        number("start", 10),
+        number("fitted", 10),
+        Column("unit", 6),
+        number("off / +-", 8),
+    )
+    return table(columns, [cells for _, cells in rows])
+
+
+def _combinations(result: Result) -> list[str]:
+    """How well orthogonal combinations of the keys are known, the best first."""
+    found = result.record[PREFIX + "combination"]
+    deviation = along(result.record, PREFIX + "combination_uncertainty", "combination")
+    if deviation is None or len(found.values) < 2:
+        return []
+    keys = labels(found.axes[1])
+    rows = []
+    for vector, size in zip(np.asarray(found.values), deviation[0].values, strict=True):
+        parts = [
+            f"{part:+.2f} {key.rpartition('.')[2]}"
+            for key, part in zip(keys, vector, strict=True)
+            if abs(part) >= 0.02
+        ]
+        known = f"{100.0 * float(size):.2g} %" if math.isfinite(float(size)) else "not told"
+        rows.append([" ".join(parts), known])
+    columns = (Column("combination, in ways between bounds", 70), number("+- of the way", 14))
+    return table(columns, rows)

@@ -1,0 +1,314 @@
+"""Fit keys of a case to what was measured: the stage groups hold the fitted case."""
+
+import math
+import time
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibecalc.core.case.rules import both
+from vibecalc.core.results.record import Axis, Method, Quantity, Record
+from vibecalc.core.results.select import curving, scalar
+from vibecalc.core.run.run import run_case
+from vibecalc.core.study.binding import Binding
+from vibecalc.core.study.measured_points import (
+    ROOT,
+    MeasuredPoint,
+    fit_entries,
+    measured_points,
+)
+from vibecalc.core.study.search.least_squares import (
+    Determined,
+    LeastSquares,
+    least_squares_within,
+    what_is_determined,
+)
+from vibecalc.core.study.search.problem import spread
+from vibecalc.core.study.variables import counted
+from vibecalc.errors import NumericalFailure, ResultError
+from vibecalc.numerics.rounding import FloatArray
+
+if TYPE_CHECKING:
+    from vibecalc.core.case.load import LoadedCase
+    from vibecalc.schema import Case
+
+# ----------------------------------------------------------------------------
+# Measured points as residuals of a case with some of its keys changed.
+# ----------------------------------------------------------------------------
+
+
+class Residuals:
+    """Computed less measured over the uncertainty of each point (m,), and what that is off (m,)."""
+
+    def __init__(self, binding: Binding, points: list[MeasuredPoint]):
+        self.binding, self.points = binding, points
+        self._wanted = frozenset(point.quantity for point in points)
+
+    def __call__(self, variables: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Of keys (n,) in SI; NumericalFailure where the case has no results."""
+        computed, off, _ = self.computed(variables)
+        apart = computed - np.array([point.value for point in self.points])
+        turns = np.array([point.cyclic for point in self.points])
+        apart = np.where(turns, np.remainder(apart + math.pi, 2.0 * math.pi) - math.pi, apart)
+        weight = 1.0 / np.array([point.uncertainty for point in self.points])
+        return apart * weight, off * weight
+
+    def computed(self, variables: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Results at the points (m,), each in its unit, their errors, and what the straight line
+        between two samples of a curve adds to these."""
+        record = self.binding.results(variables, self._wanted)
+        rows = [_picked(record[point.quantity], point) for point in self.points]
+        values, errors, curved = (np.array(column) for column in zip(*rows, strict=True))
+        if not np.all(np.isfinite(values)):
+            raise NumericalFailure("a result at a measured point is not finite")
+        return values, errors, curved
+
+
+def _picked(quantity: Quantity, point: MeasuredPoint) -> tuple[float, float, float]:
+    try:
+        value = scalar(quantity, point.where)
+        curved = curving(quantity, point.where)
+    except ResultError as error:  # a speed that the curve does not reach with these keys, say
+        raise NumericalFailure(str(error)) from error
+    size = float(abs(value) if isinstance(value, complex) else value)
+    return size, float(quantity.error_estimate), curved
+
+
+# ----------------------------------------------------------------------------
+# Run a case to the keys that fit what was measured.
+# ----------------------------------------------------------------------------
+
+#: standard deviations of a normal distribution that chance exceeds once in twenty
+_LEAST_PROBABILITY = 0.05
+_METHOD = Method(
+    name="least squares within bounds from many starts, mended by Gauss-Newton steps",
+    purpose="fitted keys",
+    citation="Branch, Coleman and Li, SIAM J. Sci. Comput. 21, 1999, 1-23; "
+    "Bjorck, Numerical Methods for Least Squares Problems, 1996, ch. 9",
+)
+
+
+def fit(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool = False) -> Record:
+    """The record of the fitted case with `fit/...` added.
+
+    Uncertainties grow by the root of chi square over its degrees of freedom where chance makes chi
+    square as large less than once in twenty; they never shrink. Raises NumericalFailure where no
+    search ends in a minimum.
+    """
+    case, started = loaded.case, time.perf_counter()
+    assert case.fit is not None
+    binding = Binding(loaded)
+    residuals = Residuals(binding, measured_points(case))
+    with counted("fitting", progress) as advance:
+
+        def counted_residuals(variables: FloatArray) -> tuple[FloatArray, FloatArray]:
+            advance("")
+            return residuals(variables)
+
+        found = least_squares_within(
+            counted_residuals,
+            binding.lower,
+            binding.upper,
+            binding.first,
+            spread(case.fit.starts, binding.lower.size),
+        )
+    spare = len(residuals.points) - int(
+        np.linalg.matrix_rank(found.slopes, tol=float(np.linalg.norm(found.slopes_error)) or None)
+    )
+    probability = _probability(found.chi_square, spare)
+    growth = 1.0
+    if probability < _LEAST_PROBABILITY and found.chi_square > spare:
+        growth = math.sqrt(found.chi_square / spare)
+    told = what_is_determined(found.slopes, found.slopes_error, growth)
+    seconds = time.perf_counter() - started
+    record = run_case(binding.case_at(found.variables), timings=timings)
+    timings["fit"] = seconds
+    _add(record, case, binding, residuals, found, told, (spare, probability, growth))
+    record.warnings[:0] = _warnings(binding, residuals.points, found, told, growth)
+    record.methods.append(_METHOD)
+    return record
+
+
+def _probability(chi_square: float, spare: int) -> float:
+    """Of a chi square at least as large, of so many degrees of freedom; 1 of none."""
+    from scipy.special import chdtrc
+
+    return float(chdtrc(spare, chi_square)) if spare > 0 else 1.0
+
+
+# ----------------------------------------------------------------------------
+# Numbers of a fit into the record, under the entries of their paths.
+# ----------------------------------------------------------------------------
+
+
+def _add(
+    record: Record,
+    case: "Case",
+    binding: Binding,
+    residuals: Residuals,
+    found: LeastSquares,
+    told: Determined,
+    scatter: tuple[int, float, float],
+) -> None:
+    points = residuals.points
+    spare, probability, growth = scatter
+    deviation = np.sqrt(np.diag(told.covariance)) * found.widths
+    scale = np.sqrt(np.diag(told.covariance))
+    finite = np.isfinite(scale) & (scale > 0.0)
+    scales = np.outer(np.where(finite, scale, 1.0), np.where(finite, scale, 1.0))
+    correlation = np.where(np.outer(finite, finite), told.covariance / scales, np.eye(scale.size))
+    # what slopes are off, of uncertainties and of what is made of them
+    weakest = np.max(np.where(np.isfinite(told.deviations), told.deviations, 0.0)) / growth
+    share = min(float(np.linalg.norm(found.slopes_error)) * float(weakest), 1.0)
+    computed, rounding, curved = residuals.computed(found.variables)
+    now, _ = residuals(found.variables)
+    off = rounding + curved
+    noise = off / np.array([point.uncertainty for point in points])
+    variables_error = found.variables_error + found.moved_by @ noise
+    before = before_computed = None
+    try:
+        before, _ = residuals(binding.first)
+        before_computed, _, _ = residuals.computed(binding.first)
+    except NumericalFailure as failure:
+        record.warnings.append(f"{ROOT}/at_start is left out, the case as written fails: {failure}")
+    moved = np.abs(found.slopes) @ (variables_error / found.widths) + noise
+    numbers: dict[str, tuple[Any, float]] = {
+        "correlation": (correlation, 2.0 * share),
+        "chi_square": (found.chi_square, float(2.0 * np.abs(now) @ noise) + 1e-12),
+        "degrees_of_freedom": (spare, 0.0),
+        "probability": (probability, 1e-9 * probability),
+        "growth": (growth, 1e-9 * growth),
+        "residual": (now, float(np.max(moved))),
+        "combination": (told.combinations, share),
+        "combination_uncertainty": (told.deviations, share * float(weakest) * growth),
+        "combination_told": (told.told.astype(int), 0.0),
+        "search_chi_square": ([one.chi_square for one in found.searches], 1e-9 * found.chi_square),
+        "evaluations": (found.evaluations, 0.0),
+        "failures": (len(found.failures), 0.0),
+    }
+    for place, key in enumerate(binding.keys):
+        error = float(variables_error[place])
+        numbers[f"value/{key}"] = (found.variables[place], error)
+        off_by = share * deviation[place] if np.isfinite(deviation[place]) else 0.0
+        numbers[f"standard_error/{key}"] = (deviation[place], float(off_by))
+        numbers[f"start/{key}"] = (binding.first[place], 0.0)
+        numbers[f"active_bound/{key}"] = (int(found.active[place]), 0.0)
+    if before is not None:
+        numbers["start_chi_square"] = (before @ before, 1e-9 * float(before @ before))
+        numbers["start_residual"] = (before, float(np.max(noise)))
+    labels: dict[str, Any] = {
+        "variable": np.array(binding.keys, dtype=object),
+        "other_variable": np.array(binding.keys, dtype=object),
+        "measured_point": _unique([point.name for point in points]),
+        "combination": np.arange(1, len(told.deviations) + 1),
+        "search": np.arange(1, len(found.searches) + 1),
+    }
+    entries = fit_entries(case)
+    for path, (values, error) in numbers.items():
+        _emit(record, entries[f"{ROOT}/{path}"], values, error, labels)
+    for path in dict.fromkeys(point.quantity for point in points):
+        own = [place for place, point in enumerate(points) if point.quantity == path]
+        labels["point"] = _unique([points[place].place or "-" for place in own])
+        columns: dict[str, tuple[Any, float]] = {
+            "measured": ([points[place].value for place in own], 0.0),
+            "uncertainty": ([points[place].uncertainty for place in own], 0.0),
+            "computed": (computed[own], float(np.max(off[own]))),
+        }
+        if before_computed is not None:
+            columns["at_start"] = (before_computed[own], float(np.max(off[own])))
+        for name, (values, error) in columns.items():
+            _emit(record, entries[f"{ROOT}/{name}/{path}"], values, error, labels)
+
+
+def _emit(record: Record, entry: Any, values: Any, error: float, labels: dict[str, Any]) -> None:
+    record.add(
+        Quantity(
+            path=entry.path,
+            values=np.asarray(values),
+            unit=entry.unit,
+            long_name=entry.long_name,
+            axes=tuple(Axis(name=axis, values=labels[axis]) for axis in entry.axes),
+            amplitude=entry.amplitude,
+            error_estimate=error,
+        )
+    )
+
+
+def _unique(names: list[str]) -> np.ndarray:
+    """Names as entries of an axis; a second reading of one entry gets a number."""
+    seen: dict[str, int] = {}
+    entries = []
+    for name in names:
+        seen[name] = seen.get(name, 0) + 1
+        entries.append(name if seen[name] == 1 else f"{name} ({seen[name]})")
+    return np.array(entries, dtype=object)
+
+
+# ----------------------------------------------------------------------------
+# What has to be said of a fit in words.
+# ----------------------------------------------------------------------------
+
+#: of the largest part of a combination, below which a part is not named
+_NAMED = 0.02
+#: residual of a single point, in uncertainties, that is worth a sentence
+_OUTLIER = 4.0
+
+
+def _warnings(
+    binding: Binding,
+    points: list[MeasuredPoint],
+    found: LeastSquares,
+    told: Determined,
+    growth: float,
+) -> list[str]:
+    keys = binding.keys
+    said = [
+        f"no measured point depends on {key}: it stays as written"
+        for key, felt in zip(keys, told.felt, strict=True)
+        if not felt
+    ]
+    for vector, uncertainty, known in zip(
+        told.combinations, told.deviations, told.told, strict=True
+    ):
+        named = [place for place in range(len(keys)) if abs(vector[place]) > _NAMED]
+        if known or not all(told.felt[place] for place in named):
+            continue
+        how = "nothing" if np.isinf(uncertainty) else "no more than their bounds do"
+        if len(named) == 1:
+            said.append(f"the measured points tell {how} of {keys[named[0]]}")
+        else:
+            said.append(
+                f"the measured points cannot tell {both([keys[one] for one in named])} apart: "
+                f"of {_together(binding, found, vector, named)} they tell {how}"
+            )
+    for place, side in enumerate(found.active):
+        if side:
+            which = "lower" if side < 0 else "upper"
+            said.append(
+                f"{keys[place]} is at its {which} bound: the points would have it beyond, and its "
+                "standard uncertainty is theirs alone"
+            )
+    if growth > 1.0:
+        worst = int(np.argmax(np.abs(found.residuals)))
+        said.append(
+            f"the points scatter {growth:.3g} times as far as their uncertainties say, more than "
+            f"chance does: those of the keys have grown by that; {points[worst].name} is off most, "
+            f"by {abs(found.residuals[worst]):.3g} of its own"
+        )
+    if found.failures:
+        why = "; ".join(dict.fromkeys(found.failures[:3]))
+        said.append(
+            f"{len(found.failures)} of {found.evaluations} points could not be evaluated: {why}"
+        )
+    return said
+
+
+def _together(binding: Binding, found: LeastSquares, vector: FloatArray, named: list[int]) -> str:
+    """A combination as changes of its keys in percent, of the largest part by one percent."""
+    scale = np.where(found.variables != 0.0, np.abs(found.variables), found.widths)
+    steps = vector * found.widths / scale
+    largest = max(named, key=lambda one: abs(steps[one]))
+    steps = steps / steps[largest]
+    return " with ".join(
+        f"{steps[one]:+.3g} % of {binding.keys[one].rpartition('.')[2]}" for one in named
+    )

@@ -1,0 +1,216 @@
+"""What [fit] fits to, and what it adds to the results of the stages: paths, plan, problems."""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from vibecalc.core.case.raw import field_unit
+from vibecalc.core.results.printed import is_phase, read_printed, uncertainty_of
+from vibecalc.core.results.record import Entry
+from vibecalc.core.run.plan import planned_quantities
+from vibecalc.core.study.variables import start_problems
+from vibecalc.errors import KeyPath, Problem, UnitError
+from vibecalc.units import convert
+
+if TYPE_CHECKING:
+    from vibecalc.core.case.tables import Reference
+    from vibecalc.schema import Case
+
+# ----------------------------------------------------------------------------
+# Measured points: the references that a case is fitted to, in SI.
+# ----------------------------------------------------------------------------
+
+ROOT = "fit"
+
+
+class MeasuredPoint(NamedTuple):
+    """A number that the fit is to meet, and its standard uncertainty, both in the quantity's unit.
+
+    A `cyclic` one says the same after a whole turn.
+    """
+
+    quantity: str
+    where: Mapping[str, Any]
+    value: float
+    uncertainty: float
+    cyclic: bool
+
+    @property
+    def place(self) -> str:
+        """The entry as results name it: `order=2, mount=1`."""
+        return ", ".join(f"{axis}={entry}" for axis, entry in self.where.items())
+
+    @property
+    def name(self) -> str:
+        """Quantity and entry."""
+        return f"{self.quantity} [{self.place}]" if self.where else self.quantity
+
+
+def chosen_references(case: "Case") -> Iterator[tuple[int, "Reference"]]:
+    """References that [fit] takes, with their place among all."""
+    assert case.fit is not None
+    for place, one in enumerate(case.reference):
+        kept = case.fit.references == "all" or one.kind == case.fit.references
+        if kept and not one.known_difference and one.at != "start":
+            yield place, one
+
+
+def measured_points(case: "Case") -> list[MeasuredPoint]:
+    """The points of a case that `fit_problems` has found none with."""
+    planned = planned_quantities(case)
+    return [_point(one, planned) for _, one in chosen_references(case)]
+
+
+def _point(one: "Reference", planned: Mapping[str, Entry]) -> MeasuredPoint:
+    """Raises UnitError where a unit does not fit."""
+    unit = planned[one.quantity].unit
+    entry = one.model_dump(exclude_none=True)
+    printed = read_printed(one.value, one.unit, unit)
+    value = convert(printed.number, printed.unit, unit)
+    off = convert(uncertainty_of(entry, printed), printed.unit, unit)
+    cyclic = is_phase(one.quantity, unit)
+    return MeasuredPoint(one.quantity, dict(one.where), value, abs(off), cyclic)
+
+
+def fit_problems(case: "Case") -> list[Problem]:
+    """Problems of [fit] as a whole: its starts, uncertainties, and whether the points suffice."""
+    if case.fit is None:
+        return []
+    problems = list(start_problems(case, "fit"))
+    planned, count = planned_quantities(case), 0
+    for place, one in chosen_references(case):
+        count += 1
+        path: KeyPath = ("reference", place, "uncertainty")
+        if one.quantity not in planned:
+            continue  # which is said of any reference
+        try:
+            point = _point(one, planned)
+        except UnitError as error:
+            if one.uncertainty is not None:
+                yield_unit = planned[one.quantity].unit or "plain numbers"
+                problems.append(
+                    Problem(
+                        path=path,
+                        message=f"an uncertainty that does not fit {one.quantity}",
+                        found=str(one.uncertainty)[:60],
+                        allowed=error.allowed or f"a value in {yield_unit}, or in %",
+                        hint=error.hint,
+                    )
+                )
+            continue
+        if not (point.uncertainty > 0.0 and math.isfinite(point.value / point.uncertainty)):
+            stated = one.uncertainty is not None
+            problems.append(
+                Problem(
+                    path=path if stated else path[:2],
+                    message=f"a measured {one.quantity} without uncertainty weighs without end",
+                    found=f"value = {one.value!r}"[:60]
+                    + (f", uncertainty = {one.uncertainty!r}"[:60] if stated else ""),
+                    allowed='uncertainty > 0, as in uncertainty = "2 %" (of a value that is not 0)',
+                )
+            )
+    keys = len(case.fit.variables)
+    if 0 < count < keys:
+        problems.append(
+            Problem(
+                path=("fit", "variables"),
+                message=f"{count} measured point{'' if count == 1 else 's'} cannot tell "
+                f"{keys} keys",
+                allowed="at least as many points as keys",
+                hint="measure more, or write some of the keys into the case",
+            )
+        )
+    if not count:
+        problems.append(
+            Problem(
+                path=("fit",),
+                message="there is nothing to fit to: the references are all of another kind, of "
+                "the start, or have a known_difference",
+                allowed="references that [fit] takes",
+            )
+        )
+    return problems
+
+
+# ----------------------------------------------------------------------------
+# Result paths of a fit, and its row of the plan.
+# ----------------------------------------------------------------------------
+
+
+def fit_entries(case: "Case") -> dict[str, Entry]:
+    """Catalogue entries of everything under `fit/`."""
+    return {} if case.fit is None else {entry.path: entry for entry in _entries(case)}
+
+
+def _entries(case: "Case") -> Iterator[Entry]:
+    assert case.fit is not None
+    for variable in case.fit.variables:
+        key, unit = variable.key, field_unit(variable.key)
+        yield Entry(f"{ROOT}/value/{key}", (), unit, f"{key}, fitted")
+        yield Entry(f"{ROOT}/standard_error/{key}", (), unit, f"standard uncertainty of {key}")
+        yield Entry(f"{ROOT}/start/{key}", (), unit, f"{key} as written")
+        yield Entry(
+            f"{ROOT}/active_bound/{key}", (), "", "-1 at lower bound, 1 at upper, 0 between"
+        )
+    both = ("variable", "other_variable")
+    yield Entry(f"{ROOT}/correlation", both, "", "correlation of the fitted keys")
+    yield Entry(f"{ROOT}/chi_square", (), "", "sum of the squared residuals over uncertainties")
+    yield Entry(f"{ROOT}/start_chi_square", (), "", "the same for the case as written")
+    yield Entry(f"{ROOT}/degrees_of_freedom", (), "", "points less keys that they tell")
+    yield Entry(
+        f"{ROOT}/probability", (), "", "of a chi square as large, were the uncertainties right"
+    )
+    yield Entry(
+        f"{ROOT}/growth", (), "", "factor of all uncertainties that the scatter of the points asks"
+    )
+    points = ("measured_point",)
+    yield Entry(f"{ROOT}/residual", points, "", "computed less measured over the uncertainty")
+    yield Entry(f"{ROOT}/start_residual", points, "", "the same for the case as written")
+    part = ("combination", "variable")
+    yield Entry(f"{ROOT}/combination", part, "", "orthogonal combinations of keys")
+    yield Entry(
+        f"{ROOT}/combination_uncertainty", part[:1], "", "standard uncertainty along each, over "
+        "the way between bounds"
+    )  # fmt: skip
+    yield Entry(f"{ROOT}/combination_told", part[:1], "", "1 where the points tell it")
+    yield Entry(f"{ROOT}/search_chi_square", ("search",), "", "chi square where searches ended")
+    yield Entry(f"{ROOT}/evaluations", (), "", "points evaluated")
+    yield Entry(f"{ROOT}/failures", (), "", "points that could not be evaluated")
+    planned = planned_quantities(case)
+    for path in dict.fromkeys(one.quantity for _, one in chosen_references(case)):
+        if path in planned:
+            one, axes = planned[path], ("point",)
+            for name, words in (
+                ("measured", "measured"),
+                ("uncertainty", "standard uncertainty of what was measured"),
+                ("at_start", "computed for the case as written"),
+                ("computed", "computed with the fitted keys"),
+            ):
+                long_name = f"{one.long_name}, {words}"
+                yield Entry(f"{ROOT}/{name}/{path}", axes, one.unit, long_name, one.amplitude)
+
+
+def describe_fit(case: "Case") -> dict[str, str]:
+    """The row of the plan that a fit adds."""
+    assert case.fit is not None
+    points = list(chosen_references(case))
+    quantities = ", ".join(dict.fromkeys(one.quantity for _, one in points))
+    return {
+        "stage": "fit",
+        "why": "[fit] is in the case",
+        "parts": ", ".join(variable.key for variable in case.fit.variables),
+        "orders": "",
+        "cost": f"{len(points)} measured points, {case.fit.starts + 1} searches of some "
+        f"{_RUNS * len(case.fit.variables)} runs each of the stages that make {quantities}",
+        "quantities": ", ".join(fit_entries(case)),
+    }
+
+
+#: runs of one search for each key
+_RUNS = 20
+
+
+def fit_runs(case: "Case") -> int:
+    """Runs of the stages that a fit is likely to take."""
+    assert case.fit is not None
+    return (case.fit.starts + 2) * _RUNS * len(case.fit.variables)

@@ -1,0 +1,111 @@
+"""Measured orders of a result as CSV files that [[reference_table]] reads."""
+
+import csv
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.errors import ResultError
+from vibecalc.numerics.level import DECIBEL
+from vibecalc.numerics.rounding import FloatArray
+from vibecalc.units import convert
+
+_STEM = "measurement/"
+_COMMENT = (
+    "# %s: amplitudes are zero to peak, uncertainties are standard uncertainties, phases lead\n"
+)
+
+Columns = list[tuple[str, Sequence[float] | FloatArray]]
+
+
+def export_orders(result: Result, folder: Path) -> list[Path]:
+    """Write the measured orders of a result into `folder`, and over the speed of the blocks.
+
+    `NAME_orders.csv` has a line for each order, with amplitude, phase and their uncertainties of
+    each channel of the records and of the motion of the plate at each named position;
+    `NAME_speeds.csv` a line for each block with the amplitudes of each channel and order. Of a
+    name in the file `column` and `uncertainty_column` of [[reference_table]] take one each.
+
+    Raises
+    ------
+    ResultError
+        The result has no measured orders.
+    """
+    record = result.record
+    orders = [*_channels(record), *_positions(record)]
+    if not orders:
+        raise ResultError("the result has no measured orders to export: [measurement] finds them")
+    axis = next(one for one in record["measurement/translation"].axes if one.name == "order")
+    folder.mkdir(parents=True, exist_ok=True)
+    entries = [str(int(order)) for order in axis.values]
+    written = [_write(folder / f"{result.name}_orders.csv", "order", entries, orders)]
+    if f"{_STEM}record/block_acceleration" in record:
+        speed = record[f"{_STEM}record/block_speed"]
+        rows = [
+            f"{convert(float(one), 'rad/s', 'rpm'):.10g} rpm" for one in np.asarray(speed.values)[0]
+        ]
+        if len(dict.fromkeys(rows)) == len(rows):  # entries of an axis differ
+            path = folder / f"{result.name}_speeds.csv"
+            written.append(_write(path, "speed", rows, _blocks(record)))
+    return written
+
+
+def _channels(record: Record) -> Columns:
+    size = record.quantities.get(f"{_STEM}record/acceleration")
+    if size is None:
+        return []
+    found: Columns = []
+    parts = [
+        (words, unit, record[f"{_STEM}record/{name}"])
+        for words, unit, name in (
+            ("uncertainty [m/s^2]", "m/s^2", "uncertainty"),
+            ("phase [deg]", "deg", "phase"),
+            ("phase uncertainty [deg]", "deg", "phase_uncertainty"),
+        )
+    ]
+    for place, name in enumerate(map(str, size.axes[0].values)):
+        found.append((f"{name} [m/s^2]", np.abs(size.values[place])))
+        for words, unit, part in parts:
+            factor = convert(1.0, part.unit, unit)
+            found.append((f"{name} {words}", np.asarray(part.values[place]) * factor))
+    return found
+
+
+def _positions(record: Record) -> Columns:
+    """The motion of the plate at named positions."""
+    size: Quantity | None = record.quantities.get(f"{_STEM}acceleration")
+    level = record.quantities.get(f"{_STEM}uncertainty/level")
+    if size is None or level is None:
+        return []
+    found: Columns = []
+    for place, name in enumerate(map(str, size.axes[0].values)):
+        amplitude = np.abs(size.values[place])
+        off = amplitude * np.asarray(level.values[place]) / DECIBEL
+        found.append((f"plate at {name} [m/s^2]", amplitude))
+        if np.all(np.isfinite(off)):
+            found.append((f"plate at {name} uncertainty [m/s^2]", off))
+        angle = [math.degrees(float(one)) for one in np.angle(size.values[place])]
+        found.append((f"plate at {name} phase [deg]", angle))
+    return found
+
+
+def _blocks(record: Record) -> Columns:
+    size = record[f"{_STEM}record/block_acceleration"]
+    return [
+        (f"{name} order {int(order)} [m/s^2]", np.abs(size.values[place, :, column]))
+        for place, name in enumerate(map(str, size.axes[0].values))
+        for column, order in enumerate(size.axes[2].values)
+    ]
+
+
+def _write(path: Path, axis: str, entries: list[str], columns: Columns) -> Path:
+    with path.open("w", encoding="utf-8", newline="") as file:
+        file.write(_COMMENT % path.stem)
+        write = csv.writer(file, lineterminator="\n").writerow
+        write([axis, *(name for name, _ in columns)])
+        for place, entry in enumerate(entries):
+            write([entry, *(f"{float(values[place]):.8g}" for _, values in columns)])
+    return path

@@ -1,0 +1,113 @@
+"""Records over time and complex spectra of accelerometers on a plate."""
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from vibecalc.core.case.fields import Acceleration, AngularSpeed, Name, Number, Table, Unit
+from vibecalc.core.case.rules import needs, one_of, refuse
+
+Frequency = Annotated[float, Field(gt=0), Unit("rad/s")]
+Numbers = Annotated[tuple[Number, ...], Field(max_length=400_000)]
+
+
+class Channel(Table):
+    """One column or channel of a record: the accelerometer at a position, positive upwards (z)."""
+
+    column: Name = Field(description="of a CSV file; number of a WAV channel or data set 58")
+    at: Name = Field(description="name of the position that it stands at")
+    scale: Acceleration | None = Field(
+        None, description="acceleration of 1 in a CSV file without a unit, of full scale in a WAV; "
+        "negative for one mounted upside down",
+    )  # fmt: skip
+    use: Literal["solve", "compare"] = Field(
+        "solve", description="find the motion from it, or compare only"
+    )
+
+
+class FoundOrders(Table):
+    """What a record holds, block by block: put here when the file is read."""
+
+    orders: tuple[Annotated[int, Field(ge=1)], ...] = Field(description="harmonics of the plate")
+    speeds: Numbers = Field(description="of the blocks, rad/s")
+    real: Numbers = Field(description="of amplitudes in m/s^2, by channel, block, harmonic")
+    imaginary: Numbers = Field(description="of the same")
+    error: Numbers = Field(description="what interpolation makes of each, by channel and harmonic")
+    lines: Numbers = Field(description="root mean square amplitudes, by channel and line of order")
+
+
+class Record(Table):
+    """A file of samples over time; with a tachometer, a speed, or at one known speed."""
+
+    file: Name = Field(description="CSV, WAV or universal file (58) next to the case")
+    channels: Annotated[tuple[Channel, ...], Field(min_length=1, max_length=200)] = Field(
+        description="the accelerometers in it"
+    )
+    time: str = Field("time", description="column of a CSV file with the time of each sample")
+    sample_rate: Frequency | None = Field(None, description="of a CSV file without such a column")
+    pulses: str = Field("", description="column or channel of a tachometer")
+    pulses_per_turn: Annotated[int, Field(strict=True, ge=1, le=10_000)] = Field(
+        1, description="of the crankshaft"
+    )
+    threshold: Number | None = Field(
+        None, description="that a pulse rises through, in its column's numbers, of full scale in a "
+        "WAV; default: half way between the lowest and the highest sample",
+    )  # fmt: skip
+    hysteresis: Number | None = Field(
+        None, gt=0, description="how far it has to fall below before the next pulse; "
+        "default: a fifth of the way between the lowest and the highest sample",
+    )  # fmt: skip
+    speed: str = Field("", description="column of a crank speed, instead of pulses")
+    constant_speed: AngularSpeed | None = Field(
+        None, gt=0, description="of the crankshaft, instead of pulses"
+    )
+    turns: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
+        4, description="whole turns of a block; the scatter of blocks tells the uncertainty"
+    )
+    window: Literal["none", "hann"] = Field("none", description="over each block")
+    interpolation: Literal[1, 3, 5] = Field(
+        5, description="degree of the splines that give signals at equal angles"
+    )
+    found: FoundOrders | None = Field(None, description="put here when the file is read")
+    RULES = (
+        one_of("pulses", "speed", "constant_speed", hint="phases refer to the shaft"),
+        needs("threshold", "pulses"),
+        needs("hysteresis", "pulses"),
+        refuse(
+            "channels",
+            "a position has two channels of one record",
+            lambda t: len({*map(_at, t.entries("channels"))}) < len(t.entries("channels")),
+            "each position once",
+        ),
+        refuse(
+            "turns",
+            "a window of Hann smears each line over its neighbours: whole orders need blocks of "
+            "two turns at least",
+            lambda t: t["window"] == "hann" and t["turns"] == 1,
+            "turns = 2 or more",
+            also="window",
+        ),
+    )
+
+
+def _at(channel: object) -> str:
+    return str(channel.get("at")) if isinstance(channel, dict) else repr(channel)
+
+
+class Spectrum(Table):
+    """A complex spectrum of one accelerometer, as an analyser writes it: a reading with phases."""
+
+    file: Name = Field(
+        description="CSV with columns order or frequency, and amplitude and phase or real and "
+        "imaginary"
+    )
+    at: Name = Field(description="name of the position")
+    use: Literal["solve", "compare"] = Field("solve", description="find the motion, or compare")
+    amplitude: Annotated[tuple[Annotated[Acceleration, Field(ge=0)], ...], Field(max_length=64)] = (
+        Field((), description="of each harmonic, put here when the file is read")
+    )
+    phase: Annotated[
+        tuple[Annotated[float, Field(ge=-1e3 * math.pi, le=1e3 * math.pi), Unit("rad")], ...],
+        Field(max_length=64),
+    ] = Field((), description="the same")

@@ -1,0 +1,389 @@
+"""Files of records and spectra next to a case: read, tracked by order, put into the case.
+
+What a file holds becomes orders when the case is read, so that hash, resolved case and result hold
+numbers and no later step needs the file.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vibecalc.core.case.csv_files import (
+    Columns,
+    Unreadable,
+    check_unit,
+    numbers_of,
+    read_columns,
+)
+from vibecalc.core.case.raw import Data, listed, nearest, read_number, table_at, tables_at
+from vibecalc.errors import Problem
+from vibecalc.measurement.signals import (
+    Shaft,
+    order_blocks,
+    pulse_times,
+    shaft_of_pulses,
+    shaft_of_speed,
+    uneven_pulse,
+)
+from vibecalc.measurement.uff_files import uff_samples
+from vibecalc.numerics.rounding import FloatArray
+from vibecalc.units import convert
+
+# ----------------------------------------------------------------------------
+# The files of a case.
+# ----------------------------------------------------------------------------
+
+#: of the samples per second, up to which orders are taken for true
+_HIGHEST = 0.4
+#: lines of order that are kept of a record, and blocks
+_MOST_LINES, _MOST_BLOCKS = 400, 4000
+_LARGEST = 400_000_000
+#: of an order, what a line of a spectrum may be away from it, over the step of its lines
+_OFF_LINE = 0.5
+
+
+def attach_records(data: Data, folder: Path) -> list[Problem]:
+    """Read the files of [[measurement.record]] and [[measurement.spectrum]] of a case as written.
+
+    Returns what is wrong with them; what the schema refuses is left to it.
+    """
+    table, problems = table_at(data, "measurement"), list[Problem]()
+    given = table.get("orders")
+    orders = [one for one in given if type(one) is int] if isinstance(given, list) else []
+    if not orders or min(orders) < 1:
+        return []  # which the schema says
+    for name, attach in (("record", _record), ("spectrum", _spectrum)):
+        for place, row in tables_at(table, name):
+            if "found" in row or "amplitude" in row or not isinstance(row.get("file"), str):
+                continue
+            try:
+                attach(row, folder, orders, data)
+            except Unreadable as error:
+                key = error.key or "file"
+                problems.append(
+                    Problem(
+                        path=("measurement", name, place, key),
+                        message=f"{key}: {error}",
+                        found=repr(str(row.get(key, ""))[:80]),
+                        allowed=error.allowed,
+                        hint=error.hint,
+                    )
+                )
+    return problems
+
+
+class _Samples:
+    """Samples of a file: columns by name, over time."""
+
+    def __init__(
+        self,
+        times: FloatArray,
+        columns: dict[str, FloatArray],
+        units: dict[str, str],
+        names: list[str],
+    ):
+        self.times, self.columns, self.units, self.names = times, columns, units, names
+
+    def column(self, name: str, key: str) -> FloatArray:
+        if name not in self.columns:
+            near = nearest(name, self.names)
+            raise Unreadable(f"the file has no {name[:40]!r}", listed(self.names), near, key=key)
+        return self.columns[name]
+
+
+def _record(row: Data, folder: Path, orders: list[int], data: Data) -> None:
+    name = str(row["file"])
+    ending = Path(name).suffix.lower()
+    if ending in (".uff", ".unv"):
+        times, columns, units = uff_samples(_path(folder, name))
+        samples = _Samples(times, columns, units, list(columns))
+    else:
+        samples = _wav(folder, name) if ending == ".wav" else _csv(row, folder, name)
+    if samples.times.size < 16:
+        raise Unreadable(f"the record has {samples.times.size} samples", "a record of many turns")
+    shaft = _shaft(row, samples)
+    turns = row.get("turns", 4)
+    degree = row.get("interpolation", 5)
+    if not isinstance(turns, int) or turns < 1 or degree not in (1, 3, 5) or not orders:
+        return  # which the schema says
+    blocks = shaft.turns // turns
+    if not 2 <= blocks <= _MOST_BLOCKS:
+        raise Unreadable(
+            f"the record has {shaft.turns} whole turns, {blocks} block"
+            f"{'' if blocks == 1 else 's'} of {turns}",
+            f"2 to {_MOST_BLOCKS} blocks, whose scatter tells the uncertainty",
+            key="turns" if "turns" in row else "",
+        )
+    rate = (samples.times.size - 1) / (samples.times[-1] - samples.times[0])
+    fastest = float(np.max(np.diff(shaft.angles) / np.diff(shaft.times))) / (2.0 * np.pi)
+    highest = _HIGHEST * rate / fastest
+    if max(orders) > highest:
+        raise Unreadable(
+            f"{rate:.6g} samples per second show orders up to {highest:.3g} at "
+            f"{60.0 * fastest:.4g} rpm",
+            f"orders up to {highest:.3g}, or more samples: {max(orders)} was asked for",
+        )
+    lines = int(min(highest * turns, max(_MOST_LINES, max(orders) * turns)))
+    signals = np.stack([_channel(one, samples) for one in _channels(row)])
+    found = order_blocks(
+        samples.times, signals, shaft, turns, lines, str(row.get("window", "none")), degree
+    )
+    at = np.array(orders) * turns
+    kept = found.amplitudes[..., at]
+    row["found"] = {
+        "orders": list(orders),
+        "speeds": found.speeds.tolist(),
+        "real": kept.real.ravel().tolist(),
+        "imaginary": kept.imag.ravel().tolist(),
+        "error": np.max(found.error[..., at], axis=1).ravel().tolist(),
+        "lines": np.sqrt(np.mean(np.abs(found.amplitudes) ** 2, axis=1)).ravel().tolist(),
+    }
+
+
+def _channels(row: Data) -> list[Data]:
+    channels = [one for _, one in tables_at(row, "channels") if isinstance(one.get("column"), str)]
+    if not channels:
+        raise Unreadable("a record without channels", "channels = [{ column, at }]", key="channels")
+    return channels
+
+
+def _channel(one: Data, samples: _Samples) -> FloatArray:
+    """A signal in m/s^2."""
+    name = str(one["column"])
+    signal, unit = samples.column(name, "channels"), samples.units.get(name, "")
+    scale = read_number(one.get("scale"), "m/s^2")
+    if unit and "scale" in one:
+        raise Unreadable(f"column {name} has a unit and a scale", "one of the two", key="channels")
+    if not unit and scale is None:
+        raise Unreadable(
+            f"what is 1 of {name!r}?",
+            'scale = "1 m/s^2", or a unit in the line of names of a CSV file',
+            key="channels",
+        )
+    if not np.any(signal != signal[0]):
+        raise Unreadable(f"{name!r} is the same in every sample", "a signal", key="channels")
+    return signal * (convert(1.0, unit, "m/s^2") if unit else float(scale or 0.0))
+
+
+# ----------------------------------------------------------------------------
+# The shaft of a record.
+# ----------------------------------------------------------------------------
+
+
+def _shaft(row: Data, samples: _Samples) -> Shaft:
+    times = samples.times
+    if row.get("pulses"):
+        return _of_pulses(row, samples)
+    if row.get("speed"):
+        name = str(row["speed"])
+        speed = samples.column(name, "speed")
+        speed = speed * convert(1.0, samples.units.get(name) or "rad/s", "rad/s")
+        if np.min(speed) <= 0.0:
+            raise Unreadable("the speed is zero or negative in places", "> 0", key="speed")
+        return shaft_of_speed(times, speed)
+    constant = read_number(row.get("constant_speed"), "rad/s")
+    if constant is None or constant <= 0.0:
+        raise Unreadable(
+            "phases and orders need the angle of the shaft",
+            'pulses = "column", speed = "column" or constant_speed = "1500 rpm"',
+        )
+    return Shaft(constant * (times - times[0]), times)
+
+
+def _of_pulses(row: Data, samples: _Samples) -> Shaft:
+    signal = samples.column(str(row["pulses"]), "pulses")
+    low, high = float(np.min(signal)), float(np.max(signal))
+    threshold = row.get("threshold", 0.5 * (low + high))
+    hysteresis = row.get("hysteresis", 0.2 * (high - low))
+    per_turn = row.get("pulses_per_turn", 1)
+    numbers = all(isinstance(one, int | float) for one in (threshold, hysteresis, per_turn))
+    if not numbers or per_turn < 1:
+        raise Unreadable("pulses cannot be counted with these keys", key="pulses")
+    if not low < threshold < high or threshold - hysteresis < low:
+        raise Unreadable(
+            f"no pulse rises through {threshold:.4g} after it was at {threshold - hysteresis:.4g}",
+            f"between {low:.4g} and {high:.4g}, as the signal has them",
+            key="threshold" if "threshold" in row else "pulses",
+        )
+    pulses = pulse_times(samples.times, signal, float(threshold), float(hysteresis))
+    if pulses.size < 2 * per_turn + 4:
+        raise Unreadable(
+            f"{pulses.size} pulses, {per_turn} per turn", "pulses of many turns", key="pulses"
+        )
+    odd = uneven_pulse(pulses)
+    if odd is not None:
+        raise Unreadable(
+            f"the interval between pulses jumps at {pulses[odd]:.6g} s, from "
+            f"{pulses[odd] - pulses[odd - 1]:.4g} s to {pulses[odd + 1] - pulses[odd]:.4g} s",
+            "each pulse once",
+            "a pulse was missed, or noise made one: set threshold and hysteresis",
+            key="pulses",
+        )
+    return shaft_of_pulses(pulses, int(per_turn))
+
+
+# ----------------------------------------------------------------------------
+# Samples from files: CSV with a column of time or a rate, WAV.
+# ----------------------------------------------------------------------------
+
+#: of a step of time, what two steps may differ by
+_EVEN = 0.02
+
+
+def _csv(row: Data, folder: Path, name: str) -> _Samples:
+    columns = read_columns(folder, name)
+    time, rate = str(row.get("time", "time")), read_number(row.get("sample_rate"), "rad/s")
+    if isinstance(row.get("sample_rate"), int | float):
+        raise Unreadable(
+            "a sample rate without a unit would be in rad/s", '"5 kHz"', key="sample_rate"
+        )
+    wanted = [str(one["column"]) for one in _channels(row)]
+    wanted += [str(row[key]) for key in ("pulses", "speed") if row.get(key)]
+    numbers = {one: _numbers(one, columns) for one in dict.fromkeys(wanted) if one in columns}
+    units = {one: columns[one].unit for one in numbers}
+    for one in _channels(row):
+        if str(one["column"]) in numbers:
+            check_unit(str(one["column"]), columns[str(one["column"])], "m/s^2")
+    if row.get("speed") and str(row["speed"]) in numbers:
+        check_unit(str(row["speed"]), columns[str(row["speed"])], "rad/s")
+    size = len(next(iter(columns.values())).cells)
+    if time in columns:
+        if rate is not None:
+            raise Unreadable(
+                f"the file has a column {time!r}, and sample_rate is given",
+                "one of the two",
+                key="sample_rate",
+            )
+        check_unit(time, columns[time], "s")
+        times = _numbers(time, columns) * convert(1.0, columns[time].unit or "s", "s")
+        steps = np.diff(times)
+        if size < 2 or np.min(steps) <= 0.0:
+            raise Unreadable("the time does not rise from line to line", key="time")
+        if np.max(steps) > (1.0 + _EVEN) * np.min(steps) + 1e-9 * abs(times[-1]):
+            raise Unreadable(
+                f"samples are {np.min(steps):.6g} s to {np.max(steps):.6g} s apart",
+                "samples at one rate",
+                key="time",
+            )
+        return _Samples(times, numbers, units, list(columns))
+    if rate is None:
+        raise Unreadable(
+            f"the file has no column {time!r}, and no sample_rate is given",
+            'time = "name of the column", or sample_rate = "5 kHz"',
+            nearest(time, list(columns)),
+        )
+    return _Samples(
+        np.arange(size, dtype=np.float64) * (2.0 * np.pi / rate), numbers, units, list(columns)
+    )
+
+
+def _numbers(name: str, columns: Columns) -> FloatArray:
+    try:
+        return np.array([float(cell) for cell in numbers_of(name, columns[name])])
+    except ValueError:
+        raise Unreadable(
+            f"column {name} has units in its cells", "numbers, and the unit in the line of names"
+        ) from None
+
+
+def _path(folder: Path, name: str) -> Path:
+    """A file in the folder of the case. Raises Unreadable."""
+    path = folder / name
+    try:
+        inside = not Path(name).is_absolute() and path.resolve().is_relative_to(folder.resolve())
+        there, size = path.is_file(), path.stat().st_size if path.is_file() else 0
+    except (OSError, ValueError, RuntimeError):  # a null character; links in a circle
+        raise Unreadable("this is no name of a file") from None
+    if not inside:
+        raise Unreadable("a record has to lie in the folder of its case", "a name like run.wav")
+    if not there:
+        near = nearest(path.name, sorted(one.name for one in folder.glob(f"*{path.suffix}")))
+        raise Unreadable("there is no such file", hint=near)
+    if size > _LARGEST:
+        raise Unreadable(f"the file is larger than {_LARGEST / 1e6:g} MB")
+    return path
+
+
+def _wav(folder: Path, name: str) -> _Samples:
+    """Channels `1`, `2`, ... of a WAV file, over full scale."""
+    from scipy.io import wavfile
+
+    try:
+        rate, samples = wavfile.read(_path(folder, name))
+    except (ValueError, OSError, EOFError) as error:
+        raise Unreadable(f"the file is no WAV that can be read: {error}") from None
+    full = 1.0
+    if samples.dtype.kind == "u":
+        samples, full = samples.astype(float) - 128.0, 128.0
+    elif samples.dtype.kind == "i":
+        full = float(2 ** (8 * samples.dtype.itemsize - 1))
+    signals = np.asarray(samples, dtype=float).reshape(len(samples), -1).T / full
+    if not np.all(np.isfinite(signals)):
+        raise Unreadable("a sample of the file is not finite")
+    columns = {str(place + 1): signal for place, signal in enumerate(signals)}
+    return _Samples(np.arange(len(samples), dtype=np.float64) / rate, columns, {}, list(columns))
+
+
+# ----------------------------------------------------------------------------
+# Complex spectra: the lines of the harmonics.
+# ----------------------------------------------------------------------------
+
+
+def _spectrum(row: Data, folder: Path, orders: list[int], data: Data) -> None:
+    columns = read_columns(folder, str(row["file"]))
+    lines = _lines(columns, data)
+    values = _values(columns)
+    step = float(np.min(np.diff(np.unique(lines)))) if np.unique(lines).size > 1 else 1.0
+    picked = []
+    for order in orders:
+        place = int(np.argmin(np.abs(lines - order)))
+        if abs(lines[place] - order) > _OFF_LINE * min(step, 1.0) + 1e-9:
+            raise Unreadable(
+                f"no line of the file is of harmonic {order}: the nearest is {lines[place]:.6g}",
+                "lines of all orders of [measurement]",
+            )
+        picked.append(place)
+    row["amplitude"] = np.abs(values[picked]).tolist()
+    row["phase"] = np.angle(values[picked]).tolist()
+
+
+def _lines(columns: Columns, data: Data) -> FloatArray:
+    """The order of each line."""
+    if "order" in columns:
+        return _numbers("order", columns)
+    if "frequency" not in columns:
+        raise Unreadable(
+            "the file has neither a column order nor a column frequency", listed(list(columns))
+        )
+    base = read_number(table_at(data, "measurement").get("base_frequency"), "rad/s")
+    base = base or read_number(table_at(data, "machine").get("speed"), "rad/s")
+    if not base:
+        raise Unreadable(
+            "frequencies of a spectrum tell no order without that of order 1",
+            "base_frequency of [measurement]",
+        )
+    check_unit("frequency", columns["frequency"], "Hz")
+    unit = columns["frequency"].unit or "Hz"
+    return _numbers("frequency", columns) * convert(1.0, unit, "rad/s") / base
+
+
+def _values(columns: Columns) -> Any:
+    """Complex amplitudes of the lines, in m/s^2."""
+    for first, second in (("amplitude", "phase"), ("real", "imaginary")):
+        if first in columns and second in columns:
+            break
+    else:
+        raise Unreadable(
+            "the file lacks amplitude and phase, or real and imaginary", listed(list(columns))
+        )
+    check_unit(first, columns[first], "m/s^2")
+    one = _numbers(first, columns) * convert(1.0, columns[first].unit or "m/s^2", "m/s^2")
+    other = _numbers(second, columns)
+    if second == "phase":
+        check_unit(second, columns[second], "rad")
+        if np.min(one) < 0.0:
+            raise Unreadable("an amplitude is not negative", "its sign is a phase of 180 deg")
+        return one * np.exp(1j * other * convert(1.0, columns[second].unit or "rad", "rad"))
+    check_unit(second, columns[second], "m/s^2")
+    return one + 1j * other * convert(1.0, columns[second].unit or "m/s^2", "m/s^2")
