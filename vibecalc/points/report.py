@@ -181,7 +181,7 @@ def _by_order(result: Result) -> list[str]:
             cells.append([show(float(v) * factor, error) for v in magnitudes(one)[worst]])
     columns.append(Column("r.m.s.", 10))
     cells.append(["counts" if one else "outside" for one in counts])
-    rows = [list(row) for row in zip(*cells, strict=True)]
+    rows = [list(row) for row in zip(*cells, strict=True) if {*row[2:-1]} != {"0"}]
     title = f"{labels(found.axes[0])[worst]}, 0 to peak by order"
     return ["", *paragraph(title), *table(columns, rows[:48])]
 
