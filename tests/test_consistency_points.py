@@ -17,6 +17,7 @@ from vibecalc.core.report.headline import headline_rows
 from vibecalc.core.results.record import Record
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import execute
+from vibecalc.points.model import points_cautions
 from vibecalc.points.report import points
 from vibecalc.points.severity import grade, grade_number, zones
 from vibecalc.points.tables import GRADES
@@ -328,3 +329,10 @@ def test_the_report_says_the_zone_and_what_is_outside_the_band() -> None:
     rms = result.record["points/velocity_rms"].values
     zone = ("A/B", "C", "D")[int((rms.max() > np.array([5e-3, 10e-3])).sum())]
     assert row.value == pytest.approx(1e3 * rms.max()) and row.where.endswith(f"zone {zone}")
+
+
+def test_points_that_the_torque_of_the_gas_does_not_reach_are_said() -> None:
+    text = text_of_engine(157.0)
+    assert points_cautions(mounted(text)) == []
+    (said,) = points_cautions(mounted(text.replace('"rigid_body"', '"pitch"\nlever = 0.5')))
+    assert "without the torque of the gas" in said

@@ -121,6 +121,7 @@ SUBJECT = Subject(
     concerns=lambda case: bool(case.point) or case.vibration_severity is not None,
     units={"reading_order": Unit(1.0e-6, "orders of readings at points")},
     checks=("vibecalc.points.model:points_problems",),
+    cautions=("vibecalc.points.model:points_cautions",),
     sections=("vibecalc.points.report:points",),
     pictures={
         "points_by_order": "vibecalc.points.pictures:BY_ORDER",
