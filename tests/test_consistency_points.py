@@ -240,6 +240,21 @@ def test_a_run_up_is_made_of_plain_runs(kind: str) -> None:
             assert values[reading].max() == pytest.approx(largest[reading], rel=2e-3)
 
 
+def test_the_severity_of_the_run_up_is_that_of_its_three_curves() -> None:
+    record = engine()
+    curves = [record[f"points/run_up/{name}_rms"].values for name in QUANTITIES]
+    factors = (20.0 * np.pi, 1.0, 1.0 / (500.0 * np.pi))
+    expected = np.max([f * one for f, one in zip(factors, curves, strict=True)], axis=0)
+    found = record["points/run_up/severity"].values
+    assert found == pytest.approx(expected, rel=1e-12)
+    largest = record["points/run_up/severity_largest"].values
+    assert np.all(found.max(axis=1) <= largest * (1.0 + 1e-12))
+    assert found.max(axis=1) == pytest.approx(largest, rel=2e-3)
+    place = int(np.argmax(found[3]))
+    near = record["points/run_up/severity"].axes[1].values[place]
+    assert record["points/run_up/severity_largest_speed"].values[3] == pytest.approx(near, rel=0.02)
+
+
 def test_orders_come_into_the_band_and_go_out_of_it_in_steps() -> None:
     curve = engine()["points/run_up/velocity_rms"]
     speeds = np.asarray(curve.axes[1].values)
@@ -284,6 +299,25 @@ def test_the_largest_rms_of_one_mass_is_that_of_its_formula() -> None:
                            options={"xatol": 1e-12})  # fmt: skip
     assert top == pytest.approx(-near.fun, rel=1e-9)
     assert where == pytest.approx(near.x, rel=1e-6)
+
+
+def test_an_undamped_resonance_has_no_bound_where_its_order_counts() -> None:
+    case = changed(
+        isolation={"model": "rigid_body", "run_up": {"from": 50.0, "to": 60.0}},
+        machine__mounts__each={"stiffness": STIFFNESS.tolist()},
+        point=POINTS[-1:],
+    )
+    # the orders in resonance there are below 37 Hz
+    for low, bounded in (("20 Hz", False), ("45 Hz", True)):
+        case["vibration_severity"] = {"band": [low, "125 Hz"]}
+        record = run_case(validate(case))
+        tops = [
+            float(record[f"points/run_up/{name}_largest"].values[0])
+            for name in ("velocity_rms", "severity", "velocity_peak")
+        ]
+        assert [bool(np.isfinite(one)) for one in tops] == [bounded, bounded, False]
+        masked = record["isolation/masked/centre"].values * record["isolation/masked/order"].values
+        assert np.all(masked < 2.0 * np.pi * 37.0)
 
 
 # ----------------------------------------------------------------------------

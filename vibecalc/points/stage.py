@@ -63,7 +63,7 @@ def plan_points(case: "Case") -> Iterator[Stage]:
         parts=("body", "mounts", *(("crank_train",) if torque else ())),
         orders=orders,
         cost=f"one solve per order at some hundred speeds from {first:.6g} to {last:.6g} rad/s",
-        quantities=below("points/run_up/"),
+        quantities=below("points/run_up/", ("severity",) if severity is None else ()),
         is_last=True,
         harmonics=orders_of_run_up,
         work=_work_of_run_up,
