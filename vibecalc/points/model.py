@@ -5,8 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import Problem
+from vibecalc.kinds import gas_turns
 from vibecalc.numerics.rounding import FloatArray, IntArray
 from vibecalc.parts.body import DIRECTIONS
+from vibecalc.parts.firing import driven_machine, has_gas, torque_reaches_mounts
 from vibecalc.parts.matrices import displacement_at
 from vibecalc.points.severity import grade
 from vibecalc.points.tables import BAND, GRADES, MeasuringPoint, VibrationSeverity
@@ -119,3 +121,17 @@ def points_problems(case: Case) -> list[Problem]:
                 ]
             taken[name] = number
     return []
+
+
+def points_cautions(case: Case) -> list[str]:
+    """What the motion of the points lacks."""
+    machine = case.machine
+    if not case.point or not gas_turns(machine) or not has_gas(case) or torque_reaches_mounts(case):
+        return []
+    if driven_machine(case) == "cancels_torque":
+        return []
+    return [
+        "the points move without the torque of the gas, which the motion of the body here does "
+        "not have: [isolation] with model = 'rigid_body' or 'planar' has it, where the case says "
+        "when the cylinders fire"
+    ]

@@ -135,7 +135,7 @@ def _in_run_up(record: Record) -> tuple[list[str], set[str]]:
     if not cells:
         return [], set()
     rows = [list(row) for row in zip(names, *cells, strict=True)]
-    return ["", *table(columns, rows)], {path for path in record if path.startswith(RUN_UP)}
+    return table(columns, rows), {path for path in record if path.startswith(RUN_UP)}
 
 
 # ----------------------------------------------------------------------------
@@ -181,9 +181,9 @@ def _by_order(result: Result) -> list[str]:
             cells.append([show(float(v) * factor, error) for v in magnitudes(one)[worst]])
     columns.append(Column("r.m.s.", 10))
     cells.append(["counts" if one else "outside" for one in counts])
-    rows = [list(row) for row in zip(*cells, strict=True)]
+    rows = [list(row) for row in zip(*cells, strict=True) if {*row[2:-1]} != {"0"}]
     title = f"{labels(found.axes[0])[worst]}, 0 to peak by order"
-    return ["", *paragraph(title), *table(columns, rows[:48])]
+    return [*paragraph(title), *table(columns, rows[:48])]
 
 
 def points(result: Result) -> Section | None:

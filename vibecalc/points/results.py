@@ -92,6 +92,18 @@ ENTRIES = (
         RMS,
         name="severity",
     ),
+    entry(f"{RUN_UP}/severity", "sensor speed", "m/s", "severity at each speed", RMS),
+    entry(
+        f"{RUN_UP}/severity_largest",
+        "sensor",
+        "m/s",
+        "largest severity of the run-up",
+        RMS,
+        name="severity in the run-up, largest",
+    ),
+    entry(
+        f"{RUN_UP}/severity_largest_speed", "sensor", "rad/s", "crank speed of the largest"
+    ),
     entry(
         ZONE, "sensor", "", "boundaries of zones exceeded by one of the three: 0 in the best zone"
     ),

@@ -8,12 +8,13 @@ from vibecalc.isolation.adapters.run_up import sections
 from vibecalc.isolation.rows import Readout, with_left_out
 from vibecalc.isolation.run_up import RunUp, joined, run_up
 from vibecalc.isolation.run_up_peaks import RunUpPeak, highest_of
-from vibecalc.numerics.bounded import Bounded, concatenate
+from vibecalc.numerics.bounded import Bounded, concatenate, reshaped
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray
 from vibecalc.points.model import QUANTITIES, Readings, band_of, readings_of
 from vibecalc.points.readings import with_rates
 from vibecalc.points.results import RUN_UP
 from vibecalc.points.rms_over_speed import BandRows, RmsRunUp, rms_run_up
+from vibecalc.points.severity import LOWER, UPPER, severity
 
 
 def run_points_run_up(scene: Scene) -> None:
@@ -36,7 +37,10 @@ def run_points_run_up(scene: Scene) -> None:
     speed = np.concatenate([one.speed for one in levels])
     new = np.concatenate([[True], np.diff(speed) > 0.0])
     curve = concatenate([one.curve for one in levels], axis=0)[new]
-    _emit(scene, readings, "rms", speed[new], curve, highest_of([one.peak for one in levels]))
+    top = highest_of([one.peak for one in levels])
+    _emit(scene, readings, "rms", speed[new], curve, top)
+    if scene.case.vibration_severity is not None:
+        _emit_severity(scene, readings, speed[new], curve, top)
 
 
 def band_rows(part: RunUpSection, readings: Readings, band: tuple[float, float]) -> BandRows:
@@ -77,3 +81,20 @@ def _emit(
         known = np.isfinite(top.value[own])
         scene.emit(f"{path}_largest", top.value[own], np.where(known, top.error[own], 0.0), axes)
         scene.emit(f"{path}_largest_speed", top.speed[own], top.speed_error[own], axes)
+
+
+def _emit_severity(
+    scene: Scene, readings: Readings, speed: FloatArray, curve: Bounded, top: RunUpPeak
+) -> None:
+    """Severity over speed; its largest is the largest of what the three largest values make."""
+    count = len(readings.names)
+    own = [slice(number * count, (number + 1) * count) for number in range(3)]
+    axes = {"sensor": readings.names, "speed": speed}
+    path = f"{RUN_UP}/severity"
+    scene.emit(path, reshaped(severity(*(curve[:, one] for one in own)), np.transpose), axes=axes)
+    factor = np.array([[LOWER], [1.0], [1.0 / UPPER]])
+    value, error = (np.reshape(part, (3, count)) * factor for part in (top.value, top.error))
+    error = np.max(np.where(np.isfinite(value), error, 0.0), axis=0)
+    scene.emit(f"{path}_largest", np.max(value, axis=0), error, axes)
+    row = np.argmax(value, axis=0) * count + np.arange(count)
+    scene.emit(f"{path}_largest_speed", top.speed[row], top.speed_error[row], axes)

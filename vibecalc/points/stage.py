@@ -63,7 +63,7 @@ def plan_points(case: "Case") -> Iterator[Stage]:
         parts=("body", "mounts", *(("crank_train",) if torque else ())),
         orders=orders,
         cost=f"one solve per order at some hundred speeds from {first:.6g} to {last:.6g} rad/s",
-        quantities=below("points/run_up/"),
+        quantities=below("points/run_up/", ("severity",) if severity is None else ()),
         is_last=True,
         harmonics=orders_of_loads,
         work=_work_of_run_up,
@@ -121,6 +121,7 @@ SUBJECT = Subject(
     concerns=lambda case: bool(case.point) or case.vibration_severity is not None,
     units={"reading_order": Unit(1.0e-6, "orders of readings at points")},
     checks=("vibecalc.points.model:points_problems",),
+    cautions=("vibecalc.points.model:points_cautions",),
     sections=("vibecalc.points.report:points",),
     pictures={
         "points_by_order": "vibecalc.points.pictures:BY_ORDER",
