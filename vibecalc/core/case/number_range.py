@@ -20,7 +20,7 @@ MAY_VANISH = frozenset(
     {"position", "positions", "origin", "wrist_pin_offset", "inertia_products", "gravity", "from"}
     | {"values", "pressure", "cosine", "sine", "stand"}
     | {"slip", "torque", "force", "time", "factor", "acceleration_feedback", "feedbacks", "delay"}
-    | {"lower", "upper"}
+    | {"lower", "upper", "density", "real", "imaginary"}
 )
 TABLES = (
     "excitation",
