@@ -200,3 +200,50 @@ def test_no_steady_motion_is_refused() -> None:
     table["foundation"]["flexibilities"][0]["dynamic_stiffness"] = columns
     with pytest.raises(NumericalFailure, match="beyond the tables"):
         run_case(validate(table))
+
+
+def test_a_base_that_moves_carries_the_foundation() -> None:
+    table = deck()
+    point = [0.3, -0.2, -3.0]
+    table["base_motion"] = {
+        "point": point,
+        "harmonics": [{"name": "blades", "frequency": 88.0, "velocity": [1e-3, 2e-3, 4e-3],
+                       "angular_velocity": [4e-4, 1e-4, 0.0]}],
+        "spectra": [{"direction": "z", "acceleration": {
+            "frequency": [30.0, 200.0], "density": [1e-3, 1e-3]}}],
+    }  # fmt: skip
+    case = validate(table)
+    record = run_case(case)
+    mounts, springs, mass, rigid = dense(case, 88.0)
+    whole = mounts + springs
+    turn = np.eye(6)
+    turn[:3] = displacement_at(-np.array(point))
+    base = turn @ (np.array([1e-3, 2e-3, 4e-3, 4e-4, 1e-4, 0.0]) / 88.0j)
+    motion = np.linalg.solve(whole - 88.0**2 * mass, whole @ rigid @ base)
+    root = "base_motion/harmonic"
+    for name, part in (
+        ("translation", motion[:3]), ("rotation", motion[3:6]),
+        ("relative_translation", motion[:3] - base[:3]),
+        ("foundation_translation", motion[6:9]), ("foundation_rotation", motion[9:]),
+    ):  # fmt: skip
+        assert record[f"{root}/{name}"].values[0] == pytest.approx(part, rel=1e-9, abs=1e-15)
+    # white acceleration of the base: sums over a fine grid, which is even about the resonances
+    w = np.linspace(30.0, 200.0, 4001)
+    grid = np.array([dense_acceleration(case, float(one)) for one in w[::8]])
+    power = np.trapezoid(np.abs(grid) ** 2, w[::8]) / (2.0 * np.pi) * 1e-3
+    rms = record["base_motion/spectrum/acceleration_rms"].values[2]
+    assert rms == pytest.approx(np.sqrt(power), rel=1e-3)
+
+
+def dense_acceleration(case: Any, w: float) -> complex:
+    """Of the machine up and down, by a unit of the base."""
+    if "parts" not in CACHE:
+        CACHE["parts"] = [dense(case, one) for one in (0.0, 1.0)]
+    (m0, s0, mass, rigid), (m1, s1, *_) = CACHE["parts"]
+    still, moving = m0 + s0, m1 + s1
+    whole = still + w * (moving - still)
+    up = rigid[:, 2]
+    return complex(np.linalg.solve(whole - w**2 * mass, whole @ up)[2])
+
+
+CACHE: dict[str, Any] = {}

@@ -86,6 +86,9 @@ def _emit_harmonics(scene: Scene, stand: Stand, given: BaseMotion) -> None:
     for place, part in enumerate(series):
         scene.emit(f"{HARMONIC}/{names_of[2 * place]}", part[:, :3], axes=axes)
         scene.emit(f"{HARMONIC}/{names_of[2 * place + 1]}", part[:, 3:], axes=axes)
+    if motion.shape[-1] > 6:
+        for name, part in (("translation", motion[:, 6:9]), ("rotation", motion[:, 9:])):
+            scene.emit(f"{HARMONIC}/foundation_{name}", part, axes=axes)
     total = abs(series[-1][:, :3]).sum(0)
     scene.emit(f"{HARMONIC}/acceleration_peak", total, axes={"direction": DIRECTIONS})
     # (harmonics, mounts, 3)
@@ -180,9 +183,10 @@ def _emit_spectra(scene: Scene, stand: Stand, shapes: Modes, given: BaseMotion) 
     around = (inside[:, None] * (1.0 + np.array([-0.02, -0.005, 0.005, 0.02]))).ravel()
     drawn = np.sort(np.concatenate([drawn, around[(around > ends[0]) & (around < ends[-1])]]))
     drawn = drawn[np.concatenate([[True], np.diff(drawn) > 1e-9 * drawn[1:]])]
-    density = powers(drawn)[:, 24:27].T
-    scene.emit(f"{SPECTRUM}/density", density, 1e-11 * np.max(density),
-               {"direction": DIRECTIONS, "base_frequency": drawn / _TURN})  # fmt: skip
+    both = powers(drawn)
+    axes = {"direction": DIRECTIONS, "base_frequency": drawn / _TURN}
+    for name, density in (("base_density", both[:, :3].T), ("density", both[:, 24:27].T)):
+        scene.emit(f"{SPECTRUM}/{name}", density, 1e-11 * np.max(density), axes)
     scene.cite(
         "Gauss rules on panels about each resonance, two orders compared",
         "mean squares by the spectra of the base",

@@ -1,9 +1,12 @@
 """A base that moves, in the report and as pictures."""
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 
 from vibecalc.base_motion.results import HARMONIC, ROOT, SPECTRUM
-from vibecalc.core.report.curves import Curve, Curves, Panel, level
+from vibecalc.core.report.curves import Curve, Curves, Panel, level, sourced
 from vibecalc.core.report.sections import (
     Section,
     by_axis,
@@ -14,7 +17,7 @@ from vibecalc.core.report.sections import (
     table_of,
 )
 from vibecalc.core.report.writing import Column, hertz, number, paragraph, show, table
-from vibecalc.core.results.record import Record, Result
+from vibecalc.core.results.record import Quantity, Record, Result
 
 #: result, heading, factor from SI to what is shown
 _LINEAR = (
@@ -64,7 +67,13 @@ def _harmonics(record: Record) -> list[str]:
     ]
     heads = [number(head, 14) for _, head, _ in _LINEAR] + [number("turning mrad", 12)]
     lines = table([Column("harmonic", 16), number("Hz", 8), *heads], rows)
-    lines += paragraph("0 to peak, of the axis that moves most; at the reference point of the body")
+    words = "0 to peak, of the axis that moves most; at the reference point of the body"
+    if f"{HARMONIC}/foundation_translation" in record:
+        below = record[f"{HARMONIC}/foundation_translation"]
+        tops = [show(1e3 * float(one), 1e3 * below.error_estimate)
+                for one in np.max(magnitudes(below), axis=1)]  # fmt: skip
+        words += f"; the foundation moves by {', '.join(tops)} mm"
+    lines += paragraph(words)
     mounts = by_axis(record, "mount", "mount, all harmonics", _SUMS)
     words = "peaks as if all harmonics were at their largest at once: they have no common period"
     return [*lines, "", *mounts, *paragraph(words)]
@@ -127,13 +136,31 @@ TRANSMISSIBILITY = Curves(
     names=6,
 )
 
+
+def _moving(name: str) -> Callable[[Result], Quantity | None]:
+    """Densities of the directions that move at all."""
+
+    def made(result: Result) -> Quantity | None:
+        found = sourced(f"{SPECTRUM}/{name}", result)
+        if found is None:
+            return None
+        size = np.max(np.abs(found.values), axis=1)
+        moving = np.flatnonzero(size > 1e-12 * np.max(size))
+        axis = replace(found.axes[0], values=found.axes[0].values[moving])
+        return replace(found, values=found.values[moving], axes=(axis, found.axes[1]))
+
+    return made
+
+
 DENSITY = Curves(
-    "acceleration of the reference point by the spectra of the base",
+    "acceleration of base and body by the spectra of the base, in (m/s$^2$)$^2$/Hz",
     (
         Panel(
-            "density in (m/s$^2$)$^2$/Hz",
-            (Curve(f"{SPECTRUM}/density", "{}"),),
-            unit="m^2/s^3",
+            "density",
+            (
+                Curve(_moving("density"), "body, {}"),
+                Curve(_moving("base_density"), "base, {}", {"linestyle": "--"}),
+            ),
             log="xy",
         ),
     ),

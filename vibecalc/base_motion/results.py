@@ -22,6 +22,11 @@ MOTIONS = (
     ("acceleration", "m/s^2", "acceleration of the reference point"),
     ("angular_acceleration", "rad/s^2", "angular acceleration"),
 )
+#: where the mounts stand on a second body
+FOUNDATION = (
+    ("foundation_translation", "m", "displacement of the foundation at its reference point"),
+    ("foundation_rotation", "rad", "rotation of the foundation"),
+)
 OF_MOUNTS = (
     ("deflection", "m", "deflection of a mount", "mm"),
     ("mount_force", "N", "force of a mount on what it stands on", "N"),
@@ -31,6 +36,9 @@ OF_MOUNTS = (
 def _harmonics() -> Iterator[Entry]:
     yield entry(f"{HARMONIC}/frequency", "base_harmonic", "rad/s", "of each harmonic")
     for name, unit, words in MOTIONS:
+        axes = "base_harmonic direction"
+        yield entry(f"{HARMONIC}/{name}", axes, unit, f"{words} by a harmonic of the base", PEAK)
+    for name, unit, words in FOUNDATION:
         axes = "base_harmonic direction"
         yield entry(f"{HARMONIC}/{name}", axes, unit, f"{words} by a harmonic of the base", PEAK)
     for name, unit, words, read in OF_MOUNTS:
@@ -80,6 +88,12 @@ def _spectra() -> Iterator[Entry]:
             PEAK,
             headline=Headline(f"{words} at random, peak", read),
         )
+    yield entry(
+        f"{SPECTRUM}/base_density",
+        "direction base_frequency",
+        "m^2/s^3",
+        "the same of the base where the reference point is",
+    )
     yield entry(
         f"{SPECTRUM}/density",
         "direction base_frequency",

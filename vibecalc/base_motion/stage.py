@@ -18,13 +18,15 @@ def plan_base_motion(case: "Case") -> Iterator[Stage]:
     if given is None:
         return
     without = ("/harmonic/",) * (not given.harmonics) + ("/spectrum/",) * (not given.spectra)
+    if case.foundation is None:
+        without += ("/foundation_",)
     yield Stage(
         name="base motion",
         adapter="vibecalc.base_motion.adapter:run_base_motion",
         why="[base_motion] is in the case",
         parts=("body", "mounts"),
         orders="",
-        cost=f"{len(given.harmonics)} harmonics and {len(given.spectra)} spectra of the base",
+        cost=f"harmonics of the base: {len(given.harmonics)}, spectra: {len(given.spectra)}",
         quantities=below("base_motion/", without=without),
         is_last=True,
         work=_work,

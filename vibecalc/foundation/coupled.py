@@ -4,6 +4,7 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
+from vibecalc.excitation.inertia_forces import size_of_terms
 from vibecalc.foundation.coupled_results import COUPLED
 from vibecalc.foundation.impedance import Giving, GivingMotion, on_giving
 from vibecalc.foundation.model import giving_of, stand_on_body
@@ -165,9 +166,9 @@ def _emit_loads(scene: Scene, ground: Bounded, rigid: Bounded, loads: BodyLoads)
         size = held[:used].norm()
         for name, load in (("ground", ground[:, part]), ("rigid", rigid[:, part])):
             path = f"{COUPLED}/{name}/{what}"
-            scene.emit(path, load[:used], axes=axes)
+            scene.emit(path, load[:used], axes=axes, terms=size_of_terms(load.error[:used]))
             total, arrived = rms(load, used, loads.tail).norm(), load[:used].norm()
-            scene.emit(f"{path}_rms", total)
+            scene.emit(f"{path}_rms", total, terms=size_of_terms(total.error))
             share = efficiency(size, arrived, size.max(0), arrived.max(0))
             scene.emit(f"{path}_by_order", share, axes=axes)
             if acting.value > 4.0 * acting.error:

@@ -29,11 +29,11 @@ class Overall(NamedTuple):
 def efficiency(held: Bounded, ground: Bounded, size: Bounded, size_ground: Bounded) -> Bounded:
     """1 - |ground| / |held| (...), of magnitudes.
 
-    What is below a billionth of the sizes counts as zero: where nothing acts and nothing arrives it
-    is 1, where nothing acts and something arrives it is minus infinity.
+    What is below a billionth of the sizes, or within its error, counts as zero: where nothing acts
+    and nothing arrives it is 1, where nothing acts and something arrives it is minus infinity.
     """
-    acts = held.value > _NOTHING * size.value
-    arrives = ground.value > _NOTHING * size_ground.value
+    acts = held.value > np.maximum(_NOTHING * size.value, 4.0 * held.error)
+    arrives = ground.value > np.maximum(_NOTHING * size_ground.value, 4.0 * ground.error)
     ratio = bounded.where(arrives, ground, 0.0) / bounded.where(acts, held, 1.0)
     ratio = bounded.where(acts, ratio, 0.0)
     unbounded = Bounded(np.asarray(-np.inf), np.zeros(()))

@@ -9,6 +9,7 @@ from vibecalc.isolation.results import MAXIMA_ROOT
 
 #: relative difference of forces and speeds that are one for a reader
 _ALIKE = 1e-6
+_MOST = 30
 
 
 def run_up_maxima(result: Result) -> Section | None:
@@ -43,6 +44,9 @@ def _table(record: Record) -> list[str]:
                 break
         else:
             groups.append((one, [name]))
+    # of a machine with many mounts the highest, in the order of their speeds
+    left = len(groups) - _MOST
+    groups = sorted(groups, key=lambda group: -group[0][1])[:_MOST]
     groups.sort(key=lambda group: group[0][2])
     rows = [
         [
@@ -63,4 +67,5 @@ def _table(record: Record) -> list[str]:
         number("of the peak", 11), number("peaking", 7), number("mode", 5),
         number("order/mode", 11), Column("", 3),
     )  # fmt: skip
-    return table(heads, rows)
+    lines = table(heads, rows)
+    return lines + (paragraph(f"the other {left} are lower, and in the file") if left > 0 else [])

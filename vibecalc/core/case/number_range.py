@@ -28,7 +28,7 @@ MAY_VANISH = frozenset(
     {"position", "positions", "origin", "wrist_pin_offset", "inertia_products", "gravity", "from"}
     | {"values", "pressure", "cosine", "sine", "stand"}
     | {"slip", "torque", "force", "time", "factor", "acceleration_feedback", "feedbacks", "delay"}
-    | {"lower", "upper", "between"}
+    | {"lower", "upper", "between", "density", "real", "imaginary"}
 )
 TABLES = (
     "excitation",

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
+from vibecalc.excitation.inertia_forces import size_of_terms
 from vibecalc.isolation.adapters.common import isolation_of
 from vibecalc.isolation.adapters.loads import BodyLoads, body_loads, steady_motion
 from vibecalc.isolation.efficiency import Overall, by_order, efficiency, overall, rms
@@ -109,16 +110,16 @@ def _emit_vector(
 ) -> None:
     used = loads.retained
     axes = {"half_order": loads.order[:used], "coordinate": names}
-    scene.emit(f"{path}/held", held[:used], axes=axes)
-    scene.emit(f"{path}/ground", ground[:used], axes=axes)
+    for name, one in (("held", held[:used]), ("ground", ground[:used])):
+        scene.emit(f"{path}/{name}", one, axes=axes, terms=size_of_terms(one.error))
     found = by_order(held[:used], ground[:used])
     axes = {"half_order": loads.order[:used], "component": [*names, "resultant"]}
     scene.emit(f"{path}/by_order", found, axes=axes)
     both = [overall(one, loads.order, used, loads.tail) for one in (held, ground)]
     for place, name in enumerate(Overall._fields):
         first, second = (one[place] for one in both)
-        scene.emit(f"{path}/held_{name}", first)
-        scene.emit(f"{path}/ground_{name}", second)
+        scene.emit(f"{path}/held_{name}", first, terms=size_of_terms(first.error))
+        scene.emit(f"{path}/ground_{name}", second, terms=size_of_terms(second.error))
         # where nothing acts there is nothing to isolate
         if not first.value > 4.0 * first.error:
             continue
