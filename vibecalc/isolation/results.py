@@ -324,6 +324,7 @@ TORQUE_REACTION_ENTRIES = (
 #: axis name -> (unit, long name)
 AXES = {
     "mount": ("", "mount"),
+    "deflection": ("m", "compression of a mount along its axis"),
 }
 ENTRIES = (
     *ISOLATION_ENTRIES,
