@@ -167,7 +167,7 @@ def _softly(stiffness: FloatArray, free: NDArray[np.intp]) -> FloatArray:
     """A stiffness (f,) for each motion as large as that of the stiffest of its kind."""
     diagonal, turning = np.diagonal(stiffness), free > 2
     shift = diagonal[~turning].max(initial=1.0)
-    return np.where(turning, diagonal[turning].max(initial=shift), shift)
+    return np.asarray(np.where(turning, diagonal[turning].max(initial=shift), shift))
 
 
 def _inverse(stiffness: FloatArray) -> FloatArray | None:
