@@ -1,14 +1,19 @@
 """Claim: each order, each mode and each speed has the stiffness of its own frequency."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 from mounted_sets import ran, tables
 from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 from scipy.linalg import eigh
 from scipy.optimize import minimize_scalar
+from shipped_cases import CASES
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Record
+from vibecalc.core.results.store import read_result
+from vibecalc.core.study.execute import load_checked
 from vibecalc.parts.body import build_body
 
 TURN = 2.0 * np.pi
@@ -33,12 +38,17 @@ def case(**more: object) -> dict:
     return data | more
 
 
+def flat_ends(at: Sequence[float], values: Sequence[float]) -> np.ndarray:
+    slopes = PchipInterpolator(at, values).derivative()(at)
+    slopes[[0, -1]] = 0.0
+    return np.asarray(slopes)
+
+
 def curve(values: list[float], at: float) -> float:
     """Monotone cubic, level at both ends and beyond."""
-    rows = np.array(ROWS["frequency"])
-    slopes = PchipInterpolator(rows, values).derivative()(rows)
-    slopes[[0, -1]] = 0.0
-    return float(CubicHermiteSpline(rows, values, slopes)(np.clip(at, rows[0], rows[-1])))
+    rows = ROWS["frequency"]
+    spline = CubicHermiteSpline(rows, values, flat_ends(rows, values))
+    return float(spline(np.clip(at, rows[0], rows[-1])))
 
 
 def passing(w: float) -> list[np.ndarray]:
@@ -187,3 +197,35 @@ def test_the_run_up_finds_the_maximum_of_all_speeds() -> None:
     for place in range(5, len(speeds), len(speeds) // 2):
         expected = largest(forces(record, speed, float(speeds[place])))
         assert curve_of.values[:, place] == pytest.approx(expected, rel=1e-8)
+
+
+def test_the_set_on_its_skid_under_the_torque_of_its_cylinders() -> None:
+    """Of the shipped case: loads of an order on the body, forces of its mounts, from its motion."""
+    result = read_result(CASES["genset_skid"].parents[1] / "tests" / "golden" / "genset_skid.h5")
+    record, loaded = result.record, load_checked([CASES["genset_skid"]])[0]
+    root = "isolation/torque_reaction/"
+    order = record[f"{root}couple"].axes[0].values
+    motion = np.hstack([record[f"{root}{name}"].values for name in ("translation", "rotation")])
+    nominal = record["isolation/mounts/stiffness"].values  # along z; across by the same rows
+    rows = loaded.case.machine.mounts.each.over_frequency
+    mounts, m = loaded.case.machine.mounts, build_body(loaded.case.machine.body).mass_matrix
+    places = np.array(mounts.positions) + np.array(mounts.datum)
+    matrix = np.array([[260e3, 260e3, 420e3]]) * (nominal / 420e3)[:, None]
+    for n in (2.0, 4.0):
+        at, w = int(np.argmin(np.abs(order - n))), n * loaded.case.machine.speed
+        s, eta = (
+            float(CubicHermiteSpline(rows.frequency, values, flat)(w))
+            for values in (rows.stiffness_factor, rows.loss_factor)
+            for flat in [flat_ends(rows.frequency, values)]
+        )
+        passes = [s * (1.0 + 1j * eta) * np.diag(one) for one in matrix]
+        found = record[f"{root}support_force"].values[:, :, at]
+        force = [k @ there(p) @ motion[at] for k, p in zip(passes, places, strict=True)]
+        assert np.abs(found - force).max() < 1e-9 * np.abs(found).max()
+        dynamic = sum(there(p).T @ k @ there(p) for k, p in zip(passes, places, strict=True))
+        load = (dynamic - w**2 * m) @ motion[at]
+        shaking = record["excitation/force"].values[int(n) - 1]
+        couple = np.cross(loaded.case.machine.crank_train.origin, shaking)
+        couple[0] += record[f"{root}couple"].values[at]
+        expected = np.concatenate([shaking, couple])
+        assert np.abs(load - expected).max() < 1e-8 * np.abs(expected).max()

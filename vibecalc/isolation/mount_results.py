@@ -7,6 +7,7 @@ ROOT = "isolation/mounts"
 AT_REST = tuple(
     f"{ROOT}/{name}" for name in ("load", "deflection", "static_stiffness", "stiffness")
 )
+LOAD_CURVE = f"{ROOT}/load_curve"
 #: of mounts with stops
 OF_STOPS = (f"{ROOT}/clearance_at_rest",)
 MOVING = (f"{ROOT}/travel", f"{ROOT}/clearance")
@@ -21,6 +22,7 @@ MOUNT_ENTRIES = (
     entry(AT_REST[1], "mount", "m", "compression of a mount at rest along its axis"),
     entry(AT_REST[2], "mount", "N/m", "tangent of its static load over deflection at rest"),
     entry(AT_REST[3], "mount", "N/m", "dynamic stiffness about the rest along its axis, nominal"),
+    entry(LOAD_CURVE, "mount deflection", "N", "static load of a mount over its compression"),
     entry(
         OF_STOPS[0],
         "mount",

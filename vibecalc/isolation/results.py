@@ -351,6 +351,7 @@ AXES = {
     "mount": ("", "mount"),
     "maximum": ("", "local maximum, by support and speed"),
     **EFFICIENCY_AXES,
+    "deflection": ("m", "compression of a mount along its axis"),
 }
 ENTRIES = (
     *ISOLATION_ENTRIES,

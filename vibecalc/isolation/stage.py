@@ -6,7 +6,14 @@ from typing import TYPE_CHECKING
 
 from vibecalc.core.run.stage import Entries, Harmonics, Leading, Stage, Subject, Unit, Work, below
 from vibecalc.excitation.stage import USUAL_ORDERS
-from vibecalc.isolation.mount_results import AT_REST, BY_ORDER, MOVING, OF_RUN_UP, OF_STOPS
+from vibecalc.isolation.mount_results import (
+    AT_REST,
+    BY_ORDER,
+    LOAD_CURVE,
+    MOVING,
+    OF_RUN_UP,
+    OF_STOPS,
+)
 from vibecalc.kinematics.stage import orders_given, orders_of_motion, orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
 from vibecalc.parts.firing import (
@@ -53,7 +60,7 @@ def _of_mounts(case: "Case", moving: bool, rest: bool = True) -> tuple[str, ...]
         return ()
     stops = has_stops(mounts)
     return (
-        *(AT_REST if rest and loads_count(mounts) else ()),
+        *((*AT_REST, LOAD_CURVE) if rest and loads_count(mounts) else ()),
         *(OF_STOPS if rest and stops else ()),
         *(MOVING if moving and stops else ()),
         *(BY_ORDER if rest and frequency_counts(mounts) else ()),
@@ -236,6 +243,7 @@ SUBJECT = Subject(
         "transmissibility": "vibecalc.isolation.pictures:TRANSMISSIBILITY",
         "modal_energy": "vibecalc.isolation.pictures:draw_modal_energy",
         "mode_shapes": "vibecalc.isolation.pictures:draw_mode_shapes",
+        "mounts": "vibecalc.isolation.mount_pictures:MOUNTS",
         "engine_mounts": "vibecalc.isolation.pictures:ENGINE_MOUNTS",
         "efficiency": "vibecalc.isolation.efficiency_report:EFFICIENCY",
     },

@@ -47,6 +47,8 @@ class Rest(NamedTuple):
 _STEPS, _HALVINGS = 200, 60
 #: share of the fall that the slope of the energy promises
 _ENOUGH = 1e-4
+#: of the largest stiffness, added where there is none yet
+_SOFT = 1e-3
 
 
 def equilibrium(
@@ -110,10 +112,13 @@ def equilibrium(
         left = (np.einsum("nik,ni->k", turn, found[5]) - load)[free]
         stiffness = np.einsum("nik,nij,njl->kl", turn, found[6], turn)[np.ix_(free, free)]
         inverse = _inverse(stiffness)
-        step = -inverse @ left
+        if inverse is None:  # held by stops that it does not touch yet, or by a cube from zero on
+            step = -np.linalg.solve(stiffness + _SOFT * np.diag(_softly(stiffness, free)), left)
+        else:
+            step = -inverse @ left
         fall = float(-left @ step)
         rounding = (lost(body, found) + UNIT_ROUNDOFF * np.abs(load))[free]
-        met = np.all(np.abs(left) <= rounding)
+        met = inverse is not None and np.all(np.abs(left) <= rounding)
         if met or fall <= 0.0 or (fall >= 0.25 * best and fall <= 1e-24 * terms):
             break
         best, share = min(best, fall), 1.0
@@ -129,6 +134,11 @@ def equilibrium(
         raise NumericalFailure(
             f"no rest of the body on its mounts is found in {_STEPS} steps: a load of "
             f"{float(np.abs(left).max()):.3g} is left; are stops or curves of mounts very stiff?"
+        )
+    if inverse is None:
+        raise NumericalFailure(
+            "the mounts leave the body free in some direction, to rounding: no rest can be found; "
+            "add a mount or give the mounts stiffness in the missing direction"
         )
     size = np.abs(inverse)
     error = np.zeros(6)
@@ -153,15 +163,19 @@ def _size(turn: FloatArray, axis: FloatArray, body: FloatArray) -> FloatArray:
     return np.asarray(np.einsum("ni,nik,k->n", np.abs(axis), np.abs(turn), np.abs(body)))
 
 
-def _inverse(stiffness: FloatArray) -> FloatArray:
-    """Inverse in coordinates of equal stiffness; NumericalFailure where there is none."""
+def _softly(stiffness: FloatArray, free: NDArray[np.intp]) -> FloatArray:
+    """A stiffness (f,) for each motion as large as that of the stiffest of its kind."""
+    diagonal, turning = np.diagonal(stiffness), free > 2
+    shift = diagonal[~turning].max(initial=1.0)
+    return np.asarray(np.where(turning, diagonal[turning].max(initial=shift), shift))
+
+
+def _inverse(stiffness: FloatArray) -> FloatArray | None:
+    """Inverse in coordinates of equal stiffness; None where there is none."""
     diagonal = np.diagonal(stiffness)
     if np.all(diagonal > 0.0):
         scale = 1.0 / np.sqrt(diagonal)
         scaled = stiffness * scale[:, None] * scale
         if np.linalg.cond(scaled) < 1e12:
             return np.asarray(np.linalg.inv(scaled) * scale[:, None] * scale)
-    raise NumericalFailure(
-        "the mounts leave the body free in some direction, to rounding: no rest can be found; add "
-        "a mount or give the mounts stiffness in the missing direction"
-    )
+    return None

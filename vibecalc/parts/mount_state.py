@@ -109,10 +109,10 @@ def _law(entry: MountEntry, linear: float) -> "Law":
     rows, stops = static.load_deflection, static.stops
     curve = None if rows is None else (rows.deflection, rows.load)
     if stops is None:
-        return Law(linear, static.cubic_stiffness, curve)
+        return Law(linear, static.cubic_stiffness or 0.0, curve)
     down = np.inf if stops.down is None else stops.down
     up = np.inf if stops.up is None else stops.up
-    return Law(linear, static.cubic_stiffness, curve, down, up, stops.stiffness)
+    return Law(linear, static.cubic_stiffness or 0.0, curve, down, up, stops.stiffness)
 
 
 def _weight(body: RigidBody, up: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -103,7 +103,9 @@ class Static(Table):
     axis: Literal["x", "y", "z"] | None = Field(
         None, description="the mount's own axis of load and stops; default: `up` of [isolation]"
     )
-    cubic_stiffness: Cubic = Field(0.0, description="times the deflection cubed, along the axis")
+    cubic_stiffness: Cubic | None = Field(
+        None, description="times the deflection cubed, along the axis"
+    )
     load_deflection: LoadDeflection | None = Field(
         None, description="along the axis, instead of the stiffness: a table or a CSV"
     )

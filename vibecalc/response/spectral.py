@@ -165,11 +165,17 @@ def own_energy_fraction(found: Sequence[OwnMode]) -> Bounded:
 
 
 def own_resonances(found: Sequence[OwnMode], force: Bounded) -> Resonances:
-    """Resonances under forces (orders, f), each at its own frequency."""
+    """Resonances under forces (orders, f), each at its own frequency.
+
+    An undamped one counts as driven: of matrices that change with the frequency no mode can be
+    left out of an order.
+    """
     each = [body_resonances(one.matrices, one.shapes, force) for one in found]
     return Resonances(
         np.array([one.frequency[r] for r, one in enumerate(each)]),
         np.array([one.damping_ratio[r] for r, one in enumerate(each)]),
         np.array([one.half_width[r] for r, one in enumerate(each)]),
-        np.stack([one.idle[..., r] for r, one in enumerate(each)], axis=-1),
+        np.stack(
+            [one.idle[..., r] & (one.exposed()[r] == 0.0) for r, one in enumerate(each)], axis=-1
+        ),
     )

@@ -4,7 +4,14 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing, left_out
-from vibecalc.isolation.mount_results import AT_REST, BY_ORDER, MOVING, OF_RUN_UP, OF_STOPS
+from vibecalc.isolation.mount_results import (
+    AT_REST,
+    BY_ORDER,
+    LOAD_CURVE,
+    MOVING,
+    OF_RUN_UP,
+    OF_STOPS,
+)
 from vibecalc.isolation.rigid_body import Static
 from vibecalc.isolation.run_up_peaks import RunUpPeak
 from vibecalc.isolation.torque_reaction import torque_left_out
@@ -14,6 +21,9 @@ from vibecalc.parts.equilibrium import Rest
 from vibecalc.parts.mount_curves import Law
 from vibecalc.parts.mounts import Mounts
 from vibecalc.torsion.synthesis import synthesis
+
+#: of load over deflection
+CURVE_POINTS = 121
 
 # ----------------------------------------------------------------------------
 # At rest, and over the orders.
@@ -48,6 +58,7 @@ def emit_mounts(scene: Scene, mounts: Mounts, orders: np.ndarray, speed: float) 
         )
         for path, value in zip(AT_REST, values, strict=True):
             scene.emit(path, value, axes=names)
+        _emit_curves(scene, mounts, rest)
         if any(law.stop for law in mounts.laws):
             left = _to_stop(mounts.laws, rest.deflection, rest.deflection)
             error = np.where(np.isfinite(left), rest.deflection_error, 0.0)
@@ -72,6 +83,22 @@ def emit_mounts(scene: Scene, mounts: Mounts, orders: np.ndarray, speed: float) 
             "mounts over frequency",
             "docs/theory_mounts.md",
         )
+
+
+def _emit_curves(scene: Scene, mounts: Mounts, rest: Rest) -> None:
+    """Load of each mount over a range about its rest, its stops within, not beyond its rows."""
+    if not scene.wants(LOAD_CURVE):
+        return
+    laws = mounts.laws
+    ends = [(law.down, -law.up) if law.stop else law.range for law in laws]
+    shown = 1.1 * np.array(ends).ravel()
+    seen = [0.0, *(1.6 * rest.deflection), *shown[np.isfinite(shown)]]
+    low = max(min(seen), *(law.range[0] for law in laws))
+    high = min(max(seen), *(law.range[1] for law in laws))
+    at = np.linspace(low, max(high, low + 1e-9), CURVE_POINTS)
+    load = np.array([[law.load(float(u)) for u in at] for law in laws])
+    axes = {"mount": mounts.names, "deflection": at}
+    scene.emit(LOAD_CURVE, load, 16.0 * EPSILON * np.abs(load), axes)
 
 
 def _up(scene: Scene, count: int) -> np.ndarray:
