@@ -288,6 +288,7 @@ WARBURTON_PAIRS = (
     ("base_acceleration", "deflection"),
     ("base_acceleration", "transmitted_force"),
 )
+_NO_SPRING = ([0.0, 0.0],)
 #: what a tuning within a band asks for, and what only such a one is for
 BANDED = (
     needs("tolerances", "band band_ratios", "the worst case is that within a band"),
@@ -374,6 +375,12 @@ BANDED = (
             also="band",
         )
         for key, value in (("norm", "h_infinity"), ("kind", "free"))
+    ),
+    refuse(
+        ("tuning", "bounds", "stiffness_ratio"),
+        "within a band spring and damper are both found, and the bounds leave no spring",
+        lambda t: _banded(t) and table_at(t.data, "bounds").get("stiffness_ratio") in _NO_SPRING,
+        "a highest ratio > 0",
     ),
     refuse(
         ("tuning", "bounds", "travel"),

@@ -213,10 +213,13 @@ def _emit_methods(
             k, z, promise = found.stiffness_ratio, found.secondary_damping, found.largest
         else:
             method = WARBURTON[pair] if name == "warburton" else METHODS[_NAMED[name]]
-            k, z, promise = (float(part) for part in method.formula(m))
+            with np.errstate(invalid="ignore"):
+                k, z, promise = (float(part) for part in method.formula(m))
             scene.cite(f"closed form {name!r}: {method.validity}", "comparison", method.source)
-        if not np.isfinite(k) or k < 0.0:
-            raise NumericalFailure(f"closed form {name!r}: no tuning of a mass ratio of {m:.6g}")
+        if not np.isfinite(z) or k < 0.0:
+            raise NumericalFailure(
+                f"closed form {name!r}: no tuning for a mass ratio of {float(m):g}"
+            )
         value, error = largest_in(problem, k, z)
         rows.append((k, z, promise, float(np.max(value)), float(np.max(error))))
     k, z, promise, peak, slack = np.array(rows).T
