@@ -9,6 +9,7 @@ from vibecalc.core.report.fit import PREFIX, quantities_of
 from vibecalc.core.report.sections import having, labels, read_as
 from vibecalc.core.report.writing import fold
 from vibecalc.core.results.record import Quantity, Result
+from vibecalc.core.results.select import select
 from vibecalc.errors import UnitError
 from vibecalc.units import convert, parse_quantity
 
@@ -38,8 +39,8 @@ def draw_fit(result: Result) -> "Figure | None":
     return figure
 
 
-def _across(parts: Parts) -> tuple[str, str, np.ndarray] | None:
-    """Axis, unit and numbers where the points of a quantity lie along one axis of numbers."""
+def _across(parts: Parts) -> tuple[str, str, np.ndarray, dict[str, str]] | None:
+    """Axis, unit, numbers and what all share, where the points lie along one axis of numbers."""
     found: list[tuple[str, float | str]] = []
     names = labels(parts["measured"].axes[0])
     if len(names) < 3:
@@ -60,7 +61,9 @@ def _across(parts: Parts) -> tuple[str, str, np.ndarray] | None:
         values = np.array([parse_quantity(_plain(entry), si) for _, entry in found])
     except (UnitError, ValueError):
         return None
-    return axis, unit, values * (convert(1.0, "rad/s", "rpm") if unit else 1.0)
+    factor = convert(1.0, "rad/s", "rpm") if unit else 1.0
+    picked = (one.partition("=") for one in shared)
+    return axis, unit, values * factor, {name: entry for name, _, entry in picked}
 
 
 def _plain(entry: float | str) -> float | str:
@@ -73,7 +76,7 @@ def _plain(entry: float | str) -> float | str:
 def _curve(axes: "Axes", result: Result, path: str, parts: Parts) -> None:
     across = _across(parts)
     assert across is not None
-    axis, axis_unit, places = across
+    axis, axis_unit, places, where = across
     order = np.argsort(places, kind="stable")
     name, unit = read_as(path, parts["measured"].unit)
     factor = convert(1.0, parts["measured"].unit, unit)
@@ -81,12 +84,13 @@ def _curve(axes: "Axes", result: Result, path: str, parts: Parts) -> None:
     if "at_start" in values:
         axes.plot(places[order], values["at_start"][order], "o--", color=QUIET, mfc="white",
                   lw=0.8, label="computed as written")  # fmt: skip
-    whole = having(result.record, path, axis)
-    if whole is not None and len(whole.axes[0].values) > len(places):
-        at = np.asarray(whole.axes[0].values, dtype=float)
-        at = at * (convert(1.0, whole.axes[0].unit, axis_unit) if axis_unit else 1.0)
+    whole = result.record.quantities.get(path)
+    along = None if whole is None else next((one for one in whole.axes if one.name == axis), None)
+    values_of = np.zeros(0) if whole is None else select(whole, where).values
+    if along is not None and values_of.shape == (len(along.values),) and along.unit:
+        at = np.asarray(along.values, dtype=float) * convert(1.0, along.unit, axis_unit)
         kept = (at >= 0.8 * places.min()) & (at <= 1.2 * places.max())
-        axes.plot(at[kept], np.asarray(whole.values)[kept] * factor, color=COLOURS[0])
+        axes.plot(at[kept], np.abs(values_of[kept]) * factor, color=COLOURS[0])
         axes.plot(places, values["computed"], "o", ms=3, color=COLOURS[0], label="fitted")
     else:
         axes.plot(places[order], values["computed"][order], "o-", ms=4, color=COLOURS[0],
