@@ -11,6 +11,7 @@ from vibecalc.foundation.tables import Flexibility, Foundation
 from vibecalc.foundation.two_bodies import Second, two_bodies
 from vibecalc.isolation.on_base import Stand
 from vibecalc.parts.body import RigidBody, build_body
+from vibecalc.parts.mount_needs import frequency_counts, loads_count
 from vibecalc.parts.mounts import Mounts, build_mounts, free_motions, mount_entries
 from vibecalc.schema import Case
 
@@ -84,12 +85,11 @@ def coupled_problems(case: Case) -> list[Problem]:
 
 def _whole_body(given: Foundation) -> Iterator[Problem]:
     assert given.body is not None
-    if given.body.mass is None:
+    if given.body.mass_matrix is not None:
         yield Problem(
-            path=(*FOUNDATION, "body"),
+            path=(*FOUNDATION, "body", "mass_matrix"),
             message="the body of a foundation has a mass, and inertia or a box",
-            found="a mass_matrix",
-            allowed="mass with inertia or box",
+            allowed="mass with inertia or box, or parts",
         )
 
 
@@ -100,6 +100,15 @@ def _springs(given: Foundation) -> Iterator[Problem]:
             path=(*FOUNDATION, "springs", "stiffness_matrix"),
             message="the springs of a foundation have places",
             allowed="positions of equal springs, or individual ones",
+        )
+        return
+    if loads_count(given.springs) or frequency_counts(given.springs):
+        yield Problem(
+            path=(*FOUNDATION, "springs"),
+            message="the springs of a foundation have one stiffness",
+            found="static, over_load or over_frequency",
+            allowed="stiffness, damping and loss_factor",
+            hint="[foundation] flexibilities take stiffness over frequency",
         )
         return
     motions = free_motions(build_mounts(given.springs))
