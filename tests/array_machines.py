@@ -102,6 +102,28 @@ CHANGES: dict[str, dict[str, Any]] = {
         "response": {"energies": True, "method": "direct"},
         "machine.mounts.each": {"stiffness": [1e4, 2e4, 5e4], "loss_factor": 0.04},
     },
+    "parts": {
+        "isolation": {"model": "rigid_body"},
+        "machine.body": {
+            "parts": [
+                {
+                    "name": "engine",
+                    "mass": 70.0,
+                    "centre": [0.1, 0.02, 0.05],
+                    "box": {"length": 0.6, "width": 0.4, "height": 0.5},
+                },
+                {
+                    "name": "generator",
+                    "mass": 50.0,
+                    "centre": [-0.4, 0.0, 0.02],
+                    "inertia": [2.0, 3.0, 4.0],
+                    "inertia_products": [0.1, 0.05, -0.1],
+                },
+            ],
+        },
+        "machine.mounts.datum": [0.02, 0.0, -0.05],
+    },
+    "own centre": {"isolation": {"model": "rigid_body"}, "machine.body.centre": [0.01, 0.02, 0.03]},
     "matrices": {"case": "compressor", "response.operations": [], "response.balances": []},
     "on a floor": {
         "isolation.run_up": None,

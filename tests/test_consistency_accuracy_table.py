@@ -18,7 +18,7 @@ from vibecalc.response.accuracy import speeds_topics
 
 #: nothing of theirs is one of the kinds of problems
 WITHOUT = {
-    *("balance", "hardware", "measurement", "modal route as published"),
+    *("absorber motion", "balance", "body", "hardware", "measurement", "modal route as published"),
     # orders one by one, and of several conditions: those of the line at its speed are measured
     *("torsion curves", "torsion irregularity", "torsion conditions"),
 }

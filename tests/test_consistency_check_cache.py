@@ -30,12 +30,15 @@ def resolved(name: str) -> dict[str, Any]:
 
 
 #: these are called by others of them
-WITHIN = {"matrix_problems", "planar_problems", "study_problems", "coupling_problems"}
+WITHIN = {
+    *("matrix_problems", "planar_problems", "study_problems", "coupling_problems"),
+    *("mount_problems", "articulated_problems", "fit_problems"),
+}
 
 
 def test_all_checks_take_part() -> None:
     """Every function of a case that gives problems is a check of the parts or of a subject."""
-    named = {check.__name__ for check in OF_PARTS} - {"matrices"}
+    named = {check.__name__ for check in OF_PARTS} - {"matrices", "mounts", "slave_rods"}
     for subject in subjects().values():
         named |= {one.partition(":")[2] for one in (*subject.checks, *subject.last_checks)}
     pattern = r"^def (\w+_problems)\(case: \"?Case\"?\) -> list"

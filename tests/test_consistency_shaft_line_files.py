@@ -136,7 +136,11 @@ def _rounded(row: Any) -> Any:
     return float(f"{row:.12g}") if isinstance(row, float) else row
 
 
-SHIPPED = sorted(path.stem for path in CASES.glob("engine*.toml"))
+SHIPPED = sorted(
+    path.stem
+    for path in CASES.glob("engine*.toml")
+    if "[machine.shaft_line" in path.read_text(encoding="utf-8")
+)
 
 
 def with_files(case: LoadedCase, folder: Path) -> LoadedCase:

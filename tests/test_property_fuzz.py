@@ -65,7 +65,7 @@ def run_many(count: int, path: Path, seed: int = SEED + 1) -> dict[int, int]:
 def test_mutations_through_check(tmp_path: Path) -> None:
     codes = check_many(30, tmp_path / "mutated.toml")
     assert set(codes) == {0, 2}
-    assert codes[2] > 24 and codes[0] > 0
+    assert codes[2] > 20 and codes[0] > 0
 
 
 @pytest.mark.timeout(280)

@@ -191,7 +191,7 @@ def _arranged(one: parts.StockSpring) -> list[tuple[str, float, float]]:
         return [(one.name, one.rate, math.nan)]
     rows = []
     for n in range(1, one.parallel + 1):
-        for deep in range(1, one.series + 1):
+        for deep in range(1, (one.series or 1) + 1):
             if math.gcd(n, deep) == 1:
                 lines = f"{n} x " if n > 1 else ""
                 behind = f"{deep} in series of " if deep > 1 else ""

@@ -14,7 +14,7 @@ TRANSLATION = {
     "displacement": ("displacement", "m", "mm", "displacement"),
     "velocity": ("velocity", "m/s", "mm/s", "velocity"),
     "acceleration": ("acceleration", "m/s^2", "m/s^2", "acceleration"),
-    "deflection": ("deflection", "m", "mm", "displacement against the ground"),
+    "deflection": ("deflection", "m", "mm", "deflection"),
     "transmitted_force": ("transmitted_force", "N", "N", "force on the ground"),
     "travel": ("travel", "m", "mm", "travel of the absorber"),
     "spring_force": ("spring_force", "N", "N", "force in the spring of the absorber"),
@@ -43,7 +43,7 @@ def _rows(table: dict[str, tuple[str, str, str, str]]) -> Iterator[Entry]:
             f"{MOTION_ROOT}/{name}", f"{fitted} excitation_frequency".strip(), unit,
             f"{words}{of} by frequency, complex", PEAK,
         )  # fmt: skip
-        head = Headline(f"largest {words}{of}", read, pick="first",
+        head = Headline(f"{words}{of}, largest", read, pick="first",
                         at=f"{MOTION_ROOT}/largest_at/{name}")  # fmt: skip
         yield entry(
             f"{MOTION_ROOT}/largest/{name}", fitted, unit,

@@ -340,8 +340,8 @@ class StockSpring(Table):
     parallel: Annotated[int, Field(strict=True, ge=1, le=100)] | None = Field(
         None, description="every number up to it is tried; default: springs.count of them"
     )
-    series: Annotated[int, Field(strict=True, ge=1, le=10)] = Field(
-        1, description="up to so many behind each other in each line"
+    series: Annotated[int, Field(strict=True, ge=1, le=10)] | None = Field(
+        None, description="up to so many behind each other in each line; default: 1"
     )
     RULES = (needs("series", "parallel", "springs.count says how many act together, each alone"),)
 

@@ -29,7 +29,7 @@ FOUNDATION = (
 )
 OF_MOUNTS = (
     ("deflection", "m", "deflection of a mount", "mm"),
-    ("mount_force", "N", "force of a mount on what it stands on", "N"),
+    ("mount_force", "N", "force of a mount below it", "N"),
 )
 
 
