@@ -135,6 +135,7 @@ def test_an_unknown_picture_is_refused_before_any_is_drawn(
     assert not (tmp_path / "pictures").exists()
 
 
+@pytest.mark.long
 def test_two_results_whose_pictures_meet(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """`one` with `motion_over_turn` and `one_motion` with `over_turn` name the same file."""
     pytest.importorskip("matplotlib")

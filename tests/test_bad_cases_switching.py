@@ -159,6 +159,7 @@ def test_order_on_a_damped_natural_frequency_at_the_operating_speed() -> None:
     assert done.settling.time == pytest.approx(expected, rel=0.02)
 
 
+@pytest.mark.long
 def test_strong_and_weak_damping_side_by_side() -> None:
     ratios = np.array([300.0, 1e-6, 1.0, 0.03, 2.0, 0.9])
     system, loads = compressor(ratios), compressor_loads(2)

@@ -218,6 +218,7 @@ def test_no_other_tuning_is_better(
     assert ended.fun > found.largest * (1.0 - 1e-3)
 
 
+@pytest.mark.long
 def test_tolerances_are_paid_for_once_and_bring_more() -> None:
     """The robust tuning is worse with exact parts and better in the worst case; corners by hand."""
     shares = {"natural_frequency": "5 %", "damping": "20 %"}

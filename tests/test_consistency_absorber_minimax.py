@@ -132,6 +132,7 @@ def test_closed_forms_are_as_good_as_they_say(name):
     assert loss < 1e-11 if method.exact else 1e-4 < loss < 0.1
 
 
+@pytest.mark.long
 def test_the_threshold_of_force_and_displacement_is_met_from_both_sides():
     """4 z1^2 = 2: below it the excess falls with the square of the distance, above none is left."""
     away = 10.0 ** -np.arange(2.0, 16.0)

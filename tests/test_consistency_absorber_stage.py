@@ -313,11 +313,12 @@ def number(record: Record, path: str) -> float:
     return float(record[path].values)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "damping",
     [
-        pytest.param(0.7071, marks=pytest.mark.long),
-        pytest.param(0.707106, marks=pytest.mark.long),
+        0.7071,
+        0.707106,
         0.7071067,
     ],
 )
@@ -374,6 +375,7 @@ def test_no_stock_is_ranked_by_peaks_for_a_mean_square() -> None:
     assert any("mean square" in words for words in record.warnings)
 
 
+@pytest.mark.long
 def test_an_oil_out_of_its_model_is_left_out() -> None:
     record = run("absorber_rig_a", "machine.gap.temperature='-40 degC'", *SHORT)
     kept = list(record["hardware/oil/damping"].axes[0].values)

@@ -245,6 +245,7 @@ def test_thermal_runaway_is_named() -> None:
         run_case(validate(data))
 
 
+@pytest.mark.long
 def test_a_coupling_behind_a_gear_is_the_referred_one() -> None:
     """Half the speed, the other way round: own values count a quarter, torques are doubled."""
 

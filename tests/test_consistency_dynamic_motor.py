@@ -220,6 +220,7 @@ def test_where_it_folds(started_at: float | None) -> None:
     assert 2.0 < (1.0 - largest[1]) / (1.0 - largest[0]) < 3.9
 
 
+@pytest.mark.long
 def test_too_much_for_the_motor() -> None:
     with pytest.raises(NumericalFailure, match="no running state: gas and friction ask for"):
         run(machine_of(gas_scale=[6.0, 6.0]), drive_of(2))

@@ -85,6 +85,7 @@ def test_levels_by_the_kernels() -> None:
     assert np.abs(changes[1]).max() > 0.3
 
 
+@pytest.mark.long
 def test_energies_and_the_answer() -> None:
     record = record_of()
     energy = {

@@ -110,6 +110,7 @@ def test_damper_that_keeps_its_heat() -> None:
     assert cooler[0] < worst and cooler[1] > 1.2 * heat
 
 
+@pytest.mark.long
 def test_damper_of_the_published_engine() -> None:
     line, printed = Damped("engine_damper_design"), stated("engine_damper_design.toml")
     best = best_of("engine_damper_design.toml")

@@ -116,6 +116,7 @@ points = 5
     assert abs(float(found.values) - exact) <= found.error_estimate <= 1e-9 * exact
 
 
+@pytest.mark.long
 def test_the_damping_that_takes_the_most_heat(tmp_path: Path) -> None:
     """A slip v between ring and crank is T / (c + Z), Z the impedance of both in series.
 

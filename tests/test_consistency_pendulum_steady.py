@@ -38,12 +38,13 @@ def one_cycle(pendulum, order, torque, speed, slope):
     return found.y[:, -1], found.t[-1], np.max(np.abs(found.y[1]))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("pendulum", "order"),
     [
         (on("epicycloidal", ROLLERS), ORDER),
         *(
-            pytest.param(pendulum, order, marks=pytest.mark.long)
+            (pendulum, order)
             for pendulum in (
                 POINT,
                 on("epicycloidal"),

@@ -108,6 +108,7 @@ def test_a_demand_that_no_gain_meets_is_refused_in_words():
         tune(SOURCE, controller, LOAD, TARGET, WIDE._replace(gain=(40.0, 90.0), delay_margin=0.1))
 
 
+@pytest.mark.long
 def test_the_gain_of_the_source_is_refused_for_any_delay_margin():
     """K near 10 and k_S near -10: 39 dB on paper, no delay allowed."""
     near = Demands((9.9, 10.1), (-10.1, -9.9), delay_margin=1e-9)

@@ -77,6 +77,7 @@ def test_the_shell_on_mounts_swings_about_its_new_place() -> None:
     assert error["mount_torque"] < 0.1
 
 
+@pytest.mark.long
 def test_dry_friction_brings_a_coasting_rotor_to_rest_and_holds_it() -> None:
     machine = bare(friction_torque=40.0)
     found = start_up(machine, without_gas(0.0), duration=2.6, speed=50.0, crank_angle=1.0)
@@ -183,6 +184,7 @@ def test_the_errors_bound_what_a_tight_run_finds() -> None:
         assert found.final_error[0] < 100.0 * tolerance
 
 
+@pytest.mark.long
 def test_verdicts_in_words() -> None:
     machine, drive = source_machine(), straight_drive()
     assert start_up(machine, drive, duration=0.6, crank_angle=1.0).verdict == "rocking"

@@ -228,6 +228,7 @@ def test_no_change_of_some_keys_is_overlooked(name: str) -> None:
     assert ran == 10 and used > 2
 
 
+@pytest.mark.long
 def test_speeds_of_a_shaft_line_are_those_of_each_point() -> None:
     """The keys whose first value once served all points."""
     place, path = "response.torsion.speeds", "response/torsion/speeds/torque_half_range"

@@ -268,6 +268,7 @@ def test_a_slow_passage_reaches_what_stands_at_the_resonance(exponent: float) ->
     assert 0.99 * largest <= peak <= largest + inertia
 
 
+@pytest.mark.long
 def test_a_clutch_takes_a_pump_along_without_any_cylinder() -> None:
     engage = {
         "kind": "clutch_in", "clutch": "coupling", "driven_speed": "0 rpm", "after": 6.0,

@@ -25,6 +25,7 @@ def test_balance_of_start_and_optimum_stand_in_one_report() -> None:
     ].values  # fmt: skip
 
 
+@pytest.mark.long
 def test_a_start_without_a_result_is_said_and_the_search_goes_on(tmp_path: Path) -> None:
     text = (CASES / "generator_mount_design.toml").read_text(encoding="utf-8")
     frequency = (12 * 4 * 0.4**2 * 10000 / (100 * (0.35**2 + 0.8**2))) ** 0.5

@@ -62,6 +62,7 @@ def test_points_are_shared_out_attached_ones_given_up_and_fatal_ones_reported(
     assert len(check(done, {4: TIMED_OUT, 33: DIED})) >= 2
 
 
+@pytest.mark.long
 def test_a_worker_killed_in_the_middle_costs_no_point(cluster: Any) -> None:
     with distributed.Client(cluster.scheduler_address, set_as_default=False) as client:
         victim = next(iter(client.run(os.getpid).values()))

@@ -366,6 +366,7 @@ def test_nothing_computed_has_no_picture() -> None:
     assert [make_sweep(sweep, name) for name in SWEEP_PICTURES] == [None] * 3
 
 
+@pytest.mark.long
 def test_a_file_is_drawn_by_its_own_name_and_equal_ones_alike(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

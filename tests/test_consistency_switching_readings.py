@@ -67,12 +67,13 @@ def test_final_peaks_and_settling_are_those_of_the_motion_itself() -> None:
     assert done.settling.deviation == pytest.approx(deviation[0] / top, rel=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("before", "after"),
     [
         (BOTH, ONLY_A),
-        pytest.param(ONLY_A, BOTH, marks=pytest.mark.long),
-        pytest.param(IDLE, ONLY_A, marks=pytest.mark.long),
+        (ONLY_A, BOTH),
+        (IDLE, ONLY_A),
     ],
 )
 def test_worst_instant_is_the_largest_over_the_angles(before: int, after: int) -> None:

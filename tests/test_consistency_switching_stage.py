@@ -143,12 +143,13 @@ def same_peaks(record: Record, way: str, change: int, want: dict[str, np.ndarray
 WAYS = {"A+B": ["A", "B"], "A": ["A"]}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("reverses", "angle", "unbalanced", "changes"),
     [
         (True, 0.0, False, (1,)),
-        pytest.param(True, 0.0, False, (0,), marks=pytest.mark.long),
-        pytest.param(False, 2.3, True, (0, 1), marks=pytest.mark.long),
+        (True, 0.0, False, (0,)),
+        (False, 2.3, True, (0, 1)),
     ],
 )
 def test_peaks_of_the_real_change(

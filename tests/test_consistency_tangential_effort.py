@@ -62,6 +62,7 @@ def both() -> tuple[Case, Case]:
     return cards, validate(from_cards(data, cards.machine, orders))
 
 
+@pytest.mark.long
 def test_a_table_of_the_harmonics_of_cards_is_these_cards() -> None:
     cards, effort_ = (run_case(case).quantities for case in both())
     left_out = {f"{ROOT}excitation/pressure"}

@@ -118,6 +118,7 @@ def test_derivatives_of_the_angles_are_those_of_full_matrices(at: int) -> None:
             assert half_range(wanted) * (1 - 1e-12) <= peak <= np.abs(wanted).sum() * (1 + 1e-12)
 
 
+@pytest.mark.long
 def test_the_largest_amplitude_of_an_order_is_found_between_the_speeds() -> None:
     result = run(CURVES)
     top, at = (values(result, f"curves/torque/{one}") for one in ("largest", "largest_speed"))

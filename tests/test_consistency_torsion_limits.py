@@ -94,6 +94,7 @@ def half(name: str, speed: float) -> float:
     return half_range(torques(speed)[name])
 
 
+@pytest.mark.long
 def test_torques_at_the_operating_speed() -> None:
     mine = torques(750.0 * RPM)
     for name, value in zip(axis("torque_half_range", 0), values("torque_half_range"), strict=True):

@@ -32,6 +32,7 @@ def test_error_of_the_truncated_motion_falls_like_the_next_term(rod_ratio):
     assert np.all(rate > limit * (2 * terms[:-1] + 1) / (2 * terms[:-1] + 2))
 
 
+@pytest.mark.long
 def test_limit_of_a_rod_as_short_as_the_crank():
     # |cos t| = 2/pi + 4/pi sum (-1)^(k+1) cos 2kt / (4 k^2 - 1); the way there is d log(1/d)
     distance = 10.0 ** -np.arange(3, 9)

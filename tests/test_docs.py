@@ -154,6 +154,7 @@ def test_changes_of_operation_of_the_compressor() -> None:
 # ----------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_numbers_by_name_of_the_roll_page() -> None:
     """In the columns after the quantity: what is computed, and what would be needed."""
     numbers = roll_page.numbers()

@@ -81,6 +81,7 @@ def test_force_and_motion_are_reciprocal(m, k, z2, x):
     assert one == amplitude(a, x, "base", "displacement")
 
 
+@pytest.mark.long
 @settings(max_examples=80, deadline=None)
 @given(st.integers(-60, 60))
 def test_the_distance_to_the_threshold_keeps_its_digits(steps):
@@ -232,6 +233,7 @@ def absorbers(count: int) -> np.ndarray:
     return np.stack([z1, m, k, np.sqrt(m * k) * 10.0 ** draw.uniform(-3, 0.3, count)])
 
 
+@pytest.mark.long
 def test_peaks_are_those_of_sixty_digits_each_once() -> None:
     every = np.concatenate([absorbers(40), np.array(TWICE).T], axis=1)
     found = peaks(Absorber(*every))

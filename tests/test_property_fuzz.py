@@ -68,6 +68,7 @@ def test_mutations_through_check(tmp_path: Path) -> None:
     assert codes[2] > 20 and codes[0] > 0
 
 
+@pytest.mark.long
 @pytest.mark.timeout(280)
 def test_mutations_through_run(tmp_path: Path) -> None:
     codes = run_many(3, tmp_path / "mutated.toml", seed=SEED + 4)

@@ -84,6 +84,7 @@ def check(text: str) -> None:
             assert tomllib.loads(f"x = {text[span.value_start : span.value_stop]}")["x"] == value
 
 
+@pytest.mark.long
 @settings(max_examples=25, deadline=None)
 @given(tables)
 def test_texts_of_tomli_w(document: dict[str, Any]) -> None:

@@ -49,9 +49,10 @@ def solved(number):
     return found, reach(rows, amplitudes, widths)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("first", "count"),
-    [(0, 4), *(pytest.param(first, 12, marks=pytest.mark.long) for first in range(0, 60, 12))],
+    [(0, 4), *((first, 12) for first in range(0, 60, 12))],
 )
 def test_the_truth_is_within_the_bound_of_a_candidate(first, count):
     """All levels of one candidate hold at once; of every candidate, where they are one family."""

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 from isolation_machines import random_body, shows
-from long_but import long_but
 from random_machines import random_machine, without_damping
 
 from vibecalc.core.case.load import validate
@@ -107,7 +106,8 @@ def test_peaks_of_many_machines(light: float) -> None:
     check(range(7000, 7400), light)
 
 
-@pytest.mark.parametrize("seed", long_but([3, 8], 3))
+@pytest.mark.long
+@pytest.mark.parametrize("seed", [3, 8])
 def test_a_dense_sweep_shows_the_same_in_blocks_of_any_size(
     seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

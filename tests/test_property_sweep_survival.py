@@ -73,6 +73,7 @@ def test_a_sweep_killed_at_many_moments_ends_as_if_never_killed(
     survives(tmp_path / "killed.h5", *uninterrupted, moments, seed)
 
 
+@pytest.mark.long
 def test_a_sweep_killed_after_its_first_chunk_ends_as_if_never_killed(tmp_path: Path) -> None:
     output, whole = tmp_path / "killed.h5", tmp_path / "whole" / "whole.h5"
     grid = (*(axis.replace("16log", "8log").replace(":6", ":3") for axis in GRID),)

@@ -193,7 +193,8 @@ def test_too_few_orders_to_tell_when_it_has_settled() -> None:
         with_orders(1)
 
 
-@pytest.mark.parametrize("orders", [2, pytest.param(3, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("orders", [2, 3])
 def test_dropped_orders_are_dropped_and_within_the_errors(orders: int) -> None:
     few, all_of_them = with_orders(orders), with_orders(None)
     for path in WANTED:

@@ -11,6 +11,7 @@ from vibecalc.core.results.record import Record
 from vibecalc.torsion.report.limits import verdicts
 
 
+@pytest.mark.long
 def test_limits_of_every_kind_with_a_misfire(tmp_path: Path) -> None:
     damped = GEARED.replace('stiffness = "1e6 N*m/rad"', 'stiffness = "1e6 N*m/rad", damping = 20')
     text = f"""{damped.replace('"4e5 N*m/rad"', '"4e5 N*m/rad", damping = 30')}
@@ -107,9 +108,8 @@ limits = [{{ alternating_share = 1, gears = ["pinion - wheel"] }}]
     assert np.any((low <= at) & (at <= high))
 
 
-@pytest.mark.parametrize(
-    "gear", ["pinion - wheel", pytest.param("wheel - take-off", marks=pytest.mark.long)]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("gear", ["pinion - wheel", "wheel - take-off"])
 def test_narrow_resonances_of_gears_between_the_speeds_are_found(gear: str, tmp_path: Path) -> None:
     # damped by a millionth of the stiffness: some hundredths of a rpm wide, steps of 55 rpm
     damped = GEARED.replace('"1e6 N*m/rad"', '"1e6 N*m/rad", damping = 0.3')

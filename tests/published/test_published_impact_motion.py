@@ -43,10 +43,9 @@ def ensemble(clearance, law="full_deflection", sense="head", method="rk4"):
     return average(run.wrist_pin.force_harmonics[:, 4:])
 
 
-@pytest.mark.parametrize("method", ["rk4", pytest.param("dormand_prince", marks=pytest.mark.long)])
-@pytest.mark.parametrize(
-    ("clearance", "printed"), [(1.5e-3, 21.11), pytest.param(1e-4, 3.16, marks=pytest.mark.long)]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("method", ["rk4", "dormand_prince"])
+@pytest.mark.parametrize(("clearance", "printed"), [(1.5e-3, 21.11), (1e-4, 3.16)])
 def test_published_averages_are_members_of_the_ensemble(clearance, printed, method):
     values = ensemble(clearance, method=method)
     low, high = np.quantile(values, [0.01, 0.99])
