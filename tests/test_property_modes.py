@@ -12,7 +12,7 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.parts.matrices import assemble
 from vibecalc.response.forced import dynamics, modal_response, response
-from vibecalc.response.modal_damping import damped_basis, energy_fraction
+from vibecalc.response.modal_damping import damped_basis, damping_ratio, energy_fraction
 from vibecalc.response.modes import modal_assurance, modes
 
 
@@ -48,6 +48,22 @@ def test_repeated_modes_are_aligned_with_the_coordinates() -> None:
     assert np.max(share.value, axis=1) == pytest.approx(np.ones(6), abs=1e-12)
     assert sorted(np.argmax(share.value, axis=1)) == list(range(6))
     assert np.max(share.error) < 1e-10
+
+
+def test_modes_that_rounding_alone_tells_apart_stay_orthonormal() -> None:
+    """Two pairs of equal frequencies on a square of mounts, each stiffness off by roundings."""
+    generator = np.random.default_rng(3)
+    position = np.array([[x, y, z] for x in (-0.25,) for y in (-0.25, 0.25) for z in (-0.25, 0.25)])
+    mass = np.diag([150.0, 150.0, 150.0, 9.0, 7.0, 7.0])
+    for _ in range(200):
+        stiffness = 2.5e5 * (1.0 + 1e-14 * generator.uniform(-1.0, 1.0, 4))[:, None, None]
+        stiffness = stiffness * np.eye(3)
+        matrices = assemble(mass, position, stiffness, 0.0 * stiffness, 0.1 * stiffness)
+        shapes = modes(matrices)
+        gram = shapes.shape.T @ matrices.mass @ shapes.shape
+        assert np.abs(gram - np.eye(6)).max() < 1e-14
+        ratio = damping_ratio(matrices, shapes)
+        assert np.all(np.abs(ratio.value - 0.05) <= ratio.error)
 
 
 def test_modes_of_very_stiff_and_very_soft_directions_keep_their_digits() -> None:

@@ -16,7 +16,7 @@ from vibecalc.numerics.rounding import FloatArray
 # ----------------------------------------------------------------------------
 
 #: share of the largest below which an amplitude is what rounding left of zero
-_NOTHING = 1.0e-9
+_NOTHING = 1.0e-12
 
 
 class Overall(NamedTuple):
@@ -29,7 +29,7 @@ class Overall(NamedTuple):
 def efficiency(held: Bounded, ground: Bounded, size: Bounded, size_ground: Bounded) -> Bounded:
     """1 - |ground| / |held| (...), of magnitudes.
 
-    What is below a billionth of the sizes, or within its error, counts as zero: where nothing acts
+    What is below 1e-12 of the sizes, or within its error, counts as zero: where nothing acts
     and nothing arrives it is 1, where nothing acts and something arrives it is minus infinity.
     """
     acts = held.value > np.maximum(_NOTHING * size.value, 4.0 * held.error)

@@ -102,7 +102,10 @@ def refined_shapes(matrices: Matrices) -> tuple[np.ndarray, int]:
     shape, corrected = _refine(matrices, shape)
     if corrected <= _REFINED:
         return shape, 1
-    return _refine(matrices, shape)[0], 2
+    shape, corrected = _refine(matrices, shape)
+    if corrected > _REFINED:  # rounding alone tells a pair apart, and turns it by chance
+        shape = _orthonormal(mass, _orthonormal(mass, shape))
+    return shape, 2
 
 
 def _refine(matrices: Matrices, shape: np.ndarray) -> tuple[np.ndarray, float]:
@@ -118,9 +121,17 @@ def _refine(matrices: Matrices, shape: np.ndarray) -> tuple[np.ndarray, float]:
     numerator = energy + eigenvalue[..., None, :] * defect
     # a pair too close to be distinguished is only made orthonormal
     close = np.abs(numerator) >= 1e-3 * np.abs(gap)
+    close |= close.mT
     correction = np.where(close, 0.5 * defect, numerator / np.where(close, 1.0, gap))
     refined: np.ndarray = shape + shape @ correction
     return refined, float(np.max(np.abs(correction)))
+
+
+def _orthonormal(mass: np.ndarray, shape: np.ndarray) -> np.ndarray:
+    """Shapes whose products with the mass are off those of an orthonormal basis by the square."""
+    gram = shape.mT @ mass @ shape
+    refined: np.ndarray = shape + shape @ (0.5 * (np.eye(gram.shape[-1]) - gram))
+    return refined
 
 
 def _eigenvalues(matrices: Matrices, shape: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
