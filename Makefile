@@ -18,7 +18,7 @@ RESULTS = $(NAMES:%=outputs/golden/%.h5) $(SWEPT:%=outputs/golden/%.h5)
 WORKERS ?= 2
 PYTEST_OPTIONS ?=
 # what `make least` runs: cases and tests of a second or two that hang on the kernels of BLAS
-LEAST := generator generator_180 compressor pump absorber_rig_b engine_damped roll_measured
+LEAST := generator compressor absorber_rig_b engine_damped
 KERNELS := property_measurement_cone property_modes \
   property_excitation property_kinematics property_rod_inertia property_cycle_peak \
  property_periodic_numerics property_torsion_forced_sums \

@@ -69,6 +69,7 @@ def test_a_mass_at_rest_on_a_jump_sticks():
     assert done.wrist_pin.impact_count[0, 0] >= 1
 
 
+@pytest.mark.long
 def test_bounces_that_follow_each_other_ever_faster_are_stopped(monkeypatch):
     # damping in the gap takes the energy of every bounce on the jump
     joint = Joint(1e-3, 1e5, 6.0, 60.0, "full_deflection")

@@ -43,6 +43,7 @@ def test_bounds_without_meaning(change: dict[str, object], words: str) -> None:
         design(branched(), GOOD._replace(**change))
 
 
+@pytest.mark.long
 def test_limits_that_no_damper_keeps_name_the_nearest_miss() -> None:
     with pytest.raises(NumericalFailure, match=r"found no damper within.*no proof.*travel of"):
         design(

@@ -180,6 +180,7 @@ def test_strong_and_weak_damping_side_by_side() -> None:
     assert done.settling.time == pytest.approx(expected, rel=1e-5)
 
 
+@pytest.mark.long
 def test_worst_instant_with_hardly_any_damping_says_how_little_it_knows() -> None:
     system, loads = compressor(1e-5), compressor_loads(2)
     worst = worst_instant(system, loads, BOTH, ONLY_A, SPEED)

@@ -291,12 +291,10 @@ CASES = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("limits", "active"),
-    [
-        *CASES[::5],
-        *(pytest.param(*row, marks=pytest.mark.long) for k, row in enumerate(CASES) if k % 5),
-    ],
+    CASES,
 )
 def test_no_point_of_a_grid_within_the_limits_is_better(limits, active):
     found = bounded_tuning(0.02, 0.1, **limits)

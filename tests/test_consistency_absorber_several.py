@@ -129,6 +129,7 @@ def _against_differences(system, found, kind):
         assert np.all(np.abs(second - slopes.second[:, i]) < 1e-4 * (100.0 + np.abs(second)))
 
 
+@pytest.mark.long
 def test_one_absorber_has_its_known_optimum():
     half = several_tuning(0.5, [0.5], (0,))
     assert half.peak == pytest.approx(1.5 / np.sqrt(2.0), rel=1e-13)

@@ -418,6 +418,7 @@ def test_a_spring_alone_that_does_not_help(tmp_path: Path) -> None:
     assert "No absorber" not in text and "peak that holds it" not in text
 
 
+@pytest.mark.long
 def test_where_none_helps_nothing_is_bought() -> None:
     text = render_report(
         result_of(

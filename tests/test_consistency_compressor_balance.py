@@ -40,7 +40,8 @@ def test_no_neighbour_of_the_first_point_is_better(share: float) -> None:
         assert goals(best * (1.0 + share * (np.arange(3) == place)))[0] > least
 
 
-@pytest.mark.parametrize("place", long_but([1, 2, 3, 4, 5], 3))
+@pytest.mark.long
+@pytest.mark.parametrize("place", [1, 2, 3, 4, 5])
 def test_slopes_of_both_goals_are_opposite(place: int) -> None:
     point, slopes = front()[place], []
     for step in 1e-4 * np.diag(SIZE):

@@ -119,7 +119,8 @@ def test_a_turn_in_time_comes_back(kind: str, cages: int) -> None:
         assert abs(state[place] - start[place]) < 1e-9 * max(1.0, abs(start[place])), place
 
 
-@pytest.mark.parametrize("kind", [pytest.param("free", marks=pytest.mark.long), "mounted"])
+@pytest.mark.long
+@pytest.mark.parametrize("kind", ["free", "mounted"])
 def test_fast_fluxes_are_the_steady_curve(kind: str) -> None:
     """The torque's lag, and with it the difference of the spectra, goes with the pace."""
     machine = machine_of(**KINDS[kind])
@@ -149,12 +150,13 @@ def test_power_over_a_turn(kind: str) -> None:
     assert abs(own.residual[0]) < 1e-10 * own.motor[0]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("kind", "cages"),
     [
         ("free", 1),
-        pytest.param("free", 2, marks=pytest.mark.long),
-        pytest.param("mounted", 2, marks=pytest.mark.long),
+        ("free", 2),
+        ("mounted", 2),
     ],
 )
 def test_multipliers_of_the_monodromy_matrix(kind: str, cages: int) -> None:

@@ -102,6 +102,7 @@ def test_a_looser_demand_gains_what_the_multiplier_says():
     assert all(one.error <= 1e-4 * abs(one.value) for one in found[:3])
 
 
+@pytest.mark.long
 def test_a_demand_that_no_gain_meets_is_refused_in_words():
     controller = Controller(1.0, 0.0, 0.0, 5e-3, 0.0)
     with pytest.raises(NumericalFailure, match="meets the margins asked for"):

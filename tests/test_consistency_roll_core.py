@@ -62,6 +62,7 @@ def found(name: str) -> tuple[RollMachine, RollDrive, ExactTurn]:
     return machine, drive, exact_turn(machine, drive, started_at=SYNCHRONOUS)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", SOME)
 def test_readings_are_those_of_the_energy_equation(name: str) -> None:
     machine, drive, exact = found(name)

@@ -40,6 +40,7 @@ def boxed(fields: dict[str, object], curves: dict[str, str]) -> tuple[RollMachin
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", MARKED)
 def test_levels_are_those_of_an_independent_integration(name: str) -> None:
     fields, curves, points = CASES[name]

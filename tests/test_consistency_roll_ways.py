@@ -147,7 +147,8 @@ def test_few_points_of_the_case_say_how_few(
         assert np.max(off[there]) <= lag.error_estimate + 1e-9
 
 
-@pytest.mark.parametrize("orders", [150, pytest.param(400, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("orders", [150, 400])
 def test_many_orders_are_those_of_few(tmp_path: Path, orders: int) -> None:
     few = solved(tmp_path, "orders = 100").record
     many = solved(tmp_path, f"orders = {orders}", "[accuracy]", "rtol = 1e-9").record

@@ -57,13 +57,14 @@ def body_motion(
 UNLIKE = np.array([0.3, 1.0, 1.3, 0.05, 5.0, 0.999])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("ratio", "profile"),
     [
-        pytest.param(0.03, REVERSAL, id="0.03-stand", marks=pytest.mark.long),
+        pytest.param(0.03, REVERSAL, id="0.03-stand"),
         pytest.param(UNLIKE, THROUGH_ZERO, id="unlike-through zero"),
-        pytest.param(0.03, THROUGH_ZERO, id="0.03-through zero", marks=pytest.mark.long),
-        pytest.param(UNLIKE, REVERSAL, id="unlike-stand", marks=pytest.mark.long),
+        pytest.param(0.03, THROUGH_ZERO, id="0.03-through zero"),
+        pytest.param(UNLIKE, REVERSAL, id="unlike-stand"),
     ],
 )
 def test_reversal_agrees_with_a_general_integrator(
@@ -121,9 +122,10 @@ def exact_chirp(
         return float(place), float(total.real - z * w * place)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "ratio",
-    [pytest.param(0.02, marks=pytest.mark.long), 1e-6, pytest.param(0.7, marks=pytest.mark.long)],
+    [0.02, 1e-6, 0.7],
 )
 def test_one_mode_under_a_chirp_agrees_to_its_error(ratio: float) -> None:
     orders, loads = [1, 2, 5], np.array([1.0 + 0.5j, 0.3 - 0.2j, 0.05j])

@@ -27,6 +27,7 @@ from vibecalc.response.switching.readings import columns, read
 from vibecalc.response.switching.system import ModalSystem, SpeedSegment, modal_loads
 
 
+@pytest.mark.long
 def test_peaks_are_those_of_a_dense_search() -> None:
     system, loads = compressor(), compressor_loads(4)
     modal = modal_loads(system, loads)

@@ -193,6 +193,7 @@ def test_one_load_over_the_speed_is_one_for_all_speeds() -> None:
         assert np.max(np.abs(new - old)) <= SAME * np.max(np.abs(old)), name
 
 
+@pytest.mark.long
 def test_orders_left_out_are_told_as_far_as_the_table_has_them() -> None:
     def warned(highest: int, rows: Sequence[tuple[float, ...]]) -> str:
         data = engine(**effort(rows, over_speed=OVER_SPEED))

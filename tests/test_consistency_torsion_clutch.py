@@ -182,11 +182,12 @@ def simulated(
     return heat, changes, y[n : 2 * n], torque
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("damping", "friction", "engaging", "after", "engagements"),
     [
-        pytest.param(2.0, 120.0, 0.0, 0.7, 4, marks=pytest.mark.long),
-        pytest.param(0.0, 120.0, 0.3, 0.7, 2, marks=pytest.mark.long),
+        (2.0, 120.0, 0.0, 0.7, 4),
+        (0.0, 120.0, 0.3, 0.7, 2),
         (3.0, 40.0, 0.1, 1.5, 3),
     ],
 )

@@ -319,6 +319,7 @@ def test_conditions_and_irregularity_need_no_range_of_speeds() -> None:
     near(values(alone, "irregularity/degree"), values(run(CURVES), "irregularity/degree")[1:2])
 
 
+@pytest.mark.long
 def test_irregularity_of_every_condition_is_that_of_full_matrices() -> None:
     result = run('irregularity = [{ on = "generator" }, { on = "c1" }]' + CONDITIONS)
     found = result.record["response/torsion/conditions/irregularity"]
@@ -340,6 +341,7 @@ def test_mean_torques_of_conditions_are_those_of_separate_runs() -> None:
     near(found[4], 0.15 * found[1] + 0.85 * found[0])
 
 
+@pytest.mark.long
 def test_an_undamped_line_has_orders_without_bound_at_its_criticals() -> None:
     asked = 'curves = [{ on = "s1" }]\nconditions = {}\nirregularity = [{ on = "c1" }]'
     bare = text(asked).replace("loss_factor = 0.17", "loss_factor = 0.0")

@@ -36,6 +36,7 @@ def at_speed(text: str, speed: float) -> str:
     return "\n".join(f"speed = {speed!r}" if one.startswith("speed ") else one for one in lines)
 
 
+@pytest.mark.long
 def test_the_order_of_a_maximum_is_highest_near_there_and_its_mode_is_met() -> None:
     order = record(WIDE)[f"{ROOT}/torque"].axes[1].values
     critical = value(WIDE, "critical/speed")

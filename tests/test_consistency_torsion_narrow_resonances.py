@@ -39,7 +39,8 @@ def built(text: str) -> Setup:
     return build_setup(validate(tomllib.loads(text)))
 
 
-@pytest.mark.parametrize("text", [HARD, pytest.param(LOSSY, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("text", [HARD, LOSSY])
 def test_what_a_coarse_sweep_steps_over_is_found(text: str) -> None:
     setup = built(text)
     speed, torque = fine(setup)

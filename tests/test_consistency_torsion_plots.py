@@ -51,6 +51,7 @@ def made() -> dict[str, Any]:
     return Made()
 
 
+@pytest.mark.long
 def test_torques_over_the_cycle_are_those_of_the_result(made: dict[str, Any]) -> None:
     pressure, one, fast, all_ = made["torsion_excitation"].axes
     gas, inertia, both = (drawn(one)[name].get_ydata() for name in ("gas", "inertia", "both"))

@@ -67,6 +67,7 @@ def test_misfire_onset_ends_in_the_steady_response_of_the_misfire() -> None:
     assert np.all(value(record, "transient/peak") >= 0.999 * healthy)
 
 
+@pytest.mark.long
 def test_step_of_the_load_shares_the_torque_by_inertia() -> None:
     record = of('transient = { kind = "load_step", on = "flywheel", torque = "100 N*m", '
                 'before = "0.17 s", after = "0.6 s" }\n').record  # fmt: skip

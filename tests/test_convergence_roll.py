@@ -212,6 +212,7 @@ def test_marches_gain_with_the_step(
     assert gain[0] < off(found.turn) / off(found.finer) < gain[1]
 
 
+@pytest.mark.long
 def test_a_method_without_a_solution_says_so() -> None:
     machine = as_batch(source_machine(gas_scale=[3.2, 3.2]))
     drive = source_drive(holds=True)

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 from fuzzing import command
-from long_but import long_but
 from pages import table
 from shipped_cases import ROOT
 
@@ -38,7 +37,8 @@ def test_the_run_prints_what_is_printed(folder: Path) -> None:
 ROWS = {row[0]: row for row in table(PAGE, "change")}
 
 
-@pytest.mark.parametrize("change", long_but(ROWS, "twice the mass"))
+@pytest.mark.long
+@pytest.mark.parametrize("change", ROWS)
 def test_what_is_tried_gives_what_is_printed(folder: Path, change: str) -> None:
     _, setting, *printed = ROWS[change]
     settings = [word for word in shlex.split(setting.strip("`")) if word != "--set"]

@@ -69,6 +69,7 @@ LONG = [
 SLOW = ("damper", "engine", "transient")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", [pytest.param(n, marks=[pytest.mark.long] * (n in SLOW)) for n in KINDS]
 )

@@ -67,6 +67,7 @@ def reported_of(subject: Subject, seeds: Iterable[int]) -> list[Reported]:
     return reported
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name",
     [pytest.param(n, marks=[pytest.mark.long] * (n in ("plate", "absorber"))) for n in SUBJECTS],

@@ -64,7 +64,8 @@ def test_a_process_that_dies_once_costs_one_more_try_and_no_point(tmp_path: Path
     assert calls["34"] == 1 and len(calls) == 35
 
 
-@pytest.mark.parametrize("step", [1, pytest.param(7, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("step", [1, 7])
 def test_attached_points_are_given_up_and_their_processes_replaced(step: int) -> None:
     found = lost(run(Start(hanging=frozenset({0, 34})), timeout=0.5, step=step))
     assert {point: one.status for point, one in found.items()} == {0: TIMED_OUT, 34: TIMED_OUT}

@@ -48,7 +48,8 @@ def row(lines: list[str], start: str, which: int = 0) -> list[str]:
     return found[which].split()
 
 
-@pytest.mark.parametrize("share", [4, pytest.param(1, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("share", [4, 1])
 def test_every_part_may_be_missing(share: int) -> None:
     """A result without one of its quantities still has a report, clean as before."""
     for result, every in ((six(), 3), (geared(), 4)):
