@@ -72,8 +72,8 @@ def points_run_up_topics(scene: Scene) -> list[Topic]:
     words = f"reading {readings.names[row - count]!r}, {ends[0]:.6g} to {ends[1]:.6g} rad/s"
     ask = Ask(
         "points in the run-up", "largest r.m.s. of the run-up", words,
-        f"{RUN_UP}/velocity_rms_largest", "m/s", 16.0,
-        "all readings, their peaks, and every resonance, so that no narrow one is missed",
+        f"{RUN_UP}/velocity_rms_largest", "m/s", 64.0,
+        "curves and peaks of all readings, and every resonance, so that no narrow one is missed",
     )  # fmt: skip
     solver = ours("resonances and slopes", "speeds about resonances, Newton's method", alone)
     return [
