@@ -322,6 +322,18 @@ def test_a_machine_of_constant_speed_rests_where_its_absorber_swings() -> None:
     assert float(of(result, "tuning/peak")) == pytest.approx(scan, rel=1e-9)
 
 
+def test_only_a_bound_that_is_there_holds_a_tuning() -> None:
+    band = {"from": "7 Hz", "to": "9 Hz"}
+    for bounds, said in (
+        ({"damping_ratio": [0.0, 0.9]}, []),
+        ({"damping_ratio": [0.02, 0.9]}, ["damping ratio, 0.02"]),
+    ):
+        result = made(BASE, tuning={"band": band, "bounds": bounds})
+        held = [one for one in result.warnings if "held by" in one]
+        assert len(held) == len(said)
+        assert all(words in one for words, one in zip(said, held, strict=True))
+
+
 def test_stock_springs_and_dampers_are_tried_in_every_arrangement() -> None:
     """Numbers in parallel and in series by hand, each by a dense scan of the worst state."""
     stock = {

@@ -324,6 +324,8 @@ def test_lines_of_a_spectrum_keep_their_frequency(tmp_path: Path) -> None:
         ("measurement.base_frequency='16 Hz'", "another frequency of order 1"),
         ("measurement.orders=[1, 2]", "orders of other harmonics"),
         ("measurement.spectrum[0].file='other.csv'", "it would change nothing"),
+        ("measurement.spectrum[0].found.phase=[0.1]", "phase"),
+        ("measurement.spectrum[0].amplitude=[0.1]", "amplitude"),
     ):
         with pytest.raises(CaseError) as refusal:
             load_checked([path], [setting])

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
 
+from vibecalc.absorber.readings import drifts
 from vibecalc.absorber.tables import OILS, Positive, Share, Temperature
 from vibecalc.core.case.fields import (
     Acceleration,
@@ -70,22 +71,6 @@ class Range(Table):
     RULES = (ordered("from", "to"),)
 
 
-class FrequencyRatios(Range):
-    """Frequencies over the primary's own."""
-
-    start: Share = Field(0.0, alias="from", description="lowest")
-    stop: Positive = Field(alias="to", description="highest")
-    points: Points = Field(401, description="evenly spread, both ends included")
-
-
-class Frequencies(Range):
-    """Frequencies of the excitation."""
-
-    start: AngularSpeed = Field(0.0, alias="from", ge=0, description="lowest")
-    stop: AngularSpeed = Field(alias="to", gt=0, description="highest")
-    points: Points = Field(401, description="evenly spread, both ends included")
-
-
 class Band(Range):
     """Frequencies or speeds within which a tuning counts."""
 
@@ -98,6 +83,18 @@ class BandRatios(Range):
 
     start: Share = Field(0.0, alias="from", description="lowest")
     stop: Positive = Field(alias="to", description="highest")
+
+
+class Frequencies(Band):
+    """Frequencies of the excitation."""
+
+    points: Points = Field(401, description="evenly spread, both ends included")
+
+
+class FrequencyRatios(BandRatios):
+    """Frequencies over the primary's own."""
+
+    points: Points = Field(401, description="evenly spread, both ends included")
 
 
 class Tolerances(Table):
@@ -315,9 +312,7 @@ BANDED = (
     refuse(
         "response",
         "under a constant acceleration the ground drifts, and what stands on it",
-        lambda t: (
-            t["excitation"] == "base_acceleration" and t["response"] in ("displacement", "velocity")
-        ),
+        lambda t: drifts(t["excitation"], t["response"]),
         "deflection, acceleration or transmitted_force",
         also="excitation",
     ),

@@ -14,16 +14,18 @@ from vibecalc.absorber.hardware.oil_gap import (
 from vibecalc.absorber.model import (
     PRIMARY,
     Scale,
+    arranged,
     clearance,
     primary_damping,
     primary_scale,
     ratios,
+    side_by_side,
     single_absorber,
 )
 from vibecalc.absorber.tables import ICE, Gap, Oil, Secondary
 from vibecalc.core.case.raw import listed, nearest
 from vibecalc.errors import KeyPath, NumericalFailure, Problem
-from vibecalc.schema import Case
+from vibecalc.schema import Case, Machine
 
 # ----------------------------------------------------------------------------
 # Are the ratios of an absorber those of a machine, and is there something to be tuned?
@@ -238,7 +240,7 @@ def absorber_part_problems(case: Case) -> list[Problem]:
     machine = case.machine
     if machine.primary is None:
         return []
-    problems = [*_wheel(case), *_oils(case)]
+    problems = [*_wheel(case), *_oils(case), *_stock_names(machine)]
     if machine.gap is not None:
         problems += _gap(machine.gap)
     if problems:
@@ -255,6 +257,41 @@ def absorber_part_problems(case: Case) -> list[Problem]:
         if getattr(machine, part) is not None and number == number:
             problems += within((*MACHINE, part), what, number)
     return problems
+
+
+def _stock_names(machine: Machine) -> Iterator[Problem]:
+    """Parts in stock and their arrangements have names of their own, by which they are bought."""
+    springs = [
+        ((*MACHINE, "stock_springs", place, "name"), name)
+        for place, one in enumerate(machine.stock_springs)
+        for name, *_ in arranged(one)
+    ]
+    dampers = [
+        ((*MACHINE, "stock_dampers", place, "name"), name)
+        for place, one in enumerate(machine.stock_dampers)
+        for name, _ in side_by_side(one)
+    ]
+    oils = [
+        ((*MACHINE, "stock_oils", place, "name"), one.name)
+        for place, one in enumerate(machine.stock_oils)
+    ]
+    for rows, key in ((springs, "spring_catalogue"), (oils, "oil_catalogue"), (dampers, "")):
+        table = getattr(machine, key) if key else None
+        bought = () if table is None else enumerate(table.part)
+        all_of_them = [*rows, *(((*MACHINE, key, "part", n), str(name)) for n, name in bought)]
+        first: dict[str, KeyPath] = {}
+        for path, name in all_of_them:
+            if name in first:
+                yield Problem(
+                    path=path,
+                    message="two parts in stock have one name, and none says which is meant",
+                    found=repr(name[:60]),
+                    allowed="a name for each; arrangements are named '2 x NAME'"
+                    if " x " in name or " in series of " in name
+                    else "a name for each",
+                    also=first[name],
+                )
+            first.setdefault(name, path)
 
 
 def _wheel(case: Case) -> Iterator[Problem]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from vibecalc.absorber.readings import OF_ABSORBER
 from vibecalc.core.results.record import CHECK, EXAMINED, PEAK, PLACE, Entry, Headline, entry
 
 # ----------------------------------------------------------------------------
@@ -29,8 +30,6 @@ TORSION = {
     "spring_force": ("spring_torque", "N*m", "N*m", "torque in the spring of the absorber"),
     "damper_force": ("damper_torque", "N*m", "N*m", "torque in the damper of the absorber"),
 }
-#: what only an absorber has
-OF_ABSORBER = ("travel", "spring_force", "damper_force")
 _FIRST = ("displacement", "deflection", *OF_ABSORBER, "transmitted_force", "acceleration")
 
 

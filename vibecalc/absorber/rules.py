@@ -170,13 +170,23 @@ _NEEDS = {
 _BENDING = ("total_length", "span", "elastic_modulus")
 
 
+_NO_PARTS = "several absorbers have no parts as built"
+
+
+def _of_one(part: str) -> bool:
+    """Whether a part is, at the end, one of a single absorber."""
+    while part in _NEEDS:
+        part = _NEEDS[part]
+    return part == "secondary"
+
+
 def _parts(row: Row) -> Iterator[Problem]:
     for part, other in _NEEDS.items():
         if part in row and row.lacks(other) and not (other == "secondary" and "ring" in row):
             yield row.problem(
                 part,
                 f"[machine.{part}] needs [machine.{other}]",
-                hint="several absorbers have no parts as built" if "secondaries" in row else "",
+                hint=_NO_PARTS if "secondaries" in row and _of_one(part) else "",
             )
     rod = row.below("rod")
     if rod is not None and "flywheel" in row:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vibecalc.absorber.adapters.optimum import BestTuning
-from vibecalc.absorber.adapters.response import tuning_error
+from vibecalc.absorber.adapters.response import moved_by_ratios, tuning_error
 from vibecalc.absorber.adapters.tuning import emit_units
 from vibecalc.absorber.asked_tables import Tuning
 from vibecalc.absorber.model import AbsorberParts, build_absorber, modes_of
@@ -31,8 +31,6 @@ from vibecalc.schema import Machine
 
 #: a peak this close to the one without an absorber is no lower
 _NO_LOWER = 1e-9
-#: relative change of a ratio that shows what its error does
-_STEP = 1e-6
 #: parts drawn between their tolerances
 _DRAWN = 256
 #: root of x^5 = x + 1, whose powers spread points evenly over four dimensions (M. Roberts)
@@ -185,18 +183,10 @@ def _emit_tolerances(scene: Scene, problem: BandProblem, found: BandTuning) -> N
 def _moved(
     found: BandTuning, read: Callable[[float, float], tuple[FloatArray, FloatArray]]
 ) -> float:
-    """What the errors of a tuning do to peaks at it: a millionth of each ratio, scaled to them."""
-    k, z, total = found.stiffness_ratio, found.secondary_damping, 0.0
-    here = read(k, z)[0]
-    sides = (
-        ((k * (1.0 + _STEP), z), found.stiffness_error / (_STEP * k)),
-        ((k, z * (1.0 + _STEP)), found.damping_error / (_STEP * (z or np.inf))),
-    )
-    for place, share in sides:
-        with np.errstate(invalid="ignore"):
-            change = np.abs(read(*place)[0] - here)
-        total += float(np.max(np.where(np.isfinite(change), change, 0.0))) * share
-    return total
+    """What the errors of a tuning do to peaks at it, at most."""
+    ratios = np.array([found.stiffness_ratio, found.secondary_damping])
+    errors = np.array([found.stiffness_error, found.damping_error])
+    return float(np.max(moved_by_ratios(lambda both: read(*both.tolist())[0], ratios, errors)))
 
 
 _NAMED = {"den_hartog": "den_hartog_brock", "nishihara_asami": "nishihara_asami"}
@@ -269,6 +259,6 @@ def _emit_bounds(
         ("stiffness", found.stiffness_ratio, problem.stiffness),
         ("damping", found.secondary_damping, problem.damping),
     ):
-        near = [end for end in (low, high) if abs(value - end) <= 1e-9 * max(end, 1e-300)]
-        if near and near[0] > 0.0:
-            scene.warn(f"the tuning is held by the bound of its {what} ratio, {near[0]:.6g}")
+        for end in (low, high):
+            if 0.0 < end < np.inf and abs(value - end) <= 1e-9 * end:
+                scene.warn(f"the tuning is held by the bound of its {what} ratio, {end:.6g}")
