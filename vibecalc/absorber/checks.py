@@ -195,12 +195,33 @@ def _tuning(case: Case, damping: float) -> Iterator[Problem]:
         for key, what in (("stiffness_ratio", "stiffness"), ("damping_ratio", "damping")):
             for end in getattr(tuning.bounds, key) or ():
                 yield from within(("tuning", "bounds", key), what, end)
+        yield from _given_frequency(case)
     if tuning.chart is not None:
         chart, path = tuning.chart, ("tuning", "chart")
         for place, ratio in enumerate(chart.primary_damping):
             yield from within((*path, "primary_damping", place), "damping", ratio)
         for key, end in (("from", chart.mass_ratio.start), ("to", chart.mass_ratio.stop)):
             yield from within((*path, "mass_ratio", key), "mass", end)
+
+
+def _given_frequency(case: Case) -> Iterator[Problem]:
+    """A spring that lets the absorber swing at the frequency given keeps its bounds."""
+    tuning, scale = case.tuning, primary_scale(case.machine)
+    if tuning is None or tuning.frequency is None or tuning.bounds is None or scale is None:
+        return
+    bounds, built = tuning.bounds.stiffness_ratio, single_absorber(case.machine)
+    if bounds is None or built is None:
+        return
+    mass = float(built.mass_ratio)  # type: ignore[arg-type]
+    ratio = mass * (tuning.frequency / scale.frequency) ** 2
+    if not bounds[0] <= ratio <= bounds[1]:
+        yield Problem(
+            path=("tuning", "frequency"),
+            message="the spring that swings at this frequency is not within its bounds",
+            found=f"a stiffness ratio of {ratio:.6g}",
+            allowed=f"{bounds[0]:.6g} to {bounds[1]:.6g}",
+            also=("tuning", "bounds", "stiffness_ratio"),
+        )
 
 
 def _curves(case: Case) -> Iterator[Problem]:

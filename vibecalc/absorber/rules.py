@@ -292,8 +292,21 @@ def _amplitude(row: Row) -> Iterator[Problem]:
                 also=PRIMARY,
             )
     modal, tuning = "modes" in primary, table_at(row.case, "tuning")
-    of_ground = "base_acceleration" in (asked["excitation"], tuning.get("excitation"))
-    of_ground |= tuning.get("response") == "deflection"
+    by_size = AMPLITUDES[said[0]] if said else None
+    of_ground = (
+        asked["excitation"] or by_size or tuning.get("excitation")
+    ) == "base_acceleration" or (asked["response"] or tuning.get("response")) == "deflection"
+    if of_ground and "secondaries" in row:
+        if asked["excitation"] == "base_acceleration":
+            yield asked.problem(
+                "excitation",
+                "the motion of several absorbers is read in ratios, without a ground that "
+                "accelerates",
+                allowed="force, base, unbalance",
+                hint="one absorber in [machine.secondary] has it",
+                also=("machine", "secondaries"),
+            )
+        return
     if (modal or of_ground) and not said:
         yield asked.problem(
             "",
@@ -302,15 +315,23 @@ def _amplitude(row: Row) -> Iterator[Problem]:
             allowed=f"one of {', '.join(known)}" if motion else "base_acceleration",
             hint="" if motion else "and a primary with mass and natural_frequency",
         )
-    if not modal:
-        return
-    for key in asked.said("vary", "limits", "response", "frequency_ratios"):
-        yield asked.problem(
-            key,
-            f"several modes have no {key}",
-            allowed="an amplitude and frequencies",
-            also=(*PRIMARY, "modes"),
-        )
+    if modal:
+        for key in asked.said("vary", "limits", "response", "frequency_ratios"):
+            yield asked.problem(
+                key,
+                f"several modes have no {key}",
+                allowed="an amplitude and frequencies",
+                also=(*PRIMARY, "modes"),
+            )
+    elif of_ground:
+        for key in asked.said("vary", "limits", "response"):
+            yield asked.problem(
+                key,
+                f"against a ground that moves all motions of one absorber are read in units, "
+                f"without {key}",
+                allowed="an amplitude and frequencies",
+                hint="excitation = 'base' has it in ratios" if key != "response" else "",
+            )
 
 
 def _gap_in_band(row: Row) -> Iterator[Problem]:
