@@ -6,10 +6,10 @@ import numpy as np
 
 from vibecalc.absorber.adapters.optimum import BestTuning
 from vibecalc.absorber.adapters.response import moved_by_ratios, tuning_error
-from vibecalc.absorber.adapters.tuning import emit_units
+from vibecalc.absorber.adapters.tuning import emit_units, nearby, paths_below
 from vibecalc.absorber.asked_tables import Tuning
 from vibecalc.absorber.model import AbsorberParts, build_absorber, modes_of
-from vibecalc.absorber.motion_results import BAND_ROOT, TOLERANCES_ROOT
+from vibecalc.absorber.motion_results import BAND_ROOT, OPTIMUM_ROOT, TOLERANCES_ROOT
 from vibecalc.absorber.results import TUNING_ROOT
 from vibecalc.absorber.transfer import Absorber, own_damping_ratio
 from vibecalc.absorber.tuning.band import (
@@ -42,9 +42,10 @@ def run_band_tuning(scene: Scene) -> None:
     options, parts = scene.case.tuning, build_absorber(scene.case)
     if options is None or parts.absorber is None:
         raise ValueError("the case has no absorber to tune")
-    problem = problem_of(options, parts, scene.case.machine)
-    if options.frequency is not None and parts.scale is not None:
-        found = tuned_to(problem, options.frequency / parts.scale.frequency)
+    problem, scale = problem_of(options, parts, scene.case.machine), parts.scale
+    as_given = options.frequency is not None
+    if options.frequency is not None and scale is not None:
+        found = tuned_to(problem, options.frequency / scale.frequency)
     else:
         found = band_tuning(problem)
     z1, m = parts.primary_damping, problem.mass
@@ -64,19 +65,25 @@ def run_band_tuning(scene: Scene) -> None:
     scene.emit(f"{TUNING_ROOT}/own_damping", own, own * (relative + 4.0 * EPSILON))
     scene.emit(f"{TUNING_ROOT}/peak", found.largest, found.largest_error)
     scene.emit(f"{TUNING_ROOT}/peak_alone", alone, slack if np.isfinite(alone) else 0.0)
-    scene.emit(f"{TUNING_ROOT}/helps", int(helps))
+    if as_given and scene.wants(*paths_below("optimum")):
+        nearby(scene, "optimum", lambda: _emit_optimum(scene, problem))
+    if not as_given:
+        scene.emit(f"{TUNING_ROOT}/helps", int(helps))
     scene.emit(f"{TUNING_ROOT}/evaluations", found.evaluations)
     _emit_travel(scene, problem, found)
     scene.emit(f"{BAND_ROOT}/from", problem.low, 4.0 * EPSILON * problem.low)
     scene.emit(f"{BAND_ROOT}/to", problem.high, 4.0 * EPSILON * problem.high)
-    # zero at the exact optimum, so that all of it is error
-    scene.emit(f"{BAND_ROOT}/residual", found.residual, found.residual + EPSILON, terms=1.0)
+    if not as_given:
+        # zero at the exact optimum, so that all of it is error
+        scene.emit(f"{BAND_ROOT}/residual", found.residual, found.residual + EPSILON, terms=1.0)
     axes = {"active": np.arange(1, len(found.frequency) + 1)}
     near = 16.0 * EPSILON + relative
     scene.emit(f"{TUNING_ROOT}/active/magnitude", found.height, found.largest_error, axes)
     scene.emit(f"{TUNING_ROOT}/active/frequency_ratio", found.frequency,
                near * found.frequency, axes)  # fmt: skip
-    scene.emit(f"{TUNING_ROOT}/active/weight", found.weight, found.residual + 1e3 * near, axes)
+    if not as_given:
+        off = found.residual + 1e3 * near
+        scene.emit(f"{TUNING_ROOT}/active/weight", found.weight, off, axes)
     best = BestTuning(
         found.stiffness_ratio, found.secondary_damping, found.stiffness_error, found.damping_error,
         found.largest, found.largest_error, alone, found.largest_error, helps, found.evaluations,
@@ -90,7 +97,7 @@ def run_band_tuning(scene: Scene) -> None:
         scene.warn("the best absorber for this band hardly has a spring: its damper does it alone")
     if options.mistuning:
         _emit_mistuning(scene, options, problem, found)
-    if not helps:
+    if not (helps or as_given):
         scene.warn(
             f"no absorber of this mass does better than none within the band: the largest response "
             f"is {found.largest:.6g} with the best of them, {alone:.6g} without"
@@ -102,6 +109,17 @@ def run_band_tuning(scene: Scene) -> None:
         "tuning within a band",
         "docs/theory_absorber_band.md",
     )
+
+
+def _emit_optimum(scene: Scene, problem: BandProblem) -> None:
+    """What is best for the band, next to an absorber that swings at a frequency as given."""
+    best = band_tuning(problem)
+    for name, value, error in (
+        ("stiffness_ratio", best.stiffness_ratio, best.stiffness_error),
+        ("secondary_damping", best.secondary_damping, best.damping_error),
+        ("peak", best.largest, best.largest_error),
+    ):
+        scene.emit(f"{OPTIMUM_ROOT}/{name}", value, error)
 
 
 def problem_of(options: Tuning, parts: AbsorberParts, machine: Machine) -> BandProblem:
