@@ -283,6 +283,10 @@ def _only_banded(key: str, value: str, row: Row) -> bool:
     return bool(row[key] == value) and not (_banded(row) or white or _several(row))
 
 
+def _of_several(key: str, value: str, row: Row) -> bool:
+    return bool(row[key] == value) and _several(row)
+
+
 def _not_banded(key: str, value: str, row: Row) -> bool:
     return bool(row[key] != value) and _banded(row)
 
@@ -344,7 +348,7 @@ BANDED = (
         refuse(
             key,
             f"several absorbers are tuned over all frequencies, without {key} = {value!r}",
-            lambda t, key=key, value=value: t[key] == value and _several(t),
+            functools.partial(_of_several, key, value),
             allowed,
             hint="one absorber in [machine.secondary] has it, within a band",
             also=("machine", "secondaries"),
