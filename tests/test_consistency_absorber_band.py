@@ -2,10 +2,12 @@
 
 import itertools
 import tomllib
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import tomli_w
 from scipy.optimize import minimize
 
 from vibecalc.absorber.modal import Modes, fitted, highest, magnitude, one_mode
@@ -20,8 +22,10 @@ from vibecalc.absorber.tuning.band import (
 )
 from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.core.case.load import validate
+from vibecalc.core.report.text import render_report
 from vibecalc.core.results.record import Record
 from vibecalc.core.run.run import run_case
+from vibecalc.core.study.execute import execute, load_checked
 
 GIVEN = {"mass": 25.0, "linear_stiffness": 54_000.0, "linear_damping": 380.0}
 NONE = states_of((0.0, 0.0, 0.0, 0.0))
@@ -320,6 +324,42 @@ def test_a_machine_of_constant_speed_rests_where_its_absorber_swings() -> None:
     assert float(of(result, "tuning/linear_stiffness")) == pytest.approx(k, rel=1e-13)
     scan = np.max(np.abs(solved(w, k, 0.0, K1 + 0.0 * w)[:, 0]))
     assert float(of(result, "tuning/peak")) == pytest.approx(scan, rel=1e-9)
+
+
+def test_a_frequency_as_given_is_no_optimum_and_stands_next_to_it(tmp_path: Path) -> None:
+    """Within a wide band it does more harm than good, which says nothing about absorbers."""
+    band = {"from": "7 Hz", "to": "9 Hz"}
+    stock = [{"name": "A", "rate": 6e3, "parallel": 9}]
+    case = tomllib.loads(BASE)
+    case["machine"] |= {"springs": {"count": 4}, "stock_springs": stock}
+    case["tuning"] = {"band": band, "frequency": "8.4 Hz"}
+    path = tmp_path / "given.toml"
+    path.write_text(tomli_w.dumps(case), encoding="utf-8")
+    result = execute(load_checked([path])[0])
+    record = result.record
+    assert float(of(record, "tuning/peak")) > float(of(record, "tuning/peak_alone"))
+    assert not {"tuning/helps", "tuning/band/residual", "tuning/active/weight"} & set(record)
+    assert not any("does better" in one for one in record.warnings)
+    free = made(BASE)
+    for name in ("stiffness_ratio", "secondary_damping", "peak"):
+        assert float(of(record, f"tuning/optimum/{name}")) == float(of(free, f"tuning/{name}"))
+    text = " ".join(render_report(result, full=True).split())
+    assert "Buy nothing" not in text and "No absorber" not in text
+    assert "8.400 Hz, as given: 27.42, more than the 25.01 without it" in text
+    assert "The best spring and damper for the band leave 5.267" in text
+    assert "15.4 % below the one of this tuning" in text
+
+
+def test_only_a_bound_that_is_there_holds_a_tuning() -> None:
+    band = {"from": "7 Hz", "to": "9 Hz"}
+    for bounds, said in (
+        ({"damping_ratio": [0.0, 0.9]}, []),
+        ({"damping_ratio": [0.02, 0.9]}, ["damping ratio, 0.02"]),
+    ):
+        result = made(BASE, tuning={"band": band, "bounds": bounds})
+        held = [one for one in result.warnings if "held by" in one]
+        assert len(held) == len(said)
+        assert all(words in one for words, one in zip(said, held, strict=True))
 
 
 def test_stock_springs_and_dampers_are_tried_in_every_arrangement() -> None:

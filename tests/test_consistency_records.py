@@ -14,6 +14,7 @@ from vibecalc.core.report.verdicts import judge_references
 from vibecalc.core.results.record import Record
 from vibecalc.core.results.store import read_result
 from vibecalc.core.study.execute import execute, load_checked
+from vibecalc.errors import CaseError
 from vibecalc.measurement.export import export_orders
 from vibecalc.measurement.record_report import draw_record_orders
 from vibecalc.measurement.signals import (
@@ -253,6 +254,96 @@ def test_exported_orders_are_read_as_references(tmp_path: Path) -> None:
     assert 0.0 < AHEAD < TURN / 4  # the first pulse comes soon
 
 
+def second_record(folder: Path, per_turn: int = 1) -> str:
+    """A second record of one channel, of the same plate while its shaft runs faster."""
+    times = np.arange(1200) / RATE
+    angle = TURN * (20.0 * times + 0.3 * times**2) + 0.3
+    lift, roll, pitch = (np.array([one[place] for one in MOTION.values()]) for place in range(3))
+    wave = np.exp(1j * np.outer(np.arange(1, 4), angle - np.pi / 2))
+    at_1 = np.real((lift - 0.27 * roll - 0.55 * pitch) @ wave)
+    rows = np.stack([times, -np.cos(per_turn * angle), at_1], axis=1)
+    head = "time [s], tachometer, a1 [m/s^2]"
+    np.savetxt(folder / "second.csv", rows, "%.8g", ",", header=head, comments="")
+    return (
+        '\n[[measurement.record]]\nfile = "second.csv"\npulses = "tachometer"\n'
+        'channels = [{ column = "a1", at = "1", use = "compare" }]\n'
+    )
+
+
+def test_each_of_several_records_is_exported_over_its_own_speed(tmp_path: Path) -> None:
+    (loaded,) = load_checked([folder_with(tmp_path, TEXT + second_record(tmp_path))])
+    result = execute(loaded)
+    size = result.record["measurement/record/acceleration"].values
+    assert size[4] == pytest.approx(size[0], abs=0.05)  # phases, too, as one pulse is one place
+    _, first, second = export_orders(result, tmp_path)
+    assert (first.name, second.name) == ("case_speeds_1.csv", "case_speeds_2.csv")
+    for path, start, channels in ((first, 900.0, 4), (second, 1200.0, 1)):
+        _, names, *lines = path.read_text(encoding="utf-8").splitlines()
+        assert names.count("order 1") == channels
+        speeds = [float(line.split(" rpm")[0]) for line in lines]
+        assert speeds[0] == pytest.approx(start, rel=0.01)
+        assert np.all(np.diff(speeds) > 0.0)
+    blocks = result.record["measurement/record/block_acceleration"].values[4, :, 0]
+    written = [float(line.split(",")[1]) for line in second.read_text().splitlines()[2:]]
+    assert written == pytest.approx(np.abs(blocks), rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("turns", "2"), ("window", '"hann"'), ("threshold", "0.1"), ("interpolation", "3"),
+        ("file", '"roll.csv"'), ("pulses_per_turn", "2"), ("channels[0].column", '"a2"'),
+        ("channels[0].scale", "2.0"),
+    ],
+)  # fmt: skip
+def test_orders_that_stand_for_a_file_keep_their_keys(key: str, value: str, tmp_path: Path) -> None:
+    (loaded,) = load_checked([folder_with(tmp_path, TEXT)])
+    path = tmp_path / "resolved.toml"
+    path.write_text(loaded.resolved_toml, encoding="utf-8")
+    key = f"measurement.record[0].{key}"
+    assert key.rpartition(".")[2] in loaded.resolved_toml or "scale" in key
+    with pytest.raises(CaseError) as refusal:
+        load_checked([path], [f"{key}={value}"])
+    assert "it would change nothing" in str(refusal.value)
+    compared = 'measurement.record[0].channels[0].use="compare"'
+    assert load_checked([path], [compared])
+
+
+def test_lines_of_a_spectrum_keep_their_frequency(tmp_path: Path) -> None:
+    rows = [f"{15.0 * n}, {0.1 * n}, 0.2" for n in (1, 2, 3)]
+    text = TEXT[:BEGIN].replace("orders", "amplitude_step = 0.001\nphase_step = 0.01\norders", 1)
+    text = text.replace("orders", 'base_frequency = "15 Hz"\norders', 1)
+    for name in "1234":
+        (tmp_path / f"s{name}.csv").write_text("\n".join(["frequency, real, imaginary", *rows]))
+        text += f'[[measurement.spectrum]]\nfile = "s{name}.csv"\nat = "{name}"\n'
+    (loaded,) = load_checked([folder_with(tmp_path, text)])
+    path = tmp_path / "resolved.toml"
+    path.write_text(loaded.resolved_toml, encoding="utf-8")
+    assert load_checked([path])[0].sha256 == loaded.sha256
+    for setting, words in (
+        ("measurement.base_frequency='16 Hz'", "another frequency of order 1"),
+        ("measurement.orders=[1, 2]", "orders of other harmonics"),
+        ("measurement.spectrum[0].file='other.csv'", "it would change nothing"),
+        ("measurement.spectrum[0].found.phase=[0.1]", "phase"),
+        ("measurement.spectrum[0].amplitude=[0.1]", "amplitude"),
+    ):
+        with pytest.raises(CaseError) as refusal:
+            load_checked([path], [setting])
+        assert words in str(refusal.value)
+    axes = '[sweep]\naxes = [{ key = "measurement.base_frequency", values = ["14 Hz", "15 Hz"] }]\n'
+    for one in (text, loaded.resolved_toml):
+        assert "stands behind numbers" in refused(folder_with(tmp_path, f"{one}\n{axes}"))
+
+
+def test_a_record_too_long_for_a_table_is_sent_to_other_files(tmp_path: Path) -> None:
+    rows = ["tachometer, a1", *["0, 1"] * 20_001]
+    (tmp_path / "long.csv").write_text("\n".join(rows), encoding="utf-8")
+    text = TEXT.replace("roll_records.csv", "long.csv")
+    assert "as WAV (file.wav) or universal file" in refused(folder_with(tmp_path, text))
+    (tmp_path / "long.csv").write_text("x" * 2_000_001, encoding="utf-8")
+    assert "as WAV (file.wav) or universal file" in refused(folder_with(tmp_path, text))
+
+
 @pytest.mark.parametrize(("case", "change", "place", "words"), refusals("records"))
 def test_refused(case: str, change: str, place: str, words: list[str], tmp_path: Path) -> None:
     assert case == "records"
@@ -260,13 +351,13 @@ def test_refused(case: str, change: str, place: str, words: list[str], tmp_path:
     assert all(word in said for word in (*words, *([place] if place != "-" else []))), said
 
 
-def set_58(values: np.ndarray, unit: str) -> str:
+def set_58(values: np.ndarray, unit: str, rate: float = RATE) -> str:
     """A function of time as a data set 58 in text, by the layout of the universal file format."""
     nothing = f"{0:10d}{0:5d}{0:5d}{0:5d} {'NONE':<20} {'NONE':<20}"
     lines = [
         "    -1", "    58", "record", *["NONE"] * 4,
         f"{1:5d}{0:10d}{0:5d}{0:10d} {'NONE':<10}{1:10d}{3:4d} {'NONE':<10}{0:10d}{0:4d}",
-        f"{4:10d}{values.size:10d}{1:10d}{0.0:13.5e}{1.0 / RATE:13.5e}{0.0:13.5e}",
+        f"{4:10d}{values.size:10d}{1:10d}{0.0:13.5e}{1.0 / rate:13.5e}{0.0:13.5e}",
         f"{17:10d}{0:5d}{0:5d}{0:5d} {'Time':<20} {'s':<20}",
         f"{12:10d}{0:5d}{0:5d}{0:5d} {'Acceleration':<20} {unit:<20}",
         nothing, nothing,
@@ -294,6 +385,35 @@ def test_a_universal_file_is_read_as_the_csv_is(tmp_path: Path) -> None:
     assert found == pytest.approx(wanted, abs=1e-11)
     (tmp_path / "roll_records.uff").write_text("no universal file\n")
     assert "no data set 58" in refused(folder_with(tmp_path, in_sets()))
+
+
+@pytest.mark.parametrize("ending", ["csv", "wav", "uff"])
+def test_a_column_of_speed_counts_in_its_unit(ending: str, tmp_path: Path) -> None:
+    if ending == "uff":
+        pytest.importorskip("pyuff")
+    times, signal, _ = sweep(START, GAIN)
+    rpm = 60.0 * (START + GAIN * times)
+    if ending == "csv":
+        table, head = np.stack([times, rpm, signal[0]], axis=1), "time [s], n [rpm], a [m/s^2]"
+        np.savetxt(tmp_path / "run.csv", table, "%.8f", ",", header=head, comments="")
+    elif ending == "wav":
+        both = np.stack([rpm / 2000.0, signal[0] / 4.0], axis=1)
+        wavfile.write(tmp_path / "run.wav", 4000, both.astype(np.float32))
+    else:
+        sets = set_58(rpm, "RPM", 4000.0) + set_58(signal[0], "m/s^2", 4000.0)
+        (tmp_path / "run.uff").write_text(sets)
+    speed, column = ("n", "a") if ending == "csv" else ("1", "2")
+    scales = ('speed_scale = "2000 rpm"\n', ', scale = "4 m/s^2"') if ending == "wav" else ("", "")
+    channel = f'{{ column = "{column}", at = "{{}}"{scales[1]} }}'
+    channels = [channel.replace("{}", name) for name in "123"]
+    text = TEXT[:BEGIN] + (
+        f'[[measurement.record]]\nfile = "run.{ending}"\nspeed = "{speed}"\n{scales[0]}'
+        f"channels = [{', '.join(channels)}]\n"
+    )
+    found = run(tmp_path, text.replace("orders = [1, 2, 3]", "orders = [1, 2]"))
+    found = found["measurement/record/acceleration"].values[0]
+    wanted = [size * np.exp(1j * lead) for size, lead in (LINES[1.0], LINES[2.0])]
+    assert found == pytest.approx(wanted, abs=1e-4)
 
 
 def test_without_its_reader_a_universal_file_is_refused(

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
 
+from vibecalc.absorber.readings import drifts
 from vibecalc.absorber.tables import OILS, Positive, Share, Temperature
 from vibecalc.core.case.fields import (
     Acceleration,
@@ -70,22 +71,6 @@ class Range(Table):
     RULES = (ordered("from", "to"),)
 
 
-class FrequencyRatios(Range):
-    """Frequencies over the primary's own."""
-
-    start: Share = Field(0.0, alias="from", description="lowest")
-    stop: Positive = Field(alias="to", description="highest")
-    points: Points = Field(401, description="evenly spread, both ends included")
-
-
-class Frequencies(Range):
-    """Frequencies of the excitation."""
-
-    start: AngularSpeed = Field(0.0, alias="from", ge=0, description="lowest")
-    stop: AngularSpeed = Field(alias="to", gt=0, description="highest")
-    points: Points = Field(401, description="evenly spread, both ends included")
-
-
 class Band(Range):
     """Frequencies or speeds within which a tuning counts."""
 
@@ -98,6 +83,18 @@ class BandRatios(Range):
 
     start: Share = Field(0.0, alias="from", description="lowest")
     stop: Positive = Field(alias="to", description="highest")
+
+
+class Frequencies(Band):
+    """Frequencies of the excitation."""
+
+    points: Points = Field(401, description="evenly spread, both ends included")
+
+
+class FrequencyRatios(BandRatios):
+    """Frequencies over the primary's own."""
+
+    points: Points = Field(401, description="evenly spread, both ends included")
 
 
 class Tolerances(Table):
@@ -264,13 +261,30 @@ def _banded(row: Row) -> bool:
     return bool(row.said("band", "band_ratios"))
 
 
+def _several(row: Row) -> bool:
+    return "secondaries" in row.machine
+
+
+def _out_of_band(row: Row) -> bool:
+    """Whether the frequency that an absorber is to swing at is not within its band."""
+    band, frequency = row.below("band"), row.number("frequency")
+    if band is None or frequency is None:
+        return False
+    low, high = band.number("from"), band.number("to")
+    return low is not None and high is not None and not low <= frequency <= high
+
+
 def _modal(row: Row) -> bool:
     return bool(table_at(row.machine, "primary").get("modes"))
 
 
 def _only_banded(key: str, value: str, row: Row) -> bool:
     white = row["norm"] == "h2" and row["excitation"] == "base_acceleration"
-    return bool(row[key] == value) and not _banded(row) and not white
+    return bool(row[key] == value) and not (_banded(row) or white or _several(row))
+
+
+def _of_several(key: str, value: str, row: Row) -> bool:
+    return bool(row[key] == value) and _several(row)
 
 
 def _not_banded(key: str, value: str, row: Row) -> bool:
@@ -291,8 +305,26 @@ WARBURTON_PAIRS = (
 _NO_SPRING = ([0.0, 0.0],)
 #: what a tuning within a band asks for, and what only such a one is for
 BANDED = (
-    needs("tolerances", "band band_ratios", "the worst case is that within a band"),
-    needs("frequency", "band", "it says over what the speed may spread"),
+    needs(
+        "tolerances",
+        "band band_ratios",
+        "the worst case is that within a band",
+        when=lambda t: not _several(t),
+    ),
+    needs(
+        "frequency",
+        "band",
+        "it says over what the speed may spread",
+        when=lambda t: not _several(t),
+    ),
+    refuse(
+        "frequency",
+        "the frequency to swing at is not within the band, which is what the speed may spread over",
+        _out_of_band,
+        "a frequency within the band",
+        found="{frequency}",
+        also="band",
+    ),
     at_most_one("frequency", "tolerances"),
     at_most_one("frequency", "compare"),
     refuse(
@@ -312,12 +344,24 @@ BANDED = (
         )
         for key, value in (("excitation", "base_acceleration"), ("response", "deflection"))
     ),
+    *(
+        refuse(
+            key,
+            f"several absorbers are tuned over all frequencies, without {key} = {value!r}",
+            functools.partial(_of_several, key, value),
+            allowed,
+            hint="one absorber in [machine.secondary] has it, within a band",
+            also=("machine", "secondaries"),
+        )
+        for key, value, allowed in (
+            ("excitation", "base_acceleration", "force, base, unbalance"),
+            ("response", "deflection", "displacement, velocity, acceleration, transmitted_force"),
+        )
+    ),
     refuse(
         "response",
         "under a constant acceleration the ground drifts, and what stands on it",
-        lambda t: (
-            t["excitation"] == "base_acceleration" and t["response"] in ("displacement", "velocity")
-        ),
+        lambda t: drifts(t["excitation"], t["response"]),
         "deflection, acceleration or transmitted_force",
         also="excitation",
     ),
@@ -486,8 +530,9 @@ class Tuning(Table):
             "[machine.gap] with [machine.oil] or oils in stock",
         ),
         no(
-            "compare temperatures chart norm kind sensitivity band band_ratios",
-            lambda t: "secondaries" in t.machine,
+            "compare temperatures chart norm kind sensitivity band band_ratios frequency "
+            "tolerances",
+            _several,
             "several absorbers are tuned for the largest amplitude, without {key}",
             "excitation, response, bounds, mistuning",
             hint="one absorber in [machine.secondary] has it",

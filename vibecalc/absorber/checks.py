@@ -14,16 +14,18 @@ from vibecalc.absorber.hardware.oil_gap import (
 from vibecalc.absorber.model import (
     PRIMARY,
     Scale,
+    arranged,
     clearance,
     primary_damping,
     primary_scale,
     ratios,
+    side_by_side,
     single_absorber,
 )
 from vibecalc.absorber.tables import ICE, Gap, Oil, Secondary
 from vibecalc.core.case.raw import listed, nearest
 from vibecalc.errors import KeyPath, NumericalFailure, Problem
-from vibecalc.schema import Case
+from vibecalc.schema import Case, Machine
 
 # ----------------------------------------------------------------------------
 # Are the ratios of an absorber those of a machine, and is there something to be tuned?
@@ -193,12 +195,33 @@ def _tuning(case: Case, damping: float) -> Iterator[Problem]:
         for key, what in (("stiffness_ratio", "stiffness"), ("damping_ratio", "damping")):
             for end in getattr(tuning.bounds, key) or ():
                 yield from within(("tuning", "bounds", key), what, end)
+        yield from _given_frequency(case)
     if tuning.chart is not None:
         chart, path = tuning.chart, ("tuning", "chart")
         for place, ratio in enumerate(chart.primary_damping):
             yield from within((*path, "primary_damping", place), "damping", ratio)
         for key, end in (("from", chart.mass_ratio.start), ("to", chart.mass_ratio.stop)):
             yield from within((*path, "mass_ratio", key), "mass", end)
+
+
+def _given_frequency(case: Case) -> Iterator[Problem]:
+    """A spring that lets the absorber swing at the frequency given keeps its bounds."""
+    tuning, scale = case.tuning, primary_scale(case.machine)
+    if tuning is None or tuning.frequency is None or tuning.bounds is None or scale is None:
+        return
+    bounds, built = tuning.bounds.stiffness_ratio, single_absorber(case.machine)
+    if bounds is None or built is None:
+        return
+    mass = float(built.mass_ratio)  # type: ignore[arg-type]
+    ratio = mass * (tuning.frequency / scale.frequency) ** 2
+    if not bounds[0] <= ratio <= bounds[1]:
+        yield Problem(
+            path=("tuning", "frequency"),
+            message="the spring that swings at this frequency is not within its bounds",
+            found=f"a stiffness ratio of {ratio:.6g}",
+            allowed=f"{bounds[0]:.6g} to {bounds[1]:.6g}",
+            also=("tuning", "bounds", "stiffness_ratio"),
+        )
 
 
 def _curves(case: Case) -> Iterator[Problem]:
@@ -238,7 +261,7 @@ def absorber_part_problems(case: Case) -> list[Problem]:
     machine = case.machine
     if machine.primary is None:
         return []
-    problems = [*_wheel(case), *_oils(case)]
+    problems = [*_wheel(case), *_oils(case), *_stock_names(machine)]
     if machine.gap is not None:
         problems += _gap(machine.gap)
     if problems:
@@ -255,6 +278,41 @@ def absorber_part_problems(case: Case) -> list[Problem]:
         if getattr(machine, part) is not None and number == number:
             problems += within((*MACHINE, part), what, number)
     return problems
+
+
+def _stock_names(machine: Machine) -> Iterator[Problem]:
+    """Parts in stock and their arrangements have names of their own, by which they are bought."""
+    springs = [
+        ((*MACHINE, "stock_springs", place, "name"), name)
+        for place, one in enumerate(machine.stock_springs)
+        for name, *_ in arranged(one)
+    ]
+    dampers = [
+        ((*MACHINE, "stock_dampers", place, "name"), name)
+        for place, one in enumerate(machine.stock_dampers)
+        for name, _ in side_by_side(one)
+    ]
+    oils = [
+        ((*MACHINE, "stock_oils", place, "name"), one.name)
+        for place, one in enumerate(machine.stock_oils)
+    ]
+    for rows, key in ((springs, "spring_catalogue"), (oils, "oil_catalogue"), (dampers, "")):
+        table = getattr(machine, key) if key else None
+        bought = () if table is None else enumerate(table.part)
+        all_of_them = [*rows, *(((*MACHINE, key, "part", n), str(name)) for n, name in bought)]
+        first: dict[str, KeyPath] = {}
+        for path, name in all_of_them:
+            if name in first:
+                yield Problem(
+                    path=path,
+                    message="two parts in stock have one name, and none says which is meant",
+                    found=repr(name[:60]),
+                    allowed="a name for each; arrangements are named '2 x NAME'"
+                    if " x " in name or " in series of " in name
+                    else "a name for each",
+                    also=first[name],
+                )
+            first.setdefault(name, path)
 
 
 def _wheel(case: Case) -> Iterator[Problem]:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.absorber.readings import OF_ABSORBER, drifts
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.maxima import Jet, Maxima, by_slopes, seeds_about
@@ -90,13 +91,7 @@ class Reading(NamedTuple):
 EXCITATIONS = ("force", "base", "unbalance", "base_acceleration")
 #: what may be read -> power of s; `deflection` is displacement against the ground
 _POWERS = {"displacement": 0, "velocity": 1, "acceleration": 2, "deflection": 0}
-OF_ABSORBER = ("travel", "spring_force", "damper_force")
 READINGS = (*_POWERS, "transmitted_force", *OF_ABSORBER)
-
-
-def drifts(excitation: str, response: str) -> bool:
-    """Whether a reading has no bound at rest: what a constant acceleration of the ground moves."""
-    return excitation == "base_acceleration" and response in ("displacement", "velocity")
 
 
 def reading_of(system: Fitted, excitation: str, response: str) -> Reading:

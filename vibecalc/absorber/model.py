@@ -157,7 +157,7 @@ def oil_of(name: str, oil: parts.Oil) -> Oil:
 
 def stock(machine: Machine) -> Stock:
     """All that can be bought: the lists of the case, then the rows of its catalogues."""
-    springs = [row for one in machine.stock_springs for row in _arranged(one)]
+    springs = [row for one in machine.stock_springs for row in arranged(one)]
     table = machine.spring_catalogue
     if table is not None:
         catalogue = zip(table.part, table.rate, strict=True)
@@ -170,11 +170,7 @@ def stock(machine: Machine) -> Stock:
             Oil(str(part), Walther((_COOL, _WARM), (thick, thin)), density)
             for part, thick, thin, density in columns
         ]
-    dampers = [
-        (f"{n} x {one.name}" if n > 1 else one.name, n * one.count * one.linear_damping)
-        for one in machine.stock_dampers
-        for n in range(1, one.parallel + 1)
-    ]
+    dampers = [row for one in machine.stock_dampers for row in side_by_side(one)]
     return Stock(
         tuple(name for name, _, _ in springs),
         np.array([rate for _, rate, _ in springs], dtype=float),
@@ -185,7 +181,15 @@ def stock(machine: Machine) -> Stock:
     )
 
 
-def _arranged(one: parts.StockSpring) -> list[tuple[str, float, float]]:
+def side_by_side(one: parts.StockDamper) -> list[tuple[str, float]]:
+    """Name and damping in N s/m of every number of a damper that act together."""
+    return [
+        (f"{n} x {one.name}" if n > 1 else one.name, n * one.count * one.linear_damping)
+        for n in range(1, one.parallel + 1)
+    ]
+
+
+def arranged(one: parts.StockSpring) -> list[tuple[str, float, float]]:
     """Name, rate and count of every arrangement of a spring; those of equal stiffness once."""
     if one.parallel is None:
         return [(one.name, one.rate, math.nan)]

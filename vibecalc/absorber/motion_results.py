@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from vibecalc.absorber.readings import OF_ABSORBER
 from vibecalc.core.results.record import CHECK, EXAMINED, PEAK, PLACE, Entry, Headline, entry
 
 # ----------------------------------------------------------------------------
@@ -29,8 +30,6 @@ TORSION = {
     "spring_force": ("spring_torque", "N*m", "N*m", "torque in the spring of the absorber"),
     "damper_force": ("damper_torque", "N*m", "N*m", "torque in the damper of the absorber"),
 }
-#: what only an absorber has
-OF_ABSORBER = ("travel", "spring_force", "damper_force")
 _FIRST = ("displacement", "deflection", *OF_ABSORBER, "transmitted_force", "acceleration")
 
 
@@ -62,6 +61,7 @@ def _rows(table: dict[str, tuple[str, str, str, str]]) -> Iterator[Entry]:
 
 BAND_ROOT = "tuning/band"
 TOLERANCES_ROOT = "tuning/tolerances"
+OPTIMUM_ROOT = "tuning/optimum"
 
 BAND_ENTRIES = (
     entry(f"{BAND_ROOT}/from", "", "", "lower end of the band, over the primary's own frequency"),
@@ -98,6 +98,14 @@ BAND_ENTRIES = (
         "active toleranced",
         "",
         "what is off in the states whose peaks hold the tuning, relative",
+    ),
+    *(
+        entry(f"{OPTIMUM_ROOT}/{name}", "", "", f"{words}, next to a frequency as given")
+        for name, words in (
+            ("stiffness_ratio", "best stiffness for the band over that of the primary"),
+            ("secondary_damping", "best damping for the band, c2 / (2 sqrt(K1 J1))"),
+            ("peak", "least largest response in the band"),
+        )
     ),
     *(
         entry(f"{TOLERANCES_ROOT}/exact/{name}", "", "", f"{words}, tuned for parts without errors")

@@ -170,13 +170,23 @@ _NEEDS = {
 _BENDING = ("total_length", "span", "elastic_modulus")
 
 
+_NO_PARTS = "several absorbers have no parts as built"
+
+
+def _of_one(part: str) -> bool:
+    """Whether a part is, at the end, one of a single absorber."""
+    while part in _NEEDS:
+        part = _NEEDS[part]
+    return part == "secondary"
+
+
 def _parts(row: Row) -> Iterator[Problem]:
     for part, other in _NEEDS.items():
         if part in row and row.lacks(other) and not (other == "secondary" and "ring" in row):
             yield row.problem(
                 part,
                 f"[machine.{part}] needs [machine.{other}]",
-                hint="several absorbers have no parts as built" if "secondaries" in row else "",
+                hint=_NO_PARTS if "secondaries" in row and _of_one(part) else "",
             )
     rod = row.below("rod")
     if rod is not None and "flywheel" in row:
@@ -282,8 +292,21 @@ def _amplitude(row: Row) -> Iterator[Problem]:
                 also=PRIMARY,
             )
     modal, tuning = "modes" in primary, table_at(row.case, "tuning")
-    of_ground = "base_acceleration" in (asked["excitation"], tuning.get("excitation"))
-    of_ground |= tuning.get("response") == "deflection"
+    by_size = AMPLITUDES[said[0]] if said else None
+    of_ground = (
+        asked["excitation"] or by_size or tuning.get("excitation")
+    ) == "base_acceleration" or (asked["response"] or tuning.get("response")) == "deflection"
+    if of_ground and "secondaries" in row:
+        if asked["excitation"] == "base_acceleration":
+            yield asked.problem(
+                "excitation",
+                "the motion of several absorbers is read in ratios, without a ground that "
+                "accelerates",
+                allowed="force, base, unbalance",
+                hint="one absorber in [machine.secondary] has it",
+                also=("machine", "secondaries"),
+            )
+        return
     if (modal or of_ground) and not said:
         yield asked.problem(
             "",
@@ -292,15 +315,23 @@ def _amplitude(row: Row) -> Iterator[Problem]:
             allowed=f"one of {', '.join(known)}" if motion else "base_acceleration",
             hint="" if motion else "and a primary with mass and natural_frequency",
         )
-    if not modal:
-        return
-    for key in asked.said("vary", "limits", "response", "frequency_ratios"):
-        yield asked.problem(
-            key,
-            f"several modes have no {key}",
-            allowed="an amplitude and frequencies",
-            also=(*PRIMARY, "modes"),
-        )
+    if modal:
+        for key in asked.said("vary", "limits", "response", "frequency_ratios"):
+            yield asked.problem(
+                key,
+                f"several modes have no {key}",
+                allowed="an amplitude and frequencies",
+                also=(*PRIMARY, "modes"),
+            )
+    elif of_ground:
+        for key in asked.said("vary", "limits", "response"):
+            yield asked.problem(
+                key,
+                f"against a ground that moves all motions of one absorber are read in units, "
+                f"without {key}",
+                allowed="an amplitude and frequencies",
+                hint="excitation = 'base' has it in ratios" if key != "response" else "",
+            )
 
 
 def _gap_in_band(row: Row) -> Iterator[Problem]:

@@ -69,14 +69,15 @@ def in_ratios(case: "Case") -> bool:
 
 def motions_of(case: "Case") -> tuple[str, ...]:
     """What is read in units: all that the excitation and the modes of a case give."""
+    from vibecalc.absorber.readings import drifts
+
     excitation, machine = excited_by(case), case.machine
-    drifts = excitation == "base_acceleration"
     modal = machine.primary is not None and bool(machine.primary.modes)
     return tuple(
         name
         for name, there in (
-            ("displacement", not drifts),
-            ("velocity", not drifts),
+            ("displacement", True),
+            ("velocity", True),
             ("acceleration", True),
             ("deflection", excitation.startswith("base")),
             ("transmitted_force", not modal),
@@ -84,7 +85,7 @@ def motions_of(case: "Case") -> tuple[str, ...]:
             ("spring_force", True),
             ("damper_force", True),
         )
-        if there
+        if there and not drifts(excitation, name)
     )
 
 
@@ -156,7 +157,8 @@ def _tuning(case: "Case") -> Stage:
         "tuning/stiffness_ratio": not several,
         "tuning/secondary_damping": not several,
         "tuning/own_damping": not several and options.kind == "free",
-        "tuning/helps": not several,
+        "tuning/helps": not several and options.frequency is None,
+        "tuning/optimum/": options.frequency is not None,
         "tuning/without_spring": not (several or banded) and options.kind == "free",
         "tuning/threshold": not several and not least_squares and not banded,
         "tuning/band/": banded,

@@ -26,8 +26,9 @@ def export_orders(result: Result, folder: Path) -> list[Path]:
 
     `NAME_orders.csv` has a line for each order, with amplitude, phase and their uncertainties of
     each channel of the records and of the motion of the plate at each named position;
-    `NAME_speeds.csv` a line for each block with the amplitudes of each channel and order. Of a
-    name in the file `column` and `uncertainty_column` of [[reference_table]] take one each.
+    `NAME_speeds.csv` a line for each block with the amplitudes of each channel and order; records
+    whose blocks have other speeds have `NAME_speeds_1.csv`, `NAME_speeds_2.csv`, ... Of a name in a
+    file `column` and `uncertainty_column` of [[reference_table]] take one each.
 
     Raises
     ------
@@ -43,13 +44,12 @@ def export_orders(result: Result, folder: Path) -> list[Path]:
     entries = [str(int(order)) for order in axis.values]
     written = [_write(folder / f"{result.name}_orders.csv", "order", entries, orders)]
     if f"{_STEM}record/block_acceleration" in record:
-        speed = record[f"{_STEM}record/block_speed"]
-        rows = [
-            f"{convert(float(one), 'rad/s', 'rpm'):.10g} rpm" for one in np.asarray(speed.values)[0]
-        ]
-        if len(dict.fromkeys(rows)) == len(rows):  # entries of an axis differ
-            path = folder / f"{result.name}_speeds.csv"
-            written.append(_write(path, "speed", rows, _blocks(record)))
+        runs = _runs(record)
+        for number, (rows, columns) in enumerate(runs, start=1):
+            if len(dict.fromkeys(rows)) == len(rows):  # entries of an axis differ
+                which = "" if len(runs) == 1 else f"_{number}"
+                path = folder / f"{result.name}_speeds{which}.csv"
+                written.append(_write(path, "speed", rows, columns))
     return written
 
 
@@ -92,12 +92,19 @@ def _positions(record: Record) -> Columns:
     return found
 
 
-def _blocks(record: Record) -> Columns:
+def _runs(record: Record) -> list[tuple[list[str], Columns]]:
+    """Speeds of the blocks, and columns of the channels that have these, record by record."""
     size = record[f"{_STEM}record/block_acceleration"]
+    speeds = np.asarray(record[f"{_STEM}record/block_speed"].values)
+    found: dict[tuple[float, ...], Columns] = {}
+    for place, name in enumerate(map(str, size.axes[0].values)):
+        found.setdefault(tuple(speeds[place].tolist()), []).extend(
+            (f"{name} order {int(order)} [m/s^2]", np.abs(size.values[place, :, column]))
+            for column, order in enumerate(size.axes[2].values)
+        )
     return [
-        (f"{name} order {int(order)} [m/s^2]", np.abs(size.values[place, :, column]))
-        for place, name in enumerate(map(str, size.axes[0].values))
-        for column, order in enumerate(size.axes[2].values)
+        ([f"{convert(one, 'rad/s', 'rpm'):.10g} rpm" for one in row], columns)
+        for row, columns in found.items()
     ]
 
 

@@ -215,8 +215,9 @@ def recorded(table: Measurement) -> Iterator[tuple[int, InstrumentReading]]:
 def _spectra(table: Measurement) -> Iterator[tuple[int, InstrumentReading]]:
     known = places(table)
     for one in table.spectrum:
-        row = point_row(*known[one.at])
-        for order, size, phase in zip(table.orders, one.amplitude, one.phase, strict=True):
+        row, found = point_row(*known[one.at]), one.found
+        assert found is not None  # put there when the file was read
+        for order, size, phase in zip(table.orders, found.amplitude, found.phase, strict=True):
             name = f"{order}: {one.at}"
             yield order, _read(table, name, row, one.use, False, None, size, phase)
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.measurement.signals import MeanOrders, mean_of_blocks
+from vibecalc.measurement.stage import channel_names
 from vibecalc.measurement.tables import Measurement
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 
@@ -33,7 +34,8 @@ class ChannelOrders(NamedTuple):
 
 def record_means(table: Measurement) -> Iterator[ChannelOrders]:
     """Each channel of each record."""
-    for number, record in enumerate(table.record):
+    names = iter(channel_names(table))
+    for record in table.record:
         found = record.found
         assert found is not None  # put there when the file was read
         count, blocks = len(record.channels), len(found.speeds)
@@ -42,9 +44,8 @@ def record_means(table: Measurement) -> Iterator[ChannelOrders]:
         errors = np.array(found.error).reshape(count, -1)
         lines = np.array(found.lines).reshape(count, -1)
         for place, channel in enumerate(record.channels):
-            several = len(table.record) > 1
             yield ChannelOrders(
-                name=f"{number + 1}: {channel.at}" if several else channel.at,
+                name=next(names),
                 at=channel.at,
                 use=channel.use,
                 blocks=values[place],

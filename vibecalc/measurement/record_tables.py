@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from vibecalc.core.case.fields import Acceleration, AngularSpeed, Name, Number, Table, Unit
-from vibecalc.core.case.rules import needs, one_of, refuse
+from vibecalc.core.case.rules import needs, one_of, refuse, same_length
 
 Frequency = Annotated[float, Field(gt=0), Unit("rad/s")]
 Numbers = Annotated[tuple[Number, ...], Field(max_length=400_000)]
@@ -26,19 +26,8 @@ class Channel(Table):
     )
 
 
-class FoundOrders(Table):
-    """What a record holds, block by block: put here when the file is read."""
-
-    orders: tuple[Annotated[int, Field(ge=1)], ...] = Field(description="harmonics of the plate")
-    speeds: Numbers = Field(description="of the blocks, rad/s")
-    real: Numbers = Field(description="of amplitudes in m/s^2, by channel, block, harmonic")
-    imaginary: Numbers = Field(description="of the same")
-    error: Numbers = Field(description="what interpolation makes of each, by channel and harmonic")
-    lines: Numbers = Field(description="root mean square amplitudes, by channel and line of order")
-
-
-class Record(Table):
-    """A file of samples over time; with a tachometer, a speed, or at one known speed."""
+class RecordFile(Table):
+    """A file of samples over time, and how orders are made of it."""
 
     file: Name = Field(description="CSV, WAV or universal file (58) next to the case")
     channels: Annotated[tuple[Channel, ...], Field(min_length=1, max_length=200)] = Field(
@@ -58,7 +47,10 @@ class Record(Table):
         None, gt=0, description="how far it has to fall below before the next pulse; "
         "default: a fifth of the way between the lowest and the highest sample",
     )  # fmt: skip
-    speed: str = Field("", description="column of a crank speed, instead of pulses")
+    speed: str = Field("", description="column or channel of a crank speed, instead of pulses")
+    speed_scale: AngularSpeed | None = Field(
+        None, gt=0, description="speed of 1 in a file without its unit, of full scale in a WAV"
+    )
     constant_speed: AngularSpeed | None = Field(
         None, gt=0, description="of the crankshaft, instead of pulses"
     )
@@ -69,11 +61,29 @@ class Record(Table):
     interpolation: Literal[1, 3, 5] = Field(
         5, description="degree of the splines that give signals at equal angles"
     )
+
+
+class FoundOrders(Table):
+    """What a record holds, block by block: put here when the file is read."""
+
+    made_with: RecordFile = Field(description="keys of the record at that time")
+    orders: tuple[Annotated[int, Field(ge=1)], ...] = Field(description="harmonics of the plate")
+    speeds: Numbers = Field(description="of the blocks, rad/s")
+    real: Numbers = Field(description="of amplitudes in m/s^2, by channel, block, harmonic")
+    imaginary: Numbers = Field(description="of the same")
+    error: Numbers = Field(description="what interpolation makes of each, by channel and harmonic")
+    lines: Numbers = Field(description="root mean square amplitudes, by channel and line of order")
+
+
+class Record(RecordFile):
+    """A file of samples over time; with a tachometer, a speed, or at one known speed."""
+
     found: FoundOrders | None = Field(None, description="put here when the file is read")
     RULES = (
         one_of("pulses", "speed", "constant_speed", hint="phases refer to the shaft"),
         needs("threshold", "pulses"),
         needs("hysteresis", "pulses"),
+        needs("speed_scale", "speed"),
         refuse(
             "channels",
             "a position has two channels of one record",
@@ -95,6 +105,24 @@ def _at(channel: object) -> str:
     return str(channel.get("at")) if isinstance(channel, dict) else repr(channel)
 
 
+class FoundLines(Table):
+    """What a spectrum holds at the harmonics: put here when the file is read."""
+
+    file: Name = Field(description="that it was read from")
+    orders: tuple[Annotated[int, Field(ge=1)], ...] = Field(description="harmonics of the plate")
+    base_frequency: AngularSpeed | None = Field(
+        None, gt=0, description="of order 1, where the file has frequencies"
+    )
+    amplitude: Annotated[tuple[Annotated[Acceleration, Field(ge=0)], ...], Field(max_length=64)] = (
+        Field(description="of each harmonic")
+    )
+    phase: Annotated[
+        tuple[Annotated[float, Field(ge=-1e3 * math.pi, le=1e3 * math.pi), Unit("rad")], ...],
+        Field(max_length=64),
+    ] = Field(description="of each harmonic, leading positive")
+    RULES = (same_length("orders", "amplitude", "phase"),)
+
+
 class Spectrum(Table):
     """A complex spectrum of one accelerometer, as an analyser writes it: a reading with phases."""
 
@@ -104,10 +132,4 @@ class Spectrum(Table):
     )
     at: Name = Field(description="name of the position")
     use: Literal["solve", "compare"] = Field("solve", description="find the motion, or compare")
-    amplitude: Annotated[tuple[Annotated[Acceleration, Field(ge=0)], ...], Field(max_length=64)] = (
-        Field((), description="of each harmonic, put here when the file is read")
-    )
-    phase: Annotated[
-        tuple[Annotated[float, Field(ge=-1e3 * math.pi, le=1e3 * math.pi), Unit("rad")], ...],
-        Field(max_length=64),
-    ] = Field((), description="the same")
+    found: FoundLines | None = Field(None, description="put here when the file is read")

@@ -11,13 +11,16 @@ import numpy as np
 
 from vibecalc.core.case.csv_files import (
     Columns,
+    TooLong,
     Unreadable,
     check_unit,
     numbers_of,
     read_columns,
 )
 from vibecalc.core.case.raw import Data, listed, nearest, read_number, table_at, tables_at
-from vibecalc.errors import Problem
+from vibecalc.errors import Problem, UnitError
+from vibecalc.measurement.record_checks import base_frequency_of
+from vibecalc.measurement.record_tables import RecordFile
 from vibecalc.measurement.signals import (
     Shaft,
     order_blocks,
@@ -55,7 +58,7 @@ def attach_records(data: Data, folder: Path) -> list[Problem]:
         return []  # which the schema says
     for name, attach in (("record", _record), ("spectrum", _spectrum)):
         for place, row in tables_at(table, name):
-            if "found" in row or "amplitude" in row or not isinstance(row.get("file"), str):
+            if "found" in row or not isinstance(row.get("file"), str):
                 continue
             try:
                 attach(row, folder, orders, data)
@@ -105,7 +108,9 @@ def _record(row: Data, folder: Path, orders: list[int], data: Data) -> None:
     shaft = _shaft(row, samples)
     turns = row.get("turns", 4)
     degree = row.get("interpolation", 5)
-    if not isinstance(turns, int) or turns < 1 or degree not in (1, 3, 5) or not orders:
+    window = row.get("window", "none")
+    known = degree in (1, 3, 5) and window in ("none", "hann")
+    if not isinstance(turns, int) or turns < 1 or not known:
         return  # which the schema says
     blocks = shaft.turns // turns
     if not 2 <= blocks <= _MOST_BLOCKS:
@@ -126,12 +131,11 @@ def _record(row: Data, folder: Path, orders: list[int], data: Data) -> None:
         )
     lines = int(min(highest * turns, max(_MOST_LINES, max(orders) * turns)))
     signals = np.stack([_channel(one, samples) for one in _channels(row)])
-    found = order_blocks(
-        samples.times, signals, shaft, turns, lines, str(row.get("window", "none")), degree
-    )
+    found = order_blocks(samples.times, signals, shaft, turns, lines, window, degree)
     at = np.array(orders) * turns
     kept = found.amplitudes[..., at]
     row["found"] = {
+        "made_with": {key: value for key, value in row.items() if key in RecordFile.model_fields},
         "orders": list(orders),
         "speeds": found.speeds.tolist(),
         "real": kept.real.ravel().tolist(),
@@ -151,19 +155,35 @@ def _channels(row: Data) -> list[Data]:
 def _channel(one: Data, samples: _Samples) -> FloatArray:
     """A signal in m/s^2."""
     name = str(one["column"])
-    signal, unit = samples.column(name, "channels"), samples.units.get(name, "")
-    scale = read_number(one.get("scale"), "m/s^2")
-    if unit and "scale" in one:
-        raise Unreadable(f"column {name} has a unit and a scale", "one of the two", key="channels")
-    if not unit and scale is None:
-        raise Unreadable(
-            f"what is 1 of {name!r}?",
-            'scale = "1 m/s^2", or a unit in the line of names of a CSV file',
-            key="channels",
-        )
+    signal = samples.column(name, "channels")
+    size = _size_of(name, "channels", "scale", one, samples)
     if not np.any(signal != signal[0]):
         raise Unreadable(f"{name!r} is the same in every sample", "a signal", key="channels")
-    return signal * (convert(1.0, unit, "m/s^2") if unit else float(scale or 0.0))
+    return signal * size
+
+
+def _size_of(name: str, key: str, scale: str, row: Data, samples: _Samples) -> float:
+    """What 1 of a column is in m/s^2 or rad/s: by its unit, or by the key `scale` of `row`."""
+    wanted, example = _SCALES[scale]
+    unit, given = samples.units.get(name, ""), read_number(row.get(scale), wanted)
+    if unit and scale in row:
+        raise Unreadable(f"column {name} has a unit and a {scale}", "one of the two", key=key)
+    if not unit and given is None:
+        raise Unreadable(
+            f"what is 1 of {name!r}?",
+            f'{scale} = "{example}", or a unit in the line of names of a CSV file',
+            key=key,
+        )
+    try:
+        return convert(1.0, unit, wanted) if unit else float(given or 0.0)
+    except UnitError:
+        raise Unreadable(
+            f"{name!r} is in {unit}", f"a unit that converts to {wanted}", key=key
+        ) from None
+
+
+#: key -> unit, and an example of it
+_SCALES = {"scale": ("m/s^2", "1 m/s^2"), "speed_scale": ("rad/s", "1 rpm")}
 
 
 # ----------------------------------------------------------------------------
@@ -177,8 +197,7 @@ def _shaft(row: Data, samples: _Samples) -> Shaft:
         return _of_pulses(row, samples)
     if row.get("speed"):
         name = str(row["speed"])
-        speed = samples.column(name, "speed")
-        speed = speed * convert(1.0, samples.units.get(name) or "rad/s", "rad/s")
+        speed = samples.column(name, "speed") * _size_of(name, "speed", "speed_scale", row, samples)
         if np.min(speed) <= 0.0:
             raise Unreadable("the speed is zero or negative in places", "> 0", key="speed")
         return shaft_of_speed(times, speed)
@@ -232,7 +251,11 @@ _EVEN = 0.02
 
 
 def _csv(row: Data, folder: Path, name: str) -> _Samples:
-    columns = read_columns(folder, name)
+    try:
+        columns = read_columns(folder, name)
+    except TooLong as error:
+        hint = "a longer record as WAV (file.wav) or universal file (file.uff)"
+        raise Unreadable(str(error), error.allowed, hint) from None
     time, rate = str(row.get("time", "time")), read_number(row.get("sample_rate"), "rad/s")
     if isinstance(row.get("sample_rate"), int | float):
         raise Unreadable(
@@ -332,7 +355,8 @@ def _wav(folder: Path, name: str) -> _Samples:
 
 def _spectrum(row: Data, folder: Path, orders: list[int], data: Data) -> None:
     columns = read_columns(folder, str(row["file"]))
-    lines = _lines(columns, data)
+    base = _base_frequency(columns, data)
+    lines = _lines(columns, base)
     values = _values(columns)
     step = float(np.min(np.diff(np.unique(lines)))) if np.unique(lines).size > 1 else 1.0
     picked = []
@@ -344,25 +368,37 @@ def _spectrum(row: Data, folder: Path, orders: list[int], data: Data) -> None:
                 "lines of all orders of [measurement]",
             )
         picked.append(place)
-    row["amplitude"] = np.abs(values[picked]).tolist()
-    row["phase"] = np.angle(values[picked]).tolist()
+    row["found"] = {
+        "file": row["file"],
+        "orders": list(orders),
+        "amplitude": np.abs(values[picked]).tolist(),
+        "phase": np.angle(values[picked]).tolist(),
+    }
+    if base is not None:
+        row["found"]["base_frequency"] = base
 
 
-def _lines(columns: Columns, data: Data) -> FloatArray:
-    """The order of each line."""
+def _base_frequency(columns: Columns, data: Data) -> float | None:
+    """The frequency of order 1 in rad/s, where that of each line is in the file; else None."""
     if "order" in columns:
-        return _numbers("order", columns)
+        return None
     if "frequency" not in columns:
         raise Unreadable(
             "the file has neither a column order nor a column frequency", listed(list(columns))
         )
-    base = read_number(table_at(data, "measurement").get("base_frequency"), "rad/s")
-    base = base or read_number(table_at(data, "machine").get("speed"), "rad/s")
+    base = base_frequency_of(data)
     if not base:
         raise Unreadable(
             "frequencies of a spectrum tell no order without that of order 1",
             "base_frequency of [measurement]",
         )
+    return base
+
+
+def _lines(columns: Columns, base: float | None) -> FloatArray:
+    """The order of each line."""
+    if base is None:
+        return _numbers("order", columns)
     check_unit("frequency", columns["frequency"], "Hz")
     unit = columns["frequency"].unit or "Hz"
     return _numbers("frequency", columns) * convert(1.0, unit, "rad/s") / base

@@ -57,12 +57,6 @@ class Shaft(NamedTuple):
 
         return np.asarray(CubicSpline(self.angles, self.times)(angles))
 
-    def slowness(self, angles: FloatArray) -> FloatArray:
-        """Seconds per radian at angles."""
-        from scipy.interpolate import CubicSpline
-
-        return np.asarray(CubicSpline(self.angles, self.times)(angles, 1))
-
 
 def shaft_of_pulses(times: FloatArray, pulses_per_turn: int) -> Shaft:
     """The shaft of a tachometer; the angle is zero at the first pulse."""
@@ -93,8 +87,6 @@ _ODD = 1.6
 # ----------------------------------------------------------------------------
 # Signals at equal angles, and the orders of blocks of whole turns.
 # ----------------------------------------------------------------------------
-
-WINDOWS = ("none", "hann")
 
 
 class OrderBlocks(NamedTuple):

@@ -112,19 +112,24 @@ def _work_of_measurement(case: "Case", orders: int) -> Work:
     return ((orders, "least_squares" if phases else "level_motions"),)
 
 
+def channel_names(table: "Measurement") -> tuple[str, ...]:
+    """How results name the channels of all records: by position, and by record where several."""
+    several = len(table.record) > 1
+    return tuple(
+        f"{place}: {one.at}" if several else one.at
+        for place, record in enumerate(table.record, start=1)
+        for one in record.channels
+    )
+
+
 def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
     """Entries of the axes that the case names."""
     if case.measurement is None:
         return {}
     table = case.measurement
     named = {"position": tuple(position.name for position in table.positions)}
-    several = len(table.record) > 1
-    channels = [
-        f"{place + 1}: {one.at}" if several else one.at
-        for place, record in enumerate(table.record)
-        for one in record.channels
-    ]
-    return named | ({"channel": tuple(channels)} if channels else {})
+    channels = channel_names(table)
+    return named | ({"channel": channels} if channels else {})
 
 
 SUBJECT = Subject(

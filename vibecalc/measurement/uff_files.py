@@ -16,7 +16,7 @@ _EVENLY = 1
 
 
 def uff_samples(path: Path) -> tuple[FloatArray, dict[str, FloatArray], dict[str, str]]:
-    """Times (n,), signals (n,) by their number from 1 on, and units of those that are m/s^2.
+    """Times (n,), signals (n,) by their number from 1 on, and units of accelerations and speeds.
 
     Numbers count the data sets 58 in their order in the file. Raises Unreadable.
     """
@@ -47,18 +47,22 @@ def uff_samples(path: Path) -> tuple[FloatArray, dict[str, FloatArray], dict[str
         if len(one["data"]) != len(sets[0]["data"]) or not np.all(np.isfinite(one["data"])):
             raise Unreadable(f"data set {number} has other samples than the first", "as many")
     columns = {str(place + 1): np.array(one["data"], float) for place, one in enumerate(sets)}
-    units = {
-        str(place + 1): str(one["ordinate_axis_units_lab"]).strip()
+    labels = {
+        str(place + 1): _unit_of(str(one["ordinate_axis_units_lab"]).strip())
         for place, one in enumerate(sets)
-        if _is_acceleration(str(one["ordinate_axis_units_lab"]).strip())
     }
+    units = {name: unit for name, unit in labels.items() if unit}
     times = np.arange(len(sets[0]["data"]), dtype=np.float64) * float(sets[0]["abscissa_inc"])
     return times, columns, units
 
 
-def _is_acceleration(unit: str) -> bool:
-    try:
-        convert(1.0, unit, "m/s^2")
-    except UnitError:
-        return False
-    return bool(unit)
+def _unit_of(label: str) -> str:
+    """The unit of an acceleration or a speed, also where it is in capitals; else nothing."""
+    for unit in (label, label.lower()):
+        for wanted in ("m/s^2", "rad/s"):
+            try:
+                convert(1.0, unit, wanted)
+            except UnitError:
+                continue
+            return unit
+    return ""

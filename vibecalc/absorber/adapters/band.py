@@ -5,11 +5,11 @@ from collections.abc import Callable
 import numpy as np
 
 from vibecalc.absorber.adapters.optimum import BestTuning
-from vibecalc.absorber.adapters.response import tuning_error
-from vibecalc.absorber.adapters.tuning import emit_units
+from vibecalc.absorber.adapters.response import moved_by_ratios, tuning_error
+from vibecalc.absorber.adapters.tuning import emit_units, nearby, paths_below
 from vibecalc.absorber.asked_tables import Tuning
 from vibecalc.absorber.model import AbsorberParts, build_absorber, modes_of
-from vibecalc.absorber.motion_results import BAND_ROOT, TOLERANCES_ROOT
+from vibecalc.absorber.motion_results import BAND_ROOT, OPTIMUM_ROOT, TOLERANCES_ROOT
 from vibecalc.absorber.results import TUNING_ROOT
 from vibecalc.absorber.transfer import Absorber, own_damping_ratio
 from vibecalc.absorber.tuning.band import (
@@ -31,8 +31,6 @@ from vibecalc.schema import Machine
 
 #: a peak this close to the one without an absorber is no lower
 _NO_LOWER = 1e-9
-#: relative change of a ratio that shows what its error does
-_STEP = 1e-6
 #: parts drawn between their tolerances
 _DRAWN = 256
 #: root of x^5 = x + 1, whose powers spread points evenly over four dimensions (M. Roberts)
@@ -44,9 +42,10 @@ def run_band_tuning(scene: Scene) -> None:
     options, parts = scene.case.tuning, build_absorber(scene.case)
     if options is None or parts.absorber is None:
         raise ValueError("the case has no absorber to tune")
-    problem = problem_of(options, parts, scene.case.machine)
-    if options.frequency is not None and parts.scale is not None:
-        found = tuned_to(problem, options.frequency / parts.scale.frequency)
+    problem, scale = problem_of(options, parts, scene.case.machine), parts.scale
+    as_given = options.frequency is not None
+    if options.frequency is not None and scale is not None:
+        found = tuned_to(problem, options.frequency / scale.frequency)
     else:
         found = band_tuning(problem)
     z1, m = parts.primary_damping, problem.mass
@@ -66,19 +65,25 @@ def run_band_tuning(scene: Scene) -> None:
     scene.emit(f"{TUNING_ROOT}/own_damping", own, own * (relative + 4.0 * EPSILON))
     scene.emit(f"{TUNING_ROOT}/peak", found.largest, found.largest_error)
     scene.emit(f"{TUNING_ROOT}/peak_alone", alone, slack if np.isfinite(alone) else 0.0)
-    scene.emit(f"{TUNING_ROOT}/helps", int(helps))
+    if as_given and scene.wants(*paths_below("optimum")):
+        nearby(scene, "optimum", lambda: _emit_optimum(scene, problem))
+    if not as_given:
+        scene.emit(f"{TUNING_ROOT}/helps", int(helps))
     scene.emit(f"{TUNING_ROOT}/evaluations", found.evaluations)
     _emit_travel(scene, problem, found)
     scene.emit(f"{BAND_ROOT}/from", problem.low, 4.0 * EPSILON * problem.low)
     scene.emit(f"{BAND_ROOT}/to", problem.high, 4.0 * EPSILON * problem.high)
-    # zero at the exact optimum, so that all of it is error
-    scene.emit(f"{BAND_ROOT}/residual", found.residual, found.residual + EPSILON, terms=1.0)
+    if not as_given:
+        # zero at the exact optimum, so that all of it is error
+        scene.emit(f"{BAND_ROOT}/residual", found.residual, found.residual + EPSILON, terms=1.0)
     axes = {"active": np.arange(1, len(found.frequency) + 1)}
     near = 16.0 * EPSILON + relative
     scene.emit(f"{TUNING_ROOT}/active/magnitude", found.height, found.largest_error, axes)
     scene.emit(f"{TUNING_ROOT}/active/frequency_ratio", found.frequency,
                near * found.frequency, axes)  # fmt: skip
-    scene.emit(f"{TUNING_ROOT}/active/weight", found.weight, found.residual + 1e3 * near, axes)
+    if not as_given:
+        off = found.residual + 1e3 * near
+        scene.emit(f"{TUNING_ROOT}/active/weight", found.weight, off, axes)
     best = BestTuning(
         found.stiffness_ratio, found.secondary_damping, found.stiffness_error, found.damping_error,
         found.largest, found.largest_error, alone, found.largest_error, helps, found.evaluations,
@@ -92,7 +97,7 @@ def run_band_tuning(scene: Scene) -> None:
         scene.warn("the best absorber for this band hardly has a spring: its damper does it alone")
     if options.mistuning:
         _emit_mistuning(scene, options, problem, found)
-    if not helps:
+    if not (helps or as_given):
         scene.warn(
             f"no absorber of this mass does better than none within the band: the largest response "
             f"is {found.largest:.6g} with the best of them, {alone:.6g} without"
@@ -104,6 +109,17 @@ def run_band_tuning(scene: Scene) -> None:
         "tuning within a band",
         "docs/theory_absorber_band.md",
     )
+
+
+def _emit_optimum(scene: Scene, problem: BandProblem) -> None:
+    """What is best for the band, next to an absorber that swings at a frequency as given."""
+    best = band_tuning(problem)
+    for name, value, error in (
+        ("stiffness_ratio", best.stiffness_ratio, best.stiffness_error),
+        ("secondary_damping", best.secondary_damping, best.damping_error),
+        ("peak", best.largest, best.largest_error),
+    ):
+        scene.emit(f"{OPTIMUM_ROOT}/{name}", value, error)
 
 
 def problem_of(options: Tuning, parts: AbsorberParts, machine: Machine) -> BandProblem:
@@ -185,18 +201,10 @@ def _emit_tolerances(scene: Scene, problem: BandProblem, found: BandTuning) -> N
 def _moved(
     found: BandTuning, read: Callable[[float, float], tuple[FloatArray, FloatArray]]
 ) -> float:
-    """What the errors of a tuning do to peaks at it: a millionth of each ratio, scaled to them."""
-    k, z, total = found.stiffness_ratio, found.secondary_damping, 0.0
-    here = read(k, z)[0]
-    sides = (
-        ((k * (1.0 + _STEP), z), found.stiffness_error / (_STEP * k)),
-        ((k, z * (1.0 + _STEP)), found.damping_error / (_STEP * (z or np.inf))),
-    )
-    for place, share in sides:
-        with np.errstate(invalid="ignore"):
-            change = np.abs(read(*place)[0] - here)
-        total += float(np.max(np.where(np.isfinite(change), change, 0.0))) * share
-    return total
+    """What the errors of a tuning do to peaks at it, at most."""
+    ratios = np.array([found.stiffness_ratio, found.secondary_damping])
+    errors = np.array([found.stiffness_error, found.damping_error])
+    return float(np.max(moved_by_ratios(lambda both: read(*both.tolist())[0], ratios, errors)))
 
 
 _NAMED = {"den_hartog": "den_hartog_brock", "nishihara_asami": "nishihara_asami"}
@@ -269,6 +277,6 @@ def _emit_bounds(
         ("stiffness", found.stiffness_ratio, problem.stiffness),
         ("damping", found.secondary_damping, problem.damping),
     ):
-        near = [end for end in (low, high) if abs(value - end) <= 1e-9 * max(end, 1e-300)]
-        if near and near[0] > 0.0:
-            scene.warn(f"the tuning is held by the bound of its {what} ratio, {near[0]:.6g}")
+        for end in (low, high):
+            if 0.0 < end < np.inf and abs(value - end) <= 1e-9 * end:
+                scene.warn(f"the tuning is held by the bound of its {what} ratio, {end:.6g}")

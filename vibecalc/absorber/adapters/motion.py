@@ -4,19 +4,18 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibecalc.absorber.adapters.response import TuningError
+from vibecalc.absorber.adapters.response import moved_by_ratios
 from vibecalc.absorber.asked_tables import AMPLITUDES, AbsorberResponse
-from vibecalc.absorber.modal import OF_ABSORBER, Fitted, Modes, bare, fitted, highest, magnitude
+from vibecalc.absorber.modal import Fitted, Modes, bare, fitted, highest, magnitude
 from vibecalc.absorber.model import AbsorberParts, Scale, build_absorber, modes_of
 from vibecalc.absorber.motion_results import MOTION_ROOT, TORSION, TRANSLATION
+from vibecalc.absorber.readings import OF_ABSORBER
 from vibecalc.absorber.stage import motions_of
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 
 WITH, WITHOUT = "with absorber", "without"
-#: relative change of a ratio that shows what its error does
-_STEP = 1e-6
 _TURN = 2.0 * np.pi
 
 
@@ -39,6 +38,11 @@ def run_motion(scene: Scene) -> None:
     axes = {"fitted": (WITH, WITHOUT), "excitation_frequency": x * parts.scale.frequency / _TURN}
     natural = parts.scale.frequency / _TURN
     names = TORSION if parts.scale.torsion else TRANSLATION
+
+    def moved_at(read: Callable[[Fitted], np.ndarray]) -> FloatArray:
+        errors = np.zeros(2) if uncertainty is None else np.array(uncertainty)
+        return moved_by_ratios(lambda both: read(fitted(modes, m, *both)), np.array([k, z]), errors)
+
     for response in motions_of(case):
         name, size = names[response][0], unit * _factor(response, parts.scale)
         alone = response in OF_ABSORBER
@@ -53,7 +57,7 @@ def run_motion(scene: Scene) -> None:
 
         values, errors = zip(*(_curve(one, x, excitation, response) for one in both), strict=True)
         peak, peak_error, where = np.array([top(one) for one in both]).T
-        off, (peak_off, _, place_off) = (_moved(read, system, uncertainty) for read in (curve, top))
+        off, (peak_off, _, place_off) = (moved_at(read) for read in (curve, top))
         place = natural * (place_off + 1e-12 * float(x[-1]))
         slack = np.max(errors) + np.max(off)
         peak_slack = np.max(peak_error) + peak_off
@@ -126,22 +130,3 @@ def _curve(
     found, slack = magnitude(system, x[~on], excitation, response)
     value[~on], error[~on] = found[0], slack[0]
     return value, error
-
-
-def _moved(
-    read: Callable[[Fitted], np.ndarray], system: Fitted, uncertainty: TuningError | None
-) -> FloatArray:
-    """What the errors of a tuning do to a reading: a millionth of each ratio, scaled to them."""
-    value = np.asarray(read(system))
-    total = np.zeros(value.shape)
-    if uncertainty is None:
-        return total
-    for name, error in zip(("stiffness", "damping"), uncertainty, strict=True):
-        size = float(getattr(system, name)[0])
-        if size == 0.0 or float(error) == 0.0:
-            continue
-        off = system._replace(**{name: getattr(system, name) * (1.0 + _STEP)})
-        with np.errstate(invalid="ignore"):
-            change = np.abs(np.asarray(read(off)) - value)
-        total = total + np.where(np.isfinite(change), change, 0.0) * float(error) / (_STEP * size)
-    return total

@@ -125,34 +125,49 @@ def moved(
     read: Callable[[Absorber], np.ndarray], tuned: Absorber, uncertainty: TuningError
 ) -> FloatArray:
     """What the errors of one tuned absorber do to a reading of it, absolute."""
-    return _largest_move(read, tuned, uncertainty, ("stiffness_ratio", "secondary_damping"))
+    ratios = np.array([float(np.asarray(part)) for part in tuned[2:]])
+
+    def at(both: FloatArray) -> np.ndarray:
+        stiffness, damping = both.tolist()
+        return read(tuned._replace(stiffness_ratio=stiffness, secondary_damping=damping))
+
+    return moved_by_ratios(at, ratios, np.array(uncertainty))
 
 
 def moved_several(
     read: Callable[[Several], np.ndarray], tuned: Several, uncertainty: TuningError
 ) -> FloatArray:
     """The same of several absorbers, each ratio by itself."""
-    return _largest_move(read, tuned, uncertainty, ("stiffness_ratio", "secondary_damping"))
+    ratios = np.array([tuned.stiffness_ratio, tuned.secondary_damping], dtype=float)
+
+    def at(both: FloatArray) -> np.ndarray:
+        stiffness, damping = both.reshape(ratios.shape)
+        return read(tuned._replace(stiffness_ratio=stiffness, secondary_damping=damping))
+
+    errors = np.broadcast_arrays(*uncertainty, ratios[0])[:2]
+    return moved_by_ratios(at, ratios.ravel(), np.ravel(errors))
 
 
-def _largest_move(read, tuned, uncertainty: TuningError, names: tuple[str, str]) -> FloatArray:  # type: ignore[no-untyped-def]
-    tuned_value = np.asarray(read(tuned))
-    total = np.zeros(tuned_value.shape)
-    for name, errors in zip(names, uncertainty, strict=True):
-        ratios = np.atleast_1d(np.asarray(getattr(tuned, name), dtype=float))
-        for place, error in enumerate(np.atleast_1d(errors).tolist()):
-            size = float(ratios[place])
-            if error == 0.0 or size == 0.0 or not np.isfinite(size):
-                continue
-            off = ratios.copy()
-            off[place] *= 1.0 + _STEP
-            one = off if np.ndim(getattr(tuned, name)) else float(off[0])
-            there = np.asarray(read(tuned._replace(**{name: one})))
-            if there.shape != tuned_value.shape:
-                continue
-            with np.errstate(invalid="ignore"):
-                change = np.abs(there - tuned_value)
-            total += np.where(np.isfinite(change), change, 0.0) * (error / (_STEP * size))
+def moved_by_ratios(
+    read: Callable[[FloatArray], np.ndarray], ratios: FloatArray, errors: FloatArray
+) -> FloatArray:
+    """What absolute errors (n,) of ratios (n,) do to a reading of them, absolute.
+
+    Infinite readings, and those of which there are fewer or more, count as not moved.
+    """
+    here = np.asarray(read(ratios))
+    total = np.zeros(here.shape)
+    for place, (size, error) in enumerate(zip(ratios.tolist(), errors.tolist(), strict=True)):
+        if error == 0.0 or size == 0.0 or not np.isfinite(size):
+            continue
+        off = ratios.copy()
+        off[place] *= 1.0 + _STEP
+        there = np.asarray(read(off))
+        if there.shape != here.shape:
+            continue
+        with np.errstate(invalid="ignore"):
+            change = np.abs(there - here)
+        total += np.where(np.isfinite(change), change, 0.0) * (error / (_STEP * size))
     return total
 
 

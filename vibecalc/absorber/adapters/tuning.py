@@ -227,6 +227,7 @@ _NEARLY = 1e-3
 _LEFT_OUT = {
     "mistuning": "losses of a mistuned absorber",
     "sensitivity": "slopes of the tuning",
+    "optimum": "the best tuning for the band",
 }
 
 
@@ -252,26 +253,27 @@ def run_absorber_tuning(scene: Scene) -> None:
     elif options.norm == "h_infinity":
         _emit_proof(scene, options, tuned, _uncertainty(best))
     alone = Absorber(z1, m, free.stiffness_ratio, free.secondary_damping)
-    if options.compare and scene.wants(*_of("method")):
+    if options.compare and scene.wants(*paths_below("method")):
         emit_methods(scene, options, alone, free)
-    if options.mistuning and scene.wants(*_of("mistuning")):
-        _nearby(scene, "mistuning", lambda: emit_mistuning(scene, options, tuned))
-    if options.sensitivity and scene.wants(*_of("sensitivity")):
-        _nearby(scene, "sensitivity", lambda: emit_sensitivity(scene, options, z1, m, bounded))
+    if options.mistuning and scene.wants(*paths_below("mistuning")):
+        nearby(scene, "mistuning", lambda: emit_mistuning(scene, options, tuned))
+    if options.sensitivity and scene.wants(*paths_below("sensitivity")):
+        nearby(scene, "sensitivity", lambda: emit_sensitivity(scene, options, z1, m, bounded))
     if options.bounds is not None:
         emit_comparison(scene, options, alone, free, bounded)
-    if options.chart is not None and scene.wants(*_of("chart")):
+    if options.chart is not None and scene.wants(*paths_below("chart")):
         emit_chart(scene, options)
-    if options.kind == "free" and options.norm == "h_infinity" and scene.wants(*_of("map")):
+    if options.kind == "free" and options.norm == "h_infinity" and scene.wants(*paths_below("map")):
         emit_map(scene, options, tuned)
     _cite(scene, options)
 
 
-def _of(table: str) -> tuple[str, ...]:
+def paths_below(table: str) -> tuple[str, ...]:
+    """Results of one table of a tuning."""
     return below(f"{TUNING_ROOT}/{table}/")
 
 
-def _nearby(scene: Scene, name: str, study: Callable[[], None]) -> None:
+def nearby(scene: Scene, name: str, study: Callable[[], None]) -> None:
     """Run what stands next to a tuning; where it fails, warn and leave it out.
 
     A sweep or search that asks for its results by name fails: nothing stands in their place.
@@ -375,7 +377,7 @@ def _emit_proof(scene: Scene, options: Tuning, tuned: Absorber, uncertainty: Tun
             raise NumericalFailure(
                 f"the tuning found is not optimal: slopes of its peaks leave {proof.residual:.2g}"
             )
-    if not scene.wants(*_of("active")):
+    if not scene.wants(*paths_below("active")):
         return
     tops = peaks(tuned, *pair)
     top = tops.present & (tops.magnitude >= tops.largest * (1.0 - _EQUAL))

@@ -254,7 +254,8 @@ def _bought(result: Result, least: float) -> list[str]:
     alone = scalar_of(record, "tuning/peak_alone")
     if alone is not None and np.isfinite(alone):
         words[0] += f", {show(alone)} without an absorber"
-    than = "the one of this tuning" if is_mean(result) else "the best"
+    given = bool(table_of(result.case, "tuning").get("frequency"))
+    than = "the one of this tuning" if given or is_mean(result) else "the best"
     built = scalar_of(record, HARDWARE + "built/peak")
     if built is not None:
         words.append(
@@ -284,4 +285,4 @@ def _bought(result: Result, least: float) -> list[str]:
 
 
 def _above(cost: float, than: str) -> str:
-    return f"{show(100.0 * cost, digits=3)} % above {than}"
+    return f"{show(100.0 * abs(cost), digits=3)} % {'below' if cost < 0.0 else 'above'} {than}"

@@ -166,8 +166,10 @@ def absorber_tuning(result: Result) -> Section | None:
     lines = _conclusion(result)
     scalar, _ = scalars(record, (TUNING + name for name in _RESULTS), TUNING)
     blocks = [lines, scalar, _each(record), _bounded(record), tolerances(record), _mistuned(result)]
+    given = bool(table_of(result.case, "tuning").get("frequency"))
+    peaks = "largest in the band" if given else "peaks that hold the optimum"
     details = {
-        "peaks that hold the optimum": [*_proof(record), *states(record)],
+        peaks: [*_proof(record, given), *states(record)],
         "tuning by other methods": _methods(result),
         "slopes of the optimum": _slopes(record),
         "design chart": _chart(record),
@@ -184,7 +186,7 @@ def _conclusion(result: Result) -> list[str]:
     if table_of(options, "bounds"):
         how += ", within the bounds"
     if options.get("frequency"):
-        how = f"an absorber that swings at {show(hertz(float(options['frequency'])))} Hz"
+        how = f"an absorber that swings at {show(hertz(float(options['frequency'])))} Hz, as given"
     measure = "mean square" if is_mean(result) else "largest amplitude"
     if scalar_of(record, TUNING + "helps") == 0.0:
         words = f"{no_help(result)} the {measure} of the {what} under excitation by {cause}"
@@ -205,16 +207,35 @@ def _conclusion(result: Result) -> list[str]:
         )
     if value is None:
         return paragraph(words.rstrip(": ") + ".")
-    words += f"{show(value)} instead of {'' if alone is None else show(alone)}"
-    if alone is not None and math.isfinite(alone) and value > 0.0:
-        words += f", a factor {show(alone / value, digits=3)}"
+    if alone is not None and value > alone:
+        words += f"{show(value)}, more than the {show(alone)} without it"
+    else:
+        words += f"{show(value)} instead of {'' if alone is None else show(alone)}"
+        if alone is not None and math.isfinite(alone) and value > 0.0:
+            words += f", a factor {show(alone / value, digits=3)}"
     lines = paragraph(words + ".")
+    if options.get("frequency"):
+        lines += _next_to_the_best(record, value)
     if scalar_of(record, TUNING + "without_spring") == 1.0:
         lines += paragraph("The best absorber has no spring.")
     limit = scalar_of(record, TUNING + "threshold")
     if limit is not None:
         lines += paragraph(_threshold(limit))
     return lines
+
+
+def _next_to_the_best(record: Record, value: float) -> list[str]:
+    """What spring and damper could do within the band, next to a frequency as given."""
+    names = ("stiffness_ratio", "secondary_damping", "peak")
+    k, z, least = (scalar_of(record, f"{TUNING}optimum/{name}") for name in names)
+    if k is None or z is None or least is None:
+        return []
+    if value <= least * (1.0 + _SAME):
+        return paragraph("No spring and damper do better within the band.")
+    return paragraph(
+        f"The best spring and damper for the band leave {show(least)}: a stiffness ratio of "
+        f"{show(k)} and a damping of {show(z)}."
+    )
 
 
 def _threshold(limit: float) -> str:
@@ -261,11 +282,11 @@ def _each(record: Record) -> list[str]:
     return [*lines, "", *in_units] if in_units else lines
 
 
-def _proof(record: Record) -> list[str]:
+def _proof(record: Record, given: bool) -> list[str]:
     if scalar_of(record, TUNING + "helps") == 0.0:
         return []
     lines = by_axis(
-        record, "active", "peak that holds it",
+        record, "active", "largest in the band" if given else "peak that holds it",
         [(f"{TUNING}active/{name}", words) for name, words in (
             ("frequency_ratio", "frequency\nratio"), ("magnitude", "height"), ("weight", "weight"),
         )],
@@ -282,7 +303,7 @@ def _proof(record: Record) -> list[str]:
             f"{left}), so that {small} lowers them all"
         )
     used = scalar_of(record, TUNING + "evaluations")
-    if used is not None:
+    if used is not None and not given:
         lines += paragraph(f"found with {int(used)} evaluations of a peak")
     return lines
 

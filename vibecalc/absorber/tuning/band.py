@@ -44,8 +44,13 @@ class BandProblem(NamedTuple):
     stiffness: tuple[float, float] = (0.0, np.inf)
     damping: tuple[float, float] = (0.0, np.inf)
 
-    def systems(self, stiffness: float, damping: float, states: FloatArray | None = None) -> Fitted:
-        """The absorber with nominal ratios in every state, one row each."""
+    def systems(
+        self,
+        stiffness: float | FloatArray,
+        damping: float | FloatArray,
+        states: FloatArray | None = None,
+    ) -> Fitted:
+        """The absorber with nominal ratios, one or (s,), in every state (s, 4): one row each."""
         off = 1.0 + (self.states if states is None else states)
         modes = self.modes._replace(frequency=off[:, :1] * self.modes.frequency)
         return fitted(modes, self.mass * off[:, 1], stiffness * off[:, 2], damping * off[:, 3])
@@ -247,9 +252,7 @@ def _starts(problem: BandProblem, many: int, hopeless: float) -> list[FloatArray
     z = np.clip(own * np.sqrt(problem.mass * k), low[1], high[1])
     height = np.zeros(len(k))
     for state in problem.states[_few(len(problem.states))]:
-        off = 1.0 + state
-        modes = problem.modes._replace(frequency=off[0] * problem.modes.frequency)
-        system = fitted(modes, problem.mass * off[1], k * off[2], z * off[3])
+        system = problem.systems(k, z, np.tile(state, (len(k), 1)))
         roots = np.abs(poles(system).imag)
         grid = np.broadcast_to(np.linspace(problem.low, problem.high, 25), (len(k), 25))
         x = np.concatenate([np.clip(roots, problem.low, problem.high), grid], axis=1)
@@ -480,10 +483,8 @@ def largest_of_pairs(
     for start in range(0, k.size, step):
         some = slice(start, start + step)
         count = len(k.ravel()[some])
-        off = 1.0 + np.tile(problem.states, (count, 1))
         spring, drag = (np.repeat(part.ravel()[some], states) for part in (k, z))
-        modes = problem.modes._replace(frequency=off[:, :1] * problem.modes.frequency)
-        system = fitted(modes, problem.mass * off[:, 1], spring * off[:, 2], drag * off[:, 3])
+        system = problem.systems(spring, drag, np.tile(problem.states, (count, 1)))
         top, slack, _ = highest(system, problem.excitation, response, problem.low, problem.high)
         value[some] = np.max(top.reshape(count, states), axis=1)
         error[some] = np.max(slack.reshape(count, states), axis=1)

@@ -47,6 +47,10 @@ class Unreadable(Exception):
         self.allowed, self.hint, self.key, self.line = allowed, hint, key, line
 
 
+class TooLong(Unreadable):
+    """A table of more lines than a case may have."""
+
+
 _SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas"}
 _SAID = re.compile(r"""["']?sep=([;,\t])["']?[;,\s]*\Z""")
 _COMMA = re.compile(r"[-+−]?\d+,\d+(?![\d,.])")
@@ -90,7 +94,7 @@ def columns_of(text: str) -> Columns:
             "the file has a line of names and no values", "lines of values below the names"
         )
     if len(rows) > MOST_ROWS:
-        raise Unreadable(f"the file has {len(rows)} lines of values", f"up to {MOST_ROWS}")
+        raise TooLong(f"the file has {len(rows)} lines of values", f"up to {MOST_ROWS}")
     if len(names) > MOST_COLUMNS:
         raise Unreadable(f"the file has {len(names)} columns", f"up to {MOST_COLUMNS}")
     for line, row in rows:
@@ -167,7 +171,7 @@ def read_text(
         if path.exists() and not path.is_file():
             raise Unreadable("this is no ordinary file")
         if path.stat().st_size > LARGEST_FILE:
-            raise Unreadable(
+            raise TooLong(
                 f"the file is larger than {LARGEST_FILE / 1e6:g} MB", f"up to {MOST_ROWS} lines"
             )
         with path.open("rb") as file:

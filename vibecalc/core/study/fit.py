@@ -250,8 +250,6 @@ def _unique(names: list[str]) -> np.ndarray:
 
 #: of the largest part of a combination, below which a part is not named
 _NAMED = 0.02
-#: residual of a single point, in uncertainties, that is worth a sentence
-_OUTLIER = 4.0
 
 
 def _warnings(
