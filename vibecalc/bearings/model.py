@@ -6,9 +6,15 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from vibecalc.bearings.crank_loads import bearing_shares
-from vibecalc.bearings.rod_forces import RunningGear, mixed, pressure_with_error
+from vibecalc.bearings.rod_forces import RunningGear, mixed
 from vibecalc.excitation.adapter import rod_difference
-from vibecalc.excitation.gas_tables import GasCard, GasForce, card_weights, force_at, gas_force
+from vibecalc.excitation.gas_tables import (
+    GasForce,
+    card_weights,
+    force_at,
+    gas_force,
+    pressure_with_error,
+)
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 from vibecalc.parts.body import DIRECTIONS
@@ -130,7 +136,7 @@ def _none(angle: FloatArray, speed: FloatArray, count: int) -> Bounded:
 
 
 def _of_cards(case: "Case", train: CrankTrain, runs: FloatArray) -> Gas:
-    from vibecalc.excitation.model import build_firing, crank_geometry, gas_cards
+    from vibecalc.excitation.model import build_firing, crank_geometry, gas_cards, misfire_cards
 
     count, machine = len(train.names), case.machine
     speeds, cards = gas_cards(machine)
@@ -143,7 +149,7 @@ def _of_cards(case: "Case", train: CrankTrain, runs: FloatArray) -> Gas:
     else:
         firing = build_firing(case)
         zero, scale = firing.first + firing.angle, runs * firing.pressure_scale
-        silent, dead = ~firing.fires, _dead_cards(case, cards)
+        silent, dead = ~firing.fires, misfire_cards(case, cards)
     nodes = [card.node + start for card in (*cards, *dead) for start in zero]
     known = speeds if len(speeds) else np.zeros(1)
 
@@ -158,22 +164,6 @@ def _of_cards(case: "Case", train: CrankTrain, runs: FloatArray) -> Gas:
         return force
 
     return Gas(at, np.concatenate(nodes))
-
-
-def _dead_cards(case: "Case", cards: tuple[GasCard, ...]) -> tuple[GasCard, ...]:
-    """Cards of cylinders that misfire: motored ones, or none where no gas is left."""
-    from vibecalc.excitation.cylinder_torque import motored_card
-    from vibecalc.excitation.model import crank_geometry, cycle_of
-
-    torsion = None if case.response is None else case.response.torsion
-    if torsion is None or not torsion.misfire or torsion.misfire_kind != "motored":
-        return ()
-    geometry = crank_geometry(case.machine)
-    if case.machine.crank_train.gas_cycle is not None:
-        from vibecalc.excitation.pressure_cycle import motored_cycle
-
-        return (motored_cycle(cycle_of(case.machine), geometry),)
-    return tuple(motored_card(card, geometry) for card in cards)
 
 
 def _of_one_turn(case: "Case", train: CrankTrain, runs: FloatArray) -> Gas:
