@@ -7,6 +7,8 @@ _DEGREE = math.pi / 180.0
 _INCH = 0.0254
 _POUND = 0.45359237
 _POUND_FORCE = 4.4482216152605  # a pound under standard gravity, exactly
+#: standard acceleration of free fall, m/s^2
+FREE_FALL = 9.80665
 _POUND_FORCE_PER_INCH = 175.1268352464764  # their quotient, rounded once
 
 #: unit -> (factor, SI unit)

@@ -20,13 +20,12 @@ from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 from vibecalc.parts.body import DIRECTIONS
 from vibecalc.parts.crank_train import CrankTrain, RotatingMasses, rod_share
 from vibecalc.parts.firing import TURN
+from vibecalc.unit_table import FREE_FALL
 
 if TYPE_CHECKING:
-    from vibecalc.bearings.tables import BearingLoads
+    from vibecalc.bearings.tables import BearingLoads, ShaftLoad
     from vibecalc.schema import Case
 
-#: standard acceleration of free fall, m/s^2
-GRAVITY = 9.80665
 #: gas force (..., c) in N towards the crank, at crank angles (...) in rad and speeds (...) in rad/s
 GasAt = Callable[[FloatArray, FloatArray], Bounded]
 
@@ -81,7 +80,8 @@ def shaft_of(
         case.machine.crank_train.balance_shafts
     )
     along = rotating.position[own] @ train.axis
-    loads = [_constant(table, train, place) for place in range(len(table.shaft_loads))]
+    fall = free_fall(case, table, train)
+    loads = [_constant(load, train, fall) for load in table.shaft_loads]
     places = [load.position for load in table.shaft_loads]
     shares = bearing_shares(bearings, places)
     return Shaft(
@@ -94,22 +94,22 @@ def shaft_of(
     )
 
 
-def _constant(table: "BearingLoads", train: CrankTrain, place: int) -> complex:
-    load = table.shaft_loads[place]
+def _constant(load: "ShaftLoad", train: CrankTrain, fall: FloatArray) -> complex:
     if load.force is not None:
         force = np.asarray(load.force)
     else:
         assert load.mass is not None
-        force = -load.mass * GRAVITY * upwards(table, train)
+        force = load.mass * fall
     return complex(force @ train.stroke, force @ -train.across)
 
 
-def upwards(table: "BearingLoads", train: CrankTrain) -> FloatArray:
-    """Unit vector (3,) against which weights act."""
-    if table.up is None:
-        return train.stroke
-    sign, name = (-1.0, table.up[1:]) if table.up.startswith("-") else (1.0, table.up)
-    return np.asarray(sign * np.eye(3)[DIRECTIONS.index(name)])
+def free_fall(case: "Case", table: "BearingLoads", train: CrankTrain) -> FloatArray:
+    """Acceleration (3,) of free fall in m/s^2: that of the body on its mounts, where it has any."""
+    isolation = case.isolation
+    name = table.up if isolation is None else isolation.up
+    up = train.stroke if name is None else np.eye(3)[DIRECTIONS.index(name.strip("-"))]
+    size = FREE_FALL if isolation is None else isolation.gravity
+    return np.asarray((size if name is not None and name.startswith("-") else -size) * up)
 
 
 # ----------------------------------------------------------------------------

@@ -77,6 +77,7 @@ SUBJECT = Subject(
     entries=_entries,
     units={"load_cycles": Unit(2.0e-3, "loads followed over a cycle")},
     checks=("vibecalc.bearings.checks:bearing_problems",),
+    cautions=("vibecalc.bearings.checks:bearing_cautions",),
     sections=("vibecalc.bearings.report:bearing_loads",),
     pictures={
         "bearing_forces": "vibecalc.bearings.pictures:FORCES",
