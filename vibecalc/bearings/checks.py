@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibecalc.errors import Problem
+from vibecalc.kinds import TRAIN
 from vibecalc.parts import tables as parts
 from vibecalc.parts.body import DIRECTIONS, build_frame
-from vibecalc.parts.crank_train import TRAIN
 from vibecalc.parts.firing import TURN, cycle_angle, has_gas
 from vibecalc.schema import Case
 

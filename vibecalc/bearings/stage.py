@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from vibecalc.bearings.results import OF_THROW
 from vibecalc.core.run.stage import Entries, Stage, Subject, Unit, Work, below
 
 if TYPE_CHECKING:
@@ -66,7 +67,7 @@ def _names(case: "Case") -> dict[str, tuple[str, ...]]:
         return {}
     return {
         "main_bearing": tuple(bearing.name for bearing in table.main_bearings),
-        "of_throw": ("outward", "ahead"),
+        "of_throw": OF_THROW,
     }
 
 

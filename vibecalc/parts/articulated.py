@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibecalc.errors import KeyPath, Problem
+from vibecalc.kinds import TRAIN
 from vibecalc.parts import tables as parts
 from vibecalc.parts.crank_train import rod_share
 from vibecalc.parts.firing import has_gas
 from vibecalc.schema import Case
 
-TRAIN: KeyPath = ("machine", "crank_train")
 Array = NDArray[np.float64]
 
 
