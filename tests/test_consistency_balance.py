@@ -151,6 +151,18 @@ def test_of_equally_good_weights_the_least_are_given() -> None:
     assert found.phase.value == pytest.approx(np.pi, abs=1e-12)
 
 
+def test_errors_do_not_grow_with_a_bound_that_is_far_off() -> None:
+    drawn = Drawn(1, 4, free=False)
+    none = drawn.places._replace(largest=np.array([np.inf, np.inf, 0.05, np.inf]))
+    drawn.places = drawn.places._replace(largest=np.array([1e9, 1e7, 0.05, 1e8]))
+    far, drawn.places = drawn.solve(), none
+    free = drawn.solve()
+    assert far.unbalance.value == pytest.approx(free.unbalance.value, rel=1e-9)
+    assert far.error <= 2.0 * free.error < 1e-12
+    assert np.all(far.unbalance.error <= 2.0 * free.unbalance.error)
+    assert far.value - far.lower_bound <= 1e-12
+
+
 def test_a_free_place_is_found_to_the_last_digits_where_it_removes_all() -> None:
     """A throw at 123 mm has its counterweight there, of its unbalance."""
     force: Any = 0.7 * np.array([0.0, 1j, 1.0])
