@@ -42,6 +42,7 @@ TABLE: dict[str, tuple[float, str]] = {
     "GN/m": (1e9, "N/m"),
     "N*s/m": (1.0, "N*s/m"),
     "kg*m": (1.0, "kg*m"),
+    "g*mm": (1e-6, "kg*m"),
     "kg*m^2": (1.0, "kg*m^2"),
     "t*m^2": (1e3, "kg*m^2"),
     "N*m/rad": (1.0, "N*m/rad"),
