@@ -20,9 +20,11 @@ SPEED = 190.0
 
 
 def slave(
-    on: str, radius: float, angle: float | None, length: float, mass: float
+    on: str, radius: float, angle: float | None, length: float, rod: tuple[float, float, float]
 ) -> dict[str, Any]:
-    given = {"on": on, "knuckle_radius": radius, "rod_length": length, "knuckle_mass": mass}
+    """With the mass at its knuckle pin, its whole mass and its moment of inertia."""
+    given = {"on": on, "knuckle_radius": radius, "rod_length": length}
+    given |= dict(zip(("knuckle_mass", "rod_mass", "inertia"), rod, strict=True))
     return given if angle is None else {**given, "knuckle_angle": angle}
 
 
@@ -47,12 +49,12 @@ def engine(where: str) -> dict[str, Any]:
                     {
                         "name": "2", "position": -0.1, "crank_phase": 0.3, "bank_angle": 0.5,
                         "reciprocating_mass": 1.2,
-                        "articulated": slave("1", 0.05, 0.95, 0.15, 0.7),
+                        "articulated": slave("1", 0.05, 0.95, 0.15, (0.7, 1.1, 0.0081)),
                     },
                     {"name": "3", "position": 0.15, "crank_phase": 2.0, "bank_angle": 0.5},
                     {
                         "name": "4", "position": 0.15, "crank_phase": 2.0, "bank_angle": -0.4,
-                        "articulated": slave("3", 0.04, None, 0.17, 0.5),
+                        "articulated": slave("3", 0.04, None, 0.17, (0.5, 0.9, 0.0017)),
                     },
                 ],
             },
@@ -82,7 +84,8 @@ def wrist_pin(end: np.ndarray, length: float, bank: float, offset: float) -> np.
 def by_points(table: dict[str, Any], angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Force (3, n) and couple about the reference point (3, n), less the torque on the shaft.
 
-    Every mass is a point of the plane that its constraint places, differentiated by transform.
+    Every mass is a point of the plane that its constraint places, differentiated by transform; a
+    slave rod is a rigid body, with its mass centre and its moment of inertia about that.
     """
     train = table["machine"]["crank_train"]
     rod, offset, length = train["rod"], train["wrist_pin_offset"], train["rod_length"]
@@ -106,7 +109,10 @@ def by_points(table: dict[str, Any], angle: np.ndarray) -> tuple[np.ndarray, np.
         knuckle_angle = given.get("knuckle_angle", bank - its)
         knuckle = pin + given["knuckle_radius"] * arm * np.exp(1j * knuckle_angle)
         wrist = wrist_pin(knuckle, given["rod_length"], bank, offset)
-        points += [(along, wrist, mass), (along, knuckle, given["knuckle_mass"])]
+        at_wrist = given["rod_mass"] - given["knuckle_mass"]
+        centre = knuckle + at_wrist / given["rod_mass"] * (wrist - knuckle)
+        points += [(along, wrist, mass - at_wrist), (along, centre, given["rod_mass"])]
+        turning.append((np.unwrap(np.angle(wrist - knuckle)), given["inertia"]))
     force, couple = np.zeros((3, len(angle))), np.zeros((3, len(angle)))
     energy = np.zeros(len(angle))
     for along, place, mass in points:
@@ -150,17 +156,43 @@ def test_forces_and_couples_are_those_of_all_points(where: str) -> None:
         assert turning == pytest.approx(0.5 * np.abs(along + sense * ahead), abs=1e-9)
 
 
+def test_the_moment_of_two_point_masses_adds_nothing() -> None:
+    table, plain = engine("separate"), engine("separate")
+    for row, same in zip(
+        *(one["machine"]["crank_train"]["cylinders"] for one in (table, plain)), strict=True
+    ):
+        if "articulated" not in row:
+            continue
+        rod, both = row["articulated"], same["articulated"]
+        small = rod["rod_mass"] - rod["knuckle_mass"]
+        rod["inertia"] = rod["knuckle_mass"] * small / rod["rod_mass"] * rod["rod_length"] ** 2
+        del both["rod_mass"], both["inertia"]
+    # the rod of the train as well, which a slave rod without its own moment may not have
+    for one in (table, plain):
+        del one["machine"]["crank_train"]["rod"]["inertia"]
+    found, expected = (run_case(validate(one)) for one in (table, plain))
+    for path in ("excitation/force", "excitation/couple"):
+        off = np.abs(found[path].values - expected[path].values)
+        assert np.all(off <= found[path].error_estimate + expected[path].error_estimate)
+
+
 def test_motion_by_the_constraint_in_forty_digits() -> None:
     rods = SlaveRods(0.07, 0.25, 0.01, *(np.array([[one]]) for one in (
         0.4, 0.2, 1.7, 0.06, 1.4, 0.19,
     )))  # fmt: skip
 
-    def place(t: Any) -> Any:
+    def knuckle_pin(t: Any) -> Any:
         local = t + mpmath.mpf(0.4) - mpmath.mpf(0.2)
         tilt = mpmath.asin((mpmath.mpf(0.01) - mpmath.mpf(0.07) * mpmath.sin(local)) / 0.25)
         pin = mpmath.mpf(0.07) * mpmath.expj(t + mpmath.mpf(0.4))
         knuckle = pin + mpmath.mpf(0.06) * mpmath.expj(tilt + mpmath.mpf(0.2) + mpmath.mpf(1.4))
-        back = knuckle * mpmath.expj(-mpmath.mpf(1.7))
+        return knuckle * mpmath.expj(-mpmath.mpf(1.7))
+
+    def angle_of_rod(t: Any) -> Any:
+        return mpmath.asin((mpmath.mpf(0.01) - knuckle_pin(t).imag) / mpmath.mpf(0.19))
+
+    def place(t: Any) -> Any:
+        back = knuckle_pin(t)
 
         def gap(s: Any) -> Any:
             return abs(mpmath.mpc(s, mpmath.mpf(0.01)) - back) ** 2 - mpmath.mpf(0.19) ** 2
@@ -171,6 +203,9 @@ def test_motion_by_the_constraint_in_forty_digits() -> None:
         for angle in (0.3, 2.1, 4.4):
             found = slave_motion(rods, np.array([angle]))
             exact = [mpmath.diff(place, mpmath.mpf(angle), order) for order in range(3)]
+            turned = [mpmath.diff(angle_of_rod, mpmath.mpf(angle), order) for order in (1, 2)]
+            for one, value in zip((found.turn, found.bend), turned, strict=True):
+                assert one[0, 0] == pytest.approx(float(value), abs=1e-13)
             for one, value in zip(found[:3], exact, strict=True):
                 assert one[0, 0] == pytest.approx(
                     float(value), abs=3e-15 + 1e-14 * abs(float(value))

@@ -18,6 +18,7 @@ from vibecalc.balance.weights import (
     longest,
 )
 from vibecalc.core.report.text import render_report
+from vibecalc.core.results.record import Record
 from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
@@ -151,6 +152,18 @@ def test_of_equally_good_weights_the_least_are_given() -> None:
     assert found.phase.value == pytest.approx(np.pi, abs=1e-12)
 
 
+def test_errors_do_not_grow_with_a_bound_that_is_far_off() -> None:
+    drawn = Drawn(1, 4, free=False)
+    none = drawn.places._replace(largest=np.array([np.inf, np.inf, 0.05, np.inf]))
+    drawn.places = drawn.places._replace(largest=np.array([1e9, 1e7, 0.05, 1e8]))
+    far, drawn.places = drawn.solve(), none
+    free = drawn.solve()
+    assert far.unbalance.value == pytest.approx(free.unbalance.value, rel=1e-9)
+    assert far.error <= 2.0 * free.error < 1e-12
+    assert np.all(far.unbalance.error <= 2.0 * free.unbalance.error)
+    assert far.value - far.lower_bound <= 1e-12
+
+
 def test_a_free_place_is_found_to_the_last_digits_where_it_removes_all() -> None:
     """A throw at 123 mm has its counterweight there, of its unbalance."""
     force: Any = 0.7 * np.array([0.0, 1j, 1.0])
@@ -237,3 +250,96 @@ def test_places_of_a_case_are_sought_and_what_is_not_proven_is_said(tmp_path: Pa
     assert unbalance[2] == pytest.approx(0.007)
     assert "nothing is proven of what others leave" in " ".join(render_report(result).split())
     assert draw_weights(result) is not None
+
+
+#: one throw at 100 mm, which a weight opposite to it balances
+ONE = """
+schema = 1
+title = "one throw"
+[machine]
+kind = "generator"
+speed = 100.0
+[machine.crank_train]
+crank_radius = 0.05
+rod_length = 0.2
+reciprocating_mass = 0
+rotating_mass = {mass}
+cylinders = [{{ name = "1", position = 0.1 }}]
+counterweights = [{{ name = "far", unbalance = 1e-9, position = 0.3 }}]
+[balance]
+reference_length = 0.1
+{balance}
+"""
+
+
+def said_of(folder: Path, balance: str, mass: float = 1.0) -> tuple[Record, str]:
+    """Results, and the report as one line."""
+    path = folder / "one.toml"
+    path.write_text(ONE.format(balance=balance, mass=mass), encoding="utf-8")
+    (loaded,) = load_checked([path])
+    result = execute(loaded)
+    return result.record, " ".join(render_report(result).split())
+
+
+def test_without_forces_the_couple_alone_is_balanced(tmp_path: Path) -> None:
+    record, said = said_of(
+        tmp_path, 'force_weight = 0\ncounterweights = [{ name = "a", position = -0.2 }]'
+    )
+    # 1 kg at 50 mm and 100 mm against a weight at -200 mm, on the same side
+    expected = (1.0 * 0.05 * 0.1 + 1e-9 * 0.3) / 0.2
+    assert record["balance/weight/unbalance"].values == pytest.approx(expected, rel=1e-12)
+    assert record["balance/weight/phase"].values == pytest.approx(0.0, abs=1e-12)
+    assert record["balance/after/force"].values[0] > record["balance/before/force"].values[0]
+    assert "order 1 is balanced exactly, but for rounding, and for its force, not counted" in said
+
+
+def test_weights_that_meet_at_one_place_are_said_to_be_one(tmp_path: Path) -> None:
+    both = "between = [-0.2, 0.3]"
+    record, said = said_of(
+        tmp_path, f'counterweights = [{{ name = "a", {both} }}, {{ name = "b", {both} }}]'
+    )
+    place = record["balance/weight/position"].values[:, 0]
+    assert place == pytest.approx(0.1, abs=1e-6)
+    assert "a, b stand at one place: only their sum counts" in said
+    _, said = said_of(tmp_path, f'counterweights = [{{ name = "a", {both} }}]')
+    assert "stand at one place" not in said
+
+
+@pytest.mark.parametrize(
+    ("bounds", "words"),
+    [
+        (("", ""), "squares of the unbalances These"),
+        (("0.1", "0.2"), "unbalances, each as a share of its bound These"),
+        (("", "0.2"), "share of its bound, or of the largest bound where it has none"),
+    ],
+)
+def test_which_of_equally_good_weights_are_given(
+    tmp_path: Path, bounds: tuple[str, str], words: str
+) -> None:
+    room = [f", largest_unbalance = {one}" if one else "" for one in bounds]
+    rows = [
+        f'{{ name = "{place}", position = {place}{more} }}'
+        for place, more in zip((-0.1, 0.2), room, strict=True)
+    ]
+    record, said = said_of(tmp_path, f"couple_weight = 0\ncounterweights = [{', '.join(rows)}]")
+    assert "other weights are as good (2 free directions)" in said
+    assert words in said
+    share = [float(one or bounds[1] or 1.0) for one in bounds]
+    least = np.square(share) / np.sum(np.square(share)) * (0.05 + 1e-9)
+    assert record["balance/weight/unbalance"].values == pytest.approx(least, rel=1e-9)
+    use = record.quantities.get("balance/weight/use")
+    given = [i for i, one in enumerate(bounds) if one]
+    assert (use is None) == (not given)
+    if use is not None:
+        assert use.values == pytest.approx([least[i] / float(bounds[i]) for i in given], rel=1e-9)
+
+
+def test_an_order_that_is_balanced_already_is_called_so(tmp_path: Path) -> None:
+    text = (Path(__file__).parents[1] / "cases" / "balance_i4.toml").read_text(encoding="utf-8")
+    text = text.replace("speed_ratio = 2", "speed_ratio = 1").replace("= -2", "= -1")
+    path = tmp_path / "first.toml"
+    path.write_text(text, encoding="utf-8")
+    (loaded,) = load_checked([path])
+    said = " ".join(render_report(execute(loaded)).split())
+    assert "order 1 is balanced already, without weights" in said
+    assert "no weight lessens" not in said

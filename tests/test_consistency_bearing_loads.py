@@ -10,6 +10,7 @@ from shipped_cases import table_of
 from vibecalc.bearings.crank_loads import bearing_shares, cycle_means, cycle_peaks, grid_of
 from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Record
+from vibecalc.core.run.machine_checks import machine_warnings
 from vibecalc.core.run.run import run_case
 
 ROOT = "bearing_loads"
@@ -273,3 +274,40 @@ def test_gas_of_cards_between_their_speeds_and_of_a_weak_cylinder() -> None:
     assert force_of(record, f"{ROOT}/crank_pin/force")[0, :-1] == pytest.approx(
         pin, abs=1e-10 * scale
     )
+
+
+#: a body on four mounts, for what says where gravity acts
+MOUNTED = {
+    "body": {"mass": 90.0, "inertia": [4.0, 5.0, 6.0]},
+    "mounts": {
+        "each": {"stiffness": 1e6},
+        "positions": [[0.3, 0.2, 0.0], [-0.3, 0.2, 0.0], [0.0, -0.2, 0.0], [0.0, 0.0, 0.1]],
+    },
+}
+
+
+@pytest.mark.parametrize(("gravity", "up"), [(1.62, "y"), (0.0, "z")])
+def test_weights_act_as_those_of_the_body_on_its_mounts(gravity: float, up: str) -> None:
+    table = machine()
+    angle = run(table)[f"{ROOT}/main/force"]
+    table["machine"] |= MOUNTED
+    table["isolation"] = {"model": "rigid_body", "up": up, "gravity": gravity}
+    changed = run(table)[f"{ROOT}/main/force"].values - angle.values
+    # the wheel at 0.2 m: 0.31 / 0.25 of it on the rear bearing, the rest on the front one
+    here, usual = np.zeros(2), np.array([0.0, -30.0 * 9.80665])
+    here["yz".index(up)] = -30.0 * gravity
+    for bearing, share in ((0, -0.06 / 0.25), (1, 0.31 / 0.25)):
+        expected = share * (here - usual)[:, None] + np.zeros(len(angle.axes[-1].values))
+        assert changed[bearing] == pytest.approx(expected, abs=1e-8)
+
+
+def test_what_loads_leave_out_is_said() -> None:
+    table = machine()
+    table["machine"] |= {"kind": "compressor", **MOUNTED}
+    del table["machine"]["cycle"]
+    assert not any("[bearing_loads]" in one for one in machine_warnings(validate(table)))
+    table["machine"]["joints"] = {"wrist_pin": {"clearance": 1e-4, "stiffness": 1e8}}
+    table["response"] = {"operations": [{"name": "on", "working": ["1"]}]}
+    said = " ".join(machine_warnings(validate(table)))
+    assert "impacts of [machine.joints] are not in them" in said
+    assert "other operations and the changes between them are not in them" in said

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import lsq_linear
 
 from vibecalc.numerics.least_norm import LeastNorm, least_norm
 
@@ -44,3 +45,32 @@ def test_no_point_within_the_bounds_is_below_it() -> None:
     points *= (radius * random.uniform(0, 1, lengths.shape) / lengths)[:, block]
     norms = np.linalg.norm(constant + points @ columns.T, axis=1)
     assert np.min(norms) >= found.lower_bound
+
+
+@pytest.mark.parametrize("loose", [0, 3, 6, 9, 11])
+def test_bounds_that_are_far_off_change_neither_minimum_nor_proof(loose: int) -> None:
+    """Against bounded-variable least squares, with tight bounds that hold beside loose ones."""
+    for seed in range(12):
+        random = np.random.default_rng(seed)
+        count = int(random.integers(2, 6))
+        rows = count + int(random.integers(1, 4))
+        columns, constant = random.normal(size=(rows, count)), random.normal(size=rows)
+        radius = random.uniform(0.05, 0.5, count)
+        radius[random.random(count) < 0.5] *= 10.0**loose
+        found = least_norm(constant, columns, np.arange(count), radius)
+        other = lsq_linear(columns, -constant, (-radius, radius), method="bvls", tol=1e-15)
+        least, size = np.sqrt(2.0 * other.cost), np.linalg.norm(constant)
+        assert found.value == pytest.approx(least, abs=1e-14 * size)
+        assert -1e-14 * size <= found.value - found.lower_bound <= 1e-14 * size
+
+
+def test_a_far_bound_that_counts_is_kept() -> None:
+    """Two nearly parallel columns reach the target only where both are far out."""
+    columns, constant = np.array([[1.0, 1.0], [0.0, 1e-6]]), np.array([0.0, -1.0])
+    for radius, expected in ((2e6, 0.0), (5e5, 0.5)):
+        both = np.full(2, radius)
+        found = least_norm(constant, columns, np.arange(2), both)
+        other = lsq_linear(columns, -constant, (-both, both), method="bvls", tol=1e-15)
+        assert found.value == pytest.approx(np.sqrt(2.0 * other.cost), abs=1e-8)
+        assert found.value == pytest.approx(expected, abs=1e-6)
+        assert found.lower_bound <= found.value

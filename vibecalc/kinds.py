@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------
 
 MACHINE: KeyPath = ("machine",)
+TRAIN: KeyPath = (*MACHINE, "crank_train")
 
 
 class Kind(NamedTuple):
@@ -228,7 +229,6 @@ def _listed(asking: list[KeyPath]) -> str:
 # nowhere here.
 # ----------------------------------------------------------------------------
 
-TRAIN: KeyPath = ("machine", "crank_train")
 #: in a path: every entry of the list
 EACH = "*"
 

@@ -7,6 +7,8 @@ _DEGREE = math.pi / 180.0
 _INCH = 0.0254
 _POUND = 0.45359237
 _POUND_FORCE = 4.4482216152605  # a pound under standard gravity, exactly
+#: standard acceleration of free fall, m/s^2
+FREE_FALL = 9.80665
 _POUND_FORCE_PER_INCH = 175.1268352464764  # their quotient, rounded once
 
 #: unit -> (factor, SI unit)
@@ -40,6 +42,7 @@ TABLE: dict[str, tuple[float, str]] = {
     "GN/m": (1e9, "N/m"),
     "N*s/m": (1.0, "N*s/m"),
     "kg*m": (1.0, "kg*m"),
+    "g*mm": (1e-6, "kg*m"),
     "kg*m^2": (1.0, "kg*m^2"),
     "t*m^2": (1e3, "kg*m^2"),
     "N*m/rad": (1.0, "N*m/rad"),

@@ -75,9 +75,9 @@ def _solve(
 
 
 def _tell(scene: Scene, solved: dict[int, Solution]) -> None:
-    """Say where there was nothing to do."""
+    """Say where weights do not help."""
     for order, one in solved.items():
-        if not np.any(one.unbalance.value):
+        if not np.any(one.unbalance.value) and one.value > one.error:
             scene.warn(
                 f"[balance]: no weight lessens what there is of order {order}, so that all of its "
                 "weights are zero"
@@ -98,7 +98,7 @@ def _emit_weights(
     phase = concatenate([one.phase for one in solved.values()])[back]
     share = np.concatenate([one.share for one in solved.values()])[back]
     names = [one.name for one in sought]
-    axes = {"balance_weight": names}
+    axes = {"weight": names}
     start, end = (np.array([getattr(one, name) for one in sought]) for name in ("start", "end"))
     position = start + share[:, None] * (end - start)
     ratio = np.array([one.speed_ratio for one in sought])
@@ -113,6 +113,11 @@ def _emit_weights(
     if known.size:
         mass = unbalance[known] / radius[known]
         scene.emit(f"{ROOT}/weight/mass", mass, axes={"balance_radius": [names[i] for i in known]})
+    largest = np.array([one.largest for one in sought])
+    bounded = np.flatnonzero(np.isfinite(largest))
+    if bounded.size:
+        use = unbalance[bounded] / largest[bounded]
+        scene.emit(f"{ROOT}/weight/use", use, axes={"balance_bound": [names[i] for i in bounded]})
     return add(kept, *_pulls(train, unbalance, ratio, phase.value, position, len(kept.force)))
 
 

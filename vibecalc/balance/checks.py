@@ -1,12 +1,13 @@
 """Can these weights change what counts, and is each of them told from the others?"""
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
 from vibecalc.balance.model import Sought, orders_of_weights, orders_that_count, sought_weights
 from vibecalc.errors import KeyPath, Problem
-from vibecalc.parts.body import DIRECTIONS
+from vibecalc.parts.body import DIRECTIONS, build_frame
 from vibecalc.schema import Case
 
 BALANCE: KeyPath = ("balance",)
@@ -20,7 +21,7 @@ def balance_problems(case: Case) -> list[Problem]:
         return []
     if case.machine.crank_train.axis == case.machine.crank_train.stroke:
         return []  # reported with the crank train
-    return [*_orders(case), *_shafts(case), *_places(case)]
+    return [*_orders(case), *_shafts(case), *_places(case), *_levers(case)]
 
 
 def _orders(case: Case) -> list[Problem]:
@@ -120,6 +121,36 @@ def _places(case: Case) -> list[Problem]:
                 )
                 break
     return problems
+
+
+def _levers(case: Case) -> Iterator[Problem]:
+    """Without forces a weight counts by its couple: along the crankshaft, or off its axis."""
+    given, train = case.balance, case.machine.crank_train
+    assert given is not None
+    if given.force_weight:
+        return
+    axis, origin = build_frame(train.axis, train.stroke).axis, np.array(train.origin)
+    sought = sought_weights(given, train)
+    for order in orders_of_weights(given):
+        counts = False
+        for one in sought:
+            ends = np.array([one.start, one.end]) + origin
+            along = ends @ axis
+            aside = np.linalg.norm(ends - along[:, None] * axis, axis=1)
+            couples = given.couple_weight * np.abs(along) + given.roll_weight * aside
+            counts |= abs(one.speed_ratio) == order and bool(np.any(couples > _SAME))
+        if not counts:
+            yield Problem(
+                path=(*BALANCE, "force_weight"),
+                message=f"forces do not count, and where the weights of order {order} stand they "
+                "have no couple that does",
+                found=f"force_weight = 0, couple_weight = {given.couple_weight:.6g}, roll_weight = "
+                f"{given.roll_weight:.6g}",
+                allowed="force_weight above zero, or weights away from the body's reference point "
+                "along the crankshaft",
+                hint="couples count about that point; origin of [machine.crank_train] is the place "
+                "of the train from there",
+            )
 
 
 def _same(one: Sought, other: Sought) -> bool:

@@ -78,7 +78,7 @@ _WORDS = {1: "on the crank and with it", -1: "against the crank", 2: "twice as f
 def draw_weights(result: Result) -> "Figure | None":
     """Unbalances in g mm over their angle from the stroke; None where all are zero."""
     record = result.record
-    unbalance = having(record, f"{ROOT}/weight/unbalance", "balance_weight")
+    unbalance = having(record, f"{ROOT}/weight/unbalance", "weight")
     if unbalance is None or not np.any(unbalance.values):
         return None
     size = 1e6 * np.asarray(unbalance.values, dtype=float)

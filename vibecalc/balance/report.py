@@ -2,15 +2,14 @@
 
 import json
 import math
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterator
 
 import numpy as np
 
 from vibecalc.balance.results import ROOT
 from vibecalc.core.report.sections import Section, having, labels, section, table_of
 from vibecalc.core.report.writing import Column, number, paragraph, show, table
-from vibecalc.core.results.record import Quantity, Result
+from vibecalc.core.results.record import Quantity, Record, Result
 
 _WEIGHT = f"{ROOT}/weight"
 #: what is shown by order: path below before and after, words
@@ -18,11 +17,13 @@ _BY_ORDER = (("force", "force N"), ("couple", "couple N m"), ("roll_couple", "ro
              ("residual", "residual N"))  # fmt: skip
 #: share of the largest residual below which an order is left out, where no weight turns at it
 _FAINT = 1e-6
+#: m, within which weights stand at one place
+_MET = 1e-6
 
 
 def balance(result: Result) -> Section | None:
     """The weights, what they leave by order, and how they stand in a case; None without them."""
-    unbalance = having(result.record, f"{_WEIGHT}/unbalance", "balance_weight")
+    unbalance = having(result.record, f"{_WEIGHT}/unbalance", "weight")
     if unbalance is None:
         return None
     shown = {path for path in result.record if path.startswith(f"{ROOT}/")}
@@ -35,38 +36,31 @@ def axis_of(result: Result) -> int:
     return "xyz".index(str(table_of(result.case, "machine", "crank_train").get("axis", "x")))
 
 
-def shaft_labels(shaft: Mapping[str, Any]) -> list[str]:
-    """Names of the weights of a shaft as results have them."""
-    name, weights = str(shaft["name"]), shaft["weights"]
-    if len(weights) == 1:
-        return [name]
-    return [f"{name}, {one.get('name') or i + 1}" for i, one in enumerate(weights)]
+def angle_of(record: Record, at: int) -> str:
+    """The angle at which a weight stands, for the first table."""
+    if not record[f"{_WEIGHT}/unbalance"].values[at]:
+        return ""
+    return f"at {show(math.degrees(record[f'{_WEIGHT}/phase'].values[at]))} deg"
 
 
-def _bounds(result: Result) -> dict[str, float]:
-    """Largest unbalance of each weight that has one, by its name."""
-    given = table_of(result.case, "balance")
-    found = {}
-    for one in given.get("counterweights", ()):
-        found[str(one["name"])] = one.get("largest_unbalance")
-    for shaft in given.get("shafts", ()):
-        for label, one in zip(shaft_labels(shaft), shaft["weights"], strict=True):
-            found[label] = one.get("largest_unbalance")
-    return {name: bound for name, bound in found.items() if bound is not None}
+def _known(record: Record, name: str, axis: str) -> dict[str, float]:
+    """What only some of the weights have, by their names."""
+    found = having(record, f"{_WEIGHT}/{name}", axis)
+    if found is None:
+        return {}
+    return dict(zip(labels(found.axes[0]), map(float, found.values), strict=True))
 
 
 def _weights(result: Result, unbalance: Quantity) -> list[str]:
-    record, bounds = result.record, _bounds(result)
+    record = result.record
     phase, position, ratio = (
         record[f"{_WEIGHT}/{name}"] for name in ("phase", "position", "speed_ratio")
     )
     along = axis_of(result)
-    mass = having(record, f"{_WEIGHT}/mass", "balance_radius")
-    masses = dict(zip(labels(mass.axes[0]), mass.values, strict=True)) if mass is not None else {}
+    mass, use = _known(record, "mass", "balance_radius"), _known(record, "use", "balance_bound")
     rows = []
     for i, name in enumerate(labels(unbalance.axes[0])):
-        size, bound = float(unbalance.values[i]), bounds.get(name, math.inf)
-        share = "" if math.isinf(bound) else f"{100.0 * size / bound:.1f} %"
+        size = float(unbalance.values[i])
         rows.append(
             [
                 name,
@@ -74,8 +68,8 @@ def _weights(result: Result, unbalance: Quantity) -> list[str]:
                 show(1e6 * size, 1e6 * unbalance.error_estimate),
                 show(math.degrees(phase.values[i])) if size else "-",
                 show(1e3 * float(position.values[i][along]), 1e-9),
-                show(1e3 * masses[name]) if name in masses else "",
-                share,
+                show(1e3 * mass[name]) if name in mass else "",
+                f"{100.0 * use[name]:.1f} %" if name in use else "",
             ]
         )
     heads = [
@@ -96,11 +90,13 @@ def _orders(result: Result) -> list[str]:
         return []
     known = {key: one for key, one in found.items() if one is not None}
     residual = known["residual", "before"]
+    free = having(result.record, f"{ROOT}/free_directions", "balanced_order")
+    counting = () if free is None else free.axes[0].values
     orders, largest = residual.axes[0].values, float(residual.values.max(initial=0.0))
     rows = []
     for i, order in enumerate(orders):
         sizes = [float(known["residual", when].values[i]) for when in ("before", "after")]
-        if order > 2 and max(sizes) <= _FAINT * largest:
+        if order not in counting and max(sizes) <= _FAINT * largest:
             continue
         cells = []
         for name, _ in _BY_ORDER:
@@ -122,44 +118,27 @@ def _words(result: Result) -> list[str]:
     if free is None or after is None or before is None:
         return []
     lines = []
-    names = {
-        order: [
-            label
-            for label, ratio in zip(
-                labels(record[f"{_WEIGHT}/unbalance"].axes[0]),
-                record[f"{_WEIGHT}/speed_ratio"].values,
-                strict=True,
-            )
-            if abs(ratio) == order
-        ]
-        for order in free.axes[0].values
-    }
-    for i, order in enumerate(free.axes[0].values):
+    use = _known(record, "use", "balance_bound")
+    names = np.array(labels(record[f"{_WEIGHT}/unbalance"].axes[0]))
+    turns = np.abs(record[f"{_WEIGHT}/speed_ratio"].values)
+    for order, count in zip(free.axes[0].values, free.values, strict=True):
         place = int(np.flatnonzero(after.axes[0].values == order)[0])
         left, was = float(after.values[place]), float(before.values[place])
-        words = f"order {order}: "
+        mine = names[turns == order]
+        rest = _not_counted(record, place)
         if was <= before.error_estimate and left <= after.error_estimate:
-            words += "there is nothing of it that counts, with or without weights"
-        elif left <= after.error_estimate:
-            words += "what counts of it is balanced exactly, nothing is left but rounding"
-        elif was > 0.0:
-            words += f"{show(100.0 * left / was, digits=3)} % of the residual is left"
-        bounds = _bounds(result)
-        unbalance = record[f"{_WEIGHT}/unbalance"]
-        at_bound = [
-            name
-            for name, size in zip(labels(unbalance.axes[0]), unbalance.values, strict=True)
-            if name in names[order] and name in bounds and size >= bounds[name] * (1.0 - 1e-9)
-        ]
+            lines += paragraph(f"order {order} is balanced already, without weights{rest}")
+            continue
+        words = f"order {order}: {show(100.0 * left / was, digits=3)} % of the residual is left"
+        if left <= after.error_estimate:
+            words = f"order {order} is balanced exactly, but for rounding{rest}"
+        at_bound = [name for name in mine if use.get(name, 0.0) >= 1.0 - 1e-9]
         if at_bound:
             words += f"; {', '.join(at_bound)} at the largest unbalance"
-        count = round(float(free.values[i]))
-        if count:
-            words += (
-                f"; equally good weights form a continuum with {count} free "
-                f"direction{'s' if count > 1 else ''}, of which the least weights are given"
-            )
+        if round(float(count)):
+            words += f"; {_freedom(round(float(count)), [name in use for name in mine])}"
         lines += paragraph(words)
+    lines += [line for one in _together(record) for line in paragraph(one)]
     gap = record.quantities.get(f"{ROOT}/gap")
     total = record.quantities.get(f"{ROOT}/residual_before")
     if gap is not None and total is not None and gap.values > 1e-9 * float(total.values):
@@ -172,14 +151,45 @@ def _words(result: Result) -> list[str]:
     return lines
 
 
+def _not_counted(record: Record, place: int) -> str:
+    """What is left of an order of which the residual is zero."""
+    found = [
+        words
+        for name, words in (("force", "force"), ("couple", "couple"), ("roll_couple", "roll"))
+        if (one := having(record, f"{ROOT}/after/{name}", "order")) is not None
+        and float(one.values[place]) > one.error_estimate
+    ]
+    return f", and for its {' and '.join(found)}, not counted" if found else ""
+
+
+def _freedom(count: int, bounded: list[bool]) -> str:
+    """Which of equally good weights are given."""
+    each = ", each as a share of its bound" if any(bounded) else ""
+    if each and not all(bounded):
+        each += ", or of the largest bound where it has none"
+    return (
+        f"other weights are as good ({count} free direction{'s' if count > 1 else ''}): given are "
+        f"those with the least sum of squares of the unbalances{each}"
+    )
+
+
+def _together(record: Record) -> Iterator[str]:
+    """Weights whose places were free and that met at one: a single one does the same."""
+    unbalance = record[f"{_WEIGHT}/unbalance"]
+    names, size = labels(unbalance.axes[0]), unbalance.values
+    place, ratio = (record[f"{_WEIGHT}/{name}"].values for name in ("position", "speed_ratio"))
+    for i in range(len(names)):
+        same = (ratio == ratio[i]) & (np.abs(place - place[i]).max(axis=1) <= _MET) & (size > 0.0)
+        if size[i] and same.sum() > 1 and np.flatnonzero(same)[0] == i:
+            met = ", ".join(names[k] for k in np.flatnonzero(same))
+            yield f"{met} stand at one place: only their sum counts, and one weight does for them"
+
+
 def _as_case(result: Result) -> list[str]:
     """The weights as a case has them, to be pasted into it."""
     record, along = result.record, axis_of(result)
-    shafts = {
-        str(label)
-        for shaft in table_of(result.case, "balance").get("shafts", ())
-        for label in shaft_labels(shaft)
-    }
+    given = table_of(result.case, "balance").get("counterweights", ())
+    on_the_crank = {str(one["name"]) for one in given}
     unbalance = record[f"{_WEIGHT}/unbalance"]
     columns = [record[f"{_WEIGHT}/{name}"].values for name in ("phase", "position", "speed_ratio")]
     on_crank, on_shafts = [], []
@@ -190,7 +200,7 @@ def _as_case(result: Result) -> list[str]:
         known["phase"] = _number(phase)
         if not size:
             continue
-        if name not in shafts:
+        if name in on_the_crank:
             words = ", ".join(f"{key} = {value}" for key, value in known.items())
             on_crank.append(f"    {{ {words}, position = {_number(place[along])} }},")
             continue

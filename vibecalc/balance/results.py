@@ -4,29 +4,40 @@ from vibecalc.core.results.record import CHECK, PEAK, SEARCHED, Headline, entry
 
 ROOT = "balance"
 AXES = {
-    "balance_weight": ("", "weight on the crankshaft or on a balance shaft"),
+    "weight": ("", "weight on the crankshaft or on a balance shaft"),
     "balance_radius": ("", "weight of which the radius is given"),
+    "balance_bound": ("", "weight of which the largest unbalance is given"),
     "balanced_order": ("", "order at which weights turn"),
 }
 _WEIGHT = f"{ROOT}/weight"
 
 ENTRIES = (
-    entry(f"{_WEIGHT}/unbalance", "balance_weight", "kg*m", "mass times radius of a weight"),
+    entry(
+        f"{_WEIGHT}/unbalance",
+        "weight",
+        "kg*m",
+        "mass times radius of a weight",
+        headline=Headline(
+            "unbalance that is sought", "g*mm", pick="each",
+            words="vibecalc.balance.report:angle_of",
+        ),
+    ),
     entry(
         f"{_WEIGHT}/phase",
-        "balance_weight",
+        "weight",
         "rad",
         "angle by which it leads the stroke at crank angle zero",
     ),
     entry(
         f"{_WEIGHT}/position",
-        "balance_weight direction",
+        "weight direction",
         "m",
         "of a weight, from the train's origin",
         exempt=SEARCHED,
     ),
-    entry(f"{_WEIGHT}/speed_ratio", "balance_weight", "", "of its shaft over the crank speed"),
+    entry(f"{_WEIGHT}/speed_ratio", "weight", "", "of its shaft over the crank speed"),
     entry(f"{_WEIGHT}/mass", "balance_radius", "kg", "of a weight at its radius"),
+    entry(f"{_WEIGHT}/use", "balance_bound", "", "unbalance over the largest of the weight"),
     entry(f"{ROOT}/force", "order direction", "N", "force that the weights leave", PEAK),
     entry(f"{ROOT}/couple", "order direction", "N*m", "couple that the weights leave", PEAK),
     *(

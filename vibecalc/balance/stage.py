@@ -1,5 +1,6 @@
 """The stage of the weights sought for the least force and couple."""
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -7,6 +8,7 @@ from vibecalc.core.run.stage import Entries, Stage, Subject, Unit, Work, below
 from vibecalc.kinematics.stage import orders_given, orders_of_motion, orders_words
 
 if TYPE_CHECKING:
+    from vibecalc.balance.tables import Weight
     from vibecalc.schema import Case
 
 
@@ -16,9 +18,11 @@ def plan_balance(case: "Case") -> Iterator[Stage]:
     if balance is None:
         return
     on_crank, on_shafts = _counts(case)
-    has_radius = any(one.radius is not None for one in balance.counterweights) or any(
-        one.radius is not None for shaft in balance.shafts for one in shaft.weights
-    )
+    weights = _weights(case)
+    given = {
+        "weight/mass": any(one.radius is not None for one in weights),
+        "weight/use": any(one.largest_unbalance is not None for one in weights),
+    }
     yield Stage(
         name="balance",
         adapter="vibecalc.balance.adapter:run_balance",
@@ -26,7 +30,7 @@ def plan_balance(case: "Case") -> Iterator[Stage]:
         parts=("crank_train",),
         orders=orders_words(case),
         cost=f"least squares within bounds: {on_crank} weights on the crank, {on_shafts} on shafts",
-        quantities=below("balance/", without=() if has_radius else ("weight/mass",)),
+        quantities=below("balance/", without=tuple(k for k, there in given.items() if not there)),
         is_last=True,
         harmonics=orders_of_motion,
         work=_work,
@@ -39,10 +43,14 @@ def _counts(case: "Case") -> tuple[int, int]:
     return len(case.balance.counterweights), sum(len(shaft.weights) for shaft in shafts)
 
 
+def _weights(case: "Case") -> "list[Weight]":
+    assert case.balance is not None
+    shafts = case.balance.shafts
+    return [*case.balance.counterweights, *(one for shaft in shafts for one in shaft.weights)]
+
+
 def _work(case: "Case", orders: int) -> Work:
-    balance = case.balance
-    assert balance is not None
-    weights = [*balance.counterweights, *(one for shaft in balance.shafts for one in shaft.weights)]
+    weights = _weights(case)
     places = sum(one.between is not None for one in weights)
     return ((len(weights), "sought_weight"), (places, "free_place"))
 
@@ -62,8 +70,9 @@ def _names(case: "Case") -> dict[str, tuple[str, ...]]:
 
     sought = sought_weights(case.balance, case.machine.crank_train)
     return {
-        "balance_weight": tuple(one.name for one in sought),
+        "weight": tuple(one.name for one in sought),
         "balance_radius": tuple(one.name for one in sought if one.radius == one.radius),
+        "balance_bound": tuple(one.name for one in sought if one.largest < math.inf),
     }
 
 
@@ -78,6 +87,7 @@ SUBJECT = Subject(
     names=_names,
     checks=("vibecalc.balance.checks:balance_problems",),
     sections=("vibecalc.balance.report:balance",),
+    leads=True,
     pictures={
         "balance_orders": "vibecalc.balance.pictures:BALANCE_ORDERS",
         "balance_weights": "vibecalc.balance.pictures:draw_weights",

@@ -345,9 +345,12 @@ def least_residual(
     problem = _linear(force, couple, places, frame, measure)
     share = _search(problem) if problem.free.size else np.zeros(problem.radius.size)
     columns, found = problem.at(share), problem.least(share)
-    size = np.linalg.svd(columns, compute_uv=False)
-    start, reached = np.linalg.norm(problem.constant), np.linalg.norm(found.unknowns)
-    rounding = _ROUNDINGS * EPSILON * float(start + size[0] * reached) + error
+    # a bound that is far off must not enlarge errors: of each column by itself
+    length = np.linalg.norm(columns, axis=0)
+    terms = np.linalg.norm(problem.constant) + length @ np.abs(found.unknowns)
+    rounding = _ROUNDINGS * EPSILON * float(terms) + error
+    unit = np.where(length > 0.0, length, 1.0)
+    size = np.linalg.svd(columns / unit, compute_uv=False)
     bound, freedom = found.lower_bound, found.free_directions
     off = rounding + max(0.0, found.value - bound)
     if problem.free.size:
@@ -356,11 +359,11 @@ def least_residual(
         if found.value > rounding:
             off += float(np.abs(left @ slopes)[inner].sum()) / found.value
         open_ = np.hstack([columns[:, ~found.held[problem.block]], slopes[:, inner]])
-        length = np.linalg.norm(open_, axis=0)
-        freedom = open_.shape[1] - range_of(open_ / np.where(length > 0.0, length, 1.0)).shape[1]
+        lengths = np.linalg.norm(open_, axis=0)
+        freedom = open_.shape[1] - range_of(open_ / np.where(lengths > 0.0, lengths, 1.0)).shape[1]
         bound = _in_the_middle(problem).lower_bound
     weakest = float(size[size > _RANK * size[0]][-1])
-    slack = float(size[0]) * rounding / weakest**2
+    slack = float(size[0]) * rounding / weakest**2 / unit
     unbalance, phase = _as_weights(found.unknowns, slack, problem, places)
     return Solution(
         unbalance=unbalance,
@@ -375,14 +378,14 @@ def least_residual(
 
 
 def _as_weights(
-    found: Real, slack: float, problem: _Linear, places: Places
+    found: Real, slack: Real, problem: _Linear, places: Places
 ) -> tuple[Bounded, Bounded]:
-    """Unbalances and phases of unknowns that are off by no more than `slack`."""
+    """Unbalances and phases of unknowns (n,) that are off by no more than `slack` (n,)."""
     parts = found * problem.scale
     sizes, phases, size_errors, phase_errors = [], [], [], []
     for i, phase in enumerate(places.phase):
         mine = problem.block == i
-        off, of_weight = slack * float(problem.scale[mine][0]), parts[mine]
+        off, of_weight = float(np.max(slack[mine] * problem.scale[mine])), parts[mine]
         size = float(np.linalg.norm(of_weight))
         none = size <= off
         if np.isnan(phase):

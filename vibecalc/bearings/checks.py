@@ -1,12 +1,18 @@
 """What bearing loads cannot be computed of."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from vibecalc.errors import Problem
+from vibecalc.kinds import TRAIN
+from vibecalc.parts import tables as parts
 from vibecalc.parts.body import DIRECTIONS, build_frame
-from vibecalc.parts.crank_train import TRAIN
 from vibecalc.parts.firing import TURN, cycle_angle, has_gas
 from vibecalc.schema import Case
+
+if TYPE_CHECKING:
+    from vibecalc.bearings.tables import BearingLoads
 
 
 def bearing_problems(case: Case) -> list[Problem]:
@@ -87,17 +93,52 @@ def _shaft_loads(case: Case) -> list[Problem]:
                     allowed=f"none along {train.axis}, the axis of the crankshaft",
                 )
             )
-    if table.up is not None and table.up.strip("-") == train.axis:
-        others = ", ".join(repr(name) for name in DIRECTIONS if name != train.axis)
-        problems.append(
+    return [*problems, *_weights(case, table, train)]
+
+
+def _weights(case: Case, table: "BearingLoads", train: parts.CrankTrain) -> list[Problem]:
+    """Weights act as those of the body on its mounts do, and not along the shaft."""
+    isolation = case.isolation
+    if isolation is not None and table.up is not None and table.up != isolation.up:
+        return [
             Problem(
                 path=("bearing_loads", "up"),
-                message="weights along the shaft are borne by no main bearing",
-                found=f"up = {table.up!r}",
-                allowed=f"{others}, or one of these with a minus",
+                message="weights act against one direction, and [isolation] has another one",
+                found=f"up = {table.up!r}, and up = {isolation.up!r} in [isolation]",
+                allowed=f"{isolation.up!r}, or no such key",
+                also=("isolation", "up") if "up" in isolation.model_fields_set else ("isolation",),
             )
+        ]
+    weights = any(load.mass is not None for load in table.shaft_loads)
+    up = isolation.up if isolation is not None and weights else table.up
+    if up is None or up.strip("-") != train.axis:
+        return []
+    others = ", ".join(repr(name) for name in DIRECTIONS if name != train.axis)
+    return [
+        Problem(
+            path=("isolation" if table.up is None else "bearing_loads", "up"),
+            message="weights along the shaft are borne by no main bearing",
+            found=f"up = {up!r}",
+            allowed=f"{others}" + (", or one of these with a minus" if isolation is None else ""),
+            also=("bearing_loads", "shaft_loads") if table.up is None else None,
         )
-    return problems
+    ]
+
+
+def bearing_cautions(case: Case) -> list[str]:
+    """What other tables of the case have and bearing loads leave out."""
+    if case.bearing_loads is None:
+        return []
+    response = case.response
+    texts = {
+        "[bearing_loads] follow joints without play: the impacts of [machine.joints] are not in "
+        "them": case.machine.joints is not None,
+        "[bearing_loads] hold for the cylinders that work in [excitation] at a steady speed: other "
+        "operations and the changes between them are not in them": (
+            response is not None and bool(response.operations)
+        ),
+    }
+    return [text for text, holds in texts.items() if holds]
 
 
 def _speeds(case: Case) -> list[Problem]:

@@ -6,21 +6,26 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from vibecalc.bearings.crank_loads import bearing_shares
-from vibecalc.bearings.rod_forces import RunningGear, mixed, pressure_with_error
+from vibecalc.bearings.rod_forces import RunningGear, mixed
 from vibecalc.excitation.adapter import rod_difference
-from vibecalc.excitation.gas_tables import GasCard, GasForce, card_weights, force_at, gas_force
+from vibecalc.excitation.gas_tables import (
+    GasForce,
+    card_weights,
+    force_at,
+    gas_force,
+    pressure_with_error,
+)
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 from vibecalc.parts.body import DIRECTIONS
 from vibecalc.parts.crank_train import CrankTrain, RotatingMasses, rod_share
 from vibecalc.parts.firing import TURN
+from vibecalc.unit_table import FREE_FALL
 
 if TYPE_CHECKING:
-    from vibecalc.bearings.tables import BearingLoads
+    from vibecalc.bearings.tables import BearingLoads, ShaftLoad
     from vibecalc.schema import Case
 
-#: standard acceleration of free fall, m/s^2
-GRAVITY = 9.80665
 #: gas force (..., c) in N towards the crank, at crank angles (...) in rad and speeds (...) in rad/s
 GasAt = Callable[[FloatArray, FloatArray], Bounded]
 
@@ -75,7 +80,8 @@ def shaft_of(
         case.machine.crank_train.balance_shafts
     )
     along = rotating.position[own] @ train.axis
-    loads = [_constant(table, train, place) for place in range(len(table.shaft_loads))]
+    fall = free_fall(case, table, train)
+    loads = [_constant(load, train, fall) for load in table.shaft_loads]
     places = [load.position for load in table.shaft_loads]
     shares = bearing_shares(bearings, places)
     return Shaft(
@@ -88,22 +94,22 @@ def shaft_of(
     )
 
 
-def _constant(table: "BearingLoads", train: CrankTrain, place: int) -> complex:
-    load = table.shaft_loads[place]
+def _constant(load: "ShaftLoad", train: CrankTrain, fall: FloatArray) -> complex:
     if load.force is not None:
         force = np.asarray(load.force)
     else:
         assert load.mass is not None
-        force = -load.mass * GRAVITY * upwards(table, train)
+        force = load.mass * fall
     return complex(force @ train.stroke, force @ -train.across)
 
 
-def upwards(table: "BearingLoads", train: CrankTrain) -> FloatArray:
-    """Unit vector (3,) against which weights act."""
-    if table.up is None:
-        return train.stroke
-    sign, name = (-1.0, table.up[1:]) if table.up.startswith("-") else (1.0, table.up)
-    return np.asarray(sign * np.eye(3)[DIRECTIONS.index(name)])
+def free_fall(case: "Case", table: "BearingLoads", train: CrankTrain) -> FloatArray:
+    """Acceleration (3,) of free fall in m/s^2: that of the body on its mounts, where it has any."""
+    isolation = case.isolation
+    name = table.up if isolation is None else isolation.up
+    up = train.stroke if name is None else np.eye(3)[DIRECTIONS.index(name.strip("-"))]
+    size = FREE_FALL if isolation is None else isolation.gravity
+    return np.asarray((size if name is not None and name.startswith("-") else -size) * up)
 
 
 # ----------------------------------------------------------------------------
@@ -130,7 +136,7 @@ def _none(angle: FloatArray, speed: FloatArray, count: int) -> Bounded:
 
 
 def _of_cards(case: "Case", train: CrankTrain, runs: FloatArray) -> Gas:
-    from vibecalc.excitation.model import build_firing, crank_geometry, gas_cards
+    from vibecalc.excitation.model import build_firing, crank_geometry, gas_cards, misfire_cards
 
     count, machine = len(train.names), case.machine
     speeds, cards = gas_cards(machine)
@@ -143,7 +149,7 @@ def _of_cards(case: "Case", train: CrankTrain, runs: FloatArray) -> Gas:
     else:
         firing = build_firing(case)
         zero, scale = firing.first + firing.angle, runs * firing.pressure_scale
-        silent, dead = ~firing.fires, _dead_cards(case, cards)
+        silent, dead = ~firing.fires, misfire_cards(case, cards)
     nodes = [card.node + start for card in (*cards, *dead) for start in zero]
     known = speeds if len(speeds) else np.zeros(1)
 
@@ -158,22 +164,6 @@ def _of_cards(case: "Case", train: CrankTrain, runs: FloatArray) -> Gas:
         return force
 
     return Gas(at, np.concatenate(nodes))
-
-
-def _dead_cards(case: "Case", cards: tuple[GasCard, ...]) -> tuple[GasCard, ...]:
-    """Cards of cylinders that misfire: motored ones, or none where no gas is left."""
-    from vibecalc.excitation.cylinder_torque import motored_card
-    from vibecalc.excitation.model import crank_geometry, cycle_of
-
-    torsion = None if case.response is None else case.response.torsion
-    if torsion is None or not torsion.misfire or torsion.misfire_kind != "motored":
-        return ()
-    geometry = crank_geometry(case.machine)
-    if case.machine.crank_train.gas_cycle is not None:
-        from vibecalc.excitation.pressure_cycle import motored_cycle
-
-        return (motored_cycle(cycle_of(case.machine), geometry),)
-    return tuple(motored_card(card, geometry) for card in cards)
 
 
 def _of_one_turn(case: "Case", train: CrankTrain, runs: FloatArray) -> Gas:

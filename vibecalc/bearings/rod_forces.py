@@ -5,7 +5,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.excitation.gas_tables import GasCard
 from vibecalc.kinematics.slider_crank import piston_path
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
@@ -96,28 +95,6 @@ def rod_forces(
     slanted = length / path.rod
     error = slanted * (gas_force.error + FORMULA_ROUNDINGS * EPSILON * turned * size)
     return RodForces(pin + centrifugal, pin, pin + small_end, -across, error)
-
-
-# ----------------------------------------------------------------------------
-# The pressure of a card with its error: also that of the rounding of the angle.
-# ----------------------------------------------------------------------------
-
-
-def pressure_with_error(card: GasCard, angle: ArrayLike) -> Bounded:
-    """Gauge pressure in Pa at the cylinder's own angles, rad, of any cycle."""
-    given = np.asarray(angle, dtype=float)
-    turned = card.node[0] + np.mod(given - card.node[0], card.cycle)
-    place = np.clip(
-        np.searchsorted(card.node, turned, side="right") - 1, 0, len(card.coefficient) - 1
-    )
-    away, rows = turned - card.node[place], card.coefficient[place]
-    value, slope, size = rows[..., -1], np.zeros_like(away), np.abs(rows[..., -1])
-    for power in range(rows.shape[-1] - 2, -1, -1):
-        slope = slope * away + value
-        value = value * away + rows[..., power]
-        size = size * away + np.abs(rows[..., power])
-    slip = EPSILON * (4.0 * card.cycle + np.abs(given))
-    return Bounded(value, card.error[place] + 24.0 * EPSILON * size + slip * np.abs(slope))
 
 
 def mixed(parts: list[Bounded], weights: Any) -> Bounded:

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from vibecalc.bearings.results import OF_THROW
 from vibecalc.core.run.stage import Entries, Stage, Subject, Unit, Work, below
 
 if TYPE_CHECKING:
@@ -66,7 +67,7 @@ def _names(case: "Case") -> dict[str, tuple[str, ...]]:
         return {}
     return {
         "main_bearing": tuple(bearing.name for bearing in table.main_bearings),
-        "of_throw": ("outward", "ahead"),
+        "of_throw": OF_THROW,
     }
 
 
@@ -77,6 +78,7 @@ SUBJECT = Subject(
     entries=_entries,
     units={"load_cycles": Unit(2.0e-3, "loads followed over a cycle")},
     checks=("vibecalc.bearings.checks:bearing_problems",),
+    cautions=("vibecalc.bearings.checks:bearing_cautions",),
     sections=("vibecalc.bearings.report:bearing_loads",),
     pictures={
         "bearing_forces": "vibecalc.bearings.pictures:FORCES",

@@ -96,7 +96,9 @@ class BearingLoads(Table):
         (), description="constant loads on the crankshaft, such as the weight of the flywheel"
     )
     up: Literal["x", "-x", "y", "-y", "z", "-z"] | None = Field(
-        None, description="direction against which weights act; default: that of the stroke"
+        None,
+        description="direction against which weights act; default: as in [isolation], or without "
+        "it that of the stroke",
     )
     crank_angles: Annotated[int, Field(strict=True, ge=73, le=7201)] = Field(
         361, description="at which the forces over a cycle are written, both ends included"

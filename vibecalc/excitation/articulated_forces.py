@@ -5,7 +5,12 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.excitation.inertia_forces import Excitation
-from vibecalc.kinematics.articulated_rod import SlaveRods, harmonics_of_turn, slave_motion
+from vibecalc.kinematics.articulated_rod import (
+    FIRST_SAMPLES,
+    SlaveRods,
+    harmonics_of_turn,
+    slave_motion,
+)
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import FloatArray
 
@@ -18,8 +23,9 @@ from vibecalc.numerics.rounding import FloatArray
 #     f = -m s'' exp(i b) - m_k z'',   M = o m s'' - m_k Im(conj(z) z''),
 #     -T = dE/dt,  E = (m s'^2 + m_k |z'|^2) / 2,
 #
-# all times the speed squared. With r = 0 the knuckle mass pulls as one at the crank pin does and
-# has no moment.
+# all times the speed squared. What the rod's moment of inertia has beyond that of both masses, dJ,
+# adds -dJ chi'' to M and dJ chi'^2 / 2 to E, chi the angle of the rod. With r = 0 the knuckle mass
+# pulls as one at the crank pin does and has no moment.
 # ----------------------------------------------------------------------------
 
 
@@ -27,12 +33,14 @@ class SlaveMasses(NamedTuple):
     """Masses (k, 1) in kg, with each piston and with each knuckle pin; places (k, 3) in m.
 
     `place` is where the plane of the cylinder meets the crank axis, from the body's reference
-    point.
+    point; `rod_difference` (k, 1) in kg m^2, with its error, is the moment of inertia of the rods
+    beyond that of these masses.
     """
 
     reciprocating: FloatArray
     knuckle: FloatArray
     place: FloatArray
+    rod_difference: Bounded = Bounded(np.zeros(()), np.zeros(()))
 
 
 def slave_excitation(
@@ -55,13 +63,15 @@ def slave_excitation(
     def signals(angle: FloatArray) -> FloatArray:
         motion = slave_motion(rods, angle)
         along, knuckle = motion.acceleration, motion.knuckle_acceleration
-        mass, pin = masses.reciprocating, masses.knuckle
+        mass, pin, rod = masses.reciprocating, masses.knuckle, masses.rod_difference.value
         force = -mass * along * np.exp(1j * rods.bank) - pin * knuckle
         moment = rods.wrist_pin_offset * mass * along
         moment = moment - pin * (np.conj(motion.knuckle) * knuckle).imag
+        moment = moment - rod * motion.bend
         if with_torque:
             moment = moment + mass * motion.velocity * along
             moment = moment + pin * (np.conj(motion.knuckle_velocity) * knuckle).real
+            moment = moment + rod * motion.turn * motion.bend
         return np.stack([force.real, force.imag, moment], axis=-2)
 
     found = harmonics_of_turn(signals, highest_order)[..., 1:]
@@ -70,6 +80,9 @@ def slave_excitation(
     levers = np.cross(masses.place[:, None, :], both)
     force = (forces @ both).sum(axis=0)
     moments = found[:, 2].sum(axis=0)
+    swing = slave_motion(rods, np.linspace(0.0, 2.0 * np.pi, FIRST_SAMPLES))
+    slip = masses.rod_difference.error * np.abs(swing.bend) * (1.0 + np.abs(swing.turn))
+    moments = Bounded(moments.value, moments.error + slip.max(axis=-1).sum())
     couple = (forces @ levers).sum(axis=0) + Bounded(
         *(part[:, None] * one for part, one in zip(moments, (axis, np.abs(axis)), strict=True))
     )

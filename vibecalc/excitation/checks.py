@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 
 from vibecalc.core.case.raw import listed
 from vibecalc.errors import KeyPath, NumericalFailure, Problem
+from vibecalc.kinds import TRAIN
 from vibecalc.parts.crank_train import turns
 from vibecalc.parts.drive_checks import degrees, pressure_problems
 from vibecalc.parts.firing import CYCLES, TURN
@@ -61,7 +62,6 @@ def pump_problems(case: Case) -> list[Problem]:
 # Do the cylinders of an engine fire where their cranks let them, with gas over the whole cycle?
 # ----------------------------------------------------------------------------
 
-TRAIN: KeyPath = ("machine", "crank_train")
 #: rad; angles of seven cylinders are typed with two decimals of a degree
 AGREES = math.radians(0.1)
 

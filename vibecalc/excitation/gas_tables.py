@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
 # Pressure cards: the gas pressure in a cylinder against its own crank angle, over one cycle.
@@ -126,11 +127,32 @@ def fitted_card(
 
 def pressure_at(card: GasCard, angle: ArrayLike) -> FloatArray:
     """Gauge pressure in Pa at the cylinder's own angles, rad, of any cycle."""
+    place, away = _piece(card, angle)
+    return _height(card.coefficient[place], away)
+
+
+def pressure_with_error(card: GasCard, angle: ArrayLike) -> Bounded:
+    """`pressure_at` with its error: of the card, of the sum and of the rounding of the angle."""
+    place, away = _piece(card, angle)
+    rows = card.coefficient[place]
+    power = np.arange(1, rows.shape[-1])
+    slope = _height(power * rows[..., 1:], away) if len(power) else np.zeros_like(away)
+    slip = EPSILON * (4.0 * card.cycle + np.abs(np.asarray(angle, dtype=float)))
+    rounding = 24.0 * EPSILON * _height(np.abs(rows), away)
+    return Bounded(_height(rows, away), card.error[place] + rounding + slip * np.abs(slope))
+
+
+def _piece(card: GasCard, angle: ArrayLike) -> tuple[IntArray, FloatArray]:
+    """Places (...) of the pieces that angles (...) are on, and how far from their nodes, rad."""
     turned = card.node[0] + np.mod(np.asarray(angle, dtype=float) - card.node[0], card.cycle)
     place = np.clip(
         np.searchsorted(card.node, turned, side="right") - 1, 0, len(card.coefficient) - 1
     )
-    away, rows = turned - card.node[place], card.coefficient[place]
+    return place, np.asarray(turned - card.node[place])
+
+
+def _height(rows: FloatArray, away: FloatArray) -> FloatArray:
+    """Polynomials (...) of the coefficients (..., d + 1), the constant first."""
     value = rows[..., -1]
     for power in range(rows.shape[-1] - 2, -1, -1):
         value = value * away + rows[..., power]
@@ -253,11 +275,7 @@ def force_at(gas: GasForce, angle: FloatArray) -> FloatArray:
     away = turned - gas.node[place]
     if gas.node[0] > 0.0:
         away += np.where(place < 0, TURN, 0.0)
-    rows = gas.coefficient[place]
-    value = rows[..., -1]
-    for power in range(rows.shape[-1] - 2, -1, -1):
-        value = value * away + rows[..., power]
-    return np.asarray(value)
+    return _height(gas.coefficient[place], away)
 
 
 def _linear_force(step: FloatArray, force: FloatArray) -> FloatArray:

@@ -1,5 +1,6 @@
 """The cylinders of an engine or a pump as arrays: when they work, with what pressure."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -124,6 +125,28 @@ def gas_cards(machine: Machine) -> tuple[Array, tuple[GasCard, ...]]:
     if train.pump_cycle is not None:
         return np.empty(0), (pump_card(machine),)
     return np.empty(0), ()
+
+
+def motored_cards(machine: Machine, cards: Sequence[GasCard]) -> tuple[GasCard, ...]:
+    """Cards of a cylinder without combustion, for those of one that fires."""
+    if machine.crank_train.gas_cycle is None:
+        from vibecalc.excitation.cylinder_torque import motored_card
+
+        return tuple(motored_card(card, crank_geometry(machine)) for card in cards)
+    from vibecalc.excitation.pressure_cycle import motored_cycle
+
+    return (motored_cycle(cycle_of(machine), crank_geometry(machine)),)
+
+
+def misfire_cards(case: Case, cards: Sequence[GasCard]) -> tuple[GasCard, ...]:
+    """Cards of the cylinders that the case lets misfire: motored ones, or () without gas in them.
+
+    () also where all of them fire.
+    """
+    torsion = None if case.response is None else case.response.torsion
+    if torsion is None or not torsion.misfire or torsion.misfire_kind != "motored":
+        return ()
+    return motored_cards(case.machine, cards)
 
 
 def with_tangential_effort(

@@ -237,18 +237,24 @@ _WEIGHTS = (
 
 
 _TURNING = (
-    ("excitation/turning/with_crank", "turns with the crank N"),
-    ("excitation/turning/against_crank", "against it N"),
+    ("excitation/turning/with_crank", "force with the crank N"),
+    ("excitation/turning/against_crank", "force against it N"),
 )
 _KNUCKLE = "excitation/mass/knuckle"
 
 
 def _turning(record: Record) -> tuple[list[str], set[str]]:
     """With slave rods: the parts of the force that turn at the order times the crank's speed."""
-    lines = by_axis(record, "order", "force of order", _TURNING, 22, 24)
-    lines = lines[: _ROWS + 2]
-    lines += paragraph("at the order times the speed of the crank") if lines else []
-    return lines, {path for path, _ in _TURNING}
+    found = [having(record, path, "order") for path, _ in _TURNING]
+    both = [one for one in found if one is not None]
+    if len(both) != len(found):
+        return [], set()
+    sizes = np.array([np.abs(one.values) for one in both])
+    loud = np.flatnonzero(np.any(sizes > FAINT * sizes.max(initial=0.0), axis=0))[:_ROWS]
+    names, pairs = labels(both[0].axes[0]), list(zip(sizes, both, strict=True))
+    rows = [[names[i], *(show(float(size[i]), one.estimate) for size, one in pairs)] for i in loud]
+    heads = [Column("order, times as fast", 22), *(number(words, 24) for _, words in _TURNING)]
+    return table(heads, rows), {path for path, _ in _TURNING}
 
 
 def _counterweights(record: Record) -> tuple[list[str], set[str]]:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from vibecalc.errors import KeyPath, Problem
-from vibecalc.kinds import has_crank_train
+from vibecalc.kinds import TRAIN, has_crank_train
 from vibecalc.parts import tables as parts
 from vibecalc.parts.crank_train import build_crank_train, rod_share
 from vibecalc.parts.motor_tables import Play
@@ -71,7 +71,7 @@ def gaps(case: Case, problems: list[Problem]) -> list[Gap]:
                 message=f"nothing has a mass on the piston's side of the wrist pin of {name!r}",
                 found=f"{moving:.6g} kg that move with the piston, {rod:.6g} kg of them rod",
                 allowed="a mass above zero of piston and pin",
-                also=("machine", "crank_train"),
+                also=TRAIN,
             )
         )
         return []

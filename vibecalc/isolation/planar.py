@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibecalc.errors import KeyPath, Problem
+from vibecalc.kinds import TRAIN
 from vibecalc.parts.body import DIRECTIONS, build_body, dofs_of_model
 from vibecalc.parts.matrices import mounted
 from vibecalc.parts.mounts import build_mounts, free_motions
@@ -19,7 +20,6 @@ from vibecalc.schema import Case, Machine
 #: a coupling below this share of what it couples is the round-off of none
 TOLERANCE = 1e-9
 
-TRAIN: KeyPath = ("machine", "crank_train")
 MOUNTS: KeyPath = ("machine", "mounts")
 BODY: KeyPath = ("machine", "body")
 _OTHERWISE = "model = 'rigid_body', which has all six motions"

@@ -13,6 +13,7 @@ from vibecalc.core.case.fields import (
 )
 from vibecalc.core.case.raw import table_at
 from vibecalc.core.case.rules import Rule, needs, refuse, wants
+from vibecalc.unit_table import FREE_FALL
 
 _WITHOUT = "leave [isolation] out for forces and balance only"
 
@@ -35,7 +36,7 @@ class Isolation(Table):
         "the plane of the crank"
     )
     up: Literal["x", "y", "z"] = Field("z", description="gravity acts against this direction")
-    gravity: Acceleration = Field(9.80665, ge=0, description="acceleration of free fall")
+    gravity: Acceleration = Field(FREE_FALL, ge=0, description="acceleration of free fall")
     lever: Length | None = Field(
         None, gt=0, description="couple over this lever is `lever_force`; default: of the mounts"
     )

@@ -20,8 +20,9 @@ from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 #     knuckle pin z = R exp(i t) + r exp(i gamma) D,
 #     slave pin   s = u + sqrt(l^2 - (v - o)^2),   u + i v = z exp(-i b),
 #
-# L and l the lengths of master and slave, o the offset of the cylinder axes. All derivatives are by
-# the crank angle. (Own derivation; cf. Biezeno and Grammel, Technische Dynamik, ch. XI.)
+# L and l the lengths of master and slave, o the offset of the cylinder axes. The slave rod stands
+# at the angle b + chi with l sin chi = o - v. All derivatives are by the crank angle. (Own
+# derivation; cf. Biezeno and Grammel, Technische Dynamik, ch. XI.)
 # ----------------------------------------------------------------------------
 
 
@@ -43,10 +44,11 @@ class SlaveRods(NamedTuple):
 
 
 class SlaveMotion(NamedTuple):
-    """Wrist pin of each slave along its cylinder, and its knuckle pin in the plane of the crank.
+    """Wrist pin of each slave along its cylinder, its knuckle pin in the plane of the crank.
 
     Position with first and second derivative by the crank angle, (k, ...) in m; the knuckle pin is
-    complex: along the stroke + i ahead of it.
+    complex: along the stroke + i ahead of it. `turn` and `bend` are the first and second
+    derivative of the angle of the slave rod, positive in the crank's sense of rotation.
     """
 
     position: FloatArray
@@ -55,6 +57,8 @@ class SlaveMotion(NamedTuple):
     knuckle: ComplexArray
     knuckle_velocity: ComplexArray
     knuckle_acceleration: ComplexArray
+    turn: FloatArray
+    bend: FloatArray
 
 
 def slave_motion(rods: SlaveRods, crank_angle: FloatArray) -> SlaveMotion:
@@ -77,6 +81,7 @@ def slave_motion(rods: SlaveRods, crank_angle: FloatArray) -> SlaveMotion:
     across = place.imag - offset
     rod = np.sqrt((rods.rod_length - across) * (rods.rod_length + across))
     pull = across / rod
+    turn = -rate.imag / rod
     return SlaveMotion(
         place.real + rod,
         rate.real - pull * rate.imag,
@@ -84,6 +89,8 @@ def slave_motion(rods: SlaveRods, crank_angle: FloatArray) -> SlaveMotion:
         knuckle,
         velocity,
         acceleration,
+        turn,
+        -(change.imag + across * turn * turn) / rod,
     )
 
 

@@ -18,6 +18,10 @@ from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray
 MOST_STEPS = 200
 #: share of a bound that rounding may pass it by
 _WITHIN = 1e-12
+#: times the constant, what a block does at its bound from which on that is a loose one
+_LOOSE = 1e3
+#: share of a column that rounding leaves of its product with what is orthogonal to it
+_ORTHOGONAL = 64.0 * EPSILON
 #: of the largest singular value, below which one counts as zero
 _RANK = 1e-12
 #: of the largest singular value: pulls of proximal steps towards where each began, so many of each
@@ -73,8 +77,21 @@ def least_norm(
 
         |c + A x| >= y.(c + A x) >= y.c - sum_j r_j |(A^T y)_j|,
 
-    and that of the residual's own direction meets the minimum.
+    and that of the residual's own direction meets the minimum. A bound at which a block would pull
+    many times as much as there is counts as none, unless the minimum without it passes it.
     """
+    strength = np.sqrt(np.bincount(block, np.sum(columns**2, axis=0), radius.size))
+    loose = np.isfinite(radius) & (radius * strength > _LOOSE * np.linalg.norm(constant))
+    if loose.any() and np.any(constant):
+        found = _least(constant, columns, block, np.where(loose, np.inf, radius))
+        if np.all(np.bincount(block, found.unknowns**2, radius.size) <= radius**2):
+            return found
+    return _least(constant, columns, block, radius)
+
+
+def _least(
+    constant: FloatArray, columns: FloatArray, block: np.ndarray, radius: FloatArray
+) -> LeastNorm:
     bounded = np.isfinite(radius)
     usual = float(np.max(radius, where=bounded, initial=0.0)) or 1.0
     scale = np.where(bounded, radius, usual)[block]
@@ -85,7 +102,7 @@ def least_norm(
     return LeastNorm(
         unknowns=solution * scale,
         value=size * float(np.linalg.norm(residual)),
-        lower_bound=size * _lower_bound(constant / size, blocks, residual),
+        lower_bound=size * _lower_bound(constant / size, blocks, residual, held),
         held=held,
         free_directions=freedom,
     )
@@ -142,15 +159,30 @@ def _solved(constant: FloatArray, blocks: Blocks) -> tuple[FloatArray, BoolArray
     return found, held, freedom
 
 
-def _lower_bound(constant: FloatArray, blocks: Blocks, residual: FloatArray) -> float:
-    basis = range_of(blocks.where(~blocks.bounded).columns)
-    direction = residual - basis @ (basis.T @ residual)
-    size = float(np.linalg.norm(direction))
-    if size == 0.0:
-        return 0.0
-    direction = direction / size
-    pulls = blocks.lengths(blocks.columns.T @ direction)
-    return max(0.0, float(direction @ constant - pulls[blocks.bounded].sum()))
+def _lower_bound(
+    constant: FloatArray, blocks: Blocks, residual: FloatArray, held: BoolArray
+) -> float:
+    """What no unknowns within the bounds leave less than, but for rounding: the better of two.
+
+    The direction of the proof is orthogonal to blocks without a bound, or to all that their bounds
+    do not hold, of which a loose bound would multiply what rounding leaves of their pull.
+    """
+    length = np.linalg.norm(blocks.columns, axis=0)
+    unit = blocks.columns / np.where(length > 0.0, length, 1.0)
+    whole = blocks.lengths(length)
+    best = 0.0
+    for open_ in (~blocks.bounded, ~held):
+        basis = range_of(unit[:, open_[blocks.block]])
+        direction = residual - basis @ (basis.T @ residual)
+        direction = direction - basis @ (basis.T @ direction)
+        size = float(np.linalg.norm(direction))
+        if size == 0.0:
+            continue
+        direction = direction / size
+        pulls = blocks.lengths(blocks.columns.T @ direction)
+        counts = blocks.bounded & ~(open_ & (pulls <= _ORTHOGONAL * whole))
+        best = max(best, float(direction @ constant - pulls[counts].sum()))
+    return best
 
 
 # ----------------------------------------------------------------------------
@@ -271,7 +303,8 @@ def _within(constant: FloatArray, blocks: Blocks) -> tuple[FloatArray, BoolArray
                 break
         for found, held in _candidates(constant, blocks, start):
             residual = constant + blocks.columns @ found
-            gap = float(np.linalg.norm(residual)) - _lower_bound(constant, blocks, residual)
+            proven = _lower_bound(constant, blocks, residual, held)
+            gap = float(np.linalg.norm(residual)) - proven
             if gap < least:
                 least, best = gap, (found, held)
         if least <= 1e-2 * _SETTLED * size:

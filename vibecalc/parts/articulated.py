@@ -7,19 +7,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibecalc.errors import KeyPath, Problem
+from vibecalc.kinds import TRAIN
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts import tables as parts
-from vibecalc.parts.crank_train import rod_share
+from vibecalc.parts.crank_train import reciprocating_mass, rod_share
 from vibecalc.parts.firing import has_gas
 from vibecalc.schema import Case
 
-TRAIN: KeyPath = ("machine", "crank_train")
 Array = NDArray[np.float64]
+
+
+#: slack of bounds of the checks
+_MARGIN = 1.0 + 1e-9
 
 
 class Slaves(NamedTuple):
     """k slave rods, (k,) each: their cylinders and masters by place, lengths in m, angles in rad.
 
-    `knuckle_mass` in kg is what moves with the knuckle pin.
+    `knuckle_mass` in kg is what moves with the knuckle pin, `rod_difference` in kg m^2 the moment
+    of inertia of the rod beyond that of its two point masses, with its rounding.
     """
 
     cylinder: NDArray[np.int64]
@@ -28,6 +34,8 @@ class Slaves(NamedTuple):
     knuckle_angle: Array
     rod_length: Array
     knuckle_mass: Array
+    rod_difference: Array
+    rod_difference_error: Array
 
 
 def build_slaves(train: parts.CrankTrain) -> Slaves:
@@ -48,13 +56,23 @@ def build_slaves(train: parts.CrankTrain) -> Slaves:
         if angle is None:
             angle = cylinder.bank_angle - train.cylinders[master].bank_angle
         mass = at_crank_pin if given.knuckle_mass is None else given.knuckle_mass
-        rows.append((place, master, given.knuckle_radius, angle, given.rod_length, mass))
+        beyond = _beyond_points(given, mass)
+        rows.append((place, master, given.knuckle_radius, angle, given.rod_length, mass, *beyond))
     columns = list(zip(*rows, strict=True))
     return Slaves(
         np.array(columns[0], dtype=np.int64),
         np.array(columns[1], dtype=np.int64),
         *(np.array(column, dtype=float) for column in columns[2:]),
     )
+
+
+def _beyond_points(given: parts.ArticulatedRod, knuckle_mass: float) -> tuple[float, float]:
+    """Moment of inertia beyond that of the masses at both pins in kg m^2, and its rounding."""
+    if given.inertia is None or given.rod_mass is None:
+        return 0.0, 0.0
+    share = knuckle_mass / given.rod_mass
+    points = given.rod_mass * share * (1.0 - share) * given.rod_length**2
+    return given.inertia - points, 8.0 * EPSILON * (given.inertia + abs(points))
 
 
 def steepest_ratio(train: parts.CrankTrain) -> float:
@@ -120,6 +138,7 @@ def _of_slave(train: parts.CrankTrain, place: int) -> Iterator[Problem]:
             "knuckle pin",
             also=path,
         )
+    yield from _own_inertia(train, given, cylinder, path)
     reach = train.crank_radius + given.knuckle_radius + abs(train.wrist_pin_offset)
     if given.rod_length <= reach:
         yield Problem(
@@ -130,6 +149,39 @@ def _of_slave(train: parts.CrankTrain, place: int) -> Iterator[Problem]:
             hint="usual is the length of the master rod less the knuckle radius, here "
             f"{train.rod_length - given.knuckle_radius:.4g} m",
             also=(*path, "knuckle_radius"),
+        )
+
+
+def _own_inertia(
+    train: parts.CrankTrain, given: parts.ArticulatedRod, cylinder: parts.Cylinder, path: KeyPath
+) -> Iterator[Problem]:
+    """Rods of a moment of inertia of their own: all of them, each with masses that it can have."""
+    rod = train.rod
+    if given.inertia is None and rod is not None and rod.inertia is not None:
+        yield Problem(
+            path=path,
+            message="the rod of the crank train has a moment of inertia of its own, and the slave "
+            "rod has none",
+            allowed="inertia and rod_mass of each slave rod, or no inertia of the rod",
+            hint="two point masses have knuckle_mass (rod_mass - knuckle_mass) / rod_mass "
+            "rod_length^2",
+            also=(*TRAIN, "rod", "inertia"),
+        )
+    if given.rod_mass is None:
+        return
+    at_knuckle = given.knuckle_mass
+    if at_knuckle is None:
+        at_knuckle = 0.0 if rod is None else rod.mass * (1.0 - rod_share(train))
+    moving = cylinder.reciprocating_mass
+    moving = (reciprocating_mass(train) or 0.0) if moving is None else moving
+    if not at_knuckle <= given.rod_mass <= (at_knuckle + moving) * _MARGIN:
+        yield Problem(
+            path=(*path, "rod_mass"),
+            message="the mass of a slave rod is that at its knuckle pin and a part of what moves "
+            "with the piston",
+            found=f"{given.rod_mass:.6g} kg",
+            allowed=f"{at_knuckle:.6g} kg to {at_knuckle + moving:.6g} kg",
+            also=(*path, "knuckle_mass") if given.knuckle_mass is not None else None,
         )
 
 

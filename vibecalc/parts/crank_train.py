@@ -7,8 +7,8 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from vibecalc.errors import KeyPath, Problem
-from vibecalc.kinds import has_crank_train
+from vibecalc.errors import Problem
+from vibecalc.kinds import TRAIN, has_crank_train
 from vibecalc.numerics.leading import side_by_side
 from vibecalc.numerics.rounding import BoolArray
 from vibecalc.parts import body_tables
@@ -259,8 +259,6 @@ def build_rotating_masses(
 # ----------------------------------------------------------------------------
 # Can this crank train turn, and does anything move in it?
 # ----------------------------------------------------------------------------
-
-TRAIN: KeyPath = ("machine", "crank_train")
 
 
 def crank_train_problems(case: Case) -> list[Problem]:

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 from vibecalc.errors import KeyPath, Problem
-from vibecalc.kinds import gas_turns, has_crank_train
+from vibecalc.kinds import TRAIN, gas_turns, has_crank_train
 from vibecalc.parts.firing import cycle_angle
 from vibecalc.parts.tables import GasPressure
 from vibecalc.schema import Case
@@ -112,7 +112,6 @@ def pressure_problems(path: KeyPath, table: GasPressure, period: float) -> Itera
 # Are the gas forces of the cylinders curves over one turn?
 # ----------------------------------------------------------------------------
 
-TRAIN: KeyPath = ("machine", "crank_train")
 #: rows that a way to read a table between its rows needs, the repeated last one counted
 FEWEST = {"linear": 3, "parabola": 4, "cubic": 4, "trigonometric": 3}
 

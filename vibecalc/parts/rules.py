@@ -6,7 +6,7 @@ from dataclasses import replace
 from vibecalc.core.case.raw import misspelt, table_at, tables_at
 from vibecalc.core.case.rules import Row, at, at_most_one, both, needs, one_of
 from vibecalc.errors import KeyPath, Problem, UnitError
-from vibecalc.kinds import FINDING_MOTORS, ROLL, motor_kind
+from vibecalc.kinds import FINDING_MOTORS, ROLL, TRAIN, motor_kind
 from vibecalc.units import convert
 
 # ----------------------------------------------------------------------------
@@ -111,11 +111,10 @@ OF_PUMP = (
 
 def _gas_whole(row: Row, instead: str) -> Iterator[Problem]:
     """A bore without pressure, or a pressure without bore, where `row` asks for forces."""
-    train: KeyPath = ("machine", "crank_train")
     for one, other in (("bore", "gas_pressure"), ("gas_pressure", "bore")):
-        if one in table_at(row.case, *train) and other not in table_at(row.case, *train):
+        if one in table_at(row.case, *TRAIN) and other not in table_at(row.case, *TRAIN):
             yield row.problem(
-                (*train, one),
+                (*TRAIN, one),
                 f"{row.header()} cannot use {one} without {other}: the gas force is pressure "
                 "times area",
                 allowed=f"{other} with it, or {instead}",

@@ -209,7 +209,17 @@ class ArticulatedRod(Table):
         ge=0,
         description="what moves with the knuckle pin; default: the rod's mass at a crank pin",
     )
-    RULES = (refers("on", "machine.crank_train.cylinders", "cylinder"),)
+    rod_mass: Mass | None = Field(
+        None, gt=0, description="of the slave rod, the rest of it moves with the piston"
+    )
+    inertia: Inertia | None = Field(
+        None, ge=0, description="about its own mass centre; default: that of the two point masses"
+    )
+    RULES = (
+        refers("on", "machine.crank_train.cylinders", "cylinder"),
+        needs("inertia", "rod_mass"),
+        needs("rod_mass", "inertia"),
+    )
 
 
 class Cylinder(Table):

@@ -80,11 +80,16 @@ def balance(binding: "Binding", case: "Case") -> BalancedWeights | None:
     solution = least_norm(constant, columns, problem.block, problem.radius)
     variables = problem.variables(solution.unknowns)
     objective, margins = binding.evaluate(variables)
-    lower_bound = max(0.0, solution.lower_bound - _ROUNDINGS * EPSILON * size)
+    # a bound that is far off must not enlarge errors: of each column by itself
+    length = np.linalg.norm(columns, axis=0)
+    rounding = np.linalg.norm(constant) + length @ np.abs(solution.unknowns)
+    rounding = _ROUNDINGS * EPSILON * float(rounding)
+    lower_bound = max(0.0, solution.lower_bound - rounding)
     inside, moved = problem.moved_inside(variables)
-    stiffness = np.linalg.svd(columns * problem.reach, compute_uv=False)
-    weakest = stiffness[stiffness > 1e-12 * stiffness[0]][-1] if stiffness[0] > 0.0 else size
-    error = _ROUNDINGS * EPSILON * size / float(weakest)
+    unit = np.where(length > 0.0, length, 1.0)
+    stiffness = np.linalg.svd(columns / unit, compute_uv=False)
+    weakest = stiffness[stiffness > 1e-12 * stiffness[0]][-1] if stiffness[0] > 0.0 else 1.0
+    error = rounding / float(weakest) / unit
     end = Search(
         start=binding.first,
         end=moved,
@@ -99,7 +104,7 @@ def balance(binding: "Binding", case: "Case") -> BalancedWeights | None:
         variables=moved,
         variables_error=problem.errors(solution.unknowns, held, error),
         objective=objective,
-        objective_error=objective - lower_bound if objective > lower_bound else EPSILON * size,
+        objective_error=objective - lower_bound if objective > lower_bound else rounding,
         margins=margins,
         active_margins=(),
         margin_multipliers=np.zeros(margins.size),
@@ -231,14 +236,15 @@ class _Problem:
             )
         return sides, price
 
-    def errors(self, unknowns: np.ndarray, sides: np.ndarray, share: float) -> np.ndarray:
-        """Absolute errors of the variables for an error of the unknowns in shares of the radii."""
+    def errors(self, unknowns: np.ndarray, sides: np.ndarray, each: np.ndarray) -> np.ndarray:
+        """Absolute errors of the variables for those of `each` of the unknowns (n,)."""
         found = np.zeros(len(self._binding.keys))
         for index, weight in enumerate(self._weights):
-            size = float(np.linalg.norm(unknowns[self.block == index]))
+            mine = self.block == index
+            size, off = float(np.linalg.norm(unknowns[mine])), float(np.max(each[mine]))
             if sides[weight.unbalance] == 0:
-                found[weight.unbalance] = share * self.radius[index]
+                found[weight.unbalance] = off
             if weight.phase is not None and size > 0.0:
-                turned = np.arctan2(share * self.radius[index], size)
+                turned = np.arctan2(off, size)
                 found[weight.phase] = float(turned) + 8.0 * EPSILON
         return found

@@ -13,16 +13,15 @@ from vibecalc.excitation.cylinder_torque import (
     cylinder_gas,
     cylinder_torque,
     inertia_harmonics,
-    motored_card,
     phasor,
 )
-from vibecalc.excitation.gas_tables import GasCard, card_weights
+from vibecalc.excitation.gas_tables import card_weights
 from vibecalc.excitation.model import (
     build_firing,
     crank_geometry,
-    cycle_of,
     firing_angle,
     gas_cards,
+    misfire_cards,
 )
 from vibecalc.excitation.stage import USUAL_ORDERS
 from vibecalc.isolation.torque_reaction import couple_on_body, line_transfer
@@ -180,23 +179,12 @@ def _gas(
     """
     case = scene.case
     speeds, cards = gas_cards(case.machine)
-    torsion = None if case.response is None else case.response.torsion
     motored, geometry = None, crank_geometry(case.machine)
-    if torsion is not None and torsion.misfire and torsion.misfire_kind == "motored":
-        dead = _motored(scene, cards)
+    dead = misfire_cards(case, cards)
+    if dead:
         motored = cylinder_torque(dead, geometry, reciprocating_mass=0.0, harmonics=count)
     healthy = cylinder_torque(cards, geometry, reciprocating_mass=0.0, harmonics=count)
     return speeds, cylinder_gas(healthy, scale, misfiring=misfiring, motored=motored)
-
-
-def _motored(scene: Scene, cards: tuple[GasCard, ...]) -> tuple[GasCard, ...]:
-    machine = scene.case.machine
-    geometry = crank_geometry(machine)
-    if machine.crank_train.gas_cycle is not None:
-        from vibecalc.excitation.pressure_cycle import motored_cycle
-
-        return (motored_cycle(cycle_of(machine), geometry),)
-    return tuple(motored_card(card, geometry) for card in cards)
 
 
 def line_passing(scene: Scene) -> Passing:

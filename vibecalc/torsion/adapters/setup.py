@@ -13,7 +13,6 @@ from vibecalc.excitation.cylinder_torque import (
     cylinder_gas,
     cylinder_torque,
     inertia_harmonics,
-    motored_card,
     phasor,
     weighted,
 )
@@ -22,8 +21,9 @@ from vibecalc.excitation.model import (
     Firing,
     build_firing,
     crank_geometry,
-    cycle_of,
     gas_cards,
+    misfire_cards,
+    motored_cards,
     with_tangential_effort,
 )
 from vibecalc.kinds import has_crank_train
@@ -276,8 +276,8 @@ def _cylinders(
         cards = ()
     healthy = _thinned(one, every)
     motored = None
-    if _motored(case) and not all_fire:
-        without = tuple(motored_cylinder(machine, card, geometry) for card in cards)
+    without = () if all_fire else misfire_cards(case, cards)
+    if without:
         without_combustion = cylinder_torque(
             without, geometry, reciprocating_mass=0.0, harmonics=harmonics
         )
@@ -321,25 +321,11 @@ def rod_difference(machine: "Machine") -> float:
     return float(beyond(build_crank_train(machine.crank_train), rod).value)
 
 
-def _motored(case: "Case") -> bool:
-    torsion = None if case.response is None else case.response.torsion
-    return torsion is not None and bool(torsion.misfire) and torsion.misfire_kind == "motored"
-
-
-def motored_cylinder(machine: "Machine", card: GasCard, geometry: CrankGeometry) -> GasCard:
-    """The card of a cylinder without fuel."""
-    if machine.crank_train.gas_cycle is None:
-        return motored_card(card, geometry)
-    from vibecalc.excitation.pressure_cycle import motored_cycle
-
-    return motored_cycle(cycle_of(machine), geometry)
-
-
 def motored_torque(machine: "Machine", drive: Drive) -> CylinderTorque:
     """Of a cylinder without combustion, the cards and orders of a drive."""
     order = drive.order[drive.fires]
     harmonics = round(float(order[-1]) * drive.firing.cycle / (2.0 * np.pi))
-    cards = [motored_cylinder(machine, card, drive.geometry) for card in drive.cards]
+    cards = motored_cards(machine, drive.cards)
     found = cylinder_torque(cards, drive.geometry, reciprocating_mass=0.0, harmonics=harmonics)
     return with_orders(found, np.isin(found.order, order), drive.order, drive.fires)
 
