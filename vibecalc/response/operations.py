@@ -293,7 +293,7 @@ def states(parts: SuperposedMotion, rate: np.ndarray) -> SuperposedMotion:
     factor = np.asarray(rate)[..., None, :, None]
     return parts._replace(
         shaking=_times(parts.shaking, factor),
-        residual=_times(parts.residual, factor[..., parts.first, :]),
+        residual=_times(parts.residual, factor[..., [parts.first], :]),
     )
 
 

@@ -241,8 +241,7 @@ def _emit_cycle(
 
 def _mean_range(weight: Bounded, state: SuperposedMotion, forcing: Forcing) -> PhaseRange:
     used, shaking = forcing.retained, state.shaking
-    guards = Bounded(shaking.value[:, used:], shaking.error[:, used:])
-    first = Bounded(shaking.value[:, :used], shaking.error[:, :used])
+    guards, first = shaking[..., used:, :], shaking[..., :used, :]
     dropped = dropped_mean(weight, guards, np.asarray(forcing.tail)[..., None])
     return mean_energy_range(weight, state._replace(shaking=first), dropped)
 
