@@ -125,6 +125,29 @@ CHANGES: dict[str, dict[str, Any]] = {
     },
     "own centre": {"isolation": {"model": "rigid_body"}, "machine.body.centre": [0.01, 0.02, 0.03]},
     "matrices": {"case": "compressor", "response.operations": [], "response.balances": []},
+    "operations": {
+        "kinematics": {},
+        "isolation": None,
+        "excitation": {"driven_machine": "separate", "idle": "stopped"},
+        "response": {
+            "method": "direct",
+            "operations": [
+                {"name": "all", "working": ["1", "2", "3"], "weight": 1.5},
+                {"name": "two", "working": ["1", "3"]},
+            ],
+            "balances": [
+                {"name": "for all", "balanced_for": ["1", "2", "3"]},
+                {"name": "for one", "balanced_for": ["2"]},
+                {"name": "none", "balanced_for": []},
+            ],
+        },
+        "machine.crank_train.rotating_mass": 0.3,
+        "machine.crank_train.counterweights": [
+            {"name": "front", "unbalance": 0.01, "phase": 3.0, "position": 0.1},
+        ],
+        "machine.mounts.each": {"stiffness": [1e4, 2e4, 5e4], "damping": 15.0, "loss_factor": 0.02},
+    },
+    "undamped operations": {"case": "compressor"},
     "on a floor": {
         "isolation.run_up": None,
         "foundation": {"mass": 400.0, "stiffness": 2e6, "damping": 300.0, "loss_factor": 0.03},

@@ -160,13 +160,15 @@ def body_resonances(matrices: Matrices, shapes: Modes, force: Bounded) -> Resona
     uncertainty_m = matrices.mass_error + 4.0 * UNIT_ROUNDOFF * np.abs(matrices.mass)
     loss = np.sum(size * (uncertainty_k @ size), axis=-2) / shapes.eigenvalue
     loss = loss + np.sum(size * (uncertainty_m @ size), axis=-2)
-    driven = modal_force(shapes, force.value, force.error)
     return Resonances(
-        shapes.natural_frequency,
-        np.abs(ratio),
-        0.5 * loss / SINGULAR,
-        np.abs(driven.value) <= 4.0 * driven.error,
+        shapes.natural_frequency, np.abs(ratio), 0.5 * loss / SINGULAR, idle_modes(shapes, force)
     )
+
+
+def idle_modes(shapes: Modes, force: Bounded) -> np.ndarray:
+    """Pairs (..., orders, modes) of which forces (..., orders, 6) do not drive the mode."""
+    driven = modal_force(shapes, force.value, force.error)
+    return np.asarray(np.abs(driven.value) <= 4.0 * driven.error)
 
 
 # ----------------------------------------------------------------------------

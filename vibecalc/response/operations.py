@@ -3,13 +3,14 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
 from vibecalc.response.energies import energy_by_order, energy_signal
-from vibecalc.response.forced import Dynamics, UndrivenModes, dynamics, response
+from vibecalc.response.forced import Dynamics, UndrivenModes, dynamics, each_order, response
 
 # ----------------------------------------------------------------------------
 # Operating modes combined with balances: motions add as phasors, and only then become energies.
@@ -23,9 +24,9 @@ from vibecalc.response.forced import Dynamics, UndrivenModes, dynamics, response
 class SuperposedMotion(NamedTuple):
     """Motions of the parts, complex amplitudes in m and rad.
 
-    `shaking` (operations, orders, 6) by the pistons; `residual` (operations, balances, 6) of order
-    1 by what turns and is not balanced, its weight at the nominal phase; `first` is the place of
-    order 1 among the orders.
+    `shaking` (..., operations, orders, 6) by the pistons; `residual` (..., operations, balances, 6)
+    of order 1 by what turns and is not balanced, its weight at the nominal phase; `first` is the
+    place of order 1 among the orders.
     """
 
     shaking: Bounded
@@ -36,7 +37,7 @@ class SuperposedMotion(NamedTuple):
 def superpose(
     matrices: Matrices,
     orders: np.ndarray,
-    speed: float,
+    speed: ArrayLike,
     shaking: Bounded,
     residual: Bounded,
     undriven: UndrivenModes | None = None,
@@ -45,10 +46,11 @@ def superpose(
 
     Parameters
     ----------
-    orders : (orders,) with 1 among them; speed in rad/s.
-    shaking : (operations, orders, 6) forces and couples on the body in N and N m, at speed.
-    residual : (operations, balances, 6) rotating ones of order 1, about the same point.
-    undriven : pairs (orders, modes) that no load drives, to leave out; as for `direct.dynamics`.
+    matrices, speed : (..., 6, 6) each, and (...) in rad/s.
+    orders : (orders,) with 1 among them.
+    shaking : (..., operations, orders, 6) forces and couples on the body in N and N m, at speed.
+    residual : (..., operations, balances, 6) rotating ones of order 1, about the same point.
+    undriven : pairs (..., orders, modes) that no load drives, to leave out; as for `dynamics`.
 
     Raises
     ------
@@ -58,13 +60,22 @@ def superpose(
     """
     first = int(np.flatnonzero(np.asarray(orders) == 1)[0])
     count, balances = len(orders), residual.value.shape[-2]
-    system = dynamics(matrices, np.asarray(orders) * speed, undriven)
+    frequency = np.asarray(orders) * np.asarray(speed)[..., None]
+    if undriven is not None:
+        pairs, shape, eigenvalue = undriven
+        undriven = UndrivenModes(
+            pairs[..., None, :, :], shape[..., None, :, :], eigenvalue[..., None, :]
+        )
+    system = dynamics(each_order(matrices), frequency[..., None, :], undriven)
     rows = np.concatenate([np.arange(count), np.full(balances, first)])
-    repeated = Dynamics(*(part[rows] for part in system))
+    repeated = Dynamics(*(part[..., rows, :, :] for part in system))
+    leading = np.broadcast_shapes(shaking.value.shape[:-2], residual.value.shape[:-2])
+    loads = [
+        [np.broadcast_to(part, (*leading, *part.shape[-2:])) for part in load]
+        for load in (shaking, residual)
+    ]
     motion = response(
-        repeated,
-        np.concatenate([shaking.value, residual.value], axis=-2),
-        np.concatenate([shaking.error, residual.error], axis=-2),
+        repeated, *(np.concatenate(parts, axis=-2) for parts in zip(*loads, strict=True))
     )
     return SuperposedMotion(
         Bounded(motion.value[..., :count, :], motion.error[..., :count, :]),
@@ -74,9 +85,9 @@ def superpose(
 
 
 def at_phase(parts: SuperposedMotion, phase: np.ndarray | float = 0.0) -> Bounded:
-    """Motion (operations, balances, orders, 6) with the weights turned by a phase in rad.
+    """Motion (..., operations, balances, orders, 6) with the weights turned by a phase in rad.
 
-    `phase` broadcasts with (operations, balances).
+    `phase` broadcasts with (..., operations, balances).
     """
     angle = np.asarray(phase, dtype=float)[..., None]
     turned = parts.residual.value * (np.cos(angle) + 1j * np.sin(angle))
@@ -278,18 +289,18 @@ class PhaseRange(NamedTuple):
 
 
 def states(parts: SuperposedMotion, rate: np.ndarray) -> SuperposedMotion:
-    """Motions of the parts times `rate` (orders,): i n w makes velocities of them."""
-    factor = np.asarray(rate)[:, None]
+    """Motions of the parts times `rate` (..., orders): i n w makes velocities of them."""
+    factor = np.asarray(rate)[..., None, :, None]
     return parts._replace(
         shaking=_times(parts.shaking, factor),
-        residual=_times(parts.residual, factor[parts.first]),
+        residual=_times(parts.residual, factor[..., [parts.first], :]),
     )
 
 
 def mean_energy_range(
     weight: Bounded, state: SuperposedMotion, left_out: np.ndarray | float = 0.0
 ) -> PhaseRange:
-    """Range of the mean over the cycle, in closed form: a + b cos(p - p0).
+    """Range (..., operations, balances) of the mean over the cycle: a + b cos(p - p0).
 
     With states S and R of order 1, the mean at phase p is (S* A S + R* A R) / 4 plus
     Re(exp(i p) S* A R) / 2 plus what the other orders have, which no phase changes. The phases of
@@ -297,10 +308,11 @@ def mean_energy_range(
 
     Parameters
     ----------
-    weight : (6, 6), mass matrix for velocities or stiffness matrix for displacements in `state`.
+    weight : (..., 1 or operations, 6, 6), mass matrix for velocities or stiffness matrix for
+        displacements in `state`.
     state : the orders that count, guard orders taken off.
-    left_out : (operations,) in J, what dropped orders may add (`energies.dropped_mean`); it enters
-        the errors.
+    left_out : (..., operations) in J, what dropped orders may add (`energies.dropped_mean`); it
+        enters the errors.
     """
     shaking, residual = state.shaking, state.residual
     by_order, single = energy_by_order(weight, shaking), energy_by_order(weight, residual)
@@ -341,7 +353,7 @@ def peak_energy_range(
 
     Parameters
     ----------
-    weight, state : as for `mean_energy_range`, the weight positive semidefinite.
+    weight, state : of one machine: (6, 6), positive semidefinite, and the motion.
     orders, retained, tail : as for `energies.energy_over_cycle`, order 1 among them.
     rtol : the search ends when what it may have missed is below this share of the value; what
         is left is in the errors.

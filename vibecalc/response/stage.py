@@ -86,6 +86,11 @@ def _operations(case: "Case") -> Stage:
         harmonics=orders_of_motion,
         work=_work_of_operations,
         topics=("vibecalc.response.accuracy:operations_topics",),
+        leading=Leading(
+            only=below("response/operations/", without=("/peak_low", "/peak_high")),
+            why_not=why_alone(case),
+            most=256,
+        ),
     )
 
 

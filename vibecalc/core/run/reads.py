@@ -16,6 +16,7 @@ from typing import Any, TypeVar, cast
 from pydantic import BaseModel
 
 from vibecalc.core.case.fields import Table
+from vibecalc.errors import KeyPath
 from vibecalc.schema import Case
 
 #: field -> what was read of the table in it; of another field whether there are tables within
@@ -53,6 +54,17 @@ class Reads:
         _places(self.tree, "", tables, plain, others)
         self._tables, self._plain, self._others = map(_getter, (tables, plain, others))
         return marshal.dumps((tables, plain, others, sorted(self.handed), sorted(self.made)), 2)
+
+    def include(self, place: KeyPath) -> bool:
+        """Whether the number at a place of the case was read, by itself or with a list about it."""
+        node: Tree | bool = self.tree
+        for name in place:
+            if not isinstance(node, dict) or WHOLE in node:
+                return True
+            if name not in node:
+                return False
+            node = node[str(name)]
+        return True
 
     def contents(self, case: Any, known: dict[int, Any]) -> Any:
         """What a case has where this was read, as plain values; None where a table is missing.
@@ -94,7 +106,7 @@ class TracedTable:
                 below = _note(node, name, {}, reads)
                 value = TracedTable(value, below, reads)
             else:
-                _note(node, name, _plain(value) is not value, reads)
+                _note(node, name, _holds_tables(value), reads)
             self.__dict__[name] = value  # the next time it is read as fast as any attribute
             return value
         for base in kind.__mro__:
@@ -226,6 +238,15 @@ def _getter(places: list[str]) -> Callable[[Any], tuple[Any, ...]]:
         return attrgetter(*places)
     ones = [attrgetter(place) for place in places]
     return lambda case: tuple([one(case) for one in ones])
+
+
+def _holds_tables(value: Any) -> bool:
+    """Whether `_plain` has to change a value."""
+    if isinstance(value, dict):
+        return any(map(_holds_tables, value.values()))
+    if isinstance(value, tuple | list):
+        return any(map(_holds_tables, value))
+    return isinstance(value, BaseModel | set | frozenset)
 
 
 def _plain(value: Any) -> Any:

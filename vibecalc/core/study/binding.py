@@ -13,6 +13,7 @@ from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Record
 from vibecalc.core.results.select import Where, uncertainty, worst
 from vibecalc.core.run.run import StageCache, check_again, run_case
+from vibecalc.core.study.ahead import Foreseen
 from vibecalc.core.study.choices import Choice, choices_of, in_words
 from vibecalc.core.study.variables import period_of, shown_as
 from vibecalc.errors import CaseError, NumericalFailure
@@ -87,6 +88,7 @@ class Binding:
         self.limits = tuple(limit for limit in loaded.case.limit if _counts(limit))
         self._wanted = frozenset({self.goal.quantity, *(limit.quantity for limit in self.limits)})
         self.accuracy = 0.0
+        self._foreseen = Foreseen()
         self._others: dict[tuple[int, ...], Binding] = {}
 
     def _bounds(self, given: list[Any]) -> np.ndarray:
@@ -104,9 +106,9 @@ class Binding:
 
     def case_at(self, variables: np.ndarray) -> "Case":
         """The case with its variables set, checked again; NumericalFailure if it is not a case."""
-        return checked_case(self._resolved, self._settings(variables), self._cache)
+        return checked_case(self._resolved, self.settings(variables), self._cache)
 
-    def _settings(self, variables: np.ndarray) -> dict[str, Any]:
+    def settings(self, variables: np.ndarray) -> dict[str, Any]:
         """Keys of the case and what they are set to."""
         settings: dict[str, Any] = {}
         for choice, place in zip(self.choices, self.picked or (), strict=bool(self.picked)):
@@ -140,6 +142,16 @@ class Binding:
         values = np.array([self._objective(found, goal) for goal in goals])
         return values, self._all_margins(found)
 
+    def ahead(self, points: np.ndarray, goals: tuple[Objective, ...] = ()) -> None:
+        """Compute objectives and limits at points (k, n) that are about to be asked for, at once.
+
+        Does nothing where the stages of the case take no leading axis, and leaves out points that
+        need a run of their own.
+        """
+        wanted = self._wanted | {goal.quantity for goal in goals}
+        if self.scatter is None:
+            self._foreseen.add(self, points, wanted)
+
     def results(self, variables: np.ndarray, wanted: frozenset[str]) -> Record:
         """Some results of the case with its variables set; NumericalFailure as in a run."""
         return run_case(self.case_at(variables), wanted=wanted, cache=self._cache)
@@ -150,7 +162,7 @@ class Binding:
         """Some results (or those of objective and limits) of the machines within tolerances."""
         from vibecalc.core.study.scatter import machines
 
-        settings = self._settings(variables)
+        settings = self.settings(variables)
         written = {
             key: float(settings.get(key, number_at(self._resolved, key, 0.0)))
             for key in scatter.keys
@@ -165,7 +177,8 @@ class Binding:
 
     def _results_at(self, variables: np.ndarray, wanted: frozenset[str]) -> Found:
         if self.scatter is None:
-            return self.results(variables, wanted)
+            known = self._foreseen.find(self, variables, wanted)
+            return self.results(variables, wanted) if known is None else known
         return self.machines_at(variables, self.scatter, wanted)
 
     def _worst(self, found: Found, path: str, where: Where, side: Side) -> tuple[float, float, str]:

@@ -52,6 +52,7 @@ def _of_one(case: "Case", binding: "Binding", first: np.ndarray) -> FrontPoints:
         "rtol": case.accuracy.rtol,
         "accuracy": binding.accuracy,
         "period": binding.period,
+        "ahead": lambda points: binding.ahead(points, goals),
     }
     low, high = binding.lower, binding.upper
     if len(goals) > 2:

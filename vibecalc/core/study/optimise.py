@@ -151,6 +151,7 @@ def _searched(
         accuracy=binding.accuracy,
         period=binding.period,
         method=study.method or STANDARD,
+        ahead=binding.ahead,
     )
 
 

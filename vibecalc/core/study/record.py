@@ -191,6 +191,7 @@ def compare_methods(
                 first=binding.first,
                 budget=COMPARE_BUDGET,
                 period=binding.period,
+                ahead=binding.ahead,
             )
         except NumericalFailure as failure:
             record.warnings.append(f"no methods are compared: {failure}")
@@ -277,7 +278,12 @@ def _slopes(record: Record, case: "Case", places: dict[str, tuple["Binding", np.
     for name, (binding, point) in places.items():
         try:
             slopes_of[name] = slopes_at(
-                binding.evaluate, binding.lower, binding.upper, point, binding.accuracy
+                binding.evaluate,
+                binding.lower,
+                binding.upper,
+                point,
+                binding.accuracy,
+                binding.ahead,
             )
         except NumericalFailure as failure:
             record.warnings.append(f"no slopes of the objective at the {name}: {failure}")

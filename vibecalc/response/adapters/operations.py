@@ -1,7 +1,8 @@
 """Adapter: energies of every way of running the machine with every way of balancing it."""
 
+import functools
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -25,6 +26,7 @@ from vibecalc.response.adapters.response import (
     LinearSystem,
     forcing_of,
     linear_system,
+    resonances_of,
     undriven_at_operating_point,
 )
 from vibecalc.response.energies import (
@@ -46,11 +48,18 @@ from vibecalc.response.operations import (
 )
 from vibecalc.response.tables import Balance, Operation, Response
 
+if TYPE_CHECKING:
+    from vibecalc.schema import Case
+
 # ----------------------------------------------------------------------------
 # Loads of several operations of a machine, with several balances of its crankshaft.
 # ----------------------------------------------------------------------------
 
 AS_IN_CASE = "as in the case"
+ENERGIES = {
+    name: tuple(path for path in CATALOGUE if path.startswith(f"response/operations/{name}_energy"))
+    for name in ("kinetic", "potential")
+}
 
 
 class OperationLoads(NamedTuple):
@@ -83,20 +92,32 @@ def operation_loads(
     fixed = rotating_masses(weights_and_shafts(train))
     acts = shakes_with_torque(scene.case)
     highest = motion.harmonics.shape[-1] - 1
-    shaking, residual = [], []
-    for operation in operations:
-        runs = moving(whole, operation.working, idle)
-        shaking.append(train_excitation(runs, fixed, motion, scene.case.machine, acts))
-        rows = [
-            rotating_masses([*throws(runs), *cancelling_weights(whole, names)])
-            for _, names in named
-        ]
-        residual.append(tuple(rotating_part(whole, row, highest) for row in rows))
+    shaking = [
+        train_excitation(
+            moving(whole, operation.working, idle), fixed, motion, scene.case.machine, acts
+        )
+        for operation in operations
+    ]
+
+    def residual(case: "Case") -> tuple[tuple[Excitation, ...], ...]:
+        """What turns and is not balanced, which no weight of the case changes."""
+        train = build_crank_train(case.machine.crank_train)
+        running = [throws(moving(train, operation.working, idle)) for operation in operations]
+        cancelling = [cancelling_weights(train, names) for _, names in named]
+        return tuple(
+            tuple(
+                rotating_part(train, rotating_masses([*row, *weights]), highest)
+                for weights in cancelling
+            )
+            for row in running
+        )
+
+    which = [(operation.name, operation.working) for operation in operations]
     return OperationLoads(
         tuple(operation.name for operation in operations),
         tuple(name for name, _ in named),
         tuple(shaking),
-        tuple(residual),
+        scene.once(f"residual of {which} with {named} to order {highest}, {idle}", residual),
     )
 
 
@@ -122,21 +143,23 @@ def run_operations(scene: Scene) -> None:
         system.matrices,
         orders,
         speed,
-        _stacked([as_loads(at_speed(load, speed)) for load in loads.shaking]),
-        _stacked([_first(row, speed) for row in loads.residual]),
+        _stacked([as_loads(at_speed(load, speed)) for load in loads.shaking], -3),
+        _stacked([_first(row, speed) for row in loads.residual], -3),
         _undriven(scene, system, loads, orders),
     )
     _emit(scene, system, options, forcing, loads, parts)
 
 
 def _first(row: Sequence[Excitation], speed: float) -> Bounded:
-    """Order 1 (balances, 6) of each residual load at a crank speed."""
+    """Order 1 (..., balances, 6) of each residual load at a crank speed."""
     each = [as_loads(at_speed(load, speed)) for load in row]
-    return _stacked([Bounded(load.value[0], load.error[0]) for load in each])
+    return _stacked([load[..., 0, :] for load in each], -2)
 
 
-def _stacked(rows: Sequence[Bounded]) -> Bounded:
-    return Bounded(np.stack([r.value for r in rows]), np.stack([r.error for r in rows]))
+def _stacked(rows: Sequence[Bounded], axis: int) -> Bounded:
+    values = np.broadcast_arrays(*(row.value for row in rows))
+    errors = np.broadcast_arrays(*(row.error for row in rows))
+    return Bounded(np.stack(values, axis), np.stack(errors, axis))
 
 
 def _undriven(
@@ -148,8 +171,11 @@ def _undriven(
     at the others, over which the range of the energies goes.
     """
     parts = [*loads.shaking, *(residual for row in loads.residual for residual in row)]
-    found = [undriven_at_operating_point(scene, system, as_loads(load), orders) for load in parts]
-    pairs = np.logical_and.reduce([each.pairs for each in found])
+    known = resonances_of(system, as_loads(parts[0]))
+    found = [
+        undriven_at_operating_point(scene, system, as_loads(load), orders, known) for load in parts
+    ]
+    pairs = functools.reduce(np.logical_and, (each.pairs for each in found))
     return found[0]._replace(pairs=pairs)
 
 
@@ -164,15 +190,16 @@ def _emit(
     orders, speed = forcing.orders, scene.case.machine.speed
     axes = {"operation": loads.operations, "balance": loads.balances}
     weights = np.array([operation.weight for operation in options.operations])
-    for name, weight, rate in (
-        ("kinetic", mass_of(system.matrices), 1j * orders * speed),
+    for name, matrix, rate in (
+        ("kinetic", mass_of(system.matrices), 1j * orders * np.asarray(speed)[..., None]),
         ("potential", stiffness_of(system.matrices), np.ones(len(orders))),
     ):
+        weight = matrix[..., None, :, :]  # the same for all operations
         stem = f"response/operations/{name}_energy"
-        if not scene.wants(*(path for path in CATALOGUE if path.startswith(stem))):
+        if not scene.wants(*ENERGIES[name]):
             continue
         state = states(parts, rate)
-        mean = _emit_cycle(scene, stem, weight, at_phase(state), forcing, axes)
+        mean = _emit_cycle(scene, stem, weight[..., None, :, :], at_phase(state), forcing, axes)
         _emit_together(scene, stem, mean, weights, axes)
         rotating = energy_by_order(weight, state.residual)
         scene.emit(f"{stem}/rotating_mean", rotating.mean, rotating.mean_error, axes)
@@ -182,7 +209,7 @@ def _emit(
         if scene.wants(f"{stem}/peak_low", f"{stem}/peak_high"):
             rtol = scene.case.accuracy.rtol
             tail = float(forcing.tail)
-            ends = peak_energy_range(weight, state, orders, forcing.retained, tail, rtol)
+            ends = peak_energy_range(matrix, state, orders, forcing.retained, tail, rtol)
             _emit_range(scene, stem, "peak", ends, axes)
 
 
@@ -197,7 +224,8 @@ def _emit_cycle(
     """Mean and peak over the cycle; the peak, which is sought, only where somebody wants it."""
     used = forcing.retained
     if scene.wants(f"{stem}/peak"):
-        whole = energy_over_cycle(weight, state, forcing.orders, used, forcing.tail)
+        tail = np.asarray(forcing.tail)[..., None, None]
+        whole = energy_over_cycle(weight, state, forcing.orders, used, tail)
         mean = Bounded(whole.mean, whole.mean_error)
         scene.emit(f"{stem}/peak", whole.peak, whole.peak_error, axes)
     else:
@@ -205,7 +233,7 @@ def _emit_cycle(
         guards = Bounded(state.value[..., used:, :], state.error[..., used:, :])
         each = energy_by_order(weight, first)
         total = each.mean.sum(-1)
-        dropped = dropped_mean(weight, guards, forcing.tail)
+        dropped = dropped_mean(weight, guards, np.asarray(forcing.tail)[..., None, None])
         mean = Bounded(total, each.mean_error.sum(-1) + used * EPSILON * total + dropped)
     scene.emit(f"{stem}/mean", mean.value, mean.error, axes)
     return mean
@@ -213,9 +241,8 @@ def _emit_cycle(
 
 def _mean_range(weight: Bounded, state: SuperposedMotion, forcing: Forcing) -> PhaseRange:
     used, shaking = forcing.retained, state.shaking
-    guards = Bounded(shaking.value[:, used:], shaking.error[:, used:])
-    first = Bounded(shaking.value[:, :used], shaking.error[:, :used])
-    dropped = dropped_mean(weight, guards, forcing.tail)
+    guards, first = shaking[..., used:, :], shaking[..., :used, :]
+    dropped = dropped_mean(weight, guards, np.asarray(forcing.tail)[..., None])
     return mean_energy_range(weight, state._replace(shaking=first), dropped)
 
 
@@ -235,12 +262,12 @@ def _emit_together(
 ) -> None:
     """How far the operations are apart, and their weighted mean, for each balance."""
     mean, error = energy
-    apart = mean.max(axis=0) - mean.min(axis=0)
-    uncertainty = 2.0 * error.max(axis=0) + EPSILON * mean.max(axis=0)
+    apart = mean.max(axis=-2) - mean.min(axis=-2)
+    uncertainty = 2.0 * error.max(axis=-2) + EPSILON * mean.max(axis=-2)
     scene.emit(f"{stem}/difference", apart, uncertainty, axes)
     total = float(weights.sum())
     if total > 0.0:
         share = weights / total
-        together = np.einsum("o,ob->b", share, mean)
-        spread = np.einsum("o,ob->b", share, error) + len(share) * EPSILON * together
+        together = np.einsum("o,...ob->...b", share, mean)
+        spread = np.einsum("o,...ob->...b", share, error) + len(share) * EPSILON * together
         scene.emit(f"{stem}/weighted", together, spread, axes)

@@ -35,6 +35,7 @@ from vibecalc.response.modal_damping import (
     damped_basis,
     damping_ratio,
     energy_fraction,
+    idle_modes,
     modal_damping,
 )
 from vibecalc.response.modes import Modes, modal_assurance, modes
@@ -130,13 +131,21 @@ def ratios_of(scene: Scene, system: LinearSystem) -> Bounded:
 
 
 def undriven_at_operating_point(
-    scene: Scene, system: LinearSystem, load: Bounded, orders: np.ndarray
+    scene: Scene,
+    system: LinearSystem,
+    load: Bounded,
+    orders: np.ndarray,
+    known: Resonances | None = None,
 ) -> UndrivenModes:
     """Modes that an order meets without driving them; NumericalFailure where it drives one.
 
-    `load` (orders, 6) may have any scale.
+    `load` (orders, 6) may have any scale; `known` are the resonances under another one.
     """
-    resonances = resonances_of(system, load)
+    held = system.shapes.eigenvalue > system.shapes.eigenvalue_error
+    if known is None or system.own or not np.all(held):
+        resonances = resonances_of(system, load)
+    else:
+        resonances = known._replace(idle=idle_modes(system.shapes, load))
     for warning in check_operating_point(resonances, orders, scene.case.machine.speed):
         scene.warn(warning)
     pairs = left_out(resonances)

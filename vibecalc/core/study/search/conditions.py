@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.core.study.search.problem import Values
+from vibecalc.core.study.search.problem import Values, foresee
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.matrices import nonnegative_least_squares
 from vibecalc.numerics.rounding import EPSILON
@@ -81,7 +81,17 @@ def slope(sampler: Values, unit: np.ndarray, direction: np.ndarray, noise: np.nd
 
 def gradient(sampler: Values, unit: np.ndarray, noise: np.ndarray) -> Gradient:
     """Derivatives of objective and margins by all coordinates, with `slope`."""
-    slopes = [slope(sampler, unit, direction, noise) for direction in np.eye(unit.size)]
+    directions = np.eye(unit.size)
+    first = SPACINGS[0]
+    foresee(
+        sampler,
+        [
+            point
+            for direction in directions
+            for point in _around(unit, direction, first, _nodes(unit, direction, first))
+        ],
+    )
+    slopes = [slope(sampler, unit, direction, noise) for direction in directions]
     return Gradient(
         first=np.stack([one.first for one in slopes], axis=1),
         error=np.stack([one.error for one in slopes], axis=1),
@@ -96,7 +106,9 @@ def measured_noise(sampler: Values, unit: np.ndarray) -> np.ndarray:
     noise, SIAM J. Sci. Comput. 33 (2011), 1292-1314.
     """
     direction = np.where(unit < 0.5, 1.0, -1.0) / np.sqrt(unit.size)
-    values = [sampler(unit + 1e-7 * step * direction) for step in range(9)]
+    points = [unit + 1e-7 * step * direction for step in range(9)]
+    foresee(sampler, points)
+    values = [sampler(point) for point in points]
     known = np.array([value for value in values if value is not None])
     floor: np.ndarray = EPSILON * np.max(np.abs(known), axis=0)
     if len(known) < 9:
@@ -109,9 +121,8 @@ def measured_noise(sampler: Values, unit: np.ndarray) -> np.ndarray:
     return np.asarray(3.0 * noise)
 
 
-def _at_spacing(
-    sampler: Values, unit: np.ndarray, direction: np.ndarray, noise: np.ndarray, spacing: float
-) -> tuple[Slope, np.ndarray] | None:
+def _nodes(unit: np.ndarray, direction: np.ndarray, spacing: float) -> np.ndarray:
+    """Places (5,) about a point in spacings along a direction, within the cube."""
     speed = np.where(direction == 0, 1.0, np.abs(direction))
     upwards = np.where(direction >= 0, 1.0 - unit, unit)
     downwards = np.where(direction >= 0, unit, 1.0 - unit)
@@ -123,8 +134,22 @@ def _at_spacing(
         if min(ahead, behind) >= 2
         else (-min(int(behind), 2) if ahead > behind else min(int(ahead), 2) - 4)
     )
-    nodes = np.arange(first_node, first_node + 5.0)
-    values = [sampler(np.clip(unit + spacing * node * direction, 0, 1)) for node in nodes]
+    return np.arange(first_node, first_node + 5.0)
+
+
+def _around(
+    unit: np.ndarray, direction: np.ndarray, spacing: float, nodes: np.ndarray
+) -> list[np.ndarray]:
+    return [np.clip(unit + spacing * node * direction, 0, 1) for node in nodes]
+
+
+def _at_spacing(
+    sampler: Values, unit: np.ndarray, direction: np.ndarray, noise: np.ndarray, spacing: float
+) -> tuple[Slope, np.ndarray] | None:
+    nodes = _nodes(unit, direction, spacing)
+    points = _around(unit, direction, spacing, nodes)
+    foresee(sampler, points)
+    values = [sampler(point) for point in points]
     if any(value is None for value in values):
         return None
     table = np.array(values)

@@ -12,6 +12,7 @@ from vibecalc.core.study.search.problem import (
     Sampler,
     Search,
     Values,
+    foresee,
     spread,
 )
 from vibecalc.errors import NumericalFailure
@@ -64,8 +65,13 @@ def local_search(sampler: Values, start: np.ndarray, *, to_the_end: bool = False
     bad = np.full_like(first, -1.0)
     bad[0] = first[0] + 1e3
 
+    def steps(unit: np.ndarray) -> list[np.ndarray]:
+        return [_stepped(unit, axis, _sides(unit, axis)[0]) for axis in range(size)]
+
     def values(unit: np.ndarray) -> np.ndarray:
-        vector = sampler(np.clip(unit, 0, 1))
+        unit = np.clip(unit, 0, 1)
+        foresee(sampler, [unit, *steps(unit)])  # the derivatives are asked for next, as a rule
+        vector = sampler(unit)
         return bad if vector is None else vector
 
     def jacobian(unit: np.ndarray) -> np.ndarray:
@@ -76,6 +82,7 @@ def local_search(sampler: Values, start: np.ndarray, *, to_the_end: bool = False
         best[0] = unit
         if not to_the_end and _vanishing(sampler, centre):
             raise _NearZero
+        foresee(sampler, steps(unit))
         columns = [_forward(sampler, unit, centre, axis) for axis in range(size)]
         return np.stack(columns, axis=1)
 
@@ -124,12 +131,20 @@ REASONS = {
 }
 
 
+def _sides(unit: np.ndarray, axis: int) -> tuple[float, float]:
+    return (1.0, -1.0) if unit[axis] < 0.5 else (-1.0, 1.0)
+
+
+def _stepped(unit: np.ndarray, axis: int, side: float) -> np.ndarray:
+    nearby = unit.copy()
+    nearby[axis] += side * STEP
+    return nearby
+
+
 def _forward(sampler: Values, unit: np.ndarray, centre: np.ndarray, axis: int) -> np.ndarray:
     """One column of the Jacobian, from the side that stays inside and can be evaluated."""
-    for side in (1.0, -1.0) if unit[axis] < 0.5 else (-1.0, 1.0):
-        step = side * STEP
-        nearby = unit.copy()
-        nearby[axis] += step
+    for side in _sides(unit, axis):
+        nearby = _stepped(unit, axis, side)
         if 0 <= nearby[axis] <= 1:
             value = sampler(nearby)
             if value is not None:
@@ -268,6 +283,7 @@ def set_scale(sampler: Sampler, points: np.ndarray) -> tuple[list[np.ndarray | N
 
     Also whether the objective is flat: its change is too small a share of it to be resolved.
     """
+    foresee(sampler, list(points))
     vectors = [sampler(point) for point in points]
     if all(vector is None for vector in vectors):
         return vectors, False

@@ -11,6 +11,7 @@ from vibecalc.core.study.search.conditions import stationarity
 from vibecalc.core.study.search.local_search import local_search, set_scale
 from vibecalc.core.study.search.problem import (
     CONVERGED,
+    Ahead,
     Box,
     BudgetSpent,
     Evaluate,
@@ -329,6 +330,7 @@ def find(
     first: ArrayLike | None = None,
     budget: int = 20000,
     period: ArrayLike = 0.0,
+    ahead: Ahead | None = None,
 ) -> MethodEnd:
     """Search with one method of `METHODS` from one start, and take its end as it is.
 
@@ -336,7 +338,7 @@ def find(
     ----------
     name : str
         Key of `METHODS`.
-    evaluate, lower, upper, first, period
+    evaluate, lower, upper, first, period, ahead
         As of `minimise.minimise`; lower < upper.
     budget : int
         Most evaluations; a method that spends them gives its best point and has not converged.
@@ -350,7 +352,7 @@ def find(
     box = Box(low, high, np.broadcast_to(np.asarray(period, dtype=float), low.shape))
     size = box.lower.size
     start = np.full(size, 0.5) if first is None else box.unit(np.asarray(first, float))
-    sampler = Sampler(evaluate, box, budget)
+    sampler = Sampler(evaluate, box, budget, ahead)
     vectors, _ = set_scale(sampler, start[None, :])
     if vectors[0] is None:
         why = next(iter(sampler.failures.values()))

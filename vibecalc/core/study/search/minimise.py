@@ -14,6 +14,7 @@ from vibecalc.core.study.search.local_search import (
 from vibecalc.core.study.search.methods import METHODS
 from vibecalc.core.study.search.problem import (
     FEASIBLE_WITHIN,
+    Ahead,
     Box,
     BudgetSpent,
     Evaluate,
@@ -323,6 +324,7 @@ def minimise(
     accuracy: float = 0.0,
     method: str = "sequential_quadratic",
     period: ArrayLike = 0.0,
+    ahead: Ahead | None = None,
 ) -> Optimum:
     """Find the smallest objective within bounds whose margins are all at least zero.
 
@@ -353,6 +355,8 @@ def minimise(
     period : (n,) array
         After how much a variable repeats itself, as an angle does; 0 where it does not. One whose
         bounds hold a whole period has no bounds, and is counted from its lower bound on.
+    ahead : callable
+        Told of variables (k, n) before they are evaluated one by one.
 
     Returns
     -------
@@ -383,7 +387,13 @@ def minimise(
         variables[moving] = part
         return evaluate(variables)
 
-    sampler = Sampler(of_moving, whole.only(moving), budget)
+    def ahead_of_moving(parts: np.ndarray) -> None:
+        variables = np.tile(low, (len(parts), 1))
+        variables[:, moving] = parts
+        if ahead is not None:
+            ahead(variables)
+
+    sampler = Sampler(of_moving, whole.only(moving), budget, ahead and ahead_of_moving)
     begin = np.full(low.size, 0.5) if first is None else whole.unit(np.asarray(first, dtype=float))
     if isinstance(starts, int):
         further = whole.start(spread(starts, low.size))

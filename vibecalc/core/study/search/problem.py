@@ -1,6 +1,6 @@
 """What all searches share: variables, counted evaluations, starting points, what they return."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
@@ -123,6 +123,8 @@ class Box:
 # ----------------------------------------------------------------------------
 
 Evaluate = Callable[[np.ndarray], tuple[float, ArrayLike]]
+#: told of points (k, n) that are about to be evaluated, it may compute them at once
+Ahead = Callable[[np.ndarray], None]
 
 #: violation up to which a point counts as feasible, before it is refined
 FEASIBLE_WITHIN = 1e-6
@@ -140,6 +142,12 @@ class Values(Protocol):
     def __call__(self, unit: np.ndarray, /) -> np.ndarray | None: ...
 
 
+def foresee(values: Values, points: Sequence[np.ndarray]) -> None:
+    """Say which points (n,) are about to be asked for, to a function that can use it."""
+    if isinstance(values, Sampler):
+        values.ahead(points)
+
+
 class Sampler:
     """The function that is searched, on the unit cube.
 
@@ -148,7 +156,7 @@ class Sampler:
     met again is looked up. `best` (n,) is the lowest point met, of those that break limits least.
     """
 
-    def __init__(self, evaluate: Evaluate, box: Box, budget: int):
+    def __init__(self, evaluate: Evaluate, box: Box, budget: int, ahead: Ahead | None = None):
         self.box = box
         self.scale = 1.0
         self.count = 0
@@ -156,6 +164,7 @@ class Sampler:
         self.smallest = np.inf
         self.largest = 0.0
         self._evaluate = evaluate
+        self._ahead = ahead
         self.budget = budget
         self.best = np.empty(0)
         self._size = 0
@@ -175,6 +184,15 @@ class Sampler:
         scaled = raw.copy()
         scaled[0] /= self.scale
         return scaled
+
+    def ahead(self, units: Sequence[np.ndarray]) -> None:
+        """Say which points (n,) are about to be asked for; nothing is counted yet."""
+        if self._ahead is None:
+            return
+        fresh = {(unit + 0.0).tobytes(): unit for unit in units}
+        left = [unit for key, unit in fresh.items() if key not in self._known][: self.left]
+        if len(left) > 1:
+            self._ahead(self.box.values(np.stack(left)))
 
     def lowest_feasible(self) -> str:
         """In words, the lowest point met that keeps all limits."""

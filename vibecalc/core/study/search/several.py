@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.core.study.search.minimise import minimise
-from vibecalc.core.study.search.problem import Optimum
+from vibecalc.core.study.search.problem import Ahead, Optimum
 from vibecalc.errors import NumericalFailure
 
 # ----------------------------------------------------------------------------
@@ -126,6 +126,7 @@ def front_of_several(
     rtol: float = 1e-9,
     accuracy: float = 0.0,
     period: ArrayLike = 0.0,
+    ahead: Ahead | None = None,
 ) -> FrontPoints:
     """Points where no objective can become smaller without another growing, evenly spread.
 
@@ -134,7 +135,7 @@ def front_of_several(
     evaluate : callable
         `evaluate(variables (n,)) -> (values (m,), margins)`, all values to be made small; points
         that cannot be evaluated as in `minimise`.
-    lower, upper, first, starts, rtol, accuracy, period
+    lower, upper, first, starts, rtol, accuracy, period, ahead
         As of `minimise`; the ends of the front are searched from all starts.
     objectives, points : int
         How many objectives, and how many points at most.
@@ -156,7 +157,7 @@ def front_of_several(
     low, high = np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
     known: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
     notes: list[str] = []
-    search = partial(minimise, rtol=rtol, accuracy=accuracy)
+    search = partial(minimise, rtol=rtol, accuracy=accuracy, ahead=ahead)
 
     def at(variables: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         key = (variables + 0.0).tobytes()
@@ -239,6 +240,7 @@ def front_of_several(
                     first=begin,
                     starts=2 * count,
                     period=turn,
+                    ahead=ahead and (lambda moved: ahead(moved[:, :-1])),
                 )
             except NumericalFailure as failure:
                 why = str(failure)

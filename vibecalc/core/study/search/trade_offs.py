@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from vibecalc.core.study.search.conditions import measured_noise, slope
 from vibecalc.core.study.search.local_search import set_scale
 from vibecalc.core.study.search.minimise import minimise
-from vibecalc.core.study.search.problem import Box, Evaluate, Optimum, Sampler
+from vibecalc.core.study.search.problem import Ahead, Box, Evaluate, Optimum, Sampler
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON
 
@@ -78,6 +78,7 @@ def front(
     rtol: float = 1e-9,
     accuracy: float = 0.0,
     period: ArrayLike = 0.0,
+    ahead: Ahead | None = None,
 ) -> Front:
     """Trace the points where neither objective can become smaller without the other growing.
 
@@ -86,7 +87,7 @@ def front(
     evaluate : callable
         `evaluate(variables (n,)) -> (objective, second objective, margins (m,))`, both to be made
         small; points that cannot be evaluated as in `minimise`.
-    lower, upper, first, starts, rtol, accuracy, period
+    lower, upper, first, starts, rtol, accuracy, period, ahead
         As of `minimise`; the ends of the front are searched from all starts.
     points : int
         Points asked for, ends included; at least 2. Fewer come back where the front jumps.
@@ -107,7 +108,13 @@ def front(
     """
     remembered: dict[bytes, tuple[float, float, np.ndarray]] = {}
     search = partial(
-        minimise, lower=lower, upper=upper, rtol=rtol, accuracy=accuracy, period=period
+        minimise,
+        lower=lower,
+        upper=upper,
+        rtol=rtol,
+        accuracy=accuracy,
+        period=period,
+        ahead=ahead,
     )
 
     def both(variables: np.ndarray) -> tuple[float, float, np.ndarray]:
@@ -274,13 +281,18 @@ class Cost(NamedTuple):
 
 
 def slopes_at(
-    evaluate: Evaluate, lower: ArrayLike, upper: ArrayLike, at: ArrayLike, accuracy: float = 0.0
+    evaluate: Evaluate,
+    lower: ArrayLike,
+    upper: ArrayLike,
+    at: ArrayLike,
+    accuracy: float = 0.0,
+    ahead: Ahead | None = None,
 ) -> ObjectiveSlopes:
     """Differentiate the objective at a point within the bounds.
 
     Parameters
     ----------
-    evaluate, lower, upper, accuracy
+    evaluate, lower, upper, accuracy, ahead
         As of `minimise.minimise`; lower < upper.
     at : (n,) array
 
@@ -297,7 +309,7 @@ def slopes_at(
     low, high = np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
     point = np.asarray(at, dtype=float)
     box = Box(low, high)
-    sampler = Sampler(evaluate, box, 10**9)
+    sampler = Sampler(evaluate, box, 10**9, ahead)
     unit = box.unit(point)
     vectors, _ = set_scale(sampler, unit[None, :])
     if vectors[0] is None:

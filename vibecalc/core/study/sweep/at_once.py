@@ -7,8 +7,16 @@ import numpy as np
 
 from vibecalc.core.case.raw import key_text
 from vibecalc.core.results.named import named
-from vibecalc.core.run.columns import Column, Varied, case_at_points, out_of_range, run_points
+from vibecalc.core.run.columns import (
+    Column,
+    Unvaried,
+    Varied,
+    case_at_points,
+    out_of_range,
+    run_points,
+)
 from vibecalc.core.run.plan import needed_stages, plan_case
+from vibecalc.core.run.stage import Stage
 from vibecalc.errors import KeyPath, NumericalFailure, PointsApart
 from vibecalc.numerics.rounding import BoolArray, IntArray
 
@@ -72,8 +80,26 @@ class Part(NamedTuple):
     columns: Mapping[str, Column]
 
 
+class Plan(NamedTuple):
+    """What computing at points asks of a case alone, for who does so again and again.
+
+    `checks` name what tells points that a check may refuse.
+    """
+
+    stages: tuple[Stage, ...]
+    checks: tuple[str, ...]
+    unvaried: Unvaried | None = None
+
+
+def planned(case: "Case", keep: frozenset[str], keys: Collection[KeyPath] = ()) -> Plan:
+    """The plan of a case; over the same `keys` each time, what they do not change is kept."""
+    checks = [where for s in plan_case(case) if s.leading for where in s.leading.suspects]
+    unvaried = Unvaried(keys) if keys else None
+    return Plan(needed_stages(case, keep), tuple(dict.fromkeys(checks)), unvaried)
+
+
 def compute(
-    case: "Case", varied: Varied, count: int, keep: frozenset[str]
+    case: "Case", varied: Varied, count: int, keep: frozenset[str], plan: Plan | None = None
 ) -> tuple[list[Part], IntArray]:
     """Results `keep` at `count` points, and the places of the points that need a single run.
 
@@ -81,9 +107,9 @@ def compute(
     point needs a single run if a check may refuse it, if an order may stand on an undamped
     resonance, or if something in its arithmetic goes wrong: the single run then says what.
     """
-    stages = needed_stages(case, keep)
+    stages, checks, unvaried = plan or planned(case, keep)
     size = min(stage.leading.most for stage in stages if stage.leading is not None)
-    uncertain = suspects(case, varied, count)
+    uncertain = suspects(case, varied, count, checks)
     clear, left = np.flatnonzero(~uncertain), [np.flatnonzero(uncertain)]
     parts: list[Part] = []
     waiting = [clear[start : start + size] for start in range(0, len(clear), size)][::-1]
@@ -91,7 +117,7 @@ def compute(
         places = waiting.pop()
         try:
             some = {key: values[places] for key, values in varied.items()}
-            scene = run_points(case, stages, some, len(places), keep)
+            scene = run_points(case, stages, some, len(places), keep, unvaried)
         except PointsApart as apart:
             alone = np.broadcast_to(apart.alone, len(places))
             left.append(places[alone])
@@ -120,12 +146,11 @@ def _part(places: IntArray, columns: Mapping[str, Column], kept: BoolArray) -> P
     return Part(places[kept], chosen)
 
 
-def suspects(case: "Case", varied: Varied, count: int) -> BoolArray:
-    """Points (points,) that a check may refuse, as the stages of the case tell."""
+def suspects(case: "Case", varied: Varied, count: int, checks: Collection[str]) -> BoolArray:
+    """Points (points,) that a check may refuse, as the stages of the case tell by `checks`."""
     found = out_of_range(varied, count)
     at_points = case_at_points(case, varied)
-    checks = [where for s in plan_case(case) if s.leading for where in s.leading.suspects]
     with np.errstate(all="ignore"):
-        for where in dict.fromkeys(checks):
+        for where in checks:
             found |= named(where)(at_points)
     return found
