@@ -5,31 +5,28 @@ from collections.abc import Iterator
 import numpy as np
 
 from vibecalc.errors import KeyPath, Problem
-from vibecalc.foundation.impedance import Curve, Giving
+from vibecalc.foundation.impedance import Curve, FlexibleFoundation
 from vibecalc.foundation.stage import kind_of
 from vibecalc.foundation.tables import Flexibility, Foundation
 from vibecalc.foundation.two_bodies import Second, two_bodies
 from vibecalc.isolation.on_base import Stand
-from vibecalc.parts.body import RigidBody, build_body
+from vibecalc.parts.body import COORDINATES, RigidBody, build_body
 from vibecalc.parts.mount_needs import frequency_counts, loads_count
 from vibecalc.parts.mounts import Mounts, build_mounts, free_motions, mount_entries
 from vibecalc.schema import Case
 
 FOUNDATION: KeyPath = ("foundation",)
-COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
 
 
 def stand_on_body(given: Foundation, body: RigidBody, mounts: Mounts) -> Stand:
     """Machine and foundation as two rigid bodies."""
     if given.body is None or given.springs is None or given.position is None:
         raise ValueError("a foundation of kind 'body' has a body, springs and a position")
-    second = Second(
-        build_body(given.body).mass_matrix, np.asarray(given.position), build_mounts(given.springs)
-    )
-    return two_bodies(body.mass_matrix, mounts, second)
+    second = Second(build_body(given.body), np.asarray(given.position), build_mounts(given.springs))
+    return two_bodies(body, mounts, second)
 
 
-def giving_of(given: Foundation, names: tuple[str, ...]) -> Giving:
+def flexible_foundation(given: Foundation, names: tuple[str, ...]) -> FlexibleFoundation:
     """Tables of a foundation by mounts and directions; of several that fit the last counts."""
     feet, plate = {}, {}
     for one in given.flexibilities or ():
@@ -41,7 +38,7 @@ def giving_of(given: Foundation, names: tuple[str, ...]) -> Giving:
             if one.mounts is None or name in one.mounts:
                 feet[place, direction] = curve
     position = np.zeros(3) if given.position is None else np.asarray(given.position)
-    return Giving(feet, plate, position)
+    return FlexibleFoundation(feet, plate, position)
 
 
 def _curve(one: Flexibility) -> Curve:
