@@ -24,6 +24,7 @@ from vibecalc.numerics.bounded import Bounded, reshaped
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.parts.body import COORDINATES, DIRECTIONS, RigidBody
 from vibecalc.parts.mounts import Mounts
+from vibecalc.response.forced import MotionByOrder
 from vibecalc.response.modal_damping import damped_basis, damping_ratio, energy_fraction
 from vibecalc.response.modes import Modes, modes
 
@@ -63,6 +64,9 @@ def run_coupled(scene: Scene) -> None:
         words = "mounts in series with the dynamic stiffness of their feet"
     source = "Harris and Piersol, Shock and Vibration Handbook, 5th ed. 2002, ch. 3 and 10"
     scene.cite(words, "motion of machine and foundation", source)
+    scene.handed_on["motion_on_foundation"] = MotionByOrder(
+        loads.order, loads.retained, loads.tail, found.machine
+    )
     _emit_motion(scene, found, loads, frequency)
     _emit_loads(scene, found.ground, rigid, loads)
     at_rest = transmissibility(alone(still.matrices), grid)
