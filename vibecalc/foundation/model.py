@@ -102,12 +102,18 @@ def _springs(given: Foundation) -> Iterator[Problem]:
     if loads_count(given.springs) or frequency_counts(given.springs):
         yield Problem(
             path=(*FOUNDATION, "springs"),
-            message="the springs of a foundation have one stiffness",
+            message="the springs of a foundation have constant stiffness",
             found="static, over_load or over_frequency",
             allowed="stiffness, damping and loss_factor",
             hint="[foundation] flexibilities take stiffness over frequency",
         )
         return
+    if given.springs.modal_damping:
+        yield Problem(
+            path=(*FOUNDATION, "springs", "modal_damping"),
+            message="the springs of a foundation damp by dampers or a loss factor",
+            allowed="damping and loss_factor of the springs",
+        )
     motions = free_motions(build_mounts(given.springs))
     if motions:
         yield Problem(
