@@ -149,7 +149,7 @@ def _twice(case: Case, given: Foundation) -> Iterator[Problem]:
             if first != place:
                 yield Problem(
                     path=(*FOUNDATION, "flexibilities", place),
-                    message=f"the foundation gives way twice in one direction: {name}, "
+                    message=f"the foundation has two flexibilities for one direction: {name}, "
                     f"{one.direction}",
                     allowed="each direction once for each mount and for the whole",
                     also=(*FOUNDATION, "flexibilities", first),
@@ -158,7 +158,7 @@ def _twice(case: Case, given: Foundation) -> Iterator[Problem]:
 
 
 def _feeding(given: Foundation) -> Iterator[Problem]:
-    """What gives energy to the machine: with exp(i w t) the part that takes it is positive."""
+    """Curves that feed the machine: with exp(i w t) the part that takes energy is positive."""
     for place, one in enumerate(given.flexibilities or ()):
         name, curve = _key(one), _curve(one)
         part, column = (
