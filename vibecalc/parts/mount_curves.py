@@ -115,7 +115,8 @@ class TangentByLoad:
             ends = np.sort(np.concatenate([ends, 0.5 * (ends[:-1] + ends[1:])[poor]]))
         start = int(np.searchsorted(ends, 0.0))
         whole = np.concatenate([np.zeros((2, 1)), np.cumsum(fine, axis=1)], axis=1)
-        self._load, self._at, self._work = ends, *(whole - whole[:, [start]])
+        self._load = ends
+        self._at, self._work = whole - whole[:, [start]]
 
     def _integrals(self, low: FloatArray, high: FloatArray, rule: GaussRule) -> FloatArray:
         """Deflection and work (2, panels) from one load to another, their sign with them."""
