@@ -49,7 +49,7 @@ STANDS_ON = {
     # [response] holds the tables of roll, absorber and shaft line
     "response": {"kinematics", "excitation", "roll", "absorber", "torsion"},
     "isolation": {"kinematics", "excitation", "response", "torsion"},
-    "points": {"kinematics", "excitation", "response", "isolation"},
+    "points": {"kinematics", "excitation", "response", "isolation", "foundation"},
     "foundation": {"kinematics", "excitation", "isolation", "response"},
     "base_motion": {"isolation", "response", "foundation"},
     "balance": {"kinematics", "excitation"},

@@ -1,20 +1,25 @@
 """Claim: machine and foundation in six freedoms, and on tables, move as dense solves say."""
 
 import copy
+import dataclasses
 from typing import Any
 
 import numpy as np
 import pytest
 from shipped_cases import CASES
 
+from vibecalc.base_motion.model import stand_of
 from vibecalc.core.case.load import validate
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import NumericalFailure
-from vibecalc.parts.body import build_body
+from vibecalc.foundation.impedance import Curve, FlexibleFoundation, on_flexible_foundation
+from vibecalc.isolation.on_base import moved_by_base
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.parts.body import RigidBody, build_body
 from vibecalc.parts.machine import build_machine
 from vibecalc.parts.matrices import displacement_at
-from vibecalc.parts.mounts import build_mounts
+from vibecalc.parts.mounts import Mounts, build_mounts
 
 ROOT = "foundation/coupled"
 
@@ -233,6 +238,48 @@ def test_a_base_that_moves_carries_the_foundation() -> None:
     power = np.trapezoid(np.abs(grid) ** 2, w[::8]) / (2.0 * np.pi) * 1e-3
     rms = record["base_motion/spectrum/acceleration_rms"].values[2]
     assert rms == pytest.approx(np.sqrt(power), rel=1e-3)
+
+
+@pytest.mark.parametrize("kind", ["base", "body", "tables"])
+def test_what_is_uncertain_of_mass_and_mounts_is_in_the_errors(kind: str) -> None:
+    """Results of a machine that is off by so much are as far away as the errors say, or nearer."""
+    case = validate(deck())
+    alone = validate({key: value for key, value in deck().items() if key != "foundation"})
+    machine = build_machine(case)
+    assert machine.body is not None and machine.mounts is not None
+    share, w = 1.0e-6, np.array([60.0, 157.0])
+    rough = share * np.abs(machine.body.mass_matrix)
+    given = dataclasses.replace(machine.body, mass_error=rough)
+    known = dataclasses.replace(machine.mounts, relative_error=np.full(6, share))
+    unit = np.broadcast_to(np.eye(6, dtype=complex), (2, 6, 6))
+    feet = {(n, 2): Curve(w[:1], np.array([3e6 + 3e5j]), False) for n in range(6)}
+    foundation = FlexibleFoundation(feet, {}, np.zeros(3))
+
+    def results(body: RigidBody, mounts: Mounts) -> Bounded:
+        if kind == "tables":
+            load = Bounded(unit, np.zeros(unit.shape))
+            return on_flexible_foundation(body, mounts, foundation, w, load).force
+        stand = stand_of(case if kind == "body" else alone, body, mounts)
+        relative, _ = moved_by_base(stand.system, Bounded(unit[:, 0], np.zeros((2, 6))), w)
+        column = Bounded(relative.value[:, None, :, None], relative.error[:, None, :, None])
+        return stand.passing(w) @ (np.asarray(stand.stretch, dtype=complex) @ column)
+
+    plain, told = results(machine.body, machine.mounts), results(given, known)
+    assert np.array_equal(plain.value, told.value)
+    for sign in (1.0, -1.0):
+        heavy = dataclasses.replace(
+            machine.body, mass_matrix=machine.body.mass_matrix * (1.0 + sign * share)
+        )
+        stiff = dataclasses.replace(
+            machine.mounts,
+            stiffness=machine.mounts.stiffness * (1.0 - sign * share),
+            structural=machine.mounts.structural * (1.0 - sign * share),
+        )
+        for other in (results(heavy, machine.mounts), results(machine.body, stiff)):
+            moved = np.abs(other.value - plain.value)
+            assert np.max(moved) > 1e3 * np.max(plain.error)
+            assert np.all(moved <= 1.001 * told.error + plain.error)
+    assert np.max(told.error) < 1e2 * share * np.max(np.abs(plain.value))
 
 
 def dense_acceleration(case: Any, w: float) -> complex:

@@ -1,15 +1,20 @@
 """Claim: a body rests on curved mounts and stops where its energy is least, and moves about it."""
 
+import itertools
+
 import numpy as np
 import pytest
 from mounted_sets import ran, tables
 from scipy.integrate import quad, solve_ivp
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 from scipy.optimize import brentq, minimize, root
 from scipy.spatial.transform import Rotation
 
 from vibecalc.core.case.load import validate
+from vibecalc.core.run.machine_checks import machine_warnings
 from vibecalc.errors import NumericalFailure
+from vibecalc.parts.cautions import implausible
+from vibecalc.parts.mount_curves import Level, TangentByLoad
 from vibecalc.parts.mount_state import mounts_of
 
 CURVE = {"deflection": [-0.002, 0.0, 0.002, 0.004, 0.007], "load": [-300, 0, 500, 1400, 4500]}
@@ -174,15 +179,91 @@ def test_over_load_picks_the_stiffness_of_the_load() -> None:
     curve = PchipInterpolator(rows["load"], rows["stiffness_factor"])
     flat = curve.derivative()(rows["load"])
     flat[[0, -1]] = 0.0
-    from scipy.interpolate import CubicHermiteSpline
-
     factor = CubicHermiteSpline(rows["load"], rows["stiffness_factor"], flat)(mounts.rest.load)
     expected = factor[:, None, None] * np.diag([2e5, 2e5, 4e5])
     assert mounts.stiffness == pytest.approx(expected, rel=1e-12)
-    assert mounts.static == pytest.approx(np.tile(np.diag([2e5, 2e5, 4e5]), (4, 1, 1)), rel=1e-15)
+    # at rest the tangent of the load over deflection is that of the load too
+    static = np.array([np.diag([2e5, 2e5, 4e5 * one]) for one in factor])
+    assert mounts.static == pytest.approx(static, rel=1e-12)
     rows["load"] = [10.0, 20.0, 30.0, 1700.0]
     record = ran(data)
     assert sum("beyond its rows of over_load" in text for text in record.warnings) == 2
+
+
+def in_the_middle(**properties: object) -> dict:
+    """800 kg above the middle of four equal mounts."""
+    data = tables()
+    data["machine"]["body"]["parts"] = [
+        {"name": "all", "mass": 800.0, "centre": [0.9, 0.0, 0.3], "inertia": [40, 90, 100]}
+    ]
+    data["machine"]["mounts"]["each"] = {"loss_factor": 0.1, **properties}
+    return data
+
+
+@pytest.mark.parametrize(
+    "load",
+    [[0.0, 800.0, 1700.0, 2600.0], [100.0, 200.0, 900.0, 1200.0], [2500.0, 4000.0, 4100.0, 5e3]],
+)
+def test_the_sag_is_the_integral_of_the_stiffness_over_the_load(load: list[float]) -> None:
+    """dF = k(F) du / ratio up to the weight of each mount, within the rows and beyond them."""
+    stiffness, weight = [1.5e5, 2.2e5, 4.4e5, 9e5], 200.0 * 9.80665
+    slopes = PchipInterpolator(load, stiffness).derivative()(load)
+    slopes[[0, -1]] = 0.0
+    curve = CubicHermiteSpline(load, stiffness, slopes)
+
+    def inverse(force: float) -> float:
+        return 1.3 / float(curve(min(max(force, load[0]), load[-1])))
+
+    ends = [0.0, *(one for one in load if 0.0 < one < weight), weight]
+    sag = sum(quad(inverse, a, b, epsrel=1e-13)[0] for a, b in itertools.pairwise(ends))
+    static = {"dynamic_to_static": 1.3}
+    by_rows = ran(in_the_middle(over_load={"load": load, "stiffness": stiffness}, static=static))
+    assert by_rows["isolation/support_displacement/sag"].values == pytest.approx(sag, rel=1e-11)
+    assert by_rows["isolation/mounts/deflection"].values == pytest.approx(sag, rel=1e-11)
+    tangent = by_rows["isolation/mounts/static_stiffness"].values
+    assert tangent == pytest.approx(1.0 / inverse(weight), rel=1e-11)
+    moving = by_rows["isolation/mounts/stiffness"].values
+    assert moving == pytest.approx(1.3 / inverse(weight), rel=1e-11)
+    factors = {"load": load, "stiffness_factor": [one / 2.2e5 for one in stiffness]}
+    other = ran(in_the_middle(stiffness=2.2e5, over_load=factors, static=static))
+    for path in ("support_displacement/sag", "mounts/stiffness", "support_force/steady_peak"):
+        known = by_rows[f"isolation/{path}"].values
+        assert other[f"isolation/{path}"].values == pytest.approx(known, rel=1e-10)
+    # what the law itself says: its load and work are integrals of its slope
+    law = TangentByLoad(Level(load, stiffness))
+    solved = solve_ivp(lambda u, y: [law(u)[1], y[0]], (0.0, 0.02), [0.0, 0.0], "DOP853",
+                       rtol=1e-12, atol=1e-9)  # fmt: skip
+    found, _, work = law(0.02)
+    assert solved.y[:, -1] == pytest.approx([found, work], rel=1e-9)
+
+
+def test_load_deflection_stands_for_the_stiffness_along_its_axis() -> None:
+    static = {"dynamic_to_static": 1.2, "load_deflection": CURVE}
+    given = in_the_middle(stiffness=[2e5, 2e5, 4e5], static=static)
+    (said,) = machine_warnings(validate(given))
+    assert "load_deflection says the stiffness along its axis" in said and "'1', '2'" in said
+    without = in_the_middle(stiffness=[2e5, 2e5, 0.0], static=static)
+    assert machine_warnings(validate(without)) == []
+    first, second = ran(given), ran(without)
+    for path in ("support_displacement/sag", "mounts/stiffness", "support_force/steady_peak"):
+        known = first[f"isolation/{path}"].values
+        assert second[f"isolation/{path}"].values == pytest.approx(known, rel=1e-14)
+    with pytest.raises(NumericalFailure, match="leave the body free in some direction"):
+        ran(in_the_middle(static=static))
+    # with over_load it is the dynamic stiffness where the factor is 1, and counts
+    rows = {"load": [500.0, 3000.0], "stiffness_factor": [1.0, 1.0]}
+    both = in_the_middle(stiffness=[2e5, 2e5, 4e5], static=static, over_load=rows)
+    assert machine_warnings(validate(both)) == []
+    assert ran(both)["isolation/mounts/stiffness"].values == pytest.approx(4e5, rel=1e-14)
+
+
+def test_the_warning_of_the_sag_is_that_of_the_load_over_deflection() -> None:
+    soft = {"deflection": [0.0, 1.0], "load": [0.0, 4000.0]}
+    stiff = {"deflection": [0.0, 0.01], "load": [0.0, 4000.0]}
+    for across, rows, deep in ((4e5, soft, "0.49 m"), (3e3, stiff, "")):
+        data = in_the_middle(stiffness=[2e5, 2e5, across], static={"load_deflection": rows})
+        said = [one for one in implausible(validate(data)) if "sinks by" in one]
+        assert [f"by about {deep}," in one for one in said] == [True] * bool(deep)
 
 
 def test_small_motions_in_time_are_those_about_the_rest() -> None:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tomli_w
 from engine_mounted import SEPARATE, loaded_of, mounted
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
@@ -17,6 +18,8 @@ from vibecalc.core.report.headline import headline_rows
 from vibecalc.core.results.record import Record
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import execute
+from vibecalc.parts.body import build_body
+from vibecalc.parts.matrices import displacement_at
 from vibecalc.points.model import points_cautions
 from vibecalc.points.report import points
 from vibecalc.points.severity import grade, grade_number, zones
@@ -370,3 +373,79 @@ def test_points_that_the_torque_of_the_gas_does_not_reach_are_said() -> None:
     assert points_cautions(mounted(text)) == []
     (said,) = points_cautions(mounted(text.replace('"rigid_body"', '"pitch"\nlever = 0.5')))
     assert "without the torque of the gas" in said
+
+
+# ----------------------------------------------------------------------------
+# On what moves: a foundation, a base.
+# ----------------------------------------------------------------------------
+
+
+def on_foundation(stiffness: float, **changes: Any) -> dict[str, Any]:
+    """The generator on a block of 50 kg on four springs."""
+    springs = {"each": {"stiffness": stiffness, "loss_factor": 0.1},
+               "positions": [[x, y, 0.0] for x in (-0.3, 0.3) for y in (-0.2, 0.2)]}  # fmt: skip
+    body = {"mass": 50.0, "box": {"length": 0.8, "width": 0.6, "height": 0.05}}
+    place = [0.0, 0.0, -0.2]
+    foundation = {"kind": "body", "position": place, "body": body, "springs": springs}
+    return changed(foundation=foundation, **changes)
+
+
+def test_points_move_with_the_foundation() -> None:
+    """On the crossing of two ways: motion of both bodies by matrices of 12, a rigid foundation."""
+    case = validate(on_foundation(4e5))
+    record = run_case(case)
+    w1, place = 60.0 * np.pi, np.array([0.0, 0.0, -0.2])
+    held, mass = np.zeros((12, 12), dtype=complex), np.zeros((12, 12))
+    mass[:6, :6] = build_body(case.machine.body).mass_matrix
+    mass[6:, 6:] = build_body(case.foundation.body).mass_matrix
+    for at in case.machine.mounts.positions:
+        both = np.hstack([displacement_at(np.array(at)), -displacement_at(np.array(at) - place)])
+        held += both.T @ np.diag(STIFFNESS) @ both * (1.0 + 1j * LOSS)
+    for at in case.foundation.springs.positions:
+        below = np.hstack([np.zeros((3, 6)), displacement_at(np.array(at))])
+        held += below.T @ below * 4e5 * (1.0 + 0.1j)
+    force, couple = (record[f"excitation/{name}"].values for name in ("force", "couple"))
+    found, rigid = readings(record, "displacement"), readings(steady(), "displacement")
+    for order in (1, 2, 4):
+        load = np.concatenate([force[order - 1], couple[order - 1], np.zeros(6)])
+        x = np.linalg.solve(held - (order * w1) ** 2 * mass, load)
+        moved = x[:3] + np.cross(x[3:6], POINTS[0]["position"])
+        mine = np.array([found[f"bearing {one}"][order - 1] for one in "xyz"])
+        assert mine == pytest.approx(moved, abs=1e-9 * np.abs(moved).max())
+    assert abs(found["bearing z"][1] / rigid["bearing z"][1] - 1.0) > 0.02
+    stiff = readings(run_case(validate(on_foundation(1e15))), "displacement")
+    for name, values in rigid.items():
+        assert stiff[name] == pytest.approx(values, abs=1e-8 * np.abs(values).max())
+    # also where nothing else is asked for
+    wanted = frozenset({"points/velocity_rms"})
+    alone = run_case(case, wanted=wanted)["points/velocity_rms"].values
+    assert alone == pytest.approx(record["points/velocity_rms"].values, rel=1e-14)
+
+
+def test_what_the_points_do_not_follow_is_said() -> None:
+    assert points_cautions(validate(on_foundation(4e5))) == []
+    up = {"from": "1000 rpm", "to": "1900 rpm"}
+    (said,) = points_cautions(validate(on_foundation(4e5, isolation__run_up=up)))
+    assert "in the run-up is that of the machine on a rigid foundation" in said
+    (said,) = points_cautions(validate(changed(foundation={"mass": 90.0, "stiffness": 1e6})))
+    assert "on a rigid foundation: a [foundation] of one mass" in said
+    blades = {"name": "blades", "frequency": 80.0, "velocity": [0.0, 0.0, 1e-3]}
+    (said,) = points_cautions(validate(changed(base_motion={"harmonics": [blades]})))
+    assert "on a base at rest" in said
+
+
+def test_a_band_without_orders_has_no_severity() -> None:
+    """Orders of 1800 rpm are 30 Hz apart: none lies between 35 and 55 Hz."""
+    severity = {"band": ["35 Hz", "55 Hz"], "velocity": ["5 mm/s", "10 mm/s"]}
+    table = changed(vibration_severity=severity)
+    result = execute(loaded_of(tomli_w.dumps(table)))
+    record = result.record
+    assert np.all(record["points/velocity_rms"].values == 0.0)
+    assert np.all(record["points/velocity_peak"].values[:3] > 0.0)
+    (said,) = (one for one in record.warnings if "band of the r.m.s. values" in one)
+    assert "no order of the speed lies between 35 and 55 Hz" in said
+    assert "points/zone" not in record and "points/severity" not in record
+    section = points(result)
+    assert section is not None and "Severity" not in " ".join(section.lines)
+    (row,) = (row for row in headline_rows(record) if row.path == "points/velocity_rms")
+    assert "zone" not in row.where

@@ -3,7 +3,6 @@
 import numpy as np
 
 from vibecalc.base_motion.model import (
-    COORDINATES,
     amplitude_of,
     at_reference,
     densities_of,
@@ -19,7 +18,7 @@ from vibecalc.isolation.on_base import Stand, frequency_grid, moved_by_base, tra
 from vibecalc.numerics import bounded
 from vibecalc.numerics.bounded import Bounded, reshaped
 from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF, FloatArray
-from vibecalc.parts.body import DIRECTIONS
+from vibecalc.parts.body import COORDINATES, DIRECTIONS
 from vibecalc.response.modal_damping import damped_basis, damping_ratio
 from vibecalc.response.modes import Modes, modes
 
@@ -96,14 +95,16 @@ def _emit_harmonics(scene: Scene, stand: Stand, given: BaseMotion) -> None:
     column = Bounded(relative.value[:, None, :, None], relative.error[:, None, :, None])
     deflection = (stretch @ column)[..., 0]
     bent = Bounded(deflection.value[..., None], deflection.error[..., None])
-    force = (bounded.rounded(stand.passing(frequency), 8.0) @ bent)[..., 0]
-    axes = {"mount": stand.names, "direction": DIRECTIONS, "base_harmonic": names}
+    force = (stand.passing(frequency) @ bent)[..., 0]
+    axes = {"mount": stand.mounts.names, "direction": DIRECTIONS, "base_harmonic": names}
     for (name, *_), part in zip(OF_MOUNTS, (deflection, force), strict=True):
         scene.emit(
             f"{HARMONIC}/{name}", reshaped(part, lambda one: np.moveaxis(one, 0, -1)), axes=axes
         )
         # the length of a vector is largest where its ellipse is: at most root of both axes squared
-        scene.emit(f"{HARMONIC}/{name}_peak", _longest(part).sum(0), axes={"mount": stand.names})
+        scene.emit(
+            f"{HARMONIC}/{name}_peak", _longest(part).sum(0), axes={"mount": stand.mounts.names}
+        )
 
 
 def _longest(vector: Bounded) -> Bounded:
@@ -161,12 +162,12 @@ def _emit_spectra(scene: Scene, stand: Stand, shapes: Modes, given: BaseMotion) 
         found = np.einsum("frs,fs->fr", np.square(np.abs(response)), weights(frequency))
         return np.asarray(found)
 
-    count = 6 * len(stand.names)
+    count = 6 * len(stand.mounts.names)
     kinds = [*np.repeat(np.arange(10), 3), *np.repeat([10, 11], count // 2)]
     ends = panel_ends(densities, shapes.natural_frequency, ratio)
     tolerance = min(scene.case.accuracy.rtol, 1e-6)
     found = bounded.sqrt(mean_squares(powers, ends, np.array(kinds), tolerance))
-    factor, axes = given.peak_factor, {"direction": DIRECTIONS, "mount": stand.names}
+    factor, axes = given.peak_factor, {"direction": DIRECTIONS, "mount": stand.mounts.names}
     scene.emit(f"{SPECTRUM}/base_acceleration_rms", found[:3], axes=axes)
     for place, (name, *_) in enumerate(MOTIONS, start=2):
         part = found[3 * place : 3 * place + 3]
@@ -228,7 +229,7 @@ def _responses(stand: Stand, base: FloatArray, frequency: FloatArray) -> np.ndar
     own = carried[:6] - rate**2 * relative[:, :6]
     still = np.broadcast_to(base, (len(frequency), *base.shape))
     deflection = stand.stretch @ relative[:, None]
-    force = stand.passing(frequency) @ deflection
+    force = stand.passing(frequency).value @ deflection
     flat = [part.reshape(len(frequency), -1, base.shape[1]) for part in (deflection, force)]
     return np.concatenate(
         [still, -own / rate**2, relative[:, :6], own / (1j * rate), own, *flat], axis=1

@@ -7,24 +7,17 @@ from vibecalc.errors import Problem
 from vibecalc.foundation.model import stand_on_body
 from vibecalc.isolation.on_base import Stand, alone
 from vibecalc.parts.body import RigidBody
-from vibecalc.parts.matrices import assemble, displacement_at
+from vibecalc.parts.matrices import displacement_at, mounted
+from vibecalc.parts.mount_needs import loads_count
 from vibecalc.parts.mounts import Mounts, build_mounts, free_motions
 from vibecalc.schema import Case
-
-COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
 
 
 def stand_of(case: Case, body: RigidBody, mounts: Mounts) -> Stand:
     """A body with all six freedoms on its mounts, on the base or on a body that stands on it."""
     if case.foundation is not None and case.foundation.body is not None:
         return stand_on_body(case.foundation, body, mounts)
-    matrices = assemble(
-        body.mass_matrix, mounts.position, mounts.stiffness, mounts.damping, mounts.structural
-    )
-    return Stand(
-        alone(matrices), mounts.names, displacement_at(mounts.position),
-        mounts.stiffness, mounts.damping, mounts.structural,
-    )  # fmt: skip
+    return Stand(alone(mounted(body, mounts)), mounts, displacement_at(mounts.position))
 
 
 def at_reference(point: tuple[float, float, float]) -> np.ndarray:
@@ -72,13 +65,15 @@ def base_motion_problems(case: Case) -> list[Problem]:
     motion, machine = case.base_motion, case.machine
     if motion is None or machine.body is None or machine.mounts is None:
         return []
-    if machine.body.mass is None or machine.mounts.stiffness_matrix is not None:
+    if machine.body.mass_matrix is not None or machine.mounts.stiffness_matrix is not None:
         return []  # the rules of the table say so
     return [*_not_held(case), *_logarithms(motion), *_still(motion), *_on_what(case)]
 
 
 def _not_held(case: Case) -> list[Problem]:
     assert case.machine.mounts is not None
+    if loads_count(case.machine.mounts):
+        return []  # curves and stops may hold what no stiffness does: the rest will tell
     motions = free_motions(build_mounts(case.machine.mounts))
     if not motions:
         return []

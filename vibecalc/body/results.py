@@ -8,7 +8,9 @@ AXES = {
     "principal": ("", "principal axis of inertia, least moment first"),
 }
 ENTRIES = (
-    entry(f"{ROOT}/mass", "", "kg", "mass of all parts", headline=Headline("mass", "kg")),
+    entry(
+        f"{ROOT}/mass", "", "kg", "mass of all parts", headline=Headline("mass of the body", "kg")
+    ),
     entry(
         f"{ROOT}/centre",
         "direction",

@@ -6,8 +6,8 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.inertia_forces import size_of_terms
 from vibecalc.foundation.coupled_results import COUPLED
-from vibecalc.foundation.impedance import Giving, GivingMotion, on_giving
-from vibecalc.foundation.model import giving_of, stand_on_body
+from vibecalc.foundation.impedance import CoupledMotion, FlexibleFoundation, on_flexible_foundation
+from vibecalc.foundation.model import flexible_foundation, stand_on_body
 from vibecalc.foundation.stage import kind_of
 from vibecalc.isolation.adapters.loads import BodyLoads, body_loads, steady_motion
 from vibecalc.isolation.efficiency import efficiency, rms
@@ -22,12 +22,12 @@ from vibecalc.isolation.on_mounts import OnMounts, on_mounts
 from vibecalc.numerics import bounded
 from vibecalc.numerics.bounded import Bounded, reshaped
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.parts.body import DIRECTIONS
+from vibecalc.parts.body import COORDINATES, DIRECTIONS, RigidBody
 from vibecalc.parts.mounts import Mounts
+from vibecalc.response.forced import MotionByOrder
 from vibecalc.response.modal_damping import damped_basis, damping_ratio, energy_fraction
 from vibecalc.response.modes import Modes, modes
 
-COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
 _TURN = 2.0 * np.pi
 #: share of the loads' r.m.s. that may be at orders beyond the tables of a foundation
 _OUTSIDE = 0.01
@@ -56,15 +56,17 @@ def run_coupled(scene: Scene) -> None:
         passing = transmissibility(stand.system, grid)
         words = "two rigid bodies, 12 x 12 complex dynamic stiffness"
     else:
-        giving = giving_of(given, mounts.names)
-        _inside(scene, giving, loads, frequency)
-        mass = np.asarray(body.mass_matrix)
-        found = on_giving(mass, mounts, giving, frequency, loads.load)
+        flexible = flexible_foundation(given, mounts.names)
+        _inside(scene, flexible, loads, frequency)
+        found = on_flexible_foundation(body, mounts, flexible, frequency, loads.load)
         grid = frequency_grid(natural, highest=float(frequency[loads.retained - 1]))
-        passing = _through(mass, mounts, giving, grid)
+        passing = _through(body, mounts, flexible, grid)
         words = "mounts in series with the dynamic stiffness of their feet"
     source = "Harris and Piersol, Shock and Vibration Handbook, 5th ed. 2002, ch. 3 and 10"
     scene.cite(words, "motion of machine and foundation", source)
+    scene.handed_on["motion_on_foundation"] = MotionByOrder(
+        loads.order, loads.retained, loads.tail, found.machine
+    )
     _emit_motion(scene, found, loads, frequency)
     _emit_loads(scene, found.ground, rigid, loads)
     at_rest = transmissibility(alone(still.matrices), grid)
@@ -76,19 +78,19 @@ def run_coupled(scene: Scene) -> None:
 
 def _on_body(
     scene: Scene, stand: Stand, system: OnMounts, loads: BodyLoads, frequency: np.ndarray
-) -> GivingMotion:
-    """Motion of two rigid bodies, read as that of a machine on what gives way."""
+) -> CoupledMotion:
+    """Motion of two rigid bodies, read as that of a machine on a flexible foundation."""
     none = np.zeros(loads.load.shape)
     load = bounded.concatenate([loads.load, Bounded(none.astype(complex), none)])
     motion, _ = steady_motion(scene, system, load, loads.order)
     column = Bounded(motion.value[:, None, :, None], motion.error[:, None, :, None])
     deflection = np.asarray(stand.stretch, dtype=complex) @ column
-    force = (bounded.rounded(stand.passing(frequency), 8.0) @ deflection)[..., 0]
+    force = (stand.passing(frequency) @ deflection)[..., 0]
     lower = Bounded(column.value[..., 6:, :], column.error[..., 6:, :])
     foot = (-stand.stretch[..., 6:].astype(complex) @ lower)[..., 0]
     rate = frequency[:, None, None]
     power = (foot * (1j * rate) * Bounded(np.conj(force.value), force.error)).real
-    return GivingMotion(
+    return CoupledMotion(
         motion[:, :6], motion[:, 6:], force, foot,
         ground_load(stand.system, motion, frequency), power.sum(-1).sum(-1) * 0.5,
     )  # fmt: skip
@@ -103,9 +105,11 @@ def _emit_modes(scene: Scene, matrices: Matrices, shapes: Modes) -> None:
     scene.emit(f"{COUPLED}/modes/machine_share", share, axes=axes)
 
 
-def _inside(scene: Scene, giving: Giving, loads: BodyLoads, frequency: np.ndarray) -> None:
+def _inside(
+    scene: Scene, foundation: FlexibleFoundation, loads: BodyLoads, frequency: np.ndarray
+) -> None:
     """Say which orders are beyond the tables; refuse where these matter."""
-    curves = [*giving.feet.values(), *giving.plate.values()]
+    curves = [*foundation.feet.values(), *foundation.plate.values()]
     low = max(float(one.frequency[0]) for one in curves)
     high = min(float(one.frequency[-1]) for one in curves)
     out = (frequency < low) | (frequency > high)
@@ -129,15 +133,18 @@ def _inside(scene: Scene, giving: Giving, loads: BodyLoads, frequency: np.ndarra
     scene.warn(f"{words}: their first or last row holds there, for loads of {share:.1e} of all")
 
 
-def _through(mass: np.ndarray, mounts: Mounts, giving: Giving, frequency: np.ndarray) -> Bounded:
+def _through(
+    body: RigidBody, mounts: Mounts, foundation: FlexibleFoundation, frequency: np.ndarray
+) -> Bounded:
     """Load on the ground by unit loads, (frequencies, 6, 6)."""
     unit = np.broadcast_to(np.eye(6, dtype=complex), (len(frequency), 6, 6))
-    found = on_giving(mass, mounts, giving, frequency, Bounded(unit, np.zeros(unit.shape))).ground
-    return reshaped(found, lambda one: np.swapaxes(one, -1, -2))
+    load = Bounded(unit, np.zeros(unit.shape))
+    found = on_flexible_foundation(body, mounts, foundation, frequency, load)
+    return reshaped(found.ground, lambda one: np.swapaxes(one, -1, -2))
 
 
 def _emit_motion(
-    scene: Scene, found: GivingMotion, loads: BodyLoads, frequency: np.ndarray
+    scene: Scene, found: CoupledMotion, loads: BodyLoads, frequency: np.ndarray
 ) -> None:
     used = loads.retained
     axes = {"half_order": loads.order[:used], "direction": DIRECTIONS}

@@ -83,7 +83,9 @@ def _loads(record: Record) -> list[str]:
     )  # fmt: skip
     words = "efficiency: 1 less the ratio to what the machine held still would send"
     if f"{COUPLED}/modes/natural_frequency" not in record:
-        words += "; on tables the ground is what gives way, with all the mass that is in them"
+        words += (
+            "; with flexibilities, the ground is all that their tables stand for, its mass included"
+        )
     return table(heads, rows) + paragraph(words)
 
 

@@ -1,7 +1,7 @@
-"""Kernel: a machine on mounts whose feet, or the plate below them all, give way by tables.
+"""Kernel: a machine on mounts on a flexible foundation, its dynamic stiffness given by tables.
 
-A foot under the force f gives way by A f, A (3, 3) diagonal with 1 over the dynamic stiffness of
-each direction, 0 where it is rigid. Mount and foot in series pass (1 + k A)^-1 k. A plate moves by
+A foot under the force f moves by A f, A (3, 3) diagonal with 1 over the dynamic stiffness of each
+direction, 0 where it is rigid. Mount and foot in series pass (1 + k A)^-1 k. A plate moves by
 Y (6,) about its reference point, against its own dynamic stiffness Z, and not in the directions in
 which it is rigid; it has no mass but that in Z:
 
@@ -17,8 +17,10 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.foundation.two_bodies import mount_stretch
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.isolation.on_base import mount_stiffness
+from vibecalc.numerics.bounded import Bounded, reshaped
 from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF, ComplexArray, FloatArray
+from vibecalc.parts.body import RigidBody
 from vibecalc.parts.mounts import Mounts
 from vibecalc.response.forced import Dynamics, response
 
@@ -40,8 +42,8 @@ class Curve(NamedTuple):
         return np.asarray(1j * frequency * found if self.by_velocity else found)
 
 
-class Giving(NamedTuple):
-    """How the foundation gives way: by (mount, direction), and of the plate by direction.
+class FlexibleFoundation(NamedTuple):
+    """Curves below the feet by (mount, direction), and of the plate by direction.
 
     `position` (3,) of the plate's reference point from that of the machine, m.
     """
@@ -51,7 +53,7 @@ class Giving(NamedTuple):
     position: FloatArray
 
 
-class GivingMotion(NamedTuple):
+class CoupledMotion(NamedTuple):
     """Complex amplitudes (frequencies, ...), with absolute errors.
 
     `machine` (6) and `plate` (6) about their reference points, `force` (mounts, 3) of each mount
@@ -67,47 +69,53 @@ class GivingMotion(NamedTuple):
     power: Bounded
 
 
-def on_giving(
-    mass_matrix: FloatArray,
+def on_flexible_foundation(
+    body: RigidBody,
     mounts: Mounts,
-    giving: Giving,
+    foundation: FlexibleFoundation,
     frequency: FloatArray,
     load: Bounded,
-) -> GivingMotion:
+) -> CoupledMotion:
     """Motion of machine and foundation under loads (frequencies, ..., 6) at rad/s.
 
     Raises NumericalFailure where of a response fewer than four digits are certain, or where a
     dynamic stiffness is zero.
     """
-    rate = frequency[:, None, None, None]
-    own = mounts.stiffness + 1j * (mounts.structural + rate * mounts.damping)
-    yielding = _feet(len(mounts.names), giving, frequency)
-    series = np.asarray(np.linalg.solve(np.eye(3) + own @ yielding, own), dtype=complex)
-    stretch = mount_stretch(mounts, giving.position)
+    own = mount_stiffness(mounts, frequency)
+    compliance = _feet(len(mounts.names), foundation, frequency)
+    share = np.linalg.inv(np.eye(3) + own.value @ compliance)  # of the deflection, in the mount
+    value = share @ own.value
+    error = np.abs(share) @ own.error @ np.abs(share).mT
+    series = Bounded(value, error + _ROUNDINGS * UNIT_ROUNDOFF * np.abs(value))
+    stretch = mount_stretch(mounts, foundation.position)
     size = np.abs(stretch)
-    kept = np.array([*range(6), *(6 + direction for direction in sorted(giving.plate))])
-    whole = np.einsum("mai,fmab,mbj->fij", stretch, series, stretch)
-    terms = np.einsum("mai,fmab,mbj->fij", size, np.abs(series), size)
-    inertia = np.square(frequency)[:, None, None] * mass_matrix
-    whole[:, :6, :6] -= inertia
-    terms[:, :6, :6] += np.abs(inertia)
-    for direction, curve in giving.plate.items():
+    kept = np.array([*range(6), *(6 + direction for direction in sorted(foundation.plate))])
+    whole = np.einsum("mai,fmab,mbj->fij", stretch, series.value, stretch)
+    terms = np.einsum("mai,fmab,mbj->fij", size, np.abs(series.value), size)
+    error = np.einsum("mai,fmab,mbj->fij", size, error, size)
+    squared = np.square(frequency)[:, None, None]
+    whole[:, :6, :6] -= squared * body.mass_matrix
+    terms[:, :6, :6] += squared * np.abs(body.mass_matrix)
+    if body.mass_error is not None:
+        error[:, :6, :6] += squared * body.mass_error
+    for direction, curve in foundation.plate.items():
         place = 6 + direction
         whole[:, place, place] += curve.at(frequency)
         terms[:, place, place] += np.abs(curve.at(frequency))
-    whole, terms = (part[:, kept[:, None], kept] for part in (whole, terms))
-    found = _solved(whole, terms, len(kept), load, frequency)
+    error += _ROUNDINGS * UNIT_ROUNDOFF * terms
+    whole, terms, error = (part[:, kept[:, None], kept] for part in (whole, terms, error))
+    found = _solved(whole, terms, error, load, frequency)
     both = Bounded(
         np.zeros((*found.shape[:-1], 12), dtype=complex), np.zeros((*found.shape[:-1], 12))
     )
     both.value[..., kept], both.error[..., kept] = found.value, found.error
-    return _read(both, stretch, series, yielding, frequency)
+    return _read(both, stretch, series, compliance, frequency)
 
 
-def _feet(count: int, giving: Giving, frequency: FloatArray) -> ComplexArray:
+def _feet(count: int, foundation: FlexibleFoundation, frequency: FloatArray) -> ComplexArray:
     """Compliance (frequencies, mounts, 3, 3) of the feet, m/N."""
     found = np.zeros((len(frequency), count, 3, 3), dtype=complex)
-    for (mount, direction), curve in giving.feet.items():
+    for (mount, direction), curve in foundation.feet.items():
         stiffness = curve.at(frequency)
         if np.any(stiffness == 0.0):
             at = float(frequency[stiffness == 0.0][0]) / (2.0 * np.pi)
@@ -120,7 +128,11 @@ def _feet(count: int, giving: Giving, frequency: FloatArray) -> ComplexArray:
 
 
 def _solved(
-    whole: ComplexArray, terms: FloatArray, count: int, load: Bounded, frequency: FloatArray
+    whole: ComplexArray,
+    terms: FloatArray,
+    error: FloatArray,
+    load: Bounded,
+    frequency: FloatArray,
 ) -> Bounded:
     """Motion (frequencies, ..., kept) of all coordinates."""
     scale = 1.0 / np.sqrt(np.maximum(np.einsum("fii->fi", terms), np.finfo(float).tiny))
@@ -129,8 +141,7 @@ def _solved(
         inverse = np.linalg.inv(whole * weight) * weight
     except np.linalg.LinAlgError:
         raise NumericalFailure(_singular(frequency[0])) from None
-    error = _ROUNDINGS * UNIT_ROUNDOFF * terms
-    more = load.value.ndim - 2
+    more, count = load.value.ndim - 2, whole.shape[-1]
     shape = (len(frequency), *(1,) * more, count, count)
     system = Dynamics(*(part.reshape(shape) for part in (whole, error, inverse)))
     pad = [(0, 0)] * (load.value.ndim - 1) + [(0, count - 6)]
@@ -158,28 +169,27 @@ def _singular(frequency: float) -> str:
 def _read(
     both: Bounded,
     stretch: FloatArray,
-    series: ComplexArray,
-    yielding: ComplexArray,
+    series: Bounded,
+    compliance: ComplexArray,
     frequency: FloatArray,
-) -> GivingMotion:
+) -> CoupledMotion:
     """Forces, feet, ground and power of a motion (frequencies, ..., 12)."""
     more = both.value.ndim - 2
     shape = (len(frequency), *(1,) * more, *series.shape[1:])
-    series, yielding = series.reshape(shape), yielding.reshape(shape)
+    series = reshaped(series, lambda one: one.reshape(shape))
+    compliance = compliance.reshape(shape)
     column = Bounded(both.value[..., None, :, None], both.error[..., None, :, None])
-    pull = series @ stretch
-    exact = Bounded(pull, _ROUNDINGS * UNIT_ROUNDOFF * np.abs(series) @ np.abs(stretch))
-    force = (exact @ column)[..., 0]
+    force = (series @ stretch.astype(complex) @ column)[..., 0]
     arms = stretch[..., :6].mT
     bent = Bounded(force.value[..., None], force.error[..., None])
     ground = (arms @ bent)[..., 0].sum(-2)
     carried = (-stretch[..., 6:].astype(complex) @ Bounded(
         both.value[..., None, 6:, None], both.error[..., None, 6:, None]
     ))[..., 0]  # fmt: skip
-    give = (yielding @ bent)[..., 0]
+    give = (compliance @ bent)[..., 0]
     foot = give + carried
     rate = frequency.reshape(-1, *(1,) * (more + 2))
     speed = Bounded(1j * rate * foot.value, rate * foot.error)
     conjugate = Bounded(np.conj(force.value), force.error)
     power = (speed * conjugate).real.sum(-1).sum(-1) * 0.5
-    return GivingMotion(both[..., :6], both[..., 6:], force, foot, ground, power)
+    return CoupledMotion(both[..., :6], both[..., 6:], force, foot, ground, power)

@@ -5,31 +5,28 @@ from collections.abc import Iterator
 import numpy as np
 
 from vibecalc.errors import KeyPath, Problem
-from vibecalc.foundation.impedance import Curve, Giving
+from vibecalc.foundation.impedance import Curve, FlexibleFoundation
 from vibecalc.foundation.stage import kind_of
 from vibecalc.foundation.tables import Flexibility, Foundation
 from vibecalc.foundation.two_bodies import Second, two_bodies
 from vibecalc.isolation.on_base import Stand
-from vibecalc.parts.body import RigidBody, build_body
+from vibecalc.parts.body import COORDINATES, RigidBody, build_body
 from vibecalc.parts.mount_needs import frequency_counts, loads_count
 from vibecalc.parts.mounts import Mounts, build_mounts, free_motions, mount_entries
 from vibecalc.schema import Case
 
 FOUNDATION: KeyPath = ("foundation",)
-COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
 
 
 def stand_on_body(given: Foundation, body: RigidBody, mounts: Mounts) -> Stand:
     """Machine and foundation as two rigid bodies."""
     if given.body is None or given.springs is None or given.position is None:
         raise ValueError("a foundation of kind 'body' has a body, springs and a position")
-    second = Second(
-        build_body(given.body).mass_matrix, np.asarray(given.position), build_mounts(given.springs)
-    )
-    return two_bodies(body.mass_matrix, mounts, second)
+    second = Second(build_body(given.body), np.asarray(given.position), build_mounts(given.springs))
+    return two_bodies(body, mounts, second)
 
 
-def giving_of(given: Foundation, names: tuple[str, ...]) -> Giving:
+def flexible_foundation(given: Foundation, names: tuple[str, ...]) -> FlexibleFoundation:
     """Tables of a foundation by mounts and directions; of several that fit the last counts."""
     feet, plate = {}, {}
     for one in given.flexibilities or ():
@@ -41,7 +38,7 @@ def giving_of(given: Foundation, names: tuple[str, ...]) -> Giving:
             if one.mounts is None or name in one.mounts:
                 feet[place, direction] = curve
     position = np.zeros(3) if given.position is None else np.asarray(given.position)
-    return Giving(feet, plate, position)
+    return FlexibleFoundation(feet, plate, position)
 
 
 def _curve(one: Flexibility) -> Curve:
@@ -105,12 +102,18 @@ def _springs(given: Foundation) -> Iterator[Problem]:
     if loads_count(given.springs) or frequency_counts(given.springs):
         yield Problem(
             path=(*FOUNDATION, "springs"),
-            message="the springs of a foundation have one stiffness",
+            message="the springs of a foundation have constant stiffness",
             found="static, over_load or over_frequency",
             allowed="stiffness, damping and loss_factor",
             hint="[foundation] flexibilities take stiffness over frequency",
         )
         return
+    if given.springs.modal_damping:
+        yield Problem(
+            path=(*FOUNDATION, "springs", "modal_damping"),
+            message="the springs of a foundation damp by dampers or a loss factor",
+            allowed="damping and loss_factor of the springs",
+        )
     motions = free_motions(build_mounts(given.springs))
     if motions:
         yield Problem(
@@ -146,7 +149,7 @@ def _twice(case: Case, given: Foundation) -> Iterator[Problem]:
             if first != place:
                 yield Problem(
                     path=(*FOUNDATION, "flexibilities", place),
-                    message=f"the foundation gives way twice in one direction: {name}, "
+                    message=f"the foundation has two flexibilities for one direction: {name}, "
                     f"{one.direction}",
                     allowed="each direction once for each mount and for the whole",
                     also=(*FOUNDATION, "flexibilities", first),
@@ -155,7 +158,7 @@ def _twice(case: Case, given: Foundation) -> Iterator[Problem]:
 
 
 def _feeding(given: Foundation) -> Iterator[Problem]:
-    """What gives energy to the machine: with exp(i w t) the part that takes it is positive."""
+    """Curves that feed the machine: with exp(i w t) the part that takes energy is positive."""
     for place, one in enumerate(given.flexibilities or ()):
         name, curve = _key(one), _curve(one)
         part, column = (

@@ -55,6 +55,11 @@ def kind_of(case: "Case") -> str:
     return "" if case.foundation is None else case.foundation.kind or "mass"
 
 
+def moves_with_machine(case: "Case") -> bool:
+    """Whether machine and foundation are solved together, in all motions of the machine."""
+    return kind_of(case) in ("body", "impedance")
+
+
 def _of_all_freedoms(case: "Case") -> Stage:
     """Machine and foundation in six freedoms each, or on a foundation of tables."""
     body = kind_of(case) == "body"
@@ -70,7 +75,7 @@ def _of_all_freedoms(case: "Case") -> Stage:
         orders="those that act on the body",
         cost=f"a solve of {'12 x 12' if body else 'the tables'} per order and frequency",
         quantities=below("foundation/coupled/", without=without),
-        is_last=True,
+        is_last=not case.point,
         harmonics=orders_of_loads,
         work=_work_of_all,
         topics=("vibecalc.foundation.accuracy:coupled_topics",),

@@ -78,7 +78,7 @@ _LINEAR, _ANGULAR = (
 
 
 class Flexibility(Table):
-    """How the foundation gives way in one direction; in those that no one has it is rigid."""
+    """Flexibility of the foundation in one direction; in directions without one it is rigid."""
 
     at: Literal["mounts", "whole"] = Field(
         "mounts", description="under each mount by itself, or of the foundation as one stiff plate"
@@ -105,7 +105,7 @@ class Flexibility(Table):
         one_of(*_LINEAR, *_ANGULAR),
         refuse(
             "direction",
-            "a rotation gives way by angular_dynamic_stiffness or angular_impedance",
+            "the flexibility about an axis is an angular_dynamic_stiffness or angular_impedance",
             lambda t: t["direction"] in _TURNS and any(key in t for key in _LINEAR),
             found="direction = '{direction}'",
         ),
@@ -126,7 +126,7 @@ class Flexibility(Table):
         ),
         refuse(
             "mounts",
-            "what gives way as a whole has no mounts of its own",
+            "the flexibility of the whole foundation is not one of single mounts",
             lambda t: "mounts" in t and t["at"] == "whole",
             allowed="at = 'mounts'",
             also="at",
@@ -165,7 +165,7 @@ class Foundation(Table):
         None, description="between it and the ground, from its own reference point"
     )
     flexibilities: tuple[Flexibility, ...] | None = Field(
-        None, min_length=1, max_length=300, description="how it gives way, direction by direction"
+        None, min_length=1, max_length=300, description="its flexibilities, direction by direction"
     )
     RULES = (
         by_kind(

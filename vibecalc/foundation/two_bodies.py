@@ -16,14 +16,15 @@ import numpy as np
 from vibecalc.isolation.on_base import OnBase, Stand
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, UNIT_ROUNDOFF, FloatArray
+from vibecalc.parts.body import RigidBody
 from vibecalc.parts.matrices import displacement_at
 from vibecalc.parts.mounts import Mounts
 
 
 class Second(NamedTuple):
-    """The foundation: mass matrix (6, 6) about its reference point, its place (3,), its springs."""
+    """The foundation: the body, the place (3,) of its reference point, its springs."""
 
-    mass_matrix: FloatArray
+    body: RigidBody
     position: FloatArray
     springs: Mounts
 
@@ -41,26 +42,33 @@ def carried_along(position: FloatArray) -> FloatArray:
     return np.concatenate([np.eye(6), below])
 
 
-def two_bodies(mass_matrix: FloatArray, mounts: Mounts, second: Second) -> Stand:
-    """Both bodies with their mounts and springs, and how far rounding may have changed them."""
+def two_bodies(body: RigidBody, mounts: Mounts, second: Second) -> Stand:
+    """Both bodies with their mounts and springs, and how wrong their matrices may be."""
     upper = mount_stretch(mounts, second.position)
     below = displacement_at(second.springs.position)
     lower = np.concatenate([np.zeros_like(below), below], axis=-1)
     stretch = np.concatenate([upper, lower])
     size, count = np.abs(stretch), len(stretch) + 8 + DATA_ROUNDINGS
+    by_load = np.zeros(len(stretch))
+    if mounts.relative_error is not None:
+        by_load[: len(upper)] = mounts.relative_error
 
-    def add_up(name: str) -> tuple[FloatArray, FloatArray]:
+    def add_up(name: str, uncertain: FloatArray | float = 0.0) -> tuple[FloatArray, FloatArray]:
         blocks = np.concatenate([getattr(mounts, name), getattr(second.springs, name)])
         total = np.sum(stretch.mT @ blocks @ stretch, axis=0)
-        terms = np.sum(size.mT @ np.abs(blocks) @ size, axis=0)
-        return 0.5 * (total + total.T), count * UNIT_ROUNDOFF * terms
+        share = np.reshape(count * UNIT_ROUNDOFF + uncertain, (-1, 1, 1))
+        error = np.sum(size.mT @ (share * np.abs(blocks)) @ size, axis=0)
+        return 0.5 * (total + total.T), error
 
-    mass = np.zeros((12, 12))
-    mass[:6, :6], mass[6:, 6:] = mass_matrix, second.mass_matrix
-    parts = [add_up(name) for name in ("stiffness", "damping", "structural")]
-    errors = [DATA_ROUNDINGS * UNIT_ROUNDOFF * np.abs(mass), *(error for _, error in parts)]
+    mass, mass_error = np.zeros((12, 12)), np.zeros((12, 12))
+    for place, one in ((slice(6), body), (slice(6, 12), second.body)):
+        mass[place, place] = one.mass_matrix
+        mass_error[place, place] = (
+            DATA_ROUNDINGS * UNIT_ROUNDOFF * np.abs(one.mass_matrix)
+            if one.mass_error is None
+            else one.mass_error
+        )
+    parts = [add_up("stiffness", by_load), add_up("damping"), add_up("structural", by_load)]
+    errors = [mass_error, *(error for _, error in parts)]
     matrices = Matrices(mass, *(value for value, _ in parts), *errors)
-    return Stand(
-        OnBase(matrices, carried_along(second.position)), mounts.names, upper,
-        mounts.stiffness, mounts.damping, mounts.structural,
-    )  # fmt: skip
+    return Stand(OnBase(matrices, carried_along(second.position)), mounts, upper)

@@ -1,4 +1,4 @@
-"""The mounts in the report: what they carry at rest, stiffness in use, distance to their stops."""
+"""The mounts in the report: static load, stiffness in use, distance to their stops."""
 
 import numpy as np
 
@@ -29,7 +29,7 @@ _RUN_UP = (
 
 
 def mounts(result: Result) -> Section | None:
-    """Tables by mount; None where the mounts have one stiffness whatever they carry."""
+    """Tables by mount; None where their stiffness is constant."""
     record = result.record
     shown = {path for path in record if path.startswith(f"{ROOT}/")}
     if not shown:

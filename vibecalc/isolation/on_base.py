@@ -7,6 +7,7 @@ import numpy as np
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
+from vibecalc.parts.mounts import Mounts
 from vibecalc.response.forced import Dynamics, dynamics, response
 
 # ----------------------------------------------------------------------------
@@ -43,20 +44,30 @@ class Stand(NamedTuple):
     """A machine on its mounts, and what these stand on: bodies on a base, with each mount.
 
     `stretch` (mounts, 3, n) takes the motion of all coordinates to the deflection of each mount, of
-    its upper end against its lower one; properties (mounts, 3, 3) as those of `Mounts`.
+    its upper end against its lower one.
     """
 
     system: OnBase
-    names: tuple[str, ...]
+    mounts: Mounts
     stretch: np.ndarray
-    stiffness: np.ndarray
-    damping: np.ndarray
-    structural: np.ndarray
 
-    def passing(self, frequency: np.ndarray) -> np.ndarray:
+    def passing(self, frequency: np.ndarray) -> Bounded:
         """Dynamic stiffness (frequencies, mounts, 3, 3) of each mount at rad/s."""
-        rate = np.asarray(frequency)[:, None, None, None]
-        return np.asarray(self.stiffness + 1j * (self.structural + rate * self.damping))
+        return mount_stiffness(self.mounts, frequency)
+
+
+def mount_stiffness(mounts: Mounts, frequency: np.ndarray) -> Bounded:
+    """Dynamic stiffness (frequencies, mounts, 3, 3) of each mount at rad/s.
+
+    Its error is rounding, and what the load at rest leaves uncertain of the stiffness.
+    """
+    rate = np.asarray(frequency)[:, None, None, None]
+    by_load = mounts.stiffness + 1j * mounts.structural
+    value = np.asarray(by_load + 1j * rate * mounts.damping)
+    error = 8.0 * UNIT_ROUNDOFF * np.abs(value)
+    if mounts.relative_error is not None:
+        error = error + mounts.relative_error[:, None, None] * np.abs(by_load)
+    return Bounded(value, error)
 
 
 def alone(matrices: Matrices) -> OnBase:

@@ -1,4 +1,4 @@
-"""A body on its mounts as one linear system, of one stiffness or of one at each frequency."""
+"""A body on its mounts as one linear system, its stiffness constant or by frequency."""
 
 from dataclasses import dataclass
 

@@ -380,7 +380,6 @@ def draw_modal_energy(result: Result) -> "Figure | None":
 # The modes of the body as a box seen in perspective: where it goes and how it turns.
 # ----------------------------------------------------------------------------
 
-_COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
 _MOVES, _TURNS = COLOURS[0], COLOURS[1]
 #: parts of a mode shorter than this share of its longest arrow are left out
 _SHORT = 0.06
@@ -403,7 +402,7 @@ def draw_mode_shapes(result: Result) -> "Figure | None":
     natural = having(record, stem + "natural_frequency", "mode")
     if shape is None or share is None or natural is None:
         return None
-    if tuple(str(name) for name in shape.axes[1].values) != _COORDINATES:
+    if shape.values.shape[-1] != 6:
         return None
     length = np.sign(np.real(shape.values)) * np.sqrt(np.abs(np.asarray(share.values, dtype=float)))
     modes = len(length)

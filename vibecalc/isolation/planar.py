@@ -10,6 +10,7 @@ from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import TRAIN
 from vibecalc.parts.body import DIRECTIONS, build_body, dofs_of_model
 from vibecalc.parts.matrices import mounted
+from vibecalc.parts.mount_needs import loads_count
 from vibecalc.parts.mounts import build_mounts, free_motions
 from vibecalc.schema import Case, Machine
 
@@ -106,6 +107,8 @@ def _words(one: int, other: int) -> str:
 
 def _held(machine: Machine) -> Iterator[Problem]:
     assert machine.mounts is not None
+    if loads_count(machine.mounts):
+        return  # curves and stops may hold what no stiffness does: the rest will tell
     dofs = dofs_of_model("planar", machine.crank_train.axis)
     motions = free_motions(build_mounts(machine.mounts), dofs)
     if motions:

@@ -20,6 +20,8 @@ from vibecalc.schema import Case
 # ----------------------------------------------------------------------------
 
 DIRECTIONS = ("x", "y", "z")
+#: of a rigid body about its reference point, as all matrices have them
+COORDINATES = (*DIRECTIONS, "rx", "ry", "rz")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -227,10 +227,14 @@ def _mounts_needed(row: Row) -> bool:
 
 
 def _stiff(mount: Data) -> bool:
-    """Whether a stiffness stands here, or in rows."""
-    return "stiffness" in mount or any(
-        "stiffness" in table_at(mount, rows) or isinstance(mount.get(rows), str)
-        for rows in ("over_frequency", "over_load")
+    """Whether a stiffness stands here, in rows, or along the axis as load over deflection."""
+    return (
+        "stiffness" in mount
+        or "load_deflection" in table_at(mount, "static")
+        or any(
+            "stiffness" in table_at(mount, rows) or isinstance(mount.get(rows), str)
+            for rows in ("over_frequency", "over_load")
+        )
     )
 
 

@@ -7,12 +7,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vibecalc.errors import NumericalFailure
 from vibecalc.kinds import asks_roll, finds_speed, gas_turns, has_crank_train, has_speed
 from vibecalc.parts import body_tables as parts
-from vibecalc.parts.body import build_body, build_frame
+from vibecalc.parts.body import DIRECTIONS, build_body, build_frame
 from vibecalc.parts.crank_train import build_crank_train, rod_share
 from vibecalc.parts.firing import has_gas, torque_reaches_mounts
-from vibecalc.parts.mounts import Mounts, build_mounts, has_loss_factor
+from vibecalc.parts.mount_needs import loads_count
+from vibecalc.parts.mount_state import mounts_of
+from vibecalc.parts.mounts import Mounts, build_mounts, has_loss_factor, mount_entries
 from vibecalc.schema import Case, Machine
 
 # ----------------------------------------------------------------------------
@@ -25,6 +28,7 @@ from vibecalc.schema import Case, Machine
 #: what a rule examines, with the words for the part that has it
 NamedNumbers = Iterator[tuple[str, float]]
 TURN = 2.0 * math.pi
+Array = NDArray[np.float64]
 #: kg/m^3
 STEEL = 7850.0
 ANGLES = ("crank_phase", "bank_angle", "firing_angle", "phase")
@@ -144,14 +148,30 @@ def sag(case: Case) -> NamedNumbers:
     if machine.body.mass_matrix is not None or machine.mounts.stiffness_matrix is not None:
         return
     mounts, up = build_mounts(machine.mounts), "xyz".index(options.up)
+    body = build_body(machine.body)
     stiffness = float(mounts.stiffness.sum(axis=0)[up, up])
     away = mounts.position[:, None] - mounts.position
     size = float(np.sqrt(np.square(away).sum(axis=-1)).max())
     if machine.body.box is not None:
         size = max(size, *(getattr(machine.body.box, k) for k in ("length", "width", "height")))
-    if stiffness > 0.0 and size > 0.0:
-        deep = build_body(machine.body).mass * options.gravity / stiffness
+    if loads_count(machine.mounts):
+        deep = _sunk(case, body.centre, up)
+    else:
+        deep = body.mass * options.gravity / stiffness if stiffness > 0.0 else 0.0
+    if size > 0.0:
         yield f"{deep:.3g} m", deep / size
+
+
+def _sunk(case: Case, centre: Array, up: int) -> float:
+    """Sag of the mass centre on mounts that follow their load; 0 where there is no rest."""
+    try:
+        mounts = mounts_of(case)
+    except NumericalFailure:
+        return 0.0  # the run says it
+    if mounts is None or mounts.rest is None:
+        return 0.0
+    shift, turn = np.split(mounts.rest.body, 2)
+    return -float((shift + np.cross(turn, centre))[up])
 
 
 RULES = (
@@ -237,7 +257,6 @@ def implausible(case: Case) -> list[str]:
 # What is possible but unlikely, or less exact than it looks.
 # ----------------------------------------------------------------------------
 
-Array = NDArray[np.float64]
 NOTICEABLE = 1e-6
 #: results of [isolation] that have the shaking alone
 SHAKING = ("isolation/support_force/", "isolation/support_displacement/", "isolation/body/")
@@ -331,16 +350,34 @@ def _without_effect(case: Case) -> list[str]:
         ),
     }
     if mounts is not None:
+        tables = ("isolation", "foundation", "base_motion")
+        others = [f"[{name}]" for name in tables if getattr(case, name) is not None]
+        curved = [repr(one) for one in _overridden(case, mounts)]
         texts |= {
-            "modal_damping counts in [response] only, not in [isolation]": (
-                bool(mounts.modal_damping) and case.isolation is not None
+            f"modal_damping counts in [response] only, not in {', '.join(others)}": (
+                bool(mounts.modal_damping) and bool(others)
             ),
+            "load_deflection says the stiffness along its axis, at rest and with dynamic_to_static "
+            f"in motion: the `stiffness` there of mount {', '.join(curved)} does not count; write "
+            "0": bool(curved),
             "while the machine changes between operations, the loss factor counts as the damping "
             "ratio that it gives each mode at resonance": (
                 has_loss_factor(mounts) and switching is not None
             ),
         }
     return [text for text, holds in texts.items() if holds]
+
+
+def _overridden(case: Case, mounts: parts.Mounts) -> Iterator[str]:
+    """Names of mounts whose stiffness along the axis stands behind their load over deflection."""
+    for one in mount_entries(mounts):
+        static, options = one.static, case.isolation
+        if static is None or static.load_deflection is None or one.over_load is not None:
+            continue
+        axis = static.axis or (options.up if options is not None else "z")
+        given = one.stiffness
+        if given[DIRECTIONS.index(axis)] if isinstance(given, tuple) else given:
+            yield one.name
 
 
 def _rod(case: Case) -> list[str]:

@@ -12,7 +12,7 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON, UNIT_ROUNDOFF
 from vibecalc.parts import body_tables as parts
-from vibecalc.parts.body import RigidBody, build_body
+from vibecalc.parts.body import COORDINATES, RigidBody, build_body
 from vibecalc.parts.body_tables import BlockMatrix
 from vibecalc.parts.mount_state import mounts_of
 from vibecalc.parts.mounts import Mounts
@@ -177,7 +177,6 @@ def _with_matrix(mass: np.ndarray, mounts: parts.Mounts) -> Matrices:
 # ----------------------------------------------------------------------------
 
 Array = NDArray[np.float64]
-COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
 #: Entries that differ by more, relative to the diagonal entries they belong to, are two numbers.
 SYMMETRY = 1e-12
 #: Share of the diagonal below which an energy is the round-off of zero.

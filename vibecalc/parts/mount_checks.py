@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.parts import body_tables as parts
 from vibecalc.parts.mount_needs import frequency_counts, loads_count
+from vibecalc.parts.mounts import mount_entries
 from vibecalc.schema import Case
 
 MOUNTS: KeyPath = ("machine", "mounts")
@@ -18,14 +19,14 @@ def mount_problems(case: Case) -> list[Problem]:
     """Problems of mounts of which some have static, over_load or over_frequency."""
     given = case.machine.mounts
     assert given is not None
-    problems = [*_twice(given)]
+    problems = [*_twice(given), *_factor_of_nothing(given)]
     where = _place_of(given)
     isolation = case.isolation
     if isolation is not None and isolation.model == "pitch":
         problems.append(
             Problem(
                 path=("isolation", "model"),
-                message="the pitch model takes mounts of one stiffness",
+                message="the pitch model takes mounts of constant stiffness",
                 found=f"{where[-1]} of [machine.mounts]",
                 allowed=_PLACED,
                 also=where,
@@ -35,8 +36,8 @@ def mount_problems(case: Case) -> list[Problem]:
         problems.append(
             Problem(
                 path=where,
-                message="what a mount carries at rest needs [isolation], which says what is up",
-                allowed=f"[isolation] with {_PLACED}, or mounts of one stiffness",
+                message="the static load of a mount needs [isolation], which says what is up",
+                allowed=f"[isolation] with {_PLACED}, or mounts of constant stiffness",
             )
         )
     if frequency_counts(given):
@@ -72,6 +73,20 @@ def _twice(mounts: parts.Mounts) -> Iterator[Problem]:
                     also=found[0],
                 )
                 return
+
+
+def _factor_of_nothing(mounts: parts.Mounts) -> Iterator[Problem]:
+    """A factor over the load is one on a stiffness, also beside a load over deflection."""
+    for one in mount_entries(mounts):
+        rows = one.over_load
+        if rows is not None and rows.stiffness_factor and one.stiffness is None:
+            yield Problem(
+                path=_place_of(mounts, ("over_load",)),
+                message=f"stiffness_factor of over_load has no stiffness of mount {one.name!r} to "
+                "multiply",
+                allowed="stiffness of the mount, or over_load with stiffness",
+            )
+            return
 
 
 def _stands(tables: list[_At], key: str, column: str = "") -> KeyPath | None:
@@ -114,7 +129,7 @@ def _of_one_frequency(case: Case, where: KeyPath) -> Iterator[Problem]:
         if there:
             yield Problem(
                 path=path,
-                message=f"{words} needs mounts of one stiffness at all frequencies",
+                message=f"{words} needs mounts whose stiffness does not change with frequency",
                 found="over_frequency of a mount",
                 allowed="mounts without over_frequency, or leave it out",
                 hint="each order of [isolation], and of [response] by the direct method, has the "

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.numerics.rounding import FloatArray
+from vibecalc.numerics.gauss import GaussRule, gauss_rule
+from vibecalc.numerics.rounding import EPSILON, FloatArray
 
 # ----------------------------------------------------------------------------
 # Values over rows: monotone where the rows are, level beyond the first and the last.
@@ -92,9 +93,68 @@ class Spectrum:
 # The static load of one mount over its deflection, both positive in compression.
 # ----------------------------------------------------------------------------
 
+_FEW, _MANY, _ROUNDS = 8, 16, 60
+
+
+class TangentByLoad:
+    """Load over the deflection of a mount whose tangent stiffness k follows its load P.
+
+    dP/du = k(P) from P = 0 on, so that u = int dF / k(F) and the work is int F dF / k(F), by Gauss
+    rules on panels that are halved until two of them agree; beyond the rows k is level.
+    """
+
+    def __init__(self, stiffness: Level):
+        self._stiffness = stiffness
+        ends = np.unique([0.0, *stiffness.at])
+        few, many = gauss_rule(_FEW), gauss_rule(_MANY)
+        for _ in range(_ROUNDS):
+            rough, fine = (self._integrals(ends[:-1], ends[1:], rule) for rule in (few, many))
+            poor = np.any(np.abs(fine - rough) > 4.0 * EPSILON * np.abs(fine), axis=0)
+            if not np.any(poor):
+                break
+            ends = np.sort(np.concatenate([ends, 0.5 * (ends[:-1] + ends[1:])[poor]]))
+        start = int(np.searchsorted(ends, 0.0))
+        whole = np.concatenate([np.zeros((2, 1)), np.cumsum(fine, axis=1)], axis=1)
+        self._load = ends
+        self._at, self._work = whole - whole[:, [start]]
+
+    def _integrals(self, low: FloatArray, high: FloatArray, rule: GaussRule) -> FloatArray:
+        """Deflection and work (2, panels) from one load to another, their sign with them."""
+        width = high - low
+        load = low[:, None] + width[:, None] * rule.nodes
+        one = 1.0 / self._stiffness(load)
+        return np.stack([width * (one @ rule.weights), width * ((load * one) @ rule.weights)])
+
+    def __call__(self, deflection: float) -> tuple[float, float, float]:
+        """Load, tangent stiffness and work at a deflection."""
+        place = int(np.searchsorted(self._at, deflection))
+        if place in (0, len(self._at)):  # beyond the rows, or on the first
+            end = min(place, len(self._at) - 1)
+            load, away = float(self._load[end]), deflection - float(self._at[end])
+            slope = float(self._stiffness(load))
+            work = float(self._work[end]) + (load + 0.5 * slope * away) * away
+            return load + slope * away, slope, work
+        low, high = self._load[place - 1 : place + 1]
+        left, right = self._at[place - 1 : place + 1]
+        load = low + (high - low) * (deflection - left) / (right - left)
+        rule, best = gauss_rule(_MANY), np.inf
+        while True:  # Newton's method from within a panel: what is left falls until it is rounding
+            more, work = self._integrals(np.array([low]), np.array([load]), rule)[:, 0]
+            off = deflection - left - more
+            if not abs(off) < 0.5 * best:
+                break
+            best = abs(off)
+            load = min(max(load + off * float(self._stiffness(load)), low), high)
+        return float(load), float(self._stiffness(load)), float(self._work[place - 1] + work)
+
+    def bend(self, deflection: float) -> float:
+        """Change of the tangent stiffness with the deflection, N/m^2."""
+        load, slope, _ = self(deflection)
+        return float(self._stiffness(load, 1)) * slope
+
 
 class Law:
-    """Load of a mount along its axis: a line and a cube, or rows, with stops.
+    """Load of a mount along its axis: a line and a cube, or rows, or a tangent by load, with stops.
 
     Rows are joined as by `Level`, with the slopes of the rows at the ends, and go on straight.
     """
@@ -107,9 +167,10 @@ class Law:
         down: float = np.inf,
         up: float = np.inf,
         stop: float = 0.0,
+        by_load: TangentByLoad | None = None,
     ):
         self.linear, self.cubic, self.down, self.up, self.stop = linear, cubic, down, up, stop
-        self.range = (-np.inf, np.inf)
+        self.range, self._by_load = (-np.inf, np.inf), by_load
         self._curve: Any = None
         if rows is not None:
             from scipy.interpolate import PchipInterpolator
@@ -137,6 +198,8 @@ class Law:
 
     def bend(self, deflection: float) -> float:
         """Change of the tangent stiffness with the deflection, N/m^2, by its size."""
+        if self._by_load is not None:
+            return abs(self._by_load.bend(deflection))
         if self._curve is None:
             return 6.0 * self.cubic * abs(deflection)
         low, high = self.range
@@ -150,6 +213,8 @@ class Law:
         return max(deflection - self.down, 0.0) - max(-deflection - self.up, 0.0)
 
     def _of_mount(self, u: float) -> tuple[float, float, float]:
+        if self._by_load is not None:
+            return self._by_load(u)
         if self._curve is None:
             load = (self.linear + self.cubic * u * u) * u
             work = (0.5 * self.linear + 0.25 * self.cubic * u * u) * u * u

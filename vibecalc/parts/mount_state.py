@@ -1,6 +1,7 @@
 """Mounts under the weight of their body: stiffness at rest, about it, over frequency."""
 
 from dataclasses import replace
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,12 +15,14 @@ from vibecalc.schema import Case
 
 if TYPE_CHECKING:
     from vibecalc.parts.equilibrium import Rest
-    from vibecalc.parts.mount_curves import Law, Spectrum
+    from vibecalc.parts.mount_curves import Law, Spectrum, TangentByLoad
+    from vibecalc.parts.mount_tables import OverLoad
 
 # ----------------------------------------------------------------------------
 # The dynamic stiffness of a mount follows the load that it carries where the body is at rest: by
 # its rows over the load, or as the tangent of its load over deflection times the ratio of dynamic
-# to static stiffness. A stop on which it stands adds its own.
+# to static stiffness. A stop on which it stands adds its own. Where rows over the load come without
+# a load over deflection, that has the stiffness of the rows, over the same ratio, as its tangent.
 # ----------------------------------------------------------------------------
 
 
@@ -52,7 +55,7 @@ def mounts_of(case: Case) -> Mounts | None:
     ]
     turns = [rotation(*one.orientation) for one in entries]
     axis = np.array([turn[:, place] for turn, place in zip(turns, axes, strict=True)])
-    dynamic = np.array([np.broadcast_to(np.asarray(one.stiffness), 3) for one in entries])
+    dynamic = np.array([np.broadcast_to(np.asarray(one.stiffness or 0.0), 3) for one in entries])
     ratio = np.array([1.0 if e.static is None else e.static.dynamic_to_static for e in entries])
     along = dynamic[range(len(axes)), axes]
     square = dynamic.copy()
@@ -69,9 +72,7 @@ def mounts_of(case: Case) -> Mounts | None:
     uncertain = np.zeros(len(entries))
     for place, (one, law) in enumerate(zip(entries, laws, strict=True)):
         if one.over_load is not None:
-            values = one.over_load.stiffness_factor or one.over_load.stiffness or ()
-            first = 1.0 if one.over_load.stiffness_factor else values[0]
-            curve = Level(one.over_load.load, np.array(values) / first)
+            curve = Level(one.over_load.load, _over_load(one.over_load, 1.0))
             factor, bend = (float(curve(rest.load[place], n)) for n in (0, 1))
             uncertain[place] = abs(bend) * rest.load_error[place] / factor
             along[place] *= factor
@@ -101,18 +102,38 @@ def _turned(turns: list[FloatArray], values: FloatArray) -> FloatArray:
 
 
 def _law(entry: MountEntry, linear: float) -> "Law":
+    """Static load over deflection: as given, or with the tangent of `over_load` at each load."""
     from vibecalc.parts.mount_curves import Law
 
-    static = entry.static
-    if static is None:
-        return Law(linear)
-    rows, stops = static.load_deflection, static.stops
-    curve = None if rows is None else (rows.deflection, rows.load)
+    static, rows = entry.static, entry.over_load
+    given = None if static is None else static.load_deflection
+    cubic = 0.0 if static is None else static.cubic_stiffness or 0.0
+    curve = None if given is None else (given.deflection, given.load)
+    own = None
+    if rows is not None and given is None and not cubic:
+        own = _tangent(rows.load, _over_load(rows, linear))
+    stops = None if static is None else static.stops
     if stops is None:
-        return Law(linear, static.cubic_stiffness or 0.0, curve)
+        return Law(linear, cubic, curve, by_load=own)
     down = np.inf if stops.down is None else stops.down
     up = np.inf if stops.up is None else stops.up
-    return Law(linear, static.cubic_stiffness or 0.0, curve, down, up, stops.stiffness)
+    return Law(linear, cubic, curve, down, up, stops.stiffness, own)
+
+
+def _over_load(rows: "OverLoad", nominal: float) -> tuple[float, ...]:
+    """Stiffness in the rows, `nominal` where the factor is 1, or in the first row of stiffness."""
+    if rows.stiffness_factor:
+        return tuple(nominal * factor for factor in rows.stiffness_factor)
+    values = rows.stiffness or ()
+    return tuple(nominal * (value / values[0]) for value in values)
+
+
+@lru_cache(maxsize=16)
+def _tangent(load: tuple[float, ...], stiffness: tuple[float, ...]) -> "TangentByLoad":
+    """Built once for equal mounts."""
+    from vibecalc.parts.mount_curves import Level, TangentByLoad
+
+    return TangentByLoad(Level(load, stiffness))
 
 
 def _weight(body: RigidBody, up: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -45,7 +45,7 @@ class OverFrequency(Table):
 
 
 class OverLoad(Table):
-    """Dynamic stiffness of a mount against the load that it carries at rest."""
+    """Dynamic stiffness of a mount against its static load; over dynamic_to_static, its tangent."""
 
     load: tuple[Force, ...] = Field(
         min_length=2, max_length=_ROWS, description="compression along its axis, ascending"
@@ -107,7 +107,7 @@ class Static(Table):
         None, description="times the deflection cubed, along the axis"
     )
     load_deflection: LoadDeflection | None = Field(
-        None, description="along the axis, instead of the stiffness: a table or a CSV"
+        None, description="along the axis, where stiffness may then be 0: a table or a CSV"
     )
     stops: Stops | None = Field(None, description="bump stops along the axis")
     RULES = (at_most_one("load_deflection", "cubic_stiffness"),)

@@ -37,6 +37,14 @@ def run_points(scene: Scene) -> None:
         "vibration where it is measured",
         "docs/theory.md",
     )
+    if not np.any(counts[..., :used]):
+        low, high = (one / (2.0 * np.pi) for one in band_of(case))
+        scene.warn(
+            f"no order of the speed lies between {low:.6g} and {high:.6g} Hz, the band of the "
+            "r.m.s. values at points: these are zero, and there is no severity; the peaks have all "
+            "orders"
+        )
+        return
     if case.vibration_severity is None:
         return
     scene.emit(SEVERITY, severity(*Signals(**values)), axes=axes)
@@ -55,7 +63,10 @@ def run_points(scene: Scene) -> None:
 
 
 def motion_of_body(scene: Scene) -> MotionByOrder:
-    """Motion of the body at its speed by all that drives it."""
+    """Motion of the body at its speed by all that drives it, with the foundation if that moves."""
+    on_foundation: MotionByOrder | None = scene.handed_on.get("motion_on_foundation")
+    if on_foundation is not None:
+        return on_foundation
     if torque_reaches_mounts(scene.case):
         from vibecalc.isolation.adapters.torque_reaction import motion_with_torque
 

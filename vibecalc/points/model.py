@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import Problem
+from vibecalc.foundation.stage import moves_with_machine
 from vibecalc.kinds import gas_turns
 from vibecalc.numerics.rounding import FloatArray, IntArray
 from vibecalc.parts.body import DIRECTIONS
@@ -125,13 +126,28 @@ def points_problems(case: Case) -> list[Problem]:
 
 def points_cautions(case: Case) -> list[str]:
     """What the motion of the points lacks."""
-    machine = case.machine
-    if not case.point or not gas_turns(machine) or not has_gas(case) or torque_reaches_mounts(case):
+    if not case.point or case.machine.body is None:
         return []
-    if driven_machine(case) == "cancels_torque":
-        return []
-    return [
-        "the points move without the torque of the gas, which the motion of the body here does "
-        "not have: [isolation] with model = 'rigid_body' or 'planar' has it, where the case says "
-        "when the cylinders fire"
-    ]
+    run_up = case.isolation is not None and case.isolation.run_up is not None
+    texts = {
+        "the vibration at points is computed without the torque of the gas on the body: "
+        "[isolation] with model = 'rigid_body' or 'planar' includes it, where the case says when "
+        "the cylinders fire": _without_torque(case),
+        "the vibration at points is that of the machine on a rigid foundation: a [foundation] of "
+        "one mass moves up and down only, one with a body or flexibilities moves the points too": (
+            case.foundation is not None and not moves_with_machine(case)
+        ),
+        "the vibration at points in the run-up is that of the machine on a rigid foundation; at "
+        "the operating speed it is with the motion of the [foundation]": (
+            run_up and moves_with_machine(case)
+        ),
+        "the vibration at points is that of the running machine on a base at rest: base_motion/ "
+        "has what the motion of the base adds": case.base_motion is not None,
+    }
+    return [text for text, holds in texts.items() if holds]
+
+
+def _without_torque(case: Case) -> bool:
+    if not gas_turns(case.machine) or not has_gas(case) or torque_reaches_mounts(case):
+        return False
+    return driven_machine(case) != "cancels_torque"

@@ -192,9 +192,11 @@ def points(result: Result) -> Section | None:
     table_lines, shown = _at_speed(result)
     up_lines, up_shown = _in_run_up(record)
     velocity = having(record, f"{ROOT}/velocity", "sensor", "order")
+    moves = table_of(result.case, "foundation").get("kind") in ("body", "impedance")
+    on_what = ", with the motion of the foundation at the speed" if moves else ""
     words = paragraph(
-        f"Displacement s, velocity v and acceleration a along each sensor; peak over the cycle of "
-        f"all orders, r.m.s. of those from {band_words(result)}."
+        f"Displacement s, velocity v and acceleration a along each sensor{on_what}; peak over the "
+        f"cycle of all orders, r.m.s. of those from {band_words(result)}."
     )
     if not table_lines and not up_lines:
         return None

@@ -17,8 +17,6 @@ from vibecalc.numerics.rounding import FloatArray, IntArray
 
 #: rad/s, where displacement, velocity and acceleration of a grade meet
 LOWER, UPPER = 2.0 * np.pi * 10.0, 2.0 * np.pi * 250.0
-#: rad/s, where displacement, velocity and acceleration of a grade meet
-LOWER, UPPER = 2.0 * np.pi * 10.0, 2.0 * np.pi * 250.0
 #: velocity of the lowest grade, r.m.s., m/s, and the ratio of each to the one before
 LOWEST, RATIO = 1.12e-3, 10.0**0.2
 #: names of the zones between three boundaries, and between two

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 
 from vibecalc.core.run.stage import (
     Entries,
-    Harmonics,
     Leading,
     Stage,
     Subject,
@@ -13,8 +12,9 @@ from vibecalc.core.run.stage import (
     Work,
     below,
 )
+from vibecalc.foundation.stage import moves_with_machine
 from vibecalc.isolation.stage import ORDERS, orders_of_loads, orders_of_reaction
-from vibecalc.kinematics.stage import orders_given, orders_of_motion, orders_words
+from vibecalc.kinematics.stage import orders_given, orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
 from vibecalc.parts.firing import torque_reaches_mounts
 
@@ -48,10 +48,10 @@ def plan_points(case: "Case") -> Iterator[Stage]:
         cost="a product with the motion of the body per reading and order",
         quantities=below("points/", tuple(without)),
         is_last=True,
-        harmonics=_orders,
+        harmonics=orders_of_loads,
         work=_work,
         topics=("vibecalc.points.accuracy:points_topics",),
-        leading=None if torque else Leading(MOUNT_KEYS, most=1024),
+        leading=None if torque or moves_with_machine(case) else Leading(MOUNT_KEYS, most=1024),
     )
     if case.isolation is None or case.isolation.run_up is None:
         return
@@ -69,10 +69,6 @@ def plan_points(case: "Case") -> Iterator[Stage]:
         work=_work_of_run_up,
         topics=("vibecalc.points.accuracy:points_run_up_topics",),
     )
-
-
-def _orders(case: "Case") -> Harmonics:
-    return (orders_of_reaction if torque_reaches_mounts(case) else orders_of_motion)(case)
 
 
 #: speeds that a run-up of readings takes

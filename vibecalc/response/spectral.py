@@ -75,7 +75,7 @@ def spectral_system(
 ) -> SpectralSystem:
     """Of a body on mounts with a spectrum; `constant` (f, f) are its matrices, some stiffness."""
     if mounts.spectrum is None:
-        raise ValueError("these mounts have one stiffness at all frequencies")
+        raise ValueError("the stiffness of these mounts is constant")
     there = displacement_at(mounts.position)[..., freedoms]
     blocks = there.mT @ mounts.stiffness @ there
     share: Any = 16.0 * UNIT_ROUNDOFF

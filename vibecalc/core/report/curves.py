@@ -63,6 +63,8 @@ _BELOW = {
     "order": "order, multiple of the crank speed",
     "half_order": "order, multiple of the crank speed",
 }
+#: axes of orders, and how many of them have ticks at half ones
+_ORDERS, _FEW_ORDERS = ("order", "half_order"), 6.0
 #: rad, an angle up to which it is read in mrad
 _SMALL = 0.1
 #: s, a time up to which it is read in ms
@@ -518,6 +520,8 @@ class Plot:
             step = float(np.min(np.diff(np.unique(x)), initial=1.0))
             axes.set_xlim(float(x.min()) - 0.7 * step, float(x.max()) + 0.7 * step)
             axes.grid(visible=False, axis="x")
+            if axis.name in _ORDERS:
+                _order_ticks(axes, step < 1.0 and float(np.ptp(x)) <= _FEW_ORDERS)
         elif np.ptp(x) > 0.0 and not dotted(len(self.drawn[0][0])):
             low, high = float(np.min(x[x > 0.0] if "x" in panel.log else x)), float(np.max(x))
             axes.set_xlim(0.0 if axis.unit == "s" and low < _EARLY * high else low, high)
@@ -530,6 +534,14 @@ class Plot:
         for upright in (axes.xaxis, axes.yaxis):
             if upright.get_scale() == "log":
                 plain_ticks(upright)
+
+
+def _order_ticks(axes: "Axes", halves: bool) -> None:
+    """Ticks at whole orders, or at half ones too."""
+    from matplotlib.ticker import MaxNLocator, MultipleLocator
+
+    whole = MaxNLocator(12, integer=True, steps=[1, 2, 5, 10])
+    axes.xaxis.set_major_locator(MultipleLocator(0.5) if halves else whole)
 
 
 def _read_in(quantity: Quantity, largest: float) -> tuple[float, str]:

@@ -16,10 +16,8 @@ from vibecalc.isolation.on_mounts import on_mounts
 from vibecalc.isolation.pitch import angle_harmonics, pitch_model, pitch_resonances
 from vibecalc.numerics.bounded import Bounded, concatenate, reshaped
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.parts.body import dofs_of_model
+from vibecalc.parts.body import COORDINATES, dofs_of_model
 from vibecalc.response.resonances import check_operating_point, left_out
-
-COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
 
 
 class _Mounted(NamedTuple):

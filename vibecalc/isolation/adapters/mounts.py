@@ -1,4 +1,4 @@
-"""What mounts carry at rest, the stiffness in use, and how near they come to their stops."""
+"""Static load of the mounts, the stiffness in use, and how near they come to their stops."""
 
 import numpy as np
 
@@ -40,7 +40,7 @@ def static_at_rest(rest: Rest, up: np.ndarray) -> Static:
 
 
 def emit_mounts(scene: Scene, mounts: Mounts, orders: np.ndarray, speed: float) -> None:
-    """Emit what the mounts carry and their stiffness, at rest and at the frequency of orders."""
+    """Emit static load and stiffness of the mounts, at rest and at the frequency of orders."""
     names = {"mount": mounts.names}
     rest = mounts.rest
     if rest is not None and mounts.axis is not None and mounts.relative_error is not None:

@@ -33,7 +33,7 @@ from vibecalc.isolation.rigid_body import (
 from vibecalc.isolation.rows import Readout, with_left_out
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.parts.body import DIRECTIONS, RigidBody, dofs_of_model
+from vibecalc.parts.body import COORDINATES, DIRECTIONS, RigidBody, dofs_of_model
 from vibecalc.parts.firing import torque_reaches_mounts
 from vibecalc.parts.matrices import displacement_at
 from vibecalc.parts.mounts import Mounts
@@ -44,8 +44,6 @@ from vibecalc.response.resonances import check_operating_point, idle_warnings
 # ----------------------------------------------------------------------------
 # Adapter: the body on its mounts with all six freedoms, or those in the plane of the crank.
 # ----------------------------------------------------------------------------
-
-COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
 
 
 class MountedBody(NamedTuple):

@@ -11,6 +11,7 @@ from vibecalc.numerics.bounded import Bounded, reshaped, where
 from vibecalc.numerics.leading import leave_alone
 from vibecalc.numerics.matrices import Matrices, bounded_parts
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON, UNIT_ROUNDOFF
+from vibecalc.parts.body import COORDINATES
 from vibecalc.parts.matrices import build_system
 from vibecalc.parts.mount_state import mounts_of
 from vibecalc.response.energies import (
@@ -66,8 +67,6 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------
 # The body on its suspension as a linear system that several stages of the response share.
 # ----------------------------------------------------------------------------
-
-COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
 
 
 class LinearSystem(NamedTuple):
