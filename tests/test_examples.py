@@ -1,4 +1,4 @@
-"""Claim: `new --example` copies a shipped case with the files that it names, and overwrites none."""
+"""Claim: `new --example` copies a shipped case and the files that it names, and overwrites none."""
 
 from pathlib import Path
 
