@@ -76,9 +76,9 @@ def files_of_example(name: str) -> dict[str, bytes]:
         hint = f"\ndid you mean {near!r}?" if near else ""
         raise UsageError(f"no example {name[:60]!r}, there is\n{example_table()}{hint}")
     case = carried("cases") / f"{name}.toml"
-    near = {path.relative_to(case.parent).as_posix() for path in case.parent.rglob("*.*")}
+    there = {path.relative_to(case.parent).as_posix() for path in case.parent.rglob("*.*")}
     texts = dict.fromkeys(_texts(tomllib.loads(case.read_text(encoding="utf-8"))))
-    named = [case.name, *(text for text in texts if text in near)]
+    named = [case.name, *(text for text in texts if text in there)]
     return {one: (case.parent / one).read_bytes() for one in named}
 
 
