@@ -17,6 +17,7 @@ SWEPT := $(SWEEPS:cases/%.toml=%.sweep)
 RESULTS = $(NAMES:%=outputs/golden/%.h5) $(SWEPT:%=outputs/golden/%.h5)
 WORKERS ?= 2
 PYTEST_OPTIONS ?=
+DIST ?= dist
 # what `make least` runs: cases and tests of a second or two that hang on the kernels of BLAS
 LEAST := generator compressor absorber_rig_b engine_damped
 KERNELS := property_measurement_cone property_modes \
@@ -30,7 +31,7 @@ export OMP_NUM_THREADS := 1
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .PHONY: help run sweep test check lint types golden golden-results accept-golden least least-tests accept-snapshots \
-  plots bench matrix test-long clean
+  plots package bench matrix test-long clean
 
 help: ## print this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 16
@@ -95,6 +96,13 @@ accept-snapshots: $(READY) ## make reports, checks, words of pictures and refusa
 plots: $(READY) sweep ## draw the pictures of every case into outputs/
 	$(BIN)/vibecalc run $(CASES) -q
 	$(BIN)/vibecalc plot $(NAMES:%=outputs/%.h5) $(SWEPT:%=outputs/%.h5)
+
+# The same bytes wherever and whenever it is built; tests/test_package.py installs and uses it.
+package: $(READY) ## build the source distribution and, from it, the wheel, into dist/
+	@rm -f $(DIST)/vibecalc-*
+	$(BIN)/python -m hatchling build -t sdist -d $(DIST)
+	$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --no-build-isolation \
+	  -w $(DIST) $(DIST)/vibecalc-*.tar.gz
 
 bench: $(READY) ## all benchmarks as ratios: benchmarks/RESULTS.md and the README's table (10 minutes)
 	$(BIN)/python benchmarks/run.py

@@ -69,6 +69,8 @@ def test_a_page_is_that_of_the_option_and_has_examples_and_exit_codes() -> None:
         ("vibecalc get case.h5 isolation/pitch/da",
          {"isolation/pitch/damping", "isolation/pitch/damping_ratio"}),
         ("vibecalc plot case.h5 --only run_", {"run_up"}),
+        ("vibecalc new ro", {"roll", "roll_control"}),
+        ("vibecalc new --example roll_re", {"roll_records"}),
         ("vibecalc run missing.toml --set mach", set()),
     ],
 )  # fmt: skip

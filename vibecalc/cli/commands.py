@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vibecalc.cli.completion import completion, names_of_pictures
+from vibecalc.cli.completion import beginnings, completion, names_of_pictures
 from vibecalc.cli.help_page import Command, Group
 from vibecalc.cli.results import EXCHANGE, export, get, info
 from vibecalc.cli.sweep import Json, Quiet, Settings, Unset, merge, sweep
@@ -126,6 +126,7 @@ Full = Annotated[bool, typer.Option("--full", help="With --json: print the array
 Output = Annotated[
     Path | None, typer.Option("--output", "-o", help="New file to write, instead of stdout.")
 ]
+Force = Annotated[bool, typer.Option("--force", help="Write over files that exist.")]
 Folder = Annotated[
     Path | None, typer.Option("--output", "-o", help="Folder for the pictures; made if missing.")
 ]
@@ -366,49 +367,72 @@ def plot(
 @app.command(cls=Command)
 def new(
     scene: Annotated[
-        str, typer.Argument(metavar="SCENE", help="Kind of scene; `list` names them.")
+        str,
+        typer.Argument(
+            metavar="NAME", help="Kind of scene; `list` names them.", autocompletion=beginnings
+        ),
     ] = "list",
-    output: Output = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="File to write; of an example, the folder for it."),
+    ] = None,
+    example: Annotated[
+        bool, typer.Option("--example", help="Copy a shipped case of this NAME and its files.")
+    ] = False,
     assembly: Annotated[
         Path | None,
         typer.Option("--from", metavar="JSON", help="Instead: the line of an openTorsion file."),
     ] = None,
+    force: Force = False,
 ) -> None:
-    """Write a commented starter case to stdout or to a file."""
-    from vibecalc.cli.starters import scenes, starter
+    """Write a commented starter case to stdout or to a file, or a shipped case with its files."""
+    from vibecalc.cli import starters
 
     if assembly is not None:
         from vibecalc.core.results.named import named
 
-        if scene != "list":
-            raise UsageError(f"--from writes a case of its own, leave {scene[:60]!r} out")
-        _write_text(named(f"{EXCHANGE}:case_of_assembly")(assembly), output)
-        return
-    if scene == "list":
-        for name, about in scenes().items():
+        if scene != "list" or example:
+            what = "--example" if example else repr(scene[:60])
+            raise UsageError(f"--from writes a case of its own, leave {what} out")
+        _write_text(named(f"{EXCHANGE}:case_of_assembly")(assembly), output, force)
+    elif example:
+        if scene == "list":
+            typer.echo(starters.example_table())
+            return
+        files = starters.files_of_example(scene)
+        folder = output or Path()
+        _write_new({folder / name: content for name, content in files.items()}, force)
+    elif scene == "list":
+        for name, about in starters.scenes().items():
             typer.echo(f"{name:<13}  {about}")
-        return
-    _write_text(starter(scene), output)
+    else:
+        _write_text(starters.starter(scene), output, force)
 
 
 @app.command(cls=Command)
-def schema(output: Output = None) -> None:
+def schema(output: Output = None, force: Force = False) -> None:
     """Print the JSON schema of case files, for editors."""
     import json
 
     from vibecalc.json_schema import json_schema
 
-    _write_text(json.dumps(json_schema(), indent=2) + "\n", output)
+    _write_text(json.dumps(json_schema(), indent=2) + "\n", output, force)
 
 
 @app.command("help", cls=Command)
 def help_(
     ctx: typer.Context,
     command: Annotated[
-        str | None, typer.Argument(metavar="COMMAND", help="Name of a command; default: all.")
+        str | None,
+        typer.Argument(metavar="COMMAND", help="Name of a command, or `start`; default: all."),
     ] = None,
 ) -> None:
-    """Show the help page of a command."""
+    """Show the help page of a command, or how to start."""
+    if command == "start":
+        from vibecalc.cli.starters import carried
+
+        typer.echo((carried("docs") / "start.md").read_text(encoding="utf-8"), nl=False)
+        return
     program = ctx.parent
     assert program is not None
     if command is None:
@@ -466,16 +490,23 @@ def _print_json(data: Any) -> None:
     typer.echo(json.dumps(data, indent=2, allow_nan=False))
 
 
-def _write_text(text: str, output: Path | None) -> None:
+def _write_text(text: str, output: Path | None, force: bool) -> None:
     if output is None:
         typer.echo(text, nl=False)
-        return
-    from vibecalc.cli.outputs import write_text
+    else:
+        _write_new({output: text.encode("utf-8")}, force)
 
-    if output.exists():
-        raise UsageError(f"{output} exists already; remove it or choose another name")
-    write_text(text, output)
-    typer.echo(f"wrote {output}")
+
+def _write_new(files: dict[Path, bytes], force: bool) -> None:
+    """Write files that do not exist yet, all or none; with `force` others too."""
+    from vibecalc.core.results.files import write_together
+
+    for path in files:
+        if path.exists() and not force:
+            raise UsageError(f"{path} exists already; choose another place or add --force")
+    write_together(list(files.items()))
+    for path in files:
+        typer.echo(f"wrote {path}")
 
 
 for command in (sweep, merge, accuracy, info, get, export, completion):

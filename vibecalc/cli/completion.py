@@ -1,4 +1,4 @@
-"""What a shell offers after the tab key: keys of a case, quantities and pictures of a result."""
+"""What a shell offers after the tab key: keys and names of cases, quantities and pictures."""
 
 from collections.abc import Iterator
 from contextlib import suppress
@@ -53,6 +53,14 @@ def names_of_pictures(ctx: typer.Context, incomplete: str) -> list[str]:
     from vibecalc.core.report.plots import every_picture
 
     return [name for name in every_picture() if name.startswith(incomplete)]
+
+
+def beginnings(ctx: typer.Context, incomplete: str) -> list[str]:
+    """Names of starters, after `--example` those of the shipped cases."""
+    from vibecalc.cli.starters import examples, scenes
+
+    names = examples() if ctx.params.get("example") else {**scenes(), "list": ""}
+    return [name for name in names if name.startswith(incomplete)]
 
 
 def _keys(ctx: typer.Context) -> list[str]:

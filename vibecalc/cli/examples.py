@@ -18,6 +18,8 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
     "new": (
         ("vibecalc new list", "the kinds of machine"),
         ("vibecalc new generator -o mine.toml", "a case with all keys that it may have"),
+        ("vibecalc new --example generator", "a shipped case with its files, ready to run"),
+        ("vibecalc new --example", "names and titles of the shipped cases"),
     ),
     "schema": (("vibecalc schema -o vibecalc.schema.json", "for editors that complete keys"),),
     "sweep": (

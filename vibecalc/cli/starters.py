@@ -1,11 +1,26 @@
-"""Starter cases: the files of `vibecalc/starters/`, printed as they are."""
+"""Cases to begin with: starters, printed as they are, and the examples, copied with their files."""
 
 import difflib
+import tomllib
+from collections.abc import Collection, Iterator
 from pathlib import Path
+from typing import Any
 
 from vibecalc.errors import UsageError
 
-FOLDER = Path(__file__).parent.parent / "starters"
+PACKAGE = Path(__file__).parent.parent
+FOLDER = PACKAGE / "starters"
+
+
+def carried(name: str) -> Path:
+    """A folder that goes with the package: inside it once installed, next to it in a checkout."""
+    inside = PACKAGE / name
+    return inside if inside.is_dir() else PACKAGE.parent / name
+
+
+# ----------------------------------------------------------------------------
+# Starters
+# ----------------------------------------------------------------------------
 
 
 def scenes() -> dict[str, str]:
@@ -20,7 +35,60 @@ def starter(scene: str) -> str:
     """Return a commented starter case as TOML; UsageError with the list for an unknown scene."""
     names = list(scenes())
     if scene not in names:
-        near = difflib.get_close_matches(scene[:60], names, n=1)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
+        near = _nearest(scene, names)
+        hint = f"; did you mean {near!r}?" if near else ""
         raise UsageError(f"no scene {scene[:60]!r}, there is {', '.join(names)}{hint}")
     return (FOLDER / f"{scene}.toml").read_text(encoding="utf-8")
+
+
+# ----------------------------------------------------------------------------
+# Examples: the cases of `cases/`
+# ----------------------------------------------------------------------------
+
+
+def examples() -> dict[str, str]:
+    """Titles of the examples by name; those of a folder below are named `gallery/v8`."""
+    folder = carried("cases")
+    found = {}
+    for path in (*sorted(folder.glob("*.toml")), *sorted(folder.glob("gallery/*.toml"))):
+        lines = path.read_text(encoding="utf-8").splitlines()
+        title = next(line for line in lines if line.startswith("title = "))
+        name = path.relative_to(folder).with_suffix("").as_posix()
+        found[name] = tomllib.loads(title)["title"]
+    return found
+
+
+def example_table() -> str:
+    """Name and title of each example, a line for each."""
+    listed = examples()
+    wide = max(map(len, listed))
+    return "\n".join(f"{name:<{wide}}  {title}" for name, title in listed.items())
+
+
+def files_of_example(name: str) -> dict[str, bytes]:
+    """A case and all files that it names, by their places in a folder of its own.
+
+    UsageError with the list for an unknown name.
+    """
+    listed = examples()
+    if name not in listed:
+        near = _nearest(name, listed)
+        hint = f"\ndid you mean {near!r}?" if near else ""
+        raise UsageError(f"no example {name[:60]!r}, there is\n{example_table()}{hint}")
+    case = carried("cases") / f"{name}.toml"
+    there = {path.relative_to(case.parent).as_posix() for path in case.parent.rglob("*.*")}
+    texts = dict.fromkeys(_texts(tomllib.loads(case.read_text(encoding="utf-8"))))
+    named = [case.name, *(text for text in texts if text in there)]
+    return {one: (case.parent / one).read_bytes() for one in named}
+
+
+def _texts(value: Any) -> Iterator[str]:
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, dict | list):
+        for one in value.values() if isinstance(value, dict) else value:
+            yield from _texts(one)
+
+
+def _nearest(name: str, known: Collection[str]) -> str:
+    return next(iter(difflib.get_close_matches(name[:60], known, n=1)), "")

@@ -171,9 +171,9 @@ def resolve(case: Case) -> dict[str, Any]:
     return resolved
 
 
-def case_hash(resolved: dict[str, Any]) -> str:
+def case_hash(resolved: dict[str, Any], version: str = __version__) -> str:
     """Hash (hexadecimal SHA-256) of resolved values, schema version and program version."""
-    content = {"case": resolved, "schema": SCHEMA_VERSION, "vibecalc": __version__}
+    content = {"case": resolved, "schema": SCHEMA_VERSION, "vibecalc": version}
     canonical = json.dumps(content, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(canonical.encode()).hexdigest()
 
