@@ -1,12 +1,14 @@
 """The JSON schema of case files, for editors: made from the schema, as it stands in `schema.py`."""
 
+import copy
+import functools
 import json
 from typing import Any
 
 from vibecalc.core.case.fields import Table
 from vibecalc.core.case.row_files import LISTS
 from vibecalc.core.case.walk import Shape, keys_of, shape_of, words
-from vibecalc.errors import KeyPath
+from vibecalc.errors import KeyPath, UsageError
 from vibecalc.kinds import EACH, FINDING_MOTORS, KINDS, MOTORS, of_others, parts_of
 from vibecalc.schema import SCHEMA_VERSION, Case
 from vibecalc.unit_patterns import NUMBERS, text_pattern
@@ -15,15 +17,13 @@ Schema = dict[str, Any]
 
 
 def json_schema(kind: str = "") -> Schema:
-    """Return the JSON schema (draft 2020-12) of case files, of one kind of machine or of all."""
-    texts: dict[str, Schema] = {}
-    schema: Schema = _tidy(Case.model_json_schema(by_alias=True), texts)
-    _describe(schema, Case, schema["$defs"], set())
-    tables = with_kinds(schema["$defs"])
-    schema["$defs"] = {name: _or_a_file(table) for name, table in tables.items()} | texts
-    rows = schema["$defs"]["ShaftLine"]["properties"]
-    for key in (path[-1] for path in LISTS):
-        rows[key] = {"anyOf": [rows[key], _CSV_NAME], "description": rows[key]["description"]}
+    """Return the JSON schema (draft 2020-12) of case files, of one kind of machine or of all.
+
+    UsageError where there is no such kind.
+    """
+    if kind and kind not in KINDS:
+        raise UsageError(f"no kind of machine {kind[:60]!r}, there is {', '.join(KINDS)}")
+    schema = copy.deepcopy(_every_table())
     if kind:
         _of_kind(schema, kind)
     else:
@@ -35,6 +35,19 @@ def json_schema(kind: str = "") -> Schema:
         **schema,
         "title": f"vibecalc case of a machine of kind {kind}" if kind else "vibecalc case",
     }
+
+
+@functools.cache
+def _every_table() -> Schema:
+    texts: dict[str, Schema] = {}
+    schema: Schema = _tidy(Case.model_json_schema(by_alias=True), texts)
+    _describe(schema, Case, schema["$defs"], set())
+    tables = with_kinds(schema["$defs"])
+    schema["$defs"] = {name: _or_a_file(table) for name, table in tables.items()} | texts
+    rows = schema["$defs"]["ShaftLine"]["properties"]
+    for key in (path[-1] for path in LISTS):
+        rows[key] = {"anyOf": [rows[key], _CSV_NAME], "description": rows[key]["description"]}
+    return schema
 
 
 def _or_a_file(table: Schema) -> Schema:

@@ -175,5 +175,7 @@ def _together(above: list[tuple[Dimension | None, int]]) -> list[str]:
     for order in _ORDERS:
         if len(names) > 1 and [name for name in order if name in names] == names:
             parts = zip(names, above, strict=True)
-            return ["".join(_TOGETHER[name] + _power(power) for name, (_, power) in parts)]
+            return [
+                f"{_TIMES}?".join(_TOGETHER[name] + _power(power) for name, (_, power) in parts)
+            ]
     return []

@@ -373,32 +373,54 @@ def new(
         Path | None,
         typer.Option("--from", metavar="JSON", help="Instead: the line of an openTorsion file."),
     ] = None,
+    schema: Annotated[
+        bool, typer.Option("--schema", help="With -o: also the JSON schema that editors read.")
+    ] = False,
 ) -> None:
     """Write a commented starter case to stdout or to a file."""
     from vibecalc.cli.starters import scenes, starter
 
+    if schema and output is None:
+        raise UsageError("--schema writes the schema next to the case, which needs -o")
     if assembly is not None:
         from vibecalc.core.results.named import named
 
         if scene != "list":
             raise UsageError(f"--from writes a case of its own, leave {scene[:60]!r} out")
-        _write_text(named(f"{EXCHANGE}:case_of_assembly")(assembly), output)
-        return
-    if scene == "list":
+        text: str = named(f"{EXCHANGE}:case_of_assembly")(assembly)
+    elif scene == "list":
         for name, about in scenes().items():
             typer.echo(f"{name:<13}  {about}")
         return
-    _write_text(starter(scene), output)
+    else:
+        text = starter(scene)
+    if schema and output is not None:
+        from vibecalc.cli.editors import kind_in, with_directive, write_schema
+
+        kind = kind_in(text)
+        _write_text(with_directive(text, kind), output)
+        typer.echo(f"wrote {write_schema(output.parent, kind)}")
+    else:
+        _write_text(text, output)
 
 
 @app.command(cls=Command)
-def schema(output: Output = None) -> None:
+def schema(
+    kind: Annotated[
+        str, typer.Option(metavar="KIND", help="Of cases of one kind of machine alone.")
+    ] = "",
+    output: Annotated[
+        str | None,
+        typer.Option("--output", "-o", help="New file, or folder when it exists or ends with '/'."),
+    ] = None,
+) -> None:
     """Print the JSON schema of case files, for editors."""
-    import json
+    from vibecalc.cli.editors import schema_text, write_schema
 
-    from vibecalc.json_schema import json_schema
-
-    _write_text(json.dumps(json_schema(), indent=2) + "\n", output)
+    if output is not None and (output.endswith("/") or Path(output).is_dir()):
+        typer.echo(f"wrote {write_schema(Path(output), kind)}")
+    else:
+        _write_text(schema_text(kind), Path(output) if output else None)
 
 
 @app.command("help", cls=Command)
