@@ -26,14 +26,17 @@ NUMBERS = {
     "from_0": rf"\+?{_UNSIGNED}{_EXPONENT}",
     "above_0": rf"\+?{_ABOVE_ZERO}{_EXPONENT}",
 }
-#: units whose zero is not that of the SI unit, after a number of either sign
-_SHIFTED = {"K": ("degC", "°C")}
+#: what may stand before a unit whose zero is not that of the SI unit, where that is bounded
+_SHIFTED = {"K": ("(?:degC|°C)", rf"(?:{NUMBERS['from_0']}|[-−]1?[0-9]{{1,2}}(?:\.[0-9]*)?)")}
 
 
 def text_pattern(unit: str, least: str = "") -> str:
     """What a text may be that is read in this SI unit: its number is one of `NUMBERS`."""
-    number = NUMBERS["" if unit in _SHIFTED else least]
-    return f"^ *{number}(?:{_units(unit)})? *$"
+    text = f"{NUMBERS[least]}(?:{_units(unit)})?"
+    if unit in _SHIFTED:
+        shifted, above = _SHIFTED[unit]
+        text = f"(?:{text}|{above if least else NUMBERS[least]} *{shifted})"
+    return f"^ *{text} *$"
 
 
 # ----------------------------------------------------------------------------
@@ -127,7 +130,7 @@ def _units(unit: str) -> str:
         return " *dB"
     for way in [*ways] if len(_factors(unit)) > 1 else ():
         ways[tuple(factor for factor in way if factor[0] != _dimension("rad"))] = None
-    texts = [*(text for way in ways for text in _written(way)), *_SHIFTED.get(unit, ())]
+    texts = [text for way in ways for text in _written(way)]
     apart = [text for text in texts if text.startswith("1")]  # else a digit of the number
     close = [text for text in texts if text not in apart]
     groups = ((" *", close), (" +", apart))
