@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 
 from vibecalc.errors import UnitError
 from vibecalc.unit_patterns import NUMBERS, text_pattern
-from vibecalc.units import TABLE, WORDS, parse_quantity
+from vibecalc.unit_table import TABLE, WORDS
+from vibecalc.units import parse_quantity
 
 #: SI units of keys; the last ones have no words of their own
 UNITS = (*WORDS, "m^2/s^3", "rad^2/s^3", "1/K", "N/m^3")

@@ -115,7 +115,7 @@ def _without(kind: str) -> Schema:
         at = then
         for part in path[:-1]:
             below = at.setdefault("properties", {}) if part != EACH else at
-            at = below.setdefault("items" if part == EACH else part, {})
+            at = below.setdefault("items" if part == EACH else str(part), {})
         at.setdefault("properties", {})[path[-1]] = False
     machine = {"required": ["kind"], **_said(kind)}
     return {"if": {"required": ["machine"], "properties": {"machine": machine}}, "then": then}
