@@ -291,3 +291,21 @@ def test_tools_flag_wrong_cases(tool: tuple[str, ...], kind: str, tmp_path: Path
     if not kind:
         for name, (_, _, word) in WRONG.items():
             assert word in found[f"{name}.toml"], name
+
+
+@pytest.mark.parametrize(("tool", "name"), [(TOOLS[0], ".taplo.toml"), (TOOLS[1], "tombi.toml")])
+def test_the_files_of_the_document_find_the_schema(
+    tool: tuple[str, ...], name: str, tmp_path: Path
+) -> None:
+    page = (Path(__file__).parents[1] / "docs" / "editors.md").read_text(encoding="utf-8")
+    block = page.split(f"`{name}`", 1)[1].split("```toml\n", 1)[1].split("```")[0]
+    (tmp_path / name).write_text(block, encoding="utf-8")
+    write_schema(tmp_path / "cases", "")
+    text = starter("generator").split("\n", 1)[1]
+    for case, written in (("right", text), ("wrong", text.replace("55 mm", "55 kg"))):
+        (tmp_path / "cases" / f"{case}.toml").write_text(written, encoding="utf-8")
+    program = str(Path(sys.executable).with_name(tool[0]))
+    for case, code in (("right", 0), ("wrong", 1)):
+        run = [program, "lint", *tool[1:], f"cases/{case}.toml"]
+        done = subprocess.run(run, cwd=tmp_path, capture_output=True, text=True)
+        assert done.returncode == code and "arning" not in done.stderr, done.stderr
