@@ -20,6 +20,7 @@ FRAME = LOW | {"core/case", "core/results", "core/run"}
 CASE = {"schema", "kinds"}  # the root tables of a case and the kinds of machine
 ALLOWED = {
     "errors": set(), "unit_table": set(), "units": {"errors", "unit_table"},
+    "unit_patterns": {"errors", "unit_table", "units"},
     "numerics": {"errors"}, "subjects.py": set(),
     "core/results": LOW,
     "core/case": FRAME | CASE,
@@ -27,7 +28,7 @@ ALLOWED = {
     "parts": FRAME | CASE,
     "kinds": FRAME | CASE,
     "schema": FRAME | {"parts", "subjects"},
-    "json_schema": FRAME | CASE | {"parts", "subjects"},
+    "json_schema": FRAME | CASE | {"parts", "subjects", "unit_patterns"},
     "core/report": FRAME | CASE | {"core/study"},
     "core/study": FRAME | CASE | {"parts"},
     "core/accuracy": FRAME | CASE | {"core/study"},

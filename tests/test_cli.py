@@ -200,6 +200,30 @@ def test_diff_of_several_results_takes_the_golden_files_of_their_names(
     assert command("diff", str(golden), both[0], str(tmp_path / "one.h5")).code == 2
 
 
+def test_a_schema_is_written_next_to_cases_and_in_the_place_of_an_earlier_one(
+    tmp_path: Path,
+) -> None:
+    case, schema = tmp_path / "mine.toml", tmp_path / "vibecalc.engine.schema.json"
+    outcome = command("new", "engine", "-o", str(case), "--schema")
+    assert outcome.out.splitlines() == [f"wrote {case}", f"wrote {schema}"]
+    assert case.read_text().startswith("#:schema ./vibecalc.engine.schema.json\n# ")
+    assert "`vibecalc schema --kind engine -o ./` writes" in case.read_text()
+    assert command("check", str(case)).code == 0
+    schema.write_text('"$id": "urn:vibecalc:case:0"')
+    assert command("schema", "--kind", "engine", "-o", str(tmp_path)).out == f"wrote {schema}\n"
+    assert schema.read_text() == command("schema", "--kind", "engine").out
+    every = tmp_path / "new" / "vibecalc.schema.json"
+    assert command("schema", "-o", f"{every.parent}/").out == f"wrote {every}\n"
+    assert command("schema", "-o", str(every)).code == 2  # a file is not replaced
+    every.write_text("mine")
+    outcome = command("schema", "-o", str(every.parent))
+    assert outcome.code == 2 and "is no schema of vibecalc" in outcome.err
+    outcome = command("schema", "--kind", "aeroplane")
+    assert outcome.code == 2 and "drive_train" in outcome.err
+    outcome = command("new", "engine", "--schema")
+    assert outcome.code == 2 and "needs -o" in outcome.err
+
+
 #: starter cases whose run takes seconds
 SLOW_STARTERS = ("impact", "mount_design", "switching")
 QUICK_STARTERS = ("rigid_body", "balance", "plate")

@@ -5,7 +5,6 @@ import pytest
 from shipped_cases import CASES
 
 from vibecalc.core.case.load import validate
-from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import CaseError, NumericalFailure
@@ -89,8 +88,11 @@ def test_what_it_needs_is_said() -> None:
     (loaded,) = load_checked([CASES["generator_on_floor"]])
     table = dict(loaded.resolved)
     del table["isolation"]
-    (problem,) = check_machine(validate({key: table[key] for key in table if key != "limit"}))
-    assert "needs [isolation]" in problem.message
+    with pytest.raises(CaseError, match=r"\[foundation\] needs \[isolation\]"):
+        validate({key: table[key] for key in table if key != "limit"})
+    plate = {"schema": 1, "title": "without a speed", "machine": {"kind": "plate"}}
+    with pytest.raises(CaseError, match=r"\[foundation\] needs \[isolation\]"):
+        load_checked([{**plate, "foundation": {"mass": 1.0, "stiffness": 1e7}}])
     table = {**loaded.resolved, "foundation": {"mass": -1.0, "stiffness": 1e7}}
     with pytest.raises(CaseError, match="mass"):
         validate(table)

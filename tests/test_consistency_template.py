@@ -206,25 +206,6 @@ def refused(data: Data) -> str:
     return ""
 
 
-@pytest.mark.parametrize(
-    ("unit", "taken", "refused"),
-    [
-        (
-            "m",
-            ["55 mm", "0.2", " 1e-3 km", "2.375 in", "−5 um"],
-            ["mm", "55 kg", "1e3 N", "5,5 mm"],
-        ),
-        ("rad_per_s", ["4900 rpm", "16.5 Hz", "5 1/s", ".5 kHz"], ["fast", "3 rad", "3.1.2 rpm"]),
-        ("N_m_s_per_rad", ["0.8 N*m*s", "45 N*m*s/rad", "2 Nms/rad"], ["", "8 N*m", "- 3"]),
-        ("K", ["20 degC", "20 °C", "293.15 K"], ["20 m", "nan"]),
-        ("", ["50 %", "0.5"], ["%", "0.5 m"]),
-    ],
-)
-def test_texts_are_a_number_and_a_unit(unit: str, taken: list[str], refused: list[str]) -> None:
-    pattern = SCHEMA["$defs"][f"Text_{unit}"]["pattern"]
-    assert [one for one in taken + refused if re.search(pattern, one)] == taken
-
-
 def test_no_weights_at_all_is_an_empty_list_but_someone_has_to_work() -> None:
     data = tomllib.loads(starter("compressor"))
     set_key(data, "excitation.balanced_for", [])

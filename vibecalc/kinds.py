@@ -29,11 +29,12 @@ TRAIN: KeyPath = (*MACHINE, "crank_train")
 class Kind(NamedTuple):
     """What a kind of machine needs, and what may be asked of it.
 
-    `driven`: a motor may find its speed. `rules`: where the rules stand that [machine] of this kind
-    alone has. `gas`: the torque of what is in its cylinders
-    counts, so that it may reach the mounts; its cycle is said by `machine.cycle`, or is one turn.
+    `about` says what it is. `driven`: a motor may find its speed. `rules`: where the rules stand
+    that [machine] of this kind alone has. `gas`: the torque of what is in its cylinders counts, so
+    that it may reach the mounts; its cycle is said by `machine.cycle`, or is one turn.
     """
 
+    about: str
     needs: tuple[str, ...] = ()
     driven: bool = False
     rules: str = ""
@@ -41,17 +42,30 @@ class Kind(NamedTuple):
 
 
 KINDS: dict[str, Kind] = {
-    "generator": Kind(needs=("crank_train", "speed")),
-    "compressor": Kind(needs=("crank_train", "speed"), driven=True),
-    "plate": Kind(),
-    "absorber": Kind(rules="vibecalc.absorber.rules:OF_ABSORBER"),
+    "generator": Kind("pistons on a crankshaft at a given speed", needs=("crank_train", "speed")),
+    "compressor": Kind(
+        "pistons on a crankshaft whose speed is given, or found by its motor",
+        needs=("crank_train", "speed"),
+        driven=True,
+    ),
+    "plate": Kind("a rigid plate with readings of its vibration"),
+    "absorber": Kind(
+        "a dynamic absorber on a primary system, or centrifugal pendulums",
+        rules="vibecalc.absorber.rules:OF_ABSORBER",
+    ),
     "engine": Kind(
+        "pistons that fire in two strokes or four, and the shaft line that they twist",
         needs=("crank_train", "speed", "cycle"),
         rules="vibecalc.parts.rules:OF_ENGINE",
         gas="said",
     ),
-    "pump": Kind(needs=("crank_train", "speed"), rules="vibecalc.parts.rules:OF_PUMP", gas="turn"),
-    "drive_train": Kind(needs=("speed", "shaft_line")),
+    "pump": Kind(
+        "plungers on a crankshaft, between two pressures in every turn",
+        needs=("crank_train", "speed"),
+        rules="vibecalc.parts.rules:OF_PUMP",
+        gas="turn",
+    ),
+    "drive_train": Kind("a shaft line without cylinders", needs=("speed", "shaft_line")),
 }
 #: motors whose speed is a result
 FINDING_MOTORS = ("slip_table", "linear", "dynamic")
@@ -154,7 +168,8 @@ def _missing(part: str) -> Problem:
 
 def _stages(data: Data, machine: Data, kind: Kind, finds: bool) -> Iterator[Problem]:
     """What the first table that asks for something lacks, in one problem."""
-    asking = list(_asking(data))
+    foreign = parts_of(str(machine.get("kind", ""))).foreign  # reported there
+    asking = [path for path in _asking(data) if path not in foreign]
     absent = [
         part
         for part in ("crank_train", "speed")
@@ -261,6 +276,11 @@ _OF_COMPRESSORS: tuple[KeyPath, ...] = (
     *((*MACHINE, part) for part in ("motor", "joints", "shell", "friction")),
     *(("response", name) for name in ("impact", "roll", "start_up", "control")),
 )
+#: of machines with cylinders, or a body on mounts
+_OF_A_BODY: tuple[KeyPath, ...] = (
+    *((name,) for name in ("kinematics", "excitation", "balance", "isolation", "foundation")),
+    *((name,) for name in ("point", "vibration_severity", "base_motion", "bearing_loads")),
+)
 PARTS_OF_KIND: dict[str, PartsOfKind] = {
     "absorber": PartsOfKind(
         exclusive=(
@@ -268,12 +288,10 @@ PARTS_OF_KIND: dict[str, PartsOfKind] = {
             ("tuning",),
             ("response", "absorber"),
         ),
-        foreign=tuple(
-            (*MACHINE, part)
-            for part in (
-                *("speed", "crank_train", "body", "mounts"),
-                *("motor", "joints", "rotor", "shell", "friction"),
-            )
+        foreign=(
+            *((*MACHINE, part) for part in ("speed", "crank_train", "body", "mounts", "rotor")),
+            *_OF_COMPRESSORS,
+            *_OF_A_BODY,
         ),
         instead=", ".join(_ABSORBER),
         hints={(*MACHINE, "speed"): "its pendulums turn at machine.pendulum.speed"},
@@ -294,15 +312,7 @@ PARTS_OF_KIND: dict[str, PartsOfKind] = {
         foreign=(
             *((*MACHINE, part) for part in ("crank_train", "body", "mounts", "rotor")),
             *_OF_COMPRESSORS,
-            ("kinematics",),
-            ("excitation",),
-            ("balance",),
-            ("isolation",),
-            ("foundation",),
-            ("point",),
-            ("vibration_severity",),
-            ("base_motion",),
-            ("bearing_loads",),
+            *_OF_A_BODY,
         ),
         instead="shaft_line with excitations, [response.torsion]",
         hints={
@@ -324,15 +334,24 @@ PARTS_OF_KIND: dict[str, PartsOfKind] = {
 
 def check_parts_of_kind(data: Data, kind: str) -> Iterator[Problem]:
     """Yield what a machine of this kind does not have, and what is for another kind."""
-    mine = PARTS_OF_KIND.get(kind, PartsOfKind())
-    yield from _foreign(data, kind, mine)
+    yield from _foreign(data, kind, parts_of(kind))
+    for place, owners in of_others(kind).items():
+        yield from _strangers(data, kind, place, " or ".join(map(repr, owners)))
+
+
+def parts_of(kind: str) -> PartsOfKind:
+    """The row of a kind in `PARTS_OF_KIND`."""
+    return PARTS_OF_KIND.get(kind, PartsOfKind())
+
+
+def of_others(kind: str) -> dict[KeyPath, list[str]]:
+    """Places that only other kinds have, with these kinds."""
     owners: dict[KeyPath, list[str]] = {}
     for other, parts in PARTS_OF_KIND.items():
         for place in parts.exclusive:
-            owners.setdefault(place, []).append(repr(other))
-    for place, kinds in owners.items():
-        if place not in mine.exclusive:
-            yield from _strangers(data, kind, place, " or ".join(kinds))
+            owners.setdefault(place, []).append(other)
+    mine = parts_of(kind).exclusive
+    return {place: kinds for place, kinds in owners.items() if place not in mine}
 
 
 def _foreign(data: Data, kind: str, parts: PartsOfKind) -> Iterator[Problem]:

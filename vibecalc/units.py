@@ -25,7 +25,8 @@ _FACTOR = re.compile(r"([^\W\d]\w*?|%)(?:(?:\^|\*\*)?([+-]?\d))?\Z")
 #: products written together, as in MNm/rad, kgm2, Nms/rad
 _TOGETHER = re.compile(r"(?<!\w)(?:([kMGm]?N)(mm|cm|m)?(s)?|(kg|g)(mm|cm|m))(?=\W|[\d²³]|\Z)")
 _SPELLINGS = str.maketrans({"−": "-", "·": "*", "×": "*", "²": "^2", "³": "^3"})
-_OTHER_NAMES = ("ft", "oz", "kgf", "t", "um", "km", "min", "turn", "kHz",
+#: units that a refusal may mean, besides those of the table
+OTHER_NAMES = ("ft", "oz", "kgf", "t", "um", "km", "min", "turn", "kHz",
                 "millimeter", "millimetre", "meter", "metre", "inch", "gram", "kilogram",
                 "newton", "degree", "radian", "second", "slug", "W")  # fmt: skip
 
@@ -90,7 +91,7 @@ def si_value(text: str | float) -> float:
     if not isinstance(text, str):
         return parse_quantity(text, "")
     number, unit = split_number(text)
-    return float(number) * (TABLE[unit][0] if unit in TABLE else _read_unit(unit)[0])
+    return float(number) * (TABLE[unit][0] if unit in TABLE else read_unit(unit)[0])
 
 
 def convert(value: float, from_unit: str, to_unit: str) -> float:
@@ -127,13 +128,13 @@ def _factor(unit: str, wanted: str) -> float:
         if same or {si, wanted_si} == {"J", "N*m"}:
             return factor / wanted_factor
         raise _mismatch(describe(si), unit, wanted)
-    factor, dimension = _read_unit(unit)
-    wanted_factor, wanted_dimension = _read_unit(wanted)
+    factor, dimension = read_unit(unit)
+    wanted_factor, wanted_dimension = read_unit(wanted)
     unwritten_radian = "radian" not in dimension and len(wanted_dimension) > 1
     without_angle = {name: power for name, power in wanted_dimension.items() if name != "radian"}
     if dimension == wanted_dimension or (unwritten_radian and dimension == without_angle):
         return factor / wanted_factor
-    words = [describe(si) for si in WORDS if _read_unit(si)[1] == dimension]
+    words = [describe(si) for si in WORDS if read_unit(si)[1] == dimension]
     terms = (
         f"{name}^{power:g}" if power != 1 else name for name, power in sorted(dimension.items())
     )
@@ -158,7 +159,7 @@ def _mismatch(words: str, unit: str, wanted: str) -> UnitError:
 
 
 @functools.lru_cache(maxsize=512)
-def _read_unit(unit: str) -> tuple[float, dict[str, float]]:
+def read_unit(unit: str) -> tuple[float, dict[str, float]]:
     """Read a product of named units with pint: factor to SI, and the powers of the SI base units.
 
     The expression is taken apart here, since pint's own parser would also evaluate 9^9^9^9.
@@ -206,7 +207,7 @@ def _atom(name: str, unit: str) -> tuple[float, dict[str, float]]:
         return 1.0, {"level": 1.0}
     asked = "percent" if name == "%" else re.sub(r"(Hz|hertz)\Z", "turn_per_second", name)
     try:
-        base = _registry().Quantity(1.0, asked).to_base_units()
+        base = registry().Quantity(1.0, asked).to_base_units()
     except Exception as error:  # pint raises errors of many kinds; all of them mean: not a unit
         raise _unknown(name, unit) from error
     powers = {str(key): float(power) for key, power in base.unit_items()}
@@ -216,7 +217,7 @@ def _atom(name: str, unit: str) -> tuple[float, dict[str, float]]:
 def _unknown(name: str, unit: str) -> UnitError:
     import difflib
 
-    known = {key.lower(): key for key in (*_OTHER_NAMES, *TABLE) if key}
+    known = {key.lower(): key for key in (*OTHER_NAMES, *TABLE) if key}
     near = difflib.get_close_matches(name.lower()[:40], known, n=1, cutoff=0.5)
     hint = f"did you mean '{known[near[0]]}'?" if near else "units are written like 'N*s/m'"
     inside = "" if name == unit else f" in {_quoted(unit)}"
@@ -224,7 +225,7 @@ def _unknown(name: str, unit: str) -> UnitError:
 
 
 @functools.cache
-def _registry() -> Any:
+def registry() -> Any:
     import pint
 
     registry: Any = pint.UnitRegistry()

@@ -384,39 +384,66 @@ def new(
         typer.Option("--from", metavar="JSON", help="Instead: the line of an openTorsion file."),
     ] = None,
     force: Force = False,
+    schema: Annotated[
+        bool, typer.Option("--schema", help="With -o: also the JSON schema that editors read.")
+    ] = False,
 ) -> None:
     """Write a commented starter case to stdout or to a file, or a shipped case with its files."""
     from vibecalc.cli import starters
 
+    if schema and output is None:
+        raise UsageError("--schema writes the schema next to the case, which needs -o")
     if assembly is not None:
         from vibecalc.core.results.named import named
 
         if scene != "list" or example:
             what = "--example" if example else repr(scene[:60])
             raise UsageError(f"--from writes a case of its own, leave {what} out")
-        _write_text(named(f"{EXCHANGE}:case_of_assembly")(assembly), output, force)
+        text: str = named(f"{EXCHANGE}:case_of_assembly")(assembly)
     elif example:
+        if schema:
+            raise UsageError("--schema goes with a starter; `vibecalc schema -o FOLDER` writes one")
         if scene == "list":
             typer.echo(starters.example_table())
             return
         files = starters.files_of_example(scene)
         folder = output or Path()
         _write_new({folder / name: content for name, content in files.items()}, force)
+        return
     elif scene == "list":
         for name, about in starters.scenes().items():
             typer.echo(f"{name:<13}  {about}")
+        return
     else:
-        _write_text(starters.starter(scene), output, force)
+        text = starters.starter(scene)
+    if schema and output is not None:
+        from vibecalc.cli.editors import kind_in, with_directive, write_schema
+
+        kind = kind_in(text)
+        _write_text(with_directive(text, kind), output, force)
+        typer.echo(f"wrote {write_schema(output.parent, kind)}")
+    else:
+        _write_text(text, output, force)
 
 
 @app.command(cls=Command)
-def schema(output: Output = None, force: Force = False) -> None:
+def schema(
+    kind: Annotated[
+        str, typer.Option(metavar="KIND", help="Of cases of one kind of machine alone.")
+    ] = "",
+    output: Annotated[
+        str | None,
+        typer.Option("--output", "-o", help="New file, or folder when it exists or ends with '/'."),
+    ] = None,
+    force: Force = False,
+) -> None:
     """Print the JSON schema of case files, for editors."""
-    import json
+    from vibecalc.cli.editors import schema_text, write_schema
 
-    from vibecalc.json_schema import json_schema
-
-    _write_text(json.dumps(json_schema(), indent=2) + "\n", output, force)
+    if output is not None and (output.endswith("/") or Path(output).is_dir()):
+        typer.echo(f"wrote {write_schema(Path(output), kind)}")
+    else:
+        _write_text(schema_text(kind), Path(output) if output else None, force)
 
 
 @app.command("help", cls=Command)

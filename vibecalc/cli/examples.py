@@ -18,10 +18,14 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
     "new": (
         ("vibecalc new list", "the kinds of machine"),
         ("vibecalc new generator -o mine.toml", "a case with all keys that it may have"),
+        ("vibecalc new generator -o mine.toml --schema", "and the schema for editors next to it"),
         ("vibecalc new --example generator", "a shipped case with its files, ready to run"),
         ("vibecalc new --example", "names and titles of the shipped cases"),
     ),
-    "schema": (("vibecalc schema -o vibecalc.schema.json", "for editors that complete keys"),),
+    "schema": (
+        ("vibecalc schema -o cases/", "cases/vibecalc.schema.json, which starters name"),
+        ("vibecalc schema --kind engine -o cases/", "with the tables of engines alone"),
+    ),
     "sweep": (
         (
             "vibecalc sweep case.toml --grid 'machine.speed=2000 rpm:4000 rpm:3' -j 2",

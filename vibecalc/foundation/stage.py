@@ -93,14 +93,6 @@ def _work_of_all(case: "Case", orders: int) -> Work:
 
 def foundation_problems(case: "Case") -> list[Problem]:
     """Problems of what [foundation] needs."""
-    if case.isolation is None:
-        return [
-            Problem(
-                path=("foundation",),
-                message="[foundation] is what the mounts stand on: it needs [isolation]",
-                allowed='[isolation] with model = "pitch", "rigid_body" or "planar"',
-            )
-        ]
     body, mounts = case.machine.body, case.machine.mounts
     built = body is not None and body.mass_matrix is None
     if built and mounts is not None and mounts.stiffness_matrix is None:

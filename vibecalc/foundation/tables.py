@@ -21,6 +21,7 @@ from vibecalc.core.case.rules import (
     one_of,
     refuse,
     same_length,
+    wants,
 )
 from vibecalc.parts.body_tables import Body, Mounts
 
@@ -175,4 +176,5 @@ class Foundation(Table):
             body="position body springs |",
             impedance="flexibilities | position",
         ),
+        wants("isolation", '[isolation] with model = "pitch", "rigid_body" or "planar"'),
     )
