@@ -26,11 +26,12 @@ KERNELS := property_measurement_cone property_modes \
 
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
+export WORKERS
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .PHONY: help run sweep test check lint types golden golden-results accept-golden least least-tests accept-snapshots \
-  plots bench matrix test-long clean
+  plots docs bench matrix test-long clean
 
 help: ## print this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 16
@@ -96,6 +97,15 @@ plots: $(READY) sweep ## draw the pictures of every case into outputs/
 	$(BIN)/vibecalc run $(CASES) -q
 	$(BIN)/vibecalc plot $(NAMES:%=outputs/%.h5) $(SWEPT:%=outputs/%.h5)
 
+docs: $(VENV)/.docs sweep ## build the site into docs/_build/html; a warning is an error
+	$(BIN)/python docs/site/generate.py
+	$(BIN)/sphinx-build -q -W --keep-going -c docs/site -d docs/_build/doctrees docs docs/_build/html
+	@echo docs/_build/html/index.html
+
+$(VENV)/.docs: $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --group docs
+	@touch $@
+
 bench: $(READY) ## all benchmarks as ratios: benchmarks/RESULTS.md and the README's table (10 minutes)
 	$(BIN)/python benchmarks/run.py
 
@@ -106,6 +116,7 @@ test-long: $(READY) matrix ## long searches, the full fuzz, the matrix; record i
 	$(BIN)/python -m pytest -n $(WORKERS) -m long --timeout 14400
 
 clean: ## remove the environment, caches and outputs
+	rm -rf docs/_build docs/generated
 	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 	find outputs -mindepth 1 ! -name .gitkeep -delete

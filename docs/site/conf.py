@@ -1,17 +1,20 @@
 """Settings of the site: pages of docs/ and, in docs/generated/, what `generate.py` has written."""
 
+import re
 import sys
 from pathlib import Path
+from typing import Any
 
 import vibecalc
 
 sys.path.insert(0, str(Path(__file__).parent))
+from generate import TAKEN
 
 project = "vibecalc"
 version = release = vibecalc.__version__
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 root_doc = "index"
-exclude_patterns = ["_build", "site", "build"]
+exclude_patterns = ["_build", "site"]
 html_theme = "furo"
 html_title = f"vibecalc {release}"
 html_show_copyright = False
@@ -27,3 +30,21 @@ autodoc_member_order = "bysource"
 autodoc_typehints = "none"
 default_role = "code"
 napoleon_google_docstring = False
+
+
+# ----------------------------------------------------------------------------
+# Pages link to files of the checkout; some of these are pages of the site under another name.
+# ----------------------------------------------------------------------------
+
+_MOVED = {path.name: f"generated/{name}.md" for name, path in TAKEN.items()}
+
+
+def _link_to_what_was_taken(_app: Any, page: str, source: list[str]) -> None:
+    up = "../" * page.count("/")
+    for name, place in _MOVED.items():
+        source[0] = re.sub(rf"\]\([\w./]*\b{name}(#[\w-]+)?\)", rf"]({up}{place}\1)", source[0])
+
+
+def setup(app: Any) -> None:
+    """Called by Sphinx."""
+    app.connect("source-read", _link_to_what_was_taken)

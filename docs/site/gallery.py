@@ -1,7 +1,7 @@
 """The gallery: every shipped case with what it is and one or two pictures of its results.
 
-Results are the golden files of tests/golden, which hold whole results; the balance layouts of
-cases/gallery/, which have none, are run.
+Results are the golden files of tests/golden, which hold whole results; those of sweeps are in
+outputs/, where `make sweep` has put them. What is missing is run.
 """
 
 import re
@@ -50,37 +50,43 @@ _PARTS = {
 _DPI = 90
 
 
-def golden_of(case: Path) -> Path | None:
-    """The golden result of a case; None where it has none."""
-    names = (f"{case.stem}.h5", f"{case.stem}.sweep.h5")
-    paths = (ROOT / "tests" / "golden" / name for name in names)
-    return next((path for path in paths if path.is_file()), None)
+def result_of(case: Path) -> Path | None:
+    """The file that holds the result of a case; None where there is none."""
+    if case.stem.endswith("_sweep"):
+        path = ROOT / "outputs" / f"{case.stem}.sweep.h5"
+    else:
+        path = ROOT / "tests" / "golden" / f"{case.stem}.h5"
+    return path if path.is_file() and case.parent.name == "cases" else None
 
 
 def draw(case: Path, target: Path) -> list[Path]:
     """The pictures of a case in `target`; drawn where they are older than result or program."""
-    name = _name(case)
-    golden = golden_of(case)
+    name, result = _name(case), result_of(case)
     there = sorted(target.glob(f"{name}--*.png"))
-    sources = (golden or case, *(ROOT / "vibecalc").rglob("*.py"), Path(__file__))
+    sources = (result or case, *(ROOT / "vibecalc").rglob("*.py"), Path(__file__))
     newest = max(path.stat().st_mtime for path in sources)
     if there and min(path.stat().st_mtime for path in there) > newest:
         return there
     for path in there:
         path.unlink()
-    return [_renamed(path, name, target) for path in _draw(case, golden, target / name)]
+    folder = target / name
+    drawn = [path.rename(target / f"{name}--{path.name}") for path in _draw(case, result, folder)]
+    if folder.is_dir():
+        for left in folder.iterdir():
+            left.unlink()
+        folder.rmdir()
+    return drawn
 
 
-def _draw(case: Path, golden: Path | None, folder: Path) -> list[Path]:
+def _draw(case: Path, path: Path | None, folder: Path) -> list[Path]:
     import vibecalc
-    from vibecalc.core.results.sweep_file import is_sweep
 
-    if golden is None:
-        result: vibecalc.Result | Path = vibecalc.run(case)
-    else:
-        result = golden if is_sweep(golden) else vibecalc.read(golden)
-    if isinstance(result, Path):
-        return vibecalc.plot(result, folder, dpi=_DPI)[:2]
+    if case.stem.endswith("_sweep"):
+        path = path or ROOT / "outputs" / f"{case.stem}.sweep.h5"
+        if not path.is_file():
+            vibecalc.sweep(case, path, jobs=1)
+        return vibecalc.plot(path, folder, dpi=_DPI)[:2]
+    result = vibecalc.run(case) if path is None else vibecalc.read(path)
     return vibecalc.plot(result, folder, only=list(_two(result)), dpi=_DPI)
 
 
@@ -99,32 +105,18 @@ def _two(result: object) -> Iterator[str]:
                 yield name
 
 
-def _renamed(path: Path, name: str, target: Path) -> Path:
-    return path.rename(target / f"{name}--{path.name}")
-
-
 def _name(case: Path) -> str:
     return case.stem if case.parent.name == "cases" else f"{case.parent.name}_{case.stem}"
-
-
-def _draw_one(case: Path, target: Path) -> list[str]:
-    drawn = [path.name for path in draw(case, target)]
-    folder = target / _name(case)
-    if folder.is_dir():
-        for left in folder.iterdir():
-            left.unlink()
-        folder.rmdir()
-    return drawn
 
 
 def page(target: Path, workers: int = 2) -> str:
     """Draw what is missing into `target`, and Markdown that shows it."""
     target.mkdir(parents=True, exist_ok=True)
     with ProcessPoolExecutor(workers) as pool:
-        drawn = list(pool.map(_draw_one, CASES, [target] * len(CASES)))
+        drawn = list(pool.map(draw, CASES, [target] * len(CASES)))
     sections: dict[str, list[str]] = {part: [] for part in _PARTS.values()}
     for case, pictures in zip(CASES, drawn, strict=True):
-        sections[part_of(case)].append(entry(case, [f"{target.name}/{name}" for name in pictures]))
+        sections[part_of(case)].append(entry(case, [f"{target.name}/{path.name}" for path in pictures]))
     chapters = (f"## {part}\n\n" + "\n\n".join(entries) for part, entries in sections.items())
     return _HEAD + "\n\n".join(chapters) + "\n"
 
