@@ -99,7 +99,7 @@ plots: $(READY) sweep ## draw the pictures of every case into outputs/
 
 docs: $(VENV)/.docs sweep ## build the site into docs/_build/html; a warning is an error
 	$(BIN)/python docs/site/generate.py
-	$(BIN)/sphinx-build -q -W --keep-going -c docs/site -d docs/_build/doctrees docs docs/_build/html
+	$(BIN)/sphinx-build -q -j $(WORKERS) -W --keep-going -c docs/site -d docs/_build/doctrees docs docs/_build/html
 	@echo docs/_build/html/index.html
 
 $(VENV)/.docs: $(READY)

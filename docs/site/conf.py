@@ -2,12 +2,14 @@
 
 import re
 import sys
+from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
 
 import vibecalc
 
 sys.path.insert(0, str(Path(__file__).parent))
+from api_reference import as_numpydoc
 from generate import TAKEN
 
 project = "vibecalc"
@@ -23,7 +25,7 @@ html_show_sourcelink = False
 
 myst_heading_anchors = 4
 myst_enable_extensions = ["attrs_block"]
-suppress_warnings = ["misc.highlighting_failure"]  # formulas of the theory are blocks of no language
+suppress_warnings = ["misc.highlighting_failure"]  # formulas are blocks of no language
 highlight_language = "text"
 
 autodoc_member_order = "bysource"
@@ -45,6 +47,25 @@ def _link_to_what_was_taken(_app: Any, page: str, source: list[str]) -> None:
         source[0] = re.sub(rf"\]\([\w./]*\b{name}(#[\w-]+)?\)", rf"]({up}{place}\1)", source[0])
 
 
+def _leave_out_what_is_not_there(app: Any, page: str, source: list[str]) -> None:
+    """Patterns of the start page for pages that some checkouts lack."""
+    if page == "index":
+        docs = app.env.found_docs
+        kept = (
+            line
+            for line in source[0].split("\n")
+            if not re.fullmatch(r"[\w/]+\*", line) or any(fnmatch(doc, line) for doc in docs)
+        )
+        source[0] = "\n".join(kept)
+
+
+def _parameters(*_of: Any) -> None:
+    lines = _of[-1]
+    lines[:] = as_numpydoc(lines)
+
+
 def setup(app: Any) -> None:
     """Called by Sphinx."""
     app.connect("source-read", _link_to_what_was_taken)
+    app.connect("source-read", _leave_out_what_is_not_there)
+    app.connect("autodoc-process-docstring", _parameters, priority=100)

@@ -7,6 +7,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+import api_reference
 import case_reference
 import command_reference
 import gallery
@@ -25,7 +26,7 @@ TAKEN = {"changes": ROOT / "CHANGELOG.md", "benchmarks": ROOT / "benchmarks" / "
 
 def references() -> dict[str, str]:
     """The pages that need no drawing, by their path below docs/generated."""
-    found = dict(command_reference.pages())
+    found = command_reference.pages() | {"python": api_reference.page()}
     found |= {f"case/{name}": text for name, text in case_reference.pages().items()}
     found |= {f"results/{name}": text for name, text in result_reference.pages().items()}
     return found | {name: path.read_text(encoding="utf-8") for name, path in TAKEN.items()}
