@@ -26,8 +26,9 @@ def page() -> str:
 
 _HEAD = """# Python
 
-What `import vibecalc` offers: functions that do what the commands do, results as objects, problems as exceptions, each with the
-`exit_code` that the [command line](exit_codes.md) returns for it. [From Python](../python.md) shows them at work.
+What `import vibecalc` offers: functions that do what the commands do, results as objects,
+problems as exceptions, each with the `exit_code` that the [command line](exit_codes.md) returns
+for it. [From Python](../python.md) shows them at work.
 
 """
 

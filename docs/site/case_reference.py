@@ -1,9 +1,10 @@
 """The reference of case files, from the schema: each table and each of its keys.
 
 Type, unit, bounds and allowed values are the words that messages have for them (`walk.words`);
-an example is what a starter or a shipped case has there.
+an example is what a starter or a shipped case has there, else its default or a value of its kind.
 """
 
+import math
 import re
 import tomllib
 from collections.abc import Iterator
@@ -16,9 +17,10 @@ from markdown import cell, code, table, toctree
 from vibecalc.core.case.fields import Table
 from vibecalc.core.case.row_files import LISTS
 from vibecalc.core.case.rules import ByKind, Needs, OneOf, both
-from vibecalc.core.case.walk import Shape, bound_words, keys_of, shape_of, words
+from vibecalc.core.case.walk import Shape, keys_of, shape_of, words
 from vibecalc.schema import Case
-from vibecalc.units import describe
+from vibecalc.unit_table import WORDS
+from vibecalc.units import describe, parse_quantity
 
 ROOT = Path(__file__).resolve().parents[2]
 STARTERS = sorted((ROOT / "vibecalc" / "starters").glob("*.toml"))
@@ -90,7 +92,34 @@ def examples() -> dict[tuple[type[Table], str], str]:
     for path in STARTERS:
         for model, key, line in _commented(path.read_text(encoding="utf-8")):
             found.setdefault((model, key), line)
+    for model in places():
+        for key, field in keys_of(model).items():
+            shape = shape_of(field)
+            if table_of(shape)[0] is None and (model, key) not in found:
+                default = None if field.is_required() else field.get_default()
+                empty = default in (None, (), {})
+                found[model, key] = _line(key, _typical(shape, key) if empty else default)
     return found
+
+
+def _typical(shape: Shape, key: str) -> Any:
+    """A value for a key that neither starters nor cases have: of its kind, within its bounds."""
+    if shape.kind == "number":
+        low, high = _ends(shape)
+        written = re.findall(r"'([^']*)'", WORDS.get(shape.unit or "", ("", ""))[1])
+        fits = (one for one in written if low < parse_quantity(one, shape.unit or "") < high)
+        between = max(low, 0.0) + 1.0 if high == math.inf else (max(low, 0.0) + high) / 2.0
+        return next(fits, between)
+    if shape.kind == "whole":
+        return max(2, int(_ends(shape)[0]) + 1) if shape.bounds else 2
+    if shape.kind == "list" and shape.item is not None:
+        count = max(shape.lengths[0], min(2, shape.lengths[1] or 2))
+        return [_typical(shape.item, key)] * count
+    if shape.kind == "choice":
+        return shape.choices[-1]
+    if shape.kind == "labels":
+        return {"order": 1}
+    return {"flag": True, "value": "10 N"}.get(shape.kind, key)
 
 
 def _values(data: dict[str, Any], model: type[Table]) -> Iterator[tuple[type[Table], str, Any]]:
@@ -114,7 +143,7 @@ def _line(key: str, value: Any) -> str:
     if isinstance(value, dict):
         inside = ", ".join(_line(*pair) for pair in value.items())
         return f"{key} = {{ {inside} }}"
-    if isinstance(value, list):
+    if isinstance(value, list | tuple):
         inside = ", ".join(_line("", one).removeprefix(" = ") for one in value)
         return f"{key} = [{inside}]"
     return f"{key}{tomli_w.dumps({'x': value}).strip()[1:]}"
@@ -152,6 +181,12 @@ def _models_by_line(lines: list[str]) -> Iterator[tuple[int, type[Table]]]:
             yield number, model
 
 
+def _ends(shape: Shape) -> tuple[float, float]:
+    bounds = dict(shape.bounds)
+    low = bounds.get("gt", bounds.get("ge", -math.inf))
+    return low, bounds.get("lt", bounds.get("le", math.inf))
+
+
 # ----------------------------------------------------------------------------
 # Pages.
 # ----------------------------------------------------------------------------
@@ -165,12 +200,7 @@ def pages() -> dict[str, str]:
         if place.model is Case:
             continue
         texts.setdefault(place.page, []).append(_section(place, known, shown))
-    made = {}
-    for page, sections in texts.items():
-        first = next(one for one in known.values() if one.page == page)
-        title = code(first.headers[0])
-        lead = f"{_sentence(first.about)} Part of the reference of case files (TOML)."
-        made[page] = f"# {title}\n\n{lead} {_HOW}\n\n" + "\n\n".join(sections) + "\n"
+    made = {page: "\n\n".join(sections) + "\n" for page, sections in texts.items()}
     made["index"] = _index(known, shown, list(texts))
     return made
 
@@ -194,7 +224,9 @@ _HEADS = ("key", "takes", "default", "what it is, and an example")
 
 def _section(place: Place, known: dict[type[Table], Place], shown: dict[Any, str]) -> str:
     first, *others = place.headers
-    parts = [f"({place.anchor})=", f"## {code(first)}", _sentence(place.about)]
+    level = "#" if first.strip("[]").replace(".", "_") == place.page else "##"
+    parts = [f"({place.anchor})=", f"{level} {code(first)}", _sentence(place.about)]
+    parts += [f"Part of the reference of case files. {_HOW}"] if level == "#" else []
     doc = " ".join((place.model.__doc__ or "").split("\n\n")[0].split())
     if doc and doc.rstrip(".").lower() != place.about.lower():
         parts.append(doc)
@@ -217,8 +249,7 @@ def _rows(place: Place, known: dict[type[Table], Place], shown: dict[Any, str]) 
         shape = shape_of(field)
         below, listed = table_of(shape)
         if below is not None:
-            name = "tables" if listed else "table"
-            takes = f"[{name} {code(known[below].headers[0])}](#{known[below].anchor})"
+            takes = f"[{'list of tables' if listed else 'table'}](#{known[below].anchor})"
         else:
             takes = cell(takes_in_words(shape))
         default = _default(field.is_required(), field.get_default(call_default_factory=True))
@@ -234,10 +265,11 @@ def takes_in_words(shape: Shape) -> str:
     """What may stand at a key: type, unit, bounds, allowed values."""
     if shape.kind == "number":
         unit = f" [{shape.unit}]" if shape.unit else ""
-        three = ", or a list of three" if shape.or_three else ""
-        return f"{describe(shape.unit or '')}{unit} {bound_words(shape)}".strip() + three
-    if shape.kind == "list" and shape.item is not None and shape.item.kind == "list":
-        return f"{words(shape)}".replace("e.g. ", "")
+        three = ", or three in a list" if shape.or_three else ""
+        kind = re.sub("^an? ", "", describe(shape.unit or "")).replace(" without unit", "")
+        return f"{kind}{unit}{_bounds(shape)}{three}"
+    if shape.kind == "whole":
+        return f"whole number{_bounds(shape)}"
     if shape.kind == "list" and shape.item is not None:
         fewest, most = shape.lengths
         count = f"{fewest} or more" if most is None else f"{fewest} to {most}"
@@ -246,6 +278,12 @@ def takes_in_words(shape: Shape) -> str:
     if shape.kind == "choice":
         return " or ".join(_line("", one).removeprefix(" = ") for one in shape.choices)
     return words(shape)
+
+
+def _bounds(shape: Shape) -> str:
+    """`, above 0, up to 10`, in the unit that stands before it."""
+    signs = {"gt": "above", "ge": "from", "lt": "below", "le": "up to"}
+    return "".join(f", {signs[name]} {bound:g}" for name, bound in shape.bounds)
 
 
 def _default(required: bool, value: Any) -> str:

@@ -25,8 +25,9 @@ def pages() -> dict[str, str]:
 
 _HEAD = """# Command line
 
-Every command of `vibecalc` with its arguments and options, as `vibecalc help COMMAND` prints them. Commands end with an
-[exit code](exit_codes.md); with `--json` what they find is one JSON text on standard output."""
+Every command of `vibecalc` with its arguments and options, as `vibecalc help COMMAND` prints them.
+Commands end with an [exit code](exit_codes.md); with `--json` what they find is one JSON text on
+standard output."""
 
 
 def _section(name: str, command: Any) -> str:
@@ -55,8 +56,8 @@ def _exit_codes() -> str:
     ]
     return f"""# Exit codes
 
-What a command returns to the shell (`$?`), to make and to CI, and which exception of Python stands for it. Anything but 0 leaves
-no half-written file; of several cases the worst code counts.
+What a command returns to the shell (`$?`), to make and to CI, and which exception of Python stands
+for it. Anything but 0 leaves no half-written file; of several cases the worst code counts.
 
 {table(("code", "meaning", "in Python"), rows)}
 """

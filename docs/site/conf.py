@@ -24,7 +24,7 @@ html_copy_source = False
 html_show_sourcelink = False
 
 myst_heading_anchors = 4
-myst_enable_extensions = ["attrs_block"]
+myst_enable_extensions = ["attrs_inline"]
 suppress_warnings = ["misc.highlighting_failure"]  # formulas are blocks of no language
 highlight_language = "text"
 

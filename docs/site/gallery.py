@@ -116,15 +116,18 @@ def page(target: Path, workers: int = 2) -> str:
         drawn = list(pool.map(draw, CASES, [target] * len(CASES)))
     sections: dict[str, list[str]] = {part: [] for part in _PARTS.values()}
     for case, pictures in zip(CASES, drawn, strict=True):
-        sections[part_of(case)].append(entry(case, [f"{target.name}/{path.name}" for path in pictures]))
+        sections[part_of(case)].append(
+            entry(case, [f"{target.name}/{path.name}" for path in pictures])
+        )
     chapters = (f"## {part}\n\n" + "\n\n".join(entries) for part, entries in sections.items())
     return _HEAD + "\n\n".join(chapters) + "\n"
 
 
 _HEAD = """# Gallery
 
-Every case that is shipped in `cases/`, with pictures of its results. `vibecalc run cases/NAME.toml` (of a sweep: `vibecalc sweep`)
-computes one, `vibecalc plot outputs/NAME.h5` draws all of its pictures.
+Every case that is shipped in `cases/`, with pictures of its results. `vibecalc run cases/NAME.toml`
+(of a sweep: `vibecalc sweep`) computes one, `vibecalc plot outputs/NAME.h5` draws all of its
+pictures. A click on a picture enlarges it.
 
 """
 
@@ -139,7 +142,7 @@ def entry(case: Path, pictures: list[str]) -> str:
     text = case.read_text(encoding="utf-8")
     title = tomllib.loads(text)["title"]
     path = case.relative_to(ROOT)
-    images = "\n".join(f"![{cell(title)}]({name})" for name in pictures)
+    images = " ".join(f"![{cell(title)}]({name}){{width=49%}}" for name in pictures)
     words = f"{about(text)}\n\n" if about(text) else ""
     return f"### {cell(title)}\n\n{code(str(path))}\n\n{words}{images}"
 

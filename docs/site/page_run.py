@@ -145,10 +145,11 @@ def compare(shown: str, printed: str) -> None:
 
 def _same(shown: str, printed: str) -> bool:
     """Equal words, and numbers equal to nine digits; errors (1e-14) to their size."""
-    one, other = " ".join(shown.split()), " ".join(printed.split())
-    if one.endswith(" ..."):
-        one = one.removesuffix(" ...")
-        other = other[: len(one)]
+    words, others = shown.split(), printed.split()
+    if words[-1] == "...":
+        words = words[:-1]
+        others = others[: len(words)]
+    one, other = " ".join(words), " ".join(others)
     if _NUMBER.sub("#", one) != _NUMBER.sub("#", other):
         return False
     pairs = zip(_NUMBER.findall(one), _NUMBER.findall(other), strict=True)

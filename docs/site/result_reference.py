@@ -39,7 +39,7 @@ def _page(subject: str) -> str:
         for path, one in CATALOGUE.items()
         if OWNER[path] == subject
     ]  # fmt: skip
-    return f"# Results: {title}\n\n{about} {_HOW}\n\n{table(_HEADS, rows)}\n"
+    return f"# {title}\n\n{about} {_HOW}\n\n{table(_HEADS, rows)}\n"
 
 
 _HOW = (
@@ -57,17 +57,19 @@ def _index(names: list[str]) -> str:
         ("axis", "unit", "what its entries are"),
         ([code(name), code(unit), cell(words)] for name, (unit, words) in sorted(AXES.items())),
     )
-    return f"""# Results
+    return f"""# List of results
 
-Every result that a run may give, by subject: its path, unit, axes and kind of amplitude (`0-pk`: zero to peak; `rms`; none where
-it is no oscillation). Which of them a file holds follows from the tables of its case: `vibecalc info RESULT.h5` lists them.
-Results of studies stand with these: [searches](../../searches.md), [fits](../../fits.md), [optimisation](../../optimisation.md).
+Every result that a run may give, by subject: its path, unit, axes and kind of amplitude (`0-pk`:
+zero to peak; `rms`; none where it is no oscillation). Which of them a file holds follows from the
+tables of its case: `vibecalc info RESULT.h5` lists them. Results of studies stand with these:
+[searches](../../searches.md), [fits](../../fits.md), [optimisation](../../optimisation.md).
 
 {toctree(names)}
 
 ## Axes
 
-Results with axes are arrays; an entry is picked by `where = {{ mount = "1" }}` in a case and by `--where mount=1` in `vibecalc get`.
+Results with axes are arrays; an entry is picked by `where = {{ mount = "1" }}` in a case and by
+`--where mount=1` in `vibecalc get`.
 
 {axes}
 """
