@@ -75,7 +75,8 @@ def test_what_is_left_out_and_rounded_is_allowed(tmp_path: Path) -> None:
     path.write_text(
         "```toml\n# a.toml\nx = 1\n```\n\n```sh\ncat a.toml\n```\n\n```\n...\nx   = 1\n```\n\n"
         "```toml\ny = 2\n```\n\n```python\nprint(0.1 + 0.2, 'and more')\n"
-        "print(__import__('pathlib').Path('a.toml').read_text())\n```\n\n```\n0.3 and ...\ny = 2\n```\n"
+        "from pathlib import Path\nprint(Path('a.toml').read_text())\n```\n\n"
+        "```\n0.3 and ...\ny = 2\n```\n"
     )
     folder.mkdir()
     run_page(path, folder)

@@ -16,6 +16,7 @@ import notebooks
 import pytest
 import result_reference
 from fuzzing import command
+from markdown import cell, code
 from shipped_cases import CASES, ROOT
 
 import vibecalc
@@ -74,8 +75,8 @@ def test_tables_are_those_of_the_json_schema() -> None:
 def test_every_result_and_axis_has_an_entry() -> None:
     pages = result_reference.pages()
     text = "\n".join(pages.values())
-    rows = re.findall(r"^\| `([\w/]+)` \| (.*?) \| `?(.*?)`? \| (.*?) \| (.+) \|$", text, re.M)
-    found = {path: (axes, unit, kind) for path, axes, unit, kind, _ in rows}
+    rows = re.findall(r"^\| `([\w/]+)`<br>(.+?) \| (.*?) \| (.*?) \| (.*?) \|$", text, re.M)
+    found = {path: (axes, unit, kind) for path, _, axes, unit, kind in rows}
     for path, one in CATALOGUE.items():
         axes, unit, kind = found[path]
         assert tuple(re.findall(r"`(\w+)`", axes)) == one.axes
@@ -146,6 +147,11 @@ def test_a_notebook_becomes_a_page(tmp_path: Path) -> None:
         "# A\nnotebook\n\n```python\nprint(1)\n```\n\n```text\n1\n```\n\n"
         f"![output](pictures/{picture.name})\n"
     )
+
+
+def test_signs_in_cells_are_signs() -> None:
+    assert cell("`a*b|c` < N*m|s,\n  x") == r"`a*b\|c` \< N\*m\|s, x"
+    assert code("x|y") == r"`x\|y`" and code("") == ""
 
 
 def test_terms_of_the_glossary_are_in_order_and_once() -> None:

@@ -35,7 +35,6 @@ class Place(NamedTuple):
     model: type[Table]
     headers: list[str]
     page: str
-    about: str
 
     @property
     def anchor(self) -> str:
@@ -45,7 +44,7 @@ class Place(NamedTuple):
 
 def places() -> dict[type[Table], Place]:
     """Every table that a case may have, those near the root first."""
-    found: dict[type[Table], Place] = {Case: Place(Case, ["case"], "case", "the whole case")}
+    found: dict[type[Table], Place] = {Case: Place(Case, ["case"], "case")}
     waiting: list[tuple[type[Table], tuple[str, ...]]] = [(Case, ())]
     for model, path in waiting:
         for key, field in keys_of(model).items():
@@ -59,7 +58,7 @@ def places() -> dict[type[Table], Place]:
                 found[below].headers.append(header)
                 continue
             parts = whole[: 2 if whole[0] in ("machine", "response") else 1]
-            found[below] = Place(below, [header], "_".join(parts), field.description or "")
+            found[below] = Place(below, [header], "_".join(parts))
             waiting.append((below, whole))
     return found
 
@@ -225,11 +224,9 @@ _HEADS = ("key", "takes", "default", "what it is, and an example")
 def _section(place: Place, known: dict[type[Table], Place], shown: dict[Any, str]) -> str:
     first, *others = place.headers
     level = "#" if first.strip("[]").replace(".", "_") == place.page else "##"
-    parts = [f"({place.anchor})=", f"{level} {code(first)}", _sentence(place.about)]
+    doc = (place.model.__doc__ or "").split("\n\n")[0]
+    parts = [f"({place.anchor})=", f"{level} {code(first)}", _sentence(doc)]
     parts += [f"Part of the reference of case files. {_HOW}"] if level == "#" else []
-    doc = " ".join((place.model.__doc__ or "").split("\n\n")[0].split())
-    if doc and doc.rstrip(".").lower() != place.about.lower():
-        parts.append(doc)
     if others:
         listed = ", ".join(code(one) for one in dict.fromkeys(others) if one != first)
         parts.append(f"The same keys in {listed}." if listed else "")
@@ -251,7 +248,7 @@ def _rows(place: Place, known: dict[type[Table], Place], shown: dict[Any, str]) 
         if below is not None:
             takes = f"[{'list of tables' if listed else 'table'}](#{known[below].anchor})"
         else:
-            takes = cell(takes_in_words(shape))
+            takes = takes_in_words(shape)
         default = _default(field.is_required(), field.get_default(call_default_factory=True))
         about = cell(field.description or "")
         example = shown.get((place.model, key), "")
@@ -264,7 +261,7 @@ def _rows(place: Place, known: dict[type[Table], Place], shown: dict[Any, str]) 
 def takes_in_words(shape: Shape) -> str:
     """What may stand at a key: type, unit, bounds, allowed values."""
     if shape.kind == "number":
-        unit = f" [{shape.unit}]" if shape.unit else ""
+        unit = f" {code(shape.unit)}" if shape.unit else ""
         three = ", or three in a list" if shape.or_three else ""
         kind = re.sub("^an? ", "", describe(shape.unit or "")).replace(" without unit", "")
         return f"{kind}{unit}{_bounds(shape)}{three}"
@@ -276,7 +273,7 @@ def takes_in_words(shape: Shape) -> str:
         count = str(fewest) if fewest == most else count
         return f"list of {count}: {takes_in_words(shape.item)}"
     if shape.kind == "choice":
-        return " or ".join(_line("", one).removeprefix(" = ") for one in shape.choices)
+        return " or ".join(code(_line("", one).removeprefix(" = ")) for one in shape.choices)
     return words(shape)
 
 

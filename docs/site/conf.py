@@ -22,11 +22,14 @@ html_title = f"vibecalc {release}"
 html_show_copyright = False
 html_copy_source = False
 html_show_sourcelink = False
+html_static_path = ["static"]
+html_css_files = ["site.css"]
 
 myst_heading_anchors = 4
 myst_enable_extensions = ["attrs_inline"]
 suppress_warnings = ["misc.highlighting_failure"]  # formulas are blocks of no language
 highlight_language = "text"
+smartquotes = False
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"

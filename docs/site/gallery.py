@@ -142,7 +142,7 @@ def entry(case: Path, pictures: list[str]) -> str:
     text = case.read_text(encoding="utf-8")
     title = tomllib.loads(text)["title"]
     path = case.relative_to(ROOT)
-    images = " ".join(f"![{cell(title)}]({name}){{width=49%}}" for name in pictures)
+    images = " ".join(f'![{cell(title)}]({name}){{width="49%"}}' for name in pictures)
     words = f"{about(text)}\n\n" if about(text) else ""
     return f"### {cell(title)}\n\n{code(str(path))}\n\n{words}{images}"
 

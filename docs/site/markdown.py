@@ -1,11 +1,14 @@
 """Markdown as the generated pages need it: cells, tables, code."""
 
+import re
 from collections.abc import Iterable, Sequence
 
 
 def cell(text: str) -> str:
-    """Words in a cell of a table."""
-    return " ".join(text.replace("|", r"\|").replace("<", r"\<").split())
+    """Words in a cell of a table: signs are signs, what stands in backticks is code."""
+    parts = " ".join(text.replace("|", r"\|").split()).split("`")
+    parts[::2] = [re.sub(r"([*<])", r"\\\1", part) for part in parts[::2]]
+    return "`".join(parts)
 
 
 def code(text: str) -> str:

@@ -7,7 +7,7 @@ from markdown import cell, code, table, toctree
 from vibecalc.core.results.catalogue import AXES, CATALOGUE, OWNER
 from vibecalc.subjects import SUBJECTS
 
-_HEADS = ("path", "axes", "unit", "amplitude", "what it is")
+_HEADS = ("path, and what it is", "axes", "unit", "amplitude")
 #: folders of subjects whose names are not the words of the field
 _TITLES = {
     "body": "Body of parts",
@@ -34,11 +34,15 @@ def _page(subject: str) -> str:
     title = _TITLES.get(subject, subject.replace("_", " ").capitalize())
     about = " ".join((import_module(f"vibecalc.{subject}").__doc__ or "").split())
     rows = [
-        [code(path), ", ".join(map(code, one.axes)), code(one.unit), _kind(one.amplitude),
-         cell(one.long_name)]
+        [
+            f"{code(path)}<br>{cell(one.long_name)}",
+            ", ".join(map(code, one.axes)),
+            code(one.unit),
+            one.amplitude or "",
+        ]
         for path, one in CATALOGUE.items()
         if OWNER[path] == subject
-    ]  # fmt: skip
+    ]
     return f"# {title}\n\n{about} {_HOW}\n\n{table(_HEADS, rows)}\n"
 
 
@@ -46,10 +50,6 @@ _HOW = (
     "The path is the name of a result in files, limits, references and on the command line "
     "(`vibecalc get RESULT.h5 PATH`); numbers in files are in this unit."
 )
-
-
-def _kind(amplitude: str | None) -> str:
-    return amplitude or ""
 
 
 def _index(names: list[str]) -> str:
