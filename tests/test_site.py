@@ -16,7 +16,7 @@ import notebooks
 import pytest
 import result_reference
 from fuzzing import command
-from markdown import cell, code
+from page_parts import cell, code
 from shipped_cases import CASES, ROOT
 
 import vibecalc

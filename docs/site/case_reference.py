@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import tomli_w
-from markdown import cell, code, table, toctree
+from page_parts import cell, code, table, toctree
 
 from vibecalc.core.case.fields import Table
 from vibecalc.core.case.row_files import LISTS

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import typer
-from markdown import cell, code, table
+from page_parts import cell, code, table
 
 from vibecalc.cli.commands import app
 from vibecalc.cli.examples import EXAMPLES

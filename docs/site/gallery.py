@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
-from markdown import cell, code
+from page_parts import cell, code
 
 ROOT = Path(__file__).resolve().parents[2]
 CASES = (*sorted((ROOT / "cases").glob("*.toml")), *sorted((ROOT / "cases/gallery").glob("*.toml")))

@@ -2,7 +2,7 @@
 
 from importlib import import_module
 
-from markdown import cell, code, table, toctree
+from page_parts import cell, code, table, toctree
 
 from vibecalc.core.results.catalogue import AXES, CATALOGUE, OWNER
 from vibecalc.subjects import SUBJECTS
