@@ -112,7 +112,7 @@ bench: $(READY) ## all benchmarks as ratios: benchmarks/RESULTS.md and the READM
 matrix: $(READY) ## every case with other versions, Pythons, kernels and threads; into docs/determinism.md
 	$(BIN)/python tests/matrix/run.py --environments $(VENV)/matrix
 
-test-long: $(READY) matrix ## long searches, the full fuzz, the matrix; record in docs/validation.md
+test-long: $(READY) $(VENV)/.docs matrix ## long searches, the full fuzz, the matrix; record in docs/validation.md
 	$(BIN)/python -m pytest -n $(WORKERS) -m long --timeout 14400
 
 clean: ## remove the environment, caches and outputs

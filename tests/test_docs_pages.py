@@ -6,17 +6,19 @@ from pathlib import Path
 
 import pytest
 from drawn import coarse
+from long_but import long_but
 from page_run import PageError, blocks_of, pictures_of, run_page
 from pages import missing_names
 from shipped_cases import ROOT
 
 DOCS = ROOT / "docs"
-PAGES = sorted(
-    (*DOCS.glob("tutorials/*.md"), *DOCS.glob("how_to/*.md"), DOCS / "guide_absorber.md")
-)
+#: pages that are scripts; other guides have tests of their own names
+GUIDES = [DOCS / f"{name}.md" for name in ("guide_absorber", "optimisation")]
+LONG = [DOCS / f"{name}.md" for name in ("guide_propulsion", "fits")]
+PAGES = [*sorted(DOCS.glob("tutorials/*.md")), *sorted(DOCS.glob("how_to/*.md")), *GUIDES]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("page", long_but([*PAGES, *LONG], *PAGES), ids=lambda path: path.stem)
 def test_a_page_runs_and_prints_what_it_shows(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -31,7 +33,7 @@ def test_a_page_runs_and_prints_what_it_shows(
         assert [*tmp_path.rglob(picture.name)], picture
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("page", [*PAGES, *LONG], ids=lambda path: path.stem)
 def test_a_page_has_nothing_that_is_not_run_and_names_what_is_there(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
     blocks = blocks_of(text)
@@ -39,7 +41,7 @@ def test_a_page_has_nothing_that_is_not_run_and_names_what_is_there(page: Path) 
     assert {one.language for one in blocks} <= {"sh", "toml", "python", "text", "yaml", ""}
     left = [one.text for one in blocks if one.language == "text"]
     assert not [one for one in left if re.search(r"^(vibecalc|import|from) ", one, re.M)]
-    assert any(one.language in ("sh", "python") for one in blocks)
+    assert any(one.language in ("sh", "python", "toml") for one in blocks)
     assert missing_names(text, str(page.parent.relative_to(ROOT))) == []
 
 

@@ -99,7 +99,7 @@ def _two(result: object) -> Iterator[str]:
     shown = 0
     names = pictures_of(result)  # type: ignore[arg-type]
     with matplotlib.rc_context(STYLE):
-        for name in TELLING:
+        for name in dict.fromkeys((*TELLING, *names)):
             if shown < 2 and name in names and make(result, name) is not None:  # type: ignore[arg-type]
                 shown += 1
                 yield name
@@ -116,7 +116,7 @@ def page(target: Path, workers: int = 2) -> str:
         drawn = list(pool.map(draw, CASES, [target] * len(CASES)))
     sections: dict[str, list[str]] = {part: [] for part in _PARTS.values()}
     for case, pictures in zip(CASES, drawn, strict=True):
-        sections[part_of(case)].append(
+        sections.setdefault(part_of(case), []).append(
             entry(case, [f"{target.name}/{path.name}" for path in pictures])
         )
     chapters = (f"## {part}\n\n" + "\n\n".join(entries) for part, entries in sections.items())
@@ -134,7 +134,8 @@ pictures. A click on a picture enlarges it.
 
 def part_of(case: Path) -> str:
     """The chapter of the gallery that a case stands in."""
-    return _PARTS["gallery" if case.parent.name == "gallery" else case.stem.split("_")[0]]
+    word = "gallery" if case.parent.name == "gallery" else case.stem.split("_")[0]
+    return _PARTS.get(word, "Other machines")
 
 
 def entry(case: Path, pictures: list[str]) -> str:

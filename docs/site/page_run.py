@@ -1,6 +1,7 @@
 """A page as a script: its blocks run in order in a folder, and what it shows is what comes out.
 
-- `toml` begins or goes on with a file: `# NAME.toml` in its first line names it.
+- `toml` begins or goes on with a file, which has to be TOML: `# NAME.toml` in its first line
+  names it.
 - `sh` is run line by line. `# exit code 1` behind a command says how it ends, if not with 0.
 - `python` is run; names last to the end of the page.
 - A block without a language below one of these shows lines that it prints, in their order; `...`
@@ -16,6 +17,7 @@ import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -85,11 +87,15 @@ class _Script:
             raise PageError(f"no file is named for the block {text[:40]!r}")
         with (self.folder / self.file).open("a", encoding="utf-8") as stream:
             stream.write(text + "\n")
+        try:
+            tomllib.loads((self.folder / self.file).read_text(encoding="utf-8"))
+        except tomllib.TOMLDecodeError as error:
+            raise PageError(f"{self.file} is no TOML: {error}") from None
 
     def type_in(self, line: str) -> str:
         said = _CODE.search(line)
         wanted = int(said[1]) if said else 0
-        if re.match(r"vibecalc [^|;&$]*$", line):
+        if re.match(r"vibecalc [^|;&$#]*(#|$)", line):
             code, out = _vibecalc(line)
         else:
             done = subprocess.run(
