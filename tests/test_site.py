@@ -132,7 +132,7 @@ def test_a_case_is_drawn_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 
 def test_a_notebook_becomes_a_page(tmp_path: Path) -> None:
     cells = [
-        {"cell_type": "markdown", "source": ["# A\n", "notebook"]},
+        {"cell_type": "markdown", "source": ["# A\n", "[b](b.md)"]},
         {"cell_type": "code", "source": ["print(1)"], "outputs": [
             {"output_type": "stream", "text": ["1\n"]},
             {"output_type": "display_data", "data": {"image/png": "aGVsbG8="}},
@@ -144,7 +144,7 @@ def test_a_notebook_becomes_a_page(tmp_path: Path) -> None:
     (picture,) = (tmp_path / "pictures").iterdir()
     assert picture.read_bytes() == b"hello"
     assert text == (
-        "# A\nnotebook\n\n```python\nprint(1)\n```\n\n```text\n1\n```\n\n"
+        "# A\n[b](../b.md)\n\n```python\nprint(1)\n```\n\n```text\n1\n```\n\n"
         f"![output](pictures/{picture.name})\n"
     )
 

@@ -2,8 +2,13 @@
 
 import base64
 import json
+import re
 from pathlib import Path
 from typing import Any
+
+
+#: links of a notebook in docs/, as its page in docs/generated has them
+_ABOVE = re.compile(r"\]\((?!\w+:|#|/)")
 
 
 def page(notebook: Path, pictures: Path) -> str:
@@ -13,7 +18,7 @@ def page(notebook: Path, pictures: Path) -> str:
     for number, one in enumerate(data["cells"]):
         text = "".join(one["source"])
         if one["cell_type"] == "markdown":
-            parts.append(text)
+            parts.append(_ABOVE.sub(r"](../", text))
         elif one["cell_type"] == "code" and text.strip():
             parts.append(f"```python\n{text}\n```")
             parts += _outputs(one.get("outputs", []), pictures, f"{notebook.stem}-{number}")
