@@ -26,7 +26,6 @@ KERNELS := property_measurement_cone property_modes \
 
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
-export WORKERS
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
@@ -98,7 +97,7 @@ plots: $(READY) sweep ## draw the pictures of every case into outputs/
 	$(BIN)/vibecalc plot $(NAMES:%=outputs/%.h5) $(SWEPT:%=outputs/%.h5)
 
 docs: $(VENV)/.docs sweep ## build the site into docs/_build/html; a warning is an error
-	$(BIN)/python docs/site/generate.py
+	$(BIN)/python docs/site/generate.py $(WORKERS)
 	$(BIN)/sphinx-build -q -j $(WORKERS) -W --keep-going -c docs/site -d docs/_build/doctrees docs docs/_build/html
 	@echo docs/_build/html/index.html
 

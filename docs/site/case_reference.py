@@ -4,6 +4,7 @@ Type, unit, bounds and allowed values are the words that messages have for them 
 an example is what a starter or a shipped case has there, else its default or a value of its kind.
 """
 
+import functools
 import math
 import re
 import tomllib
@@ -42,6 +43,7 @@ class Place(NamedTuple):
         return "case-" + re.sub(r"\W+", "-", self.headers[0].strip("[]"))
 
 
+@functools.cache
 def places() -> dict[type[Table], Place]:
     """Every table that a case may have, those near the root first."""
     found: dict[type[Table], Place] = {Case: Place(Case, ["case"], "case")}
@@ -79,6 +81,7 @@ _COMMENTED = re.compile(r"#  ? ?(?P<key>\w+) = (?P<rest>.*)")
 _HEADER = re.compile(r"(?:# )?\[{1,2}([\w.]+)\]{1,2}")
 
 
+@functools.cache
 def examples() -> dict[tuple[type[Table], str], str]:
     """A line of TOML for each key that has a value in a starter or in a shipped case."""
     found: dict[tuple[type[Table], str], str] = {}

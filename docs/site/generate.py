@@ -3,7 +3,7 @@
 References, the gallery, notebooks as pages, and pictures that tutorials and how-to guides draw.
 """
 
-import os
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -39,10 +39,10 @@ def scripts() -> Iterator[Path]:
             yield path
 
 
-def main() -> None:
-    """Write all of them; a page that did not change keeps its time."""
+def main(workers: int = 2) -> None:
+    """Write all of them, drawing in some processes; a page that did not change keeps its time."""
     written = references()
-    written["gallery"] = gallery.page(GENERATED / "pictures", int(os.environ.get("WORKERS", "2")))
+    written["gallery"] = gallery.page(GENERATED / "pictures", workers)
     for path in sorted(DOCS.glob("*.ipynb")):
         written[path.stem] = notebooks.page(path, GENERATED / "notebook_pictures")
     for name, text in written.items():
@@ -58,4 +58,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(*map(int, sys.argv[1:]))

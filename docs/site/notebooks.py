@@ -6,7 +6,6 @@ import re
 from pathlib import Path
 from typing import Any
 
-
 #: links of a notebook in docs/, as its page in docs/generated has them
 _ABOVE = re.compile(r"\]\((?!\w+:|#|/)")
 
