@@ -31,7 +31,7 @@ export OMP_NUM_THREADS := 1
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .PHONY: help run sweep test check lint types golden golden-results accept-golden least least-tests accept-snapshots \
-  plots package bench matrix test-long clean
+  plots docs package bench matrix test-long clean
 
 help: ## print this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 16
@@ -104,16 +104,26 @@ package: $(READY) ## build the source distribution and, from it, the wheel, into
 	$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --no-build-isolation \
 	  -w $(DIST) $(DIST)/vibecalc-*.tar.gz
 
+docs: $(VENV)/.docs sweep ## build the site into docs/_build/html; a warning is an error
+	$(BIN)/python docs/site/generate.py $(WORKERS)
+	$(BIN)/sphinx-build -q -j $(WORKERS) -W --keep-going -c docs/site -d docs/_build/doctrees docs docs/_build/html
+	@echo docs/_build/html/index.html
+
+$(VENV)/.docs: $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --group docs
+	@touch $@
+
 bench: $(READY) ## all benchmarks as ratios: benchmarks/RESULTS.md and the README's table (10 minutes)
 	$(BIN)/python benchmarks/run.py
 
 matrix: $(READY) ## every case with other versions, Pythons, kernels and threads; into docs/determinism.md
 	$(BIN)/python tests/matrix/run.py --environments $(VENV)/matrix
 
-test-long: $(READY) matrix ## long searches, the full fuzz, the matrix; record in docs/validation.md
+test-long: $(READY) $(VENV)/.docs matrix ## long searches, the full fuzz, the matrix; record in docs/validation.md
 	$(BIN)/python -m pytest -n $(WORKERS) -m long --timeout 14400
 
 clean: ## remove the environment, caches and outputs
+	rm -rf docs/_build docs/generated
 	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 	find outputs -mindepth 1 ! -name .gitkeep -delete

@@ -134,11 +134,11 @@ def is_shown(one: Stated) -> bool:
     return shows(one.number, value if one.number.startswith("-") else abs(value))
 
 
-def missing_names(page: str) -> list[str]:
-    """Tests and files that a page names and that are not there."""
+def missing_names(page: str, folder: str = "docs") -> list[str]:
+    """Tests and files that a page of that folder names and that are not there."""
     written = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("*.py"))
     named = re.findall(r"`(test_\w+)`", page)
     missing = [name for name in named if f"def {name}(" not in written]
     paths = re.findall(r"`((?:tests|cases|vibecalc)/[\w/.]+\.\w+)`", page)
-    paths += [f"docs/{name}" for name in re.findall(r"\]\(((?:pictures/)?[\w.]+\.\w+)\)", page)]
+    paths += [f"{folder}/{name}" for name in re.findall(r"\]\(((?:pictures/)?[\w.]+\.\w+)\)", page)]
     return missing + [path for path in paths if not (ROOT / path).exists()]
