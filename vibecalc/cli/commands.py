@@ -1,6 +1,5 @@
 """The command line: parse, call, print, exit code. Heavy imports stand inside the commands."""
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -54,13 +53,12 @@ def accuracy(
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print no table.")] = False,
 ) -> None:
     """Measure every method of a case: seconds against error over a series of settings."""
+    from vibecalc.cli.outputs import check_suffix
     from vibecalc.core.accuracy.environment import pin_threads
 
     threads = pin_threads()
-    if not (math.isfinite(longest) and longest > 0.0):
-        raise UsageError(f"--longest needs a number of seconds above 0, found {longest:g}")
-    if output is not None and output.suffix not in (".h5", ".hdf5"):
-        raise UsageError(f"-o {output}: a result file ends in .h5")
+    if output is not None:
+        check_suffix(output)
     from vibecalc.core.accuracy.run import Asked, measure_case
     from vibecalc.core.study.execute import load_checked
 

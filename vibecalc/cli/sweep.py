@@ -119,12 +119,13 @@ def merge(
     quiet: Quiet = False,
 ) -> None:
     """Put the parts of a sweep together; exit 4 if points failed or are still missing."""
+    from vibecalc.cli.outputs import check_suffix
     from vibecalc.core.report.sweep.text import missing_words
     from vibecalc.core.results.layout import DONE, NOT_RUN
     from vibecalc.core.study.execute import provenance
     from vibecalc.core.study.sweep.assemble import merge as put_together
 
-    _check_suffix(output)
+    check_suffix(output)
     made = put_together(parts, output, provenance())
     if made.missing:
         _note(f"no part has the points {missing_words(made.missing)}")
@@ -200,13 +201,10 @@ def _output(given: Path | None, name: str, shard: tuple[int, int]) -> Path:
     if given is None:
         part = f".{shard[0]}of{shard[1]}" if shard[1] > 1 else ""
         return Path("outputs") / f"{name}.sweep{part}.h5"
-    _check_suffix(given)
+    from vibecalc.cli.outputs import check_suffix
+
+    check_suffix(given)
     return given
-
-
-def _check_suffix(path: Path) -> None:
-    if path.suffix not in (".h5", ".hdf5"):
-        raise UsageError(f"-o {path}: a result file ends in .h5")
 
 
 def _shard(text: str | None) -> tuple[int, int]:

@@ -282,7 +282,7 @@ def _refuse_text(text: str, file_name: str, message: str, line: int, column: int
     unquoted = "cannot be read" in message or "expected newline" in message
     hint = 'a text needs quotes, as in "4900 rpm"' if unquoted else ""
     at = f"{file_name}:{line}:{column}"
-    problem = Problem(path=(), message=message, hint=hint, place=at)
+    problem = Problem(path=(), message=message, hint=hint, place=at, file=file_name, line=line)
     place: Location = at_line(text, line, column)
     rendered = render_problem(problem, place, file_name)
     raise CaseError([problem], f"{rendered}\n{closing_line(1, file_name)}")
@@ -292,7 +292,8 @@ def _refuse(path: Path, what: str, hint: str = "") -> NoReturn:
     from vibecalc.core.case.locate import closing_line
 
     message = f"{path} {what}"
-    problem = Problem(path=(), message=message, hint=hint, place=str(path))
+    name = str(path)
+    problem = Problem(path=(), message=message, hint=hint, place=name, file=name)
     help_line = f"\n  help: {hint}" if hint else ""
     raise CaseError([problem], f"error: {message}{help_line}\n{closing_line(1, str(path))}")
 

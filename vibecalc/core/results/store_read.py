@@ -15,6 +15,7 @@ from vibecalc.core.results.layout import (
     TEXT_ATTRIBUTES,
     TEXT_CHECKSUM,
     TIMINGS,
+    VERSION_ATTRIBUTE,
     check_heaps,
     heap_checksum,
 )
@@ -116,6 +117,7 @@ def _result(file: Any, path: Path, size: int) -> Result:
         ),
         provenance=provenance,
         timings=timings,
+        swept=path.absolute() if VERSION_ATTRIBUTE in file.attrs else None,
     )
 
 
