@@ -57,7 +57,10 @@ def test_run_writes_result_and_report_and_says_where() -> None:
 def test_json_has_the_keys_of_the_design_and_nothing_else_on_stdout() -> None:
     outcome = command("run", GENERATOR, "--json")
     (found,) = json.loads(outcome.out)
-    assert set(found) == {"case", "result", "quantities", "references", "limits", "timings"}
+    assert set(found) == {
+        *("case", "result", "headlines", "quantities", "references", "limits", "timings"),
+        *("written", "exit_code"),
+    }
     assert found["result"].endswith("generator.h5")
     frequency = found["quantities"]["isolation/pitch/natural_frequency"]
     assert frequency["unit"] == "rad/s"

@@ -50,7 +50,7 @@ def test_python_prints_what_the_page_shows(folder: Path) -> None:
 
 
 def test_commands_work_in_the_order_printed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (block,) = re.findall(r"```sh\n(.*?)```", PAGE, re.S)
+    block = "".join(re.findall(r"```sh\n(.*?)```", PAGE, re.S))
     for line in block.splitlines():
         words, _, given = line.partition(" < ")
         words, _, target = words.partition(" > ")

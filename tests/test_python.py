@@ -79,6 +79,7 @@ def test_a_sweep_that_was_written_anew_is_not_taken_for_what_was_read() -> None:
     Path("two.sweep.h5").unlink()
     with pytest.raises(vibecalc.ResultError, match="there is no result file"):
         vibecalc.write(result, "other.h5")
+    assert not Path("other.h5").exists()
 
 
 SPEED = {"machine.speed": "4900 rmp"}

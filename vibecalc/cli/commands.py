@@ -8,7 +8,8 @@ import typer
 from vibecalc.cli.completion import completion, names_of_pictures
 from vibecalc.cli.help_page import Command, Group
 from vibecalc.cli.results import EXCHANGE, export, get, info
-from vibecalc.cli.sweep import Json, Quiet, Settings, Unset, merge, sweep
+from vibecalc.cli.saying import asked, note, say, say_json, say_written, spoken
+from vibecalc.cli.sweep import Settings, Unset, merge, sweep
 from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, NumericalFailure, UsageError, VibecalcError
 
 if TYPE_CHECKING:
@@ -40,17 +41,8 @@ def accuracy(
         float,
         typer.Option(metavar="S", help="Seconds for the whole case, shared between its questions."),
     ] = 30.0,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Change a key, the value read as TOML."),
-    ] = None,
-    unset: Annotated[
-        list[str] | None, typer.Option(metavar="KEY", help="Take a key out of the case.")
-    ] = None,
-    json: Annotated[
-        bool, typer.Option("--json", help="Print JSON on stdout and nothing else.")
-    ] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print no table.")] = False,
+    settings: Settings = None,
+    unset: Unset = None,
 ) -> None:
     """Measure every method of a case: seconds against error over a series of settings."""
     from vibecalc.cli.outputs import check_suffix
@@ -64,17 +56,17 @@ def accuracy(
 
     (loaded,) = load_checked([case], settings or (), unset or ())
     path = output or Path("outputs") / f"{loaded.name}.accuracy.h5"
-    asked = Asked(
+    what = Asked(
         stages=stage or (),
         topics=topic or (),
         longest=longest,
-        progress=not (quiet or json),
+        progress=not asked.silent,
         threads=threads,
     )
-    _write_measured(measure_case(loaded, asked), path, json, quiet)
+    _write_measured(measure_case(loaded, what), path)
 
 
-def _write_measured(result: "Result", path: Path, json: bool, quiet: bool) -> None:
+def _write_measured(result: "Result", path: Path) -> None:
     """Write the file, the table and, with matplotlib, the picture; print what is asked for."""
     from vibecalc.cli.outputs import write_text
     from vibecalc.core.report.accuracy import render_accuracy, render_answer
@@ -88,18 +80,15 @@ def _write_measured(result: "Result", path: Path, json: bool, quiet: bool) -> No
         pictures = draw_file(path, path.parent)
     except UsageError as error:
         pictures = []
-        typer.echo(f"no picture: {error}", err=True)
-    if json:
-        import json as format_json
-
+        note(f"no picture: {error}")
+    written = [path, path.with_suffix(".txt"), *pictures]
+    if asked.json:
         from vibecalc.core.report.accuracy import accuracy_object
 
-        measured = accuracy_object(result, path)
-        typer.echo(format_json.dumps(measured, indent=2, allow_nan=False))
-    elif not quiet:
-        names = [path.with_suffix(".txt").name, *(picture.name for picture in pictures)]
-        typer.echo(render_answer(result), nl=False)
-        typer.echo(f"wrote {path}, {' and '.join(names)}")
+        say_json(accuracy_object(result, path) | {"written": [str(one) for one in written]})
+        return
+    say(render_answer(result), nl=False)
+    say(f"wrote {path}, {' and '.join(one.name for one in written[1:])}")
 
 
 # ----------------------------------------------------------------------------
@@ -147,7 +136,13 @@ def _options(
     pass
 
 
-@app.command(cls=Command)
+def command(function: "Callable[..., None]") -> "Callable[..., None]":
+    """Enter a command of the program, with the options that all have."""
+    app.command(cls=Command)(spoken(function))
+    return function
+
+
+@command
 def run(
     cases: Cases,
     output: Annotated[
@@ -156,9 +151,7 @@ def run(
     ] = None,
     settings: Settings = None,
     unset: Unset = None,
-    json: Json = False,
     full: Full = False,
-    quiet: Quiet = False,
 ) -> None:
     """Run cases: write outputs/<case>.h5 and outputs/<case>.txt and print a summary."""
     from vibecalc.cli.outputs import result_paths, write_outputs
@@ -169,47 +162,44 @@ def run(
     objects: list[dict[str, Any]] = []
 
     def run_one(case: "LoadedCase") -> str:
-        result, path = _execute(case, quiet or json), paths[case.name]
-        write_outputs(result, path)
-        if json:
+        result, path = _execute(case), paths[case.name]
+        written = write_outputs(result, path)
+        if asked.json:
             from vibecalc.core.report.text import as_json
 
-            objects.append(as_json(result, path, full=full))
-        elif not quiet:
+            files = {"written": [str(one) for one in written]}
+            objects.append(as_json(result, path, full=full) | files)
+        elif not asked.quiet:
             from vibecalc.core.report.terminal import print_summary
 
             print_summary(result, path)
         return result.record.failure
 
-    worst = _for_each(loaded, run_one, objects if json else None)
-    if json:
-        _print_json(objects)
-    raise typer.Exit(worst)
+    raise typer.Exit(_for_each(loaded, run_one, objects))
 
 
-@app.command(cls=Command)
-def check(cases: Cases, settings: Settings = None, unset: Unset = None, json: Json = False) -> None:
+@command
+def check(cases: Cases, settings: Settings = None, unset: Unset = None) -> None:
     """Validate cases and show what a run would do and why. Nothing is computed."""
     from vibecalc.core.report.check import check_rows
 
     plans = [(case, *check_rows(case.case)) for case in _load(cases, settings, unset)]
-    if json:
+    if asked.json:
         from vibecalc.core.report.check import plan_object
 
-        _print_json([plan_object(case, rows, total) for case, rows, total in plans])
+        say_json([plan_object(case, rows, total) for case, rows, total in plans])
         return
     from vibecalc.core.report.check import render_plan
 
     shown = (render_plan(str(case.path), case.case, rows, total) for case, rows, total in plans)
-    typer.echo("\n\n".join(shown))
+    say("\n\n".join(shown))
 
 
-@app.command(cls=Command)
+@command
 def verify(
     cases: Cases,
     settings: Settings = None,
     unset: Unset = None,
-    json: Json = False,
     full: Full = False,
 ) -> None:
     """Run cases, exit 1 if a counted reference or limit is missed or undecided; no files."""
@@ -220,25 +210,26 @@ def verify(
     loaded = _load(cases, settings, unset)
 
     def verify_one(case: "LoadedCase") -> str:
-        result = _execute(case, json)
+        result = _execute(case)
         misses.append(counted_misses(result))
-        if json:
+        if asked.json:
             from vibecalc.core.report.text import as_json
 
             objects.append(as_json(result, None, full=full))
         else:
             from vibecalc.core.report.text import render_verdicts
 
-            typer.echo(render_verdicts(result))
+            say(render_verdicts(result))
+        missed = EXIT_DIFFERS if misses[-1] else EXIT_FINE
+        if asked.json:
+            objects[-1]["exit_code"] = missed
         return result.record.failure
 
-    worst = _for_each(loaded, verify_one, objects if json else None)
-    if json:
-        _print_json(objects)
+    worst = _for_each(loaded, verify_one, objects)
     raise typer.Exit(max(worst, EXIT_DIFFERS if any(misses) else EXIT_FINE))
 
 
-@app.command(cls=Command)
+@command
 def report(
     results: Results,
     full: Annotated[bool, typer.Option("--full", help="List every quantity.")] = False,
@@ -251,18 +242,25 @@ def report(
         from vibecalc.cli.outputs import write_text
         from vibecalc.core.report.page import html_page
 
-        for path in results:
-            page = path.with_suffix(".html")
+        pages = [path.with_suffix(".html") for path in results]
+        for path, page in zip(results, pages, strict=True):
             write_text(html_page(path, full=full), page)
-            typer.echo(str(page))
+            say(str(page))
+        if asked.json:
+            say_json({"written": [str(page) for page in pages]})
+        return
+    if asked.json:
+        from vibecalc.core.report.sweep.text import file_object
+
+        say_json([file_object(path, full=full) for path in results])
         return
     from vibecalc.core.report.sweep.text import report_file
 
     for path in results:
-        typer.echo(report_file(path, full=full), nl=False)
+        say(report_file(path, full=full), nl=False)
 
 
-@app.command(cls=Command)
+@command
 def diff(
     reference: Annotated[
         Path, typer.Argument(metavar="REFERENCE", help="Golden result file, or folder of them.")
@@ -272,7 +270,6 @@ def diff(
         typer.Argument(metavar="RESULT", help="Held against it, or the golden file of its name."),
     ],
     rules: Annotated[Path | None, typer.Option(help="Tolerances per quantity (TOML).")] = None,
-    json: Json = False,
     junit: Annotated[Path | None, typer.Option(help="Also write a JUnit XML file.")] = None,
     accept: Annotated[
         bool, typer.Option("--accept", help="Make the candidate's numbers the golden ones.")
@@ -285,12 +282,14 @@ def diff(
     if accept:
         from vibecalc.core.results.compare import accept as make_golden
 
-        for option, given in (("--rules", rules), ("--json", json), ("--junit", junit)):
+        for option, given in (("--rules", rules), ("--junit", junit)):
             if given:
                 raise UsageError(f"--accept compares nothing, leave {option} out")
         for golden, candidate in pairs.values():
             make_golden(candidate, golden)
-            typer.echo(f"{golden} now holds the numbers of {candidate}")
+            say(f"{golden} now holds the numbers of {candidate}")
+        if asked.json:
+            say_json({"written": [str(golden) for golden, _ in pairs.values()]})
         return
     from vibecalc.core.report.differences import (
         differences_object,
@@ -310,16 +309,16 @@ def diff(
         from vibecalc.cli.outputs import write_text
 
         write_text(render_junit(comparisons), junit)
-    if json:
+    if asked.json:
         objects = [differences_object(one) for one in comparisons.values()]
         named = [{"result": name, **one} for name, one in zip(comparisons, objects, strict=True)]
-        _print_json(named if reference.is_dir() else objects[0])
+        say_json(named if reference.is_dir() else objects[0])
     else:
         for name, one in comparisons.items():
             text = render_differences(one).rstrip("\n")
             if reference.is_dir():  # of what is the same, the verdict alone
                 text = f"{name}: {text.splitlines()[-1] if one.same else text}"
-            typer.echo(text)
+            say(text)
     raise typer.Exit(EXIT_FINE if all(one.same for one in comparisons.values()) else EXIT_DIFFERS)
 
 
@@ -328,7 +327,7 @@ def _golden(reference: Path, candidate: Path) -> Path:
     return reference / candidate.name if reference.is_dir() else reference
 
 
-@app.command(cls=Command)
+@command
 def plot(
     results: Results,
     output: Folder = None,
@@ -354,14 +353,18 @@ def plot(
     from vibecalc.core.report.plots import draw_files, look_of
 
     look = look_of(formats, dpi, only or (), not no_title)
+    drawn: list[Path] = []
     for path, pictures in draw_files(results, output, look):
+        drawn += pictures
         for picture in pictures:
-            typer.echo(str(picture))
+            say(str(picture))
         if not pictures:
-            typer.echo(f"{path}: nothing to draw, it holds no curve or map", err=True)
+            note(f"{path}: nothing to draw, it holds no curve or map")
+    if asked.json:
+        say_json({"written": [str(picture) for picture in drawn]})
 
 
-@app.command(cls=Command)
+@command
 def new(
     scene: Annotated[
         str, typer.Argument(metavar="SCENE", help="Kind of scene; `list` names them.")
@@ -383,23 +386,27 @@ def new(
         _write_text(named(f"{EXCHANGE}:case_of_assembly")(assembly), output)
         return
     if scene == "list":
+        if asked.json:
+            say_json(scenes())
         for name, about in scenes().items():
-            typer.echo(f"{name:<13}  {about}")
+            say(f"{name:<13}  {about}")
         return
     _write_text(starter(scene), output)
 
 
-@app.command(cls=Command)
+@command
 def schema(output: Output = None) -> None:
     """Print the JSON schema of case files, for editors."""
     import json
 
     from vibecalc.json_schema import json_schema
 
+    if output is None and asked.json:
+        say_json(json_schema())
+        return
     _write_text(json.dumps(json_schema(), indent=2) + "\n", output)
 
 
-@app.command("help", cls=Command)
 def help_(
     ctx: typer.Context,
     command: Annotated[
@@ -409,6 +416,8 @@ def help_(
     """Show the help page of a command."""
     program = ctx.parent
     assert program is not None
+    if asked.quiet:
+        return
     if command is None:
         program.get_help()
         return
@@ -431,50 +440,52 @@ def _load(paths: list[Path], *changes: list[str] | None) -> "list[LoadedCase]":
 def _for_each(
     cases: "list[LoadedCase]",
     work: "Callable[[LoadedCase], str]",
-    objects: list[dict[str, Any]] | None,
+    objects: list[dict[str, Any]],
 ) -> int:
-    """Work on every case, which says why it failed, to `objects` too; the worst exit code."""
+    """Work on every case, which says why it failed; the worst exit code. Prints `objects`."""
     worst = EXIT_FINE
     for case in cases:
         try:
             failure, code = work(case), NumericalFailure.exit_code
         except VibecalcError as error:
-            if objects is not None:
+            if asked.json:
                 objects.append({"case": case.name, "error": error.as_object()})
             elif len(cases) == 1:
                 raise
             failure, code = str(error), error.exit_code
         if failure:
-            if objects is not None:
+            if asked.json:
                 objects[-1].setdefault("error", NumericalFailure(failure).as_object())
-            typer.echo(f"error: {case.path}: {failure}", err=True)
+                objects[-1]["exit_code"] = code
+            note(f"error: {case.path}: {failure}")
             worst = max(worst, code)
+    if asked.json:
+        say_json([{**one, "exit_code": one.get("exit_code", EXIT_FINE)} for one in objects])
     return worst
 
 
-def _execute(case: "LoadedCase", quiet: bool) -> "Result":
+def _execute(case: "LoadedCase") -> "Result":
     from vibecalc.core.study.execute import execute
 
-    return execute(case, progress=not quiet)
-
-
-def _print_json(data: Any) -> None:
-    import json
-
-    typer.echo(json.dumps(data, indent=2, allow_nan=False))
+    return execute(case, progress=not (asked.silent or asked.verbose))
 
 
 def _write_text(text: str, output: Path | None) -> None:
     if output is None:
-        typer.echo(text, nl=False)
+        if asked.json:
+            say_json({"text": text})
+        say(text, nl=False)
         return
     from vibecalc.cli.outputs import write_text
 
     if output.exists():
         raise UsageError(f"{output} exists already; remove it or choose another name")
     write_text(text, output)
-    typer.echo(f"wrote {output}")
+    say_written(output)
 
 
-for command in (sweep, merge, accuracy, info, get, export, completion):
-    app.command(cls=Command)(command)
+for one in (sweep, merge, accuracy, info, get, export):
+    command(one)
+# what these print is for a person and for a shell: JSON of it would serve nobody
+app.command(cls=Command)(spoken(completion, json=False))
+app.command("help", cls=Command)(spoken(help_, json=False))

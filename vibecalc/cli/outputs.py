@@ -41,8 +41,10 @@ def result_paths(names: Sequence[str], output: str | None) -> list[Path]:
     return [target]
 
 
-def write_outputs(result: Result, path: Path) -> None:
+def write_outputs(result: Result, path: Path) -> list[Path]:
     """Write the result file and, next to it, the text report: both in their places at once.
+
+    Returns where they are.
 
     Raises
     ------
@@ -53,21 +55,18 @@ def write_outputs(result: Result, path: Path) -> None:
     from vibecalc.core.results.files import write_together
     from vibecalc.core.results.store import file_image, write_result
 
-    if result.swept is not None:
-        from vibecalc.core.results.sweep_file import opened
-
-        text = _report(result)
-        with opened(result):  # it is still what was read
-            image = result.swept.read_bytes()
-        write_together([(path, image), (path.with_suffix(".txt"), text.encode("utf-8"))])
-        return
     try:
-        text = _report(result)
+        text = _report(result)  # of a sweep, too: its file is still what was read
     except ResultError as error:
+        if result.swept is not None:
+            raise
         write_result(result, path)
         path.with_suffix(".txt").unlink(missing_ok=True)
         raise ResultError(f"{error}; the result is written to {path}, without a report") from error
-    write_together([(path, file_image(result)), (path.with_suffix(".txt"), text.encode("utf-8"))])
+    image = file_image(result) if result.swept is None else result.swept.read_bytes()
+    beside = path.with_suffix(".txt")
+    write_together([(path, image), (beside, text.encode("utf-8"))])
+    return [path, beside]
 
 
 def _report(result: Result) -> str:

@@ -18,6 +18,7 @@ from vibecalc.core.case.locate import Location, Overridden, at_line
 from vibecalc.core.case.raw import Setting, apply_overrides
 from vibecalc.core.case.row_files import Rows, files_of_rows, with_line
 from vibecalc.core.case.rules import cross_check
+from vibecalc.core.results.steps import step
 from vibecalc.errors import CaseError, KeyPath, Problem
 from vibecalc.schema import SCHEMA_VERSION, Case
 
@@ -222,6 +223,7 @@ def _read_text(path: Path) -> str:
             )
         with path.open("rb") as file:
             raw = file.read(LARGEST_FILE + 1)
+        step(f"read {path}: {len(raw)} bytes")
     except FileNotFoundError:
         near = _similar_files(path)
         _refuse(path, "does not exist", f"did you mean {near}?" if near else "")

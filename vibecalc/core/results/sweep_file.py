@@ -28,6 +28,7 @@ from vibecalc.core.results.layout import (
     heap_checksum,
 )
 from vibecalc.core.results.record import Axis, Method, Record, Result
+from vibecalc.core.results.steps import step
 from vibecalc.core.results.store_read import (
     _axis,
     _checked_size,
@@ -402,6 +403,7 @@ def open_sweep(path: Path | str) -> SweepResult:
         raise _damaged(where, error) from error
     try:
         check_origin(file, where)
+        step(f"opened {where}")
         return SweepResult(file, where)
     except ResultError:
         file.close()

@@ -247,6 +247,24 @@ def file_lines(of: Path | Result, *, full: bool = False) -> list[str]:
         return report_lines(found, full=full)
 
 
+def file_object(path: Path, *, full: bool = False) -> dict[str, Any]:
+    """What `report --json` prints of a file: as the command that wrote it, without its times."""
+    with opened(path) as found:
+        if isinstance(found, SweepResult):
+            view = view_of(found)
+            counts = {int(status): int(np.sum(view.status == status)) for status in STATUS_WORDS}
+            met = {status: many for status, many in counts.items() if many}
+            whole = outcome_object(view, path, met, 0, 0.0)
+            return {name: one for name, one in whole.items() if name not in ("taken_up", "seconds")}
+        if is_accuracy(found):
+            from vibecalc.core.report.accuracy import accuracy_object
+
+            return accuracy_object(found, path)
+        from vibecalc.core.report.text import as_json
+
+        return as_json(found, path, full=full)
+
+
 def conclusion(sweep: SweepView, limits: Sequence[Limit]) -> str:
     """One sentence: how many points were computed, failed or are missing, and what they keep."""
     count = {status: int(np.count_nonzero(sweep.status == status)) for status in (DONE, NOT_RUN)}
