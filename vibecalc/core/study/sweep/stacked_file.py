@@ -273,7 +273,7 @@ class _StackedWriter:
         self.writer.identity(replace(head.result, record=record))
         self.writer.number(self.writer.root, VERSION_ATTRIBUTE, SWEEP_SCHEMA_VERSION)
         inside = {name for path in self.stacking.stacks for name in path.split("/")}
-        self.outer = []
+        self.outer: list[str] = []
         for axis in head.axes:
             self.outer.append(free_name(axis.name, {*inside, *self.outer, SWEEP, PROVENANCE}))
         own = {path: stack.axes for path, stack in self.stacking.stacks.items()}
