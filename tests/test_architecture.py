@@ -33,7 +33,7 @@ ALLOWED = {
     "core/study": FRAME | CASE | {"parts"},
     "core/accuracy": FRAME | CASE | {"core/study"},
     "cli": FRAME | {"core/report", "core/study", "core/accuracy", "json_schema"},
-    "api": FRAME | {"core/report", "core/study", "cli"},
+    "api": FRAME | {"core/report", "core/study", "core/accuracy", "cli"},
     "__main__": {"errors", "cli"},
 }  # fmt: skip
 #: of a subject: the frame with its views, the parts, and the subjects that its physics stands on

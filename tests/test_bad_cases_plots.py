@@ -8,7 +8,7 @@ import pytest
 from report_samples import generator
 
 from vibecalc.cli.commands import plot
-from vibecalc.core.report.plots import Look, draw, draw_files, look_of
+from vibecalc.core.report.plots import Look, draw_file, draw_files, look_of
 from vibecalc.core.results.record import Record, Result
 from vibecalc.core.results.store import write_result
 from vibecalc.errors import UsageError
@@ -17,7 +17,7 @@ from vibecalc.errors import UsageError
 def test_matplotlib_missing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(UsageError) as raised:
-        draw(generator(), tmp_path)
+        draw_file(generator(), tmp_path)
     assert "matplotlib" in str(raised.value)
     assert "pip install 'vibecalc[plot]'" in str(raised.value)
     assert raised.value.exit_code == 2
@@ -43,7 +43,7 @@ def test_a_folder_that_is_a_file(tmp_path: Path) -> None:
     blocked = tmp_path / "pictures"
     blocked.write_text("not a folder")
     with pytest.raises(UsageError, match="cannot make the output folder"):
-        draw(few(), blocked)
+        draw_file(few(), blocked)
     assert blocked.read_text() == "not a folder"
 
 

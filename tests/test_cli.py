@@ -57,7 +57,10 @@ def test_run_writes_result_and_report_and_says_where() -> None:
 def test_json_has_the_keys_of_the_design_and_nothing_else_on_stdout() -> None:
     outcome = command("run", GENERATOR, "--json")
     (found,) = json.loads(outcome.out)
-    assert set(found) == {"case", "result", "quantities", "references", "limits", "timings"}
+    assert set(found) == {
+        *("case", "result", "headlines", "quantities", "references", "limits", "timings"),
+        *("written", "exit_code"),
+    }
     assert found["result"].endswith("generator.h5")
     frequency = found["quantities"]["isolation/pitch/natural_frequency"]
     assert frequency["unit"] == "rad/s"
@@ -75,20 +78,21 @@ def test_json_has_the_keys_of_the_design_and_nothing_else_on_stdout() -> None:
         (("run", GENERATOR, "--set", "machine.sped=3"), "machine.sped"),
         (("verify", "none.toml"), ""),
         (("sweep", GENERATOR, "--grid", "nothing=1,2"), "sweep.axes[0].key"),
-        (("diff", "a.h5", "b.h5"), None),
-        (("merge", "a.h5", "-o", "b.h5"), None),
+        (("diff", "a.h5", "b.h5"), ""),
+        (("merge", "a.h5", "-o", "b.h5"), ""),
         (("accuracy", "none.toml"), ""),
-        (("run", "--bogus"), None),
+        (("run", "--bogus"), ""),
     ],
 )
-def test_an_error_is_an_object_with_its_problems(given: tuple[str, ...], key: str | None) -> None:
+def test_an_error_is_an_object_with_its_problems(given: tuple[str, ...], key: str) -> None:
     outcome = command(*given, "--json")
     error = json.loads(outcome.out)["error"]
     assert outcome.code == error["exit_code"] == 2
     assert error["message"] and outcome.err
-    assert [problem["key"] for problem in error["problems"]] == ([] if key is None else [key])
+    assert [problem["key"] for problem in error["problems"]] == [key]
     for problem in error["problems"]:
-        assert problem["message"] and problem["place"]
+        assert problem["message"] and bool(problem["place"]) == bool(problem["file"])
+        assert (problem["file"] is None) == (given[0] in ("diff", "merge") or "--bogus" in given)
 
 
 def test_several_cases_give_a_list_and_a_folder() -> None:

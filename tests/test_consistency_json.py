@@ -10,7 +10,7 @@ from report_samples import ORDERS, generator, optimised, quantity
 from vibecalc.core.report.text import as_json
 from vibecalc.core.report.verdicts import judge_references
 
-TOP = {"case", "result", "quantities", "references", "limits", "timings"}
+TOP = {"case", "result", "headlines", "quantities", "references", "limits", "timings"}
 REFERENCE = {
     "quantity", "where", "source", "value", "computed", "error", "resolved", "unit",
     "relative_difference", "within", "kind", "known_difference",

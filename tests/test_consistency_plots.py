@@ -12,7 +12,7 @@ pytest.importorskip("matplotlib")
 
 from drawn import coarse, figure, lines, words
 
-from vibecalc.core.report.plots import draw, make
+from vibecalc.core.report.plots import draw_file, make
 from vibecalc.core.report.verdicts import judge_references
 from vibecalc.core.results.record import Axis, entry
 from vibecalc.core.results.store import read_result
@@ -245,13 +245,13 @@ def test_a_file_has_no_word_of_the_result_twice(
     stem: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     coarse(monkeypatch)
-    assert [path.stem for path in draw(rigid_body(), tmp_path, stem)] == [name]
+    assert [path.stem for path in draw_file(replace(rigid_body(), name=stem), tmp_path)] == [name]
 
 
 def test_equal_results_give_equal_bytes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     coarse(monkeypatch)
-    first = draw(rigid_body(), tmp_path / "a" / "deep")
-    second = draw(rigid_body(), tmp_path / "b")
+    first = draw_file(rigid_body(), tmp_path / "a" / "deep")
+    second = draw_file(rigid_body(), tmp_path / "b")
     assert [path.name for path in first] == ["body_modal_energy.png"]
     assert first[0].read_bytes() == second[0].read_bytes()
     assert b"Software" not in first[0].read_bytes()

@@ -31,7 +31,7 @@ from vibecalc.core.report.canvas import (
     rotate,
     spread_out,
 )
-from vibecalc.core.report.plots import draw, every_picture, make
+from vibecalc.core.report.plots import draw_file, every_picture, make
 from vibecalc.core.results.record import Axis
 from vibecalc.impact.pictures import broken
 from vibecalc.response.pictures import envelope
@@ -294,8 +294,8 @@ def test_an_extreme_over_a_sliding_window_is_drawn_through_its_crests() -> None:
 
 @pytest.mark.long
 def test_equal_results_give_equal_bytes(tmp_path: Path) -> None:
-    first = draw(compressor(modes()), tmp_path / "a")
-    second = draw(compressor(modes()), tmp_path / "b")
+    first = draw_file(compressor(modes()), tmp_path / "a")
+    second = draw_file(compressor(modes()), tmp_path / "b")
     assert [path.name for path in first] == [path.name for path in second]
     assert all(a.read_bytes() == b.read_bytes() for a, b in zip(first, second, strict=True))
     assert set(OWN) <= set(every_picture())

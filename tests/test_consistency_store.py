@@ -44,7 +44,7 @@ def test_dimension_scales_are_attached_and_named(written: Path) -> None:
         dataset = file["isolation/support_force/steady"]
         assert [dimension.label for dimension in dataset.dims] == ["mount", "direction", "order"]
         for position, name in enumerate(("mount", "direction", "order")):
-            scale = file[f"isolation/{name}"]
+            scale = file[f"isolation/support_force/{name}"]
             assert h5ds.is_scale(scale.id)
             assert h5ds.get_scale_name(scale.id) == name.encode()
             assert h5ds.is_attached(dataset.id, scale.id, position)

@@ -20,10 +20,10 @@ __version__ = "0.2.0"
 
 #: what Python users call, and where it is; imported as soon as it is asked for
 _HOMES = {
-    "api": ("check", "diff", "plot", "read", "report", "run", "sweep", "write"),
+    "api": ("accuracy", "check", "diff", "plot", "read", "report", "run", "sweep", "write"),
     "core.results.record": ("Axis", "Quantity", "Result"),
     "errors": (
-        *("CaseError", "NumericalFailure", "Problem", "ResultError"),
+        *("CaseError", "MissingQuantity", "NumericalFailure", "Problem", "ResultError"),
         *("UnitError", "UsageError", "VibecalcError"),
     ),
 }

@@ -1,3 +1,4 @@
+from vibecalc.api import accuracy as accuracy
 from vibecalc.api import check as check
 from vibecalc.api import diff as diff
 from vibecalc.api import plot as plot
@@ -10,6 +11,7 @@ from vibecalc.core.results.record import Axis as Axis
 from vibecalc.core.results.record import Quantity as Quantity
 from vibecalc.core.results.record import Result as Result
 from vibecalc.errors import CaseError as CaseError
+from vibecalc.errors import MissingQuantity as MissingQuantity
 from vibecalc.errors import NumericalFailure as NumericalFailure
 from vibecalc.errors import Problem as Problem
 from vibecalc.errors import ResultError as ResultError

@@ -105,8 +105,10 @@ def _print_error(error: VibecalcError) -> None:
 
 
 def _say(text: str) -> None:
+    from vibecalc.cli.colours import coloured
+
     with contextlib.suppress(OSError):  # a full or closed stderr changes no exit code
-        print(text, file=sys.stderr, flush=True)
+        print(coloured(text), file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

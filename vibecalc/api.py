@@ -1,9 +1,10 @@
 """vibecalc from Python: what the commands do, with results as objects and problems as exceptions.
 
-Cases are files, or their tables as nested dicts. Further keyword arguments are keys of the case,
-as `--set` takes them: `run("case.toml", **{"machine.speed": "3000 rpm"})`. What is wrong with a
-case raises `CaseError`, whose `problems` are those that the screen shows; what has no trustworthy
-answer raises `NumericalFailure`.
+Cases are files, or their tables as nested dicts. `set` and `unset` change keys, as `--set` and
+`--unset` do: `run("case.toml", set={"machine.speed": "3000 rpm"})`. What is wrong with a case
+raises `CaseError`, whose `problems` are those that the screen shows, each with key, file, line,
+message and hint; what has no trustworthy answer raises `NumericalFailure`. These and all others
+are `VibecalcError`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vibecalc.core.results.record import Result
-from vibecalc.errors import NumericalFailure
+from vibecalc.errors import NumericalFailure, UsageError
 
 if TYPE_CHECKING:
     from vibecalc.core.case.load import CaseSource, LoadedCase
@@ -19,19 +20,23 @@ if TYPE_CHECKING:
     from vibecalc.core.results.compare import Comparison
 
 PathLike = str | Path
+#: one name, or several
+Names = str | Sequence[str]
+#: keys of a case, as `machine.speed`, with their values
+Keys = Mapping[str, Any] | None
 
 
 def run(
-    case: "CaseSource", /, *, unset: Sequence[str] = (), progress: bool = False, **keys: Any
+    case: "CaseSource", /, *, set: Keys = None, unset: Names = (), progress: bool = False
 ) -> Result:
     """Run a case as it asks to be run: once, to its optimum, or with its searches.
 
     Parameters
     ----------
     case : a file, `-` for standard input, or the tables of a case.
-    unset : keys to take out of the case.
+    set : keys of the case with their values; texts carry units.
+    unset : key, or keys, to take out of the case.
     progress : say on stderr what long work is at, on a terminal only.
-    keys : keys of the case with their values; texts carry units.
 
     Raises
     ------
@@ -43,7 +48,7 @@ def run(
     """
     from vibecalc.core.study.execute import execute
 
-    result = execute(_checked(case, unset, keys), progress=progress)
+    result = execute(_checked(case, set, unset), progress=progress)
     if result.record.failure:
         failure = NumericalFailure(result.record.failure)
         failure.result = result
@@ -51,14 +56,14 @@ def run(
     return result
 
 
-def check(case: "CaseSource", /, *, unset: Sequence[str] = (), **keys: Any) -> dict[str, Any]:
+def check(case: "CaseSource", /, *, set: Keys = None, unset: Names = ()) -> dict[str, Any]:
     """What a run of a case would do and why, and what it would need; nothing is computed.
 
     Returns what `vibecalc check --json` prints of it. Raises CaseError.
     """
     from vibecalc.core.report.check import check_rows, plan_object
 
-    loaded = _checked(case, unset, keys)
+    loaded = _checked(case, set, unset)
     return plan_object(loaded, *check_rows(loaded.case))
 
 
@@ -69,13 +74,13 @@ def sweep(
     *,
     grid: Mapping[str, str | Sequence[Any]] | None = None,
     sample: str | None = None,
-    keep: Sequence[str] = (),
+    keep: Names = (),
     jobs: int | None = None,
     resume: bool = False,
     fresh: bool = False,
     progress: bool = False,
-    unset: Sequence[str] = (),
-    **keys: Any,
+    set: Keys = None,
+    unset: Names = (),
 ) -> Result:
     """Run a case at many points into the file `output`, and read it.
 
@@ -88,8 +93,10 @@ def sweep(
     jobs : processes; default: as many as there are processors.
     resume, fresh : take up the chunks that are there; throw away what is there and does not fit.
 
-    The axes of the sweep come first in every quantity; points without a result are NaN there.
+    The axes of the sweep come first in every quantity; points without a result are NaN there, and
+    `report` says why they have none. Raises CaseError, and UsageError for a file of another sweep.
     """
+    from vibecalc.cli.outputs import check_suffix
     from vibecalc.core.study.sweep.prepare import (
         Options,
         axis_table,
@@ -104,37 +111,67 @@ def sweep(
         for key, given in (grid or {}).items()
     ]
     asked: dict[str, Any] = {"sweep.axes": axes} if axes else {}
-    texts = sweep_settings((), (), sample, keep)
-    loaded = _checked(case, unset, {**keys, **asked}, texts)
+    texts = sweep_settings((), (), sample, _names(keep))
+    loaded = _checked(case, {**(set or {}), **asked}, unset, texts)
+    check_suffix(Path(output))
+    if jobs is not None and jobs < 1:
+        raise UsageError(f"a sweep needs one process or more, found jobs={jobs}")
     options = Options(output=Path(output), jobs=jobs, resume=resume, fresh=fresh, progress=progress)
     compute(prepare(loaded, jobs or processors()), options)
     return read(output)
 
 
+def accuracy(
+    case: "CaseSource",
+    /,
+    *,
+    stages: Names = (),
+    topics: Names = (),
+    longest: float = 30.0,
+    progress: bool = False,
+    set: Keys = None,
+    unset: Names = (),
+) -> Result:
+    """Measure the methods of a case, seconds against error, within about `longest` seconds.
+
+    `stages` and `topics` are those to measure; default: all. Seconds are those of one thread only
+    where numpy was imported so, as `vibecalc accuracy` does. Raises CaseError, UsageError for a
+    stage or topic that is not there, NumericalFailure.
+    """
+    from vibecalc.core.accuracy.environment import pin_threads
+
+    threads = pin_threads()
+    from vibecalc.core.accuracy.run import Asked, measure_case
+
+    asked = Asked(_names(stages), _names(topics), longest, progress, threads)
+    return measure_case(_checked(case, set, unset), asked)
+
+
 def read(path: PathLike, /) -> Result:
-    """A result file of a run or of a sweep; ResultError if it is none, or damaged."""
+    """A result file of a run, a sweep or measured methods; ResultError if none, or damaged."""
     from vibecalc.core.results.store import read_result
 
     return read_result(path)
 
 
 def write(result: Result, path: PathLike, /) -> Path:
-    """Write a result as HDF5, with its report next to it as `run` does."""
-    from vibecalc.cli.outputs import write_outputs
+    """Write a result as HDF5, with its report next to it as `run` does; that of a sweep whole."""
+    from vibecalc.cli.outputs import check_suffix, write_outputs
 
+    check_suffix(Path(path))
     write_outputs(result, Path(path))
     return Path(path)
 
 
-def report(result: Result | PathLike, /, *, full: bool = False) -> str:
-    """The text report of a result, or of a file of a run, a sweep or measured methods."""
-    if isinstance(result, Result):
-        from vibecalc.core.report.text import render_report
+def report(result: Result | PathLike, /, *, full: bool = False, html: bool = False) -> str:
+    """The text report of a result, or of a file; `html`: a page with its pictures."""
+    if html:
+        from vibecalc.core.report.page import html_page
 
-        return render_report(result, full=full)
+        return html_page(_source(result), full=full)
     from vibecalc.core.report.sweep.text import report_file
 
-    return report_file(Path(result), full=full)
+    return report_file(_source(result), full=full)
 
 
 def plot(
@@ -142,18 +179,21 @@ def plot(
     folder: PathLike = ".",
     /,
     *,
-    only: Sequence[str] = (),
-    formats: str = "png",
+    only: Names = (),
+    formats: Names = "png",
     dpi: int | None = None,
     title: bool = True,
 ) -> list[Path]:
-    """Draw the pictures of a result or of a file into a folder; their files."""
-    from vibecalc.core.report.plots import draw, draw_file, look_of
+    """Draw the pictures of a result or of a file into a folder; their files.
 
-    look = look_of(formats, dpi, only, title)
-    if isinstance(result, Result):
-        return draw(result, Path(folder), look=look)
-    return draw_file(Path(result), Path(folder), look)
+    `only` names those that are wanted, `formats` are png, svg and pdf. UsageError for a picture
+    that the result does not have.
+    """
+    from vibecalc.core.report.plots import draw_files, look_of
+
+    look = look_of(",".join(_names(formats)), dpi, _names(only), title)
+    ((_, pictures),) = draw_files([_source(result)], Path(folder), look)
+    return pictures
 
 
 def diff(
@@ -167,16 +207,27 @@ def diff(
     return compare(golden, value, None if rules is None else read_rules(Path(rules)))
 
 
+def _source(result: Result | PathLike) -> Result | Path:
+    return result if isinstance(result, Result) else Path(result)
+
+
+def _names(given: Names) -> Sequence[str]:
+    return (given,) if isinstance(given, str) else given
+
+
 def _checked(
     case: "CaseSource",
-    unset: Sequence[str],
-    keys: Mapping[str, Any],
+    keys: Keys,
+    unset: Names,
     texts: Sequence[str] = (),
 ) -> "LoadedCase":
     from vibecalc.core.study.execute import load_checked
 
-    settings: list[Setting] = [*((key, _plain(value)) for key, value in keys.items()), *texts]
-    (loaded,) = load_checked([_plain(case)], settings, unset)
+    settings: list[Setting] = [
+        *((key, _plain(value)) for key, value in (keys or {}).items()),
+        *texts,
+    ]
+    (loaded,) = load_checked([_plain(case)], settings, _names(unset))
     return loaded
 
 
@@ -185,11 +236,13 @@ def _listed(key: str, values: Sequence[Any]) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """Numbers and arrays of numpy, and tuples, as TOML has them."""
+    """Numbers and arrays of numpy, tuples and names of files, as TOML has them."""
     if isinstance(value, Mapping):
         return {str(key): _plain(one) for key, one in value.items()}
     if hasattr(value, "tolist"):
         return value.tolist()
     if isinstance(value, list | tuple):
         return [_plain(one) for one in value]
+    if isinstance(value, Path):
+        return str(value)
     return value

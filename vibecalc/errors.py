@@ -33,7 +33,8 @@ class Problem:
     `path` is the key path inside the case (`("machine", "crank_train", "rod_length")`, list
     positions as integers); `found` and `allowed` are short texts with units; `also` points to a
     second place that takes part in a contradiction. `place` is where that is once it is known:
-    `file:line:column`, or the `--set` that wrote it.
+    `file:line:column`, or the `--set` that wrote it. `file` is the case's, and `line` counts from
+    1; 0 where none is known.
     """
 
     path: KeyPath
@@ -43,6 +44,8 @@ class Problem:
     hint: str = ""
     also: KeyPath | None = None
     place: str = ""
+    file: str = ""
+    line: int = 0
 
 
 def _dotted(path: KeyPath) -> str:
@@ -55,7 +58,11 @@ class VibecalcError(Exception):
     """Base of everything vibecalc raises on purpose."""
 
     exit_code = EXIT_BUG
-    problems: tuple[Problem, ...] = ()
+
+    @property
+    def problems(self) -> tuple[Problem, ...]:
+        """All that is wrong: what the text says, where no list of it is known."""
+        return (Problem(path=(), message=str(self)),)
 
     def as_object(self) -> dict[str, object]:
         """What `--json` prints of it: message, exit code, and each problem of a case."""
@@ -63,6 +70,8 @@ class VibecalcError(Exception):
             {
                 "key": _dotted(problem.path),
                 "place": problem.place,
+                "file": problem.file or None,
+                "line": problem.line or None,
                 "message": problem.message,
                 "found": problem.found,
                 "allowed": problem.allowed,
@@ -91,18 +100,41 @@ class UnitError(UsageError, ValueError):
         detail = "; ".join(part for part in parts if part)
         super().__init__(f"{message}: {detail}" if detail else message)
 
+    @property
+    def problems(self) -> tuple[Problem, ...]:
+        """The same in parts."""
+        parts = Problem(
+            path=(),
+            message=self.message,
+            found=self.found,
+            allowed=self.allowed,
+            hint=self.hint,
+        )
+        return (parts,)
+
 
 class CaseError(UsageError):
     """A case file with problems; `problems` holds all of them, `text` the rendered message."""
 
     def __init__(self, problems: Sequence[Problem], text: str = ""):
-        self.problems = tuple(problems)
+        self._problems = tuple(problems)
         self.text = text
         super().__init__(text or "; ".join(problem.message for problem in problems))
+
+    @property
+    def problems(self) -> tuple[Problem, ...]:
+        """All problems of the case."""
+        return self._problems
 
 
 class ResultError(UsageError):
     """A result file that is damaged, foreign or lacks what is asked of it."""
+
+
+class MissingQuantity(ResultError, KeyError):
+    """No quantity of this path in a result."""
+
+    __str__ = Exception.__str__  # a KeyError puts its words in quotes
 
 
 class OutputError(UsageError):

@@ -1,6 +1,5 @@
 """The command line: parse, call, print, exit code. Heavy imports stand inside the commands."""
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,7 +8,8 @@ import typer
 from vibecalc.cli.completion import beginnings, completion, names_of_pictures
 from vibecalc.cli.help_page import Command, Group
 from vibecalc.cli.results import EXCHANGE, export, get, info
-from vibecalc.cli.sweep import Json, Quiet, Settings, Unset, merge, sweep
+from vibecalc.cli.saying import asked, note, say, say_json, say_written, spoken
+from vibecalc.cli.sweep import Settings, Unset, merge, sweep
 from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, NumericalFailure, UsageError, VibecalcError
 
 if TYPE_CHECKING:
@@ -41,42 +41,32 @@ def accuracy(
         float,
         typer.Option(metavar="S", help="Seconds for the whole case, shared between its questions."),
     ] = 30.0,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Change a key, the value read as TOML."),
-    ] = None,
-    unset: Annotated[
-        list[str] | None, typer.Option(metavar="KEY", help="Take a key out of the case.")
-    ] = None,
-    json: Annotated[
-        bool, typer.Option("--json", help="Print JSON on stdout and nothing else.")
-    ] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print no table.")] = False,
+    settings: Settings = None,
+    unset: Unset = None,
 ) -> None:
     """Measure every method of a case: seconds against error over a series of settings."""
+    from vibecalc.cli.outputs import check_suffix
     from vibecalc.core.accuracy.environment import pin_threads
 
     threads = pin_threads()
-    if not (math.isfinite(longest) and longest > 0.0):
-        raise UsageError(f"--longest needs a number of seconds above 0, found {longest:g}")
-    if output is not None and output.suffix not in (".h5", ".hdf5"):
-        raise UsageError(f"-o {output}: a result file ends in .h5")
+    if output is not None:
+        check_suffix(output)
     from vibecalc.core.accuracy.run import Asked, measure_case
     from vibecalc.core.study.execute import load_checked
 
     (loaded,) = load_checked([case], settings or (), unset or ())
     path = output or Path("outputs") / f"{loaded.name}.accuracy.h5"
-    asked = Asked(
+    what = Asked(
         stages=stage or (),
         topics=topic or (),
         longest=longest,
-        progress=not (quiet or json),
+        progress=not asked.silent,
         threads=threads,
     )
-    _write_measured(measure_case(loaded, asked), path, json, quiet)
+    _write_measured(measure_case(loaded, what), path)
 
 
-def _write_measured(result: "Result", path: Path, json: bool, quiet: bool) -> None:
+def _write_measured(result: "Result", path: Path) -> None:
     """Write the file, the table and, with matplotlib, the picture; print what is asked for."""
     from vibecalc.cli.outputs import write_text
     from vibecalc.core.report.accuracy import render_accuracy, render_answer
@@ -90,18 +80,15 @@ def _write_measured(result: "Result", path: Path, json: bool, quiet: bool) -> No
         pictures = draw_file(path, path.parent)
     except UsageError as error:
         pictures = []
-        typer.echo(f"no picture: {error}", err=True)
-    if json:
-        import json as format_json
-
+        note(f"no picture: {error}")
+    written = [path, path.with_suffix(".txt"), *pictures]
+    if asked.json:
         from vibecalc.core.report.accuracy import accuracy_object
 
-        measured = accuracy_object(result, path)
-        typer.echo(format_json.dumps(measured, indent=2, allow_nan=False))
-    elif not quiet:
-        names = [path.with_suffix(".txt").name, *(picture.name for picture in pictures)]
-        typer.echo(render_answer(result), nl=False)
-        typer.echo(f"wrote {path}, {' and '.join(names)}")
+        say_json(accuracy_object(result, path) | {"written": [str(one) for one in written]})
+        return
+    say(render_answer(result), nl=False)
+    say(f"wrote {path}, {' and '.join(one.name for one in written[1:])}")
 
 
 # ----------------------------------------------------------------------------
@@ -150,7 +137,13 @@ def _options(
     pass
 
 
-@app.command(cls=Command)
+def command(function: "Callable[..., None]") -> "Callable[..., None]":
+    """Enter a command of the program, with the options that all have."""
+    app.command(cls=Command)(spoken(function))
+    return function
+
+
+@command
 def run(
     cases: Cases,
     output: Annotated[
@@ -159,9 +152,7 @@ def run(
     ] = None,
     settings: Settings = None,
     unset: Unset = None,
-    json: Json = False,
     full: Full = False,
-    quiet: Quiet = False,
 ) -> None:
     """Run cases: write outputs/<case>.h5 and outputs/<case>.txt and print a summary."""
     from vibecalc.cli.outputs import result_paths, write_outputs
@@ -172,47 +163,44 @@ def run(
     objects: list[dict[str, Any]] = []
 
     def run_one(case: "LoadedCase") -> str:
-        result, path = _execute(case, quiet or json), paths[case.name]
-        write_outputs(result, path)
-        if json:
+        result, path = _execute(case), paths[case.name]
+        written = write_outputs(result, path)
+        if asked.json:
             from vibecalc.core.report.text import as_json
 
-            objects.append(as_json(result, path, full=full))
-        elif not quiet:
+            files = {"written": [str(one) for one in written]}
+            objects.append(as_json(result, path, full=full) | files)
+        elif not asked.quiet:
             from vibecalc.core.report.terminal import print_summary
 
             print_summary(result, path)
         return result.record.failure
 
-    worst = _for_each(loaded, run_one, objects if json else None)
-    if json:
-        _print_json(objects)
-    raise typer.Exit(worst)
+    raise typer.Exit(_for_each(loaded, run_one, objects))
 
 
-@app.command(cls=Command)
-def check(cases: Cases, settings: Settings = None, unset: Unset = None, json: Json = False) -> None:
+@command
+def check(cases: Cases, settings: Settings = None, unset: Unset = None) -> None:
     """Validate cases and show what a run would do and why. Nothing is computed."""
     from vibecalc.core.report.check import check_rows
 
     plans = [(case, *check_rows(case.case)) for case in _load(cases, settings, unset)]
-    if json:
+    if asked.json:
         from vibecalc.core.report.check import plan_object
 
-        _print_json([plan_object(case, rows, total) for case, rows, total in plans])
+        say_json([plan_object(case, rows, total) for case, rows, total in plans])
         return
     from vibecalc.core.report.check import render_plan
 
     shown = (render_plan(str(case.path), case.case, rows, total) for case, rows, total in plans)
-    typer.echo("\n\n".join(shown))
+    say("\n\n".join(shown))
 
 
-@app.command(cls=Command)
+@command
 def verify(
     cases: Cases,
     settings: Settings = None,
     unset: Unset = None,
-    json: Json = False,
     full: Full = False,
 ) -> None:
     """Run cases, exit 1 if a counted reference or limit is missed or undecided; no files."""
@@ -223,25 +211,26 @@ def verify(
     loaded = _load(cases, settings, unset)
 
     def verify_one(case: "LoadedCase") -> str:
-        result = _execute(case, json)
+        result = _execute(case)
         misses.append(counted_misses(result))
-        if json:
+        if asked.json:
             from vibecalc.core.report.text import as_json
 
             objects.append(as_json(result, None, full=full))
         else:
             from vibecalc.core.report.text import render_verdicts
 
-            typer.echo(render_verdicts(result))
+            say(render_verdicts(result))
+        missed = EXIT_DIFFERS if misses[-1] else EXIT_FINE
+        if asked.json:
+            objects[-1]["exit_code"] = missed
         return result.record.failure
 
-    worst = _for_each(loaded, verify_one, objects if json else None)
-    if json:
-        _print_json(objects)
+    worst = _for_each(loaded, verify_one, objects)
     raise typer.Exit(max(worst, EXIT_DIFFERS if any(misses) else EXIT_FINE))
 
 
-@app.command(cls=Command)
+@command
 def report(
     results: Results,
     full: Annotated[bool, typer.Option("--full", help="List every quantity.")] = False,
@@ -254,18 +243,25 @@ def report(
         from vibecalc.cli.outputs import write_text
         from vibecalc.core.report.page import html_page
 
-        for path in results:
-            page = path.with_suffix(".html")
+        pages = [path.with_suffix(".html") for path in results]
+        for path, page in zip(results, pages, strict=True):
             write_text(html_page(path, full=full), page)
-            typer.echo(str(page))
+            say(str(page))
+        if asked.json:
+            say_json({"written": [str(page) for page in pages]})
+        return
+    if asked.json:
+        from vibecalc.core.report.sweep.text import file_object
+
+        say_json([file_object(path, full=full) for path in results])
         return
     from vibecalc.core.report.sweep.text import report_file
 
     for path in results:
-        typer.echo(report_file(path, full=full), nl=False)
+        say(report_file(path, full=full), nl=False)
 
 
-@app.command(cls=Command)
+@command
 def diff(
     reference: Annotated[
         Path, typer.Argument(metavar="REFERENCE", help="Golden result file, or folder of them.")
@@ -275,7 +271,6 @@ def diff(
         typer.Argument(metavar="RESULT", help="Held against it, or the golden file of its name."),
     ],
     rules: Annotated[Path | None, typer.Option(help="Tolerances per quantity (TOML).")] = None,
-    json: Json = False,
     junit: Annotated[Path | None, typer.Option(help="Also write a JUnit XML file.")] = None,
     accept: Annotated[
         bool, typer.Option("--accept", help="Make the candidate's numbers the golden ones.")
@@ -288,12 +283,14 @@ def diff(
     if accept:
         from vibecalc.core.results.compare import accept as make_golden
 
-        for option, given in (("--rules", rules), ("--json", json), ("--junit", junit)):
+        for option, given in (("--rules", rules), ("--junit", junit)):
             if given:
                 raise UsageError(f"--accept compares nothing, leave {option} out")
         for golden, candidate in pairs.values():
             make_golden(candidate, golden)
-            typer.echo(f"{golden} now holds the numbers of {candidate}")
+            say(f"{golden} now holds the numbers of {candidate}")
+        if asked.json:
+            say_json({"written": [str(golden) for golden, _ in pairs.values()]})
         return
     from vibecalc.core.report.differences import (
         differences_object,
@@ -313,16 +310,16 @@ def diff(
         from vibecalc.cli.outputs import write_text
 
         write_text(render_junit(comparisons), junit)
-    if json:
+    if asked.json:
         objects = [differences_object(one) for one in comparisons.values()]
         named = [{"result": name, **one} for name, one in zip(comparisons, objects, strict=True)]
-        _print_json(named if reference.is_dir() else objects[0])
+        say_json(named if reference.is_dir() else objects[0])
     else:
         for name, one in comparisons.items():
             text = render_differences(one).rstrip("\n")
             if reference.is_dir():  # of what is the same, the verdict alone
                 text = f"{name}: {text.splitlines()[-1] if one.same else text}"
-            typer.echo(text)
+            say(text)
     raise typer.Exit(EXIT_FINE if all(one.same for one in comparisons.values()) else EXIT_DIFFERS)
 
 
@@ -331,7 +328,7 @@ def _golden(reference: Path, candidate: Path) -> Path:
     return reference / candidate.name if reference.is_dir() else reference
 
 
-@app.command(cls=Command)
+@command
 def plot(
     results: Results,
     output: Folder = None,
@@ -357,14 +354,18 @@ def plot(
     from vibecalc.core.report.plots import draw_files, look_of
 
     look = look_of(formats, dpi, only or (), not no_title)
+    drawn: list[Path] = []
     for path, pictures in draw_files(results, output, look):
+        drawn += pictures
         for picture in pictures:
-            typer.echo(str(picture))
+            say(str(picture))
         if not pictures:
-            typer.echo(f"{path}: nothing to draw, it holds no curve or map", err=True)
+            note(f"{path}: nothing to draw, it holds no curve or map")
+    if asked.json:
+        say_json({"written": [str(picture) for picture in drawn]})
 
 
-@app.command(cls=Command)
+@command
 def new(
     scene: Annotated[
         str,
@@ -404,15 +405,20 @@ def new(
         if schema:
             raise UsageError("--schema goes with a starter; `vibecalc schema -o FOLDER` writes one")
         if scene == "list":
-            typer.echo(starters.example_table())
+            if asked.json:
+                say_json(starters.examples())
+            say(starters.example_table())
             return
-        files = starters.files_of_example(scene)
         folder = output or Path()
-        _write_new({folder / name: content for name, content in files.items()}, force)
+        files = {folder / name: data for name, data in starters.files_of_example(scene).items()}
+        _write_new(files, force)
+        say_written(*files)
         return
     elif scene == "list":
+        if asked.json:
+            say_json(starters.scenes())
         for name, about in starters.scenes().items():
-            typer.echo(f"{name:<13}  {about}")
+            say(f"{name:<13}  {about}")
         return
     else:
         text = starters.starter(scene)
@@ -420,13 +426,13 @@ def new(
         from vibecalc.cli.editors import kind_in, with_directive, write_schema
 
         kind = kind_in(text)
-        _write_text(with_directive(text, kind), output, force)
-        typer.echo(f"wrote {write_schema(output.parent, kind)}")
+        _write_new({output: with_directive(text, kind).encode("utf-8")}, force)
+        say_written(output, write_schema(output.parent, kind))
     else:
         _write_text(text, output, force)
 
 
-@app.command(cls=Command)
+@command
 def schema(
     kind: Annotated[
         str, typer.Option(metavar="KIND", help="Of cases of one kind of machine alone.")
@@ -441,12 +447,13 @@ def schema(
     from vibecalc.cli.editors import schema_text, write_schema
 
     if output is not None and (output.endswith("/") or Path(output).is_dir()):
-        typer.echo(f"wrote {write_schema(Path(output), kind)}")
+        say_written(write_schema(Path(output), kind))
+    elif output is None and asked.json:
+        typer.echo(schema_text(kind), nl=False)
     else:
         _write_text(schema_text(kind), Path(output) if output else None, force)
 
 
-@app.command("help", cls=Command)
 def help_(
     ctx: typer.Context,
     command: Annotated[
@@ -455,13 +462,15 @@ def help_(
     ] = None,
 ) -> None:
     """Show the help page of a command, or how to start."""
+    program = ctx.parent
+    assert program is not None
+    if asked.quiet:
+        return
     if command == "start":
         from vibecalc.cli.starters import carried
 
-        typer.echo((carried("docs") / "start.md").read_text(encoding="utf-8"), nl=False)
+        say((carried("docs") / "start.md").read_text(encoding="utf-8"), nl=False)
         return
-    program = ctx.parent
-    assert program is not None
     if command is None:
         program.get_help()
         return
@@ -484,44 +493,44 @@ def _load(paths: list[Path], *changes: list[str] | None) -> "list[LoadedCase]":
 def _for_each(
     cases: "list[LoadedCase]",
     work: "Callable[[LoadedCase], str]",
-    objects: list[dict[str, Any]] | None,
+    objects: list[dict[str, Any]],
 ) -> int:
-    """Work on every case, which says why it failed, to `objects` too; the worst exit code."""
+    """Work on every case, which says why it failed; the worst exit code. Prints `objects`."""
     worst = EXIT_FINE
     for case in cases:
         try:
             failure, code = work(case), NumericalFailure.exit_code
         except VibecalcError as error:
-            if objects is not None:
+            if asked.json:
                 objects.append({"case": case.name, "error": error.as_object()})
             elif len(cases) == 1:
                 raise
             failure, code = str(error), error.exit_code
         if failure:
-            if objects is not None:
+            if asked.json:
                 objects[-1].setdefault("error", NumericalFailure(failure).as_object())
-            typer.echo(f"error: {case.path}: {failure}", err=True)
+                objects[-1]["exit_code"] = code
+            note(f"error: {case.path}: {failure}")
             worst = max(worst, code)
+    if asked.json:
+        say_json([{**one, "exit_code": one.get("exit_code", EXIT_FINE)} for one in objects])
     return worst
 
 
-def _execute(case: "LoadedCase", quiet: bool) -> "Result":
+def _execute(case: "LoadedCase") -> "Result":
     from vibecalc.core.study.execute import execute
 
-    return execute(case, progress=not quiet)
-
-
-def _print_json(data: Any) -> None:
-    import json
-
-    typer.echo(json.dumps(data, indent=2, allow_nan=False))
+    return execute(case, progress=not (asked.silent or asked.verbose))
 
 
 def _write_text(text: str, output: Path | None, force: bool) -> None:
     if output is None:
-        typer.echo(text, nl=False)
+        if asked.json:
+            say_json({"text": text})
+        say(text, nl=False)
     else:
         _write_new({output: text.encode("utf-8")}, force)
+        say_written(output)
 
 
 def _write_new(files: dict[Path, bytes], force: bool) -> None:
@@ -532,9 +541,10 @@ def _write_new(files: dict[Path, bytes], force: bool) -> None:
         if path.exists() and not force:
             raise UsageError(f"{path} exists already; choose another place or add --force")
     write_together(list(files.items()))
-    for path in files:
-        typer.echo(f"wrote {path}")
 
 
-for command in (sweep, merge, accuracy, info, get, export, completion):
-    app.command(cls=Command)(command)
+for one in (sweep, merge, accuracy, info, get, export):
+    command(one)
+# what these print is for a person and for a shell: JSON of it would serve nobody
+app.command(cls=Command)(spoken(completion, json=False))
+app.command("help", cls=Command)(spoken(help_, json=False))

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from vibecalc.cli.saying import say
 from vibecalc.errors import UsageError
 
 SHELLS = ("bash", "zsh", "fish", "powershell")
@@ -23,7 +24,7 @@ def completion(
     if shell not in SHELLS:
         raise UsageError(f"no script for {shell[:40]!r}; there are {', '.join(SHELLS)}")
     script = get_completion_script(prog_name="vibecalc", complete_var=VARIABLE, shell=shell)
-    typer.echo(script)
+    say(script)
 
 
 def answer_shells() -> None:

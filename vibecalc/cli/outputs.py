@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
+from vibecalc.core.results.layout import is_accuracy
 from vibecalc.core.results.record import Result
 from vibecalc.errors import ResultError, UsageError
 
@@ -40,8 +41,10 @@ def result_paths(names: Sequence[str], output: str | None) -> list[Path]:
     return [target]
 
 
-def write_outputs(result: Result, path: Path) -> None:
+def write_outputs(result: Result, path: Path) -> list[Path]:
     """Write the result file and, next to it, the text report: both in their places at once.
+
+    Returns where they are.
 
     Raises
     ------
@@ -49,17 +52,38 @@ def write_outputs(result: Result, path: Path) -> None:
         A row of the case names what the result does not have. The result is written all the same,
         for it may have taken hours; a report of an earlier one is taken away.
     """
-    from vibecalc.core.report.text import render_report
     from vibecalc.core.results.files import write_together
     from vibecalc.core.results.store import file_image, write_result
 
     try:
-        text = render_report(result)
+        text = _report(result)  # of a sweep, too: its file is still what was read
     except ResultError as error:
+        if result.swept is not None:
+            raise
         write_result(result, path)
         path.with_suffix(".txt").unlink(missing_ok=True)
         raise ResultError(f"{error}; the result is written to {path}, without a report") from error
-    write_together([(path, file_image(result)), (path.with_suffix(".txt"), text.encode("utf-8"))])
+    image = file_image(result) if result.swept is None else result.swept.read_bytes()
+    beside = path.with_suffix(".txt")
+    write_together([(path, image), (beside, text.encode("utf-8"))])
+    return [path, beside]
+
+
+def _report(result: Result) -> str:
+    """The report; what a run has no need of is not imported for it."""
+    if result.swept is None and not is_accuracy(result):
+        from vibecalc.core.report.text import render_report
+
+        return render_report(result)
+    from vibecalc.core.report.sweep.text import report_file
+
+    return report_file(result)
+
+
+def check_suffix(path: Path) -> None:
+    """UsageError unless a name is that of a result file."""
+    if path.suffix not in _SUFFIXES:
+        raise UsageError(f"-o {path}: a result file ends in .h5")
 
 
 def write_text(text: str, path: Path) -> None:

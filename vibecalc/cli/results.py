@@ -7,24 +7,23 @@ from typing import Annotated
 import typer
 
 from vibecalc.cli.completion import quantities
-from vibecalc.cli.sweep import Json, Settings, Unset
+from vibecalc.cli.saying import asked, note, say, say_json, say_written
+from vibecalc.cli.sweep import Settings, Unset
 from vibecalc.errors import UsageError
 
 File = Annotated[Path, typer.Argument(metavar="RESULT", help="Result file (HDF5).")]
 
 
-def info(result: File, json: Json = False) -> None:
+def info(result: File) -> None:
     """Say what a result file holds: its case, and each quantity with unit, axes and size."""
     from vibecalc.core.report.contents import contents_object, render_contents
     from vibecalc.core.results.store import read_result
 
     read = read_result(result)
-    if json:
-        import json as format_json
-
-        typer.echo(format_json.dumps(contents_object(read), indent=2, allow_nan=False))
+    if asked.json:
+        say_json(contents_object(read))
         return
-    typer.echo(render_contents(read), nl=False)
+    say(render_contents(read), nl=False)
 
 
 def get(
@@ -42,7 +41,6 @@ def get(
     unit: Annotated[
         str, typer.Option(metavar="UNIT", help="Unit of the values; default: SI.")
     ] = "",
-    json: Json = False,
 ) -> None:
     """Print one quantity: a number alone, or comma-separated rows with a column for each axis."""
     from vibecalc.core.results.plain import comma_separated, picked, quantity_at
@@ -55,14 +53,12 @@ def get(
             raise UsageError(f"--where needs AXIS=ENTRY, as in --where mount=1; found {given!r}")
         entries[axis] = _entry(entry)
     quantity = picked(quantity_at(read_result(result), path), entries, unit)
-    if json:
-        import json as format_json
-
+    if asked.json:
         from vibecalc.core.report.text import quantity_object
 
-        typer.echo(format_json.dumps(quantity_object(quantity), indent=2, allow_nan=False))
+        say_json(quantity_object(quantity))
         return
-    typer.echo(comma_separated(quantity), nl=False)
+    say(comma_separated(quantity), nl=False)
 
 
 #: what reads and writes shaft lines
@@ -108,14 +104,16 @@ def export(
     if orders:
         from vibecalc.core.results.named import named
 
-        for path in named(f"{_ORDERS}:export_orders")(read_result(file), output):
-            typer.echo(f"wrote {path}")
+        say_written(*named(f"{_ORDERS}:export_orders")(read_result(file), output))
         return
     forms = [name for name, asked in (("csv", csv), ("mat", mat), ("netcdf", netcdf)) if asked]
     result = read_result(file)
-    for form in forms or ["csv"]:
-        for path in export_result(result, form, output, file.stem, wanted or ()):
-            typer.echo(f"wrote {path}")
+    written = [
+        path
+        for form in forms or ["csv"]
+        for path in export_result(result, form, output, file.stem, wanted or ())
+    ]
+    say_written(*written)
 
 
 def _export_line(case: Path, output: Path, settings: Sequence[str], unset: Sequence[str]) -> None:
@@ -124,10 +122,9 @@ def _export_line(case: Path, output: Path, settings: Sequence[str], unset: Seque
 
     (loaded,) = load_checked([case], settings, unset)
     paths, left = named(f"{EXCHANGE}:export_shaft_line")(loaded, output)
-    for path in paths:
-        typer.echo(f"wrote {path}")
+    say_written(*paths, not_carried=list(left))
     if left:
-        typer.echo(f"not carried: {', '.join(left)}", err=True)
+        note(f"not carried: {', '.join(left)}")
 
 
 def _entry(text: str) -> int | float | str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from vibecalc.cli.completion import keys, names_of_keys
+from vibecalc.cli.saying import asked, note, say, say_json
 from vibecalc.errors import EXIT_FINE, EXIT_POINTS_FAILED, UsageError
 
 if TYPE_CHECKING:
@@ -26,8 +27,6 @@ Unset = Annotated[
     list[str] | None,
     typer.Option(metavar="KEY", help="Take a key out of the case.", autocompletion=names_of_keys),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout and nothing else.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print no summary.")]
 
 
 def sweep(
@@ -80,8 +79,6 @@ def sweep(
     ] = False,
     settings: Settings = None,
     unset: Unset = None,
-    json: Json = False,
-    quiet: Quiet = False,
 ) -> None:
     """Run a case at many points into one file; chunks are kept, and --resume goes on."""
     from vibecalc.core.study.execute import load_checked
@@ -90,8 +87,8 @@ def sweep(
     part = _shard(shard)
     if timeout is not None and not (math.isfinite(timeout) and timeout > 0.0):
         raise UsageError(f"--timeout needs a number of seconds above 0, found {timeout:g}")
-    asked = sweep_settings(grid or (), zipped or (), sample, keep or ())
-    (loaded,) = load_checked([case], [*(settings or ()), *asked], unset or ())
+    texts = sweep_settings(grid or (), zipped or (), sample, keep or ())
+    (loaded,) = load_checked([case], [*(settings or ()), *texts], unset or ())
     options = Options(
         output=_output(output, loaded.name, part),
         jobs=jobs,
@@ -100,14 +97,14 @@ def sweep(
         fresh=fresh,
         shard=part,
         cluster=cluster,
-        progress=not (quiet or json),
-        note=_note,
+        progress=not (asked.silent or asked.verbose),
+        note=note,
     )
     prepared = prepare(loaded, jobs or processors())
     if dry_run:
-        _forecast(prepared, options, json)
+        _forecast(prepared, options)
         return
-    raise typer.Exit(_run(prepared, options, json, quiet))
+    raise typer.Exit(_run(prepared, options))
 
 
 def merge(
@@ -115,37 +112,36 @@ def merge(
         list[Path], typer.Argument(metavar="PART", help="Files of parts of one sweep.")
     ],
     output: Annotated[Path, typer.Option("--output", "-o", help="File to write.")],
-    json: Json = False,
-    quiet: Quiet = False,
 ) -> None:
     """Put the parts of a sweep together; exit 4 if points failed or are still missing."""
+    from vibecalc.cli.outputs import check_suffix
     from vibecalc.core.report.sweep.text import missing_words
     from vibecalc.core.results.layout import DONE, NOT_RUN
     from vibecalc.core.study.execute import provenance
     from vibecalc.core.study.sweep.assemble import merge as put_together
 
-    _check_suffix(output)
+    check_suffix(output)
     made = put_together(parts, output, provenance())
     if made.missing:
-        _note(f"no part has the points {missing_words(made.missing)}")
-    _report(output, {**made.counts}, 0, 0.0, json, quiet)
+        note(f"no part has the points {missing_words(made.missing)}")
+    _report(output, {**made.counts}, 0, 0.0)
     bad = [many for status, many in made.counts.items() if status not in (DONE, NOT_RUN) and many]
     raise typer.Exit(EXIT_POINTS_FAILED if bad or made.missing else EXIT_FINE)
 
 
-def _forecast(prepared: "PreparedSweep", options: "Options", json: bool) -> None:
+def _forecast(prepared: "PreparedSweep", options: "Options") -> None:
     from vibecalc.core.report.sweep.text import forecast_object, render_forecast
     from vibecalc.core.study.sweep.prepare import forecast, shard_chunks
 
     chunks = len(shard_chunks(prepared.chunks(options.output).chunks, options.shard))
     found = forecast(prepared, options.jobs)
-    if json:
-        _print_json(forecast_object(prepared, found, chunks))
+    if asked.json:
+        say_json(forecast_object(prepared, found, chunks))
     else:
-        typer.echo(render_forecast(prepared, found, chunks, options.output))
+        say(render_forecast(prepared, found, chunks, options.output))
 
 
-def _run(prepared: "PreparedSweep", options: "Options", json: bool, quiet: bool) -> int:
+def _run(prepared: "PreparedSweep", options: "Options") -> int:
     import signal
 
     from vibecalc.core.study.sweep.run import Interrupted
@@ -159,11 +155,11 @@ def _run(prepared: "PreparedSweep", options: "Options", json: bool, quiet: bool)
     try:
         made: Outcome = compute(prepared, options)
     except Interrupted as stopped:
-        _note(str(stopped))
+        note(str(stopped))
         return stopped.exit_code
     finally:
         signal.signal(signal.SIGTERM, before)
-    _report(options.output, made.counts, made.taken_up, made.seconds, json, quiet)
+    _report(options.output, made.counts, made.taken_up, made.seconds)
     return EXIT_POINTS_FAILED if made.failed else EXIT_FINE
 
 
@@ -172,8 +168,6 @@ def _report(
     counts: dict[int, int] | Any,
     taken_up: int,
     seconds: float,
-    json: bool,
-    quiet: bool,
 ) -> None:
     """Write the report next to the file, print it or the object, and say on stderr what failed."""
     from vibecalc.cli.outputs import write_text
@@ -185,28 +179,26 @@ def _report(
         view = view_of(opened)
         text = render_sweep(view)
         failed = failure_words(view)
-        outcome = outcome_object(view, output, counts, taken_up, seconds) if json else {}
-    write_text(text, output.with_suffix(".txt"))
+        outcome = outcome_object(view, output, counts, taken_up, seconds) if asked.json else {}
+    beside = output.with_suffix(".txt")
+    write_text(text, beside)
     for line in [f"some points of {output} have no result:", *failed] if failed else []:
-        _note(line)
-    if json:
-        _print_json(outcome)
-    elif not quiet:
-        typer.echo(text, nl=False)
-        typer.echo(f"wrote {output} and {output.with_suffix('.txt').name}")
+        note(line)
+    if asked.json:
+        say_json(outcome | {"written": [str(output), str(beside)]})
+        return
+    say(text, nl=False)
+    say(f"wrote {output} and {beside.name}")
 
 
 def _output(given: Path | None, name: str, shard: tuple[int, int]) -> Path:
     if given is None:
         part = f".{shard[0]}of{shard[1]}" if shard[1] > 1 else ""
         return Path("outputs") / f"{name}.sweep{part}.h5"
-    _check_suffix(given)
+    from vibecalc.cli.outputs import check_suffix
+
+    check_suffix(given)
     return given
-
-
-def _check_suffix(path: Path) -> None:
-    if path.suffix not in (".h5", ".hdf5"):
-        raise UsageError(f"-o {path}: a result file ends in .h5")
 
 
 def _shard(text: str | None) -> tuple[int, int]:
@@ -216,13 +208,3 @@ def _shard(text: str | None) -> tuple[int, int]:
     if match is None or not 1 <= int(match[1]) <= int(match[2]):
         raise UsageError(f"--shard needs I/N with I from 1 to N, as in 2/8; found {text[:40]!r}")
     return int(match[1]), int(match[2])
-
-
-def _note(text: str) -> None:
-    typer.echo(text, err=True)
-
-
-def _print_json(data: dict[str, Any]) -> None:
-    import json
-
-    typer.echo(json.dumps(data, indent=2, allow_nan=False))

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.core.results.steps import step
 from vibecalc.errors import ResultError
 from vibecalc.numerics.level import DECIBEL
 from vibecalc.numerics.rounding import FloatArray
@@ -115,4 +116,5 @@ def _write(path: Path, axis: str, entries: list[str], columns: Columns) -> Path:
         write([axis, *(name for name, _ in columns)])
         for place, entry in enumerate(entries):
             write([entry, *(f"{float(values[place]):.8g}" for _, values in columns)])
+    step(f"wrote {path}")
     return path

@@ -1,6 +1,7 @@
 """A case to the finished measurement of all its methods."""
 
 import importlib.util
+import math
 import re
 import sys
 import time
@@ -169,11 +170,14 @@ def measure_case(loaded: "LoadedCase", asked: Asked | None = None) -> Result:
     Raises
     ------
     UsageError
-        mpmath is missing; the case lacks a stage or topic asked for; nothing is to be measured.
+        mpmath is missing; there is no time to measure in; the case lacks a stage or topic asked
+        for; nothing is to be measured.
     NumericalFailure
         The run fails, or no topic has a reference.
     """
     asked = asked or Asked()
+    if not 0.0 < asked.longest < math.inf:
+        raise UsageError(f"--longest needs a number of seconds above 0, found {asked.longest:g}")
     check_installed()
     stages = chosen(stages_of(loaded.case), asked.stages, "this case has no stage", "it has")
     found = collect(loaded, stages)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from vibecalc.core.case.raw import nearest
+from vibecalc.core.results.steps import step
 from vibecalc.errors import UnitError
 from vibecalc.units import convert, split_number
 
@@ -175,7 +176,9 @@ def read_text(
                 f"the file is larger than {LARGEST_FILE / 1e6:g} MB", f"up to {MOST_ROWS} lines"
             )
         with path.open("rb") as file:
-            return file.read(LARGEST_FILE + 1).decode("utf-8-sig")
+            text = file.read(LARGEST_FILE + 1).decode("utf-8-sig")
+        step(f"read {path}: {len(text.splitlines())} lines")
+        return text
     except FileNotFoundError:
         raise Unreadable("there is no such file", hint=_similar(folder, name, like)) from None
     except UnicodeDecodeError:

@@ -1,5 +1,6 @@
 """What pydantic found wrong, in an engineer's words."""
 
+import datetime
 import difflib
 from collections.abc import Iterable, Mapping
 from functools import cache
@@ -281,4 +282,6 @@ def _type_words(value: Any) -> str:
         return "true or false"
     if isinstance(value, int | float):
         return "a number"
-    return "a text" if isinstance(value, str) else "a date"
+    if isinstance(value, datetime.date | datetime.time):
+        return "a date"
+    return "a text" if isinstance(value, str) else f"a {type(value).__name__}"

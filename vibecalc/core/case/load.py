@@ -18,6 +18,7 @@ from vibecalc.core.case.locate import Location, Overridden, at_line
 from vibecalc.core.case.raw import Setting, apply_overrides
 from vibecalc.core.case.row_files import Rows, files_of_rows, with_line
 from vibecalc.core.case.rules import cross_check
+from vibecalc.core.results.steps import step
 from vibecalc.errors import CaseError, KeyPath, Problem
 from vibecalc.schema import SCHEMA_VERSION, Case
 
@@ -222,6 +223,7 @@ def _read_text(path: Path) -> str:
             )
         with path.open("rb") as file:
             raw = file.read(LARGEST_FILE + 1)
+        step(f"read {path}: {len(raw)} bytes")
     except FileNotFoundError:
         near = _similar_files(path)
         _refuse(path, "does not exist", f"did you mean {near}?" if near else "")
@@ -282,7 +284,7 @@ def _refuse_text(text: str, file_name: str, message: str, line: int, column: int
     unquoted = "cannot be read" in message or "expected newline" in message
     hint = 'a text needs quotes, as in "4900 rpm"' if unquoted else ""
     at = f"{file_name}:{line}:{column}"
-    problem = Problem(path=(), message=message, hint=hint, place=at)
+    problem = Problem(path=(), message=message, hint=hint, place=at, file=file_name, line=line)
     place: Location = at_line(text, line, column)
     rendered = render_problem(problem, place, file_name)
     raise CaseError([problem], f"{rendered}\n{closing_line(1, file_name)}")
@@ -292,7 +294,8 @@ def _refuse(path: Path, what: str, hint: str = "") -> NoReturn:
     from vibecalc.core.case.locate import closing_line
 
     message = f"{path} {what}"
-    problem = Problem(path=(), message=message, hint=hint, place=str(path))
+    name = str(path)
+    problem = Problem(path=(), message=message, hint=hint, place=name, file=name)
     help_line = f"\n  help: {hint}" if hint else ""
     raise CaseError([problem], f"error: {message}{help_line}\n{closing_line(1, str(path))}")
 

@@ -288,8 +288,8 @@ def refused(
         if number < _MOST_SHOWN:  # each takes a look at the whole text
             place = locate(problem.path, text, overrides, spans)
             words = place.override or f"{file_name}:{place.line}:{place.column}"
-            problem = replace(problem, place=words)
-        placed.append(problem)
+            problem = replace(problem, place=words, line=place.line)
+        placed.append(replace(problem, file=file_name))
     return CaseError(placed, render_problems(problems, text, file_name, overrides))
 
 

@@ -129,12 +129,28 @@ class Row:
         """The key path of a place."""
         return (*self.path, *filter(None, at.split("."))) if isinstance(at, str) else at
 
-    def problem(self, at: At, message: str, *, also: At = (), **words: str) -> Problem:
+    def problem(
+        self,
+        at: At,
+        message: str,
+        *,
+        also: At = (),
+        found: str = "",
+        allowed: str = "",
+        hint: str = "",
+    ) -> Problem:
         """A problem at a place; also at another one, if anything stands there."""
         *above, key = self.place(also) or ("",)
         there = isinstance(key, int) or key in table_at(self.case, *above)
         other = (*above, key) if there else None
-        return Problem(path=self.place(at), message=message, also=other, **words)
+        return Problem(
+            path=self.place(at),
+            message=message,
+            also=other,
+            found=found,
+            allowed=allowed,
+            hint=hint,
+        )
 
 
 Rule = Callable[[Row], Iterator[Problem]]

@@ -16,33 +16,31 @@ from vibecalc.core.report.plots import vector_pictures
 from vibecalc.core.report.sweep.text import file_lines
 from vibecalc.core.report.writing import Heading
 from vibecalc.core.results.layout import is_accuracy
+from vibecalc.core.results.record import Result
+from vibecalc.core.results.sweep_file import SweepResult, opened
 
 
-def html_page(path: Path, *, full: bool = False) -> str:
-    """One self-contained page: the report of a file, its pictures as SVG, the case as written.
+def html_page(of: Path | Result, *, full: bool = False) -> str:
+    """One page that needs no other file: report, pictures as SVG and the case as written.
 
     A result of a subject that has the form of a calculation is set as `calculation_page` does it.
 
     Raises ResultError if the file cannot be read, UsageError if matplotlib is not installed.
     """
-    from vibecalc.core.results.store import read_result
-    from vibecalc.core.results.sweep_file import is_sweep, open_sweep
-
-    if is_sweep(path):
-        with open_sweep(path) as opened:
-            written = opened.head.result.case_toml
-    else:
-        result = read_result(path)
-        calculation = None if is_accuracy(result) else calculation_page(result, full=full)
-        if calculation is not None:
-            return calculation
-        written = result.case_toml
-    lines = file_lines(path, full=full)
+    with opened(of) as found:
+        if isinstance(found, SweepResult):
+            written = found.head.result.case_toml
+        else:
+            calculation = None if is_accuracy(found) else calculation_page(found, full=full)
+            if calculation is not None:
+                return calculation
+            written = found.case_toml
+    lines = file_lines(of, full=full)
     body = list(html_blocks(lines))
     titles = [line.words for line in lines if isinstance(line, Heading)]
     pictures = [
         html_figure(title.removeprefix(" ".join(titles[0].split())).strip() or title, image)
-        for title, image in vector_pictures(path)
+        for title, image in vector_pictures(of)
     ]
     if pictures:
         body += [html_heading("Pictures"), *pictures]

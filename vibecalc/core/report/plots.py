@@ -18,7 +18,7 @@ from vibecalc.core.report.curves import Curves, named_curves
 from vibecalc.core.report.fronts import in_words
 from vibecalc.core.report.sections import scalar_of, table_of
 from vibecalc.core.report.studies import VARIABLE, bound_unit, start_of
-from vibecalc.core.report.sweep.view import SweepView
+from vibecalc.core.report.sweep.view import SweepView, view_of
 from vibecalc.core.report.verdicts import judge_limits
 from vibecalc.core.report.writing import fold, show
 from vibecalc.core.results.catalogue import CATALOGUE
@@ -26,6 +26,7 @@ from vibecalc.core.results.layout import is_accuracy
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import AT_START, Result
 from vibecalc.core.results.select import worst
+from vibecalc.core.results.sweep_file import SweepResult, opened
 from vibecalc.core.run.stage import subjects, subjects_of
 from vibecalc.errors import ResultError, UsageError
 from vibecalc.units import convert, parse_quantity
@@ -80,6 +81,9 @@ STYLE: dict[str, Any] = {
     "svg.hashsalt": "vibecalc",
     "pdf.fonttype": 42,
 }
+#: what is drawn: a file, or what was computed or read
+Source = Path | Result
+
 _RESOLUTION = 200
 _DPI = (50, 1200)
 FORMATS = ("png", "svg", "pdf")
@@ -116,79 +120,82 @@ def look_of(formats: str, dpi: int | None, only: Sequence[str], title: bool) -> 
     return Look(names, dpi, tuple(dict.fromkeys(pictures)), title)
 
 
-def draw(result: Result, folder: Path, stem: str = "", look: Look = Look()) -> list[Path]:
-    """Draw every picture that the result has the numbers for.
+def draw_files(
+    sources: Sequence[Source], folder: Path | None, look: Look = Look()
+) -> Iterator[tuple[Source, list[Path]]]:
+    """Draw files next to themselves or into `folder`; yields each with its pictures, maybe none.
 
-    Files are `<stem>_<picture>.png` in `folder`, which is made if it is missing; `stem` is the name
-    of the case if nothing else is said, and not repeated where the picture is named after it. Equal
-    results give equal bytes with one version of matplotlib.
+    Results that are no files go into the folder of theirs, or the current one.
+
+    Raises UsageError, before anything is written, where two files would write the same pictures or
+    none has a picture that is asked for.
+    """
+    homes = [(folder or _folder(source), _stem(source)) for source in sources]
+    for number, (source, home) in enumerate(zip(sources, homes, strict=True)):
+        if home in homes[:number]:
+            raise UsageError(
+                f"the pictures of {sources[homes.index(home)]} and {source} would have the same "
+                f"names in {home[0]}; draw them into two folders, with -o"
+            )
+    if look.only:
+        _refuse_unknown(sources, look)
+    written: set[Path] = set()
+    for source, (target, _) in zip(sources, homes, strict=True):
+        yield source, draw_file(source, target, look, written)
+
+
+def draw_file(
+    of: Source, folder: Path, look: Look = Look(), written: set[Path] | None = None
+) -> list[Path]:
+    """Draw a file or a result, be it of a run, a sweep or methods, all that it has numbers for.
+
+    Files are `<stem>_<picture>.png` in `folder`, which is made if it is missing; `stem` is that of
+    the file, or the name of the case, and not repeated where the picture is named after it. Equal
+    results give equal bytes with one version of matplotlib. `written` are pictures of the same
+    call, which are not overwritten.
 
     Raises
     ------
     UsageError
         matplotlib is not installed, or the folder cannot be written.
+    ResultError
+        The file cannot be read.
     """
-    names = pictures_of(result)
-    return _write(_made(names, result, make, look), Path(folder), stem or result.name, names, look)
-
-
-def draw_files(
-    paths: Sequence[Path], folder: Path | None, look: Look = Look()
-) -> Iterator[tuple[Path, list[Path]]]:
-    """Draw files next to themselves or into `folder`; yields each with its pictures, maybe none.
-
-    Raises UsageError, before anything is written, where two files would write the same pictures or
-    none has a picture that is asked for.
-    """
-    homes = [(folder or path.parent, path.stem.removesuffix(".sweep")) for path in paths]
-    for number, (path, home) in enumerate(zip(paths, homes, strict=True)):
-        if home in homes[:number]:
-            raise UsageError(
-                f"the pictures of {paths[homes.index(home)]} and {path} would have the same names "
-                f"in {home[0]}; draw them into two folders, with -o"
-            )
-    if look.only:
-        _refuse_unknown(paths, look)
-    written: set[Path] = set()
-    for path, (target, _) in zip(paths, homes, strict=True):
-        yield path, draw_file(path, target, look, written)
-
-
-def draw_file(
-    path: Path, folder: Path, look: Look = Look(), written: set[Path] | None = None
-) -> list[Path]:
-    """Draw a file, be it of a run, a sweep or methods; also ResultError if it cannot be read.
-
-    `written` are pictures of the same call, which are not overwritten.
-    """
-    names, made = _figures(path, look)
-    stem = path.stem.removesuffix(".sweep")
+    names, made = _figures(of, look)
+    stem = _stem(of)
     if any(name in SWEEP_PICTURES for name in names):
         stem = stem.removesuffix("_sweep")
     return _write(made, Path(folder), stem, names, look, written)
 
 
-def _figures(path: Path, look: Look) -> tuple[Iterable[str], list[tuple[str, "Figure"]]]:
-    """Names of the pictures that a file may have, and those that it has of them."""
-    from vibecalc.core.results.sweep_file import is_sweep, open_sweep
-
-    if is_sweep(path):
-        from vibecalc.core.report.sweep.view import view_of
-
-        with open_sweep(path) as opened:
-            return SWEEP_PICTURES, list(_made(SWEEP_PICTURES, view_of(opened), make_sweep, look))
-    from vibecalc.core.results.store import read_result
-
-    result = read_result(path)
-    if is_accuracy(result):
-        return _OF_METHODS, list(_made(_OF_METHODS, result, _make_methods, look))
-    names = pictures_of(result)
-    return names, list(_made(names, result, make, look))
+def _folder(of: Source) -> Path:
+    path = of if isinstance(of, Path) else of.swept
+    return Path() if path is None else path.parent
 
 
-def vector_pictures(path: Path) -> Iterator[tuple[str, bytes]]:
-    """Title of every picture of a file, and the picture as SVG without it."""
-    for _, figure in _figures(path, Look())[1]:
+def _stem(of: Source) -> str:
+    """What the names of pictures begin with."""
+    if isinstance(of, Path):
+        return of.stem.removesuffix(".sweep")
+    if of.swept is not None:
+        return _stem(of.swept)
+    return f"{of.name}.accuracy" if is_accuracy(of) else of.name
+
+
+def _figures(of: Source, look: Look) -> tuple[Iterable[str], list[tuple[str, "Figure"]]]:
+    """Names of the pictures that a file or result may have, and those that it has of them."""
+    with opened(of) as found:
+        if isinstance(found, SweepResult):
+            return SWEEP_PICTURES, list(_made(SWEEP_PICTURES, view_of(found), make_sweep, look))
+        if is_accuracy(found):
+            return _OF_METHODS, list(_made(_OF_METHODS, found, _make_methods, look))
+        names = pictures_of(found)
+        return names, list(_made(names, found, make, look))
+
+
+def vector_pictures(of: Source) -> Iterator[tuple[str, bytes]]:
+    """Title of every picture of a file or result, and the picture as SVG without it."""
+    for _, figure in _figures(of, Look())[1]:
         yield as_vector(figure)
 
 
@@ -226,17 +233,17 @@ def _made(
             yield name, figure
 
 
-def _refuse_unknown(paths: Sequence[Path], look: Look) -> None:
-    found = {name for path in paths for name, _ in _figures(path, look)[1]}
+def _refuse_unknown(sources: Sequence[Source], look: Look) -> None:
+    found = {name for source in sources for name, _ in _figures(source, look)[1]}
     missing = [name for name in look.only if name not in found]
     if not missing:
         return
     every = replace(look, only=())
-    has = dict.fromkeys(name for path in paths for name, _ in _figures(path, every)[1])
+    has = dict.fromkeys(name for source in sources for name, _ in _figures(source, every)[1])
     near = get_close_matches(missing[0][:60], has, n=1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
-    whose = str(paths[0]) if len(paths) == 1 else "none of the results"
-    kept = "has no" if len(paths) == 1 else "has a"
+    whose = str(sources[0]) if len(sources) == 1 else "none of the results"
+    kept = "has no" if len(sources) == 1 else "has a"
     raise UsageError(
         f"--only {missing[0]}: {whose} {kept} picture of this name{hint}; "
         f"there are: {', '.join(has) or 'none'}"

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from vibecalc.core.report import pages
-from vibecalc.core.report.headline import cells, columns, with_limits
+from vibecalc.core.report.headline import Answer, cells, columns, headline_rows, with_limits
 from vibecalc.core.report.pages import missed
 from vibecalc.core.report.sections import Section, magnitudes, other, speed_of, stacked, table_of
 from vibecalc.core.report.verdicts import (
@@ -159,7 +159,8 @@ def as_json(
 ) -> dict[str, Any]:
     """The result as a plain object that `json.dumps(..., allow_nan=False)` takes.
 
-    `result` is the path of the result file. `quantities` has the scalars, a complex one as its
+    `result` is the path of the result file. `headlines` is the first table of the report, in the
+    units that people read. `quantities` has the scalars, a complex one as its
     magnitude, and the lists of the first table (as barred ranges), with `full` all arrays: `value`
     as lists along the `axes`, of what is complex `real` and `imaginary`. What is zero to rounding
     of its terms is 0; what is no larger than its `error` for another reason is not `resolved`. What
@@ -170,6 +171,7 @@ def as_json(
     return {
         "case": result.name,
         "result": None if path is None else str(path),
+        "headlines": [_headline(row) for row in headline_rows(result.record, result.case)],
         "quantities": {
             quantity.path: quantity_object(quantity)
             for quantity in result.record.values()
@@ -178,6 +180,17 @@ def as_json(
         "references": [_reference(row) for row in judge_references(result)],
         "limits": [_limit(row) for row in judge_limits(result)],
         "timings": {stage: float(seconds) for stage, seconds in result.timings.items()},
+    }
+
+
+def _headline(row: Answer) -> dict[str, Any]:
+    """One row of the first table."""
+    return {
+        "name": row.name,
+        "value": 0.0 if row.shown == "0" else _finite(row.value),
+        "unit": row.unit,
+        "where": row.where,
+        "quantity": row.path,
     }
 
 

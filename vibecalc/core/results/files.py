@@ -9,6 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from vibecalc.core.results.steps import step
 from vibecalc.errors import UsageError
 
 
@@ -70,6 +71,7 @@ def write_together(files: Sequence[tuple[Path | str, bytes]]) -> list[Path]:
                 os.replace(temporary, target)
             except OSError as error:
                 raise _cannot(target, error) from error
+            step(f"wrote {target}")
     finally:
         for temporary, _ in aside:
             _discard(temporary)
@@ -171,6 +173,7 @@ def written_aside(target: Path, check: Callable[[Path], None] | None = None) -> 
         os.replace(temporary, target)
         with suppress(OSError):  # the file is in its place, and some systems cannot do this
             _to_disk(target.parent)
+        step(f"wrote {target}")
     except OSError as error:
         _discard(temporary)
         raise UsageError(f"cannot write {target}: {_reason(error, target)}") from error

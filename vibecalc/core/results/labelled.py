@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibecalc.core.results.dimensions import dimension_names
 from vibecalc.core.results.record import Axis, Quantity
 from vibecalc.errors import UsageError
 
@@ -21,21 +22,16 @@ def data_array(quantity: Quantity) -> "DataArray":
 def data_tree(result: Mapping[str, Quantity]) -> "DataTree":
     """Quantities by their paths, each group with the coordinates of what stands in it.
 
-    An axis of one name and other values than one met before in its stage is `speed_2` and so on,
-    as in the file.
+    An axis is `order_2` and so on where `order` is another axis of its stage, or a quantity or
+    group at or below its place, as in the file.
     """
     xarray = _xarray()
+    names = dimension_names({path: quantity.axes for path, quantity in result.items()})
     groups: dict[str, dict[str, DataArray]] = {}
-    met: dict[str, dict[str, list[Axis]]] = {}
     for path, quantity in result.items():
         folder, _, name = path.rpartition("/")
-        of_stage = met.setdefault(path.partition("/")[0], {})
-        dimensions = tuple(_dimension(axis, of_stage) for axis in quantity.axes)
-        groups.setdefault(f"/{folder}", {})[name] = _array(quantity, dimensions)
-    # a group and a quantity cannot share a name
-    taken = {f"/{path}" for path in result}
-    named = {folder + "_" * (folder in taken): one for folder, one in groups.items()}
-    datasets = {path: xarray.Dataset(one) for path, one in named.items()}
+        groups.setdefault(f"/{folder}", {})[name] = _array(quantity, names[path])
+    datasets = {path: xarray.Dataset(one) for path, one in groups.items()}
     tree: DataTree = xarray.DataTree.from_dict(datasets)
     return tree
 
@@ -99,17 +95,6 @@ def _array(quantity: Quantity, dimensions: tuple[str, ...]) -> "DataArray":
 def _entries(axis: Axis) -> np.ndarray:
     values = np.asarray(axis.values)
     return values.astype(np.str_) if values.dtype.kind == "O" else values
-
-
-def _dimension(axis: Axis, met: dict[str, list[Axis]]) -> str:
-    """Name of an axis, with a number from the second one that shares the name and no values."""
-    alike = met.setdefault(axis.name, [])
-    same = (np.array_equal(one.values, axis.values) and one.unit == axis.unit for one in alike)
-    number = next((place for place, it_is in enumerate(same, start=1) if it_is), 0)
-    if not number:
-        alike.append(axis)
-        number = len(alike)
-    return axis.name if number == 1 else f"{axis.name}_{number}"
 
 
 def _xarray() -> Any:

@@ -18,7 +18,8 @@ from vibecalc.errors import ResultError
 #     /<stage>/...            one dataset for each quantity, under its path; attributes units,
 #                             long_name, error_estimate, and amplitude, standard_error and
 #                             terms if any
-#     /<stage>/<axis>         dimension scales (`order`, `order_2`, ...), shared inside a stage
+#     /<stage>/.../<axis>     dimension scales (`order`, `order_2`, ...) in each group where they
+#                             stand: one for equal axes of a stage, under several links
 #     /provenance             attributes that change from run to run (among them `libraries`,
 #                             what its process had imported), left out of comparisons,
 #                             and text_checksum, a CRC-32 of all texts in the file

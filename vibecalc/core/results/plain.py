@@ -11,7 +11,7 @@ import numpy as np
 
 from vibecalc.core.results.record import Axis, Quantity
 from vibecalc.core.results.select import Key, nearest, select
-from vibecalc.errors import ResultError
+from vibecalc.errors import MissingQuantity
 from vibecalc.units import convert
 
 
@@ -19,11 +19,17 @@ def quantity_at(result: Mapping[str, Quantity], path: str) -> Quantity:
     """The quantity at a path; ResultError, with the paths most like it, if there is none."""
     if path in result:
         return result[path]
+    raise missing(result, path)
+
+
+def missing(result: Mapping[str, Quantity], given: object) -> MissingQuantity:
+    """The error that says what a result has instead."""
+    path = str(given)
     group = [name for name in result if name.startswith(f"{path.strip('/')}/")]
     known = group or nearest(path, list(result))
     words = f"{path} is a group" if group else f"there is no {path!r}"
     shown = ", ".join(known[:4])
-    raise ResultError(f"{words} in this result; it has {shown}{' ...' * (len(known) > 4)}")
+    return MissingQuantity(f"{words} in this result; it has {shown}{' ...' * (len(known) > 4)}")
 
 
 def picked(quantity: Quantity, where: Mapping[str, Key], unit: str = "") -> Quantity:

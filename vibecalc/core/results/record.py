@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
@@ -271,7 +272,8 @@ class Result(Mapping[str, Quantity]):
 
     `case` is the resolved case (plain dict in SI, as in the TOML of `case_toml_resolved`);
     `plan` has one dict of short texts per stage (`stage`, `why`, ...). What changes from run to
-    run is in `provenance` (texts and numbers) and `timings` (seconds per stage).
+    run is in `provenance` (texts and numbers) and `timings` (seconds per stage). `swept` is the
+    file of the sweep that it was read from, which has more: what became of each point.
     """
 
     name: str
@@ -284,9 +286,15 @@ class Result(Mapping[str, Quantity]):
     plan: tuple[Mapping[str, str], ...] = ()
     provenance: Mapping[str, str | int | float] = field(default_factory=dict)
     timings: Mapping[str, float] = field(default_factory=dict)
+    swept: Path | None = field(default=None, compare=False)
 
     def __getitem__(self, path: str) -> Quantity:
+        if path not in self.record:
+            raise named("vibecalc.core.results.plain:missing")(self, path)
         return self.record[path]
+
+    def __contains__(self, path: object) -> bool:
+        return path in self.record
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.record)

@@ -2,12 +2,13 @@
 
 import io
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from vibecalc.core.results.dimensions import dimension_names, stage_of
 from vibecalc.core.results.files import fresh_output, write_atomically
 from vibecalc.core.results.layout import (
     PROVENANCE,
@@ -42,6 +43,7 @@ def file_image(result: Result) -> bytes:
         writer = _Writer(file.id)
         try:
             writer.identity(result)
+            writer.name_axes({path: quantity.axes for path, quantity in result.items()})
             for quantity in result.record.values():
                 writer.quantity(quantity)
             writer.provenance(result.provenance, result.timings)
@@ -97,16 +99,12 @@ class _Writer:
         self.compact.set_obj_track_times(False)
         self.compact.set_layout(h5d.COMPACT)
         self.groups: dict[str, Any] = {"": root}
-        self.scales: dict[tuple[str, str, str, str, int, bytes], Any] = {}
-        self.taken: set[str] = set()
+        self.dimensions: dict[str, tuple[str, ...]] = {}
+        self.scales: dict[tuple[str, str], Any] = {}
+        self.linked: set[str] = set()
 
     def identity(self, result: Result) -> None:
         """Root attributes: who wrote the file, for which case, what was done."""
-        self.taken = {
-            "/".join(parts[:depth])
-            for parts in (path.split("/") for path in (*result.record, PROVENANCE))
-            for depth in range(1, len(parts) + 1)
-        }
         self.number(self.root, "schema_version", RESULT_SCHEMA_VERSION)
         self.text(self.root, "vibecalc_version", result.version)
         self.text(self.root, "name", result.name)
@@ -122,9 +120,12 @@ class _Writer:
         self.text(self.root, "warnings", _json(result.record.warnings))
         self.text(self.root, "methods", _json(methods))
 
+    def name_axes(self, axes: Mapping[str, Sequence[Axis]], outer: Sequence[str] = ()) -> None:
+        """Choose names for the axes of all quantities; `outer` are those of groups and sweeps."""
+        self.dimensions = dimension_names(axes, (PROVENANCE, *outer))
+
     def quantity(self, quantity: Quantity) -> None:
         """One dataset with its attributes and axes."""
-        from h5py import h5ds
 
         values = np.asarray(quantity.values)
         _check(quantity, values)
@@ -139,11 +140,16 @@ class _Writer:
             self.number(dataset, "standard_error", float(quantity.standard_error))
         if quantity.terms:
             self.number(dataset, "terms", float(quantity.terms))
-        stage = quantity.path.partition("/")[0] if "/" in quantity.path else ""
-        for position, axis in enumerate(quantity.axes):
-            scale = self.scale(stage, axis)
-            h5ds.attach_scale(dataset, scale, position)
-            self.link(folder, scale)
+        self.axes(dataset, quantity.path, quantity.axes)
+
+    def axes(self, dataset: Any, path: str, axes: Sequence[Axis], first: int = 0) -> None:
+        """The axes of a quantity on its dataset, from position `first` on."""
+        from h5py import h5ds
+
+        for position, (axis, name) in enumerate(
+            zip(axes, self.dimensions[path], strict=True), start=first
+        ):
+            h5ds.attach_scale(dataset, self.scale(path, axis, name), position)
             h5ds.set_label(dataset, position, _encoded(axis.name))
 
     def provenance(
@@ -172,43 +178,28 @@ class _Writer:
             self.groups[path] = h5g.create(self.group(folder), _encoded(name), gcpl=options)
         return self.groups[path]
 
-    def scale(self, stage: str, axis: Axis) -> Any:
-        """The dimension scale for an axis; equal axes of one stage share it."""
-        from h5py import h5ds
+    def scale(self, path: str, axis: Axis, name: str) -> Any:
+        """The dimension scale for an axis, in the group of a quantity; a stage has it once.
 
-        values = np.asarray(axis.values)
-        content = "\0".join(map(str, values)).encode() if _is_text(values) else values.tobytes()
-        content = values.dtype.str.encode() + content
-        key = (stage, axis.name, axis.unit, axis.long_name, axis.run_samples, content)
+        Where it stands in several groups these have links to it: readers of one look there.
+        """
+        from h5py import h5ds, h5i
+
+        folder, key = path.rpartition("/")[0], (stage_of(path), name)
+        place = f"{folder}/{name}"
         if key not in self.scales:
-            dataset = self.dataset(self.group(stage), self.free_name(stage, axis.name), values)
+            dataset = self.dataset(self.group(folder), name, np.asarray(axis.values))
             h5ds.set_scale(dataset, _encoded(axis.name))
             self.text(dataset, "units", axis.unit)
             self.text(dataset, "long_name", axis.long_name)
             if axis.run_samples:
                 self.number(dataset, "run_samples", axis.run_samples)
             self.scales[key] = dataset
+        elif place not in self.linked:
+            shared = h5i.get_name(self.scales[key])
+            self.group(folder).links.create_hard(_encoded(name), self.root, shared)
+        self.linked.add(place)
         return self.scales[key]
-
-    def link(self, folder: str, scale: Any) -> None:
-        """The scale of a stage in a group of it, too, where readers of one group look for it."""
-        from h5py import h5i
-
-        name = h5i.get_name(scale).decode().rpartition("/")[2]
-        place = f"{folder}/{name}".lstrip("/")
-        if place not in self.taken:
-            self.taken.add(place)
-            self.group(folder).links.create_hard(_encoded(name), self.root, h5i.get_name(scale))
-
-    def free_name(self, stage: str, name: str) -> str:
-        """`order`, or `order_2` and so on where the stage already has something of that name."""
-        number, candidate = 1, name
-        prefix = f"{stage}/" if stage else ""
-        while prefix + candidate in self.taken:
-            number += 1
-            candidate = f"{name}_{number}"
-        self.taken.add(prefix + candidate)
-        return candidate
 
     def dataset(self, group: Any, name: str, values: np.ndarray) -> Any:
         """A dataset of float64, complex128, int64 (flags are 0 and 1) or texts.

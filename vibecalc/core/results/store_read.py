@@ -15,10 +15,12 @@ from vibecalc.core.results.layout import (
     TEXT_ATTRIBUTES,
     TEXT_CHECKSUM,
     TIMINGS,
+    VERSION_ATTRIBUTE,
     check_heaps,
     heap_checksum,
 )
 from vibecalc.core.results.record import AMPLITUDES, Axis, Method, Quantity, Record, Result
+from vibecalc.core.results.steps import step
 from vibecalc.errors import ResultError
 
 #: deflate, which a repacked file may use, packs a thousand to one at best
@@ -32,7 +34,9 @@ def read_file(path: Path) -> Result:
     size = _checked_size(path)
     if not _is_as_written(path):
         check_heaps(path.read_bytes(), path)
-    return _read_here(path, size)
+    result = _read_here(path, size)
+    step(f"read {path}: {len(result)} quantities")
+    return result
 
 
 def _is_as_written(path: Path) -> bool:
@@ -116,6 +120,7 @@ def _result(file: Any, path: Path, size: int) -> Result:
         ),
         provenance=provenance,
         timings=timings,
+        swept=path.absolute() if VERSION_ATTRIBUTE in file.attrs else None,
     )
 
 

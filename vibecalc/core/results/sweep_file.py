@@ -4,6 +4,7 @@ import json
 import math
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from mmap import ACCESS_READ, mmap
 from pathlib import Path
@@ -27,6 +28,7 @@ from vibecalc.core.results.layout import (
     heap_checksum,
 )
 from vibecalc.core.results.record import Axis, Method, Record, Result
+from vibecalc.core.results.steps import step
 from vibecalc.core.results.store_read import (
     _axis,
     _checked_size,
@@ -36,6 +38,7 @@ from vibecalc.core.results.store_read import (
     _provenance,
     _real,
     _text,
+    read_file,
 )
 from vibecalc.errors import ResultError
 
@@ -400,6 +403,7 @@ def open_sweep(path: Path | str) -> SweepResult:
         raise _damaged(where, error) from error
     try:
         check_origin(file, where)
+        step(f"opened {where}")
         return SweepResult(file, where)
     except ResultError:
         file.close()
@@ -418,6 +422,28 @@ def is_sweep(path: Path | str) -> bool:
             return VERSION_ATTRIBUTE in file.attrs
     except Exception:  # whatever HDF5 makes of another file
         return False
+
+
+@contextmanager
+def opened(source: Path | Result) -> Iterator[SweepResult | Result]:
+    """A file, or what was read of one: of a sweep open, to look for more in it.
+
+    Raises ResultError also where the file of a sweep has changed since it was read.
+    """
+    if isinstance(source, Path) and not is_sweep(source):
+        source = read_file(source)
+    if isinstance(source, Result) and source.swept is None:
+        yield source
+        return
+    path = source.swept if isinstance(source, Result) else source
+    with open_sweep(path or "") as sweep:
+        now = sweep.head.result
+        if isinstance(source, Result) and (now.case_sha256, now.provenance) != (
+            source.case_sha256,
+            source.provenance,
+        ):
+            raise ResultError(f"{path} has changed since it was read: read it again")
+        yield sweep
 
 
 def check_sweep(path: Path) -> None:

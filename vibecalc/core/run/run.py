@@ -14,6 +14,7 @@ from vibecalc.core.case.number_range import present, range_problems
 from vibecalc.core.case.raw import key_text
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import Record
+from vibecalc.core.results.steps import step
 from vibecalc.core.results.tolerance import tolerance_warning
 from vibecalc.core.run.machine_checks import check_machine, checks_of, machine_warnings
 from vibecalc.core.run.plan import needed_stages
@@ -329,6 +330,8 @@ def run_scene(
         else:
             cached.run(stage, scene, run_stage)
         clock[stage.name] = time.perf_counter() - started
+        if cached is None:  # studies run stages again and again
+            step(f"stage {stage.name}: {clock[stage.name]:.3f} s")
     if wanted is None:
         missed = tolerance_warning(scene.record, case.accuracy.rtol)
         if missed is not None:

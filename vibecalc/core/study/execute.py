@@ -14,6 +14,7 @@ from vibecalc import __version__
 from vibecalc.core.case.load import CaseSource, LoadedCase, load_case, raise_with_location
 from vibecalc.core.case.raw import Setting
 from vibecalc.core.results.record import Record, Result
+from vibecalc.core.results.steps import step
 from vibecalc.errors import CaseError, KeyPath, Problem, UnitError
 from vibecalc.units import parse_quantity
 
@@ -104,6 +105,7 @@ def load_checked(
             case = load_case(source, settings, early_problems, unset)
             raise_with_location(case, physics_problems(case))
             loaded.append(case)
+            step(f"checked {case.path}: no problem")
         except CaseError as error:
             problems += error.problems
             texts.append(str(error))
@@ -191,6 +193,8 @@ def telling(wanted: bool) -> Iterator[Callable[[str], None]]:
 # A checked case to a finished result: one run, a run to the optimum, or one with searches.
 # ----------------------------------------------------------------------------
 
+#: what takes time besides stages
+STUDIES = {"fit", "find", "optimisation", "front", "sensitivity"}
 #: packages whose import costs something, and the parts of scipy
 LIBRARIES = ("numpy", "h5py", "pint", "rich", "matplotlib", "mpmath")
 SCIPY = ("fft", "integrate", "interpolate", "linalg", "optimize", "sparse", "special", "stats")
@@ -202,6 +206,7 @@ def execute(loaded: LoadedCase, progress: bool = False) -> Result:
     `progress` says on stderr what long work is at, on a terminal only. Raises NumericalFailure.
     """
     timings: dict[str, float] = {}
+    step(f"run {loaded.name}")
     if loaded.case.fit is not None:
         from vibecalc.core.study.fit import fit
 
@@ -219,6 +224,8 @@ def execute(loaded: LoadedCase, progress: bool = False) -> Result:
         from vibecalc.core.study.optimise import optimise
 
         record = optimise(loaded, timings=timings, progress=progress)
+    for name in sorted(STUDIES & timings.keys()):
+        step(f"{name}: {timings[name]:.3f} s")
     return as_result(loaded, record, timings)
 
 

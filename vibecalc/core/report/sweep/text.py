@@ -9,7 +9,7 @@ import numpy as np
 
 from vibecalc.core.report.sweep.limits import Limit, judge, limit_lines, share_within_limits
 from vibecalc.core.report.sweep.statistics import extreme_lines, index_lines, statistic_lines
-from vibecalc.core.report.sweep.view import SweepView, causes, example, failure_lines
+from vibecalc.core.report.sweep.view import SweepView, causes, example, failure_lines, view_of
 from vibecalc.core.report.writing import (
     Column,
     heading,
@@ -20,7 +20,9 @@ from vibecalc.core.report.writing import (
     text_of,
     titled,
 )
-from vibecalc.core.results.layout import DONE, NOT_RUN, STATUS_WORDS
+from vibecalc.core.results.layout import DONE, NOT_RUN, STATUS_WORDS, is_accuracy
+from vibecalc.core.results.record import Result
+from vibecalc.core.results.sweep_file import SweepResult, opened
 
 if TYPE_CHECKING:
     from vibecalc.core.study.sweep.prepare import Forecast, PreparedSweep, StoredQuantity
@@ -222,35 +224,45 @@ def sweep_lines(sweep: SweepView) -> list[str]:
     return lines
 
 
-def report_file(path: Path, *, full: bool = False) -> str:
-    """The report of a file, be it of a run, a sweep or a measurement of methods.
+def report_file(of: Path | Result, *, full: bool = False) -> str:
+    """The report of a file or a result, be it of a run, a sweep or a measurement of methods.
 
     `full` lists the error estimates of a run; the others have none to list. Raises ResultError if
     the file cannot be read.
     """
-    return text_of(file_lines(path, full=full))
+    return text_of(file_lines(of, full=full))
 
 
-def file_lines(path: Path, *, full: bool = False) -> list[str]:
+def file_lines(of: Path | Result, *, full: bool = False) -> list[str]:
     """The blocks of that report."""
-    from vibecalc.core.results.sweep_file import is_sweep, open_sweep
+    with opened(of) as found:
+        if isinstance(found, SweepResult):
+            return sweep_lines(view_of(found))
+        if is_accuracy(found):
+            from vibecalc.core.report.accuracy import accuracy_lines
 
-    if is_sweep(path):
-        from vibecalc.core.report.sweep.view import view_of
+            return accuracy_lines(found)
+        from vibecalc.core.report.text import report_lines
 
-        with open_sweep(path) as opened:
-            return sweep_lines(view_of(opened))
-    from vibecalc.core.results.layout import is_accuracy
-    from vibecalc.core.results.store import read_result
+        return report_lines(found, full=full)
 
-    result = read_result(path)
-    if is_accuracy(result):
-        from vibecalc.core.report.accuracy import accuracy_lines
 
-        return accuracy_lines(result)
-    from vibecalc.core.report.text import report_lines
+def file_object(path: Path, *, full: bool = False) -> dict[str, Any]:
+    """What `report --json` prints of a file: as the command that wrote it, without its times."""
+    with opened(path) as found:
+        if isinstance(found, SweepResult):
+            view = view_of(found)
+            counts = {int(status): int(np.sum(view.status == status)) for status in STATUS_WORDS}
+            met = {status: many for status, many in counts.items() if many}
+            whole = outcome_object(view, path, met, 0, 0.0)
+            return {name: one for name, one in whole.items() if name not in ("taken_up", "seconds")}
+        if is_accuracy(found):
+            from vibecalc.core.report.accuracy import accuracy_object
 
-    return report_lines(result, full=full)
+            return accuracy_object(found, path)
+        from vibecalc.core.report.text import as_json
+
+        return as_json(found, path, full=full)
 
 
 def conclusion(sweep: SweepView, limits: Sequence[Limit]) -> str:

@@ -15,6 +15,7 @@ import numpy as np
 from vibecalc.core.results.files import fresh_output
 from vibecalc.core.results.layout import DONE, NOT_RUN
 from vibecalc.core.results.record import Record
+from vibecalc.core.results.steps import step
 from vibecalc.core.study.execute import as_result
 from vibecalc.core.study.sweep.assemble import Assembled, assemble, sweep_head
 from vibecalc.core.study.sweep.blocks import Block, BlockQuantity, ChunkFolder, laid_out
@@ -199,6 +200,7 @@ def _compute(
     finished: frozenset[int],
 ) -> None:
     missing = [number for number in mine if number not in finished]
+    step(f"{prepared.strategy.kind}: {len(missing)} chunks of {chunks.count} points to compute")
     chunks.make()
     if not missing:
         return
@@ -217,6 +219,7 @@ def _compute(
 
         for done in workers.run(_works(chunks, missing), tell):
             chunks.write(done.work.number, block_of(done, prepared.keep))
+            step(f"chunk {done.work.number}: {len(done.work.points)} points")
 
 
 def _workers(

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from vibecalc.core.results.dimensions import free_name
 from vibecalc.core.results.files import new_hdf5, written_aside
 from vibecalc.core.results.layout import (
     DONE,
@@ -220,7 +221,9 @@ class _StackedWriter:
         self.head, self.stacking, self.shape = head, stacking, head.shape
         self.failed = 0
         self.attributes()
-        self.scales = [self.axis(axis) for axis in head.axes]
+        self.scales = [
+            self.axis(axis, name) for axis, name in zip(head.axes, self.outer, strict=True)
+        ]
         self.status = self.over_points(STATUS, np.dtype("i1"), NOT_RUN)
         meaning = {str(status): words for status, words in STATUS_WORDS.items()}
         self.writer.text(self.status.id, "meaning", json.dumps(meaning))
@@ -269,7 +272,12 @@ class _StackedWriter:
             record.add(Quantity(path=path, values=np.empty(0), unit="", long_name=""))
         self.writer.identity(replace(head.result, record=record))
         self.writer.number(self.writer.root, VERSION_ATTRIBUTE, SWEEP_SCHEMA_VERSION)
-        self.writer.taken.add(SWEEP)
+        inside = {name for path in self.stacking.stacks for name in path.split("/")}
+        self.outer: list[str] = []
+        for axis in head.axes:
+            self.outer.append(free_name(axis.name, {*inside, *self.outer, SWEEP, PROVENANCE}))
+        own = {path: stack.axes for path, stack in self.stacking.stacks.items()}
+        self.writer.name_axes(own, (SWEEP, *self.outer))
         axes = [{"name": axis.name, "keys": [vars(key) for key in axis.keys]} for axis in head.axes]
         place = self.writer.group(SWEEP)
         for name, text in (
@@ -283,13 +291,12 @@ class _StackedWriter:
         ):
             self.writer.text(place, name, text)
 
-    def axis(self, axis: SweptAxis) -> Any:
+    def axis(self, axis: SweptAxis, name: str) -> Any:
         """The scale of an axis, and the values of its keys along it."""
         from h5py import h5ds
 
         writer, first, sampled = self.writer, axis.keys[0], axis.name == SAMPLE
         kinds = [_WHOLE if one.dtype.kind in "iu" else _REAL for one in axis.read(0, 1)]
-        name = writer.free_name("", axis.name)
         named = bool(first.choices) and not sampled
         if named:
             # a grid has few of them, and who opens the file wants names
@@ -323,14 +330,9 @@ class _StackedWriter:
 
     def quantity(self, path: str, stack: Stack) -> None:
         """The datasets of one quantity and of its errors."""
-        from h5py import h5ds
-
         lengths = tuple(len(axis.values) for axis in stack.axes)
         values = self.over_points(path, _COMPLEX if stack.is_complex else _REAL, np.nan, lengths)
-        stage = path.partition("/")[0] if "/" in path else ""
-        for position, axis in enumerate(stack.axes, start=len(self.shape)):
-            h5ds.attach_scale(values.id, self.writer.scale(stage, axis), position)
-            h5ds.set_label(values.id, position, axis.name.encode())
+        self.writer.axes(values.id, path, stack.axes, first=len(self.shape))
         self.writer.text(values.id, "units", stack.unit)
         self.writer.text(values.id, "long_name", stack.long_name)
         if stack.amplitude is not None:

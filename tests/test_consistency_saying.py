@@ -1,0 +1,168 @@
+"""Claim: `--quiet`, `--verbose` and `--json` are the same for all commands; colours add no word."""
+
+import io
+import json
+import re
+import sys
+from pathlib import Path
+
+import h5py
+import pytest
+from fuzzing import command
+from shipped_cases import CASES, ROOT
+
+from vibecalc.cli.colours import coloured
+from vibecalc.cli.commands import app
+
+NAMES = [str(one.name or one.callback.__name__) for one in app.registered_commands if one.callback]
+GOLDEN = ROOT / "tests" / "golden"
+RESULT, CASE = str(GOLDEN / "absorber_mass.h5"), str(CASES["generator"])
+SWEEP = ("--grid", "machine.speed=300,400", "--keep", "excitation/force_peak", "-j", "1")
+#: a call of each command, and what its object has
+CALLS: dict[str, tuple[tuple[str, ...], str]] = {
+    "run": ((CASE,), "written"),
+    "check": ((CASE,), "warnings"),
+    "verify": ((CASE,), "limits"),
+    "report": ((RESULT,), "headlines"),
+    "diff": ((RESULT, RESULT), "same"),
+    "plot": ((RESULT, "-o", "p", "--only", "absorber_curves", "--dpi", "50"), "written"),
+    "new": (("roll", "-o", "roll.toml"), "written"),
+    "schema": ((), "properties"),
+    "sweep": ((CASE, *SWEEP), "written"),
+    "merge": (("part.h5", "-o", "whole.h5"), "written"),
+    "accuracy": ((CASE, "--stage", "kinematics", "--longest", "0.1"), "written"),
+    "info": ((RESULT,), "quantities"),
+    "get": ((RESULT, "response/absorber/peak/magnitude"), "value"),
+    "export": ((RESULT, "-o", "e"), "written"),
+}
+#: what they print is a script for a shell, and a page for a person
+WORDS_ONLY = {"completion": ("bash",), "help": ("run",)}
+
+
+@pytest.fixture(scope="module")
+def part(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    path = tmp_path_factory.mktemp("once") / "part.h5"
+    assert command("sweep", CASE, *SWEEP, "-q", "-o", str(path)) == (0, "", "")
+    return path.read_bytes()
+
+
+@pytest.fixture(autouse=True)
+def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, part: bytes) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("vibecalc.core.accuracy.topic._ENOUGH", 0.0)
+    (tmp_path / "part.h5").write_bytes(part)
+
+
+def test_every_command_is_tried() -> None:
+    assert sorted(NAMES) == sorted([*CALLS, *WORDS_ONLY])
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_options_are_on_every_page(name: str) -> None:
+    page = command(name, "--help").out
+    assert "Print nothing but problems, and JSON if asked for." in page
+    assert "Tell each step with its time, on stderr." in page
+    assert ("--json" in page) == (name in CALLS)
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_json_is_all_that_stdout_has_and_steps_go_to_stderr(name: str) -> None:
+    words, key = CALLS[name]
+    outcome = command(name, *words, "--json", "-q", "-v")
+    assert outcome.code == 0, outcome.err
+    found = json.loads(outcome.out)
+    assert key in (found[0] if isinstance(found, list) else found)
+    one = found[0] if isinstance(found, list) else found
+    for path in one["written"] if key == "written" else ():
+        assert Path(path).is_file() and f"{Path(path).name}" in outcome.err
+    steps = re.findall(r"^ *(\d+\.\d{3}) s  (\S.*)$", outcome.err, re.M)
+    assert steps[0][1] == f"vibecalc {name}" and steps[-1][1] == "end"
+    assert [float(time) for time, _ in steps] == sorted(float(time) for time, _ in steps)
+    for word in words:
+        if word in (CASE, RESULT, "part.h5"):
+            assert any(re.match(f"(read|opened) .*{re.escape(word)}", step) for _, step in steps)
+
+
+@pytest.mark.parametrize("name", ["get", "new", "export", *WORDS_ONLY])
+def test_quiet_says_nothing(name: str) -> None:
+    words = CALLS[name][0] if name in CALLS else WORDS_ONLY[name]
+    said = command(name, *words)
+    assert said.code == 0 and said.out and not said.err
+    Path("roll.toml").unlink(missing_ok=True)
+    assert command(name, *words, "-q") == (0, "", "")
+
+
+def test_stages_are_told_as_they_run_and_no_longer_than_asked_for() -> None:
+    told = command("run", CASE, "-v").err
+    stages = re.findall(r"stage (\w+): \d+\.\d{3} s$", told, re.M)
+    with h5py.File("outputs/generator.h5") as file:
+        plan = [row["stage"] for row in json.loads(file.attrs["plan"])]
+    assert stages == [name.replace(" ", "_") for name in plan]
+    assert command("run", CASE, "-q").err == ""
+
+
+def test_what_a_run_says_in_json_is_its_first_table() -> None:
+    (one,) = json.loads(command("run", CASE, "--json").out)
+    assert one["exit_code"] == 0 and one["written"] == [
+        "outputs/generator.h5",
+        "outputs/generator.txt",
+    ]
+    (again,) = json.loads(command("report", "outputs/generator.h5", "--json").out)
+    assert again["headlines"] == one["headlines"] and again["quantities"] == one["quantities"]
+    row = next(row for row in one["headlines"] if row["quantity"].endswith("/steady_peak"))
+    assert row["unit"] == "N" and row["value"] == one["quantities"][row["quantity"]]["value"]
+    (sweep,) = json.loads(command("report", "part.h5", "--json").out)
+    assert sweep["statuses"] == {"done": sweep["points"]}
+    accepted = json.loads(command("diff", "new.h5", RESULT, "--accept", "--json").out)
+    assert accepted == {"written": ["new.h5"]}
+
+
+PROBLEM = """error: unknown key 'spd' in [machine]
+  --> case.toml:12:1
+     |
+  12 | spd = 3
+     | ^^^ allowed: speed
+  help: did you mean 'speed'?
+1 error in case.toml, nothing was run"""
+
+
+class _Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.mark.parametrize(
+    ("terminal", "given", "wanted"),
+    [
+        (True, {}, True),
+        (False, {}, False),
+        (True, {"NO_COLOR": "1"}, False),
+        (False, {"FORCE_COLOR": "1"}, True),
+        (False, {"FORCE_COLOR": "1", "NO_COLOR": "1"}, False),
+        (True, {"NO_COLOR": ""}, True),
+        (True, {"TERM": "dumb"}, False),
+        (True, {"TERM": "dumb", "FORCE_COLOR": "3"}, True),
+    ],
+)
+def test_colours_are_where_they_are_wanted_and_change_no_word(
+    terminal: bool, given: dict[str, str], wanted: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("NO_COLOR", "FORCE_COLOR"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("TERM", "xterm")
+    for name, value in given.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(sys, "stderr", _Terminal() if terminal else io.StringIO())
+    for text in (PROBLEM, "error: " + "long " * 60 + "words\twith [bold]marks[/bold] :smile:"):
+        shown = coloured(text)
+        assert (shown != text) == wanted
+        assert re.sub(r"\x1b\[[\d;]*m", "", shown) == text
+
+
+def test_a_problem_of_a_command_is_coloured_by_force_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    plain = command("check", "none.toml").err
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    forced = command("check", "none.toml").err
+    assert "\x1b[1;31merror:\x1b[0m none.toml does not exist" in forced
+    assert re.sub(r"\x1b\[[\d;]*m", "", forced) == plain

@@ -1,0 +1,218 @@
+"""Claim: what a command does is had from Python, with the same words, files and refusals."""
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fuzzing import command
+from shipped_cases import CASES, ROOT
+
+import vibecalc
+
+GENERATOR = CASES["generator"]
+GOLDEN = ROOT / "tests" / "golden"
+PEAK = "isolation/lever_force/steady_peak"
+
+
+@pytest.fixture(autouse=True)
+def _in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def swept(damping: float = 60.0) -> vibecalc.Result:
+    speeds = {"machine.speed": "2000 rpm:4900 rpm:3", "machine.mounts.each.damping": [40, damping]}
+    return vibecalc.sweep(GENERATOR, "two.sweep.h5", grid=speeds, jobs=1, keep=PEAK)
+
+
+def measured() -> vibecalc.Result:
+    return vibecalc.accuracy(GENERATOR, stages="kinematics", longest=0.1)
+
+
+def optimum() -> vibecalc.Result:
+    return vibecalc.read(GOLDEN / "generator_mount_stock.h5")
+
+
+@pytest.mark.parametrize(
+    ("made", "name", "words", "picture"),
+    [
+        (swept, "two.sweep.h5", "6 of 6 points are computed", "two_sweep_line.png"),
+        (measured, "generator.accuracy.h5", "Speed against error", "generator.accuracy.png"),
+        (optimum, "generator_mount_stock.h5", "Optimisation", "stock_combinations.png"),
+    ],
+)
+def test_every_kind_of_result_has_its_own_report_and_pictures(
+    made: Any, name: str, words: str, picture: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("matplotlib")
+    monkeypatch.setattr("vibecalc.core.accuracy.topic._ENOUGH", 0.0)
+    result = made()
+    path = vibecalc.write(result, Path("kept") / name)
+    text = vibecalc.report(result)
+    assert words in text and text == vibecalc.report(path) == command("report", str(path)).out
+    assert path.with_suffix(".txt").read_text(encoding="utf-8") == text
+    assert vibecalc.diff(result, path).same
+    one = [] if made is not optimum else ["combinations"]
+    drawn = vibecalc.plot(result, "drawn", only=one, dpi=50)
+    said = command("plot", str(path), "-o", "said", "--dpi", "50", *(f"--only={n}" for n in one))
+    assert [one.name for one in drawn] == [Path(line).name for line in said.out.split()]
+    assert any(one.name.endswith(picture) for one in drawn)
+    for file in drawn:
+        assert file.read_bytes() == (Path("said") / file.name).read_bytes()
+
+
+def test_a_page_is_that_of_the_file() -> None:
+    pytest.importorskip("matplotlib")
+    result = vibecalc.read(GOLDEN / "absorber_mass.h5")
+    page = vibecalc.report(result, html=True)
+    assert page.startswith("<!doctype html>") and "image/svg+xml" in page
+    assert vibecalc.report(result).splitlines()[0] in page
+
+
+def test_a_sweep_that_was_written_anew_is_not_taken_for_what_was_read() -> None:
+    result = swept()
+    Path("two.sweep.h5").unlink()
+    swept(damping=70.0)
+    with pytest.raises(vibecalc.ResultError, match="has changed since it was read"):
+        vibecalc.report(result)
+    Path("two.sweep.h5").unlink()
+    with pytest.raises(vibecalc.ResultError, match="there is no result file"):
+        vibecalc.write(result, "other.h5")
+    assert not Path("other.h5").exists()
+
+
+SPEED = {"machine.speed": "4900 rmp"}
+
+
+@pytest.mark.parametrize(
+    ("call", "kind", "said"),
+    [
+        (lambda: vibecalc.run("none.toml"), vibecalc.CaseError, "none.toml does not exist"),
+        (lambda: vibecalc.run({}), vibecalc.CaseError, "missing key 'title'"),
+        (lambda: vibecalc.run(GENERATOR, set=SPEED), vibecalc.CaseError, "speed: unknown unit"),
+        (
+            lambda: vibecalc.check(GENERATOR, set={"speed": 3}),
+            vibecalc.CaseError,
+            "unknown key 'speed'",
+        ),
+        (
+            lambda: vibecalc.run(GENERATOR, set={"machine.speed": None}),
+            vibecalc.CaseError,
+            "cannot",
+        ),
+        (lambda: vibecalc.run(GENERATOR, unset="x.y"), vibecalc.UsageError, "the case has no key"),
+        (lambda: vibecalc.sweep(GENERATOR, "s.h5"), vibecalc.UsageError, "not what to vary"),
+        (
+            lambda: vibecalc.sweep(GENERATOR, "s.txt", grid={"machine.speed": [300, 400]}),
+            vibecalc.UsageError,
+            "a result file ends in .h5",
+        ),
+        (
+            lambda: vibecalc.sweep(GENERATOR, "s.h5", grid={"machine.speed": [3, 4]}, jobs=0),
+            vibecalc.UsageError,
+            "one process or more, found jobs=0",
+        ),
+        (
+            lambda: vibecalc.accuracy(GENERATOR, stages="torsion"),
+            vibecalc.UsageError,
+            "no stage 'torsion'",
+        ),
+        (
+            lambda: vibecalc.accuracy(GENERATOR, longest=0.0),
+            vibecalc.UsageError,
+            "a number of seconds above 0",
+        ),
+        (lambda: vibecalc.read("none.h5"), vibecalc.ResultError, "there is no result file"),
+        (lambda: vibecalc.write(optimum(), "x.txt"), vibecalc.UsageError, "ends in .h5"),
+        (lambda: vibecalc.report("none.h5"), vibecalc.ResultError, "there is no result file"),
+        (lambda: vibecalc.plot(optimum(), formats="bmp"), vibecalc.UsageError, "found 'bmp'"),
+        (lambda: vibecalc.plot(optimum(), only="x"), vibecalc.UsageError, "no picture of this"),
+        (lambda: vibecalc.diff("a.h5", "b.h5"), vibecalc.ResultError, "there is no result file"),
+        (lambda: optimum()["isolation/pitch"], vibecalc.MissingQuantity, "is a group"),
+        (
+            lambda: optimum()["isolation/pitch/inertia"].to("kg"),
+            vibecalc.UnitError,
+            "wrong dimension",
+        ),
+        (
+            lambda: vibecalc.run(CASES["roll"], set={"response.roll.stored_energy": "x"}),
+            vibecalc.CaseError,
+            "unknown key",
+        ),
+    ],
+)
+def test_what_is_wrong_is_said_in_a_list(call: Any, kind: type[Exception], said: str) -> None:
+    with pytest.raises(vibecalc.VibecalcError) as caught:
+        call()
+    assert type(caught.value) is kind and said in str(caught.value)
+    problems = caught.value.problems
+    assert problems and all(one.message for one in problems)
+    assert not problems[0].place or problems[0].file
+    assert caught.value.exit_code == 2
+
+
+def test_a_problem_has_file_line_key_and_message(tmp_path: Path) -> None:
+    path = tmp_path / "slips.toml"
+    lines = GENERATOR.read_text(encoding="utf-8").replace("\nspeed = ", "\nsped = ", 1)
+    path.write_text(lines + "\n[nonsense]\na = 1\n", encoding="utf-8")
+    with pytest.raises(vibecalc.CaseError) as caught:
+        vibecalc.run(path)
+    found = {one.path[-1]: one for one in caught.value.problems}
+    assert set(found) == {"sped", "nonsense"}
+    for key, one in found.items():
+        assert one.file == str(path) and key in path.read_text().splitlines()[one.line - 1]
+    assert found["sped"].hint == "did you mean 'speed'?"
+
+
+def test_a_quantity_that_is_not_there_is_a_key_error_too() -> None:
+    result = optimum()
+    assert "isolation/pitch" not in result and result.get("isolation/pitch") is None
+    with pytest.raises(KeyError) as caught:
+        result["isolation/levr"]
+    assert str(caught.value).startswith("there is no 'isolation/levr' in this result; it has iso")
+
+
+TYPED = """
+from pathlib import Path
+import numpy as np
+import vibecalc
+
+def compare(case: str | Path) -> float:
+    try:
+        first = vibecalc.run(case, unset=["limit"], set={"machine.speed": "3000 rpm"})
+        second = vibecalc.run(dict(first.case), progress=True)
+    except vibecalc.CaseError as error:
+        for problem in error.problems:
+            print(problem.file, problem.line, ".".join(map(str, problem.path)), problem.message)
+        raise
+    except vibecalc.NumericalFailure as failure:
+        print(failure.result, failure.exit_code)
+        raise
+    quantity: vibecalc.Quantity = first["isolation/pitch/natural_frequency"]
+    axis: vibecalc.Axis
+    for axis in quantity.axes:
+        print(axis.name, axis.values, axis.unit)
+    values: np.ndarray = quantity.to("mm")
+    print(vibecalc.check(case)["stages"], values, quantity.unit, quantity.error_estimate)
+    swept: vibecalc.Result = vibecalc.sweep(case, "x.h5", grid={"a": [1, 2], "b": "1:2:3"}, jobs=2)
+    print(swept.to_xarray(), swept.to_pandas(), quantity.to_xarray(), quantity.to_pandas())
+    path: Path = vibecalc.write(second, "y.h5")
+    text: str = vibecalc.report(path, full=True) + vibecalc.report(vibecalc.read(path), html=True)
+    pictures: list[Path] = vibecalc.plot(path, "folder", only="run_up", formats=["svg"], dpi=100)
+    print(text, pictures, vibecalc.accuracy(case, stages="kinematics", longest=1.0))
+    same: bool = vibecalc.diff(first, path, rules="rules.toml").same
+    return float(quantity.values) if same else 0.0
+"""
+
+
+@pytest.mark.long
+def test_a_script_that_calls_everything_passes_strict_types(tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(TYPED, encoding="utf-8")
+    cache = ["--cache-dir", str(ROOT / ".mypy_cache")]
+    checked = subprocess.run(
+        [sys.executable, "-m", "mypy", "--strict", *cache, str(script)],
+        capture_output=True, text=True, cwd=ROOT,
+    )  # fmt: skip
+    assert checked.returncode == 0, checked.stdout

@@ -1,0 +1,93 @@
+"""What every command says, and how: `--quiet`, `--verbose` and `--json` are the same for all."""
+
+import inspect
+import time
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from vibecalc.core.results.steps import listen, step
+
+Quiet = Annotated[
+    bool, typer.Option("--quiet", "-q", help="Print nothing but problems, and JSON if asked for.")
+]
+Verbose = Annotated[
+    bool, typer.Option("--verbose", "-v", help="Tell each step with its time, on stderr.")
+]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout and nothing else.")]
+_COMMON = {"json": Json, "quiet": Quiet, "verbose": Verbose}
+
+
+class _Asked:
+    """What the command that runs was asked to say."""
+
+    json = quiet = verbose = False
+
+    @property
+    def silent(self) -> bool:
+        """Whether no words go to stdout."""
+        return self.json or self.quiet
+
+
+asked = _Asked()
+
+
+def spoken(function: Callable[..., None], *, json: bool = True) -> Callable[..., None]:
+    """A command with the common options; `json` is False where its words are its result."""
+    common = {name: kind for name, kind in _COMMON.items() if json or name != "json"}
+
+    @wraps(function)
+    def command(**given: Any) -> None:
+        for name in _COMMON:
+            setattr(asked, name, given.pop(name, False))
+        began = time.perf_counter()
+        if asked.verbose:
+            listen(lambda words: note(f"{time.perf_counter() - began:9.3f} s  {words}"))
+        try:
+            step(f"vibecalc {function.__name__}")
+            function(**given)
+        finally:
+            step("end")
+            listen(None)
+
+    keyword = inspect.Parameter.KEYWORD_ONLY
+    extra = [
+        inspect.Parameter(name, keyword, default=False, annotation=kind)
+        for name, kind in common.items()
+    ]
+    own = inspect.signature(function)
+    made: Any = command
+    made.__signature__ = own.replace(parameters=[*own.parameters.values(), *extra])
+    made.__annotations__ = {**function.__annotations__, **common}
+    return command
+
+
+def say(text: str, *, nl: bool = True) -> None:
+    """Words on stdout, unless nobody wants them."""
+    if not asked.silent:
+        typer.echo(text, nl=nl)
+
+
+def say_json(data: Any) -> None:
+    """The object of `--json` on stdout."""
+    import json
+
+    typer.echo(json.dumps(data, indent=2, allow_nan=False))
+
+
+def say_written(*paths: Path, **more: Any) -> None:
+    """Which files were written: a line for each, or `written` of an object with `more`."""
+    if asked.json:
+        say_json({**more, "written": [str(path) for path in paths]})
+    for path in paths:
+        say(f"wrote {path}")
+
+
+def note(text: str) -> None:
+    """Words on stderr, in colours where it is a terminal."""
+    from vibecalc.cli.colours import coloured
+
+    typer.echo(coloured(text), err=True, color=True)
