@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("matplotlib")
 import matplotlib
 import notebook
-from test_docs_python import same
+from page_run import same
 
 
 def size(image: str) -> tuple[int, int]:

@@ -145,14 +145,14 @@ def compare(shown: str, printed: str) -> None:
     """PageError unless the lines shown are among those printed, in their order."""
     left = iter(printed.splitlines())
     for line in shown.splitlines():
-        if line.strip() not in ("", "...") and not any(_same(line, one) for one in left):
+        if line.strip() not in ("", "...") and not any(same(line, one) for one in left):
             raise PageError(f"this is shown and not printed: {line.strip()}\nprinted:\n{printed}")
 
 
-def _same(shown: str, printed: str) -> bool:
+def same(shown: str, printed: str) -> bool:
     """Equal words, and numbers equal to nine digits; errors (1e-14) to their size."""
     words, others = shown.split(), printed.split()
-    if words[-1] == "...":
+    if words and words[-1] == "...":
         words = words[:-1]
         others = others[: len(words)]
     one, other = " ".join(words), " ".join(others)

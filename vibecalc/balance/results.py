@@ -18,7 +18,7 @@ ENTRIES = (
         "kg*m",
         "mass times radius of a weight",
         headline=Headline(
-            "unbalance that is sought", "g*mm", pick="each",
+            "balance weight", "g*mm", pick="each",
             words="vibecalc.balance.report:angle_of",
         ),
     ),
