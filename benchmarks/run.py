@@ -25,7 +25,7 @@ THREADS = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THR
 #: in this order; what is not there is left out
 NAMES = (
     "start_up", "kernels", "response", "impact", "search", "absorber", "roll", "torsion", "sweep",
-    "defaults", "needs", "sizes", "best_possible",
+    "defaults", "needs", "sizes", "scaling", "best_possible",
 )  # fmt: skip
 
 #: rows of the front page: how what, way and yardstick begin

@@ -150,3 +150,30 @@ def test_listed_values_are_drawn_with_equal_chances():
     found = course.drawn(shares)
     assert [int(np.sum(found == value)) for value in (3.0, 1.0, 2.0)] == [100, 100, 100]
     assert np.all(course.drawn(np.array([np.nextafter(1.0, 0.0)])) == 2.0)
+
+
+def decimals(least):
+    return st.builds(
+        lambda digits, places: Fraction(digits, 10**places),
+        st.integers(least, 10**17),
+        st.integers(0, 20),
+    )
+
+
+@given(decimals(-(10**17)), decimals(-(10**17)), st.integers(2, 10**9), st.data())
+def test_equal_steps_are_the_doubles_next_to_the_fractions(start, stop, count, data):
+    place = data.draw(st.lists(st.integers(0, count - 1), min_size=1, max_size=5))
+    steps = SpacedValues(start=start, stop=stop, factor=1.0, log=False, count=count)
+    exact = [float(start + (stop - start) * Fraction(k, count - 1)) for k in place]
+    assert steps.at(np.array(place)).tolist() == exact
+
+
+@given(decimals(1), decimals(1), st.integers(2, 10**9), st.data())
+def test_equal_ratios_are_those_of_single_points(start, stop, count, data):
+    place = data.draw(st.integers(0, count - 1))
+    ratios = SpacedValues(start=start, stop=stop, factor=1.0, log=True, count=count)
+    with mpmath.workdps(40):
+        share = mpmath.mpf(place) / (count - 1)
+        first, last = (mpmath.mpf(x.numerator) / x.denominator for x in (start, stop))
+        exact = first * (last / first) ** share
+        assert abs(ratios.at(np.array([place]))[0] / exact - 1) < 2e-14

@@ -1,13 +1,21 @@
 """Running totals of every revolution, from the power series of smooth segments of motion."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.impact.linkage import FREE, Law, Train, spring_energy
+from vibecalc.impact.linkage import FREE, Train, spring_energy
 from vibecalc.impact.roots import bernstein, evaluate, halves, sign_changes, single_root
-from vibecalc.impact.setup import DEGREE, MOMENTS, Setup, harmonics, moments
-from vibecalc.numerics.rounding import FloatArray, IntArray
+from vibecalc.impact.setup import (
+    DEGREE,
+    MOMENTS,
+    POWERS,
+    WEIGHTS,
+    Setup,
+    harmonics,
+    moments,
+)
+from vibecalc.numerics.rounding import BoolArray, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
 # Integrals and the highest force of one smooth segment of motion, from its power series.
@@ -18,19 +26,14 @@ _DEEPEST = 20
 #: points that bracket the extremes of a force
 _SAMPLES = 33
 
-_nodes, _weights = np.polynomial.legendre.leggauss(DEGREE + 1)
-#: a Gauss rule on [0, 1] that is exact for products of two series
-POINTS = 0.5 * (1.0 + _nodes)
-WEIGHTS = 0.5 * _weights
-_POWERS = POINTS[:, None] ** np.arange(DEGREE + 1)
 _RANK = np.arange(1.0, DEGREE + 2.0)
 
 
 def at_points(series: FloatArray) -> FloatArray:
     """Values (points, ...) of series (terms, ...) at POINTS."""
     terms = len(series)
-    flat = _POWERS[:, :terms] @ series.reshape(terms, -1)
-    return flat.reshape(len(POINTS), *series.shape[1:])
+    flat = POWERS[:, :terms] @ series.reshape(terms, -1)
+    return flat.reshape(len(POWERS), *series.shape[1:])
 
 
 def mean(values: FloatArray) -> FloatArray:
@@ -63,7 +66,7 @@ def absolute_mean(force: FloatArray) -> FloatArray:
         if np.any(once):
             count = int(np.count_nonzero(once))
             root = single_root(force[:, once], np.zeros(count), np.ones(count))
-            before = evaluate(area[:, once], root)[0]
+            before = evaluate(area[:, once], root)
             parts = np.abs(before) + np.abs(whole[once] - before)
             np.add.at(total, owner[once], weight * parts)
         crossing = changes > 1
@@ -93,10 +96,10 @@ def highest(force: FloatArray, floor: FloatArray) -> FloatArray:
     top = size[best, np.arange(len(worth))]
     slope = derivative(part)
     low, high = grid[np.maximum(best - 1, 0)], grid[np.minimum(best + 1, _SAMPLES - 1)]
-    turns = evaluate(slope, low)[0] * evaluate(slope, high)[0] < 0.0
+    turns = evaluate(slope, low) * evaluate(slope, high) < 0.0
     if np.any(turns):
         at = single_root(slope[:, turns], low[turns], high[turns])
-        top[turns] = np.maximum(top[turns], np.abs(evaluate(part[:, turns], at)[0]))
+        top[turns] = np.maximum(top[turns], np.abs(evaluate(part[:, turns], at)))
     result[worth] = np.maximum(floor[worth], top)
     return result
 
@@ -117,8 +120,9 @@ class MotionSegment(NamedTuple):
     """One smooth segment of motion of each run `members` (A,): series in the fraction s of it.
 
     `velocity` (k, G, A) and `force` (k, G, A) of the gaps, `pin_velocity` (k, A) and `gas`
-    (2, A) series, `tangent` (k, A) or None; `side` (G, A); `duration` (A,) in s, zero for runs
-    that stood still; `panel`, `offset` and `length` its place in rad.
+    (2, A) series, `tangent` (k, A) or None; `spring`, `damper` and `side` (G, A); `duration` (A,)
+    in s, zero for runs that stood still; `revolution`, and `panel`, `offset` and `length` its
+    place in it in rad.
     """
 
     members: IntArray
@@ -127,92 +131,143 @@ class MotionSegment(NamedTuple):
     pin_velocity: FloatArray
     gas: FloatArray
     tangent: FloatArray | None
+    spring: FloatArray
+    damper: FloatArray
     side: IntArray
     duration: FloatArray
+    revolution: IntArray
     panel: IntArray
     offset: FloatArray
     length: FloatArray
 
 
-class Ledger(NamedTuple):
-    """Totals of the running revolution (G, B) or (B,), moments (G, B, p, MOMENTS), and the books.
+#: segments that are entered into the books at once
+_SEGMENTS = 4096
 
-    `book` holds the totals of the ended revolutions, with one more axis, and the states.
+
+class Ledger(NamedTuple):
+    """The books of a batch: totals (G, B, revolutions) or (B, revolutions), and the energies.
+
+    Segments wait until there are many of them. `moments` (G, B, 2, p, MOMENTS) are those of the
+    running revolution of each run, and of the one before for runs (B,) that are `closing`.
     """
 
-    totals: dict[str, FloatArray]
-    moments: FloatArray
     book: dict[str, FloatArray]
+    moments: FloatArray
     spectra: np.ndarray
     first_contacts: FloatArray
     contacts_counted: IntArray
+    waiting: list[MotionSegment]
+    closed: list[tuple[IntArray, IntArray]]
+    closing: BoolArray
 
 
 def open_ledger(setup: Setup, revolutions: int) -> Ledger:
     """Empty books for a batch."""
     gaps, members = setup.train.gaps.clearance.shape
-    totals: dict[str, FloatArray] = {name: np.zeros((gaps, members)) for name in _PER_GAP}
-    totals |= {name: np.zeros(members) for name in _PER_RUN}
-    book: dict[str, FloatArray] = {
-        name: np.zeros((*total.shape, revolutions)) for name, total in totals.items()
-    }
-    for name in ("gap", "velocity"):
+    book: dict[str, FloatArray] = {}
+    for name in _PER_GAP:
         book[name] = np.zeros((gaps, members, revolutions))
+    for name in _PER_RUN:
+        book[name] = np.zeros((members, revolutions))
     for name in ("axial_energy", "lateral_energy"):
         book[name] = np.zeros((members, revolutions + 1))
     orders = setup.transform.phase.shape[1]
     return Ledger(
-        totals,
-        np.zeros((gaps, members, len(setup.panels.start), MOMENTS)),
         book,
+        np.zeros((gaps, members, 2, len(setup.panels.start), MOMENTS)),
         np.zeros((gaps, members, revolutions, orders), dtype=np.complex128),
         np.full((gaps, members, FIRST_CONTACTS), np.inf),
         np.zeros((gaps, members), dtype=np.int64),
+        [],
+        [],
+        np.zeros(members, dtype=np.bool_),
     )
 
 
-def add_segment(ledger: Ledger, setup: Setup, segment: MotionSegment, law: Law) -> None:
-    """Integrals of a segment: forces, times, losses and works."""
-    totals, members, train = ledger.totals, segment.members, setup.train
+def add_segment(ledger: Ledger, setup: Setup, segment: MotionSegment) -> None:
+    """Put a segment to those that wait, and enter them all when they are many."""
+    ledger.waiting.append(segment)
+    if sum(len(each.members) for each in ledger.waiting) >= _SEGMENTS:
+        settle(ledger, setup)
+
+
+def settle(ledger: Ledger, setup: Setup) -> None:
+    """Enter the segments that wait, and the spectra of the revolutions that have ended."""
+    if ledger.waiting:
+        joined: list[Any] = [
+            None if parts[0] is None else np.concatenate(parts, axis=-1)
+            for parts in zip(*ledger.waiting, strict=True)
+        ]
+        _enter(ledger, setup, MotionSegment(*joined))
+    for members, revolution in ledger.closed:
+        for each, sums in enumerate(ledger.moments):
+            values = harmonics(sums[members, revolution % 2], setup.transform)
+            ledger.spectra[each, members, revolution] = values
+        ledger.moments[:, members, revolution % 2] = 0.0
+    ledger.closing[:] = False
+    ledger.waiting.clear()
+    ledger.closed.clear()
+
+
+def _enter(ledger: Ledger, setup: Setup, segment: MotionSegment) -> None:
+    """Integrals of segments: forces, times, losses and works."""
+    book, members, train = ledger.book, segment.members, setup.train
     axial = slice(0, train.bore)
     velocity, force = at_points(segment.velocity), at_points(segment.force)
     pin_velocity = at_points(segment.pin_velocity)
     duration, touching = segment.duration, segment.side != FREE
-    loss = law.damper * mean(velocity * velocity) * duration
+    loss = segment.damper * mean(velocity * velocity) * duration
     pin_work = mean(force[:, train.pin] * pin_velocity) * duration
     piston = pin_velocity - np.sum(velocity[:, axial], axis=1)
     gas_work = mean(at_points(segment.gas) * piston) * duration
-    totals["contact_loss"][:, members] += np.where(touching, loss, 0.0)
-    totals["film_loss"][:, members] += np.where(touching, 0.0, loss)
-    totals["contact_time"][:, members] += np.where(touching, duration, 0.0)
-    totals["pin_work"][members] += pin_work
-    totals["gas_work"][members] += gas_work
+
+    gaps, runs, revolutions = book["peak"].shape
+    in_run = members * revolutions + segment.revolution
+    in_gap = np.arange(gaps)[:, None] * (runs * revolutions) + in_run
+
+    def add(name: str, place: IntArray, values: FloatArray) -> None:
+        np.add.at(book[name].reshape(-1), place.reshape(-1), values.reshape(-1))
+
+    add("contact_loss", in_gap, np.where(touching, loss, 0.0))
+    add("film_loss", in_gap, np.where(touching, 0.0, loss))
+    add("contact_time", in_gap, np.where(touching, duration, 0.0))
+    add("pin_work", in_run, pin_work)
+    add("gas_work", in_run, gas_work)
     exchanged = np.abs(pin_work) + np.abs(gas_work) + np.sum(loss[axial], axis=0)
-    totals["axial_exchanged"][members] += exchanged
+    add("axial_exchanged", in_run, exchanged)
     if train.bore is not None and segment.tangent is not None:
         pull = force[:, 0] * at_points(segment.tangent)
         side_work = mean(pull * velocity[:, train.bore]) * duration
-        totals["side_work"][members] += side_work
-        totals["lateral_exchanged"][members] += np.abs(side_work) + loss[train.bore]
+        add("side_work", in_run, side_work)
+        add("lateral_exchanged", in_run, np.abs(side_work) + loss[train.bore])
 
-    pulling = ((law.spring > 0.0) | (law.damper > 0.0)) & (duration > 0.0)
-    gap, run = np.nonzero(pulling)
-    if not len(gap):
+    pulling = ((segment.spring > 0.0) | (segment.damper > 0.0)) & (duration > 0.0)
+    pulls = np.flatnonzero(pulling)
+    if not len(pulls):
         return
-    series, member = segment.force[:, gap, run], members[run]
+    gap, run = np.divmod(pulls, len(members))
+    place = in_gap.reshape(-1)[pulls]
+    series = segment.force.reshape(len(segment.force), -1).take(pulls, axis=1)
+    values = force.reshape(len(force), -1).take(pulls, axis=1)
     area = absolute_mean(series) * duration[run]
-    totals["absolute"][gap, member] += area
-    totals["contact_absolute"][gap, member] += np.where(touching[gap, run], area, 0.0)
-    totals["peak"][gap, member] = highest(series, totals["peak"][gap, member])
-    where = segment.panel[run]
-    ledger.moments[gap, member, where] += moments(
-        series, segment.offset[run], segment.length[run], setup.panels.width[where]
-    ).T
+    add("absolute", place, area)
+    add("contact_absolute", place, np.where(touching.reshape(-1)[pulls], area, 0.0))
+    peak = book["peak"].reshape(-1)
+    np.maximum.at(peak, place, np.max(np.abs(values), axis=0))
+    np.maximum.at(peak, place, highest(series, peak[place]))
+    panel = segment.panel[run]
+    found = moments(values, segment.offset[run], segment.length[run], setup.panels.width[panel])
+    panels = len(setup.panels.start)
+    row = ((gap * runs + members[run]) * 2 + segment.revolution[run] % 2) * panels + panel
+    np.add.at(ledger.moments.reshape(-1), row * MOMENTS + np.arange(MOMENTS)[:, None], found)
 
 
-def add_contact(ledger: Ledger, gap: IntArray, members: IntArray, moment: FloatArray) -> None:
+def add_contact(
+    ledger: Ledger, gap: IntArray, members: IntArray, revolution: IntArray, moment: FloatArray
+) -> None:
     """Count contacts made by `gap` (n,) of runs `members` (n,) at times `moment` (n,)."""
-    ledger.totals["count"][gap, members] += 1.0
+    ledger.book["count"][gap, members, revolution] += 1.0
     counted = ledger.contacts_counted[gap, members]
     early = counted < FIRST_CONTACTS
     ledger.first_contacts[gap[early], members[early], counted[early]] = moment[early]
@@ -227,17 +282,12 @@ def close_revolution(
     gap: FloatArray,
     velocity: FloatArray,
 ) -> None:
-    """Enter the totals of runs (n,) at the end of their revolution (n,), and start anew."""
-    for name, total in ledger.totals.items():
-        ledger.book[name][..., members, revolution] = total[..., members]
-        total[..., members] = 0.0
-    ledger.book["gap"][:, members, revolution] = gap
-    ledger.book["velocity"][:, members, revolution] = velocity
+    """Enter the energies of runs (n,) at the end of their revolution (n,), and close it."""
+    if np.any(ledger.closing[members]):
+        settle(ledger, setup)
+    ledger.closing[members] = True
+    ledger.closed.append((members, revolution))
     enter_energy(ledger, setup, members, revolution + 1, gap, velocity)
-    for each in range(len(gap)):
-        values = harmonics(ledger.moments[each, members], setup.transform)
-        ledger.spectra[each, members, revolution] = values
-    ledger.moments[:, members] = 0.0
 
 
 def enter_energy(
@@ -287,24 +337,24 @@ class Trace(NamedTuple):
     revolution: int
 
 
-def open_trace(gaps: int, members: int, samples: int, revolution: int) -> Trace:
-    """An empty trace of one revolution (counted from 0)."""
+def open_trace(gaps: int, members: int, samples: int, revolutions: int) -> Trace:
+    """An empty trace of the last revolution."""
     shape = (gaps, members, samples)
     angle = 2.0 * np.pi * np.arange(samples) / max(samples, 1)
     filled = np.zeros(members, dtype=np.int64)
-    return Trace(angle, np.zeros(shape), np.zeros(shape), filled, revolution)
+    return Trace(angle, np.zeros(shape), np.zeros(shape), filled, revolutions - 1)
 
 
-def record(
-    trace: Trace, segment: MotionSegment, gap: FloatArray, start: FloatArray, revolution: IntArray
-) -> None:
+def record(trace: Trace, segment: MotionSegment, gap: FloatArray, start: FloatArray) -> None:
     """Fill in the samples that fall into a segment with gap series (k, G, A) from `start` (A,).
 
     A sample belongs to the segment that it is the start of, not to the one before.
     """
     samples = len(trace.angle)
-    here = np.flatnonzero((revolution == trace.revolution) & (segment.length > 0.0))
-    while samples and len(here):
+    if not samples:
+        return
+    here = np.flatnonzero((segment.revolution == trace.revolution) & (segment.length > 0.0))
+    while len(here):
         members = segment.members[here]
         left = trace.filled[members] < samples
         here, members = here[left], members[left]
@@ -314,6 +364,6 @@ def record(
         here, members, following = here[inside], members[inside], following[inside]
         at = np.maximum(at[inside], 0.0)
         for each in range(gap.shape[1]):
-            trace.gap[each, members, following] = evaluate(gap[:, each, here], at)[0]
-            trace.force[each, members, following] = evaluate(segment.force[:, each, here], at)[0]
+            trace.gap[each, members, following] = evaluate(gap[:, each, here], at)
+            trace.force[each, members, following] = evaluate(segment.force[:, each, here], at)
         trace.filled[members] += 1

@@ -1,6 +1,7 @@
 """Roots of batches of polynomials on [0, 1], and the first time at which a gap leaves its side."""
 
 from functools import cache
+from itertools import pairwise
 from math import comb
 from typing import NamedTuple
 
@@ -52,24 +53,31 @@ def halves(coefficients: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def sign_changes(positive: BoolArray) -> IntArray:
-    """Number of changes along the first axis."""
-    return np.asarray(np.count_nonzero(positive[1:] != positive[:-1], axis=0))
+    """Number of changes along the first axis, of at most 128 entries."""
+    changed = (positive[1:] != positive[:-1]).view(np.int8)
+    return np.asarray(np.add.reduce(changed, axis=0, dtype=np.int8))
 
 
 def in_order(terms: FloatArray) -> FloatArray:
-    """Sum over the first axis, term after term whatever the shape (`np.sum` pairs some up)."""
+    """Sum over the first axis, term after term whatever the shape or the layout."""
+    if terms[0].size > 1 and terms.flags.c_contiguous:
+        return np.asarray(np.add.reduce(terms, axis=0))  # row after row
+    # here `np.sum` may pair some up
     return np.asarray(np.add.accumulate(terms, axis=0)[-1])
 
 
-def evaluate(coefficients: FloatArray, at: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Values and derivatives of polynomials (terms, n) at points (n,)."""
-    power = np.ones_like(coefficients)
-    power[1:] = at
-    np.cumprod(power, axis=0, out=power)
-    rank = np.arange(1.0, len(coefficients))[:, None]
-    value = in_order(coefficients * power)
-    slope = in_order(rank * coefficients[1:] * power[:-1])
-    return value, slope
+def powers(at: FloatArray, terms: int) -> FloatArray:
+    """Powers 0 to `terms` - 1 (terms, n) of points (n,), each the one before times the point."""
+    power = np.empty((terms, len(at)))
+    power[0] = 1.0
+    for before, now in pairwise(power):
+        np.multiply(before, at, out=now)
+    return power
+
+
+def evaluate(coefficients: FloatArray, at: FloatArray) -> FloatArray:
+    """Values of polynomials (terms, n) at points (n,)."""
+    return in_order(np.ascontiguousarray(coefficients * powers(at, len(coefficients))))
 
 
 def single_root(coefficients: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
@@ -81,17 +89,18 @@ def single_root(coefficients: FloatArray, start: FloatArray, end: FloatArray) ->
     by rounding, gives a point at one of the ends.
     """
     low, high = start.astype(np.float64), end.astype(np.float64)
-    sign = np.where(evaluate(coefficients, high)[0] > 0.0, 1.0, -1.0)
+    coefficients = np.ascontiguousarray(coefficients)
+    sign = np.where(evaluate(coefficients, high) > 0.0, 1.0, -1.0)
     at, last = _guess(coefficients, low, high), high - low
     result, left = at.copy(), np.arange(len(at))
-    rank = np.arange(1.0, len(coefficients))[:, None]
+    terms = len(coefficients)
+    # value, slope and sum of sizes are sums over one axis of these times the powers
+    table = np.zeros((terms, 3, len(at)))
+    table[:, 0] = coefficients
+    np.multiply(np.arange(1.0, terms)[:, None], coefficients[1:], out=table[:-1, 1])
+    np.abs(coefficients, out=table[:, 2])
     for _ in range(_MOST_ITERATIONS):
-        power = np.ones_like(coefficients)
-        power[1:] = at
-        np.cumprod(power, axis=0, out=power)
-        terms = coefficients * power
-        value = in_order(terms)
-        slope = in_order(rank * coefficients[1:] * power[:-1])
+        value, slope, size = np.add.reduce(table * powers(at, terms)[:, None], axis=0)
         beyond = sign * value > 0.0
         low, high = np.where(beyond, low, at), np.where(beyond, at, high)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -99,17 +108,17 @@ def single_root(coefficients: FloatArray, start: FloatArray, end: FloatArray) ->
         good = (newton >= low) & (newton <= high) & (np.abs(newton - at) <= 0.5 * last)
         following = np.where(good, newton, 0.5 * (low + high))
         last = np.abs(following - at)
-        rounding = np.abs(value) <= 4.0 * UNIT_ROUNDOFF * in_order(np.abs(terms))
+        rounding = np.abs(value) <= 4.0 * UNIT_ROUNDOFF * size
         done = rounding | (last <= 2.0 * EPSILON * at) | (high - low <= 2.0 * EPSILON * high)
         # a value that is all rounding says nothing of where to go next
         at = np.where(rounding, at, following)
         result[left] = at
-        if np.all(done):
+        more = np.flatnonzero(~done)
+        if not len(more):
             break
-        if np.any(done):
-            more = ~done
-            left, at, last, sign = left[more], at[more], last[more], sign[more]
-            low, high, coefficients = low[more], high[more], coefficients[:, more]
+        if len(more) < len(left):
+            left, table = left[more], table.take(more, axis=2)
+            at, last, sign, low, high = (one[more] for one in (at, last, sign, low, high))
     return result
 
 
@@ -163,18 +172,23 @@ def first_crossing(series: FloatArray, law: Law, on_face: IntArray, level: IntAr
     the wrong side, or on its face and moving out, crosses at once: fraction 0.
     """
     shape = bernstein(series)
-    # z = face + s q(s): q has the power coefficients 1, 2, .. of z
-    leaving = bernstein(series[1:])
-    leaving = np.concatenate([leaving, leaving[-1:]])
-    inside_lower = np.where(on_face == -1, leaving > 0.0, shape > law.lower)
-    inside_upper = np.where(on_face == 1, leaving < 0.0, shape < law.upper)
-    # at rest on a face the second coefficient decides
-    at_standstill = (on_face != 0) & (series[1] == 0.0)
-    inside_lower[0] = np.where(at_standstill, inside_lower[1], inside_lower[0])
-    inside_upper[0] = np.where(at_standstill, inside_upper[1], inside_upper[0])
+    inside = np.empty((len(shape), 2, *shape.shape[1:]), dtype=np.bool_)
+    np.greater(shape, law.lower, out=inside[:, 0])
+    np.less(shape, law.upper, out=inside[:, 1])
+    which, run = np.nonzero(on_face)
+    if len(run):
+        # z = face + s q(s): q has the power coefficients 1, 2, .. of z
+        above = on_face[which, run] > 0
+        leaving = bernstein(series[1:, which, run])
+        moving = np.where(above, leaving < 0.0, leaving > 0.0)
+        moving = np.concatenate([moving, moving[-1:]])
+        # at rest on a face the second coefficient decides
+        moving[0] = np.where(series[1, which, run] == 0.0, moving[1], moving[0])
+        inside[:, above.astype(np.int64), which, run] = moving
 
-    outside = np.where(inside_lower[0], 0, -1) + np.where(inside_upper[0], 0, 1)
-    changes = np.stack([sign_changes(inside_lower), sign_changes(inside_upper)])
+    # -1 beyond the lower face, 1 beyond the upper
+    outside = inside[0, 0].view(np.int8) - inside[0, 1].view(np.int8)
+    changes = sign_changes(inside)
     at_once = np.any(outside != 0, axis=0)
     unclear = np.any(changes > 1, axis=(0, 1)) & ~at_once
     halve = unclear & (level < DEEPEST)
@@ -184,11 +198,10 @@ def first_crossing(series: FloatArray, law: Law, on_face: IntArray, level: IntAr
     direction = np.where(at_once, outside[gap, np.arange(runs)], 0)
 
     # crossings of a face: one change, or (deepest level) a last value outside
-    ends_out = np.stack([~inside_lower[-1], ~inside_upper[-1]])
-    crosses = ends_out & ~(halve | at_once)
+    crosses = ~(inside[-1] | halve | at_once)
     face, which, run = np.nonzero(crosses)
     if len(run):
-        coefficients = series[:, which, run].copy()
+        coefficients = np.array(series[:, which, run], order="C")
         coefficients[0] -= np.where(face == 0, law.lower[which, run], law.upper[which, run])
         started = on_face[which, run] == np.where(face == 0, -1, 1)
         coefficients[:-1, started] = coefficients[1:, started]

@@ -1,6 +1,6 @@
 """An ensemble of runs, how fast neighbours part, and the first contacts that all methods share."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from vibecalc.impact.linkage import (
     spread_starts,
     velocity_scale,
 )
-from vibecalc.impact.simulate import GapRecord, Revolutions, simulate
+from vibecalc.impact.simulate import GapRecord, Revolutions, end_states, simulate
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 
 # ----------------------------------------------------------------------------
@@ -145,20 +145,27 @@ def follow_events(
 ) -> Revolutions:
     """The event-exact motion of a batch (B,) that differs in clearance and start (B, G)."""
     return simulate(
-        linkage.drive,
-        linkage.gas,
-        linkage.mass,
-        linkage.wrist_pin._replace(clearance=clearance),
-        start.gap,
-        start.velocity,
+        gap=start.gap,
+        gap_velocity=start.velocity,
         revolutions=revolutions,
         orders_retained=orders,
-        crank_joint=linkage.crank_pin,
-        rod_mass=linkage.rod_mass,
-        wall=linkage.bore,
         samples=samples,
         subdivision=subdivision,
+        **_running_gear(linkage, clearance),
     )
+
+
+def _running_gear(linkage: Linkage, clearance: FloatArray) -> dict[str, Any]:
+    """Arguments of every method for the linkage with clearances (B,) of the wrist pin."""
+    return {
+        "drive": linkage.drive,
+        "gas": linkage.gas,
+        "mass": linkage.mass,
+        "joint": linkage.wrist_pin._replace(clearance=clearance),
+        "crank_joint": linkage.crank_pin,
+        "rod_mass": linkage.rod_mass,
+        "wall": linkage.bore,
+    }
 
 
 def run_ensemble(linkage: Linkage, study: Study, perturbation: float) -> Ensemble:
@@ -180,13 +187,19 @@ def run_ensemble(linkage: Linkage, study: Study, perturbation: float) -> Ensembl
     each = np.repeat(study.clearance, shape[1])
     state = Starts(*(part.reshape(-1, shape[2]) for part in start))
     gaps, velocities = [state.gap[:, None]], [state.velocity[:, None]]
-    # the revolutions to forget need no spectra
-    for turns, highest in ((study.discard, 1), (study.revolutions, study.orders)):
-        if turns:
-            run = follow_events(linkage, each, state, turns, highest)
-            gaps.append(run.end_gap)
-            velocities.append(run.end_velocity)
-            state = Starts(run.end_gap[:, -1], run.end_velocity[:, -1])
+    if study.discard:
+        forgotten = end_states(
+            gap=state.gap,
+            gap_velocity=state.velocity,
+            revolutions=study.discard,
+            **_running_gear(linkage, each),
+        )
+        gaps.append(forgotten.gap)
+        velocities.append(forgotten.velocity)
+        state = Starts(forgotten.gap[:, -1], forgotten.velocity[:, -1])
+    run = follow_events(linkage, each, state, study.revolutions, study.orders)
+    gaps.append(run.end_gap)
+    velocities.append(run.end_velocity)
     gap, velocity = (
         np.concatenate(part, axis=1).reshape(*shape[:2], -1, shape[2])
         for part in (gaps, velocities)
@@ -220,19 +233,13 @@ def run_fixed_steps(linkage: Linkage, study: Study, method: str, steps: int) -> 
     start = spread_starts(linkage, study.clearance, study.members)
     shape = start.gap.shape
     run = simulate_fixed_steps(
-        linkage.drive,
-        linkage.gas,
-        linkage.mass,
-        linkage.wrist_pin._replace(clearance=np.repeat(study.clearance, study.members)),
-        start.gap.reshape(-1, shape[2]),
-        start.velocity.reshape(-1, shape[2]),
+        gap=start.gap.reshape(-1, shape[2]),
+        gap_velocity=start.velocity.reshape(-1, shape[2]),
         method=method,
         steps=steps,
         revolutions=study.discard + study.revolutions,
         orders_retained=study.orders,
-        crank_joint=linkage.crank_pin,
-        rod_mass=linkage.rod_mass,
-        wall=linkage.bore,
+        **_running_gear(linkage, np.repeat(study.clearance, study.members)),
     )
     return _forces(run, shape[:2], study.members, study.discard)
 

@@ -1,12 +1,11 @@
 """What stays the same while a batch runs: panels of crank angle, power series, transforms."""
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from vibecalc.errors import NumericalFailure, UsageError
-from vibecalc.impact.linkage import Drive, GasForce, Law, Train
+from vibecalc.impact.linkage import FREE, LOWER, UPPER, Drive, GasForce, Law, Train, law_of
 from vibecalc.impact.roots import in_order
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, ComplexArray, FloatArray, IntArray
 
@@ -117,14 +116,27 @@ def _drive_width(drive: Drive) -> float:
 
 #: longest step times the fastest rate of the contacts
 REACH = 1.75
+_RANK = np.arange(1.0, DEGREE + 1.0)
+
+
+class DrivePart(NamedTuple):
+    """Some columns of a table: sums of `factor` (m, c) times rows (m,) of the `waves`."""
+
+    columns: IntArray
+    factor: FloatArray
+    waves: slice
 
 
 class DriveTable(NamedTuple):
-    """Real tables (n, k): derivative k over k! is cosine . cos(n theta) + sine . sin(n theta)."""
+    """An angle series of a sum of harmonics `orders` (n,): columns k are its derivative k over k!.
+
+    Waves are cosine and sine of each order in turn. Columns that have one of the two alone, as
+    all of a symmetric drive, leave the other out.
+    """
 
     orders: FloatArray
-    cosine: FloatArray
-    sine: FloatArray
+    width: int
+    parts: tuple[DrivePart, ...]
 
 
 def pin_table(drive: Drive) -> DriveTable:
@@ -151,8 +163,20 @@ def _rising(orders: IntArray, values: np.ndarray) -> list[np.ndarray]:
 
 def _table(orders: IntArray, rows: np.ndarray) -> DriveTable:
     used = np.any(rows != 0.0, axis=0)
-    value = np.ascontiguousarray(rows[:, used].T)
-    return DriveTable(np.asarray(orders, dtype=np.float64)[used], value.real, -value.imag)
+    factor = np.empty((2 * int(np.count_nonzero(used)), len(rows)))
+    factor[0::2], factor[1::2] = rows[:, used].real.T, -rows[:, used].imag.T
+    cosine, sine = np.any(factor[0::2] != 0.0, axis=0), np.any(factor[1::2] != 0.0, axis=0)
+    kinds = (
+        (cosine & ~sine, slice(0, None, 2)),
+        (sine & ~cosine, slice(1, None, 2)),
+        (cosine & sine, slice(None)),
+    )
+    parts = tuple(
+        DrivePart(np.flatnonzero(mine), np.ascontiguousarray(factor[waves][:, mine]), waves)
+        for mine, waves in kinds
+        if np.any(mine)
+    )
+    return DriveTable(np.asarray(orders, dtype=np.float64)[used], len(rows), parts)
 
 
 def drive_series(table: DriveTable, angle: FloatArray) -> FloatArray:
@@ -160,12 +184,13 @@ def drive_series(table: DriveTable, angle: FloatArray) -> FloatArray:
 
     Sums run over the orders one by one, so that a run does not depend on its company in a batch.
     """
+    waves = np.empty((2 * len(table.orders), len(angle)))
     phase = table.orders[:, None] * angle
-    cosine, sine = np.cos(phase)[:, None, :], np.sin(phase)[:, None, :]
-    total = np.zeros((table.cosine.shape[1], len(angle)))
-    for n in range(len(table.orders)):
-        total += table.cosine[n][:, None] * cosine[n]
-        total += table.sine[n][:, None] * sine[n]
+    np.cos(phase, out=waves[0::2])
+    np.sin(phase, out=waves[1::2])
+    total = np.zeros((table.width, len(angle)))
+    for columns, factor, mine in table.parts:
+        total[columns] = in_order(factor[:, :, None] * waves[mine, None])
     return total
 
 
@@ -207,43 +232,48 @@ def motion_series(
     couple, push = couple * square, push * square
     if side_pull is not None:
         side_pull = side_pull * square
-    rate = law.damper / duration
+    rates = _RANK[:, None, None] * (law.damper / duration)
     z = np.empty((DEGREE + 1, gaps, members))
     force = np.empty((DEGREE, gaps, members))
     z[0], z[1] = gap, velocity * duration
+    damped = np.empty_like(gap)
     for k in range(DEGREE - 1):
-        force[k] = (
-            law.spring * (z[k] if k else z[0] - law.free_position) + (k + 1.0) * rate * z[k + 1]
-        )
+        np.multiply(law.spring, z[k] if k else z[0] - law.free_position, out=force[k])
+        np.multiply(rates[k], z[k + 1], out=damped)
+        force[k] += damped
         pull = couple[0] * force[k] if gaps == 1 else np.sum(couple * force[k], axis=1)
-        z[k + 2] = (push[k] - pull) / ((k + 1.0) * (k + 2.0))
+        np.subtract(push[k], pull, out=z[k + 2])
+        z[k + 2] /= (k + 1.0) * (k + 2.0)
         if side_pull is not None:
             lateral = in_order(side_pull[k::-1] * force[: k + 1, 0])
             z[k + 2, -1] += lateral / ((k + 1.0) * (k + 2.0))
     last = DEGREE - 1
-    force[last] = law.spring * z[last] + DEGREE * rate * z[DEGREE]
+    force[last] = law.spring * z[last] + rates[last] * z[DEGREE]
     return GapSeries(z, force)
 
 
 # ----------------------------------------------------------------------------
 # Harmonics of a force over one revolution from its moments on panels.
 #
-# On a panel of half width h around m, exp(-i n theta) is exp(-i n m) times a series of Legendre
-# polynomials whose coefficients die out faster than any power beyond n h. So the integrals of the
-# force times the first MOMENTS Legendre polynomials, summed up while a run passes the panel, hold
-# every harmonic to rounding, and the cost of a step does not depend on the number of orders.
+# On a panel of half width h around m, exp(-i n theta) is exp(-i n m) times a series of Chebyshev
+# polynomials whose coefficients, Bessel functions of n h, die out faster than any power beyond n h.
+# So the integrals of the force times the first MOMENTS of them, summed up while a run passes the
+# panel, hold every harmonic to rounding, and the cost of a step does not depend on the number of
+# orders.
 # ----------------------------------------------------------------------------
 
-#: Legendre polynomials kept: 5^28 / 57!! is below 1e-16, see the width in `panels.py`
+#: Chebyshev polynomials kept: 2 J_28(5) is below 1e-18, see _HALF_PHASE
 MOMENTS = 28
-#: points of a Gauss rule that integrates force series times Legendre polynomials exactly
-_POINTS = (DEGREE + MOMENTS) // 2 + 1
+#: points of a Gauss rule that integrates force series times these, or two series, exactly
+_COUNT = (DEGREE + MOMENTS) // 2 + 1
+#: pieces whose moments are taken at once: their tables stay in the cache
+_TOGETHER = 512
 
-_nodes, _weights = np.polynomial.legendre.leggauss(_POINTS)
-#: the rule on [0, 1], and the powers of its points (points, DEGREE)
-_AT = 0.5 * (1.0 + _nodes)
-_WEIGHT = 0.5 * _weights
-_POWERS = _AT[:, None] ** np.arange(DEGREE)
+_nodes, _weights = np.polynomial.legendre.leggauss(_COUNT)
+#: the rule on [0, 1], and the powers of its points (points, DEGREE + 1)
+POINTS = 0.5 * (1.0 + _nodes)
+WEIGHTS = 0.5 * _weights
+POWERS = POINTS[:, None] ** np.arange(DEGREE + 1)
 
 
 class Transform(NamedTuple):
@@ -261,29 +291,40 @@ def make_transform(panels: Panels, highest_order: int) -> Transform:
     phase = np.exp(-1j * np.outer(middle, orders)) / np.pi
     phase[:, 0] *= 0.5
     widths, kind = np.unique(np.round(panels.width, 13), return_inverse=True)
-    node, weight = np.polynomial.legendre.leggauss(MOMENTS + 24)
-    rows = np.array(list(_legendre(node)))
-    rank = (2.0 * np.arange(MOMENTS) + 1.0) * 0.5
+    count = MOMENTS + 24
+    node = np.pi * (np.arange(count) + 0.5) / count
+    rows = 2.0 / count * np.cos(np.outer(np.arange(MOMENTS), node))
+    rows[0] *= 0.5
     shape = []
     for each in range(len(widths)):
         # panels of one kind differ by rounding; their moments count from the mean width
         half = 0.5 * np.mean(panels.width[kind == each])
-        wave = np.exp(-1j * half * np.outer(node, orders)) * weight[:, None]
-        shape.append(rank[:, None] * (rows @ wave))
+        shape.append(rows @ np.exp(-1j * half * np.outer(np.cos(node), orders)))
     return Transform(phase, np.array(shape), np.asarray(kind.reshape(-1), dtype=np.int64))
 
 
 def moments(
     force: FloatArray, offset: FloatArray, length: FloatArray, width: FloatArray
 ) -> FloatArray:
-    """Moments (MOMENTS, n) of pieces of force series (DEGREE, n), in N rad.
+    """Moments (MOMENTS, n) of pieces of force with values (points, n) at POINTS, in N rad.
 
     A piece begins at `offset` (n,) from the start of its panel and is `length` (n,) long, the
     panel is `width` (n,) wide, all in rad.
     """
-    pull = (_POWERS @ force) * (_WEIGHT[:, None] * length)
-    place = (offset + length * _AT[:, None]) / (0.5 * width) - 1.0
-    return np.array([np.einsum("qn,qn->n", row, pull) for row in _legendre(place)])
+    found = np.empty((MOMENTS, force.shape[1]))
+    for first in range(0, force.shape[1], _TOGETHER):
+        some = slice(first, first + _TOGETHER)
+        pull = force[:, some] * (WEIGHTS[:, None] * length[some])
+        place = (offset[some] + length[some] * POINTS[:, None]) / (0.5 * width[some]) - 1.0
+        np.sum(pull, axis=0, out=found[0, some])
+        before, now, twice = np.ones_like(place), place, 2.0 * place
+        for rank in range(1, MOMENTS):
+            np.einsum("qn,qn->n", now, pull, out=found[rank, some])
+            # Chebyshev polynomials: T_(k+1) = 2 x T_k - T_(k-1)
+            following = twice * now
+            following -= before
+            before, now = now, following
+    return found
 
 
 def harmonics(values: FloatArray, transform: Transform) -> ComplexArray:
@@ -291,21 +332,17 @@ def harmonics(values: FloatArray, transform: Transform) -> ComplexArray:
 
     `values` (n, p, MOMENTS) are the moments over one revolution, already in N rad.
     """
-    total = np.zeros((len(values), transform.phase.shape[1]), dtype=np.complex128)
+    count, orders = len(values), transform.phase.shape[1]
+    total = np.zeros((count, orders), dtype=np.complex128)
     for each in range(len(transform.shape)):
         mine = transform.kind == each
-        turned = np.swapaxes(values[:, mine], 1, 2) @ transform.phase[mine]
-        total += np.sum(turned * transform.shape[each], axis=1)
+        rows = np.swapaxes(values[:, mine], 1, 2).reshape(count * MOMENTS, -1)
+        # real times complex, as one real product
+        turned = (rows @ transform.phase[mine].view(np.float64)).view(np.complex128)
+        total += np.einsum(
+            "nmk,mk->nk", turned.reshape(count, MOMENTS, orders), transform.shape[each]
+        )
     return total
-
-
-def _legendre(at: FloatArray) -> Iterator[FloatArray]:
-    """Legendre polynomials 0 to MOMENTS - 1 at the given points, one after the other."""
-    before, now = np.ones_like(at), at
-    yield before
-    for rank in range(1, MOMENTS):
-        yield now
-        before, now = now, ((2 * rank + 1) * at * now - rank * before) / (rank + 1)
 
 
 # ----------------------------------------------------------------------------
@@ -319,9 +356,13 @@ _SHORTEST_CONTACT = 1e-9
 
 
 class Setup(NamedTuple):
-    """Machine, crank-angle panels and tables; `rate_couple` (G, G, B) bounds all couplings."""
+    """Machine, crank-angle panels and tables; `rate_couple` (G, G, B) bounds all couplings.
+
+    `laws` (5, 3, G, B) are the force laws in the lower contact, free and in the upper contact.
+    """
 
     train: Train
+    laws: FloatArray
     speed: float
     panels: Panels
     pin: DriveTable
@@ -351,15 +392,18 @@ def make_setup(
     _refuse_hard_contacts(train, rate_couple, drive.speed)
     panels = make_panels(drive, gas, highest_order, subdivision)
     pin = pin_table(drive)
+    shape = train.gaps.clearance.shape
+    laws = [law_of(train.gaps, np.full(shape, side)) for side in (LOWER, FREE, UPPER)]
     return Setup(
         train,
+        np.stack([np.stack(law) for law in laws], axis=1),
         drive.speed,
         panels,
         pin,
         tangent,
         rate_couple,
         make_transform(panels, highest_order),
-        float(np.sum(pin.cosine[:, 0])),
+        float(drive_series(pin, np.zeros(1))[0, 0]),
     )
 
 

@@ -19,6 +19,7 @@ from vibecalc.impact.ledger import (
     open_ledger,
     open_trace,
     record,
+    settle,
 )
 from vibecalc.impact.linkage import (
     FREE,
@@ -28,11 +29,10 @@ from vibecalc.impact.linkage import (
     Law,
     Train,
     assemble_train,
-    law_of,
     side_of,
     starts,
 )
-from vibecalc.impact.roots import Crossing, first_crossing, in_order
+from vibecalc.impact.roots import Crossing, first_crossing, in_order, powers
 from vibecalc.impact.setup import (
     MOST_STEPS,
     REACH,
@@ -54,7 +54,10 @@ _MOST_TURNS = 5
 
 @dataclass
 class State:
-    """Where every run is: gaps (G, B), their sides and faces, and its place on the crank (B,)."""
+    """Where every run is: gaps (G, B), their sides and faces, and its place on the crank (B,).
+
+    `end_gap` and `end_velocity` (G, B, revolutions) are those at the ends of revolutions.
+    """
 
     gap: FloatArray
     velocity: FloatArray
@@ -66,16 +69,25 @@ class State:
     level: IntArray
     turns: IntArray
     steps: IntArray
+    end_gap: FloatArray
+    end_velocity: FloatArray
 
 
-def sweep(setup: Setup, state: State, ledger: Ledger, trace: Trace, members: IntArray) -> None:
+class Books(NamedTuple):
+    """What is kept of the motion besides the ends of its revolutions."""
+
+    ledger: Ledger
+    trace: Trace
+
+
+def sweep(setup: Setup, state: State, books: Books | None, members: IntArray) -> None:
     """Advance the runs `members` by one step each, and keep the books."""
     train, panels = setup.train, setup.panels
-    gaps = train.gaps._replace(**{k: v[:, members] for k, v in train.gaps._asdict().items()})
     gap, velocity = state.gap[:, members], state.velocity[:, members]
     side, on_face = state.side[:, members], state.on_face[:, members]
     panel, offset, level = state.panel[members], state.offset[members], state.level[members]
-    law, mass = law_of(gaps, side), train.mass[members]
+    gaps = np.arange(len(gap))[:, None]
+    law, mass = Law(*setup.laws[:, side + 1, gaps, members]), train.mass[members]
 
     width = panels.width[panel]
     remaining = width - offset
@@ -88,15 +100,14 @@ def sweep(setup: Setup, state: State, ledger: Ledger, trace: Trace, members: Int
 
     angle = panels.start[panel] + offset
     pin = drive_series(setup.pin, angle)
-    powers = np.ones((len(pin) - 1, len(members)))
-    powers[1:] = step
-    np.cumprod(powers, axis=0, out=powers)
-    push = np.zeros((len(powers), len(gap), len(members)))
-    push[:, train.pin] = pin[1:] * powers
+    grown = powers(step, len(pin) - 1)
+    acceleration = pin[1:] * grown
+    push = np.zeros((len(grown), len(gap), len(members)))
+    push[:, train.pin] = acceleration
     slope = panels.gas_slope[panel]
     gas = np.stack([panels.gas[panel] + slope * offset, slope * step])
     push[:2, 0] -= gas / mass
-    tangent = None if setup.tangent is None else drive_series(setup.tangent, angle) * powers
+    tangent = None if setup.tangent is None else drive_series(setup.tangent, angle) * grown
     motion = motion_series(
         gap, velocity, law, train.couple[:, :, members], push, duration,
         None if tangent is None else tangent / mass,
@@ -106,21 +117,21 @@ def sweep(setup: Setup, state: State, ledger: Ledger, trace: Trace, members: Int
 
     crossing = first_crossing(motion.gap, law, on_face, level)
     taken = crossing.fraction
-    part = np.ones((len(motion.gap), len(members)))
-    part[1:] = taken
-    np.cumprod(part, axis=0, out=part)
+    part = powers(taken, len(motion.gap))
     gap_series = motion.gap * part[:, None]
-    speed_series = derivative(motion.gap) * part[:-1, None] / duration
-    force_series = motion.force * part[: len(motion.force), None]
-    acceleration = pin[1:] * powers * duration / np.arange(1.0, len(pin))[:, None]
-    pin_velocity = np.concatenate([pin[:1], acceleration * part[1 : len(pin)]])
-    segment = MotionSegment(
-        members, speed_series, force_series, pin_velocity, gas * part[:2],
-        None if tangent is None else tangent * part[: len(tangent)],
-        side, duration * taken, panel, offset, step * taken,
-    )  # fmt: skip
-    add_segment(ledger, setup, segment, law)
-    record(trace, segment, gap_series, angle, state.revolution[members])
+    speed_series = derivative(motion.gap) * part[:-1, None]
+    speed_series /= duration
+    if books is not None:
+        rank = np.arange(1.0, len(pin))[:, None]
+        segment = MotionSegment(
+            members, speed_series, motion.force * part[: len(motion.force), None],
+            np.concatenate([pin[:1], acceleration * duration / rank * part[1 : len(pin)]]),
+            gas * part[:2], None if tangent is None else tangent * part[: len(tangent)],
+            law.spring, law.damper, side, duration * taken,
+            state.revolution[members], panel, offset, step * taken,
+        )  # fmt: skip
+        add_segment(books.ledger, setup, segment)
+        record(books.trace, segment, gap_series, angle)
 
     moved = taken > 0.0
     state.gap[:, members] = in_order(gap_series)
@@ -128,13 +139,13 @@ def sweep(setup: Setup, state: State, ledger: Ledger, trace: Trace, members: Int
     state.on_face[:, members] = np.where(moved, 0, on_face)
     state.level[members] = np.where(crossing.halve, level + 1, np.maximum(level - moved, 0))
     end = offset + step * taken
-    _change_sides(setup, state, ledger, members, law, crossing, end)
+    _change_sides(setup, state, books, members, law, crossing, end)
 
     finished = (moved & (crossing.direction == 0) & whole) | (width - end <= 4.0 * EPSILON * width)
     state.panel[members] = panel + finished
     state.offset[members] = np.where(finished, 0.0, end)
     state.steps[members] += 1
-    _close(setup, state, ledger, members[state.panel[members] == len(panels.start)])
+    _close(setup, state, books, members[state.panel[members] == len(panels.start)])
     if np.max(state.steps[members]) > MOST_STEPS:
         run = members[np.argmax(state.steps[members])]
         raise NumericalFailure(
@@ -146,7 +157,7 @@ def sweep(setup: Setup, state: State, ledger: Ledger, trace: Trace, members: Int
 def _change_sides(
     setup: Setup,
     state: State,
-    ledger: Ledger,
+    books: Books | None,
     members: IntArray,
     law: Law,
     crossing: Crossing,
@@ -170,18 +181,24 @@ def _change_sides(
             f"on both of its sides hold it there, and the law of the contact, which jumps at the "
             f"face, does not say how; take the continuous law"
         )
+    if books is None:
+        return
     made = state.side[gap, member] != FREE
-    turns = 2.0 * np.pi * state.revolution[member]
-    angle = turns + setup.panels.start[state.panel[member]] + end[run]
-    add_contact(ledger, gap[made], member[made], angle[made] / setup.speed)
+    gap, member, end = gap[made], member[made], end[run[made]]
+    revolution = state.revolution[member]
+    angle = 2.0 * np.pi * revolution + setup.panels.start[state.panel[member]] + end
+    add_contact(books.ledger, gap, member, revolution, angle / setup.speed)
 
 
-def _close(setup: Setup, state: State, ledger: Ledger, members: IntArray) -> None:
+def _close(setup: Setup, state: State, books: Books | None, members: IntArray) -> None:
     """Turn over to the next revolution."""
     if not len(members):
         return
-    gap, velocity = state.gap[:, members], state.velocity[:, members]
-    close_revolution(ledger, setup, members, state.revolution[members], gap, velocity)
+    gap, velocity, revolution = state.gap[:, members], state.velocity[:, members], state.revolution
+    state.end_gap[:, members, revolution[members]] = gap
+    state.end_velocity[:, members, revolution[members]] = velocity
+    if books is not None:
+        close_revolution(books.ledger, setup, members, revolution[members], gap, velocity)
     state.revolution[members] += 1
     state.panel[members] = 0
     state.steps[members] = 0
@@ -263,8 +280,10 @@ class Revolutions(NamedTuple):
     angle: FloatArray
 
 
-def collect(setup: Setup, state: State, ledger: Ledger, trace: Trace) -> Revolutions:
+def collect(setup: Setup, state: State, books: Books) -> Revolutions:
     """The books of a finished batch as results."""
+    ledger, trace = books
+    settle(ledger, setup)
     book, train = ledger.book, setup.train
     loss = book["contact_loss"] + book["film_loss"]
     work = book["pin_work"] + book["gas_work"]
@@ -285,8 +304,8 @@ def collect(setup: Setup, state: State, ledger: Ledger, trace: Trace) -> Revolut
         lateral,
         book["pin_work"],
         book["gas_work"],
-        np.moveaxis(book["gap"], 0, -1),
-        np.moveaxis(book["velocity"], 0, -1),
+        np.moveaxis(state.end_gap, 0, -1),
+        np.moveaxis(state.end_velocity, 0, -1),
         trace.angle,
     )
 
@@ -379,25 +398,80 @@ def simulate(
     UsageError
         Parts that do not fit together.
     """
-    start, speed = starts(gap), starts(gap_velocity)
-    members = start.shape[1]
+    parts = (drive, gas, mass, joint, crank_joint, rod_mass, wall)
+    setup, state = _prepare(parts, gap, gap_velocity, revolutions, orders_retained, subdivision)
+    gaps, members = state.gap.shape
+    books = Books(open_ledger(setup, revolutions), open_trace(gaps, members, samples, revolutions))
+    everyone = np.arange(members)
+    enter_energy(books.ledger, setup, everyone, 0 * everyone, state.gap, state.velocity)
+    _march(setup, state, books, revolutions)
+    return collect(setup, state, books)
+
+
+class EndStates(NamedTuple):
+    """`gap` m and `velocity` m/s (B, revolutions, G) of the gaps at the ends of revolutions."""
+
+    gap: FloatArray
+    velocity: FloatArray
+
+
+def end_states(
+    drive: Drive,
+    gas: GasForce,
+    mass: ArrayLike,
+    joint: Joint,
+    gap: ArrayLike,
+    gap_velocity: ArrayLike,
+    *,
+    revolutions: int,
+    crank_joint: Joint | None = None,
+    rod_mass: ArrayLike | None = None,
+    wall: Joint | None = None,
+) -> EndStates:
+    """Where runs are after each revolution: the motion of `simulate`, of which nothing is kept.
+
+    It is that of `simulate` with `orders_retained` = 1, to the last bit. Parameters and errors
+    are those of `simulate`.
+    """
+    parts = (drive, gas, mass, joint, crank_joint, rod_mass, wall)
+    setup, state = _prepare(parts, gap, gap_velocity, revolutions, 1, 1)
+    _march(setup, state, None, revolutions)
+    return EndStates(np.moveaxis(state.end_gap, 0, -1), np.moveaxis(state.end_velocity, 0, -1))
+
+
+#: drive, gas, mass, wrist pin, crank pin, rod mass, bore
+_Parts = tuple[
+    Drive, GasForce, ArrayLike, Joint, Joint | None, ArrayLike | None, Joint | None
+]  # fmt: skip
+
+
+def _prepare(
+    parts: _Parts,
+    gap: ArrayLike,
+    velocity: ArrayLike,
+    revolutions: int,
+    orders: int,
+    subdivision: int,
+) -> tuple[Setup, State]:
+    drive, gas, mass, joint, crank_joint, rod_mass, wall = parts
+    start, speed = starts(gap), starts(velocity)
     rod = None if rod_mass is None else np.asarray(rod_mass, dtype=np.float64)
     piston = np.asarray(mass, dtype=np.float64)
-    train = assemble_train(members, piston, joint, crank_joint, rod, wall)
-    setup = make_setup(train, drive, gas, orders_retained, subdivision)
-    state = _first_state(train, start, speed)
-    ledger = open_ledger(setup, revolutions)
-    trace = open_trace(len(start), members, samples, revolutions - 1)
-    everyone = np.arange(members)
-    enter_energy(ledger, setup, everyone, 0 * everyone, state.gap, state.velocity)
+    train = assemble_train(start.shape[1], piston, joint, crank_joint, rod, wall)
+    setup = make_setup(train, drive, gas, orders, subdivision)
+    return setup, _first_state(train, start, speed, revolutions)
+
+
+def _march(setup: Setup, state: State, books: Books | None, revolutions: int) -> None:
+    """Every run to the end of its last revolution."""
+    everyone = np.arange(state.gap.shape[1])
     running = everyone
     while len(running):
-        sweep(setup, state, ledger, trace, running)
+        sweep(setup, state, books, running)
         running = everyone[state.revolution < revolutions]
-    return collect(setup, state, ledger, trace)
 
 
-def _first_state(train: Train, gap: FloatArray, velocity: FloatArray) -> State:
+def _first_state(train: Train, gap: FloatArray, velocity: FloatArray, revolutions: int) -> State:
     members = gap.shape[1]
 
     def zeros() -> np.ndarray:
@@ -415,4 +489,6 @@ def _first_state(train: Train, gap: FloatArray, velocity: FloatArray) -> State:
         zeros(),
         zeros(),
         zeros(),
+        np.zeros((*gap.shape, revolutions)),
+        np.zeros((*gap.shape, revolutions)),
     )

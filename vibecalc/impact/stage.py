@@ -107,7 +107,7 @@ SUBJECT = Subject(
         or (case.response is not None and case.response.impact is not None)
     ),
     units={
-        "contact_step": Unit(1.0e-3, "batched steps from contact to contact"),
+        "contact_step": Unit(6.0e-4, "batched steps from contact to contact"),
     },
     checks=("vibecalc.impact.checks:joint_problems",),
     sections=("vibecalc.impact.report:impact",),

@@ -185,8 +185,11 @@ def chunk_image(block: Block, identity: str) -> bytes:
         "cause": np.zeros(len(block.message), dtype=np.int32),
     }
     causes: dict[str, int] = {}
-    for row, message in enumerate(block.message):
-        arrays["cause"][row] = causes.setdefault(message, len(causes))
+    if len(set(block.message)) <= 1:  # as of points that are all done
+        causes.update(dict.fromkeys(block.message, 0))
+    else:
+        numbers = (causes.setdefault(message, len(causes)) for message in block.message)
+        arrays["cause"][:] = np.fromiter(numbers, dtype=np.int32, count=len(block.message))
     rows = []
     for number, (path, one) in enumerate(block.quantities.items()):
         arrays[f"values_{number}"] = one.values
@@ -247,7 +250,7 @@ def _block(arrays: Any, path: Path, identity: str) -> Block:
     return Block(
         indices=arrays["indices"],
         status=arrays["status"],
-        message=tuple(causes[cause] for cause in arrays["cause"]),
+        message=tuple(map(causes.__getitem__, arrays["cause"].tolist())),
         quantities={
             row["path"]: _quantity(arrays, number, row)
             for number, row in enumerate(about["quantities"])

@@ -53,8 +53,9 @@ def block_of(done: ChunkResult, keep: Sequence[str]) -> Block:
         rows = block.indices - points[0]
         parts.append((rows, block))
         status[rows] = block.status
-        for row, words in zip(rows, block.message, strict=True):
-            message[row] = words
+        if any(block.message):
+            for row, words in zip(rows, block.message, strict=True):
+                message[row] = words
     for lost in done.lost:
         status[lost.point - points[0]] = lost.status
         message[lost.point - points[0]] = lost.message

@@ -99,6 +99,10 @@ _QUANTILES: dict[str, Callable[..., np.ndarray]] = {
 # ----------------------------------------------------------------------------
 
 
+#: whole numbers up to here are doubles
+_EXACT = 1 << 53
+
+
 @dataclass(frozen=True, kw_only=True)
 class ValueList:
     """Values as given: numbers, or names of choices (then `at` counts them from 0)."""
@@ -162,7 +166,7 @@ class SpacedValues:
     def at(self, positions: np.ndarray) -> np.ndarray:
         """Values at positions along the axis: 0.3 is 0.3, a power of ten one."""
         unique, place = np.unique(positions, return_inverse=True)
-        numbers = np.array([self._number(position) for position in unique.tolist()])
+        numbers = self._spaced_by_ratio(unique) if self.log else self._spaced_evenly(unique)
         return numbers[place] * self.factor + 0.0
 
     def drawn(self, shares: np.ndarray) -> np.ndarray:
@@ -182,11 +186,32 @@ class SpacedValues:
         ends = {"from": str(self.start), "to": str(self.stop), "factor": self.factor}
         return {**ends, "spacing": spacing, "points": self.count}
 
-    def _number(self, position: int) -> float:
-        share = Fraction(position, (self.count or 2) - 1)
-        if self.log and 0 < share < 1:
-            return float(f"{self.start * (self.stop / self.start) ** float(share):.15g}")
-        return float(self.start + (self.stop - self.start) * share)
+    def _spaced_evenly(self, positions: np.ndarray) -> np.ndarray:
+        """The doubles next to start + (stop - start) position / (count - 1)."""
+        steps = (self.count or 2) - 1
+        # (first + slope position) / below in whole numbers
+        below = math.lcm(self.start.denominator, self.stop.denominator) * steps
+        first, last = int(self.start * below), int(self.stop * below)
+        slope = (last - first) // steps
+        if max(abs(first), abs(last), below) <= _EXACT:
+            # whole numbers that doubles hold: their quotient is rounded once
+            return np.asarray((first + slope * positions.astype(np.int64)) / float(below))
+        whole = (first + slope * position for position in positions.tolist())
+        return np.array([float(Fraction(number, below)) for number in whole])
+
+    def _spaced_by_ratio(self, positions: np.ndarray) -> np.ndarray:
+        """start (stop / start)^(position / (count - 1)) to 15 digits, and the ends themselves."""
+        steps = (self.count or 2) - 1
+        start, ratio = float(self.start), float(self.stop / self.start)
+        ends = {0: start, steps: float(self.stop)}
+        return np.array(
+            [
+                ends[position]
+                if position in ends
+                else float(f"{start * ratio ** (position / steps):.15g}")
+                for position in positions.tolist()
+            ]
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
