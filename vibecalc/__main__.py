@@ -13,7 +13,6 @@ import contextlib
 import copy
 import gc
 import io
-from types import ModuleType
 from typing import Any, NoReturn
 
 from vibecalc.errors import (
@@ -38,11 +37,7 @@ def main() -> NoReturn:
     for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")
     # Else pydantic looks through every installed package for plugins that we do not want.
-    # What finds none all the same imports mail and archives for it: an answer stands in its place.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
-    finds_none: Any = ModuleType("pydantic.plugin._loader")
-    finds_none.get_plugins = tuple
-    sys.modules.setdefault(finds_none.__name__, finds_none)
     # A title in letters that the terminal cannot show is no reason to stop.
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):

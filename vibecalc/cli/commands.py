@@ -13,7 +13,7 @@ from vibecalc.cli.sweep import Settings, Unset, merge, sweep
 from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, NumericalFailure, UsageError, VibecalcError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from vibecalc.core.case.load import LoadedCase
     from vibecalc.core.results.record import Result
@@ -152,15 +152,31 @@ def run(
     ] = None,
     settings: Settings = None,
     unset: Unset = None,
+    if_needed: Annotated[
+        bool,
+        typer.Option(
+            "--if-needed", help="Skip results that are up to date: case, files, settings, version."
+        ),
+    ] = False,
     full: Full = False,
 ) -> None:
     """Run cases: write outputs/<case>.h5 and outputs/<case>.txt and print a summary."""
-    from vibecalc.cli.outputs import result_paths, write_outputs
+    from vibecalc.cli.outputs import result_paths, up_to_date, write_outputs
 
-    loaded = _load(cases, settings, unset)
-    names = [case.name for case in loaded]
+    changes = (settings or (), unset or ())
+    kept = up_to_date(cases, output, *changes) if if_needed else {}
+    left = [case for case in cases if case not in kept]
+    loaded = _load(left, *changes) if left else []
+    names = [*(case.name for case in loaded), *(path.stem for path in kept)]
     paths = dict(zip(names, result_paths(names, output), strict=True))
     objects: list[dict[str, Any]] = []
+    for path in kept.values():
+        if asked.json:
+            from vibecalc.core.report.text import as_json
+            from vibecalc.core.results.store import read_result
+
+            objects.append(as_json(read_result(path), path, full=full) | {"written": []})
+        say(f"{path} is up to date")
 
     def run_one(case: "LoadedCase") -> str:
         result, path = _execute(case), paths[case.name]
@@ -484,7 +500,7 @@ def help_(
     named.get_help(typer.Context(named, info_name=command, parent=program))
 
 
-def _load(paths: list[Path], *changes: list[str] | None) -> "list[LoadedCase]":
+def _load(paths: list[Path], *changes: "Sequence[str] | None") -> "list[LoadedCase]":
     from vibecalc.core.study.execute import load_checked
 
     return load_checked(paths, *(change or () for change in changes))

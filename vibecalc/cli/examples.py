@@ -4,6 +4,7 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
     "run": (
         ("vibecalc run case.toml", "result and report into outputs/, a summary on the screen"),
         ("vibecalc run case.toml --set machine.speed='\"3000 rpm\"'", "with another speed"),
+        ("vibecalc run case.toml --if-needed", "only where case, files or settings have changed"),
     ),
     "check": (("vibecalc check case.toml", "every mistake with its line, or what a run would do"),),
     "verify": (("vibecalc verify case.toml", "for CI: exit 1 where a limit is broken"),),

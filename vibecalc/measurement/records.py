@@ -17,6 +17,7 @@ from vibecalc.core.case.csv_files import (
     numbers_of,
     read_columns,
 )
+from vibecalc.core.case.inputs import see
 from vibecalc.core.case.raw import Data, listed, nearest, read_number, table_at, tables_at
 from vibecalc.errors import Problem, UnitError
 from vibecalc.measurement.record_checks import base_frequency_of
@@ -325,6 +326,7 @@ def _path(folder: Path, name: str) -> Path:
         raise Unreadable("there is no such file", hint=near)
     if size > _LARGEST:
         raise Unreadable(f"the file is larger than {_LARGEST / 1e6:g} MB")
+    see(name, path)
     return path
 
 

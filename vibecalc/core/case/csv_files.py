@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from vibecalc.core.case.inputs import see
 from vibecalc.core.case.raw import nearest
 from vibecalc.core.results.steps import step
 from vibecalc.errors import UnitError
@@ -176,7 +177,9 @@ def read_text(
                 f"the file is larger than {LARGEST_FILE / 1e6:g} MB", f"up to {MOST_ROWS} lines"
             )
         with path.open("rb") as file:
-            text = file.read(LARGEST_FILE + 1).decode("utf-8-sig")
+            content = file.read(LARGEST_FILE + 1)
+        see(name, content)
+        text = content.decode("utf-8-sig")
         step(f"read {path}: {len(text.splitlines())} lines")
         return text
     except FileNotFoundError:

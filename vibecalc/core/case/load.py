@@ -14,6 +14,7 @@ from pydantic import ValidationError
 
 from vibecalc import __version__
 from vibecalc.core.case.data_files import attach_files
+from vibecalc.core.case.inputs import files_seen, inputs
 from vibecalc.core.case.locate import Location, Overridden, at_line
 from vibecalc.core.case.raw import Setting, apply_overrides
 from vibecalc.core.case.row_files import Rows, files_of_rows, with_line
@@ -81,6 +82,7 @@ class LoadedCase:
     a result), `resolved_toml` that as TOML; `sha256` covers the resolved values and the versions of
     schema and program, not the comments of the file. `origins` maps the references that come from
     a table to the place of that table, `files` the lists that stand in files to their lines.
+    `inputs` is the line that tells of a case file whether a result of it is up to date.
     """
 
     case: Case
@@ -93,6 +95,7 @@ class LoadedCase:
     sha256: str
     origins: dict[KeyPath, KeyPath] = field(default_factory=dict)
     files: dict[KeyPath, Rows] = field(default_factory=dict)
+    inputs: str = ""
 
 
 #: a file, `-` for standard input, or the tables themselves
@@ -116,7 +119,8 @@ def load_case(
     path, text = _read(source)
     data = _parse(text, str(path))
     overridden = apply_overrides(data, overrides, unset)
-    files = attach_files(data, path.parent)
+    with files_seen() as seen:
+        files = attach_files(data, path.parent)
     lists = files_of_rows(data)
     try:
         case, origins = expand_references(validate(data, files))
@@ -141,6 +145,7 @@ def load_case(
         sha256=case_hash(resolved),
         origins=origins,
         files=lists,
+        inputs=inputs(path, text, seen, overrides, unset),
     )
 
 

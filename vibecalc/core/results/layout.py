@@ -21,7 +21,8 @@ from vibecalc.errors import ResultError
 #     /<stage>/.../<axis>     dimension scales (`order`, `order_2`, ...) in each group where they
 #                             stand: one for equal axes of a stage, under several links
 #     /provenance             attributes that change from run to run (among them `libraries`,
-#                             what its process had imported), left out of comparisons,
+#                             what its process had imported; `inputs`, what it was made
+#                             from, core/case/inputs.py), left out of comparisons,
 #                             and text_checksum, a CRC-32 of all texts in the file
 #     /provenance/timings     attributes: seconds per stage
 #
