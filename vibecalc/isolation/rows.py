@@ -58,9 +58,7 @@ def distinct(readout: Readout) -> tuple[Readout, np.ndarray]:
     many machines (..., rows, components, coordinates) those that repeat another in each of them.
     """
     *points, count, _, _ = readout.spring.shape
-    spring, damper = (
-        part.reshape(*points, count, -1) for part in (readout.spring, readout.damper)
-    )
+    spring, damper = (part.reshape(*points, count, -1) for part in (readout.spring, readout.damper))
     entries = np.concatenate([spring.real, spring.imag, damper], axis=-1)
     leading = np.argmax(entries != 0.0, axis=-1)[..., None]
     negative = np.take_along_axis(entries, leading, -1) < 0.0
