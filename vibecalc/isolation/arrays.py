@@ -24,7 +24,7 @@ from vibecalc.isolation.rows import (
 )
 from vibecalc.isolation.run_up_machines import Machines, highest_peaks
 from vibecalc.isolation.run_up_peaks import Ground, RunUpPeak
-from vibecalc.isolation.run_up_poles import PoleSums, pole_sums
+from vibecalc.isolation.run_up_poles import PoleSums, pitch_sums, pole_sums
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.response.modal_damping import damped_poles, with_damped_poles
@@ -35,8 +35,8 @@ from vibecalc.response.resonances import MaskedSpeeds, Resonances
 # What the isolation models hand on. Points with a mode that nothing damps are run alone.
 # ----------------------------------------------------------------------------
 
-#: some of the machines (n,), and a row of each or all rows -> these rows over speeds (n,)
-RowsAt = Callable[[np.ndarray, np.ndarray | slice], HarmonicsAt]
+#: some of the machines (n,), and a row of each -> these rows over speeds (n,), one by one
+RowsAt = Callable[[np.ndarray, np.ndarray], HarmonicsAt]
 
 _NONE = np.zeros(0)
 
@@ -50,7 +50,7 @@ class RunUps(NamedTuple):
     rows: int
     row_of: np.ndarray
     lever_rows: int
-    sums: PoleSums | None = None
+    sums: PoleSums
 
 
 def hand_on_pitch(
@@ -79,9 +79,11 @@ def hand_on_pitch(
     readout, tail = _of_each(readout, count), np.broadcast_to(tail, count)
     couple = Bounded(*(np.broadcast_to(part, (count, part.shape[-1])) for part in couple))
     resonances = _of_points(pitch_resonances(pitch, couple[..., :used]), count)
-    scene.alone |= np.any(resonances.exposed() > 0.0, axis=-1)
+    orders = forcing.orders[:used]
+    sums, dependent = pitch_sums(pitch, readout, orders, couple[..., :used])
+    scene.alone |= np.any(resonances.exposed() > 0.0, axis=-1) | dependent
 
-    def rows_at(machine: np.ndarray, row: np.ndarray | slice) -> HarmonicsAt:
+    def rows_at(machine: np.ndarray, row: np.ndarray) -> HarmonicsAt:
         one = pitch._replace(
             **{
                 name: value[machine]
@@ -96,9 +98,8 @@ def hand_on_pitch(
         )
         return with_left_out(kept, beyond, tail[machine])
 
-    orders = forcing.orders[:used]
     rows = readout.spring.shape[1]
-    scene.handed_on["run_up"] = RunUps(rows_at, orders, resonances, rows, row_of, 1)
+    scene.handed_on["run_up"] = RunUps(rows_at, orders, resonances, rows, row_of, 1, sums)
 
 
 def hand_on_bodies(scene: PointsScene, forcing: Forcing, system: OnMounts, load: Bounded) -> None:
@@ -130,7 +131,7 @@ def hand_on_bodies(scene: PointsScene, forcing: Forcing, system: OnMounts, load:
     sums, dependent = pole_sums(poles, shapes, readout, orders, first)
     scene.alone |= np.any(met.exposed() > 0.0, axis=-1) | dependent
 
-    def rows_at(machine: np.ndarray, row: np.ndarray | slice) -> HarmonicsAt:
+    def rows_at(machine: np.ndarray, row: np.ndarray) -> HarmonicsAt:
         some = Matrices(*(part[machine] for part in matrices))
         read = _read(readout, machine, row)
         kept, beyond = (
@@ -159,10 +160,8 @@ def _of_each(readout: Readout, count: int) -> Readout:
     return Readout(spring, damper, readout.uncertainty)
 
 
-def _read(readout: Readout, machine: np.ndarray, row: np.ndarray | slice) -> Readout:
-    """The readout of one row of each machine, or of all."""
-    if isinstance(row, slice):
-        return readout._replace(spring=readout.spring[machine], damper=readout.damper[machine])
+def _read(readout: Readout, machine: np.ndarray, row: np.ndarray) -> Readout:
+    """The readout of one row of each machine."""
     pick = (machine, row)
     return readout._replace(
         spring=readout.spring[pick][:, None], damper=readout.damper[pick][:, None]
@@ -204,19 +203,17 @@ def _some(given: RunUps, members: np.ndarray, start: float, stop: float) -> Mach
         return Jet(*(part[:, 0] if part.size else part for part in jet))
 
     def look(speed: np.ndarray, row: np.ndarray, errors: bool = False) -> Jet:
-        assert sums is not None and not errors
+        assert not errors
         return sums.jets(members[row // rows], speed, row % rows)
 
     def harmonics_at(machine: np.ndarray, speed: np.ndarray) -> np.ndarray:
-        if sums is not None:
-            return sums.values(members[machine], speed)
-        return given.rows_at(members[machine], slice(None))(speed).value
+        return sums.values(members[machine], speed)
 
     resonances = given.resonances.sought()
     total = len(members) * rows
     ends = np.full(total, float(start)), np.full(total, float(stop))
     return Machines(
-        Ground(jets_at, given.orders, *ends, None if sums is None else look),
+        Ground(jets_at, given.orders, *ends, look),
         harmonics_at,
         resonances.frequency[members],
         resonances.damping_ratio[members],

@@ -148,7 +148,9 @@ def climb(
     here = _height(jet, np.asarray(ground.orders, dtype=float), angle)
     value = np.sqrt(2.0 * here.h)
     inside = (speed > low) & (speed < high)
-    drift = np.where(inside, _speed_uncertainty(here, high - low) + 1e-3 * np.abs(step_v), 0.0)
+    # what another step would move it by
+    left = _step(here, speed, starts.reach[best], ground.highest, np.ones(len(best)), low, high)[0]
+    drift = np.where(inside, _speed_uncertainty(here, high - low) + np.abs(left), 0.0)
     peaks.value[row], peaks.error[row] = value, here.value_uncertainty + np.abs(gain) * value
     peaks.speed[row], peaks.angle[row], peaks.gain[row] = speed, angle, gain
     peaks.speed_error[row] = drift + 2.0 * UNIT_ROUNDOFF * speed
@@ -443,6 +445,10 @@ def _climbed(
     `around` only what does not lead to the same peak is climbed to the end.
     """
     ground, total = search.ground, len(search.infinite)
+    if around is not None and ground.look is not None:
+        # steps are cheap, and most of what they cost is each round of them
+        starts = Starts(*(np.concatenate(pair) for pair in zip(starts, around, strict=True)))
+        around = None
     peaks = climb(ground, starts, np.zeros(total))
     if around is not None:
         _keep(peaks, climb(ground, around, peaks.value, peaks))

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.isolation.pitch import Pitch
 from vibecalc.isolation.rows import EMPTY, Jet, Readout
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.response.modal_damping import DampedPoles
@@ -64,6 +65,24 @@ class PoleSums(NamedTuple):
     def _fractions(self, machine: np.ndarray, speed: np.ndarray) -> np.ndarray:
         frequency = 1j * speed[:, None] * self.orders
         return np.asarray(1.0 / (frequency[..., None] - self.pole[machine][:, None, :]))
+
+
+def pitch_sums(
+    pitch: Pitch, readout: Readout, orders: np.ndarray, couple: Bounded
+) -> tuple[PoleSums, np.ndarray]:
+    """The same of bodies that pitch, under couples (machines, n): both poles in closed form."""
+    inertia, damping = np.asarray(pitch.inertia), np.asarray(pitch.damping)
+    hysteretic = pitch.stiffness + 1j * pitch.structural
+    middle = -0.5 * damping / inertia
+    half = np.sqrt(np.square(middle) - hysteretic / inertia)
+    dependent = np.abs(half) * MOST_DEPENDENT <= np.sqrt(np.abs(hysteretic) / inertia)
+    half = np.where(dependent, 1.0, half)
+    pole = np.stack([middle + half, middle - half], axis=-1)
+    residue = 0.5 / (inertia * half)
+    drive = couple.value[..., None] * np.stack([residue, -residue], axis=-1)[:, None, :]
+    spring, damper = (part[..., 0][:, None] for part in (readout.spring, readout.damper))
+    reading = spring + pole[:, :, None, None] * damper
+    return PoleSums(pole, reading, drive, np.asarray(orders, dtype=float)), dependent
 
 
 def pole_sums(
