@@ -27,7 +27,7 @@ from vibecalc.isolation.run_up_peaks import Ground, RunUpPeak
 from vibecalc.isolation.run_up_poles import PoleSums, pitch_sums, pole_sums
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.response.modal_damping import damped_poles, with_damped_poles
+from vibecalc.response.modal_damping import body_resonances, damped_poles, with_damped_poles
 from vibecalc.response.modes import Modes
 from vibecalc.response.resonances import MaskedSpeeds, Resonances
 
@@ -104,45 +104,61 @@ def hand_on_pitch(
 
 def hand_on_bodies(scene: PointsScene, forcing: Forcing, system: OnMounts, load: Bounded) -> None:
     """Of rigid bodies, under loads (..., orders, f) per squared crank speed."""
-    count, used, mounts = scene.count, forcing.retained, system.mounts
+    mounts, keep, used = system.mounts, system.freedoms, forcing.retained
     whole = mount_readout(mounts.position, mounts.stiffness, mounts.damping, mounts.structural)
-    keep = system.freedoms
-    readout = _of_each(
-        whole._replace(spring=whole.spring[..., keep], damper=whole.damper[..., keep]), count
-    )
+    readout = whole._replace(spring=whole.spring[..., keep], damper=whole.damper[..., keep])
     few, tail = few_orders(forcing)
-    tail = np.broadcast_to(tail, count)
-    load = Bounded(*(np.broadcast_to(part, (count, *part.shape[-2:])) for part in load))
-    first = load[:, :used]
-    matrices = Matrices(
-        *(np.broadcast_to(part, (count, *part.shape[-2:])) for part in system.matrices)
+    given, alone = run_ups_of_bodies(
+        scene.count, system.matrices, system.shapes, readout, forcing.orders, load, used, few, tail
     )
-    axes = {name: 1 + name.startswith("shape") for name in Modes._fields}
+    scene.alone |= alone
+    scene.handed_on["run_up"] = given
+
+
+def run_ups_of_bodies(
+    count: int,
+    matrices: Matrices,
+    shapes: Modes,
+    readout: Readout,
+    orders: np.ndarray,
+    load: Bounded,
+    used: int,
+    few: np.ndarray,
+    tail: np.ndarray | float,
+) -> tuple[RunUps, np.ndarray]:
+    """Run-ups of `count` bodies, and which of them have to be run alone (count,).
+
+    `load` (..., orders, f) is per squared crank speed; the first `used` orders are kept, those at
+    the places `few` stand, `tail` times, for what is left out.
+    """
+    readout, tail = _of_each(readout, count), np.broadcast_to(tail, count)
+    load = Bounded(*(np.broadcast_to(part, (count, *part.shape[-2:])) for part in load))
+    matrices = Matrices(*(np.broadcast_to(part, (count, *part.shape[-2:])) for part in matrices))
+    axes = (1, 1, 2, 2, 1, 1)
     shapes = Modes(
         *(
-            np.broadcast_to(part, (count, *part.shape[-axes[name] :]))
-            for name, part in system.shapes._asdict().items()
+            np.broadcast_to(part, (count, *part.shape[-own:]))
+            for part, own in zip(shapes, axes, strict=True)
         )
     )
-    met = _of_points(system.resonances(first), count)
+    first = load[:, :used]
+    met = _of_points(body_resonances(matrices, shapes, first), count)
     poles = damped_poles(matrices, shapes)
     resonances = with_damped_poles(met, matrices, shapes, first, poles)
-    orders = forcing.orders[:used]
-    sums, dependent = pole_sums(poles, shapes, readout, orders, first)
-    scene.alone |= np.any(met.exposed() > 0.0, axis=-1) | dependent
+    sums, dependent = pole_sums(poles, shapes, readout, orders[:used], first)
 
     def rows_at(machine: np.ndarray, row: np.ndarray) -> HarmonicsAt:
         some = Matrices(*(part[machine] for part in matrices))
         read = _read(readout, machine, row)
         kept, beyond = (
-            body_rows(some, read, forcing.orders[which], load[machine][:, which])
+            body_rows(some, read, orders[which], load[machine][:, which])
             for which in (slice(used), few)
         )
         return with_left_out(kept, beyond, tail[machine])
 
-    count_of_rows = len(mounts.names)
-    row_of = np.arange(count_of_rows)
-    scene.handed_on["run_up"] = RunUps(rows_at, orders, resonances, count_of_rows, row_of, 0, sums)
+    rows = readout.spring.shape[1]
+    given = RunUps(rows_at, orders[:used], resonances, rows, np.arange(rows), 0, sums)
+    return given, np.any(met.exposed() > 0.0, axis=-1) | dependent
 
 
 def _of_points(resonances: Resonances, count: int) -> Resonances:
@@ -184,14 +200,23 @@ def run_up_peaks(scene: PointsScene) -> None:
         raise ValueError("the case has no run-up")
     peak = RunUpPeak(*np.zeros((4, scene.count, given.rows)))
     machines = np.flatnonzero(~scene.alone)
+    found = peaks_of(given, machines, span.start, span.stop)
+    for whole, part in zip(peak, found, strict=True):
+        whole[machines] = part
+    results = RunUpPeak(*(part[:, given.row_of] for part in peak))
+    emit_run_up_peaks(scene, results, given.lever_rows)
+
+
+def peaks_of(given: RunUps, machines: np.ndarray, start: float, stop: float) -> RunUpPeak:
+    """Highest peaks (n, rows) of some of the machines (n,) in a range of speeds in rad/s."""
+    peak = RunUpPeak(*np.zeros((4, len(machines), given.rows)))
     most = max(_MOST_AT_ONCE // len(given.orders), 1)
     for first in range(0, len(machines), most):
-        members = machines[first : first + most]
-        found = highest_peaks(_some(given, members, span.start, span.stop))
-        for whole, part in zip(peak, found, strict=True):
-            whole[members] = part.reshape(len(members), -1)
-    row_of = given.row_of
-    emit_run_up_peaks(scene, RunUpPeak(*(part[:, row_of] for part in peak)), given.lever_rows)
+        part = slice(first, first + most)
+        found = highest_peaks(_some(given, machines[part], start, stop))
+        for whole, rows in zip(peak, found, strict=True):
+            whole[part] = rows.reshape(-1, given.rows)
+    return peak
 
 
 def _some(given: RunUps, members: np.ndarray, start: float, stop: float) -> Machines:

@@ -23,8 +23,6 @@ _ALIKE = 2e-13
 _ARRIVED_BY_LOOK, _ALIKE_BY_LOOK = 1e-14, 1e-6
 #: of the trusted step, and of a wave of the highest order, how near two such starts are one
 _SAME_BY_LOOK = 1e-5
-#: of the trusted step, how near a peak a start has merged with it
-_SAME = 0.05
 #: promised relative gain below which Newton's step is trusted to tell what is left, which is at
 #: most so many times what it promises
 _NEAR, _MARGIN = 0.01, 4.0
@@ -108,13 +106,10 @@ class Ground(NamedTuple):
         return float(np.max(self.orders))
 
 
-def climb(
-    ground: Ground, starts: Starts, known: np.ndarray, nearby: RunUpPeaks | None = None
-) -> RunUpPeaks:
+def climb(ground: Ground, starts: Starts, known: np.ndarray) -> RunUpPeaks:
     """Maximise |f(speed, angle)| of rows from their starts within their ranges.
 
-    Only peaks above those `known` (rows,) count. A start that comes close to that of its row in
-    `nearby` stays there.
+    Only peaks above those `known` (rows,) count.
 
     A maximum over speed of the peak over the cycle is a smooth point of one branch (an upper
     envelope has kinks only in its valleys), where both slopes vanish, or an end of the range. The
@@ -124,7 +119,7 @@ def climb(
     longer carry above the best of their row stay.
     """
     rows, floor = len(known), 0.5 * np.square(known)
-    found = _ascend(ground, ground.look or ground.jets_at, starts, floor, nearby)
+    found = _ascend(ground, ground.look or ground.jets_at, starts, floor)
     low, high = (np.broadcast_to(end, rows) for end in (ground.start, ground.stop))
     none = [np.zeros(rows) for _ in range(6)]
     peaks = RunUpPeaks._make([*none, np.zeros((rows, *found.shape), dtype=complex)])
@@ -133,7 +128,7 @@ def climb(
         starts = _contenders(found, starts, floor)
         if not len(starts.row):
             return peaks
-        found = _ascend(ground, ground.jets_at, starts, floor, None)
+        found = _ascend(ground, ground.jets_at, starts, floor)
     best = _best(found.here.h, starts.row, floor)
     if not len(best):
         return peaks
@@ -170,9 +165,7 @@ class _Found(NamedTuple):
     shape: tuple[int, ...]
 
 
-def _ascend(
-    ground: Ground, jets_at: JetsAt, starts: Starts, floor: np.ndarray, nearby: RunUpPeaks | None
-) -> _Found:
+def _ascend(ground: Ground, jets_at: JetsAt, starts: Starts, floor: np.ndarray) -> _Found:
     """Climb from all starts, by one of the two ways to the jets."""
     order, top_order = np.asarray(ground.orders, dtype=float), ground.highest
     enough = _ARRIVED
@@ -191,8 +184,6 @@ def _ascend(
             & (radius > 1e-9)
             & (~concave | _may_win(here.h, gain, starts.row, floor))
         )
-        if nearby is not None:
-            moving &= ~_merged(speed, angle, starts, nearby, top_order)
         if not np.any(moving):
             break
         at = np.flatnonzero(moving)
@@ -241,17 +232,6 @@ def _may_win(
     np.maximum.at(best, row, height)
     may: np.ndarray = (gain > _NEAR) | (height * (1.0 + _MARGIN * gain) >= best[row])
     return may
-
-
-def _merged(
-    speed: np.ndarray, angle: np.ndarray, starts: Starts, nearby: RunUpPeaks, top_order: float
-) -> np.ndarray:
-    """Which starts have come close to the peak that their row has already."""
-    turn = angle - nearby.angle[starts.row]
-    away = np.abs(np.remainder(turn + np.pi, 2.0 * np.pi) - np.pi)
-    near = np.abs(speed - nearby.speed[starts.row]) <= _SAME * starts.reach
-    merged: np.ndarray = near & (away <= 0.5 / top_order)
-    return merged
 
 
 def _best(height: np.ndarray, row: np.ndarray, floor: np.ndarray) -> np.ndarray:
@@ -421,37 +401,25 @@ def highest(search: Search, samples: Samples, threshold: float, sparse: bool = F
     high = (value >= threshold * top) & (value > 0.0) & ~search.infinite.reshape(-1, rows)[machine]
     reach = np.where(last, speed, np.roll(speed, -1)) - np.where(first, speed, np.roll(speed, 1))
 
-    def starts_at(chosen: np.ndarray) -> Starts:
-        at, row = np.nonzero(chosen)
-        places = Starts(speed[at], np.zeros(len(at)), machine[at] * rows + row, reach[at])
-        return _branches(search, places, harmonics[at, row], threshold)
-
     if not np.any(local & high):
         start = np.broadcast_to(search.ground.start, total).copy()
         return RunUpPeak(np.zeros(total), np.zeros(total), start, np.zeros(total))
     lower = np.roll(local & high, 1, axis=0) & ~first[:, None]
     upper = np.roll(local & high, -1, axis=0) & ~last[:, None]
-    around = (lower | upper) & ~local & high & sparse
-    more = starts_at(around) if np.any(around) else None
-    return RunUpPeak(*_climbed(search, starts_at(local & high), more, rows, threshold)[:4])
+    around = (lower | upper) & high & sparse
+    at, row = np.nonzero((local & high) | around)
+    places = Starts(speed[at], np.zeros(len(at)), machine[at] * rows + row, reach[at])
+    starts = _branches(search, places, harmonics[at, row], threshold)
+    return RunUpPeak(*_climbed(search, starts, rows, threshold)[:4])
 
 
-def _climbed(
-    search: Search, starts: Starts, around: Starts | None, rows: int, threshold: float
-) -> RunUpPeaks:
+def _climbed(search: Search, starts: Starts, rows: int, threshold: float) -> RunUpPeaks:
     """Peaks of all rows; where another branch over the angle is high there, it is climbed too.
 
-    Of two branches that cross between two speeds one may be too low at either to be a start. From
-    `around` only what does not lead to the same peak is climbed to the end.
+    Of two branches that cross between two speeds one may be too low at either to be a start.
     """
     ground, total = search.ground, len(search.infinite)
-    if around is not None and ground.look is not None:
-        # steps are cheap, and most of what they cost is each round of them
-        starts = Starts(*(np.concatenate(pair) for pair in zip(starts, around, strict=True)))
-        around = None
     peaks = climb(ground, starts, np.zeros(total))
-    if around is not None:
-        _keep(peaks, climb(ground, around, peaks.value, peaks))
     period = len(search.angle) * search.angle[1]
     reach = np.zeros(total)
     np.maximum.at(reach, starts.row, starts.reach)
