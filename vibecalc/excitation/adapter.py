@@ -281,9 +281,10 @@ def _residual(scene: Scene, driven: Excitation, forcing: Forcing) -> None:
 def few_orders(forcing: Forcing) -> FewOrders:
     """The dropped orders that carry nine tenths of each component; of many points those of all."""
     whole, retained = forcing.per_speed_squared, forcing.retained
-    size = np.concatenate([np.abs(whole.force), np.abs(whole.couple)], axis=-1)
-    uncertainty = np.concatenate([whole.force_error, whole.couple_error], axis=-1)
-    size, uncertainty = size[..., retained:, :], uncertainty[..., retained:, :]
+    beyond = np.broadcast_arrays(*(part[..., retained:, :] for part in whole))
+    force, couple, force_error, couple_error = beyond
+    size = np.abs(np.concatenate([force, couple], axis=-1))
+    uncertainty = np.concatenate([force_error, couple_error], axis=-1)
     size = np.where(size > uncertainty, size, 0.0)
     share = size / np.maximum(size.sum(-2, keepdims=True), np.finfo(float).tiny)
     downwards = np.argsort(-share, axis=-2, kind="stable")

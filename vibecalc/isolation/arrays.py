@@ -63,11 +63,8 @@ def hand_on_pitch(
 ) -> None:
     """Of bodies that pitch, under couples (..., orders) per squared crank speed."""
     count, used = scene.count, forcing.retained
-    readout, row_of = distinct(
-        pitch_readout(
-            pitch, lever, parts.position, parts.stiffness, parts.damping, parts.structural
-        )
-    )
+    passing = (parts.position, parts.stiffness, parts.damping, parts.structural)
+    readout, row_of = distinct(_of_each(pitch_readout(pitch, lever, *passing), count))
     few, tail = few_orders(forcing)
     pitch = pitch._replace(
         **{
@@ -76,7 +73,7 @@ def hand_on_pitch(
             if name != "rounding"
         }
     )
-    readout, tail = _of_each(readout, count), np.broadcast_to(tail, count)
+    tail = np.broadcast_to(tail, count)
     couple = Bounded(*(np.broadcast_to(part, (count, part.shape[-1])) for part in couple))
     resonances = _of_points(pitch_resonances(pitch, couple[..., :used]), count)
     orders = forcing.orders[:used]
