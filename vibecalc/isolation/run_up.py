@@ -115,7 +115,12 @@ def run_up(
         masked, bounds.infinite, curve_tolerance, most_points,
     )  # fmt: skip
     ground = Ground(jets_of(harmonics_at), order, np.array([start]), np.array([stop]))
-    search = Search(ground, angle, bounds.infinite, lambda _, speed: harmonics_at(speed).value)
+
+    def known_harmonics(_: np.ndarray, speed: np.ndarray) -> np.ndarray:
+        shown, which = np.unique(speed, return_inverse=True)
+        return sampled(shown)[1][which]
+
+    search = Search(ground, angle, bounds.infinite, known_harmonics)
     value, harmonics, uncertainty = sampled(refined.speed)
     samples = Samples(np.zeros(len(refined.speed), int), refined.speed, value, harmonics)
     peak = bounds.applied(highest(search, samples, 0.97))
