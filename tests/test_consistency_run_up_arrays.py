@@ -5,6 +5,7 @@ resonances below it. By itself each is solved exactly at every speed, many at on
 their poles first. The peaks of a machine do not depend on those next to it.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -37,7 +38,9 @@ class Drawn(NamedTuple):
     stop: float
 
 
-def together(bodies: list[tuple[np.ndarray, ...]], masses: list[np.ndarray]) -> tuple[object, ...]:
+def together(
+    bodies: Sequence[tuple[np.ndarray, ...]], masses: list[np.ndarray]
+) -> tuple[Matrices, Modes, Readout]:
     """Matrices, modes and readout of machines side by side."""
     parts = [assemble(mass, *mounts) for mass, mounts in zip(masses, bodies, strict=True)]
     matrices = Matrices(*(np.stack(part) for part in zip(*parts, strict=True)))
@@ -56,7 +59,8 @@ def drawn(seed: int, count: int) -> Drawn:
     supports = int(generator.integers(3, 8))
     light = float(generator.choice([8.0, 1.0, 0.1, 1e-3]))
     orders = np.unique(generator.integers(1, 13, size=generator.integers(1, 9)))
-    bodies, masses, number = [], [], 1000 * seed
+    bodies: list[tuple[np.ndarray, ...]] = []
+    masses, number = [], 1000 * seed
     while len(bodies) < count:
         body, number = random_body(number), number + 1
         position, stiffness, damping, structural = body.mounts

@@ -59,20 +59,14 @@ def hand_on_pitch(
     parts: PitchParts,
     pitch: Pitch,
     couple: Bounded,
-    lever: np.ndarray,
+    lever: np.ndarray | float,
 ) -> None:
     """Of bodies that pitch, under couples (..., orders) per squared crank speed."""
     count, used = scene.count, forcing.retained
     passing = (parts.position, parts.stiffness, parts.damping, parts.structural)
     readout, row_of = distinct(_of_each(pitch_readout(pitch, lever, *passing), count))
     few, tail = few_orders(forcing)
-    pitch = pitch._replace(
-        **{
-            name: np.broadcast_to(value, count)
-            for name, value in pitch._asdict().items()
-            if name != "rounding"
-        }
-    )
+    pitch = _each_of(pitch, lambda part: np.broadcast_to(part, count))
     tail = np.broadcast_to(tail, count)
     couple = Bounded(*(np.broadcast_to(part, (count, part.shape[-1])) for part in couple))
     resonances = _of_points(pitch_resonances(pitch, couple[..., :used]), count)
@@ -81,13 +75,7 @@ def hand_on_pitch(
     scene.alone |= np.any(resonances.exposed() > 0.0, axis=-1) | dependent
 
     def rows_at(machine: np.ndarray, row: np.ndarray) -> HarmonicsAt:
-        one = pitch._replace(
-            **{
-                name: value[machine]
-                for name, value in pitch._asdict().items()
-                if name != "rounding"
-            }
-        )
+        one = _each_of(pitch, lambda part: part[machine])
         read = _read(readout, machine, row)
         kept, beyond = (
             pitch_rows(one, read, forcing.orders[which], couple[machine][..., which])
@@ -158,11 +146,18 @@ def run_ups_of_bodies(
     return given, np.any(met.exposed() > 0.0, axis=-1) | dependent
 
 
+def _each_of(pitch: Pitch, change: Callable[[np.ndarray], np.ndarray]) -> Pitch:
+    """With something done to all arrays."""
+    return Pitch._make([*map(change, pitch[:-1]), pitch.rounding])
+
+
 def _of_points(resonances: Resonances, count: int) -> Resonances:
     frequency, ratio, width, idle = resonances[:4]
     modes = frequency.shape[-1]
-    one = (np.broadcast_to(part, (count, modes)) for part in (frequency, ratio, width))
-    return Resonances(*one, np.broadcast_to(idle, (count, *idle.shape[-2:])))
+    frequency, ratio, width = (
+        np.broadcast_to(part, (count, modes)) for part in (frequency, ratio, width)
+    )
+    return Resonances(frequency, ratio, width, np.broadcast_to(idle, (count, *idle.shape[-2:])))
 
 
 def _of_each(readout: Readout, count: int) -> Readout:

@@ -68,8 +68,10 @@ def distinct(readout: Readout) -> tuple[Readout, np.ndarray]:
     rows = [(row + 0.0).tobytes() for row in signed]
     which = np.array([number_of.setdefault(row, len(number_of)) for row in rows])
     first = [int(np.argmax(which == number)) for number in range(len(number_of))]
-    few = (part[..., first, :, :] for part in (readout.spring, readout.damper))
-    return Readout(*few, readout.uncertainty), which
+    few = readout._replace(
+        spring=readout.spring[..., first, :, :], damper=readout.damper[..., first, :, :]
+    )
+    return few, which
 
 
 # ----------------------------------------------------------------------------

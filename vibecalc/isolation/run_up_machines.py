@@ -90,6 +90,8 @@ class _Looked:
         start, stop = self._start[:, None, None], self._stop[:, None, None]
         self._at = beside_poles(centre, machines.exposed[:, None, :], machines.masked, start, stop)
         self.machine, self.speed = np.zeros(0, int), np.zeros(0)
+        self.value, self._known = np.zeros((0, self._rows)), np.zeros((0, self._rows), bool)
+        self.harmonics: np.ndarray = np.zeros(0, dtype=complex)
         self._top = np.zeros((count, self._rows))
 
     def first_speeds(self) -> tuple[np.ndarray, np.ndarray]:
@@ -145,7 +147,7 @@ class _Looked:
     def find(self, wanted: np.ndarray) -> None:
         """Find peaks over the cycle at some places (n, rows)."""
         at, row = np.nonzero(wanted & ~self._known)
-        size = self.harmonics.shape[2] * len(self.angle)
+        size = self.harmonics.shape[-2] * len(self.angle)
         for part in np.array_split(np.arange(len(at)), -(-len(at) * size // _MOST_AT_ONCE) or 1):
             if len(part):
                 place = at[part], row[part]

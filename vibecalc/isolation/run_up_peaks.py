@@ -197,11 +197,12 @@ def _ascend(ground: Ground, jets_at: JetsAt, starts: Starts, floor: np.ndarray) 
         speed[taken], angle[taken] = trial_v[better], trial_a[better]
         for old, new in zip(here[:6], there[:6], strict=True):
             old[taken] = new[better]
-        stood = _Height(*(part[at] for part in here[:6]), _NONE, _NONE, _NONE)
+        stood = _Height._make([*(part[at] for part in here[:6]), _NONE, _NONE, _NONE])
         moved = _step(stood, speed[at], starts.reach[at], top_order, radius[at], low[at], high[at])
         for part, new in zip(steps, moved, strict=True):
             part[at] = new
-    return _Found(speed, angle, here, *steps[:3], jet.value.shape[1:])
+    step_v, step_a, gain, _ = steps
+    return _Found(speed, angle, here, step_v, step_a, gain, jet.value.shape[1:])
 
 
 def _contenders(found: _Found, starts: Starts, floor: np.ndarray) -> Starts:

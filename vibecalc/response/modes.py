@@ -196,8 +196,10 @@ def _settle_repeated(
         alike.setdefault(flat[place].tobytes(), []).append(place)
     for places in alike.values():
         for _, members in repeated(flat[places[0]]):
-            pick = np.ix_(places, range(shape.shape[-2]), members)
-            settled[pick] = _nearest_basis(masses[places], settled[pick])
+            pick = np.asarray(places)[:, None], members
+            # an index before and behind a slice puts its axes first
+            basis = settled[pick[0], :, pick[1]].mT
+            settled[pick[0], :, pick[1]] = _nearest_basis(masses[places], basis).mT
     return settled.reshape(shape.shape), cluster
 
 

@@ -40,7 +40,7 @@ class KeptRows(NamedTuple):
 
     rows: HarmonicsAt
     left_out: HarmonicsAt
-    factor: float
+    factor: np.ndarray | float
     beyond: np.ndarray
 
 
