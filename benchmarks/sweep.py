@@ -36,6 +36,8 @@ STIFFNESS = {"key": "machine.mounts.each.stiffness", "from": 5e3, "to": 5e4, "po
 ROD = {"key": "machine.crank_train.rod_length", "from": "0.15 m", "to": "0.3 m", "points": 100}
 PHASE = {"key": "machine.crank_train.cylinders[1].crank_phase", "from": 0, "to": 6, "points": 100}
 RUN_UP = {"key": "isolation.run_up.to", "from": 450, "to": 600, "points": 20}
+SPRINGS = {"key": "machine.mounts.each.stiffness", "from": 5e3, "to": 2e5, "points": 40}
+DAMPERS = {"key": "machine.mounts.each.damping", "from": 5, "to": 500, "points": 25}
 AROUND = {"key": "isolation.gravity", "from": 9.78, "to": 9.83, "points": 2}
 METHOD = {"key": "response.method", "values": ["modal", "direct"]}
 SKEW = {"key": "machine.motor.skew_angle", "from": "1 deg", "to": "20 deg", "points": 40}
@@ -58,6 +60,10 @@ SWEEPS = (
              ("excitation/force_peak", "excitation/couple_peak"), True),
     Sweeping("support force over speed and mounts", "generator", (SPEED, STIFFNESS),
              ("isolation/support_force/steady_peak",), True),
+    Sweeping("1000 rigid bodies, steady force", "generator_180", (SPRINGS, DAMPERS),
+             ("isolation/support_force/steady_peak",), True),
+    Sweeping("1000 rigid bodies, highest of the run-up", "generator_180", (SPRINGS, DAMPERS),
+             ("isolation/support_force/run_up_peak",), True),
     Sweeping("run-up over its end and gravity", "generator", (RUN_UP, AROUND),
              ("isolation/support_force/run_up_peak",), False),
     Sweeping("motor force over skew", "compressor_motor", (SKEW,),
@@ -144,6 +150,10 @@ def measure() -> Report:
             rows.append(
                 Row(sweep.name, "by arrays", "a process for each point",
                     arrays / best["process"], error="within the estimates")
+            )  # fmt: skip
+            rows.append(
+                Row(sweep.name, "by arrays", "runs one after another, one process",
+                    arrays / best["plain"], error="within the estimates")
             )  # fmt: skip
     table = Table(
         "Points per second", ["sweep", "process", "one run after another", "reuse", "arrays"], lines

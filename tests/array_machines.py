@@ -91,6 +91,12 @@ CHANGES: dict[str, dict[str, Any]] = {
         },
         "machine.mounts.each": {"stiffness": [1e4, 2e4, 5e4], "damping": 15.0, "loss_factor": 0.02},
     },
+    "run-up of six freedoms": {
+        "kinematics": {},
+        "isolation.model": "rigid_body",
+        "isolation.lever": None,
+        "machine.mounts.each": {"stiffness": [1e4, 2e4, 5e4], "damping": 15.0, "loss_factor": 0.02},
+    },
     "energies": {
         "kinematics": {},
         "isolation": None,

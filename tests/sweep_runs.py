@@ -13,7 +13,7 @@ GENERATOR = CASES / "generator.toml"
 #: 96 points of some 10 ms, in 16 chunks
 GRID = (
     "--grid", "machine.mounts.each.stiffness=5 N/mm:50 N/mm:16log",
-    "--grid", "machine.speed=2000 rpm:5000 rpm:6",
+    "--grid", "isolation.run_up.to=2000 rpm:5000 rpm:6",
     "--keep", "isolation/lever_force/run_up_peak",
     "--keep", "isolation/support_force/steady_peak",
     "--keep", "isolation/lever_force/rigid_harmonics",

@@ -84,7 +84,7 @@ def test_a_dry_run_says_all_and_writes_nothing(tmp_path: Path) -> None:
         "--grid",
         f"{STIFFNESS}=5 N/mm:50 N/mm:40",
         "--grid",
-        "machine.speed=3000 rpm:4900 rpm:50",
+        "isolation.run_up.to=3000 rpm:4900 rpm:50",
     )
     outcome = command("sweep", CASE, *many, "--dry-run", "--shard", "2/3")
     assert outcome.code == 0, outcome.err

@@ -265,7 +265,7 @@ def test_arithmetic_that_fails_at_a_point_is_left_to_a_single_run(
 @pytest.mark.parametrize(
     ("name", "keys", "keep", "part"),
     [
-        ("classic", ["machine.speed"], ["isolation/lever_force/run_up_peak"], "point by point"),
+        ("classic", ["machine.speed"], ["isolation/lever_force/run_up"], "point by point"),
         ("classic", ["machine.crank_train.bore"], [PEAK], "not among the numbers"),
         ("classic", ["machine.body.inertia_products[0]"], [PEAK], "not among the numbers"),
         ("classic", ["machine.mounts.each.loss_factor"], [PEAK], "not a number in the case"),
@@ -286,5 +286,5 @@ def test_the_strategy_follows() -> None:
     case = machine("classic").case
     design = design_of("classic", [{"key": "machine.speed", "from": 1.0, "to": 2.0, "points": 3}])
     assert choose(case, design, [PEAK]).kind == "array"
-    other = choose(case, design, ["isolation/lever_force/run_up_peak"])
-    assert other.kind == "reuse" and "run_up_peak is computed point by point" in other.reason
+    other = choose(case, design, ["isolation/lever_force/run_up"])
+    assert other.kind == "reuse" and "lever_force/run_up is computed point by point" in other.reason

@@ -19,6 +19,8 @@ from vibecalc.core.study.sweep.evaluate import Evaluator
 from vibecalc.core.study.sweep.prepare import choose
 
 ROD = "machine.crank_train.rod_length"
+#: which arrays do not vary
+END = "isolation.run_up.to"
 KEEP = (
     "isolation/support_force/steady_peak",
     "isolation/lever_force/run_up_peak",
@@ -102,7 +104,7 @@ def test_each_point_of_a_case_with_an_optimisation_is_optimised() -> None:
 def test_the_size_of_chunks_hangs_on_the_sweep_alone() -> None:
     case, keep = generator().case, KEEP
     for points in (2, 100, 10_000, 1_000_000):
-        design = design_of(spread(SPEED, "1000 rpm", "5000 rpm", points))
+        design = design_of(spread(END, "1000 rpm", "5000 rpm", points))
         sizes = {choose(case, design, keep, jobs).chunk_size for jobs in (1, 2, 64)}
         (size,) = sizes
         assert 1 <= size <= points and -(-points // size) <= 10_000
@@ -112,5 +114,5 @@ def test_the_size_of_chunks_hangs_on_the_sweep_alone() -> None:
     ("points", "jobs", "kind"), [(5, 8, "reuse"), (5000, 1, "reuse"), (5000, 2, "pool")]
 )
 def test_processes_are_started_for_long_work_only(points: int, jobs: int, kind: str) -> None:
-    design = design_of(spread(SPEED, "1000 rpm", "5000 rpm", points))
+    design = design_of(spread(END, "1000 rpm", "5000 rpm", points))
     assert choose(generator().case, design, KEEP, jobs).kind == kind

@@ -114,11 +114,11 @@ class Forcing(NamedTuple):
 
 class FewOrders(NamedTuple):
     """Places of a few dropped orders that stand for all where a response is wanted thousands of
-    times: the rest costs `tail` times as much as they do.
+    times: the rest costs `tail` (...) times as much as they do.
     """
 
     few: np.ndarray
-    tail: float
+    tail: np.ndarray | float
 
 
 class CyclePeak(NamedTuple):
@@ -279,21 +279,22 @@ def _residual(scene: Scene, driven: Excitation, forcing: Forcing) -> None:
 
 
 def few_orders(forcing: Forcing) -> FewOrders:
-    """The dropped orders that carry nine tenths of each component, of one case."""
+    """The dropped orders that carry nine tenths of each component; of many points those of all."""
     whole, retained = forcing.per_speed_squared, forcing.retained
-    size = np.concatenate([np.abs(whole.force), np.abs(whole.couple)], axis=-1)[retained:]
-    uncertainty = np.concatenate([whole.force_error, whole.couple_error], axis=-1)[retained:]
+    beyond = np.broadcast_arrays(*(part[..., retained:, :] for part in whole))
+    force, couple, force_error, couple_error = beyond
+    size = np.abs(np.concatenate([force, couple], axis=-1))
+    uncertainty = np.concatenate([force_error, couple_error], axis=-1)
     size = np.where(size > uncertainty, size, 0.0)
-    share = size / np.maximum(size.sum(0), np.finfo(float).tiny)
-    downwards = np.argsort(-share, axis=0, kind="stable")
-    ranked = np.take_along_axis(share, downwards, axis=0)
-    needed = (np.cumsum(ranked, axis=0) - ranked < LEADING_SHARE) & (ranked > 0.0)
-    # not np.unique, which imports the masked arrays of numpy
-    leads = np.zeros(len(size), dtype=bool)
-    leads[downwards[needed]] = True
-    chosen = np.flatnonzero(leads)
-    covered = share[chosen].sum(0)[size.any(0)]
-    tail = float(forcing.tail) / float(covered.min(initial=1.0)) if chosen.size else 0.0
+    share = size / np.maximum(size.sum(-2, keepdims=True), np.finfo(float).tiny)
+    downwards = np.argsort(-share, axis=-2, kind="stable")
+    ranked = np.take_along_axis(share, downwards, axis=-2)
+    needed = (np.cumsum(ranked, axis=-2) - ranked < LEADING_SHARE) & (ranked > 0.0)
+    leads = np.zeros(share.shape, dtype=bool)
+    np.put_along_axis(leads, downwards, needed, axis=-2)
+    chosen = np.flatnonzero(leads.any(axis=(*range(share.ndim - 2), -1)))
+    covered = np.where(size.any(-2), share[..., chosen, :].sum(-2), 1.0)
+    tail = forcing.tail / covered.min(axis=-1, initial=1.0) if chosen.size else 0.0
     return FewOrders(retained + chosen, tail)
 
 

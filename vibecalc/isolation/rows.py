@@ -29,7 +29,7 @@ class Readout(NamedTuple):
 
 def pitch_readout(
     pitch: Pitch,
-    lever: float,
+    lever: float | np.ndarray,
     position: np.ndarray,
     stiffness: np.ndarray,
     damping: np.ndarray,
@@ -38,26 +38,40 @@ def pitch_readout(
     """Couple over lever in the first row, then the vertical force of each mount on the ground."""
     passing = -position * (stiffness + 1j * structural)
     couple = (pitch.stiffness + 1j * pitch.structural) / lever
-    spring = np.concatenate([[couple], passing])
-    damper = np.concatenate([[pitch.damping / lever], -position * damping])
-    rounding = pitch.rounding + 8.0 * UNIT_ROUNDOFF
-    return Readout(spring[:, None, None], damper[:, None, None], rounding)
+    spring = _rows_of_pitch(couple, passing)
+    damper = _rows_of_pitch(pitch.damping / lever, -position * damping)
+    return Readout(spring, damper, pitch.rounding + 8.0 * UNIT_ROUNDOFF)
+
+
+def _rows_of_pitch(first: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """A number (...) and those of the mounts (..., mounts) as rows (..., rows, 1, 1)."""
+    points = np.broadcast_shapes(np.shape(first), others.shape[:-1])
+    parts = np.asarray(first)[..., None], others
+    rows = [np.broadcast_to(part, (*points, part.shape[-1])) for part in parts]
+    return np.concatenate(rows, axis=-1)[..., None, None]
 
 
 def distinct(readout: Readout) -> tuple[Readout, np.ndarray]:
     """Leave out rows that repeat another up to sign; also tell which one each row is (rows,).
 
-    Equal supports at the same distance on either side feel the same force at opposite times.
+    Equal supports at the same distance on either side feel the same force at opposite times. Of
+    many machines (..., rows, components, coordinates) those that repeat another in each of them.
     """
-    count = len(readout.spring)
-    spring, damper = readout.spring.reshape(count, -1), readout.damper.reshape(count, -1)
-    entries = np.concatenate([spring.real, spring.imag, damper], axis=1)
-    leading = entries[np.arange(count), np.argmax(entries != 0.0, axis=1)]
-    number_of: dict[tuple[float, ...], int] = {}
-    rows = (entries * np.where(leading < 0.0, -1.0, 1.0)[:, None]).tolist()
-    which = np.array([number_of.setdefault(tuple(row), len(number_of)) for row in rows])
+    *points, count, _, _ = readout.spring.shape
+    spring, damper = (part.reshape(*points, count, -1) for part in (readout.spring, readout.damper))
+    entries = np.concatenate([spring.real, spring.imag, damper], axis=-1)
+    leading = np.argmax(entries != 0.0, axis=-1)[..., None]
+    negative = np.take_along_axis(entries, leading, -1) < 0.0
+    signed = np.moveaxis(entries * np.where(negative, -1.0, 1.0), -2, 0)
+    number_of: dict[bytes, int] = {}
+    # -0.0 and 0.0 are one
+    rows = [(row + 0.0).tobytes() for row in signed]
+    which = np.array([number_of.setdefault(row, len(number_of)) for row in rows])
     first = [int(np.argmax(which == number)) for number in range(len(number_of))]
-    return Readout(readout.spring[first], readout.damper[first], readout.uncertainty), which
+    few = readout._replace(
+        spring=readout.spring[..., first, :, :], damper=readout.damper[..., first, :, :]
+    )
+    return few, which
 
 
 # ----------------------------------------------------------------------------
@@ -99,10 +113,15 @@ class BodyMotion(NamedTuple):
 
 
 def read(readout: Readout, order: np.ndarray, rate: np.ndarray, motion: BodyMotion) -> Jet:
-    """Apply the readout to a motion and its derivatives, as far as they are there."""
-    rows, components, width = readout.spring.shape
-    spring = readout.spring.reshape(rows * components, width).T
-    damper = readout.damper.reshape(rows * components, width).T
+    """Apply the readout to a motion and its derivatives, as far as they are there.
+
+    The readout may have an axis of speeds of its own, each being that of another machine.
+    """
+    *_, rows, components, width = readout.spring.shape
+    spring, damper = (
+        part.reshape(*part.shape[:-3], rows * components, width).mT
+        for part in (readout.spring, readout.damper)
+    )
     frequency = rate[..., None]
     each_order = order[:, None]
 
@@ -137,15 +156,18 @@ def read(readout: Readout, order: np.ndarray, rate: np.ndarray, motion: BodyMoti
 # ----------------------------------------------------------------------------
 
 
-def with_left_out(rows: HarmonicsAt, left_out: HarmonicsAt, factor: float) -> HarmonicsAt:
+def with_left_out(
+    rows: HarmonicsAt, left_out: HarmonicsAt, factor: float | np.ndarray
+) -> HarmonicsAt:
     """Rows whose errors count the harmonics of `left_out` too, `factor` times.
 
     The magnitudes of the orders left out, and of their slopes by speed, are added to the errors of
     the last order kept. So they enter the error of every peak, and of the speed of a maximum,
-    which moves with the slope of what was left out. A factor of 0 leaves nothing out.
+    which moves with the slope of what was left out. A factor of 0 leaves nothing out; it may be
+    one for each speed (speeds,).
     """
 
-    if factor == 0.0:
+    if np.all(factor == 0.0):
         return rows
 
     def harmonics_at(speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Jet:
@@ -162,9 +184,9 @@ def with_left_out(rows: HarmonicsAt, left_out: HarmonicsAt, factor: float) -> Ha
     return harmonics_at
 
 
-def _added(error: np.ndarray, dropped: np.ndarray, factor: float) -> np.ndarray:
+def _added(error: np.ndarray, dropped: np.ndarray, factor: float | np.ndarray) -> np.ndarray:
     total = error.copy()
-    total[..., -1] += factor * np.abs(dropped).sum(axis=-1)
+    total[..., -1] += np.asarray(factor)[..., None, None] * np.abs(dropped).sum(axis=-1)
     return total
 
 
@@ -182,10 +204,12 @@ def pitch_rows(
 ) -> HarmonicsAt:
     """Rows of the pitch model under couples (orders,) per squared crank speed, N m s^2.
 
-    `left_out` (orders,) as in `angle_harmonics`.
+    `left_out` (orders,) as in `angle_harmonics`. All may have an axis of speeds, each being that of
+    another machine.
     """
     order = np.asarray(orders, dtype=float)
     per_square = couple.value
+    inertia, damping = (np.asarray(part)[..., None] for part in (pitch.inertia, pitch.damping))
 
     def harmonics_at(speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Jet:
         column = speed[:, None]
@@ -195,10 +219,10 @@ def pitch_rows(
         angle = column * column * per_square * flexibility
         error = slope = slope_error = curvature = EMPTY
         if slopes:
-            turn = order * (1j * pitch.damping - 2.0 * pitch.inertia * rate)
+            turn = order * (1j * damping - 2.0 * inertia * rate)
             load_slope = 2.0 * column * per_square
             slope = flexibility * (load_slope - turn * angle)
-            bent = 2.0 * per_square + 2.0 * pitch.inertia * order * order * angle
+            bent = 2.0 * per_square + 2.0 * inertia * order * order * angle
             curvature = flexibility * (bent - 2.0 * turn * slope)
         if errors:
             size, gain = np.abs(angle), np.abs(flexibility)
@@ -249,6 +273,7 @@ def body_rows(
     """Rows of a rigid body under forces (orders, 6) per squared crank speed, N s^2 and N m s^2.
 
     `couple_at` is added, a couple about the unit vector `about` (6,), as a function of the speed.
+    Matrices, readout and forces may have an axis of speeds, each being that of another machine.
     """
     order = np.asarray(orders, dtype=float)
     axis = np.zeros(force.value.shape[-1]) if about is None else about
@@ -271,7 +296,8 @@ def body_rows(
             value = _apply(system.inverse, load)
         if slopes:
             turn = order[:, None, None] * (
-                1j * matrices.damping - 2.0 * rate[..., None, None] * matrices.mass
+                1j * matrices.damping[..., None, :, :]
+                - 2.0 * rate[..., None, None] * matrices.mass[..., None, :, :]
             )
             load_slope = 2.0 * column * force.value
             load_bend = 2.0 * force.value
@@ -279,7 +305,7 @@ def body_rows(
                 load_slope = load_slope + added.slope[..., None] * axis
                 load_bend = load_bend + added.curvature[..., None] * axis
             slope = _apply(system.inverse, load_slope - _apply(turn, value))
-            bent = load_bend + 2.0 * np.square(order)[:, None] * (value @ matrices.mass.T)
+            bent = load_bend + 2.0 * np.square(order)[:, None] * (value @ matrices.mass.mT)
             curvature = _apply(system.inverse, bent - 2.0 * _apply(turn, slope))
         if slopes and errors:
             uncertainty = _apply(np.abs(turn), error + 32.0 * UNIT_ROUNDOFF * np.abs(value))

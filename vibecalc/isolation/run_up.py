@@ -11,14 +11,22 @@ from vibecalc.isolation.run_up_grid import (
     admitted,
     angle_grid,
     base_speeds,
+    beside_poles,
     clusters,
     coarse_peak,
     resolve,
     resonant_speeds,
-    sparse_clusters,
-    sparse_speeds,
 )
-from vibecalc.isolation.run_up_peaks import RunUpPeak, Search, highest, highest_of
+from vibecalc.isolation.run_up_machines import NEGLIGIBLE, ROUNDING, Machines, highest_peaks
+from vibecalc.isolation.run_up_peaks import (
+    Ground,
+    RunUpPeak,
+    Samples,
+    Search,
+    highest,
+    highest_of,
+    jets_of,
+)
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak, vector_cycle_peak
 from vibecalc.response.resonances import MaskedSpeeds, Resonances, masked_speeds
@@ -45,15 +53,6 @@ def in_blocks(
 # ----------------------------------------------------------------------------
 # A slow run-up: at each speed the peak over the cycle, and the highest of them all.
 # ----------------------------------------------------------------------------
-
-#: a resonance whose own order stays below this share of a row's maximum gets no cluster there
-_NEGLIGIBLE = 1e-4
-
-#: unless it stands where the row is high anyway: then down to this share
-_ROUNDING = 1e-13
-
-#: next to a resonance a row is no higher than there and so many times what the resonance gives
-_ADDED = 3.0
 
 
 class RunUp(NamedTuple):
@@ -94,22 +93,39 @@ def run_up(
     its frequency is not missed however lightly damped. The maxima are polished by Newton's
     method and hold to rounding; their errors are estimates of that.
     """
-    search = _search(harmonics_at, orders, resonances, start, stop, shows, errors=True)
+    order = np.asarray(orders, dtype=int)
+    angle = angle_grid(order)
+    bounds = _bounds(resonances, order, start, stop, shows)
+    masked = bounds.masked
+
+    def coarse_peaks(speed: np.ndarray) -> tuple[np.ndarray, ...]:
+        jet = harmonics_at(speed, errors=True)
+        return coarse_peak(jet.value, order, angle), jet.value, _uncertainty(jet)
+
+    sampled = CachedFunction(lambda speed: in_blocks(coarse_peaks, speed, order))
     sought = resonances.sought()
-    speed = base_speeds(sought, search.orders, start, stop, 25)
-    centre = resonant_speeds(sought, search.orders)
+    speed = base_speeds(sought, order, start, stop, 25)
+    centre = resonant_speeds(sought, order)
     within = (centre > 0.2 * start) & (centre < 4.0 * stop)
     if np.sum(within) > 8:
-        within &= _worth(search, sought, speed)
-    speed = np.concatenate([speed, centre[within], clusters(sought, search.orders, within)])
+        within &= _worth(sampled, order, sought, masked, start, stop, speed)
+    speed = np.concatenate([speed, centre[within], clusters(sought, order, within)])
     refined = resolve(
-        lambda at: search.sampled(at)[0], admitted(speed, search.masked, start, stop),
-        search.masked, search.infinite, curve_tolerance, most_points,
+        lambda at: sampled(at)[0], admitted(speed, masked, start, stop),
+        masked, bounds.infinite, curve_tolerance, most_points,
     )  # fmt: skip
-    peak = highest(search, refined.speed, 0.97)
-    _, harmonics, uncertainty = search.sampled(refined.speed)
-    curve = _exact_peaks(harmonics, uncertainty, search.orders)
-    return RunUp(refined.speed, curve, peak, search.masked, refined.unresolved)
+    ground = Ground(jets_of(harmonics_at), order, np.array([start]), np.array([stop]))
+
+    def known_harmonics(_: np.ndarray, speed: np.ndarray) -> np.ndarray:
+        shown, which = np.unique(speed, return_inverse=True)
+        return sampled(shown)[1][which]
+
+    search = Search(ground, angle, bounds.infinite, known_harmonics)
+    value, harmonics, uncertainty = sampled(refined.speed)
+    samples = Samples(np.zeros(len(refined.speed), int), refined.speed, value, harmonics)
+    peak = bounds.applied(highest(search, samples, 0.97))
+    curve = _exact_peaks(harmonics, uncertainty, order)
+    return RunUp(refined.speed, curve, peak, masked, refined.unresolved)
 
 
 def joined(parts: Sequence[RunUp]) -> RunUp:
@@ -149,13 +165,19 @@ def run_up_peak(
     resonance adds come up to the highest value seen. Polishes as `run_up` does, from both sides of
     each maximum.
     """
-    search = _search(harmonics_at, orders, resonances, start, stop, shows)
+    order = np.asarray(orders, dtype=int)
+    bounds = _bounds(resonances, order, start, stop, shows)
     sought = resonances.sought()
-    speed = sparse_speeds(sought, search.orders, start, stop)
-    winners = _may_win(search, sought, admitted(speed, search.masked, start, stop))
-    spread = sparse_clusters(sought, search.orders, winners)
-    speed = np.concatenate([search.sampled.speed, spread])
-    return highest(search, admitted(speed, search.masked, start, stop), 0.8, sparse=True)
+    machine = Machines(
+        Ground(jets_of(harmonics_at), order, np.array([start]), np.array([stop])),
+        lambda _, speed: in_blocks(lambda at: (harmonics_at(at).value,), speed, order)[0],
+        sought.frequency[None],
+        sought.damping_ratio[None],
+        sought.exposed()[None],
+        bounds.infinite,
+        bounds.masked,
+    )
+    return bounds.applied(highest_peaks(machine))
 
 
 def cycle_peaks(harmonics_at: HarmonicsAt, orders: np.ndarray, speed: np.ndarray) -> Bounded:
@@ -183,69 +205,48 @@ def _exact_peaks(harmonics: np.ndarray, uncertainty: np.ndarray, orders: np.ndar
     return Bounded(peak.value, peak.error + uncertainty)
 
 
-def _search(
-    harmonics_at: HarmonicsAt,
+class _Bounds(NamedTuple):
+    """Which intervals are masked, and which rows have no bound in each of them and in any."""
+
+    masked: MaskedSpeeds
+    shown: np.ndarray
+    infinite: np.ndarray
+
+    def applied(self, peak: RunUpPeak) -> RunUpPeak:
+        """With infinite peaks at the first resonance without bound."""
+        for number in np.flatnonzero(self.infinite):
+            first = int(np.argmax(self.shown[:, number]))
+            peak.value[number], peak.speed[number] = np.inf, self.masked.centre[first]
+            peak.speed_error[number] = self.masked.centre_error[first]
+        return peak
+
+
+def _bounds(
+    resonances: Resonances, orders: np.ndarray, start: float, stop: float, shows: np.ndarray
+) -> _Bounds:
+    masked = masked_speeds(resonances, orders, start, stop)
+    shown = shows[masked.mode - 1]
+    return _Bounds(masked, shown, np.any(shown, axis=0))
+
+
+def _worth(
+    sampled: CachedFunction,
     orders: np.ndarray,
     resonances: Resonances,
+    masked: MaskedSpeeds,
     start: float,
     stop: float,
-    shows: np.ndarray,
-    errors: bool = False,
-) -> Search:
-    order = np.asarray(orders, dtype=int)
-    angle = angle_grid(order)
-    masked = masked_speeds(resonances, order, start, stop)
-    shown = shows[masked.mode - 1]
-    infinite = np.any(shown, axis=0)
-
-    def coarse_peaks(speed: np.ndarray) -> tuple[np.ndarray, ...]:
-        jet = harmonics_at(speed, errors=errors)
-        found = coarse_peak(jet.value, order, angle), jet.value
-        return (*found, _uncertainty(jet)) if errors else found
-
-    sampled = CachedFunction(lambda speed: in_blocks(coarse_peaks, speed, order))
-    return Search(harmonics_at, sampled, order, angle, masked, shown, infinite, start, stop)
-
-
-class _AtResonances(NamedTuple):
-    """At the resonances (orders, modes): what the own order gives and all together, and `top`.
-
-    `of_order` and `here` (orders, modes, rows); `top` (rows,) is the highest of all speeds.
-    """
-
-    of_order: np.ndarray
-    here: np.ndarray
-    top: np.ndarray
-
-
-def _at_resonances(search: Search, resonances: Resonances, base: np.ndarray) -> _AtResonances:
-    """Look at first speeds and at all resonances; outside the range, at its end."""
-    centre = resonant_speeds(resonances, search.orders)
-    width = np.maximum(resonances.exposed(), 0.0)
-    # next to a pole the response is taken at the edge of its interval; poles moved by damping that
-    # is not there stand on others
-    at = np.clip((centre * (1.0 - width)).ravel(), search.start, search.stop)
-    for low, high in zip(search.masked.low.tolist(), search.masked.high.tolist(), strict=True):
-        at[(at > low) & (at < high)] = low if low >= search.start else high
-    speed, back = np.unique(np.concatenate([base, at]), return_inverse=True)
-    peak, harmonics = search.sampled(speed)[:2]
-    back = back[len(base) :].reshape(centre.shape)
-    of_order = harmonics[back, ..., np.arange(len(search.orders))[:, None]]
-    of_order = np.sqrt(np.sum(np.square(np.abs(of_order)), axis=-1))
-    return _AtResonances(of_order, peak[back], np.max(peak, axis=0))
-
-
-def _worth(search: Search, resonances: Resonances, base: np.ndarray) -> np.ndarray:
+    base: np.ndarray,
+) -> np.ndarray:
     """Which (order, mode) resonances can matter to the curve or to the maximum of any row."""
-    of_order, here, top = _at_resonances(search, resonances, base)
-    visible = (of_order > _NEGLIGIBLE * top) | ((of_order > _ROUNDING * top) & (here > 0.5 * top))
+    centre = resonant_speeds(resonances, orders)
+    at = beside_poles(centre, resonances.exposed(), masked, start, stop)
+    speed, back = np.unique(np.concatenate([base, at.ravel()]), return_inverse=True)
+    peak, harmonics = sampled(speed)[:2]
+    back = back[len(base) :].reshape(centre.shape)
+    of_order = harmonics[back, ..., np.arange(len(orders))[:, None]]
+    of_order = np.sqrt(np.sum(np.square(np.abs(of_order)), axis=-1))
+    here, top = peak[back], np.max(peak, axis=0)
+    visible = (of_order > NEGLIGIBLE * top) | ((of_order > ROUNDING * top) & (here > 0.5 * top))
     worth: np.ndarray = np.any(visible, axis=-1)
     return worth
-
-
-def _may_win(search: Search, resonances: Resonances, base: np.ndarray) -> np.ndarray:
-    """Which (order, mode) resonances can hold the maximum of any row that has one."""
-    of_order, here, top = _at_resonances(search, resonances, base)
-    may = (of_order > _ROUNDING * top) & (here + _ADDED * of_order >= top) & ~search.infinite
-    won: np.ndarray = np.any(may, axis=-1)
-    return won

@@ -38,18 +38,25 @@ def resonant_speeds(resonances: Resonances, orders: np.ndarray) -> np.ndarray:
 
 
 def sparse_speeds(
-    resonances: Resonances, orders: np.ndarray, start: float, stop: float
+    frequency: np.ndarray, orders: np.ndarray, start: np.ndarray, stop: np.ndarray
 ) -> np.ndarray:
-    """Both ends and geometric steps from below the lowest order resonance.
+    """Of each machine both ends and geometric steps from below the lowest order resonance.
 
-    Between resonances, which have speeds of their own, a curve bends on the scale of the speed.
+    `frequency` is (machines, n), `start` and `stop` (machines,); the result (machines, speeds),
+    NaN for none. Between resonances, which have speeds of their own, a curve bends on the scale of
+    the speed.
     """
-    lowest = np.min(resonances.frequency) / np.max(orders) / 1.5
-    floor = max(start, lowest, stop * 1e-6)
-    if floor >= stop:
-        return np.array([start, 0.5 * (start + stop), stop])
-    count = max(int(np.ceil(np.log(stop / floor) / np.log(_SPARSE_STEP))), 3)
-    return np.concatenate([[start], np.geomspace(floor, stop, count + 1)[:-1], [stop]])
+    lowest = np.nanmin(frequency, axis=1) / np.max(orders) / 1.5
+    floor = np.maximum(np.maximum(start, lowest), stop * 1e-6)
+    # all below the lowest resonance
+    low = floor >= stop
+    ratio = np.where(low, 2.0, stop / np.where(low, 1.0, floor))
+    count = np.maximum(np.ceil(np.log(ratio) / np.log(_SPARSE_STEP)), 3.0)
+    step = np.arange(np.max(count))
+    speed = np.where(low, np.nan, floor)[:, None] * ratio[:, None] ** (step / count[:, None])
+    speed = np.where(step < count[:, None], speed, np.nan)
+    middle = np.where(low, 0.5 * (start + stop), np.nan)
+    return np.concatenate([np.stack([start, middle, stop], axis=1), speed], axis=1)
 
 
 def clusters(resonances: Resonances, orders: np.ndarray, chosen: np.ndarray) -> np.ndarray:
@@ -58,32 +65,36 @@ def clusters(resonances: Resonances, orders: np.ndarray, chosen: np.ndarray) -> 
     The first step is less than the half bandwidth, so that no resonance is too narrow to be
     seen; next to a masked interval it starts at the interval's edge.
     """
-    return _spread(resonances, orders, chosen, _FIRST, _GROWTH, _FARTHEST)
+    ratio, exposed = resonances.damping_ratio, resonances.exposed()
+    order, mode = np.nonzero(chosen)
+    centre = resonant_speeds(resonances, orders)[order, mode]
+    return _spread(centre, ratio[mode], exposed[mode], _FIRST, _GROWTH, _FARTHEST)[0]
 
 
-def sparse_clusters(resonances: Resonances, orders: np.ndarray, chosen: np.ndarray) -> np.ndarray:
-    """The same with few speeds: enough that a climb from the best of them finds the peak."""
-    return _spread(resonances, orders, chosen, _SPARSE_FIRST, _SPARSE_GROWTH, _SPARSE_FARTHEST)
+def sparse_clusters(
+    centre: np.ndarray, damping_ratio: np.ndarray, exposed: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The same about speeds (n,) with few speeds: enough that a climb from the best of them finds
+    the peak. Also tells which of the (n,) each is about."""
+    return _spread(centre, damping_ratio, exposed, _SPARSE_FIRST, _SPARSE_GROWTH, _SPARSE_FARTHEST)
 
 
 def _spread(
-    resonances: Resonances,
-    orders: np.ndarray,
-    chosen: np.ndarray,
+    centre: np.ndarray,
+    damping_ratio: np.ndarray,
+    exposed: np.ndarray,
     first: float,
     growth: float,
     farthest: float,
-) -> np.ndarray:
-    centre = resonant_speeds(resonances, orders)
-    exposed = resonances.exposed()
-    speeds = [np.zeros(0)]
-    for mode in np.flatnonzero(np.any(chosen, axis=0)):
-        width = max(first * resonances.damping_ratio[mode], exposed[mode], 1e-13)
-        steps = max(int(np.ceil(np.log(farthest / width) / np.log(growth))), 0)
-        offset = width * growth ** np.arange(steps + 1)
-        near = centre[chosen[:, mode], mode][:, None]
-        speeds += [(near * (1.0 - offset)).ravel(), (near * (1.0 + offset)).ravel()]
-    return np.concatenate(speeds)
+) -> tuple[np.ndarray, np.ndarray]:
+    width = np.maximum(np.maximum(first * damping_ratio, exposed), 1e-13)
+    steps = np.maximum(np.ceil(np.log(farthest / width) / np.log(growth)), 0.0).astype(int) + 1
+    which = np.repeat(np.arange(len(centre)), steps)
+    step = np.arange(len(which)) - np.repeat(np.cumsum(steps) - steps, steps)
+    offset = width[which] * growth**step
+    near = centre[which]
+    speeds = np.concatenate([near * (1.0 - offset), near * (1.0 + offset)])
+    return speeds, np.concatenate([which, which])
 
 
 def admitted(speed: np.ndarray, masked: MaskedSpeeds, start: float, stop: float) -> np.ndarray:
@@ -96,6 +107,24 @@ def admitted(speed: np.ndarray, masked: MaskedSpeeds, start: float, stop: float)
     if len(masked.low):
         ascending = ascending[outside(masked, ascending)]
     return ascending
+
+
+def beside_poles(
+    centre: np.ndarray,
+    exposed: np.ndarray,
+    masked: MaskedSpeeds,
+    start: float | np.ndarray,
+    stop: float | np.ndarray,
+) -> np.ndarray:
+    """Where to look at resonances `centre` (..., modes): outside the range, at its end.
+
+    Next to a pole the response is taken at the edge of its interval; poles moved by damping that
+    is not there stand on others.
+    """
+    at = np.clip(centre * (1.0 - exposed), start, stop)
+    for low, high in zip(masked.low.tolist(), masked.high.tolist(), strict=True):
+        at[(at > low) & (at < high)] = low if low >= np.max(start) else high
+    return at
 
 
 # ----------------------------------------------------------------------------

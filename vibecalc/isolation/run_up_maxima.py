@@ -8,7 +8,7 @@ import numpy as np
 from vibecalc.isolation.rows import HarmonicsAt, Jet
 from vibecalc.isolation.run_up import RunUp
 from vibecalc.isolation.run_up_grid import angle_grid, squares
-from vibecalc.isolation.run_up_peaks import RunUpPeaks, Starts, climb
+from vibecalc.isolation.run_up_peaks import Ground, RunUpPeaks, Starts, climb, jets_of
 from vibecalc.response.resonances import Resonances
 
 # ----------------------------------------------------------------------------
@@ -143,7 +143,8 @@ def _highest(part: Range, row: int, here: float, start: float, stop: float) -> R
         np.full(len(high), here), angle[high], np.zeros(len(high), int),
         np.full(len(high), reach),
     )  # fmt: skip
-    return climb(one_row, order, starts, start, stop, np.zeros(1))
+    ends = np.array([start]), np.array([stop])
+    return climb(Ground(jets_of(one_row), order, *ends), starts, np.zeros(1))
 
 
 def _described(

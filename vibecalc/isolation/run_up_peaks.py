@@ -1,14 +1,13 @@
 """The highest peaks of a run-up over crank speed and crank angle, by Newton in both."""
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from vibecalc.isolation.rows import HarmonicsAt, Jet
-from vibecalc.isolation.run_up_grid import CachedFunction, squares
+from vibecalc.isolation.run_up_grid import squares
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
-from vibecalc.response.resonances import MaskedSpeeds
 
 # ----------------------------------------------------------------------------
 # The highest points of rows over crank speed and crank angle, by Newton in both at once.
@@ -20,11 +19,33 @@ _NONE = np.zeros(0)
 _ARRIVED, _FLAT = 1e-18, 1e-12
 #: relative difference of heights that is none
 _ALIKE = 2e-13
-#: of the trusted step, how near a peak a start has merged with it
-_SAME = 0.05
+#: the same by a quick look, which is good to some 1e-9: what is so close is climbed exactly as well
+_ARRIVED_BY_LOOK, _ALIKE_BY_LOOK = 1e-14, 1e-6
+#: of the trusted step, and of a wave of the highest order, how near two such starts are one
+_SAME_BY_LOOK = 1e-5
 #: promised relative gain below which Newton's step is trusted to tell what is left, which is at
 #: most so many times what it promises
 _NEAR, _MARGIN = 0.01, 4.0
+
+
+class JetsAt(Protocol):
+    """Rows (n,) at speeds (n,): jets (n, components, orders) with slopes, and with errors."""
+
+    def __call__(self, speed: np.ndarray, row: np.ndarray, errors: bool = False) -> Jet: ...
+
+
+def jets_of(harmonics_at: HarmonicsAt) -> JetsAt:
+    """Those of one machine."""
+
+    def jets_at(speed: np.ndarray, row: np.ndarray, errors: bool = False) -> Jet:
+        which, shown = np.zeros(len(speed), dtype=int), speed
+        if len(speed) > 1:
+            # branches of one row start from the same speed, and rows that are alike share them all
+            shown, which = np.unique(speed, return_inverse=True)
+        jet = harmonics_at(shown, slopes=True, errors=errors)
+        return Jet(*(part[which, row] if part.size else part for part in jet))
+
+    return jets_at
 
 
 class Starts(NamedTuple):
@@ -67,78 +88,64 @@ class _Height(NamedTuple):
     a_uncertainty: np.ndarray
 
 
-def climb(
-    harmonics_at: HarmonicsAt,
-    orders: np.ndarray,
-    starts: Starts,
-    start: float,
-    stop: float,
-    known: np.ndarray,
-    nearby: RunUpPeaks | None = None,
-) -> RunUpPeaks:
-    """Maximise |f(speed, angle)| of rows from their starts within [start, stop].
+class Ground(NamedTuple):
+    """What is climbed: rows over their ranges of speed, each (rows,) or one for all.
 
-    Only peaks above those `known` (rows,) count. A start that comes close to that of its row in
-    `nearby` stays there.
+    `look` is a quick way to the same jets, for all steps but the last ones.
+    """
+
+    jets_at: JetsAt
+    orders: np.ndarray
+    start: np.ndarray
+    stop: np.ndarray
+    look: JetsAt | None = None
+
+    @property
+    def highest(self) -> float:
+        """The highest order."""
+        return float(np.max(self.orders))
+
+
+def climb(ground: Ground, starts: Starts, known: np.ndarray) -> RunUpPeaks:
+    """Maximise |f(speed, angle)| of rows from their starts within their ranges.
+
+    Only peaks above those `known` (rows,) count.
 
     A maximum over speed of the peak over the cycle is a smooth point of one branch (an upper
     envelope has kinks only in its valleys), where both slopes vanish, or an end of the range. The
     step is Newton's where the height is concave, turned upwards where it is not, kept within a
     trusted distance, and taken only if it leads up; so no peak is below its start. All starts
-    climb together; those that Newton's steps no longer carry above the best of their row stay.
+    climb together, each of them as if the other rows were not there; those that Newton's steps no
+    longer carry above the best of their row stay.
     """
-    order = np.asarray(orders, dtype=float)
-    top_order = float(np.max(order))
-    speed, angle = starts.speed.copy(), starts.angle.copy()
-    radius = np.ones(len(speed))
-    floor = 0.5 * np.square(known)
-    jet = _jets(harmonics_at, speed, starts.row)
-    here = _height(jet, order, angle)
-    step_v, step_a, gain, concave = _step(here, speed, starts.reach, top_order, radius, start, stop)
-    for _ in range(_MOST_STEPS):
-        moving = (
-            (gain > _ARRIVED)
-            & (radius > 1e-9)
-            & (~concave | _may_win(here.h, gain, starts.row, floor))
-        )
-        if nearby is not None:
-            moving &= ~_merged(speed, angle, starts, nearby, top_order)
-        if not np.any(moving):
-            break
-        at = np.flatnonzero(moving)
-        trial_v = np.clip(speed[at] + step_v[at], start, stop)
-        trial_a = angle[at] + step_a[at]
-        jet = _jets(harmonics_at, trial_v, starts.row[at])
-        there = _height(jet, order, trial_a)
-        # so near the top heights differ by rounding only, and Newton's step is the better judge
-        better = (there.h >= here.h[at]) | (gain[at] < _FLAT)
-        radius[at] = np.where(better, np.minimum(2.0 * radius[at], 1.0), 0.25 * radius[at])
-        taken = at[better]
-        speed[taken], angle[taken] = trial_v[better], trial_a[better]
-        for old, new in zip(here[:6], there[:6], strict=True):
-            old[taken] = new[better]
-        step_v, step_a, gain, concave = _step(
-            here, speed, starts.reach, top_order, radius, start, stop
-        )
-    best = _best(here.h, starts.row, floor)
-    # the last step is below what the height can tell apart, and above what the slopes can
-    arrived = gain[best] <= _ARRIVED
-    row, step_v, gain = starts.row[best], step_v[best], gain[best]
-    speed, angle = speed[best], angle[best]
-    speed = np.where(arrived, np.clip(speed + step_v, start, stop), speed)
-    angle = np.where(arrived, angle + step_a[best], angle)
-    angle = np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi
-    rows, shape = len(known), jet.value.shape[1:]
+    rows, floor = len(known), 0.5 * np.square(known)
+    found = _ascend(ground, ground.look or ground.jets_at, starts, floor)
+    low, high = (np.broadcast_to(end, rows) for end in (ground.start, ground.stop))
     none = [np.zeros(rows) for _ in range(6)]
-    peaks = RunUpPeaks._make([*none, np.zeros((rows, *shape), dtype=complex)])
-    peaks.speed[:] = start
+    peaks = RunUpPeaks._make([*none, np.zeros((rows, *found.shape), dtype=complex)])
+    peaks.speed[:] = low
+    if ground.look is not None:
+        starts = _contenders(found, starts, floor)
+        if not len(starts.row):
+            return peaks
+        found = _ascend(ground, ground.jets_at, starts, floor)
+    best = _best(found.here.h, starts.row, floor)
     if not len(best):
         return peaks
-    jet = _jets(harmonics_at, speed, row, errors=True)
-    here = _height(jet, order, angle)
+    # the last step is below what the height can tell apart, and above what the slopes can
+    row, step_v, gain = starts.row[best], found.step_v[best], found.gain[best]
+    arrived, low, high = gain <= _ARRIVED, low[row], high[row]
+    speed, angle = found.speed[best], found.angle[best]
+    speed = np.where(arrived, np.clip(speed + step_v, low, high), speed)
+    angle = np.where(arrived, angle + found.step_a[best], angle)
+    angle = np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi
+    jet = ground.jets_at(speed, row, errors=True)
+    here = _height(jet, np.asarray(ground.orders, dtype=float), angle)
     value = np.sqrt(2.0 * here.h)
-    inside = (speed > start) & (speed < stop)
-    drift = np.where(inside, _speed_uncertainty(here, stop - start) + 1e-3 * np.abs(step_v), 0.0)
+    inside = (speed > low) & (speed < high)
+    # what another step would move it by
+    left = _step(here, speed, starts.reach[best], ground.highest, np.ones(len(best)), low, high)[0]
+    drift = np.where(inside, _speed_uncertainty(here, high - low) + np.abs(left), 0.0)
     peaks.value[row], peaks.error[row] = value, here.value_uncertainty + np.abs(gain) * value
     peaks.speed[row], peaks.angle[row], peaks.gain[row] = speed, angle, gain
     peaks.speed_error[row] = drift + 2.0 * UNIT_ROUNDOFF * speed
@@ -146,17 +153,73 @@ def climb(
     return peaks
 
 
-def _jets(
-    harmonics_at: HarmonicsAt, speed: np.ndarray, row: np.ndarray, errors: bool = False
-) -> Jet:
-    """One row each of the jets at speeds (starts,): parts (starts, components, orders)."""
-    which = np.zeros(len(speed), dtype=int)
-    shown = speed
-    if len(speed) > 1:
-        # branches of one row start from the same speed, and rows that are alike share all speeds
-        shown, which = np.unique(speed, return_inverse=True)
-    jet = harmonics_at(shown, slopes=True, errors=errors)
-    return Jet(*(part[which, row] if part.size else part for part in jet))
+class _Found(NamedTuple):
+    """Where starts (starts,) have got to, the step that is left, and `shape` of one jet."""
+
+    speed: np.ndarray
+    angle: np.ndarray
+    here: "_Height"
+    step_v: np.ndarray
+    step_a: np.ndarray
+    gain: np.ndarray
+    shape: tuple[int, ...]
+
+
+def _ascend(ground: Ground, jets_at: JetsAt, starts: Starts, floor: np.ndarray) -> _Found:
+    """Climb from all starts, by one of the two ways to the jets."""
+    order, top_order = np.asarray(ground.orders, dtype=float), ground.highest
+    enough = _ARRIVED
+    if jets_at is ground.look:
+        enough, floor = _ARRIVED_BY_LOOK, floor * (1.0 - _ALIKE_BY_LOOK)
+    low, high = (np.broadcast_to(end, len(floor))[starts.row] for end in ground[2:4])
+    speed, angle = starts.speed.copy(), starts.angle.copy()
+    radius = np.ones(len(speed))
+    jet = jets_at(speed, starts.row)
+    here = _height(jet, order, angle)
+    steps = list(_step(here, speed, starts.reach, top_order, radius, low, high))
+    for _ in range(_MOST_STEPS):
+        step_v, step_a, gain, concave = steps
+        moving = (
+            (gain > enough)
+            & (radius > 1e-9)
+            & (~concave | _may_win(here.h, gain, starts.row, floor))
+        )
+        if not np.any(moving):
+            break
+        at = np.flatnonzero(moving)
+        trial_v = np.clip(speed[at] + step_v[at], low[at], high[at])
+        trial_a = angle[at] + step_a[at]
+        there = _height(jets_at(trial_v, starts.row[at]), order, trial_a)
+        # so near the top heights differ by rounding only, and Newton's step is the better judge
+        better = (there.h >= here.h[at]) | (gain[at] < _FLAT)
+        radius[at] = np.where(better, np.minimum(2.0 * radius[at], 1.0), 0.25 * radius[at])
+        taken = at[better]
+        speed[taken], angle[taken] = trial_v[better], trial_a[better]
+        for old, new in zip(here[:6], there[:6], strict=True):
+            old[taken] = new[better]
+        stood = _Height._make([*(part[at] for part in here[:6]), _NONE, _NONE, _NONE])
+        moved = _step(stood, speed[at], starts.reach[at], top_order, radius[at], low[at], high[at])
+        for part, new in zip(steps, moved, strict=True):
+            part[at] = new
+    step_v, step_a, gain, _ = steps
+    return _Found(speed, angle, here, step_v, step_a, gain, jet.value.shape[1:])
+
+
+def _contenders(found: _Found, starts: Starts, floor: np.ndarray) -> Starts:
+    """Where those have got to that may be the highest of their row, one for each such place."""
+    height, row = found.here.h, starts.row
+    best = floor * (1.0 - _ALIKE_BY_LOOK)
+    np.maximum.at(best, row, height)
+    chosen = np.flatnonzero((height >= best[row] * (1.0 - _ALIKE_BY_LOOK)) & (height > 0.0))
+    reach, turn = starts.reach[chosen], found.angle[chosen]
+    order = np.lexsort((found.speed[chosen], row[chosen]))
+    chosen, reach, turn = chosen[order], reach[order], turn[order]
+    near = np.diff(found.speed[chosen]) <= _SAME_BY_LOOK * reach[1:]
+    twice = np.remainder(np.diff(turn) + np.pi, 2.0 * np.pi) - np.pi
+    near &= np.abs(twice) <= _SAME_BY_LOOK
+    near &= np.diff(row[chosen]) == 0
+    chosen = chosen[np.concatenate([np.ones(min(len(chosen), 1), bool), ~near])]
+    return Starts(found.speed[chosen], found.angle[chosen], row[chosen], starts.reach[chosen])
 
 
 def _may_win(
@@ -170,17 +233,6 @@ def _may_win(
     np.maximum.at(best, row, height)
     may: np.ndarray = (gain > _NEAR) | (height * (1.0 + _MARGIN * gain) >= best[row])
     return may
-
-
-def _merged(
-    speed: np.ndarray, angle: np.ndarray, starts: Starts, nearby: RunUpPeaks, top_order: float
-) -> np.ndarray:
-    """Which starts have come close to the peak that their row has already."""
-    turn = angle - nearby.angle[starts.row]
-    away = np.abs(np.remainder(turn + np.pi, 2.0 * np.pi) - np.pi)
-    near = np.abs(speed - nearby.speed[starts.row]) <= _SAME * starts.reach
-    merged: np.ndarray = near & (away <= 0.5 / top_order)
-    return merged
 
 
 def _best(height: np.ndarray, row: np.ndarray, floor: np.ndarray) -> np.ndarray:
@@ -235,8 +287,8 @@ def _step(
     reach: np.ndarray,
     top_order: float,
     radius: np.ndarray,
-    start: float,
-    stop: float,
+    start: np.ndarray,
+    stop: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Step in speed and angle, the relative gain in height that it promises, and if concave."""
     scale = 1.0 / np.where(at.h > 0.0, at.h, 1.0)
@@ -263,7 +315,7 @@ def _step(
     return step_v * shorter * reach, step_a * shorter / top_order, gain, concave
 
 
-def _speed_uncertainty(at: _Height, span: float) -> np.ndarray:
+def _speed_uncertainty(at: _Height, span: np.ndarray) -> np.ndarray:
     """What the uncertainties of the two slopes make of the speed of the peak; at most the range."""
     determinant = np.abs(at.vv * at.aa - at.va * at.va)
     uncertainty = np.abs(at.aa) * at.v_uncertainty + np.abs(at.va) * at.a_uncertainty
@@ -306,105 +358,110 @@ def highest_of(peaks: Sequence[RunUpPeak]) -> RunUpPeak:
     return best._replace(error=np.maximum(best.error, higher))
 
 
-class Search(NamedTuple):
-    """What a search of speeds examines: rows, grid of crank angles, range, what is masked there.
+class Samples(NamedTuple):
+    """Speeds that were examined, of one machine after the other, each at least at two.
 
-    `sampled` gives the peak over the grid (speeds, rows) and the harmonics, and perhaps more.
-    `shown` (intervals, rows) and `infinite` (rows,) tell which rows have no bound in an interval
-    and anywhere.
+    `machine`, `speed` (n,), ascending; `value` (n, rows) are peaks over a grid of crank angles, or
+    what they cannot reach where that is no candidate; `harmonics` (n, rows, components, orders).
     """
 
-    harmonics_at: HarmonicsAt
-    sampled: CachedFunction
-    orders: np.ndarray
+    machine: np.ndarray
+    speed: np.ndarray
+    value: np.ndarray
+    harmonics: np.ndarray
+
+
+class Search(NamedTuple):
+    """Where the highest peaks of rows are sought: those of each machine follow each other.
+
+    `ground` has the rows (machines * rows,), `angle` is the grid of crank angles, `infinite` tells
+    rows that have no bound. `harmonics_at` gives all rows (n, rows, components, orders) of machines
+    (n,) at speeds (n,).
+    """
+
+    ground: Ground
     angle: np.ndarray
-    masked: MaskedSpeeds
-    shown: np.ndarray
     infinite: np.ndarray
-    start: float
-    stop: float
+    harmonics_at: Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
-def highest(search: Search, speed: np.ndarray, threshold: float, sparse: bool = False) -> RunUpPeak:
+def highest(search: Search, samples: Samples, threshold: float, sparse: bool = False) -> RunUpPeak:
     """Polish every local maximum that may be the highest, and keep the best of each row.
 
     Among `sparse` speeds a kink may part two peaks within a step, or one may hide next to the
-    maximum: then the speeds next to it are starts as well.
+    maximum: then the speeds next to it are starts as well. Rows without bound stay zero.
     """
-    value, harmonics = search.sampled(speed)[:2]
-    rows = value.shape[1]
-    padded = np.pad(value, ((1, 1), (0, 0)), constant_values=-1.0)
-    local = (value >= padded[:-2]) & (value >= padded[2:])
-    top = np.max(value, axis=0)
-    high = (value >= threshold * top) & (value > 0.0) & ~search.infinite
-    reach = np.concatenate([speed[1:], speed[-1:]]) - np.concatenate([speed[:1], speed[:-1]])
+    machine, speed, value, harmonics = samples
+    total, rows = len(search.infinite), value.shape[1]
+    first = np.diff(machine, prepend=-1) > 0
+    last = np.append(first[1:], True)
+    before = np.where(first[:, None], -1.0, np.roll(value, 1, axis=0))
+    after = np.where(last[:, None], -1.0, np.roll(value, -1, axis=0))
+    local = (value >= before) & (value >= after)
+    top = np.maximum.reduceat(value, np.flatnonzero(first))[machine]
+    high = (value >= threshold * top) & (value > 0.0) & ~search.infinite.reshape(-1, rows)[machine]
+    reach = np.where(last, speed, np.roll(speed, -1)) - np.where(first, speed, np.roll(speed, 1))
 
-    def starts_at(chosen: np.ndarray) -> Starts:
-        at, row = np.nonzero(chosen)
-        places = Starts(speed[at], np.zeros(len(at)), row, reach[at])
-        return _branches(search, places, harmonics[at, row], threshold)
-
-    peak = RunUpPeak(np.zeros(rows), np.zeros(rows), np.full(rows, search.start), np.zeros(rows))
-    if np.any(local & high):
-        nearby = np.pad(local & high, ((1, 1), (0, 0)))
-        around = (nearby[:-2] | nearby[2:]) & ~local & high & sparse
-        more = starts_at(around) if np.any(around) else None
-        peaks = _climbed(search, starts_at(local & high), more, rows, threshold)
-        peak = RunUpPeak(*peaks[:4])
-    for number in range(rows):
-        if not search.infinite[number]:
-            continue
-        first = int(np.argmax(search.shown[:, number]))
-        peak.value[number], peak.speed[number] = np.inf, search.masked.centre[first]
-        peak.speed_error[number] = search.masked.centre_error[first]
-    return peak
+    if not np.any(local & high):
+        start = np.broadcast_to(search.ground.start, total).copy()
+        return RunUpPeak(np.zeros(total), np.zeros(total), start, np.zeros(total))
+    lower = np.roll(local & high, 1, axis=0) & ~first[:, None]
+    upper = np.roll(local & high, -1, axis=0) & ~last[:, None]
+    around = (lower | upper) & high & sparse
+    at, row = np.nonzero((local & high) | around)
+    places = Starts(speed[at], np.zeros(len(at)), machine[at] * rows + row, reach[at])
+    starts = _branches(search, places, harmonics[at, row], threshold)
+    return RunUpPeak(*_climbed(search, starts, rows, threshold)[:4])
 
 
-def _climbed(
-    search: Search, starts: Starts, around: Starts | None, rows: int, threshold: float
-) -> RunUpPeaks:
+def _climbed(search: Search, starts: Starts, rows: int, threshold: float) -> RunUpPeaks:
     """Peaks of all rows; where another branch over the angle is high there, it is climbed too.
 
-    Of two branches that cross between two speeds one may be too low at either to be a start. From
-    `around` only what does not lead to the same peak is climbed to the end.
+    Of two branches that cross between two speeds one may be too low at either to be a start.
     """
-    given = (search.harmonics_at, search.orders)
-    ends = (search.start, search.stop)
-    peaks = climb(*given, starts, *ends, np.zeros(rows))
-    if around is not None:
-        _keep(peaks, climb(*given, around, *ends, peaks.value, peaks))
+    ground, total = search.ground, len(search.infinite)
+    peaks = climb(ground, starts, np.zeros(total))
     period = len(search.angle) * search.angle[1]
-    reach = np.zeros(rows)
+    reach = np.zeros(total)
     np.maximum.at(reach, starts.row, starts.reach)
     row, climbed = np.flatnonzero(peaks.value > 0.0), starts
     # next to an end of the range that is high a peak may hide before the next speed
-    at_end = (peaks.speed == search.start) | (peaks.speed == search.stop)
-    edge = row[at_end[row]]
+    at_stop = peaks.speed == ground.stop
+    edge = row[((peaks.speed == ground.start) | at_stop)[row]]
     if len(edge):
-        inwards = np.where(peaks.speed[edge] == search.stop, -reach[edge], reach[edge])
+        inwards = np.where(at_stop[edge], -reach[edge], reach[edge])
         inner = (peaks.speed[edge] + np.array([[0.25], [0.5]]) * inwards).ravel()
-        shown, which = np.unique(inner, return_inverse=True)
         places = Starts(inner, np.zeros(len(inner)), np.tile(edge, 2), np.tile(reach[edge], 2))
-        values = search.sampled(shown)[1][which, places.row]
+        machine, place = np.divmod(places.row, rows)
+        values = search.harmonics_at(machine, inner)[np.arange(len(inner)), place]
         near = _branches(search, places, values, threshold)
-        _keep(peaks, climb(*given, near, *ends, peaks.value))
+        _keep(peaks, climb(ground, near, peaks.value))
     for _ in range(_MOST_CLIMBS):
         tops = Starts(peaks.speed[row], peaks.angle[row], row, reach[row])
         there = _branches(search, tops, peaks.harmonics[row], threshold)
-        # a branch is known by its angle, to a quarter of a wave of the highest order
-        away = there.angle[:, None] - climbed.angle + 0.5 * period
-        away = np.abs(np.remainder(away, period) - 0.5 * period)
-        known = (away < 4.5 * search.angle[1]) & (there.row[:, None] == climbed.row)
-        other = ~np.any(known, axis=1)
-        if not np.any(other):
+        known = _are_known(there, climbed, period, 4.5 * search.angle[1])
+        if np.all(known):
             break
-        there = Starts(*(part[other] for part in there))
-        again = climb(*given, there, *ends, peaks.value)
+        there = Starts(*(part[~known] for part in there))
+        again = climb(ground, there, peaks.value)
         climbed = Starts(*(np.concatenate(pair) for pair in zip(climbed, there, strict=True)))
         row = _keep(peaks, again)
         if not len(row):
             break
     return peaks
+
+
+def _are_known(there: Starts, climbed: Starts, period: float, near: float) -> np.ndarray:
+    """Which branches are among those `climbed`: by angle, to a quarter of the highest wave."""
+    order = np.argsort(climbed.row, kind="stable")
+    first = np.searchsorted(climbed.row[order], there.row)
+    count = np.searchsorted(climbed.row[order], there.row, side="right") - first
+    each = np.repeat(np.arange(len(there.row)), count)
+    other = order[np.arange(len(each)) - np.repeat(np.cumsum(count) - count - first, count)]
+    away = np.remainder(there.angle[each] - climbed.angle[other] + 0.5 * period, period)
+    found = np.zeros(len(there.row), dtype=bool)
+    found[each[np.abs(away - 0.5 * period) < near]] = True
+    return found
 
 
 def _keep(peaks: RunUpPeaks, again: RunUpPeaks) -> np.ndarray:
@@ -420,7 +477,7 @@ def _branches(search: Search, places: Starts, harmonics: np.ndarray, threshold: 
 
     `harmonics` (places, components, orders) are those of the rows there.
     """
-    height = squares(harmonics, search.orders, search.angle)
+    height = squares(harmonics, search.ground.orders, search.angle)
     around = np.maximum(np.roll(height, 1, axis=-1), np.roll(height, -1, axis=-1))
     # the grid itself may miss two per cent of a peak
     floor = np.square(0.96 * threshold) * np.max(height, axis=-1, keepdims=True)

@@ -69,6 +69,12 @@ def _of_mounts(case: "Case", moving: bool, rest: bool = True) -> tuple[str, ...]
 
 _PITCH_ONLY = ("isolation/pitch/", "isolation/lever_force/", "support_force/rigid_peak")
 CURVE = "isolation/pitch/transmissibility_curve"
+#: of the run-up, without its curves
+PEAKS = tuple(
+    f"isolation/{force}/run_up_peak{what}"
+    for force in ("support_force", "lever_force")
+    for what in ("", "_speed")
+)
 _BODY_ONLY = ("isolation/modes/", "isolation/body/")
 #: of the stages next to it
 _OTHERS = ("run_up", "masked", "torque_reaction", "efficiency", "isolation/mounts/")
@@ -128,6 +134,14 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
         harmonics=orders_of_loads,
         work=_work_of_run_up,
         topics=("vibecalc.isolation.accuracy:run_up_topics",),
+        leading=None
+        if torque
+        else Leading(
+            keys=MOUNT_KEYS,
+            only=PEAKS if pitch else PEAKS[:2],
+            most=1024,
+            adapter="vibecalc.isolation.arrays:run_up_peaks",
+        ),
     )
 
 

@@ -34,7 +34,7 @@ class BandRows(NamedTuple):
     left_out: HarmonicsAt
     order: FloatArray
     beyond: FloatArray
-    factor: float
+    factor: np.ndarray | float
     band: tuple[float, float]
 
 

@@ -1,9 +1,12 @@
 """What a mode is made of, what damps it, and which resonances that makes."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.leading import leave_alone
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF
 from vibecalc.response.modes import Modes, clusters, largest_positive, repeated
@@ -179,42 +182,80 @@ def idle_modes(shapes: Modes, force: Bounded) -> np.ndarray:
 _WIDE = 0.7
 
 
+class DampedPoles(NamedTuple):
+    """Roots s of (s^2 M + s C + K + iH) v = 0, each of a system (..., f, f).
+
+    `root` (..., 2 f) in rad/s times `scale` (...); `state` (..., 2 f, 2 f) has in its upper half
+    the motions in modal coordinates, in columns, and below them their derivatives.
+    """
+
+    root: np.ndarray
+    state: np.ndarray
+    scale: np.ndarray
+
+
+def damped_poles(matrices: Matrices, shapes: Modes) -> DampedPoles:
+    """Poles with damping, solved in modal coordinates; leading axes as of matrices and shapes."""
+    scale = np.max(shapes.natural_frequency, axis=-1)
+    per_scale = (1.0 / scale)[..., None, None]
+    vector = shapes.shape
+    hysteretic = matrices.stiffness + 1j * matrices.structural
+    stiffness = vector.mT @ hysteretic @ vector * np.square(per_scale)
+    damping = vector.mT @ matrices.damping @ vector * per_scale
+    size = stiffness.shape[-1]
+    system = np.zeros((*stiffness.shape[:-2], 2 * size, 2 * size), dtype=complex)
+    system[..., range(size), range(size, 2 * size)] = 1.0
+    system[..., size:, :size], system[..., size:, size:] = -stiffness, -damping
+    return DampedPoles(*np.linalg.eig(system), scale)
+
+
 def with_damped_poles(
-    resonances: Resonances, matrices: Matrices, shapes: Modes, force: Bounded
+    resonances: Resonances,
+    matrices: Matrices,
+    shapes: Modes,
+    force: Bounded,
+    poles: DampedPoles | None = None,
 ) -> Resonances:
     """Tell a search of the resonances that stand next to the undamped natural frequencies.
 
     A mount with a strong damper hardly moves, and the body swings about it: lightly damped, at
-    frequencies that no undamped mode has. They are the roots s of
-    (s^2 M + s C + K + iH) v = 0 with a positive imaginary part, solved in modal coordinates.
+    frequencies that no undamped mode has. They are the `poles` with a positive imaginary part.
     `force` (orders, 6) is that of `resonances`. A root without damping to speak of, whose nearest
     mode seems damped, takes that mode's place: damping leaves a combination of close modes alone.
-    """
-    scale = float(np.max(shapes.natural_frequency))
-    vector = shapes.shape
-    stiffness = vector.T @ (matrices.stiffness + 1j * matrices.structural) @ vector / scale**2
-    damping = vector.T @ matrices.damping @ vector / scale
-    unit = np.eye(len(stiffness))
-    roots, states = np.linalg.eig(np.block([[0.0 * unit, unit], [-stiffness, -damping]]))
-    swinging = np.flatnonzero(roots.imag > 1e-9 * np.abs(roots))
-    swinging = swinging[np.argsort(roots.imag[swinging], kind="stable")]
-    roots, swing = roots[swinging], vector @ states[: len(unit), swinging]
-    frequency, ratio = scale * roots.imag, np.abs(roots.real) / np.abs(roots)
-    away = np.abs(frequency[:, None] - resonances.frequency)
 
-    nearest = np.argmin(away, axis=1)
-    bare = ratio < resonances.half_width[nearest]
-    bare &= resonances.damping_ratio[nearest] >= resonances.half_width[nearest]
-    place, which = nearest[bare], np.flatnonzero(bare)
+    Of many machines (..., modes), which have no such root or are run alone, the moved resonances
+    are (..., 2 f), NaN for none.
+    """
+    roots, states, scale = poles or damped_poles(matrices, shapes)
+    swings = roots.imag > 1e-9 * np.abs(roots)
+    frequency = np.where(swings, np.asarray(scale)[..., None] * roots.imag, np.inf)
+    ratio = np.abs(roots.real) / np.where(swings, np.abs(roots), 1.0)
+    away = np.abs(frequency[..., None] - resonances.frequency[..., None, :])
+    nearest = np.argmin(away, axis=-1)
+    seeming = np.take_along_axis(resonances.damping_ratio, nearest, -1)
+    negligible = np.take_along_axis(resonances.half_width, nearest, -1)
+    bare = swings & (ratio < negligible) & (seeming >= negligible)
+    # closer than half its width to a natural frequency, it is seen from there
+    new = swings & ~bare & (ratio < _WIDE)
+    new &= np.all(away > 0.5 * (ratio * np.where(swings, frequency, 0.0))[..., None], axis=-1)
+    if roots.ndim > 1:
+        leave_alone(np.any(bare, axis=-1))
+        absent = np.where(new, 0.0, np.nan)
+        return resonances._replace(
+            moved_frequency=np.where(new, frequency, 0.0) + absent, moved_ratio=ratio + absent
+        )
+    which = np.flatnonzero(bare)
+    which = which[np.argsort(frequency[which], kind="stable")]
+    place = nearest[which]
     replaced = resonances._replace(
         frequency=resonances.frequency.copy(),
         damping_ratio=resonances.damping_ratio.copy(),
         idle=resonances.idle.copy(),
     )
     replaced.frequency[place], replaced.damping_ratio[place] = frequency[which], ratio[which]
-    driven = np.abs(force.value @ swing[:, which])
-    replaced.idle[:, place] = driven <= 4.0 * (force.error @ np.abs(swing[:, which]))
+    swing = shapes.shape @ states[: shapes.shape.shape[-1], which]
+    replaced.idle[:, place] = np.abs(force.value @ swing) <= 4.0 * (force.error @ np.abs(swing))
 
-    # closer than half its width to a natural frequency, it is seen from there
-    new = ~bare & (ratio < _WIDE) & np.all(away > 0.5 * (ratio * frequency)[:, None], axis=1)
-    return replaced._replace(moved_frequency=frequency[new], moved_ratio=ratio[new])
+    moved = np.flatnonzero(new)
+    moved = moved[np.argsort(frequency[moved], kind="stable")]
+    return replaced._replace(moved_frequency=frequency[moved], moved_ratio=ratio[moved])

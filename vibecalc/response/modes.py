@@ -186,10 +186,21 @@ def _settle_repeated(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Give repeated modes the basis nearest to the coordinates; also each mode's cluster number."""
     cluster = clusters(eigenvalue, error)
-    settled, masses = shape.copy(), np.broadcast_to(mass, shape.shape)
-    for place, members in repeated(cluster):
-        settled[place][:, members] = _nearest_basis(masses[place], shape[place][:, members])
-    return settled, cluster
+    size = shape.shape[-1]
+    settled = shape.copy().reshape(-1, *shape.shape[-2:])
+    masses = np.broadcast_to(mass, shape.shape).reshape(settled.shape)
+    flat = cluster.reshape(-1, size)
+    # machines whose modes repeat alike are settled together
+    alike: dict[bytes, list[int]] = {}
+    for place in np.flatnonzero(flat[:, -1] < size - 1).tolist():
+        alike.setdefault(flat[place].tobytes(), []).append(place)
+    for places in alike.values():
+        for _, members in repeated(flat[places[0]]):
+            pick = np.asarray(places)[:, None], members
+            # an index before and behind a slice puts its axes first
+            basis = settled[pick[0], :, pick[1]].mT
+            settled[pick[0], :, pick[1]] = _nearest_basis(masses[places], basis).mT
+    return settled.reshape(shape.shape), cluster
 
 
 def clusters(eigenvalue: np.ndarray, error: np.ndarray) -> np.ndarray:
@@ -208,20 +219,22 @@ def repeated(cluster: np.ndarray) -> Iterator[tuple[tuple[int, ...], np.ndarray]
 
 
 def _nearest_basis(mass: np.ndarray, basis: np.ndarray) -> np.ndarray:
-    """Mass-orthonormal basis of the same space, built from projections of the coordinates."""
+    """Mass-orthonormal bases (n, f, m) of the same spaces, from projections of the coordinates."""
     remaining = basis
     found = []
-    while remaining.shape[1]:
+    while size := remaining.shape[-1]:
         # energy that a unit motion along each coordinate puts into the space
-        share = np.sum(np.square(mass @ remaining), axis=1) / np.diagonal(mass)
-        pivot = int(np.argmax(share > (1.0 - 1e-6) * np.max(share)))
-        direction = remaining.T @ mass[:, pivot]
-        rotation, _ = np.linalg.qr(
-            np.column_stack([direction, np.eye(len(direction))]), mode="reduced"
-        )
-        found.append(remaining @ rotation[:, 0])
-        remaining = remaining @ rotation[:, 1:]
-    return np.column_stack(found)
+        share = np.sum(np.square(mass @ remaining), axis=-1) / np.diagonal(mass, axis1=1, axis2=2)
+        highest = np.max(share, axis=-1, keepdims=True)
+        pivot = np.argmax(share > (1.0 - 1e-6) * highest, axis=-1)
+        column = np.take_along_axis(mass, pivot[:, None, None], -1)
+        unit = np.broadcast_to(np.eye(size), (len(mass), size, size))
+        directions = np.concatenate([remaining.mT @ column, unit], axis=-1)
+        rotation, _ = np.linalg.qr(directions, mode="reduced")
+        turned = remaining @ rotation
+        found.append(turned[..., :1])
+        remaining = turned[..., 1:]
+    return np.concatenate(found, axis=-1)
 
 
 def largest_positive(mass: np.ndarray, shape: np.ndarray) -> np.ndarray:

@@ -22,8 +22,9 @@ class Resonances(NamedTuple):
     `frequency`, `damping_ratio` (modes,): rad/s and 1. `half_width` (modes,): relative distance
     from the frequency within which fewer than four digits of an undamped response remain.
     `idle` (orders, modes): the order does not drive the mode, its modal force is zero to rounding.
-    Each may have leading axes of points, until speeds are sought.
-    `moved_frequency`, `moved_ratio` (any,): resonances that strong damping puts elsewhere.
+    Each may have leading axes of points.
+    `moved_frequency`, `moved_ratio` (any,): resonances that strong damping puts elsewhere; of many
+    points NaN for none.
     """
 
     frequency: np.ndarray
@@ -41,14 +42,20 @@ class Resonances(NamedTuple):
 
     def sought(self) -> "Resonances":
         """All resonances that a search of speeds has to examine, those moved by damping too."""
-        count = len(self.moved_frequency)
+        count = self.moved_frequency.shape[-1]
         if count == 0:
             return self
+        points = self.moved_frequency.shape[:-1]
+
+        def both(own: np.ndarray, moved: np.ndarray) -> np.ndarray:
+            own = np.broadcast_to(own, (*points, own.shape[-1]))
+            return np.concatenate([own, np.broadcast_to(moved, (*points, count))], axis=-1)
+
         return Resonances(
-            np.concatenate([self.frequency, self.moved_frequency]),
-            np.concatenate([self.damping_ratio, self.moved_ratio]),
-            np.concatenate([self.half_width, np.zeros(count)]),
-            np.pad(self.idle, ((0, 0), (0, count))),
+            both(self.frequency, self.moved_frequency),
+            both(self.damping_ratio, self.moved_ratio),
+            both(self.half_width, np.zeros(count)),
+            np.concatenate([self.idle, np.zeros((*self.idle.shape[:-1], count), bool)], axis=-1),
         )
 
 

@@ -1,6 +1,6 @@
 """What the two isolation models share: peaks with what was left out, supports, run-up set-up."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -10,6 +10,7 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import CyclePeak, Forcing, left_out
 from vibecalc.excitation.inertia_forces import size_of_terms
 from vibecalc.isolation.rows import HarmonicsAt, Readout
+from vibecalc.isolation.run_up_peaks import RunUpPeak
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.response.resonances import Resonances
@@ -39,7 +40,7 @@ class KeptRows(NamedTuple):
 
     rows: HarmonicsAt
     left_out: HarmonicsAt
-    factor: float
+    factor: np.ndarray | float
     beyond: np.ndarray
 
 
@@ -128,6 +129,28 @@ def emit_heights(scene: Scene, names: Sequence[str], height: CyclePeak, sag: Bou
     total = abs(sag) + Bounded(height.value, height.error)
     scene.emit(HEIGHTS[0], height.value, height.error, mounts, terms=height.terms)
     scene.emit(HEIGHTS[1], total, axes=mounts)
+
+
+def emit_run_up_peaks(scene: Scene, peak: RunUpPeak, lever_rows: int) -> None:
+    """Highest peaks (..., results) and their speeds: of the couple over the lever, of the mounts.
+
+    A peak without bound has no error.
+    """
+    error = np.where(np.isfinite(peak.value), peak.error, 0.0)
+    for path, rows, mount in rows_of_results(scene, lever_rows):
+        place = (..., rows if mount else 0)
+        scene.emit(f"{path}/run_up_peak", peak.value[place], error[place], mount)
+        scene.emit(f"{path}/run_up_peak_speed", peak.speed[place], peak.speed_error[place], mount)
+
+
+def rows_of_results(
+    scene: Scene, lever_rows: int
+) -> Iterator[tuple[str, slice, dict[str, tuple[str, ...]]]]:
+    """Where the results of a run-up go, those that each of them takes, and its axis."""
+    if lever_rows:
+        yield "isolation/lever_force", slice(0, 1), {}
+    names = scene.parts.mounts.names if scene.parts.mounts else ()
+    yield "isolation/support_force", slice(lever_rows, None), {"mount": names}
 
 
 def length_over_cycle(vector: Bounded, forcing: Forcing) -> CyclePeak:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from vibecalc.core.results.catalogue import CATALOGUE
+from vibecalc.core.run.columns import PointsScene
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import (
     CyclePeak,
@@ -95,7 +96,11 @@ def run_isolation_pitch(scene: Scene) -> None:
         through = model.transmitted_couple(pitch, angle, frequency)
         _emit_lever_force(scene, forcing, torque, still, through, np.asarray(lever))
     _emit_supports(scene, forcing, parts, still, angle, frequency)
-    if scene.wants(*OF_RUN_UP):
+    if scene.wants(*OF_RUN_UP) and isinstance(scene, PointsScene):
+        from vibecalc.isolation.arrays import hand_on_pitch
+
+        hand_on_pitch(scene, forcing, parts, pitch, couple, lever)
+    elif scene.wants(*OF_RUN_UP):
         _hand_on_run_up(scene, forcing, parts, pitch, couple, undriven, float(lever))
 
 

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.core.run.columns import PointsScene
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing, few_orders, peak_with_tail
 from vibecalc.excitation.inertia_forces import Excitation, as_loads, at_speed, size_of_terms
@@ -114,7 +115,12 @@ def run_isolation_rigid_body(scene: Scene) -> None:
         if not torque_reaches_mounts(scene.case):
             emit_travel(scene, mounts, at_mounts, forcing.orders, forcing.retained, forcing)
     if scene.wants(*OF_RUN_UP):
-        _hand_on_run_up(scene, forcing, system, load)
+        if isinstance(scene, PointsScene):
+            from vibecalc.isolation.arrays import hand_on_bodies
+
+            hand_on_bodies(scene, forcing, system, load)
+        else:
+            _hand_on_run_up(scene, forcing, system, load)
 
 
 def freedoms_of(scene: Scene) -> np.ndarray:

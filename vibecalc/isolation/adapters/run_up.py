@@ -1,13 +1,18 @@
 """Adapter: the slow run-up through the resonances of the mounts."""
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.run.stage import Scene
-from vibecalc.isolation.adapters.common import RunUpSection, RunUpSetup, isolation_of
+from vibecalc.isolation.adapters.common import (
+    RunUpSection,
+    RunUpSetup,
+    emit_run_up_peaks,
+    isolation_of,
+    rows_of_results,
+)
 from vibecalc.isolation.mount_results import OF_RUN_UP
 from vibecalc.isolation.results import MAXIMA_ROOT
 from vibecalc.isolation.run_up import joined, run_up, run_up_peak
@@ -44,7 +49,7 @@ def run_run_up(scene: Scene) -> None:
     if share is not None:
         _emit_maxima(scene, setup, local_maxima([Range(*each) for each in given], passed, share))
     value, error = (part[:, setup.row_of] for part in passed.curve)
-    for path, rows, mount in _rows(scene, setup):
+    for path, rows, mount in rows_of_results(scene, setup.lever_rows):
         scene.emit(
             f"{path}/run_up",
             value[:, rows].T if mount else value[:, 0],
@@ -84,11 +89,7 @@ def _given(part: RunUpSection) -> tuple[Any, ...]:
 
 def _emit_peaks(scene: Scene, setup: RunUpSetup, peak: RunUpPeak) -> None:
     peak = RunUpPeak._make(part[setup.row_of] for part in peak)
-    error = np.where(np.isfinite(peak.value), peak.error, 0.0)
-    for path, rows, mount in _rows(scene, setup):
-        place = rows if mount else 0
-        scene.emit(f"{path}/run_up_peak", peak.value[place], error[rows], mount)
-        scene.emit(f"{path}/run_up_peak_speed", peak.speed[place], peak.speed_error[rows], mount)
+    emit_run_up_peaks(scene, peak, setup.lever_rows)
 
 
 def _emit_maxima(scene: Scene, setup: RunUpSetup, maxima: Maxima) -> None:
@@ -116,15 +117,6 @@ def _emit_maxima(scene: Scene, setup: RunUpSetup, maxima: Maxima) -> None:
         ("at_end", found.at_end, 0.0),
     ):
         scene.emit(f"{MAXIMA_ROOT}/{name}", values, error, axes)
-
-
-def _rows(
-    scene: Scene, setup: RunUpSetup
-) -> Iterator[tuple[str, slice, dict[str, tuple[str, ...]]]]:
-    if setup.lever_rows:
-        yield "isolation/lever_force", slice(0, 1), {}
-    names = scene.parts.mounts.names if scene.parts.mounts else ()
-    yield "isolation/support_force", slice(setup.lever_rows, None), {"mount": names}
 
 
 def _warn_masked(scene: Scene, count: int, speed: float, order: float) -> None:

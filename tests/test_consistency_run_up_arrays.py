@@ -1,0 +1,208 @@
+"""Claim: run-ups of many machines at once have the peaks that each has by itself.
+
+Machines are random, with close modes, light and heavy damping, peaks at an end of the range, and
+resonances below it. By itself each is solved exactly at every speed, many at once are looked at by
+their poles first. The peaks of a machine do not depend on those next to it.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from isolation_machines import gibson_body, random_body, shows
+
+from vibecalc.isolation.arrays import RunUps, peaks_of, run_ups_of_bodies
+from vibecalc.isolation.pitch import pitch_model
+from vibecalc.isolation.rigid_body import mount_readout
+from vibecalc.isolation.rows import Jet, Readout, body_rows, pitch_readout, pitch_rows
+from vibecalc.isolation.run_up import run_up_peak
+from vibecalc.isolation.run_up_peaks import RunUpPeak
+from vibecalc.isolation.run_up_poles import pitch_sums, pole_sums
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.matrices import Matrices
+from vibecalc.parts.matrices import assemble
+from vibecalc.response.modal_damping import body_resonances, damped_poles, with_damped_poles
+from vibecalc.response.modes import Modes, modes
+
+
+class Drawn(NamedTuple):
+    """Machines of one first axis, and the range of speeds they pass."""
+
+    matrices: Matrices
+    shapes: Modes
+    readout: Readout
+    orders: np.ndarray
+    load: Bounded
+    start: float
+    stop: float
+
+
+def together(
+    bodies: Sequence[tuple[np.ndarray, ...]], masses: list[np.ndarray]
+) -> tuple[Matrices, Modes, Readout]:
+    """Matrices, modes and readout of machines side by side."""
+    parts = [assemble(mass, *mounts) for mass, mounts in zip(masses, bodies, strict=True)]
+    matrices = Matrices(*(np.stack(part) for part in zip(*parts, strict=True)))
+    read = [mount_readout(*mounts) for mounts in bodies]
+    readout = Readout(
+        np.stack([one.spring for one in read]),
+        np.stack([one.damper for one in read]),
+        read[0].uncertainty,
+    )
+    return matrices, modes(matrices), readout
+
+
+def drawn(seed: int, count: int) -> Drawn:
+    """Random bodies on as many mounts each, under random forces of the same orders."""
+    generator = np.random.default_rng(9000 + seed)
+    supports = int(generator.integers(3, 8))
+    light = float(generator.choice([8.0, 1.0, 0.1, 1e-3]))
+    orders = np.unique(generator.integers(1, 13, size=generator.integers(1, 9)))
+    bodies: list[tuple[np.ndarray, ...]] = []
+    masses, number = [], 1000 * seed
+    while len(bodies) < count:
+        body, number = random_body(number), number + 1
+        position, stiffness, damping, structural = body.mounts
+        if len(position) == supports:
+            bodies.append((position, stiffness, light * damping, light * structural))
+            masses.append(body.mass_matrix)
+    matrices, shapes, readout = together(bodies, masses)
+    value = generator.normal(size=(count, len(orders), 6)) + 0j
+    value *= np.exp(-generator.uniform(0.0, 1.5) * (orders - 1))[:, None]
+    load = Bounded(value, 1e-16 * np.abs(value))
+    own = np.median(shapes.natural_frequency, axis=0)
+    stop = float(generator.choice([3.0 * own[-1], own[-1] / orders[0], own[2], 1.2 * own[0]]))
+    start = float(generator.choice([0.0, 0.0, 0.3, 0.9])) * stop
+    return Drawn(matrices, shapes, readout, orders, load, start, stop)
+
+
+def run_ups(given: Drawn, which: slice | list[int] = slice(None)) -> tuple[RunUps, np.ndarray]:
+    matrices = Matrices(*(part[which] for part in given.matrices))
+    shapes = Modes(*(part[which] for part in given.shapes))
+    readout = given.readout._replace(
+        spring=given.readout.spring[which], damper=given.readout.damper[which]
+    )
+    load, kept = given.load[which], len(given.orders)
+    none = np.zeros(0, dtype=int)
+    return run_ups_of_bodies(
+        len(load.value), matrices, shapes, readout, given.orders, load, kept, none, 0.0
+    )
+
+
+def alone(given: Drawn, number: int) -> RunUpPeak:
+    """The peaks of one machine, every speed solved exactly."""
+    matrices = Matrices(*(part[number] for part in given.matrices))
+    shapes, load = Modes(*(part[number] for part in given.shapes)), given.load[number]
+    readout = given.readout._replace(
+        spring=given.readout.spring[number], damper=given.readout.damper[number]
+    )
+    met = with_damped_poles(body_resonances(matrices, shapes, load), matrices, shapes, load)
+    seen = shows(readout, shapes.shape, shapes.natural_frequency)
+    rows = body_rows(matrices, readout, given.orders, load)
+    return run_up_peak(rows, given.orders, met, given.start, given.stop, seen)
+
+
+def check(given: Drawn) -> None:
+    setups, left = run_ups(given)
+    machines = np.flatnonzero(~left)
+    assert len(machines)
+    found = peaks_of(setups, machines, given.start, given.stop)
+    for place, number in enumerate(machines.tolist()):
+        one = alone(given, number)
+        many = RunUpPeak(*(part[place] for part in found))
+        assert np.all(np.abs(many.value - one.value) <= many.error + one.error), number
+        assert np.all(np.abs(many.speed - one.speed) <= many.speed_error + one.speed_error), number
+        assert np.all(many.error <= 1.5 * one.error), number
+
+
+@pytest.mark.parametrize("seed", [1, 2, 20])
+def test_peaks_of_many_are_those_of_each(seed: int) -> None:
+    check(drawn(seed, 6))
+
+
+@pytest.mark.long
+@pytest.mark.timeout(1800)
+@pytest.mark.parametrize("first", range(100, 160, 10))
+def test_peaks_of_a_thousand_machines(first: int) -> None:
+    for seed in range(first, first + 10):
+        check(drawn(seed, 20))
+
+
+def test_a_machine_does_not_feel_those_next_to_it() -> None:
+    given = drawn(3, 5)
+    every = peaks_of(run_ups(given)[0], np.arange(5), given.start, given.stop)
+    for number in range(5):
+        one = peaks_of(run_ups(given, [number])[0], np.arange(1), given.start, given.stop)
+        assert every.value[number] == pytest.approx(one.value[0], rel=1e-14)
+        assert every.speed[number] == pytest.approx(one.speed[0], rel=1e-13)
+
+
+def scale(jet: Jet) -> np.ndarray:
+    return np.asarray(np.abs(jet.value).max(axis=(1, 2), keepdims=True))
+
+
+def test_sums_over_poles_are_the_response() -> None:
+    for seed in range(6):
+        given = drawn(seed, 3)
+        poles = damped_poles(given.matrices, given.shapes)
+        sums, dependent = pole_sums(poles, given.shapes, given.readout, given.orders, given.load)
+        assert not np.any(dependent)
+        speed = np.linspace(0.1, 1.0, 7) * given.stop
+        for number in range(3):
+            matrices = Matrices(*(part[number] for part in given.matrices))
+            readout = given.readout._replace(
+                spring=given.readout.spring[number], damper=given.readout.damper[number]
+            )
+            exact = body_rows(matrices, readout, given.orders, given.load[number])(speed, True)
+            machine = np.full(len(speed), number)
+            values = sums.values(machine, speed)
+            assert np.all(np.abs(values - exact.value) <= 1e-9 * np.abs(exact.value).max())
+            for row in range(readout.spring.shape[0]):
+                jet = sums.jets(machine, speed, np.full(len(speed), row))
+                for mine, its in zip(jet, exact, strict=True):
+                    if its.size:
+                        away = np.abs(mine - its[:, row])
+                        assert np.all(away <= 1e-9 * np.abs(its).max())
+
+
+def test_sums_over_the_poles_of_pitch_are_its_response() -> None:
+    position = np.array([[-0.4, 0.4]] * 3)
+    stiffness, damping = np.full((3, 2), 1e4), np.array([[5.0] * 2, [300.0] * 2, [4e4] * 2])
+    structural = np.array([[0.0] * 2, [400.0] * 2, [0.0] * 2])
+    pitch = pitch_model(np.full(3, 6.0), position, stiffness, damping, structural)
+    readout = pitch_readout(pitch, np.full(3, 0.4), position, stiffness, damping, structural)
+    orders = np.array([1, 2, 4])
+    couple = Bounded(np.array([[0.01, 0.002j, 1e-4]] * 3), np.zeros((3, 3)))
+    sums, dependent = pitch_sums(pitch, readout, orders, couple)
+    assert not np.any(dependent)
+    speed, machine = np.array([3.0, 20.0, 400.0]), np.arange(3)
+    exact = pitch_rows(pitch, readout, orders, couple)(speed, True)
+    assert np.allclose(sums.values(machine, speed), exact.value, rtol=1e-10, atol=0.0)
+    for row in range(3):
+        jet = sums.jets(machine, speed, np.full(3, row))
+        for mine, its in zip(jet, exact, strict=True):
+            if its.size:
+                assert np.allclose(mine, its[:, row], rtol=1e-9, atol=1e-12 * np.abs(its).max())
+
+
+def of_gibson(damping: list[float]) -> Drawn:
+    """The three-cylinder generator, whose modes repeat, with dampers of its mounts."""
+    bodies = [gibson_body(one) for one in damping]
+    matrices, shapes, readout = together(
+        [tuple(body.mounts) for body in bodies], [body.mass_matrix for body in bodies]
+    )
+    value = np.zeros((len(bodies), 2, 6), dtype=complex)
+    value[:, 0, 4], value[:, 1, 2], value[:, 1, 0] = 0.01, 0.003, 0.001j
+    load = Bounded(value, 1e-16 * np.abs(value))
+    return Drawn(matrices, shapes, readout, np.array([1, 2]), load, 0.0, 500.0)
+
+
+def test_what_nothing_damps_and_double_poles_are_left_alone() -> None:
+    mass, stiffness = 100.0, 1e4
+    # of four springs, so that a mode has one pole twice
+    critical = float(np.sqrt(4.0 * stiffness * mass)) * 2.0 / 4.0
+    given = of_gibson([0.0, 50.0, critical, 300.0])
+    _, left = run_ups(given)
+    assert left.tolist() == [True, False, True, False]
+    check(of_gibson([0.3, 50.0, 300.0, 3000.0]))
