@@ -292,11 +292,22 @@ def _file_name(stem: str, name: str, names: Iterable[str]) -> str:
     return f"{stem}_{short(name) if alone else name}".rstrip("_")
 
 
+#: of a png, from 1, quick, to 9, small: 6 takes twice the time of 3 for a fifteenth of the size
+_PACKED = 3
+
+
 def _save(figure: "Figure", path: Path, form: str, dpi: int) -> None:
     from vibecalc.core.results.files import write_atomically
 
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        # once, for all formats: each would lay out and draw everything to see how large it is
+        figure.set_dpi(dpi)
+        engine.execute(figure)
+        figure.set_layout_engine("none")
     image = BytesIO()
-    figure.savefig(image, format=form, dpi=dpi, metadata=_SILENT[form])
+    packed = {"pil_kwargs": {"compress_level": _PACKED}} if form == "png" else {}
+    figure.savefig(image, format=form, dpi=dpi, metadata=_SILENT[form], **packed)
     write_atomically(path, image.getvalue())
 
 
