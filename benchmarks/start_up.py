@@ -1,8 +1,9 @@
 """Whole-process CPU of the shipped commands against Python's own imports, paired in one run.
 
-Ratios, not seconds: `--help` against `import typer`, `run` against `import numpy, h5py`. Both sides
-run as an installed program does, with compiled bytecode (in a folder of its own, filled by a first
-pair that is not counted), and with one thread, which favours the yardstick.
+Ratios, not seconds: `--help` against `import typer`, `run` and `check` against `import numpy,
+h5py`, `plot` against saving an empty figure. Both sides run as an installed program does, with
+compiled bytecode (in a folder of its own, filled by a first pair that is not counted), and with one
+thread, which favours the yardstick.
 """
 
 import os
@@ -15,18 +16,33 @@ from timing import cpu_of_process, memory_of_process, paired
 
 REPEATS = 9
 CASE = Path(__file__).resolve().parents[1] / "cases" / "generator.toml"
+DAMPED = CASE.with_name("engine_damped.toml")
+IMPORTS = "import numpy, h5py"
+FIGURE = """\
+import matplotlib
+matplotlib.use("agg")
+from matplotlib import pyplot
+pyplot.figure()
+pyplot.savefig("empty.png")
+"""
+#: name, arguments, yardstick in words and as code, aim; the second run finds the result of the first
 PAIRS = (
-    ("vibecalc --help", ["-m", "vibecalc", "--help"], "import typer", 2.5),
+    ("vibecalc --help", ["--help"], "import typer", "import typer", 2.5),
+    ("vibecalc check generator.toml", ["check", str(CASE)], IMPORTS, IMPORTS, 2.0),
+    ("vibecalc run generator.toml", ["run", str(CASE)], IMPORTS, IMPORTS, 2.0),
+    ("vibecalc run engine_damped.toml", ["run", str(DAMPED), "-q"], IMPORTS, IMPORTS, 3.5),
     (
-        "vibecalc run generator.toml",
-        ["-m", "vibecalc", "run", str(CASE)],
-        "import numpy, h5py",
-        3.0,
+        "vibecalc run --if-needed engine_damped.toml, nothing changed",
+        ["run", str(DAMPED), "-q", "--if-needed"],
+        IMPORTS,
+        IMPORTS,
+        1.5,
     ),
     (
-        "vibecalc run engine_damped.toml",
-        ["-m", "vibecalc", "run", str(CASE.with_name("engine_damped.toml")), "-q"],
-        "import numpy, h5py",
+        "vibecalc plot engine_damped.h5, 8 pictures",
+        ["plot", "outputs/engine_damped.h5"],
+        "pyplot and an empty figure",
+        FIGURE,
         3.0,
     ),
 )
@@ -47,10 +63,11 @@ def measure() -> Report:
     """One row per pair: the median of the paired ratios."""
     rows = []
     with tempfile.TemporaryDirectory() as folder:
-        for name, command, yardstick, aim in PAIRS:
+        for name, given, yardstick, code, aim in PAIRS:
+            command = ["-m", "vibecalc", *given]
             mine, theirs, ratio = paired(
                 lambda command=command: cpu_seconds(command, folder),  # type: ignore[misc]
-                lambda line=yardstick: cpu_seconds(["-c", line], folder),  # type: ignore[misc]
+                lambda code=code: cpu_seconds(["-c", code], folder),  # type: ignore[misc]
                 REPEATS,
             )
             rows.append(
@@ -62,8 +79,8 @@ def measure() -> Report:
         lines = [
             [name, digits(memory_of_process([sys.executable, *command], cwd=folder))]
             for name, command in (
-                ("import numpy, h5py", ["-c", "import numpy, h5py"]),
-                *((name, command) for name, command, *_ in PAIRS),
+                (IMPORTS, ["-c", IMPORTS]),
+                *((name, ["-m", "vibecalc", *given]) for name, given, *_ in PAIRS),
             )
         ]
     return Report(
