@@ -25,7 +25,7 @@ from matplotlib import pyplot
 pyplot.figure()
 pyplot.savefig("empty.png")
 """
-#: name, arguments, yardstick in words and as code, aim; the second run finds the result of the first
+#: name, arguments, yardstick in words and as code, aim
 PAIRS = (
     ("vibecalc --help", ["--help"], "import typer", "import typer", 2.5),
     ("vibecalc check generator.toml", ["check", str(CASE)], IMPORTS, IMPORTS, 2.0),
