@@ -44,7 +44,7 @@ def replace(path: Path, old: str, new: str) -> None:
 
 
 def ran(ended: "subprocess.CompletedProcess[str]") -> list[str]:
-    return sorted(re.findall(r"^running (\w+)$", ended.stdout, re.M))
+    return sorted(re.findall(r"^wrote outputs/(\w+)\.h5", ended.stdout, re.M))
 
 
 def failures(junit: Path) -> dict[tuple[str, str], str]:
@@ -71,7 +71,7 @@ def begin(run: Run) -> None:
 def test_only_what_changed_runs_and_what_moved_fails_by_name(run: Run, tmp_path: Path) -> None:
     begin(run)
     case = tmp_path / "cases" / "i3.toml"
-    replace(case, "# Three in line", "# A comment: three in line")
+    os.utime(case)
     os.utime(tmp_path / "cases" / "compressor_motor.toml")
     green = run("make", "-j2", "diff")
     assert green.returncode == 0, green.stderr
@@ -92,7 +92,7 @@ def test_a_case_that_cannot_be_read_says_why(run: Run, tmp_path: Path) -> None:
     (tmp_path / "cases").mkdir()
     (tmp_path / "cases" / "broken.toml").write_text("schema = 1\ntitel = 1\n", encoding="utf-8")
     ended = run("make", "diff")
-    assert ended.returncode == 2 and "titel" in ended.stdout
+    assert ended.returncode == 2 and "titel" in ended.stderr
     assert not (tmp_path / "outputs" / "broken.h5").exists()
 
 

@@ -306,7 +306,7 @@ def _save(figure: "Figure", path: Path, form: str, dpi: int) -> None:
         engine.execute(figure)
         figure.set_layout_engine("none")
     image = BytesIO()
-    packed = {"pil_kwargs": {"compress_level": _PACKED}} if form == "png" else {}
+    packed: dict[str, Any] = {"pil_kwargs": {"compress_level": _PACKED}} if form == "png" else {}
     figure.savefig(image, format=form, dpi=dpi, metadata=_SILENT[form], **packed)
     write_atomically(path, image.getvalue())
 
