@@ -337,7 +337,7 @@ def _modes(setup: Setup, speed: FloatArray, section: IntArray, order: IntArray) 
     share = np.where(finite, met, 1.0) / speed
     near = finite & (np.abs(share - 1.0) <= NEAR + WIDER * ratio)
     row = np.arange(len(speed))
-    torque = drive.torque(speed).value[row, order]
+    torque = drive.load(speed)[row, order]
     drives = np.abs(modes.shape[:, drive.freedom] @ torque.T)
     twist = np.abs(modes.shape[:, line.first[section]] - modes.shape[:, line.second[section]])
     away = np.hypot(share**2 - 1.0, 2.0 * ratio * share) + 1e-12

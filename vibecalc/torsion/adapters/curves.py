@@ -206,7 +206,7 @@ def solved(
 
     `load` (..., s, m, k) takes the place of the drive's own torques; `orders` are places of some.
     """
-    load = (drive.torque(speed).value if load is None else load)[..., orders, :]
+    load = (drive.load(speed) if load is None else load)[..., orders, :]
     w = drive.frequency(speed)[:, orders]
     found = model.solve(speed, w, load, drive.freedom, estimate)
     line = model.at(speed[:, None], w)

@@ -171,7 +171,7 @@ def _narrow_resonances(setup: Setup, first: float, last: float, gears: bool) -> 
         part = used[start : start + 8 * ROWS]
         at = np.clip(speed[part], first, last)
         shape = poles.shape[part]
-        torque = drive.torque(at).value[np.arange(len(part)), poles.order[part]]
+        torque = drive.load(at)[np.arange(len(part)), poles.order[part]]
         drives = np.abs(np.sum(shape[:, drive.freedom] * torque, axis=1))
         amplitude = drives / np.abs(poles.scale[part] * poles.pole[part].real)
         twist = np.abs(shape[:, line.first] - shape[:, line.second])

@@ -22,6 +22,7 @@ from vibecalc.torsion.adapters.curves import (
     section_uncertainty,
     sweep,
 )
+from vibecalc.torsion.adapters.largest_alone import HEAT, highest_torques, little_asked
 from vibecalc.torsion.adapters.limits import (
     emit_limits,
     limit_corners,
@@ -70,6 +71,9 @@ def run_torsion_speeds(scene: Scene) -> None:
     options = setup.torsion.speeds
     assert options is not None
     speed = line_speeds(options)
+    if little_asked(scene, setup):
+        _largest_alone(scene, setup, speed)
+        return
     curves = sweep(setup.model, setup.drive, speed, setup.shaft)
     undamped = undamped_speeds(setup, speed[0], speed[-1])
     make = lambda section: torque_value(setup.model, setup.drive, section)  # noqa: E731
@@ -103,11 +107,7 @@ def run_torsion_speeds(scene: Scene) -> None:
         joined = Maxima(*(np.concatenate(part) for part in zip(*high, strict=True)))
         _peaks(scene, setup, speed, joined)
     emit_separation(scene, setup, "range", speed[0], speed[-1])
-    if len(top.section) > REFINED:
-        scene.warn(
-            f"largest values between the speeds of the sweep are looked for in the {REFINED} most "
-            "loaded sections only; the others have the largest of the sweep"
-        )
+    _warn_of_sections(scene, top)
     if setup.torsion.limits:
         emit_limits(scene, setup, speed, dense, undamped)
     if setup.shaft.couplings:
@@ -118,6 +118,36 @@ def run_torsion_speeds(scene: Scene) -> None:
         emit_bare(scene, setup, speed, torque)
     if setup.torsion.misfire:
         emit_healthy_range(scene, setup, speed)
+
+
+def _largest_alone(scene: Scene, setup: Setup, speed: FloatArray) -> None:
+    """The same of a study that asks for largest torques and the heat of dampers at most."""
+    found = highest_torques(scene, setup, speed)
+    if setup.shaft.dampers:
+        names = tuple(one.name for one in setup.shaft.dampers)
+        heat = of_finite(found.heat, lambda one: one)
+        scene.emit(HEAT, heat.T, axes={"speed": speed, "damper": names})
+    emit_campbell(scene, setup, speed)
+    emit_separation(scene, setup, "range", speed[0], speed[-1])
+    undamped = undamped_speeds(setup, speed[0], speed[-1])
+    _masked(scene, undamped)
+    if scene.wanted is not None and scene.wanted <= {HEAT}:
+        return
+    dense = with_narrow_resonances(setup, speed, found.torque, undamped)
+    make = lambda section: torque_value(setup.model, setup.drive, section)  # noqa: E731
+    top = largest(make, dense.torque, dense.speed, undamped.speed, undamped.endless)
+    _warn_of_sections(scene, top)
+    torque = _largest(scene, setup, speed, top)
+    if setup.shaft.dampers:
+        emit_bare(scene, setup, speed, torque)
+
+
+def _warn_of_sections(scene: Scene, top: Maxima) -> None:
+    if len(top.section) > REFINED:
+        scene.warn(
+            f"largest values between the speeds of the sweep are looked for in the {REFINED} most "
+            "loaded sections only; the others have the largest of the sweep"
+        )
 
 
 def _dense(
