@@ -47,7 +47,7 @@ class BareLine(NamedTuple):
 class Hung(NamedTuple):
     """With the rings: torques (e, s, m) of the bare line's elements, `pull` (s, m) of the rings.
 
-    `angle` (s, m) is that of their freedom, `error` (s, m) its relative error.
+    `angle` (s, m) is that of their freedom; `error` (s, m) bounds all angles.
     """
 
     torque: ComplexArray
@@ -68,15 +68,16 @@ def bare_line(
         twist = np.moveaxis(angle[..., line.first] - angle[..., line.second], -1, 0)
         return np.ascontiguousarray(stiffness * twist)
 
+    masked = own.masked | one.masked
     return BareLine(
         torque(own.angle),
         torque(one.angle),
         np.ascontiguousarray(own.angle[..., freedom]),
         np.ascontiguousarray(one.angle[..., freedom]),
-        own.error,
-        one.error,
+        np.where(masked, 0.0, own.error),
+        np.where(masked, 0.0, one.error),
         np.max(np.abs(one.angle), axis=-1),
-        own.masked | one.masked,
+        masked,
     )
 
 
@@ -105,7 +106,5 @@ def hung(bare: BareLine, stiffness: ComplexArray) -> Hung:
     wrong = bare.error + size * bare.unit_error
     wrong *= 1.0 + np.abs(stiffness * whole) * bare.reach
     wrong += ROUNDINGS * EPSILON * (np.abs(bare.angle) + size * bare.reach)
-    here = np.abs(angle)
-    error = np.divide(wrong, here, out=np.full(here.shape, np.inf), where=here > 0.0)
-    error[bare.masked] = np.inf
-    return Hung(torque, pull, angle, error)
+    wrong[bare.masked] = np.inf
+    return Hung(torque, pull, angle, wrong)

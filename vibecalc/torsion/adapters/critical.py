@@ -11,7 +11,13 @@ from vibecalc.numerics.bounded import Bounded, stack, where
 from vibecalc.numerics.rounding import EPSILON, SINGULAR, BoolArray, FloatArray, IntArray
 from vibecalc.torsion.adapters.curves import ROWS, solved
 from vibecalc.torsion.adapters.setup import Setup
-from vibecalc.torsion.damped_modes import NO_PEAK, converged_pole, mode_number, vibrating_guesses
+from vibecalc.torsion.damped_modes import (
+    NO_PEAK,
+    all_poles,
+    converged_pole,
+    mode_number,
+    vibrating_guesses,
+)
 from vibecalc.torsion.line import stiffness_matrix
 from vibecalc.torsion.modes import natural_modes
 from vibecalc.torsion.results import ROOT
@@ -22,6 +28,8 @@ from vibecalc.torsion.synthesis import synthesis
 # Critical speeds of a shaft line: every order against every mode.
 # ----------------------------------------------------------------------------
 
+#: freedoms up to which the poles of the damped line are computed; else modes without coupling
+FREEDOMS = 200
 #: secant steps to where a pole that follows the speed meets an order
 _ROUNDS = 30
 
@@ -217,6 +225,29 @@ class UndampedResonances(NamedTuple):
     order: FloatArray
     error: FloatArray
     endless: FloatArray
+
+
+#: damping ratio above which a mode is far from none
+CLEARLY = 1e-6
+
+
+def none_undamped(setup: Setup) -> UndampedResonances | None:
+    """What `undamped_speeds` finds where all poles are clearly damped; None where they are not.
+
+    In a small part of the time that the modes of the line take.
+    """
+    model = setup.model
+    if model.modal is not None or model.over_speed is not None or model.couplings is not None:
+        return None
+    if np.any(model.speed_stiffness) or len(model.line.inertia) > FREEDOMS:
+        return None
+    unit = max(float(np.max(setup.modes.frequency, initial=0.0)), 1.0)
+    pole = all_poles(model.line, unit)[0]
+    if not np.all(-pole.real >= CLEARLY * np.abs(pole)):
+        return None
+    none, places = np.zeros(0), np.zeros(0, dtype=np.int64)
+    endless = np.full(len(model.line.first), np.nan)
+    return UndampedResonances(none, none, none, places, none, none, endless)
 
 
 def undamped_speeds(setup: Setup, first: float, last: float) -> UndampedResonances:

@@ -33,8 +33,8 @@ _CURVES = tuple(
         *("coupling/",),
     )
 )
-#: a larger relative error next to what the rings hang on is not taken: the line is solved itself
-UNSURE = 1e-11
+#: with a larger error, over the largest angle that the rings hang on, the line is solved itself
+UNSURE = 1e-10
 #: numbers of a line without its rings up to which they are kept
 MOST = 1 << 22
 
@@ -57,18 +57,22 @@ class Highest(NamedTuple):
     heat: Bounded
 
 
-def highest_torques(scene: Scene, setup: Setup, speed: FloatArray) -> Highest:
-    """At speeds (s,) in rad/s; infinite where nothing damps an order."""
+def highest_torques(scene: Scene, setup: Setup, bare: Setup | None, speed: FloatArray) -> Highest:
+    """At speeds (s,) in rad/s; infinite where nothing damps an order.
+
+    `bare` is the line without its rings, where it has any.
+    """
     orders, count = setup.drive.order, len(setup.model.line.first)
     torque = np.empty((len(speed), count))
     heat = np.empty((len(speed), len(setup.shaft.dampers)))
     wants_torque = not (scene.wanted or set()) <= {HEAT}
-    best, bare = np.zeros(count), _kept_bare(scene, setup, speed)
-    size = speeds_at_once(setup.model, setup.drive) * (8 if bare is not None else 1)
+    best = np.zeros(count)
+    known = None if bare is None else _kept_bare(scene, setup, bare, speed)
+    size = speeds_at_once(setup.model, setup.drive) * (1 if known is None else 8)
     unsure = np.zeros(heat.shape[1])
     for start in range(0, len(speed), size):
         part = slice(start, start + size)
-        state = _state(setup, speed[part], None if bare is None else bare.cut(part))
+        state = _state(setup, speed[part], None if known is None else known.cut(part))
         if wants_torque:
             torque[part], best = _half_ranges(orders, setup.drive, state.torque, best)
             torque[part][state.masked] = np.inf
@@ -115,15 +119,17 @@ def _state(setup: Setup, speed: FloatArray, bare: BareLine | None) -> _State:
     torque = np.empty((len(model.line.first), *w.shape), dtype=complex)
     torque[:first] = found.torque
     heat, unsure = np.empty((len(speed), len(rings))), np.zeros(len(rings))
-    again = np.flatnonzero(~np.all(found.error <= UNSURE, axis=-1))
-    sure = np.where(found.error <= UNSURE, found.error, 0.0)
+    size = np.abs(found.angle)
+    enough = UNSURE * np.max(size, axis=-1, initial=0.0)
+    unclear = ~(np.max(found.error, axis=-1, initial=0.0) <= enough)
+    again = np.flatnonzero(unclear)
+    wrong = size * found.error
+    wrong[again] = 0.0
     for number, (one, (stiffness, turn)) in enumerate(zip(shaft.dampers, rings, strict=True)):
         np.multiply(stiffness, found.angle, out=torque[one.element])
-        twist = turn * found.angle
-        power = np.square(twist.real) + np.square(twist.imag)
-        power *= w * lossy[..., one.element]
-        heat[:, number] = 0.5 * np.sum(power, axis=-1)
-        unsure[number] = np.max(np.sum(power * sure, axis=-1))
+        rate = w * lossy[..., one.element] * (np.square(turn.real) + np.square(turn.imag))
+        heat[:, number] = 0.5 * np.sum(rate * np.square(size), axis=-1)
+        unsure[number] = np.max(np.sum(rate * wrong, axis=-1))
     masked = np.zeros(len(speed), dtype=bool)
     if len(again):
         own = _solved(setup, speed[again])
@@ -183,12 +189,10 @@ def what_drives(model: Model, drive: Drive, speed: FloatArray) -> tuple[object, 
     return (*model.line, model.speed_stiffness, model.method, *numbers, *others, speed)
 
 
-def _kept_bare(scene: Scene, setup: Setup, speed: FloatArray) -> BareLine | None:
+def _kept_bare(scene: Scene, setup: Setup, bare: Setup, speed: FloatArray) -> BareLine | None:
     """The line without its rings as runs before this one have solved it; None in the first."""
-    from vibecalc.torsion.adapters.variants import bare_setup
-
     dampers, line = setup.shaft.dampers, setup.model.line
-    if not dampers or len({one.carrier for one in dampers}) > 1:
+    if len({one.carrier for one in dampers}) > 1:
         return None
     rings = [one.ring for one in dampers]
     if np.any(line.absolute_damping[rings]) or np.any(line.ground_stiffness[rings]):
@@ -196,7 +200,7 @@ def _kept_bare(scene: Scene, setup: Setup, speed: FloatArray) -> BareLine | None
     numbers = 2 * len(speed) * len(setup.drive.order) * len(line.first)
     if scene.keeper is None or numbers > MOST or setup.torsion.damping_model is not None:
         return None
-    bare, freedom = bare_setup(setup), dampers[0].carrier
+    freedom = dampers[0].carrier
     inputs = what_drives(bare.model, bare.drive, speed)
     if inputs is None:
         return None

@@ -93,8 +93,8 @@ def emit_range(scene: Scene, state: State, speed: FloatArray, limited: bool = Fa
     make = lambda section: torque_value(model, drive, section)  # noqa: E731
     sections = dense.torque[:, : len(model.line.first)]
     top = largest(make, sections, dense.speed, undamped.speed, undamped.endless)
-    torque, twist = at_largest(setup, top)
     place = f"{state.place}/largest"
+    torque, twist = at_largest(setup, top, scene.wants(f"{place}/twist_half_range"))
     emit_half_ranges(scene, place, setup.shaft, state.section, torque, twist, {})
     names = tuple(setup.shaft.section_names[e] for e in state.section)
     scene.emit(f"{place}/speed", top.speed, top.speed_error, {"section": names})
