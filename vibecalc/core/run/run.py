@@ -3,7 +3,7 @@
 import hashlib
 import time
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, cast
@@ -40,6 +40,9 @@ MOST_BYTES = 256_000_000
 OVERHEAD = 4096
 #: sets of reads of one stage that are looked up; what the oldest have made is made again
 MOST_READS = 8
+
+#: in place of what has been asked for once, and may never be again
+_MET = "met"
 
 RunStage = Callable[[Stage, Scene], None]
 
@@ -162,6 +165,21 @@ class CachedRun:
         self._once[name] = key
         return self._cache.find(key)
 
+    def again(self, name: str, inputs: Sequence[Any], make: Callable[[], Any]) -> Any:
+        """What `make` makes of `inputs`, as `Scene.again` says."""
+        content = hashlib.blake2b(name.encode(), digest_size=20)
+        for one in inputs:
+            array = np.ascontiguousarray(one)
+            content.update(repr((array.dtype.str, array.shape)).encode())
+            content.update(array)
+        key = content.digest()
+        if self._cache.find(key) is None:
+            self._cache.keep(key, _MET)
+            return None
+        if self._cache.find(key) is _MET:
+            self._cache.keep(key, make())
+        return self._cache.find(key)
+
     def _made(self, stage: Stage, scene: Scene, run_stage: RunStage, reads: Reads) -> Outcome:
         """Run a stage with a record of its own, so that what it leaves stands apart."""
 
@@ -176,6 +194,7 @@ class CachedRun:
             wanted=scene.wanted,
             handed_on=entries,
             maker=once,
+            keeper=self.again,
         )
         try:
             run_stage(stage, stage_scene)

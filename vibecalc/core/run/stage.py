@@ -231,7 +231,7 @@ class Scene:
     """What stages read and write; `handed_on` holds what one stage leaves for the next.
 
     `wanted` names the results to keep, None all of them. `maker` has what runs before this one have
-    made by `once`.
+    made by `once`, `keeper` what they have made of arrays by `again`.
     """
 
     case: "Case"
@@ -240,6 +240,7 @@ class Scene:
     record: Record = field(default_factory=Record)
     handed_on: dict[str, Any] = field(default_factory=dict)
     maker: "Callable[[str, Callable[[Case], Any]], Any] | None" = None
+    keeper: "Callable[[str, Sequence[Any], Callable[[], Any]], Any] | None" = None
 
     def once(self, name: str, make: "Callable[[Case], Any]") -> Any:
         """What several stages need, made of the case by the first that asks for it."""
@@ -248,6 +249,14 @@ class Scene:
         if name not in self.handed_on:
             self.handed_on[name] = make(self.case)
         return self.handed_on[name]
+
+    def again(self, name: str, inputs: Sequence[Any], make: Callable[[], Any]) -> Any:
+        """What `make` makes of arrays and numbers, kept from the second run on that has the same.
+
+        None in the first, and where no other run is known: what takes longer than doing without,
+        and pays where many runs have it in common. `inputs` must be all that `make` uses.
+        """
+        return None if self.keeper is None else self.keeper(name, inputs, make)
 
     def wants(self, *paths: str) -> bool:
         """Whether any of these results is asked for; a study asks for a few, a run for all."""

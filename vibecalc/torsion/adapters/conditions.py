@@ -122,7 +122,7 @@ def half_ranges(
     """
     (order, cycles), parts = (drives[0].order, drives[0].cycles), []
     for part in blocks(setup.model, setup.drive, len(speed), len(drives)):
-        load = np.stack([one.torque(speed[part]).value for one in drives])
+        load = np.stack([one.load(speed[part]) for one in drives])
         state = solved(setup.model, drives[0], speed[part], load=load)
         values = np.concatenate([one.of(setup.shaft, state) for one in signals], axis=-1)
         values = _orders_last(values)

@@ -11,7 +11,13 @@ from vibecalc.numerics.bounded import Bounded, stack, where
 from vibecalc.numerics.rounding import EPSILON, SINGULAR, BoolArray, FloatArray, IntArray
 from vibecalc.torsion.adapters.curves import ROWS, solved
 from vibecalc.torsion.adapters.setup import Setup
-from vibecalc.torsion.damped_modes import NO_PEAK, converged_pole, mode_number, vibrating_guesses
+from vibecalc.torsion.damped_modes import (
+    NO_PEAK,
+    all_poles,
+    converged_pole,
+    mode_number,
+    vibrating_guesses,
+)
 from vibecalc.torsion.line import stiffness_matrix
 from vibecalc.torsion.modes import natural_modes
 from vibecalc.torsion.results import ROOT
@@ -22,6 +28,8 @@ from vibecalc.torsion.synthesis import synthesis
 # Critical speeds of a shaft line: every order against every mode.
 # ----------------------------------------------------------------------------
 
+#: freedoms up to which the poles of the damped line are computed; else modes without coupling
+FREEDOMS = 200
 #: secant steps to where a pole that follows the speed meets an order
 _ROUNDS = 30
 
@@ -219,6 +227,29 @@ class UndampedResonances(NamedTuple):
     endless: FloatArray
 
 
+#: damping ratio above which a mode is far from none
+CLEARLY = 1e-6
+
+
+def none_undamped(setup: Setup) -> UndampedResonances | None:
+    """What `undamped_speeds` finds where all poles are clearly damped; None where they are not.
+
+    In a small part of the time that the modes of the line take.
+    """
+    model = setup.model
+    if model.modal is not None or model.over_speed is not None or model.couplings is not None:
+        return None
+    if np.any(model.speed_stiffness) or len(model.line.inertia) > FREEDOMS:
+        return None
+    unit = max(float(np.max(setup.modes.frequency, initial=0.0)), 1.0)
+    pole = all_poles(model.line, unit)[0]
+    if not np.all(-pole.real >= CLEARLY * np.abs(pole)):
+        return None
+    none, places = np.zeros(0), np.zeros(0, dtype=np.int64)
+    endless = np.full(len(model.line.first), np.nan)
+    return UndampedResonances(none, none, none, places, none, none, endless)
+
+
 def undamped_speeds(setup: Setup, first: float, last: float) -> UndampedResonances:
     """Those from `first` to `last` whose order drives the mode, in rad/s."""
     modes, drive, line = setup.natural(), setup.drive, setup.model.line
@@ -337,7 +368,7 @@ def _modes(setup: Setup, speed: FloatArray, section: IntArray, order: IntArray) 
     share = np.where(finite, met, 1.0) / speed
     near = finite & (np.abs(share - 1.0) <= NEAR + WIDER * ratio)
     row = np.arange(len(speed))
-    torque = drive.torque(speed).value[row, order]
+    torque = drive.load(speed)[row, order]
     drives = np.abs(modes.shape[:, drive.freedom] @ torque.T)
     twist = np.abs(modes.shape[:, line.first[section]] - modes.shape[:, line.second[section]])
     away = np.hypot(share**2 - 1.0, 2.0 * ratio * share) + 1e-12

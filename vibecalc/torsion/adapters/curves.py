@@ -206,7 +206,7 @@ def solved(
 
     `load` (..., s, m, k) takes the place of the drive's own torques; `orders` are places of some.
     """
-    load = (drive.torque(speed).value if load is None else load)[..., orders, :]
+    load = (drive.load(speed) if load is None else load)[..., orders, :]
     w = drive.frequency(speed)[:, orders]
     found = model.solve(speed, w, load, drive.freedom, estimate)
     line = model.at(speed[:, None], w)
@@ -430,19 +430,22 @@ def curve_errors(setup: Setup, at: FloatArray) -> CurveUncertainty:
     return CurveUncertainty(*(np.where(clear, one, 0.0) for one in every))
 
 
-def at_largest(setup: Setup, top: Maxima) -> tuple[Bounded, Bounded]:
-    """Largest half ranges (e,) of referred torques, and those of the twists there.
+def at_largest(setup: Setup, top: Maxima, twists: bool = True) -> tuple[Bounded, Bounded]:
+    """Largest half ranges (e,) of referred torques, and those of the twists there, if asked for.
 
     The torque of a section is flat where it is largest; its twist need not be, and moves by what
     the speed is off.
     """
     twist_error, torque_error = section_uncertainty(setup, top.speed, top.section)
+    torque = Bounded(top.value, torque_error + top.value_error)
+    if not twists:
+        return torque, Bounded(np.zeros(len(top.section)), np.zeros(len(top.section)))
     twist, moved = (
         _half_twist(setup, at, top.section) for at in (top.speed, top.speed + top.speed_error)
     )
     twist_error = twist_error + np.abs(moved - twist)
     twist = np.where(np.isfinite(top.value), twist, np.inf)
-    return Bounded(top.value, torque_error + top.value_error), Bounded(twist, twist_error)
+    return torque, Bounded(twist, twist_error)
 
 
 def _half_twist(setup: Setup, speed: FloatArray, section: IntArray) -> FloatArray:

@@ -447,7 +447,7 @@ def largest_section(
     return largest_half_range(
         line,
         drive.order,
-        lambda at: drive.torque(at).value,
+        drive.load,
         stations,
         problem.weight,
         speeds,

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.numerics.rounding import FloatArray, IntArray, distinct
-from vibecalc.torsion.adapters.critical import UndampedResonances
+from vibecalc.torsion.adapters.critical import FREEDOMS, UndampedResonances
 from vibecalc.torsion.adapters.curves import ROWS, solved, speeds_at_once
 from vibecalc.torsion.adapters.loads import loads_of, loads_of_modes
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup
@@ -46,8 +46,6 @@ def torque_value(
 # Speeds between those of a sweep at which a resonance too narrow for its steps may stand.
 # ----------------------------------------------------------------------------
 
-#: freedoms up to which the poles of the damped line are computed; else modes without coupling
-FREEDOMS = 200
 #: relative distance up to which two speeds are one
 SAME = 1e-13
 
@@ -171,7 +169,7 @@ def _narrow_resonances(setup: Setup, first: float, last: float, gears: bool) -> 
         part = used[start : start + 8 * ROWS]
         at = np.clip(speed[part], first, last)
         shape = poles.shape[part]
-        torque = drive.torque(at).value[np.arange(len(part)), poles.order[part]]
+        torque = drive.load(at)[np.arange(len(part)), poles.order[part]]
         drives = np.abs(np.sum(shape[:, drive.freedom] * torque, axis=1))
         amplitude = drives / np.abs(poles.scale[part] * poles.pole[part].real)
         twist = np.abs(shape[:, line.first] - shape[:, line.second])

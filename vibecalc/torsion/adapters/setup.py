@@ -52,6 +52,9 @@ if TYPE_CHECKING:
     from vibecalc.schema import Case, Machine
     from vibecalc.torsion.coupling_line import CouplingStates
 
+#: as `Scene.once`
+Once = Callable[[str, Callable[["Case"], Any]], Any]
+
 # ----------------------------------------------------------------------------
 # What the cylinders do to the stations of a shaft line, ready for any crank speed.
 #
@@ -136,6 +139,15 @@ class Drive(NamedTuple):
             return total
         return total + self.given.torque(speed, *self.inertia.shape)
 
+    def load(self, speed: FloatArray) -> ComplexArray:
+        """The torques (s, m, k) alone, to the last bit those of `torque`."""
+        by_card = self.gas.value.reshape(len(self.gas.value), -1)
+        total: ComplexArray = (self.weights(speed) @ by_card).reshape(-1, *self.gas.value.shape[1:])
+        total += np.square(speed)[:, None, None] * self.inertia.value
+        if len(self.given.column):
+            total += self.given.torque(speed, *self.inertia.shape).value
+        return total
+
     def mean_torque(self, speed: FloatArray) -> Bounded:
         """Mean torques (s, k) at speeds (s,)."""
         return rounded(self.weights(speed), SPEED_ROUNDINGS) @ self.mean
@@ -156,14 +168,20 @@ def build_drive(
     *,
     all_fire: bool = False,
     orders: tuple[float, float] | None = None,
+    once: Once | None = None,
 ) -> Drive:
     """What drives a validated line: its cylinders, and the torques given at stations.
 
     The orders of an engine are those that [response.torsion] asks for. `all_fire` leaves out that
-    cylinders misfire; `orders` are others, the highest and the step.
+    cylinders misfire; `orders` are others, the highest and the step. With `once`, as of a scene,
+    the torques of the cylinders are those of runs before this one where they are the same.
     """
     if has_crank_train(case.machine):
-        drive = _cylinders(case, shaft, all_fire, orders)
+        if once is None or all_fire or orders is not None:
+            found = _cylinders(case, all_fire, orders)
+        else:
+            found = once("torques of the cylinders of a shaft line", _cylinders)
+        drive = _on_stations(found, shaft, case.machine.speed)
     else:
         drive = _no_cylinders()
     line = case.machine.shaft_line
@@ -243,13 +261,25 @@ def _no_cylinders() -> Drive:
     )
 
 
+class _Cylinders(NamedTuple):
+    """Torques of the cylinders, each with its firing phase, as in `Drive` but (..., cylinders)."""
+
+    gas: Bounded
+    inertia: Bounded
+    mean: Bounded
+    card_speed: FloatArray
+    cards: tuple[GasCard, ...]
+    geometry: CrankGeometry
+    firing: Firing
+    healthy: CylinderTorque
+    mass: float
+    rod_inertia: float
+
+
 def _cylinders(
-    case: "Case",
-    shaft: ShaftLineModel,
-    all_fire: bool,
-    orders: tuple[float, float] | None,
-) -> Drive:
-    """The drive of an engine by its cylinders alone."""
+    case: "Case", all_fire: bool = False, orders: tuple[float, float] | None = None
+) -> _Cylinders:
+    """The cylinders of an engine, wherever on its line they stand."""
     machine = case.machine
     firing, geometry = build_firing(case), crank_geometry(machine)
     if all_fire:
@@ -285,29 +315,46 @@ def _cylinders(
     gas = cylinder_gas(
         healthy, firing.pressure_scale, misfiring=~firing.fires, motored=motored
     )  # (cards, cylinders, orders)
-    ratio = shaft.station_ratio[shaft.cylinder_station]
-    station, place = np.unique(shaft.cylinder_station, return_inverse=True)
-    on = placed(place, len(station)) * ratio[:, None]
     turned = rounded(phasor(healthy.order, firing.angle).T, PHASOR_ROUNDINGS)  # (cylinders, orders)
     moved = inertia_harmonics(geometry, 1.0, 0.0, healthy.order)
     rocked = inertia_harmonics(geometry, 0.0, rod_inertia, healthy.order)
     by_order = Bounded(gas.value, gas.error) * turned
-    return Drive(
-        orders=columns(healthy.order, [], case.machine.speed),
-        given=NOTHING_GIVEN,
-        fires=np.ones(len(healthy.order), dtype=bool),
-        gas=reshaped(by_order, lambda one: np.swapaxes(one, -1, -2)) @ on,
-        inertia=((masses[:, None] * moved + rocked) * turned).T @ on,
-        mean=Bounded(gas.mean, gas.mean_error) @ rounded(on, SPEED_ROUNDINGS),
-        station=station,
-        freedom=shaft.freedom[station],
+    return _Cylinders(
+        gas=reshaped(by_order, lambda one: np.swapaxes(one, -1, -2)),
+        inertia=((masses[:, None] * moved + rocked) * turned).T,
+        mean=Bounded(gas.mean, gas.mean_error),
         card_speed=card_speed,
         cards=tuple(cards),
         geometry=geometry,
         firing=firing,
-        cylinder=healthy,
-        reciprocating_mass=mass,
+        healthy=healthy,
+        mass=mass,
         rod_inertia=rod_inertia,
+    )
+
+
+def _on_stations(found: _Cylinders, shaft: ShaftLineModel, speed: float) -> Drive:
+    """The drive of an engine by its cylinders alone."""
+    ratio = shaft.station_ratio[shaft.cylinder_station]
+    station, place = np.unique(shaft.cylinder_station, return_inverse=True)
+    on = placed(place, len(station)) * ratio[:, None]
+    order = found.healthy.order
+    return Drive(
+        orders=columns(order, [], speed),
+        given=NOTHING_GIVEN,
+        fires=np.ones(len(order), dtype=bool),
+        gas=found.gas @ on,
+        inertia=found.inertia @ on,
+        mean=found.mean @ rounded(on, SPEED_ROUNDINGS),
+        station=station,
+        freedom=shaft.freedom[station],
+        card_speed=found.card_speed,
+        cards=found.cards,
+        geometry=found.geometry,
+        firing=found.firing,
+        cylinder=found.healthy,
+        reciprocating_mass=found.mass,
+        rod_inertia=found.rod_inertia,
     )
 
 
@@ -448,8 +495,8 @@ def _keep_freed_memory() -> None:
     np.empty(_RESERVED, dtype=np.uint8)
 
 
-def build_setup(case: "Case") -> Setup:
-    """All of it from a validated case."""
+def build_setup(case: "Case", once: Once | None = None) -> Setup:
+    """All of it from a validated case; see `build_drive` for `once`."""
     _keep_freed_memory()
     assert case.response is not None and case.response.torsion is not None
     torsion, speed, shaft = case.response.torsion, case.machine.speed, build_shaft_line(case)
@@ -463,7 +510,8 @@ def build_setup(case: "Case") -> Setup:
         damping = of_inertia * inertia + of_stiffness * held
         shaft = replace(shaft, station_values=np.array([inertia, damping, held]), station_laws=())
     natural = natural_of(torsion, model, modes, speed)
-    return Setup(torsion, speed, shaft, build_drive(case, shaft), model, modes, natural)
+    drive = build_drive(case, shaft, once=once)
+    return Setup(torsion, speed, shaft, drive, model, modes, natural)
 
 
 def natural_of(

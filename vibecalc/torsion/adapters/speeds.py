@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibecalc.core.run.stage import Scene
+from vibecalc.core.run.stage import Scene, below
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, FloatArray, distinct
 from vibecalc.torsion.adapters.critical import (
@@ -10,6 +10,7 @@ from vibecalc.torsion.adapters.critical import (
     UndampedResonances,
     emit_separation,
     meeting,
+    none_undamped,
     undamped_speeds,
 )
 from vibecalc.torsion.adapters.curves import (
@@ -22,6 +23,7 @@ from vibecalc.torsion.adapters.curves import (
     section_uncertainty,
     sweep,
 )
+from vibecalc.torsion.adapters.largest_alone import HEAT, highest_torques, little_asked
 from vibecalc.torsion.adapters.limits import (
     emit_limits,
     limit_corners,
@@ -38,7 +40,7 @@ from vibecalc.torsion.adapters.readings import (
 )
 from vibecalc.torsion.adapters.setup import Setup, line_speeds
 from vibecalc.torsion.adapters.steady import setup_of
-from vibecalc.torsion.adapters.variants import emit_bare, emit_healthy_range
+from vibecalc.torsion.adapters.variants import bare_setup, emit_bare, emit_healthy_range
 from vibecalc.torsion.critical_speeds import (
     MOST,
     REFINED,
@@ -60,6 +62,7 @@ PEAK = tuple(
     f"{ROOT}/peak/{name}"
     for name in ("speed", "torque_half_range", "section", "mode", "half_order")
 )
+SEPARATION = below(f"{ROOT}/separation/range/")
 #: what has to be examined once more where the largest values are
 THERE = tuple(f"{ROOT}/largest/{name}" for name in ("mode", "half_order"))
 
@@ -70,6 +73,9 @@ def run_torsion_speeds(scene: Scene) -> None:
     options = setup.torsion.speeds
     assert options is not None
     speed = line_speeds(options)
+    if little_asked(scene, setup):
+        _largest_alone(scene, setup, speed)
+        return
     curves = sweep(setup.model, setup.drive, speed, setup.shaft)
     undamped = undamped_speeds(setup, speed[0], speed[-1])
     make = lambda section: torque_value(setup.model, setup.drive, section)  # noqa: E731
@@ -103,11 +109,7 @@ def run_torsion_speeds(scene: Scene) -> None:
         joined = Maxima(*(np.concatenate(part) for part in zip(*high, strict=True)))
         _peaks(scene, setup, speed, joined)
     emit_separation(scene, setup, "range", speed[0], speed[-1])
-    if len(top.section) > REFINED:
-        scene.warn(
-            f"largest values between the speeds of the sweep are looked for in the {REFINED} most "
-            "loaded sections only; the others have the largest of the sweep"
-        )
+    _warn_of_sections(scene, top)
     if setup.torsion.limits:
         emit_limits(scene, setup, speed, dense, undamped)
     if setup.shaft.couplings:
@@ -118,6 +120,38 @@ def run_torsion_speeds(scene: Scene) -> None:
         emit_bare(scene, setup, speed, torque)
     if setup.torsion.misfire:
         emit_healthy_range(scene, setup, speed)
+
+
+def _largest_alone(scene: Scene, setup: Setup, speed: FloatArray) -> None:
+    """The same of a study that asks for largest torques and the heat of dampers at most."""
+    bare = bare_setup(setup) if setup.shaft.dampers else None
+    found = highest_torques(scene, setup, bare, speed)
+    if setup.shaft.dampers:
+        names = tuple(one.name for one in setup.shaft.dampers)
+        heat = of_finite(found.heat, lambda one: one)
+        scene.emit(HEAT, heat.T, axes={"speed": speed, "damper": names})
+    emit_campbell(scene, setup, speed)
+    if scene.wants(*SEPARATION):
+        emit_separation(scene, setup, "range", speed[0], speed[-1])
+    undamped = none_undamped(setup) or undamped_speeds(setup, speed[0], speed[-1])
+    _masked(scene, undamped)
+    if scene.wanted is not None and scene.wanted <= {HEAT}:
+        return
+    dense = with_narrow_resonances(setup, speed, found.torque, undamped)
+    make = lambda section: torque_value(setup.model, setup.drive, section)  # noqa: E731
+    top = largest(make, dense.torque, dense.speed, undamped.speed, undamped.endless)
+    _warn_of_sections(scene, top)
+    torque = _largest(scene, setup, speed, top)
+    if setup.shaft.dampers:
+        emit_bare(scene, setup, speed, torque)
+
+
+def _warn_of_sections(scene: Scene, top: Maxima) -> None:
+    if len(top.section) > REFINED:
+        scene.warn(
+            f"largest values between the speeds of the sweep are looked for in the {REFINED} most "
+            "loaded sections only; the others have the largest of the sweep"
+        )
 
 
 def _dense(
@@ -154,7 +188,7 @@ def _largest(scene: Scene, setup: Setup, speed: FloatArray, top: Maxima) -> Boun
     """Largest values of each section; gives the referred torques."""
     shaft, place = setup.shaft, f"{ROOT}/largest"
     axes, every = {"section": shaft.section_names}, np.arange(len(top.section))
-    torque, twist = at_largest(setup, top)
+    torque, twist = at_largest(setup, top, scene.wants(f"{place}/twist_half_range"))
     emit_half_ranges(scene, place, shaft, every, torque, twist, {})
     scene.emit(f"{place}/speed", top.speed, top.speed_error, axes)
     if scene.wants(*THERE):

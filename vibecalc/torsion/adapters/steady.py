@@ -37,22 +37,47 @@ def run_torsion(scene: Scene) -> None:
 
     Raises NumericalFailure where an order meets a natural frequency that nothing damps.
     """
-    setup = build_setup(scene.case)
+    setup = build_setup(scene.case, scene.once)
     if setup.shaft.couplings:
         from vibecalc.torsion.adapters.coupling_states import coupled
 
         setup = coupled(setup)
     scene.handed_on["torsion"] = setup[1:]
-    emit_modes(scene, setup)
-    emit_excitation(scene, setup)
+    if _wants(scene, "modes/"):
+        emit_modes(scene, setup)
+    if _wants(scene, "excitation/"):
+        emit_excitation(scene, setup)
     if setup.shaft.station_laws:
         from vibecalc.torsion.adapters.dampings import emit_dampings
 
         emit_dampings(scene, setup)
-    emit_steady(scene, setup)
+    if scene.wanted is None or any(_is_steady(path) for path in scene.wanted):
+        emit_steady(scene, setup)
     emit_critical(scene, setup)
-    if setup.torsion.misfire:
+    if setup.torsion.misfire and _wants(scene, "healthy/"):
         emit_healthy(scene, setup)
+
+
+#: folders of what other stages or other parts of this one make
+_ELSEWHERE = tuple(
+    f"{ROOT}/{name}"
+    for name in (
+        *("modes/", "excitation/", "critical/", "damping/", "healthy/", "speeds/", "largest/"),
+        *("masked/", "peak/", "bare/", "reduction", "barred/", "exceeded/", "hammering/"),
+        *("campbell/", "separation/range/", "limit/largest", "coupling/speeds/", "curves/"),
+        *("irregularity/", "conditions/", "transient/", "variable_inertia/", "as_published/"),
+    )
+)
+
+
+def _is_steady(path: str) -> bool:
+    return path.startswith(f"{ROOT}/") and not path.startswith(_ELSEWHERE)
+
+
+def _wants(scene: Scene, folder: str) -> bool:
+    """Whether any result of a folder is asked for."""
+    place = f"{ROOT}/{folder}"
+    return scene.wanted is None or any(path.startswith(place) for path in scene.wanted)
 
 
 def setup_of(scene: Scene) -> Setup:

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.core.run.stage import Scene
+from vibecalc.core.run.stage import Scene, below
 from vibecalc.numerics.bounded import Bounded, stack, where
 from vibecalc.numerics.rounding import FloatArray, IntArray
 from vibecalc.torsion.adapters.bounds import bounds
@@ -16,6 +16,7 @@ from vibecalc.torsion.adapters.curves import (
     section_heat,
     sweep,
 )
+from vibecalc.torsion.adapters.largest_alone import what_drives
 from vibecalc.torsion.adapters.limits import (
     largest_of_loads,
     largest_uses,
@@ -34,6 +35,7 @@ from vibecalc.torsion.adapters.setup import (
     natural_of,
 )
 from vibecalc.torsion.critical_speeds import largest, telling_speeds
+from vibecalc.torsion.model import ShaftLineModel
 from vibecalc.torsion.results import ROOT
 from vibecalc.torsion.synthesis import over_cycle
 
@@ -91,8 +93,8 @@ def emit_range(scene: Scene, state: State, speed: FloatArray, limited: bool = Fa
     make = lambda section: torque_value(model, drive, section)  # noqa: E731
     sections = dense.torque[:, : len(model.line.first)]
     top = largest(make, sections, dense.speed, undamped.speed, undamped.endless)
-    torque, twist = at_largest(setup, top)
     place = f"{state.place}/largest"
+    torque, twist = at_largest(setup, top, scene.wants(f"{place}/twist_half_range"))
     emit_half_ranges(scene, place, setup.shaft, state.section, torque, twist, {})
     names = tuple(setup.shaft.section_names[e] for e in state.section)
     scene.emit(f"{place}/speed", top.speed, top.speed_error, {"section": names})
@@ -104,6 +106,7 @@ def emit_range(scene: Scene, state: State, speed: FloatArray, limited: bool = Fa
 # ----------------------------------------------------------------------------
 
 BARE = f"{ROOT}/bare"
+IN_BARE = below(f"{ROOT}/bare/")
 
 
 def _coupled(setup: Setup, whole: Setup | None = None) -> Setup:
@@ -147,11 +150,36 @@ def emit_bare(scene: Scene, setup: Setup, speed: FloatArray, damped: Bounded) ->
     bare, shaft = bare_setup(setup), setup.shaft
     stays = np.flatnonzero([kind != "damper" for kind in shaft.section_kinds])
     state = State(BARE, bare, stays)
+    if not scene.wants(*IN_BARE):
+        if scene.wants(f"{ROOT}/reduction"):
+            _emit_reduction(scene, shaft, stays, _bare_torque(scene, state, speed), damped)
+        return
     frequency = bare.modes.frequency
     modes = {"bare_mode": np.arange(1, len(frequency) + 1)}
     scene.emit(f"{BARE}/natural_frequency", frequency, bare.modes.frequency_error, modes)
     emit_operating(scene, state)
-    torque, less = emit_range(scene, state, speed).torque, damped[stays]
+    torque = emit_range(scene, state, speed).torque
+    _emit_reduction(scene, shaft, stays, torque, damped)
+
+
+def _bare_torque(scene: Scene, bare: State, speed: FloatArray) -> Bounded:
+    """Largest torques of the bare line, of runs before this one where they had the same line."""
+
+    def find() -> Bounded:
+        return emit_range(scene, bare, speed).torque
+
+    setup = bare.setup
+    inputs = what_drives(setup.model, setup.drive, speed)
+    if inputs is None:
+        return find()
+    known: Bounded | None = scene.again("largest torques of a line", (*inputs, setup.speed), find)
+    return find() if known is None else known
+
+
+def _emit_reduction(
+    scene: Scene, shaft: ShaftLineModel, stays: IntArray, torque: Bounded, damped: Bounded
+) -> None:
+    less = damped[stays]
     finite = np.isfinite(less.value) & np.isfinite(torque.value) & (less.value > 0.0)
     gain = where(finite, torque, 1.0) / where(finite, less, 1.0)
     axes = {"section": tuple(shaft.section_names[e] for e in stays)}

@@ -108,7 +108,9 @@ def follow(
         guess = np.where(step % 8 == 0, 0.5 * (a + b), guess)
         first, last = nearby[0, open_], nearby[1, open_]
         close = np.where((guess - a < b - guess)[:, None], first, last)
-        now = readings(system, damper, guess, row[open_], close if given_phase else None)
+        now = readings(
+            system, damper, guess, row[open_], close if given_phase else None, by_damper=False
+        )
         rising = now.by_speed > 0.0
         nearby[0, open_] = np.where(rising[:, None], now.phase, first)
         nearby[1, open_] = np.where(rising[:, None], last, now.phase)
@@ -129,6 +131,7 @@ def follow(
         shifted = readings(
             system, damper, np.append(speed[inside] - shift, speed[inside] + shift),
             np.append(row[inside], row[inside]), np.tile(final.phase[inside], (2, 1)),
+            by_damper=False,
         ).by_speed  # fmt: skip
         before, after = np.split(shifted, 2)
         bend[inside] = (after - before) / (2.0 * shift)
@@ -145,7 +148,9 @@ def _uphill(
     low, high = low.copy(), high.copy()
     given_phase = near is not None
     both = None if near is None else np.tile(near, (2, 1))
-    ends = readings(system, damper, np.append(low, high), np.append(row, row), both)
+    ends = readings(
+        system, damper, np.append(low, high), np.append(row, row), both, by_damper=False
+    )
     left, right = np.split(ends.by_speed, 2)
     phase = ends.phase.reshape(2, -1, 2)
     for _ in range(_MOST_MOVES):
@@ -159,7 +164,9 @@ def _uphill(
         beyond = np.clip(beyond, slowest, fastest)
         first, last = phase[0, moved], phase[1, moved]
         close = np.where(rising[:, None], last, first)
-        ahead = readings(system, damper, beyond, row[moved], close if given_phase else None)
+        ahead = readings(
+            system, damper, beyond, row[moved], close if given_phase else None, by_damper=False
+        )
         new = ahead.by_speed
         phase[0, moved] = np.where(rising[:, None], last, ahead.phase)
         phase[1, moved] = np.where(rising[:, None], ahead.phase, first)
@@ -184,7 +191,7 @@ def place_error(system: System, damper: Damper, tops: DamperPeaks) -> FloatArray
     The slope that is left over the curvature, and the round-off of the slope: that of the value
     over the width of the peak. At an end of the range the speed is that end.
     """
-    left = readings(system, damper, tops.speed, tops.row, tops.phase).by_speed
+    left = readings(system, damper, tops.speed, tops.row, tops.phase, by_damper=False).by_speed
     noise = reading_error(system, damper, tops.speed, tops.row)
     bend = np.abs(tops.bend)
     inside = (tops.bend < 0.0) & (tops.value > 0.0)

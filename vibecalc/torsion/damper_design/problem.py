@@ -259,7 +259,8 @@ _ROUNDINGS = 4
 class States(NamedTuple):
     """Unknowns (s, m, n + 1) of `System` at s speeds, and derivatives (4, s, m, n + 1).
 
-    Derivatives by the logarithms of ring inertia, stiffness and damping, then by speed in rad/s.
+    Derivatives by the logarithms of ring inertia, stiffness and damping, then by speed in rad/s;
+    by speed alone (1, s, m, n + 1) where no others were asked for.
     """
 
     value: ComplexArray
@@ -268,13 +269,25 @@ class States(NamedTuple):
 
 def solve(matrix: ComplexArray, right: ComplexArray) -> ComplexArray:
     """Solutions (..., n, r), with rows and columns brought to equal size first."""
+    size = _sizes(matrix)
+    return _solved(_even(matrix, size), right, size)
+
+
+def _sizes(matrix: ComplexArray) -> FloatArray:
+    """What rows and columns are multiplied by."""
     size = 1.0 / np.sqrt(np.abs(np.diagonal(matrix, axis1=-2, axis2=-1)) + 1e-300)
     # a resonating diagonal says nothing of its row
-    size = np.minimum(size, 1.0 / np.sqrt(np.max(np.abs(matrix), axis=-1)) * 1e3)
+    return np.minimum(size, 1.0 / np.sqrt(np.max(np.abs(matrix), axis=-1)) * 1e3)
+
+
+def _even(matrix: ComplexArray, size: FloatArray) -> ComplexArray:
+    even: ComplexArray = size[..., :, None] * matrix * size[..., None, :]
+    return even
+
+
+def _solved(even: ComplexArray, right: ComplexArray, size: FloatArray) -> ComplexArray:
     try:
-        found = np.linalg.solve(
-            size[..., :, None] * matrix * size[..., None, :], size[..., :, None] * right
-        )
+        found = np.linalg.solve(even, size[..., :, None] * right)
     except np.linalg.LinAlgError:
         found = np.full_like(right, np.nan)
     found = size[..., :, None] * found
@@ -285,29 +298,37 @@ def solve(matrix: ComplexArray, right: ComplexArray) -> ComplexArray:
     return np.asarray(found)
 
 
-def states(system: System, damper: Damper, speed: FloatArray) -> States:
-    """Solve at speeds (s,) in rad/s; raises NumericalFailure on an undamped resonance."""
+def states(system: System, damper: Damper, speed: FloatArray, by_damper: bool = True) -> States:
+    """Solve at speeds (s,) in rad/s; raises NumericalFailure on an undamped resonance.
+
+    Without `by_damper` the derivatives are those by speed alone.
+    """
     order = np.asarray(system.problem.order, dtype=float)
     w = speed[:, None] * order
     torque, torque_slope = torque_at(system.problem.torque, speed)
     matrix = system.dynamic(damper, w)
-    unknowns = matrix.shape[-1]
-    right = np.zeros((*w.shape, unknowns, 3), dtype=complex)
+    size = _sizes(matrix)
+    even = _even(matrix, size)
+    right = np.zeros((*w.shape, matrix.shape[-1], 3 if by_damper else 1), dtype=complex)
     right[..., 0] = torque @ system.angle
-    right[..., -1, 1] = 1.0
-    right[..., 2] = system.ring
-    solution = solve(matrix, right)
-    u, spring, ring = np.moveaxis(solution, -1, 0)
+    if by_damper:
+        right[..., -1, 1] = 1.0
+        right[..., 2] = system.ring
+    u, *others = np.moveaxis(_solved(even, right, size), -1, 0)
     mass = system.mass + damper.inertia * np.outer(system.ring, system.ring)
     by_frequency = u @ (1j * system.loss) - 2.0 * w[..., None] * (u @ mass)
     by_frequency[..., -1] += 1j * damper.damping * u[..., -1]
     pushed = torque_slope @ system.angle - order[:, None] * by_frequency
+    by_speed = _solved(even, pushed[..., None], size)[..., 0]
+    if not by_damper:
+        return States(u, by_speed[None])
+    spring, ring = others
     relative = u[..., -1:]
     slope = np.stack([
         damper.inertia * w[..., None] ** 2 * ring * (u @ system.ring)[..., None],
         -damper.stiffness * spring * relative,
         -1j * damper.damping * w[..., None] * spring * relative,
-        solve(matrix, pushed[..., None])[..., 0],
+        by_speed,
     ])  # fmt: skip
     return States(u, slope)
 

@@ -36,12 +36,15 @@ def extremes(
     it is the crest uphill of the first and the trough downhill of the second, be there higher and
     lower ones or not.
     """
+    # both at once: the trough is the crest of the negative
+    both = np.concatenate([amplitude, -amplitude])
     if near is None:
-        up, down = _highest(amplitude, harmonic), _highest(-amplitude, harmonic)
+        value = sampled(amplitude, harmonic, SAMPLES_PER_HARMONIC)
+        found = _highest(both, harmonic, np.concatenate([value, -value]))
     else:
-        up = _climbed(amplitude, harmonic, near[:, :1], _MORE_STEPS)
-        down = _climbed(-amplitude, harmonic, near[:, 1:], _MORE_STEPS)
-    return np.hstack([up[0], down[0]]), np.hstack([up[1], -down[1]])
+        found = _climbed(both, harmonic, near.T.reshape(-1, 1), _MORE_STEPS)
+    (at_up, at_down), (up, down) = (np.split(one, 2) for one in found)
+    return np.hstack([at_up, at_down]), np.hstack([up, -down])
 
 
 def crests(amplitude: ComplexArray, harmonic: IntArray, most: int) -> tuple[FloatArray, FloatArray]:
@@ -50,6 +53,13 @@ def crests(amplitude: ComplexArray, harmonic: IntArray, most: int) -> tuple[Floa
     Phases may lie a little beyond [0, 2 pi).
     """
     value = sampled(amplitude, harmonic, SAMPLES_PER_HARMONIC)
+    return _crests(amplitude, harmonic, most, value)
+
+
+def _crests(
+    amplitude: ComplexArray, harmonic: IntArray, most: int, value: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Of samples (r, k) of the rows."""
     peak = (value >= np.roll(value, 1, axis=-1)) & (value > np.roll(value, -1, axis=-1))
     rank = np.argsort(np.where(peak, -value, np.inf), axis=-1)[:, :most]
     start = 2.0 * np.pi / value.shape[-1] * rank
@@ -69,9 +79,11 @@ def sampled(amplitude: ComplexArray, harmonic: IntArray, per_harmonic: int) -> F
     return value
 
 
-def _highest(amplitude: ComplexArray, harmonic: IntArray) -> tuple[FloatArray, FloatArray]:
+def _highest(
+    amplitude: ComplexArray, harmonic: IntArray, samples: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Phase (r, 1) and value (r, 1)."""
-    phase, refined = crests(amplitude, harmonic, _TRIED)
+    phase, refined = _crests(amplitude, harmonic, _TRIED, samples)
     # a signal that does not change has no crest
     best = np.argmax(refined, axis=-1)[:, None]
     found = np.take_along_axis(refined, best, axis=-1)
@@ -135,16 +147,17 @@ def section_factor(system: System, speed: FloatArray) -> tuple[ComplexArray, Com
 
 def readings(
     system: System, damper: Damper, speed: FloatArray, row: IntArray,
-    near: FloatArray | None = None,
+    near: FloatArray | None = None, by_damper: bool = True,
 ) -> Readings:  # fmt: skip
     """Row row[i] at speed[i], all arrays (s,): of the highest crest and the lowest trough.
 
-    With phases `near` (s, 2) the crest and the trough next to them are read instead.
+    With phases `near` (s, 2) the crest and the trough next to them are read instead. Without
+    `by_damper` there are no derivatives by it (s, 0).
     """
     sections = system.twist.shape[0]
-    state = states(system, damper, speed)
+    state = states(system, damper, speed, by_damper)
     here = np.arange(speed.size)
-    value, slope = np.empty(speed.size), np.empty((4, speed.size))
+    value, slope = np.empty(speed.size), np.empty((len(state.slope), speed.size))
     phases = np.zeros((speed.size, 2))
     heat = row == sections
     travel = row > sections
@@ -152,7 +165,7 @@ def readings(
     relative, change = state.value[..., -1], state.slope[..., -1]
     if np.any(heat):
         power, by = _heat(relative[heat], change[:, heat], speed[heat][:, None] * order, damper)
-        by[3] += 2.0 * power / speed[heat]
+        by[-1] += 2.0 * power / speed[heat]
         value[heat], slope[:, heat] = power, by
     other = ~heat
     if np.any(other):
@@ -162,7 +175,7 @@ def readings(
         twist = np.einsum("smn,sn->sm", state.value, system.twist[section])
         amplitude = factor * twist
         by_all = factor * np.einsum("dsmn,sn->dsm", state.slope, system.twist[section])
-        by_all[3] += rate * twist
+        by_all[-1] += rate * twist
         amplitude = np.where(travel[:, None], relative, amplitude)[other]
         by_all = np.where(travel[:, None], change, by_all)[:, other]
         phase, _ = extremes(amplitude, system.harmonic, None if near is None else near[other])
@@ -173,7 +186,7 @@ def readings(
         slope[:, other] = np.sum((by_all * wave).real, axis=-1)
         used = np.where(upper, phase[:, :1], phase[:, 1:])
         phases[other] = np.where(travel[other][:, None], used, phase)
-    return Readings(value, slope[3], slope[:3].T, phases)
+    return Readings(value, slope[-1], slope[:-1].T, phases)
 
 
 def signals(system: System, damper: Damper, speed: FloatArray, row: IntArray) -> ComplexArray:
@@ -191,11 +204,11 @@ def signals(system: System, damper: Damper, speed: FloatArray, row: IntArray) ->
 def _heat(
     relative: ComplexArray, change: ComplexArray, w: FloatArray, damper: Damper
 ) -> tuple[FloatArray, FloatArray]:
-    """Mean power (s,) of the dashpot and its slopes (4, s), at fixed w in the last but one."""
+    """Mean power (s,) of the dashpot and its slopes (4, s) or (1, s), at fixed w in the last."""
     share = damper.damping * w**2
     power = 0.5 * np.sum(share * np.abs(relative) ** 2, axis=-1)
     by = np.sum(share * (np.conj(relative) * change).real, axis=-1)
-    by[2] += power
+    by[2:3] += power
     return power, by
 
 
