@@ -40,8 +40,11 @@ class BareLine(NamedTuple):
 
     def cut(self, part: slice) -> "BareLine":
         """Some of the speeds."""
-        first, second, *others = self
-        return BareLine(first[:, part], second[:, part], *(one[part] for one in others))
+        of_elements = ("torque", "unit_torque")
+        return BareLine(**{
+            name: one[:, part] if name in of_elements else one[part]
+            for name, one in self._asdict().items()
+        })  # fmt: skip
 
 
 class Hung(NamedTuple):
