@@ -1,6 +1,7 @@
 """|H|^2 above its floor without cancellation: values with derivatives, polynomials."""
 
-from typing import NamedTuple, TypeAlias
+from collections.abc import Sequence
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -13,6 +14,10 @@ from vibecalc.absorber.transfer import Coupling, Transfer
 # primary system, and zero elsewhere. Near f a difference of P and Q would lose all digits; A is
 # built from polynomials from which the common part has been taken away on paper.
 # ----------------------------------------------------------------------------
+
+#: an array or a number, and one with its derivatives
+Term: TypeAlias = Any
+Derivatives: TypeAlias = Sequence[Term]
 
 #: most coefficients of a weight, a polynomial in u = x^2
 _TERMS = 6
@@ -119,15 +124,11 @@ def _poly(*coefficients: np.ndarray) -> np.ndarray:
 # A and Q of |H|^2 = f^2 + A / Q at one frequency, with derivatives, free of cancellation.
 # ----------------------------------------------------------------------------
 
-#: order of the derivatives: value, u, uu, then g0, g1, u g0, u g1, g0 g0, g0 g1, g1 g1
-ALL = 10
-ALONG_U = 3
-
 
 class Forms(NamedTuple):
     """|N1|^2, Re(N1 g*), the part of Im(N1 g*) that damping sees, |g|^2 and |m s^2|^2.
 
-    Each (slots, ...): derivatives in the order of `ALL`; all over u^shift.
+    Each (3, ...): value and two derivatives by u; all over u^shift.
     """
 
     motion: np.ndarray
@@ -137,33 +138,14 @@ class Forms(NamedTuple):
     relative: np.ndarray
 
 
-def forms(parts: Coupling, u: np.ndarray, slots: int = ALONG_U) -> Forms:
-    """The five forms at u = x^2; derivatives by g0 and g1 (slots = ALL) of a sprung damper only."""
+def forms(parts: Coupling, u: np.ndarray) -> Forms:
+    """The five forms at u = x^2."""
     g0, g1, inertia = parts.g0, parts.g1, parts.inertia
-    away = g0 - inertia * u  # kept as a difference: small where a light absorber is tuned
-    shape = np.shape(away)
-    motion, mixed, cross, link, relative = np.zeros((5, slots, *shape))
     g1g1, squared = g1 * g1, inertia * inertia
-    motion[0], motion[1], motion[2] = (
-        away * away + g1g1 * u, g1g1 - 2.0 * inertia * away, 2.0 * squared,
-    )  # fmt: skip
-    mixed[0], mixed[1] = g0 * away + g1g1 * u, g1g1 - inertia * g0
-    cross[0], cross[1], cross[2] = g1 * inertia * u * u, 2.0 * g1 * inertia * u, 2.0 * g1 * inertia
-    link[0], link[1] = g0 * g0 + g1g1 * u, g1g1
-    relative[0], relative[1], relative[2] = squared * u * u, 2.0 * squared * u, 2.0 * squared
-    if slots == ALL:
-        motion[3], motion[4], motion[5], motion[6] = (
-            2.0 * away,
-            2.0 * g1 * u,
-            -2.0 * inertia,
-            2.0 * g1,
-        )
-        mixed[3], mixed[4], mixed[5], mixed[6] = g0 + away, 2.0 * g1 * u, -inertia, 2.0 * g1
-        link[3], link[4], link[6] = 2.0 * g0, 2.0 * g1 * u, 2.0 * g1
-        cross[4], cross[6] = inertia * u * u, 2.0 * inertia * u
-        for form in (motion, mixed, link):
-            form[7], form[9] = 2.0, 2.0 * u
-        return Forms(motion, mixed, cross, link, relative)
+    shape = np.shape(g0 - inertia * u)
+    motion, mixed, cross, link, relative = result = np.zeros((5, 3, *shape))
+    for form, known in zip(result, _sprung_forms(inertia, g0, g1, u), strict=True):
+        form[0], form[1], form[2] = known
     if not np.any(parts.shift):
         return Forms(motion, mixed, cross, link, relative)
     late, free = parts.shift == 1, parts.shift == 2
@@ -179,8 +161,21 @@ def forms(parts: Coupling, u: np.ndarray, slots: int = ALONG_U) -> Forms:
     return Forms(motion, mixed, cross, link, relative)
 
 
+def _sprung_forms(inertia: Term, g0: Term, g1: Term, u: Term) -> tuple[Derivatives, ...]:
+    """The five forms of a sprung damper, each with two derivatives by u."""
+    away = g0 - inertia * u  # kept as a difference: small where a light absorber is tuned
+    g1g1u, squared, lag = g1 * g1 * u, inertia * inertia, g1 * inertia
+    return (
+        (away * away + g1g1u, g1 * g1 - 2.0 * inertia * away, 2.0 * squared),
+        (g0 * away + g1g1u, g1 * g1 - inertia * g0, 0.0),
+        (lag * u * u, 2.0 * lag * u, 2.0 * lag),
+        (g0 * g0 + g1g1u, g1 * g1, 0.0),
+        (squared * u * u, 2.0 * squared * u, 2.0 * squared),
+    )
+
+
 class Excess(NamedTuple):
-    """A and Q (slots, ...) and the sums of magnitudes (...) behind their values."""
+    """A and Q (3, ...), two derivatives by u, and the sums of magnitudes (...) behind both."""
 
     above: np.ndarray
     below: np.ndarray
@@ -188,14 +183,11 @@ class Excess(NamedTuple):
     below_size: np.ndarray
 
 
-def excess(parts: Coupling, weights: Measure, u: np.ndarray, slots: int = ALONG_U) -> Excess:
+def excess(parts: Coupling, weights: Measure, u: np.ndarray) -> Excess:
     """A and Q of the measure at u; `parts` and `weights` broadcast against u."""
     z1, m = parts.primary_damping, parts.mass
-    form = forms(parts, u, slots)
-    stiff = 1.0 - u
-    mixed = (-2.0 * m * u * stiff, -2.0 * m * (stiff - u), 4.0 * m)
-    cross = (4.0 * z1 * m * u, 4.0 * z1 * m, np.zeros_like(z1))
-    link = (m * m * u * u, 2.0 * m * m * u, 2.0 * m * m)
+    form = forms(parts, u)
+    mixed, cross, link = _absorbed(z1, m, u)
     terms = [_times(mixed, form.mixed), _times(cross, form.cross), _times(link, form.link)]
     absorbed = terms[0] + terms[1] + terms[2]
     parts_of_sum = [
@@ -212,27 +204,46 @@ def excess(parts: Coupling, weights: Measure, u: np.ndarray, slots: int = ALONG_
     lost = 1.0 + blur / np.maximum(np.sqrt(form.motion[0]), 1e-300)
     other = np.abs(terms[0][0]) + np.abs(terms[1][0]) + np.abs(terms[2][0])
     above_size = (sum(np.abs(p[0]) for p in parts_of_sum) + weights.floor_squared * other) * lost
-    below, below_size = _squared_stiffness(parts, u, slots)
+    below, below_size = _squared_stiffness(parts, u)
     return Excess(above, below, above_size, below_size)
 
 
-def _squared_stiffness(parts: Coupling, u: np.ndarray, slots: int) -> tuple[np.ndarray, np.ndarray]:
+def _absorbed(z1: Term, m: Term, u: Term) -> tuple[Derivatives, ...]:
+    """What B = Q - |1 + 2 z1 s + s^2|^2 |N1|^2 takes of Re(N1 g*), Im(N1 g*) and |g|^2."""
+    stiff, square = 1.0 - u, m * m
+    return (
+        (-2.0 * m * u * stiff, -2.0 * m * (stiff - u), 4.0 * m),
+        (4.0 * z1 * m * u, 4.0 * z1 * m, 0.0),
+        (square * u * u, 2.0 * square * u, 2.0 * square),
+    )
+
+
+def _stiffness(
+    z1: Term, m: Term, inertia: Term, g0: Term, g1: Term, u: Term
+) -> tuple[Derivatives, Derivatives]:
+    """Real part and imaginary part over x of D with a sprung damper, and two derivatives by u."""
+    stiff, away, c = 1.0 - u, g0 - inertia * u, 2.0 * z1
+    return (
+        (
+            stiff * away - c * g1 * u - m * u * g0, -away - inertia * stiff - c * g1 - m * g0,
+            2.0 * inertia,
+        ),
+        (c * away + g1 * (stiff - m * u), -c * inertia - g1 * (1.0 + m), 0.0),
+    )  # fmt: skip
+
+
+def _squared_stiffness(parts: Coupling, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Q = |D|^2 as a sum of two squares, so that nothing cancels on a sharp resonance."""
     z1, m, g0, g1, inertia = parts.primary_damping, parts.mass, parts.g0, parts.g1, parts.inertia
-    stiff = 1.0 - u
-    real, imaginary = np.zeros((2, slots, *np.shape(g0 * stiff)))
-    away, both = g0 - inertia * u, stiff - m * u
-    c = 2.0 * z1
-    real[0] = stiff * away - c * g1 * u - m * u * g0
-    real[1], real[2] = -away - inertia * stiff - c * g1 - m * g0, 2.0 * inertia
-    imaginary[0], imaginary[1] = c * away + g1 * both, -c * inertia - g1 * (1.0 + m)
+    stiff, c = 1.0 - u, 2.0 * z1
+    both = stiff - m * u
+    real, imaginary = sides = np.zeros((2, 3, *np.shape(g0 * stiff)))
+    for side, known in zip(sides, _stiffness(z1, m, inertia, g0, g1, u), strict=True):
+        side[0], side[1], side[2] = known
     # magnitudes behind both, the distance 1 - u taken as exact
     blur = np.abs(stiff) * (g0 + inertia * u) + c * g1 * u + m * u * g0
     blur_imaginary = c * (g0 + inertia * u) + g1 * (np.abs(stiff) + m * u)
-    if slots == ALL:
-        real[3], real[4], real[5], real[6] = both, -c * u, -1.0 - m, -c
-        imaginary[3], imaginary[4], imaginary[6] = c, both, -1.0 - m
-    elif np.any(parts.shift):
+    if np.any(parts.shift):
         late, free = parts.shift == 1, parts.shift == 2
         for side, without_spring, alone in (
             (real, (g1 * both - c * inertia * u, -g1 * (1.0 + m) - c * inertia), (inertia * stiff,
@@ -251,43 +262,106 @@ def _squared_stiffness(parts: Coupling, u: np.ndarray, slots: int) -> tuple[np.n
 
 
 def _square(form: np.ndarray) -> np.ndarray:
-    """Square of a form in all slots."""
+    """Square of a form."""
     result: np.ndarray = 2.0 * form[0] * form
     result[0] *= 0.5
     result[2] += 2.0 * form[1] * form[1]
-    if form.shape[0] == ALL:
-        result[5] += 2.0 * form[1] * form[3]
-        result[6] += 2.0 * form[1] * form[4]
-        result[7] += 2.0 * form[3] * form[3]
-        result[8] += 2.0 * form[3] * form[4]
-        result[9] += 2.0 * form[4] * form[4]
     return result
 
 
-def _times(weight: tuple[np.ndarray | float, ...], form: np.ndarray) -> np.ndarray:
-    """Product of a function of u alone, given with two derivatives, with a form in all slots."""
+def _times(weight: Derivatives, form: np.ndarray) -> np.ndarray:
+    """Product of two functions of u, each with two derivatives."""
     value, first, second = weight
     result: np.ndarray = value * form
     result[2] += second * form[0] + 2.0 * first * form[1]
     result[1] += first * form[0]
-    if form.shape[0] == ALL:
-        result[5] += first * form[3]
-        result[6] += first * form[4]
     return result
 
 
-def _horner(polynomial: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, ...]:
+def _horner(polynomial: np.ndarray, u: np.ndarray) -> Derivatives:
     """Value and two derivatives; trailing zeros of all polynomials are passed over."""
-    count = polynomial.shape[-1]
-    while count > 1 and not np.any(polynomial[..., count - 1]):
-        count -= 1
-    value = np.broadcast_to(polynomial[..., count - 1], np.shape(u)) + 0.0 * u
-    first = second = np.zeros_like(value)
-    for place in range(count - 2, -1, -1):
+    return _polynomial(columns(polynomial), u)
+
+
+def columns(polynomial: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Coefficients (...) by rising power of u, up to the last that is not zero everywhere."""
+    size = polynomial.shape[-1]
+    there = polynomial.reshape(-1, size).any(axis=0).nonzero()[0]
+    return tuple(polynomial[..., place] for place in range(there[-1] + 1 if len(there) else 0))
+
+
+def _polynomial(coefficients: Sequence[Term], u: Term) -> Derivatives:
+    value = first = second = 0.0 * u
+    for coefficient in coefficients[::-1]:
         second = second * u + first
         first = first * u + value
-        value = value * u + polynomial[..., place]
+        value = value * u + coefficient
     return value, first, 2.0 * second
+
+
+# ----------------------------------------------------------------------------
+# The same for a sprung damper with all derivatives by u, g0 and g1 that a search needs, entry by
+# entry: for arrays, or for one case in single numbers, which take a tenth of the time of arrays
+# of one entry.
+# ----------------------------------------------------------------------------
+
+
+def excess_derivatives(
+    z1: Term, m: Term, inertia: Term, g0: Term, g1: Term, u: Term,
+    floor_squared: Term, weights: Sequence[Sequence[Term]],
+) -> tuple[Derivatives, Derivatives]:  # fmt: skip
+    """A and Q, each with derivatives: value, u, uu, g0, g1, u g0, u g1, g0 g0, g0 g1, g1 g1.
+
+    `weights`: the polynomials of `Measure` in `columns`. All terms broadcast.
+    """
+    away, double, twice = g0 - inertia * u, 2.0 * g1, 2.0 * u
+    bent = (2.0, 0.0, twice)
+    by_coupling: tuple[Derivatives, ...] = (
+        (2.0 * away, twice * g1, -2.0 * inertia, double, *bent),
+        (g0 + away, twice * g1, -inertia, double, *bent),
+        (0.0, inertia * u * u, 0.0, twice * inertia, 0.0, 0.0, 0.0),
+        (2.0 * g0, twice * g1, 0.0, double, *bent),
+        _NONE,
+    )
+    sprung = _sprung_forms(inertia, g0, g1, u)
+    every = [(*by_u, *rest) for by_u, rest in zip(sprung, by_coupling, strict=True)]
+    motion, mixed, cross, link, relative = every
+    asked = zip(weights, (motion, mixed, link, relative), strict=True)
+    parts = [_product(_polynomial(weight, u), form) for weight, form in asked if len(weight)]
+    absorbed = zip(_absorbed(z1, m, u), (mixed, cross, link), strict=True)
+    parts += [_product([floor_squared * w for w in weight], form) for weight, form in absorbed]
+    above = tuple(-sum(slot[1:], slot[0]) for slot in zip(*parts, strict=True))
+    real, imaginary = _stiffness(z1, m, inertia, g0, g1, u)
+    both, c = 1.0 - u - m * u, 2.0 * z1
+    squares = (
+        _squared((*real, both, -c * u, -1.0 - m, -c)),
+        _product((u, 1.0, 0.0), _squared((*imaginary, c, both, 0.0, -1.0 - m))),
+    )
+    return above, tuple(one + other for one, other in zip(*squares, strict=True))
+
+
+_NONE = (0.0,) * 7
+
+
+def _product(weight: Derivatives, form: Derivatives) -> Derivatives:
+    """A function of u alone, with two derivatives, times a form with ten."""
+    value, first, second = weight
+    f, f_u, f_uu, by_0, by_1, by_u0, by_u1, by_00, by_01, by_11 = form
+    return (
+        value * f, value * f_u + first * f, value * f_uu + second * f + 2.0 * first * f_u,
+        value * by_0, value * by_1, value * by_u0 + first * by_0, value * by_u1 + first * by_1,
+        value * by_00, value * by_01, value * by_11,
+    )  # fmt: skip
+
+
+def _squared(form: Derivatives) -> Derivatives:
+    """Square of a form that is linear in g0 and g1, from its first seven derivatives."""
+    f, f_u, f_uu, by_0, by_1, by_u0, by_u1 = form
+    return (
+        f * f, 2.0 * f * f_u, 2.0 * (f * f_uu + f_u * f_u), 2.0 * f * by_0, 2.0 * f * by_1,
+        2.0 * (f * by_u0 + f_u * by_0), 2.0 * (f * by_u1 + f_u * by_1),
+        2.0 * by_0 * by_0, 2.0 * by_0 * by_1, 2.0 * by_1 * by_1,
+    )  # fmt: skip
 
 
 # ----------------------------------------------------------------------------

@@ -97,9 +97,10 @@ def follow(primary_damping: np.ndarray, mass_ratio: np.ndarray, transfer: Transf
     zero = np.zeros(count)
     place, y = undamped_start(mass_ratio, transfer)
     points = tunings(zero, mass_ratio, transfer)
-    now = two_peaks(points, place, y, _ITERATIONS)
+    passed = whole > 0.0
+    now = two_peaks(points, place, y, _ITERATIONS, np.where(passed, _ALONG_PATH, 1e-9))
     used = now.evaluations.copy()
-    lost = np.flatnonzero(~sound(now))
+    lost = np.flatnonzero(~sound(now, np.where(passed, _ALONG_PATH, 1e-6)))
     if len(lost):
         some = points.some(lost)
         lower = descend(some, place[:, lost])
@@ -108,7 +109,7 @@ def follow(primary_damping: np.ndarray, mass_ratio: np.ndarray, transfer: Transf
         now = merged(now, lost, again)
         still = lost[~sound(again)]
         now.place[:, still] = lower.place[:, ~sound(again)]
-    began = sound(now)
+    began = sound(now, np.where(passed, _ALONG_PATH, 1e-6))
     here, before = zero.copy(), zero.copy()
     last = now
     path = np.where(began & (whole > 0.0), whole, 0.0)
@@ -337,8 +338,9 @@ def _level(points: Tunings, balance: Balance) -> tuple[np.ndarray, np.ndarray, n
     # the mean with these weights is stationary in the tuning; the gap is all of first order
     relative = np.sum(share * noise, axis=0)
     steep = slopes(points, balance.place, balance.y)
-    apart = np.hypot(*(steep.p[:, 0] - steep.p[:, 1]))
-    size = 1.0 + np.max(np.abs(steep.p), axis=(0, 1))
+    slope = np.stack([steep.k, steep.z])
+    apart = np.hypot(*(slope[:, 0] - slope[:, 1]))
+    size = 1.0 + np.max(np.abs(slope), axis=(0, 1))
     worst = np.max(noise, axis=0)
     # across: the levels are equal to their noise; along: the slopes are, over the curvature
     # (two fifths of each bound: roundings do not all point one way, as random machines show)

@@ -5,7 +5,13 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.absorber.peaks import Peaks, maxima, peaks
-from vibecalc.absorber.squared_magnitude import ALL, Measure, excess, measure
+from vibecalc.absorber.squared_magnitude import (
+    Measure,
+    Term,
+    columns,
+    excess_derivatives,
+    measure,
+)
 from vibecalc.absorber.transfer import Absorber, Coupling, Transfer, transfer_of
 from vibecalc.numerics.matrices import nonnegative_least_squares
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
@@ -43,59 +49,102 @@ def tunings(primary_damping: np.ndarray, mass_ratio: np.ndarray, transfer: Trans
     return Tunings(primary_damping, mass_ratio, measure(parts, transfer))
 
 
-class Slopes(NamedTuple):
-    """w = ln(A / Q) at y = ln u with derivatives by y and by p = (ln k, ln z2).
+class Terms(NamedTuple):
+    """What `log_slopes` needs of a point besides its place: arrays (n,), or single numbers.
 
-    `level`, `y`, `yy` (...); `p`, `yp` (2, ...); `pp` (3, ...): by kk, kz, zz.
+    `weights`: see `squared_magnitude.columns`.
     """
 
-    level: np.ndarray
-    y: np.ndarray
-    yy: np.ndarray
-    p: np.ndarray
-    yp: np.ndarray
-    pp: np.ndarray
+    primary_damping: Term
+    mass_ratio: Term
+    floor_squared: Term
+    weights: tuple[tuple[Term, ...], ...]
+
+    def at(self, rows: np.ndarray | int) -> "Terms":
+        """The chosen points; of one index single numbers."""
+        z1, m, floor, weights = self
+        some = tuple(tuple(column[rows] for column in weight) for weight in weights)
+        return Terms(z1[rows], m[rows], floor[rows], some)
+
+
+def terms_of(points: Tunings) -> Terms:
+    """The same points, entry by entry."""
+    floor, *weights = points.weights
+    return Terms(points.primary_damping, points.mass_ratio, floor, tuple(map(columns, weights)))
+
+
+class Slopes(NamedTuple):
+    """w = ln(A / Q) at y = ln u with derivatives by y and by ln k and ln z2; each (...)."""
+
+    level: Term
+    y: Term
+    yy: Term
+    k: Term
+    z: Term
+    yk: Term
+    yz: Term
+    kk: Term
+    kz: Term
+    zz: Term
 
 
 def slopes(points: Tunings, place: np.ndarray, y: np.ndarray) -> Slopes:
     """Derivatives at `place` (2, n) and `y` (..., n). NaN where A is not positive."""
-    parts = points.parts(place)
-    u = np.exp(y)
-    over_floor = excess(parts, points.weights, u, ALL)
-    g0, g1 = parts.g0, parts.g1
-    scale = np.stack(
-        np.broadcast_arrays(1.0, u, u * u, g0, g1, u * g0, u * g1, g0 * g0, g0 * g1, g1 * g1)
-    )
-    # in logarithms a second derivative by one variable gains the first
-    a, q = (side * scale / side[0] for side in (over_floor.above, over_floor.below))
-    first = a[[1, 3, 4]] - q[[1, 3, 4]]
-    second = [a[i] - a[j] * a[k] - q[i] + q[j] * q[k] for i, j, k in _PAIRS]
     with np.errstate(invalid="ignore"):
-        level = np.log(over_floor.above[0] / over_floor.below[0])
+        return log_slopes(terms_of(points), place[0], place[1], y)
+
+
+def log_slopes(terms: Terms, log_k: Term, log_z: Term, y: Term) -> Slopes:
+    """The same for arrays, or for one point in single numbers, which is several times faster."""
+    z1, m, floor, weights = terms
+    g0, g1, u = np.exp(log_k), np.exp(log_z), np.exp(y)
+    above, below = excess_derivatives(z1, m, m, g0, g1, u, floor, weights)
+    scale = (u, u * u, g0, g1, u * g0, u * g1, g0 * g0, g0 * g1, g1 * g1)
+    a_u, a_uu, a_k, a_z, a_uk, a_uz, a_kk, a_kz, a_zz = (
+        slot * by / above[0] for slot, by in zip(above[1:], scale, strict=True)
+    )
+    q_u, q_uu, q_k, q_z, q_uk, q_uz, q_kk, q_kz, q_zz = (
+        slot * by / below[0] for slot, by in zip(below[1:], scale, strict=True)
+    )
+    by_y, by_k, by_z = a_u - q_u, a_k - q_k, a_z - q_z
+    level = np.log(above[0] / below[0])
+    # in logarithms a second derivative by one variable gains the first
     return Slopes(
-        level, first[0], second[0] + first[0], first[1:], np.stack(second[1:3]),
-        np.stack([second[3] + first[1], second[4], second[5] + first[2]]),
+        level, by_y, a_uu - a_u * a_u - q_uu + q_u * q_u + by_y, by_k, by_z,
+        a_uk - a_u * a_k - q_uk + q_u * q_k, a_uz - a_u * a_z - q_uz + q_u * q_z,
+        a_kk - a_k * a_k - q_kk + q_k * q_k + by_k, a_kz - a_k * a_z - q_kz + q_k * q_z,
+        a_zz - a_z * a_z - q_zz + q_z * q_z + by_z,
     )  # fmt: skip
 
 
-_PAIRS = ((2, 1, 1), (5, 1, 3), (6, 1, 4), (7, 3, 3), (8, 3, 4), (9, 4, 4))
-
-
 class ReducedPeak(NamedTuple):
-    """The level of a peak as a function of p alone, its frequency following: value, slope, bend."""
+    """The level of a peak as a function of ln k and ln z2 alone, its frequency following."""
 
-    level: np.ndarray
-    p: np.ndarray
-    pp: np.ndarray
+    level: Term
+    k: Term
+    z: Term
+    kk: Term
+    kz: Term
+    zz: Term
+
+    @property
+    def p(self) -> np.ndarray:
+        """Slopes (2, ...)."""
+        return np.stack([self.k, self.z])
+
+    @property
+    def pp(self) -> np.ndarray:
+        """Second derivatives (3, ...)."""
+        return np.stack([self.kk, self.kz, self.zz])
 
 
-def reduced(slope_terms: Slopes) -> ReducedPeak:
+def reduced(at: Slopes) -> ReducedPeak:
     """Eliminate y: the peak of the parabola through the point (to second order)."""
-    step = slope_terms.y / slope_terms.yy
-    level = slope_terms.level - 0.5 * slope_terms.y * step
-    slope = slope_terms.p - slope_terms.yp * step
-    (a, b), yy = slope_terms.yp, slope_terms.yy
-    return ReducedPeak(level, slope, slope_terms.pp - np.stack([a * a, a * b, b * b]) / yy)
+    step, by_k, by_z = at.y / at.yy, at.yk / at.yy, at.yz / at.yy
+    return ReducedPeak(
+        at.level - 0.5 * at.y * step, at.k - at.yk * step, at.z - at.yz * step,
+        at.kk - at.yk * by_k, at.kz - at.yk * by_z, at.zz - at.yz * by_z,
+    )  # fmt: skip
 
 
 def times(bend: np.ndarray, vector: np.ndarray) -> np.ndarray:
@@ -263,49 +312,62 @@ def two_peaks(
     `enough` (n,): step after which a point is done; convergence is quadratic.
     Points that leave the region where there are two peaks come back as NaN.
     """
-    place, y = place.copy(), y.copy()
     count = place.shape[1]
-    weight = np.full(count, 0.5)
-    last = (np.full(count, np.nan), np.full(count, np.nan), np.full(count, np.inf))
-    curvature, gap, size = last
+    state = np.concatenate([place, y, np.full((1, count), 0.5)])
+    last = np.full((3, count), np.nan)
+    last[2] = np.inf
     used = np.zeros(count, dtype=int)
     live = np.arange(count)
     goal = np.broadcast_to(enough, (count,))
+    terms = terms_of(points)
     with np.errstate(all="ignore"):
         for _ in range(most):
-            now = points.some(live) if len(live) < count else points
-            local = slopes(now, place[:, live], y[:, live])
+            rows = live if len(live) > 1 else live[0]
+            moved = np.reshape(_newton(terms.at(rows), *state[:, rows]), (8, len(live)))
             used[live] += 2
-            flat = reduced(local)
-            w = weight[live]
-            bend = w * flat.pp[:, 0] + (1.0 - w) * flat.pp[:, 1]
-            apart = flat.p[:, 0] - flat.p[:, 1]
-            length = np.hypot(*apart)
-            across = apart / length
-            along = np.stack([-across[1], across[0]])
-            difference = flat.level[0] - flat.level[1]
-            close = -across * difference / length
-            pull = np.sum(along * (flat.p[:, 1] + times(bend, close)), axis=0)
-            curve = np.sum(along * times(bend, along), axis=0)
-            step = close - along * pull / np.abs(curve)
-            shrink = np.minimum(1.0, _REACH / np.max(np.abs(step), axis=0))
-            step = step * shrink
-            turned = times(bend, step) + flat.p[:, 1]
-            new = -np.sum(apart * turned, axis=0) / length**2
-            # a frequency moves with the tuning and to the top of its own parabola
-            shift = -(local.y + np.sum(local.yp * step[:, None], axis=0)) / local.yy
-            shift = np.clip(shift, -_REACH, _REACH)
-            wrong = ~np.all(local.yy < 0.0, axis=0)
-            step[:, wrong] = np.nan
-            place[:, live] += step
-            y[:, live] += shift
-            weight[live] = np.clip(new, 0.02, 0.98)
-            curvature[live], gap[live] = curve, difference
-            size[live] = np.maximum(np.max(np.abs(step), axis=0), np.max(np.abs(shift), axis=0))
-            live = live[np.isfinite(size[live]) & (size[live] > goal[live])]
+            change = moved[:4]
+            change[:2, moved[7] >= 0.0] = np.nan
+            state[:4, live] += change
+            state[4, live] = moved[4]
+            size = np.max(np.abs(change), axis=0)
+            last[:2, live], last[2, live] = moved[5:7], size
+            live = live[np.isfinite(size) & (size > goal[live])]
             if not len(live):
                 break
-    return Balance(place, y, weight, curvature, gap, size, used)
+    return Balance(state[:2], state[2:4], state[4], last[0], last[1], last[2], used)
+
+
+def _newton(
+    terms: Terms, log_k: Term, log_z: Term, y_first: Term, y_second: Term, w: Term
+) -> tuple[Term, ...]:
+    """Changes of ln k, ln z2 and of both y, the new weight, curvature, gap, larger bend by y."""
+    first, second = (log_slopes(terms, log_k, log_z, y) for y in (y_first, y_second))
+    one, two = reduced(first), reduced(second)
+    v = 1.0 - w
+    kk, kz, zz = w * one.kk + v * two.kk, w * one.kz + v * two.kz, w * one.zz + v * two.zz
+    apart_k, apart_z = one.k - two.k, one.z - two.z
+    square = apart_k * apart_k + apart_z * apart_z
+    gap = one.level - two.level
+    # across to equal levels, and along them
+    close_k, close_z = -apart_k * gap / square, -apart_z * gap / square
+    pull = apart_k * (two.z + kz * close_k + zz * close_z) - apart_z * (
+        two.k + kk * close_k + kz * close_z
+    )
+    curve = apart_z * (kk * apart_z - 2.0 * kz * apart_k) + zz * apart_k * apart_k
+    along = pull / np.abs(curve)
+    step_k, step_z = close_k + apart_z * along, close_z - apart_k * along
+    shrink = np.minimum(1.0, _REACH / np.maximum(np.abs(step_k), np.abs(step_z)))
+    step_k, step_z = step_k * shrink, step_z * shrink
+    turned = apart_k * (two.k + kk * step_k + kz * step_z)
+    turned += apart_z * (two.z + kz * step_k + zz * step_z)
+    weight = np.minimum(np.maximum(-turned / square, 0.02), 0.98)
+    # a frequency moves with the tuning and to the top of its own parabola
+    shifts = (
+        np.minimum(np.maximum(-(p.y + p.yk * step_k + p.yz * step_z) / p.yy, -_REACH), _REACH)
+        for p in (first, second)
+    )
+    bend = np.maximum(first.yy, second.yy)
+    return step_k, step_z, *shifts, weight, curve / square, gap, bend
 
 
 # ----------------------------------------------------------------------------
@@ -394,20 +456,16 @@ def _peak_derivatives(
 
     By ln k and ln z2; by k / m and z2 / m where these are zero.
     """
-    same = tunings(np.full(len(y), z1), np.full(len(y), m), transfer)
+    terms = terms_of(tunings(np.full(len(y), z1), np.full(len(y), m), transfer))
     g1 = 2.0 * z2
-    one = np.ones(len(y))
-    parts = Coupling(
-        same.primary_damping, same.mass_ratio, m * one, k * one, g1 * one, np.zeros(len(y), int)
-    )
     u = np.exp(y)
-    over_floor = excess(parts, same.weights, u, ALL)
+    above, below = excess_derivatives(z1, m, m, k, g1, u, terms.floor_squared, terms.weights)
     unit = [k if k > 0.0 else m, g1 if g1 > 0.0 else 2.0 * m]
     scale = [1.0, u, u * u, unit[0], unit[1], u * unit[0], u * unit[1],
              unit[0] ** 2, unit[0] * unit[1], unit[1] ** 2]  # fmt: skip
     a, q = (
-        np.stack([part * factor for part, factor in zip(side / side[0], scale, strict=True)])
-        for side in (over_floor.above, over_floor.below)
+        np.stack([part / side[0] * factor for part, factor in zip(side, scale, strict=True)])
+        for side in (above, below)
     )
     first = a - q
     pairs = ((2, 1, 1), (5, 1, 3), (6, 1, 4), (7, 3, 3), (8, 3, 4), (9, 4, 4))
@@ -416,8 +474,8 @@ def _peak_derivatives(
     log_k, log_z = float(k > 0.0), float(g1 > 0.0)
     whole = reduced(
         Slopes(
-            first[0], first[1], second[0] + first[1], first[3:5], np.stack(second[1:3]),
-            np.stack([second[3] + log_k * first[3], second[4], second[5] + log_z * first[4]]),
+            first[0], first[1], second[0] + first[1], first[3], first[4], second[1], second[2],
+            second[3] + log_k * first[3], second[4], second[5] + log_z * first[4],
         )
     )  # fmt: skip
     return whole.p.T, whole.pp.T

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.absorber.peaks import maxima, peaks
-from vibecalc.absorber.squared_magnitude import ALL, Measure, excess, measure
+from vibecalc.absorber.squared_magnitude import columns, excess_derivatives, measure
 from vibecalc.absorber.transfer import Absorber, Coupling, Transfer, coupling, transfer_of
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
@@ -179,19 +179,21 @@ def _slope(
     free = np.exp(logs)
     k, z2 = (given, free) if damping_free else (free, given)
     coupled = Coupling(z1, m, m, k, 2.0 * z2, np.zeros(len(m), dtype=int))
-    weights: Measure = measure(coupled, transfer)
+    floor, *weights = measure(coupled, transfer)
     u = np.exp(y)
     with np.errstate(all="ignore"):
-        over_floor = excess(coupled, weights, u, ALL)
+        above, below = excess_derivatives(
+            z1, m, m, k, 2.0 * z2, u, floor, [columns(weight) for weight in weights]
+        )
         first, mixed, second = (4, 6, 9) if damping_free else (3, 5, 7)
         ratio = 2.0 * free if damping_free else free
-        a, q = (side / side[0] for side in (over_floor.above, over_floor.below))
+        a, q = ([slot / side[0] for slot in side] for side in (above, below))
         slope = (a[first] - q[first]) * ratio
         along = (a[1] - q[1]) * u
         yy = (a[2] - a[1] ** 2 - q[2] + q[1] ** 2) * u * u + along
         yp = (a[mixed] - a[1] * a[first] - q[mixed] + q[1] * q[first]) * u * ratio
         pp = (a[second] - a[first] ** 2 - q[second] + q[first] ** 2) * ratio**2 + slope
-        level = np.log(over_floor.above[0] / over_floor.below[0])
+        level = np.log(above[0] / below[0])
     return level, slope, along, yy, yp, pp
 
 
