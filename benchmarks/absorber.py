@@ -145,7 +145,7 @@ def tuning() -> tuple[list[Row], Table]:
     reached = f"{abs(true / lowest - 1.0):.0e} from the best found by scipy"
     yardstick, what = f"scipy {best} to 1e-6", "tuning of an absorber, least peak"
     rows = [
-        Row(what, "one point alone, to rounding", yardstick, fastest / ours, 50.0, reached,
+        Row(what, "one point alone, to rounding", yardstick, fastest / ours, 2.0, reached,
             f"{seconds(ours)} against {seconds(fastest)}: numpy's calls on arrays of one entry"),
         Row(what, f"a point of a batch of {count}, to rounding", yardstick, fastest / each, 50.0,
             reached, f"{seconds(each)} against {seconds(fastest)}"),

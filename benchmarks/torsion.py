@@ -197,7 +197,7 @@ def measure() -> Report:
     """Forced response and modes."""
     few = {"other": 2, "ours": 8, "quick": 8}
     short, long = ("7 inertias", engine()), ("200 inertias", long_line())
-    rows = [row for driven in (6, 1) for row in response(*short, driven, 75000, few, 100.0)]
+    rows = [row for driven in (6, 1) for row in response(*short, driven, 75000, few, 150.0)]
     few = {"other": 2, "ours": 3, "quick": 3}
     rows += [row for driven in (1, 6) for row in response(*long, driven, 200, few, 400.0)]
     found, rigid = modes()
