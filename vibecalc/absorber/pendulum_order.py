@@ -84,9 +84,9 @@ def path(pendulum: Pendulum, angle: FloatArray) -> Path:
     far, near, bend = (np.asarray(value) for value in pendulum[1:4])
     # (cos qp - cos p) / (1 - q^2) and its derivative, whole at q = 1
     lean, sum_angle = 0.5 * (1.0 + bend) * angle, 0.5 * (1.0 - bend) * angle
-    sine, cosine = np.sin(angle), np.cos(angle)
-    between = 0.5 * angle * angle * _sinc(lean) * _sinc(sum_angle)
-    change = (sine + bend * angle * np.cos(lean) * _sinc(sum_angle)) / (1.0 + bend)
+    sine, cosine, over = np.sin(angle), np.cos(angle), _sinc(sum_angle)
+    between = 0.5 * angle * angle * _sinc(lean) * over
+    change = (sine + bend * angle * np.cos(lean) * over) / (1.0 + bend)
     return Path(
         radius=near * np.cos(bend * angle),
         radius_slope=-near * bend * np.sin(bend * angle),

@@ -1,5 +1,6 @@
 """Steady motion of a rotor with its pendulum under a torque of one order, until it jumps."""
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -237,8 +238,7 @@ def _equation(
     The scale of y is that of (y M^2) = 1 at n T = 0.
     """
     count = sines.shape[-1]
-    wave, place, number = np.arange(1, count + 1), _places(count), frame.order
-    sine, cosine = np.sin(np.outer(wave, place)), np.cos(np.outer(wave, place))
+    number, (wave, place, sine, cosine) = frame.order, _waves(count)
     angle = sines @ sine
     slope = number * ((sines * wave) @ cosine)
     bend = -(number**2) * ((sines * wave**2) @ sine)
@@ -280,6 +280,14 @@ def _readings(
     mean_square = np.square((count + 1) / inner[..., None])
     acceleration = (2.0 / (count + 1)) * (rate @ np.sin(np.outer(wave, place)).T)
     return torque / mean_square, sines, largest, acceleration / mean_square
+
+
+@lru_cache(maxsize=16)
+def _waves(count: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Numbers of sines, their places in half a cycle, sines and cosines (count, places) there."""
+    wave, place = np.arange(1, count + 1), _places(count)
+    turned = np.outer(wave, place)
+    return wave, place, np.sin(turned), np.cos(turned)
 
 
 def _places(count: int) -> FloatArray:
