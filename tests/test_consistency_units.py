@@ -56,6 +56,24 @@ def test_the_rest_equals_pint(unit: str, si: str) -> None:
     assert abs(parse_quantity(f"2.5 {unit}", si) - 2.5 * factor) <= 20 * EPS * factor
 
 
+@pytest.mark.parametrize(
+    ("unit", "si"),
+    [("N*m/rad^2", "N*m/rad^2"), ("1/rad^2", "1/rad^2"), ("kg*cm^2", "kg*m^2"), ("%/ms", "1/s"),
+     ("kN/mm*deg", "N/m*rad"), ("lb*in^2", "kg*m^2"), ("psi/in", "Pa/m"), ("kW/rpm", "N*m/rad"),
+     ("lbf*in/deg", "N*m/rad"), ("bar*cm^2", "N"), ("kJ/m^3", "Pa"), ("1/cSt", "s/m^2")],
+)  # fmt: skip
+def test_products_of_the_table_equal_pint_without_it(
+    unit: str, si: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from vibecalc import units
+
+    monkeypatch.setattr(units, "_registry", None)  # is not asked
+    units._read_unit.cache_clear()
+    units._factor.cache_clear()
+    factor = pint_factor(unit, si)
+    assert abs(convert(1.0, unit, si) - factor) <= 8 * EPS * factor
+
+
 def test_hertz_counts_turns_in_both_routes() -> None:
     by_table = convert(1.0, "Hz", "rad/s")
     by_pint = convert(1.0, "kHz", "rad/s") / 1000.0

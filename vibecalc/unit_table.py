@@ -91,6 +91,22 @@ TABLE: dict[str, tuple[float, str]] = {
     "dB": (1.0, "dB"),
 }
 
+#: SI unit of a unit with a name of one word -> powers of the base units, as pint names them
+POWERS: dict[str, dict[str, float]] = {
+    "": {},
+    "m": {"meter": 1.0},
+    "kg": {"kilogram": 1.0},
+    "s": {"second": 1.0},
+    "rad": {"radian": 1.0},
+    "rad/s": {"radian": 1.0, "second": -1.0},
+    "m^2/s": {"meter": 2.0, "second": -1.0},
+    "N": {"kilogram": 1.0, "meter": 1.0, "second": -2.0},
+    "Pa": {"kilogram": 1.0, "meter": -1.0, "second": -2.0},
+    "J": {"kilogram": 1.0, "meter": 2.0, "second": -2.0},
+    "W": {"kilogram": 1.0, "meter": 2.0, "second": -3.0},
+    "dB": {"level": 1.0},  # a level has a reference of its own, and is no power of ten here
+}
+
 #: SI unit -> (its dimension in words, an example of what may be written)
 WORDS: dict[str, tuple[str, str]] = {
     "": ("a number without unit", "'0.5' or '50 %'"),

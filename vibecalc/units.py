@@ -1,11 +1,11 @@
 """Values with units. Inside vibecalc everything is SI and radians; conversion happens here, once.
 
-The units that cases use most are read from a small table (held equal to pint by a test); pint,
-which takes a good part of a second to import, reads the rest. Hz and rpm are turns per second and
-minute, so 1 Hz is 2 pi rad/s, as an engineer means it. An angle is a dimension of its own here:
-"30 deg" is not read as a mass ratio of 0.52. Only inside a compound may the radian stay unwritten
-("N*m" for "N*m/rad", "1/s" for "rad/s"). A decibel is a dimension of its own, too: what a level
-refers to is said by the name of the quantity.
+The units that cases use most, and products of them, are read from a small table (held equal to pint
+by a test); pint, which takes a good part of a second to import, reads the rest. Hz and rpm are
+turns per second and minute, so 1 Hz is 2 pi rad/s, as an engineer means it. An angle is a dimension
+of its own here: "30 deg" is not read as a mass ratio of 0.52. Only inside a compound may the radian
+stay unwritten ("N*m" for "N*m/rad", "1/s" for "rad/s"). A decibel is a dimension of its own, too:
+what a level refers to is said by the name of the quantity.
 """
 
 import functools
@@ -14,7 +14,7 @@ import re
 from typing import Any
 
 from vibecalc.errors import UnitError
-from vibecalc.unit_table import TABLE, WORDS
+from vibecalc.unit_table import POWERS, TABLE, WORDS
 
 _LONGEST_TEXT = 120
 _CELSIUS, _ICE = ("degC", "°C"), 273.15
@@ -160,7 +160,7 @@ def _mismatch(words: str, unit: str, wanted: str) -> UnitError:
 
 @functools.lru_cache(maxsize=512)
 def read_unit(unit: str) -> tuple[float, dict[str, float]]:
-    """Read a product of named units with pint: factor to SI, and the powers of the SI base units.
+    """Read a product of named units: factor to SI, and the powers of the SI base units.
 
     The expression is taken apart here, since pint's own parser would also evaluate 9^9^9^9.
     """
@@ -203,9 +203,10 @@ def read_unit(unit: str) -> tuple[float, dict[str, float]]:
 
 
 def _atom(name: str, unit: str) -> tuple[float, dict[str, float]]:
-    if name == "dB":  # a level has a reference of its own, and is no power of ten here
-        return 1.0, {"level": 1.0}
-    asked = "percent" if name == "%" else re.sub(r"(Hz|hertz)\Z", "turn_per_second", name)
+    known = TABLE.get(name)
+    if known is not None and known[1] in POWERS:
+        return known[0], POWERS[known[1]]
+    asked = re.sub(r"(Hz|hertz)\Z", "turn_per_second", name)
     try:
         base = registry().Quantity(1.0, asked).to_base_units()
     except Exception as error:  # pint raises errors of many kinds; all of them mean: not a unit
