@@ -67,8 +67,8 @@ def test_products_of_the_table_equal_pint_without_it(
 ) -> None:
     from vibecalc import units
 
-    monkeypatch.setattr(units, "_registry", None)  # is not asked
-    units._read_unit.cache_clear()
+    monkeypatch.setattr(units, "registry", None)  # is not asked
+    units.read_unit.cache_clear()
     units._factor.cache_clear()
     factor = pint_factor(unit, si)
     assert abs(convert(1.0, unit, si) - factor) <= 8 * EPS * factor
