@@ -285,9 +285,10 @@ def _readings(
 @lru_cache(maxsize=16)
 def _waves(count: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Numbers of sines, their places in half a cycle, sines and cosines (count, places) there."""
-    wave, place = np.arange(1, count + 1), _places(count)
-    turned = np.outer(wave, place)
-    return wave, place, np.sin(turned), np.cos(turned)
+    wave: FloatArray = np.arange(1.0, count + 1.0)
+    place = _places(count)
+    turned: FloatArray = np.outer(wave, place)
+    return wave, place, np.asarray(np.sin(turned)), np.asarray(np.cos(turned))
 
 
 def _places(count: int) -> FloatArray:
