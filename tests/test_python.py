@@ -82,6 +82,15 @@ def test_a_sweep_that_was_written_anew_is_not_taken_for_what_was_read() -> None:
     assert not Path("other.h5").exists()
 
 
+def test_keys_are_short_for_set() -> None:
+    keys: dict[str, Any] = {"machine.speed": "3000 rpm", "isolation.gravity": 9.8}
+    short, said = vibecalc.run(GENERATOR, **keys), vibecalc.run(GENERATOR, set=keys)
+    assert short.case == said.case and short.case != vibecalc.read(GOLDEN / "generator.h5").case
+    assert vibecalc.check(GENERATOR, **keys) == vibecalc.check(GENERATOR, set=keys)
+    with pytest.raises(vibecalc.CaseError, match="sped"):
+        vibecalc.check(GENERATOR, sped=3)
+
+
 SPEED = {"machine.speed": "4900 rmp"}
 
 
