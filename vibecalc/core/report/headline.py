@@ -173,7 +173,6 @@ def _fitted(record: Record, quantity: Quantity, unit: str) -> Answer:
 
 def _rows(record: Record, quantity: Quantity, one: Headline) -> Iterator[Answer]:
     flat = np.ravel(magnitudes(quantity))
-    places = [*np.ndindex(*quantity.values.shape)]
     if one.pick == "elastic":
         moving = [float(value) for value in flat if value > 0.0]
         for value, name in zip(moving, _ELASTIC, strict=False):
@@ -187,7 +186,8 @@ def _rows(record: Record, quantity: Quantity, one: Headline) -> Iterator[Answer]
         top = int(np.argmax(np.where(np.isnan(flat), -np.inf, size)))
         chosen = range(top, top + 1)
     for at in chosen:
-        value, words = float(flat[at]), _entry(quantity, places[at])
+        place = tuple(int(one) for one in np.unravel_index(at, quantity.values.shape))
+        value, words = float(flat[at]), _entry(quantity, place)
         words += filter(None, [named(one.words)(record, at)] if one.words else [])
         zero = quantity.unit != "dB" and quantity.estimate.is_zero(value)
         speed = record.quantities.get(one.at)
