@@ -40,8 +40,9 @@ class BareLine(NamedTuple):
 
     def cut(self, part: slice) -> "BareLine":
         """Some of the speeds."""
-        first, second, *others = self
-        return BareLine(first[:, part], second[:, part], *(one[part] for one in others))
+        by_element = {name: getattr(self, name)[:, part] for name in ("torque", "unit_torque")}
+        others = {name: getattr(self, name)[part] for name in self._fields[2:]}
+        return BareLine(**by_element, **others)
 
 
 class Hung(NamedTuple):

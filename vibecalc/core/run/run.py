@@ -170,7 +170,7 @@ class CachedRun:
         for one in inputs:
             array = np.ascontiguousarray(one)
             content.update(repr((array.dtype.str, array.shape)).encode())
-            content.update(array)
+            content.update(array.tobytes())
         key = content.digest()
         if self._cache.find(key) is None:
             self._cache.keep(key, _MET)

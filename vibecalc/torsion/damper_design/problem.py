@@ -277,7 +277,8 @@ def _sizes(matrix: ComplexArray) -> FloatArray:
     """What rows and columns are multiplied by."""
     size = 1.0 / np.sqrt(np.abs(np.diagonal(matrix, axis1=-2, axis2=-1)) + 1e-300)
     # a resonating diagonal says nothing of its row
-    return np.minimum(size, 1.0 / np.sqrt(np.max(np.abs(matrix), axis=-1)) * 1e3)
+    even: FloatArray = np.minimum(size, 1.0 / np.sqrt(np.max(np.abs(matrix), axis=-1)) * 1e3)
+    return even
 
 
 def _even(matrix: ComplexArray, size: FloatArray) -> ComplexArray:
