@@ -24,7 +24,7 @@ from machine_peaks import peaks
 from roll_machines import FIRST_MASS, SECOND_MASS, SYNCHRONOUS, source_drive, source_machine
 from rows import Report, Table, digits, reported, seconds
 from timing import Work, each_of, in_turns
-from torsion import ORDERS, SPEEDS, engine, hard_line
+from torsion import ORDERS, SPEEDS, engine, hard_line, long_line
 
 from vibecalc.absorber.transfer import Absorber, amplitude
 from vibecalc.absorber.tuning.minimax import minimax
@@ -92,6 +92,27 @@ def torsion_kernels() -> list[Kernel]:
                     counts, moved, why,
                 )
             )  # fmt: skip
+    # a tenth of 1000 speeds: all of them are a gigabyte of angles
+    endless, at = long_line(2000), SPEEDS[::25, None] * ORDERS
+    push = np.ones((*at.shape, 6), dtype=complex)
+    angles = np.ones((2000, at.size), dtype=complex)
+    copied = np.zeros_like(angles)
+    for estimate in (False, True):
+        made.append(
+            Kernel(
+                f"forced response, 2000 inertias, 6 driven, {at.size} solves, "
+                f"{'with' if estimate else 'without'} estimate, against a copy of the angles",
+                lambda e=estimate: forced(  # type: ignore[misc]
+                    endless, at, push, stations=range(6), estimate=e
+                ),
+                {}, 0.0,
+                "the operations of a station alone take four times a copy of 16 bytes; turns and "
+                "angles leave the cache on the way to the root and back"
+                + ("; the estimate is twice that, and frequencies next to resonances of the "
+                   "eliminated part are solved from other roots" if estimate else ""),
+                lambda: np.copyto(copied, angles),
+            )
+        )  # fmt: skip
     chain = hard_line("graded stiffness")
     scale = 1.0 / np.sqrt(chain.inertia)
     diagonal = np.append(chain.stiffness, 0.0) + np.append(0.0, chain.stiffness)

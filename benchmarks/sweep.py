@@ -41,6 +41,9 @@ DAMPERS = {"key": "machine.mounts.each.damping", "from": 5, "to": 500, "points":
 AROUND = {"key": "isolation.gravity", "from": 9.78, "to": 9.83, "points": 2}
 METHOD = {"key": "response.method", "values": ["modal", "direct"]}
 SKEW = {"key": "machine.motor.skew_angle", "from": "1 deg", "to": "20 deg", "points": 40}
+RING = "machine.shaft_line.dampers[0]"
+SPRING = {"key": f"{RING}.stiffness", "from": "300 kN*m/rad", "to": "1.2 MN*m/rad", "points": 10}
+DASHPOT = {"key": f"{RING}.damping", "from": 1000, "to": 4000, "points": 10}
 
 
 class Sweeping(NamedTuple):
@@ -70,6 +73,8 @@ SWEEPS = (
              ("excitation/motor/peak", "excitation/force_peak"), False),
     Sweeping("energies by both methods, same operations", "compressor", (METHOD,),
              ("response/operations/kinetic_energy/peak", "response/translation_peak"), False),
+    Sweeping("largest torques of a shaft line over its damper", "engine_damped", (SPRING, DASHPOT),
+             ("response/torsion/largest/torque_half_range", "response/torsion/reduction"), False),
 )  # fmt: skip
 
 

@@ -31,11 +31,11 @@ def engine() -> Line:
     )
 
 
-def long_line() -> Line:
-    """200 inertias of random size with dashpots in their shafts."""
+def long_line(count: int = 200) -> Line:
+    """So many inertias of random size with dashpots in their shafts."""
     generator = np.random.default_rng(1)
-    stiffness = 1e6 * (1.0 + generator.random(199)) * 200 / 7
-    line = chain(0.05 + 0.1 * generator.random(200), stiffness)
+    stiffness = 1e6 * (1.0 + generator.random(count - 1)) * count / 7
+    line = chain(0.05 + 0.1 * generator.random(count), stiffness)
     return line._replace(damping=1e-5 * stiffness)
 
 

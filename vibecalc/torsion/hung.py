@@ -40,11 +40,9 @@ class BareLine(NamedTuple):
 
     def cut(self, part: slice) -> "BareLine":
         """Some of the speeds."""
-        of_elements = ("torque", "unit_torque")
-        return BareLine(**{
-            name: one[:, part] if name in of_elements else one[part]
-            for name, one in self._asdict().items()
-        })  # fmt: skip
+        by_element = {name: getattr(self, name)[:, part] for name in ("torque", "unit_torque")}
+        others = {name: getattr(self, name)[part] for name in self._fields[2:]}
+        return BareLine(**by_element, **others)
 
 
 class Hung(NamedTuple):
