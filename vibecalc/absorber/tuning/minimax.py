@@ -78,21 +78,30 @@ def sound(balance: Balance, enough: float | np.ndarray = 1e-6) -> np.ndarray:
     return good
 
 
-def follow(primary_damping: np.ndarray, mass_ratio: np.ndarray, transfer: Transfer) -> PathEnd:
-    """Follow the optimum from z1 = 0 to z1 (n,), the whole path at once where Newton allows it.
+def follow(points: Tunings, transfer: Transfer) -> PathEnd:
+    """The optimum that z1 = 0 leads to (n,): at once where that is near, else along the path."""
+    z1, m = points.primary_damping, points.mass_ratio
+    balance = two_peaks(points, *undamped_start(m, transfer), _ITERATIONS)
+    reached, used = sound(balance) & (_distance(z1, m, transfer) <= _FIRST), balance.evaluations
+    far = np.flatnonzero(~reached)
+    if len(far):
+        rest = _along_path(z1[far], m[far], transfer)
+        balance = merged(balance, far, rest.balance)
+        reached[far] = rest.reached
+        used[far] += rest.evaluations
+    return PathEnd(balance, reached, used)
+
+
+def _along_path(primary_damping: np.ndarray, mass_ratio: np.ndarray, transfer: Transfer) -> PathEnd:
+    """Follow the optimum from z1 = 0 to z1 (n,) in steps that adapt.
 
     The step is halved where the optimum is not found and doubled where it is; the prediction
     runs on in logarithms, so that no ratio becomes negative. What has a threshold (force and
     displacement) is followed in the logarithm of the distance to it. Close to sqrt m of damping a
     light absorber's tuning changes quickly, hence the logarithm of z1 too.
     """
-    threshold = transfer.power == 0 and transfer.ground == 0
-    # a light absorber's tuning changes as soon as z1 is of the order of sqrt m
-    light = np.sqrt(mass_ratio)
-    whole = np.log1p(primary_damping / light)
-    if threshold:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            whole = whole - np.log(-damping_excess(primary_damping) / 2.0)
+    light, threshold = np.sqrt(mass_ratio), _has_threshold(transfer)
+    whole = _distance(primary_damping, mass_ratio, transfer)
     count = len(mass_ratio)
     zero = np.zeros(count)
     place, y = undamped_start(mass_ratio, transfer)
@@ -155,6 +164,22 @@ def merged(old: Balance, rows: np.ndarray, new: Balance) -> Balance:
 def some_of(balance: Balance, rows: np.ndarray) -> Balance:
     """Some rows."""
     return Balance(*(a[..., rows] for a in balance))
+
+
+def _distance(
+    primary_damping: np.ndarray, mass_ratio: np.ndarray, transfer: Transfer
+) -> np.ndarray:
+    """Length of the path to z1."""
+    # a light absorber's tuning changes as soon as z1 is of the order of sqrt m
+    whole: np.ndarray = np.log1p(primary_damping / np.sqrt(mass_ratio))
+    if _has_threshold(transfer):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            whole = whole - np.log(-damping_excess(primary_damping) / 2.0)
+    return whole
+
+
+def _has_threshold(transfer: Transfer) -> bool:
+    return transfer.power == 0 and transfer.ground == 0
 
 
 def _damping(path: np.ndarray, light: np.ndarray, threshold: bool) -> np.ndarray:
@@ -266,7 +291,7 @@ def _solve(
         empty = np.zeros((2, 0))
         none = np.zeros(0)
         return Balance(empty, empty, none, none, none, none, none.astype(int)), empty, none
-    path = follow(z1, m, transfer)
+    path = follow(points, transfer)
     balance, used, place = path.balance, path.evaluations.copy(), path.balance.place.copy()
     lost = np.flatnonzero(~path.reached)
     for short in (0.02, 1e-3, 1e-5):

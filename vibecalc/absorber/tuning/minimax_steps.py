@@ -1,5 +1,6 @@
 """Steps of the minimax tuning: peaks with derivatives, descent, Newton, optimality."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -60,11 +61,17 @@ class Terms(NamedTuple):
     floor_squared: Term
     weights: tuple[tuple[Term, ...], ...]
 
-    def at(self, rows: np.ndarray | int) -> "Terms":
-        """The chosen points; of one index single numbers."""
+    def at(self, rows: np.ndarray) -> "Terms":
+        """The chosen points."""
         z1, m, floor, weights = self
         some = tuple(tuple(column[rows] for column in weight) for weight in weights)
         return Terms(z1[rows], m[rows], floor[rows], some)
+
+    def alone(self, row: int) -> "Terms":
+        """One point, in plain numbers."""
+        z1, m, floor, weights = self
+        some = tuple(tuple(float(column[row]) for column in weight) for weight in weights)
+        return Terms(float(z1[row]), float(m[row]), float(floor[row]), some)
 
 
 def terms_of(points: Tunings) -> Terms:
@@ -90,14 +97,25 @@ class Slopes(NamedTuple):
 
 def slopes(points: Tunings, place: np.ndarray, y: np.ndarray) -> Slopes:
     """Derivatives at `place` (2, n) and `y` (..., n). NaN where A is not positive."""
+    if place.shape[1] == 1:
+        alone, (log_k, log_z) = terms_of(points).alone(0), place[:, 0].tolist()
+        try:
+            each = [log_slopes(alone, log_k, log_z, one) for one in y.ravel().tolist()]
+            return Slopes(*(np.reshape(part, y.shape) for part in zip(*each, strict=True)))
+        except (ArithmeticError, ValueError):
+            pass
     with np.errstate(invalid="ignore"):
         return log_slopes(terms_of(points), place[0], place[1], y)
 
 
 def log_slopes(terms: Terms, log_k: Term, log_z: Term, y: Term) -> Slopes:
-    """The same for arrays, or for one point in single numbers, which is several times faster."""
+    """The same for arrays, or for one point in plain numbers, which is ten times faster.
+
+    Plain numbers raise ArithmeticError or ValueError where arrays become infinite or NaN.
+    """
     z1, m, floor, weights = terms
-    g0, g1, u = np.exp(log_k), np.exp(log_z), np.exp(y)
+    exp, log = (math.exp, math.log) if isinstance(y, float) else (np.exp, np.log)
+    g0, g1, u = exp(log_k), exp(log_z), exp(y)
     above, below = excess_derivatives(z1, m, m, g0, g1, u, floor, weights)
     scale = (u, u * u, g0, g1, u * g0, u * g1, g0 * g0, g0 * g1, g1 * g1)
     a_u, a_uu, a_k, a_z, a_uk, a_uz, a_kk, a_kz, a_zz = (
@@ -107,7 +125,7 @@ def log_slopes(terms: Terms, log_k: Term, log_z: Term, y: Term) -> Slopes:
         slot * by / below[0] for slot, by in zip(below[1:], scale, strict=True)
     )
     by_y, by_k, by_z = a_u - q_u, a_k - q_k, a_z - q_z
-    level = np.log(above[0] / below[0])
+    level = log(above[0] / below[0])
     # in logarithms a second derivative by one variable gains the first
     return Slopes(
         level, by_y, a_uu - a_u * a_u - q_uu + q_u * q_u + by_y, by_k, by_z,
@@ -322,8 +340,7 @@ def two_peaks(
     terms = terms_of(points)
     with np.errstate(all="ignore"):
         for _ in range(most):
-            rows = live if len(live) > 1 else live[0]
-            moved = np.reshape(_newton(terms.at(rows), *state[:, rows]), (8, len(live)))
+            moved = _moved(terms, state, live)
             used[live] += 2
             change = moved[:4]
             change[:2, moved[7] >= 0.0] = np.nan
@@ -335,6 +352,24 @@ def two_peaks(
             if not len(live):
                 break
     return Balance(state[:2], state[2:4], state[4], last[0], last[1], last[2], used)
+
+
+def _moved(terms: Terms, state: np.ndarray, live: np.ndarray) -> np.ndarray:
+    """What `_newton` finds for the rows of `state` (5, n) that are `live`: (8, live)."""
+    if len(live) > 1:
+        return np.stack(_newton(terms.at(live), *state[:, live]))
+    try:
+        alone = _newton(terms.alone(live[0]), *state[:, live[0]].tolist())
+    except (ArithmeticError, ValueError):
+        alone = (math.nan,) * 8
+    return np.array(alone)[:, None]
+
+
+def _clipped(value: Term, low: float, high: float) -> Term:
+    """As `np.clip`; a plain number stays one, NaN stays NaN."""
+    if isinstance(value, float):
+        return min(max(value, low), high)
+    return np.clip(value, low, high)
 
 
 def _newton(
@@ -354,19 +389,20 @@ def _newton(
         two.k + kk * close_k + kz * close_z
     )
     curve = apart_z * (kk * apart_z - 2.0 * kz * apart_k) + zz * apart_k * apart_k
-    along = pull / np.abs(curve)
+    along = pull / abs(curve)
     step_k, step_z = close_k + apart_z * along, close_z - apart_k * along
-    shrink = np.minimum(1.0, _REACH / np.maximum(np.abs(step_k), np.abs(step_z)))
+    larger = max if isinstance(step_k, float) else np.maximum
+    shrink = _clipped(_REACH / larger(abs(step_k), abs(step_z)), 0.0, 1.0)
     step_k, step_z = step_k * shrink, step_z * shrink
     turned = apart_k * (two.k + kk * step_k + kz * step_z)
     turned += apart_z * (two.z + kz * step_k + zz * step_z)
-    weight = np.minimum(np.maximum(-turned / square, 0.02), 0.98)
+    weight = _clipped(-turned / square, 0.02, 0.98)
     # a frequency moves with the tuning and to the top of its own parabola
     shifts = (
-        np.minimum(np.maximum(-(p.y + p.yk * step_k + p.yz * step_z) / p.yy, -_REACH), _REACH)
+        _clipped(-(p.y + p.yk * step_k + p.yz * step_z) / p.yy, -_REACH, _REACH)
         for p in (first, second)
     )
-    bend = np.maximum(first.yy, second.yy)
+    bend = larger(first.yy, second.yy)
     return step_k, step_z, *shifts, weight, curve / square, gap, bend
 
 
