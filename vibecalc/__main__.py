@@ -31,7 +31,7 @@ def main() -> NoReturn:
     """Run `vibecalc` with the arguments of the process."""
     # Modules, schemas and results live to the end: looking through them for garbage, again and
     # again and once more at exit, finds nothing and takes a quarter of a short run.
-    gc.set_threshold(100_000, 20, 20)
+    gc.set_threshold(500_000, 20, 20)
     atexit.register(gc.freeze)
     # One thread per process: small matrices gain nothing from more, and sums keep their order.
     for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
