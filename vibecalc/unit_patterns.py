@@ -68,9 +68,9 @@ def _names() -> dict[Dimension, str]:
     factors = {one for unit in (*TABLE, *WORDS) for one, _ in _factors(unit)}
     plain: dict[str, None] = {}
     for name in (*sorted(factors - {"%", "dB"}), *OTHER_NAMES, *_FURTHER):
-        base = registry().parse_unit_name(name)[0][1]
+        prefix, base, _ = registry().parse_unit_name(name)[0]
         definition = registry()._units[base]
-        aliases = (base, definition.symbol, *definition.aliases)
+        aliases = (base, definition.symbol, *definition.aliases, *(() if prefix else (name,)))
         plain |= dict.fromkeys(one for one in aliases if re.fullmatch(r"[^\W\d_]+", one))
     found: dict[Dimension, dict[str, list[str]]] = {}
     for name in plain:
@@ -128,9 +128,11 @@ def _units(unit: str) -> str:
     ways = {_of_dimensions(_factors(name)): None for name in same}
     if unit == "dB":
         return " *dB"
-    for way in [*ways] if len(_factors(unit)) > 1 else ():
+    for way in [*ways] if len(_factors(unit)) > 1 and unit != "rad/s" else ():
         ways[tuple(factor for factor in way if factor[0] != _dimension("rad"))] = None
     texts = [text for way in ways for text in _written(way)]
+    if unit == "rad/s":  # without the radian over the second alone
+        texts.append(f"1{_OVER}(?:s|sec|second)")
     apart = [text for text in texts if text.startswith("1")]  # else a digit of the number
     close = [text for text in texts if text not in apart]
     groups = ((" *", close), (" +", apart))

@@ -4,8 +4,8 @@ The units that cases use most, and products of them, are read from a small table
 by a test); pint, which takes a good part of a second to import, reads the rest. Hz and rpm are
 turns per second and minute, so 1 Hz is 2 pi rad/s, as an engineer means it. An angle is a dimension
 of its own here: "30 deg" is not read as a mass ratio of 0.52. Only inside a compound may the radian
-stay unwritten ("N*m" for "N*m/rad", "1/s" for "rad/s"). A decibel is a dimension of its own, too:
-what a level refers to is said by the name of the quantity.
+stay unwritten ("N*m" for "N*m/rad", "1/s" for "rad/s"; not "1/min", by which plates mean rpm). A
+decibel is a dimension of its own, too: what a level refers to is said by the name of the quantity.
 """
 
 import functools
@@ -26,7 +26,7 @@ _FACTOR = re.compile(r"([^\W\d]\w*?|%)(?:(?:\^|\*\*)?([+-]?\d))?\Z")
 _TOGETHER = re.compile(r"(?<!\w)(?:([kMGm]?N)(mm|cm|m)?(s)?|(kg|g)(mm|cm|m))(?=\W|[\d²³]|\Z)")
 _SPELLINGS = str.maketrans({"−": "-", "·": "*", "×": "*", "²": "^2", "³": "^3"})
 #: units that a refusal may mean, besides those of the table
-OTHER_NAMES = ("ft", "oz", "kgf", "t", "um", "km", "min", "turn", "kHz",
+OTHER_NAMES = ("ft", "oz", "kgf", "t", "um", "km", "min", "turn", "rev", "kHz",
                 "millimeter", "millimetre", "meter", "metre", "inch", "gram", "kilogram",
                 "newton", "degree", "radian", "second", "slug", "W")  # fmt: skip
 
@@ -132,7 +132,15 @@ def _factor(unit: str, wanted: str) -> float:
     wanted_factor, wanted_dimension = read_unit(wanted)
     unwritten_radian = "radian" not in dimension and len(wanted_dimension) > 1
     without_angle = {name: power for name, power in wanted_dimension.items() if name != "radian"}
-    if dimension == wanted_dimension or (unwritten_radian and dimension == without_angle):
+    if dimension == wanted_dimension:
+        return factor / wanted_factor
+    if unwritten_radian and dimension == without_angle:
+        if wanted == "rad/s" and factor != 1.0:
+            raise UnitError(
+                "turns or radians?",
+                found="which does not say of what",
+                hint="'rpm' are turns per minute, 'rad/s' radians per second",
+            )
         return factor / wanted_factor
     words = [describe(si) for si in WORDS if read_unit(si)[1] == dimension]
     terms = (
@@ -231,4 +239,5 @@ def registry() -> Any:
 
     registry: Any = pint.UnitRegistry()
     registry.define("turn_per_second = turn / second")
+    registry.define("@alias turn = rev")
     return registry
