@@ -101,10 +101,14 @@ def batched(one: Machine) -> np.ndarray:
     ):
         energy_by_order(mass_of(matrices), velocity(motion, rate))
         energy_by_order(stiffness_of(matrices), motion)
-    energies = energies_over_cycle(matrices, at_phase(parts), ORDERS, SPEED)
+    motion = at_phase(parts)
+    kinetic, _ = energies_over_cycle(
+        [(mass_of(matrices), velocity(motion, SPEED * ORDERS)), (stiffness_of(matrices), motion)],
+        ORDERS,
+    )
     mean_energy_range(mass_of(matrices), states(parts, 1j * SPEED * ORDERS))
     mean_energy_range(stiffness_of(matrices), parts)
-    return energies.kinetic.mean
+    return kinetic.mean
 
 
 def means(one: Machine) -> np.ndarray:

@@ -11,6 +11,7 @@ the first; the copy that starts at order 2 is shifted by one column and read at 
 """
 
 from decimal import ROUND_HALF_EVEN, Decimal
+from typing import NamedTuple
 
 import numpy as np
 import ong_tables as ong
@@ -20,7 +21,7 @@ from vibecalc.excitation.inertia_forces import reciprocating_excitation
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.response.energies import (
-    Energies,
+    CycleEnergy,
     energies_over_cycle,
     energy_by_order,
     mass_of,
@@ -176,15 +177,30 @@ def test_printed_totals_are_off_by_the_signs() -> None:
         np.testing.assert_allclose(off[1], [0.1649, -0.0571, -0.0537], rtol=0, atol=6e-5)
 
 
+class Both(NamedTuple):
+    """Kinetic and potential energy of the same motion."""
+
+    kinetic: CycleEnergy
+    potential: CycleEnergy
+
+
+def both(motion: Bounded, orders: np.ndarray = ong.ORDERS) -> Both:
+    """Energies over the cycle of motion at the source's speed."""
+    pairs = [
+        (mass_of(MATRICES), velocity(motion, orders * ong.SPEED)), (stiffness_of(MATRICES), motion)
+    ]  # fmt: skip
+    return Both(*energies_over_cycle(pairs, orders))
+
+
 def test_printed_totals_are_neither_a_mean_nor_a_peak() -> None:
     """Its formula, of one order, gives twice the mean; the peak of all orders together is more."""
-    energies = energies_over_cycle(MATRICES, right_motion(), ong.ORDERS, ong.SPEED)
+    energies = both(right_motion())
     mean, peak = energies.kinetic.mean / ong.ENERGY, energies.kinetic.peak / ong.ENERGY
     np.testing.assert_allclose(2.0 * mean, [0.075762, 0.696875, 1.096667], rtol=1e-5)
     np.testing.assert_allclose(peak, [0.078053, 0.717354, 1.128929], rtol=1e-5)
 
 
-def in_a_row(phase: float, bank: float, working: str) -> Energies:
+def in_a_row(phase: float, bank: float, working: str) -> Both:
     """Both cylinders, or one, of the crank train: vertical shaft, strokes along y, exact motion."""
     harmonics = motion_harmonics(ong.RADIUS / ong.LENGTH, 80)
     mass = ong.RECIPROCATING * ong.POUND_FORCE / ong.INCH
@@ -205,11 +221,11 @@ def in_a_row(phase: float, bank: float, working: str) -> Energies:
     force = ong.SPEED**2 * np.concatenate([loads.force, loads.couple], axis=-1)
     error = ong.SPEED**2 * np.concatenate([loads.force_error, loads.couple_error], axis=-1)
     motion = response(dynamics(MATRICES, orders * ong.SPEED), force, error)
-    return energies_over_cycle(MATRICES, motion, orders, ong.SPEED)
+    return both(motion, orders)
 
 
 def test_the_crank_train_gives_the_right_totals_of_one_cylinder() -> None:
-    printed = energies_over_cycle(MATRICES, right_motion(), ong.ORDERS, ong.SPEED)
+    printed = both(right_motion())
     for row, working in ((1, "A"), (2, "B")):
         train = in_a_row(np.pi, 0.0, working)
         # the printed accelerations carry six digits
@@ -222,7 +238,7 @@ def test_even_orders_of_two_cylinders_in_a_row_add_instead_of_cancelling() -> No
 
     The source takes all orders as opposite, which leaves the couple alone.
     """
-    printed = energies_over_cycle(MATRICES, right_motion(), ong.ORDERS, ong.SPEED)
+    printed = both(right_motion())
     opposed = in_a_row(np.pi, np.pi, "AB")
     assert opposed.kinetic.mean == pytest.approx(printed.kinetic.mean[0], rel=1e-5)
     row = in_a_row(np.pi, 0.0, "AB")
@@ -251,11 +267,6 @@ def test_energies_of_one_frequency_do_not_add() -> None:
         Bounded(turning, 2.0**-50 * np.abs(turning)),
     )
     angles = np.linspace(0.0, 2.0 * np.pi, 181)
-    twice = [
-        2.0
-        * energies_over_cycle(MATRICES, at_phase(parts, p), ong.ORDERS, ong.SPEED).kinetic.mean
-        / ong.ENERGY
-        for p in angles
-    ]
+    twice = [2.0 * both(at_phase(parts, p)).kinetic.mean / ong.ENERGY for p in angles]
     assert np.min(twice) == pytest.approx(0.5468, abs=1e-4)
     assert np.max(twice) == pytest.approx(0.8934, abs=1e-4)

@@ -1,5 +1,6 @@
 """Kinetic and potential energy of harmonic motion: of each order, and over a cycle."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -157,13 +158,6 @@ class CycleEnergy(NamedTuple):
     peak_error: np.ndarray
 
 
-class Energies(NamedTuple):
-    """Kinetic and potential energy of the same motion."""
-
-    kinetic: CycleEnergy
-    potential: CycleEnergy
-
-
 def velocity(motion: Bounded, frequency: np.ndarray) -> Bounded:
     """Complex velocities i w X (..., orders, 6) of amplitudes X at frequencies (..., orders)."""
     return 1j * np.asarray(frequency)[..., None] * motion
@@ -248,30 +242,22 @@ def energy_over_cycle(
     NumericalFailure
         The weight is not positive semidefinite, or an amplitude is not finite.
     """
-    signal = energy_signal(weight, state, retained, tail)
-    each = energy_by_order(weight, state)
-    return _over_cycle([signal], [each], orders, retained)[0]
+    return energies_over_cycle([(weight, state)], orders, retained, tail)[0]
 
 
 def energies_over_cycle(
-    matrices: Matrices,
-    motion: Bounded,
+    pairs: Sequence[tuple[Bounded, Bounded]],
     orders: np.ndarray,
-    speed: ArrayLike,
     retained: int | None = None,
     tail: ArrayLike = 0.0,
-) -> Energies:
-    """Kinetic and potential energy of motion (..., orders, 6) at crank speeds (...) in rad/s.
+) -> list[CycleEnergy]:
+    """`energy_over_cycle` of pairs of a weight and states of one shape.
 
-    Otherwise as `energy_over_cycle`; both peaks are sought in one go, which costs as one does.
+    Their peaks are sought in one go, which costs as one does.
     """
-    pairs = (
-        (mass_of(matrices), velocity(motion, orders * np.asarray(speed)[..., None])),
-        (stiffness_of(matrices), motion),
-    )
     signals = [energy_signal(*pair, retained, tail) for pair in pairs]
     each = [energy_by_order(*pair) for pair in pairs]
-    return Energies(*_over_cycle(signals, each, orders, retained))
+    return _over_cycle(signals, each, orders, retained) if pairs else []
 
 
 def _over_cycle(

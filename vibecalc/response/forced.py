@@ -202,17 +202,18 @@ def modal_response(
     # one inverse serves all loads unless a mode is left out for some of them
     solve = _solver(modal, diagonal + moved if np.any(idle) else diagonal, apart, rate)
 
-    motion = solve(drive, False) @ vector.mT
+    motion = solve(drive) @ vector.mT
     momentum = matrices.mass @ vector
     held = _at(_Parts(*(motion @ value for value in values)), rate)
     held = held + ((motion @ momentum) * moved) @ momentum.mT
-    motion = motion + solve((force - held) @ vector, False) @ vector.mT
+    motion = motion + solve((force - held) @ vector) @ vector.mT
 
     moving = np.abs(motion)
     uncertainty = _uncertainty_at(_Parts(*(moving @ part for part in uncertainties)), rate)
-    data = solve(uncertainty @ size, True) @ size.mT
+    bound = solve.magnitudes()
+    data = bound(uncertainty @ size) @ size.mT
     _refuse(_uncertain(matrices, force, force_error, data, moving), rate)
-    given = solve((force_error + 2.0 * UNIT_ROUNDOFF * np.abs(force)) @ size, True) @ size.mT
+    given = bound((force_error + 2.0 * UNIT_ROUNDOFF * np.abs(force)) @ size) @ size.mT
     return Bounded(motion, data + given + 4.0 * UNIT_ROUNDOFF * moving)
 
 
@@ -242,29 +243,58 @@ def _uncertainty_at(parts: _Parts, rate: np.ndarray) -> np.ndarray:
 
 
 class _Solver(NamedTuple):
-    """Inverse of the modal equations: (..., orders, 6) apart, or (..., orders, 6, 6) coupled."""
+    """Inverse of the modal equations: (..., orders, 6) of the modes by themselves, and blocks.
 
-    inverse: np.ndarray
-    coupled: bool
+    A block (..., orders, n, n) has the numbers (n,) of modes that are coupled among each other,
+    whose entries by themselves are zero.
+    """
 
-    def __call__(self, drive: np.ndarray, magnitudes: bool) -> np.ndarray:
-        inverse = np.abs(self.inverse) if magnitudes else self.inverse
-        if not self.coupled:
-            return np.asarray(inverse * drive)
-        return np.asarray((inverse @ drive[..., None])[..., 0])
+    alone: np.ndarray
+    blocks: tuple[tuple[np.ndarray, np.ndarray], ...]
+
+    def __call__(self, drive: np.ndarray) -> np.ndarray:
+        result: np.ndarray = self.alone * drive
+        for number, inverse in self.blocks:
+            result[..., number] = (inverse @ drive[..., number, None])[..., 0]
+        return result
+
+    def magnitudes(self) -> "_Solver":
+        blocks = tuple((number, np.abs(inverse)) for number, inverse in self.blocks)
+        return _Solver(np.abs(self.alone), blocks)
 
 
 def _solver(modal: _Parts, diagonal: np.ndarray, apart: np.ndarray, rate: np.ndarray) -> _Solver:
-    if np.all(apart):
-        return _Solver(1.0 / diagonal, False)
-    links = _Parts(*(np.where(apart, 0.0, part)[..., None, :, :] for part in modal))
-    system = np.broadcast_to(_at(links, rate[..., None]), (*diagonal.shape, 6)).copy()
-    system[..., range(6), range(6)] = diagonal
-    try:
-        return _Solver(np.linalg.inv(system), True)
-    except np.linalg.LinAlgError:
-        _refuse(np.ones(rate.shape[:-1], dtype=bool), rate)
-        raise
+    blocks = _coupled(apart)
+    if not blocks:
+        return _Solver(1.0 / diagonal, ())
+    alone = np.ones(6, dtype=bool)
+    alone[np.concatenate(blocks)] = False
+    inverses = []
+    for number in blocks:
+        rows, columns = number[:, None], number
+        links = (np.where(apart, 0.0, part)[..., None, rows, columns] for part in modal)
+        shape = (*diagonal.shape[:-1], len(number), len(number))
+        system = np.broadcast_to(_at(_Parts(*links), rate[..., None]), shape).copy()
+        places = np.arange(len(number))
+        system[..., places, places] = diagonal[..., number]
+        try:
+            inverses.append((number, np.linalg.inv(system)))
+        except np.linalg.LinAlgError:
+            _refuse(np.ones(rate.shape[:-1], dtype=bool), rate)
+            raise
+    by_itself = np.zeros_like(diagonal)
+    np.divide(1.0, diagonal, out=by_itself, where=alone)
+    return _Solver(by_itself, tuple(inverses))
+
+
+def _coupled(apart: np.ndarray) -> list[np.ndarray]:
+    """Numbers of modes that hang together, from pairs (..., 6, 6) that are apart or not."""
+    reached = np.eye(6, dtype=bool) | np.any(~apart.reshape(-1, 6, 6), axis=0)
+    for _ in range(3):  # ways over 2, 4 and 8 pairs
+        reached = reached @ reached
+    first = np.argmax(reached, axis=1)
+    groups = [np.flatnonzero(first == number) for number in range(6)]
+    return [group for group in groups if len(group) > 1]
 
 
 def _uncertain(

@@ -187,11 +187,10 @@ def forcing_of(scene: Scene) -> Forcing:
 PARTS = (slice(0, 3), slice(3, 6))
 GROUND = below("response/ground_")
 NEAREST = ("response/modes/nearest_order", "response/modes/distance")
-OVER_CYCLE = tuple(
-    f"response/{name}_energy/{what}"
+OVER_CYCLE = {
+    name: (f"response/{name}_energy/mean", f"response/{name}_energy/peak")
     for name in ("kinetic", "potential")
-    for what in ("mean", "peak")
-)
+}
 METHODS = {
     "modal": (
         "superposition of modes",
@@ -360,7 +359,7 @@ def _emit_energies(
         "kinetic and potential energy, mean and peak",
         "docs/theory.md",
     )
-    used, speed = forcing.retained, scene.case.machine.speed
+    used = forcing.retained
     axes = {"order": forcing.orders[:used]}
     pairs = (
         ("kinetic", mass_of(matrices), velocity(motion, frequency)),
@@ -373,12 +372,14 @@ def _emit_energies(
             mean, peak = each.mean[..., :used], each.peak[..., :used]
             scene.emit(f"{stem}/mean_by_order", mean, each.mean_error[..., :used], axes)
             scene.emit(f"{stem}/peak_by_order", peak, each.peak_error[..., :used], axes)
-    if scene.wants(*OVER_CYCLE):
-        whole = energies_over_cycle(matrices, motion, forcing.orders, speed, used, forcing.tail)
-        for name, total in (("kinetic", whole.kinetic), ("potential", whole.potential)):
-            stem = f"response/{name}_energy"
-            scene.emit(f"{stem}/mean", total.mean, total.mean_error)
-            scene.emit(f"{stem}/peak", total.peak, total.peak_error)
+    wanted = [pair for pair in pairs if scene.wants(*OVER_CYCLE[pair[0]])]
+    found = energies_over_cycle(
+        [(weight, state) for _, weight, state in wanted], forcing.orders, used, forcing.tail
+    )
+    for (name, _, _), total in zip(wanted, found, strict=True):
+        stem = f"response/{name}_energy"
+        scene.emit(f"{stem}/mean", total.mean, total.mean_error)
+        scene.emit(f"{stem}/peak", total.peak, total.peak_error)
 
 
 # ----------------------------------------------------------------------------
