@@ -284,7 +284,7 @@ def _energies(machine: RollMachine, first: FloatArray, last: FloatArray) -> Ener
 # ----------------------------------------------------------------------------
 
 #: parts into which every bracket is cut in one batch
-_PARTS = 6
+_PARTS = 24
 
 #: brackets beyond which the set counts as without structure
 _MOST = 100
