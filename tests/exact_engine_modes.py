@@ -1,11 +1,12 @@
 """Modes of a shaft line in long arithmetic: poles, shapes, energies, Holzer tables, criticals."""
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import mpmath
 import numpy as np
-from exact_engine_line import exact_pole, solve
+from exact_engine_line import ExactModes, exact_pole, solve
 from mpmath import mp, mpc, mpf
 
 from vibecalc.torsion.holzer import holzer_rows
@@ -97,7 +98,6 @@ def natural_modes(reader: Any) -> Natural:
     if state.ratios is not None:
         return Natural(undamped.frequency, state.ratios, undamped.shape, undamped.inertia, [])
     damped = place + "undamped_frequency" in record
-    standing = [k + s * reader.speed**2 for _, _, k, _, _, s in state.elements]
     still = int(np.count_nonzero(size == 0.0))
     resting = _resting(reader)
     found = Natural([], [], [], [], [])
@@ -112,17 +112,7 @@ def natural_modes(reader: Any) -> Natural:
             continue
         # without a damper the dashpots of loss factors are those of the undamped frequency
         own = undamped.frequency[number] if not damped else mpf(w)
-        guess = mpc(-w * zeta, w * np.sqrt(max(1.0 - zeta**2, 0.0)))
-        for _ in range(60):
-            elements = [
-                (a, b, k, c + eta * k / own)
-                for (a, b, _, c, eta, _), k in zip(state.elements, standing, strict=True)
-            ]
-            pole, shape = exact_pole(line, elements, state.damped, guess)
-            before, guess = own, pole
-            own = abs(pole) if damped else own
-            if abs(own - before) <= mpf(10) ** -30 * own:
-                break
+        pole, shape = _pole(state, reader.speed, w, zeta, own, damped)
         truth = -pole.real / abs(pole)
         if not damped:
             _append(found, undamped.frequency[number], truth, undamped.shape[number],
@@ -136,6 +126,43 @@ def natural_modes(reader: Any) -> Natural:
         assert all(abs(one - p) > mpf(10) ** -20 * abs(one) for p in poles[:k])
     assert len(poles) == len(size) - still
     return found
+
+
+def _pole(
+    state: Any, speed: mpf, w: float, zeta: float, own: mpf, damped: bool
+) -> tuple[mpc, list[Any]]:
+    """Pole and shape next to a frequency and damping ratio found; loss factors are those at `own`.
+
+    Of a line with dampers that is the size of the pole itself.
+    """
+    standing = [k + s * speed**2 for _, _, k, _, _, s in state.elements]
+    guess = mpc(-w * zeta, w * np.sqrt(max(1.0 - zeta**2, 0.0)))
+    for _ in range(60):
+        elements = [
+            (a, b, k, c + eta * k / own)
+            for (a, b, _, c, eta, _), k in zip(state.elements, standing, strict=True)
+        ]
+        pole, shape = exact_pole(state.line, elements, state.damped, guess)
+        before, guess = own, pole
+        own = abs(pole) if damped else own
+        if abs(own - before) <= mpf(10) ** -30 * own:
+            break
+    return pole, shape
+
+
+def frequencies_at(reader: Any, speed: mpf, found: list[float]) -> list[mpf]:
+    """Natural frequencies at another speed: where rings are damped, of poles next to `found`."""
+    record, place = reader.record, f"{ROOT}modes/"
+    if reader.state.ratios is not None or place + "undamped_frequency" not in record:
+        return ExactModes(reader.line, speed).frequency
+    ratio = record[place + "damping_ratio"].values.tolist()
+    sizes = [
+        mpf(0) if w == 0.0 else abs(_pole(reader.state, speed, w, zeta, mpf(w), True)[0])
+        for w, zeta in zip(found, ratio, strict=True)
+    ]
+    moving = [size for size in sizes if size]
+    assert all(b - a > mpf(10) ** -20 * b for a, b in pairwise(moving))
+    return sizes
 
 
 def _resting(reader: Any) -> list[list[mpf]]:

@@ -7,7 +7,7 @@ from typing import Any
 import mpmath
 import numpy as np
 from exact_engine_gears import gear_rows, mean_sections
-from exact_engine_line import ExactModes
+from exact_engine_modes import frequencies_at
 from exact_engine_search import Grid, Highest, highest, root, sharpened
 from exact_engine_state import State, sums
 from exact_engine_steady import (
@@ -49,10 +49,10 @@ def range_results(reader: Reader) -> Iterator[Truth]:
     yield from _hammering(reader)
     path = f"{ROOT}campbell/natural_frequency"
     if path in reader.record:
-        axis = reader.record[path].axes[1].values
+        axis, values = reader.record[path].axes[1].values, reader.record[path].values
         chosen = [0, len(axis) - 1]
-        rows = [ExactModes(reader.line, mpf(axis[k])).frequency for k in chosen]
-        yield path, rows, reader.record[path].values[:, chosen].T
+        rows = [frequencies_at(reader, mpf(axis[k]), values[:, k].tolist()) for k in chosen]
+        yield path, rows, values[:, chosen].T
 
 
 def _telling(reader: Reader, path: str) -> list[int]:

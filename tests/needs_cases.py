@@ -42,7 +42,8 @@ Key = tuple[str, ...]
 def _read(name: str) -> dict[str, Any]:
     table = tomllib.loads((FOLDER / f"{name}.toml").read_text(encoding="utf-8"))
     assert attach_files(table, FOLDER) == []
-    for key in ("reference", "reference_table", "limit"):
+    against = () if "fit" in table else ("reference", "reference_table")  # a fit is to these
+    for key in (*against, "limit"):
         table.pop(key, None)
     return table
 

@@ -141,4 +141,4 @@ KEYS_THAT_STAND_FOR_LESS = (("excitation",),)
 #: forces that other tables need as well; natural frequencies that no pendulum moves with the speed
 WITHOUT_A_COST = (("excitation",), ("response", "torsion", "campbell"))
 #: cases with one table only, or none: there is no run without it
-BARE = ("absorber_pendulum", "roll_measured")
+BARE = ("absorber_pendulum", "roll_measured", "roll_records")

@@ -19,7 +19,7 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
     "new": (
         ("vibecalc new list", "the kinds of machine"),
         ("vibecalc new generator -o mine.toml", "a case with all keys that it may have"),
-        ("vibecalc new generator -o mine.toml --schema", "and the schema for editors next to it"),
+        ("vibecalc new engine -o engine.toml --schema", "and the schema for editors next to it"),
         ("vibecalc new --example generator", "a shipped case with its files, ready to run"),
         ("vibecalc new --example", "names and titles of the shipped cases"),
     ),

@@ -192,6 +192,13 @@ def both(names: Collection[str], word: str = "and") -> str:
     return f"{', '.join(first)} {word} {last}" if first else last
 
 
+def _says(model: type[Table], *keys: str) -> Schema:
+    """As `Row.said`: these keys are there, and not at their defaults."""
+    defaults = {key: _default(model, key) for key in keys}
+    others = {key: {"not": {"const": one}} for key, one in defaults.items() if one is not None}
+    return {"required": list(keys)} | ({"properties": others} if others else {})
+
+
 @dataclass(frozen=True)
 class OneOf:
     """One of some alternatives, or at most one; each is one key, or several that go together."""
@@ -216,7 +223,7 @@ class OneOf:
     def schema(self, model: type[Table]) -> list[Schema]:
         """What an editor can hold such a table to."""
         schemas: list[Schema] = [
-            {"not": {"required": [one, other]}}
+            {"not": _says(model, one, other)}
             for first, second in combinations(self.alternatives, 2)
             for one in first
             for other in second
