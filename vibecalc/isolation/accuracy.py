@@ -113,7 +113,7 @@ def run_up_topics(scene: Scene) -> list[Topic]:
         return Answer(peak.value[[row]], float(asked[0]), float(peak.speed[row]))
 
     ask = Ask("run_up", "largest force of the run-up", f"from {ends[0]:.6g} to {ends[1]:.6g} rad/s",
-              "isolation/support_force/run_up_peak", "N", 16.0,
+              "isolation/support_force/run_up_peak", "N", 20.0,
               "all supports, and every resonance, so that no narrow one is missed")  # fmt: skip
     solver = ours(
         "resonances and peaks", "speeds at and between resonances, Newton's method", alone

@@ -23,7 +23,7 @@ from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.cylinder_torque import gas_harmonics, gas_torque_at
-from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray, distinct
 from vibecalc.torsion.adapters.critical import undamped_speeds
 from vibecalc.torsion.adapters.curves import sweep
 from vibecalc.torsion.adapters.damper_design import build_problem
@@ -151,6 +151,8 @@ def torsion_topics(scene: Scene) -> list[Topic]:
         found.append(_by_order(setup, line))
     if drive.cards and np.any(drive.healthy(speed).gas):
         found.append(_cylinder(setup))
+    if len(distinct(drive.cycles.group)) > 1:  # of cycles that never meet no cycle is sampled
+        return found
     w = speed * drive.order
     load = _on_freedoms(setup, drive.torque(np.array([speed])).value[0])
     rows = _sections(line, w, forced_masked(line, w, load).angle).T

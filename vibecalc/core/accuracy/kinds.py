@@ -4,6 +4,7 @@ A subject hands over its question: words, its own methods as `ours`, and the cal
 that it is about. A kind adds what a user would write, and a far finer or independent truth.
 """
 
+import contextlib
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from typing import Any, NamedTuple
@@ -625,9 +626,14 @@ def optimum(
         place, value, error = found()
         low, high = np.array(bounds).T
         near = np.clip(np.array([float(f"{one:.3e}") for one in place]), low, high)
-        again = within_budget(methods[0], problem(), bounds, near, confirm, 1e-10)[1]
+        for method in methods:  # one may meet no point that keeps all limits
+            with contextlib.suppress(NumericalFailure):
+                again = within_budget(method, problem(), bounds, near, confirm, 1e-10)[1]
+                break
+        else:
+            raise NumericalFailure(f"none of {', '.join(methods)} confirms the optimum")
         size = abs(value) or 1.0
-        words = f"ours; {methods[0]} from four digits of it confirms a local optimum"
+        words = f"ours; {method} from four digits of it confirms a local optimum"
         return Reference(
             np.array([shown(value)]), max(abs(again - value) / size, error / size, EPSILON), words
         )
