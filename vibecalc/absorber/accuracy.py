@@ -166,9 +166,15 @@ def tuning_topics(scene: Scene) -> list[Topic]:
         return lambda place: (_looked_up(at(place), pair), np.zeros(0))
 
     many = n > 1
-    ask = Ask("tuning", "least peak", f"{n} absorber{'s' * many}, {pair[0]} to {pair[1]}",
-              "tuning/peak", "", float(STARTS + 4) if many else 2.0,
-              "the global one as its starts are many" if many else "to rounding, proven")  # fmt: skip
+    ask = Ask(
+        "tuning",
+        "least peak",
+        f"{n} absorber{'s' * many}, {pair[0]} to {pair[1]}",
+        "tuning/peak",
+        "",
+        float(STARTS + 4) if many else 2.0,
+        "the global one as its starts are many" if many else "proven, to rounding",
+    )
     solver = ours("Newton's method on the balance of peaks", "levels of all peaks", own,
                   "starts" if many else "", (1, 2, 4, 8) if many else (1,), STARTS if many else 1,
                   citation="Nishihara and Asami (2002) for z1 = 0")  # fmt: skip
