@@ -46,6 +46,14 @@ def test_each_case_reads_in_a_folder_of_its_own(tmp_path: Path) -> None:
     assert len(seen) > 10
 
 
+def test_an_output_that_is_a_case_is_the_file_of_the_case() -> None:
+    assert command("new", "--example", "roll", "-o", "my/own.toml").code == 0
+    names = {path.name for path in Path("my").iterdir()}
+    assert names == {"own.toml", *files_of_example("roll")} - {"roll.toml"}
+    whole = load_case(ROOT / "cases" / "roll.toml")
+    assert load_case(Path("my/own.toml")).sha256 == whole.sha256
+
+
 def test_nothing_is_overwritten_without_force() -> None:
     Path("roll_motor.csv").write_text("mine", encoding="utf-8")
     outcome = command("new", "--example", "roll")

@@ -391,7 +391,9 @@ def new(
     ] = "list",
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="File to write; of an example, the folder for it."),
+        typer.Option(
+            "--output", "-o", help="File to write; of an example, this or a folder for it."
+        ),
     ] = None,
     example: Annotated[
         bool, typer.Option("--example", help="Copy a shipped case of this NAME and its files.")
@@ -425,8 +427,12 @@ def new(
                 say_json(starters.examples())
             say(starters.example_table())
             return
-        folder = output or Path()
-        files = {folder / name: data for name, data in starters.files_of_example(scene).items()}
+        copied = starters.files_of_example(scene)
+        file = output is not None and output.suffix == ".toml"
+        folder = output.parent if output and file else output or Path()
+        files = {folder / name: data for name, data in copied.items()}
+        if output and file:  # the case comes first
+            files = {output: files.pop(next(iter(files)))} | files
         _write_new(files, force)
         say_written(*files)
         return
