@@ -392,7 +392,7 @@ def new(
     output: Annotated[
         Path | None,
         typer.Option(
-            "--output", "-o", help="File to write; of an example, this or a folder for it."
+            "--output", "-o", help="File to write; of an example, it or a folder."
         ),
     ] = None,
     example: Annotated[
