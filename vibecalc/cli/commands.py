@@ -391,9 +391,7 @@ def new(
     ] = "list",
     output: Annotated[
         Path | None,
-        typer.Option(
-            "--output", "-o", help="File to write; of an example, it or a folder."
-        ),
+        typer.Option("--output", "-o", help="File to write; of an example, it or a folder."),
     ] = None,
     example: Annotated[
         bool, typer.Option("--example", help="Copy a shipped case of this NAME and its files.")
