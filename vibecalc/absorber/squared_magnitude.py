@@ -286,7 +286,7 @@ def _horner(polynomial: np.ndarray, u: np.ndarray) -> Derivatives:
 def columns(polynomial: np.ndarray) -> tuple[np.ndarray, ...]:
     """Coefficients (...) by rising power of u, up to the last that is not zero everywhere."""
     size = polynomial.shape[-1]
-    there = polynomial.reshape(-1, size).any(axis=0).nonzero()[0]
+    there = np.flatnonzero(polynomial.reshape(-1, size).any(axis=0))
     return tuple(polynomial[..., place] for place in range(there[-1] + 1 if len(there) else 0))
 
 
