@@ -17,14 +17,16 @@ from vibecalc.numerics.rounding import (
     FloatArray,
     IntArray,
 )
+from vibecalc.torsion.close_elimination import eliminate_closely
 from vibecalc.torsion.dense import dense_solution, mapped
-from vibecalc.torsion.elimination import LineSolution, eliminate, plan_of, room_for
+from vibecalc.torsion.elimination import LineSolution, eliminate, room_for
 from vibecalc.torsion.line import Line, damping_matrix, network_matrix, part_of
 from vibecalc.torsion.modes import Modes
+from vibecalc.torsion.tree_plan import plan_of
 
 #: entries (station times frequency) of one block at most: with fewer frequencies along a long line
 #: the calls take longer than the arithmetic
-BLOCK = 1 << 22
+BLOCK = 1 << 23
 
 #: frequencies of one block, at most
 LONGEST = 8192
@@ -139,7 +141,8 @@ def forced_masked(
     size = max(1, (min(LONGEST, BLOCK // n) if plan else ENTRIES // (4 * n * n)) // copies)
     # blocks of one length: a short last one would cost as many calls as the others
     size = max(1, -(-count // max(1, -(-count // size))))
-    room = room_for(plan, size, estimate) if plan else None
+    driven = [one is not None for one in loads]
+    room = room_for(plan, driven, size, estimate) if plan else None
     for start in range(0, count, size):
         part = slice(start, min(start + size, count))
         block = [
@@ -259,13 +262,13 @@ def corrected(
     Of all methods the one with the smallest error counts: near a true resonance none helps.
     """
     n, copies = angle.shape[:2]
-    roots = [one for one in (root, 0, n // 2, n - 1) if not known or one != root]
-    from_roots: list[Method] = [partial(_from_root, root=one) for one in dict.fromkeys(roots)]
+    roots = dict.fromkeys((root, 0, n // 2, n - 1))
+    from_roots: list[Method] = [partial(_from_root, root=one) for one in roots]
     largest = np.max(np.abs(angle), axis=0)
     left: IntArray = np.arange(len(bad))
     # a handful of small dense solves takes less time than any elimination
     few = n * n * copies * len(bad) <= FEW
-    for method in [_dense, *from_roots, _superposed] if few else [*from_roots, _superposed, _dense]:
+    for method in [_dense, *from_roots] if few else [*from_roots, _dense]:
         if method is _dense and n >= LONG:
             left = left[np.any(~(error[:, left] < SINGULAR * largest[:, left]), axis=0)]
         size = max(1, ENTRIES // ((4 * n * n if method is _dense else n) * copies))
@@ -314,29 +317,7 @@ def _from_root(
     plan = plan_of(line, root)
     if plan is None:
         return _dense(line, frequency, torque, angle)
-    return eliminate(plan, frequency, torque, True, angle)
-
-
-def _superposed(
-    line: Line, frequency: FloatArray, torque: list[ComplexArray | None], angle: ComplexArray
-) -> LineSolution:
-    """Each station's torque alone, with that station as the root, and their sum.
-
-    Where the torques act on a resonant sub-line, what they do inside it cancels against what it
-    does as a whole; with the torque at the root nothing is carried and nothing cancels.
-    """
-    error = np.zeros(angle.shape[1:])
-    angle[...] = 0.0
-    for i, one in enumerate(torque):
-        if one is not None:
-            alone: list[ComplexArray | None] = [None] * len(torque)
-            alone[i] = one
-            part = _from_root(line, frequency, alone, np.empty_like(angle), root=i)
-            angle += part.angle
-            error += part.error + EPSILON * np.max(np.abs(angle), axis=0)
-    return LineSolution(
-        angle, error, np.zeros(len(frequency), dtype=bool), np.max(np.abs(angle), axis=0)
-    )
+    return eliminate_closely(plan, frequency, torque, angle)
 
 
 # ----------------------------------------------------------------------------

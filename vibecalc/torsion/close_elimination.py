@@ -1,0 +1,97 @@
+"""Elimination along a tree with the error that its roundings make by the line's own compliances."""
+
+import numpy as np
+
+from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
+from vibecalc.torsion.elimination import LineSolution, at_root, balanced
+from vibecalc.torsion.tree_plan import Branches, Plan, Stations
+
+# ----------------------------------------------------------------------------
+# The running bound of `eliminate` takes every rounding by its size. Next to a resonance of an
+# eliminated part of the line the angle of its parent is almost nothing, so that the ratio of both
+# angles is uncertain; the ratio one station further is uncertain as well, and in their product both
+# cancel. The running bound adds them up, half wave by half wave.
+#
+# Here the roundings at a station are an error of its stiffness and of the torque on it, and what
+# these do to the angles are the compliances G of the whole line, whatever is large on the way:
+#
+#     |error of x_i| <= sum of |G_im| w_m over all m + what is lost in x_i itself,
+#     w_m = error of the stiffness at m |x_m| + error of the torque at m.
+#
+# With r = 1 / (k + g) and t = k r of a branch, G between a child and its parent p is t G_p, and of
+# the child itself r + t^2 G_p. So the sum over m takes a sweep from the leaves, W = w + sum of
+# |t| W, and one from the root, E = |t| E_p + W (|G| - |t^2 G_p|).
+# ----------------------------------------------------------------------------
+
+
+def eliminate_closely(
+    plan: Plan, frequency: FloatArray, torque: list[ComplexArray | None], angle: ComplexArray
+) -> LineSolution:
+    """As `eliminate` with its estimate, at four times the cost, with the sharper bound.
+
+    It is infinite where a pivot vanishes. It stays large where torques act on a part of the line
+    that is next to a resonance of its own: what they do there cancels, and another root is needed.
+    """
+    tree, unit, n, count = plan.tree, plan.unit, len(plan.station), len(frequency)
+    branches, stations = Branches(plan, frequency), Stations(plan, frequency)
+    inverse, turn, ground = np.empty((3, n, count), dtype=np.complex128)
+    # elements of the branches in magnitude; what rounding makes of stiffness and torque
+    between, uncertain = np.empty((2, n, count))
+    lost = np.zeros(angle.shape)
+    load = list(torque)
+    for i in range(n):
+        ground[i] = stations.dynamic_stiffness(i)
+        np.multiply(stations.uncertainty(i), unit, out=uncertain[i])
+    singular = np.zeros(count, dtype=bool)
+    for i in tree.order:
+        p, acting = tree.parent[i], load[i]
+        if p < 0:
+            inverse[i], free = at_root(ground[i])
+            if acting is not None and np.any(free):
+                singular |= free & ~balanced(acting, torque)
+            angle[i] = 0.0 if acting is None else inverse[i] * acting
+            continue
+        element, between[i], _ = branches.element(i)
+        r = np.divide(1.0, ground[i] + element, out=inverse[i])
+        t = np.multiply(r, element, out=turn[i])
+        passed = np.multiply(ground[i], t, out=ground[i])
+        ground[p] += passed
+        uncertain[p] += unit * np.abs(passed)
+        angle[i] = 0.0
+        if acting is not None:
+            np.multiply(r, acting, out=angle[i])
+            moved = element * angle[i]
+            above = load[p]
+            load[p] = moved if above is None else above + moved
+            lost[p] += unit * np.abs(moved)
+    local = np.empty(lost.shape)
+    for i in reversed(tree.order):
+        p, x = tree.parent[i], angle[i]
+        size = np.abs(x)
+        if p >= 0:
+            far = turn[i] * angle[p]
+            size += np.abs(far)
+            x += far
+            # the element itself is rounded as well
+            twisted = EPSILON * between[i] * np.abs(x - angle[p])
+            lost[i] += twisted
+            lost[p] += twisted
+        local[i] = unit * size
+        lost[i] += uncertain[i] * np.abs(x)
+    gathered, ratio = lost, np.abs(turn)
+    for i in tree.order:
+        if tree.parent[i] >= 0:
+            gathered[tree.parent[i]] += ratio[i] * gathered[i]
+    compliance, error = inverse, local
+    for i in reversed(tree.order):
+        p, own = tree.parent[i], np.abs(compliance[i])
+        if p >= 0:
+            shared = turn[i] * turn[i] * compliance[p]
+            compliance[i] += shared
+            own = np.abs(compliance[i]) - np.abs(shared)
+            error[i] += ratio[i] * error[p]
+        error[i] += own * gathered[i]
+    worst = np.max(error, axis=0)
+    worst[:, singular] = np.inf
+    worst[np.isnan(worst)] = np.inf
+    return LineSolution(angle, worst, np.zeros(count, dtype=bool), np.max(np.abs(angle), axis=0))
