@@ -23,6 +23,8 @@ from vibecalc.torsion.tree_plan import Branches, Plan, Stations
 # |t| W, and one from the root, E = |t| E_p + W (|G| - |t^2 G_p|).
 # ----------------------------------------------------------------------------
 
+ZERO: ComplexArray = np.zeros((), dtype=np.complex128)
+
 
 def eliminate_closely(
     plan: Plan, frequency: FloatArray, torque: list[ComplexArray | None], angle: ComplexArray
@@ -34,28 +36,28 @@ def eliminate_closely(
     """
     tree, unit, n, count = plan.tree, plan.unit, len(plan.station), len(frequency)
     branches, stations = Branches(plan, frequency), Stations(plan, frequency)
-    inverse, turn, ground = np.empty((3, n, count), dtype=np.complex128)
-    # elements of the branches in magnitude; what rounding makes of stiffness and torque
-    between, uncertain = np.empty((2, n, count))
-    lost = np.zeros(angle.shape)
-    load = list(torque)
+    inverse, turn = np.empty((2, n, count), dtype=np.complex128)
+    # what rounding makes of the stiffness, and of the torque
+    uncertain, lost = np.empty((n, count)), np.zeros(angle.shape)
+    load, ground = list(torque), [ZERO] * n
+    between: list[float | FloatArray] = [0.0] * n
     for i in range(n):
-        ground[i] = stations.dynamic_stiffness(i)
         np.multiply(stations.uncertainty(i), unit, out=uncertain[i])
     singular = np.zeros(count, dtype=bool)
     for i in tree.order:
-        p, acting = tree.parent[i], load[i]
+        p, acting, attached = tree.parent[i], load[i], ground[i] + stations.dynamic_stiffness(i)
+        ground[i] = ZERO
         if p < 0:
-            inverse[i], free = at_root(ground[i])
+            inverse[i], free = at_root(attached)
             if acting is not None and np.any(free):
                 singular |= free & ~balanced(acting, torque)
             angle[i] = 0.0 if acting is None else inverse[i] * acting
             continue
         element, between[i], _ = branches.element(i)
-        r = np.divide(1.0, ground[i] + element, out=inverse[i])
+        r = np.reciprocal(attached + element, out=inverse[i], casting="same_kind")
         t = np.multiply(r, element, out=turn[i])
-        passed = np.multiply(ground[i], t, out=ground[i])
-        ground[p] += passed
+        passed = attached * t
+        ground[p] = ground[p] + passed
         uncertain[p] += unit * np.abs(passed)
         angle[i] = 0.0
         if acting is not None:
@@ -64,7 +66,7 @@ def eliminate_closely(
             above = load[p]
             load[p] = moved if above is None else above + moved
             lost[p] += unit * np.abs(moved)
-    local = np.empty(lost.shape)
+    error = np.empty(lost.shape)
     for i in reversed(tree.order):
         p, x = tree.parent[i], angle[i]
         size = np.abs(x)
@@ -73,22 +75,28 @@ def eliminate_closely(
             size += np.abs(far)
             x += far
             # the element itself is rounded as well
-            twisted = EPSILON * between[i] * np.abs(x - angle[p])
+            twisted = np.abs(x - angle[p])
+            twisted *= between[i]
+            twisted *= EPSILON
             lost[i] += twisted
             lost[p] += twisted
-        local[i] = unit * size
+        np.multiply(size, unit, out=error[i])
         lost[i] += uncertain[i] * np.abs(x)
-    gathered, ratio = lost, np.abs(turn)
+    gathered, ratio = lost, uncertain
     for i in tree.order:
-        if tree.parent[i] >= 0:
-            gathered[tree.parent[i]] += ratio[i] * gathered[i]
-    compliance, error = inverse, local
+        p = tree.parent[i]
+        if p >= 0:
+            np.abs(turn[i], out=ratio[i])
+            gathered[p] += ratio[i] * gathered[i]
+    compliance = inverse
     for i in reversed(tree.order):
         p, own = tree.parent[i], np.abs(compliance[i])
         if p >= 0:
-            shared = turn[i] * turn[i] * compliance[p]
+            shared = np.multiply(turn[i], turn[i], out=turn[i])
+            shared *= compliance[p]
             compliance[i] += shared
-            own = np.abs(compliance[i]) - np.abs(shared)
+            own = np.abs(compliance[i])
+            own -= np.abs(shared)
             error[i] += ratio[i] * error[p]
         error[i] += own * gathered[i]
     worst = np.max(error, axis=0)

@@ -21,17 +21,17 @@ class Check:
     `room` (n, f) is what it works in: memory that is asked for once.
     """
 
-    def __init__(self, plan: Plan, stations: Stations, room: FloatArray):
+    def __init__(
+        self, plan: Plan, stations: Stations, room: FloatArray, shape: tuple[int, ...]
+    ) -> None:
         n = len(plan.station)
         self.stations, self.share = stations, list(room[:, None])
         self.stiffness: list[FloatArray | None] = [None] * n
         self.torque: list[FloatArray | None] = [None] * n
         self.turn: list[FloatArray | None] = [None] * n
-        self.size: list[FloatArray | None] = [None] * n
         self.relative: list[FloatArray | None] = [None] * n
         self.steps = [0] * n
-        self.error: FloatArray | None = None
-        self.largest: FloatArray | None = None
+        self.error, self.largest = np.zeros((2, *shape))
 
     def down(
         self, i: int, p: int, r: FloatArray, element: float | FloatArray, passed: ComplexArray,
@@ -80,46 +80,36 @@ class Check:
         if load is not None:
             rounded = np.abs(load)
             wrong += bend * (rounded if carried is None else rounded + carried)
-        self.turn[i], self.size[i] = wrong, size
-        self._keep(size, wrong)
+        self.turn[i] = wrong
+        np.maximum(self.largest, size, out=self.largest)
+        np.maximum(self.error, wrong, out=self.error)
 
-    def up(self, i: int, p: int, x: ComplexArray) -> None:
-        """Of the angle of any other station."""
+    def up(self, i: int, p: int, x: ComplexArray, above: ComplexArray) -> None:
+        """Of the angle of any other station, `above` being that of its parent."""
         size, share, turn, carried = np.abs(x), self.share[i], self.turn[i], self.torque[i]
+        np.maximum(self.largest, size, out=self.largest)
         # in memory that is at hand, unless several torques are solved together
         single = len(size) == 1
         if turn is None or carried is None:
-            self.steps[i] = self.steps[p] + 1
-            self.relative[i] = relative = np.add(
-                share, self._relative(p), out=share if single else None
-            )
-            self._keep(size, relative * size)
+            relative = self.relative[p]
+            if relative is None:
+                relative = self.turn[p] / np.maximum(np.abs(above), np.finfo(float).tiny)
+                self.relative[p] = relative
+            relative = np.add(share, relative, out=share if single else None)
+            self.relative[i], self.steps[i] = relative, self.steps[p] + 1
+            size *= relative
+            np.maximum(self.error, size, out=self.error)
             return
         # the error of a station with a torque takes the place of its turn
         wrong = np.multiply(turn, self.turn[p], out=turn if single else None)
-        wrong += np.multiply(share, size, out=share if single else None)
+        size = np.multiply(share, size, out=size)
+        wrong += size
         wrong += carried
-        self.torque[i], self.turn[i], self.size[i] = None, wrong, size
-        self._keep(size, wrong)
-
-    def _relative(self, i: int) -> FloatArray:
-        """Error of an angle relative to it."""
-        found, size, wrong = self.relative[i], self.size[i], self.turn[i]
-        if found is None:
-            assert size is not None and wrong is not None
-            self.relative[i] = found = wrong / np.maximum(size, np.finfo(float).tiny)
-        return found
-
-    def _keep(self, size: FloatArray, wrong: FloatArray) -> None:
-        if self.error is None or self.largest is None:
-            self.error, self.largest = wrong.copy(), size.copy()
-            return
+        self.torque[i], self.turn[i] = None, wrong
         np.maximum(self.error, wrong, out=self.error)
-        np.maximum(self.largest, size, out=self.largest)
 
     def whole(self) -> tuple[FloatArray, FloatArray]:
         """Error and largest of all angles, (r, f)."""
-        assert self.error is not None and self.largest is not None
         # one rounding of each turn on the way from the last station with a torque
         return self.error + max(self.steps) * self.largest, self.largest
 
@@ -182,7 +172,7 @@ def room_for(plan: Plan, driven: Sequence[bool], count: int, estimate: bool) -> 
     n, turns = len(plan.station), sum(handing_on(plan.tree, driven))
     entries, checks = 2 * turns * count, n * count if estimate else 0
     whole = entries + checks
-    memory = np.empty(max(whole, LARGE_PAGES) if whole > LARGE_PAGES // 4 else whole)
+    memory = np.empty(max(whole, LARGE_PAGES) if whole > LARGE_PAGES // 2 else whole)
     turn: ComplexArray = memory[:entries].view(np.complex128)
     check = memory[entries:whole].reshape(n, count if estimate else 0)
     return Room(turn.reshape(turns, count), check)
@@ -210,7 +200,7 @@ def eliminate(
     turn: list[ComplexArray] = [angle[i, :1] for i in range(n)]
     carried = [False] * n
     real: FloatArray | None = None if plan.damped else np.empty(count)
-    check = Check(plan, stations, room.check[:, :count]) if estimate else None
+    check = Check(plan, stations, room.check[:, :count], angle.shape[1:]) if estimate else None
     acting, torque = torque, list(torque)
     ground: list[ComplexArray | None] = [None] * n
     compliance: dict[int, ComplexArray] = {}
@@ -271,7 +261,7 @@ def eliminate(
             if p < 0:
                 check.root(i, out, compliance[i], load)
             else:
-                check.up(i, p, out)
+                check.up(i, p, out, angle[p])
     if check is None:
         nothing = np.zeros((0, 0))
         return LineSolution(angle, nothing, growth | lost, nothing)

@@ -26,10 +26,10 @@ from vibecalc.torsion.tree_plan import plan_of
 
 #: entries (station times frequency) of one block at most: with fewer frequencies along a long line
 #: the calls take longer than the arithmetic
-BLOCK = 1 << 23
+BLOCK = 1 << 24
 
 #: frequencies of one block, at most
-LONGEST = 8192
+LONGEST = 12288
 
 #: places along each axis at which the size of a torque is examined
 SAMPLES = 16
@@ -138,7 +138,7 @@ def forced_masked(
     root = int(np.argmax(heaviest))
     plan = None if dense else plan_of(flat, root)
     estimated = estimate or plan is None
-    size = max(1, (min(LONGEST, BLOCK // n) if plan else ENTRIES // (4 * n * n)) // copies)
+    size = max(1, (min(LONGEST, BLOCK // n) if plan else ENTRIES // (n * n)) // copies)
     # blocks of one length: a short last one would cost as many calls as the others
     size = max(1, -(-count // max(1, -(-count // size))))
     driven = [one is not None for one in loads]
@@ -162,10 +162,11 @@ def forced_masked(
     if estimated:
         again = np.flatnonzero(np.any(~(error <= UNCERTAIN * largest), axis=0))
     if plan is not None and len(again):
-        known = error[:, again] if estimated else np.full((copies, len(again)), np.inf)
-        angle[..., again], error[:, again], largest[:, again] = corrected(
-            flat, flat_w, loads, again, angle[..., again], known, root, estimated
-        )
+        for few in np.array_split(again, -(-n * copies * len(again) // ALONG)):
+            known = error[:, few] if estimated else np.full((copies, len(few)), np.inf)
+            angle[..., few], error[:, few], largest[:, few] = corrected(
+                flat, flat_w, loads, few, angle[..., few], known, root
+            )
     masked = np.zeros((copies, count), dtype=bool)
     uncertainty = ~(error[:, again] < SINGULAR * largest[:, again])
     masked[:, again] = uncertainty & ~((error[:, again] == 0.0) & (largest[:, again] == 0.0))
@@ -234,8 +235,8 @@ Method: TypeAlias = Callable[
 #: with a relative error above this a frequency is solved again
 UNCERTAIN = 1e-9
 
-#: numbers that are worked on at once
-ENTRIES = 1 << 19
+#: entries of matrices that are worked on at once, and entries along a line with its sharper bound
+ENTRIES, ALONG = 1 << 17, 1 << 21
 
 #: entries of matrices up to which dense solves come first
 FEW = 1 << 10
@@ -253,12 +254,11 @@ def corrected(
     angle: ComplexArray,
     error: FloatArray,
     root: int,
-    known: bool,
 ) -> tuple[ComplexArray, FloatArray, FloatArray]:
     """The `bad` ones of all frequencies, where elimination grew: angle, error, largest angle.
 
-    `angle` (n, r, bad) is what elimination towards the root found, `error` its error if it
-    is `known`, infinite otherwise. They are solved from other roots, torque by torque, and dense.
+    `angle` (n, r, bad) is what elimination towards the root found, `error` its error, infinite
+    where it is not known. They are solved with the sharper bound, from other roots, and dense.
     Of all methods the one with the smallest error counts: near a true resonance none helps.
     """
     n, copies = angle.shape[:2]
@@ -271,7 +271,7 @@ def corrected(
     for method in [_dense, *from_roots] if few else [*from_roots, _dense]:
         if method is _dense and n >= LONG:
             left = left[np.any(~(error[:, left] < SINGULAR * largest[:, left]), axis=0)]
-        size = max(1, ENTRIES // ((4 * n * n if method is _dense else n) * copies))
+        size = max(1, (ENTRIES // (n * n) if method is _dense else ALONG // n) // copies)
         for start in range(0, len(left), size):
             part = left[start : start + size]
             rows = bad[part]
