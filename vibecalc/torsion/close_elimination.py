@@ -37,10 +37,9 @@ def eliminate_closely(
     tree, unit, n, count = plan.tree, plan.unit, len(plan.station), len(frequency)
     branches, stations = Branches(plan, frequency), Stations(plan, frequency)
     inverse, turn = np.empty((2, n, count), dtype=np.complex128)
-    # what rounding makes of the stiffness, and of the torque
+    # what rounding makes of the stiffness of stations and branches, and of the torque
     uncertain, lost = np.empty((n, count)), np.zeros(angle.shape)
-    load, ground = list(torque), [ZERO] * n
-    between: list[float | FloatArray] = [0.0] * n
+    between, load, ground = [0.0] * n, list(torque), [ZERO] * n
     for i in range(n):
         np.multiply(stations.uncertainty(i), unit, out=uncertain[i])
     singular = np.zeros(count, dtype=bool)
@@ -53,7 +52,10 @@ def eliminate_closely(
                 singular |= free & ~balanced(acting, torque)
             angle[i] = 0.0 if acting is None else inverse[i] * acting
             continue
-        element, between[i], _ = branches.element(i)
+        element, _, largest = branches.element(i)
+        # what an element is formed with: its damping, and others side by side
+        formed = np.max(np.abs(element.imag)) if np.iscomplexobj(element) else 0.0
+        between[i] = EPSILON * float(formed + (largest if len(tree.elements[i]) > 1 else 0.0))
         r = np.reciprocal(attached + element, out=inverse[i], casting="same_kind")
         t = np.multiply(r, element, out=turn[i])
         passed = attached * t
@@ -74,12 +76,11 @@ def eliminate_closely(
             far = turn[i] * angle[p]
             size += np.abs(far)
             x += far
-            # the element itself is rounded as well
-            twisted = np.abs(x - angle[p])
-            twisted *= between[i]
-            twisted *= EPSILON
-            lost[i] += twisted
-            lost[p] += twisted
+            if between[i]:
+                twisted = np.abs(x - angle[p])
+                twisted *= between[i]
+                lost[i] += twisted
+                lost[p] += twisted
         np.multiply(size, unit, out=error[i])
         lost[i] += uncertain[i] * np.abs(x)
     gathered, ratio = lost, uncertain

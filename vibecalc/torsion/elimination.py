@@ -28,10 +28,10 @@ class Check:
         self.stations, self.share = stations, list(room[:, None])
         self.stiffness: list[FloatArray | None] = [None] * n
         self.torque: list[FloatArray | None] = [None] * n
-        self.turn: list[FloatArray | None] = [None] * n
         self.relative: list[FloatArray | None] = [None] * n
         self.steps = [0] * n
         self.error, self.largest = np.zeros((2, *shape))
+        self.turn: list[FloatArray] = [self.error] * n
 
     def down(
         self, i: int, p: int, r: FloatArray, element: float | FloatArray, passed: ComplexArray,
@@ -90,7 +90,7 @@ class Check:
         np.maximum(self.largest, size, out=self.largest)
         # in memory that is at hand, unless several torques are solved together
         single = len(size) == 1
-        if turn is None or carried is None:
+        if carried is None:
             relative = self.relative[p]
             if relative is None:
                 relative = self.turn[p] / np.maximum(np.abs(above), np.finfo(float).tiny)
@@ -222,7 +222,7 @@ def eliminate(
             carried[i], turn[i] = True, next(own_turns)
         whole = np.add(dynamic_stiffness, element, out=turn[i][0] if real is None else real)
         np.reciprocal(whole, out=whole)
-        size = _largest_part(whole) if check is None else np.abs(whole)
+        size, most = (None, largest_part(whole)) if check is None else (np.abs(whole), 0.0)
         if load is not None:
             # what the torque does by itself waits where the angle will be
             np.multiply(whole, load, out=angle[i])
@@ -230,13 +230,14 @@ def eliminate(
         if real is not None:
             turn[i][...] = t
         passed = np.multiply(dynamic_stiffness, t, out=attached)
-        if not estimate and tree.parent[p] < 0:
-            # what cancels at a root is a resonance of the whole line
-            meeting[p] = np.maximum(meeting.get(p, 0.0), np.abs(passed))
-        if check is None and not size * largest <= GROWTH:
-            growth |= ~(np.abs(t) <= GROWTH)
-        if check is not None:
+        if check is not None and size is not None:
             check.down(i, p, size, bound, passed, None if load is None else angle[i])
+        else:
+            if tree.parent[p] < 0:
+                # what cancels at a root is a resonance of the whole line
+                meeting[p] = np.maximum(meeting.get(p, 0.0), np.abs(passed))
+            if not most * largest <= GROWTH:
+                growth |= ~(np.abs(t) <= GROWTH)
         above = ground[p]
         ground[p] = np.add(
             passed, stations.dynamic_stiffness(p) if above is None else above, out=passed
@@ -265,16 +266,16 @@ def eliminate(
     if check is None:
         nothing = np.zeros((0, 0))
         return LineSolution(angle, nothing, growth | lost, nothing)
-    error, most = check.whole()
+    error, highest = check.whole()
     error *= plan.unit
     if lost.any():
         error[:, lost] = np.inf
     if not np.isfinite(np.max(error, initial=0.0)):
         error[np.isnan(error)] = np.inf
-    return LineSolution(angle, error, growth, most)
+    return LineSolution(angle, error, growth, highest)
 
 
-def _largest_part(values: ComplexArray) -> float:
+def largest_part(values: ComplexArray) -> float:
     """A bound of the largest magnitude, sooner than by magnitudes."""
     parts = values.view(np.float64)
     return float(1.5 * max(np.maximum.reduce(parts), -np.minimum.reduce(parts)))

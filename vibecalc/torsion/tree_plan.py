@@ -184,12 +184,12 @@ class Branches:
             size = np.abs(stiffness)
             return np.asarray(stiffness), size, float(np.max(size))
         self.space.real = stiffness
-        if damping is None:
-            self.space.imag = loss
-        else:
+        if damping is not None:
             np.multiply(self.frequency, damping, out=self.space.imag)
             if loss is not None:
                 self.space.imag += loss
+        elif loss is not None:
+            self.space.imag = loss
         if isinstance(stiffness, float) and not isinstance(damping, np.ndarray):
             imaginary = (damping or 0.0) * self.highest + float(np.max(np.abs(loss or 0.0)))
             largest = math.hypot(stiffness, imaginary)
@@ -208,11 +208,11 @@ class Stations:
 
     def __init__(self, plan: Plan, frequency: FloatArray):
         self.plan, self.frequency, self.square = plan, frequency, frequency * frequency
-        self.negative: ComplexArray = -self.square.astype(
-            np.complex128 if plan.damped else np.float64
-        )
+        kind: type = np.complex128 if plan.damped else np.float64
+        self.negative: ComplexArray = -self.square.astype(kind)
         self.roundings = (1.5 + 0.5 * plan.tree.most) * EPSILON / plan.unit
-        self.last, self.stored = NOTHING, self.negative
+        self.last: Values = NOTHING
+        self.stored: ComplexArray = self.negative
         self.last_uncertain, self.stored_uncertainty = NOTHING, self.square
 
     def dynamic_stiffness(self, i: int) -> ComplexArray:
@@ -220,7 +220,7 @@ class Stations:
         own = self.plan.station[i]
         if own is not self.last:
             inertia, stiffness, damping = self.last = own
-            found = np.multiply(self.negative, 0.0 if inertia is None else inertia)
+            found = np.asarray(self.negative * (0.0 if inertia is None else inertia))
             if stiffness is not None:
                 found.real += stiffness
             if damping is not None:
