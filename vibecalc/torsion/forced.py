@@ -17,17 +17,19 @@ from vibecalc.numerics.rounding import (
     FloatArray,
     IntArray,
 )
+from vibecalc.torsion.close_elimination import eliminate_closely
 from vibecalc.torsion.dense import dense_solution, mapped
-from vibecalc.torsion.elimination import LineSolution, eliminate, plan_of, room_for
+from vibecalc.torsion.elimination import LineSolution, eliminate, room_for
 from vibecalc.torsion.line import Line, damping_matrix, network_matrix, part_of
 from vibecalc.torsion.modes import Modes
+from vibecalc.torsion.tree_plan import plan_of
 
 #: entries (station times frequency) of one block at most: with fewer frequencies along a long line
 #: the calls take longer than the arithmetic
-BLOCK = 1 << 22
+BLOCK = 1 << 24
 
 #: frequencies of one block, at most
-LONGEST = 8192
+LONGEST = 12288
 
 #: places along each axis at which the size of a torque is examined
 SAMPLES = 16
@@ -136,10 +138,11 @@ def forced_masked(
     root = int(np.argmax(heaviest))
     plan = None if dense else plan_of(flat, root)
     estimated = estimate or plan is None
-    size = max(1, (min(LONGEST, BLOCK // n) if plan else ENTRIES // (4 * n * n)) // copies)
+    size = max(1, (min(LONGEST, BLOCK // n) if plan else ENTRIES // (n * n)) // copies)
     # blocks of one length: a short last one would cost as many calls as the others
     size = max(1, -(-count // max(1, -(-count // size))))
-    room = room_for(plan, size, estimate) if plan else None
+    driven = [one is not None for one in loads]
+    room = room_for(plan, driven, size, estimate) if plan else None
     for start in range(0, count, size):
         part = slice(start, min(start + size, count))
         block = [
@@ -159,10 +162,11 @@ def forced_masked(
     if estimated:
         again = np.flatnonzero(np.any(~(error <= UNCERTAIN * largest), axis=0))
     if plan is not None and len(again):
-        known = error[:, again] if estimated else np.full((copies, len(again)), np.inf)
-        angle[..., again], error[:, again], largest[:, again] = corrected(
-            flat, flat_w, loads, again, angle[..., again], known, root, estimated
-        )
+        for few in np.array_split(again, -(-n * copies * len(again) // ALONG)):
+            known = error[:, few] if estimated else np.full((copies, len(few)), np.inf)
+            angle[..., few], error[:, few], largest[:, few] = corrected(
+                flat, flat_w, loads, few, angle[..., few], known, root
+            )
     masked = np.zeros((copies, count), dtype=bool)
     uncertainty = ~(error[:, again] < SINGULAR * largest[:, again])
     masked[:, again] = uncertainty & ~((error[:, again] == 0.0) & (largest[:, again] == 0.0))
@@ -231,8 +235,8 @@ Method: TypeAlias = Callable[
 #: with a relative error above this a frequency is solved again
 UNCERTAIN = 1e-9
 
-#: numbers that are worked on at once
-ENTRIES = 1 << 19
+#: entries of matrices that are worked on at once, and entries along a line with its sharper bound
+ENTRIES, ALONG = 1 << 17, 1 << 21
 
 #: entries of matrices up to which dense solves come first
 FEW = 1 << 10
@@ -250,25 +254,24 @@ def corrected(
     angle: ComplexArray,
     error: FloatArray,
     root: int,
-    known: bool,
 ) -> tuple[ComplexArray, FloatArray, FloatArray]:
     """The `bad` ones of all frequencies, where elimination grew: angle, error, largest angle.
 
-    `angle` (n, r, bad) is what elimination towards the root found, `error` its error if it
-    is `known`, infinite otherwise. They are solved from other roots, torque by torque, and dense.
+    `angle` (n, r, bad) is what elimination towards the root found, `error` its error, infinite
+    where it is not known. They are solved with the sharper bound, from other roots, and dense.
     Of all methods the one with the smallest error counts: near a true resonance none helps.
     """
     n, copies = angle.shape[:2]
-    roots = [one for one in (root, 0, n // 2, n - 1) if not known or one != root]
-    from_roots: list[Method] = [partial(_from_root, root=one) for one in dict.fromkeys(roots)]
+    roots = dict.fromkeys((root, 0, n // 2, n - 1))
+    from_roots: list[Method] = [partial(_from_root, root=one) for one in roots]
     largest = np.max(np.abs(angle), axis=0)
     left: IntArray = np.arange(len(bad))
     # a handful of small dense solves takes less time than any elimination
     few = n * n * copies * len(bad) <= FEW
-    for method in [_dense, *from_roots, _superposed] if few else [*from_roots, _superposed, _dense]:
+    for method in [_dense, *from_roots] if few else [*from_roots, _dense]:
         if method is _dense and n >= LONG:
             left = left[np.any(~(error[:, left] < SINGULAR * largest[:, left]), axis=0)]
-        size = max(1, ENTRIES // ((4 * n * n if method is _dense else n) * copies))
+        size = max(1, (ENTRIES // (n * n) if method is _dense else ALONG // n) // copies)
         for start in range(0, len(left), size):
             part = left[start : start + size]
             rows = bad[part]
@@ -314,29 +317,7 @@ def _from_root(
     plan = plan_of(line, root)
     if plan is None:
         return _dense(line, frequency, torque, angle)
-    return eliminate(plan, frequency, torque, True, angle)
-
-
-def _superposed(
-    line: Line, frequency: FloatArray, torque: list[ComplexArray | None], angle: ComplexArray
-) -> LineSolution:
-    """Each station's torque alone, with that station as the root, and their sum.
-
-    Where the torques act on a resonant sub-line, what they do inside it cancels against what it
-    does as a whole; with the torque at the root nothing is carried and nothing cancels.
-    """
-    error = np.zeros(angle.shape[1:])
-    angle[...] = 0.0
-    for i, one in enumerate(torque):
-        if one is not None:
-            alone: list[ComplexArray | None] = [None] * len(torque)
-            alone[i] = one
-            part = _from_root(line, frequency, alone, np.empty_like(angle), root=i)
-            angle += part.angle
-            error += part.error + EPSILON * np.max(np.abs(angle), axis=0)
-    return LineSolution(
-        angle, error, np.zeros(len(frequency), dtype=bool), np.max(np.abs(angle), axis=0)
-    )
+    return eliminate_closely(plan, frequency, torque, angle)
 
 
 # ----------------------------------------------------------------------------

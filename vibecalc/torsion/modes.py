@@ -310,9 +310,9 @@ def row_shapes(row: StationRow, frequency: FloatArray) -> FloatArray:
     other -= dynamic
     np.abs(other, out=other)
     other /= row.inertia[:, None]
-    leftward, rightward = ratio[:, 0], ratio[::-1, 1]
+    outward = ratio[::-1]
     best = np.argmin(other, axis=0)
-    shape = _outwards(leftward, rightward, best)
+    shape = _outwards(outward, best)
     # a start of little energy magnifies roundings: begin again at the station of most
     energy = np.multiply(shape, shape, out=other)
     energy *= row.inertia[:, None]
@@ -320,7 +320,7 @@ def row_shapes(row: StationRow, frequency: FloatArray) -> FloatArray:
     every = np.arange(modes)
     moved = np.flatnonzero(energy[best, every] < 0.05 * energy[better, every])
     if moved.size:
-        shape[:, moved] = _outwards(leftward[:, moved], rightward[:, moved], better[moved])
+        shape[:, moved] = _outwards(outward[:, :, moved], better[moved])
     return shape.T
 
 
@@ -331,29 +331,30 @@ def _march(
     and its angle over that of the next station, `ratio` (n - 1, 2, m)."""
     hanging[:, 0], hanging[:, 1] = dynamic, dynamic[::-1]
     ratio[:] = springs[:, :, None]
-    pivot = np.empty_like(hanging[0])
+    pivot, add, multiply, divide = np.empty_like(hanging[0]), np.add, np.multiply, np.divide
     for share, here, there in zip(list(ratio), list(hanging[:-1]), list(hanging[1:]), strict=True):
-        np.add(here, share, pivot)
+        add(here, share, pivot)
         if nudge:
             pivot = np.where(pivot == 0.0, share * nudge, pivot)
-        np.divide(share, pivot, share)
-        np.multiply(share, here, pivot)
-        np.add(there, pivot, there)
+        divide(share, pivot, share)
+        multiply(share, here, pivot)
+        add(there, pivot, there)
 
 
-def _outwards(leftward: FloatArray, rightward: FloatArray, start: IntArray) -> FloatArray:
-    """Angles (n, m), 1 at the station `start` (m,) of each mode, by products of ratios."""
-    count = len(leftward) + 1
-    left = np.arange(count - 1)[:, None] < start
-    # beyond the start each product is of ones
-    shape, right = np.ones((2, count, len(start)))
-    np.copyto(shape[:-1], leftward, where=left)
-    np.copyto(right[1:], rightward, where=~left)
-    rows = list(shape)
-    for here, there in zip(rows[-2::-1], rows[:0:-1], strict=True):
-        np.multiply(here, there, here)
-    rows = list(right)
-    for here, there in zip(rows[1:], rows[:-1], strict=True):
-        np.multiply(here, there, here)
-    shape *= right
+def _outwards(ratio: FloatArray, start: IntArray) -> FloatArray:
+    """Angles (n, m), 1 at the station `start` (m,) of each mode, by products of ratios.
+
+    `ratio` (n - 1, 2, m) is of a station's angle to that of its neighbour towards the start: of
+    those left of it from the last to the first, of those right of it from the second to the last.
+    """
+    count = len(ratio) + 1
+    far = np.arange(count - 1)[:, None, None] >= np.stack([count - 1 - start, start])
+    # up to the start each product is of ones
+    product = np.where(far, ratio, 1.0)
+    rows, multiply = list(product), np.multiply
+    for there, here in pairwise(rows):
+        multiply(here, there, here)
+    shape = np.ones((count, len(start)))
+    shape[:-1] = product[::-1, 0]
+    shape[1:] *= product[:, 1]
     return shape

@@ -346,10 +346,11 @@ def orthogonal(shape: FloatArray, inertia: FloatArray) -> FloatArray | None:
     if size < NEARLY:
         # (1 + x)^(-1/2) = 1 - x / 2 (1 - 3 x / 4 (1 - 5 x / 6 ...)), as far as a rounding goes
         terms = 1 + int(np.log(EPSILON) / np.log(max(size, EPSILON)))
-        part = unit
-        for k in range(terms, 0, -1):
-            part = unit - ((2 * k - 1) / (2 * k)) * (off @ part)
-        return part
+        part = off * ((2 * terms - 1) / (2 * terms))
+        for k in range(terms - 1, 0, -1):
+            part = (off - off @ part) * ((2 * k - 1) / (2 * k))
+        unit -= part @ unit
+        return unit
     value, vector = np.linalg.eigh(product)
     if value[0] < 0.1:
         return None
