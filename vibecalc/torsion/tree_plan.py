@@ -191,7 +191,8 @@ class Branches:
         elif loss is not None:
             self.space.imag = loss
         if isinstance(stiffness, float) and not isinstance(damping, np.ndarray):
-            imaginary = (damping or 0.0) * self.highest + float(np.max(np.abs(loss or 0.0)))
+            lost = 0.0 if loss is None else float(np.max(np.abs(loss)))
+            imaginary = (damping or 0.0) * self.highest + lost
             largest = math.hypot(stiffness, imaginary)
             # where damping adds next to nothing one bound will do, even along many stations
             if largest <= stiffness * (1.0 + 0.4 / len(self.plan.branch)):
