@@ -20,7 +20,8 @@ def modal_results(reader: Any) -> Iterator[Truth]:
     record, line, undamped = reader.record, reader.line, reader.state.modes
     place, built, modes = f"{ROOT}modes/", line.built, reader.natural
     yield place + "natural_frequency", modes.frequency
-    yield place + "damping_ratio", modes.ratio
+    if place + "damping_ratio" in record:
+        yield place + "damping_ratio", modes.ratio
     for name in ("undamped_frequency", "transfer_matrix_frequency"):
         if place + name in record:
             yield place + name, undamped.frequency
@@ -94,9 +95,13 @@ def natural_modes(reader: Any) -> Natural:
     """From the ones found: every pole once more, no two alike, and all together add up."""
     record, state, place = reader.record, reader.state, f"{ROOT}modes/"
     undamped, line = state.modes, state.line
-    size, ratio = (record[place + n].values for n in ("natural_frequency", "damping_ratio"))
-    if state.ratios is not None:
-        return Natural(undamped.frequency, state.ratios, undamped.shape, undamped.inertia, [])
+    size, ratios = record[place + "natural_frequency"].values, state.ratios
+    if place + "damping_ratio" not in record:  # a mode that no longer vibrates, as a warning says
+        assert any("no damping ratios" in text for text in record.warnings)
+        ratios = [mpf(0)] * len(size)
+    if ratios is not None:
+        return Natural(undamped.frequency, ratios, undamped.shape, undamped.inertia, [])
+    ratio = record[place + "damping_ratio"].values
     damped = place + "undamped_frequency" in record
     still = int(np.count_nonzero(size == 0.0))
     resting = _resting(reader)
@@ -137,6 +142,10 @@ def _pole(
     """
     standing = [k + s * speed**2 for _, _, k, _, _, s in state.elements]
     guess = mpc(-w * zeta, w * np.sqrt(max(1.0 - zeta**2, 0.0)))
+    if not damped:  # undamped frequencies can be far from the poles of modes that damping couples
+        found = _rough_poles(state, standing, float(own))
+        off = np.abs(-found.real / np.abs(found) / zeta - 1.0) + np.abs(np.abs(found) / w - 1.0)
+        guess = mpc(found[np.argmin(off)]) if zeta > 0.0 else guess
     for _ in range(60):
         elements = [
             (a, b, k, c + eta * k / own)
@@ -148,6 +157,21 @@ def _pole(
         if abs(own - before) <= mpf(10) ** -30 * own:
             break
     return pole, shape
+
+
+def _rough_poles(state: Any, standing: list[mpf], own: float) -> np.ndarray:
+    """Poles of modes that vibrate, in doubles."""
+    n = state.line.count
+    k = np.diag([float(g) for g in state.line.ground])
+    c = np.diag([float(d) for d in state.damped])
+    for (a, b, _, dashpot, eta, _), spring in zip(state.elements, standing, strict=True):
+        for table, one in ((k, float(spring)), (c, float(dashpot + eta * spring / own))):
+            table[[a, b], [a, b]] += one
+            table[[a, b], [b, a]] -= one
+    inverse = 1.0 / np.array([[float(j)] for j in state.line.inertia])
+    whole = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse * k, -inverse * c]])
+    found = np.linalg.eigvals(whole)
+    return found[found.imag > 0.0]
 
 
 def frequencies_at(reader: Any, speed: mpf, found: list[float]) -> list[mpf]:
