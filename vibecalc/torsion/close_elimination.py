@@ -36,71 +36,72 @@ def eliminate_closely(
     """
     tree, unit, n, count = plan.tree, plan.unit, len(plan.station), len(frequency)
     branches, stations = Branches(plan, frequency), Stations(plan, frequency)
-    inverse, turn = np.empty((2, n, count), dtype=np.complex128)
-    # what rounding makes of the stiffness of stations and branches, and of the torque
+    upwards = [(i, tree.parent[i]) for i in tree.order if tree.parent[i] >= 0]
+    compliance, turn = np.zeros((2, n, count), dtype=np.complex128)
+    # roundings of the stiffness of stations and branches, and of the torque
     uncertain, lost = np.empty((n, count)), np.zeros(angle.shape)
-    between, load, ground = [0.0] * n, list(torque), [ZERO] * n
+    between, load, ground = np.zeros((n, 1, 1)), list(torque), [ZERO] * n
     for i in range(n):
-        np.multiply(stations.uncertainty(i), unit, out=uncertain[i])
+        uncertain[i] = stations.uncertainty(i)
     singular = np.zeros(count, dtype=bool)
+    angle[...] = 0.0
     for i in tree.order:
         p, acting, attached = tree.parent[i], load[i], ground[i] + stations.dynamic_stiffness(i)
         ground[i] = ZERO
         if p < 0:
-            inverse[i], free = at_root(attached)
-            if acting is not None and np.any(free):
+            compliance[i], free = at_root(attached)
+            if acting is not None:
                 singular |= free & ~balanced(acting, torque)
-            angle[i] = 0.0 if acting is None else inverse[i] * acting
+                np.multiply(compliance[i], acting, out=angle[i])
             continue
         element, _, largest = branches.element(i)
         # what an element is formed with: its damping, and others side by side
-        formed = np.max(np.abs(element.imag)) if np.iscomplexobj(element) else 0.0
-        between[i] = EPSILON * float(formed + (largest if len(tree.elements[i]) > 1 else 0.0))
-        r = np.reciprocal(attached + element, out=inverse[i], casting="same_kind")
-        t = np.multiply(r, element, out=turn[i])
-        passed = attached * t
-        ground[p] = ground[p] + passed
-        uncertain[p] += unit * np.abs(passed)
-        angle[i] = 0.0
+        if np.iscomplexobj(element):
+            between[i] = np.max(np.abs(element.imag))
+        if len(tree.elements[i]) > 1:
+            between[i] += largest
+        r = np.add(attached, element, out=compliance[i])
+        np.reciprocal(r, out=r)
+        attached *= np.multiply(r, element, out=turn[i])
+        uncertain[p] += np.abs(attached)
+        ground[p] = ground[p] + attached
         if acting is not None:
             np.multiply(r, acting, out=angle[i])
-            moved = element * angle[i]
-            above = load[p]
+            moved, above = element * angle[i], load[p]
             load[p] = moved if above is None else above + moved
-            lost[p] += unit * np.abs(moved)
-    error = np.empty(lost.shape)
-    for i in reversed(tree.order):
-        p, x = tree.parent[i], angle[i]
-        size = np.abs(x)
-        if p >= 0:
-            far = turn[i] * angle[p]
-            size += np.abs(far)
-            x += far
-            if between[i]:
-                twisted = np.abs(x - angle[p])
-                twisted *= between[i]
-                lost[i] += twisted
-                lost[p] += twisted
-        np.multiply(size, unit, out=error[i])
-        lost[i] += uncertain[i] * np.abs(x)
-    gathered, ratio = lost, uncertain
-    for i in tree.order:
-        p = tree.parent[i]
-        if p >= 0:
-            np.abs(turn[i], out=ratio[i])
-            gathered[p] += ratio[i] * gathered[i]
-    compliance = inverse
-    for i in reversed(tree.order):
-        p, own = tree.parent[i], np.abs(compliance[i])
-        if p >= 0:
-            shared = np.multiply(turn[i], turn[i], out=turn[i])
-            shared *= compliance[p]
-            compliance[i] += shared
-            own = np.abs(compliance[i])
-            own -= np.abs(shared)
-            error[i] += ratio[i] * error[p]
-        error[i] += own * gathered[i]
-    worst = np.max(error, axis=0)
+            lost[p] += np.abs(moved)
+    error = np.abs(angle)
+    for i, p in reversed(upwards):
+        far = turn[i] * angle[p]
+        error[i] += np.abs(far)
+        angle[i] += far
+    size = np.abs(angle)
+    largest_angle = np.max(size, axis=0)
+    size *= uncertain[:, None]
+    lost += size
+    np.abs(turn, out=uncertain)
+    if np.any(between):
+        parent = np.arange(n)
+        parent[[i for i, _ in upwards]] = [p for _, p in upwards]
+        np.abs(angle - angle[parent], out=size)
+        size *= (EPSILON / unit) * between
+        lost += size
+        for i, p in upwards:
+            lost[p] += size[i]
+    ratio = uncertain
+    for i, p in upwards:
+        lost[p] += ratio[i] * lost[i]
+    np.square(turn, out=turn)
+    for i, p in reversed(upwards):
+        turn[i] *= compliance[p]
+        compliance[i] += turn[i]
+    own = np.abs(compliance)
+    own -= np.abs(turn)
+    lost *= own[:, None]
+    error += lost
+    for i, p in reversed(upwards):
+        error[i] += ratio[i] * error[p]
+    worst = unit * np.max(error, axis=0)
     worst[:, singular] = np.inf
     worst[np.isnan(worst)] = np.inf
-    return LineSolution(angle, worst, np.zeros(count, dtype=bool), np.max(np.abs(angle), axis=0))
+    return LineSolution(angle, worst, np.zeros(count, dtype=bool), largest_angle)

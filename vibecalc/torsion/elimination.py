@@ -172,7 +172,7 @@ def room_for(plan: Plan, driven: Sequence[bool], count: int, estimate: bool) -> 
     n, turns = len(plan.station), sum(handing_on(plan.tree, driven))
     entries, checks = 2 * turns * count, n * count if estimate else 0
     whole = entries + checks
-    memory = np.empty(max(whole, LARGE_PAGES) if whole > LARGE_PAGES // 2 else whole)
+    memory = np.empty(max(whole, LARGE_PAGES) if whole > LARGE_PAGES // 4 else whole)
     turn: ComplexArray = memory[:entries].view(np.complex128)
     check = memory[entries:whole].reshape(n, count if estimate else 0)
     return Room(turn.reshape(turns, count), check)

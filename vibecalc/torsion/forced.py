@@ -29,7 +29,7 @@ from vibecalc.torsion.tree_plan import plan_of
 BLOCK = 1 << 24
 
 #: frequencies of one block, at most
-LONGEST = 12288
+LONGEST = 8192
 
 #: places along each axis at which the size of a torque is examined
 SAMPLES = 16
