@@ -1,11 +1,11 @@
-"""A system to march by the batch Runge-Kutta pair: smooth, or with kinks at values."""
+"""A system to march by the Runge-Kutta pair: smooth, or with kinks at values."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from vibecalc.numerics.rounding import FloatArray, IntArray
-from vibecalc.numerics.runge_kutta import EventOutcome
+from vibecalc.numerics.runge_kutta import EventOutcome, Interval, State
 
 
 class System:
@@ -26,47 +26,42 @@ class System:
         self._rates = rates
         self._combination = combination
         self._edges = [np.concatenate([[-np.inf], row, [np.inf]]) for row in values]
-        self.closeness = np.full(len(values), closeness)
+        self.closeness = [closeness] * len(values)
+        self.leading = 0 if combination is None else combination.shape[1]
 
-    def rates(
-        self, member: IntArray, time: FloatArray, state: FloatArray, interval: IntArray
-    ) -> FloatArray:
-        return self._rates(time, state, interval)
+    def rates(self, time: float, state: State, interval: Interval) -> State:
+        pieces = np.array([interval], dtype=np.int64)
+        found: State = self._rates(np.array([time]), np.array([state]), pieces)[0].tolist()
+        return found
 
-    def watched(
-        self, member: IntArray, time: FloatArray, state: FloatArray, interval: IntArray
-    ) -> FloatArray:
+    def watched(self, time: float, state: Sequence[float], interval: Interval) -> list[float]:
         if self._combination is None:
-            return np.empty((len(state), 0))
-        return np.asarray(state @ self._combination.T)
+            return []
+        found: list[float] = (self._combination @ np.array(state)).tolist()
+        return found
 
-    def borders(self, member: IntArray, interval: IntArray) -> tuple[FloatArray, FloatArray]:
-        ends = np.empty((2, len(member), len(self._edges)))
-        for k, edge in enumerate(self._edges):
-            ends[:, :, k] = edge[interval[:, k]], edge[interval[:, k] + 1]
-        return ends[0], ends[1]
+    def borders(self, interval: Interval) -> tuple[list[float], list[float]]:
+        both = list(zip(self._edges, interval, strict=False))
+        return [float(e[k]) for e, k in both], [float(e[k + 1]) for e, k in both]
 
     def crossed(
         self,
-        member: IntArray,
-        time: FloatArray,
-        state: FloatArray,
-        interval: IntArray,
-        which: IntArray,
-        direction: IntArray,
+        member: int,
+        time: float,
+        state: State,
+        interval: Interval,
+        which: int,
+        direction: int,
     ) -> EventOutcome:
-        moved = interval.copy()
-        moved[np.arange(len(member)), which] += direction
-        return EventOutcome(state, moved, np.zeros(len(member), dtype=bool))
+        moved = [k + direction * (place == which) for place, k in enumerate(interval)]
+        return EventOutcome(state, moved, False)
 
-    def stopped(
-        self, member: IntArray, time: FloatArray, state: FloatArray, interval: IntArray
-    ) -> EventOutcome:
-        return EventOutcome(state, interval, np.zeros(len(member), dtype=bool))
+    def stopped(self, member: int, time: float, state: State, interval: Interval) -> EventOutcome:
+        return EventOutcome(state, interval, False)
 
     def intervals_at(self, state: FloatArray) -> IntArray:
         """The intervals (b, w) of the states; a value on a border belongs to the one above it."""
-        value = self.watched(np.arange(len(state)), np.zeros(1), state, np.zeros((1, 0), int))
+        value = np.array([self.watched(0.0, row.tolist(), []) for row in state])
         columns = [
             np.searchsorted(edge[1:-1], value[:, k], side="right")
             for k, edge in enumerate(self._edges)

@@ -1,4 +1,4 @@
-"""Claim: the batch march conserves, stops where reported, keeps members apart, refuses in words."""
+"""Claim: the march conserves, stops where reported, keeps members apart, refuses in words."""
 
 import mpmath
 import numpy as np
@@ -7,7 +7,7 @@ from marched_systems import System
 from test_convergence_runge_kutta import bilinear
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.runge_kutta import EventOutcome
+from vibecalc.numerics.runge_kutta import EventOutcome, Interval, State
 from vibecalc.numerics.runge_kutta_march import fine, march, sample
 
 NO_PIECE = np.zeros((1, 0), dtype=np.int64)
@@ -51,8 +51,10 @@ def test_steps_end_exactly_on_the_times_given() -> None:
     met: list[float] = []
 
     class Telling(System):
-        def stopped(self, member, time, state, interval):  # type: ignore[no-untyped-def]
-            met.extend(time.tolist())
+        def stopped(
+            self, member: int, time: float, state: State, interval: Interval
+        ) -> EventOutcome:
+            met.append(time)
             return EventOutcome(state, interval, time >= 2.0)
 
     system = Telling(lambda t, y, _: -y)

@@ -1,5 +1,7 @@
-"""Batch march with steps of each member's own length, and the record of its steps."""
+"""March with steps that end on borders, and the record of its steps."""
 
+from collections.abc import Sequence
+from math import isfinite
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -8,15 +10,18 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray, IntArray
 from vibecalc.numerics.runge_kutta import (
     AT_ONCE,
+    DENSE,
     HALVE,
     LANDED,
-    NOTHING,
     ORDER,
     SHORTEN,
-    RungeKuttaStep,
+    EventOutcome,
+    Interval,
+    State,
     System,
     at_fraction,
-    first_crossings,
+    borders_of,
+    first_crossing,
     predict,
     step,
 )
@@ -25,8 +30,8 @@ from vibecalc.numerics.runge_kutta import (
 # Every step of a march, kept, and the states between them.
 # ----------------------------------------------------------------------------
 
-#: what one sweep leaves: members, begin, length, start, dense, interval of the steps taken
-Scraps: TypeAlias = list[tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray, IntArray]]
+#: what a step leaves: begin, length, the fraction of it that counts, start, its rates, interval
+_Scrap: TypeAlias = tuple[float, float, float, State, Sequence[State], Interval]
 
 
 class Record(NamedTuple):
@@ -44,25 +49,23 @@ class Record(NamedTuple):
     interval: IntArray
 
 
-def assemble(scraps: Scraps, members: int, states: int, intervals: int) -> Record:
-    """The record of what the sweeps have left."""
-    if not scraps:
+def assemble(scraps: list[list[_Scrap]], states: int, intervals: int) -> Record:
+    """The record of what the steps of each member have left."""
+    first = np.cumsum([0, *(len(steps) for steps in scraps)])
+    every = [one for steps in scraps for one in steps]
+    if not every:
         zero = np.zeros(0)
         return Record(
-            np.zeros(members + 1, dtype=np.int64), zero, zero, np.zeros((0, states)),
-            np.zeros((4, 0, states)), np.zeros((0, intervals), dtype=np.int64),
+            first, zero, zero, np.zeros((0, states)), np.zeros((4, 0, states)),
+            np.zeros((0, intervals), dtype=np.int64),
         )  # fmt: skip
-    member, begin, length, start, dense, interval = zip(*scraps, strict=True)
-    who = np.concatenate(member)
-    order = np.argsort(who, kind="stable")
-    first = np.concatenate([[0], np.cumsum(np.bincount(who, minlength=members))])
+    begin, full, fraction, start, slopes, interval = (
+        np.array(column) for column in zip(*every, strict=True)
+    )
+    dense = np.tensordot(np.array(DENSE), slopes, axes=(1, 1)) * full[:, None]
+    power = fraction ** np.arange(1, 5)[:, None]
     return Record(
-        first,
-        np.concatenate(begin)[order],
-        np.concatenate(length)[order],
-        np.concatenate(start)[order],
-        np.concatenate(dense, axis=1)[:, order],
-        np.concatenate(interval)[order],
+        first, begin, full * fraction, start, dense * power[..., None], interval.astype(np.int64)
     )
 
 
@@ -100,10 +103,10 @@ def fine(record: Record, member: int, points: int) -> tuple[FloatArray, SampledS
 
 
 # ----------------------------------------------------------------------------
-# Batch march with steps of each member's own length that end on given times and on borders.
+# March of each member with steps of its own length, which end on given times and on borders.
 #
-# One sweep takes one step of every member that has not finished, in one pass of the arrays. The
-# error of a step, fifth order less fourth, is held below the tolerance; the fifth order goes on.
+# The error of a step, fifth order less fourth, is held below the tolerance; the fifth order is
+# carried on.
 # ----------------------------------------------------------------------------
 
 _SAFETY, _SMALLEST, _LARGEST = 0.9, 0.2, 5.0
@@ -154,160 +157,180 @@ def march(
     with more parts tells the error of one with fewer.
 
     Raises NumericalFailure where the step falls below what rounding resolves, where the intervals
-    change for ever at one time, and after `sweeps` sweeps.
+    change for ever at one time, and after `sweeps` trials of a step of one member.
     """
-    time, state, interval = time.astype(float), state.astype(float), interval.copy()
-    count = len(time)
-    end = np.broadcast_to(np.asarray(end, dtype=float), (count,))
-    bounds = np.full((count, 1), np.inf) if stops is None else np.asarray(stops, dtype=float)
-    bounds = np.concatenate([bounds, np.full((count, 1), np.inf)], axis=1)
-    following = np.sum(bounds <= time[:, None], axis=1)
-    everyone = np.arange(count)
-    rate = system.rates(everyone, time, state, interval)
-    guess = _first_length(state, rate, absolute, relative)
-    wish = guess if first_length is None else np.full(count, first_length)
-    wish = np.minimum(wish, longest)
-    trial = wish.copy()
-    finished, stale = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
-    steps, rejected = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64)
-    idle = np.zeros(count, dtype=np.int64)
-    scraps: Scraps = []
-    widest = np.full(count, np.inf)
+    count, states = state.shape
+    ends = np.broadcast_to(np.asarray(end, dtype=float), (count,)).tolist()
+    bounds = [[]] * count if stops is None else np.asarray(stops, dtype=float).tolist()
+    sizes = np.broadcast_to(np.asarray(absolute, dtype=float), (states,)).tolist()
+    scraps: list[list[_Scrap]] = [[] for _ in range(count)]
+    reached = [
+        _march_one(
+            system, member, float(time[member]), state[member].tolist(), interval[member].tolist(),
+            ends[member], bounds[member], sizes, relative, first_length, longest, parts, sweeps,
+            scraps[member] if keep else None,
+        )
+        for member in range(count)
+    ]  # fmt: skip
+    times, last, held, finished, steps, rejected = zip(*reached, strict=True)
+    record = assemble(scraps, states, interval.shape[1]) if keep else None
+    return MarchEnd(
+        np.array(times),
+        np.array(last, dtype=float).reshape(count, states),
+        np.array(held, dtype=np.int64).reshape(interval.shape),
+        np.array(finished),
+        np.array(steps),
+        np.array(rejected),
+        record,
+    )
 
-    def settle(who: IntArray, which: IntArray | None, direction: IntArray | None) -> None:
-        """Let the system answer an event of the members `who`, at their present states."""
-        place = (who, time[who], state[who], interval[who])
-        if which is None or direction is None:
-            change = system.stopped(*place)
-        else:
-            change = system.crossed(*place, which, direction)
-        state[who], interval[who] = change.state, change.interval
-        finished[who] |= change.finished
-        stale[who] = True
-        idle[who] += 1
-        trial[who] = wish[who]
-        if np.any(idle[who] > _CHATTER):
-            stuck = who[np.argmax(idle[who])]
-            raise NumericalFailure(
-                f"the form of the equations changes for ever at time {time[stuck]:.9g}"
-            )
+
+def _march_one(
+    system: System,
+    member: int,
+    time: float,
+    state: State,
+    interval: Interval,
+    end: float,
+    bounds: Sequence[float],
+    absolute: list[float],
+    relative: float,
+    first_length: float | None,
+    longest: float,
+    parts: int,
+    sweeps: int,
+    scraps: list[_Scrap] | None,
+) -> tuple[float, State, Interval, bool, int, int]:
+    """Time, state and interval at the end of one member; finished, steps taken, steps rejected."""
+    waiting = [bound for bound in bounds if time < bound < np.inf][::-1]
+    rate = system.rates(time, state, interval)
+    wish = _first_length(state, rate, absolute, relative) if first_length is None else first_length
+    trial = wish = min(wish, longest)
+    borders = borders_of(system, interval)
+    finished = stale = False
+    steps = rejected = idle = 0
+    widest = np.inf
 
     for _ in range(sweeps):
-        active = np.nonzero(~finished & (time < end))[0]
-        if not len(active):
+        if finished or time >= end:
             break
-        old = active[stale[active]]
-        if len(old):
-            rate[old] = system.rates(old, time[old], state[old], interval[old])
-        start, form, began = state[active], interval[active], time[active]
-        slope, tried = rate[active], trial[active]
-        limit = np.minimum(end[active], bounds[active, following[active]])
-        length = predict(system, active, began, start, slope, form, tried)
+        if stale:
+            rate = system.rates(time, state, interval)
+            borders = borders_of(system, interval)
+        here: Sequence[float] = ()
+        length = np.inf
+        if borders:
+            here = system.watched(time, state, interval)
+            length = predict(system, borders, here, time, state, rate, interval, trial)
         if parts > 1:
-            widest[old] = (length / parts)[stale[active]]
-            allowed = widest[active]
-            length = np.where(length > 1.2 * allowed, allowed, length)
-        length = np.minimum(length, tried)
-        stale[old] = False
-        left = limit - began
+            if stale:
+                widest = length / parts
+            if length > 1.2 * widest:
+                length = widest
+        stale = False
+        length = min(length, trial)
+        limit = min(end, waiting[-1]) if waiting else end
+        left = limit - time
         reaches = length >= left * (1.0 - 4.0 * EPSILON)
-        length = np.where(reaches, left, length)
+        if reaches:
+            length = left
 
-        def rates(there: FloatArray, states: FloatArray, who=active, form=form) -> FloatArray:  # type: ignore[no-untyped-def]
-            return system.rates(who, there, states, form)
+        def rates(there: float, states: State, form: Interval = interval) -> State:
+            return system.rates(there, states, form)
 
-        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            taken = step(rates, began, start, slope, length)
-            size = absolute + relative * np.maximum(np.abs(start), np.abs(taken.state))
-            error = np.max(np.abs(taken.error) / size, axis=1)
-            error = np.where(np.isfinite(error), error, np.inf)
-            factor = np.clip(_SAFETY * error ** (-1.0 / ORDER), _SMALLEST, _LARGEST)
-        good = error <= 1.0
-        bad = active[~good]
-        wish[bad] = trial[bad] = (length * np.minimum(factor, _SAFETY))[~good]
-        rejected[bad] += 1
-        _resolves(bad, trial, time)
+        try:
+            taken = step(rates, time, state, rate, length)
+            error = _size(taken.error, state, taken.state, absolute, relative)
+        except ArithmeticError:
+            error = np.inf
+        factor = _LARGEST
+        if error > 0.0:
+            factor = max(_SMALLEST, min(_LARGEST, _SAFETY * error ** (-1.0 / ORDER)))
+        if error > 1.0:
+            wish = trial = length * min(factor, _SAFETY)
+            rejected += 1
+            _resolves(trial, time)
+            continue
 
-        keepers = np.nonzero(good)[0]
-        who = active[keepers]
-        taken = RungeKuttaStep(
-            taken.state[keepers], taken.rate[keepers], taken.error[keepers], taken.dense[:, keepers]
+        border = first_crossing(
+            system, borders, here, time, length, state, interval, taken, reaches
         )
-        length, start, form, began = length[keepers], start[keepers], form[keepers], began[keepers]
-        reaches, limit = reaches[keepers], limit[keepers]
-        cut = reaches | (length < tried[keepers])
-        wanted = length * factor[keepers]
-        border = first_crossings(system, who, began, length, start, form, taken, reaches)
-        again = (border.finding == SHORTEN) | (border.finding == HALVE)
-        share = np.where(border.finding == HALVE, 0.5, border.fraction)
-        trial[who[again]] = (length * share)[again]
-        rejected[who[again]] += 1
-        _resolves(who[again], trial, time)
+        finding = border.finding
+        if finding in (SHORTEN, HALVE):
+            trial = length * border.fraction
+            rejected += 1
+            _resolves(trial, time)
+            continue
 
-        rows = np.nonzero((border.finding == NOTHING) | (border.finding == LANDED))[0]
-        done = who[rows]
-        landed = border.finding == LANDED
-        if np.any(landed):
-            taken, length = _to_fraction(
-                taken, start, length, np.where(landed, border.fraction, 1.0)
-            )
-            reaches &= ~landed
-        steps[done] += 1
-        time[done] = np.where(reaches[rows], limit[rows], began[rows] + length[rows])
-        state[done], rate[done] = taken.state[rows], taken.rate[rows]
-        idle[done] = 0
-        # a step cut short by a border or a stop says little of what comes next: it may only grow
-        next_length = np.where(cut | landed, np.maximum(wish[who], wanted), wanted)
-        wish[done] = np.minimum(next_length, longest)[rows]
-        trial[done] = wish[done]
-        if keep:
-            scraps.append(
-                (done, began[rows], length[rows], start[rows], taken.dense[:, rows], form[rows])
-            )
-        event = landed | (border.finding == AT_ONCE)
-        if np.any(event):
-            settle(who[event], border.which[event], border.direction[event])
-        met = rows[reaches[rows]]
-        met = who[met[time[who[met]] >= bounds[who[met], following[who[met]]]]]
-        if len(met):
-            following[met] += 1
-            settle(met, None, None)
+        event: EventOutcome | None = None
+        if finding != AT_ONCE:
+            landed = finding == LANDED
+            part = border.fraction if landed else 1.0
+            if scraps is not None:
+                scraps.append((time, length, part, state, taken.slopes, interval))
+            # a step cut short by a border or a stop says little of what comes next: it may only
+            # grow
+            wanted = length * factor
+            if landed or reaches or length < trial:
+                wanted = max(wish, wanted)
+            trial = wish = min(wanted, longest)
+            if landed:
+                state = at_fraction(state, taken, length, part) if part != 1.0 else taken.state
+                time += length * part
+            else:
+                state, rate = taken.state, taken.slopes[6]
+                time = limit if reaches else time + length
+                if reaches and waiting and time >= waiting[-1]:
+                    waiting.pop()
+                    event = system.stopped(member, time, state, interval)
+            steps += 1
+            idle = 0
+        if finding in (AT_ONCE, LANDED):
+            event = system.crossed(member, time, state, interval, border.which, border.direction)
+        if event is not None:
+            state, interval, over = event
+            finished = finished or over
+            stale = True
+            idle += 1
+            trial = wish
+            if idle > _CHATTER:
+                raise NumericalFailure(
+                    f"the form of the equations changes for ever at time {time:.9g}"
+                )
     else:
         raise NumericalFailure(f"not at the end after {sweeps} sweeps; the step is too short")
-    record = assemble(scraps, count, state.shape[1], interval.shape[1]) if keep else None
-    return MarchEnd(time, state, interval, finished, steps, rejected, record)
+    return time, state, interval, finished, steps, rejected
 
 
-def _first_length(
-    state: FloatArray, rate: FloatArray, absolute: FloatArray | float, relative: float
-) -> FloatArray:
-    size = absolute + relative * np.abs(state)
-    with np.errstate(divide="ignore"):
-        # the length over which the rate alone would move by a hundredth of tolerance^(1/5)
-        fastest = np.max(np.abs(rate) / size, axis=1)
-        scale = float(np.min(absolute)) + relative
-        found = 0.01 * scale ** (1.0 / ORDER - 1.0) / fastest
-    return np.where(np.isfinite(found), found, 1e-3)
+def _size(
+    error: State, start: State, there: State, absolute: list[float], relative: float
+) -> float:
+    """The largest error of a state over what is allowed; infinite where it is not a number."""
+    if relative:
+        shares = [
+            abs(e) / (a + relative * max(abs(y), abs(z)))
+            for e, y, z, a in zip(error, start, there, absolute, strict=True)
+        ]
+    else:
+        shares = [abs(e) / a for e, a in zip(error, absolute, strict=True)]
+    # the sum shows what is not a number, which the largest hides
+    return max(shares) if isfinite(sum(shares)) else np.inf
 
 
-def _to_fraction(
-    taken: RungeKuttaStep, start: FloatArray, length: FloatArray, fraction: FloatArray
-) -> tuple[RungeKuttaStep, FloatArray]:
-    """The steps up to (or a little beyond) their ends; where the fraction is 1 they stay."""
-    moved = fraction != 1.0
-    there = at_fraction(start, taken.dense, fraction[:, None])[:, 0]
-    power = fraction ** np.arange(1, 5)[:, None]
-    state = np.where(moved[:, None], there, taken.state)
-    return taken._replace(state=state, dense=taken.dense * power[..., None]), length * fraction
+def _first_length(state: State, rate: State, absolute: list[float], relative: float) -> float:
+    fastest = max(
+        abs(r) / (a + relative * abs(y)) for r, y, a in zip(rate, state, absolute, strict=True)
+    )
+    if not (fastest > 0.0 and isfinite(fastest)):
+        return 1e-3
+    # the length over which the rate alone would move by a hundredth of tolerance^(1/5)
+    scale = min(absolute) + relative
+    return float(0.01 * scale ** (1.0 / ORDER - 1.0) / fastest)
 
 
-def _resolves(who: IntArray, trial: FloatArray, time: FloatArray) -> None:
+def _resolves(trial: float, time: float) -> None:
     """Refuse a step that rounding of the time would swallow."""
-    if not len(who):
-        return
-    small = trial[who] <= 16.0 * EPSILON * np.maximum(np.abs(time[who]), 1e-9)
-    if np.any(small):
+    if trial <= 16.0 * EPSILON * max(abs(time), 1e-9):
         raise NumericalFailure(
-            f"no step is short enough at time {time[who[np.argmax(small)]]:.9g}: the rates jump "
-            f"or grow without bound"
+            f"no step is short enough at time {time:.9g}: the rates jump or grow without bound"
         )

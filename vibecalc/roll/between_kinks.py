@@ -81,12 +81,6 @@ def forces_in(
     return np.asarray(value)
 
 
-def edges_around(slots: Slots, number: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Crank angles (b,) between which the slots `number` (b,) lie."""
-    turn, slot = np.divmod(number, len(slots.edge) - 1)
-    return TURN * turn + slots.edge[slot], TURN * turn + slots.edge[slot + 1]
-
-
 def slot_at(slots: Slots, angle: FloatArray) -> IntArray:
     """The slots in which the crank angles (b,) lie; an edge belongs to the slot above it."""
     turn = np.floor(angle / TURN)
@@ -137,6 +131,8 @@ def acting_at(machine: RollMachine, drive: RollDrive, slots: Slots) -> ActingAt:
     curve = _polynomials(drive.motor.base, drive.motor.coefficient)
     count = len(slots.edge) - 1
     heading = slots.heading.tolist()
+    bent = bool(np.any(machine.wrist_pin_offset) or np.any(machine.rod_inertia_difference))
+    rubbed = bool(np.any(machine.piston_friction))
     cylinders = [
         (
             float(machine.crank_angle_offset[i]),
@@ -160,41 +156,51 @@ def acting_at(machine: RollMachine, drive: RollDrive, slots: Slots) -> ActingAt:
     ) -> ActingTorques:
         turn, slot = divmod(number, count)
         local = b - TURN * turn
+        # half of the slopes of J and Q, as the sums leave them
         j = j_b = n = n_b = q = q_b = gas = strokes = 0.0
         pushes = None if slots.tabled else forces_in(machine, drive, slots, np.array([b]), _NONE)[0]
         for phase, mass, extra, force, i in cylinders:
             a = local + phase
             high, lever = radius * sin(a), radius * cos(a)
             across = high - offset
-            rod = sqrt((length - across) * (length + across))
+            square = (length - across) * (length + across)
+            rod = sqrt(square)
             pull = across / rod
             r, r_b = lever + rod, -high - lever * pull
-            r_bb = high * pull - lever - (lever * length) ** 2 / rod**3
-            j += mass * (r * r + offset * offset) + extra
-            j_b += 2.0 * mass * r * r_b
-            n -= mass * offset * r_b
-            n_b -= mass * offset * r_bb
-            q += mass * r_b * r_b
-            q_b += 2.0 * mass * r_b * r_bb
-            if extra:
-                bend, bent = -lever / rod, high / rod - across * lever * lever / rod**3
-                n += extra * bend
-                n_b += extra * bent
+            swing = lever * length
+            r_bb = high * pull - lever - swing * swing / (square * rod)
+            moving = mass * r_b
+            j += mass * r * r
+            j_b += moving * r
+            q += moving * r_b
+            q_b += moving * r_bb
+            if bent:
+                j += mass * offset * offset + extra
+                bend, bends = -lever / rod, high / rod - across * lever * lever / (square * rod)
+                n += extra * bend - offset * moving
+                n_b += extra * bends - mass * offset * r_bb
                 q += extra * bend * bend
-                q_b += 2.0 * extra * bend * bent
-            push = _value(force[slot], local) if pushes is None else pushes[i]
+                q_b += extra * bend * bends
+            if rubbed:
+                strokes += heading[slot][i] * r_b
+            if pushes is None:
+                base, rows = force[slot]
+                away, push = local - base, 0.0
+                for entry in rows:
+                    push = push * away + entry
+            else:
+                push = pushes[i]
             gas -= push * r_b
-            strokes += heading[slot][i] * r_b
         gas *= load
         motor = scale * _value(curve[part], synchronous - w)
         viscous = -viscous_torque * w
         dry = dry_torque + piston * strokes
         mounts = -stiffness * theta - damping * s
-        total = rotor * (j + housing + q - 2.0 * n) + (j + housing) * q - n * n
-        j, n, q = j + housing + rotor, n + rotor, q + rotor
-        outer = mounts - j_b * w * s - n_b * w * w
-        inner = motor + gas + viscous - direction * dry + 0.5 * (j_b * s * s - q_b * w * w)
-        held = n * mounts / j - 0.5 * j_b * s * s - motor - gas
+        j += housing
+        total = rotor * (j + q - 2.0 * n) + j * q - n * n
+        j, n, q = j + rotor, n + rotor, q + rotor
+        outer = mounts - 2.0 * j_b * w * s - n_b * w * w
+        inner = motor + gas + viscous - direction * dry + j_b * s * s - q_b * w * w
         return ActingTorques(
             (j * inner - n * outer) / total,
             (q * outer - n * inner) / total,
@@ -204,7 +210,7 @@ def acting_at(machine: RollMachine, drive: RollDrive, slots: Slots) -> ActingAt:
             dry,
             mounts,
             j,
-            held,
+            n * mounts / j - j_b * s * s - motor - gas,
         )
 
     return acting

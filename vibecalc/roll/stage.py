@@ -270,8 +270,8 @@ SUBJECT = Subject(
             2.5e-1, "periodic problems with a motor's currents", "scipy.interpolate", holds=80.0
         ),
         "march": Unit(1.0e-1, "marches until the turns repeat"),
-        "turn_of_start": Unit(8.0e-2, "turns followed"),
-        "start_angle": Unit(1.0e-1, "starts from other angles"),
+        "turn_of_start": Unit(2.0e-2, "turns followed"),
+        "start_angle": Unit(5.0e-2, "starts from other angles"),
         "loop": Unit(1.0e-3, "loops closed"),
         "tuning_loops": Unit(2.0e-1, "searches over loops", "scipy.optimize"),
     },

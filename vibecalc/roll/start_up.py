@@ -35,6 +35,7 @@ from vibecalc.roll.start_up_system import (
     GAS_WORK,
     MOTOR_WORK,
     MOUNT_WORK,
+    MOVING,
     SHELL_ANGLE,
     SHELL_SPEED,
     SPEED,
@@ -283,8 +284,8 @@ def _energies(machine: RollMachine, first: FloatArray, last: FloatArray) -> Ener
 # From which crank angles a machine at rest starts at all: intervals with refined boundaries.
 # ----------------------------------------------------------------------------
 
-#: parts into which every bracket is cut in one batch
-_PARTS = 24
+#: parts into which every bracket is cut: two would not show that a bracket has several borders
+_PARTS = 3
 
 #: brackets beyond which the set counts as without structure
 _MOST = 100
@@ -375,7 +376,7 @@ def starts_from(
     """Whether the machine, from rest at the crank angles (b,), runs a turn at a mean of `goal`."""
     system = StartUpSystem(machine, drive, load, tolerance, until_speed=goal)
     count = len(angle)
-    state = np.zeros((count, STATES))
+    state = np.zeros((count, MOVING))
     state[:, ANGLE] = angle
     march(
         system,
@@ -383,7 +384,7 @@ def starts_from(
         state,
         system.first_intervals(state, 0.0),
         np.full(count, duration),
-        absolute=tolerance * system.scale,
+        absolute=tolerance * system.scale[:MOVING],
         stops=np.broadcast_to(load.time, (count, len(load.time))),
         keep=False,
     )

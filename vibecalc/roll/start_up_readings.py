@@ -154,12 +154,7 @@ class Turns(NamedTuple):
 
 def turns(system: StartUpSystem, shown: TimeHistory, member: int) -> Turns:
     """Turns between neighbouring forward passages of crank angle zero."""
-    passed = [
-        (int(turn), float(time))
-        for section in system.sections
-        for who, turn, time in zip(section.member, section.turn, section.time, strict=True)
-        if who == member
-    ]
+    passed = [(turn, time) for who, turn, time in system.sections if who == member]
     acceleration = shown.value[QUANTITIES.index("shell_acceleration")]
     rows = []
     for (first, begin), (second, end) in pairwise(passed):
