@@ -106,10 +106,10 @@ def torsion_kernels() -> list[Kernel]:
                     endless, at, push, stations=range(6), estimate=e
                 ),
                 {}, 0.0,
-                "the operations of a station alone take four times a copy of 16 bytes; turns and "
-                "angles leave the cache on the way to the root and back"
-                + ("; the estimate is twice that, and frequencies next to resonances of the "
-                   "eliminated part are solved from other roots" if estimate else ""),
+                "the operations of a station alone take four times a copy of 16 bytes; numbers "
+                "leave the first cache from call to call"
+                + ("; the estimate takes as much again, and frequencies next to resonances of the "
+                   "eliminated part are solved once more with a sharper one" if estimate else ""),
                 lambda: np.copyto(copied, angles),
             )
         )  # fmt: skip
