@@ -204,6 +204,10 @@ def test_blocks_several_torques_and_lines_with_leading_axes_are_the_same_numbers
     both = forced(line._replace(stiffness=soft), w[:2], torque[0, :2])
     alone = forced(line._replace(stiffness=0.5 * line.stiffness), w[1], torque[0, 1])
     np.testing.assert_allclose(both.angle[1], alone.angle, rtol=1e-12)
+    factor = np.stack([line.loss_factor, line.loss_factor + 0.02])[:, None, :]
+    lossy = forced(line._replace(loss_factor=factor), w[:2], torque[0, :2])
+    alone = forced(line._replace(loss_factor=factor[1, 0]), w[1], torque[0, 1])
+    np.testing.assert_allclose(lossy.angle[1], alone.angle, rtol=1e-12)
     single = forced(line, w, torque[0][..., 2:3], stations=[2])
     assert np.array_equal(single.angle, forced(line, w, torque[0] * (np.arange(7) == 2)).angle)
 

@@ -190,10 +190,9 @@ class Branches:
                 self.space.imag += loss
         elif loss is not None:
             self.space.imag = loss
-        if isinstance(stiffness, float) and not isinstance(damping, np.ndarray):
-            lost = 0.0 if loss is None else float(np.max(np.abs(loss)))
-            imaginary = (damping or 0.0) * self.highest + lost
-            largest = math.hypot(stiffness, imaginary)
+        if not any(isinstance(one, np.ndarray) for one in (stiffness, loss, damping)):
+            imaginary = self.highest * float(damping or 0.0) + abs(float(loss or 0.0))
+            largest = math.hypot(float(stiffness), imaginary)
             # where damping adds next to nothing one bound will do, even along many stations
             if largest <= stiffness * (1.0 + 0.4 / len(self.plan.branch)):
                 return self.space, largest, largest
