@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 from array_machines import CHANGES, machine
 from long_but import long_but
+from shipped_cases import CASES
 
-from vibecalc.core.case.raw import get_key, key_text
+from vibecalc.core.case.load import load_case
+from vibecalc.core.case.raw import get_key, key_text, parse_key
 from vibecalc.core.case.tables import Sweep
 from vibecalc.core.results.layout import DONE, FAILED, REFUSED
 from vibecalc.core.run.columns import PointsScene
@@ -201,6 +203,19 @@ def test_refusals_and_failures_have_the_words_of_single_runs() -> None:
     words = " ".join(block.message)
     for part in ("connecting rod must be longer", "is on the undamped natural", "weigh more"):
         assert part in words
+
+
+@pytest.mark.parametrize("angle", ["crank_phase", "bank_angle"])
+def test_a_throw_that_does_not_stand_as_the_firing_has_it_is_refused(angle: str) -> None:
+    loaded, path = load_case(CASES["genset_points"]), "isolation/modes/shape"
+    key = f"machine.crank_train.cylinders[2].{angle}"
+    written = get_key(loaded.resolved, parse_key(key))
+    sweep = Sweep.model_validate({"axes": [{"key": key, "values": [written, written + 0.1]}]})
+    design = make_design(sweep, loaded.resolved)
+    together = ArrayEvaluator(loaded, design, (path,))(np.arange(2))
+    alone = Evaluator(loaded, design, (path,))(np.arange(2))
+    assert together.status.tolist() == alone.status.tolist() == [DONE, REFUSED]
+    assert together.message == alone.message and "no top dead centre" in alone.message[1]
 
 
 @pytest.mark.parametrize(

@@ -415,5 +415,8 @@ def crank_train_suspects(case: Case) -> BoolArray:
     turning = [weight.unbalance for weight in written.counterweights]
     turning += [shaft.unbalance for shaft in written.balance_shafts]
     fine = fine & (sum(turning, moving) > 0.0)
+    if written.firing_order or any(c.firing_angle is not None for c in written.cylinders):
+        placed = [angle for c in written.cylinders for angle in (c.crank_phase, c.bank_angle)]
+        fine = fine & (not any(isinstance(angle, np.ndarray) for angle in placed))
     whole = None if case.machine.body is None else _whole_mass(case.machine.body)
     return np.asarray(~(fine if whole is None else fine & (moving * _MARGIN < whole)))
