@@ -11,10 +11,11 @@ import tomllib
 from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import jsonschema
 import pytest
+from pydantic import Field, TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 from shipped_cases import CASES, table_of
 
@@ -190,6 +191,27 @@ def test_hovers_end_with_unit_bounds_and_default() -> None:
             numbers += 1
             assert f"; {describe(shape.unit)}" in text, key
     assert numbers > 150
+
+
+def taken(judge: "TypeAdapter[Any]", value: object) -> bool:
+    try:
+        judge.validate_python(value)
+    except ValidationError:
+        return False
+    return True
+
+
+def test_true_and_false_are_no_texts_and_no_numbers() -> None:
+    flags = 0
+    for key, field, _ in descriptions(Case, (), set()):
+        if shape_of(field).kind == "flag":
+            flags += 1
+            strict = Field(strict=any(getattr(mark, "strict", False) for mark in field.metadata))
+            judge: TypeAdapter[Any] = TypeAdapter(Annotated[field.annotation, strict])
+            assert judge.validate_python(True) is True
+            for wrong in ("true", "no", 1, 0.0):
+                assert not taken(judge, wrong), f"{key} = {wrong!r}"
+    assert flags > 10
 
 
 def test_each_kind_of_machine_has_its_line() -> None:

@@ -225,3 +225,68 @@ def test_a_script_that_calls_everything_passes_strict_types(tmp_path: Path) -> N
         capture_output=True, text=True, cwd=ROOT,
     )  # fmt: skip
     assert checked.returncode == 0, checked.stdout
+
+
+#: the package for a script without types
+loose: Any = vibecalc
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: loose.run(None), "needs its file, or its tables as a dict; found None"),
+        (lambda: loose.check([GENERATOR]), "found [PosixPath"),
+        (lambda: loose.run(optimum()), "run(result.case)"),
+        (lambda: loose.run(GENERATOR, set=["machine.speed=3"]), "set: needs keys with"),
+        (lambda: loose.run(GENERATOR, set={1: 3}), "set: needs keys with their values"),
+        (lambda: loose.run(GENERATOR, unset=3), "needs a text, or a list of texts; found 3"),
+        (lambda: loose.run(GENERATOR, unset=[3]), "needs a text, or a list of texts"),
+        (lambda: loose.sweep(GENERATOR, "s.h5", grid=["machine.speed=1:2:3"]), "grid: needs"),
+        (
+            lambda: loose.sweep(GENERATOR, "s.h5", grid={"machine.speed": 300}),
+            "the axis machine.speed: needs a list of values",
+        ),
+        (lambda: loose.sweep(GENERATOR, None, grid={}), "needs the name of the file of a sweep"),
+        (
+            lambda: loose.sweep(GENERATOR, "s.h5", grid={"machine.speed": [3, 4]}, jobs=1.5),
+            "found jobs=1.5",
+        ),
+        (lambda: loose.accuracy(GENERATOR, longest="1"), "longest: needs a number of seconds"),
+        (lambda: loose.read(optimum()), "needs the name of a result file; found <vibecalc"),
+        (lambda: loose.write("x.h5", "y.h5"), "what is written: needs a result; found 'x.h5'"),
+        (lambda: loose.report({}), "needs the name of a result file, or a result; found {}"),
+        (lambda: loose.plot(None), "needs the name of a result file, or a result; found None"),
+        (lambda: loose.plot(optimum(), dpi="x"), "dpi: needs a number; found 'x', a str"),
+        (lambda: loose.diff(optimum(), None), "needs the name of a result file, or a result"),
+        (lambda: loose.diff(optimum(), optimum(), rules={}), "needs the name of a file of rul"),
+    ],
+)  # fmt: skip
+def test_an_argument_of_the_wrong_kind_is_said(call: Any, said: str) -> None:
+    with pytest.raises(vibecalc.UsageError) as caught:
+        call()
+    assert said in str(caught.value)
+
+
+def test_results_compare_and_show_themselves_in_a_line() -> None:
+    result, again = (vibecalc.read(GOLDEN / "generator.h5") for _ in range(2))
+    assert result == again and result["isolation/pitch/damping"] in list(again.values())
+    curve, other = result["isolation/support_force/run_up"], again["isolation/lever_force/run_up"]
+    assert curve == again[curve.path] != other and curve.axes != other.axes and curve != 3
+    assert repr(curve).startswith("<vibecalc quantity 'isolation/support_force/run_up': [[")
+    assert repr(curve).endswith(f"N over mount (4), speed ({len(curve.axes[1].values)})>")
+    assert repr(curve.axes[0]) == "<vibecalc axis 'mount': ['1' '2' '3' '4']>"
+    assert repr(vibecalc.diff(result, again)) == "<vibecalc comparison: same>"
+    found = repr(vibecalc.diff(result, optimum()))
+    assert found.endswith("quantities differ>") and len(found) < 80
+
+
+def test_a_complex_number_leaves_the_others_of_a_table_real() -> None:
+    pytest.importorskip("pandas")
+    values = vibecalc.read(GOLDEN / "absorber_pendulum.h5").to_pandas()["value"]
+    assert values["pendulum/order"] == 2.0 and isinstance(values["pendulum/order"], float)
+    assert any(isinstance(one, complex) for one in values)
+
+
+def test_every_call_stands_in_the_help_of_the_package() -> None:
+    calls = [name for name in loose.__all__ if name.islower()]
+    assert len(calls) == 9 and all(f"{name}(" in str(vibecalc.__doc__) for name in calls)

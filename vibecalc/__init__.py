@@ -1,5 +1,16 @@
 """vibecalc: vibration of machines with pistons, from a text case to an HDF5 result and a report.
 
+Calls
+-----
+run(case)                        a case once, to its optimum, or with its searches
+check(case)                      what a run would do and need
+sweep(case, "x.sweep.h5", grid)  many points into a file
+accuracy(case)                   the methods of a case, seconds against error
+read("x.h5"), write(result, "x.h5")
+report(result), plot(result, "folder"), diff(golden, result)
+
+`help(vibecalc.run)` tells more of each, `docs/python.md` shows them at work.
+
 Conventions
 -----------
 Inside, everything is SI and radians. A steady oscillation of order n at crank speed `w` is the

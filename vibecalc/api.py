@@ -8,7 +8,8 @@ message and hint; what has no trustworthy answer raises `NumericalFailure`. Thes
 are `VibecalcError`.
 """
 
-from collections.abc import Mapping, Sequence
+import os
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,9 +21,9 @@ if TYPE_CHECKING:
     from vibecalc.core.case.raw import Setting
     from vibecalc.core.results.compare import Comparison
 
-PathLike = str | Path
+PathLike = str | os.PathLike[str]
 #: one name, or several
-Names = str | Sequence[str]
+Names = str | Iterable[str] | None
 #: keys of a case, as `machine.speed`, with their values
 Keys = Mapping[str, Any] | None
 
@@ -119,17 +120,18 @@ def sweep(
 
     axes = [
         axis_table(f"{key}={given}") if isinstance(given, str) else _listed(key, given)
-        for key, given in (grid or {}).items()
+        for key, given in _keys("grid", grid).items()
     ]
     asked: dict[str, Any] = {"sweep.axes": axes} if axes else {}
     texts = sweep_settings((), (), sample, _names(keep))
     loaded = _checked(case, set, {**keys, **asked}, unset, texts)
-    check_suffix(Path(output))
-    if jobs is not None and jobs < 1:
-        raise UsageError(f"a sweep needs one process or more, found jobs={jobs}")
-    options = Options(output=Path(output), jobs=jobs, resume=resume, fresh=fresh, progress=progress)
+    target = _file(output, "the file of a sweep")
+    check_suffix(target)
+    if jobs is not None and (not isinstance(jobs, int) or jobs < 1):
+        raise UsageError(f"a sweep needs one process or more, found jobs={jobs!r}")
+    options = Options(output=target, jobs=jobs, resume=resume, fresh=fresh, progress=progress)
     compute(prepare(loaded, jobs or processors()), options)
-    return read(output)
+    return read(target)
 
 
 def accuracy(
@@ -152,6 +154,8 @@ def accuracy(
     """
     from vibecalc.core.accuracy.environment import pin_threads
 
+    if not isinstance(longest, int | float):
+        raise _misfit("longest", longest, "a number of seconds")
     threads = pin_threads()
     from vibecalc.core.accuracy.run import Asked, measure_case
 
@@ -163,16 +167,19 @@ def read(path: PathLike, /) -> Result:
     """A result file of a run, a sweep or measured methods; ResultError if none, or damaged."""
     from vibecalc.core.results.store import read_result
 
-    return read_result(path)
+    return read_result(_file(path, "a result file"))
 
 
 def write(result: Result, path: PathLike, /) -> Path:
     """Write a result as HDF5, with its report next to it as `run` does; that of a sweep whole."""
     from vibecalc.cli.outputs import check_suffix, write_outputs
 
-    check_suffix(Path(path))
-    write_outputs(result, Path(path))
-    return Path(path)
+    if not isinstance(result, Result):
+        raise _misfit("what is written", result, "a result")
+    target = _file(path, "a result file")
+    check_suffix(target)
+    write_outputs(result, target)
+    return target
 
 
 def report(result: Result | PathLike, /, *, full: bool = False, html: bool = False) -> str:
@@ -203,8 +210,10 @@ def plot(
     """
     from vibecalc.core.report.plots import draw_files, look_of
 
+    if not isinstance(dpi, int | float | None):
+        raise _misfit("dpi", dpi, "a number")
     look = look_of(",".join(_names(formats)), dpi, _names(only), title)
-    ((_, pictures),) = draw_files([_source(result)], Path(folder), look)
+    ((_, pictures),) = draw_files([_source(result)], _file(folder, "a folder"), look)
     return pictures
 
 
@@ -215,16 +224,44 @@ def diff(
     from vibecalc.core.results.compare import compare
     from vibecalc.core.results.compare_rules import read_rules
 
-    golden, value = (one if isinstance(one, Result) else read(one) for one in (reference, result))
-    return compare(golden, value, None if rules is None else read_rules(Path(rules)))
+    sources = [_source(one) for one in (reference, result)]
+    golden, value = (one if isinstance(one, Result) else read(one) for one in sources)
+    return compare(
+        golden, value, None if rules is None else read_rules(_file(rules, "a file of rules"))
+    )
 
 
 def _source(result: Result | PathLike) -> Result | Path:
-    return result if isinstance(result, Result) else Path(result)
+    return result if isinstance(result, Result) else _file(result, "a result file, or a result")
+
+
+def _file(given: PathLike, what: str) -> Path:
+    if not isinstance(given, str | os.PathLike):
+        raise _misfit("a path", given, f"the name of {what}")
+    return Path(given)
 
 
 def _names(given: Names) -> Sequence[str]:
-    return (given,) if isinstance(given, str) else given
+    if given is None or isinstance(given, str):
+        return () if given is None else (given,)
+    names = [*given] if isinstance(given, Iterable) else [None]
+    if not all(isinstance(name, str) for name in names):
+        raise _misfit("names", given, "a text, or a list of texts")
+    return names
+
+
+def _keys(name: str, given: Mapping[str, Any] | None) -> Mapping[str, Any]:
+    keys = {} if given is None else given
+    if not isinstance(keys, Mapping) or not all(isinstance(key, str) for key in keys):
+        raise _misfit(name, given, 'keys with their values, as {"machine.speed": "3000 rpm"}')
+    return keys
+
+
+def _misfit(what: str, given: object, wanted: str) -> UsageError:
+    """An argument of the wrong kind, which a command line cannot have."""
+    from reprlib import repr as short
+
+    return UsageError(f"{what}: needs {wanted}; found {short(given)}, a {type(given).__name__}")
 
 
 def _checked(
@@ -236,8 +273,12 @@ def _checked(
 ) -> "LoadedCase":
     from vibecalc.core.study.execute import load_checked
 
+    if isinstance(case, Result):
+        raise UsageError("a result is no case; its `case` is: run(result.case)")
+    if not isinstance(case, Mapping | str | os.PathLike):
+        raise _misfit("a case", case, "its file, or its tables as a dict")
     settings: list[Setting] = [
-        *((key, _plain(value)) for key, value in {**(given or {}), **keys}.items()),
+        *((key, _plain(value)) for key, value in {**_keys("set", given), **keys}.items()),
         *texts,
     ]
     (loaded,) = load_checked([_plain(case)], settings, _names(unset))
@@ -245,6 +286,8 @@ def _checked(
 
 
 def _listed(key: str, values: Sequence[Any]) -> dict[str, Any]:
+    if not isinstance(values, Iterable):
+        raise _misfit(f"the axis {key}", values, "a list of values, or a text `start:stop:n`")
     return {"key": key, "values": _plain(values)}
 
 
@@ -256,6 +299,4 @@ def _plain(value: Any) -> Any:
         return value.tolist()
     if isinstance(value, list | tuple):
         return [_plain(one) for one in value]
-    if isinstance(value, Path):
-        return str(value)
-    return value
+    return os.fspath(value) if isinstance(value, os.PathLike) else value

@@ -48,7 +48,9 @@ class Isolation(Table):
         description="every local maximum of the run-up from this share of the highest on",
     )
     efficiency: bool | None = Field(
-        None, description="also what the mounts keep from the ground, by order and over frequency"
+        None,
+        strict=True,
+        description="also what the mounts keep from the ground, by order and over frequency",
     )
     RULES = (
         needs("run_up_maxima", "run_up", allowed='run_up = { from = 0, to = "..." } with it'),

@@ -45,7 +45,9 @@ class Variable(Table):
     key: Name = Field(description="as in machine.mounts.each.stiffness or ...cylinders[0].position")
     lower: Value | None = Field(None, description="lower bound, SI or with a unit")
     upper: Value | None = Field(None, description="upper bound, SI or with a unit")
-    integer: bool | None = Field(None, description="whole numbers between the bounds only")
+    integer: bool | None = Field(
+        None, strict=True, description="whole numbers between the bounds only"
+    )
     choices: Labels = Field(
         (), description="the values that it may take, instead of bounds: SI, with a unit, or names"
     )

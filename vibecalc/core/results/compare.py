@@ -84,6 +84,11 @@ class Comparison:
         """Whether every compared quantity is the same."""
         return all(row.same for row in self.rows)
 
+    def __repr__(self) -> str:
+        differ = sum(not row.same for row in self.rows)
+        verdict = f"{differ} of {len(self.rows)} quantities differ" if differ else "same"
+        return f"<vibecalc comparison: {verdict}>"
+
     def worst(self, count: int = 10) -> tuple[ComparedRow, ...]:
         """The rows that differ most: those with problems first, then by ratio."""
         ordered = sorted(self.rows, key=lambda row: (not row.problems, -row.ratio))

@@ -66,7 +66,10 @@ def data_frame(result: Mapping[str, Quantity]) -> "DataFrame":
             "axes": ", ".join(f"{axis.name} ({len(axis.values)})" for axis in quantity.axes),
             "long_name": quantity.long_name,
         })  # fmt: skip
-    return pandas.DataFrame(rows, index=pandas.Index(list(result), name="path"))
+    table = pandas.DataFrame(rows, index=pandas.Index(list(result), name="path"))
+    if table["value"].dtype.kind == "c":  # one complex number makes no other number complex
+        table["value"] = pandas.Series([row["value"] for row in rows], table.index, dtype=object)
+    return table
 
 
 def _array(quantity: Quantity, dimensions: tuple[str, ...]) -> "DataArray":

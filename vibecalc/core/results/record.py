@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
@@ -162,6 +162,20 @@ class Estimate(float):
         return known and abs(value) <= self and not self.is_zero(value)
 
 
+def _alike(one: Any, other: Any) -> bool:
+    """Whether two objects of a class have the same in all their fields, arrays as a whole."""
+    pairs = ((getattr(one, each.name), getattr(other, each.name)) for each in fields(one))
+    return all(
+        a is b or (_same_arrays(a, b) if isinstance(a, np.ndarray) else bool(a == b))
+        for a, b in pairs
+    )
+
+
+def _same_arrays(one: np.ndarray, other: np.ndarray) -> bool:
+    numbers = one.dtype.kind in "fc" and other.dtype.kind in "fc"
+    return np.array_equal(one, other, equal_nan=numbers)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Axis:
     """One labelled axis: numbers with a unit, or names (`unit` is then empty).
@@ -175,6 +189,12 @@ class Axis:
     unit: str = ""
     long_name: str = ""
     run_samples: int = 0
+
+    def __eq__(self, other: object) -> bool:
+        return _alike(self, other) if isinstance(other, Axis) else NotImplemented
+
+    def __repr__(self) -> str:
+        return f"<vibecalc axis {self.name!r}: {_brief(self.values, self.unit)}>"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -206,6 +226,16 @@ class Quantity:
         error = Estimate(self.error_estimate, max(largest, self.terms), whole)
         object.__setattr__(self, "error_estimate", error)
 
+    def __eq__(self, other: object) -> bool:
+        return _alike(self, other) if isinstance(other, Quantity) else NotImplemented
+
+    def __repr__(self) -> str:
+        over = ", ".join(f"{axis.name} ({len(axis.values)})" for axis in self.axes)
+        return (
+            f"<vibecalc quantity {self.path!r}: {_brief(self.values, self.unit)}"
+            f"{' over ' * bool(over)}{over}>"
+        )
+
     def to(self, unit: str) -> np.ndarray:
         """The values in another unit; UnitError if it has another dimension."""
         from vibecalc.units import convert
@@ -226,6 +256,12 @@ class Quantity:
     def estimate(self) -> Estimate:
         """`error_estimate` as what it is."""
         return cast(Estimate, self.error_estimate)
+
+
+def _brief(values: np.ndarray, unit: str) -> str:
+    """Values with four digits, of many the first and last, and their unit."""
+    with np.printoptions(precision=4, threshold=8, edgeitems=2):
+        return f"{' '.join(str(values).split())} {unit}".strip()
 
 
 @dataclass(frozen=True, kw_only=True)
