@@ -361,10 +361,11 @@ _STANDS = 3e-9
 #: an edge that moved by d is off by so many d^2 after it: at most, and where `rest` is given (the
 #: machines of Herold (1977) have 0.5 to 3)
 _GROWN, _GROWN_HERE = 1e2, 10.0
-#: what Newton is asked for before the first splitting
-_ROUGH = 1e-3
-#: and with how many points at most, from a constant state
-_ROUGH_POINTS = 3
+#: what Newton is asked for before the first splitting, and with how many points at most: enough to
+#: find the crossings so well that they need to be moved once only
+_ROUGH, _ROUGH_POINTS = 1e-5, 4
+#: what it is asked for while the edges still move
+_MOVING = 1e-3
 
 
 def solve_periodic(
@@ -408,8 +409,7 @@ def solve_periodic(
     if isinstance(guess, PeriodicSolution) and guess.interval is not None:
         solution = guess
     else:
-        rough = points if isinstance(guess, PeriodicSolution) else min(points, _ROUGH_POINTS)
-        start = _onto_rule(guess, rough, problem)._replace(interval=None)
+        start = _onto_rule(guess, min(points, _ROUGH_POINTS), problem)._replace(interval=None)
         solution = newton(problem, start, tolerance=max(_ROUGH, tolerance))
     before = np.full(len(solution.edges), np.inf)
     stands = _STANDS if edge_tolerance is None else edge_tolerance
@@ -418,7 +418,7 @@ def solve_periodic(
         edges, interval = split(problem, solution)
         move = _movement(solution.edges, edges)
         solution = _carried(solution, edges, interval, points)
-        aim = float(np.clip(move.max() ** 4, tolerance, _ROUGH))
+        aim = float(np.clip(move.max() ** 4, tolerance, _MOVING))
         off = _left_over(move, before, points)
         if edge_tolerance is not None and points > 2:
             off = np.minimum(off, _GROWN_HERE * np.minimum(move, 1e3) ** 2)
