@@ -15,16 +15,13 @@ from vibecalc.numerics.gauss import gauss_rule
 from vibecalc.numerics.periodic.panels import PeriodicProblem
 from vibecalc.numerics.rounding import BoolArray, FloatArray, IntArray
 from vibecalc.roll.mechanism import (
-    Inertia,
+    AngleTerms,
     RollDrive,
     RollMachine,
     accelerations,
-    friction_torque,
-    gas_forces,
-    gas_torque,
-    inertia,
     is_mounted,
     motor_torque,
+    place_at,
     smooth_angles,
     steady_curve,
 )
@@ -42,24 +39,6 @@ from vibecalc.roll.turn import Turn
 # one equation for the speed w of the crank. With mounts the state is w, the angle of the shell and
 # s. (Own derivation; inertias as in `inertia.py`.)
 # ----------------------------------------------------------------------------
-
-
-class AngleTerms(NamedTuple):
-    """What depends on the crank angle alone, at angles (..., k)."""
-
-    moved: Inertia
-    load: FloatArray
-    drag: FloatArray
-
-
-def place_at(machine: RollMachine, drive: RollDrive, crank_angle: FloatArray) -> AngleTerms:
-    """Inertia, and torque of gas and dry friction, N m, at crank angles (..., k)."""
-    moved = inertia(machine, crank_angle)
-    load = gas_torque(moved, gas_forces(machine, drive, crank_angle))
-    if machine.friction_torque.any() or machine.piston_friction.any():
-        dry = machine._replace(friction_damping=np.zeros_like(machine.friction_damping))
-        load = load + friction_torque(dry, moved, np.ones(1))
-    return AngleTerms(moved, load, machine.friction_damping[..., None])
 
 
 #: Gauss points of a panel at which terms of a turn are taken

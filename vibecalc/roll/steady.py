@@ -16,21 +16,21 @@ from vibecalc.numerics.periodic.panels import (
 from vibecalc.numerics.rounding import BoolArray, ComplexArray, FloatArray
 from vibecalc.roll.mechanism import (
     WIDEST,
+    AngleTerms,
     RollDrive,
     RollMachine,
     inertia,
     is_mounted,
+    place_at,
     smooth_angles,
 )
 from vibecalc.roll.rates import (
     POINTS_OF_TERMS,
-    AngleTerms,
     Demand,
     RollRates,
     TermsOfTurn,
     demand,
     driving_torque,
-    place_at,
     roll_problem,
     shell_speed,
     terms_of_turn,
@@ -196,8 +196,9 @@ class SteadyTurn(NamedTuple):
 
     `momentum` (B,) is the angular momentum of a free machine, N m s (zero for a mounted one);
     `multiplier` (B, n) are the Floquet multipliers that are not 1 by symmetry. `solved` (B,) is
-    false where there is no solution; the turn of such a machine means nothing. `widest` is the
-    width that no panel exceeds, rad.
+    false where there is no solution; the turn of such a machine means nothing. `place` is what
+    depends on the crank angle alone at the points of the turn, `widest` the width that no panel
+    exceeds, rad.
     """
 
     turn: Turn
@@ -208,6 +209,7 @@ class SteadyTurn(NamedTuple):
     solved: BoolArray
     points: int
     evaluations: int
+    place: AngleTerms
     widest: float = WIDEST
 
 
@@ -307,7 +309,10 @@ def _free(
     turn = _free_turn(machine, rates, momentum, solution)
     turn = turn._replace(motor_torque=_driving(machine, drive, solution))
     good = _good(solution, need, turn)
-    return SteadyTurn(turn, momentum, solution, problem, need, good, points, rates.evaluations)
+    return SteadyTurn(
+        turn, momentum, solution, problem, need, good, points, rates.evaluations,
+        rates.place(solution.nodes),
+    )  # fmt: skip
 
 
 def _quick_guess(
@@ -387,7 +392,10 @@ def _mounted(
         _driving(machine, drive, solution),
     )
     good = _good(solution, need, turn)
-    return SteadyTurn(turn, none, solution, problem, need, good, points, rates.evaluations)
+    return SteadyTurn(
+        turn, none, solution, problem, need, good, points, rates.evaluations,
+        rates.place(solution.nodes),
+    )  # fmt: skip
 
 
 def _driving(
