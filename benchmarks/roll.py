@@ -32,7 +32,7 @@ from timing import in_turns
 
 from vibecalc.roll.between_kinks import running
 from vibecalc.roll.march import march_to_repeat
-from vibecalc.roll.mechanism import RollMachine, as_batch
+from vibecalc.roll.mechanism import AngleTerms, RollMachine, as_batch
 from vibecalc.roll.methods import fourier_state, shooting_state
 from vibecalc.roll.running import running_state
 from vibecalc.roll.steady import quick_turn, started_momentum, steady_state
@@ -60,16 +60,16 @@ FOUR, SIX = "collocation, 4 points, split", "collocation, 6 points, split"
 WHOLE = "to 1e-10, with estimates and multipliers"
 
 
-def seen(turn: Turn, machine: RollMachine = MACHINE) -> np.ndarray:
-    """Levels (..., 10) from a turn."""
-    read = readings(machine, DRIVE, turn, pistons=False)
+def seen(turn: Turn, machine: RollMachine = MACHINE, place: AngleTerms | None = None) -> np.ndarray:
+    """Levels (..., 10) from a turn; `place` are its terms of the angle, if the method has them."""
+    read = readings(machine, DRIVE, turn, pistons=False, place=place)
     return level(harmonics(turn, read.shell_acceleration, ORDERS))
 
 
 def collocated(points: int, tolerance: float, machine: RollMachine = MACHINE) -> np.ndarray:
     """Panels split at every kink."""
     found = steady_state(machine, DRIVE, points, started_at=SYNCHRONOUS, tolerance=tolerance)
-    return seen(found.turn, machine)
+    return seen(found.turn, machine, found.place)
 
 
 def unsplit(points: int) -> np.ndarray:

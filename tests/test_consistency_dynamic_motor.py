@@ -19,8 +19,8 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.induction_motor_flux import power_flow
 from vibecalc.numerics.periodic.panels import evaluate
 from vibecalc.numerics.rounding import FloatArray
-from vibecalc.roll.mechanism import RollDrive, RollMachine, is_mounted
-from vibecalc.roll.rates import driven_rates, place_at, roll_problem, with_steady_flux
+from vibecalc.roll.mechanism import RollDrive, RollMachine, is_mounted, place_at
+from vibecalc.roll.rates import driven_rates, roll_problem, with_steady_flux
 from vibecalc.roll.running import Running, running_state, steady_drive
 from vibecalc.roll.turn import balance, harmonics, readings
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from vibecalc.numerics.rounding import FloatArray
 
-#: stands for a distance of zero in the barycentric formula, where it lets one term win exactly
+#: a distance to a node that is none
 _HIT = 1e-150
 
 
@@ -75,9 +75,13 @@ def interpolation_rows(nodes: FloatArray, weights: FloatArray, at: FloatArray) -
     Source: Berrut and Trefethen (2004), Barycentric Lagrange interpolation, eq. 4.2.
     """
     distance = np.asarray(at)[..., None] - nodes
-    distance[np.abs(distance) < _HIT] = _HIT
-    share = weights / distance
-    share /= share.sum(axis=-1, keepdims=True)
+    with np.errstate(all="ignore"):
+        share = weights / distance
+        total = np.add.reduce(share, axis=-1, keepdims=True)
+        share /= total
+    on_node = ~np.isfinite(total[..., 0])
+    if on_node.any():
+        share[on_node] = np.abs(distance[on_node]) < _HIT
     return np.asarray(share)
 
 

@@ -28,10 +28,9 @@ from vibecalc.roll.control.gains import evaluate as closed_loop
 from vibecalc.roll.control.gains import evaluate_at_speed
 from vibecalc.roll.control.loop import disturbance, loop_of
 from vibecalc.roll.control.margins import margins
-from vibecalc.roll.mechanism import as_batch, is_mounted, smooth_angles
+from vibecalc.roll.mechanism import as_batch, is_mounted, place_at, smooth_angles
 from vibecalc.roll.methods import Settings, find
 from vibecalc.roll.model import build_roll, fitted_motor, roll_drive
-from vibecalc.roll.rates import place_at
 from vibecalc.roll.running import Running, point_levels, running_state, speed_of_state
 from vibecalc.roll.start_up_system import (
     ANGLE,

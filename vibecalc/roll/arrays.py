@@ -45,14 +45,14 @@ def run_roll_at_points(scene: PointsScene) -> None:
     orders = np.arange(1.0, options.orders + 1)
     settled = np.zeros(scene.count, dtype=bool)
     pistons = any(scene.wants(*spectrum_paths(name)) for name in FORCES)
-    read = readings(machine, drive, state.turn, pistons=pistons)
+    read = readings(machine, drive, state.turn, pistons=pistons, place=state.place)
     check, checked = state, read
     for count in points[1:]:
         if not state.solved.all():
             raise NumericalFailure("roll: some points have no running state")
         check, checked = state, read
         state = steady_state(machine, drive, count, started_at=started, start=state)
-        read = readings(machine, drive, state.turn, pistons=pistons)
+        read = readings(machine, drive, state.turn, pistons=pistons, place=state.place)
         settled = _settled((check.turn, checked), (state.turn, read), orders, case.accuracy.rtol)
         if settled.all():
             break

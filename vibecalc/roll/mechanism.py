@@ -301,6 +301,30 @@ def mount_torque(
     )
 
 
+class AngleTerms(NamedTuple):
+    """What depends on the crank angle alone, at angles (..., k).
+
+    `gas_force` (..., k, c) as of `gas_forces`; `load` is the torque of gas and dry friction on the
+    crankshaft, N m, and `drag` its viscous friction over the speed.
+    """
+
+    moved: Inertia
+    gas_force: FloatArray
+    load: FloatArray
+    drag: FloatArray
+
+
+def place_at(machine: RollMachine, drive: RollDrive, crank_angle: FloatArray) -> AngleTerms:
+    """Inertia, and torque of gas and dry friction, N m, at crank angles (..., k)."""
+    moved = inertia(machine, crank_angle)
+    forces = gas_forces(machine, drive, crank_angle)
+    load = gas_torque(moved, forces)
+    if machine.friction_torque.any() or machine.piston_friction.any():
+        dry = machine._replace(friction_damping=np.zeros_like(machine.friction_damping))
+        load = load + friction_torque(dry, moved, np.ones(1))
+    return AngleTerms(moved, forces, load, machine.friction_damping[..., None])
+
+
 #: rad, the widest panel; where the crank stands across a cylinder, narrower ones if R/L is near 1
 WIDEST = np.pi / 18.0
 _LONG_RODS = 0.8

@@ -10,20 +10,20 @@ from vibecalc.numerics.periodic.other_methods import solve_fourier
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.roll.march import march_to_repeat
 from vibecalc.roll.mechanism import (
+    AngleTerms,
     Inertia,
     RollDrive,
     RollMachine,
     is_mounted,
     member,
+    place_at,
     smooth_angles,
 )
 from vibecalc.roll.rates import (
-    AngleTerms,
     RollRates,
     demand,
     free_rates,
     mounted_rates,
-    place_at,
     shell_speed,
 )
 from vibecalc.roll.steady import started_momentum
@@ -181,6 +181,7 @@ def _pick(place: AngleTerms, count: int) -> list[AngleTerms]:
     return [
         AngleTerms(
             Inertia(*(np.asarray(part)[:, k : k + 1] for part in moved)),
+            place.gas_force[:, k : k + 1],
             place.load[:, k : k + 1],
             place.drag,
         )

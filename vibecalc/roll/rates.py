@@ -15,16 +15,13 @@ from vibecalc.numerics.gauss import gauss_rule
 from vibecalc.numerics.periodic.panels import PeriodicProblem
 from vibecalc.numerics.rounding import BoolArray, FloatArray, IntArray
 from vibecalc.roll.mechanism import (
-    Inertia,
+    AngleTerms,
     RollDrive,
     RollMachine,
     accelerations,
-    friction_torque,
-    gas_forces,
-    gas_torque,
-    inertia,
     is_mounted,
     motor_torque,
+    place_at,
     smooth_angles,
     steady_curve,
 )
@@ -44,22 +41,27 @@ from vibecalc.roll.turn import Turn
 # ----------------------------------------------------------------------------
 
 
-class AngleTerms(NamedTuple):
-    """What depends on the crank angle alone, at angles (..., k)."""
-
-    moved: Inertia
-    load: FloatArray
-    drag: FloatArray
+#: Gauss points of a panel at which terms of a turn are taken
+POINTS_OF_TERMS = 4
 
 
-def place_at(machine: RollMachine, drive: RollDrive, crank_angle: FloatArray) -> AngleTerms:
-    """Inertia, and torque of gas and dry friction, N m, at crank angles (..., k)."""
-    moved = inertia(machine, crank_angle)
-    load = gas_torque(moved, gas_forces(machine, drive, crank_angle))
-    if machine.friction_torque.any() or machine.piston_friction.any():
-        dry = machine._replace(friction_damping=np.zeros_like(machine.friction_damping))
-        load = load + friction_torque(dry, moved, np.ones(1))
-    return AngleTerms(moved, load, machine.friction_damping[..., None])
+class TermsOfTurn(NamedTuple):
+    """Angle terms (..., k) at the Gauss points of all panels between `edges` (P + 1,), k = P s."""
+
+    edges: FloatArray
+    angle: FloatArray
+    weight: FloatArray
+    place: AngleTerms
+
+
+def terms_of_turn(machine: RollMachine, drive: RollDrive, edges: FloatArray) -> TermsOfTurn:
+    """What depends on the crank angle alone, over a turn whose smooth angles are `edges`."""
+    rule = gauss_rule(POINTS_OF_TERMS)
+    widths = np.diff(edges)[:, None]
+    angle = (edges[:-1, None] + widths * rule.nodes).ravel()
+    every = np.broadcast_to(angle, (*machine.crank_radius.shape, len(angle)))
+    weight = (widths * rule.weights).ravel()
+    return TermsOfTurn(edges, angle, weight, place_at(machine, drive, every))
 
 
 class Rates(NamedTuple):
@@ -245,6 +247,14 @@ class RollRates:
         self._angles: FloatArray | None = None
         self._place: AngleTerms | None = None
 
+    def keep(self, terms: TermsOfTurn) -> None:
+        """Take terms that are known for what the first panels ask for."""
+        members, panels = len(terms.place.load), len(terms.edges) - 1
+        self._angles = np.broadcast_to(
+            terms.angle.reshape(panels, -1), (members, panels, POINTS_OF_TERMS)
+        )
+        self._place = terms.place
+
     def place(self, crank_angle: FloatArray) -> AngleTerms:
         """Inertia and torques at the angles (B, P, s), as (B, P s)."""
         if self._place is None or not self._known(crank_angle):
@@ -327,7 +337,6 @@ def mounted_scale(machine: RollMachine, drive: RollDrive) -> FloatArray:
 # What the machine asks of its motor on average, and the slip at which the motor gives it.
 # ----------------------------------------------------------------------------
 
-_POINTS = 4
 #: slips examined, over that of the peak
 _GRID = np.linspace(-1.0, 1.0, 201)
 
@@ -372,22 +381,16 @@ def surely_fastest(machine: RollMachine, drive: RollDrive, turn: Turn) -> BoolAr
     return np.asarray((np.max(slip, axis=-1) <= peak) & (braking >= -least))
 
 
-def demand(machine: RollMachine, drive: RollDrive, edges: FloatArray | None = None) -> Demand:
+def demand(machine: RollMachine, drive: RollDrive, terms: TermsOfTurn | None = None) -> Demand:
     """Mean demand of the machines (B,) and the slip that meets it.
 
     The mean over the crank angle of all torques between shell and crankshaft is zero in a periodic
-    motion, so a demand above the breakdown torque rules one out. `edges` are the smooth angles of
-    these machines, if they are known.
+    motion, so a demand above the breakdown torque rules one out. `terms` are those of these
+    machines, if they are known.
     """
-    edges = smooth_angles(machine, drive) if edges is None else edges
-    rule = gauss_rule(_POINTS)
-    widths = np.diff(edges)[:, None]
-    angles = (edges[:-1, None] + widths * rule.nodes).ravel()
-    weights = (widths * rule.weights).ravel() / (2.0 * np.pi)
-    place = place_at(
-        machine, drive, np.broadcast_to(angles, (*machine.crank_radius.shape, len(angles)))
-    )
-    asked = -(place.load @ weights)
+    if terms is None:
+        terms = terms_of_turn(machine, drive, smooth_angles(machine, drive))
+    asked = -(terms.place.load @ terms.weight) / (2.0 * np.pi)
     speed = np.broadcast_to(drive.synchronous_speed, asked.shape)
     peak, most = steady_breakdown(drive)
     if not np.isfinite(peak):

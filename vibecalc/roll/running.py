@@ -441,7 +441,9 @@ def _spectra_apart(
     each = [
         harmonics(
             state.turn,
-            readings(machine, drive, state.turn, pistons=False).shell_acceleration,
+            readings(
+                machine, drive, state.turn, pistons=False, place=state.place
+            ).shell_acceleration,
             np.arange(1.0, orders + 1),
         )
         for state in (one, other)

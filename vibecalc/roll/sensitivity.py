@@ -68,7 +68,7 @@ def sensitivity(
         )
     spectrum = harmonics(
         state.turn,
-        readings(batch, drive, state.turn, pistons=False).shell_acceleration,
+        readings(batch, drive, state.turn, pistons=False, place=state.place).shell_acceleration,
         np.asarray(orders, dtype=float),
     )
     high = level(spectrum).reshape(len(rows), len(_FACTORS), len(orders))
@@ -241,7 +241,7 @@ def _alone(
 def _levels(
     machine: RollMachine, drive: RollDrive, state: SteadyTurn, orders: Sequence[int]
 ) -> FloatArray:
-    read = readings(machine, drive, state.turn, pistons=False)
+    read = readings(machine, drive, state.turn, pistons=False, place=state.place)
     return level(harmonics(state.turn, read.shell_acceleration, np.asarray(orders, dtype=float)))
 
 

@@ -16,21 +16,24 @@ from vibecalc.numerics.periodic.panels import (
 from vibecalc.numerics.rounding import BoolArray, ComplexArray, FloatArray
 from vibecalc.roll.mechanism import (
     WIDEST,
+    AngleTerms,
     RollDrive,
     RollMachine,
     inertia,
     is_mounted,
+    place_at,
     smooth_angles,
 )
 from vibecalc.roll.rates import (
-    AngleTerms,
+    POINTS_OF_TERMS,
     Demand,
     RollRates,
+    TermsOfTurn,
     demand,
     driving_torque,
-    place_at,
     roll_problem,
     shell_speed,
+    terms_of_turn,
     with_steady_flux,
 )
 from vibecalc.roll.turn import Turn
@@ -49,6 +52,8 @@ from vibecalc.roll.turn import Turn
 POINTS = 72
 _MOST_TURNS = 12
 _REPEATS = 1e-4
+#: of the terms of a turn, which of their angles a march takes
+_EVERY = 2
 _TURN = 2.0 * np.pi
 
 
@@ -71,31 +76,46 @@ def quick_turn(
     speed: float,
     momentum: float | None = None,
     points: int = POINTS,
+    terms: TermsOfTurn | None = None,
 ) -> QuickTurn | None:
     """The turn of one machine (B = 1) without mounts that a march from `speed`, rad/s, comes to.
 
     The `momentum` is by default that of a shell at rest at crank angle zero. None where the
-    crank stalls or no turn repeats. For motors with a steady curve by pieces.
+    crank stalls or no turn repeats. For motors with a steady curve by pieces. With `terms` the
+    march goes over every other one of their angles, and the work of the load between is exact.
     """
-    angle = np.linspace(0.0, _TURN, points, endpoint=False, dtype=np.float64)
-    place = place_at(machine, drive, angle[None])
+    if terms is None:
+        angle = np.linspace(0.0, _TURN, points, endpoint=False, dtype=np.float64)
+        place = place_at(machine, drive, angle[None])
+        width, load = np.full(points, _TURN / points), place.load[0]
+        ratio = np.full(points, 0.5)
+        work = width * (1.5 * load - 0.5 * np.roll(load, 1))
+    else:
+        place = terms.place
+        load = place.load.reshape(1, len(terms.edges) - 1, -1)
+        done, ends = running_integral(terms.edges[None], load)
+        angle, done = terms.angle[::_EVERY], done.ravel()[::_EVERY]
+        width = np.diff(angle, append=angle[0] + _TURN)
+        ratio = 0.5 * width / np.roll(width, 1)
+        work = np.diff(done, append=done[0] + ends[0, -1])
     moved = place.moved
-    shell = moved.shell[0]
+    every = slice(None, None, 1 if terms is None else _EVERY)
+    shell = moved.shell[0, every]
     conserved = float(moved.coupling[0, 0]) * speed if momentum is None else momentum
     still = (0.5 * conserved**2) / shell
-    double = 2.0 * shell / moved.determinant[0]
-    rows = list(zip(place.load[0].tolist(), still.tolist(), double.tolist(), strict=True))
+    double = 2.0 * shell / moved.determinant[0, every]
+    columns = (still, double, work, width * (1.0 + ratio), width * ratio)
+    rows = list(zip(*(column.tolist() for column in columns), strict=True))
     motor = _motor(machine, drive)
-    start = rows[0][1] + speed * speed / rows[0][2]
-    drag, step = float(place.drag[0, 0]), _TURN / points
-    marched = _march(rows, motor, drag, step, start)
-    for _ in range(_MOST_TURNS):
+    energy, last, drag = rows[0][0] + speed * speed / rows[0][1], None, float(place.drag[0, 0])
+    for _ in range(_MOST_TURNS + 1):
+        marched = _march(rows, motor, drag, energy, last)
         if marched is None:
             return None
-        before, marched = marched, _march(rows, motor, drag, step, marched.energy, marched.last)
-        if marched is not None and abs(marched.energy - before.energy) <= _REPEATS * before.energy:
+        if last is not None and abs(marched.energy - energy) <= _REPEATS * energy:
             speeds, torques = np.array(marched.speeds), np.array(marched.torques)
             return QuickTurn(angle, speeds, torques, place, conserved)
+        energy, last = marched.energy, marched.last
     return None
 
 
@@ -119,23 +139,23 @@ class _MarchedTurn(NamedTuple):
     """Energy after a turn, the last torque on it; speed and torque of the motor at its angles."""
 
     energy: float
-    last: float | None
+    last: float
     speeds: list[float]
     torques: list[float]
 
 
 def _march(
-    rows: list[tuple[float, float, float]],
+    rows: list[tuple[float, ...]],
     motor: _Motor,
     drag: float,
-    step: float,
     energy: float,
-    last: float | None = None,
+    last: float | None,
 ) -> _MarchedTurn | None:
+    """March over a turn; `last` is the torque of motor and drag at the angle before, if known."""
     threshold, origin, polynomials, synchronous = motor
     straight = len(polynomials[0]) == 2
     speeds, torques = [], []
-    for load, still, double in rows:
+    for still, double, work, ahead, behind in rows:
         square = (energy - still) * double
         if not square > 0.0:
             return None
@@ -148,11 +168,12 @@ def _march(
             torque = 0.0
             for factor in row:
                 torque = torque * away + factor
-        now = torque + load - drag * w
-        energy += step * (now if last is None else 1.5 * now - 0.5 * last)
+        now = torque - drag * w
+        energy += work + ahead * now - behind * (now if last is None else last)
         last = now
         speeds.append(w)
         torques.append(torque)
+    assert last is not None
     return _MarchedTurn(energy, last, speeds, torques)
 
 
@@ -175,8 +196,9 @@ class SteadyTurn(NamedTuple):
 
     `momentum` (B,) is the angular momentum of a free machine, N m s (zero for a mounted one);
     `multiplier` (B, n) are the Floquet multipliers that are not 1 by symmetry. `solved` (B,) is
-    false where there is no solution; the turn of such a machine means nothing. `widest` is the
-    width that no panel exceeds, rad.
+    false where there is no solution; the turn of such a machine means nothing. `place` is what
+    depends on the crank angle alone at the points of the turn, `widest` the width that no panel
+    exceeds, rad.
     """
 
     turn: Turn
@@ -187,6 +209,7 @@ class SteadyTurn(NamedTuple):
     solved: BoolArray
     points: int
     evaluations: int
+    place: AngleTerms
     widest: float = WIDEST
 
 
@@ -238,16 +261,17 @@ def _on_panels(
     start: SteadyTurn | None,
     tolerance: float,
 ) -> SteadyTurn:
-    need = demand(machine, drive, edges) if start is None else start.demand
+    known: SteadyTurn | TermsOfTurn = start or terms_of_turn(machine, drive, edges)
+    need = known.demand if isinstance(known, SteadyTurn) else demand(machine, drive, known)
     slip = np.where(need.possible, need.slip, 0.0)
     speed = np.broadcast_to(drive.synchronous_speed, slip.shape) - slip
     if is_mounted(machine):
-        return _mounted(machine, drive, edges, points, need, speed, start, tolerance)
+        return _mounted(machine, drive, edges, points, need, speed, known, tolerance)
     if started_at is not None:
         momentum = started_momentum(machine, started_at)
-        return _free(machine, drive, edges, points, need, momentum, speed, start, tolerance)
+        return _free(machine, drive, edges, points, need, momentum, speed, known, tolerance)
     momentum = _resting(machine, drive, speed) if start is None else start.momentum
-    state = _free(machine, drive, edges, points, need, momentum, speed, start, tolerance)
+    state = _free(machine, drive, edges, points, need, momentum, speed, known, tolerance)
     for _ in range(_MOST_ROUNDS):
         moved, still = _standing(machine, state)
         if still:
@@ -266,15 +290,17 @@ def _free(
     need: Demand,
     momentum: FloatArray,
     speed: FloatArray,
-    start: SteadyTurn | None,
+    start: SteadyTurn | TermsOfTurn,
     tolerance: float,
 ) -> SteadyTurn:
     problem, rates = roll_problem(machine, drive, momentum, edges)
+    if isinstance(start, TermsOfTurn):
+        rates.keep(start)
     guess: FloatArray | PeriodicSolution
-    if start is not None:
+    if isinstance(start, SteadyTurn):
         guess = start.solution
     elif len(speed) == 1 and drive.circuit is None:
-        guess = _quick_guess(machine, drive, problem, points, momentum, speed)
+        guess = _quick_guess(machine, drive, problem, start, momentum, speed)
     else:
         guess = with_steady_flux(drive, speed[:, None])
     solution = solve_periodic(
@@ -283,27 +309,29 @@ def _free(
     turn = _free_turn(machine, rates, momentum, solution)
     turn = turn._replace(motor_torque=_driving(machine, drive, solution))
     good = _good(solution, need, turn)
-    return SteadyTurn(turn, momentum, solution, problem, need, good, points, rates.evaluations)
+    return SteadyTurn(
+        turn, momentum, solution, problem, need, good, points, rates.evaluations,
+        rates.place(solution.nodes),
+    )  # fmt: skip
 
 
 def _quick_guess(
     machine: RollMachine,
     drive: RollDrive,
     problem: PeriodicProblem,
-    points: int,
+    terms: TermsOfTurn,
     momentum: FloatArray,
     speed: FloatArray,
 ) -> FloatArray | PeriodicSolution:
-    """A march of some turns, drawn through the points; the constant speed if it leads nowhere."""
+    """A march of some turns, near enough to be split; the constant speed if it leads nowhere."""
     synchronous = float(drive.synchronous_speed.max())
-    quick = quick_turn(machine, drive, synchronous, float(momentum[0]))
+    quick = quick_turn(machine, drive, synchronous, float(momentum[0]), terms=terms)
     if quick is None:
         return speed[:, None]
-    blank = constant_start(problem, points, speed[:, None])
-    angle = np.append(quick.crank_angle, 2.0 * np.pi)
-    speeds = np.append(quick.crank_speed, quick.crank_speed[0])
-    left, stages = (np.interp(x, angle, speeds) for x in (blank.edges[:, :-1], blank.nodes))
-    return blank._replace(left=left[..., None], stages=stages[..., None])
+    blank = constant_start(problem, POINTS_OF_TERMS, speed[:, None])
+    at = np.concatenate([blank.edges[:, :-1, None], blank.nodes], axis=2)
+    speeds = np.interp(at, quick.crank_angle, quick.crank_speed, period=_TURN)[..., None]
+    return blank._replace(left=speeds[:, :, 0], stages=speeds[:, :, 1:])
 
 
 def _free_turn(
@@ -336,13 +364,17 @@ def _mounted(
     points: int,
     need: Demand,
     speed: FloatArray,
-    start: SteadyTurn | None,
+    start: SteadyTurn | TermsOfTurn,
     tolerance: float,
 ) -> SteadyTurn:
     problem, rates = roll_problem(machine, drive, None, edges)
     none = np.zeros(len(speed))
-    constant = np.stack([speed, none, none], axis=1)
-    guess = with_steady_flux(drive, constant) if start is None else start.solution
+    guess: FloatArray | PeriodicSolution
+    if isinstance(start, SteadyTurn):
+        guess = start.solution
+    else:
+        rates.keep(start)
+        guess = with_steady_flux(drive, np.stack([speed, none, none], axis=1))
     solution = solve_periodic(
         problem, points, guess, tolerance=tolerance, edge_tolerance=_edge_tolerance(tolerance)
     )
@@ -360,7 +392,10 @@ def _mounted(
         _driving(machine, drive, solution),
     )
     good = _good(solution, need, turn)
-    return SteadyTurn(turn, none, solution, problem, need, good, points, rates.evaluations)
+    return SteadyTurn(
+        turn, none, solution, problem, need, good, points, rates.evaluations,
+        rates.place(solution.nodes),
+    )  # fmt: skip
 
 
 def _driving(

@@ -7,6 +7,7 @@ import numpy as np
 
 from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray
 from vibecalc.roll.mechanism import (
+    AngleTerms,
     Inertia,
     RollDrive,
     RollMachine,
@@ -111,14 +112,16 @@ def readings(
     driving: FloatArray | None = None,
     *,
     pistons: bool = True,
+    place: AngleTerms | None = None,
 ) -> Readings:
     """Everything that follows from angles and speeds; `driving` replaces the motor's torque.
 
-    Without `pistons` the forces in rods and on walls are left out (zero).
+    Without `pistons` the forces in rods and on walls are left out (zero). `place` is what depends
+    on the crank angle alone, if it is known at the points of the turn.
     """
-    moved = inertia(machine, turn.crank_angle)
+    moved = inertia(machine, turn.crank_angle) if place is None else place.moved
+    forces = gas_forces(machine, drive, turn.crank_angle) if place is None else place.gas_force
     speed, shell = turn.crank_speed, turn.shell_speed
-    forces = gas_forces(machine, drive, turn.crank_angle)
     motor = turn.motor_torque if driving is None else driving
     if motor is None:
         motor = motor_torque(machine, drive, speed).value

@@ -219,8 +219,8 @@ _ITERATIONS = 60
 _CLOSE = 1e-9
 
 
-def split(problem: PeriodicProblem, solution: PeriodicSolution) -> tuple[FloatArray, IntArray]:
-    """Edges (B, P' + 1) with the crossings among the given ones, and the intervals (B, P').
+def split(problem: PeriodicProblem, solution: PeriodicSolution) -> FloatArray:
+    """Edges (B, P' + 1) with the crossings among the given ones.
 
     P' is the number of given panels and of the most crossings that a member has; members with
     fewer get panels without width at their end.
@@ -232,9 +232,7 @@ def split(problem: PeriodicProblem, solution: PeriodicSolution) -> tuple[FloatAr
     first = np.cumsum(count) - count
     extra = np.repeat(base[:, -1:], max(int(count.max(initial=0)), 0), axis=1)
     extra[member, np.arange(len(member)) - first[member]] = place
-    edges = np.sort(np.concatenate([base, extra], axis=1), axis=1)
-    middle = 0.5 * (edges[:, 1:] + edges[:, :-1])
-    return edges, intervals_at(problem, evaluate(solution, middle)[:, :, None])[..., 0]
+    return np.sort(np.concatenate([base, extra], axis=1), axis=1)
 
 
 def _crossings(problem: PeriodicProblem, solution: PeriodicSolution) -> tuple[IntArray, FloatArray]:
@@ -361,10 +359,11 @@ _STANDS = 3e-9
 #: an edge that moved by d is off by so many d^2 after it: at most, and where `rest` is given (the
 #: machines of Herold (1977) have 0.5 to 3)
 _GROWN, _GROWN_HERE = 1e2, 10.0
-#: what Newton is asked for before the first splitting
-_ROUGH = 1e-3
-#: and with how many points at most, from a constant state
-_ROUGH_POINTS = 3
+#: what Newton is asked for before the first splitting, and with how many points at most: enough to
+#: find the crossings so well that they need to be moved once only
+_ROUGH, _ROUGH_POINTS = 1e-5, 4
+#: what it is asked for while the edges still move
+_MOVING = 1e-3
 
 
 def solve_periodic(
@@ -408,17 +407,16 @@ def solve_periodic(
     if isinstance(guess, PeriodicSolution) and guess.interval is not None:
         solution = guess
     else:
-        rough = points if isinstance(guess, PeriodicSolution) else min(points, _ROUGH_POINTS)
-        start = _onto_rule(guess, rough, problem)._replace(interval=None)
+        start = _onto_rule(guess, min(points, _ROUGH_POINTS), problem)._replace(interval=None)
         solution = newton(problem, start, tolerance=max(_ROUGH, tolerance))
     before = np.full(len(solution.edges), np.inf)
     stands = _STANDS if edge_tolerance is None else edge_tolerance
     coarse = solution.points < points
     for _ in range(MOST_SPLITS):
-        edges, interval = split(problem, solution)
+        edges = split(problem, solution)
         move = _movement(solution.edges, edges)
-        solution = _carried(solution, edges, interval, points)
-        aim = float(np.clip(move.max() ** 4, tolerance, _ROUGH))
+        solution = carried(problem, solution, edges, points)
+        aim = float(np.clip(move.max() ** 4, tolerance, _MOVING))
         off = _left_over(move, before, points)
         if edge_tolerance is not None and points > 2:
             off = np.minimum(off, _GROWN_HERE * np.minimum(move, 1e3) ** 2)
@@ -440,7 +438,7 @@ def _onto_rule(
     base = problem.batch_edges(len(guess.edges))
     free = problem.switch is None or guess.interval is None
     if free and (guess.edges.shape != base.shape or np.any(guess.edges != base)):
-        return _carried(guess, base, None, points)
+        return carried(problem._replace(switch=None), guess, base, points)
     if free:
         guess = guess._replace(interval=None)
     if guess.points == points:
@@ -449,20 +447,25 @@ def _onto_rule(
     return guess._replace(stages=between_rules(guess.points, points) @ values)
 
 
-def _carried(
-    solution: PeriodicSolution, edges: FloatArray, interval: IntArray | None, points: int
+def carried(
+    problem: PeriodicProblem, solution: PeriodicSolution, edges: FloatArray, points: int
 ) -> PeriodicSolution:
-    """Values of a solution on other panels, as a start."""
+    """Values of a solution on other panels, as a start, with the intervals in their middles."""
     members, panels, states = len(edges), edges.shape[1] - 1, solution.left.shape[2]
-    at = np.concatenate([edges[:, :-1, None], panel_nodes(edges, points)], axis=2)
-    values = evaluate(solution, at.reshape(members, -1))
-    values = values.reshape(members, panels, points + 1, states)
+    parts = [edges[:, :-1, None], panel_nodes(edges, points)]
+    if problem.switch is not None:
+        parts.append(0.5 * (edges[:, 1:, None] + edges[:, :-1, None]))
+    at = np.concatenate(parts, axis=2)
+    values = evaluate(solution, at.reshape(members, -1)).reshape(*at.shape, states)
+    interval = None
+    if problem.switch is not None:
+        interval = intervals_at(problem, values[:, :, -1:])[..., 0]
     transfer = np.broadcast_to(np.eye(states), (members, panels, states, states))
     return solution._replace(
         edges=edges,
         interval=interval,
         left=values[:, :, 0],
-        stages=values[:, :, 1:],
+        stages=values[:, :, 1 : points + 1],
         transfer=transfer,
     )
 

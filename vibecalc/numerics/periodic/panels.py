@@ -143,6 +143,8 @@ def evaluate(solution: PeriodicSolution, x: ArrayLike) -> FloatArray:
     rule = gauss_rule(solution.points)
     basis = interpolation_rows(rule.dense_nodes, rule.dense_weights, position)
     values = np.concatenate([solution.left[:, :, None], solution.stages], axis=2)
+    if values.shape[-1] == 1:
+        return np.asarray(np.vecdot(basis, values[..., 0][row, panel])[..., None])
     return np.asarray((basis[..., None, :] @ values[row, panel])[..., 0, :])
 
 

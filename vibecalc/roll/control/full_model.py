@@ -16,8 +16,16 @@ from vibecalc.numerics.periodic.panels import (
     running_integral,
 )
 from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
-from vibecalc.roll.mechanism import RollDrive, RollMachine, inertia, is_mounted, smooth_angles
-from vibecalc.roll.rates import AngleTerms, demand, mounted_scale, place_at, shell_speed
+from vibecalc.roll.mechanism import (
+    AngleTerms,
+    RollDrive,
+    RollMachine,
+    inertia,
+    is_mounted,
+    place_at,
+    smooth_angles,
+)
+from vibecalc.roll.rates import demand, mounted_scale, shell_speed
 from vibecalc.roll.turn import Turn, harmonics, readings
 
 # ----------------------------------------------------------------------------

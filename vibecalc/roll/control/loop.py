@@ -11,8 +11,15 @@ from vibecalc.excitation.slip_torque import SlipCurve, slip_torque
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.gauss import gauss_rule
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, FloatArray
-from vibecalc.roll.mechanism import RollDrive, RollMachine, motor_torque, smooth_angles
-from vibecalc.roll.rates import AngleTerms, demand, place_at
+from vibecalc.roll.mechanism import (
+    AngleTerms,
+    RollDrive,
+    RollMachine,
+    motor_torque,
+    place_at,
+    smooth_angles,
+)
+from vibecalc.roll.rates import demand
 
 # ----------------------------------------------------------------------------
 # The motor's curve as a straight line through the slip at which the machine runs.
