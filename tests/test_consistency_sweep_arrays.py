@@ -303,3 +303,11 @@ def test_the_strategy_follows() -> None:
     assert choose(case, design, [PEAK]).kind == "array"
     other = choose(case, design, ["isolation/lever_force/run_up"])
     assert other.kind == "reuse" and "lever_force/run_up is computed point by point" in other.reason
+
+
+def test_a_stage_on_the_way_that_takes_no_arrays_keeps_a_sweep_from_them() -> None:
+    case = load_case(CASES["engine_v8"]).case
+    train, path = ("machine", "crank_train"), "isolation/modes/natural_frequency"
+    for key in ((*train, "crank_radius"), (*train, "rod", "reciprocating_fraction")):
+        assert unsupported(case, [key], [path]) == "torsion is computed point by point"
+    assert unsupported(case, [("machine", "mounts", "each", "stiffness")], [path]) is None

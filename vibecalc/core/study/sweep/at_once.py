@@ -46,7 +46,15 @@ def unsupported(case: "Case", keys: Collection[KeyPath], keep: Collection[str]) 
             return f"{key_text(key)} is not among the numbers that arrays can vary"
         if not _is_number(case, key):
             return f"{key_text(key)} is not a number in the case as written"
+    for stage in needed_stages(case, frozenset(keep)):
+        if stage.leading is None and any(_may_read(stage, key) for key in keys):
+            return f"{stage.name} is computed point by point"
     return next((one.why_not for one in leading if one.why_not), None)
+
+
+def _may_read(stage: Stage, key: KeyPath) -> bool:
+    """Whether a stage may depend on a key: not on other parts of the machine than its own."""
+    return key[0] != "machine" or len(key) < 3 or key[1] in stage.parts
 
 
 def pattern(key: KeyPath) -> str:
