@@ -340,13 +340,14 @@ def smooth_angles(machine: RollMachine, drive: RollDrive, widest: float = WIDEST
     short rod lies across its cylinder they crowd together.
     """
     offsets = machine.crank_angle_offset.reshape(-1, len(drive.gas))[0]
-    kinks = [np.array([0.0, TURN])]
+    kinks, steep = [np.array([0.0, TURN])], _steep(machine)
     for gas, offset in zip(drive.gas, offsets, strict=True):
         if gas is not None:
             kinks.append(np.mod(gas.node - offset, TURN))
         if np.any(machine.piston_friction):
             kinks.append(np.mod(dead_centres(machine).reshape(-1, 2)[0] - offset, TURN))
-        kinks.append(np.mod(_steep(machine) - offset, TURN))
+        if len(steep):
+            kinks.append(np.mod(steep - offset, TURN))
     every = np.sort(np.concatenate(kinks))
     edges = every[np.concatenate([[True], np.diff(every) > 1e-9])]
     edges[-1] = TURN

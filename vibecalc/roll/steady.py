@@ -87,35 +87,38 @@ def quick_turn(
     if terms is None:
         angle = np.linspace(0.0, _TURN, points, endpoint=False, dtype=np.float64)
         place = place_at(machine, drive, angle[None])
-        width, load = np.full(points, _TURN / points), place.load[0]
-        ratio = np.full(points, 0.5)
-        work = width * (1.5 * load - 0.5 * np.roll(load, 1))
+        step, load = _TURN / points, place.load[0]
+        work = 1.5 * step * load
+        work[1:] -= 0.5 * step * load[:-1]
+        work[0] -= 0.5 * step * load[-1]
+        ahead, behind = [1.5 * step] * points, [0.5 * step] * points
     else:
         place = terms.place
         load = place.load.reshape(1, len(terms.edges) - 1, -1)
         done, ends = running_integral(terms.edges[None], load)
         angle, done = terms.angle[::_EVERY], done.ravel()[::_EVERY]
         width = np.diff(angle, append=angle[0] + _TURN)
-        ratio = 0.5 * width / np.roll(width, 1)
         work = np.diff(done, append=done[0] + ends[0, -1])
-    moved = place.moved
+        ratio = 0.5 * width / np.append(width[-1], width[:-1])
+        ahead, behind = (width * (1.0 + ratio)).tolist(), (width * ratio).tolist()
     every = slice(None, None, 1 if terms is None else _EVERY)
+    moved = place.moved
     shell = moved.shell[0, every]
     conserved = float(moved.coupling[0, 0]) * speed if momentum is None else momentum
     still = (0.5 * conserved**2) / shell
     double = 2.0 * shell / moved.determinant[0, every]
-    columns = (still, double, work, width * (1.0 + ratio), width * ratio)
-    rows = list(zip(*(column.tolist() for column in columns), strict=True))
-    motor = _motor(machine, drive)
-    energy, last, drag = rows[0][0] + speed * speed / rows[0][1], None, float(place.drag[0, 0])
-    for _ in range(_MOST_TURNS + 1):
-        marched = _march(rows, motor, drag, energy, last)
+    rows = list(zip(still.tolist(), double.tolist(), work.tolist(), ahead, behind, strict=True))
+    motor, drag = _motor(machine, drive), float(place.drag[0, 0])
+    # as if the first torque had been there before
+    last = motor.torque(speed) - drag * speed
+    marched = _march(rows, motor, drag, rows[0][0] + speed * speed / rows[0][1], last)
+    for _ in range(_MOST_TURNS):
         if marched is None:
             return None
-        if last is not None and abs(marched.energy - energy) <= _REPEATS * energy:
+        before, marched = marched, _march(rows, motor, drag, marched.energy, marched.last)
+        if marched is not None and abs(marched.energy - before.energy) <= _REPEATS * before.energy:
             speeds, torques = np.array(marched.speeds), np.array(marched.torques)
             return QuickTurn(angle, speeds, torques, place, conserved)
-        energy, last = marched.energy, marched.last
     return None
 
 
@@ -127,6 +130,13 @@ class _Motor(NamedTuple):
     rows: list[list[float]]
     synchronous: float
 
+    def torque(self, speed: float) -> float:
+        part = bisect_right(self.threshold, self.synchronous - speed)
+        away, torque = self.origin[part] - speed, 0.0
+        for factor in self.rows[part]:
+            torque = torque * away + factor
+        return torque
+
 
 def _motor(machine: RollMachine, drive: RollDrive) -> _Motor:
     curve, scale = drive.motor, float(machine.motor_scale[0])
@@ -136,7 +146,7 @@ def _motor(machine: RollMachine, drive: RollDrive) -> _Motor:
 
 
 class _MarchedTurn(NamedTuple):
-    """Energy after a turn, the last torque on it; speed and torque of the motor at its angles."""
+    """Energy after a turn, last torque of motor and drag; speed and torque of the motor (k,)."""
 
     energy: float
     last: float
@@ -149,9 +159,9 @@ def _march(
     motor: _Motor,
     drag: float,
     energy: float,
-    last: float | None,
+    last: float,
 ) -> _MarchedTurn | None:
-    """March over a turn; `last` is the torque of motor and drag at the angle before, if known."""
+    """March over a turn; `last` is the torque of motor and drag at the angle before."""
     threshold, origin, polynomials, synchronous = motor
     straight = len(polynomials[0]) == 2
     speeds, torques = [], []
@@ -169,11 +179,10 @@ def _march(
             for factor in row:
                 torque = torque * away + factor
         now = torque - drag * w
-        energy += work + ahead * now - behind * (now if last is None else last)
+        energy += work + ahead * now - behind * last
         last = now
         speeds.append(w)
         torques.append(torque)
-    assert last is not None
     return _MarchedTurn(energy, last, speeds, torques)
 
 

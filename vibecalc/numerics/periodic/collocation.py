@@ -72,7 +72,7 @@ def newton(
     that fail keep their last acceptable iterate and are marked in `converged`; nothing is raised.
     """
     rule, interval = gauss_rule(start.points), start.interval
-    widths, x = np.diff(start.edges), panel_nodes(start.edges, start.points)
+    widths, x = start.edges[:, 1:] - start.edges[:, :-1], panel_nodes(start.edges, start.points)
     members = len(widths)
 
     def state_at(left: FloatArray, stages: FloatArray, scale: FloatArray) -> _State:
@@ -240,17 +240,18 @@ def _crossings(problem: PeriodicProblem, solution: PeriodicSolution) -> tuple[In
     assert problem.switch is not None
     assert problem.thresholds is not None
     bounds = np.asarray(problem.thresholds, dtype=np.float64)
-    ends = solution.ends
-    states = [ends[:, :-1, None], solution.stages, ends[:, 1:, None]]
+    at_ends = solution.ends
+    states = [at_ends[:, :-1, None], solution.stages, at_ends[:, 1:, None]]
     switch = problem.switch(np.concatenate(states, axis=2))
-    member, panel, low, high, level, rising = _brackets(solution.points, switch, bounds)
-    widths = np.diff(solution.edges)
+    member, panel, level, ends, heights = _brackets(solution.points, switch, bounds)
+    widths = solution.edges[:, 1:] - solution.edges[:, :-1]
     real = widths[member, panel] > 0.0
-    member, panel, level = member[real], panel[real], level[real]
+    if not real.all():
+        member, panel, level = member[real], panel[real], level[real]
+        ends, heights = ends[:, real], heights[:, real]
     bound = bounds[level] if bounds.ndim == 1 else bounds[member, level]
-    rule = gauss_rule(solution.points)
     values = switch[member, panel] - bound[:, None]
-    root = _roots(rule, values, low[real], high[real], rising[real])
+    root = _roots(gauss_rule(solution.points), values, ends, heights - bound)
     at = solution.edges[member, panel] + widths[member, panel] * root
     order = np.lexsort((at, member))
     return member[order], at[order]
@@ -258,8 +259,8 @@ def _crossings(problem: PeriodicProblem, solution: PeriodicSolution) -> tuple[In
 
 def _brackets(
     points: int, switch: FloatArray, bounds: FloatArray
-) -> tuple[IntArray, IntArray, FloatArray, FloatArray, IntArray, BoolArray]:
-    """Intervals that hold a crossing: member, panel, both ends, threshold, whether it goes up.
+) -> tuple[IntArray, IntArray, IntArray, FloatArray, FloatArray]:
+    """Intervals that hold a crossing (k,): member, panel, threshold; ends and switch there (2, k).
 
     The polynomials are sampled at equal steps, and at the peak of the parabola through three
     samples where the middle one is the largest or the smallest, so that no excursion hides there.
@@ -287,9 +288,8 @@ def _brackets(
     each = np.repeat(np.arange(len(member)), times)
     within = np.arange(len(each)) - np.repeat(np.cumsum(times) - times, times)
     member, panel, sub = member[each], panel[each], sub[each]
-    lowest = np.minimum(level[member, panel, sub], level[member, panel, sub + 1])
-    low, high = place[member, panel, sub], place[member, panel, sub + 1]
-    return member, panel, low, high, lowest + within, jump[member, panel, sub] > 0
+    both = member, panel, np.stack([sub, sub + 1])
+    return member, panel, level[both].min(axis=0) + within, place[both], sample[both]
 
 
 @lru_cache(maxsize=32)
@@ -302,15 +302,20 @@ def _sampling(points: int) -> tuple[FloatArray, FloatArray]:
 
 
 def _roots(
-    rule: GaussRule, values: FloatArray, low: FloatArray, high: FloatArray, rising: BoolArray
+    rule: GaussRule, values: FloatArray, ends: FloatArray, heights: FloatArray
 ) -> FloatArray:
-    """Zeros on [low, high] of polynomials given at the closed nodes (k, s + 2): Newton, bisection.
+    """Zeros between `ends` (2, k) of polynomials given at the closed nodes (k, s + 2).
 
-    `rising` (k,): the sign changes upwards. If round-off has it beyond an end, that end is found.
+    Newton's method from where the chord through their `heights` (2, k) at the ends is zero, with
+    bisection. If round-off has a zero beyond an end, that end is found.
     """
     slopes = values @ differentiation_matrix(len(rule.nodes)).T
     both = np.stack([values, slopes], axis=-1)
-    at = 0.5 * (low + high)
+    low, high = ends
+    rise = heights[1] - heights[0]
+    rising = rise > 0.0
+    share = -heights[0] / rise
+    at = low + (high - low) * np.where((share >= 0.0) & (share <= 1.0), share, 0.5)
     for _ in range(_ITERATIONS):
         rows = interpolation_rows(rule.closed_nodes, rule.closed_weights, at)
         value, slope = (rows[:, None] @ both)[:, 0].T
@@ -416,7 +421,7 @@ def solve_periodic(
         edges = split(problem, solution)
         move = _movement(solution.edges, edges)
         solution = carried(problem, solution, edges, points)
-        aim = float(np.clip(move.max() ** 4, tolerance, _MOVING))
+        aim = min(max(float(move.max()) ** 4, tolerance), _MOVING)
         off = _left_over(move, before, points)
         if edge_tolerance is not None and points > 2:
             off = np.minimum(off, _GROWN_HERE * np.minimum(move, 1e3) ** 2)
@@ -480,7 +485,7 @@ def _movement(old: FloatArray, new: FloatArray) -> FloatArray:
             for e in (old, new)
         )
     moved = np.abs(new - old).max(axis=1) / (new[:, -1] - new[:, 0])
-    panels = [np.count_nonzero(np.diff(e) > 0.0, axis=1) for e in (old, new)]
+    panels = [(e[:, 1:] > e[:, :-1]).sum(axis=1) for e in (old, new)]
     return np.where(panels[0] == panels[1], moved, np.inf)
 
 

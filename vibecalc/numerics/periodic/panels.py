@@ -91,7 +91,8 @@ class PeriodicSolution(NamedTuple):
     @property
     def weights(self) -> FloatArray:
         """Weights (B, P, s) of the integral over a period from values at the Gauss points."""
-        return np.asarray(np.diff(self.edges)[..., None] * gauss_rule(self.points).weights)
+        widths = self.edges[:, 1:] - self.edges[:, :-1]
+        return np.asarray(widths[..., None] * gauss_rule(self.points).weights)
 
     @property
     def ends(self) -> FloatArray:
@@ -136,7 +137,7 @@ def evaluate(solution: PeriodicSolution, x: ArrayLike) -> FloatArray:
     shift = (2.0 * period.max()) * np.arange(members)[:, None] - first
     index = np.searchsorted((edges + shift).ravel(), (at + shift).ravel(), side="right")
     panel = index.reshape(at.shape) - np.arange(members)[:, None] * (panels + 1) - 1
-    panel = np.clip(panel, 0, panels - 1)
+    panel = np.minimum(np.maximum(panel, 0), panels - 1)
     row = np.arange(members)[:, None]
     width = edges[row, panel + 1] - edges[row, panel]
     position = (at - edges[row, panel]) / np.where(width > 0.0, width, 1.0)
@@ -156,7 +157,7 @@ def running_integral(edges: FloatArray, integrand: FloatArray) -> tuple[FloatArr
     edges.
     """
     rule = gauss_rule(integrand.shape[2])
-    scaled = np.diff(edges)[..., None] * integrand
+    scaled = (edges[:, 1:] - edges[:, :-1])[..., None] * integrand
     ends = np.zeros(edges.shape)
     np.cumsum(scaled @ rule.weights, axis=1, out=ends[:, 1:])
     return ends[:, :-1, None] + scaled @ rule.integration.T, ends
