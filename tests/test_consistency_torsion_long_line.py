@@ -58,7 +58,7 @@ def test_next_to_resonances_of_its_parts(monkeypatch: pytest.MonkeyPatch) -> Non
     assert not found.masked.any()
     size = np.max(np.abs(found.angle), axis=-1)
     share = found.error / size
-    assert len(solved) == 1 and 0 < solved[0] < w.size / 5
+    assert len(solved) == 1 and 0 < solved[0] < w.size / 4
     assert share.max() < 1e-9
     for place in np.argsort(share, axis=None)[[-1, -2]]:
         row = np.unravel_index(place, w.shape)

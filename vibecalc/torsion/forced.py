@@ -233,7 +233,7 @@ Method: TypeAlias = Callable[
 ]
 
 #: with a relative error above this a frequency is solved again
-UNCERTAIN = 1e-9
+UNCERTAIN = 7e-10
 
 #: entries of matrices that are worked on at once, and entries along a line with its sharper bound
 ENTRIES, ALONG = 1 << 17, 1 << 21
