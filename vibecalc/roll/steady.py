@@ -107,7 +107,8 @@ def quick_turn(
     conserved = float(moved.coupling[0, 0]) * speed if momentum is None else momentum
     still = (0.5 * conserved**2) / shell
     double = 2.0 * shell / moved.determinant[0, every]
-    rows = list(zip(still.tolist(), double.tolist(), work.tolist(), ahead, behind, strict=True))
+    columns = (still.tolist(), double.tolist(), work.tolist(), ahead, behind)
+    rows: list[tuple[float, ...]] = list(zip(*columns, strict=True))
     motor, drag = _motor(machine, drive), float(place.drag[0, 0])
     # as if the first torque had been there before
     last = motor.torque(speed) - drag * speed

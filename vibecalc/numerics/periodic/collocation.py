@@ -328,7 +328,7 @@ def _roots(
         at = target
         if (moved <= np.where(straight, _CLOSE, 2.0 * EPSILON)).all():
             break
-    return at
+    return np.asarray(at)
 
 
 def _without_narrow(
