@@ -324,11 +324,11 @@ def first_crossing(
     if fixed:
         return found
     # about to arrive: what is left is as good as a part of this step
-    previous, end = seen[-2], seen[-1]
+    near, end = seen[-2], seen[-1]
     for border in borders:
         which, direction, value, close = border
         gap = direction * (value - end[which])
-        closing = 0.25 * gap < NEAR * direction * (end[which] - previous[which])
+        closing = 0.25 * gap < NEAR * direction * (end[which] - near[which])
         if closing and direction * (value - here[which]) > _SLACK * close:
             beyond = direction * (value - at(1.0 + NEAR)[which])
             if beyond <= 0.0:

@@ -17,10 +17,12 @@ from vibecalc.numerics.rounding import BoolArray, ComplexArray, FloatArray
 from vibecalc.roll.mechanism import (
     WIDEST,
     AngleTerms,
+    Inertia,
     RollDrive,
     RollMachine,
     inertia,
     is_mounted,
+    member,
     place_at,
     smooth_angles,
 )
@@ -107,13 +109,7 @@ def quick_turn(
     conserved = float(moved.coupling[0, 0]) * speed if momentum is None else momentum
     still = (0.5 * conserved**2) / shell
     double = 2.0 * shell / moved.determinant[0, every]
-    columns: tuple[list[float], ...] = (
-        still.tolist(),
-        double.tolist(),
-        work.tolist(),
-        ahead,
-        behind,
-    )
+    columns = (still.tolist(), double.tolist(), work.tolist(), ahead, behind)
     rows: list[tuple[float, ...]] = list(zip(*columns, strict=True))
     motor, drag = _motor(machine, drive), float(place.drag[0, 0])
     # as if the first torque had been there before
@@ -315,7 +311,7 @@ def _free(
     guess: FloatArray | PeriodicSolution
     if isinstance(start, SteadyTurn):
         guess = start.solution
-    elif len(speed) == 1 and drive.circuit is None:
+    elif drive.circuit is None:
         guess = _quick_guess(machine, drive, problem, start, momentum, speed)
     else:
         guess = with_steady_flux(drive, speed[:, None])
@@ -339,15 +335,22 @@ def _quick_guess(
     momentum: FloatArray,
     speed: FloatArray,
 ) -> FloatArray | PeriodicSolution:
-    """A march of some turns, near enough to be split; the constant speed if it leads nowhere."""
+    """A march of some turns, of one machine for all; the constant speed if it leads nowhere."""
+    middle = len(speed) // 2
+    one, (moved, *others) = slice(middle, middle + 1), terms.place
+    place = AngleTerms(Inertia(*(part[one] for part in moved)), *(part[one] for part in others))
     synchronous = float(drive.synchronous_speed.max())
-    quick = quick_turn(machine, drive, synchronous, float(momentum[0]), terms=terms)
+    quick = quick_turn(
+        member(machine, middle), drive, synchronous, float(momentum[middle]),
+        terms=terms._replace(place=place),
+    )  # fmt: skip
     if quick is None:
         return speed[:, None]
     blank = constant_start(problem, POINTS_OF_TERMS, speed[:, None])
-    at = np.concatenate([blank.edges[:, :-1, None], blank.nodes], axis=2)
-    speeds = np.interp(at, quick.crank_angle, quick.crank_speed, period=_TURN)[..., None]
-    return blank._replace(left=speeds[:, :, 0], stages=speeds[:, :, 1:])
+    at = np.concatenate([blank.edges[:1, :-1, None], blank.nodes[:1]], axis=2)
+    speeds = np.interp(at, quick.crank_angle, quick.crank_speed, period=_TURN)
+    every = (speed / speed[middle])[:, None, None] * speeds
+    return blank._replace(left=every[:, :, :1], stages=every[:, :, 1:, None])
 
 
 def _free_turn(
