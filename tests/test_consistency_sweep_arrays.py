@@ -3,6 +3,7 @@
 Where a point fails, status and words are those of a single run.
 """
 
+import random
 from collections.abc import Mapping
 from functools import cache
 from typing import Any
@@ -13,7 +14,7 @@ from array_machines import CHANGES, machine
 from long_but import long_but
 from shipped_cases import CASES
 
-from vibecalc.core.case.load import load_case
+from vibecalc.core.case.load import LoadedCase, load_case
 from vibecalc.core.case.raw import get_key, key_text, parse_key
 from vibecalc.core.case.tables import Sweep
 from vibecalc.core.results.layout import DONE, FAILED, REFUSED
@@ -24,6 +25,7 @@ from vibecalc.core.study.sweep import at_once
 from vibecalc.core.study.sweep.arrays import ArrayEvaluator
 from vibecalc.core.study.sweep.at_once import pattern, unsupported
 from vibecalc.core.study.sweep.blocks import Block
+from vibecalc.core.study.sweep.checks import UNSHARED_AXES
 from vibecalc.core.study.sweep.design import Design, make_design
 from vibecalc.core.study.sweep.evaluate import Evaluator, Quantities
 from vibecalc.core.study.sweep.prepare import choose
@@ -205,17 +207,75 @@ def test_refusals_and_failures_have_the_words_of_single_runs() -> None:
         assert part in words
 
 
-@pytest.mark.parametrize("angle", ["crank_phase", "bank_angle"])
-def test_a_throw_that_does_not_stand_as_the_firing_has_it_is_refused(angle: str) -> None:
-    loaded, path = load_case(CASES["genset_points"]), "isolation/modes/shape"
-    key = f"machine.crank_train.cylinders[2].{angle}"
-    written = get_key(loaded.resolved, parse_key(key))
-    sweep = Sweep.model_validate({"axes": [{"key": key, "values": [written, written + 0.1]}]})
+def both_ways(
+    loaded: LoadedCase, axes: list[dict[str, Any]], paths: tuple[str, ...], **more: Any
+) -> tuple[Block, Block]:
+    """All points of a sweep by arrays, and by single runs."""
+    sweep = Sweep.model_validate({"axes": axes, **more})
     design = make_design(sweep, loaded.resolved)
-    together = ArrayEvaluator(loaded, design, (path,))(np.arange(2))
-    alone = Evaluator(loaded, design, (path,))(np.arange(2))
+    every = np.arange(design.count)
+    return ArrayEvaluator(loaded, design, paths)(every), Evaluator(loaded, design, paths)(every)
+
+
+CYLINDERS = "machine.crank_train.cylinders"
+
+
+@pytest.mark.parametrize(
+    ("name", "key", "values", "path", "part"),
+    [
+        ("balance_v8", f"{CYLINDERS}[2].position", [-0.05, -0.15], "excitation/force_peak",
+         "stand at one place"),
+        ("compressor_impact", "machine.speed", [361.0, 1.0],
+         "excitation/force_peak", "would take too long"),
+        ("absorber", "machine.secondary.mass_ratio", [0.1, 2e4], "tuning/peak", "no tuning is found"),
+        ("genset_points", f"{CYLINDERS}[2].crank_phase", None, "isolation/modes/shape",
+         "no top dead centre"),
+        ("genset_points", f"{CYLINDERS}[2].bank_angle", None, "isolation/modes/shape",
+         "no top dead centre"),
+    ],
+)  # fmt: skip
+def test_checks_of_what_is_not_computed_refuse_points_as_well(
+    name: str, key: str, values: list[float] | None, path: str, part: str
+) -> None:
+    loaded = load_case(CASES[name])
+    written = get_key(loaded.resolved, parse_key(key))
+    axes = [{"key": key, "values": values or [written, written + 0.1]}]
+    together, alone = both_ways(loaded, axes, (path,))
     assert together.status.tolist() == alone.status.tolist() == [DONE, REFUSED]
-    assert together.message == alone.message and "no top dead centre" in alone.message[1]
+    assert together.message == alone.message and part in alone.message[1]
+
+
+@pytest.mark.parametrize("name", long_but(sorted(CASES), "genset_skid", "balance_i4"))
+def test_random_sweeps_of_shipped_cases(name: str) -> None:
+    loaded, draw = load_case(CASES[name]), random.Random(name)
+    case = loaded.case
+    paths = [
+        path
+        for path, entry in planned_quantities(case).items()
+        if unsupported(case, [], [path]) is None and not set(UNSHARED_AXES) & set(entry.axes)
+    ]
+    if not paths:
+        pytest.skip("arrays give no result of this case")
+    for _ in range(8):
+        some = tuple(draw.sample(paths, min(len(paths), 3)))
+        keys = [k for k in numbers(loaded.resolved) if unsupported(case, [k], some) is None]
+        axes = []
+        for key in draw.sample(keys, min(len(keys), 3)):
+            value = get_key(loaded.resolved, key)
+            reach = abs(value) * draw.choice([1e-3, 0.1, 0.5, 2.0]) or 0.1
+            axes.append({"key": key_text(key), "from": value - reach, "to": value + reach})
+        if unsupported(case, [parse_key(axis["key"]) for axis in axes], some) is not None:
+            continue  # each key by itself, but not these together
+        together, alone = both_ways(loaded, axes, some, sampling="latin_hypercube", points=5)
+        assert together.status.tolist() == alone.status.tolist(), axes
+        assert together.message == alone.message
+        done = alone.status == DONE
+        for path, single in alone.quantities.items():
+            found = together.quantities[path]
+            same = found.values == single.values  # also where a level is -inf
+            apart = np.where(same, 0.0, np.abs(np.where(same, 0.0, found.values - single.values)))
+            uncertainty = found.errors + single.errors
+            assert (apart[done].reshape(int(done.sum()), -1) <= uncertainty[done, None]).all(), path
 
 
 @pytest.mark.parametrize(
@@ -291,8 +351,6 @@ def test_arithmetic_that_fails_at_a_point_is_left_to_a_single_run(
 def test_what_arrays_cannot_do_is_said(
     name: str, keys: list[str], keep: list[str], part: str
 ) -> None:
-    from vibecalc.core.case.raw import parse_key
-
     reason = unsupported(machine(name).case, [parse_key(key) for key in keys], keep)
     assert reason is not None and part in reason
 

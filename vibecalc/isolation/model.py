@@ -166,11 +166,13 @@ def _lever(case: Case, pitch: PitchParts) -> list[Problem]:
     ]
 
 
-def isolation_suspects(case: Case) -> BoolArray:
-    """Points (...) of a case with arrays that `isolation_problems` may refuse."""
+def isolation_suspects(case: Case) -> BoolArray | None:
+    """Points (...) of a case with arrays that `isolation_problems` may refuse; None in a plane."""
     isolation, body, mounts = case.isolation, case.machine.body, case.machine.mounts
     if isolation is None or body is None or mounts is None:
         return np.zeros((), dtype=bool)
+    if isolation.model == "planar":
+        return None
     if isolation.model != "pitch":
         return _nearly_free(build_mounts(mounts))
     train = case.machine.crank_train

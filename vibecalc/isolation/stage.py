@@ -107,7 +107,6 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
             why_not="motions in a plane are examined point by point"
             if options.model == "planar"
             else why_alone(case),
-            suspects=("vibecalc.isolation.model:isolation_suspects",),
             most=2048 if pitch else 1024,
         ),
     )
@@ -244,6 +243,9 @@ SUBJECT = Subject(
     },
     entries=_entries,
     last_checks=("vibecalc.isolation.model:isolation_problems",),
+    suspects={
+        "vibecalc.isolation.model:isolation_problems": "vibecalc.isolation.model:isolation_suspects"
+    },
     sections=(
         "vibecalc.isolation.report:isolation",
         "vibecalc.isolation.maxima_report:run_up_maxima",

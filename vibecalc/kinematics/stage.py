@@ -52,17 +52,8 @@ def _leading(case: "Case") -> Leading:
     keys = MOVING_KEYS | PLACING_KEYS | BODY_KEYS | {"machine.speed"}
     if body is not None and body.inertia is not None:
         keys |= INERTIA_PRODUCTS
-    switching = case.response is not None and case.response.switching is not None
-    return Leading(
-        keys=keys,
-        why_not="joints with play and changes between operations are checked point by point"
-        if switching or case.machine.joints is not None
-        else "slave rods are followed point by point" * case.machine.crank_train.has_slave_rods,
-        suspects=(
-            "vibecalc.parts.crank_train:crank_train_suspects",
-            "vibecalc.parts.body:body_suspects",
-        ),
-    )
+    slave_rods = case.machine.crank_train.has_slave_rods
+    return Leading(keys=keys, why_not="slave rods are followed point by point" * slave_rods)
 
 
 def needs_excitation(case: "Case") -> bool:

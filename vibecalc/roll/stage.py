@@ -79,11 +79,6 @@ def _roll(case: "Case") -> Stage:
             keys=ROLL_KEYS,
             only=TOGETHER,
             why_not=_one_by_one(case),
-            suspects=(
-                "vibecalc.parts.crank_train:crank_train_suspects",
-                "vibecalc.parts.body:body_suspects",
-                "vibecalc.roll.checks:roll_suspects",
-            ),
             most=128,
             adapter="vibecalc.roll.arrays:run_roll_at_points",
         ),
@@ -281,6 +276,7 @@ SUBJECT = Subject(
         "vibecalc.roll.motor_checks:control_problems",
         "vibecalc.roll.motor_checks:dynamic_problems",
     ),
+    suspects={"vibecalc.roll.checks:roll_problems": "vibecalc.roll.checks:roll_suspects"},
     cautions=("vibecalc.roll.checks:roll_cautions",),
     sections=(
         "vibecalc.roll.report.running:roll",

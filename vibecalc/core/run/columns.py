@@ -52,6 +52,44 @@ def _with(part: Any, varied: Varied) -> Any:
     return part.model_copy(update=changed)
 
 
+class Untouchable:
+    """Stands for a number which nobody may read: whatever is done with it ends with an error."""
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(name)
+
+
+def _refuse(*_: Any) -> Any:
+    raise TypeError("a number that varies is read")
+
+
+for _name in (
+    *("eq", "ne", "lt", "le", "gt", "ge", "hash", "bool", "float", "int", "index", "complex"),
+    *("abs", "neg", "pos", "round", "iter", "len", "array", "repr", "str", "format"),
+    *(f"{side}{name}" for side in ("", "r") for name in ("add", "sub", "mul", "truediv", "pow")),
+    *(f"{side}{name}" for side in ("", "r") for name in ("floordiv", "mod", "divmod", "matmul")),
+):
+    setattr(Untouchable, f"__{_name}__", _refuse)
+
+
+def case_untouchable(case: "Case", keys: Collection[KeyPath]) -> "Case":
+    """The case for `reads`: nothing can be done with the numbers at `keys`."""
+    untouchable: Any = Untouchable()
+    return case_at_points(case, dict.fromkeys(keys, untouchable))
+
+
+def reads(check: "Callable[[Case], Any]", case: "Case") -> bool:
+    """Whether a function reads a number of a case that is `Untouchable`.
+
+    It goes the same way at all points where it reads none of those that vary.
+    """
+    try:
+        check(case)
+    except Exception:
+        return True
+    return False
+
+
 _COMPARE = {"gt": operator.gt, "ge": operator.ge, "lt": operator.lt, "le": operator.le}
 
 

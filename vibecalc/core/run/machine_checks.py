@@ -8,9 +8,10 @@ from vibecalc.core.results.named import named
 from vibecalc.core.run.stage import subjects
 from vibecalc.errors import Problem
 from vibecalc.kinds import has_crank_train
-from vibecalc.parts.body import body_problems
+from vibecalc.numerics.rounding import BoolArray
+from vibecalc.parts.body import body_problems, body_suspects
 from vibecalc.parts.cautions import part_warnings
-from vibecalc.parts.crank_train import crank_train_problems
+from vibecalc.parts.crank_train import crank_train_problems, crank_train_suspects
 from vibecalc.parts.drive_checks import drive_problems, gas_problems
 from vibecalc.parts.mount_needs import frequency_counts, loads_count
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from vibecalc.schema import Case
 
 Check = Callable[["Case"], list[Problem]]
+Suspects = Callable[["Case"], BoolArray | None]
 
 
 def matrices(case: "Case") -> list[Problem]:
@@ -63,6 +65,23 @@ def checks_of(case: "Case") -> tuple[list[Check], list[Check]]:
     first = [named(where) for subject in concerned for where in subject.checks]
     last = [named(where) for subject in concerned for where in subject.last_checks]
     return [*OF_PARTS, *first], last
+
+
+#: of some checks: which points of a case with arrays they may refuse
+SUSPECTS: dict[Check, Suspects] = {
+    crank_train_problems: crank_train_suspects,
+    body_problems: body_suspects,
+}
+
+
+def suspects_of(case: "Case") -> dict[Check, Suspects]:
+    """What tells, for some of the checks of a case, the points of a sweep that they may refuse."""
+    return SUSPECTS | {
+        named(check): named(where)
+        for subject in subjects().values()
+        if subject.concerns(case)
+        for check, where in subject.suspects.items()
+    }
 
 
 def check_machine(case: "Case") -> list[Problem]:

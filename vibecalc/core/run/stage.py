@@ -57,16 +57,14 @@ class Leading(NamedTuple):
 
     `keys` name the numbers of the case that may be arrays (points,), `[]` being any entry of a
     list; every stage of a case that has a `Leading` takes the keys of all. `only` are the results
-    that it gives, none for all of the stage. `why_not` says why this case is run point by point, if
-    it is. `suspects` are functions of the case with arrays, as `package.module:function`: they tell
-    points (points,) that a check may refuse. `most` is how many points it takes at once. `adapter`
-    stands for that of the stage where that one takes no leading axis.
+    that it gives, none for all of the stage. `why_not` says why the stage takes this case point by
+    point, if it does. `most` is how many points it takes at once. `adapter` stands for that of the
+    stage where that one takes no leading axis.
     """
 
     keys: frozenset[str] = frozenset()
     only: tuple[str, ...] = ()
     why_not: str = ""
-    suspects: tuple[str, ...] = ()
     most: int = 2048
     adapter: str = ""
 
@@ -183,6 +181,9 @@ class Subject:
     `stages` are makers of the stages that a case asks for, in the order in which they run.
     `concerns` says whether a case has anything of the subject: only then are `checks` (problems)
     and `cautions` (warnings) examined; `last_checks` want a machine without other problems.
+    `suspects` has, by the name of a check, a function of a case with arrays which tells the points
+    (points,) that the check may refuse, or None where it cannot; a check that has none is made at
+    every point of a sweep whose keys it reads.
     `names` gives the entries of axes that the case names, `entries` the numbers of one axis of a
     result, None where only the run can tell. `units` are the pieces of work of its stages.
     `sections` of the report and `pictures` by their names are made where a result has quantities of
@@ -198,6 +199,7 @@ class Subject:
     units: Mapping[str, Unit]
     checks: tuple[str, ...] = ()
     last_checks: tuple[str, ...] = ()
+    suspects: Mapping[str, str] = field(default_factory=dict)
     cautions: tuple[str, ...] = ()
     sections: tuple[str, ...] = ()
     pictures: Mapping[str, str] = field(default_factory=dict)

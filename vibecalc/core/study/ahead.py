@@ -90,7 +90,7 @@ class Foreseen:
             except NumericalFailure:
                 return None
             if keys and unsupported(case, keys, wanted) is None:
-                self._plans[what] = case, planned(case, wanted, keys)
+                self._plans[what] = case, planned(case, wanted, keys, again=True)
         return self._plans[what]
 
 

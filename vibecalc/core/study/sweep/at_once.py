@@ -1,24 +1,28 @@
 """Results of one case at many points by arrays: whether they can be had so, and which cannot."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from vibecalc.core.case.raw import key_text
-from vibecalc.core.results.named import named
 from vibecalc.core.run.columns import (
     Column,
     Unvaried,
     Varied,
     case_at_points,
+    case_untouchable,
     out_of_range,
+    reads,
     run_points,
 )
+from vibecalc.core.run.machine_checks import Check, checks_of, suspects_of
 from vibecalc.core.run.plan import needed_stages, plan_case
 from vibecalc.core.run.stage import Stage
 from vibecalc.errors import KeyPath, NumericalFailure, PointsApart
 from vibecalc.numerics.rounding import BoolArray, IntArray
+from vibecalc.parts.machine import PARTS
+from vibecalc.parts.mount_needs import why_alone
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -46,10 +50,15 @@ def unsupported(case: "Case", keys: Collection[KeyPath], keep: Collection[str]) 
             return f"{key_text(key)} is not among the numbers that arrays can vary"
         if not _is_number(case, key):
             return f"{key_text(key)} is not a number in the case as written"
+    alone = why_alone(case)
+    if alone and reads(PARTS["mounts"], case_untouchable(case, keys)):
+        return alone
     for stage in needed_stages(case, frozenset(keep)):
         if stage.leading is None and any(_may_read(stage, key) for key in keys):
             return f"{stage.name} is computed point by point"
-    return next((one.why_not for one in leading if one.why_not), None)
+        if stage.leading is not None and stage.leading.why_not:
+            return stage.leading.why_not
+    return None
 
 
 def _may_read(stage: Stage, key: KeyPath) -> bool:
@@ -91,19 +100,21 @@ class Part(NamedTuple):
 class Plan(NamedTuple):
     """What computing at points asks of a case alone, for who does so again and again.
 
-    `checks` name what tells points that a check may refuse.
+    `checks`, first ones and last ones, are those which read a number that varies.
     """
 
     stages: tuple[Stage, ...]
-    checks: tuple[str, ...]
+    checks: tuple[list[Check], ...]
     unvaried: Unvaried | None = None
 
 
-def planned(case: "Case", keep: frozenset[str], keys: Collection[KeyPath] = ()) -> Plan:
-    """The plan of a case; over the same `keys` each time, what they do not change is kept."""
-    checks = [where for s in plan_case(case) if s.leading for where in s.leading.suspects]
-    unvaried = Unvaried(keys) if keys else None
-    return Plan(needed_stages(case, keep), tuple(dict.fromkeys(checks)), unvaried)
+def planned(
+    case: "Case", keep: frozenset[str], keys: Collection[KeyPath], again: bool = False
+) -> Plan:
+    """The plan of a case over `keys`; with `again`, what they do not change is kept."""
+    untouchable = case_untouchable(case, keys)
+    checks = [[one for one in ones if reads(one, untouchable)] for ones in checks_of(case)]
+    return Plan(needed_stages(case, keep), tuple(checks), Unvaried(keys) if again else None)
 
 
 def compute(
@@ -115,7 +126,7 @@ def compute(
     point needs a single run if a check may refuse it, if an order may stand on an undamped
     resonance, or if something in its arithmetic goes wrong: the single run then says what.
     """
-    stages, checks, unvaried = plan or planned(case, keep)
+    stages, checks, unvaried = plan or planned(case, keep, varied)
     size = min(stage.leading.most for stage in stages if stage.leading is not None)
     uncertain = suspects(case, varied, count, checks)
     clear, left = np.flatnonzero(~uncertain), [np.flatnonzero(uncertain)]
@@ -154,11 +165,25 @@ def _part(places: IntArray, columns: Mapping[str, Column], kept: BoolArray) -> P
     return Part(places[kept], chosen)
 
 
-def suspects(case: "Case", varied: Varied, count: int, checks: Collection[str]) -> BoolArray:
-    """Points (points,) that a check may refuse, as the stages of the case tell by `checks`."""
+def suspects(
+    case: "Case", varied: Varied, count: int, checks: Iterable[Collection[Check]]
+) -> BoolArray:
+    """Points (points,) that one of the checks, first ones and last ones, may refuse.
+
+    Also those of what is not computed count, since a run of one point makes them as well.
+    """
     found = out_of_range(varied, count)
-    at_points = case_at_points(case, varied)
-    with np.errstate(all="ignore"):
-        for where in checks:
-            found |= named(where)(at_points)
+    at_points, told = case_at_points(case, varied), suspects_of(case)
+    for some in checks:
+        one_by_one: list[Check] = []
+        for check in some:
+            with np.errstate(all="ignore"):
+                refused = told[check](at_points) if check in told else None
+            if refused is None:
+                one_by_one.append(check)
+            else:
+                found |= refused
+        for place in np.flatnonzero(~found) if one_by_one else ():
+            point = case_at_points(case, {key: v[place].item() for key, v in varied.items()})
+            found[place] = any(check(point) for check in one_by_one)
     return found
