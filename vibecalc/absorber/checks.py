@@ -3,6 +3,9 @@
 from collections.abc import Iterator
 from itertools import chain
 
+import numpy as np
+
+from vibecalc.absorber.asked_tables import Tuning
 from vibecalc.absorber.hardware.oil_gap import (
     COLDEST,
     HOTTEST,
@@ -25,6 +28,7 @@ from vibecalc.absorber.model import (
 from vibecalc.absorber.tables import ICE, Gap, Oil, Secondary
 from vibecalc.core.case.raw import listed, nearest
 from vibecalc.errors import KeyPath, NumericalFailure, Problem
+from vibecalc.numerics.rounding import BoolArray
 from vibecalc.schema import Case, Machine
 
 # ----------------------------------------------------------------------------
@@ -93,13 +97,34 @@ def within(path: KeyPath, what: str, value: float) -> Iterator[Problem]:
     )
 
 
+def absorber_suspects(case: Case) -> BoolArray | None:
+    """Points (...) of a case with arrays that `absorber_problems` may refuse.
+
+    Of one absorber by its mass ratio, None else.
+    """
+    primary, secondary, tuning = case.machine.primary, case.machine.secondary, case.tuning
+    if primary is None or secondary is None or tuning is None or tuning.kind != "free":
+        return None
+    if primary.damping_ratio is None or secondary.mass_ratio is None or tuning.bounds is not None:
+        return None
+    damping, mass = np.asarray(primary.damping_ratio), np.asarray(secondary.mass_ratio)
+    low, high = BOUNDS["damping"]
+    fine = (damping == 0.0) | (low <= damping) & (damping <= high)
+    return np.asarray(~(fine & (BOUNDS["mass"][0] <= mass) & (mass <= _heaviest(tuning))))
+
+
+def _heaviest(tuning: Tuning) -> float:
+    """The mass ratio up to which a tuning of one absorber is found."""
+    pair = tuning.excitation, tuning.response
+    return TUNED_TRANSMITTED if pair == ("base", "transmitted_force") else TUNED
+
+
 def _too_heavy(case: Case, scale: Scale | None) -> Iterator[Problem]:
     """Masses with which no tuning is found."""
     tuning, machine = case.tuning, case.machine
     if tuning is None:
         return
-    pair = tuning.excitation, tuning.response
-    most = TUNED_TRANSMITTED if pair == ("base", "transmitted_force") else TUNED
+    most = _heaviest(tuning)
     given: list[tuple[KeyPath, float]] = []
     if machine.secondary is not None and any(_given(machine.secondary, "mass")):
         key = _given(machine.secondary, "mass")[0]
@@ -266,6 +291,8 @@ def absorber_part_problems(case: Case) -> list[Problem]:
         problems += _gap(machine.gap)
     if problems:
         return problems
+    if machine.ring is None and machine.springs is None and machine.oil is None:
+        return []
     built = single_absorber(machine)
     if built is None:
         return []

@@ -487,6 +487,9 @@ SUBJECT = Subject(
         "vibecalc.absorber.checks:absorber_part_problems",
         "vibecalc.absorber.checks:pendulum_problems",
     ),
+    suspects={
+        "vibecalc.absorber.checks:absorber_problems": "vibecalc.absorber.checks:absorber_suspects"
+    },
     sections=(
         "vibecalc.absorber.report.tuning:absorber_tuning",
         "vibecalc.absorber.report.tuning:absorber",
