@@ -32,6 +32,7 @@ from vibecalc.core.study.sweep.evaluate import Evaluator
 CASES = Path(__file__).resolve().parents[1] / "cases"
 TURNS = 2
 SPEED = {"key": "machine.speed", "from": "2000 rpm", "to": "4000 rpm", "points": 100}
+SPEEDS = {"key": "machine.speed", "from": "1000 rpm", "to": "4700 rpm", "points": 10_000}
 STIFFNESS = {"key": "machine.mounts.each.stiffness", "from": 5e3, "to": 5e4, "points": 100}
 ROD = {"key": "machine.crank_train.rod_length", "from": "0.15 m", "to": "0.3 m", "points": 100}
 PHASE = {"key": "machine.crank_train.cylinders[1].crank_phase", "from": 0, "to": 6, "points": 100}
@@ -63,6 +64,8 @@ SWEEPS = (
              ("excitation/force_peak", "excitation/couple_peak"), True),
     Sweeping("support force over speed and mounts", "generator", (SPEED, STIFFNESS),
              ("isolation/support_force/steady_peak",), True),
+    Sweeping("mean energies over 10,000 speeds", "compressor", (SPEEDS,),
+             ("response/kinetic_energy/mean", "response/potential_energy/mean"), True),
     Sweeping("1000 rigid bodies, steady force", "generator_180", (SPRINGS, DAMPERS),
              ("isolation/support_force/steady_peak",), True),
     Sweeping("1000 rigid bodies, highest of the run-up", "generator_180", (SPRINGS, DAMPERS),

@@ -10,7 +10,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF
+from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
 
 # ----------------------------------------------------------------------------
 # Harmonic motion as a signal whose squared length is twice an energy, with what it leaves out.
@@ -218,6 +218,22 @@ def dropped_mean(weight: Bounded, guards: Bounded, tail: ArrayLike) -> np.ndarra
     return most
 
 
+def mean_over_cycle(
+    weight: Bounded, state: Bounded, retained: int | None = None, tail: ArrayLike = 0.0
+) -> Bounded:
+    """Mean over the cycle (...) of the energy of all orders, in J; as for `energy_over_cycle`.
+
+    Means add, so that no peak is sought.
+    """
+    each = energy_by_order(weight, Bounded(*(part[..., :retained, :] for part in state)))
+    total, count = each.mean.sum(-1), each.mean.shape[-1]
+    error = each.mean_error.sum(-1) + count * EPSILON * total
+    if retained is not None:
+        guards = Bounded(*(part[..., retained:, :] for part in state))
+        error = error + dropped_mean(weight, guards, tail)
+    return Bounded(total, error)
+
+
 def energy_over_cycle(
     weight: Bounded,
     state: Bounded,
@@ -255,33 +271,25 @@ def energies_over_cycle(
 
     Their peaks are sought in one go, which costs as one does.
     """
+    if not pairs:
+        return []
     signals = [energy_signal(*pair, retained, tail) for pair in pairs]
-    each = [energy_by_order(*pair) for pair in pairs]
-    return _over_cycle(signals, each, orders, retained) if pairs else []
-
-
-def _over_cycle(
-    signals: list[Signal], each: list[OrderEnergy], orders: np.ndarray, retained: int | None
-) -> list[CycleEnergy]:
-    """Energies of signals of one shape."""
     used = signals[0].used
     for signal in signals[1:]:
         used = used | signal.used
     stacked = np.stack([signal.harmonics[..., used] for signal in signals])
     peak = vector_cycle_peak(stacked, np.asarray(orders)[:retained][used])
     energies = []
-    for row, (signal, energy) in enumerate(zip(signals, each, strict=True)):
+    for row, (signal, pair) in enumerate(zip(signals, pairs, strict=True)):
         length = peak.value[row]
         spread = peak.error[row] + signal.spread
-        mean = np.sum(energy.mean[..., :retained], axis=-1)
-        uncertainty = np.sum(energy.mean_error[..., :retained], axis=-1)
-        rounding = len(used) * UNIT_ROUNDOFF * mean
+        mean = mean_over_cycle(*pair, retained, tail)
         energies.append(
             CycleEnergy(
-                mean,
+                mean.value,
                 0.5 * length * length,
                 peak.angle[row],
-                uncertainty + rounding + 0.5 * signal.left_out**2,
+                mean.error,
                 spread * (length + 0.5 * spread) + signal.form_error,
             )
         )

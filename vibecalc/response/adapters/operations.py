@@ -34,6 +34,7 @@ from vibecalc.response.energies import (
     energy_by_order,
     energy_over_cycle,
     mass_of,
+    mean_over_cycle,
     stiffness_of,
 )
 from vibecalc.response.forced import UndrivenModes
@@ -222,19 +223,13 @@ def _emit_cycle(
     axes: dict[str, tuple[str, ...]],
 ) -> Bounded:
     """Mean and peak over the cycle; the peak, which is sought, only where somebody wants it."""
-    used = forcing.retained
+    used, tail = forcing.retained, np.asarray(forcing.tail)[..., None, None]
     if scene.wants(f"{stem}/peak"):
-        tail = np.asarray(forcing.tail)[..., None, None]
         whole = energy_over_cycle(weight, state, forcing.orders, used, tail)
         mean = Bounded(whole.mean, whole.mean_error)
         scene.emit(f"{stem}/peak", whole.peak, whole.peak_error, axes)
     else:
-        first = Bounded(state.value[..., :used, :], state.error[..., :used, :])
-        guards = Bounded(state.value[..., used:, :], state.error[..., used:, :])
-        each = energy_by_order(weight, first)
-        total = each.mean.sum(-1)
-        dropped = dropped_mean(weight, guards, np.asarray(forcing.tail)[..., None, None])
-        mean = Bounded(total, each.mean_error.sum(-1) + used * EPSILON * total + dropped)
+        mean = mean_over_cycle(weight, state, used, tail)
     scene.emit(f"{stem}/mean", mean.value, mean.error, axes)
     return mean
 

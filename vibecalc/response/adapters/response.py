@@ -10,15 +10,16 @@ from vibecalc.excitation.inertia_forces import as_loads, at_speed, size_of_terms
 from vibecalc.numerics.bounded import Bounded, reshaped, where
 from vibecalc.numerics.leading import leave_alone
 from vibecalc.numerics.matrices import Matrices, bounded_parts
-from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON, UNIT_ROUNDOFF
+from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON
 from vibecalc.parts.body import COORDINATES
 from vibecalc.parts.matrices import build_system
 from vibecalc.parts.mount_state import mounts_of
 from vibecalc.response.energies import (
-    dropped_mean,
     energies_over_cycle,
     energy_by_order,
     mass_of,
+    mean_over_cycle,
+    square_root,
     stiffness_of,
     velocity,
 )
@@ -187,10 +188,6 @@ def forcing_of(scene: Scene) -> Forcing:
 PARTS = (slice(0, 3), slice(3, 6))
 GROUND = below("response/ground_")
 NEAREST = ("response/modes/nearest_order", "response/modes/distance")
-OVER_CYCLE = {
-    name: (f"response/{name}_energy/mean", f"response/{name}_energy/peak")
-    for name in ("kinetic", "potential")
-}
 METHODS = {
     "modal": (
         "superposition of modes",
@@ -372,14 +369,18 @@ def _emit_energies(
             mean, peak = each.mean[..., :used], each.peak[..., :used]
             scene.emit(f"{stem}/mean_by_order", mean, each.mean_error[..., :used], axes)
             scene.emit(f"{stem}/peak_by_order", peak, each.peak_error[..., :used], axes)
-    wanted = [pair for pair in pairs if scene.wants(*OVER_CYCLE[pair[0]])]
+    sought = [pair for pair in pairs if scene.wants(f"response/{pair[0]}_energy/peak")]
     found = energies_over_cycle(
-        [(weight, state) for _, weight, state in wanted], forcing.orders, used, forcing.tail
+        [(weight, state) for _, weight, state in sought], forcing.orders, used, forcing.tail
     )
-    for (name, _, _), total in zip(wanted, found, strict=True):
-        stem = f"response/{name}_energy"
-        scene.emit(f"{stem}/mean", total.mean, total.mean_error)
-        scene.emit(f"{stem}/peak", total.peak, total.peak_error)
+    for (name, _, _), total in zip(sought, found, strict=True):
+        scene.emit(f"response/{name}_energy/mean", total.mean, total.mean_error)
+        scene.emit(f"response/{name}_energy/peak", total.peak, total.peak_error)
+    for name, weight, state in pairs:
+        path = f"response/{name}_energy/mean"
+        if scene.wants(path) and not scene.wants(f"response/{name}_energy/peak"):
+            square_root(weight)  # which refuses an energy without a lower bound
+            scene.emit(path, mean_over_cycle(weight, state, used, forcing.tail))
 
 
 # ----------------------------------------------------------------------------
@@ -459,14 +460,7 @@ def _energies(
         ("kinetic", mass_of(matrices), velocity(motion, frequency)),
         ("potential", stiffness_of(matrices), motion),
     ):
-        each = energy_by_order(weight, Bounded(*(part[:, :used] for part in state)))
         value, error = np.zeros(speed.shape), np.zeros(speed.shape)
-        value[turning] = each.mean.sum(-1)
-        guards = Bounded(*(part[:, used:] for part in state))
-        error[turning] = (
-            each.mean_error.sum(-1)
-            + used * UNIT_ROUNDOFF * value[turning]
-            + dropped_mean(weight, guards, few_tail)
-        )
+        value[turning], error[turning] = mean_over_cycle(weight, state, used, few_tail)
         ranges[name] = Bounded(value, error)
     return ranges
