@@ -22,7 +22,7 @@ from rows import Report, Table, digits, reported, seconds
 from timing import Work, each_of
 
 from vibecalc.absorber.tuning.minimax import minimax
-from vibecalc.core.case.tables import Sweep
+from vibecalc.core.case.study_tables import Sweep
 from vibecalc.core.study.execute import load_checked
 from vibecalc.core.study.sweep.arrays import ArrayEvaluator
 from vibecalc.core.study.sweep.design import make_design

@@ -21,7 +21,7 @@ from rows import Report, Row, Table, reported
 
 from vibecalc.core.case.load import LoadedCase, validate
 from vibecalc.core.case.raw import case_at
-from vibecalc.core.case.tables import Sweep
+from vibecalc.core.case.study_tables import Sweep
 from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import load_checked

@@ -19,7 +19,7 @@ from mpmath import mpc, mpf
 
 from vibecalc.core.results.record import Record
 from vibecalc.isolation.tables import Isolation
-from vibecalc.parts.tables import Counterweight
+from vibecalc.parts.weight_tables import Counterweight
 from vibecalc.schema import Case
 
 #: a path, the entries of the result that are compared, and their exact values

@@ -6,7 +6,7 @@ from typing import Any
 from shipped_cases import CASES
 
 from vibecalc.core.case.load import LoadedCase, load_case
-from vibecalc.core.case.tables import Sweep
+from vibecalc.core.case.study_tables import Sweep
 from vibecalc.core.study.sweep.design import Design, make_design
 
 STIFFNESS = "machine.mounts.each.stiffness"

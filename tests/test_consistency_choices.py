@@ -127,7 +127,7 @@ class Squares:
 
 def test_many_combinations(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of 4096 combinations the best that keeps its limit, known by trying all of them in numpy."""
-    from vibecalc.core.case.tables import Objective, Optimisation, Variable
+    from vibecalc.core.case.study_tables import Objective, Optimisation, Variable
 
     study = Optimisation(
         objective=Objective(quantity="none"),

@@ -16,7 +16,7 @@ from shipped_cases import CASES
 
 from vibecalc.core.case.load import LoadedCase, load_case
 from vibecalc.core.case.raw import get_key, key_text, parse_key
-from vibecalc.core.case.tables import Sweep
+from vibecalc.core.case.study_tables import Sweep
 from vibecalc.core.results.layout import DONE, FAILED, REFUSED
 from vibecalc.core.run.columns import PointsScene
 from vibecalc.core.run.plan import needed_stages, plan_case, planned_quantities

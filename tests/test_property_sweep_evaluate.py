@@ -9,7 +9,7 @@ from sweep_samples import MODEL, SPEED, STIFFNESS, axis, design_of, generator, s
 
 from vibecalc.core.case.load import load_case, validate
 from vibecalc.core.case.raw import case_at
-from vibecalc.core.case.tables import Sweep
+from vibecalc.core.case.study_tables import Sweep
 from vibecalc.core.results.layout import BUG, DONE, FAILED, REFUSED
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import execute

@@ -35,14 +35,8 @@ if TYPE_CHECKING:
     from vibecalc.base_motion.tables import BaseMotion
     from vibecalc.bearings.tables import BearingLoads
     from vibecalc.core.case.fit_tables import Fit
-    from vibecalc.core.case.tables import (
-        Find,
-        Limit,
-        Optimisation,
-        Reference,
-        ReferenceTable,
-        Sweep,
-    )
+    from vibecalc.core.case.study_tables import Find, Optimisation, Sweep
+    from vibecalc.core.case.tables import Limit, Reference, ReferenceTable
     from vibecalc.excitation.tables import Excitation
     from vibecalc.foundation.tables import Foundation
     from vibecalc.isolation.tables import Isolation
@@ -66,8 +60,8 @@ else:
                 "vibecalc.balance.tables": "Balance",
                 "vibecalc.bearings.tables": "BearingLoads",
                 "vibecalc.core.case.fit_tables": "Fit",
-                "vibecalc.core.case.tables": "Find Limit Optimisation Reference "
-                "ReferenceTable Sweep",
+                "vibecalc.core.case.study_tables": "Find Optimisation Sweep",
+                "vibecalc.core.case.tables": "Limit Reference ReferenceTable",
                 "vibecalc.excitation.tables": "Excitation",
                 "vibecalc.foundation.tables": "Foundation",
                 "vibecalc.isolation.tables": "Isolation",

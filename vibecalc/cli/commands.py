@@ -180,7 +180,8 @@ def run(
 
     def run_one(case: "LoadedCase") -> str:
         result, path = _execute(case), paths[case.name]
-        written = write_outputs(result, path)
+        failed = result.record.failure
+        written = write_outputs(result, path, "" if failed else case.inputs)  # tried again
         if asked.json:
             from vibecalc.core.report.text import as_json
 
@@ -190,7 +191,7 @@ def run(
             from vibecalc.core.report.terminal import print_summary
 
             print_summary(result, path)
-        return result.record.failure
+        return failed
 
     raise typer.Exit(_for_each(loaded, run_one, objects))
 

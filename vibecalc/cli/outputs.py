@@ -3,10 +3,12 @@
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from vibecalc.core.results.layout import is_accuracy
-from vibecalc.core.results.record import Result
 from vibecalc.errors import ResultError, UsageError
+
+if TYPE_CHECKING:
+    from vibecalc.core.results.record import Result
 
 DEFAULT_FOLDER = "outputs"
 _SUFFIXES = (".h5", ".hdf5")
@@ -52,10 +54,10 @@ def up_to_date(
     return {case: path for case, path in pairs if is_up_to_date(path, case, settings, unset)}
 
 
-def write_outputs(result: Result, path: Path) -> list[Path]:
+def write_outputs(result: "Result", path: Path, made_from: str = "") -> list[Path]:
     """Write the result file and, next to it, the text report: both in their places at once.
 
-    Returns where they are.
+    `made_from` is the line by which `run --if-needed` knows both again. Returns where they are.
 
     Raises
     ------
@@ -63,11 +65,12 @@ def write_outputs(result: Result, path: Path) -> list[Path]:
         A row of the case names what the result does not have. The result is written all the same,
         for it may have taken hours; a report of an earlier one is taken away.
     """
+    from vibecalc.core.case.inputs import last_lines
     from vibecalc.core.results.files import write_together
     from vibecalc.core.results.store import file_image, write_result
 
     try:
-        text = _report(result)  # of a sweep, too: its file is still what was read
+        text = _report(result).encode("utf-8")  # of a sweep, too: its file is still what was read
     except ResultError as error:
         if result.swept is not None:
             raise
@@ -76,12 +79,14 @@ def write_outputs(result: Result, path: Path) -> list[Path]:
         raise ResultError(f"{error}; the result is written to {path}, without a report") from error
     image = file_image(result) if result.swept is None else result.swept.read_bytes()
     beside = path.with_suffix(".txt")
-    write_together([(path, image), (beside, text.encode("utf-8"))])
+    write_together([(path, image + last_lines(made_from, text)), (beside, text)])
     return [path, beside]
 
 
-def _report(result: Result) -> str:
+def _report(result: "Result") -> str:
     """The report; what a run has no need of is not imported for it."""
+    from vibecalc.core.results.layout import is_accuracy
+
     if result.swept is None and not is_accuracy(result):
         from vibecalc.core.report.text import render_report
 

@@ -19,7 +19,7 @@ from vibecalc.parts.crank_train import CrankTrain, RotatingMasses
 from vibecalc.parts.firing import shakes_with_torque
 
 if TYPE_CHECKING:
-    from vibecalc.parts import tables as parts
+    from vibecalc.parts.weight_tables import Rod
     from vibecalc.schema import Machine
 
 # ----------------------------------------------------------------------------
@@ -72,7 +72,7 @@ def _turning(rotating: RotatingMasses) -> TurningWeights:
     )
 
 
-def rod_difference(train: CrankTrain, rod: "parts.Rod") -> Bounded:
+def rod_difference(train: CrankTrain, rod: "Rod") -> Bounded:
     """Moment (...) of one rod beyond that of its two point masses, in kg m^2.
 
     Minus that of the point masses where the case does not give the rod's own moment.

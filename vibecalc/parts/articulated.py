@@ -1,7 +1,7 @@
 """Slave rods of a case as arrays, and what cannot have them."""
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,9 @@ from vibecalc.parts import tables as parts
 from vibecalc.parts.crank_train import reciprocating_mass, rod_share
 from vibecalc.parts.firing import has_gas
 from vibecalc.schema import Case
+
+if TYPE_CHECKING:
+    from vibecalc.parts.weight_tables import ArticulatedRod
 
 Array = NDArray[np.float64]
 
@@ -66,7 +69,7 @@ def build_slaves(train: parts.CrankTrain) -> Slaves:
     )
 
 
-def _beyond_points(given: parts.ArticulatedRod, knuckle_mass: float) -> tuple[float, float]:
+def _beyond_points(given: "ArticulatedRod", knuckle_mass: float) -> tuple[float, float]:
     """Moment of inertia beyond that of the masses at both pins in kg m^2, and its rounding."""
     if given.inertia is None or given.rod_mass is None:
         return 0.0, 0.0
@@ -153,7 +156,7 @@ def _of_slave(train: parts.CrankTrain, place: int) -> Iterator[Problem]:
 
 
 def _own_inertia(
-    train: parts.CrankTrain, given: parts.ArticulatedRod, cylinder: parts.Cylinder, path: KeyPath
+    train: parts.CrankTrain, given: "ArticulatedRod", cylinder: parts.Cylinder, path: KeyPath
 ) -> Iterator[Problem]:
     """Rods of a moment of inertia of their own: all of them, each with masses that it can have."""
     rod = train.rod

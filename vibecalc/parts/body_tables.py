@@ -1,7 +1,7 @@
 """The body and what it stands on, as a case writes them."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
@@ -31,49 +31,17 @@ from vibecalc.core.case.rules import (
 from vibecalc.errors import Problem
 
 if TYPE_CHECKING:
+    from vibecalc.parts.matrix_tables import DampingMatrix, MassMatrix, StiffnessMatrix
     from vibecalc.parts.mount_tables import OverFrequency, OverLoad, Static
 else:
-    globals().update(later({"vibecalc.parts.mount_tables": "OverFrequency OverLoad Static"}))
-
-# ----------------------------------------------------------------------------
-# Matrices of a body and of its suspension, given as a whole.
-# ----------------------------------------------------------------------------
-
-SixNumbers = tuple[Number, Number, Number, Number, Number, Number]
-
-
-class BlockMatrix(Table):
-    """A symmetric 6 x 6 matrix in the order x y z rx ry rz, one unit for each kind of block."""
-
-    #: SI units of the blocks, an angle counting as a plain number
-    SI: ClassVar[tuple[str, str, str]]
-
-    values: tuple[SixNumbers, SixNumbers, SixNumbers, SixNumbers, SixNumbers, SixNumbers] = Field(
-        description="six rows of six numbers, in the order x y z rx ry rz"
+    globals().update(
+        later(
+            {
+                "vibecalc.parts.matrix_tables": "DampingMatrix MassMatrix StiffnessMatrix",
+                "vibecalc.parts.mount_tables": "OverFrequency OverLoad Static",
+            }
+        )
     )
-    units: tuple[Name, Name, Name] | None = Field(
-        None, description="units of the blocks: translation, coupling, rotation; default SI"
-    )
-    RULES = ("vibecalc.parts.rules:matrix_units",)
-
-
-class MassMatrix(BlockMatrix):
-    """Mass matrix of the body about its reference point."""
-
-    SI: ClassVar[tuple[str, str, str]] = ("kg", "kg*m", "kg*m^2")
-
-
-class StiffnessMatrix(BlockMatrix):
-    """Stiffness of the whole suspension at the reference point."""
-
-    SI: ClassVar[tuple[str, str, str]] = ("N/m", "N", "N*m")
-
-
-class DampingMatrix(BlockMatrix):
-    """Viscous damping of the whole suspension at the reference point."""
-
-    SI: ClassVar[tuple[str, str, str]] = ("N*s/m", "N*s", "N*m*s")
-
 
 # ----------------------------------------------------------------------------
 # The rigid machine, its inertia block, its mounts.

@@ -3,12 +3,15 @@
 import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import TRAIN, gas_turns, has_crank_train
 from vibecalc.parts.firing import cycle_angle
-from vibecalc.parts.tables import GasPressure
 from vibecalc.schema import Case
+
+if TYPE_CHECKING:
+    from vibecalc.parts.gas_tables import GasPressure
 
 # ----------------------------------------------------------------------------
 # Is a table over one turn of a cylinder a curve that closes?
@@ -100,7 +103,7 @@ def _pressure(case: Case) -> Iterator[Problem]:
     yield from pressure_problems(PRESSURE, table, cycle_angle(case.machine))
 
 
-def pressure_problems(path: KeyPath, table: GasPressure, period: float) -> Iterator[Problem]:
+def pressure_problems(path: KeyPath, table: "GasPressure", period: float) -> Iterator[Problem]:
     """Problems of a table of gas pressure at `path` over `period`, rad: a turn, or a cycle."""
     pressure = table.pressure
     yield from turn_problems(

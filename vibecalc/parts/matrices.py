@@ -1,7 +1,7 @@
 """Mass and stiffness matrices of a body on its mounts: put together, or given and checked."""
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +13,13 @@ from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON, UNIT_ROUNDOFF
 from vibecalc.parts import body_tables as parts
 from vibecalc.parts.body import COORDINATES, RigidBody, build_body
-from vibecalc.parts.body_tables import BlockMatrix
 from vibecalc.parts.mount_state import mounts_of
 from vibecalc.parts.mounts import Mounts
 from vibecalc.schema import Case
 from vibecalc.units import convert
+
+if TYPE_CHECKING:
+    from vibecalc.parts.matrix_tables import BlockMatrix
 
 # ----------------------------------------------------------------------------
 # Mass, stiffness and damping of a rigid body on its mounts, put together.
@@ -83,12 +85,12 @@ def assemble(
 # ----------------------------------------------------------------------------
 
 
-def block_matrix(matrix: BlockMatrix) -> np.ndarray:
+def block_matrix(matrix: "BlockMatrix") -> np.ndarray:
     """A matrix (6, 6) of a case in SI: each block times the factor of its unit."""
     return np.asarray(np.array(matrix.values, dtype=float) * _factors(matrix))
 
 
-def _factors(matrix: BlockMatrix) -> np.ndarray:
+def _factors(matrix: "BlockMatrix") -> np.ndarray:
     units = matrix.units or matrix.SI
     along, coupled, turning = (
         convert(1.0, unit, si) for unit, si in zip(units, matrix.SI, strict=True)
@@ -101,7 +103,7 @@ def _factors(matrix: BlockMatrix) -> np.ndarray:
     )
 
 
-def _with_rounding(matrix: BlockMatrix) -> Bounded:
+def _with_rounding(matrix: "BlockMatrix") -> Bounded:
     """The matrix in SI, its halves made equal; an entry that is given in SI is exact."""
     value = block_matrix(matrix)
     rounding = 2.0 * EPSILON * np.abs(value) * (_factors(matrix) != 1.0)
@@ -221,12 +223,12 @@ def matrix_problems(case: Case) -> list[Problem]:
     return problems
 
 
-def _written(matrix: BlockMatrix, row: int, column: int) -> str:
+def _written(matrix: "BlockMatrix", row: int, column: int) -> str:
     unit = (matrix.units or matrix.SI)[(row >= 3) + (column >= 3)]
     return f"row {row + 1}, column {column + 1}: {matrix.values[row][column]:.10g} {unit}"
 
 
-def _range(path: KeyPath, matrix: BlockMatrix, values: Array, kind: _Kind) -> Iterator[Problem]:
+def _range(path: KeyPath, matrix: "BlockMatrix", values: Array, kind: _Kind) -> Iterator[Problem]:
     size = np.abs(values)
     small = np.diag((np.diagonal(size) > 0.0) & (np.diagonal(size) < SMALLEST))
     for row, column in np.argwhere((size > LARGEST) | small)[:1].tolist():
@@ -239,7 +241,9 @@ def _range(path: KeyPath, matrix: BlockMatrix, values: Array, kind: _Kind) -> It
         )
 
 
-def _symmetry(path: KeyPath, matrix: BlockMatrix, values: Array, kind: _Kind) -> Iterator[Problem]:
+def _symmetry(
+    path: KeyPath, matrix: "BlockMatrix", values: Array, kind: _Kind
+) -> Iterator[Problem]:
     root = np.sqrt(np.abs(np.diagonal(values)))
     size = np.maximum(np.abs(values), np.abs(values).T)
     apart = np.abs(values - values.T) > SYMMETRY * np.maximum(size, np.outer(root, root))
@@ -259,7 +263,9 @@ def _symmetry(path: KeyPath, matrix: BlockMatrix, values: Array, kind: _Kind) ->
     )
 
 
-def _diagonal(path: KeyPath, matrix: BlockMatrix, values: Array, kind: _Kind) -> Iterator[Problem]:
+def _diagonal(
+    path: KeyPath, matrix: "BlockMatrix", values: Array, kind: _Kind
+) -> Iterator[Problem]:
     for place, entry in enumerate(np.diagonal(values).tolist()):
         others = np.delete(values[place], place)
         if entry < 0.0 or (entry == 0.0 and not kind.may_vanish):
@@ -282,7 +288,7 @@ def _diagonal(path: KeyPath, matrix: BlockMatrix, values: Array, kind: _Kind) ->
             )
 
 
-def _energy(path: KeyPath, matrix: BlockMatrix, values: Array, kind: _Kind) -> Iterator[Problem]:
+def _energy(path: KeyPath, matrix: "BlockMatrix", values: Array, kind: _Kind) -> Iterator[Problem]:
     """The least energy over all motions, each coordinate measured by its own diagonal entry."""
     positive = np.flatnonzero(np.diagonal(values) > 0.0)
     if not positive.size:

@@ -1,225 +1,55 @@
-"""The crank train and the gas in its cylinders, as a case writes them."""
+"""The crank train and its cylinders, as a case writes them."""
 
 import math
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
 from vibecalc.core.case.fields import (
     Angle,
-    AngularSpeed,
-    Force,
-    Inertia,
     Length,
     Mass,
     Name,
     Number,
     Point,
-    Pressure,
     Table,
-    Unbalance,
     Unit,
-    Whole,
+    later,
 )
 from vibecalc.core.case.raw import misspelt, tables_at
 from vibecalc.core.case.rules import (
     Row,
     Rule,
-    by_kind,
     needs,
     once,
     one_of,
-    ordered,
     refers,
-    same_length,
     unique,
 )
-from vibecalc.parts.tangential_effort import TangentialEffort
 
-# ----------------------------------------------------------------------------
-# What the gas does to a piston over one turn, as a table. Each may stand in a CSV.
-# ----------------------------------------------------------------------------
-
-GasInterpolation = Literal["linear", "parabola", "cubic", "trigonometric"]
-
-
-#: not below that of an empty cylinder
-GasPressureValue = Annotated[float, Field(ge=-1e5), Unit("Pa")]
-
-
-class GasPressure(Table):
-    """Pressure on the piston over one turn, or over one cycle of an engine."""
-
-    crank_angle: tuple[Angle, ...] = Field(
-        min_length=3,
-        max_length=2000,
-        description="ascending, the last one turn (of an engine: one cycle) after the first",
+if TYPE_CHECKING:
+    from vibecalc.parts.gas_tables import GasCard, GasCycle, GasForce, GasPressure, PumpCycle
+    from vibecalc.parts.tangential_effort import TangentialEffort
+    from vibecalc.parts.weight_tables import ArticulatedRod, BalanceShaft, Counterweight, Rod
+else:
+    globals().update(
+        later(
+            {
+                "vibecalc.parts.gas_tables": "GasCard GasCycle GasForce GasPressure PumpCycle",
+                "vibecalc.parts.tangential_effort": "TangentialEffort",
+                "vibecalc.parts.weight_tables": "ArticulatedRod BalanceShaft Counterweight Rod",
+            }
+        )
     )
-    pressure: tuple[GasPressureValue, ...] = Field(
-        min_length=3, max_length=2000, description="above that of the crankcase, one per angle"
-    )
-    RULES = (same_length("crank_angle", "pressure"),)
-
-
-class GasForce(Table):
-    """Force on the piston over one turn of its own cylinder; positive pushes towards the crank."""
-
-    crank_angle: tuple[Angle, ...] = Field(
-        min_length=1,
-        max_length=2000,
-        description="of this cylinder, from its own top dead centre; the last one turn after the "
-        "first",
-    )
-    force: tuple[Force, ...] = Field(
-        min_length=1, max_length=2000, description="of the gas on the piston, one per angle"
-    )
-    RULES = (same_length("crank_angle", "force"),)
-
-
-# ----------------------------------------------------------------------------
-# What the cylinders of an engine do over a cycle: cards at several speeds, computed cycles.
-# ----------------------------------------------------------------------------
-
-Cycle = Literal["four_stroke", "two_stroke"]
-#: of the crank of a cylinder, from its own firing top dead centre
-CycleAngle = Annotated[float, Field(ge=-3.1416, le=3.1416), Unit("rad")]
-#: of a polytropic change of state
-Exponent = Annotated[float, Field(gt=1, lt=2), Unit("")]
-
-
-class GasCard(Table):
-    """The pressure over a cycle at one speed."""
-
-    speed: AngularSpeed = Field(gt=0, description="of the crankshaft, at which it was taken")
-    gas_pressure: GasPressure = Field(description="over one cycle: a table or a CSV")
-
-
-class GasCycle(Table):
-    """A cycle to be computed instead of a measured card; what is not said has usual values."""
-
-    kind: Literal["spark", "diesel"] = Field(
-        description="heat at constant volume at first, or limited by the peak pressure"
-    )
-    compression_ratio: Number | None = Field(
-        None, gt=1, le=60, description="largest volume over the smallest"
-    )
-    intake_pressure: Pressure | None = Field(
-        None, gt=0, description="absolute, in the cylinder before the compression"
-    )
-    exhaust_pressure: Pressure | None = Field(
-        None, gt=0, description="absolute, in the cylinder as the gas goes out"
-    )
-    crankcase_pressure: Pressure | None = Field(
-        None, gt=0, description="absolute, under the piston; default: 101325 Pa"
-    )
-    peak_pressure: Pressure | None = Field(
-        None, gt=0, description="absolute; it or mean_indicated_pressure"
-    )
-    mean_indicated_pressure: Pressure | None = Field(
-        None, description="work of a cycle over the swept volume; negative: it is driven"
-    )
-    compression_exponent: Exponent | None = Field(None, description="polytropic")
-    expansion_exponent: Exponent | None = Field(None, description="polytropic")
-    combustion_starts: CycleAngle | None = Field(None, description="of the own crank angle")
-    combustion_ends: CycleAngle | None = Field(None, description="of the own crank angle")
-    injection_ends: CycleAngle | None = Field(
-        None, description="of a diesel, which holds its pressure up to there"
-    )
-    inlet_closes: CycleAngle | None = Field(None, description="where the compression begins")
-    exhaust_opens: CycleAngle | None = Field(None, description="where the expansion ends")
-    overlap: Angle | None = Field(
-        None, gt=0, le=1.5, description="half width of the charge exchange, of four strokes"
-    )
-    RULES = (
-        one_of("peak_pressure", "mean_indicated_pressure"),
-        by_kind("cycle", spark="", diesel="| injection_ends"),
-    )
-
-
-# ----------------------------------------------------------------------------
-# What the cylinders of a pump do over a turn: two pressures and a liquid that yields a little.
-# ----------------------------------------------------------------------------
-
-Volume = Annotated[float, Unit("m^3")]
-
-
-class PumpCycle(Table):
-    """Suction, compression, discharge and re-expansion; the pressures open and close the valves."""
-
-    suction_pressure: Pressure = Field(gt=0, description="absolute, in the cylinder as it fills")
-    discharge_pressure: Pressure = Field(
-        gt=0, description="absolute, in the cylinder as it delivers"
-    )
-    bulk_modulus: Pressure = Field(
-        gt=0, description="of the liquid with the walls around it: -V dp/dV"
-    )
-    dead_volume: Volume = Field(
-        gt=0, description="liquid left in one cylinder at its top dead centre"
-    )
-    outside_pressure: Pressure = Field(
-        101325.0, gt=0, description="absolute, on the other side of the plunger"
-    )
-    RULES = (
-        ordered(
-            "suction_pressure",
-            "discharge_pressure",
-            "a pump delivers at a higher pressure than it draws at",
-        ),
-    )
-
 
 # ----------------------------------------------------------------------------
 # The parts of a machine as a case writes them. The kinds of machine share them all.
 # ----------------------------------------------------------------------------
 
 AxisName = Literal["x", "y", "z"]
-
-
-class Rod(Table):
-    """A connecting rod as two point masses: one with the wrist pin, one with the crank pin."""
-
-    mass: Mass = Field(gt=0, description="mass of one connecting rod")
-    crank_pin_to_mass_centre: Length | None = Field(
-        None, ge=0, description="distance from the crank pin to the mass centre of the rod"
-    )
-    reciprocating_fraction: Number | None = Field(
-        None, ge=0, le=1, description="share of the rod mass that moves with the piston"
-    )
-    inertia: Inertia | None = Field(
-        None, ge=0, description="about its own mass centre; default: that of the two point masses"
-    )
-    RULES = (one_of("crank_pin_to_mass_centre", "reciprocating_fraction"),)
-
-
-class ArticulatedRod(Table):
-    """A slave rod: hinged on the rod of another cylinder, not on the crank pin."""
-
-    on: Name = Field(description="the cylinder whose rod is the master")
-    knuckle_radius: Length = Field(
-        ge=0, description="distance of the knuckle pin from the crank pin, on the master rod"
-    )
-    knuckle_angle: Angle | None = Field(
-        None,
-        description="of the knuckle pin from the axis of the master rod, in the sense of rotation; "
-        "default: that between the two cylinders",
-    )
-    rod_length: Length = Field(gt=0, description="from the knuckle pin to the wrist pin")
-    knuckle_mass: Mass | None = Field(
-        None,
-        ge=0,
-        description="what moves with the knuckle pin; default: the rod's mass at a crank pin",
-    )
-    rod_mass: Mass | None = Field(
-        None, gt=0, description="of the slave rod, the rest of it moves with the piston"
-    )
-    inertia: Inertia | None = Field(
-        None, ge=0, description="about its own mass centre; default: that of the two point masses"
-    )
-    RULES = (
-        refers("on", "machine.crank_train.cylinders", "cylinder"),
-        needs("inertia", "rod_mass"),
-        needs("rod_mass", "inertia"),
-    )
+#: between the rows of gas tables
+GasInterpolation = Literal["linear", "parabola", "cubic", "trigonometric"]
+Cycle = Literal["four_stroke", "two_stroke"]
 
 
 class Cylinder(Table):
@@ -247,27 +77,6 @@ class Cylinder(Table):
     gas_force: GasForce | None = Field(
         None, description="of the gas over one turn, instead of pressure and bore: a table or a CSV"
     )
-
-
-class Counterweight(Table):
-    """A weight fixed to the crankshaft."""
-
-    name: Name = Field("counterweight", description="label")
-    unbalance: Unbalance = Field(ge=0, description="mass times radius")
-    phase: Angle = Field(0.0, description="angle by which it leads crank angle zero")
-    position: Length = Field(0.0, description="along the crankshaft, from the train's origin")
-
-
-class BalanceShaft(Table):
-    """An extra shaft with an unbalance, geared to the crankshaft."""
-
-    name: Name = Field("balance shaft", description="label")
-    unbalance: Unbalance = Field(ge=0, description="mass times radius")
-    speed_ratio: Annotated[Literal[-2, -1, 1, 2], Whole] = Field(
-        description="shaft speed over crank speed; negative turns the other way"
-    )
-    phase: Angle = Field(0.0, description="angle of the unbalance from the stroke at crank angle 0")
-    position: Point = Field((0.0, 0.0, 0.0), description="from the train's origin, along x, y, z")
 
 
 def _parts_needed(row: Row) -> bool:

@@ -31,7 +31,7 @@ from vibecalc.units import parse_quantity
 
 if TYPE_CHECKING:
     from vibecalc.core.case.load import LoadedCase
-    from vibecalc.core.case.tables import Find
+    from vibecalc.core.case.study_tables import Find
     from vibecalc.core.results.record import Quantity, Record
     from vibecalc.schema import Case
 

@@ -8,7 +8,7 @@ from pydantic import Field
 from vibecalc.core.case.fields import Table
 from vibecalc.core.case.raw import tables_at
 from vibecalc.core.case.rules import Row, refuse
-from vibecalc.core.case.tables import Variable
+from vibecalc.core.case.study_tables import Variable
 from vibecalc.errors import Problem
 
 

@@ -1,12 +1,14 @@
-"""What a result is made from, as one line in its file, and whether that is still so.
+"""What a run made a result from, as a line behind it in its file, and whether that is still so.
 
 The line is JSON: version of vibecalc, name and hash of the case, hashes of the files that it names,
-settings of the command line. Whether a result is up to date costs an import of h5py to ask, none of
-a schema.
+settings of the command line. The last line is the hash of the report. Both stand behind the end
+that the file states for its HDF5 data, where readers of HDF5 do not look, and plain reading finds
+them without one; who changes the file with HDF5 cuts them off.
 """
 
 import hashlib
 import json
+import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
@@ -14,11 +16,9 @@ from pathlib import Path
 from typing import Any
 
 from vibecalc import __version__
-from vibecalc.core.results.layout import PROVENANCE
 
-#: name of the line in the provenance of a result, and how it begins
-INPUTS = "inputs"
-_BEGIN = '{"made from": '
+#: bytes at the end of a result file in which the lines are looked for
+_LONGEST = 1_000_000
 
 #: hashes of the files next to a case that have been read, by their names
 _seen: ContextVar[dict[str, str] | None] = ContextVar("_seen", default=None)
@@ -59,28 +59,27 @@ def inputs(
         "set": list(settings),
         "unset": list(unset),
     }
-    return f"{_BEGIN}{json.dumps(made, sort_keys=True)}}}"  # in ASCII
+    return json.dumps(made, sort_keys=True)  # in ASCII
+
+
+def last_lines(line: str, report: bytes) -> bytes:
+    """What stands at the end of the file of a result with this line and report; b"" without one."""
+    return f"\n{line}\n{_hash(report)}".encode() if line else b""
 
 
 def is_up_to_date(result: Path, case: Path, settings: Sequence[Any], unset: Sequence[str]) -> bool:
     """Whether a result file is whole, has its report, and was made from what is there now."""
-    with suppress(OSError, ValueError, KeyError, AttributeError):
-        line = _line_in(result)
-        if not line or not result.with_suffix(".txt").is_file():
-            return False
-        names = json.loads(line)["made from"]["files"]
+    with suppress(OSError, ValueError, LookupError, TypeError):
+        with open(result, "rb") as stream:
+            stream.seek(-min(_LONGEST, stream.seek(0, os.SEEK_END)), os.SEEK_END)
+            end = stream.read()
+        report = result.with_suffix(".txt").read_bytes()
+        names = json.loads(end.rsplit(b"\n", 2)[-2])["files"]
         files = {name: _hash((case.parent / name).read_bytes()) for name in names}
         text = case.read_bytes().decode("utf-8-sig")
-        return inputs(case, text, files, settings, unset) == line
+        made = inputs(case, text, files, settings, unset)
+        return bool(made) and end.endswith(last_lines(made, report))
     return False
-
-
-def _line_in(path: Path) -> str:
-    """The line in a result file. Raises OSError where it is none, or cut short."""
-    import h5py
-
-    with h5py.File(path) as file:
-        return str(file[PROVENANCE].attrs[INPUTS])
 
 
 def _hash(content: bytes) -> str:

@@ -104,21 +104,20 @@ class Row:
 
     def below(self, key: str) -> "Row | None":
         """The table at a key, if there is one."""
-        table, model = self.data.get(key), _shape(self.model, key).table
-        if model is None or not isinstance(table, dict):
+        table = self.data.get(key)
+        if not isinstance(table, dict):  # a shape imports its table
             return None
-        return Row(table, (*self.path, key), self.case, model)
+        model = _shape(self.model, key).table
+        return None if model is None else Row(table, (*self.path, key), self.case, model)
 
     def each(self, key: str) -> "list[Row]":
         """The tables in the list at a key."""
-        item = _shape(self.model, key).item
+        tables = list(tables_at(self.data, key))
+        item = _shape(self.model, key).item if tables else None
         model = item.table if item else None
         if model is None:
             return []
-        return [
-            Row(one, (*self.path, key, place), self.case, model)
-            for place, one in tables_at(self.data, key)
-        ]
+        return [Row(one, (*self.path, key, place), self.case, model) for place, one in tables]
 
     def header(self) -> str:
         """The table as a case writes it: `[machine.body]`, or an entry: `limit[0]`."""

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.core.case.inputs import INPUTS
 from vibecalc.core.report.sections import Section, magnitudes, read_as, table_of
 from vibecalc.core.report.verdicts import (
     BROKEN,
@@ -442,7 +441,7 @@ def run_of(result: Result) -> Section:
 def provenance(result: Result) -> Section:
     """Time per stage, versions, and how to run the case again. Nothing stable stands below."""
     known = result.provenance.items()
-    rows = [(str(key), str(value)) for key, value in known if key not in ("command", INPUTS)]
+    rows = [(str(key), str(value)) for key, value in known if key != "command"]
     wide = max(24, *(len(name) for name, _ in rows)) if rows else 24
     lines = [*stage_times(result), *pairs([*rows, ("rerun", rerun(result))], wide)]
     return Section(_CHANGING, lines, frozenset())

@@ -21,13 +21,14 @@ from vibecalc.errors import ResultError
 #     /<stage>/.../<axis>     dimension scales (`order`, `order_2`, ...) in each group where they
 #                             stand: one for equal axes of a stage, under several links
 #     /provenance             attributes that change from run to run (among them `libraries`,
-#                             what its process had imported; `inputs`, what it was made
-#                             from, core/case/inputs.py), left out of comparisons,
+#                             what its process had imported), left out of comparisons,
 #                             and text_checksum, a CRC-32 of all texts in the file
 #     /provenance/timings     attributes: seconds per stage
 #
 # All texts are variable-length UTF-8, which HDF5 keeps outside the object header, so that a case of
 # more than 64 kB fits into an attribute. Complex numbers are compounds of `r` and `i`.
+#
+# Behind the HDF5 data `run` writes what it made the file from, core/case/inputs.py.
 # ----------------------------------------------------------------------------
 
 #: version of the layout of result files

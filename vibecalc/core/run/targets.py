@@ -1,13 +1,14 @@
 """References, limits and objectives against the plan: do the results they name exist?"""
 
 import difflib
-from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
+import functools
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING, NamedTuple
 
 from vibecalc.core.results.catalogue import AXES, CATALOGUE, OWNER
 from vibecalc.core.results.record import Entry
 from vibecalc.core.run.plan import planned_quantities
-from vibecalc.core.run.stage import subjects
+from vibecalc.core.run.stage import Entries, subjects
 from vibecalc.errors import KeyPath, Problem, UnitError
 from vibecalc.kinds import has_crank_train
 
@@ -29,13 +30,32 @@ _NUMBERED = (
 )
 
 
-def missing_entries(
-    path: KeyPath, quantity: str, where: Mapping[str, int | float | str], case: "Case"
+class _Entries(NamedTuple):
+    """What a case says of the entries of axes: names by the axis, numbers by result and axis.
+
+    `varies`: a sweep may change the numbers, and computes no references.
+    """
+
+    names: Mapping[str, tuple[str, ...]]
+    numbers: Callable[[str, str], Entries | None]
+    varies: bool
+
+
+def _entries(case: "Case") -> _Entries:
+    @functools.cache
+    def numbers(quantity: str, axis: str) -> Entries | None:
+        owner = OWNER.get(quantity)
+        return None if owner is None else subjects()[owner].entries(case, quantity, axis)
+
+    return _Entries(_names(case), numbers, case.sweep is not None)
+
+
+def _missing_entries(
+    path: KeyPath, quantity: str, where: Mapping[str, int | float | str], entries: _Entries
 ) -> Iterator[Problem]:
     """Problems of a `where` that picks a clearance, an order or a mode that no run will have."""
     for axis, wanted in where.items():
-        owner = OWNER.get(quantity)
-        known = None if owner is None else subjects()[owner].entries(case, quantity, axis)
+        known = entries.numbers(quantity, axis)
         if known is None and axis not in _NUMBERED:
             continue
         try:
@@ -53,12 +73,12 @@ def missing_entries(
             there = value >= 1.0 and abs(value - round(value)) <= _SAME * value
             allowed, because = "1, 2, 3, ...", ""
         else:
-            entries, because, between = known
-            there = between and entries[0] <= value <= entries[-1]
+            values, because, between = known
+            there = between and values[0] <= value <= values[-1]
             there = there or any(
-                abs(value - one) <= _SAME * max(abs(value), abs(one)) for one in entries
+                abs(value - one) <= _SAME * max(abs(value), abs(one)) for one in values
             )
-            allowed = _listed(entries, wanted, axis)
+            allowed = _listed(values, wanted, axis)
             allowed = allowed.replace(", ", " to ") if between else allowed
         if not there:
             article = "an" if axis[0] in "aeiou" else "a"
@@ -105,29 +125,28 @@ def check_targets(case: "Case", extra: Mapping[str, Entry] | None = None) -> lis
 
     `extra` holds paths next to the stages' own (what a study adds).
     """
-    planned = planned_quantities(case)
+    planned, entries = planned_quantities(case), _entries(case)
     known = {**planned, **(extra or {})}
     problems: list[Problem] = []
     for index, reference in enumerate(case.reference):
         path: KeyPath = ("reference", index)
-        problems += _check_name(path, reference.quantity, reference.where, known, case)
+        problems += _check_name(path, reference.quantity, reference.where, known, entries)
         for key, value in (("value", reference.value), ("atol", reference.atol)):
             problems += _check_unit((*path, key), value, reference.quantity, known, reference.unit)
     for index, limit in enumerate(case.limit):
         path = ("limit", index)
-        problems += _check_name(path, limit.quantity, limit.where, known, case)
+        problems += _check_name(path, limit.quantity, limit.where, known, entries)
         for key, value in (("max", limit.max), ("min", limit.min)):
             problems += _check_unit((*path, key), value, limit.quantity, known)
     for index, search in enumerate(case.find):
         path = ("find", index)
-        problems += _check_name(path, search.quantity, search.where, planned, case)
+        problems += _check_name(path, search.quantity, search.where, planned, entries)
         for key, value in (("target", search.target), ("change", search.change)):
             problems += _check_unit((*path, key), value, search.quantity, planned)
     if case.optimisation:
         goal = case.optimisation.objective
-        problems += _check_name(
-            ("optimisation", "objective"), goal.quantity, goal.where, known, case
-        )
+        path = ("optimisation", "objective")
+        problems += _check_name(path, goal.quantity, goal.where, known, entries)
     return problems
 
 
@@ -136,13 +155,13 @@ def _check_name(
     quantity: str,
     where: Mapping[str, int | float | str],
     known: Mapping[str, Entry],
-    case: "Case",
+    entries: _Entries,
 ) -> Iterator[Problem]:
     entry = known.get(quantity)
     if entry is None:
         yield unknown_quantity(path, quantity, known)
         return
-    names = _names(case)
+    names = entries.names
     for axis, value in where.items():
         if axis not in entry.axes:
             allowed = ", ".join(entry.axes) or "no axes: it is one number"
@@ -161,9 +180,9 @@ def _check_name(
                 allowed=", ".join(repr(name) for name in names[axis]),
                 hint=_nearest(str(value), names[axis]),
             )
-    if case.sweep is None:  # which may change them, and computes no references
+    if not entries.varies:
         named = {axis: value for axis, value in where.items() if axis in entry.axes}
-        yield from missing_entries(path, quantity, named, case)
+        yield from _missing_entries(path, quantity, named, entries)
 
 
 def unknown_quantity(path: KeyPath, quantity: str, known: Mapping[str, Entry]) -> Problem:

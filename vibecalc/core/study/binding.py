@@ -8,7 +8,8 @@ import numpy as np
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.case.raw import NOT_COMPUTED, case_at, field_unit, number_at
-from vibecalc.core.case.tables import Limit, Objective, Optimisation
+from vibecalc.core.case.study_tables import Objective, Optimisation
+from vibecalc.core.case.tables import Limit
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Record
 from vibecalc.core.results.select import Where, uncertainty, worst

@@ -11,7 +11,7 @@ from vibecalc.units import parse_quantity
 
 if TYPE_CHECKING:
     from vibecalc.core.case.choice_tables import Stock
-    from vibecalc.core.case.tables import Optimisation, Variable
+    from vibecalc.core.case.study_tables import Optimisation, Variable
 
 # ----------------------------------------------------------------------------
 # Choices and combinations of their options.

@@ -8,11 +8,9 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from vibecalc import __version__
-from vibecalc.core.case.inputs import INPUTS
 from vibecalc.core.case.load import CaseSource, LoadedCase, load_case, raise_with_location
 from vibecalc.core.case.raw import Setting
 from vibecalc.core.results.record import Record, Result
@@ -228,10 +226,7 @@ def execute(loaded: LoadedCase, progress: bool = False) -> Result:
         record = optimise(loaded, timings=timings, progress=progress)
     for name in sorted(STUDIES & timings.keys()):
         step(f"{name}: {timings[name]:.3f} s")
-    result = as_result(loaded, record, timings)
-    if not loaded.inputs or record.failure:  # what failed is tried again
-        return result
-    return replace(result, provenance={**result.provenance, INPUTS: loaded.inputs})
+    return as_result(loaded, record, timings)
 
 
 def plan_texts(case: "Case") -> list[dict[str, str]]:

@@ -28,7 +28,7 @@ from vibecalc.units import parse_quantity
 
 if TYPE_CHECKING:
     from vibecalc.core.case.load import LoadedCase
-    from vibecalc.core.case.tables import Find
+    from vibecalc.core.case.study_tables import Find
 
 # ----------------------------------------------------------------------------
 # A case along one of its keys, as a function that a search can call.

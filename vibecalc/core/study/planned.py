@@ -21,7 +21,7 @@ from vibecalc.core.study.choices import (
 )
 
 if TYPE_CHECKING:
-    from vibecalc.core.case.tables import Find, Objective, Optimisation
+    from vibecalc.core.case.study_tables import Find, Objective, Optimisation
     from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------

@@ -16,7 +16,7 @@ from vibecalc.parts.firing import cycle_angle
 from vibecalc.units import convert, parse_quantity, split_number
 
 if TYPE_CHECKING:
-    from vibecalc.core.case.tables import Objective
+    from vibecalc.core.case.study_tables import Objective
     from vibecalc.schema import Case, Machine
 
 # ----------------------------------------------------------------------------

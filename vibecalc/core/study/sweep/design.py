@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from vibecalc.core.case.raw import key_text
-from vibecalc.core.case.tables import Along, Axis, Sweep
+from vibecalc.core.case.study_tables import Along, Axis, Sweep
 from vibecalc.core.case.walk import Shape
 from vibecalc.core.results.catalogue import AXES
 from vibecalc.core.study.sweep.keys import KeyPlace, label, read_values, target

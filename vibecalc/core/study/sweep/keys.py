@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.case.raw import get_key, key_text, parse_key
-from vibecalc.core.case.tables import Along, Distribution
+from vibecalc.core.case.study_tables import Along, Distribution
 from vibecalc.core.case.walk import Shape, keys_of, shape_at, words
 from vibecalc.core.study.sweep.values import (
     PARAMETERS,

@@ -18,7 +18,7 @@ import numpy as np
 from vibecalc import __version__
 from vibecalc.core.case.load import LoadedCase, raise_with_location
 from vibecalc.core.case.raw import NOT_COMPUTED, case_at, key_text, parse_key
-from vibecalc.core.case.tables import Sweep
+from vibecalc.core.case.study_tables import Sweep
 from vibecalc.core.results.layout import DONE
 from vibecalc.core.run.plan import needed_stages, work_seconds
 from vibecalc.core.run.stage import work_of
