@@ -1,8 +1,7 @@
 """The tree of errors, each with the exit code the command line returns for it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 EXIT_FINE = 0
 EXIT_DIFFERS = 1
@@ -26,8 +25,7 @@ EXIT_CODES = {
 KeyPath = tuple[str | int, ...]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Problem:
+class Problem(NamedTuple):
     """One thing wrong with a case, found on any floor, to be shown with its line in the file.
 
     `path` is the key path inside the case (`("machine", "crank_train", "rod_length")`, list

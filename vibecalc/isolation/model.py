@@ -22,7 +22,7 @@ from vibecalc.schema import Case
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class PitchParts:
     """Inertia in kg m^2 about `across` (3,) through `centre` (3,), and the mounts along the shaft.
 

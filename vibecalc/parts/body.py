@@ -24,7 +24,7 @@ DIRECTIONS = ("x", "y", "z")
 COORDINATES = (*DIRECTIONS, "rx", "ry", "rz")
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class Frame:
     """Right-handed unit vectors (3,): the crank turns right-handed about `axis`.
 
@@ -72,7 +72,7 @@ def build_frame(axis: str, stroke: str) -> Frame:
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class RigidBody:
     """A rigid body, seen from its reference point.
 

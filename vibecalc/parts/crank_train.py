@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 Row = tuple[str, float | Array, int, float | Array, Array]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class CrankTrain:
     """n cylinders on one crankshaft; lengths in m, masses in kg, angles in rad.
 
@@ -64,7 +64,7 @@ class CrankTrain:
         return self.geometry.wrist_pin_offset  # type: ignore[no-any-return]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class RotatingMasses:
     """m unbalances that turn at constant speed: throws, counterweights, balance shafts.
 

@@ -18,7 +18,7 @@ from vibecalc.parts.mounts import Mounts
 from vibecalc.schema import Case
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class MachineParts:
     """What stages read of a machine; a part that the case leaves out is None.
 

@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 Scalars = float | tuple[float, float, float]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class Mounts:
     """n mounts: force on the body is -(k (1 + i loss factor) + i w c) times its displacement there.
 
@@ -65,7 +65,7 @@ class Mounts:
         )
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class MountEntry:
     """One mount as the case has it, with what it does not say taken from `each`."""
 

@@ -6,7 +6,7 @@ import re
 import sys
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -191,8 +191,7 @@ def raise_with_location(loaded: LoadedCase, problems: Sequence[Problem]) -> None
     from vibecalc.core.case.locate import refused
 
     placed = [
-        replace(
-            with_line(problem, loaded.files),
+        with_line(problem, loaded.files)._replace(
             path=(*loaded.origins.get(problem.path[:2], problem.path[:2]), *problem.path[2:]),
         )
         for problem in problems

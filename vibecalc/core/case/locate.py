@@ -3,7 +3,6 @@
 import contextlib
 import re
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 from vibecalc.errors import CaseError, KeyPath, Problem
@@ -288,8 +287,8 @@ def refused(
         if number < _MOST_SHOWN:  # each takes a look at the whole text
             place = locate(problem.path, text, overrides, spans)
             words = place.override or f"{file_name}:{place.line}:{place.column}"
-            problem = replace(problem, place=words, line=place.line)
-        placed.append(replace(problem, file=file_name))
+            problem = problem._replace(place=words, line=place.line)
+        placed.append(problem._replace(file=file_name))
     return CaseError(placed, render_problems(problems, text, file_name, overrides))
 
 

@@ -4,7 +4,6 @@ import csv
 import io
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vibecalc.core.case.csv_files import (
@@ -98,7 +97,7 @@ def with_line(problem: Problem, files: Mapping[KeyPath, Rows]) -> Problem:
         rows, place = files.get(problem.path[:depth]), problem.path[depth]
         if rows is not None and isinstance(place, int) and place < len(rows.lines):
             line = f"line {rows.lines[place]} of {rows.file!r}"
-            return replace(problem, found=f"{problem.found}, {line}" if problem.found else line)
+            return problem._replace(found=f"{problem.found}, {line}" if problem.found else line)
     return problem
 
 

@@ -47,7 +47,7 @@ def _default(model: type[Table], key: str) -> Any:
     return list(value) if isinstance(value, tuple) else value
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class Row:
     """A table as written (`data`, of the class `model`) at its path in the whole case."""
 
@@ -198,7 +198,7 @@ def _says(model: type[Table], *keys: str) -> Schema:
     return {"required": list(keys)} | ({"properties": others} if others else {})
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class OneOf:
     """One of some alternatives, or at most one; each is one key, or several that go together."""
 
@@ -246,7 +246,7 @@ def at_most_one(*alternatives: str, allowed: str = "") -> OneOf:
     return one_of(*alternatives, when=False, allowed=allowed)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class Needs:
     """Where `key` is, one of `others` has to be; without a key: wherever the table is."""
 
@@ -283,7 +283,7 @@ def needs(
     return Needs(key, tuple(others.split()), f": {why}" if why else "", allowed, when)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class ByKind:
     """Keys that a table of each kind needs, and those that it may have besides."""
 

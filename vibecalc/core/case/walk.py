@@ -5,8 +5,7 @@ Messages, the optimiser's variables and the tests of starter cases all read it f
 
 import functools
 import types
-from dataclasses import dataclass, replace
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
@@ -19,8 +18,7 @@ from vibecalc.units import describe
 BOUND_SIGNS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
 
 
-@dataclass(frozen=True, kw_only=True)
-class Shape:
+class Shape(NamedTuple):
     """What a place in a case may hold.
 
     `kind` is table, list, number, whole, flag, choice, text, value (a number, or a text with a
@@ -62,7 +60,7 @@ def shape_at(path: KeyPath) -> Shape | None:
         elif shape.item is not None and isinstance(part, int):
             shape = shape.item
         elif shape.or_three and isinstance(part, int):
-            shape = replace(shape, or_three=False)
+            shape = shape._replace(or_three=False)
         else:
             return None
     return shape
@@ -117,7 +115,7 @@ def _shape(annotation: Any, metadata: tuple[Any, ...]) -> Shape:
     if origin in (Union, types.UnionType):
         members = [member for member in get_args(annotation) if member is not type(None)]
         first = _shape(members[0], metadata)
-        return replace(first, or_three=True) if len(members) > 1 else first
+        return first._replace(or_three=True) if len(members) > 1 else first
     limits = {name: value for mark in metadata for name, value in _marks(mark)}
     lengths = (int(limits.get("min_length", 0)), limits.get("max_length"))
     if origin is tuple:

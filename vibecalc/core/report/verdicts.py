@@ -3,8 +3,7 @@
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from vibecalc.core.report.sections import asked, entries, name_of, naming, not_found
 from vibecalc.core.report.writing import rpm, show
@@ -25,8 +24,7 @@ _STATES = {1: KEPT, -1: BROKEN, 0: UNDECIDED}
 _SPEED = re.compile(r"\b\w*speed=(\S+) rad/s")
 
 
-@dataclass(frozen=True, kw_only=True)
-class LimitRow:
+class LimitRow(NamedTuple):
     """A bound and the worst entry it is held against; all numbers in `unit`.
 
     `state` is KEPT where the whole interval of the value and its error lies inside, BROKEN where it
@@ -36,7 +34,7 @@ class LimitRow:
     """
 
     quantity: str
-    where: Mapping[str, int | float | str] = field(default_factory=dict)
+    where: Mapping[str, int | float | str]
     source: str
     min: float | None
     max: float | None
@@ -185,8 +183,7 @@ MEASURED = "measured"
 _ROUND_OFF = 4.0 * EPSILON
 
 
-@dataclass(frozen=True, kw_only=True)
-class ReferenceRow:
+class ReferenceRow(NamedTuple):
     """A published or measured number next to ours; all numbers in `unit`, the one printed.
 
     `difference` is computed less printed, of a phase the shortest way round (`cyclic`); the
@@ -197,14 +194,14 @@ class ReferenceRow:
     """
 
     quantity: str
-    where: Mapping[str, int | float | str] = field(default_factory=dict)
+    where: Mapping[str, int | float | str]
     source: str
     value: float
     printed: str
     computed: float
     unit: str
     error_estimate: float
-    resolved: bool = True
+    resolved: bool
     tolerance: float
     difference: float
     relative_difference: float | None

@@ -176,7 +176,7 @@ def _same_arrays(one: np.ndarray, other: np.ndarray) -> bool:
     return np.array_equal(one, other, equal_nan=numbers)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class Axis:
     """One labelled axis: numbers with a unit, or names (`unit` is then empty).
 
@@ -197,7 +197,7 @@ class Axis:
         return f"<vibecalc axis {self.name!r}: {_brief(self.values, self.unit)}>"
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class Quantity:
     """One result. `path` is its name everywhere: in the file, in references, limits and `diff`.
 
@@ -264,8 +264,7 @@ def _brief(values: np.ndarray, unit: str) -> str:
         return f"{' '.join(str(values).split())} {unit}".strip()
 
 
-@dataclass(frozen=True, kw_only=True)
-class Method:
+class Method(NamedTuple):
     """A method that took part in a run: what it did and where it is published."""
 
     name: str

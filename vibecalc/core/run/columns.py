@@ -121,7 +121,7 @@ class Column(NamedTuple):
     axes: tuple[Axis, ...]
 
 
-@dataclass(kw_only=True)
+@dataclass(kw_only=True, repr=False, eq=False)
 class PointsScene(Scene):
     """A run of `count` points: results are put into `columns`, not into the record.
 

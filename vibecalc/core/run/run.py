@@ -6,7 +6,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
@@ -47,8 +47,7 @@ _MET = "met"
 RunStage = Callable[[Stage, Scene], None]
 
 
-@dataclass(frozen=True)
-class Outcome:
+class Outcome(NamedTuple):
     """What one stage leaves: results, warnings, methods, what it hands on; or why it failed."""
 
     record: Record
@@ -56,7 +55,7 @@ class Outcome:
     failure: str | None = None
 
 
-@dataclass
+@dataclass(repr=False, eq=False)
 class StageCache:
     """Outcomes of stages by the content of what they read; the oldest ones go first.
 

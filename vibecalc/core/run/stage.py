@@ -174,8 +174,7 @@ class Entries(NamedTuple):
         return cls((asked.start, asked.stop), words, between=True) if asked else None
 
 
-@dataclass(frozen=True, kw_only=True)
-class Subject:
+class Subject(NamedTuple):
     """One subject: what it can do for a case. Functions are named as `package.module:function`.
 
     `stages` are makers of the stages that a case asks for, in the order in which they run.
@@ -202,13 +201,13 @@ class Subject:
     suspects: Mapping[str, str] = field(default_factory=dict)
     cautions: tuple[str, ...] = ()
     sections: tuple[str, ...] = ()
-    pictures: Mapping[str, str] = field(default_factory=dict)
+    pictures: Mapping[str, str] = {}
     leads: bool = False
     names: "Callable[[Case], dict[str, tuple[str, ...]]]" = lambda case: {}
     entries: "Callable[[Case, str, str], Entries | None]" = lambda case, path, axis: None
     remark: str = ""
     calculation: str = ""
-    files: Mapping[KeyPath, str] = field(default_factory=dict)
+    files: Mapping[KeyPath, str] = {}
 
 
 @lru_cache(maxsize=1)
@@ -228,7 +227,7 @@ def subjects_of(record: Record) -> list[Subject]:
 # ----------------------------------------------------------------------------
 
 
-@dataclass(kw_only=True)
+@dataclass(kw_only=True, repr=False, eq=False)
 class Scene:
     """What stages read and write; `handed_on` holds what one stage leaves for the next.
 

@@ -5,7 +5,6 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from vibecalc.core.case.load import resolve
@@ -152,7 +151,7 @@ def _further(
     alone = case.model_copy(update={"optimisation": swapped, "reference": (), "limit": ()})
     for problem in check_targets(alone):
         if problem.path[:2] == ("optimisation", "objective"):
-            yield replace(problem, path=("optimisation", *key, *problem.path[2:]))
+            yield problem._replace(path=("optimisation", *key, *problem.path[2:]))
 
 
 def start_problems(case: "Case", table: str) -> Iterator[Problem]:

@@ -3,7 +3,6 @@
 import difflib
 from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from itertools import islice, product
 from typing import Any
 
@@ -92,7 +91,7 @@ def _on_spread(axis_values: SpacedValues, shape: Shape) -> tuple[int, np.ndarray
     runs: list[range] = []
     for side in (("gt", "ge"), ("lt", "le")):
         bounds = tuple(bound for bound in shape.bounds if bound[0] in side)
-        one_sided = replace(shape, bounds=bounds)
+        one_sided = shape._replace(bounds=bounds)
 
         def allowed_at(position: int, one_sided: Shape = one_sided) -> bool:
             return bool(allowed_by(one_sided, axis_values.at(np.array([position])))[0])
@@ -222,7 +221,7 @@ def keep_problems(
         if path in keep[:position]:
             problems.append(Problem(path=place, message=f"{path} is kept twice"))
         elif path not in everywhere:
-            problems.append(replace(unknown_quantity(place, path, everywhere), path=place))
+            problems.append(unknown_quantity(place, path, everywhere)._replace(path=place))
         elif missing := [settings for settings, plan in plans if path not in plan]:
             problems.append(
                 Problem(
