@@ -212,7 +212,7 @@ def as_vector(figure: "Figure") -> tuple[str, bytes]:
     title = " ".join(figure.get_suptitle().split())
     figure.suptitle("").set_in_layout(False)
     with _matplotlib().rc_context(STYLE):
-        _lay_out(figure, _RESOLUTION)
+        figure.lay_out(_RESOLUTION)
         return title, _by_matplotlib(figure, "svg", _RESOLUTION)
 
 
@@ -295,17 +295,8 @@ def _file_name(stem: str, name: str, names: Iterable[str]) -> str:
 def _save(figure: "Figure", path: Path, form: str, dpi: int) -> None:
     from vibecalc.core.results.files import write_atomically
 
-    _lay_out(figure, dpi)
+    figure.lay_out(dpi)
     write_atomically(path, png(figure, dpi) if form == "png" else _by_matplotlib(figure, form, dpi))
-
-
-def _lay_out(figure: "Figure", dpi: int) -> None:
-    """Make room for all words once, for all formats; else each format draws everything twice."""
-    engine = figure.get_layout_engine()
-    if engine is not None:
-        figure.set_dpi(dpi)
-        engine.execute(figure)
-        figure.set_layout_engine(None)
 
 
 def _by_matplotlib(figure: "Figure", form: str, dpi: int) -> bytes:

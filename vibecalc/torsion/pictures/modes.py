@@ -170,8 +170,8 @@ def _strand(
 
 def _name(axes: "Axes", names: list[str]) -> None:
     step = max(1, -(-len(names) // _MOST_NAMES))
-    axes.set_xticks(range(0, len(names), step))
-    axes.set_xticklabels(names[::step], rotation=90, fontsize=8)
+    axes.set_xticks(range(0, len(names), step), names[::step])
+    axes.tick_params(axis="x", labelrotation=90)
 
 
 # ----------------------------------------------------------------------------
