@@ -33,6 +33,7 @@ class Ruler(Artist):
     def __init__(self, axis: Axis, upright: bool) -> None:
         super().__init__()
         self.axis, self.upright = axis, upright
+        self.frame: Any = axis.axes
         #: inches from the frame to the label, once it is placed
         self.away: float | None = None
         self._words = Text()
@@ -44,7 +45,7 @@ class Ruler(Artist):
             return
         look, far = self._look(), self._far()
         places, words = self._ticks()
-        frame = self.axes.get_window_extent()
+        frame = self.frame.get_window_extent()
         low, high = (frame.x0, frame.x1) if self.upright else (frame.y0, frame.y1)
         if look["gridOn"]:
             self._lines(renderer, places, low, high, rcParams["grid.linewidth"],
@@ -66,7 +67,7 @@ class Ruler(Artist):
         """What numbers and label cover, in pixels; the label takes no room along its axis."""
         if not self._shown():
             return None
-        frame, long = self.axes.get_window_extent(), self._look().get("length", _LONG)
+        frame, long = self.frame.get_window_extent(), self._look().get("length", _LONG)
         out = renderer.points_to_pixels(long) * self._marked()
         boxes = [frame.padded(*((out, 0.0) if self.upright else (0.0, out)))]
         if (numbers := self.place(renderer)) is not None:
@@ -81,7 +82,7 @@ class Ruler(Artist):
         """Put the label beyond the numbers; what these cover."""
         boxes = [one.get_window_extent(renderer) for one in self._numbers(*self._ticks())]
         box = Bbox.union(boxes) if boxes else None
-        frame, far, dots = self.axes.get_window_extent(), self._far(), self._dots()
+        frame, far, dots = self.frame.get_window_extent(), self._far(), self._dots()
         reach = 0.0
         if box is not None:
             beyond = box.max - frame.max if far else frame.min - box.min
@@ -94,21 +95,21 @@ class Ruler(Artist):
         self.away, end = away, float(self._far())
         step = away if end else -away
         shift = (step, 0.0) if self.upright else (0.0, step)
-        scale = self.get_figure(root=True).dpi_scale_trans
+        scale = self.frame.get_figure(root=True).dpi_scale_trans
         self.axis.set_label_coords(
             *((end, 0.5) if self.upright else (0.5, end)),
-            self.axes.transAxes + ScaledTranslation(*shift, scale),
+            self.frame.transAxes + ScaledTranslation(*shift, scale),
         )
 
     def _shown(self) -> bool:
-        return bool(self.get_visible() and self.axes.axison and self.axes.get_visible())
+        return bool(self.get_visible() and self.frame.axison and self.frame.get_visible())
 
     def _marked(self) -> bool:
-        look = self._look()
-        return any(look[side] for side in (("left", "right") if self.upright else ("bottom", "top")))
+        look, sides = self._look(), ("left", "right") if self.upright else ("bottom", "top")
+        return any(look[side] for side in sides)
 
     def _dots(self) -> float:
-        return float(self.get_figure(root=True).dpi)
+        return float(self.frame.get_figure(root=True).dpi)
 
     def _far(self) -> bool:
         return self.axis.get_label_position() in ("top", "right")
@@ -119,19 +120,21 @@ class Ruler(Artist):
     def _pixels(self, values: Any) -> np.ndarray:
         """Where values of the axis are in the picture, in pixels, those within the frame."""
         values = np.asarray(values, dtype=float)
-        along = self.axes.get_yaxis_transform() if self.upright else self.axes.get_xaxis_transform()
+        along = (
+            self.frame.get_yaxis_transform() if self.upright else self.frame.get_xaxis_transform()
+        )
         both = np.zeros((values.size, 2))
         both[:, int(self.upright)] = values
         return np.asarray(along.transform(both)[:, int(self.upright)])
 
     def _within(self, places: np.ndarray) -> np.ndarray:
-        frame, i = self.axes.get_window_extent(), int(self.upright)
-        return (places >= frame.min[i] - _AT_END) & (places <= frame.max[i] + _AT_END)
+        frame, i = self.frame.get_window_extent(), int(self.upright)
+        return np.asarray((places >= frame.min[i] - _AT_END) & (places <= frame.max[i] + _AT_END))
 
     def _ticks(self) -> tuple[np.ndarray, list[str]]:
         """Places in pixels of what has a number, and the numbers."""
         values = self.axis.get_majorticklocs()
-        words = self.axis.get_major_formatter().format_ticks(values)
+        words = self.axis.get_major_formatter().format_ticks(list(values))
         places = self._pixels(values)
         inside = self._within(places)
         return places[inside], [word for word, kept in zip(words, inside, strict=True) if kept]
@@ -139,7 +142,7 @@ class Ruler(Artist):
     def _between(self) -> np.ndarray:
         """Places of marks without a number."""
         places = self._pixels(self.axis.get_minorticklocs())
-        return places[self._within(places)]
+        return np.asarray(places[self._within(places)])
 
     def _numbers(self, places: np.ndarray, words: list[str]) -> Any:
         """The numbers one after the other, all of them one text that moves on."""
@@ -147,10 +150,10 @@ class Ruler(Artist):
         named = ("right" if far else "left") if self.upright else ("top" if far else "bottom")
         if not look[f"label{named}"]:
             return
-        frame, gap = self.axes.get_window_extent(), self._dots() / 72.0
+        frame, gap = self.frame.get_window_extent(), self._dots() / 72.0
         gap *= look.get("length", _LONG) + look.get("pad", _PAD)
         turned = float(look.get("rotation", 0.0))
-        one.set_figure(self.get_figure(root=False))
+        one.set_figure(self.frame.get_figure(root=False))
         one.set_transform(IdentityTransform())
         one.set_rotation(turned)
         one.set_fontsize(look.get("labelsize", rcParams["xtick.labelsize"]))
@@ -219,7 +222,8 @@ class Frame(Axes):
         return super().get_tightbbox(renderer, **how)
 
     def _guess(self) -> Bbox:
-        frame, point = self.get_window_extent(), self.get_figure(root=True).dpi / 72.0
+        figure: Any = self.get_figure(root=True)
+        frame, point = self.get_window_extent(), figure.dpi / 72.0
         titled = any(self.get_title(loc=place) for place in ("left", "center", "right"))
         return Bbox.from_extents(
             frame.x0 - _LABEL * point * bool(self.get_ylabel()),
@@ -242,21 +246,27 @@ class Sheet(Figure):
         """Axes in a grid."""
         if "projection" not in known:
             known.setdefault("axes_class", Frame)
-        return super().add_subplot(*given, **known)
+        made: Axes = super().add_subplot(*given, **known)
+        return made
 
-    def lay_out(self, dpi: int) -> None:
-        """Make room for all words, with the labels of panels above each other in one line."""
-        engine = self.get_layout_engine()
-        if engine is None:
-            return
-        self.set_dpi(dpi)
-        engine.execute(self)
-        self.set_layout_engine(None)
-        columns: dict[tuple[float, str], list[Ruler]] = {}
-        for one in (one.rulers[1] for one in self.axes if isinstance(one, Frame)):
-            if one.away is not None and one.axis.label.get_text():
-                place = round(one.axes.get_position().x0, 3), one.axis.get_label_position()
-                columns.setdefault(place, []).append(one)
-        for rulers in columns.values():
-            for one in rulers:
-                one.move_label(max(other.away or 0.0 for other in rulers))
+
+def lay_out(figure: Figure, dpi: int) -> None:
+    """Make room for all words once, for all formats, which else lay out and draw everything twice.
+
+    Labels of panels above each other stand in one line.
+    """
+    engine = figure.get_layout_engine()
+    if engine is None:
+        return
+    figure.set_dpi(dpi)
+    engine.execute(figure)
+    figure.set_layout_engine(None)
+    columns: dict[tuple[float, str], list[Ruler]] = {}
+    for one in (axes.rulers[1] for axes in figure.axes if isinstance(axes, Frame)):
+        if one.away is not None and one.axis.label.get_text():
+            place = round(one.frame.get_position().x0, 3), one.axis.get_label_position()
+            columns.setdefault(place, []).append(one)
+    for rulers in columns.values():
+        away = max(other.away or 0.0 for other in rulers)
+        for one in rulers:
+            one.move_label(away)

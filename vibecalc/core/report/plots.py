@@ -209,10 +209,12 @@ def vector_picture(maker: Callable[[], "Figure | None"]) -> tuple[str, bytes] | 
 
 def as_vector(figure: "Figure") -> tuple[str, bytes]:
     """Title of a picture, and the picture as SVG without it."""
+    from vibecalc.core.report.paper import lay_out
+
     title = " ".join(figure.get_suptitle().split())
     figure.suptitle("").set_in_layout(False)
     with _matplotlib().rc_context(STYLE):
-        figure.lay_out(_RESOLUTION)
+        lay_out(figure, _RESOLUTION)
         return title, _by_matplotlib(figure, "svg", _RESOLUTION)
 
 
@@ -293,9 +295,10 @@ def _file_name(stem: str, name: str, names: Iterable[str]) -> str:
 
 
 def _save(figure: "Figure", path: Path, form: str, dpi: int) -> None:
+    from vibecalc.core.report.paper import lay_out
     from vibecalc.core.results.files import write_atomically
 
-    figure.lay_out(dpi)
+    lay_out(figure, dpi)
     write_atomically(path, png(figure, dpi) if form == "png" else _by_matplotlib(figure, form, dpi))
 
 
@@ -325,7 +328,7 @@ def png(figure: "Figure", dpi: int) -> bytes:
     chunks = (
         (b"IHDR", struct.pack(">IIBBBBB", wide, high, 8, 2, 0, 0, 0)),
         (b"pHYs", struct.pack(">IIB", dots, dots, 1)),
-        (b"IDAT", zlib.compress(rows, _PACKED)),
+        (b"IDAT", zlib.compress(rows.tobytes(), _PACKED)),
         (b"IEND", b""),
     )
     return b"\x89PNG\r\n\x1a\n" + b"".join(

@@ -211,7 +211,7 @@ _ALIKE = 1e-6
 #: inches at the left for the names of the rows
 _MARGIN = 0.45
 #: of the side of a cell: the room between rows, a line of words in it, arrows of a star, heads
-_ROOM, _LINE, _REACH, _HEAD = 0.22, 0.13, 0.3, 0.07
+_ROOM, _LINE, _REACH, _HEAD = 0.22, 0.13, 0.24, 0.07
 
 
 def draw_torsion_vectors(result: Result) -> "Figure | None":
@@ -259,6 +259,8 @@ def draw_torsion_vectors(result: Result) -> "Figure | None":
         axes.text(-0.06, 0.5 - (1.0 + room) * place, name, rotation=90, ha="right", va="center",
                   fontsize=8, multialignment="center")  # fmt: skip
     shapes = [np.asarray(shape.values)[mode][line.cylinder_station] for mode in modes]
+    ways = [[_way(row, np.exp(-1j * group[0] * angle), fires) for row in shapes] for group in stars]
+    largest = max(_reach(way) for column in ways for way in column)
     arrows: list[_Arrow] = []
     for column, group in enumerate(stars):
         turned = np.exp(-1j * group[0] * angle)
@@ -266,9 +268,9 @@ def draw_torsion_vectors(result: Result) -> "Figure | None":
         listed = "\n".join(_order_words(group))
         axes.text(centre.real, 1.04, listed, ha="center", va="bottom", fontsize=8)
         arrows += _star(axes, centre - 0.08j, turned, named, fires)
-        for place, row in enumerate(shapes):
+        for way in ways[column]:
             centre -= 1j * (1.0 + room)
-            arrows += _polygon(axes, centre, row, turned, fires)
+            arrows += _polygon(axes, centre, way, 1.0 / max(largest, 1e-300))
     _draw_arrows(axes, arrows)
     return figure
 
@@ -337,28 +339,37 @@ def _wrapped(together: list[str]) -> str:
     return "\n".join(", ".join(together[i : i + 4]) for i in range(0, len(together), 4))
 
 
-def _polygon(
-    axes: "Axes", centre: complex, row: np.ndarray, turned: np.ndarray, fires: np.ndarray
-) -> list[_Arrow]:
-    """Vectors of what fires end to end, over what all were in line, and their sum.
+#: corners of the vectors that fire, laid end to end from 0, and of the others after them
+_Way = tuple[np.ndarray, np.ndarray]
 
-    The side of a cell is what all were in line, so that sums of all orders and modes compare.
-    """
+
+def _way(row: np.ndarray, turned: np.ndarray, fires: np.ndarray) -> _Way:
+    """Vectors of what fires end to end, over what all were in line, and of what does not."""
     steps = 1j * row * turned / max(float(np.abs(row).sum()), 1e-300)
     way = np.concatenate([[0.0], np.cumsum(steps[fires])])
     # what is left out would go on from the end to the sum of all
-    rest = way[-1] + np.concatenate([[0.0], np.cumsum(steps[~fires])])
-    every = np.concatenate([way, rest])
-    middle = complex(np.ptp(every.real), np.ptp(every.imag)) / 2.0
-    start = centre - complex(every.real.min(), every.imag.min()) - middle
+    return way, way[-1] + np.concatenate([[0.0], np.cumsum(steps[~fires])])
+
+
+def _reach(way: _Way) -> float:
+    """The larger side of what a way covers."""
+    corners = np.concatenate(way)
+    return float(max(np.ptp(corners.real), np.ptp(corners.imag)))
+
+
+def _polygon(axes: "Axes", centre: complex, way: _Way, scale: float) -> list[_Arrow]:
+    """A way about the centre of its cell, all to one scale so that sums compare, and its sum."""
+    every = np.concatenate(way)
+    middle = 0.5 * complex(every.real.max() + every.real.min(), every.imag.max() + every.imag.min())
+    (fired, rest), start = (scale * (one - middle) + centre for one in way), centre - scale * middle
     arrows: list[_Arrow] = []
-    if abs(way[-1]) > 1e-3:
-        arrows.append((start, start + way[-1], LIMIT, 2.6, False))
-    arrows += [(start + a, start + b, COLOURS[0], 1.3, False) for a, b in pairwise(way)]
-    arrows += [(start + a, start + b, QUIET, 1.3, True) for a, b in pairwise(rest)]
-    words = f"sum {abs(way[-1]):.3f}"
-    if not fires.all():
-        words += f"\nall {abs(rest[-1]):.3f}"
+    if abs(way[0][-1]) > 1e-3:
+        arrows.append((start, fired[-1], LIMIT, 2.6, False))
+    arrows += [(a, b, COLOURS[0], 1.3, False) for a, b in pairwise(fired)]
+    arrows += [(a, b, QUIET, 1.3, True) for a, b in pairwise(rest)]
+    words = f"sum {abs(way[0][-1]):.3f}"
+    if way[1].size > 1:
+        words += f"\nall {abs(way[1][-1]):.3f}"
     axes.text(centre.real, centre.imag - 0.54, words, ha="center", va="top", fontsize=8)
     axes.plot([start.real], [start.imag], "o", color=TOTAL, ms=3)
     return arrows
@@ -385,9 +396,9 @@ def _draw_arrows(axes: "Axes", arrows: list[_Arrow]) -> None:
     axes.add_collection(PolyCollection(_points(heads), facecolors=colours), autolim=False)
 
 
-def _points(places: np.ndarray) -> np.ndarray:
-    """Complex places (...) as points (..., 2)."""
-    return np.stack([places.real, places.imag], axis=-1)
+def _points(places: np.ndarray) -> list[np.ndarray]:
+    """Complex places (n, m) as n rows of points (m, 2)."""
+    return list(np.stack([places.real, places.imag], axis=-1))
 
 
 # ----------------------------------------------------------------------------
