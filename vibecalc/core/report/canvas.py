@@ -1,6 +1,6 @@
 """What pictures share: a figure without a window, colours, marks, units, perspective."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -79,10 +79,19 @@ def canvas(result: Titled, subtitle: str, height: float) -> "Figure":
     return figure
 
 
+def ticks(axis: Any, places: Any, words: Sequence[str] | None = None) -> None:
+    """Ticks at these places, with their numbers or `words`."""
+    from matplotlib.ticker import FixedFormatter, FixedLocator
+
+    axis.set_major_locator(FixedLocator(list(places)))
+    if words is not None:
+        axis.set_major_formatter(FixedFormatter(list(words)))
+
+
 def crank_angle_axis(axes: "Axes", turns: int = 1) -> None:
     """Crank angle in degrees over one turn or two, marked at eighths of it."""
     axes.set_xlim(0.0, 360.0 * turns)
-    axes.set_xticks(range(0, 360 * turns + 1, 45 * turns))
+    ticks(axes.xaxis, range(0, 360 * turns + 1, 45 * turns))
     axes.set_xlabel("crank angle in deg")
 
 

@@ -21,8 +21,8 @@ from matplotlib.transforms import Bbox, IdentityTransform, ScaledTranslation
 
 #: points: marks of numbers and between them, their distance from the numbers, width of marks
 _LONG, _SHORT, _PAD, _THIN = 3.5, 2.0, 3.5, 0.8
-#: points around axes that words are thought to take before they are measured: labels, title
-_LABEL, _TITLE = 32.0, 16.0
+#: points around axes that words are thought to take before they are measured: at the left, above
+_BESIDE, _ABOVE = 32.0, 16.0
 #: of a pixel, how far beyond the end of an axis a tick is at it
 _AT_END = 0.5
 
@@ -44,7 +44,7 @@ class Ruler(Artist):
         if not self._shown():
             return
         look, far = self._look(), self._far()
-        places, words = self._ticks()
+        places, words = self.ticks()
         frame = self.frame.get_window_extent()
         low, high = (frame.x0, frame.x1) if self.upright else (frame.y0, frame.y1)
         if look["gridOn"]:
@@ -56,7 +56,7 @@ class Ruler(Artist):
             self._lines(renderer, places, edge, edge + out * long, _THIN, "black")
             short = renderer.points_to_pixels(_SHORT)
             self._lines(renderer, self._between(), edge, edge + out * short, 0.6, "black")
-        for one in self._numbers(places, words):
+        for one in self.numbers(places, words):
             one.draw(renderer)
         if self.axis.label.get_text():
             if self.away is None:
@@ -69,7 +69,9 @@ class Ruler(Artist):
             return None
         frame, long = self.frame.get_window_extent(), self._look().get("length", _LONG)
         out = renderer.points_to_pixels(long) * self._marked()
-        boxes = [frame.padded(*((out, 0.0) if self.upright else (0.0, out)))]
+        ends = frame.extents.copy()
+        ends[(2 if self._far() else 0) + (not self.upright)] += out if self._far() else -out
+        boxes = [Bbox.from_extents(*ends)]
         if (numbers := self.place(renderer)) is not None:
             boxes.append(numbers)
         if self.axis.label.get_text():
@@ -80,7 +82,7 @@ class Ruler(Artist):
 
     def place(self, renderer: Any) -> Bbox | None:
         """Put the label beyond the numbers; what these cover."""
-        boxes = [one.get_window_extent(renderer) for one in self._numbers(*self._ticks())]
+        boxes = [one.get_window_extent(renderer) for one in self.numbers(*self.ticks())]
         box = Bbox.union(boxes) if boxes else None
         frame, far, dots = self.frame.get_window_extent(), self._far(), self._dots()
         reach = 0.0
@@ -131,7 +133,7 @@ class Ruler(Artist):
         frame, i = self.frame.get_window_extent(), int(self.upright)
         return np.asarray((places >= frame.min[i] - _AT_END) & (places <= frame.max[i] + _AT_END))
 
-    def _ticks(self) -> tuple[np.ndarray, list[str]]:
+    def ticks(self) -> tuple[np.ndarray, list[str]]:
         """Places in pixels of what has a number, and the numbers."""
         values = self.axis.get_majorticklocs()
         words = self.axis.get_major_formatter().format_ticks(list(values))
@@ -144,7 +146,7 @@ class Ruler(Artist):
         places = self._pixels(self.axis.get_minorticklocs())
         return np.asarray(places[self._within(places)])
 
-    def _numbers(self, places: np.ndarray, words: list[str]) -> Any:
+    def numbers(self, places: np.ndarray, words: list[str]) -> Any:
         """The numbers one after the other, all of them one text that moves on."""
         look, far, one = self._look(), self._far(), self._words
         named = ("right" if far else "left") if self.upright else ("top" if far else "bottom")
@@ -218,18 +220,20 @@ class Frame(Axes):
         """
         if not self._guessed and how.get("for_layout_only") and self.get_visible():
             self._guessed = True
-            return self._guess()
+            return self._guess(renderer)
         return super().get_tightbbox(renderer, **how)
 
-    def _guess(self) -> Bbox:
+    def _guess(self, renderer: Any) -> Bbox:
+        """Of long numbers below, and about as much as usual beside and above."""
         figure: Any = self.get_figure(root=True)
         frame, point = self.get_window_extent(), figure.dpi / 72.0
         titled = any(self.get_title(loc=place) for place in ("left", "center", "right"))
-        return Bbox.from_extents(
-            frame.x0 - _LABEL * point * bool(self.get_ylabel()),
-            frame.y0 - _LABEL * point * bool(self.get_xlabel()),
-            frame.x1, frame.y1 + _TITLE * point * titled,
+        beside = Bbox.from_extents(
+            frame.x0 - _BESIDE * point * bool(self.get_ylabel()), frame.y0,
+            frame.x1, frame.y1 + _ABOVE * point * titled,
         )  # fmt: skip
+        below = self.rulers[0].get_tightbbox(renderer)
+        return beside if below is None else Bbox.union([beside, below])
 
     def twinx(self, *given: Any, **known: Any) -> Axes:
         """Axes over the same abscissa, which is drawn once."""

@@ -64,6 +64,7 @@ _OF_METHODS = ("accuracy",)
 #: A font that matplotlib brings along, so that the same result gives the same picture anywhere.
 STYLE: dict[str, Any] = {
     "font.family": "DejaVu Sans",
+    "text.hinting": "none",  # as drawn by their designers; hints move them, and cost a third
     "font.size": TYPE,
     "axes.titlesize": 9.0,
     "axes.labelsize": TYPE,
@@ -323,12 +324,12 @@ def png(figure: "Figure", dpi: int) -> bytes:
     colours = np.asarray(canvas.buffer_rgba())[..., :3]
     high, wide, _ = colours.shape
     rows = np.zeros((high, 1 + 3 * wide), np.uint8)  # each begins with its filter: none
-    rows[:, 1:] = colours.reshape(high, 3 * wide)
+    rows[:, 1:].reshape(high, wide, 3)[...] = colours
     dots = round(dpi / 0.0254)
     chunks = (
         (b"IHDR", struct.pack(">IIBBBBB", wide, high, 8, 2, 0, 0, 0)),
         (b"pHYs", struct.pack(">IIB", dots, dots, 1)),
-        (b"IDAT", zlib.compress(rows.tobytes(), _PACKED)),
+        (b"IDAT", zlib.compress(rows.data, _PACKED)),
         (b"IEND", b""),
     )
     return b"\x89PNG\r\n\x1a\n" + b"".join(

@@ -15,6 +15,7 @@ from vibecalc.core.report.canvas import (
     bars,
     canvas,
     note,
+    ticks,
     waves,
 )
 from vibecalc.core.report.sections import along, having, labels, speed_of, table_of
@@ -115,7 +116,7 @@ def draw_torsion_excitation(result: Result) -> "Figure | None":
     below.axhline(0.0, color=QUIET, linewidth=0.8)
     top = float(np.degrees(total[1][-1]))
     below.set_xlim(0.0, top)
-    below.set_xticks(np.arange(0.0, top + 1.0, 90.0 if top > 400.0 else 45.0))
+    ticks(below.xaxis, np.arange(0.0, top + 1.0, 90.0 if top > 400.0 else 45.0))
     below.set_xlabel("crank angle in deg")
     return figure
 
@@ -451,7 +452,7 @@ def draw_torsion_orders(result: Result) -> "Figure | None":
         below.set_title(words, loc="left", fontsize=8, color=QUIET)
     below.legend(loc="upper right")
     below.set_xlim(order[0] - step, order[-1] + step)
-    below.set_xticks(np.arange(1.0, order[-1] + 0.5, max(1.0, round(order[-1] / 20.0))))
+    ticks(below.xaxis, np.arange(1.0, order[-1] + 0.5, max(1.0, round(order[-1] / 20.0))))
     return figure
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, PLATE, QUIET, TOTAL, canvas, note
+from vibecalc.core.report.canvas import COLOURS, LIMIT, PLATE, QUIET, TOTAL, canvas, note, ticks
 from vibecalc.core.report.sections import having, speed_of, table_of
 from vibecalc.core.report.writing import hertz, rpm, show
 from vibecalc.core.results.record import Result
@@ -73,8 +73,8 @@ def draw_torsion_shapes(result: Result) -> "Figure | None":
         note(first, words, (0.0, -place + _HALF), (4, 5), xycoords=first.get_yaxis_transform(),
              fontsize=9)  # fmt: skip
     marked = [(sign * _mark(_HALF / one), one) for one in reach for sign in (-1.0, 0.0, 1.0)]
-    first.set_yticks([one * size - i // 3 for i, (size, one) in enumerate(marked)],
-                     [f"{size:g}".replace("-", "\u2212") for size, _ in marked])  # fmt: skip
+    ticks(first.yaxis, [one * size - i // 3 for i, (size, one) in enumerate(marked)],
+          [f"{size:g}".replace("-", "\u2212") for size, _ in marked])  # fmt: skip
     first.set_ylim(0.55 - len(modes), 0.65)
     first.set_ylabel("angle")
     for path, axes in zip(paths[1:], grid[1:], strict=True):
@@ -170,7 +170,7 @@ def _strand(
 
 def _name(axes: "Axes", names: list[str]) -> None:
     step = max(1, -(-len(names) // _MOST_NAMES))
-    axes.set_xticks(range(0, len(names), step), names[::step])
+    ticks(axes.xaxis, range(0, len(names), step), names[::step])
     axes.tick_params(axis="x", labelrotation=90)
 
 
