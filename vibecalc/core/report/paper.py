@@ -97,7 +97,7 @@ class Ruler(Artist):
         self.away, end = away, float(self._far())
         step = away if end else -away
         shift = (step, 0.0) if self.upright else (0.0, step)
-        scale = self.frame.get_figure(root=True).dpi_scale_trans
+        scale = self.frame.figure.dpi_scale_trans
         self.axis.set_label_coords(
             *((end, 0.5) if self.upright else (0.5, end)),
             self.frame.transAxes + ScaledTranslation(*shift, scale),
@@ -111,7 +111,7 @@ class Ruler(Artist):
         return any(look[side] for side in sides)
 
     def _dots(self) -> float:
-        return float(self.frame.get_figure(root=True).dpi)
+        return float(self.frame.figure.dpi)
 
     def _far(self) -> bool:
         return self.axis.get_label_position() in ("top", "right")
@@ -155,7 +155,7 @@ class Ruler(Artist):
         frame, gap = self.frame.get_window_extent(), self._dots() / 72.0
         gap *= look.get("length", _LONG) + look.get("pad", _PAD)
         turned = float(look.get("rotation", 0.0))
-        one.set_figure(self.frame.get_figure(root=False))
+        one.set_figure(self.frame.figure)
         one.set_transform(IdentityTransform())
         one.set_rotation(turned)
         one.set_fontsize(look.get("labelsize", rcParams["xtick.labelsize"]))
@@ -225,7 +225,7 @@ class Frame(Axes):
 
     def _guess(self, renderer: Any) -> Bbox:
         """Of long numbers below, and about as much as usual beside and above."""
-        figure: Any = self.get_figure(root=True)
+        figure: Any = self.figure
         frame, point = self.get_window_extent(), figure.dpi / 72.0
         titled = any(self.get_title(loc=place) for place in ("left", "center", "right"))
         beside = Bbox.from_extents(

@@ -372,7 +372,8 @@ def _scaled(plot: Plot, shown: list[np.ndarray], curves: list[np.ndarray]) -> En
     high, far = max(map(_highest, shown)) or 1.0, max(map(_highest, curves)) or 1.0
     low = max(min(float(np.min(y[y > 0.0], initial=far)) for y in curves if y.size), _DEEP * far)
     if far > _FAR * high and low > 0.0:
-        plot.axes.set_yscale("log")
+        if plot.axes.get_yscale() != "log":  # of all panels that share it
+            plot.axes.set_yscale("log")
         return 0.5 * low, 1.3 * far
     return 0.0, 1.06 * far
 
