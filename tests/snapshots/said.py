@@ -49,7 +49,7 @@ def check(name: str) -> str:
 
 
 def pictures(name: str) -> str:
-    """Name, size, titles, labels and legend of each picture of a golden file."""
+    """Name, size, titles, labels and legend of each picture of a golden file, else its words."""
     with matplotlib.rc_context(plots.STYLE):
         return "".join(f"{line}\n" for line in _pictures(GOLDEN / f"{name}.h5"))
 
@@ -87,7 +87,9 @@ def _words(axes: "Axes") -> str:
     legend = axes.get_legend()
     names = [] if legend is None else [_line(text.get_text()) for text in legend.get_texts()]
     titles = [axes.get_title(loc=place) for place in ("left", "center", "right")]
-    words = [*titles, axes.get_xlabel(), axes.get_ylabel(), *names]
+    # what has neither says by words in the picture what is drawn
+    told = [] if any(titles) or names else [text.get_text() for text in axes.texts]
+    words = [*titles, axes.get_xlabel(), axes.get_ylabel(), *names, *map(_line, told)]
     return " | ".join(_line(word) for word in words if word) or "(no words)"
 
 

@@ -93,7 +93,8 @@ def _harmonic(axes: "Axes", result: Result, whole: Quantity, column: int) -> "Ax
             axes.plot(place[known] + shift, values, mark, ms=6, mfc="none", color=colour,
                       label=words)  # fmt: skip
     long = max(map(len, names)) > 3
-    axes.set_xticks(place, names, rotation=45 if long else 0, ha="right" if long else "center")
+    axes.set_xticks(place, names)
+    axes.tick_params(axis="x", labelrotation=45 if long else 0)
     axes.set_xlim(-0.6, len(names) - 0.4)
     axes.set_ylabel(level_words(result, "", "m/s$^2$"))
     return axes

@@ -359,7 +359,6 @@ def draw_switching(result: Result) -> "Figure | None":
         grid[-1, 0].set_yticks([])
     engine: Any = figure.get_layout_engine()
     engine.set(wspace=0.06)
-    figure.align_ylabels(list(grid[:, 0]))
     handles, words_ = grid[count, 0].get_legend_handles_labels()
     figure.legend(handles, words_, loc="outside lower center", ncols=4)
     return figure

@@ -1,6 +1,6 @@
 """What pictures share: a figure without a window, colours, marks, units, perspective."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -69,19 +69,29 @@ def canvas(result: Titled, subtitle: str, height: float) -> "Figure":
     `height` is in inches for type of 10 pt; it shrinks with the type, and ends with the page.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(WIDTH, min(TYPE / 10.0 * height, _HIGHEST)), layout="constrained")
+    from vibecalc.core.report.paper import Sheet
+
+    figure = Sheet(figsize=(WIDTH, min(TYPE / 10.0 * height, _HIGHEST)), layout="constrained")
     FigureCanvasAgg(figure)
     title = str(result.case.get("title") or result.name)
     figure.suptitle("\n".join(fold(f"{title}\n{subtitle}".rstrip(), _LETTERS)), fontsize=9)
     return figure
 
 
+def ticks(axis: Any, places: Any, words: Sequence[str] | None = None) -> None:
+    """Ticks at these places, with their numbers or `words`."""
+    from matplotlib.ticker import FixedFormatter, FixedLocator
+
+    axis.set_major_locator(FixedLocator(list(places)))
+    if words is not None:
+        axis.set_major_formatter(FixedFormatter(list(words)))
+
+
 def crank_angle_axis(axes: "Axes", turns: int = 1) -> None:
     """Crank angle in degrees over one turn or two, marked at eighths of it."""
     axes.set_xlim(0.0, 360.0 * turns)
-    axes.set_xticks(range(0, 360 * turns + 1, 45 * turns))
+    ticks(axes.xaxis, range(0, 360 * turns + 1, 45 * turns))
     axes.set_xlabel("crank angle in deg")
 
 
@@ -103,6 +113,14 @@ def limit_line(axes: "Axes", value: float, words: str) -> None:
     axes.axhline(value, color=LIMIT, linestyle="--", linewidth=1.3)
     note(axes, words, (1.0, value), (-4, 3), xycoords=axes.get_yaxis_transform(), ha="right",
         va="bottom", color=LIMIT)  # fmt: skip
+
+
+def bars(axes: "Axes", at: Any, heights: Any, width: float, **look: Any) -> None:
+    """Upright bars at ascending places, all of them one patch."""
+    edges = np.add.outer(np.asarray(at, dtype=float), [-0.5 * width, 0.5 * width]).ravel()
+    values = np.full(edges.size - 1, np.nan)
+    values[::2] = heights
+    axes.stairs(values, edges, fill=True, **look)
 
 
 def gaps(values: Any) -> np.ndarray:
@@ -191,15 +209,21 @@ def clearance_names(axis: Axis) -> list[str]:
 
 
 def plain_ticks(axis: Any) -> None:
-    """1, 2, 5, 10, 20, 50 ... in plain numbers on a logarithmic axis; over decades 1, 10, 100."""
-    from matplotlib.ticker import LogLocator, NullFormatter
+    """1, 2, 5, 10, 20, 50 ... in plain numbers on a logarithmic axis; over decades 1, 10, 100.
+
+    Where the axis ends now, and between these no others, which cost as much and say less.
+    """
+    from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter, NullLocator
 
     low, high = axis.get_view_interval()
     subs = (1.0, 2.0, 5.0) if high < _FEW * low else (1.0,)
-    axis.set_major_locator(LogLocator(subs=subs, numticks=99 if high < _MANY * low else None))
+    every = LogLocator(subs=subs, numticks=99 if high < _MANY * low else 9).tick_values(low, high)
+    axis.set_major_locator(FixedLocator(every[(every > 0.999 * low) & (every < 1.001 * high)]))
     if low >= _LEAST and high <= 1e2 / _LEAST:
         axis.set_major_formatter("{x:g}")
     axis.set_minor_formatter(NullFormatter())
+    if len(subs) > 1:
+        axis.set_minor_locator(NullLocator())
 
 
 def spread_out(count: int, most: int) -> list[int]:

@@ -15,6 +15,7 @@ from vibecalc.core.report.canvas import (
     PLATE,
     QUIET,
     TOTAL,
+    bars,
     bounds_of,
     canvas,
     crank_angle_axis,
@@ -474,7 +475,7 @@ class Plot:
         several = sum(one.bars for one, _ in self.panel.curves(self.result))
         width = 0.8 * float(np.min(np.diff(x), initial=1.0)) / several
         aside = (self._bars - 0.5 * (several - 1)) * width
-        self.axes.bar(x + aside, np.nan_to_num(y), 0.92 * width, **look)
+        bars(self.axes, x + aside, np.nan_to_num(y), 0.92 * width, **look)
         self._bars += 1
         return aside
 
@@ -611,7 +612,6 @@ class Curves:
                 places[i].set_xlabel("")
         for axes in places:
             axes.tick_params(labelbottom=bool(axes.get_xlabel()))
-        figure.align_ylabels(list(grid[:, 0]))
         return figure
 
 

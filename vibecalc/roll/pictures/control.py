@@ -104,7 +104,8 @@ def _across(axes: "Axes", at: np.ndarray) -> None:
     ends = bend.inverted().transform(np.array([places.min() - room, places.max() + room]))
     axes.set_xlim(*ends)
     if at.size <= _NUMBERED:
-        axes.set_xticks(at, [f"{value:g}" for value in at], rotation=45)
+        axes.set_xticks(at, [f"{value:g}" for value in at])
+        axes.tick_params(axis="x", labelrotation=45)
     axes.set_xticks([], minor=True)
     if ends[0] < 0.0 < ends[1]:
         axes.axvline(0.0, color=QUIET, linewidth=0.7)

@@ -103,8 +103,6 @@ def draw_dynamic_motor(result: Result) -> "Figure | None":
     panels["curve"].legend(loc="lower right", bbox_to_anchor=(1.0, 0.07))
     _levels(panels["levels"], record)
     _change(panels["change"], record)
-    figure.align_ylabels([panels["curve"], panels["part"]])
-    figure.align_ylabels([panels["levels"], panels["change"]])
     return figure
 
 

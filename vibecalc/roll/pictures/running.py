@@ -75,8 +75,6 @@ def draw_roll_cycle(result: Result) -> "Figure | None":
         _curve(panels[name], curve, slips, torques, whole=name == "curve")
     panels["curve"].legend(loc="lower right")
     panels["part"].set_xlabel("slip in rpm")
-    figure.align_ylabels([panels[name] for name in ("torque", "speed", "slip")])
-    figure.align_ylabels([panels[name] for name in ("curve", "part")])
     return figure
 
 

@@ -1,6 +1,5 @@
 """Pictures of what the cylinders do to a shaft line: over a cycle, by order, as vectors."""
 
-import math
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -13,8 +12,10 @@ from vibecalc.core.report.canvas import (
     TOTAL,
     TYPE,
     WIDTH,
+    bars,
     canvas,
     note,
+    ticks,
     waves,
 )
 from vibecalc.core.report.sections import along, having, labels, speed_of, table_of
@@ -115,7 +116,7 @@ def draw_torsion_excitation(result: Result) -> "Figure | None":
     below.axhline(0.0, color=QUIET, linewidth=0.8)
     top = float(np.degrees(total[1][-1]))
     below.set_xlim(0.0, top)
-    below.set_xticks(np.arange(0.0, top + 1.0, 90.0 if top > 400.0 else 45.0))
+    ticks(below.xaxis, np.arange(0.0, top + 1.0, 90.0 if top > 400.0 else 45.0))
     below.set_xlabel("crank angle in deg")
     return figure
 
@@ -208,6 +209,10 @@ def _headroom(axes: "Axes") -> None:
 
 _MODES, _STARS = 3, 6
 _ALIKE = 1e-6
+#: inches at the left for the names of the rows
+_MARGIN = 0.45
+#: of the side of a cell: the room between rows, a line of words in it, arrows of a star, heads
+_ROOM, _LINE, _REACH, _HEAD = 0.22, 0.13, 0.24, 0.07
 
 
 def draw_torsion_vectors(result: Result) -> "Figure | None":
@@ -238,21 +243,43 @@ def draw_torsion_vectors(result: Result) -> "Figure | None":
     for ill in misfire_words(result):
         are, they = ("is", "it") if fires.sum() == len(named) - 1 else ("are", "they")
         words += f"\n{ill} and {are} not in the sums (dashed); all: if {they} did"
-    side = min(10.0 * WIDTH / TYPE / max(len(stars), 3), 2.2)
-    figure = canvas(result, words, (side + 0.5) * (len(modes) + 1) + 1.2)
-    grid = figure.subplots(len(modes) + 1, len(stars), squeeze=False)
-    for group, column in zip(stars, grid.T, strict=True):
-        turned = np.exp(-1j * group[0] * angle)
-        _star(column[0], turned, named, group, fires)
-        for mode, axes in zip(modes, column[1:], strict=True):
-            row = np.asarray(shape.values)[mode][line.cylinder_station]
-            _polygon(axes, row, turned, fires)
+    wide = max(len(stars), 3)
+    side = min(10.0 * (WIDTH - _MARGIN) / TYPE / wide, 2.2)
+    room = _ROOM + _LINE * len(misfire_words(result))
+    names_above = max(len(_order_words(group)) for group in stars) + 0.5
+    high = (1.0 + room) * len(modes) + 1.0 + _LINE * names_above
+    figure = canvas(result, words, side * high + 0.8 + 0.2 * words.count("\n"))
+    axes = figure.subplots()
+    axes.set_axis_off()
+    axes.set_xlim(-10.0 * _MARGIN / TYPE / side, wide)
+    axes.set_ylim(-(1.0 + room) * len(modes), 1.0 + _LINE * names_above)
     values = hertz(1.0) * np.asarray(natural.values, dtype=float)
-    grid[0][0].set_ylabel("phases", fontsize=8)
     known = mode_names(result)
-    for mode, row_ in zip(modes, grid[1:], strict=True):
-        row_[0].set_ylabel(f"{known[mode]}\n{show(values[mode], digits=4)} Hz", fontsize=8)
+    rows = [f"{known[mode]}\n{show(values[mode], digits=4)} Hz" for mode in modes]
+    for place, name in enumerate(["phases", *rows]):
+        axes.text(-0.06, 0.5 - (1.0 + room) * place, name, rotation=90, ha="right", va="center",
+                  fontsize=8, multialignment="center")  # fmt: skip
+    shapes = [np.asarray(shape.values)[mode][line.cylinder_station] for mode in modes]
+    ways = [[_way(row, np.exp(-1j * group[0] * angle), fires) for row in shapes] for group in stars]
+    largest = max(_reach(way) for column in ways for way in column)
+    arrows: list[_Arrow] = []
+    for column, group in enumerate(stars):
+        turned = np.exp(-1j * group[0] * angle)
+        centre = column + 0.5 + 0.5j
+        listed = "\n".join(_order_words(group))
+        axes.text(centre.real, 1.04, listed, ha="center", va="bottom", fontsize=8)
+        arrows += _star(axes, centre - 0.08j, turned, named, fires)
+        for way in ways[column]:
+            centre -= 1j * (1.0 + room)
+            arrows += _polygon(axes, centre, way, 1.0 / max(largest, 1e-300))
+    _draw_arrows(axes, arrows)
     return figure
+
+
+def _order_words(orders: list[float]) -> list[str]:
+    """`order 0.5, 3.5, 6.5 ...` in lines as wide as a column."""
+    listed = ", ".join(order_text(q) for q in orders[:4]) + (" ..." if len(orders) > 4 else "")
+    return fold(f"order {listed}", 16)
 
 
 def alike(angle: np.ndarray, order: np.ndarray, mirrored: bool = True) -> list[list[float]]:
@@ -277,9 +304,13 @@ def alike(angle: np.ndarray, order: np.ndarray, mirrored: bool = True) -> list[l
     return groups
 
 
+#: from, to, colour, width in points, whether dashed; phase zero points upwards
+_Arrow = tuple[complex, complex, str, float, bool]
+
+
 def _star(
-    axes: "Axes", turned: np.ndarray, named: list[str], orders: list[float], fires: np.ndarray
-) -> None:
+    axes: "Axes", centre: complex, turned: np.ndarray, named: list[str], fires: np.ndarray
+) -> list[_Arrow]:
     """An arrow for each direction, with the cylinders that share it; (3) does not fire."""
     members: list[tuple[complex, list[str], list[bool]]] = []
     for one, name, well in zip(turned, named, fires, strict=True):
@@ -291,18 +322,17 @@ def _star(
                 break
         else:
             members.append((complex(one), [word], [bool(well)]))
+    arrows: list[_Arrow] = []
     for one, together, alive in members:
-        x, y = _upright(one)
-        _arrow(axes, 0.0, 0.0, x, y, COLOURS[0] if any(alive) else QUIET, dashed=not any(alive))
+        up = 1j * one
+        colour = COLOURS[0] if any(alive) else QUIET
+        arrows.append((centre, centre + _REACH * up, colour, 1.3, not any(alive)))
         # several lines of names go away from the arrow
-        side = "bottom" if y > 0.9 else "top" if y < -0.9 else "center"
-        reach = 1.12 if side != "center" else 1.3
-        axes.text(1.32 * x, reach * y, _wrapped(together), ha="center", va=side, fontsize=8)
-    axes.set_xlim(-1.9, 1.9)
-    axes.set_ylim(-1.9, 1.9)
-    listed = ", ".join(order_text(q) for q in orders[:4]) + (" ..." if len(orders) > 4 else "")
-    axes.set_title("\n".join(fold(f"order {listed}", 16)), fontsize=8)
-    _bare(axes)
+        side = "bottom" if up.imag > 0.9 else "top" if up.imag < -0.9 else "center"
+        across = "center" if side != "center" else "left" if up.real > 0.0 else "right"
+        at = centre + 1.12 * _REACH * up
+        axes.text(at.real, at.imag, _wrapped(together), ha=across, va=side, fontsize=8)
+    return arrows
 
 
 def _wrapped(together: list[str]) -> str:
@@ -310,59 +340,66 @@ def _wrapped(together: list[str]) -> str:
     return "\n".join(", ".join(together[i : i + 4]) for i in range(0, len(together), 4))
 
 
-def _polygon(axes: "Axes", row: np.ndarray, turned: np.ndarray, fires: np.ndarray) -> None:
-    """Vectors of what fires end to end, over what all were in line, and their sum."""
-    steps = row * turned / max(float(np.abs(row).sum()), 1e-300)
+#: corners of the vectors that fire, laid end to end from 0, and of the others after them
+_Way = tuple[np.ndarray, np.ndarray]
+
+
+def _way(row: np.ndarray, turned: np.ndarray, fires: np.ndarray) -> _Way:
+    """Vectors of what fires end to end, over what all were in line, and of what does not."""
+    steps = 1j * row * turned / max(float(np.abs(row).sum()), 1e-300)
     way = np.concatenate([[0.0], np.cumsum(steps[fires])])
-    for start, stop in pairwise(way):
-        (x, y), (u, v) = _upright(start), _upright(stop)
-        _arrow(axes, x, y, u, v, COLOURS[0])
     # what is left out would go on from the end to the sum of all
-    rest = way[-1] + np.concatenate([[0.0], np.cumsum(steps[~fires])])
-    for start, stop in pairwise(rest):
-        (x, y), (u, v) = _upright(start), _upright(stop)
-        _arrow(axes, x, y, u, v, QUIET, dashed=True)
-    x, y = _upright(way[-1])
-    if abs(way[-1]) > 1e-3:
-        _arrow(axes, 0.0, 0.0, x, y, LIMIT, 2.2)
-    axes.plot([0.0], [0.0], "o", color=TOTAL, ms=3)
-    reach = 1.15 * max(0.35, float(np.max(np.abs([*way, *rest]))))
-    axes.set_xlim(-reach, reach)
-    axes.set_ylim(-reach, reach)
-    words = f"sum {abs(way[-1]):.3f}"
-    if not fires.all():
-        words += f"\nall {abs(rest[-1]):.3f}"
-    axes.set_xlabel(words, fontsize=8)
-    _bare(axes)
+    return way, way[-1] + np.concatenate([[0.0], np.cumsum(steps[~fires])])
 
 
-def _upright(one: complex) -> tuple[float, float]:
-    """Phase zero points upwards, as in diagrams of cranks; angles run clockwise as the crank."""
-    turned = complex(one) * 1j
-    return turned.real, turned.imag
+def _reach(way: _Way) -> float:
+    """The larger side of what a way covers."""
+    corners = np.concatenate(way)
+    return float(max(np.ptp(corners.real), np.ptp(corners.imag)))
 
 
-def _arrow(
-    axes: "Axes", x: float, y: float, u: float, v: float, colour: str, width: float = 1.3,
-    dashed: bool = False,
-) -> None:  # fmt: skip
-    if math.hypot(u - x, v - y) < 1e-9:
-        return
-    axes.annotate(
-        "", (u, v), (x, y),
-        arrowprops={"arrowstyle": "-|>", "color": colour, "linewidth": width, "shrinkA": 0.0,
-                    "shrinkB": 0.0, "mutation_scale": 9.0, "linestyle": "--" if dashed else "-"},
+def _polygon(axes: "Axes", centre: complex, way: _Way, scale: float) -> list[_Arrow]:
+    """A way about the centre of its cell, all to one scale so that sums compare, and its sum."""
+    every = np.concatenate(way)
+    middle = 0.5 * complex(every.real.max() + every.real.min(), every.imag.max() + every.imag.min())
+    (fired, rest), start = (scale * (one - middle) + centre for one in way), centre - scale * middle
+    arrows: list[_Arrow] = []
+    if abs(way[0][-1]) > 1e-3:
+        arrows.append((start, fired[-1], LIMIT, 2.6, False))
+    arrows += [(a, b, COLOURS[0], 1.3, False) for a, b in pairwise(fired)]
+    arrows += [(a, b, QUIET, 1.3, True) for a, b in pairwise(rest)]
+    words = f"sum {abs(way[0][-1]):.3f}"
+    if way[1].size > 1:
+        words += f"\nall {abs(way[1][-1]):.3f}"
+    axes.text(centre.real, centre.imag - 0.54, words, ha="center", va="top", fontsize=8)
+    axes.plot([start.real], [start.imag], "o", color=TOTAL, ms=3)
+    return arrows
+
+
+def _draw_arrows(axes: "Axes", arrows: list[_Arrow]) -> None:
+    """All shafts in one, and all heads, which are shorter where the arrow is."""
+    from matplotlib.collections import LineCollection, PolyCollection
+
+    drawn = [one for one in arrows if abs(one[1] - one[0]) > 1e-9]
+    start, stop = (np.array([one[i] for one in drawn]) for i in (0, 1))
+    colours = [one[2] for one in drawn]
+    long = np.abs(stop - start)
+    along_ = (stop - start) / long
+    back = stop - along_ * np.minimum(_HEAD, long)
+    aside = 1j * along_ * np.minimum(_HEAD, long) / 3.0
+    lines = np.stack([start, back], axis=1)
+    heads = np.stack([stop, back + aside, back - aside], axis=1)
+    shafts = LineCollection(
+        _points(lines), colors=colours, linewidths=[one[3] for one in drawn],
+        linestyles=["--" if one[4] else "-" for one in drawn],
     )  # fmt: skip
+    axes.add_collection(shafts, autolim=False)
+    axes.add_collection(PolyCollection(_points(heads), facecolors=colours), autolim=False)
 
 
-def _bare(axes: "Axes") -> None:
-    axes.set_aspect("equal")
-    axes.set_xticks([])
-    axes.set_yticks([])
-    axes.grid(False)
-    for side in ("left", "bottom"):
-        axes.spines[side].set_color(QUIET)
-        axes.spines[side].set_visible(False)
+def _points(places: np.ndarray) -> list[np.ndarray]:
+    """Complex places (n, m) as n rows of points (m, 2)."""
+    return list(np.stack([places.real, places.imag], axis=-1))
 
 
 # ----------------------------------------------------------------------------
@@ -394,7 +431,7 @@ def draw_torsion_orders(result: Result) -> "Figure | None":
         if part is not None:
             size = factor * np.abs(np.asarray(part.values))[:_MOST]
             shift = (number - 1) * 0.27 * step
-            above.bar(order + shift, size, 0.25 * step, color=colour, label=words)
+            bars(above, order + shift, size, 0.25 * step, color=colour, label=words)
     above.set_ylabel(f"torque of one cylinder\nin {unit}")
     above.legend(loc="upper right")
     row = factor * np.abs(np.asarray(torque.values)[place])[:_MOST]
@@ -405,7 +442,7 @@ def draw_torsion_orders(result: Result) -> "Figure | None":
         (~strong, COLOURS[0], "other order"),
     ):
         if np.any(chosen):
-            below.bar(order[chosen], row[chosen], 0.6 * step, color=colour, label=words)
+            bars(below, order[chosen], row[chosen], 0.6 * step, color=colour, label=words)
     _name(below, order, row)
     below.set_ylabel(f"torque in section\n{section} in {unit}")
     below.set_xlabel("order (multiple of crank speed)")
@@ -415,7 +452,7 @@ def draw_torsion_orders(result: Result) -> "Figure | None":
         below.set_title(words, loc="left", fontsize=8, color=QUIET)
     below.legend(loc="upper right")
     below.set_xlim(order[0] - step, order[-1] + step)
-    below.set_xticks(np.arange(1.0, order[-1] + 0.5, max(1.0, round(order[-1] / 20.0))))
+    ticks(below.xaxis, np.arange(1.0, order[-1] + 0.5, max(1.0, round(order[-1] / 20.0))))
     return figure
 
 

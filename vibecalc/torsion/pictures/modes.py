@@ -1,10 +1,12 @@
 """Pictures of the modes of a shaft line: shapes along it, Campbell diagram."""
 
+import math
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, PLATE, QUIET, TOTAL, canvas, note
+from vibecalc.core.report.canvas import COLOURS, LIMIT, PLATE, QUIET, TOTAL, canvas, note, ticks
 from vibecalc.core.report.sections import having, speed_of, table_of
 from vibecalc.core.report.writing import hertz, rpm, show
 from vibecalc.core.results.record import Result
@@ -33,6 +35,9 @@ if TYPE_CHECKING:
 _MOST, _MOST_NAMES = 5, 24
 #: rigid gears and elastic teeth are steps of the own angle, drawn otherwise than shafts
 _GEAR = ":"
+#: half the height of a mode, of the distance of two
+_HALF = 0.36
+_ROUNDING = 1e-9
 
 
 def draw_torsion_shapes(result: Result) -> "Figure | None":
@@ -53,23 +58,34 @@ def draw_torsion_shapes(result: Result) -> "Figure | None":
     most = max(len(name) for name in names)
     height = 2.0 + 1.35 * len(modes) + 0.07 * most
     figure = canvas(result, "mode shapes, actual angles of the stations", height)
-    grid = figure.subplots(
-        len(modes), len(paths), sharey="row", sharex="col", squeeze=False, width_ratios=widths
-    )
+    grid = figure.subplots(1, len(paths), sharey=True, squeeze=False, width_ratios=widths)[0]
     frequencies, known = np.asarray(natural.values, dtype=float), mode_names(result)
-    for mode, row in zip(modes, grid, strict=True):
-        for path, axes in zip(paths, row, strict=True):
-            _strand(axes, line, path, values[mode], COLOURS[modes.index(mode) % len(COLOURS)])
-        words = f"{known[mode]}: {show(hertz(frequencies[mode]))} Hz"
-        row[0].set_title(words, loc="left")
-        row[0].set_ylabel("angle")
-        reach = 1.25 * max(1.0, float(np.max(np.abs(values[mode]))))
-        row[0].set_ylim(-reach, reach)
-    for path, axes in zip(paths, grid[-1], strict=True):
+    reach = [_HALF / max(1.0, float(np.max(np.abs(values[mode])))) for mode in modes]
+    for path, axes in zip(paths, grid, strict=True):
+        for place, mode in enumerate(modes):
+            colour = COLOURS[place % len(COLOURS)]
+            _strand(axes, line, path, reach[place] * values[mode], -place, colour)
+        axes.set_xlim(-0.4, len(path) - 0.6)
         _name(axes, [names[one] for one in path])
-    for path, axes in zip(paths[1:], grid[0][1:], strict=True):
+    first = grid[0]
+    for place, mode in enumerate(modes):
+        words = f"{known[mode]}: {show(hertz(frequencies[mode]))} Hz"
+        note(first, words, (0.0, -place + _HALF), (4, 5), xycoords=first.get_yaxis_transform(),
+             fontsize=9)  # fmt: skip
+    marked = [(sign * _mark(_HALF / one), one) for one in reach for sign in (-1.0, 0.0, 1.0)]
+    ticks(first.yaxis, [one * size - i // 3 for i, (size, one) in enumerate(marked)],
+          [f"{size:g}".replace("-", "\u2212") for size, _ in marked])  # fmt: skip
+    first.set_ylim(0.55 - len(modes), 0.65)
+    first.set_ylabel("angle")
+    for path, axes in zip(paths[1:], grid[1:], strict=True):
         axes.set_title(f"from {names[path[0]]}", loc="right", fontsize=8, color=QUIET)
     return figure
+
+
+def _mark(size: float) -> float:
+    """The largest of 1, 2, 5, 10, ... that is no larger than `size`, at least 1."""
+    power = 10.0 ** math.floor(math.log10(size * (1.0 + _ROUNDING)))
+    return power * max(one for one in (1.0, 2.0, 5.0) if one * power <= size * (1.0 + _ROUNDING))
 
 
 def strands(line: "ShaftLineModel", count: int) -> list[list[int]]:
@@ -131,25 +147,31 @@ def _longest(nearby: dict[int, list[int]], begun: list[int], free: set[int]) -> 
 
 
 def _strand(
-    axes: "Axes", line: "ShaftLineModel", path: list[int], values: np.ndarray, colour: str
-) -> None:
+    axes: "Axes", line: "ShaftLineModel", path: list[int], values: np.ndarray, level: float,
+    colour: str,
+) -> None:  # fmt: skip
+    """The values of a mode along a path about the height `level`."""
     geared = {frozenset((gear.first, gear.second)) for gear in line.gears}
-    row, x = values[path], np.arange(len(path))
-    axes.axhline(0.0, color=TOTAL, linewidth=0.8)
-    axes.vlines(x, 0.0, row, color=colour, linewidth=0.8, alpha=0.5)
-    for i in range(len(path) - 1):
-        style = _GEAR if frozenset(path[i : i + 2]) in geared else "-"
-        axes.plot(x[i : i + 2], row[i : i + 2], style, color=colour)
+    row, x = level + values[path], np.arange(len(path))
+    axes.axhline(level, color=TOTAL, linewidth=0.8)
+    axes.vlines(x, level, row, color=colour, linewidth=0.8, alpha=0.5)
+    teeth = np.array([frozenset(pair) in geared for pair in pairwise(path)], dtype=bool)
+    for style, drawn in (("-", ~teeth), (_GEAR, teeth)):
+        if drawn.any():
+            # from each place to the next one where the line is drawn so, and a gap
+            gapped = [np.stack([one[:-1], one[1:], np.nan * one[1:]], axis=1)[drawn].ravel()
+                      for one in (1.0 * x, row)]  # fmt: skip
+            axes.plot(*gapped, style, color=colour)
     ring = np.array([place >= len(line.station_names) for place in path])
     axes.plot(x[~ring], row[~ring], "o", color=colour, ms=4)
-    axes.plot(x[ring], row[ring], "o", color=colour, ms=7, markerfacecolor="white")
-    axes.set_xlim(-0.4, len(path) - 0.6)
+    if ring.any():
+        axes.plot(x[ring], row[ring], "o", color=colour, ms=7, markerfacecolor="white")
 
 
 def _name(axes: "Axes", names: list[str]) -> None:
     step = max(1, -(-len(names) // _MOST_NAMES))
-    axes.set_xticks(range(0, len(names), step))
-    axes.set_xticklabels(names[::step], rotation=90, fontsize=8)
+    ticks(axes.xaxis, range(0, len(names), step), names[::step])
+    axes.tick_params(axis="x", labelrotation=90)
 
 
 # ----------------------------------------------------------------------------
@@ -250,11 +272,16 @@ def _chosen(result: Result, modes: list[int]) -> tuple[np.ndarray, np.ndarray]:
 
 def _orders(axes: "Axes", order: np.ndarray, major: np.ndarray, right: float, top: float) -> None:
     """Lines from the origin; names at the right or upper edge, where there is room for them."""
+    from matplotlib.collections import LineCollection
+
+    lines = [[(0.0, 0.0), (right, q * right / 60.0)] for q in order]
+    widths = np.where(major, 1.0, 0.5).tolist()
+    axes.add_collection(
+        LineCollection(lines, colors=QUIET, linewidths=widths, alpha=0.7, zorder=1), autolim=False
+    )
     last_y, last_x = -1.0, 2.0
-    for q, strong in zip(order, major, strict=True):
+    for q in order:
         end = q * right / 60.0
-        axes.plot([0.0, right], [0.0, end], color=QUIET, linewidth=1.0 if strong else 0.5,
-                  alpha=0.7, zorder=1)  # fmt: skip
         if end <= top:
             if end / top - last_y < _APART:
                 continue

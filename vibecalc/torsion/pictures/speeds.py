@@ -243,16 +243,16 @@ def _row(record: Record, load: str, section: str) -> np.ndarray | None:
 
 
 def _speeds(result: Result) -> list[Panel]:
-    """The most loaded section on top, then torque and twist of all."""
+    """The most loaded section on top, then torque and twist of all, unless each has its panel."""
     section = worst_section(result.record)
     if section is None or _row(result.record, _TORQUE, section) is None:
         return []
     rings = names(result.record, "damper/travel", "damper") + _springs(result.record)
-    return [
-        _top(result, section),
-        _all(result, _TORQUE, "torque", torque_words(result)),
-        _all(result, _TWIST, "twist", "mrad", rings),
-    ]
+    panels = [_top(result, section), _all(result, _TORQUE, "torque", torque_words(result))]
+    twisted = {*names(result.record, f"speeds/{_TWIST}", "section")} - {*rings}
+    if not twisted <= {*_compared(result.record)[:_MOST_PANELS]}:
+        panels.append(_all(result, _TWIST, "twist", "mrad", rings))
+    return panels
 
 
 TORSION_SPEEDS = Curves(
@@ -372,7 +372,8 @@ def _scaled(plot: Plot, shown: list[np.ndarray], curves: list[np.ndarray]) -> En
     high, far = max(map(_highest, shown)) or 1.0, max(map(_highest, curves)) or 1.0
     low = max(min(float(np.min(y[y > 0.0], initial=far)) for y in curves if y.size), _DEEP * far)
     if far > _FAR * high and low > 0.0:
-        plot.axes.set_yscale("log")
+        if plot.axes.get_yscale() != "log":  # of all panels that share it
+            plot.axes.set_yscale("log")
         return 0.5 * low, 1.3 * far
     return 0.0, 1.06 * far
 
@@ -411,13 +412,19 @@ _COLUMNS, _MOST_PANELS = 3, 9
 _SHORT = 16
 
 
+def _compared(record: Record) -> list[str]:
+    """Sections whose twist is also known of the same line otherwise."""
+    path = f"speeds/{_TWIST}"
+    known = {name for root, *_ in _OTHERS for name in names(record, root + path, "section")}
+    known -= {*names(record, "damper/travel", "damper")}
+    return [name for name in names(record, path, "section") if name in known]
+
+
 def _twists(result: Result) -> list[Panel]:
     """A panel for each section, at most nine; none where there is nothing to compare with."""
     record, path = result.record, f"speeds/{_TWIST}"
-    known = {name for root, *_ in _OTHERS for name in names(record, root + path, "section")}
-    known -= {*names(record, "damper/travel", "damper")}
-    tops = {name: _highest(row) for name in names(record, path, "section")
-            if name in known and (row := _row(record, _TWIST, name)) is not None}  # fmt: skip
+    tops = {name: _highest(row) for name in _compared(record)
+            if (row := _row(record, _TWIST, name)) is not None}  # fmt: skip
     most = sorted(tops, key=lambda name: -tops[name])[:_MOST_PANELS]
     ill = [*misfire_words(result), "as it is"]
     damped = "with dampers" if names(record, f"bare/{path}", "section") else ill[0]
