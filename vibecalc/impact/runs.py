@@ -221,12 +221,11 @@ def run_ensemble(linkage: Linkage, study: Study, perturbation: float) -> Ensembl
         exchanged = exchanged + run.lateral.exchanged
         residual = np.maximum(residual, run.lateral.relative_error)
         lost = lost + run.lateral.dissipated
-    shape = (count, members)
-    return Ensemble(
-        _forces(run, shape),
-        *(one[:runs].reshape(*shape, -1) for one in (lost, exchanged, residual)),
-        apart.reshape(count, neighbours, -1),
+    lost, exchanged, residual = (
+        one[:runs].reshape(count, members, -1) for one in (lost, exchanged, residual)
     )
+    forces = _forces(run, (count, members))
+    return Ensemble(forces, lost, exchanged, residual, apart.reshape(count, neighbours, -1))
 
 
 def run_fixed_steps(linkage: Linkage, study: Study, method: str, steps: int) -> Forces:
@@ -261,20 +260,18 @@ def _refuse_large(linkage: Linkage, study: Study, members: int) -> None:
         )
 
 
-def _forces(
-    run: Revolutions | FixedSteps, shape: tuple[int, int], discard: int = 0
-) -> Forces:
+def _forces(run: Revolutions | FixedSteps, shape: tuple[int, int], discard: int = 0) -> Forces:
     """Of the first C times M runs, for `shape` (C, M), in the revolutions after `discard`."""
     runs = shape[0] * shape[1]
 
     def gap_runs(gap: GapRecord | SampledRecord) -> GapRuns:
-        columns = (
+        columns: list[Any] = [
             gap.force_harmonics,
             gap.mean_absolute_force,
             gap.peak_force,
             gap.impact_count.astype(np.float64),
             gap.contact_time,
-        )
+        ]
         kept = (column[:runs, discard:] for column in columns)
         return GapRuns(*(one.reshape(*shape, *one.shape[1:]) for one in kept))
 
