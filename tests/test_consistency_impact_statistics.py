@@ -35,6 +35,7 @@ from vibecalc.impact.linkage import (
 from vibecalc.impact.runs import (
     FirstMotion,
     Study,
+    distance,
     first_motion,
     follow_events,
     parting,
@@ -124,6 +125,33 @@ def test_ensemble_holds_the_single_revolutions(ensemble):
 
 
 @pytest.mark.long
+def test_neighbours_that_have_parted_are_not_missed():
+    """When pairs part, and what members do, is the same where the neighbours run on to the end."""
+    clearance, members, discard = np.array([1e-6, CLEARANCE]), 12, 3
+    short = run_ensemble(COMPRESSOR, Study(clearance, members, discard, 3, 1), 1e-9)
+    start = spread_starts(COMPRESSOR, clearance, members)
+    gap = np.stack([start.gap, start.gap + 1e-9]).reshape(-1, 1)
+    velocity = np.stack([start.velocity, start.velocity]).reshape(-1, 1)
+    each = np.tile(np.repeat(clearance, members), 2)
+    run = follow_events(COMPRESSOR, each, Starts(gap, velocity), discard + 3, 1)
+    ends = [
+        np.concatenate([first[:, None], then], axis=1).reshape(2, 2, members, -1, 1)
+        for first, then in ((gap, run.end_gap), (velocity, run.end_velocity))
+    ]
+    apart = distance(
+        *(one[0] - one[1] for one in ends),
+        clearance[:, None, None, None],
+        velocity_scale(COMPRESSOR, clearance)[:, None, None],
+    )
+    dropped = np.isinf(short.distances)
+    assert np.any(dropped) and not np.all(dropped[..., -1])
+    np.testing.assert_array_equal(short.distances[~dropped], apart[~dropped])
+    for found, expected in zip(parting(short.distances), parting(apart), strict=True):
+        np.testing.assert_array_equal(found, expected)
+    force = run.wrist_pin.mean_absolute_force[: 2 * members, discard:].reshape(2, members, 3)
+    np.testing.assert_array_equal(short.forces.wrist_pin.force, force)
+
+
 def test_a_damped_gap_has_its_closed_form_and_no_scatter():
     # without gas nothing pushes the piston to a face: F + (m / D) F' = m Y''
     damping, clearance, orders = 4e3, 5.08e-3, 8

@@ -22,7 +22,7 @@ from vibecalc.impact.linkage import (
     velocity_scale,
 )
 from vibecalc.impact.simulate import GapRecord, Revolutions, end_states, simulate
-from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
 # How fast two runs part company that start next to each other.
@@ -114,7 +114,7 @@ class Ensemble(NamedTuple):
     `dissipated`, `exchanged` (C, M, R), J: energy lost in contacts and films, and all that was
     taken and given. `residual` (C, M, R): the imbalance of energy over the energy exchanged.
     `distances` (C, P, T + 1): how far the first P members are from neighbours, at the start and
-    after each of all T revolutions, see `parting.py`.
+    after each of all T revolutions; infinite where they no longer run.
     """
 
     forces: Forces
@@ -171,22 +171,38 @@ def _running_gear(linkage: Linkage, clearance: FloatArray) -> dict[str, Any]:
 def run_ensemble(linkage: Linkage, study: Study, perturbation: float) -> Ensemble:
     """Run a study event by event; its first members have neighbours that start next to them.
 
-    `perturbation`, m, is how much further the joint of a neighbour is open at the start. Raises
-    UsageError for a study that does not fit into memory, and what the motion raises.
+    `perturbation`, m, is how much further the joint of a neighbour is open at the start; it runs
+    on after the revolutions that are discarded only if it is not apart by then. Raises UsageError
+    for a study that does not fit into memory, and what the motion raises.
     """
-    members, neighbours = study.members, min(study.members, MOST_NEIGHBOURS)
+    count, members = len(study.clearance), study.members
+    neighbours, runs = min(members, MOST_NEIGHBOURS), count * members
     _refuse_large(linkage, study, members + neighbours)
-    start = spread_starts(linkage, study.clearance, members)
-    nearby = start.gap[:, :neighbours].copy()
-    nearby[..., 0] += perturbation
+    # all members, and then the neighbours of `paired`
+    paired = np.arange(runs).reshape(count, members)[:, :neighbours].reshape(-1)
     start = Starts(
-        np.concatenate([start.gap, nearby], axis=1),
-        np.concatenate([start.velocity, start.velocity[:, :neighbours]], axis=1),
+        *(one.reshape(runs, -1) for one in spread_starts(linkage, study.clearance, members))
     )
-    shape = start.gap.shape
-    each = np.repeat(study.clearance, shape[1])
-    state = Starts(*(part.reshape(-1, shape[2]) for part in start))
-    gaps, velocities = [state.gap[:, None]], [state.velocity[:, None]]
+    nearby = start.gap[paired]
+    nearby[:, 0] += perturbation
+    state = Starts(
+        np.concatenate([start.gap, nearby]),
+        np.concatenate([start.velocity, start.velocity[paired]]),
+    )
+    each = np.repeat(study.clearance, members)
+    each = np.concatenate([each, each[paired]])
+    width, fastest = (of(linkage, each[runs:])[:, None] for of in (clearances, velocity_scale))
+    apart = np.full((len(paired), 1 + study.discard + study.revolutions), np.inf)
+
+    def compare(pairs: IntArray, gap: FloatArray, velocity: FloatArray, first: int) -> None:
+        """Enter distances from states (B, n, G) at revolutions `first` to `first` + n - 1."""
+        of = paired[pairs]
+        apart[pairs, first : first + gap.shape[1]] = distance(
+            gap[of] - gap[runs:], velocity[of] - velocity[runs:], width[pairs], fastest[pairs]
+        )
+
+    pairs = np.arange(len(paired))
+    compare(pairs, state.gap[:, None], state.velocity[:, None], 0)
     if study.discard:
         forgotten = end_states(
             gap=state.gap,
@@ -194,34 +210,22 @@ def run_ensemble(linkage: Linkage, study: Study, perturbation: float) -> Ensembl
             revolutions=study.discard,
             **_running_gear(linkage, each),
         )
-        gaps.append(forgotten.gap)
-        velocities.append(forgotten.velocity)
-        state = Starts(forgotten.gap[:, -1], forgotten.velocity[:, -1])
+        compare(pairs, forgotten.gap, forgotten.velocity, 1)
+        pairs = np.flatnonzero(np.all(apart[:, : study.discard + 1] < APART, axis=1))
+        going = np.concatenate([np.arange(runs), runs + pairs])
+        state, each = Starts(forgotten.gap[going, -1], forgotten.velocity[going, -1]), each[going]
     run = follow_events(linkage, each, state, study.revolutions, study.orders)
-    gaps.append(run.end_gap)
-    velocities.append(run.end_velocity)
-    gap, velocity = (
-        np.concatenate(part, axis=1).reshape(*shape[:2], -1, shape[2])
-        for part in (gaps, velocities)
-    )
-    apart = distance(
-        gap[:, :neighbours] - gap[:, members:],
-        velocity[:, :neighbours] - velocity[:, members:],
-        clearances(linkage, study.clearance)[:, None, None],
-        velocity_scale(linkage, study.clearance)[:, None, None],
-    )
+    compare(pairs, run.end_gap, run.end_velocity, study.discard + 1)
     exchanged, residual, lost = run.axial.exchanged, run.axial.relative_error, run.axial.dissipated
     if run.lateral is not None:
         exchanged = exchanged + run.lateral.exchanged
         residual = np.maximum(residual, run.lateral.relative_error)
         lost = lost + run.lateral.dissipated
-    return Ensemble(
-        _forces(run, shape[:2], members),
-        _members(lost, shape[:2], members),
-        _members(exchanged, shape[:2], members),
-        _members(residual, shape[:2], members),
-        apart,
+    lost, exchanged, residual = (
+        one[:runs].reshape(count, members, -1) for one in (lost, exchanged, residual)
     )
+    forces = _forces(run, (count, members))
+    return Ensemble(forces, lost, exchanged, residual, apart.reshape(count, neighbours, -1))
 
 
 def run_fixed_steps(linkage: Linkage, study: Study, method: str, steps: int) -> Forces:
@@ -241,7 +245,7 @@ def run_fixed_steps(linkage: Linkage, study: Study, method: str, steps: int) -> 
         orders_retained=study.orders,
         **_running_gear(linkage, np.repeat(study.clearance, study.members)),
     )
-    return _forces(run, shape[:2], study.members, study.discard)
+    return _forces(run, (len(study.clearance), study.members), study.discard)
 
 
 def _refuse_large(linkage: Linkage, study: Study, members: int) -> None:
@@ -256,23 +260,20 @@ def _refuse_large(linkage: Linkage, study: Study, members: int) -> None:
         )
 
 
-def _members(values: np.ndarray, shape: tuple[int, ...], members: int) -> np.ndarray:
-    """(C * all, ...) as (C, members, ...)."""
-    return values.reshape(*shape, *values.shape[1:])[:, :members]
+def _forces(run: Revolutions | FixedSteps, shape: tuple[int, int], discard: int = 0) -> Forces:
+    """Of the first C times M runs, for `shape` (C, M), in the revolutions after `discard`."""
+    runs = shape[0] * shape[1]
 
-
-def _forces(
-    run: Revolutions | FixedSteps, shape: tuple[int, ...], members: int, discard: int = 0
-) -> Forces:
     def gap_runs(gap: GapRecord | SampledRecord) -> GapRuns:
-        columns = (
+        columns: list[Any] = [
             gap.force_harmonics,
             gap.mean_absolute_force,
             gap.peak_force,
             gap.impact_count.astype(np.float64),
             gap.contact_time,
-        )
-        return GapRuns(*(_members(column, shape, members)[:, :, discard:] for column in columns))
+        ]
+        kept = (column[:runs, discard:] for column in columns)
+        return GapRuns(*(one.reshape(*shape, *one.shape[1:]) for one in kept))
 
     return Forces(
         gap_runs(run.wrist_pin),

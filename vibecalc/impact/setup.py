@@ -18,7 +18,7 @@ from vibecalc.numerics.rounding import UNIT_ROUNDOFF, ComplexArray, FloatArray, 
 # ----------------------------------------------------------------------------
 
 #: degree of the power series of every gap
-DEGREE = 22
+DEGREE = 28
 
 #: highest order times half the width of a panel, for the moments of `spectrum.py`
 _HALF_PHASE = 5.0
@@ -115,8 +115,9 @@ def _drive_width(drive: Drive) -> float:
 # ----------------------------------------------------------------------------
 
 #: longest step times the fastest rate of the contacts
-REACH = 1.75
+REACH = 3.1
 _RANK = np.arange(1.0, DEGREE + 1.0)
+_FACTORIAL = np.cumprod(np.concatenate([[1.0], _RANK]))
 
 
 class DrivePart(NamedTuple):
@@ -229,26 +230,25 @@ def motion_series(
     """
     gaps, members = gap.shape
     square = duration * duration
-    couple, push = couple * square, push * square
+    push = push * (square * _FACTORIAL[: DEGREE - 1, None, None])
     if side_pull is not None:
         side_pull = side_pull * square
-    rates = _RANK[:, None, None] * (law.damper / duration)
+    damper = law.damper / duration
+    # derivatives by s, z_k k!: with them every order has the same two matrices, springs and dampers
+    pulling = square * np.stack([couple * law.spring, couple * damper])
+    pulling = np.ascontiguousarray(pulling.swapaxes(1, 2).reshape(2 * gaps, gaps, members))
     z = np.empty((DEGREE + 1, gaps, members))
-    force = np.empty((DEGREE, gaps, members))
-    z[0], z[1] = gap, velocity * duration
-    damped = np.empty_like(gap)
+    z[0], z[1] = gap - law.free_position, velocity * duration
+    terms, side = np.empty_like(pulling), np.empty((DEGREE - 1, members))
     for k in range(DEGREE - 1):
-        np.multiply(law.spring, z[k] if k else z[0] - law.free_position, out=force[k])
-        np.multiply(rates[k], z[k + 1], out=damped)
-        force[k] += damped
-        pull = couple[0] * force[k] if gaps == 1 else np.sum(couple * force[k], axis=1)
-        np.subtract(push[k], pull, out=z[k + 2])
-        z[k + 2] /= (k + 1.0) * (k + 2.0)
+        np.multiply(pulling, z[k : k + 2].reshape(2 * gaps, 1, members), out=terms)
+        np.subtract(push[k], np.add.reduce(terms, axis=0), out=z[k + 2])
         if side_pull is not None:
-            lateral = in_order(side_pull[k::-1] * force[: k + 1, 0])
-            z[k + 2, -1] += lateral / ((k + 1.0) * (k + 2.0))
-    last = DEGREE - 1
-    force[last] = law.spring * z[last] + rates[last] * z[DEGREE]
+            side[k] = (law.spring[0] * z[k, 0] + damper[0] * z[k + 1, 0]) / _FACTORIAL[k]
+            z[k + 2, -1] += _FACTORIAL[k] * in_order(side_pull[k::-1] * side[: k + 1])
+    z /= _FACTORIAL[:, None, None]
+    force = law.spring * z[:-1] + _RANK[:, None, None] * damper * z[1:]
+    z[0] = gap
     return GapSeries(z, force)
 
 
