@@ -6,7 +6,7 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.rounding import FloatArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray
 
 # ----------------------------------------------------------------------------
 # A linear machine as matrices, with what rounding may have done to them.
@@ -47,15 +47,31 @@ _ROUNDS = 50
 def nonnegative_least_squares(table: FloatArray, right: FloatArray) -> FloatArray:
     """Weights (n,) >= 0 that bring `table` (m, n) times the weights nearest to `right` (m,).
 
-    Lawson and Hanson (1974), as scipy has it. Raises NumericalFailure where it does not end.
+    C. L. Lawson and R. J. Hanson, Solving Least Squares Problems (1974), chapter 23. Importing what
+    scipy has of it takes longer than a search. Raises NumericalFailure where it does not end.
     """
-    from scipy.optimize import nnls
-
-    try:
-        weights, _ = nnls(table, right, maxiter=_ROUNDS * table.shape[1])
-    except RuntimeError as error:
-        raise NumericalFailure(
-            "least squares with weights that are not negative finds no end: "
-            f"{table.shape[1]} conditions on {table.shape[0] - 1} variables are nearly dependent"
-        ) from error
-    return np.asarray(weights, dtype=float)
+    count, size = table.shape[1], np.abs(table).sum(axis=0)
+    least = 10.0 * max(table.shape) * EPSILON * float(np.max(size, initial=0.0))
+    weights, (used, tried) = np.zeros(count), np.zeros((2, count), dtype=bool)
+    for _ in range(_ROUNDS * count + 1):
+        found = np.zeros(count)
+        found[used] = np.linalg.lstsq(table[:, used], right, rcond=None)[0]
+        below = used & (found <= 0.0)
+        if np.any(below):
+            # as far towards it as none falls below zero; what is zero there is out
+            share = np.divide(weights, weights - found, out=np.full(count, 2.0), where=below)
+            weights += np.min(share) * (found - weights)
+            used &= (share > np.min(share)) & (weights > 0.0)
+            weights[~used] = 0.0
+            continue
+        # what rounding throws out as soon as it is in is not tried again before others are
+        tried &= not np.any(found != weights)
+        weights = found
+        pull = np.where(used | tried, -np.inf, table.T @ (right - table @ weights))
+        if not np.any(pull > least):
+            return weights
+        used[np.argmax(pull)] = tried[np.argmax(pull)] = True
+    raise NumericalFailure(
+        "least squares with weights that are not negative finds no end: "
+        f"{table.shape[1]} conditions on {table.shape[0] - 1} variables are nearly dependent"
+    )

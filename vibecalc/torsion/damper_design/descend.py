@@ -98,6 +98,8 @@ BROKEN = 1e-4
 _HALVINGS = 6
 #: reach of the linear program that judges an end
 _LEFT = 0.1
+#: steps of a linear program, and what rounding may leave of its rows, whose entries are about 1
+_PIVOTS, _FEASIBLE = 200, 1e-12
 
 
 class DesignPoint(NamedTuple):
@@ -193,8 +195,6 @@ def _linear_program(
     prepared: Survey, here: DesignPoint, radius: float, penalty: float
 ) -> tuple[FloatArray, float]:
     """Best step (v,) within the radius if all were linear, and the merit it would gain."""
-    from scipy.optimize import linprog
-
     tops, moving = here.peaks, prepared.moving
     section = tops.row < prepared.system.twist.shape[0]
     worst = float(np.max(tops.value[section]))
@@ -206,16 +206,42 @@ def _linear_program(
     right = np.where(section, 0.0, 1.0) - level
     only_excess = penalty == np.inf
     cost = np.append(np.zeros(moving.size), [0.0, 1.0] if only_excess else [1.0, penalty])
-    bounds = prepared.logarithms - here.variables[:, None]
-    box = [(max(low, -radius), min(high, radius)) for low, high in bounds]
-    solution = linprog(cost, rows, right, bounds=[*box, (None, None), (0.0, None)], method="highs")
-    if solution.x is None:
+    box = np.clip(prepared.logarithms - here.variables[:, None], -radius, radius)
+    sides = np.eye(moving.size, moving.size + 2)
+    rows = np.vstack([rows, sides, -sides, np.append(np.zeros(moving.size + 1), -1.0)])
+    right = np.concatenate([right, box[:, 1], -box[:, 0], [0.0]])
+    # of the worst section alone: each variable goes as far as it may
+    first, number = int(np.argmax(np.where(section, level, -np.inf))), np.arange(moving.size)
+    box_row = len(level) + np.where(slope[first] > 0.0, moving.size, 0) + number
+    point = lowest_vertex(cost, rows, right, [first, *box_row.tolist(), len(rows) - 1])
+    if point is None:
         return np.zeros(moving.size), 0.0
-    step = np.asarray(solution.x[: moving.size])
+    step, found = point[: moving.size], float(cost @ point)
     excess = max(0.0, float(np.max(level[~section], initial=1.0)) - 1.0)
     if only_excess:
-        return step, excess - float(solution.fun)
-    return step, worst * (1.0 + penalty * excess - float(solution.fun))
+        return step, excess - found
+    return step, worst * (1.0 + penalty * excess - found)
+
+
+def lowest_vertex(
+    cost: FloatArray, rows: FloatArray, right: FloatArray, active: list[int]
+) -> FloatArray | None:
+    """The place (n,) of least cost where rows (r, n) times it are no more than the right; or None.
+
+    Dual simplex method (C. E. Lemke, Naval Res. Logist. Q. 1, 1954, 36) from n `active` rows whose
+    multipliers are not negative.
+    """
+    for _ in range(_PIVOTS):
+        basis = rows[active]
+        point = np.asarray(np.linalg.solve(basis, right[active]), dtype=float)
+        excess = rows @ point - right
+        worst = int(np.argmax(excess))
+        if excess[worst] <= _FEASIBLE:
+            return point
+        pulls, taken = np.linalg.solve(basis.T, np.stack([-cost, rows[worst]], axis=1)).T
+        share = np.divide(pulls, taken, out=np.full(len(taken), np.inf), where=taken > _FEASIBLE)
+        active[int(np.argmin(share))] = worst
+    return None
 
 
 def nearest_within_limits(prepared: Survey, broken: DesignPoint, within: DesignPoint) -> FloatArray:
