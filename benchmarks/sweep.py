@@ -77,7 +77,7 @@ SWEEPS = (
     Sweeping("energies by both methods, same operations", "compressor", (METHOD,),
              ("response/operations/kinetic_energy/peak", "response/translation_peak"), False),
     Sweeping("largest torques of a shaft line over its damper", "engine_damped", (SPRING, DASHPOT),
-             ("response/torsion/largest/torque_half_range", "response/torsion/reduction"), False),
+             ("response/torsion/largest/torque_half_range", "response/torsion/reduction"), True),
 )  # fmt: skip
 
 

@@ -404,7 +404,8 @@ def test_a_speed_that_is_one_of_the_sweep_but_for_rounding_is_not_added() -> Non
     """As the corner of a class rule at 0.9 of the rated speed may be."""
     setup = build_setup(validate(geared()))
     speed = np.array([70.0, 94.5, 110.0])
-    dense = DenseSweep(speed, sweep(setup.model, setup.drive, speed, setup.shaft).torque)
+    torque = sweep(setup.model, setup.drive, speed, setup.shaft).torque
+    dense = DenseSweep(speed, torque, np.zeros(3, dtype=int))
     beside = np.nextafter(94.5, 0.0)
-    found = added(setup, dense, np.array([beside, 80.0, np.nextafter(80.0, 90.0), 94.6]))
+    found = added(setup, dense, 1j * np.array([beside, 80.0, np.nextafter(80.0, 90.0), 94.6]))
     np.testing.assert_array_equal(found.speed, [70.0, 80.0, 94.5, 94.6, 110.0])

@@ -225,9 +225,9 @@ def test_an_ordinary_range_is_eliminated_once_and_only_growth_is_solved_again(mo
     again = []
     by_root, dense = forced_corrected.plan_of, forced_corrected.dense_solution
 
-    def counted(line, root):
+    def counted(line, root, *shape):
         again.append(root)
-        return by_root(line, root)
+        return by_root(line, root, *shape)
 
     def counted_dense(line, frequency, *rest):
         again.append(frequency.tolist())

@@ -3,8 +3,10 @@
 import math
 from typing import TYPE_CHECKING
 
+from vibecalc.core.run.stage import Leading
 from vibecalc.kinds import has_crank_train
 from vibecalc.schema import Case
+from vibecalc.torsion.results import ROOT
 
 if TYPE_CHECKING:
     from vibecalc.torsion.coupling_tables import Coupling
@@ -13,6 +15,8 @@ if TYPE_CHECKING:
 
 #: where the case says nothing
 _HIGHEST_ORDER = 12.0
+#: of longer lines poles are not all computed
+_MANY_FREEDOMS = 200
 #: longer rows are not printed
 _LONGEST_HOLZER = 100
 
@@ -167,3 +171,36 @@ def has_loss(case: Case) -> bool:
 def freedom_count(case: Case) -> int:
     line = shaft_line_of(case)
     return len(line.stations) + len(line.dampers)
+
+
+# ----------------------------------------------------------------------------
+# Studies of many dampers on one line.
+# ----------------------------------------------------------------------------
+
+#: numbers of rings over which largest values are found together, and these
+RING_KEYS = frozenset(
+    f"machine.shaft_line.dampers[].{name}"
+    for name in ("inertia", "stiffness", "damping", "loss_factor")
+)
+TOGETHER = tuple(
+    f"{ROOT}/{name}"
+    for name in (
+        *("largest/torque_half_range", "largest/twist_half_range", "largest/stress_half_range"),
+        *("largest/speed", "reduction", "speeds/heat"),
+    )
+)
+
+
+def leading(case: Case) -> Leading | None:
+    """How many rings on one line, whose values follow neither speed nor load, are taken at once."""
+    from vibecalc.torsion.shaft_line_tables import has_laws
+
+    line, torsion = shaft_line_of(case), torsion_of(case)
+    own_ways = (
+        *(torsion.speeds is None, torsion.damping_model is not None, torsion.method == "modal"),
+        *(torsion.limits, torsion.misfire, line.excitations, named_couplings(case)),
+        *(modes_follow_speed(case), has_laws(line), freedom_count(case) > _MANY_FREEDOMS),
+    )
+    if any(own_ways):
+        return None
+    return Leading(keys=RING_KEYS, only=TOGETHER, most=64, takes_all=False, milliseconds=5.0)

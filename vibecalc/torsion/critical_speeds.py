@@ -8,7 +8,14 @@ from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.maxima import CORNER, by_values
-from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray, IntArray, distinct
+from vibecalc.numerics.rounding import (
+    EPSILON,
+    BoolArray,
+    ComplexArray,
+    FloatArray,
+    IntArray,
+    distinct,
+)
 
 # ----------------------------------------------------------------------------
 # Critical speeds: where an order of excitation meets a natural frequency.
@@ -121,12 +128,19 @@ def maxima(
 
 
 def _stands_alone(
-    curve: FloatArray, speed: FloatArray, section: IntArray, place: IntArray, undamped: FloatArray
+    curve: FloatArray,
+    speed: FloatArray,
+    section: IntArray,
+    place: IntArray,
+    undamped: FloatArray,
+    machine: IntArray | None = None,
 ) -> BoolArray:
-    """Which values are maxima among the speeds, away from those without damping."""
+    """Which values are maxima among speeds of their machine, away from those without damping."""
     values = curve[place, section]
     inner = (place > 0) & (place < len(speed) - 1) & np.isfinite(values) & (values > 0.0)
     sides = np.clip(place[:, None] + np.array([-1, 1]), 0, len(speed) - 1)
+    if machine is not None:
+        inner &= np.all(machine[sides] == machine[place, None], axis=1)
     beside = curve[sides, section[:, None]]
     # where a limit begins to say something, a use drops to nothing
     inner &= np.all(np.isfinite(beside) & (beside <= values[:, None]) & (beside > 0.0), axis=1)
@@ -140,19 +154,27 @@ def largest(
     speed: FloatArray,
     undamped: FloatArray,
     endless: FloatArray,
+    machine: IntArray | None = None,
 ) -> Maxima:
     """The largest of each section's curve (s, e), (e,); past `REFINED` of them that of the sweep.
 
     Every maximum among the speeds that may be the highest is refined, and one between the last
     speed and the one before it. `endless` (e,) is the speed in the range at which a section's curve
-    has no end, NaN for none.
+    has no end, NaN for none. The speeds may be those of one `machine` (s,) of p after the other:
+    then there are the largest of each machine (p e,), and `make` takes such numbers.
     """
-    place = np.argmax(curve, axis=0)
-    value = curve[place, np.arange(curve.shape[1])]
+    machine = np.zeros(len(speed), dtype=np.int64) if machine is None else machine
+    first = np.flatnonzero(np.diff(machine, prepend=-1))
+    best = np.maximum.reduceat(curve, first, axis=0)
+    # of equal ones that at the lowest speed
+    highest = np.where(curve == best[machine], np.arange(len(speed))[:, None], len(speed))
+    place, value = np.minimum.reduceat(highest, first, axis=0).ravel(), best.ravel().copy()
     at, uncertainty, lost = speed[place].copy(), *np.zeros((2, len(place)))
-    section = np.sort(np.argsort(-value, kind="stable")[:REFINED])
-    brackets = _rivals(curve, speed, section, value, undamped)
-    ends = _nearby_ends(make, curve, speed, section, value, undamped)
+    examined = np.zeros(best.shape, dtype=bool)
+    loaded = np.argsort(-best, axis=1, kind="stable")[:, :REFINED]
+    np.put_along_axis(examined, loaded, True, axis=1)
+    seen_at = _Seen(curve, speed, machine, first, best, examined)
+    brackets, ends = _rivals(seen_at, undamped), _nearby_ends(make, seen_at, undamped)
     row, low, top, high = (np.concatenate(pair) for pair in zip(brackets, ends, strict=True))
     floor = np.where(np.isfinite(value), value, 0.0)
 
@@ -172,51 +194,65 @@ def largest(
     at[which] = np.where(higher, found.place.value, at[which])
     value[which] = np.maximum(height, seen)
     lost[which] = found.height.error
-    no_end = ~np.isnan(endless)
+    no_end = np.broadcast_to(~np.isnan(endless), best.shape).ravel()
+    endless = np.broadcast_to(endless, best.shape).ravel()
     at, value = np.where(no_end, endless, at), np.where(no_end, np.inf, value)
     uncertainty = np.where(no_end, 1e-10 * at, uncertainty)
     return Maxima(np.arange(len(place)), at, uncertainty, value, np.where(no_end, 0.0, lost))
 
 
-#: section, and a place between two others that is higher than both
+class _Seen(NamedTuple):
+    """Curves (s, e) at speeds (s,) of machines (s,) from places `first` (p,) on.
+
+    `best` (p, e) is the largest of each, `examined` whether there is more to be searched.
+    """
+
+    curve: FloatArray
+    speed: FloatArray
+    machine: IntArray
+    first: IntArray
+    best: FloatArray
+    examined: BoolArray
+
+
+#: curve, by its number among those of all machines, and a place between two others that is higher
+#: than both
 _Brackets = tuple[IntArray, FloatArray, FloatArray, FloatArray]
 
 
-def _rivals(
-    curve: FloatArray, speed: FloatArray, section: IntArray, best: FloatArray, undamped: FloatArray
-) -> _Brackets:
+def _rivals(seen: _Seen, undamped: FloatArray) -> _Brackets:
     """Steps about maxima among the speeds that may be the highest between them."""
-    place, column = np.nonzero(curve[:, section] >= RIVAL * best[section])
-    row = section[column]
-    inner = _stands_alone(curve, speed, row, place, undamped)
-    place, row = place[inner], row[inner]
+    curve, speed, machine = seen.curve, seen.speed, seen.machine
+    least = np.where(seen.examined, RIVAL * seen.best, np.inf)
+    place, section = np.nonzero((curve >= least[machine]) & seen.examined[machine])
+    inner = _stands_alone(curve, speed, section, place, undamped, machine)
+    place, section = place[inner], section[inner]
+    row = machine[place] * curve.shape[1] + section
     return row, speed[place - 1], speed[place], speed[place + 1]
 
 
-def _nearby_ends(
-    make: Callable[[IntArray], Value],
-    curve: FloatArray,
-    speed: FloatArray,
-    section: IntArray,
-    best: FloatArray,
-    undamped: FloatArray,
-) -> _Brackets:
+def _nearby_ends(make: Callable[[IntArray], Value], seen: _Seen, undamped: FloatArray) -> _Brackets:
     """The first and the last step, where a curve rises from its high end inwards, and falls."""
+    curve, speed, first = seen.curve, seen.speed, seen.first
     parts = [(np.zeros(0, dtype=np.int64), *np.zeros((3, 0)))]
-    for end, nearby in ((0, 1), (-1, -2)) if len(speed) > 1 else ():
-        top, inner = curve[end, section], curve[nearby, section]
-        high = np.isfinite(top) & (top > 0.0) & (top >= RIVAL * best[section])
-        rows = section[high & np.isfinite(inner) & (inner > 0.0) & (inner < top)]
-        low, far = sorted((speed[end], speed[nearby]))
-        if not len(rows) or np.any((undamped >= low) & (undamped <= far)):
+    last = np.append(first[1:], len(speed)) - 1
+    for end, nearby in ((first, first + 1), (last, last - 1)) if len(speed) > 1 else ():
+        top, inner = curve[end], curve[nearby]
+        high = np.isfinite(top) & (top > 0.0) & (top >= RIVAL * seen.best) & seen.examined
+        of, section = np.nonzero(high & np.isfinite(inner) & (inner > 0.0) & (inner < top))
+        start, stop = speed[end[of], None], speed[nearby[of], None]
+        low, far = np.minimum(start, stop), np.maximum(start, stop)
+        clear = ~np.any((undamped >= low) & (undamped <= far), axis=1)
+        if not np.any(clear):
             continue
-        where = speed[end] + (speed[nearby] - speed[end]) * np.tile([0.0, INWARDS], (len(rows), 1))
-        inwards = make(rows)(where)
-        rising = inwards[:, 1] > inwards[:, 0]
-        sides = np.full((2, int(np.sum(rising))), [[low], [far]])
-        parts.append((rows[rising], sides[0], where[rising, 1], sides[1]))
-    row, first, middle, last = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return row, first, middle, last
+        where = start + (stop - start) * np.array([0.0, INWARDS])
+        rows = of * curve.shape[1] + section
+        rising = np.flatnonzero(clear)
+        inwards = make(rows[rising])(where[rising])
+        rising = rising[inwards[:, 1] > inwards[:, 0]]
+        parts.append((rows[rising], low[rising, 0], where[rising, 1], far[rising, 0]))
+    row, begin, middle, stop = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return row, begin, middle, stop
 
 
 def peaks(
@@ -275,11 +311,27 @@ FAINT = 1e-9
 
 
 class NarrowResonances(NamedTuple):
-    """Resonances (r,): speed and half the width at half the power, rad/s; heights (r, e) alone."""
+    """Resonances (r,): speed and half the width at half the power, rad/s; heights (r, e) alone.
+
+    `machine` (r,) is whose they are.
+    """
 
     speed: FloatArray
     width: FloatArray
     height: FloatArray
+    machine: IntArray
+
+
+def by_machine(machine: IntArray | int, speed: FloatArray) -> ComplexArray:
+    """Speeds (...) of machines (...) as one number each, which sort by machine, then by speed."""
+    pair: ComplexArray = np.empty(np.shape(speed), dtype=np.complex128)
+    pair.real, pair.imag = machine, speed
+    return pair
+
+
+def machine_and_speed(pair: ComplexArray) -> tuple[IntArray, FloatArray]:
+    """Both (...) of what `by_machine` gives."""
+    return pair.real.astype(np.int64), np.ascontiguousarray(pair.imag)
 
 
 def narrow_resonance_speeds(
@@ -287,31 +339,34 @@ def narrow_resonance_speeds(
     curve: FloatArray,
     resonances: NarrowResonances,
     levels: tuple[FloatArray, ...] = (),
-) -> FloatArray:
-    """Speeds (k,) in rad/s, next to those of a sweep (s,) of curves (s, e), to evaluate as well.
+) -> ComplexArray:
+    """Speeds (k,) `by_machine` in rad/s, next to those of a sweep (s,), to evaluate as well.
 
-    Those about a resonance that is narrower than the steps and may reach, on what the curve is
-    next to it, the largest value of some curve or one of the `levels`, each (e,) or (s, e).
+    Those about a resonance that is narrower than the steps and may reach, on what the curves
+    (p, s, e) of its machine are next to it, the largest value of some curve or one of the `levels`,
+    each (e,) or (s, e).
     """
     step = np.diff(speed)
     place = np.clip(np.searchsorted(speed, resonances.speed) - 1, 0, len(step) - 1)
-    nearby = np.maximum(curve[:-1], curve[1:])
+    at = (resonances.machine, place)
+    nearby = np.maximum(curve[:, :-1], curve[:, 1:])
     reach = np.zeros_like(nearby)
-    np.add.at(reach, place, resonances.height)
+    np.add.at(reach, at, resonances.height)
     reach = nearby + MARGIN * reach
-    best = np.max(curve, axis=0, initial=0.0, where=np.isfinite(curve))
-    near = np.any(reach >= best, axis=1)
+    best = np.max(curve, axis=1, initial=0.0, where=np.isfinite(curve), keepdims=True)
+    near = np.any(reach >= best, axis=-1)
     for level in levels:
         least = np.minimum(level[:-1], level[1:]) if level.ndim > 1 else level
-        near |= np.any(reach >= least, axis=1)
-    counts = np.any(MARGIN * resonances.height >= FAINT * nearby[place], axis=1)
-    chosen = near[place] & (resonances.width < SHOWN * step[place]) & counts
-    if not np.any(chosen):
-        return np.zeros(0)
+        near |= np.any(reach >= least, axis=-1)
+    counts = np.any(MARGIN * resonances.height >= FAINT * nearby[at], axis=1)
+    chosen = near[at] & (resonances.width < SHOWN * step[place]) & counts
     extra = (
         resonances.speed[chosen, None] + resonances.width[chosen, None] * NEARBY_NARROW_RESONANCE
     )
-    return distinct(extra[~np.isin(extra, speed)])
+    extra_of = np.broadcast_to(resonances.machine[chosen, None], extra.shape)
+    fresh = ~np.isin(extra, speed)
+    # without the index numpy imports its masked arrays
+    return np.unique(by_machine(extra_of[fresh], extra[fresh]), return_index=True)[0]
 
 
 # ----------------------------------------------------------------------------

@@ -551,76 +551,87 @@ def _alike(line: Line, one: ComplexArray, other: ComplexArray) -> float:
 class LinePoles(NamedTuple):
     """Poles (r,) in rad/s with vectors (r, n) and `scale` (r,) = x^T (2 s J + C) x.
 
-    `order` (r,) is the place of the order of the excitation that they are met by.
+    `order` (r,) is the place of the order of the excitation that they are met by, `machine` (r,),
+    ascending at each order, that of their line among many.
     """
 
     pole: ComplexArray
     shape: ComplexArray
     scale: ComplexArray
     order: IntArray
+    machine: IntArray
 
 
-def poles_at_orders(
-    pole: ComplexArray, shape: ComplexArray, scale: ComplexArray, count: int
-) -> LinePoles:
+def poles_at_orders(poles: LinePoles, count: int) -> LinePoles:
     """The same poles (r,) at each of so many orders."""
-    each = np.tile(np.arange(len(pole)), count)
-    order = np.repeat(np.arange(count), len(pole))
-    return LinePoles(pole[each], shape[each], scale[each], order)
+    each = np.tile(np.arange(len(poles.pole)), count)
+    order = np.repeat(np.arange(count), len(poles.pole))
+    pole, shape, scale = (part[each] for part in poles[:3])
+    return LinePoles(pole, shape, scale, order, poles.machine[each])
 
 
-def all_poles(line: Line, unit: float) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """Poles (r,) in rad/s above the real axis, vectors (r, n), x^T (2 s J + C) x (r,).
+def all_poles(line: Line) -> LinePoles:
+    """Poles above the real axis, each at order 0; of many lines (p,) those of one after the other.
 
-    Eigenvalues of the state matrix, in units of `unit` in rad/s (the stiffest mode, or the digits
-    of the soft ones are lost), each bettered by one step of Newton's method; a loss factor counts
-    as a complex stiffness.
+    Eigenvalues of the state matrix, in units of its highest frequency (or the digits of the soft
+    modes are lost), each bettered by one step of Newton's method; a loss factor counts as a complex
+    stiffness.
     """
-    return _all_poles(line, np.diag(line.inertia), unit)
+    return _all_poles(line, line.inertia[..., None] * np.eye(line.inertia.shape[-1]))
 
 
-def all_poles_by_order(
-    line: Line, speed_stiffness: FloatArray, order: FloatArray, unit: float
-) -> LinePoles:
+def all_poles_by_order(line: Line, speed_stiffness: FloatArray, order: FloatArray) -> LinePoles:
     """The same at each order (m,) of a line whose stiffness grows with the square of the speed.
 
     By `speed_stiffness` (e,) in N m/rad per (rad/s)^2; at a pole s of an order the speed is
     s / (i order), so that it counts as an inertia.
     """
     sets = []
-    for one in order.tolist():
+    for place, one in enumerate(order.tolist()):
         nothing = np.zeros_like(line.inertia)
         tied = network_matrix(line, speed_stiffness, nothing)
-        sets.append(_all_poles(line, np.diag(line.inertia) - tied / one**2, unit))
-    counts = [len(one[0]) for one in sets]
-    pole, shape, scale = (np.concatenate(part) for part in zip(*sets, strict=True))
-    scale = np.asarray(scale, dtype=np.complex128)
-    return LinePoles(pole, shape, scale, np.repeat(np.arange(len(order)), counts))
+        found = _all_poles(line, np.diag(line.inertia) - tied / one**2)
+        sets.append(found._replace(order=np.full_like(found.order, place)))
+    return LinePoles(*(np.concatenate(part) for part in zip(*sets, strict=True)))
 
 
-def _all_poles(
-    line: Line, mass: FloatArray, unit: float
-) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """Of the line with this inertia (n, n)."""
-    count = len(line.inertia)
+def _all_poles(line: Line, mass: FloatArray) -> LinePoles:
+    """Of lines (..., n) with this inertia (..., n, n)."""
+    count = line.inertia.shape[-1]
     stiffness, damping = stiffness_matrix(line), damping_matrix(line)
+    # about the highest frequency: no more than twice the stiffness over the inertia of a freedom
+    held, inertia = np.broadcast_arrays(np.diagonal(stiffness, 0, -2, -1), line.inertia)
+    square = np.divide(held, inertia, out=np.zeros_like(held), where=inertia > 0.0)
+    unit = np.sqrt(np.maximum(2.0 * np.max(square, axis=-1, initial=0.0), 1.0))[..., None]
     if np.any(line.loss_factor):
         loss = network_matrix(line, line.stiffness * line.loss_factor, np.zeros(count))
         stiffness = stiffness + 1j * loss
+    leading = np.broadcast_shapes(mass.shape[:-2], stiffness.shape[:-2], damping.shape[:-2])
+    mass, damping, stiffness = (
+        np.broadcast_to(one, (*leading, count, count)).reshape(-1, count, count)
+        for one in (mass, damping, stiffness)
+    )
+    unit = np.broadcast_to(unit, (*leading, 1)).reshape(-1, 1)
+    by = unit[..., None]
+    whole = np.zeros((len(mass), 2 * count, 2 * count), dtype=stiffness.dtype)
+    whole[:, :count, count:] = np.eye(count)
+    right = np.concatenate([-stiffness / by**2, -damping / by], axis=-1)
     try:
-        moved = np.linalg.solve(mass, np.hstack([-stiffness / unit**2, -damping / unit]))
+        whole[:, count:] = np.linalg.solve(mass, right)
     except np.linalg.LinAlgError:
-        none = np.zeros(0, dtype=np.complex128)
-        return none, np.zeros((0, count), dtype=np.complex128), none
-    whole = np.vstack([np.eye(count, 2 * count, count), moved])
+        whole = whole[:0]
     pole, vector = np.linalg.eig(whole)
-    pole = pole * unit
-    up = pole.imag > 1e-9 * unit
-    pole, shape = pole[up], vector[:count, up].T
-    a, b, c = (np.sum((shape @ part) * shape, axis=1) for part in (mass, damping, stiffness))
+    up = pole.imag > 1e-9
+    machine = np.nonzero(up)[0]
+    shape = np.moveaxis(vector, -1, 1)[up][:, :count].astype(np.complex128)
+    pole = (pole * unit[: len(whole)])[up].astype(np.complex128)
+    a, b, c = (
+        np.sum(np.matmul(shape[:, None], part[machine])[:, 0] * shape, axis=1)
+        for part in (mass, damping, stiffness)
+    )
     # one step of Newton with the quotient of the vector: errors of the vector count squared
     slope = 2.0 * pole * a + b
     with np.errstate(divide="ignore", invalid="ignore"):
         better = pole - (pole * (pole * a + b) + c) / slope
     pole = np.where(np.abs(better - pole) <= 1e-6 * np.abs(pole), better, pole)
-    return pole, shape, 2.0 * pole * a + b
+    return LinePoles(pole, shape, 2.0 * pole * a + b, np.zeros_like(machine), machine)

@@ -136,7 +136,7 @@ def forced_masked(
     growth = np.zeros(count, dtype=bool)
     # as the root it needs no torque carried down to it; which one it is need not be known exactly
     root = int(np.argmax(heaviest))
-    plan = None if dense else plan_of(flat, root)
+    plan = None if dense else plan_of(line, root, shape)
     estimated = estimate or plan is None
     size = max(1, (min(LONGEST, BLOCK // n) if plan else ENTRIES // (n * n)) // copies)
     # blocks of one length: a short last one would cost as many calls as the others

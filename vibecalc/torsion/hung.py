@@ -46,12 +46,11 @@ class BareLine(NamedTuple):
 
 
 class Hung(NamedTuple):
-    """With the rings: torques (e, s, m) of the bare line's elements, `pull` (s, m) of the rings.
+    """What the rings pull the line with, and the angle of their freedom, (..., s, m) each.
 
-    `angle` (s, m) is that of their freedom; `error` (s, m) bounds all angles.
+    `error` (..., s, m) bounds all angles.
     """
 
-    torque: ComplexArray
     pull: ComplexArray
     angle: ComplexArray
     error: FloatArray
@@ -85,27 +84,36 @@ def bare_line(
 def ring_stiffness(
     line: Line, element: int, frequency: FloatArray
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Of the ring behind an element at (s, m): its dynamic stiffness, and twist per angle."""
-    square = -np.square(frequency) * line.inertia[line.second[element]]
-    spring: ComplexArray = np.empty(frequency.shape, dtype=complex)
-    spring.real = line.stiffness[..., element]
-    spring.imag = frequency * line.damping[..., element]
-    spring.imag += line.stiffness[..., element] * line.loss_factor[..., element]
+    """Of the ring behind an element at (..., s, m): its dynamic stiffness, and twist per angle."""
+    square = -np.square(frequency) * line.inertia[..., line.second[element]]
+    stiffness = line.stiffness[..., element]
+    lossy = frequency * line.damping[..., element] + stiffness * line.loss_factor[..., element]
+    shape = np.broadcast_shapes(square.shape, np.shape(stiffness), lossy.shape)
+    spring: ComplexArray = np.empty(shape, dtype=complex)
+    spring.real, spring.imag = stiffness, lossy
     twist = square / (spring + square)
     return spring * twist, twist
 
 
 def hung(bare: BareLine, stiffness: ComplexArray) -> Hung:
-    """With rings of a dynamic stiffness (s, m) on the freedom; errors are infinite where masked."""
+    """With rings of a dynamic stiffness (..., s, m) on the freedom, many machines in front.
+
+    Errors are infinite where masked.
+    """
     whole = 1.0 / (1.0 + stiffness * bare.unit_angle)
     angle = bare.angle * whole
     pull = stiffness * angle
-    torque = np.multiply(bare.unit_torque, pull)
-    np.subtract(bare.torque, torque, out=torque)
     # what is wrong in both angles without rings moves the pull, and that all of the line
     size = np.abs(pull)
     wrong = bare.error + size * bare.unit_error
     wrong *= 1.0 + np.abs(stiffness * whole) * bare.reach
     wrong += ROUNDINGS * EPSILON * (np.abs(bare.angle) + size * bare.reach)
-    wrong[bare.masked] = np.inf
-    return Hung(torque, pull, angle, wrong)
+    wrong[..., bare.masked] = np.inf
+    return Hung(pull, angle, wrong)
+
+
+def torque_under(bare: BareLine, pull: ComplexArray, out: ComplexArray) -> None:
+    """Torques (e, ..., s, m) of the bare line's elements under a pull (..., s, m), into `out`."""
+    between = tuple(range(1, pull.ndim - 1))
+    np.multiply(np.expand_dims(bare.unit_torque, between), pull, out=out)
+    np.subtract(np.expand_dims(bare.torque, between), out, out=out)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from vibecalc.kinds import has_crank_train
 from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.leading import side_by_side
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts import tables as train_parts
 from vibecalc.parts.crank_train import CrankTrain, build_crank_train
@@ -234,7 +235,7 @@ def damper_elements(line: ShaftLine, at: Mapping[str, int]) -> list[AttachedElem
     """
     elements = []
     for one in line.dampers:
-        inertia, spring = one.inertia or 0.0, 0.0
+        inertia, spring = 0.0 if one.inertia is None else one.inertia, 0.0
         if one.order is not None and one.mass is not None and one.arm_radius is not None:
             reach = one.arm_radius * (1.0 + 1.0 / one.order**2)
             inertia = one.count * one.mass * reach**2
@@ -244,7 +245,7 @@ def damper_elements(line: ShaftLine, at: Mapping[str, int]) -> list[AttachedElem
             kind="damper",
             first=at[one.on],
             second=-1,
-            stiffness=one.stiffness or 0.0,
+            stiffness=0.0 if one.stiffness is None else one.stiffness,
             damping=one.damping,
             loss_factor=one.loss_factor,
             speed_stiffness=spring,
@@ -381,7 +382,10 @@ class ShaftLineModel:
 
 
 def build_shaft_line(case: Case) -> ShaftLineModel:
-    """Arrays of `machine.shaft_line`; a case without problems has one piece and one ratio each."""
+    """Arrays of `machine.shaft_line`; a case without problems has one piece and one ratio each.
+
+    Numbers of rings that are arrays (points,) give `line` leading axes.
+    """
     parts = case.machine.shaft_line
     assert parts is not None, "only planned where there is a shaft line"
     train = build_crank_train(case.machine.crank_train) if has_crank_train(case.machine) else None
@@ -404,14 +408,14 @@ def build_shaft_line(case: Case) -> ShaftLineModel:
     ends += [(freedom[one.element.first], place) for one, place in zip(attached, ring, strict=True)]
     square, n = element_ratio**2, stations + len(attached)
     line = Line(
-        inertia=_gathered(inertia_of, ratio, freedom, n) + _rings(attached, ratio, stations, n),
+        inertia=_gathered(inertia_of, ratio, freedom, n) + _rings(attached, ratio, stations),
         absolute_damping=_gathered(damped, ratio, freedom, n),
         ground_stiffness=_gathered(held, ratio, freedom, n),
         first=np.array([a for a, _ in ends], dtype=np.int64),
         second=np.array([b for _, b in ends], dtype=np.int64),
-        stiffness=square * np.array([one.stiffness for one in elements]),
-        damping=square * np.array([one.damping for one in elements]),
-        loss_factor=np.array([one.loss_factor for one in elements], dtype=float),
+        stiffness=square * side_by_side([one.stiffness for one in elements]),
+        damping=square * side_by_side([one.damping for one in elements]),
+        loss_factor=side_by_side([one.loss_factor for one in elements]),
     )
     leaders = [int(np.flatnonzero(freedom == place)[0]) for place in range(stations)]
     together = [
@@ -454,7 +458,8 @@ def build_shaft_line(case: Case) -> ShaftLineModel:
                 ring=int(place),
                 element=len(shafts) + len(meshes) + number,
                 inertia=one.inertia,
-                stiffness=one.element.stiffness or one.element.speed_stiffness,
+                # pendulums have no other spring
+                stiffness=one.element.stiffness + one.element.speed_stiffness,
                 damping=one.element.damping,
             )
             for number, (one, place) in enumerate(zip(attached, ring, strict=True))
@@ -522,10 +527,9 @@ def _gathered(values: Array | list[float], ratio: Array, freedom: Places, n: int
     return total
 
 
-def _rings(attached: list[AttachedElement], ratio: Array, stations: int, n: int) -> Array:
-    inertia = np.zeros(n)
-    inertia[stations:] = [one.inertia * ratio[one.element.first] ** 2 for one in attached]
-    return inertia
+def _rings(attached: list[AttachedElement], ratio: Array, stations: int) -> Array:
+    rings = [one.inertia * ratio[one.element.first] ** 2 for one in attached]
+    return side_by_side([*np.zeros(stations), *rings])
 
 
 def _cylinder_stations(parts: Parts, cylinders: Sequence[str]) -> Places:

@@ -1,11 +1,12 @@
-"""Half ranges of many sums over orders between two bounds, from samples in single precision."""
+"""Half ranges of many sums over orders, of which only the largest count: bounds tell which."""
 
 import math
 
 import numpy as np
 
-from vibecalc.numerics.rounding import ComplexArray, FloatArray
-from vibecalc.torsion.synthesis import BLOCK, SINGLE, cycle_of
+from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
+from vibecalc.torsion.critical_speeds import RIVAL
+from vibecalc.torsion.synthesis import BLOCK, SINGLE, Cycles, cycle_of, synthesis
 
 # ----------------------------------------------------------------------------
 # Of sums over a cycle of which only the largest count, the bounds tell which these can be.
@@ -53,3 +54,34 @@ def rough_range(order: FloatArray, amplitude: ComplexArray) -> tuple[FloatArray,
         low[part] = np.maximum(half - SINGLE, 0.0) * most
         high[part] = (half + SINGLE) * most + bend
     return low.reshape(shape), high.reshape(shape)
+
+
+def near_the_largest(
+    cycles: Cycles,
+    amplitude: ComplexArray,
+    group: IntArray,
+    best: FloatArray,
+    seeds: int = 0,
+) -> FloatArray:
+    """Half ranges (r,) of sums (r, m): of what is not near the largest of its `group` (r,),
+    something that is not below it and less than `RIVAL` of that.
+
+    `best` (g,) is what the largest of each group is not below; it is raised here. The so many
+    `seeds` with the largest magnitudes of each, as long as the others, are bounded first.
+    """
+    high: FloatArray = np.abs(amplitude) @ np.ones(amplitude.shape[1])
+
+    def bounded(chosen: IntArray) -> None:
+        low, high[chosen] = rough_range(cycles.own, amplitude[chosen])
+        np.maximum.at(best, group[chosen], low)
+
+    if seeds:
+        each = len(high) // len(best)
+        few = min(each, seeds)
+        most = np.argpartition(high.reshape(-1, each), each - few, axis=1)[:, each - few :]
+        bounded((most + each * np.arange(len(most))[:, None]).ravel())
+    bounded(np.flatnonzero(high >= RIVAL * best[group]))
+    chosen = np.flatnonzero(high >= RIVAL * best[group])
+    high[chosen] = synthesis(cycles, amplitude[chosen]).half_range
+    np.maximum.at(best, group[chosen], high[chosen])
+    return high

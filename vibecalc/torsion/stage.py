@@ -29,6 +29,7 @@ from vibecalc.torsion.asked import (
     has_loops,
     has_loss,
     has_modal_damping,
+    leading,
     line_orders,
     modes_follow_speed,
     named_couplings,
@@ -108,6 +109,7 @@ def plan_torsion(case: "Case") -> Iterator[Stage]:
         harmonics=_half_orders,
         work=_work_of_torsion,
         topics=("vibecalc.torsion.accuracy:torsion_topics",),
+        leading=leading(case),
     )
     if torsion.speeds is None:
         return
@@ -124,6 +126,7 @@ def plan_torsion(case: "Case") -> Iterator[Stage]:
         harmonics=_half_orders,
         work=_work_of_speeds,
         topics=("vibecalc.torsion.accuracy:torsion_speeds_topics",),
+        leading=leading(case),
     )
 
 

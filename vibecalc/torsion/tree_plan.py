@@ -108,16 +108,24 @@ class Plan(NamedTuple):
         return ROUNDINGS + 0.5 * EPSILON * self.tree.most
 
 
-def plan_of(line: Line, root: int) -> Plan | None:
-    """Everything about a line that no frequency changes; None for a line with loops."""
+def plan_of(line: Line, root: int, shape: tuple[int, ...] = ()) -> Plan | None:
+    """Everything about a line that no frequency changes; None for a line with loops.
+
+    Its values, of frequencies of that shape if it is given, are flat.
+    """
     tree = tree_of(line, root)
     if tree is None:
         return None
 
-    def parts(values: FloatArray) -> list[float] | list[FloatArray]:
+    def parts(values: FloatArray) -> list[float | FloatArray]:
         if values.ndim == 1:
-            return cast("list[float]", values.tolist())
-        return [values[..., i] for i in range(values.shape[-1])]
+            return cast("list[float | FloatArray]", values.tolist())
+        rows = values.reshape(-1, values.shape[-1])
+        # of many lines most values are alike
+        found: list[float | FloatArray] = rows[0].tolist()
+        for i in np.flatnonzero(np.any(rows != rows[:1], axis=0)).tolist():
+            found[i] = np.broadcast_to(values[..., i], shape or values.shape[:-1]).reshape(-1)
+        return found
 
     def value(one: float | FloatArray) -> Value:
         if isinstance(one, np.ndarray):

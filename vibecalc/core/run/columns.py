@@ -1,7 +1,7 @@
 """Many points of a sweep as one run: numbers of the case and results with a leading axis."""
 
 import operator
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -12,7 +12,7 @@ from vibecalc.core.case.walk import shape_at
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Axis
 from vibecalc.core.run.reads import Reads, traced
-from vibecalc.core.run.run import run_stage
+from vibecalc.core.run.run import StageCache, run_stage
 from vibecalc.core.run.stage import Scene, Stage
 from vibecalc.errors import KeyPath, NumericalFailure
 from vibecalc.numerics.bounded import Bounded
@@ -141,6 +141,12 @@ class PointsScene(Scene):
             self.handed_on[name] = self.unvaried.make(name, make, self.case)
         return self.handed_on[name]
 
+    def again(self, name: str, inputs: Sequence[Any], make: Callable[[], Any]) -> Any:
+        """As of one run, from the first on: many points have it in common."""
+        if super().again(name, inputs, make) is None and self.keeper is None:
+            return make()
+        return super().again(name, inputs, make)
+
     def emit(
         self,
         path: str,
@@ -203,8 +209,9 @@ def run_points(
     count: int,
     wanted: frozenset[str],
     unvaried: Unvaried | None = None,
+    cache: StageCache | None = None,
 ) -> PointsScene:
-    """Run stages that take a leading axis; `unvaried` has what earlier runs of them have left.
+    """Run stages that take a leading axis; `unvaried` and `cache` have what earlier runs have left.
 
     Raises PointsApart where points differ in kind, NumericalFailure where any of them fails.
     """
@@ -220,6 +227,7 @@ def run_points(
         count=count,
         alone=np.zeros(count, dtype=bool),
         unvaried=unvaried,
+        keeper=None if cache is None else cache.at(case, wanted).again,
     )
     for stage in stages:
         own = stage.leading.adapter if stage.leading is not None else ""

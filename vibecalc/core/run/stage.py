@@ -56,10 +56,11 @@ class Leading(NamedTuple):
     """That a stage computes many points of a sweep at once, its numbers having a leading axis.
 
     `keys` name the numbers of the case that may be arrays (points,), `[]` being any entry of a
-    list; every stage of a case that has a `Leading` takes the keys of all. `only` are the results
-    that it gives, none for all of the stage. `why_not` says why the stage takes this case point by
-    point, if it does. `most` is how many points it takes at once. `adapter` stands for that of the
-    stage where that one takes no leading axis.
+    list; every stage of a case that has a `Leading` takes the keys of all, if it `takes_all`.
+    `only` are the results that it gives, none for all of the stage. `why_not` says why the stage
+    takes this case point by point, if it does. `most` is how many points it takes at once.
+    `adapter` stands for that of the stage where that one takes no leading axis. `milliseconds` is
+    what each of many points takes, if that is enough for many processes to share them.
     """
 
     keys: frozenset[str] = frozenset()
@@ -67,6 +68,8 @@ class Leading(NamedTuple):
     why_not: str = ""
     most: int = 2048
     adapter: str = ""
+    takes_all: bool = True
+    milliseconds: float = 0.0
 
 
 class Stage(NamedTuple):

@@ -9,6 +9,7 @@ from vibecalc.core.case.raw import parse_key
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Quantity, Record
 from vibecalc.core.run.columns import Column
+from vibecalc.core.run.run import StageCache
 from vibecalc.core.study.sweep.at_once import Plan, compute, planned, unsupported
 from vibecalc.errors import NumericalFailure
 
@@ -40,6 +41,7 @@ class Foreseen:
 
     def __init__(self) -> None:
         self._known: OrderedDict[Key, Record] = OrderedDict()
+        self._cache = StageCache()
         #: what is picked, and wanted -> the case whose numbers become arrays; None: they cannot
         self._plans: dict[tuple[tuple[int, ...], frozenset[str]], tuple[Case, Plan] | None] = {}
 
@@ -69,7 +71,7 @@ class Foreseen:
             for key, value in settings[0].items()
             if isinstance(value, float)
         }
-        parts, _ = compute(case, varied, len(points), wanted, plan)
+        parts, _ = compute(case, varied, len(points), wanted, plan, self._cache)
         for part in parts:
             for row, place in enumerate(part.places.tolist()):
                 record = Record(

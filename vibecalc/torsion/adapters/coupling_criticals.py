@@ -93,30 +93,30 @@ class _Secant:
 _TURNS, _ENOUGH = 12, 1e-3
 
 
-def poles_by_order(setup: Setup, unit: float, first: float, last: float) -> LinePoles:
+def poles_by_order(setup: Setup, first: float, last: float) -> LinePoles:
     """Poles at each order of the line at the speed of the sweep next to where it meets them.
 
-    From `first` to `last` in rad/s; `unit` as for `all_poles`.
+    From `first` to `last` in rad/s.
     """
     order, model = setup.drive.order, setup.model
     assert setup.torsion.speeds is not None, "asked of a sweep"
     speed = line_speeds(setup.torsion.speeds)
     poles, shapes, scales, places = [], [], [], []
     for place, one in enumerate(order.tolist()):
-        begin = all_poles(model.at(setup.speed, one * setup.speed), unit)[0]
+        begin = all_poles(model.at(setup.speed, one * setup.speed)).pole
         for pole in begin.tolist():
             if not 0.5 * first <= pole.imag / one <= 2.0 * last:
                 continue
             for _ in range(_TURNS):
                 at = float(speed[np.argmin(np.abs(speed - pole.imag / one))])
-                every, shape, scale = all_poles(model.at(at, pole.imag), unit)
-                nearest = int(np.argmin(np.abs(every - pole)))
-                moved, pole = abs(every[nearest] - pole), complex(every[nearest])
+                every = all_poles(model.at(at, pole.imag))
+                nearest = int(np.argmin(np.abs(every.pole - pole)))
+                moved, pole = abs(every.pole[nearest] - pole), complex(every.pole[nearest])
                 if moved <= _ENOUGH * abs(pole.real):
                     break
             poles.append(pole)
-            shapes.append(shape[nearest])
-            scales.append(scale[nearest])
+            shapes.append(every.shape[nearest])
+            scales.append(every.scale[nearest])
             places.append(place)
     count = len(model.line.inertia)
     return LinePoles(
@@ -124,4 +124,5 @@ def poles_by_order(setup: Setup, unit: float, first: float, last: float) -> Line
         np.array(shapes, dtype=np.complex128).reshape(-1, count),
         np.array(scales, dtype=np.complex128),
         np.array(places, dtype=np.int64),
+        np.zeros(len(places), dtype=np.int64),
     )

@@ -1,6 +1,6 @@
 """Couplings whose stiffness and damping follow what the line does: load, heat, vibration."""
 
-from functools import cache
+from functools import cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -72,9 +72,9 @@ def coupled(setup: Setup, whole: Setup | None = None) -> Setup:
     spread = cache(lambda: _spread(solver))
     states = CouplingStates(varying, solver, critical, spread, solver.moved)
     model = plain.model._replace(couplings=states)
-    modes = undamped_modes(model, setup.speed)
-    natural = natural_of(setup.torsion, model, modes, setup.speed)
-    found = plain._replace(model=model, modes=modes, natural=natural)
+    undamped = cache(partial(undamped_modes, model, setup.speed))
+    natural = natural_of(setup.torsion, model, undamped, setup.speed)
+    found = plain._replace(model=model, undamped=undamped, natural=natural)
     return found
 
 

@@ -8,6 +8,7 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.cylinder_torque import major_orders
 from vibecalc.numerics.bounded import Bounded, stack, where
+from vibecalc.numerics.leading import leave_alone
 from vibecalc.numerics.rounding import EPSILON, SINGULAR, BoolArray, FloatArray, IntArray
 from vibecalc.torsion.adapters.curves import ROWS, solved
 from vibecalc.torsion.adapters.setup import Setup
@@ -234,16 +235,19 @@ CLEARLY = 1e-6
 def none_undamped(setup: Setup) -> UndampedResonances | None:
     """What `undamped_speeds` finds where all poles are clearly damped; None where they are not.
 
-    In a small part of the time that the modes of the line take.
+    In a small part of the time that the modes of the line take. Of many machines, those with a pole
+    that is not are left to runs of their own.
     """
     model = setup.model
     if model.modal is not None or model.over_speed is not None or model.couplings is not None:
         return None
-    if np.any(model.speed_stiffness) or len(model.line.inertia) > FREEDOMS:
+    if np.any(model.speed_stiffness) or model.line.inertia.shape[-1] > FREEDOMS:
         return None
-    unit = max(float(np.max(setup.modes.frequency, initial=0.0)), 1.0)
-    pole = all_poles(model.line, unit)[0]
-    if not np.all(-pole.real >= CLEARLY * np.abs(pole)):
+    poles = all_poles(model.line)
+    unclear = ~(-poles.pole.real >= CLEARLY * np.abs(poles.pole))
+    if model.machines:
+        leave_alone(np.bincount(poles.machine[unclear], minlength=model.machines) > 0)
+    if np.any(unclear):
         return None
     none, places = np.zeros(0), np.zeros(0, dtype=np.int64)
     endless = np.full(len(model.line.first), np.nan)

@@ -13,10 +13,9 @@ from vibecalc.numerics.rounding import (
     ComplexArray,
     FloatArray,
     IntArray,
-    distinct,
 )
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup, placed
-from vibecalc.torsion.critical_speeds import Maxima
+from vibecalc.torsion.critical_speeds import Maxima, by_machine, machine_and_speed
 from vibecalc.torsion.line import complex_stiffness, damped_elements, loss_stiffness
 from vibecalc.torsion.model import Gearing, ShaftLineModel
 from vibecalc.torsion.section_loads import STIFFNESS_ROUNDINGS, heat, steady_shares
@@ -152,7 +151,7 @@ ROWS, ENTRIES = 128, 1 << 17
 
 def speeds_at_once(model: Model, drive: Drive) -> int:
     """Speeds of one block of a sweep."""
-    return max(ROWS, ENTRIES // (len(drive.order) * len(model.line.inertia)))
+    return max(ROWS, ENTRIES // (len(drive.order) * int(model.line.inertia.shape[-1])))
 
 
 class Curves(NamedTuple):
@@ -213,6 +212,29 @@ def solved(
     twist = found.angle[..., line.first] - found.angle[..., line.second]
     torque = complex_stiffness(line, w) * twist
     return OrderSolution(w, found.angle, twist, torque, load, found.error, found.masked, speed)
+
+
+def section_torque(
+    model: Model, drive: Drive, speed: FloatArray, row: IntArray, section: IntArray
+) -> ComplexArray:
+    """As of `solved`: torques (r, m) of sections (r,), each at one of the speeds (s,)."""
+    w = drive.frequency(speed)
+    angle = model.solve(speed, w, drive.load(speed), drive.freedom, estimate=False).angle
+    line = model.at(speed[:, None], w)
+    twist = angle[row, :, line.first[section]] - angle[row, :, line.second[section]]
+    shape = (*w.shape, len(line.first))
+
+    def of_section(values: FloatArray) -> FloatArray:
+        if values.ndim == 1:
+            return values[section, None]
+        return np.broadcast_to(values, shape)[row, :, section]
+
+    chosen = line._replace(
+        stiffness=of_section(line.stiffness)[..., None],
+        damping=of_section(line.damping)[..., None],
+        loss_factor=of_section(line.loss_factor)[..., None],
+    )
+    return np.asarray(complex_stiffness(chosen, w[row])[..., 0] * twist)
 
 
 def sweep(
@@ -311,7 +333,7 @@ def _correction(setup: Setup, speed: FloatArray, state: OrderSolution) -> Comple
         left[..., second] += torque[..., e]
     for place, freedom in enumerate(setup.drive.freedom):
         left[..., freedom] += state.load[..., place]
-    every = np.arange(len(line.inertia))
+    every = np.arange(line.inertia.shape[-1])
     return setup.model.solve(speed, state.frequency, left, every, estimate=False).angle
 
 
@@ -333,14 +355,22 @@ def data_uncertainty(setup: Setup, speed: FloatArray) -> tuple[FloatArray, Float
         speed, drive.frequency(speed), one_by_one.astype(np.complex128), drive.freedom, False
     ).angle
     size = np.abs(torque)
-    turn = np.moveaxis(torque / np.where(size > 0.0, size, 1.0), -1, 0)[..., None]
-    line = model.line
-    twist = moved[..., line.first] - moved[..., line.second]
-    angle, between = (
-        np.abs((turn * one).sum(axis=0)) + np.sqrt(np.sum(np.square(np.abs(one)), axis=0))
-        for one in (moved, twist)
-    )
-    return angle, between
+    turn = np.ascontiguousarray(np.moveaxis(torque / np.where(size > 0.0, size, 1.0), -1, 0))
+    line, by_freedom = model.line, np.moveaxis(moved, -1, 0)
+
+    def together(one: ComplexArray) -> FloatArray:
+        """Of what each torque moves a freedom or an element by (k, s, m)."""
+        parts = np.ascontiguousarray(one).view(np.float64)
+        squares = np.sum(np.square(parts), axis=0)
+        alone: FloatArray = np.sqrt(squares[..., ::2] + squares[..., 1::2])
+        return np.asarray(np.abs(np.sum(turn * one, axis=0)) + alone)
+
+    # one after the other: they stay in the cache, and few of them in memory
+    angle = [together(one) for one in by_freedom]
+    ends = zip(line.first.tolist(), line.second.tolist(), strict=True)
+    twist = [together(by_freedom[a] - by_freedom[b]) for a, b in ends]
+    none = np.zeros((0, *size.shape[:-1]))
+    return np.moveaxis(np.array(angle), 0, -1), np.moveaxis(np.array([*none, *twist]), 0, -1)
 
 
 def bounded_orders(setup: Setup, speed: FloatArray) -> OrderSolution:
@@ -397,10 +427,19 @@ class CurveUncertainty(NamedTuple):
 
 
 def curve_uncertainty(setup: Setup, speed: FloatArray, telling: FloatArray) -> CurveUncertainty:
-    """Largest errors of sums over orders at some of the speeds (s,) and at those that tell (r,)."""
+    """Largest errors of sums over orders at some of the speeds (s,) and at those that tell (r,).
+
+    Of p machines, with speeds (p, r) that tell, they have p in front.
+    """
     some = speed[np.linspace(0, len(speed) - 1, min(SAMPLES, len(speed))).astype(int)]
-    found = curve_errors(setup, distinct(np.concatenate([some, telling])))
-    return CurveUncertainty(*(np.max(part, axis=0, initial=0.0) for part in found))
+    telling = telling.reshape(max(1, setup.model.machines), -1)
+    at = np.concatenate([np.broadcast_to(some, (len(telling), len(some))), telling], axis=1)
+    of = np.broadcast_to(np.arange(len(telling))[:, None], at.shape)
+    at = np.unique(by_machine(of, at), return_index=True)[0]
+    found = curve_errors_of(setup, at)
+    first = np.searchsorted(at.real, np.arange(len(telling)))
+    most = CurveUncertainty(*(np.maximum.reduceat(part, first, axis=0) for part in found))
+    return most if setup.model.machines else CurveUncertainty(*(part[0] for part in most))
 
 
 def section_uncertainty(
@@ -410,12 +449,19 @@ def section_uncertainty(
 
     0 where unbounded.
     """
-    at, place = np.unique(speed, return_inverse=True)
-    errors = np.zeros((2, len(at), len(setup.model.line.first)))
-    for start in range(0, len(at), ROWS):
-        errors[:, start : start + ROWS] = curve_errors(setup, at[start : start + ROWS])[:2]
-    twist, torque = errors[:, place, section]
-    return twist, torque
+    machine, own = setup.model.own(section)
+    at, place = np.unique(by_machine(machine, speed), return_inverse=True)
+    twist, torque, *_ = curve_errors_of(setup, at)
+    return twist[place, own], torque[place, own]
+
+
+def curve_errors_of(setup: Setup, at: ComplexArray) -> CurveUncertainty:
+    """The same of speeds (s,) `by_machine`, block by block."""
+    parts = [
+        curve_errors(setup.of(machine), speed)
+        for machine, speed in map(machine_and_speed, np.split(at, range(ROWS, len(at), ROWS)))
+    ]
+    return CurveUncertainty(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 
 def curve_errors(setup: Setup, at: FloatArray) -> CurveUncertainty:
@@ -450,11 +496,11 @@ def at_largest(setup: Setup, top: Maxima, twists: bool = True) -> tuple[Bounded,
 
 def _half_twist(setup: Setup, speed: FloatArray, section: IntArray) -> FloatArray:
     """Half ranges (r,) of twists, each of one section at its own speed; 0 where unbounded."""
-    half = np.zeros(len(speed))
+    half, (machine, own) = np.zeros(len(speed)), setup.model.own(section)
     for start in range(0, len(speed), ROWS):
         part = slice(start, start + ROWS)
-        state = solved(setup.model, setup.drive, speed[part])
-        twist = state.twist[np.arange(len(state.twist)), :, section[part]]
+        state = solved(setup.model.of(machine[part]), setup.drive, speed[part])
+        twist = state.twist[np.arange(len(state.twist)), :, own[part]]
         clear = ~np.any(state.masked, axis=1)
         half[part] = np.where(clear, synthesis(setup.drive.cycles, twist).half_range, 0.0)
     return half

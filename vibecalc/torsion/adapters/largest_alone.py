@@ -6,16 +6,14 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.rounding import BoolArray, ComplexArray, FloatArray, distinct
+from vibecalc.numerics.rounding import BoolArray, ComplexArray, FloatArray, IntArray, distinct
 from vibecalc.torsion.adapters.curves import curve_uncertainty, solved, speeds_at_once
 from vibecalc.torsion.adapters.maxima import torque_value
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup
-from vibecalc.torsion.critical_speeds import RIVAL
-from vibecalc.torsion.hung import BareLine, bare_line, hung, ring_stiffness
+from vibecalc.torsion.hung import BareLine, bare_line, hung, ring_stiffness, torque_under
 from vibecalc.torsion.line import loss_stiffness
 from vibecalc.torsion.results import ROOT
-from vibecalc.torsion.rough_range import rough_range
-from vibecalc.torsion.synthesis import synthesis
+from vibecalc.torsion.rough_range import near_the_largest
 
 # ----------------------------------------------------------------------------
 # A study of many lines asks for a few numbers of each: the largest torques over the speeds, what a
@@ -49,55 +47,61 @@ def little_asked(scene: Scene, setup: Setup) -> bool:
 
 
 class Highest(NamedTuple):
-    """Half ranges (s, e) of referred torques: of those that are not the largest of their section,
-    or near it, something that is not below them and less than `RIVAL` of it; `heat` (s, d) of the
-    rings in W with its error (d,)."""
+    """Half ranges (p, s, e) of referred torques: of those that are not the largest of their
+    section, or near it, something that is not below them and less than `RIVAL` of it; `heat`
+    (p, s, d) of the rings in W with its error (p, 1, d)."""
 
     torque: FloatArray
     heat: Bounded
 
 
 def highest_torques(scene: Scene, setup: Setup, bare: Setup | None, speed: FloatArray) -> Highest:
-    """At speeds (s,) in rad/s; infinite where nothing damps an order.
+    """Of p machines, or of one, at speeds (s,) in rad/s; infinite where nothing damps an order.
 
     `bare` is the line without its rings, where it has any.
     """
-    orders, count = setup.drive.order, len(setup.model.line.first)
-    torque = np.empty((len(speed), count))
-    heat = np.empty((len(speed), len(setup.shaft.dampers)))
+    count, rings = len(setup.model.line.first), [one.element for one in setup.shaft.dampers]
+    machines = max(1, setup.model.machines)
+    torque = np.empty((machines, len(speed), count))
+    heat = np.empty((machines, len(speed), len(rings)))
     wants_torque = not (scene.wanted or set()) <= {HEAT}
-    best = np.zeros(count)
+    best = np.zeros((count, machines))
     known = None if bare is None else _kept_bare(scene, setup, bare, speed)
     size = speeds_at_once(setup.model, setup.drive) * (1 if known is None else 8)
-    unsure = np.zeros(heat.shape[1])
-    for start in range(0, len(speed), size):
-        part = slice(start, start + size)
-        state = _state(setup, speed[part], None if known is None else known.cut(part))
-        if wants_torque:
-            torque[part], best = _half_ranges(orders, setup.drive, state.torque, best)
-            torque[part][state.masked] = np.inf
-        heat[part] = np.where(state.masked[:, None], np.inf, state.heat)
-        unsure = np.maximum(unsure, state.unsure)
+    unsure = np.zeros((machines, len(rings)))
+    # of some machines all speeds, or of one machine some speeds
+    together = max(1, size // len(speed))
+    for first in range(0, machines, together):
+        some = slice(first, min(first + together, machines))
+        chosen = np.arange(machines)[some]
+        for start in range(0, len(speed), size):
+            part = slice(start, start + size)
+            here = None if known is None else known.cut(part)
+            state = _state(setup, chosen, speed[part], here, wants_torque)
+            place = (some, part)
+            if wants_torque:
+                torque[place] = _half_ranges(setup, state.torque, best[:, some])
+                torque[place][state.masked] = np.inf
+            heat[place] = np.where(state.masked[..., None], np.inf, state.heat)
+            unsure[some] = np.maximum(unsure[some], state.unsure)
     if wants_torque:
         # the largest ones themselves as any other run has them
-        place, section = np.argmax(torque, axis=0), np.arange(count)
-        finite = np.flatnonzero(np.isfinite(torque[place, section]))
-        value = torque_value(setup.model, setup.drive, finite)(speed[place[finite], None])
-        torque[place[finite], finite] = value[:, 0]
-    error = np.zeros(heat.shape[1])
+        top = np.argmax(torque, axis=1).ravel()
+        machine, section = np.divmod(np.arange(len(top)), count)
+        finite = np.flatnonzero(np.isfinite(torque[machine, top, section]))
+        value = torque_value(setup.model, setup.drive, finite)(speed[top[finite], None])
+        torque[machine[finite], top[finite], section[finite]] = value[:, 0]
+    error = np.zeros_like(unsure)
     if scene.wants(HEAT):
-        rings = [one.element for one in setup.shaft.dampers]
-        finite = np.where(np.isfinite(heat), heat, 0.0)
-        telling = distinct(speed[np.argmax(finite, axis=0)])
-        error = curve_uncertainty(setup, speed, telling).heat[rings]
-        error = error + unsure
-    return Highest(torque, Bounded(heat, error))
+        telling = speed[np.argmax(np.where(np.isfinite(heat), heat, 0.0), axis=1)]
+        error = unsure + curve_uncertainty(setup, speed, telling).heat[..., rings]
+    return Highest(torque, Bounded(heat, error[:, None]))
 
 
 class _State(NamedTuple):
-    """At some speeds: torques (e, s, m), heat (s, d), `masked` (s,).
+    """Of p machines at s speeds: torques (e, p, s, m), maybe none, heat (p, s, d), `masked` (p, s).
 
-    `unsure` (d,) is how much further off the heat may be than that of a line solved as a whole.
+    `unsure` (p, d) is how much further off the heat may be than that of a line solved as a whole.
     """
 
     torque: ComplexArray
@@ -106,71 +110,77 @@ class _State(NamedTuple):
     unsure: FloatArray
 
 
-def _state(setup: Setup, speed: FloatArray, bare: BareLine | None) -> _State:
+def _state(
+    setup: Setup,
+    machine: IntArray,
+    speed: FloatArray,
+    bare: BareLine | None,
+    with_torque: bool,
+) -> _State:
     if bare is None:
-        return _solved(setup, speed)
-    model, shaft = setup.model, setup.shaft
-    w = setup.drive.frequency(speed)
+        return _solved(setup, machine, speed)
+    model, shaft, w = setup.model, setup.shaft, setup.drive.frequency(speed)
+    shape = (len(machine), *w.shape)
     # pendulums have springs that follow the speed
-    line, first = model.at(speed[:, None], w), shaft.dampers[0].element
+    line, first = model.of(machine[:, None]).at(speed[:, None], w), shaft.dampers[0].element
     rings = [ring_stiffness(line, one.element, w) for one in shaft.dampers]
-    found = hung(bare, sum((stiffness for stiffness, _ in rings), np.zeros((), complex)))
+    found = hung(bare, sum((stiffness for stiffness, _ in rings), np.zeros(shape, complex)))
     lossy = loss_stiffness(line, w)
-    torque = np.empty((len(model.line.first), *w.shape), dtype=complex)
-    torque[:first] = found.torque
-    heat, unsure = np.empty((len(speed), len(rings))), np.zeros(len(rings))
+    torque = np.empty((len(line.first) * with_torque, *shape), dtype=complex)
+    if with_torque:
+        torque_under(bare, found.pull, torque[:first])
+    heat, unsure = np.empty((*shape[:2], len(rings))), np.zeros((len(machine), len(rings)))
     size = np.abs(found.angle)
     enough = UNSURE * np.max(size, axis=-1, initial=0.0)
-    unclear = ~(np.max(found.error, axis=-1, initial=0.0) <= enough)
-    again = np.flatnonzero(unclear)
+    again = np.nonzero(~(np.max(found.error, axis=-1, initial=0.0) <= enough))
     wrong = size * found.error
     wrong[again] = 0.0
     for number, (one, (stiffness, turn)) in enumerate(zip(shaft.dampers, rings, strict=True)):
-        np.multiply(stiffness, found.angle, out=torque[one.element])
+        if with_torque:
+            np.multiply(stiffness, found.angle, out=torque[one.element])
         rate = w * lossy[..., one.element] * (np.square(turn.real) + np.square(turn.imag))
-        heat[:, number] = 0.5 * np.sum(rate * np.square(size), axis=-1)
-        unsure[number] = np.max(np.sum(rate * wrong, axis=-1))
-    masked = np.zeros(len(speed), dtype=bool)
-    if len(again):
-        own = _solved(setup, speed[again])
-        torque[:, again], heat[again], masked[again] = own.torque, own.heat, own.masked
+        heat[..., number] = 0.5 * np.sum(rate * np.square(size), axis=-1)
+        unsure[:, number] = np.max(np.sum(rate * wrong, axis=-1), axis=-1)
+    masked = np.zeros(shape[:2], dtype=bool)
+    if len(again[0]):
+        own = _solved_at(setup, machine[again[0]], speed[again[1]])
+        heat[again], masked[again] = own.heat, own.masked
+        if with_torque:
+            torque[:, again[0], again[1]] = own.torque
     return _State(torque, heat, masked, unsure)
 
 
-def _solved(setup: Setup, speed: FloatArray) -> _State:
-    """Of the whole line."""
-    state = solved(setup.model, setup.drive, speed)
-    line = setup.model.at(speed[:, None], state.frequency)
+def _solved(setup: Setup, machine: IntArray, speed: FloatArray) -> _State:
+    """Of the whole lines."""
+    at = (np.repeat(machine, len(speed)), np.tile(speed, len(machine)))
+    found, shape = _solved_at(setup, *at), (len(machine), len(speed))
+    torque = found.torque.reshape(len(found.torque), *shape, -1)
+    heat = found.heat.reshape(*shape, -1)
+    return _State(torque, heat, found.masked.reshape(shape), np.zeros((shape[0], heat.shape[-1])))
+
+
+def _solved_at(setup: Setup, machine: IntArray, speed: FloatArray) -> _State:
+    """Each machine (s,) at its own speed (s,), as those of one."""
+    model = setup.model.of(machine)
+    state = solved(model, setup.drive, speed)
+    line = model.at(speed[:, None], state.frequency)
     rings = [one.element for one in setup.shaft.dampers]
     twist = state.twist[..., rings]
     factor = state.frequency[..., None] * loss_stiffness(line, state.frequency)[..., rings]
     square = np.square(twist.real) + np.square(twist.imag)
     torque = np.ascontiguousarray(np.moveaxis(state.torque, -1, 0))
     heat = 0.5 * np.sum(factor * square, axis=1)
-    return _State(torque, heat, np.any(state.masked, axis=-1), np.zeros(len(rings)))
+    return _State(torque, heat, np.any(state.masked, axis=-1), np.zeros((1, len(rings))))
 
 
-def _half_ranges(
-    orders: FloatArray, drive: Drive, torque: ComplexArray, best: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """(s, e) as in `Highest`, with the `best` (e,) below the largest, before and after these."""
-    count, speeds, _ = torque.shape
-    rows = torque.reshape(count * speeds, -1)
-    high = np.sum(np.abs(rows), axis=-1)
-    by_section, section = high.reshape(count, speeds), np.repeat(np.arange(count), speeds)
-    best = best.copy()
-
-    def narrowed(chosen: np.ndarray) -> None:
-        low, high[chosen] = rough_range(orders, rows[chosen])
-        np.maximum.at(best, section[chosen], low)
-
-    few = min(speeds, 8)
-    seeds = np.argpartition(by_section, speeds - few, axis=1)[:, speeds - few :]
-    narrowed((seeds + speeds * np.arange(count)[:, None]).ravel())
-    narrowed(np.flatnonzero(high >= RIVAL * best[section]))
-    chosen = np.flatnonzero(high >= RIVAL * best[section])
-    high[chosen] = synthesis(drive.cycles, rows[chosen]).half_range
-    return by_section.T, np.maximum(best, by_section.max(axis=1))
+def _half_ranges(setup: Setup, torque: ComplexArray, best: FloatArray) -> FloatArray:
+    """(p, s, e) as in `Highest` of torques (e, p, s, m); raises the `best` (e, p) so far."""
+    sections, machines, speeds, _ = torque.shape
+    group, before = np.repeat(np.arange(best.size), speeds), best.ravel()
+    rows = torque.reshape(len(group), -1)
+    high = near_the_largest(setup.drive.cycles, rows, group, before, seeds=8)
+    best[...] = before.reshape(best.shape)
+    return np.moveaxis(high.reshape(sections, machines, speeds), 0, -1)
 
 
 # ----------------------------------------------------------------------------
@@ -198,7 +208,7 @@ def _kept_bare(scene: Scene, setup: Setup, bare: Setup, speed: FloatArray) -> Ba
     if np.any(line.absolute_damping[rings]) or np.any(line.ground_stiffness[rings]):
         return None
     numbers = 2 * len(speed) * len(setup.drive.order) * len(line.first)
-    if scene.keeper is None or numbers > MOST or setup.torsion.damping_model is not None:
+    if numbers > MOST or setup.torsion.damping_model is not None:
         return None
     freedom = dampers[0].carrier
     inputs = what_drives(bare.model, bare.drive, speed)

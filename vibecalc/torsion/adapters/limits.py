@@ -76,7 +76,7 @@ def limit_corners(setup: Setup, speed: FloatArray) -> FloatArray:
 
 def uses_of(setup: Setup, bound: Bound, dense: DenseSweep, undamped: UndampedResonances) -> Uses:
     """From referred half ranges of torques."""
-    speed, torque = dense
+    speed, torque, _ = dense
     limit = bound.continuous(speed)
     use = np.where(np.isfinite(limit), torque[:, bound.load] * bound.factor / limit, 0.0)
     make = _use_of(setup, bound)

@@ -64,13 +64,15 @@ def emit_half_ranges(
 ) -> Bounded:
     """Torques, twists and stresses of some sections (k,) from referred ones (..., k).
 
-    Gives the actual torques.
+    Over speeds they are (s, k), without `axes` of such maybe of many machines. Gives the actual
+    torques.
     """
     ratio, modulus = np.abs(shaft.section_ratio[section]), shaft.section_modulus[section]
 
     def put(name: str, value: Bounded, chosen: Any = slice(None)) -> Bounded:
         names = tuple(shaft.section_names[e] for e in section[chosen])
-        scene.emit(f"{place}/{name}", value.T, axes={**axes, "section": names})
+        along = value.T if axes else value
+        scene.emit(f"{place}/{name}", along, axes={**axes, "section": names})
         return value
 
     put("twist_half_range", of_finite(twist, lambda one: one * ratio))

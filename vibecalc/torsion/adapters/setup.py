@@ -33,6 +33,7 @@ from vibecalc.parts.crank_train import build_crank_train
 from vibecalc.parts.geometry import CrankGeometry
 from vibecalc.torsion.asked import asked_orders
 from vibecalc.torsion.damped_modes import LineModes, damped_line_modes, undamped_line_modes
+from vibecalc.torsion.dense import mapped
 from vibecalc.torsion.forced import (
     MaskedResponse,
     ModalLine,
@@ -140,13 +141,15 @@ class Drive(NamedTuple):
         return total + self.given.torque(speed, *self.inertia.shape)
 
     def load(self, speed: FloatArray) -> ComplexArray:
-        """The torques (s, m, k) alone, to the last bit those of `torque`."""
-        by_card = self.gas.value.reshape(len(self.gas.value), -1)
-        total: ComplexArray = (self.weights(speed) @ by_card).reshape(-1, *self.gas.value.shape[1:])
-        total += np.square(speed)[:, None, None] * self.inertia.value
+        """The torques (s, m, k) alone, to the last bit those of `torque`; in memory k is first."""
+        gas = self.gas.value
+        total = np.square(speed)[:, None] * np.ascontiguousarray(self.inertia.value.T)[:, None]
+        if len(gas) > 1:  # one alone has the weight 1
+            gas = (self.weights(speed) @ gas.reshape(len(gas), -1)).reshape(-1, *gas.shape[1:])
+        total += np.moveaxis(gas, -1, 0)
         if len(self.given.column):
-            total += self.given.torque(speed, *self.inertia.shape).value
-        return total
+            total += np.moveaxis(self.given.torque(speed, *self.inertia.shape).value, -1, 0)
+        return np.moveaxis(total, 0, -1)
 
     def mean_torque(self, speed: FloatArray) -> Bounded:
         """Mean torques (s, k) at speeds (s,)."""
@@ -401,7 +404,8 @@ class Model(NamedTuple):
     the case damps by mode or asks for modes; a line damped by mode has no damping of its own.
     `stations` freedoms come first, then the rings of dampers; `rayleigh` (a, b) is what a J + b K
     damps it with. `line` has the dampings of the operating speed, `over_speed` what follows it;
-    `couplings` are those whose values depend on what the line does.
+    `couplings` are those whose values depend on what the line does. Of many machines, as a sweep
+    over dampers has them, values of the line have an axis (p,) in front.
     """
 
     line: Line
@@ -412,6 +416,27 @@ class Model(NamedTuple):
     rayleigh: tuple[float, float] = (0.0, 0.0)
     over_speed: SpeedDamping | None = None
     couplings: "CouplingStates | None" = None
+
+    @property
+    def machines(self) -> int:
+        """How many there are; 0 for one whose values have no axis for them."""
+        line = self.line
+        each = (line.inertia, line.stiffness, line.damping, line.loss_factor)
+        return max(len(one) if one.ndim > 1 else 0 for one in each)
+
+    def of(self, machine: IntArray) -> "Model":
+        """Some of many machines (...), for frequencies (..., m): each entry may be another one."""
+        if not self.machines:
+            return self
+        line = mapped(self.line, lambda one: one[machine][..., None, :] if one.ndim > 1 else one)
+        return self._replace(line=line)
+
+    def own(self, section: IntArray) -> tuple[IntArray, IntArray]:
+        """Machines and own sections (...) of sections that count on from machine to machine."""
+        if not self.machines:
+            return np.zeros_like(section), section
+        machine, own = np.divmod(section, len(self.line.first))
+        return machine, own
 
     def at(self, speed: FloatArray | float, frequency: FloatArray | float = 0.0) -> Line:
         """The line at speeds (...) in rad/s; what follows them then has their axes in front.
@@ -458,7 +483,7 @@ class Model(NamedTuple):
 class Setup(NamedTuple):
     """What the stages of a shaft line share.
 
-    `modes` are the undamped ones at the operating speed, rings free; `natural` gives, formed once,
+    `undamped` gives, formed once, the undamped modes at the operating speed, rings free; `natural`
     the modes of the line as it vibrates there, which critical speeds, margins, vector sums and
     all numbers of modes belong to. Where a damping model takes the place of the dampings given,
     `shaft.station_values` hold those of the model; `shaft.line` stays as given.
@@ -469,8 +494,17 @@ class Setup(NamedTuple):
     shaft: ShaftLineModel
     drive: Drive
     model: Model
-    modes: Modes
+    undamped: Callable[[], Modes]
     natural: Callable[[], LineModes]
+
+    @property
+    def modes(self) -> Modes:
+        """The undamped ones."""
+        return self.undamped()
+
+    def of(self, machine: IntArray) -> "Setup":
+        """Some of many machines (s,), for speeds (s,)."""
+        return self._replace(model=self.model.of(machine))
 
 
 def line_speeds(options: LineSpeeds) -> FloatArray:
@@ -501,7 +535,7 @@ def build_setup(case: "Case", once: Once | None = None) -> Setup:
     assert case.response is not None and case.response.torsion is not None
     torsion, speed, shaft = case.response.torsion, case.machine.speed, build_shaft_line(case)
     stations = len(shaft.freedom_names) - len(shaft.dampers)
-    model, modes = build_model(
+    model, undamped = build_model(
         torsion, shaft.line, shaft.speed_stiffness, speed, stations, shaft.over_speed
     )
     if torsion.damping_model is not None:
@@ -509,16 +543,16 @@ def build_setup(case: "Case", once: Once | None = None) -> Setup:
         of_inertia, of_stiffness = model.rayleigh
         damping = of_inertia * inertia + of_stiffness * held
         shaft = replace(shaft, station_values=np.array([inertia, damping, held]), station_laws=())
-    natural = natural_of(torsion, model, modes, speed)
+    natural = natural_of(torsion, model, undamped, speed)
     drive = build_drive(case, shaft, once=once)
-    return Setup(torsion, speed, shaft, drive, model, modes, natural)
+    return Setup(torsion, speed, shaft, drive, model, undamped, natural)
 
 
 def natural_of(
-    torsion: Torsion, model: Model, modes: Modes, speed: float
+    torsion: Torsion, model: Model, undamped: Callable[[], Modes], speed: float
 ) -> Callable[[], LineModes]:
     """The modes of a line as it vibrates at a crank speed, formed when they are first wanted."""
-    return cache(lambda: line_modes(torsion, model, modes, speed))
+    return cache(lambda: line_modes(torsion, model, undamped(), speed))
 
 
 def undamped_modes(model: Model, speed: float) -> Modes:
@@ -568,8 +602,8 @@ def build_model(
     speed: float,
     stations: int,
     over_speed: SpeedDamping | None,
-) -> tuple[Model, Modes]:
-    """A line, damped as the case says, with its undamped modes at a speed in rad/s.
+) -> tuple[Model, Callable[[], Modes]]:
+    """A line, damped as the case says, and what forms its undamped modes at a speed in rad/s.
 
     Its first `stations` freedoms are those of stations, the others rings of dampers. A damping
     model takes the place of all dampings, those `over_speed` among them.
@@ -580,24 +614,24 @@ def build_model(
     plain = Model(line, speed_stiffness, torsion.method, None, stations)
     if damping is None:
         plain = plain._replace(over_speed=over_speed)
-    modes = undamped_modes(plain, speed)
+    undamped = cache(partial(undamped_modes, plain, speed))
     if damping is not None and damping.kind == "rayleigh":
-        factors = _rayleigh_factors(modes, damping.modes, damping.ratios)
+        factors = _rayleigh_factors(undamped(), damping.modes, damping.ratios)
         line = _with_rayleigh(line, *factors)
         plain = plain._replace(line=line, rayleigh=factors)
     if damping is not None and damping.kind == "modal":
+        modes, given = undamped(), damping.ratios
         ratios = np.zeros(len(modes.frequency))
-        given = damping.ratios
         if len(given) == 1:
             ratios[modes.frequency > 0.0] = given[0]
         else:
             count = min(len(given), len(ratios))
             ratios[:count] = given[:count]
         plain = plain._replace(line=_with_rayleigh(line, 0.0, 0.0))
-        return plain._replace(modal=modal_line(modes, ratios=ratios)), modes
+        return plain._replace(modal=modal_line(modes, ratios=ratios)), undamped
     if torsion.method == "modal":
-        return plain._replace(modal=modal_line(modes, line=plain.at(speed))), modes
-    return plain, modes
+        return plain._replace(modal=modal_line(undamped(), line=plain.at(speed))), undamped
+    return plain, undamped
 
 
 def _rayleigh_factors(

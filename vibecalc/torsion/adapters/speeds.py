@@ -3,7 +3,7 @@
 import numpy as np
 
 from vibecalc.core.run.stage import Scene, below
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, reshaped
 from vibecalc.numerics.rounding import EPSILON, FloatArray, distinct
 from vibecalc.torsion.adapters.critical import (
     MeetingOrder,
@@ -46,6 +46,7 @@ from vibecalc.torsion.critical_speeds import (
     REFINED,
     Maxima,
     barred_ranges,
+    by_machine,
     highest_maxima,
     largest,
     peaks,
@@ -129,7 +130,9 @@ def _largest_alone(scene: Scene, setup: Setup, speed: FloatArray) -> None:
     if setup.shaft.dampers:
         names = tuple(one.name for one in setup.shaft.dampers)
         heat = of_finite(found.heat, lambda one: one)
-        scene.emit(HEAT, heat.T, axes={"speed": speed, "damper": names})
+        heat = reshaped(heat, lambda one: np.swapaxes(one, 1, 2))
+        heat = heat if setup.model.machines else heat[0]
+        scene.emit(HEAT, heat, axes={"speed": speed, "damper": names})
     emit_campbell(scene, setup, speed)
     if scene.wants(*SEPARATION):
         emit_separation(scene, setup, "range", speed[0], speed[-1])
@@ -137,9 +140,9 @@ def _largest_alone(scene: Scene, setup: Setup, speed: FloatArray) -> None:
     _masked(scene, undamped)
     if scene.wanted is not None and scene.wanted <= {HEAT}:
         return
-    dense = with_narrow_resonances(setup, speed, found.torque, undamped)
+    dense = with_narrow_resonances(setup, speed, found.torque, undamped, alone=True)
     make = lambda section: torque_value(setup.model, setup.drive, section)  # noqa: E731
-    top = largest(make, dense.torque, dense.speed, undamped.speed, undamped.endless)
+    top = largest(make, dense.torque, dense.speed, undamped.speed, undamped.endless, dense.machine)
     _warn_of_sections(scene, top)
     torque = _largest(scene, setup, speed, top)
     if setup.shaft.dampers:
@@ -167,7 +170,7 @@ def _dense(
         levels = (*levels, reported)
     dense = with_narrow_resonances(setup, speed, torque, undamped, levels)
     if setup.torsion.limits:
-        dense = added(setup, dense, limit_corners(setup, speed))
+        dense = added(setup, dense, by_machine(0, limit_corners(setup, speed)))
     return dense
 
 
@@ -187,10 +190,15 @@ def _masked(scene: Scene, undamped: UndampedResonances) -> None:
 def _largest(scene: Scene, setup: Setup, speed: FloatArray, top: Maxima) -> Bounded:
     """Largest values of each section; gives the referred torques."""
     shaft, place = setup.shaft, f"{ROOT}/largest"
-    axes, every = {"section": shaft.section_names}, np.arange(len(top.section))
-    torque, twist = at_largest(setup, top, scene.wants(f"{place}/twist_half_range"))
+    axes, every = {"section": shaft.section_names}, np.arange(len(shaft.section_names))
+    found = at_largest(setup, top, scene.wants(f"{place}/twist_half_range"))
+    shape = (setup.model.machines, len(every)) if setup.model.machines else (len(every),)
+    torque, twist, speeds = (
+        reshaped(one, lambda part: part.reshape(shape))
+        for one in (*found, Bounded(top.speed, top.speed_error))
+    )
     emit_half_ranges(scene, place, shaft, every, torque, twist, {})
-    scene.emit(f"{place}/speed", top.speed, top.speed_error, axes)
+    scene.emit(f"{place}/speed", speeds, axes=axes)
     if scene.wants(*THERE):
         met = _meeting(setup, speed, top)
         scene.emit(THERE[0], met.mode, 0.0, axes)

@@ -34,7 +34,8 @@ from vibecalc.torsion.adapters.setup import (
     build_model,
     natural_of,
 )
-from vibecalc.torsion.critical_speeds import largest, telling_speeds
+from vibecalc.torsion.critical_speeds import by_machine, largest, telling_speeds
+from vibecalc.torsion.dense import mapped
 from vibecalc.torsion.model import ShaftLineModel
 from vibecalc.torsion.results import ROOT
 from vibecalc.torsion.synthesis import over_cycle
@@ -85,7 +86,7 @@ def emit_range(scene: Scene, state: State, speed: FloatArray, limited: bool = Fa
     levels = limit_levels(setup, speed, loads) if limited else ()
     dense = with_narrow_resonances(setup, speed, loads, undamped, levels)
     if limited:
-        dense = added(setup, dense, limit_corners(setup, speed))
+        dense = added(setup, dense, by_machine(0, limit_corners(setup, speed)))
     off = curve_uncertainty(setup, speed, telling_speeds(speed, curves.torque, undamped.speed))
     torque, twist = Bounded(curves.torque, off.torque), Bounded(curves.twist, off.twist)
     whole = (scene, f"{state.place}/speeds", setup.shaft, state.section)
@@ -122,7 +123,9 @@ def bare_setup(setup: Setup) -> Setup:
     """The line without rings and what holds them; hubs belong to their stations and stay."""
     shaft, line = setup.shaft, setup.shaft.line
     stays = np.array([kind != "damper" for kind in shaft.section_kinds])
-    count = len(line.inertia) - len(shaft.dampers)
+    count = line.inertia.shape[-1] - len(shaft.dampers)
+    # many machines differ in their rings alone
+    line = mapped(line, lambda one: one[0] if one.ndim > 1 else one)
     bare = line._replace(
         inertia=line.inertia[:count],
         absolute_damping=line.absolute_damping[:count],
@@ -134,18 +137,18 @@ def bare_setup(setup: Setup) -> Setup:
         loss_factor=line.loss_factor[stays],
     )
     torsion, speed = setup.torsion, setup.speed
-    model, modes = build_model(
+    model, undamped = build_model(
         torsion, bare, shaft.speed_stiffness[stays], speed, count, shaft.over_speed
     )
-    natural = natural_of(torsion, model, modes, speed)
-    bare_line = setup._replace(model=model, modes=modes, natural=natural)
+    natural = natural_of(torsion, model, undamped, speed)
+    bare_line = setup._replace(model=model, undamped=undamped, natural=natural)
     return _coupled(bare_line, setup)
 
 
 def emit_bare(scene: Scene, setup: Setup, speed: FloatArray, damped: Bounded) -> None:
     """Curves and largest values without dampers; how much less they are with them.
 
-    `damped` (e,) are the largest referred torques of the whole line.
+    `damped` (..., e) are the largest referred torques of the whole line.
     """
     bare, shaft = bare_setup(setup), setup.shaft
     stays = np.flatnonzero([kind != "damper" for kind in shaft.section_kinds])
@@ -179,7 +182,7 @@ def _bare_torque(scene: Scene, bare: State, speed: FloatArray) -> Bounded:
 def _emit_reduction(
     scene: Scene, shaft: ShaftLineModel, stays: IntArray, torque: Bounded, damped: Bounded
 ) -> None:
-    less = damped[stays]
+    less = damped[..., stays]
     finite = np.isfinite(less.value) & np.isfinite(torque.value) & (less.value > 0.0)
     gain = where(finite, torque, 1.0) / where(finite, less, 1.0)
     axes = {"section": tuple(shaft.section_names[e] for e in stays)}

@@ -17,9 +17,16 @@ from vibecalc.torsion.damper_design.descend import (
     nearest_within_limits,
     valleys,
 )
-from vibecalc.torsion.damper_design.peaks import DamperPeaks, Survey, drift, place_error, survey
+from vibecalc.torsion.damper_design.peaks import (
+    LEVEL,
+    DamperPeaks,
+    Survey,
+    drift,
+    place_error,
+    survey,
+)
 from vibecalc.torsion.damper_design.problem import Damper, DamperProblem, Limits, system_of
-from vibecalc.torsion.damper_design.readings import reading_error
+from vibecalc.torsion.damper_design.readings import map_readings, reading_error
 from vibecalc.torsion.damper_design.settle import Stationary, basin_errors, settle
 
 # ----------------------------------------------------------------------------
@@ -219,16 +226,19 @@ class Performance(NamedTuple):
     place: DamperPeaks
 
 
-def performance(problem: DamperProblem, damper: Damper, speeds: int = 161) -> Performance:
-    """Worst readings of a given damper; stiffness 0 is a viscous one."""
+def performance(
+    problem: DamperProblem, damper: Damper, speeds: int = 161, tolerance: float = LEVEL
+) -> Performance:
+    """Worst readings of a given damper, a viscous one of stiffness 0; `tolerance` of `follow`."""
     inertia, stiffness, damping = (float(value) for value in damper)
     limits = Limits((inertia,) * 2, (stiffness,) * 2, (damping,) * 2)
     prepared = survey(problem, limits, speeds)
     sections = prepared.system.twist.shape[0]
-    # heat and travel are read without a limit: with a scale below anything they always count
-    scale = prepared.scale.copy()
-    scale[sections:] = 1e-300
-    tops = prepared._replace(scale=scale).peaks(damper, _SHARE)
+    # heat and travel are read without a limit: what is near their highest counts
+    scale, values = prepared.scale.copy(), (np.array([stiffness]), np.array([damping]))
+    seen = map_readings(prepared.system, prepared.table(inertia), *values)[0].max(axis=0)
+    scale[sections:] = np.maximum([seen[-3], *(2 * [np.max(seen[-2:])])], 1e-300)
+    tops = prepared._replace(scale=scale).peaks(damper, _SHARE, tolerance)
     best = [
         first_of_the_highest(tops.row, tops.speed, np.where(rows, tops.value, -np.inf))
         for rows in (tops.row < sections, tops.row == sections, tops.row > sections)
@@ -310,6 +320,8 @@ def mistuning(problem: DamperProblem, tuned: Design, share: float = 0.1) -> Mist
 
 #: what the worst of all places may have beyond the worst of those examined
 _BEYOND = 2.0
+#: of the value, for peaks that are compared with it
+_SEEN = 1e-7
 
 
 def chart_error(problem: DamperProblem, drawn: Chart) -> FloatArray:
@@ -327,7 +339,7 @@ def chart_error(problem: DamperProblem, drawn: Chart) -> FloatArray:
     for i, j in sorted(places):
         damper = Damper(float(drawn.inertia[0]), float(drawn.stiffness[i]), float(drawn.damping[j]))
         try:
-            achieved = performance(problem, damper)
+            achieved = performance(problem, damper, tolerance=_SEEN)
         except NumericalFailure:
             # a mode that this ring leaves undamped: no peak to compare with
             continue

@@ -60,8 +60,11 @@ def _crests(
     amplitude: ComplexArray, harmonic: IntArray, most: int, value: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Of samples (r, k) of the rows."""
-    peak = (value >= np.roll(value, 1, axis=-1)) & (value > np.roll(value, -1, axis=-1))
-    rank = np.argsort(np.where(peak, -value, np.inf), axis=-1)[:, :most]
+    around = np.concatenate([value[:, -1:], value, value[:, :1]], axis=-1)
+    peak = (value >= around[:, :-2]) & (value > around[:, 2:])
+    height = np.where(peak, -value, np.inf)
+    rank = np.argpartition(height, most, axis=-1)[:, :most]
+    rank = np.take_along_axis(rank, np.argsort(np.take_along_axis(height, rank, -1), -1), -1)
     start = 2.0 * np.pi / value.shape[-1] * rank
     phase, refined = _climbed(amplitude, harmonic, start, _NEWTON_STEPS)
     refined = np.where(np.take_along_axis(peak, rank, axis=-1), refined, -np.inf)
@@ -99,10 +102,18 @@ def _climbed(
     """
     phase = start
     sample = 2.0 * np.pi / (SAMPLES_PER_HARMONIC * int(harmonic.max()))
+    number = harmonic.astype(float)
+    slopes = np.stack([number, np.square(number)], axis=-1)
+    in_sequence = harmonic[0] == 1 and harmonic[-1] == len(harmonic)
     for _ in range(steps):
-        wave = amplitude[:, None, :] * np.exp(1j * phase[..., None] * harmonic)
-        first = -(wave.imag @ harmonic)
-        second = -(wave.real @ harmonic**2)
+        if in_sequence:
+            # powers of one number take a tenth of the time of as many exponentials
+            turn = np.repeat(np.exp(1j * phase)[..., None], len(harmonic), axis=-1)
+            np.multiply.accumulate(turn, axis=-1, out=turn)
+        else:
+            turn = np.exp(1j * phase[..., None] * harmonic)
+        wave = amplitude[:, None, :] * turn
+        first, second = -(wave.imag @ slopes[:, 0]), -(wave.real @ slopes[:, 1])
         step = np.divide(-first, second, out=np.sign(first) * sample, where=second < 0.0)
         phase = phase + np.clip(step, -sample, sample)
     value = np.sum((amplitude[:, None, :] * np.exp(1j * phase[..., None] * harmonic)).real, -1)

@@ -41,7 +41,7 @@ class ArrayEvaluator(Evaluator):
         settings = self._design.columns(numbers)
         varied = {self._paths[key]: np.asarray(v, dtype=float) for key, v in settings.items()}
         count, keep = len(numbers), frozenset(self._keep)
-        parts, left = compute(self._loaded.case, varied, count, keep)
+        parts, left = compute(self._loaded.case, varied, count, keep, cache=self._cache)
         alone = [
             self.run_point({key: values[place].item() for key, values in settings.items()})
             for place in left

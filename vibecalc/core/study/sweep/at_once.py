@@ -18,6 +18,7 @@ from vibecalc.core.run.columns import (
 )
 from vibecalc.core.run.machine_checks import Check, checks_of, suspects_of
 from vibecalc.core.run.plan import needed_stages, plan_case
+from vibecalc.core.run.run import StageCache
 from vibecalc.core.run.stage import Stage
 from vibecalc.errors import KeyPath, NumericalFailure, PointsApart
 from vibecalc.numerics.rounding import BoolArray, IntArray
@@ -54,7 +55,9 @@ def unsupported(case: "Case", keys: Collection[KeyPath], keep: Collection[str]) 
     if alone and reads(PARTS["mounts"], case_untouchable(case, keys)):
         return alone
     for stage in needed_stages(case, frozenset(keep)):
-        if stage.leading is None and any(_may_read(stage, key) for key in keys):
+        own = frozenset() if stage.leading is None else stage.leading.keys
+        takes = known if stage.leading is not None and stage.leading.takes_all else own
+        if any(_may_read(stage, key) for key in keys if pattern(key) not in takes):
             return f"{stage.name} is computed point by point"
         if stage.leading is not None and stage.leading.why_not:
             return stage.leading.why_not
@@ -118,7 +121,12 @@ def planned(
 
 
 def compute(
-    case: "Case", varied: Varied, count: int, keep: frozenset[str], plan: Plan | None = None
+    case: "Case",
+    varied: Varied,
+    count: int,
+    keep: frozenset[str],
+    plan: Plan | None = None,
+    cache: StageCache | None = None,
 ) -> tuple[list[Part], IntArray]:
     """Results `keep` at `count` points, and the places of the points that need a single run.
 
@@ -136,7 +144,7 @@ def compute(
         places = waiting.pop()
         try:
             some = {key: values[places] for key, values in varied.items()}
-            scene = run_points(case, stages, some, len(places), keep, unvaried)
+            scene = run_points(case, stages, some, len(places), keep, unvaried, cache)
         except PointsApart as apart:
             alone = np.broadcast_to(apart.alone, len(places))
             left.append(places[alone])

@@ -53,13 +53,13 @@ class Strategy(NamedTuple):
     """The kind of evaluation, in words why, and how many points one chunk has.
 
     `chunk_size` depends on the case, the design and what is kept, never on the number of processes.
-    `milliseconds` is roughly what a point takes, None for arrays.
+    `milliseconds` is roughly what a point takes, 0 for arrays that take next to nothing.
     """
 
     kind: Kind
     reason: str
     chunk_size: int
-    milliseconds: float | None = None
+    milliseconds: float = 0.0
 
 
 def choose(case: "Case", design: Design, keep: Sequence[str], jobs: int = 2) -> Strategy:
@@ -73,8 +73,12 @@ def choose(case: "Case", design: Design, keep: Sequence[str], jobs: int = 2) -> 
 
     why_not = unsupported(case, [parse_key(key) for key in design.keys], keep)
     if why_not is None:
-        size = _spread(design.count, _ARRAY_POINTS)
-        return Strategy("array", "all that is kept is computed for many points at once", size)
+        words = "all that is kept is computed for many points at once"
+        stages = [stage.leading for stage in needed_stages(case, frozenset(keep)) if stage.leading]
+        cost = sum(one.milliseconds for one in stages)
+        size = max(min(one.most for one in stages), -(-design.count // _FEWEST_CHUNKS))
+        size = min(size, _ARRAY_POINTS) if cost else _ARRAY_POINTS
+        return Strategy("array", words, _spread(design.count, size), cost)
     cost = milliseconds(case, keep)
     size = min(_MOST_POINTS, max(1, round(_CHUNK / cost)), -(-design.count // _FEWEST_CHUNKS))
     size = _spread(design.count, size)
@@ -360,7 +364,8 @@ class PreparedSweep:
     @property
     def is_short(self) -> bool:
         """Whether it is over before processes have started."""
-        return choose(self.loaded.case, self.design, self.keep).kind != "pool"
+        best, count = choose(self.loaded.case, self.design, self.keep), self.design.count
+        return best.kind != "pool" and best.milliseconds * count < _SHORT
 
     @property
     def step(self) -> int:

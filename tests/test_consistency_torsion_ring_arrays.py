@@ -1,0 +1,116 @@
+"""Claim: arrays give the largest torques, reductions and heats of rings that single runs give.
+
+Within both error estimates, for every number of a ring that arrays can vary, alone and all at once.
+"""
+
+from copy import deepcopy
+from functools import cache
+
+import numpy as np
+import pytest
+from shipped_cases import CASES
+
+from vibecalc.core.case.load import LoadedCase, load_case, resolve, validate
+from vibecalc.core.case.raw import NOT_COMPUTED, parse_key, set_key
+from vibecalc.core.case.tables import Sweep
+from vibecalc.core.results.layout import DONE
+from vibecalc.core.run.plan import planned_quantities
+from vibecalc.core.run.run import run_case
+from vibecalc.core.study.sweep.arrays import ArrayEvaluator
+from vibecalc.core.study.sweep.at_once import compute, pattern, unsupported
+from vibecalc.core.study.sweep.blocks import Block
+from vibecalc.core.study.sweep.design import make_design
+from vibecalc.core.study.sweep.evaluate import Evaluator
+from vibecalc.torsion.asked import RING_KEYS, TOGETHER
+
+RING = "machine.shaft_line.dampers[0]"
+#: of each case: ranges of the numbers of its ring, in SI
+RANGES: dict[str, dict[str, tuple[float, float]]] = {
+    "engine_damped": {
+        "inertia": (5.0, 60.0),
+        "stiffness": (1e5, 3e6),
+        "damping": (200.0, 2e4),
+        "loss_factor": (0.0, 0.3),
+    },
+    "engine_two_stroke": {"inertia": (0.01, 0.5), "damping": (1.0, 200.0)},
+    # steps that narrow resonances stand between
+    "coarse": {"stiffness": (1e5, 3e6), "damping": (20.0, 2e3)},
+}
+
+
+@cache
+def machine(name: str, points: int = 151) -> LoadedCase:
+    loaded = load_case(CASES["engine_damped" if name == "coarse" else name])
+    tables = {key: part for key, part in loaded.resolved.items() if key not in NOT_COMPUTED}
+    set_key(tables, "response.torsion.speeds.points", 41 if name == "coarse" else points)
+    case = validate(tables)
+    return LoadedCase(
+        case=case, name=name, path=loaded.path, text="", overrides=(), resolved=resolve(case),
+        resolved_toml="", sha256="",
+    )  # fmt: skip
+
+
+def blocks(loaded: LoadedCase, ranges: dict[str, tuple[float, float]], points: int, seed: int = 1):
+    """By arrays and by single runs, over what is kept."""
+    axes = [
+        {"key": f"{RING}.{key}", "from": low, "to": high} for key, (low, high) in ranges.items()
+    ]
+    sweep = {"sampling": "monte_carlo", "points": points, "seed": seed, "axes": axes}
+    design = make_design(Sweep.model_validate(sweep), loaded.resolved)
+    keep = tuple(path for path in TOGETHER if path in planned_quantities(loaded.case))
+    assert unsupported(loaded.case, [parse_key(key) for key in design.keys], keep) is None
+    numbers = np.arange(points)
+    return ArrayEvaluator(loaded, design, keep)(numbers), Evaluator(loaded, design, keep)(numbers)
+
+
+def assert_alike(together: Block, single: Block) -> None:
+    assert np.all(together.status == DONE) and np.all(single.status == DONE)
+    for path, one in together.quantities.items():
+        other = single.quantities[path]
+        room = (one.errors + other.errors).reshape(-1, *(1,) * (one.values.ndim - 1))
+        assert np.all(np.abs(one.values - other.values) <= room), path
+        # estimates are those of the same formulas at the same speeds
+        assert np.all(one.errors <= 1e-9 * np.max(np.abs(other.values))), path
+
+
+@pytest.mark.parametrize(
+    ("name", "key"),
+    [(name, key) for name, ranges in RANGES.items() for key in [*ranges, "all"]],
+)
+def test_rings_by_arrays_are_those_of_single_runs(name: str, key: str) -> None:
+    ranges = RANGES[name] if key == "all" else {key: RANGES[name][key]}
+    assert_alike(*blocks(machine(name), ranges, 6))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", RANGES)
+def test_a_hundred_rings_by_arrays(name: str) -> None:
+    assert_alike(*blocks(machine(name, 300), RANGES[name], 100, seed=7))
+
+
+def test_every_key_is_varied_here() -> None:
+    varied = {pattern(parse_key(f"{RING}.{key}")) for one in RANGES.values() for key in one}
+    assert varied == RING_KEYS
+
+
+def test_rings_that_leave_modes_undamped_run_alone() -> None:
+    """Of a line that nothing else damps; over other keys, and for other results, all points do."""
+    loaded = machine("engine_damped", 31)
+    tables = deepcopy(loaded.resolved)
+    for part in ("stations", "shafts"):
+        for one in tables["machine"]["shaft_line"][part]:
+            one.pop("absolute_damping" if part == "stations" else "damping")
+    case = validate(tables)
+    key, keep = parse_key(f"{RING}.damping"), frozenset([TOGETHER[0]])
+    damping = np.array([0.0, 1e-6, 300.0, 600.0])
+    parts, left = compute(case, {key: damping}, 4, keep)
+    assert left.tolist() == [0, 1] and [part.places.tolist() for part in parts] == [[2, 3]]
+    largest = parts[0].columns[TOGETHER[0]]
+    for row, value in enumerate((300.0, 600.0)):
+        set_key(tables, f"{RING}.damping", value)
+        alone = run_case(validate(tables), wanted=keep)[TOGETHER[0]]
+        room = largest.errors[row] + alone.error_estimate
+        assert np.all(np.abs(largest.values[row] - alone.values) <= room)
+    assert unsupported(case, [key], keep) is None
+    assert unsupported(case, [parse_key("machine.crank_train.rod_length")], keep) is not None
+    assert unsupported(case, [key], ["response/torsion/torque_half_range"]) is not None
