@@ -225,7 +225,7 @@ CYLINDERS = "machine.crank_train.cylinders"
     [
         ("balance_v8", f"{CYLINDERS}[2].position", [-0.05, -0.15], "excitation/force_peak",
          "stand at one place"),
-        ("compressor_impact", "machine.speed", [361.0, 1.0],
+        ("compressor_impact", "machine.speed", [361.0, 0.5],
          "excitation/force_peak", "would take too long"),
         ("absorber", "machine.secondary.mass_ratio", [0.1, 2e4], "tuning/peak",
          "no tuning is found"),

@@ -188,6 +188,18 @@ def test_at_rest_balanced_torques_leave_the_static_twist():
     assert not np.any(forced(line, 0.0, np.zeros(7)).angle)
 
 
+def test_an_angle_that_cancels_to_zero_by_chance_leaves_a_branch_its_error():
+    # rounded, the second station does not move at all; the first one hangs on it near its resonance
+    line = chain(
+        np.array([0.18395658310321794, 0.15084061049874883, 0.12870499274504185,
+                  0.5818128576813408]),
+        np.array([117.77149768934163, 8306.184505856736, 7357.461981117741]),
+    )  # fmt: skip
+    torque = np.array([[0.0, -1.1171600918770255, 0.0, 1.0]], dtype=complex)
+    found = forced(line, [25.30052844704747], torque)
+    assert true_error(line, [25.30052844704747], torque, found.angle)[0] <= found.error[0]
+
+
 def test_blocks_several_torques_and_lines_with_leading_axes_are_the_same_numbers(monkeypatch):
     line = engine()
     w = np.linspace(10.0, 90.0, 40)[:, None] * np.array([0.5, 1.0, 6.0])

@@ -12,7 +12,7 @@ from shipped_cases import CASES
 
 from vibecalc.core.case.load import LoadedCase, load_case, resolve, validate
 from vibecalc.core.case.raw import NOT_COMPUTED, parse_key, set_key
-from vibecalc.core.case.tables import Sweep
+from vibecalc.core.case.study_tables import Sweep
 from vibecalc.core.results.layout import DONE
 from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.run import run_case

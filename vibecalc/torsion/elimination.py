@@ -93,7 +93,9 @@ class Check:
         if carried is None:
             relative = self.relative[p]
             if relative is None:
-                relative = self.turn[p] / np.maximum(np.abs(above), np.finfo(float).tiny)
+                # of an angle that is zero by chance nothing is known, and it is solved again
+                turn = self.turn[p]
+                relative = turn / np.where(turn > 0.0, np.abs(above), 1.0)
                 self.relative[p] = relative
             relative = np.add(share, relative, out=share if single else None)
             self.relative[i], self.steps[i] = relative, self.steps[p] + 1

@@ -164,6 +164,7 @@ def forced_masked(
     if plan is not None and len(again):
         for few in np.array_split(again, -(-n * copies * len(again) // ALONG)):
             known = error[:, few] if estimated else np.full((copies, len(few)), np.inf)
+            known = np.fmin(known, np.inf)  # also where it is no number
             angle[..., few], error[:, few], largest[:, few] = corrected(
                 flat, flat_w, loads, few, angle[..., few], known, root
             )

@@ -201,7 +201,7 @@ class Subject(NamedTuple):
     units: Mapping[str, Unit]
     checks: tuple[str, ...] = ()
     last_checks: tuple[str, ...] = ()
-    suspects: Mapping[str, str] = field(default_factory=dict)
+    suspects: Mapping[str, str] = {}
     cautions: tuple[str, ...] = ()
     sections: tuple[str, ...] = ()
     pictures: Mapping[str, str] = {}
