@@ -174,6 +174,7 @@ Secondaries = Annotated[tuple[NamedSecondary, ...], Field(max_length=8)]
 # What an absorber is built of: rod, springs, ring, gap, oil; and what the stock has of them.
 # ----------------------------------------------------------------------------
 
+LiquidDensity = Annotated[float, Field(ge=100, le=20_000), Unit("kg/m^3")]
 Expansion = Annotated[float, Field(ge=0, lt=0.01), Unit("1/K")]
 Temperatures = tuple[Temperature, Temperature]
 Viscosities = tuple[KinematicViscosity, KinematicViscosity]
@@ -326,7 +327,7 @@ class Oil(Table):
     temperatures: Temperatures = Field(
         STATED, description="'40 degC' and '100 degC' if not said, otherwise so or in K"
     )
-    density: Density = Field(description="at 15 degC")
+    density: LiquidDensity = Field(description="at 15 degC")
     expansion: Expansion | None = Field(
         None, description="change of volume; default: that of mineral oils, from the density"
     )
@@ -387,7 +388,9 @@ class OilCatalogue(Table):
     viscosity_100: tuple[KinematicViscosity, ...] = Field(
         min_length=1, max_length=2000, description="at 100 degC"
     )
-    density: tuple[Density, ...] = Field(min_length=1, max_length=2000, description="at 15 degC")
+    density: tuple[LiquidDensity, ...] = Field(
+        min_length=1, max_length=2000, description="at 15 degC"
+    )
     RULES = (same_length("part", "viscosity_40", "viscosity_100", "density"),)
 
 

@@ -156,12 +156,18 @@ def get_key(data: Mapping[str, Any], key: str | KeyPath) -> Any:
 
 
 def number_at(data: Mapping[str, Any], key: str, otherwise: float) -> float:
-    """The number at a key of a resolved case, `otherwise` where the case leaves the key out."""
+    """The number at a key of a resolved case, `otherwise` where the case leaves the key out.
+
+    UsageError where the case has a list there.
+    """
     path = parse_key(key)
     table = get_key(data, path[:-1])
     if isinstance(table, dict) and path[-1] not in table:
         return otherwise
-    return float(get_key(data, path))
+    found = get_key(data, path)
+    if isinstance(found, list):
+        raise UsageError(f"{key} is a list in this case: a search wants one number, as {key}[0]")
+    return float(found)
 
 
 def set_key(data: MutableMapping[str, Any], key: str | KeyPath, value: Any) -> None:

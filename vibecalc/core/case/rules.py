@@ -73,8 +73,12 @@ class Row:
         ]
 
     def lacks(self, *keys: str) -> bool:
-        """Whether none of the keys is there, nor one that may be one of them with a slip in it."""
-        return self.data.keys().isdisjoint(keys) and not misspelt(self.data, self.path, *keys)
+        """Whether none of the keys is there, nor one that may be one of them with a slip in it.
+
+        A list of nothing is not there.
+        """
+        there = any(key in self.data and self.data[key] != [] for key in keys)
+        return not there and not misspelt(self.data, self.path, *keys)
 
     def number(self, key: str) -> float | None:
         """The number at a key in SI, or its default."""
