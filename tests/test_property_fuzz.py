@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from fuzzing import ALLOWED, MUTATORS, command, mutations
+from shipped_cases import CASES
 
 from vibecalc.cli.starters import starter
 
@@ -59,6 +60,27 @@ def run_many(count: int, path: Path, seed: int = SEED + 1) -> dict[int, int]:
         codes[code] = codes.get(code, 0) + 1
         done += 1
     return codes
+
+
+#: what mutations ended in a bug, and how it ends now: case, change, exit code, words
+FOUND = [
+    ("pump_drive", "orders = [12]", "frequencies = []", 2, "has neither orders nor blades"),
+    ("generator_mount_design", 'damping = "50 N*s/m"', "damping = [1, 2, 3]", 2,
+     "a search wants one number, as machine.mounts.each.damping[0]"),
+    ("absorber_rig_b", 'density = "870 kg/m^3"', "density = 1e-300", 2, ">= 100 kg/m^3"),
+    ("absorber_curves", "mass_ratio = 0.1", "mass_ratio = 3", 0, ""),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("case", "old", "new", "code", "words"), FOUND)
+def test_what_mutations_have_found(
+    case: str, old: str, new: str, code: int, words: str, tmp_path: Path
+) -> None:
+    text, path = CASES[case].read_text(encoding="utf-8"), tmp_path / "mutated.toml"
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    outcome = command("run", str(path), "-q", "-o", f"{tmp_path}/out/")
+    assert outcome.code == code and words in outcome.err
 
 
 @pytest.mark.timeout(280)
