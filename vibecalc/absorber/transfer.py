@@ -252,8 +252,8 @@ def amplitude_with_error(
         top, bottom, gain = _sizes(coupling(absorber), x, excitation, response)
         relative = top[0] / top[1] + bottom[0] / bottom[1] + 3.0
         error = 4.0 * UNIT_ROUNDOFF * np.abs(value) * relative
-        # at a zero of the numerator nothing is left to be relative to
-        # and what has no numerator, as the travel of a locked absorber, is zero at resonance as well
+        # at a zero of the numerator nothing is left to be relative to; what has none, as the travel
+        # of a locked absorber, is zero at resonance as well
         small = np.where(top[0] > 0.0, 4.0 * UNIT_ROUNDOFF * top[0] * gain / bottom[1], 0.0)
         error = np.where(np.isinf(value), np.inf, np.where(value == 0.0, small, error))
     return Bounded(value, error)

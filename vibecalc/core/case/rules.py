@@ -73,12 +73,8 @@ class Row:
         ]
 
     def lacks(self, *keys: str) -> bool:
-        """Whether none of the keys is there, nor one that may be one of them with a slip in it.
-
-        A list of nothing is not there.
-        """
-        there = any(key in self.data and self.data[key] != [] for key in keys)
-        return not there and not misspelt(self.data, self.path, *keys)
+        """Whether none of the keys is there, nor one that may be one of them with a slip in it."""
+        return self.data.keys().isdisjoint(keys) and not misspelt(self.data, self.path, *keys)
 
     def number(self, key: str) -> float | None:
         """The number at a key in SI, or its default."""
@@ -219,7 +215,9 @@ class OneOf:
             message = f"{key} and {given[0]} exclude each other"
             yield row.problem(key, message, allowed=allowed, also=given[0])
         needed = self.needed(row) if callable(self.needed) else self.needed
-        if needed and row.lacks(*(key for alternative in self.alternatives for key in alternative)):
+        every = [key for alternative in self.alternatives for key in alternative]
+        empty = any(isinstance(row.data.get(key), list) and not row.data[key] for key in every)
+        if needed and not given and (empty or row.lacks(*every)):
             message = f"{row.header()} has neither {' nor '.join(map(both, self.alternatives))}"
             yield row.problem("", message, allowed=allowed, hint=self.hint)
 
