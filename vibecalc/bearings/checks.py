@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibecalc.errors import Problem
+from vibecalc.excitation.gas_tables import within_cards
 from vibecalc.kinds import TRAIN
 from vibecalc.parts import tables as parts
 from vibecalc.parts.body import DIRECTIONS, build_frame
@@ -162,5 +163,5 @@ def _speeds(case: Case) -> list[Problem]:
             also=(*TRAIN, "gas_cards"),
         )
         for where, key, speed in wanted
-        if not low <= speed <= high
+        if not within_cards((low, high), speed)
     ]

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
 # Pressure cards: the gas pressure in a cylinder against its own crank angle, over one cycle.
@@ -159,11 +159,22 @@ def _height(rows: FloatArray, away: FloatArray) -> FloatArray:
     return np.asarray(value)
 
 
+#: by how much, relative, a value may be beyond the cards and still be that of the last one
+ROUNDED = 1e-12
+
+
+def within_cards(known: ArrayLike, value: ArrayLike) -> BoolArray:
+    """Whether cards at values (c,) in any order cover the positive values (...), roundings aside."""
+    low, high = np.min(known) * (1.0 - ROUNDED), np.max(known) * (1.0 + ROUNDED)
+    return np.asarray((np.asarray(value) >= low) & (np.asarray(value) <= high))
+
+
 def card_weights(card_value: ArrayLike, value: ArrayLike) -> FloatArray:
     """Weights (..., c) of c cards taken at ascending speeds (or loads) at the values (...) asked.
 
     Linear between two neighbours. The torque is linear in the pressure, so that the same weights
-    hold for its harmonics. A single card holds at every value.
+    hold for its harmonics. A single card holds at every value, one at an end also for what is
+    beyond it by roundings, as of values in other units.
 
     Raises
     ------
@@ -174,13 +185,14 @@ def card_weights(card_value: ArrayLike, value: ArrayLike) -> FloatArray:
     asked = np.asarray(value, dtype=float)
     if len(known) == 1:
         return np.ones((*asked.shape, 1))
-    outside = ~((asked >= known[0]) & (asked <= known[-1]))
+    outside = ~within_cards(known, asked)
     if np.any(outside):
         raise NumericalFailure(
             f"gas cards: {np.extract(outside, asked)[0]:.6g} lies outside the cards' range, "
             f"{known[0]:.6g} to {known[-1]:.6g} (SI units, speeds in rad/s); give a card at or "
             "beyond that value"
         )
+    asked = np.clip(asked, known[0], known[-1])
     upper = np.clip(np.searchsorted(known, asked, side="left"), 1, len(known) - 1)
     share = (asked - known[upper - 1]) / (known[upper] - known[upper - 1])
     index = np.arange(len(known))

@@ -128,10 +128,13 @@ def linear_couple(ends: np.ndarray, low: Bounded, high: Bounded) -> CoupleAt:
     return couple_at
 
 
-def couple_by_differences(by_speed: Callable[[np.ndarray], Bounded]) -> CoupleAt:
-    """Couple of any law (speeds,) to (speeds, m), its derivatives by central differences.
+def couple_by_differences(
+    by_speed: Callable[[np.ndarray], Bounded], low: float, high: float
+) -> CoupleAt:
+    """Couple of any law (speeds,) to (speeds, m) between two speeds, derivatives by differences.
 
-    The derivatives only lead a search for maxima: what they are off is in the error of the slope.
+    The differences are central, and next to the ends those of the nearest place that has room for
+    them: the law is asked at no speed beyond `low` and `high`. The derivatives only lead a search for maxima: what they are off is in the error of the slope.
     """
 
     def couple_at(speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Couple:
@@ -139,15 +142,19 @@ def couple_by_differences(by_speed: Callable[[np.ndarray], Bounded]) -> CoupleAt
         value, error = by_speed(at)
         if not slopes:
             return Couple(value, error, EMPTY, EMPTY, EMPTY)
-        step = (STEP * at)[:, None]
-        after, before = by_speed(at * (1.0 + STEP)), by_speed(at * (1.0 - STEP))
+        step = np.minimum(STEP * at, 0.25 * (high - low))
+        middle = np.clip(at, low + 2.0 * step, high - 2.0 * step)
+        far_before, before, here, after, far_after = (
+            by_speed(np.clip(middle + steps * step, low, high)) for steps in range(-2, 3)
+        )
+        step, moved = step[:, None], (at - middle)[:, None]
         slope = (after.value - before.value) / (2.0 * step)
-        curvature = (after.value - 2.0 * value + before.value) / np.square(step)
-        wider = by_speed(at * (1.0 + 2.0 * STEP)).value - by_speed(at * (1.0 - 2.0 * STEP)).value
+        curvature = (after.value - 2.0 * here.value + before.value) / np.square(step)
+        wider = far_after.value - far_before.value
         uncertainty = np.abs(wider / (4.0 * step) - slope) + (after.error + before.error) / (
             2.0 * step
         )
-        return Couple(value, error, slope, uncertainty, curvature)
+        return Couple(value, error, slope + curvature * moved, uncertainty, curvature)
 
     return couple_at
 

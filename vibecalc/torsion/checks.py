@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from vibecalc.core.case.fields import RunUp
 from vibecalc.core.case.raw import unknown
 from vibecalc.errors import KeyPath, Problem
+from vibecalc.excitation.gas_tables import within_cards
 from vibecalc.kinds import has_crank_train
 from vibecalc.parts.firing import is_separate, torque_reaches_mounts
 from vibecalc.schema import Case
@@ -81,7 +82,7 @@ def _speeds(case: Case) -> Iterator[Problem]:
         return
     low, high = min(c.speed for c in cards), max(c.speed for c in cards)
     for path, speed in asked_speeds(case) if low < high else ():
-        if not low * (1 - 1e-12) <= speed <= high * (1 + 1e-12):
+        if not within_cards((low, high), speed):
             yield Problem(
                 path=path,
                 message="this speed is outside the range of the gas cards",

@@ -422,6 +422,24 @@ def barred_ranges(excess: Callable[[FloatArray], FloatArray], speed: ArrayLike) 
     return BarredRanges(starts, ends, start_crosses, end_crosses, 4.0 * EPSILON * ends)
 
 
+#: of a speed, the step by which the slope of a curve at an end of a range is taken
+SLOPE_STEP = 1e-7
+
+
+def slopes(
+    curve: Callable[[FloatArray], FloatArray], at: FloatArray, first: float, last: float
+) -> FloatArray:
+    """Magnitudes of slopes of a curve at speeds (r,) from `first` to `last`, one-sided at both.
+
+    Infinite or not a number where the curve is unbounded, or the range a single speed.
+    """
+    step = SLOPE_STEP * at
+    before, after = np.maximum(at - step, first), np.minimum(at + step, last)
+    values = curve(np.concatenate([before, after])).reshape(2, -1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(np.abs(values[1] - values[0]) / (after - before))
+
+
 def _above(excess: Callable[[FloatArray], FloatArray], speeds: FloatArray) -> BoolArray:
     values = excess(speeds) if len(speeds) else np.zeros(0)
     if np.any(np.isnan(values)):

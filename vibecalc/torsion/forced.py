@@ -121,6 +121,9 @@ def forced_masked(
     shape = np.broadcast_shapes(w.shape, leading, load.shape[extra:-1])
     several = load.shape[:extra]
     count, copies = math.prod(shape), math.prod(several)
+    if not count:  # no frequency is asked for, as of a range without a peak
+        none = np.zeros((*several, *shape, n), dtype=np.complex128)
+        return MaskedResponse(none, none[..., 0].real, none[..., 0] != 0.0)
     flat = _flat_line(line, shape)
     flat_w = np.broadcast_to(w, shape).reshape(count)
     loads: list[ComplexArray | None] = [None] * n

@@ -335,7 +335,7 @@ def _couple(law: TorqueLaw, passing: Passing | None, ends: np.ndarray, part: sli
         torque = Bounded(torque.value[..., part], torque.error[..., part])
         return couple_on_body(torque, passing(order, speed))
 
-    return couple_by_differences(by_the_line)
+    return couple_by_differences(by_the_line, *ends.tolist())
 
 
 def _about(couple: Bounded, axis: np.ndarray) -> list[Bounded]:

@@ -12,19 +12,25 @@ from vibecalc.torsion.modes import natural_modes
 # ----------------------------------------------------------------------------
 # Where the modes meet the orders: the line is that of the critical speed itself.
 #
-# Outside the speeds that a case asks for, loads and heat are nobody's; there the modes of the
-# operating speed count.
+# Outside the speeds that a case asks for, loads and heat are nobody's: near them those at the
+# nearest end count, farther away the modes of the operating speed.
 # ----------------------------------------------------------------------------
 
 #: secant steps, by how much a first guess may lie outside the range, what counts as met
 _ROUNDS, _NEAR, _MET = 30, 0.1, 1e-12
 
 
+def asked_range(setup: Setup) -> tuple[float, float]:
+    """Lowest and highest crank speed that a case asks for, rad/s."""
+    speeds = setup.torsion.speeds
+    every = [setup.speed] if speeds is None else [setup.speed, speeds.start, speeds.stop]
+    return min(every), max(every)
+
+
 def met_criticals(setup: Setup) -> Bounded:
     """Critical speeds (m, q) of modes and orders, infinite for modes near which nothing peaks."""
-    modes, order, speeds = setup.natural(), setup.drive.order, setup.torsion.speeds
-    every = [setup.speed] if speeds is None else [setup.speed, speeds.start, speeds.stop]
-    low, high = min(every) * (1.0 - _NEAR), max(every) * (1.0 + _NEAR)
+    modes, order, (first, last) = setup.natural(), setup.drive.order, asked_range(setup)
+    low, high = first * (1.0 - _NEAR), last * (1.0 + _NEAR)
     speed = modes.frequency[:, None] / order
     error = modes.frequency_error[:, None] / order
     speed[modes.silent & (modes.frequency > 0.0)] = np.inf

@@ -8,7 +8,7 @@ import numpy as np
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, FloatArray
-from vibecalc.torsion.adapters.coupling_criticals import met_criticals
+from vibecalc.torsion.adapters.coupling_criticals import asked_range, met_criticals
 from vibecalc.torsion.adapters.curves import (
     bounded_orders,
     mean_torques,
@@ -102,7 +102,11 @@ class _Unknown(NamedTuple):
 
 
 class _Solver:
-    """Gives the conditions at speeds; each speed is solved once."""
+    """Gives the conditions at speeds; each speed is solved once.
+
+    Loads, gas and heat are those of the speeds that the case asks for: beyond them the conditions
+    at the nearest end count.
+    """
 
     def __init__(self, plain: Setup, couplings: tuple[Coupling, ...], whole: Setup):
         self.plain, self.couplings, self.whole = plain, couplings, whole
@@ -113,15 +117,18 @@ class _Solver:
             if rows is not None
         ]
         self.known: dict[float, FloatArray] = {}
+        self.first, self.last = asked_range(plain)
 
     def __call__(self, speed: FloatArray) -> Conditions:
+        speed = np.clip(speed, self.first, self.last)
         new = np.array([one for one in speed.tolist() if one not in self.known])
         size = speeds_at_once(self.plain.model, self.plain.drive)
         for start in range(0, len(new), size):
             at = new[start : start + size]
             rows = np.stack(self._found(at), axis=1)
             self.known.update(zip(at.tolist(), rows, strict=True))
-        every = np.stack([self.known[one] for one in speed.tolist()])
+        every = np.array([self.known[one] for one in speed.tolist()])
+        every = every.reshape(len(speed), len(Conditions._fields), len(self.couplings))
         return Conditions(*np.moveaxis(every, 1, 0))
 
     def mean(self, speed: FloatArray) -> Bounded:

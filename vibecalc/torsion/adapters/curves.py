@@ -476,19 +476,20 @@ def curve_errors(setup: Setup, at: FloatArray) -> CurveUncertainty:
     return CurveUncertainty(*(np.where(clear, one, 0.0) for one in every))
 
 
-def at_largest(setup: Setup, top: Maxima, twists: bool = True) -> tuple[Bounded, Bounded]:
+def at_largest(
+    setup: Setup, top: Maxima, last: float, twists: bool = True
+) -> tuple[Bounded, Bounded]:
     """Largest half ranges (e,) of referred torques, and those of the twists there, if asked for.
 
-    The torque of a section is flat where it is largest; its twist need not be, and moves by what
+    Speeds go up to the `last` in rad/s. The torque of a section is flat where it is largest; its twist need not be, and moves by what
     the speed is off.
     """
     twist_error, torque_error = section_uncertainty(setup, top.speed, top.section)
     torque = Bounded(top.value, torque_error + top.value_error)
     if not twists:
         return torque, Bounded(np.zeros(len(top.section)), np.zeros(len(top.section)))
-    twist, moved = (
-        _half_twist(setup, at, top.section) for at in (top.speed, top.speed + top.speed_error)
-    )
+    off = np.where(top.speed + top.speed_error > last, -1.0, 1.0) * top.speed_error
+    twist, moved = (_half_twist(setup, at, top.section) for at in (top.speed, top.speed + off))
     twist_error = twist_error + np.abs(moved - twist)
     twist = np.where(np.isfinite(top.value), twist, np.inf)
     return torque, Bounded(twist, twist_error)

@@ -17,6 +17,7 @@ from vibecalc.torsion.critical_speeds import (
     Value,
     barred_ranges,
     maxima,
+    slopes,
 )
 from vibecalc.torsion.results import ROOT
 from vibecalc.torsion.stress_limits import NO_BARRED_RANGE, barred_range
@@ -79,7 +80,8 @@ def exceeded_of(
             rule = np.stack([barred.lower, barred.upper], axis=1)
             below = below & barred.permitted
         permitted = below.astype(np.int64)
-    error = np.array([_uncertainty(setup, bound, excess, one) for one in ends])
+    asked = float(speed[0]), float(speed[-1])
+    error = np.array([_uncertainty(setup, bound, excess, one, asked) for one in ends])
     return ExceededRanges(ranges.start, ranges.end, error, peak, peak_error, rule, permitted)
 
 
@@ -220,8 +222,12 @@ def _uncertainty(
     bound: Bound,
     excess: Callable[[FloatArray], FloatArray],
     ends: tuple[float, float],
+    within: tuple[float, float],
 ) -> float:
-    """What errors of the load and of the limit move an end of a range by: over the slope there."""
+    """What errors of the load and of the limit move an end of a range by: over the slope there.
+
+    `within` are the ends of the speeds that were asked for.
+    """
     at, load = np.array(ends), bound.load
     torque = load_uncertainty(setup, np.repeat(at, len(load)), np.tile(load, 2))
     error = np.max(torque.reshape(2, -1) * bound.factor, axis=1)
@@ -229,9 +235,7 @@ def _uncertainty(
         limit = bound.continuous(at)
         limit = np.max(np.where(np.isfinite(limit), limit, 0.0), axis=1)
         error = error + bound.roundings * UNIT_ROUNDOFF * limit
-    step = 1e-7 * at
     with np.errstate(invalid="ignore", divide="ignore"):
-        slope = np.abs(excess(at + step) - excess(at - step)) / (2.0 * step)
-        moved = error / slope
+        moved = error / slopes(excess, at, *within)
     moved = np.where(np.isfinite(moved), moved, 0.0)
     return float(np.max(2.0 * moved + 8.0 * EPSILON * at))

@@ -44,12 +44,14 @@ from vibecalc.torsion.adapters.variants import bare_setup, emit_bare, emit_healt
 from vibecalc.torsion.critical_speeds import (
     MOST,
     REFINED,
+    SLOPE_STEP,
     Maxima,
     barred_ranges,
     by_machine,
     highest_maxima,
     largest,
     peaks,
+    slopes,
     telling_speeds,
 )
 from vibecalc.torsion.results import ROOT
@@ -191,7 +193,7 @@ def _largest(scene: Scene, setup: Setup, speed: FloatArray, top: Maxima) -> Boun
     """Largest values of each section; gives the referred torques."""
     shaft, place = setup.shaft, f"{ROOT}/largest"
     axes, every = {"section": shaft.section_names}, np.arange(len(shaft.section_names))
-    found = at_largest(setup, top, scene.wants(f"{place}/twist_half_range"))
+    found = at_largest(setup, top, speed[-1], scene.wants(f"{place}/twist_half_range"))
     shape = (setup.model.machines, len(every)) if setup.model.machines else (len(every),)
     torque, twist, speeds = (
         reshaped(one, lambda part: part.reshape(shape))
@@ -278,12 +280,10 @@ def _ranges(
     rows = []
     for start, end in zip(barred.start.tolist(), barred.end.tolist(), strict=True):
         at = np.array([start, end])
-        step = 1e-7 * at
-        nearby = reversed_by(np.concatenate([at - step, at + step]))
-        with np.errstate(invalid="ignore"):  # next to a speed without bound
-            slope = np.abs(nearby[2:] - nearby[:2]) / (2.0 * step)
+        slope = slopes(reversed_by, at, speed[0], speed[-1])
         # an end of the speeds that were asked for, or of the sense of the mean, is exact
-        crosses = np.isfinite(slope) & (slope > 0.0) & (np.abs(reversed_by(at)) < slope * step)
+        near = np.abs(reversed_by(at)) < slope * SLOPE_STEP * at
+        crosses = np.isfinite(slope) & (slope > 0.0) & near
         moved = np.where(crosses, 4.0 * off / np.where(crosses, slope, 1.0), 0.0)
         rows.append((start, end, float(np.max(moved + 8.0 * EPSILON * at))))
     return rows

@@ -95,7 +95,7 @@ def emit_range(scene: Scene, state: State, speed: FloatArray, limited: bool = Fa
     sections = dense.torque[:, : len(model.line.first)]
     top = largest(make, sections, dense.speed, undamped.speed, undamped.endless)
     place = f"{state.place}/largest"
-    torque, twist = at_largest(setup, top, scene.wants(f"{place}/twist_half_range"))
+    torque, twist = at_largest(setup, top, speed[-1], scene.wants(f"{place}/twist_half_range"))
     emit_half_ranges(scene, place, setup.shaft, state.section, torque, twist, {})
     names = tuple(setup.shaft.section_names[e] for e in state.section)
     scene.emit(f"{place}/speed", top.speed, top.speed_error, {"section": names})
