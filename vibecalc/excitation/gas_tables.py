@@ -164,7 +164,7 @@ ROUNDED = 1e-12
 
 
 def within_cards(known: ArrayLike, value: ArrayLike) -> BoolArray:
-    """Whether cards at values (c,) in any order cover the positive values (...), roundings aside."""
+    """Whether cards at values (c,), in any order, cover positive values (...) but for roundings."""
     low, high = np.min(known) * (1.0 - ROUNDED), np.max(known) * (1.0 + ROUNDED)
     return np.asarray((np.asarray(value) >= low) & (np.asarray(value) <= high))
 

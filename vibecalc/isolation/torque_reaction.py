@@ -134,7 +134,8 @@ def couple_by_differences(
     """Couple of any law (speeds,) to (speeds, m) between two speeds, derivatives by differences.
 
     The differences are central, and next to the ends those of the nearest place that has room for
-    them: the law is asked at no speed beyond `low` and `high`. The derivatives only lead a search for maxima: what they are off is in the error of the slope.
+    them: the law is asked at no speed beyond `low` and `high`. The derivatives only lead a search
+    for maxima: what they are off is in the error of the slope.
     """
 
     def couple_at(speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Couple:

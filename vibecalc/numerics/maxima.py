@@ -351,6 +351,8 @@ def by_values(
     counts. `floor` (curves,): tops lower than about that are left out, and curves that have no
     other. The error of the height is that of the place; rounding of the curve is not in it.
     """
+    room = (low < at) & (at < high)
+    row, low, at, high = row[room], low[room], at[room], high[room]
     best = np.zeros(int(np.max(row, initial=-1)) + 1) if floor is None else floor.copy()
     one, never = np.ones(len(row)), np.full(len(row), np.inf)
     tops = _Tops(row, low, at, high, at, one, one, never, low, high, at, never)
@@ -400,9 +402,10 @@ def _highest_among(tops: _Tops, where: FloatArray, values: FloatArray, best: Flo
     step = np.diff(spots, axis=1)
     # no slope where an end is within roundings of the top
     rise, drop = np.divide(np.diff(three, axis=1), step, out=np.zeros_like(step), where=step > 0).T
-    bend = 2.0 * (drop - rise) / (high - low)
+    width = np.where(high > low, high - low, 1.0)  # of neighbouring numbers there is none between
+    bend = 2.0 * (drop - rise) / width
     safe = np.where(bend < 0.0, bend, -1.0)
-    slope = (rise * (high - at) + drop * (at - low)) / (high - low)
+    slope = (rise * (high - at) + drop * (at - low)) / width
     vertex = np.clip(np.where(bend < 0.0, at - slope / safe, at), low, high)
     fall = 1.0 - np.minimum(three[:, 0], three[:, 2]) / three[:, 1]
     same = tops.some(bracket)

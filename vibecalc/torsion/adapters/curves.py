@@ -481,8 +481,8 @@ def at_largest(
 ) -> tuple[Bounded, Bounded]:
     """Largest half ranges (e,) of referred torques, and those of the twists there, if asked for.
 
-    Speeds go up to the `last` in rad/s. The torque of a section is flat where it is largest; its twist need not be, and moves by what
-    the speed is off.
+    Speeds go up to the `last` in rad/s. The torque of a section is flat where it is largest; its
+    twist need not be, and moves by what the speed is off.
     """
     twist_error, torque_error = section_uncertainty(setup, top.speed, top.section)
     torque = Bounded(top.value, torque_error + top.value_error)
