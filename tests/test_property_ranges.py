@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.shipped_cases import CASES, table_of
+from shipped_cases import CASES, table_of
 from vibecalc import api
 from vibecalc.core.results.record import Result
 from vibecalc.errors import CaseError

@@ -159,6 +159,10 @@ class NumericalFailure(VibecalcError):
     result: Any = None
 
 
+class Defect(VibecalcError):
+    """A fault of vibecalc itself, as one met after the result was written."""
+
+
 class PointsApart(Exception):
     """Points of a sweep that cannot be computed in one array call: `kinds` (points,) tells which
     can, `alone` (points,) those that need a run of their own. Caught by the frame, never shown.

@@ -10,7 +10,15 @@ from vibecalc.cli.help_page import Command, Group
 from vibecalc.cli.results import EXCHANGE, export, get, info
 from vibecalc.cli.saying import asked, note, say, say_json, say_written, spoken
 from vibecalc.cli.sweep import Settings, Unset, merge, sweep
-from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, NumericalFailure, UsageError, VibecalcError
+from vibecalc.errors import (
+    EXIT_BUG,
+    EXIT_DIFFERS,
+    EXIT_FINE,
+    Defect,
+    NumericalFailure,
+    UsageError,
+    VibecalcError,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -70,25 +78,28 @@ def _write_measured(result: "Result", path: Path) -> None:
     """Write the file, the table and, with matplotlib, the picture; print what is asked for."""
     from vibecalc.cli.outputs import write_text
     from vibecalc.core.report.accuracy import render_accuracy, render_answer
+    from vibecalc.core.report.defects import as_defect, defects
     from vibecalc.core.report.plots import draw_file
     from vibecalc.core.results.store import write_result
 
-    text = render_accuracy(result)
     write_result(result, path)
-    write_text(text, path.with_suffix(".txt"))
-    try:
-        pictures = draw_file(path, path.parent)
-    except UsageError as error:
-        pictures = []
-        note(f"no picture: {error}")
-    written = [path, path.with_suffix(".txt"), *pictures]
-    if asked.json:
-        from vibecalc.core.report.accuracy import accuracy_object
+    written = [path]
+    with defects("the report") as met:
+        write_text(render_accuracy(result), path.with_suffix(".txt"))
+        written.append(path.with_suffix(".txt"))
+        try:
+            written += draw_file(path, path.parent)
+        except UsageError as error:
+            note(f"no picture: {error}")
+        if asked.json:
+            from vibecalc.core.report.accuracy import accuracy_object
 
-        say_json(accuracy_object(result, path) | {"written": [str(one) for one in written]})
-        return
-    say(render_answer(result), nl=False)
-    say(f"wrote {path}, {' and '.join(one.name for one in written[1:])}")
+            say_json(accuracy_object(result, path) | {"written": [str(one) for one in written]})
+        else:
+            say(render_answer(result), nl=False)
+            say(f"wrote {path}, {' and '.join(one.name for one in written[1:])}")
+    if met:
+        raise as_defect(met, path)
 
 
 # ----------------------------------------------------------------------------
@@ -162,6 +173,7 @@ def run(
 ) -> None:
     """Run cases: write outputs/<case>.h5 and outputs/<case>.txt and print a summary."""
     from vibecalc.cli.outputs import result_paths, up_to_date, write_outputs
+    from vibecalc.core.report.defects import as_defect, defects
 
     changes = (settings or (), unset or ())
     kept = up_to_date(cases, output, *changes) if if_needed else {}
@@ -182,15 +194,18 @@ def run(
         result, path = _execute(case), paths[case.name]
         failed = result.record.failure
         written = write_outputs(result, path, "" if failed else case.inputs)  # tried again
-        if asked.json:
-            from vibecalc.core.report.text import as_json
+        with defects("the summary") as met:
+            if asked.json:
+                from vibecalc.core.report.text import as_json
 
-            files = {"written": [str(one) for one in written]}
-            objects.append(as_json(result, path, full=full) | files)
-        elif not asked.quiet:
-            from vibecalc.core.report.terminal import print_summary
+                files = {"written": [str(one) for one in written]}
+                objects.append(as_json(result, path, full=full) | files)
+            elif not asked.quiet:
+                from vibecalc.core.report.terminal import print_summary
 
-            print_summary(result, path)
+                print_summary(result, path)
+        if met:
+            raise as_defect(met, path)
         return failed
 
     raise typer.Exit(_for_each(loaded, run_one, objects))
@@ -260,22 +275,41 @@ def report(
         from vibecalc.cli.outputs import write_text
         from vibecalc.core.report.page import html_page
 
-        pages = [path.with_suffix(".html") for path in results]
-        for path, page in zip(results, pages, strict=True):
+        def write_page(path: Path) -> None:
+            page = path.with_suffix(".html")
             write_text(html_page(path, full=full), page)
+            written.append(str(page))
             say(str(page))
+
+        written: list[str] = []
+        failed = _each_result(results, write_page)
         if asked.json:
-            say_json({"written": [str(page) for page in pages]})
-        return
-    if asked.json:
+            say_json({"written": written})
+    elif asked.json:
         from vibecalc.core.report.sweep.text import file_object
 
-        say_json([file_object(path, full=full) for path in results])
-        return
-    from vibecalc.core.report.sweep.text import report_file
+        objects: list[dict[str, Any]] = []
+        failed = _each_result(results, lambda path: objects.append(file_object(path, full=full)))
+        say_json(objects)
+    else:
+        from vibecalc.core.report.sweep.text import report_file
 
+        failed = _each_result(results, lambda path: say(report_file(path, full=full), nl=False))
+    raise typer.Exit(failed)
+
+
+def _each_result(results: "Sequence[Path]", work: "Callable[[Path], None]") -> int:
+    """Words or pictures of every result; what fails by a fault of ours stops none of the others."""
+    from vibecalc.core.report.defects import as_defect, defects
+
+    worst = EXIT_FINE
     for path in results:
-        say(report_file(path, full=full), nl=False)
+        with defects("the whole") as met:
+            work(path)
+        if met:
+            note(f"error: {as_defect(met, path)}")
+            worst = EXIT_BUG
+    return worst
 
 
 @command
@@ -368,18 +402,25 @@ def plot(
     ] = False,
 ) -> None:
     """Draw the pictures of result files next to them, or into a folder, 160 mm wide."""
+    from vibecalc.core.report.defects import failed_parts
     from vibecalc.core.report.plots import draw_files, look_of
 
     look = look_of(formats, dpi, only or (), not no_title)
     drawn: list[Path] = []
-    for path, pictures in draw_files(results, output, look):
-        drawn += pictures
+    made = draw_files(results, output, look)
+
+    def draw(path: Path) -> None:
+        pictures = next(made)[1]
+        drawn.extend(pictures)
         for picture in pictures:
             say(str(picture))
-        if not pictures:
+        if not pictures and not failed_parts():
             note(f"{path}: nothing to draw, it holds no curve or map")
+
+    failed = _each_result(results, draw)
     if asked.json:
         say_json({"written": [str(picture) for picture in drawn]})
+    raise typer.Exit(failed)
 
 
 @command
@@ -527,6 +568,17 @@ def _for_each(
             elif len(cases) == 1:
                 raise
             failure, code = str(error), error.exit_code
+        except Exception as error:
+            if len(cases) == 1 and not asked.json:
+                raise
+            import traceback
+
+            from vibecalc.core.report.defects import described
+
+            traceback.print_exc()
+            defect = Defect(f"a bug in vibecalc, please report it: {described(error)}")
+            objects += [{"case": case.name, "error": defect.as_object()}] if asked.json else []
+            failure, code = str(defect), defect.exit_code
         if failure:
             if asked.json:
                 objects[-1].setdefault("error", NumericalFailure(failure).as_object())

@@ -55,31 +55,44 @@ def up_to_date(
 
 
 def write_outputs(result: "Result", path: Path, made_from: str = "") -> list[Path]:
-    """Write the result file and, next to it, the text report: both in their places at once.
+    """Write the result file, then the text report next to it.
 
-    `made_from` is the line by which `run --if-needed` knows both again. Returns where they are.
+    The result may have taken hours: it stands before words are made of it, and stays whatever
+    becomes of them. `made_from` is the line by which `run --if-needed` knows both again; it is
+    written last. Returns where they are.
 
     Raises
     ------
     ResultError
-        A row of the case names what the result does not have. The result is written all the same,
-        for it may have taken hours; a report of an earlier one is taken away.
+        A row of the case names what the result does not have.
+    Defect
+        The report, or parts of it, could not be made.
     """
     from vibecalc.core.case.inputs import last_lines
-    from vibecalc.core.results.files import write_together
-    from vibecalc.core.results.store import file_image, write_result
+    from vibecalc.core.report.defects import as_defect, defects
+    from vibecalc.core.results.files import write_atomically
+    from vibecalc.core.results.store import write_result
 
+    beside, text = path.with_suffix(".txt"), b""
+    if result.swept is None:
+        write_result(result, path)
+        beside.unlink(missing_ok=True)  # that of an earlier result
     try:
-        text = _report(result).encode("utf-8")  # of a sweep, too: its file is still what was read
+        with defects("the text report") as met:
+            text = _report(result).encode("utf-8")  # of a sweep its file is still what was read
     except ResultError as error:
         if result.swept is not None:
             raise
-        write_result(result, path)
-        path.with_suffix(".txt").unlink(missing_ok=True)
         raise ResultError(f"{error}; the result is written to {path}, without a report") from error
-    image = file_image(result) if result.swept is None else result.swept.read_bytes()
-    beside = path.with_suffix(".txt")
-    write_together([(path, image + last_lines(made_from, text)), (beside, text)])
+    if result.swept is not None:
+        write_atomically(path, result.swept.read_bytes())
+    if text:
+        write_atomically(beside, text)
+    if met:
+        raise as_defect(met, path)
+    if made_from:
+        with open(path, "ab") as stream:
+            stream.write(last_lines(made_from, text))
     return [path, beside]
 
 

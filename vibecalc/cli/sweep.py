@@ -171,15 +171,18 @@ def _report(
 ) -> None:
     """Write the report next to the file, print it or the object, and say on stderr what failed."""
     from vibecalc.cli.outputs import write_text
+    from vibecalc.core.report.defects import as_defect, defects
     from vibecalc.core.report.sweep.text import failure_words, outcome_object, render_sweep
     from vibecalc.core.report.sweep.view import view_of
     from vibecalc.core.results.sweep_file import open_sweep
 
-    with open_sweep(output) as opened:
+    with defects("the text report") as met, open_sweep(output) as opened:
         view = view_of(opened)
         text = render_sweep(view)
         failed = failure_words(view)
         outcome = outcome_object(view, output, counts, taken_up, seconds) if asked.json else {}
+    if met:
+        raise as_defect(met, output)
     beside = output.with_suffix(".txt")
     write_text(text, beside)
     for line in [f"some points of {output} have no result:", *failed] if failed else []:

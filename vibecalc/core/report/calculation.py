@@ -9,6 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vibecalc.core.report import pages
+from vibecalc.core.report.defects import failed_parts, survived
 from vibecalc.core.report.html import (
     STYLE,
     anchor,
@@ -182,7 +183,11 @@ class _Maker:
         return below + [one for part in more if (one := self.part(part)) is not None]
 
     def part(self, where: str) -> Below | None:
-        """A section, blocks or a picture, None where the result has none."""
+        """A section, blocks or a picture, None where the result has none, or it fails."""
+        return survived(where, partial(self.made, where))
+
+    def made(self, where: str) -> Below | None:
+        """The same, of what does not fail."""
         if ":" not in where:
             return self.picture(partial(make, self.result, where))
         made: Any = named(where)(self.result)
@@ -225,7 +230,9 @@ class _Maker:
         """
         known = {part for one in calculation.chapters for part in (*one.parts, *one.details)}
         for where in sections_of(self.result.record):
-            section: Section | None = None if where in known else named(where)(self.result)
+            if where in known:
+                continue
+            section: Section | None = survived(where, partial(named(where), self.result))
             if section is None:
                 continue
             below = self.section(section)
@@ -235,7 +242,7 @@ class _Maker:
             below
             for name in pictures_of(self.result)
             if name not in known and (self.full or name not in subject.pictures)
-            if (below := self.picture(partial(make, self.result, name))) is not None
+            if (below := self.part(name)) is not None
         ]
         if pictures:
             yield "Further pictures", pictures
@@ -258,6 +265,8 @@ class _Maker:
         closings = (pages.tolerance, pages.accuracy, pages.methods_section, pages.plan_section,
                     pages.provenance) if full else (pages.appendix, pages.run_of)  # fmt: skip
         parts += [other(result, self.shown), *(make_(result) for make_ in closings)]
+        failed = [line for one in failed_parts() for line in paragraph(one, "-")]
+        parts.append(Section("Parts that could not be made", failed, frozenset()))
         for part in parts:
             if part is not None and any(part.lines):
                 yield _CLOSING.get(part.title, part.title), list(html_blocks(part.lines))

@@ -7,6 +7,7 @@ import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
+from functools import partial
 from io import BytesIO
 from itertools import dropwhile
 from pathlib import Path
@@ -17,6 +18,7 @@ import numpy as np
 from vibecalc.core.report.accuracy import TopicView, TrialView, topics_of
 from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, TYPE, canvas, note, unit_words
 from vibecalc.core.report.curves import Curves, named_curves
+from vibecalc.core.report.defects import survived
 from vibecalc.core.report.fronts import in_words
 from vibecalc.core.report.sections import scalar_of, table_of
 from vibecalc.core.report.studies import VARIABLE, bound_unit, start_of
@@ -197,8 +199,10 @@ def _figures(of: Source, look: Look) -> tuple[Iterable[str], list[tuple[str, "Fi
 
 def vector_pictures(of: Source) -> Iterator[tuple[str, bytes]]:
     """Title of every picture of a file or result, and the picture as SVG without it."""
-    for _, figure in _figures(of, Look())[1]:
-        yield as_vector(figure)
+    for name, figure in _figures(of, Look())[1]:
+        made = survived(f"the picture {name}", partial(as_vector, figure))
+        if made is not None:
+            yield made
 
 
 def vector_picture(maker: Callable[[], "Figure | None"]) -> tuple[str, bytes] | None:
@@ -231,7 +235,7 @@ def _made(
         if look.only and name not in look.only:
             continue
         with matplotlib.rc_context(STYLE):
-            figure = maker(of, name)
+            figure = survived(f"the picture {name}", partial(maker, of, name))
         if figure is not None:
             yield name, figure
 
@@ -273,10 +277,12 @@ def _write(
                 raise UsageError(
                     f"two results have a picture {path.name}; draw them into two folders, with -o"
                 )
+            save = partial(_save, figure, path, form, look.dpi or _RESOLUTION)
             with matplotlib.rc_context(STYLE):
-                _save(figure, path, form, look.dpi or _RESOLUTION)
-            before.add(path)
-            files.append(path)
+                saved = survived(f"the picture {name}", save)
+            if saved is not None:
+                before.add(path)
+                files.append(saved)
     return files
 
 
@@ -295,12 +301,13 @@ def _file_name(stem: str, name: str, names: Iterable[str]) -> str:
     return f"{stem}_{short(name) if alone else name}".rstrip("_")
 
 
-def _save(figure: "Figure", path: Path, form: str, dpi: int) -> None:
+def _save(figure: "Figure", path: Path, form: str, dpi: int) -> Path:
     from vibecalc.core.report.paper import lay_out
     from vibecalc.core.results.files import write_atomically
 
     lay_out(figure, dpi)
-    write_atomically(path, png(figure, dpi) if form == "png" else _by_matplotlib(figure, form, dpi))
+    image = png(figure, dpi) if form == "png" else _by_matplotlib(figure, form, dpi)
+    return write_atomically(path, image)
 
 
 def _by_matplotlib(figure: "Figure", form: str, dpi: int) -> bytes:

@@ -1,12 +1,14 @@
 """The report of a result: as text of fixed columns, and as the object that `--json` prints."""
 
 import math
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from vibecalc.core.report import pages
+from vibecalc.core.report.defects import failed_parts, survived
 from vibecalc.core.report.headline import Answer, cells, columns, headline_rows, with_limits
 from vibecalc.core.report.pages import missed
 from vibecalc.core.report.sections import Section, magnitudes, other, speed_of, stacked, table_of
@@ -90,7 +92,7 @@ def report_lines(result: Result, *, full: bool = False) -> list[str]:
     shown: set[str] = set()
     left_out: list[str] = []
     for where in sections_of(result.record):
-        section: Section | None = named(where)(result)
+        section: Section | None = survived(where, partial(named(where), result))
         if section is None:
             continue
         shown |= section.shown
@@ -107,9 +109,12 @@ def report_lines(result: Result, *, full: bool = False) -> list[str]:
     if left_out:
         words = f"Left out here: {'; '.join(left_out)}. `vibecalc report --full` shows them."
         lines += ["", *paragraph(words)]
-    for closing in (make(result) for make in closings):
+    for closing in (survived(make.__name__, partial(make, result)) for make in closings):
         lines += titled(closing.title, closing.lines) if closing is not None else []
-    return lines
+    failed = [line for one in failed_parts() for line in paragraph(one, "-")]
+    return lines + (
+        titled("Parts that could not be made, by a fault of vibecalc", failed) if failed else []
+    )
 
 
 def render_verdicts(result: Result) -> str:

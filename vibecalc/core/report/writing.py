@@ -130,27 +130,57 @@ def table(
 ) -> list[str]:
     """One block: a table under its titles and a rule; `totals` stand below another rule.
 
-    A cell that is too wide goes on below. A column without an entry is left out.
+    A cell that is too wide goes on below, but a number never does: its column is wider then. A
+    column without an entry is left out. Columns that the page has no room for stand in a second
+    table under the first, with the names of the rows once more.
     """
-    used = len(INDENT) + sum(column.width for column in columns) + len(_GAP) * (len(columns) - 1)
-    if used > WIDTH:
-        raise ValueError(f"a table of {used} columns does not fit into {WIDTH}")
     whole = [list(rows), list(totals)]
     places = filled([row for part in whole for row in part], len(columns))
     columns = [columns[place] for place in places]
     body, below = ([[row[place] for place in places] for row in part] for part in whole)
-    lines = _row([column.title for column in columns], columns)
-    lines.append((INDENT + _GAP.join("-" * column.width for column in columns)).rstrip())
-    for row in body:
-        lines.extend(_row(row, columns))
-    if below:
-        across = sum(column.width + len(_GAP) for column in columns) - len(_GAP)
-        lines.append(INDENT + "-" * across)
-    for row in below:
-        lines.extend(_row(row, columns))
+    columns = [
+        column._replace(width=max(column.width, _whole(column, [row[i] for row in body + below])))
+        for i, column in enumerate(columns)
+    ]
+    lines: list[str] = []
+    for group in _on_page([column.width for column in columns]):
+        chosen = [columns[i] for i in group]
+        lines += [""] * bool(lines) + _row([column.title for column in chosen], chosen)
+        lines.append((INDENT + _GAP.join("-" * column.width for column in chosen)).rstrip())
+        for row in body:
+            lines.extend(_row([row[i] for i in group], chosen))
+        if below:
+            across = sum(column.width + len(_GAP) for column in chosen) - len(_GAP)
+            lines.append(INDENT + "-" * across)
+        for row in below:
+            lines.extend(_row([row[i] for i in group], chosen))
     block = Table("\n".join(lines))
     block.columns, block.rows, block.totals = columns, body, below
     return [block]
+
+
+#: a word that is a number, or several with `/` between them
+_NUMBER = re.compile(r"(\+-)?[-+]?\d[\d.,/e+-]*")
+
+
+def _whole(column: Column, cells: Iterable[str]) -> int:
+    """The width that no number, and no word of a column of numbers, is broken at."""
+    words = {word for cell in cells if len(cell) > column.width for word in cell.split()}
+    whole = (len(word) for word in words if column.right or _NUMBER.fullmatch(word))
+    return max(whole, default=0)
+
+
+def _on_page(widths: Sequence[int]) -> list[list[int]]:
+    """Places of columns, the first one and as many others as the page has room for at a time."""
+    groups: list[list[int]] = [[0]]
+    used = len(INDENT) + widths[0]
+    for place in range(1, len(widths)):
+        used += len(_GAP) + widths[place]
+        if used > WIDTH and len(groups[-1]) > 1:
+            groups.append([0])
+            used = len(INDENT) + widths[0] + len(_GAP) + widths[place]
+        groups[-1].append(place)
+    return groups
 
 
 def filled(rows: Sequence[Sequence[str]], count: int) -> list[int]:

@@ -1,0 +1,233 @@
+"""Claim: a finished result is never lost, whatever becomes of the words and pictures made of it."""
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fuzzing import command
+from shipped_cases import CASES
+
+from vibecalc import api
+from vibecalc.core.report.writing import Column, number, table
+from vibecalc.errors import Defect
+from vibecalc.excitation import report as excitation
+
+GENERATOR = str(CASES["generator"])
+HOLLOW = """\
+schema = 1
+title = "Hollow"
+[machine]
+kind = "drive_train"
+speed = "300 rpm"
+[machine.shaft_line]
+speed_of = "drive"
+stations = [{ name = "drive", inertia = 100 }, { name = "end", inertia = 400 }]
+excitations = [{ on = "end", blades = 4, torques = ["100 N*m"] }]
+[[machine.shaft_line.shafts]]
+name = "hollow"
+section = { outer_diameter = "300 mm", inner_diameter = "180 mm", length = "4 m" } # of 80 GPa
+[response.torsion]
+"""
+
+
+@pytest.fixture(autouse=True)
+def _in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def _broken(*_: Any, **__: Any) -> Any:
+    raise IndexError("nothing there")
+
+
+def _mended(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Take back what was broken, and stay in the folder."""
+    here = Path.cwd()
+    monkeypatch.undo()
+    monkeypatch.chdir(here)
+
+
+def _run(*more: str) -> Any:
+    return command("run", GENERATOR, "-o", "one.h5", *more)
+
+
+def _stands() -> None:
+    """The result is there, and can be read by all commands that read results."""
+    assert command("get", "one.h5", "excitation/force").code == 0
+    assert command("info", "one.h5").code == 0
+
+
+# ----------------------------------------------------------------------------
+# The text report.
+# ----------------------------------------------------------------------------
+
+
+def test_a_section_that_fails_takes_nothing_along(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = _run("-q")
+    assert whole.code == 0
+    text = Path("one.txt").read_text(encoding="utf-8")
+    monkeypatch.setattr(excitation, "excitation", _broken)
+    found = _run("-q")
+    assert found.code == 70
+    assert "one.h5: the result is whole" in found.err and "IndexError: nothing there" in found.err
+    assert "vibecalc.excitation.report:excitation" in found.err and "bug in vibecalc" in found.err
+    short = Path("one.txt").read_text(encoding="utf-8")
+    assert "Parts that could not be made" in short
+    headings = [row for row in text.splitlines() if set(row) == {"-"}]
+    assert len([row for row in short.splitlines() if set(row) == {"-"}]) >= len(headings) - 1
+    _stands()
+    assert command("report", "one.h5").code == 70
+    _mended(monkeypatch)
+
+
+def test_a_report_that_fails_as_a_whole_leaves_the_result(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert _run("-q").code == 0
+    monkeypatch.setattr("vibecalc.core.report.text._identity", _broken)
+    found = _run("-q")
+    assert found.code == 70 and "the text report: IndexError" in found.err
+    assert Path("one.h5").exists() and not Path("one.txt").exists()
+    _mended(monkeypatch)
+    _stands()
+    assert command("report", "one.h5").code == 0
+
+
+def test_the_result_stands_before_words_are_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ctrl-C while they are made loses no result either."""
+
+    def stopped(*_: Any) -> Any:
+        assert Path("one.h5").exists()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("vibecalc.core.report.text._identity", stopped)
+    assert _run("-q").code == 130
+    _mended(monkeypatch)
+    _stands()
+
+
+def test_a_summary_that_fails_leaves_result_and_report(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vibecalc.core.report.terminal.print_summary", _broken)
+    found = _run()
+    assert found.code == 70 and "the summary: IndexError" in found.err
+    assert Path("one.txt").exists()
+    _stands()
+
+
+def test_json_names_what_failed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(excitation, "excitation", _broken)
+    found = _run("--json")
+    assert found.code == 70
+    (one,) = json.loads(found.out)
+    assert "the result is whole" in one["error"]["message"]
+    assert one["error"]["exit_code"] == one["exit_code"] == 70
+
+
+def test_a_failed_report_is_not_up_to_date(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(excitation, "excitation", _broken)
+    assert _run("-q", "--if-needed").code == 70
+    _mended(monkeypatch)
+    assert "up to date" not in _run("--if-needed").out
+    assert "up to date" in _run("--if-needed").out
+
+
+def test_one_case_that_fails_does_not_stop_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Be it in its report or while it is computed."""
+    Path("hollow.toml").write_text(HOLLOW, encoding="utf-8")
+    for broken in ("report.excitation", "adapter.run_excitation"):
+        monkeypatch.setattr(f"vibecalc.excitation.{broken}", _broken)
+        found = command("run", GENERATOR, "hollow.toml", "-q", "-o", "out/")
+        assert found.code == 70 and "nothing there" in found.err
+        assert Path("out/hollow.txt").exists()
+        Path("out/hollow.txt").unlink()
+        _mended(monkeypatch)
+
+
+# ----------------------------------------------------------------------------
+# Pages, pictures, sweeps, measured methods, Python.
+# ----------------------------------------------------------------------------
+
+
+def test_a_picture_that_fails_takes_nothing_along(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert _run("-q").code == 0
+    assert command("plot", "one.h5", "-o", "all").code == 0
+    names = sorted(path.name for path in Path("all").iterdir())
+    assert len(names) > 1
+    from vibecalc.core.report import plots
+
+    real, calls = plots.make, []
+
+    def make(result: Any, name: str) -> Any:
+        calls.append(name)
+        return _broken() if len(calls) == 1 else real(result, name)
+
+    monkeypatch.setattr(plots, "make", make)
+    found = command("plot", "one.h5", "-o", "some")
+    assert found.code == 70 and f"the picture {calls[0]}: IndexError" in found.err
+    assert len(list(Path("some").iterdir())) >= len(names) - 1
+    calls.clear()
+    found = command("report", "--html", "one.h5")
+    assert found.code == 70 and Path("one.html").exists()
+
+
+def test_of_several_reports_one_that_fails_stops_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    Path("hollow.toml").write_text(HOLLOW, encoding="utf-8")
+    assert command("run", GENERATOR, "hollow.toml", "-q", "-o", "out/").code == 0
+    monkeypatch.setattr(excitation, "excitation", _broken)
+    found = command("report", "out/generator.h5", "out/hollow.h5")
+    assert found.code == 70 and "Hollow" in found.out and "out/generator.h5" in found.err
+
+
+def test_a_sweep_stands_whose_report_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vibecalc.core.report.sweep.text.sweep_lines", _broken)
+    grid = ("--grid", "machine.speed=300:310:2", "--jobs", "1")
+    found = command("sweep", GENERATOR, *grid, "-q", "-o", "one.h5", cap=60)
+    assert found.code == 70 and "one.h5: the result is whole" in found.err
+    _mended(monkeypatch)
+    assert command("report", "one.h5").code == 0
+
+
+def test_measured_methods_stand_whose_report_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vibecalc.core.report.accuracy.accuracy_lines", _broken)
+    given = ("--stage", "excitation", "--longest", "1", "-q", "-o", "one.h5")
+    found = command("accuracy", GENERATOR, *given, cap=60)
+    assert found.code == 70 and "one.h5: the result is whole" in found.err
+    _mended(monkeypatch)
+    assert command("report", "one.h5").code == 0
+
+
+def test_python_has_the_result_and_its_file(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(excitation, "excitation", _broken)
+    result = api.run(GENERATOR)
+    with pytest.raises(Defect, match=r"one\.h5: the result is whole"):
+        api.write(result, "one.h5")
+    assert api.read("one.h5").record.keys() == result.record.keys()
+
+
+# ----------------------------------------------------------------------------
+# Tables that are wider than a page.
+# ----------------------------------------------------------------------------
+
+
+def test_a_hollow_shaft_is_an_ordinary_case() -> None:
+    """w^2 = k (1/J1 + 1/J2), k = pi G (D^4 - d^4) / (32 L)."""
+    Path("hollow.toml").write_text(HOLLOW, encoding="utf-8")
+    assert command("run", "hollow.toml", "-q", "-o", "one.h5").code == 0
+    assert command("report", "one.h5", "--full").code == 0
+    stiffness = math.pi / 32.0 * 80e9 * (0.3**4 - 0.18**4) / 4.0
+    rate = math.sqrt(stiffness * (1.0 / 100.0 + 1.0 / 400.0))
+    found = api.read("one.h5")["response/torsion/modes/natural_frequency"].values
+    assert max(found) == pytest.approx(rate, rel=1e-12)
+
+
+def test_a_table_that_is_too_wide_goes_on_below() -> None:
+    """With the names of its rows, and no number is broken over lines."""
+    columns = (Column("name", 30), *(number(f"column {n}", 10) for n in range(12)))
+    values = [f"-{n}.234567e-123" for n in range(12)]
+    rows = [[name, *values] for name in ("first " + "x" * 40, "second")]
+    (block,) = table(columns, rows)
+    lines = block.split("\n")
+    assert max(map(len, lines)) <= 100
+    assert all(block.count(value) == 2 for value in values)
+    assert sum(line.startswith("  second") for line in lines) == block.count("name ")
+    (block,) = table((Column("size", 9), number("n", 4)), [["300.125/180.25", "1"]])
+    assert "300.125/180.25" in block
