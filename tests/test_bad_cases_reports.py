@@ -219,6 +219,19 @@ def test_a_hollow_shaft_is_an_ordinary_case() -> None:
     assert max(found) == pytest.approx(rate, rel=1e-12)
 
 
+def test_names_may_be_long() -> None:
+    """Forty characters, of parts that stand in all tables of a line."""
+    names = {name: f"{name} of the port main engine, long name".ljust(40, "x") for name in
+             ("drive", "end", "hollow")}  # fmt: skip
+    text = HOLLOW + 'speeds = { from = "100 rpm", to = "600 rpm", points = 21 }\n'
+    for short, name in names.items():
+        text = text.replace(f'"{short}"', f'"{name}"')
+    Path("long.toml").write_text(text, encoding="utf-8")
+    assert command("run", "long.toml", "-o", "one.h5").code == 0
+    found = command("report", "one.h5", "--full")
+    assert found.code == 0 and max(map(len, found.out.splitlines())) <= 100
+
+
 def test_a_table_that_is_too_wide_goes_on_below() -> None:
     """With the names of its rows, and no number is broken over lines."""
     columns = (Column("name", 30), *(number(f"column {n}", 10) for n in range(12)))

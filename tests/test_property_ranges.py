@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 from shipped_cases import CASES, table_of
+
 from vibecalc import api
 from vibecalc.core.results.record import Result
 from vibecalc.errors import CaseError

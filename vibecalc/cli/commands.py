@@ -295,7 +295,8 @@ def report(
         from vibecalc.core.report.sweep.text import report_file
 
         failed = _each_result(results, lambda path: say(report_file(path, full=full), nl=False))
-    raise typer.Exit(failed)
+    if failed:
+        raise typer.Exit(failed)
 
 
 def _each_result(results: "Sequence[Path]", work: "Callable[[Path], None]") -> int:
@@ -420,7 +421,8 @@ def plot(
     failed = _each_result(results, draw)
     if asked.json:
         say_json({"written": [str(picture) for picture in drawn]})
-    raise typer.Exit(failed)
+    if failed:
+        raise typer.Exit(failed)
 
 
 @command
