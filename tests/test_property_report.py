@@ -133,7 +133,7 @@ def test_every_table_has_room_for_numbers_with_long_exponents(name: str) -> None
     text = plain_summary(result) + render_report(result, full=True)
     assert len(re.findall(r"\de-1[0-9]{2}\b", text)) > 3
     # where a number was broken, a line of a cell ends or begins within it
-    assert not re.search(r"(?m)\d(\.|e|e-)(\s|$)|(^|\s)e-\d", text)
+    assert not re.search(r"(?m)\de-?(\s|$)|(^|\s)e-\d", text)
 
 
 @given(st.text(st.characters(codec="ascii", exclude_categories=["C"])), st.integers(3, 40))
