@@ -5,15 +5,19 @@ speed or on the last gas card: each is an ordinary range.
 """
 
 import math
+import tomllib
 from typing import Any
 
 import numpy as np
 import pytest
+from engine_mounted import ON_BODY
 from shipped_cases import CASES, table_of
 
 from vibecalc import api
 from vibecalc.core.results.record import Result
 from vibecalc.errors import CaseError
+from vibecalc.isolation.torque_reaction import couple_by_differences
+from vibecalc.numerics.bounded import Bounded
 
 RPM = math.pi / 30.0
 SPEEDS = "response.torsion.speeds"
@@ -234,3 +238,39 @@ def test_part_of_a_range_gives_what_the_whole_gives(name: str) -> None:
         assert np.max(np.abs(found - torque[part])) <= allowed
         most = np.asarray(run["response/torsion/largest/torque_half_range"].values)
         assert np.all(most <= top + allowed)
+
+
+def test_a_run_up_on_mounts_goes_from_the_first_card_to_the_last() -> None:
+    """Through a line that damps against the body, whose couple has no closed form over speed."""
+    case = tomllib.loads(ON_BODY)
+    train = case["machine"]["crank_train"]
+    del train["gas_cycle"], case["response"]["torsion"]["misfire"]
+    del case["response"]["torsion"]["misfire_kind"]
+    train["gas_cards"] = [
+        {"speed": f"{speed} rpm", "gas_pressure": CARD} for speed in (1400, 1450, 1500)
+    ]
+    case["isolation"]["run_up"] = {"from": "1400 rpm", "to": "1500 rpm"}
+    case["excitation"]["orders"] = 3
+    api.check(case)
+    found = api.run(case)["isolation/support_force/run_up"]
+    speed = next(np.asarray(axis.values) for axis in found.axes if axis.name == "speed")
+    np.testing.assert_allclose([speed.min(), speed.max()], [1400 * RPM, 1500 * RPM], rtol=1e-14)
+
+
+@pytest.mark.parametrize("width", [1.0, 1e-4, 1e-9])
+def test_derivatives_of_a_couple_need_no_speed_beyond_its_ends(width: float) -> None:
+    """Central in the middle, moved inwards at the ends; of a parabola they are exact there too."""
+    low, high = 100.0, 100.0 * (1.0 + width)
+    least, most = [], []
+
+    def law(speed: Any) -> Bounded:
+        least.append(speed.min())
+        most.append(speed.max())
+        value = np.stack([3.0 * speed, 2.0 * speed**2], axis=-1) + 0j
+        return Bounded(value, 1e-15 * np.abs(value))
+
+    at = np.linspace(low, high, 7)
+    couple = couple_by_differences(law, low, high)(at, slopes=True)
+    assert min(least) >= low and max(most) <= high
+    slope = np.stack([np.full(7, 3.0), 4.0 * at], axis=-1)
+    assert np.all(np.abs(couple.slope - slope) <= couple.slope_error + 1e-4 * slope)
