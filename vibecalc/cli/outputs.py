@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -76,7 +77,8 @@ def write_outputs(result: "Result", path: Path, made_from: str = "") -> list[Pat
     beside, text = path.with_suffix(".txt"), b""
     if result.swept is None:
         write_result(result, path)
-        beside.unlink(missing_ok=True)  # that of an earlier result
+        with suppress(OSError):  # the report of an earlier result; writing says what is wrong
+            beside.unlink()
     try:
         with defects("the text report") as met:
             text = _report(result).encode("utf-8")  # of a sweep its file is still what was read
@@ -91,7 +93,7 @@ def write_outputs(result: "Result", path: Path, made_from: str = "") -> list[Pat
     if met:
         raise as_defect(met, path)
     if made_from:
-        with open(path, "ab") as stream:
+        with suppress(OSError), open(path, "ab") as stream:  # without it the case runs again
             stream.write(last_lines(made_from, text))
     return [path, beside]
 
