@@ -307,7 +307,8 @@ def _save(figure: "Figure", path: Path, form: str, dpi: int) -> Path:
 
     lay_out(figure, dpi)
     image = png(figure, dpi) if form == "png" else _by_matplotlib(figure, form, dpi)
-    return write_atomically(path, image)
+    write_atomically(path, image)
+    return path
 
 
 def _by_matplotlib(figure: "Figure", form: str, dpi: int) -> bytes:
