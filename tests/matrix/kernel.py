@@ -1,6 +1,6 @@
 """Runs a command with another BLAS kernel than this processor's: `kernel.py NAME COMMAND...`.
 
-NAME is one of `KERNELS`, "commit" for one that the hash of the checked-out commit chooses, or "own".
+NAME is one of `KERNELS`, "commit" for one that the hash of the commit chooses, or "own".
 """
 
 import subprocess
@@ -47,7 +47,7 @@ def why_not(kernel: str, python: Path) -> str:
 
 
 def chosen_by(commit: str, own: str, python: Path) -> str:
-    """One of the kernels, but for the processor's own, that it can run; RuntimeError without any."""
+    """A kernel that the processor can run, not its own; RuntimeError where there is none."""
     others = [kernel for kernel in KERNELS if not runs_as(kernel, own)]
     reasons = {kernel: why_not(kernel, python) for kernel in others}
     able = [kernel for kernel, reason in reasons.items() if not reason]

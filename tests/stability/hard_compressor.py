@@ -86,12 +86,12 @@ def exact_motion(speed: mpmath.mpf) -> list[mpmath.mpf]:
     return list(mpmath.lu_solve(stiffness - speed**2 * mass, mpmath.matrix(FORCE.tolist())))
 
 
-#: the third natural frequency of `undamped()` in rad/s, and roundings by which speeds near it differ
+#: third natural frequency of `undamped()` in rad/s; roundings by which speeds near it differ
 NATURAL, STEPS = 173.8644474014703, 3.0 * np.arange(12)
 
 
 def speeds_nearby(away: float) -> list[float]:
-    """Speeds (12,): what one of them loses is the luck of its last bits, the worst of many is not."""
+    """Speeds (12,): what one of them loses is luck of the last bits, the worst of many is not."""
     return [float(speed) for speed in NATURAL * (1.0 + away) * (1.0 + STEPS * EPSILON)]
 
 
