@@ -18,19 +18,17 @@ RESULTS = $(NAMES:%=outputs/golden/%.h5) $(SWEPT:%=outputs/golden/%.h5)
 WORKERS ?= 2
 PYTEST_OPTIONS ?=
 DIST ?= dist
-# what `make least` runs: cases and tests of a second or two that hang on the kernels of BLAS
-LEAST := generator compressor absorber_rig_b engine_damped
-KERNELS := property_measurement_cone property_modes \
-  property_excitation property_kinematics property_rod_inertia property_cycle_peak \
- property_periodic_numerics property_torsion_forced_sums \
-  property_absorber_response convergence_periodic_numerics
+# another BLAS kernel for `make test-kernel`, or "commit": the one that the commit's hash chooses; and
+# the tests of docs, packaging and pictures, which hang on no kernel
+KERNEL ?= commit
+NO_NUMBERS := docs* readme site package examples ci_example *plots *pictures property_paper python
 
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run sweep test check lint types golden golden-results accept-golden least least-tests accept-snapshots \
+.PHONY: help run sweep test test-kernel check lint types golden golden-results accept-golden accept-snapshots \
   plots docs package bench matrix test-long clean
 
 help: ## print this list
@@ -60,6 +58,10 @@ outputs/%.sweep.h5: cases/%.toml $(READY)
 test: $(READY) ## run the tests
 	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -m "not long" $(PYTEST_OPTIONS)
 
+test-kernel: $(READY) ## run the tests of numbers with another BLAS kernel, KERNEL=Nehalem
+	$(BIN)/python tests/matrix/kernel.py $(KERNEL) $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal \
+	  -m "not long" $(foreach one,$(NO_NUMBERS),--ignore-glob='tests/test_$(one).py') $(PYTEST_OPTIONS)
+
 check: lint types test golden ## lint, types, tests, golden files
 
 lint: $(READY) ## ruff
@@ -79,12 +81,6 @@ golden-results: $(READY)
 	@printf '%s\n' $(CASES) | xargs -P $(WORKERS) -n 5 $(BIN)/vibecalc run -q -o outputs/golden/
 	@printf '%s\n' $(SWEPT:%.sweep=%) | xargs -P $(WORKERS) -I {} $(BIN)/vibecalc sweep cases/{}.toml -q \
 	  --fresh -j 1 -o outputs/golden/{}.sweep.h5
-
-least: $(READY) ## quick golden cases and tests of kernels, as the least processor computes
-	$(BIN)/python tests/matrix/least.py $(MAKE) golden least-tests ONLY="$(LEAST)"
-
-least-tests: $(READY)
-	$(BIN)/python -m pytest -n $(WORKERS) -m "not long" $(KERNELS:%=tests/test_%.py)
 
 accept-golden: $(READY) golden-results ## make the numbers of this checkout the golden ones
 	@$(BIN)/vibecalc diff --accept tests/golden/ $(RESULTS)

@@ -20,7 +20,7 @@ import tomli_w
 from rows import Report, Table, reported, seconds
 
 from vibecalc.core.case.data_files import attach_files
-from vibecalc.core.report.check import check_rows
+from vibecalc.core.report.check import counted_seconds, time_in_words
 from vibecalc.core.study.execute import load_checked
 
 REPEATS = 2
@@ -61,7 +61,7 @@ class Taken(NamedTuple):
 
 
 class Row(NamedTuple):
-    """A case with one table less; `said` is what `check` says of the same run."""
+    """A case with one table less; `said` are the seconds that `check` counts for the same run."""
 
     case: str
     left_out: str
@@ -87,7 +87,7 @@ def rows(repeats: int = 3) -> Iterator[Row]:
                         best[left_out] = found
             for left_out, path in variants.items():
                 (loaded,) = load_checked([path])
-                yield Row(case, left_out, best[left_out], check_rows(loaded.case)[1]["seconds"])
+                yield Row(case, left_out, best[left_out], counted_seconds(loaded.case))
 
 
 def _without(case: str, left_out: str) -> dict[str, Any]:
@@ -132,7 +132,7 @@ def measure() -> Report:
         whole = whole if row.left_out else taken.seconds
         lines.append(
             [row.case, row.left_out or "(whole)", seconds(taken.seconds),
-             f"{taken.seconds / whole:.2f}", seconds(row.said), str(taken.modules),
+             f"{taken.seconds / whole:.2f}", time_in_words(row.said), str(taken.modules),
              str(taken.libraries), f"{taken.megabytes:.0f}"]
         )  # fmt: skip
         off.append(abs(math.log(row.said / taken.seconds)))
@@ -145,7 +145,7 @@ def measure() -> Report:
         f"Whole processes, the least of {REPEATS} in turns; references and limits are left out.",
         tables=[Table("With and without each table", columns, lines)],
         remarks=[
-            "What `vibecalc check` says of the time is off by a factor of "
+            "The counted work behind what `vibecalc check` says of the time is off by a factor of "
             f"{math.exp(max(off)):.2g} at most."
         ],
     )

@@ -14,11 +14,11 @@ from needs_cases import FOLDER, NAMES, case_of, lighter_cases, table_of
 from shipped_cases import ROOT
 from test_start_up import computing, modules_after, roots
 
-from vibecalc.core.report.check import check_rows
+from vibecalc.core.case.load import validate
+from vibecalc.core.report.check import counted_seconds, time_in_words
 from vibecalc.core.results.record import Result
 from vibecalc.core.results.store import read_result
 from vibecalc.core.run.plan import Needs, StageNeeds, needs_of, plan_case
-from vibecalc.schema import Case
 from vibecalc.subjects import SUBJECTS
 
 GOLDEN = ROOT / "tests" / "golden"
@@ -118,18 +118,13 @@ def _cost(needs: Needs) -> Cost:
     return found
 
 
-def _seconds(case: Case) -> float:
-    _, total = check_rows(case)
-    return float(total["seconds"])
-
-
 @pytest.mark.parametrize("name", long_but(NAMES, *FEW))
 def test_a_table_left_out_takes_its_cost_along(name: str) -> None:
     counted = 0
     for key, whole, part in lighter_cases(name):
         before, after = _cost(needs_of(whole)), _cost(needs_of(part))
         grown = [what for what in before | after if after[what] > before[what]]
-        cheaper = _seconds(part) < _seconds(whole)
+        cheaper = counted_seconds(part) < counted_seconds(whole)
         assert not grown or key in KEYS_THAT_STAND_FOR_LESS, (key, grown)
         assert after != before or cheaper or key in WITHOUT_A_COST, key
         counted += 1
@@ -138,6 +133,27 @@ def test_a_table_left_out_takes_its_cost_along(name: str) -> None:
 
 #: a table that also says how the machine is driven: what it drives then counts as on the body
 KEYS_THAT_STAND_FOR_LESS = (("excitation",),)
+
+
+def test_the_time_is_an_order_of_magnitude_and_grows_as_the_work_does() -> None:
+    said = [time_in_words(seconds) for seconds in (0.4, 5.0, 59.0, 600.0, 3600.0, 2e4, 1e6)]
+    words = ("less than a second", "seconds", "about a minute", "minutes", "about an hour")
+    assert said == [*words, "hours", "days"]
+    seconds = []
+    for count in (500, 1000):
+        inertia, shaft = {"inertia": "1 kg*m^2"}, {"stiffness": "1e5 N*m/rad"}
+        line = {
+            "speed_of": "s0",
+            "stations": [{"name": f"s{n}", **inertia} for n in range(count)],
+            "shafts": [{"name": f"k{n}", **shaft} for n in range(count - 1)],
+            "excitations": [{"on": "s0", "orders": [1], "torques": ["1 N*m"]}],
+        }
+        machine = {"kind": "drive_train", "speed": "1000 rpm", "shaft_line": line}
+        case = {"schema": 1, "title": "row", "machine": machine, "response": {"torsion": {}}}
+        seconds.append(counted_seconds(validate(case)))
+    assert time_in_words(seconds[0]) == "seconds" and seconds[1] > 5.0 * seconds[0]
+
+
 #: forces that other tables need as well; natural frequencies that no pendulum moves with the speed
 WITHOUT_A_COST = (("excitation",), ("response", "torsion", "campbell"))
 #: cases with one table only, or none: there is no run without it

@@ -15,6 +15,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.torsion.damped_modes import (
     NO_PEAK,
     LineModes,
+    all_poles,
     damped_line_modes,
     equivalent_line,
     equivalent_modes,
@@ -122,6 +123,22 @@ def test_without_damping_they_are_the_natural_modes() -> None:
     assert np.all(away <= found.frequency_error + bare.frequency_error)
     assert np.abs(found.shape - bare.shape).max() < 1e-12
     assert found.inertia[1:] == pytest.approx(bare.modal_inertia[1:], rel=1e-12)
+
+
+def test_rigid_motions_are_no_poles_however_rounding_moves_them_apart() -> None:
+    """Of free lines, some with a ring in oil or a brake: a pole for each mode that swings."""
+    rng = np.random.default_rng(36)
+    for case in range(40):
+        count = int(rng.integers(2, 12))
+        line = chain(10.0 ** rng.uniform(-2, 2, count), 10.0 ** rng.uniform(3, 7, count - 1))
+        dashpots = 1e-5 * line.stiffness / np.sqrt(line.stiffness / line.inertia[1:])
+        if case % 2:
+            line = line._replace(damping=dashpots)
+        if case % 3 == 0:
+            line = line._replace(stiffness=np.append(line.stiffness[:-1], 0.0))
+        modes = natural_modes(line).frequency
+        found = np.sort(np.abs(all_poles(line).pole))
+        assert np.allclose(found, modes[modes > 0.0], rtol=1e-6)
 
 
 def test_a_locked_damper_turns_with_the_crank() -> None:

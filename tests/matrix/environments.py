@@ -59,10 +59,16 @@ ENVIRONMENTS = (
     ),
     Environment(name="narrow numpy", python="3.11", constraints="constraints.txt", narrow=True),
 )
-#: as the oldest processor computes on which a current numpy runs
-LEAST = Environment(
-    name="least", python="3.11", constraints="constraints.txt", kernel="Nehalem", narrow=True
-)
+#: kernels of OpenBLAS for one processor or another, those that name themselves otherwise, and those
+#: of processors that have no wider instructions for numpy
+KERNELS = ("SkylakeX", "Sandybridge", "Prescott", "Haswell", "Zen", "Nehalem")
+RUNS_AS = {"Prescott": "Katmai", "Zen": "Haswell"}
+NARROW = ("Sandybridge", "Prescott", "Nehalem")
+
+
+def runs_as(kernel: str, found: str) -> bool:
+    """Whether the kernels that threadpoolctl found, "one, another", are all this one."""
+    return set(found.split(", ")) <= {kernel, RUNS_AS.get(kernel, kernel)}
 
 
 def find_python(version: str) -> Path | None:
@@ -127,7 +133,8 @@ def surroundings(environment: Environment, python: Path) -> dict[str, str]:
     if environment.narrow:
         around["NPY_DISABLE_CPU_FEATURES"] = versions(python, around)["wider"]
     found = versions(python, around)
-    if environment.kernel not in ("", found["kernel"]) or (environment.narrow and found["wider"]):
+    other = environment.kernel and not runs_as(environment.kernel, found["kernel"])
+    if other or (environment.narrow and found["wider"]):
         raise RuntimeError(
             f"{environment.name}: BLAS runs as {found['kernel']}, numpy with {found['wider']}"
         )

@@ -3,6 +3,7 @@
 Ong (2000), chapter 4; his response is P |Y|, which hangs on the sign of every eigenvector.
 """
 
+from collections.abc import Callable
 from functools import cache
 
 import mpmath
@@ -14,7 +15,7 @@ from stability.hard_case import HardCase, Numbers, Way, singular
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF
+from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
 from vibecalc.response.energies import energy_by_order, mass_of, velocity
 from vibecalc.response.forced import dynamics, require_digits, response
 from vibecalc.response.modal_damping import body_resonances
@@ -85,36 +86,47 @@ def exact_motion(speed: mpmath.mpf) -> list[mpmath.mpf]:
     return list(mpmath.lu_solve(stiffness - speed**2 * mass, mpmath.matrix(FORCE.tolist())))
 
 
+#: third natural frequency of `undamped()` in rad/s; roundings by which speeds near it differ
+NATURAL, STEPS = 173.8644474014703, 3.0 * np.arange(12)
+
+
+def speeds_nearby(away: float) -> list[float]:
+    """Speeds (12,): what one of them loses is luck of the last bits, the worst of many is not."""
+    return [float(speed) for speed in NATURAL * (1.0 + away) * (1.0 + STEPS * EPSILON)]
+
+
 @cache
 def truth_of(away: float) -> list[mpmath.mpf]:
     with mpmath.workdps(60):
-        return exact_motion(mpmath.mpf(speed_nearby(away)))
-
-
-def speed_nearby(away: float) -> float:
-    return float(modes(undamped().matrices).natural_frequency[2]) * (1.0 + away)
+        return [one for speed in speeds_nearby(away) for one in exact_motion(mpmath.mpf(speed))]
 
 
 def condition_nearby(away: float) -> float:
     """Of the largest component, by a change of the speed, whose square all stiffness meets."""
     with mpmath.workdps(60):
-        speed = mpmath.mpf(speed_nearby(away))
+        speed = mpmath.mpf(speeds_nearby(away)[0])
         here, there = (exact_motion(w) for w in (speed, speed * (1 + mpmath.mpf("1e-20"))))
         most = max(range(6), key=lambda i: abs(here[i]))
         return float(abs((there[most] - here[most]) / here[most]) / 1e-20)
 
 
 def nearby(away: float) -> HardCase:
-    matrices = undamped().matrices
-    speed = speed_nearby(away)
+    matrices, speeds = undamped().matrices, speeds_nearby(away)
+
+    def own() -> Bounded:
+        found = [own_response(matrices, speed, FORCE) for speed in speeds]
+        return Bounded(*(np.ravel(part) for part in zip(*found, strict=True)))
+
+    def each(motion: Callable[..., np.ndarray], **how: bool) -> Callable[[], list[np.ndarray]]:
+        return lambda: [motion(matrices, speed, FORCE, **how) for speed in speeds]
+
     return HardCase(
         f"an order {away:g} next to an undamped natural frequency", "Ong",
-        lambda: condition_nearby(away), lambda: truth_of(away),
-        lambda: own_response(matrices, speed, FORCE), "answers; the loss is in the error",
-        (Way("numpy.linalg.solve", lambda: by_solve(matrices, speed, FORCE), loose=True),
-         Way("sum of modes from scipy.linalg.eigh",
-             lambda: by_modes(matrices, speed, FORCE), loose=True),
-         Way("P |Y|, as published", lambda: by_modes(matrices, speed, FORCE, signs=False))),
+        lambda: condition_nearby(away), lambda: truth_of(away), own,
+        "answers; the loss is in the error",
+        (Way("numpy.linalg.solve", each(by_solve), loose=True),
+         Way("sum of modes from scipy.linalg.eigh", each(by_modes), loose=True),
+         Way("P |Y|, as published", each(by_modes, signs=False))),
     )  # fmt: skip
 
 

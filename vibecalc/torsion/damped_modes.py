@@ -625,6 +625,8 @@ def _all_poles(line: Line, mass: FloatArray) -> LinePoles:
     machine = np.nonzero(up)[0]
     shape = np.moveaxis(vector, -1, 1)[up][:, :count].astype(np.complex128)
     pole = (pole * unit[: len(whole)])[up].astype(np.complex128)
+    held = _held_by_springs(line, mass, machine, pole, shape)
+    machine, shape, pole = machine[held], shape[held], pole[held]
     a, b, c = (
         np.sum(np.matmul(shape[:, None], part[machine])[:, 0] * shape, axis=1)
         for part in (mass, damping, stiffness)
@@ -635,3 +637,28 @@ def _all_poles(line: Line, mass: FloatArray) -> LinePoles:
         better = pole - (pole * (pole * a + b) + c) / slope
     pole = np.where(np.abs(better - pole) <= 1e-6 * np.abs(pole), better, pole)
     return LinePoles(pole, shape, 2.0 * pole * a + b, np.zeros_like(machine), machine)
+
+
+#: part of |s|^2 x^H J x that springs hold of a motion that swings; 1 without loss factors. Rounding
+#: leaves EPSILON times the square of highest over lowest frequency where they hold nothing.
+_HELD = 0.1
+
+
+def _held_by_springs(
+    line: Line, mass: FloatArray, machine: IntArray, pole: ComplexArray, shape: ComplexArray
+) -> BoolArray:
+    """Which poles (r,) swing, and are no rigid motion, whose double zero rounding moves apart.
+
+    By |s|^2 x^H J x = x^H K x, of twists and not of sums of forces. Inertias `mass` (p, n, n).
+    """
+    twist = shape[:, line.first] - shape[:, line.second]
+    springs = line.stiffness * np.abs(1.0 + 1j * line.loss_factor)
+    work = np.zeros(len(pole))
+    for move, stiffness in ((twist, springs), (shape, line.ground_stiffness)):
+        of_machine = np.broadcast_to(
+            stiffness.reshape(-1, move.shape[1]), (len(mass), move.shape[1])
+        )
+        work += np.sum(np.abs(of_machine[machine]) * np.square(np.abs(move)), axis=1)
+    momentum = np.matmul(mass[machine], shape[..., None])[..., 0]
+    moved = np.abs(np.sum(shape.conj() * momentum, axis=1))
+    return np.asarray(work >= _HELD * np.square(np.abs(pole)) * moved)

@@ -517,7 +517,7 @@ def _orders_of_variable(case: "Case") -> Harmonics:
 
 
 def _work_of_torsion(case: "Case", orders: int) -> Work:
-    return ((1, "line"), (orders, "line_order"))
+    return ((1, "line"), (orders, "line_order"), (freedom_count(case) ** 3, "shape_weight"))
 
 
 def _work_of_speeds(case: "Case", orders: int) -> Work:
@@ -634,6 +634,7 @@ SUBJECT = Subject(
         "line": Unit(4.0e-2, "shaft lines set up with their modes"),
         "line_order": Unit(6.0e-4, "orders of a shaft line summed"),
         "line_solve": Unit(4.8e-7, "solves times freedoms", megabytes=3.0e-5),
+        "shape_weight": Unit(2.0e-8, "modes times elements times freedoms"),
         "limit": Unit(1.0e-1, "limits followed over the range"),
         "time_step": Unit(6.0e-4, "steps in time", "scipy.sparse"),
         "variable_solve": Unit(1.5e-2, "solves of all orders at once", "scipy.linalg"),

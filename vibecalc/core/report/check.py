@@ -33,32 +33,45 @@ def check_rows(case: "Case") -> tuple[list[dict[str, Any]], dict[str, Any]]:
     Raises NumericalFailure where no number of harmonics meets the tolerance.
     """
     needs = needs_of(case)
-    rows = [_row(stage) for stage in needs.stages]
-    rows += list(_studies(case, needs))
-    seconds = needs.seconds + sum(row["needs"]["seconds"] for row in rows[len(needs.stages) :])
+    studies = list(_studies(case, needs))
+    rows = [_row(stage) for stage in needs.stages] + [row for row, _ in studies]
+    time = time_in_words(needs.seconds + sum(running for _, running in studies))
     total = {
-        "seconds": seconds,
+        "time": time,
         "megabytes": needs.megabytes,
-        "text": f"in all about {rough(seconds)} and {rough_megabytes(needs.megabytes)}, on one "
-        "thread, within a factor of 3" + _longer(case),
+        "text": f"takes {time} on one thread and about {rough_megabytes(needs.megabytes)}"
+        + _longer(case),
     }
     return rows, total
+
+
+def counted_seconds(case: "Case") -> float:
+    """Seconds of all counted work of a case, of which the order of magnitude is said."""
+    needs = needs_of(case)
+    return needs.seconds + sum(running for _, running in _studies(case, needs))
 
 
 def _longer(case: "Case") -> str:
     """What no estimate can know: whether a search finds a way to keep the limits."""
     if case.optimisation is None or not case.limit:
         return ""
-    return "; some ten times that where the limits cannot all be kept"
+    return "; some ten times as long where the limits cannot all be kept"
 
 
-def rough(seconds: float) -> str:
-    """Seconds as no more digits than they are good for."""
-    if seconds < 1.0:
-        return f"{float(f'{1e3 * seconds:.1g}'):g} ms"
-    if seconds < 90.0:
-        return f"{float(f'{seconds:.2g}'):g} s"
-    return f"{float(f'{seconds / 60.0:.2g}'):g} min"
+#: seconds up to which a time is called so
+_TIMES = (
+    (1.0, "less than a second"),
+    (20.0, "seconds"),
+    (100.0, "about a minute"),
+    (2000.0, "minutes"),
+    (7000.0, "about an hour"),
+    (1e5, "hours"),
+)
+
+
+def time_in_words(seconds: float) -> str:
+    """The order of magnitude of a time, which is all that counted work tells."""
+    return next((words for most, words in _TIMES if seconds < most), "days")
 
 
 def rough_megabytes(megabytes: float) -> str:
@@ -72,12 +85,11 @@ def _row(stage: StageNeeds) -> dict[str, Any]:
     counted = [_counted(number, units()[unit].words) for number, unit in stage.work[:-1]]
     return texts | {
         "orders": texts["orders"] if harmonics is None else harmonics.words(),
-        "cost": f"{texts['cost']}\n"
-        + "; ".join([*counted, f"about {rough(stage.seconds)}, imports included"]),
+        "cost": f"{texts['cost']}\n" + "; ".join([*counted, time_in_words(stage.seconds)]),
         "needs": {
             "harmonics": None if harmonics is None else harmonics._asdict(),
             "work": {unit: number for number, unit in stage.work},
-            "seconds": stage.seconds,
+            "time": time_in_words(stage.seconds),
             "megabytes": stage.megabytes,
         },
     }
@@ -89,8 +101,8 @@ def _counted(number: float, words: str) -> str:
     return f"{number:,.6g} {one if number == 1 else words}"
 
 
-def _studies(case: "Case", needs: Needs) -> Iterator[dict[str, Any]]:
-    """Rows of an optimisation and of searches, which run the stages many times."""
+def _studies(case: "Case", needs: Needs) -> Iterator[tuple[dict[str, Any], float]]:
+    """Rows of an optimisation and of searches, which run the stages many times; their seconds."""
     study = case.optimisation
     if study is not None:
         from vibecalc.core.study.planned import describe_study, goals_of, runs_expected
@@ -130,17 +142,18 @@ def _each(case: "Case", needs: Needs, wanted: frozenset[str]) -> float:
     return FURTHER_RUN[0] * work + FURTHER_RUN[1]
 
 
-def _study(row: dict[str, str], runs: int, running: float) -> dict[str, Any]:
+def _study(row: dict[str, str], runs: int, running: float) -> tuple[dict[str, Any], float]:
     seconds = running + LIBRARIES["scipy.optimize"][0]
-    return row | {
-        "cost": f"{row['cost']}\n{_counted(runs, 'runs')}; about {rough(seconds)}",
+    told = row | {
+        "cost": f"{row['cost']}\n{_counted(runs, 'runs')}; {time_in_words(seconds)}",
         "needs": {
             "harmonics": None,
             "work": {"run": runs},
-            "seconds": seconds,
+            "time": time_in_words(seconds),
             "megabytes": 0.0,
         },
     }
+    return told, seconds
 
 
 # ----------------------------------------------------------------------------

@@ -47,8 +47,8 @@ def planned_quantities(case: "Case") -> dict[str, Entry]:
 # What a piece of work costs: seconds of one thread of a common machine, counted once by running.
 #
 # The figures come from runs of the shipped cases on a 2.1 GHz server core with BLAS on one thread;
-# on another machine all of them change together. They are meant to be right within a factor of 3,
-# which `benchmarks/needs.py` measures.
+# on another machine all of them change together. Only their order of magnitude is said, and
+# `benchmarks/needs.py` measures it.
 # ----------------------------------------------------------------------------
 
 

@@ -152,6 +152,10 @@ def _ends(line: Line) -> FloatArray:
     return ends
 
 
+#: weights (modes, elements, freedoms) of strain energies that are held at once
+_WEIGHTS = 1 << 18
+
+
 def _strain(
     line: Line, shape: FloatArray | ComplexArray, moves: BoolArray, uncertainty: ShapeUncertainty
 ) -> Bounded:
@@ -163,10 +167,15 @@ def _strain(
     safe = np.where(moving, total, 1.0)
     share = np.where(moving[:, None], energy / safe[:, None], 0.0)
     # d share = (d energy - share d total) / total
-    by_ends = 2.0 * (line.stiffness * twist.conj())[..., None] * ends
-    whole = by_ends.sum(axis=1) + 2.0 * shape.conj() * line.ground_stiffness
-    weight = (by_ends - share[..., None] * whole[:, None, :]) / safe[:, None, None]
-    off = uncertainty_of(uncertainty, weight) + 8.0 * EPSILON * share
+    torque, held = 2.0 * line.stiffness * twist.conj(), 2.0 * line.ground_stiffness * shape.conj()
+    off = 8.0 * EPSILON * share
+    together = max(1, _WEIGHTS // ends.size)
+    for start in range(0, len(share), together):
+        some = slice(start, start + together)
+        by_ends = torque[some, :, None] * ends
+        whole = by_ends.sum(axis=1) + held[some]
+        weight = (by_ends - share[some, :, None] * whole[:, None, :]) / safe[some, None, None]
+        off[some] += uncertainty_of(ShapeUncertainty(*(one[some] for one in uncertainty)), weight)
     return Bounded(share, np.where(moving[:, None], off, 0.0))
 
 
