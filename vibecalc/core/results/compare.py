@@ -1,7 +1,7 @@
 """Golden comparison of two results, aware of what the numbers mean."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -33,7 +33,7 @@ from vibecalc.core.results.layout import STATUS, STATUS_WORDS
 from vibecalc.core.results.record import CYCLE, Axis, Quantity, Record, Result
 from vibecalc.core.results.store import read_result, write_result
 from vibecalc.core.results.tolerance import circle_of, is_diagnostic
-from vibecalc.errors import UsageError
+from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, EXIT_USAGE, ResultError, UsageError
 from vibecalc.kinds import KINDS
 
 _PLAIN = {"value": by_value, "vector": by_vector}
@@ -195,7 +195,7 @@ def _status(reference: Result, value: Result) -> list[ComparedRow]:
     with open_sweep(reference.swept) as one, open_sweep(value.swept) as other:
         if one.count != other.count:
             return []
-        left, right = (np.ravel(sweep.status) for sweep in (one, other))
+        left, right = (np.ravel(sweep.status()) for sweep in (one, other))
     points = np.flatnonzero(left != right)
     problems = tuple(
         f"point {point + 1}: {STATUS_WORDS[int(left[point])]!r} became "
@@ -396,6 +396,104 @@ def _flat(content: object, key: str = "") -> dict[str, str]:
     for name, item in pairs:
         flat |= _flat(item, name)
     return flat
+
+
+# ----------------------------------------------------------------------------
+# Files and folders of results held against golden files: each for itself, whatever the others are.
+# ----------------------------------------------------------------------------
+
+#: how names of result files end
+_RESULTS = (".h5", ".hdf5")
+
+
+@dataclass(frozen=True, kw_only=True)
+class FilePair:
+    """A golden file and the result of its name, None where there is none, and how they compare.
+
+    `problem` says in words why they could not be compared.
+    """
+
+    name: str
+    golden: Path
+    result: Path | None
+    comparison: Comparison | None = None
+    problem: str = ""
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """Quantities that either has."""
+        one = self.comparison
+        return () if one is None else (*(row.path for row in one.rows), *one.ignored)
+
+    @property
+    def exit_code(self) -> int:
+        """That of `diff` for this pair alone."""
+        if self.comparison is None:
+            return EXIT_USAGE
+        return EXIT_FINE if self.comparison.same else EXIT_DIFFERS
+
+    def refused(self, problem: str) -> "FilePair":
+        """The same, not compared for that reason."""
+        return replace(self, comparison=None, problem=problem)
+
+
+def file_pairs(
+    reference: Path, candidates: Sequence[Path], *, partial: bool = False
+) -> list[FilePair]:
+    """Each result with the golden file that it is held against, by name.
+
+    `reference` is a golden file, for one result, or a folder of them; a folder among the
+    `candidates` stands for the result files in it. Golden files of a folder that have no result
+    come last, unless `partial`. UsageError where there is nothing to compare, or two results have
+    one name.
+    """
+    if not reference.is_dir():
+        if len(candidates) > 1:
+            raise UsageError("several results need a folder of golden files, and a name for each")
+        return [FilePair(name=candidates[0].name, golden=reference, result=candidates[0])]
+    found = [
+        file for given in candidates for file in (_results_in(given) if given.is_dir() else [given])
+    ]
+    results = {file.name: file for file in found}
+    if len(found) > len(results):
+        raise UsageError("several results need a folder of golden files, and a name for each")
+    pairs = [
+        FilePair(name=name, golden=reference / name, result=file) for name, file in results.items()
+    ]
+    if not partial:
+        left = [file for file in _results_in(reference) if file.name not in results]
+        pairs += [FilePair(name=file.name, golden=file, result=None) for file in left]
+    if not pairs:
+        raise UsageError(
+            f"there are no result files in {reference}, nor in what is held against it"
+        )
+    return pairs
+
+
+def _results_in(folder: Path) -> list[Path]:
+    return sorted(file for file in folder.iterdir() if file.suffix in _RESULTS)
+
+
+def compare_files(pairs: Sequence[FilePair], rules: Rules) -> list[FilePair]:
+    """The pairs compared; what is missing or cannot be read says so and holds up no other.
+
+    Raises UsageError where a rule does not fit a quantity.
+    """
+    return [_compared_files(pair, rules) for pair in pairs]
+
+
+def _compared_files(pair: FilePair, rules: Rules) -> FilePair:
+    if pair.result is None:
+        return pair.refused(f"the golden file {pair.golden} has no result")
+    if not pair.golden.exists():
+        return pair.refused(
+            f"there is no golden file {pair.golden}; --accept makes one of {pair.result}"
+        )
+    try:
+        golden, result = read_result(pair.golden), read_result(pair.result)
+        return replace(pair, comparison=compare(golden, result, rules))
+    except ResultError as error:
+        return pair.refused(str(error))
 
 
 # ----------------------------------------------------------------------------
