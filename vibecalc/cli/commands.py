@@ -155,7 +155,7 @@ def run(
     if_needed: Annotated[
         bool,
         typer.Option(
-            "--if-needed", help="Skip results that are up to date: case, files, settings, version."
+            "--if-needed", help="Skip results that are up to date: case, files, settings, versions."
         ),
     ] = False,
     full: Full = False,
@@ -197,11 +197,33 @@ def run(
 
 
 @command
-def check(cases: Cases, settings: Settings = None, unset: Unset = None) -> None:
+def check(
+    cases: Cases,
+    settings: Settings = None,
+    unset: Unset = None,
+    depfile: Annotated[
+        Path | None,
+        typer.Option(metavar="NAME.d", help="Write for make: which files NAME is made from."),
+    ] = None,
+) -> None:
     """Validate cases and show what a run would do and why. Nothing is computed."""
     from vibecalc.core.report.check import check_rows
 
-    plans = [(case, *check_rows(case.case)) for case in _load(cases, settings, unset)]
+    if depfile is not None and (len(cases) > 1 or depfile.suffix != ".d"):
+        raise UsageError(
+            "--depfile needs one case, and the name of its result with .d behind it, as in "
+            "--depfile outputs/generator.h5.d"
+        )
+    loaded = _load(cases, settings, unset)
+    plans = [(case, *check_rows(case.case)) for case in loaded]
+    if depfile is not None:
+        from vibecalc.cli.outputs import write_text
+        from vibecalc.core.case.inputs import dependencies
+
+        (case,) = loaded
+        if not case.inputs:
+            raise UsageError(f"--depfile needs a case that is a file, not {case.path}")
+        write_text(dependencies(depfile.with_suffix(""), case.path, case.inputs), depfile)
     if asked.json:
         from vibecalc.core.report.check import plan_object
 
