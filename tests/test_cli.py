@@ -191,11 +191,18 @@ def test_diff_of_several_results_takes_the_golden_files_of_their_names(
     outcome = command("diff", str(golden), *both, "--junit", "junit.xml")
     assert outcome.code == 1
     same, other = outcome.out.split("\n", 1)
+    assert outcome.out.endswith("1 of 2 files the same, 1 differs.\n")
     assert same.startswith("one.h5: ") and same.endswith("all the same.")
     assert other.startswith("two.h5: Differences") and "1 differs" in other
     assert Path("junit.xml").read_text(encoding="utf-8").count("<testsuite ") == 2
     found = json.loads(command("diff", str(golden), *both, "--json").out)
-    assert {one["result"]: one["same"] for one in found} == {"one.h5": True, "two.h5": False}
+    assert {one["result"]: one["same"] for one in found["results"]} == {
+        "one.h5": True,
+        "two.h5": False,
+    }
+    single = json.loads(command("diff", both[0], both[0], "--json").out)
+    assert single.keys() == found.keys() and single["same"] and not found["same"]
+    assert single["results"][0].keys() == found["results"][0].keys()
     assert command("diff", str(golden), *both, "--accept").code == 0
     assert command("diff", str(golden), *both).code == 0
     (golden / "one.h5").unlink()

@@ -357,6 +357,9 @@ def diff(
     unused = [] if partial else tolerances.unused(path for one in compared for path in one.paths)
     for pattern in unused:
         note(f"warning: the rule for {pattern!r} in {rules} fits no quantity")
+    for one in compared:
+        if one.problem:
+            note(f"error: {one.problem}")
     if asked.json:
         say_json(differences_object(compared, unused))
     else:

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 from vibecalc.core.report.writing import Column, number, table
 from vibecalc.core.results.compare import ComparedRow, Comparison, FilePair
-from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE
+from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, ResultError
 
 _COLUMNS = (
     Column("quantity", 42),
@@ -61,11 +61,12 @@ def render_differences(comparison: Comparison, count: int = 10) -> str:
 
 
 def render_files(pairs: Sequence[FilePair], by_name: bool) -> str:
-    """All comparisons in words; `by_name` each with its name, and one line of what is the same."""
+    """What was compared, in words; `by_name` with names, and in one line where it is the same."""
     texts = []
     for pair in pairs:
-        one = pair.comparison
-        text = f"{pair.problem}\n" if one is None else render_differences(one)
+        if pair.comparison is None:
+            continue
+        text = render_differences(pair.comparison)
         if by_name:
             text = f"{pair.name}: {text if pair.exit_code else text.splitlines()[-1] + chr(10)}"
         texts.append(text)
@@ -84,10 +85,13 @@ def differences_object(pairs: Sequence[FilePair], unused: Sequence[str]) -> dict
     """The comparisons for `--json`, of one file as of many: plain lists, numbers and texts.
 
     Complex numbers are [real, imaginary]; what is infinite or NaN is the text "inf", "-inf" or
-    "nan", and a ratio without a bound is null. `unused` are the patterns of rules that fit nothing.
+    "nan", and a ratio without a bound is null. `unused` are the patterns of rules that fit nothing;
+    `error` is that of the files which could not be compared, or null.
     """
+    problems = [pair.problem for pair in pairs if pair.problem]
     return {
         "same": not any(pair.exit_code for pair in pairs),
+        "error": ResultError("\n".join(problems)).as_object() if problems else None,
         "results": [_pair_object(pair) for pair in pairs],
         "unused_rules": list(unused),
     }
