@@ -81,13 +81,13 @@ def dependencies(target: Path, case: Path, line: str) -> str:
     """
     files = [case, *(case.parent / name for name in json.loads(line)["files"])]
     names = " \\\n  ".join(_for_make(str(file)) for file in files)
-    first, *others = (_for_make(str(one)).replace("%", "\\%") for one in (target, *files[1:]))
+    first, *others = (_for_make(str(one)) for one in (target, *files[1:]))
     return f"{first}: {names}\n" + "".join(f"\n{name}:\n" for name in others)
 
 
 def _for_make(name: str) -> str:
     """A file name as make reads it back; GNU make 4 has no way to write the characters refused."""
-    if set(name) & set("\n\r;|=\\*?[]~"):
+    if set(name) & set("\n\r;|=%\\*?[]~"):
         raise UsageError(
             f"make cannot take the file name {name!r}: rename it, or leave out --depfile"
         )
