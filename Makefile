@@ -50,10 +50,14 @@ run: $(READY) ## run the three-cylinder generator and print its report
 sweep: $(SWEPT:%=outputs/%.h5) ## compute the sweeps of cases/*_sweep.toml that are not up to date
 
 # What an interrupt left is taken up, what a changed case made useless is thrown away. The sweep
-# renames the whole file onto its target; the touch is for one that was complete already.
+# renames the whole file onto its target; the touch is for one that was up to date already.
+# Next to it stands which data files it was made from.
 outputs/%.sweep.h5: cases/%.toml $(READY)
-	$(BIN)/vibecalc sweep $< -o $@ -j $(WORKERS) --resume --fresh -q
+	$(BIN)/vibecalc check $< --depfile $@.d -q
+	$(BIN)/vibecalc sweep $< -o $@ -j $(WORKERS) --if-needed --resume -q
 	@touch $@
+
+-include $(wildcard outputs/*.sweep.h5.d)
 
 test: $(READY) ## run the tests
 	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -m "not long" $(PYTEST_OPTIONS)
@@ -73,7 +77,7 @@ types: $(READY) ## mypy
 
 golden: $(READY) golden-results ## run every case, compare with tests/golden
 	@printf '%s\n' $(RESULTS) | xargs -P $(WORKERS) -n 14 $(BIN)/vibecalc diff \
-	  --rules tests/golden/rules.toml tests/golden/
+	  --partial --rules tests/golden/rules.toml tests/golden/
 
 # WORKERS processes at a time, a few cases in each.
 golden-results: $(READY)
@@ -83,7 +87,7 @@ golden-results: $(READY)
 	  --fresh -j 1 -o outputs/golden/{}.sweep.h5
 
 accept-golden: $(READY) golden-results ## make the numbers of this checkout the golden ones
-	@$(BIN)/vibecalc diff --accept tests/golden/ $(RESULTS)
+	@$(BIN)/vibecalc diff --accept --partial tests/golden/ $(RESULTS)
 
 accept-snapshots: $(READY) ## make reports, checks, words of pictures and refusals those to hold
 	$(BIN)/python tests/snapshots/said.py

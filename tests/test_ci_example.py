@@ -9,10 +9,10 @@ import sys
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
-from xml.etree import ElementTree
 
 import pytest
 import yaml
+from junitparser import Failure, JUnitXml
 
 from vibecalc.core.results import compare_rules
 
@@ -48,14 +48,13 @@ def ran(ended: "subprocess.CompletedProcess[str]") -> list[str]:
 
 
 def failures(junit: Path) -> dict[tuple[str, str], str]:
-    """Suite and quantity -> what is said of it."""
+    """Suite and quantity -> what is said of it, as a reader of JUnit files finds it."""
     return {
-        (suite.get("name", ""), f"{case.get('classname')}.{case.get('name')}"): said.get(
-            "message", ""
-        )
-        for suite in ElementTree.parse(junit).getroot().iter("testsuite")
-        for case in suite.iter("testcase")
-        for said in case.iter("failure")
+        (suite.name, f"{case.classname}.{case.name}"): said.message
+        for suite in JUnitXml.fromfile(str(junit))
+        for case in suite
+        for said in case.result
+        if isinstance(said, Failure)
     }
 
 
@@ -88,12 +87,25 @@ def test_only_what_changed_runs_and_what_moved_fails_by_name(run: Run, tmp_path:
     assert "reference 0.5, value 0.501 kg, difference 1.000e-03, allowed 5.000e-09" in said
 
 
-def test_a_case_that_cannot_be_read_says_why(run: Run, tmp_path: Path) -> None:
-    (tmp_path / "cases").mkdir()
-    (tmp_path / "cases" / "broken.toml").write_text("schema = 1\ntitel = 1\n", encoding="utf-8")
-    ended = run("make", "diff")
-    assert ended.returncode == 2 and "titel" in ended.stderr
-    assert not (tmp_path / "outputs" / "broken.h5").exists()
+def test_a_case_that_breaks_is_red_and_holds_up_no_other(run: Run, tmp_path: Path) -> None:
+    """Of two commits: at the second one case is broken, another's numbers move, a third is new."""
+    begin(run)
+    junit = tmp_path / "outputs" / "junit.xml"
+    assert run("make", "-j2", "diff").returncode == 0 and failures(junit) == {}
+    replace(tmp_path / "cases" / "i3.toml", "schema = 1", "schema = 1\ntitel = 1")
+    replace(tmp_path / "cases" / "compressor_motor.toml", "\nspeed = ", "\nspeed = 10 # ")
+    shutil.copy(ROOT / "cases" / "generator.toml", tmp_path / "cases")
+    red = run("make", "-j2", "diff")
+    assert red.returncode == 2 and "titel" in red.stderr
+    assert ran(red) == ["compressor_motor", "generator"]
+    failed = failures(junit)
+    assert ("i3.h5", "vibecalc.file") in failed and ("generator.h5", "vibecalc.file") in failed
+    assert len([1 for suite, _ in failed if suite == "compressor_motor.h5"]) > 1
+    assert not (tmp_path / "outputs" / "i3.h5").exists()
+    # nothing can be compared: no green report of an earlier time is left
+    (tmp_path / "rules.toml").write_text("[[rule]]\n", encoding="utf-8")
+    assert run("make", "diff").returncode == 2
+    assert len(failures(junit)) == 3
 
 
 @pytest.mark.long

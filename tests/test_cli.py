@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from xml.etree import ElementTree
 
 import h5py
 import pytest
@@ -191,17 +192,67 @@ def test_diff_of_several_results_takes_the_golden_files_of_their_names(
     outcome = command("diff", str(golden), *both, "--junit", "junit.xml")
     assert outcome.code == 1
     same, other = outcome.out.split("\n", 1)
+    assert outcome.out.endswith("1 of 2 files the same, 1 differs.\n")
     assert same.startswith("one.h5: ") and same.endswith("all the same.")
     assert other.startswith("two.h5: Differences") and "1 differs" in other
     assert Path("junit.xml").read_text(encoding="utf-8").count("<testsuite ") == 2
     found = json.loads(command("diff", str(golden), *both, "--json").out)
-    assert {one["result"]: one["same"] for one in found} == {"one.h5": True, "two.h5": False}
+    assert {one["result"]: one["same"] for one in found["results"]} == {
+        "one.h5": True,
+        "two.h5": False,
+    }
+    single = json.loads(command("diff", both[0], both[0], "--json").out)
+    assert single.keys() == found.keys() and single["same"] and not found["same"]
+    assert single["results"][0].keys() == found["results"][0].keys()
     assert command("diff", str(golden), *both, "--accept").code == 0
     assert command("diff", str(golden), *both).code == 0
     (golden / "one.h5").unlink()
     assert "one.h5" in command("diff", str(golden), *both).err
     assert command("diff", both[0], *both).code == 2
     assert command("diff", str(golden), both[0], str(tmp_path / "one.h5")).code == 2
+
+
+def test_each_bad_missing_or_surplus_file_is_one_failed_test_case(
+    result: Path, tmp_path: Path
+) -> None:
+    golden, new = tmp_path / "golden", tmp_path / "new"
+    for folder, names in ((golden, "abcd"), (new, "abce")):
+        folder.mkdir()
+        for name in names:
+            shutil.copyfile(result, folder / f"{name}.h5")
+    (new / "b.h5").write_bytes(result.read_bytes()[:5000])
+    (golden / "c.h5").write_bytes(b"")
+    Path("r.toml").write_text('[[rule]]\nquantity = "nothing/*"\nrtol = 1.0\n', encoding="utf-8")
+    options = ("--junit", "junit.xml", "--rules", "r.toml")
+    outcome = command("diff", str(golden), str(new), *options)
+    assert outcome.code == 2 and outcome.err.count("error: ") == 4
+    assert "warning: the rule for 'nothing/*' in r.toml fits no quantity" in outcome.err
+    assert outcome.out.startswith("a.h5: ") and outcome.out.endswith(
+        "1 of 5 files the same, 4 not compared.\n"
+    )
+    suites = {one.get("name"): one for one in ElementTree.parse("junit.xml").iter("testsuite")}
+    assert {name: one.get("failures") for name, one in suites.items()} == {
+        "a.h5": "0", "b.h5": "1", "c.h5": "1", "d.h5": "1", "e.h5": "1",
+    }  # fmt: skip
+    assert [one.get("name") for one in suites["d.h5"].iter("testcase")] == ["file"]
+    found = json.loads(command("diff", str(golden), str(new), "--json").out)
+    assert [bool(one["problem"]) for one in found["results"]] == [False, True, True, True, True]
+    # of some results alone the golden files of others, and their rules, are not missed
+    some = command("diff", str(golden), str(new / "a.h5"), "--partial", *options)
+    assert (some.code, some.err) == (0, "")
+    assert command("diff", str(golden), str(new / "a.h5")).code == 2
+    # a rule that cannot be read fails every file, and the JUnit file says so
+    Path("r.toml").write_text("[[rule]]\nrtol = 1.0\n", encoding="utf-8")
+    assert command("diff", str(golden), str(new), *options).code == 2
+    assert ElementTree.parse("junit.xml").getroot().get("failures") == "5"
+
+
+def test_a_sweep_with_a_failed_point_is_the_same_as_itself(tmp_path: Path) -> None:
+    for name, ratio in (("a", 50), ("b", 80)):
+        grid = f"machine.crank_train.rod_length={ratio} mm:200 mm:3"
+        command("sweep", GENERATOR, "--grid", grid, "-q", "-j", "1", "-o", f"{name}.h5")
+    assert command("diff", "a.h5", "a.h5").code == 0
+    assert command("diff", "a.h5", "b.h5").code == 1
 
 
 def test_a_schema_is_written_next_to_cases_and_in_the_place_of_an_earlier_one(

@@ -139,9 +139,80 @@ def test_settings_count_and_so_does_the_version(monkeypatch: pytest.MonkeyPatch)
     assert "up to date" not in again()
     assert "up to date" not in again("--unset", "reference_table")
     assert "up to date" not in again()
-    monkeypatch.setattr(inputs, "__version__", "9.9.9")
-    assert "up to date" not in again()
-    assert again() == f"{RESULT} is up to date\n"
+    for name in ("vibecalc", "python", "numpy", "scipy", "h5py"):
+        other = inputs.versions() | {name: "99.9"}
+        with monkeypatch.context() as patched:
+            patched.setattr(inputs, "versions", lambda other=other: other)
+            assert "up to date" not in again()
+            assert again() == f"{RESULT} is up to date\n"
+
+
+def test_a_sweep_that_is_up_to_date_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    grid = ("sweep", "one.toml", "--grid", "machine.speed=1000 rpm:3000 rpm:3", "-j", "1")
+    once = command(*grid, "--if-needed")
+    assert once.code == 0 and "up to date" not in once.out
+    place = Path("outputs/one.sweep.h5")
+    before = place.read_bytes()
+    assert command(*grid, "--if-needed").out == f"{place} is up to date\n"
+    assert json.loads(command(*grid, "--if-needed", "--json").out)["written"] == []
+    assert place.read_bytes() == before and command("diff", str(place), str(place)).code == 0
+    with monkeypatch.context() as patched:  # other libraries: computed again, not taken up
+        other = inputs.versions() | {"scipy": "99.9"}
+        patched.setattr(inputs, "versions", lambda: other)
+        assert "up to date" not in command(*grid, "--if-needed", "--resume").out
+        assert command(*grid, "--if-needed", "--resume").out == f"{place} is up to date\n"
+    other_points = (*grid[:3], "machine.speed=1000 rpm:3000 rpm:5", "-j", "1", "--if-needed")
+    assert "up to date" not in command(*other_points).out
+    Path("forces.csv").write_text(FORCES.replace("2220", "2221"), encoding="utf-8")
+    assert "up to date" not in command(*other_points).out
+    assert "up to date" in command(*other_points).out
+    assert command(*grid, "--if-needed", "--shard", "1/2").code == 2
+    # what failed is said again
+    failing = ("sweep", "one.toml", "--grid", "machine.crank_train.rod_length=30 mm:200 mm:3")
+    first = command(*failing, "--if-needed", "-o", "f.h5", "-j", "1")
+    again = command(*failing, "--if-needed", "-o", "f.h5", "-j", "1")
+    assert first.code == again.code == 4 and again.out == "f.h5 is up to date\n"
+
+
+@pytest.mark.parametrize("name", ["plain", "with a blank", "a#b", "a$b", "$(x)"])
+def test_make_knows_the_files_of_a_case(name: str) -> None:
+    folder = Path(name)
+    folder.mkdir()
+    table = f"{name} torque.csv"
+    (folder / table).write_text(FORCES, encoding="utf-8")
+    case = folder / f"{name}.toml"
+    case.write_text(CASE.replace("forces.csv", table), encoding="utf-8")
+    told = command("check", str(case), "--depfile", f"{name}.h5.d", "-q")
+    assert told.code == 0 and told.out == "", told.err
+    target = name.replace("$", "$$").replace("#", "\\#").replace(" ", "\\ ")
+    shell = name.replace("$", "$$")
+    rule = f"{target}.h5:\n\t@echo made; touch '{shell}.h5'\n-include {target}.h5.d\n"
+    Path("Makefile").write_text(rule, encoding="utf-8")
+
+    def made() -> bool:
+        words = ["make", f"{name}.h5"]
+        ran = subprocess.run(words, capture_output=True, text=True, check=False)
+        assert ran.returncode == 0, ran.stderr
+        return "made" in ran.stdout
+
+    assert made() and not made()
+    for file in (folder / table, case):
+        later = Path(f"{name}.h5").stat().st_mtime + 5.0
+        os.utime(file, (later, later))
+        assert made()
+        os.utime(file, (0.0, 0.0))
+    assert not made()
+    (folder / table).unlink()  # a file that is renamed is not asked for
+    assert made()
+
+
+def test_a_dep_file_is_of_one_case_that_is_a_file() -> None:
+    for words in (("one.toml", "one.toml", "--depfile", "a.d"), ("one.toml", "--depfile", "a.mk")):
+        refused = command("check", *words)
+        assert refused.code == 2 and "--depfile needs one case" in refused.err
+    Path("a%b.toml").write_text(CASE, encoding="utf-8")
+    refused = command("check", "a%b.toml", "--depfile", "a.h5.d")
+    assert refused.code == 2 and "make cannot take" in refused.err and not Path("a.h5.d").exists()
 
 
 def test_a_file_that_is_gone_is_missed() -> None:

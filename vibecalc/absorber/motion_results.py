@@ -72,6 +72,7 @@ BAND_ENTRIES = (
         "",
         "what is left of the slopes of the peaks: 0 for an optimum",
         exempt=CHECK,
+        diagnostic=True,
     ),
     entry(
         f"{TOLERANCES_ROOT}/nominal_peak",

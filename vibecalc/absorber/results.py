@@ -227,13 +227,20 @@ TUNING_ENTRIES = (
         "",
         "what is left of the slopes: 0 for an optimum",
         exempt=CHECK,
+        diagnostic=True,
     ),
     entry(f"{TUNING_ROOT}/helps", "", "", "1: a sprung or damped absorber helps, 0: none does"),
     entry(f"{TUNING_ROOT}/without_spring", "", "", "1: the best absorber has no spring"),
     entry(
         f"{TUNING_ROOT}/threshold", "", "", "damping of the primary from which on no absorber helps"
     ),
-    entry(f"{TUNING_ROOT}/evaluations", "", "", "evaluations of a peak that the search took"),
+    entry(
+        f"{TUNING_ROOT}/evaluations",
+        "",
+        "",
+        "evaluations of a peak that the search took",
+        diagnostic=True,
+    ),
     entry(
         f"{TUNING_ROOT}/torsional_stiffness",
         "",

@@ -1,6 +1,6 @@
 """Results of the weights sought for the least force and couple."""
 
-from vibecalc.core.results.record import CHECK, PEAK, SEARCHED, Headline, entry
+from vibecalc.core.results.record import CHECK, PEAK, SEARCHED, TURN, Headline, entry
 
 ROOT = "balance"
 AXES = {
@@ -27,6 +27,7 @@ ENTRIES = (
         "weight",
         "rad",
         "angle by which it leads the stroke at crank angle zero",
+        circle=TURN,
     ),
     entry(
         f"{_WEIGHT}/position",

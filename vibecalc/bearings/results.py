@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from vibecalc.core.results.record import PLACE, Entry, Headline, entry
+from vibecalc.core.results.record import CYCLE, PLACE, TURN, Entry, Headline, entry
 
 ROOT = "bearing_loads"
 AXES = {
@@ -28,10 +28,12 @@ def _loads(part: str, axis: str, what: str, name: str) -> Iterator[Entry]:
         f"{path}/peak", axis, "N", f"highest over the cycle, {what}",
         headline=Headline(name, "kN"),
     )  # fmt: skip
-    yield entry(f"{path}/peak_angle", axis, "rad", "crank angle of the highest", exempt=PLACE)
+    yield entry(
+        f"{path}/peak_angle", axis, "rad", "crank angle of the highest", exempt=PLACE, circle=CYCLE
+    )
     yield entry(
         f"{path}/peak_direction", axis, "rad",
-        f"of the highest, from {reference} in the sense of rotation", exempt=PLACE,
+        f"of the highest, from {reference} in the sense of rotation", exempt=PLACE, circle=TURN,
     )  # fmt: skip
     yield entry(f"{path}/mean", axis, "N", "mean magnitude over the cycle")
     yield entry(f"{path}/mean_force", f"{axis} direction", "N", "mean over the cycle, as a vector")
@@ -53,7 +55,8 @@ ENTRIES = (
         f"{ROOT}/side_thrust/peak", "cylinder", "N", "largest side thrust over the cycle",
         headline=Headline("side thrust of a piston, peak", "kN"),
     ),
-    entry(f"{ROOT}/side_thrust/peak_angle", "cylinder", "rad", "crank angle of it", exempt=PLACE),
+    entry(f"{ROOT}/side_thrust/peak_angle", "cylinder", "rad", "crank angle of it", exempt=PLACE,
+          circle=CYCLE),
     entry(
         f"{ROOT}/speeds/main_peak", "main_bearing speed", "N",
         "highest load of a main bearing over the cycle", curve="bearing_loads_over_speed",

@@ -166,7 +166,7 @@ def run(
     if_needed: Annotated[
         bool,
         typer.Option(
-            "--if-needed", help="Skip results that are up to date: case, files, settings, version."
+            "--if-needed", help="Skip results that are up to date: case, files, settings, versions."
         ),
     ] = False,
     full: Full = False,
@@ -212,11 +212,33 @@ def run(
 
 
 @command
-def check(cases: Cases, settings: Settings = None, unset: Unset = None) -> None:
+def check(
+    cases: Cases,
+    settings: Settings = None,
+    unset: Unset = None,
+    depfile: Annotated[
+        Path | None,
+        typer.Option(metavar="NAME.d", help="Write for make: which files NAME is made from."),
+    ] = None,
+) -> None:
     """Validate cases and show what a run would do and why. Nothing is computed."""
     from vibecalc.core.report.check import check_rows
 
-    plans = [(case, *check_rows(case.case)) for case in _load(cases, settings, unset)]
+    if depfile is not None and (len(cases) > 1 or depfile.suffix != ".d"):
+        raise UsageError(
+            "--depfile needs one case, and the name of its result with .d behind it, as in "
+            "--depfile outputs/generator.h5.d"
+        )
+    loaded = _load(cases, settings, unset)
+    plans = [(case, *check_rows(case.case)) for case in loaded]
+    if depfile is not None:
+        from vibecalc.cli.outputs import write_text
+        from vibecalc.core.case.inputs import dependencies
+
+        (case,) = loaded
+        if not case.inputs:
+            raise UsageError(f"--depfile needs a case that is a file, not {case.path}")
+        write_text(dependencies(depfile.with_suffix(""), case.path, case.inputs), depfile)
     if asked.json:
         from vibecalc.core.report.check import plan_object
 
@@ -320,64 +342,70 @@ def diff(
     ],
     candidates: Annotated[
         list[Path],
-        typer.Argument(metavar="RESULT", help="Held against it, or the golden file of its name."),
+        typer.Argument(
+            metavar="RESULT",
+            help="Files, or folders, held against it or the golden file of a name.",
+        ),
     ],
     rules: Annotated[Path | None, typer.Option(help="Tolerances per quantity (TOML).")] = None,
     junit: Annotated[Path | None, typer.Option(help="Also write a JUnit XML file.")] = None,
+    partial: Annotated[
+        bool, typer.Option("--partial", help="Golden files of other results are not missed.")
+    ] = False,
     accept: Annotated[
         bool, typer.Option("--accept", help="Make the candidate's numbers the golden ones.")
     ] = False,
 ) -> None:
     """Compare results with tolerances that know physics: exit 0 same, 1 differ, 2 unusable."""
-    pairs = {path.name: (_golden(reference, path), path) for path in candidates}
-    if len(candidates) > len(pairs) or (len(pairs) > 1 and not reference.is_dir()):
-        raise UsageError("several results need a folder of golden files, and a name for each")
+    from vibecalc.core.results.compare import file_pairs
+
+    pairs = file_pairs(reference, candidates, partial=partial)
     if accept:
         from vibecalc.core.results.compare import accept as make_golden
 
         for option, given in (("--rules", rules), ("--junit", junit)):
             if given:
                 raise UsageError(f"--accept compares nothing, leave {option} out")
-        for golden, candidate in pairs.values():
-            make_golden(candidate, golden)
-            say(f"{golden} now holds the numbers of {candidate}")
+        made = [pair for pair in pairs if pair.result is not None]
+        for pair in made:
+            make_golden(pair.result, pair.golden)
+            say(f"{pair.golden} now holds the numbers of {pair.result}")
+        for pair in pairs:
+            if pair.result is None and not partial:
+                note(f"{pair.golden} has no result, and stays as it is")
         if asked.json:
-            say_json({"written": [str(golden) for golden, _ in pairs.values()]})
+            say_json({"written": [str(pair.golden) for pair in made]})
         return
-    from vibecalc.core.report.differences import (
-        differences_object,
-        render_differences,
-        render_junit,
-    )
-    from vibecalc.core.results.compare import compare
-    from vibecalc.core.results.compare_rules import read_rules
-    from vibecalc.core.results.store import read_result
+    from vibecalc.core.report.differences import differences_object, render_files, render_junit
+    from vibecalc.core.results.compare import compare_files
+    from vibecalc.core.results.compare_rules import Rules, read_rules
 
-    tolerances = None if rules is None else read_rules(rules)
-    comparisons = {
-        name: compare(read_result(golden), read_result(candidate), tolerances)
-        for name, (golden, candidate) in pairs.items()
-    }
+    try:
+        tolerances = Rules() if rules is None else read_rules(rules)
+        compared = compare_files(pairs, tolerances)
+    except UsageError as error:  # of the rules: nothing is compared
+        if junit is not None:
+            _write_junit(render_junit([pair.refused(str(error)) for pair in pairs]), junit)
+        raise
     if junit is not None:
-        from vibecalc.cli.outputs import write_text
-
-        write_text(render_junit(comparisons), junit)
+        _write_junit(render_junit(compared), junit)
+    unused = [] if partial else tolerances.unused(path for one in compared for path in one.paths)
+    for pattern in unused:
+        note(f"warning: the rule for {pattern!r} in {rules} fits no quantity")
+    for one in compared:
+        if one.problem:
+            note(f"error: {one.problem}")
     if asked.json:
-        objects = [differences_object(one) for one in comparisons.values()]
-        named = [{"result": name, **one} for name, one in zip(comparisons, objects, strict=True)]
-        say_json(named if reference.is_dir() else objects[0])
+        say_json(differences_object(compared, unused))
     else:
-        for name, one in comparisons.items():
-            text = render_differences(one).rstrip("\n")
-            if reference.is_dir():  # of what is the same, the verdict alone
-                text = f"{name}: {text.splitlines()[-1] if one.same else text}"
-            say(text)
-    raise typer.Exit(EXIT_FINE if all(one.same for one in comparisons.values()) else EXIT_DIFFERS)
+        say(render_files(compared, by_name=reference.is_dir()), nl=False)
+    raise typer.Exit(max(one.exit_code for one in compared))
 
 
-def _golden(reference: Path, candidate: Path) -> Path:
-    """The file that a result is held against."""
-    return reference / candidate.name if reference.is_dir() else reference
+def _write_junit(text: str, path: Path) -> None:
+    from vibecalc.cli.outputs import write_text
+
+    write_text(text, path)
 
 
 @command

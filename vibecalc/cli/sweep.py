@@ -65,6 +65,13 @@ def sweep(
     resume: Annotated[
         bool, typer.Option("--resume", help="Take up the chunks that are there.")
     ] = False,
+    if_needed: Annotated[
+        bool,
+        typer.Option(
+            "--if-needed",
+            help="Skip a complete file that is up to date: case, files, settings, versions.",
+        ),
+    ] = False,
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Throw away what is there and does not fit.")
     ] = False,
@@ -88,13 +95,24 @@ def sweep(
     if timeout is not None and not (math.isfinite(timeout) and timeout > 0.0):
         raise UsageError(f"--timeout needs a number of seconds above 0, found {timeout:g}")
     texts = sweep_settings(grid or (), zipped or (), sample, keep or ())
-    (loaded,) = load_checked([case], [*(settings or ()), *texts], unset or ())
+    changes = [*(settings or ()), *texts], unset or ()
+    target = _output(output, case.stem, part)
+    if if_needed:
+        from vibecalc.core.case.inputs import is_up_to_date
+
+        if part[1] > 1:
+            raise UsageError("--if-needed is for a whole sweep, leave --shard out")
+        if is_up_to_date(target, case, *changes):
+            say(f"{target} is up to date")
+            raise typer.Exit(_kept(target))
+    (loaded,) = load_checked([case], *changes)
     options = Options(
-        output=_output(output, loaded.name, part),
+        output=target,
         jobs=jobs,
         timeout=timeout,
         resume=resume,
-        fresh=fresh,
+        fresh=fresh or if_needed,
+        again=if_needed,
         shard=part,
         cluster=cluster,
         progress=not (asked.silent or asked.verbose),
@@ -124,7 +142,7 @@ def merge(
     made = put_together(parts, output, provenance())
     if made.missing:
         note(f"no part has the points {missing_words(made.missing)}")
-    _report(output, {**made.counts}, 0, 0.0)
+    _report(output, {**made.counts}, 0, 0.0, "")
     bad = [many for status, many in made.counts.items() if status not in (DONE, NOT_RUN) and many]
     raise typer.Exit(EXIT_POINTS_FAILED if bad or made.missing else EXIT_FINE)
 
@@ -159,8 +177,27 @@ def _run(prepared: "PreparedSweep", options: "Options") -> int:
         return stopped.exit_code
     finally:
         signal.signal(signal.SIGTERM, before)
-    _report(options.output, made.counts, made.taken_up, made.seconds)
+    line = "" if made.unlucky else prepared.loaded.inputs
+    _report(options.output, made.counts, made.taken_up, made.seconds, line)
     return EXIT_POINTS_FAILED if made.failed else EXIT_FINE
+
+
+def _kept(output: Path) -> int:
+    """Exit code of a sweep that is there already, printed where JSON is asked for."""
+    import numpy as np
+
+    from vibecalc.core.report.sweep.text import outcome_object
+    from vibecalc.core.report.sweep.view import view_of
+    from vibecalc.core.results.layout import DONE
+    from vibecalc.core.results.sweep_file import open_sweep
+
+    with open_sweep(output) as opened:
+        status = zip(*np.unique(opened.status(), return_counts=True), strict=True)
+        counts = {int(one): int(many) for one, many in status}
+        if asked.json:
+            points = sum(counts.values())
+            say_json(outcome_object(view_of(opened), output, counts, points, 0.0) | {"written": []})
+    return EXIT_FINE if counts.keys() <= {DONE} else EXIT_POINTS_FAILED
 
 
 def _report(
@@ -168,9 +205,14 @@ def _report(
     counts: dict[int, int] | Any,
     taken_up: int,
     seconds: float,
+    made_from: str,
 ) -> None:
-    """Write the report next to the file, print it or the object, and say on stderr what failed."""
+    """Write the report next to the file, print it or the object, and say on stderr what failed.
+
+    `made_from` is the line by which `--if-needed` knows both again.
+    """
     from vibecalc.cli.outputs import write_text
+    from vibecalc.core.case.inputs import mark
     from vibecalc.core.report.defects import as_defect, defects
     from vibecalc.core.report.sweep.text import failure_words, outcome_object, render_sweep
     from vibecalc.core.report.sweep.view import view_of
@@ -185,6 +227,7 @@ def _report(
         raise as_defect(met, output)
     beside = output.with_suffix(".txt")
     write_text(text, beside)
+    mark(output, made_from, text.encode("utf-8"))
     for line in [f"some points of {output} have no result:", *failed] if failed else []:
         note(line)
     if asked.json:

@@ -1,6 +1,6 @@
 """Results of the forces and couples of the crank train, its motor, and a pump's cylinders."""
 
-from vibecalc.core.results.record import CANCELLING, ORDERS, PEAK, RMS, Headline, entry
+from vibecalc.core.results.record import CANCELLING, ORDERS, PEAK, RMS, TURN, Headline, entry
 
 # ----------------------------------------------------------------------------
 # Results of the forces and couples of the crank train, and of its motor.
@@ -183,12 +183,14 @@ PUMP_ENTRIES = (
         "",
         "rad",
         "crank angle from top dead centre at which the suction valve opens",
+        circle=TURN,
     ),
     entry(
         f"{PUMP_ROOT}/discharge_opens",
         "",
         "rad",
         "crank angle from bottom dead centre at which the discharge valve opens",
+        circle=TURN,
     ),
     entry(f"{PUMP_ROOT}/swept_volume", "", "m^3", "of one cylinder"),
     entry(

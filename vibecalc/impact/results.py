@@ -52,7 +52,8 @@ _RESULTS = (
         "energy lost per revolution in contacts and films, event by event"),
     entry(
         "response/impact/energy_residual", "clearance", "",
-        "largest imbalance of energy over the energy exchanged, event by event", exempt=CHECK),
+        "largest imbalance of energy over the energy exchanged, event by event", exempt=CHECK,
+        diagnostic=True),
     entry(
         "response/impact/parting", "clearance", "",
         "revolutions until two neighbours are a tenth of the clearance apart, median; "

@@ -1,6 +1,6 @@
 """Results of the piston motion."""
 
-from vibecalc.core.results.record import ORDERS, PEAK, PLACE, entry
+from vibecalc.core.results.record import ORDERS, PEAK, PLACE, TURN, entry
 
 ENTRIES = (
     entry("kinematics/position_harmonics", "order", "m", "harmonics of piston position", PEAK),
@@ -16,11 +16,12 @@ ENTRIES = (
         "kinematics/cylinder/stroke", "cylinder", "m", "way of the piston between its dead centres",
     ),
     entry(
-        "kinematics/cylinder/top_dead_centre", "cylinder", "rad", "crank angle of it", exempt=PLACE
+        "kinematics/cylinder/top_dead_centre", "cylinder", "rad", "crank angle of it", exempt=PLACE,
+        circle=TURN,
     ),
     entry(
         "kinematics/cylinder/bottom_dead_centre", "cylinder", "rad", "crank angle of it",
-        exempt=PLACE,
+        exempt=PLACE, circle=TURN,
     ),
     entry(
         "kinematics/cylinder/position_harmonics", "cylinder order", "m",

@@ -5,6 +5,7 @@ from vibecalc.core.results.record import (
     DIFFERENCE,
     EXAMINED,
     PEAK,
+    TURN,
     UNCERTAINTY,
     Headline,
     entry,
@@ -47,7 +48,7 @@ ENTRIES = (
     entry(f"{ROOT}/pitch_level", "order", "dB", f"level of the pitch, {_RE_ANGULAR}",
           headline=Headline("pitch", "dB", pick="each")),
     *(
-        entry(f"{ROOT}/phase/{name}", "order", "rad", words)
+        entry(f"{ROOT}/phase/{name}", "order", "rad", words, circle=TURN)
         for name, words in (
             ("translation", "phase of the origin against the reference position"),
             ("roll", "phase of the roll against the reference position"),
@@ -107,14 +108,17 @@ ENTRIES = (
     entry(
         f"{ROOT}/candidate/translation_phase", "candidate", "rad",
         "phase of the origin against the reference position",
+        circle=TURN,
     ),
     entry(
         f"{ROOT}/candidate/roll_phase", "candidate", "rad",
         "phase of the roll against the reference position",
+        circle=TURN,
     ),
     entry(
         f"{ROOT}/candidate/pitch_phase", "candidate", "rad",
         "phase of the pitch against the reference position",
+        circle=TURN,
     ),
     entry(
         f"{ROOT}/candidate/level", "candidate position", "dB", f"level at a position, {_RE}"
@@ -134,7 +138,7 @@ ENTRIES = (
     entry(f"{ROOT}/record/acceleration", "channel order", "m/s^2",
           "acceleration of a channel, mean over the blocks", PEAK, exempt=EXAMINED),
     entry(f"{ROOT}/record/phase", "channel order", "rad",
-          "phase of it against the first pulse, leading positive", exempt=EXAMINED),
+          "phase of it against the first pulse, leading positive", exempt=EXAMINED, circle=TURN),
     entry(f"{ROOT}/record/uncertainty", "channel order", "m/s^2",
           "standard uncertainty of it by the scatter of the blocks", exempt=UNCERTAINTY),
     entry(f"{ROOT}/record/phase_uncertainty", "channel order", "rad",

@@ -1,6 +1,15 @@
 """Results of the body on its suspension, and of the change between two operations."""
 
-from vibecalc.core.results.record import CANCELS, ORDERS, PEAK, PLACE, RESONANCE, Headline, entry
+from vibecalc.core.results.record import (
+    CANCELS,
+    ORDERS,
+    PEAK,
+    PLACE,
+    RESONANCE,
+    TURN,
+    Headline,
+    entry,
+)
 
 # ----------------------------------------------------------------------------
 # Results of the body on its suspension: modes, motion, energies.
@@ -212,7 +221,8 @@ SWITCHING_ENTRIES = (
     ),
     entry(
         "response/switching/instant/worst_angle", "change", "rad",
-        "crank angle of the change that gives the largest kinetic energy", exempt=PLACE),
+        "crank angle of the change that gives the largest kinetic energy", exempt=PLACE,
+        circle=TURN),
     entry(
         "response/switching/instant/worst_kinetic_energy_peak", "change", "J",
         "largest kinetic energy over all crank angles of the change",

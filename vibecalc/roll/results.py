@@ -11,6 +11,7 @@ from vibecalc.core.results.record import (
     PLACE,
     SEARCHED,
     SPECTRUM,
+    TURN,
     Entry,
     Headline,
     entry,
@@ -79,7 +80,7 @@ ROLL_ENTRIES = (
         entry(
             f"{ROLL}/phase_lag/{name}", axes, "rad",
             f"{words}: angle by which it lags, x = C cos(n W t - lag), t = 0 at crank angle 0",
-            exempt=SPECTRUM,
+            exempt=SPECTRUM, circle=TURN,
         )
         for kinds, axes in ((VARIABLES, _BY_ORDER), (FORCES, _BY_CYLINDER))
         for name, (_, words) in kinds.items()
@@ -108,10 +109,11 @@ ROLL_ENTRIES = (
     entry(f"{ROLL}/energy/friction", "", "J", "work that friction takes in a turn", part_of=_WORK),
     entry(f"{ROLL}/energy/mounts", "", "J", "work that the mounts take in a turn", part_of=_WORK),
     entry(f"{ROLL}/energy/residual", "", "J", "what is left over; zero for the exact motion",
-          exempt=CHECK),
+          exempt=CHECK, diagnostic=True),
     entry(
         f"{ROLL}/momentum_residual", "", "N*m*s",
-        "how far the angular momentum strays from what the mounts explain", exempt=CHECK),
+        "how far the angular momentum strays from what the mounts explain", exempt=CHECK,
+        diagnostic=True),
     entry(
         f"{ROLL}/interpolation/level", "interpolant order", "dB",
         "level of the shell acceleration with each interpolation of the gas forces",
@@ -125,7 +127,7 @@ ROLL_ENTRIES = (
         f"{ROLL}/method/difference", "method order", "dB",
         "that level less the one of the method of the case", exempt=DIFFERENCE),
     entry(f"{ROLL}/method/work", "method", "", "evaluations of the right-hand side, in points",
-          exempt=DIFFERENCE),
+          exempt=DIFFERENCE, diagnostic=True),
     entry(
         f"{ROLL}/sensitivity/level", "parameter order", "dB",
         "change of the level of the shell acceleration for one percent more of the parameter",
@@ -258,7 +260,8 @@ MOTOR_ENTRIES = (
         "the same for a slow change: minus the slope of the steady curve",
     ),
     *(
-        entry(f"{MOTOR}/energy/{name}", "", "J", words, exempt=CHECK * (name == "residual"))
+        entry(f"{MOTOR}/energy/{name}", "", "J", words, exempt=CHECK * (name == "residual"),
+              diagnostic=name == "residual")
         for name, words in ENERGIES.items()
     ),
     entry(f"{MOTOR}/static_speed", "", "rad/s", "mean crank speed with its steady torque"),
@@ -361,7 +364,7 @@ START_UP_ENTRIES = (
     entry(f"{START}/energy/mounts", "", "J", "work that the damping of the mounts takes"),
     entry(f"{START}/energy/stored", "", "J", "growth of kinetic energy and of that in the mounts"),
     entry(f"{START}/energy/residual", "", "J", "what is left over; zero for the exact motion",
-          exempt=CHECK),
+          exempt=CHECK, diagnostic=True),
     *(
         entry(
             f"{START}/history/{name}_{end}", "start_time", PEAKS[name][0],
@@ -393,11 +396,11 @@ START_UP_ENTRIES = (
     entry(
         f"{START}/start_angles/lower", "start_interval", "rad",
         "crank angle from which on the machine, at rest under its full load, starts",
-        exempt=MARCHED),
+        exempt=MARCHED, circle=TURN),
     entry(
         f"{START}/start_angles/upper", "start_interval", "rad",
         "crank angle up to which it starts; beyond a turn where the interval goes over 0",
-        exempt=MARCHED),
+        exempt=MARCHED, circle=TURN),
     entry(f"{START}/start_angles/fraction", "", "", "share of all crank angles it starts from",
           exempt=MARCHED),
 )  # fmt: skip
@@ -486,7 +489,7 @@ CONTROL_ENTRIES = (
     entry(f"{CONTROL}/tuned/multiplier", "bound", "dB", "what loosening the bound by one part of "
           "itself would take off, to first order", exempt=SEARCHED),
     entry(f"{CONTROL}/tuned/residual", "", "", "part of the level's slope that no bound holds",
-          exempt=SEARCHED),
+          exempt=SEARCHED, diagnostic=True),
     entry(f"{CONTROL}/full/speed", "", "rad/s", "mean speed of the full model under control"),
     entry(f"{CONTROL}/full/level", "order", "dB", f"{_LEVEL}, full model under control; infinite "
           "if its motion is unstable"),

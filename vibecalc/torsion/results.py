@@ -3,6 +3,7 @@
 from vibecalc.core.results.record import (
     CANCELS,
     CHECK,
+    CYCLE,
     PEAK,
     PLACE,
     RESONANCE,
@@ -53,9 +54,12 @@ MODES = (
     entry(f"{ROOT}/modes/natural_frequency", "mode", "rad/s",
           "with a damper the magnitude of the pole, else undamped; 0: it does not vibrate",
           headline=Headline("natural frequency, elastic mode", "Hz", pick="elastic")),
-    *(entry(f"{ROOT}/modes/{name}", *rest) for name, *rest in _OF_MODES),
+    *(
+        entry(f"{ROOT}/modes/{name}", *rest, diagnostic=name == "frequency_error")
+        for name, *rest in _OF_MODES
+    ),
     entry(f"{ROOT}/modes/holzer_residual", "mode", "N*m",
-          "Holzer table: sum of the last row; a mode closes at 0", exempt=CHECK),
+          "Holzer table: sum of the last row; a mode closes at 0", exempt=CHECK, diagnostic=True),
 )  # fmt: skip
 
 EXCITATION = (
@@ -76,7 +80,8 @@ EXCITATION = (
     entry(f"{ROOT}/excitation/mean_torque", "", "N*m", "of all cylinders",
           headline=Headline("torque of the engine, mean", "N*m")),
     entry(f"{ROOT}/excitation/mean_indicated_pressure", "", "Pa", "of a healthy cylinder"),
-    entry(f"{ROOT}/excitation/firing_angle", "cylinder", "rad", "crank angle at which it fires"),
+    entry(f"{ROOT}/excitation/firing_angle", "cylinder", "rad", "crank angle at which it fires",
+          circle=CYCLE),
     entry(f"{ROOT}/excitation/station_torque", "station half_order", "N*m",
           "of all cylinders of a station, phases in it", PEAK),
     entry(f"{ROOT}/excitation/vector_sum", _BY_MODE, "",
@@ -615,7 +620,7 @@ DAMPER_DESIGN_ENTRIES = (
           "slope of the optimum by the logarithm of a bound that holds it; 0: none does",
           exempt=STUDY),
     entry(f"{DESIGN}certificate", "", "", "what is left of the weighted slopes, over the worst",
-          exempt=CHECK),
+          exempt=CHECK, diagnostic=True),
     entry(f"{DESIGN}curvature", "", "",
           "least one along what the peaks leave free; above 0: a minimum"),
     entry(f"{DESIGN}basin/stiffness", "basin", "N*m/rad", "end of a descent", exempt=STUDY),

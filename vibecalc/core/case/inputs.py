@@ -1,14 +1,16 @@
 """What a run made a result from, as a line behind it in its file, and whether that is still so.
 
-The line is JSON: version of vibecalc, name and hash of the case, hashes of the files that it names,
-settings of the command line. The last line is the hash of the report. Both stand behind the end
-that the file states for its HDF5 data, where readers of HDF5 do not look, and plain reading finds
-them without one; who changes the file with HDF5 cuts them off.
+The line is JSON: versions of vibecalc, Python and the libraries, name and hash of the case, hashes
+of the files that it names, settings of the command line. The last line is the hash of the report.
+Both stand behind the end that the file states for its HDF5 data, where readers of HDF5 do not look,
+and plain reading finds them without one; who changes the file with HDF5 cuts them off.
 """
 
 import hashlib
 import json
 import os
+import platform
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
@@ -16,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from vibecalc import __version__
+from vibecalc.errors import UsageError
 
 #: bytes at the end of a result file in which the lines are looked for
 _LONGEST = 1_000_000
@@ -52,7 +55,7 @@ def inputs(
     if not case.is_file() or not all(isinstance(one, str) for one in settings):
         return ""
     made = {
-        "vibecalc": __version__,
+        "versions": versions(),
         "name": case.stem,
         "case": _hash(text.encode()),
         "files": files,
@@ -62,9 +65,44 @@ def inputs(
     return json.dumps(made, sort_keys=True)  # in ASCII
 
 
+def versions() -> dict[str, str]:
+    """Versions of all that numbers and files hang on, without importing it."""
+    from importlib.metadata import version
+
+    libraries = {name: version(name) for name in ("numpy", "scipy", "h5py")}
+    return {"vibecalc": __version__, "python": platform.python_version(), **libraries}
+
+
+def dependencies(target: Path, case: Path, line: str) -> str:
+    """A rule of make: `target` has to be made again where the case or a file that it reads changes.
+
+    `line` is what `inputs` says of the case. Each file is a target without a recipe, too, so that
+    make asks for none that has been renamed since. UsageError for names that make cannot take.
+    """
+    files = [case, *(case.parent / name for name in json.loads(line)["files"])]
+    names = " \\\n  ".join(_for_make(str(file)) for file in files)
+    first, *others = (_for_make(str(one)) for one in (target, *files[1:]))
+    return f"{first}: {names}\n" + "".join(f"\n{name}:\n" for name in others)
+
+
+def _for_make(name: str) -> str:
+    """A file name as make reads it back; GNU make 4 has no way to write the characters refused."""
+    if set(name) & set("\n\r;|=%\\*?[]~"):
+        raise UsageError(
+            f"make cannot take the file name {name!r}: rename it, or leave out --depfile"
+        )
+    return re.sub(r"([\s#:])", r"\\\1", name).replace("$", "$$")
+
+
 def last_lines(line: str, report: bytes) -> bytes:
     """What stands at the end of the file of a result with this line and report; b"" without one."""
     return f"\n{line}\n{_hash(report)}".encode() if line else b""
+
+
+def mark(result: Path, line: str, report: bytes) -> None:
+    """Put the lines behind a result file in its place; one without them would be made again."""
+    with suppress(OSError), open(result, "ab") as stream:
+        stream.write(last_lines(line, report))
 
 
 def is_up_to_date(result: Path, case: Path, settings: Sequence[Any], unset: Sequence[str]) -> bool:

@@ -3,11 +3,12 @@
 import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Sequence
 from xml.etree import ElementTree
 
 from vibecalc.core.report.writing import Column, number, table
-from vibecalc.core.results.compare import ComparedRow, Comparison
+from vibecalc.core.results.compare import ComparedRow, Comparison, FilePair
+from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, ResultError
 
 _COLUMNS = (
     Column("quantity", 42),
@@ -53,23 +54,55 @@ def render_differences(comparison: Comparison, count: int = 10) -> str:
     if comparison.ignored:
         named = ", ".join(comparison.ignored[:3])
         further = len(comparison.ignored) - 3
-        lines += [
-            f"Ignored by the rules: {named}{f' and {further} more' if further > 0 else ''}",
-            "",
-        ]
+        lines += [f"Not compared: {named}{f' and {further} more' if further > 0 else ''}", ""]
     compared = f"{_count(len(comparison.rows), 'quantity', 'quantities')} compared"
     verdict = _count(len(differing), "differs", "differ") if differing else "all the same"
     return "\n".join([*lines, f"{compared}, {verdict}."]) + "\n"
 
 
-def differences_object(comparison: Comparison) -> dict[str, object]:
-    """The comparison for `--json`: plain lists, numbers and texts.
+def render_files(pairs: Sequence[FilePair], by_name: bool) -> str:
+    """What was compared, in words; `by_name` with names, and in one line where it is the same."""
+    texts = []
+    for pair in pairs:
+        if pair.comparison is None:
+            continue
+        text = render_differences(pair.comparison)
+        if by_name:
+            text = f"{pair.name}: {text if pair.exit_code else text.splitlines()[-1] + chr(10)}"
+        texts.append(text)
+    if len(pairs) > 1:
+        differ = sum(pair.exit_code == EXIT_DIFFERS for pair in pairs)
+        unusable = sum(pair.comparison is None for pair in pairs)
+        same = len(pairs) - differ - unusable
+        texts.append(f"{same} of {len(pairs)} files the same")
+        texts[-1] += f", {_count(differ, 'differs', 'differ')}" if differ else ""
+        texts[-1] += f", {unusable} not compared" if unusable else ""
+        texts[-1] += ".\n"
+    return "".join(texts)
+
+
+def differences_object(pairs: Sequence[FilePair], unused: Sequence[str]) -> dict[str, object]:
+    """The comparisons for `--json`, of one file as of many: plain lists, numbers and texts.
 
     Complex numbers are [real, imaginary]; what is infinite or NaN is the text "inf", "-inf" or
-    "nan", and a ratio without a bound is null.
+    "nan", and a ratio without a bound is null. `unused` are the patterns of rules that fit nothing;
+    `error` is that of the files which could not be compared, or null.
     """
+    problems = [pair.problem for pair in pairs if pair.problem]
     return {
-        "same": comparison.same,
+        "same": not any(pair.exit_code for pair in pairs),
+        "error": ResultError("\n".join(problems)).as_object() if problems else None,
+        "results": [_pair_object(pair) for pair in pairs],
+        "unused_rules": list(unused),
+    }
+
+
+def _pair_object(pair: FilePair) -> dict[str, object]:
+    comparison = pair.comparison or Comparison(rows=())
+    return {
+        "result": pair.name,
+        "same": pair.exit_code == EXIT_FINE,
+        "problem": pair.problem,
         "quantities": [_row_object(row) for row in comparison.rows],
         "ignored": list(comparison.ignored),
         "changes": [
@@ -79,12 +112,20 @@ def differences_object(comparison: Comparison) -> dict[str, object]:
     }
 
 
-def render_junit(comparisons: Mapping[str, Comparison]) -> str:
-    """JUnit XML: a suite for each comparison by its name, a test case for each quantity."""
-    suites = ElementTree.Element("testsuites", _counts(*comparisons.values()))
-    for name, comparison in comparisons.items():
-        attributes = {"name": _xml(name), **_counts(comparison)}
+def render_junit(pairs: Sequence[FilePair]) -> str:
+    """JUnit XML: a suite for each result by its name, a test case for each quantity.
+
+    A result that could not be compared is a suite of one test case, `file`, which fails.
+    """
+    suites = ElementTree.Element("testsuites", {"name": "vibecalc diff", **_counts(pairs)})
+    for pair in pairs:
+        attributes = {"name": _xml(pair.name), **_counts([pair])}
         suite = ElementTree.SubElement(suites, "testsuite", attributes)
+        comparison = pair.comparison
+        if comparison is None:
+            failure = {"message": _xml(pair.problem)}
+            ElementTree.SubElement(_test_case(suite, "file"), "failure", failure)
+            continue
         for row in comparison.rows:
             case = _test_case(suite, row.path)
             if not row.same:
@@ -92,19 +133,20 @@ def render_junit(comparisons: Mapping[str, Comparison]) -> str:
                 failure = ElementTree.SubElement(case, "failure", {"message": _xml(text)})
                 failure.text = _xml("\n".join([text, json.dumps(_row_object(row))]))
         for path in comparison.ignored:
-            ElementTree.SubElement(
-                _test_case(suite, path), "skipped", {"message": "ignored by the rules"}
-            )
+            ElementTree.SubElement(_test_case(suite, path), "skipped", {"message": "not compared"})
     ElementTree.indent(suites)
     body = ElementTree.tostring(suites, encoding="unicode")
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{body}\n'
 
 
-def _counts(*comparisons: Comparison) -> dict[str, str]:
+def _counts(pairs: Sequence[FilePair]) -> dict[str, str]:
+    comparisons = [pair.comparison for pair in pairs if pair.comparison is not None]
+    unusable = len(pairs) - len(comparisons)
     ignored = sum(len(one.ignored) for one in comparisons)
+    differing = sum(not row.same for one in comparisons for row in one.rows)
     return {
-        "tests": str(sum(len(one.rows) for one in comparisons) + ignored),
-        "failures": str(sum(not row.same for one in comparisons for row in one.rows)),
+        "tests": str(sum(len(one.rows) for one in comparisons) + ignored + unusable),
+        "failures": str(differing + unusable),
         "errors": "0",
         "skipped": str(ignored),
     }

@@ -32,6 +32,26 @@ OWNER: dict[str, str] = {}
 CATALOGUE: dict[str, Entry] = {}
 #: beginning of paths -> what lets such results meet the tolerance; the longest that fits counts
 HELPS: dict[str, tuple[str, ...]] = {"optimisation/": (ORDERS, RESONANCE)}
+#: results of studies that hang on the path of the search, as those entries which say `diagnostic`
+DIAGNOSTICS = (
+    "*/evaluations",
+    "*/failures",
+    "*/kkt_residual",
+    "optimisation/history/*",
+    "optimisation/methods/*",
+    "optimisation/optima/*",
+    "fit/search_chi_square",
+)
+#: angles of the case that studies change: the same after a turn
+TURNING = (
+    "optimisation/variable/*",
+    "optimisation/front/variable/*",
+    "fit/value/*",
+    "find/*/value",
+    "find/*/written",
+    "find/*/others",
+    "find/*/also/*",
+)
 for _subject in SUBJECTS:
     _results = import_module(f"vibecalc.{_subject}.results")
     AXES |= getattr(_results, "AXES", {})

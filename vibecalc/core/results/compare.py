@@ -1,9 +1,10 @@
 """Golden comparison of two results, aware of what the numbers mean."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -23,14 +24,21 @@ from vibecalc.core.results.compare_rules import (
     by_value,
     by_vector,
     completed,
+    grown,
     last_digits,
     match_labels,
+    uncertainty,
 )
-from vibecalc.core.results.record import Axis, Quantity, Record, Result
+from vibecalc.core.results.layout import STATUS, STATUS_WORDS
+from vibecalc.core.results.record import CYCLE, Axis, Quantity, Record, Result
 from vibecalc.core.results.store import read_result, write_result
-from vibecalc.errors import UsageError
+from vibecalc.core.results.tolerance import circle_of, is_diagnostic
+from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, EXIT_USAGE, ResultError, UsageError
+from vibecalc.kinds import KINDS
 
-_PLAIN = {"value": by_value, "vector": by_vector, "phase": by_phase}
+_PLAIN = {"value": by_value, "vector": by_vector}
+#: points of sweeps named where they ended otherwise
+_MOST_POINTS = 5
 _OVER_MODES = {"spectrum": by_spectrum, "mode_shape": by_mode_shape}
 
 
@@ -98,12 +106,15 @@ class Comparison:
 def compare(reference: Result, value: Result, rules: Rules | None = None) -> Comparison:
     """Compare `value` with the golden `reference`, quantity by quantity.
 
-    The tolerance of an entry is atol + rtol * max(|reference entry|, scale of the quantity), plus
-    both error estimates (that of `value` as far as `compare_kinds.uncertainty` lets it count) and
-    of what cancels the last digits of its `terms`, as the reference has them; see `rules.KINDS` for
-    what is compared. Quantities that only one result has, and units, amplitude kinds or axes that
-    differ, are differences. Provenance is left out, and changes of the case or version are listed
-    without counting. Raises UsageError where a rule does not fit a quantity.
+    The tolerance of an entry is atol + rtol * max(|reference entry|, scale of the quantity, for
+    each mode, order, condition and point of a sweep its own), plus both error estimates (that of
+    `value` as far as `compare_rules.uncertainty` lets it count) and of what cancels the last digits
+    of its `terms`, as the reference has them; see `compare_rules.KINDS` for what is compared.
+    Quantities that only one result has, and units, amplitude kinds or axes that differ, are
+    differences, and so is an estimate that has grown beyond the tolerance. Diagnostics of rounding
+    and of searches are ignored unless a rule says how to compare them. Provenance is left out, and
+    changes of the case or version are listed without counting. Raises UsageError where a rule does
+    not fit a quantity.
     """
     chosen = rules or Rules()
     rows: list[ComparedRow] = []
@@ -113,25 +124,27 @@ def compare(reference: Result, value: Result, rules: Rules | None = None) -> Com
     extra = [path for path in value.record if path not in reference.record]
     for path in [*reference.record, *extra]:
         rule = chosen.given(path)
-        if rule.compare == "ignore":
+        if rule.compare == "ignore" or (rule.compare is None and is_diagnostic(path)):
             ignored.append(path)
         elif path not in value.record:
             rows.append(ComparedRow(path=path, kind="missing", problems=("is missing",)))
         elif path not in reference.record:
             rows.append(ComparedRow(path=path, kind="extra", problems=("is not in the reference",)))
         else:
-            rows.append(_compared(reference.record, value.record, path, rule, lost, matches))
+            rows.append(_compared(reference, value, path, rule, lost, matches))
+    rows += _status(reference, value)
     return Comparison(rows=tuple(rows), ignored=tuple(ignored), changes=_changes(reference, value))
 
 
 def _compared(
-    reference: Record,
-    value: Record,
+    golden: Result,
+    result: Result,
     path: str,
     rule: Rule,
     lost: float,
     matches: dict[tuple[str, float], ModeMatch | None],
 ) -> ComparedRow:
+    reference, value = golden.record, result.record
     one, other = reference[path], _at_samples_of(reference[path], value[path])
     # what is left of terms that cancel has no scale of its own
     one = replace(one, error_estimate=one.error_estimate + lost * one.terms)
@@ -140,11 +153,12 @@ def _compared(
     if problems:
         return ComparedRow(path=path, kind=kind, unit=one.unit, problems=problems)
     full = completed(rule, kind)
+    worse = (said,) if (said := grown(one, other, full)) else ()
     if kind == "curve":
         axis = _curve_axis(one)
         aligned = align(one, other, free=axis)
         entries, more = by_curve(aligned, one, other, full, axis)
-        return _row(one, kind, entries, aligned.problems + more)
+        return _row(one, kind, entries, worse + aligned.problems + more)
     if kind in _OVER_MODES:
         axes = {axis.name: axis for axis in one.axes}
         if "mode" not in axes or (kind == "mode_shape" and len(axes) < 2):
@@ -153,10 +167,44 @@ def _compared(
         if match is not None:
             aligned = align(one, other, free="mode")
             entries = _OVER_MODES[kind](aligned, one, other, full, match, axes["mode"])
-            return _row(one, kind, entries, aligned.problems + _alone(one, other, match))
+            problems = worse + aligned.problems + _alone(one, other, match)
+            return _row(one, kind, entries, problems + _moved(one, other, match))
         kind = "value"
     aligned = align(one, other)
-    return _row(one, kind, _PLAIN[kind](aligned, one, other, full), aligned.problems)
+    if kind == "phase":
+        turns = _turns(golden) if circle_of(one) == CYCLE else 1.0
+        entries = by_phase(aligned, one, other, full, 2.0 * math.pi * turns)
+    else:
+        entries = _PLAIN[kind](aligned, one, other, full)
+    return _row(one, kind, entries, worse + aligned.problems)
+
+
+def _turns(result: Result) -> float:
+    """Turns of the crank in a cycle of the machine of a result."""
+    machine: Any = result.case.get("machine", {})
+    said = KINDS[machine["kind"]].gas == "said"
+    return 2.0 if said and machine.get("cycle") != "two_stroke" else 1.0
+
+
+def _status(reference: Result, value: Result) -> list[ComparedRow]:
+    """What became of the points, where both results are files of sweeps of as many points."""
+    if reference.swept is None or value.swept is None:
+        return []
+    from vibecalc.core.results.sweep_file import open_sweep
+
+    with open_sweep(reference.swept) as one, open_sweep(value.swept) as other:
+        if one.count != other.count:
+            return []
+        left, right = (np.ravel(sweep.status()) for sweep in (one, other))
+    points = np.flatnonzero(left != right)
+    problems = tuple(
+        f"point {point + 1}: {STATUS_WORDS[int(left[point])]!r} became "
+        f"{STATUS_WORDS[int(right[point])]!r}"
+        for point in points[:_MOST_POINTS]
+    )
+    if len(points) > _MOST_POINTS:
+        problems += (f"and {len(points) - _MOST_POINTS} points more",)
+    return [ComparedRow(path=STATUS, kind="value", problems=problems)]
 
 
 def _at_samples_of(reference: Quantity, value: Quantity) -> Quantity:
@@ -187,6 +235,8 @@ def _natural_kind(quantity: Quantity) -> str:
     names = [axis.name for axis in quantity.axes]
     if quantity.values.dtype.kind not in "biufc":
         return "value"
+    if quantity.unit == "rad" and circle_of(quantity):
+        return "phase"
     if "mode" in names:
         shape = quantity.path.rpartition("/")[2] == "shape" and len(names) > 1
         return "mode_shape" if shape else "spectrum"
@@ -238,8 +288,11 @@ def _mode_match(
         match = None
         if frequencies[0] is not None and frequencies[1] is not None:
             left, right = _usable(shapes[0], shapes[1])
+            errors = [record[f"{folder}/natural_frequency"].error_estimate for record in
+                      (reference, value)]  # fmt: skip
+            error = float(uncertainty(*errors, 0.0))
             match = match_modes(
-                frequencies[0].ravel(), frequencies[1].ravel(), left, right, repeated
+                frequencies[0].ravel(), frequencies[1].ravel(), left, right, repeated, error
             )
         matches[folder, repeated] = match
     return matches[folder, repeated]
@@ -273,6 +326,17 @@ def _alone(one: Quantity, other: Quantity, match: ModeMatch) -> tuple[str, ...]:
         axis = next(axis for axis in quantity.axes if axis.name == "mode")
         found += [f"mode={axis.values[position]} {words}" for position in positions]
     return tuple(found)
+
+
+def _moved(one: Quantity, other: Quantity, match: ModeMatch) -> tuple[str, ...]:
+    left, right = (
+        next(axis.values for axis in quantity.axes if axis.name == "mode")
+        for quantity in (one, other)
+    )
+    return tuple(
+        f"mode={left[was]} has become mode={right[now]}: the modes stand in another order"
+        for was, now in match.moved
+    )
 
 
 def _row(quantity: Quantity, kind: str, entries: Entries, problems: tuple[str, ...]) -> ComparedRow:
@@ -332,6 +396,104 @@ def _flat(content: object, key: str = "") -> dict[str, str]:
     for name, item in pairs:
         flat |= _flat(item, name)
     return flat
+
+
+# ----------------------------------------------------------------------------
+# Files and folders of results held against golden files: each for itself, whatever the others are.
+# ----------------------------------------------------------------------------
+
+#: how names of result files end
+_RESULTS = (".h5", ".hdf5")
+
+
+@dataclass(frozen=True, kw_only=True)
+class FilePair:
+    """A golden file and the result of its name, None where there is none, and how they compare.
+
+    `problem` says in words why they could not be compared.
+    """
+
+    name: str
+    golden: Path
+    result: Path | None
+    comparison: Comparison | None = None
+    problem: str = ""
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """Quantities that either has."""
+        one = self.comparison
+        return () if one is None else (*(row.path for row in one.rows), *one.ignored)
+
+    @property
+    def exit_code(self) -> int:
+        """That of `diff` for this pair alone."""
+        if self.comparison is None:
+            return EXIT_USAGE
+        return EXIT_FINE if self.comparison.same else EXIT_DIFFERS
+
+    def refused(self, problem: str) -> "FilePair":
+        """The same, not compared for that reason."""
+        return replace(self, comparison=None, problem=problem)
+
+
+def file_pairs(
+    reference: Path, candidates: Sequence[Path], *, partial: bool = False
+) -> list[FilePair]:
+    """Each result with the golden file that it is held against, by name.
+
+    `reference` is a golden file, for one result, or a folder of them; a folder among the
+    `candidates` stands for the result files in it. Golden files of a folder that have no result
+    come last, unless `partial`. UsageError where there is nothing to compare, or two results have
+    one name.
+    """
+    if not reference.is_dir():
+        if len(candidates) > 1:
+            raise UsageError("several results need a folder of golden files, and a name for each")
+        return [FilePair(name=candidates[0].name, golden=reference, result=candidates[0])]
+    found = [
+        file for given in candidates for file in (_results_in(given) if given.is_dir() else [given])
+    ]
+    results = {file.name: file for file in found}
+    if len(found) > len(results):
+        raise UsageError("several results need a folder of golden files, and a name for each")
+    pairs = [
+        FilePair(name=name, golden=reference / name, result=file) for name, file in results.items()
+    ]
+    if not partial:
+        left = [file for file in _results_in(reference) if file.name not in results]
+        pairs += [FilePair(name=file.name, golden=file, result=None) for file in left]
+    if not pairs:
+        raise UsageError(
+            f"there are no result files in {reference}, nor in what is held against it"
+        )
+    return pairs
+
+
+def _results_in(folder: Path) -> list[Path]:
+    return sorted(file for file in folder.iterdir() if file.suffix in _RESULTS)
+
+
+def compare_files(pairs: Sequence[FilePair], rules: Rules) -> list[FilePair]:
+    """The pairs compared; what is missing or cannot be read says so and holds up no other.
+
+    Raises UsageError where a rule does not fit a quantity.
+    """
+    return [_compared_files(pair, rules) for pair in pairs]
+
+
+def _compared_files(pair: FilePair, rules: Rules) -> FilePair:
+    if pair.result is None:
+        return pair.refused(f"the golden file {pair.golden} has no result")
+    if not pair.golden.exists():
+        return pair.refused(
+            f"there is no golden file {pair.golden}; --accept makes one of {pair.result}"
+        )
+    try:
+        golden, result = read_result(pair.golden), read_result(pair.result)
+        return replace(pair, comparison=compare(golden, result, rules))
+    except ResultError as error:
+        return pair.refused(str(error))
 
 
 # ----------------------------------------------------------------------------

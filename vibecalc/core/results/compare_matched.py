@@ -20,27 +20,32 @@ from vibecalc.core.results.record import Axis, Quantity
 # ----------------------------------------------------------------------------
 # Modes of two results matched by frequency and shape, and what is compared over them.
 #
-# Two computations may list modes in another order, flip the sign of a shape or scale it, and choose
-# any basis where frequencies coincide. So modes are matched, shapes are compared by direction (the
-# modal assurance criterion of Allemang and Brown 1982), coinciding modes as a subspace, and other
-# quantities over coinciding modes by their sum, which does not depend on the basis.
+# Two computations may flip the sign of a shape, and choose any basis and order where frequencies
+# coincide. So modes are matched, shapes are compared by direction (the modal assurance criterion of
+# Allemang and Brown 1982) and scale, coinciding modes as a subspace, and other quantities over
+# coinciding modes by their sum, which does not depend on the basis. Modes that have changed places
+# without coinciding are a difference: an axis of modes has an order.
 # ----------------------------------------------------------------------------
 
 #: zero frequencies come out as the root of round-off, relative to the highest one
 _ZERO = 1e-7
+#: in the name of shapes whose scale is promised for coinciding modes, too
+_UNIT_MASS = "of unit modal mass"
 
 
 class ModeMatch(NamedTuple):
     """Pairs of modes in groups of coinciding frequency, and who stayed alone.
 
     `groups` are (positions in the reference, positions in the value), `gaps` the distance of each
-    group to the next frequency, relative to the larger of the two.
+    group to the next frequency, relative to the larger of the two. `moved` are positions in the
+    reference, and in the value, of modes that stand in another order.
     """
 
     groups: tuple[tuple[tuple[int, ...], tuple[int, ...]], ...]
     gaps: tuple[float, ...]
     missing: tuple[int, ...]
     extra: tuple[int, ...]
+    moved: tuple[tuple[int, int], ...]
 
 
 def match_modes(
@@ -49,13 +54,16 @@ def match_modes(
     left_shapes: np.ndarray | None,
     right_shapes: np.ndarray | None,
     repeated: float,
+    error: float,
 ) -> ModeMatch:
     """Match natural frequencies `left` (n,) and `right` (k,), with shapes (n, c), (k, c) if any.
+
+    Frequencies coincide that are within `repeated` of each other, relative, or within `error`.
 
     The cheapest pair is taken first; its cost is the relative distance of the frequencies and
     what the shape lacks of lying in the space of the reference's coinciding modes.
     """
-    groups = _coinciding(left, repeated)
+    groups = _coinciding(left, repeated, error)
     cost = np.empty((len(left), len(right)))
     for group in groups:
         members = list(group)
@@ -76,11 +84,20 @@ def match_modes(
         if matched:
             others = sorted((partner[one] for one in matched), key=lambda other: right[other])
             pairs.append((matched, tuple(others)))
+    place = {other: k for k, other in enumerate(sorted(partner.values()))}
+    rank = {one: k for k, one in enumerate(sorted(partner))}
+    moved = [
+        (one, partner[one])
+        for members, others in pairs
+        if {rank[one] for one in members} != {place[other] for other in others}
+        for one in members
+    ]
     return ModeMatch(
         groups=tuple(pairs),
         gaps=tuple(_gap(left, members) for members, _ in pairs),
         missing=tuple(sorted(set(range(len(left))) - set(partner))),
         extra=tuple(sorted(set(range(len(right))) - set(partner.values()))),
+        moved=tuple(sorted(moved)),
     )
 
 
@@ -96,24 +113,23 @@ def by_spectrum(
     single = reference.path.rpartition("/")[2] == "natural_frequency"
     left: list[np.ndarray] = []
     right: list[np.ndarray] = []
-    spread: list[np.ndarray] = []
+    allowed: list[np.ndarray] = []
     names: list[str] = []
     for group in match.groups:
         pairs = [((i,), (j,)) for i, j in zip(*group, strict=True)] if single else [group]
         for members, others in pairs:
-            left.append(aligned.reference[list(members)].sum(axis=0).ravel())
+            summed = aligned.reference[list(members)].sum(axis=0)
+            left.append(summed.ravel())
             right.append(aligned.value[list(others)].sum(axis=0).ravel())
             names += labels(aligned.axes, _mode_label(axis, members))
-            spread.append(np.full(left[-1].shape, float(len(members))))
+            count = float(len(members))
+            allowed.append(
+                tolerance(np.abs(summed), aligned.axes, reference, value, rule, count).ravel()
+            )
     if not left:
         return Entries((), np.empty(0), np.empty(0), np.empty(0), np.empty(0))
     one, other = np.concatenate(left), np.concatenate(right)
-    factor = np.concatenate(spread)
-    allowed = np.empty(one.shape)
-    for count in np.unique(factor):
-        all_allowed = tolerance(np.abs(one), reference, value, rule, spread=float(count))
-        allowed[factor == count] = all_allowed[factor == count]
-    return Entries(tuple(names), one, other, apart(one, other, rule), allowed)
+    return Entries(tuple(names), one, other, apart(one, other, rule), np.concatenate(allowed))
 
 
 def by_mode_shape(
@@ -124,21 +140,27 @@ def by_mode_shape(
     match: ModeMatch,
     axis: Axis,
 ) -> Entries:
-    """Sine of the angle between a shape and the space of the reference's shapes, per mode.
+    """Sine of the angle between a shape and the space of the reference's shapes, and its scale.
 
-    It is sqrt(1 - MAC), computed without that cancellation. A shape turns by what changed over
-    the relative gap to the next frequency, so the tolerance is divided by twice the gap.
+    The sine is sqrt(1 - MAC), computed without that cancellation; to it comes, at a right angle, by
+    how much the shape is longer or shorter. Of coinciding modes that counts where shapes are of
+    unit modal mass, for then a turned basis has the same lengths. A shape turns by what changed
+    over the relative gap to the next frequency, so the tolerance is divided by twice the gap.
     """
     left = aligned.reference.reshape(aligned.reference.shape[0], -1)
     right = aligned.value.reshape(aligned.value.shape[0], -1)
     names: list[str] = []
     sines: list[float] = []
+    scales: list[float] = []
     allowed: list[float] = []
     for (members, others), gap in zip(match.groups, match.gaps, strict=True):
         sines_outside = outside(left[list(members)], right[list(others)])
+        promised = len(members) == 1 or _UNIT_MASS in reference.long_name
+        lengths_in = _lengths(left[list(members)], right[list(others)], sines_outside)
         for position, other in enumerate(others):
             names.append(_mode_label(axis, members[position : position + 1]))
             sines.append(float(sines_outside[position]))
+            scales.append(float(lengths_in[position]) if promised else 1.0)
             lengths = np.linalg.norm(left[members[position]]), np.linalg.norm(right[other])
             reference_error, value_error = (
                 quantity.error_estimate * math.sqrt(left.shape[1]) / max(float(length), 1e-300)
@@ -147,12 +169,22 @@ def by_mode_shape(
             rtol = rule.rtol or 0.0
             margin = rtol + uncertainty(reference_error, value_error, rtol)
             allowed.append(margin / min(1.0, 2.0 * max(gap, rule.repeated or 0.0, 1e-15)))
-    difference = np.array(sines)
+    sine, scale = np.array(sines), np.array(scales)
     with np.errstate(invalid="ignore"):
-        cosines = np.sqrt(np.maximum(1.0 - difference**2, 0.0))
-    return Entries(
-        tuple(names), np.ones(len(names)), cosines, difference, np.minimum(np.array(allowed), 0.5)
-    )
+        met = scale * np.sqrt(np.maximum(1.0 - sine**2, 0.0))
+        difference = np.where(np.isfinite(sine), np.hypot(sine, scale - 1.0), math.inf)
+    most = np.minimum(np.array(allowed), 0.5)
+    return Entries(tuple(names), np.ones(len(names)), met, difference, most)
+
+
+def _lengths(basis: np.ndarray, shapes: np.ndarray, sines: np.ndarray) -> np.ndarray:
+    """Lengths of shapes (k, c) in terms of the basis (m, c): 1 for the same; of zero shapes 1."""
+    if not (np.isfinite(basis).all() and np.isfinite(shapes).all()):
+        return np.ones(len(shapes))
+    parts = np.linalg.norm(shapes @ np.linalg.pinv(basis), axis=1)
+    cosines = np.sqrt(np.maximum(1.0 - sines**2, 0.0))
+    known = (parts > 0.0) & (cosines > 0.0)
+    return np.where(known, parts / np.where(known, cosines, 1.0), 1.0)
 
 
 def outside(basis: np.ndarray, shapes: np.ndarray) -> np.ndarray:
@@ -176,9 +208,9 @@ def outside(basis: np.ndarray, shapes: np.ndarray) -> np.ndarray:
     return np.where(usable, share, math.inf)
 
 
-def _coinciding(frequencies: np.ndarray, repeated: float) -> list[tuple[int, ...]]:
+def _coinciding(frequencies: np.ndarray, repeated: float, error: float) -> list[tuple[int, ...]]:
     order = np.argsort(frequencies, kind="stable")
-    floor = _ZERO * scale_of(np.abs(frequencies))
+    floor = max(_ZERO * scale_of(np.abs(frequencies)), error)
     groups: list[list[int]] = []
     for position in order:
         here = float(frequencies[position])
@@ -229,7 +261,9 @@ def by_curve(
         return none, () if x_left.size == x_right.size else (problem,)
     shift = (rule.shift or 0.0) * max(np.abs(x_left).max(), np.abs(x_right).max())
     ends = (max(x_left.min(), x_right.min()) - shift, min(x_left.max(), x_right.max()) + shift)
-    allowed = tolerance(np.abs(y_left), reference, value, rule)
+    axes = (axis_left, *aligned.axes)
+    allowed = tolerance(np.abs(aligned.reference), axes, reference, value, rule)
+    allowed = allowed.reshape(y_left.shape)
     names: list[str] = []
     parts: list[tuple[np.ndarray, ...]] = []
     for x, y, other_x, other_y, axis in (

@@ -3,8 +3,9 @@
 import fnmatch
 import itertools
 import math
+import re
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -37,9 +38,9 @@ from vibecalc.errors import UnitError, UsageError
 KINDS = {
     "value": "entry by entry; a complex entry is a point in the plane",
     "vector": "the entries along the last axis are one vector, compared as a whole",
-    "phase": "angles modulo one turn; of complex numbers where the amplitude is not too small",
+    "phase": "angles modulo a turn (or cycle); of complex numbers where the amplitude is not small",
     "spectrum": "along `mode`, after matching modes by frequency and shape",
-    "mode_shape": "direction of each mode shape, whatever its sign and scale",
+    "mode_shape": "direction and scale of each mode shape, whatever its sign",
     "curve": "along `speed`, as curves: samples may lie elsewhere",
     "ignore": "not at all",
 }
@@ -56,7 +57,8 @@ class Rule:
     compare
         One of `KINDS`; without it the quantity decides (complex, axis `mode`, axis `speed`).
     relative_to
-        "whole": the scale is the largest magnitude in the quantity; "entry": each entry's own.
+        "whole": the scale is the largest magnitude in the quantity, of the same mode, order,
+        condition and point of a sweep; "entry": each entry's own.
     floor
         Amplitude, relative to the largest one, below which a phase says nothing.
     shift
@@ -80,7 +82,7 @@ class Rule:
 
 #: used where neither a rule nor [default] of a file says otherwise; curves have an rtol of 1e-4
 DEFAULT = Rule(
-    rtol=1e-7, atol=0.0, relative_to="whole", floor=1e-6, shift=1e-4, repeated=1e-5, nan_equal=False
+    rtol=1e-7, atol=0.0, relative_to="whole", floor=1e-6, shift=1e-4, repeated=1e-5, nan_equal=True
 )
 CURVE_RTOL = 1e-4
 
@@ -92,6 +94,11 @@ class Rules:
     default: Rule = Rule()
     rules: tuple[Rule, ...] = ()
     source: str = "built in"
+
+    def unused(self, paths: Iterable[str]) -> list[str]:
+        """Patterns that fit none of the quantities."""
+        names = list(paths)
+        return [one.quantity for one in self.rules if not fnmatch.filter(names, one.quantity)]
 
     def given(self, path: str) -> Rule:
         """What the file says about the quantity at `path`, key by key; None where it is silent."""
@@ -332,6 +339,8 @@ def _left_out(axis: Axis, shared: list[int], words: str) -> list[str]:
 # Entry by entry, as vectors, and by phase: the comparisons that need no matching.
 # ----------------------------------------------------------------------------
 
+#: axes along which each row is measured by its own size, and so is each point of a sweep
+_ROWS = re.compile(r"(?:.*_)?(?:mode|order|condition|operation|harmonic)|sample|.*\..*")
 #: standard errors that two statistics may be apart
 _STANDARD_ERRORS = 4.0
 #: how much larger an error estimate may be than that of the reference and still count
@@ -348,7 +357,7 @@ def by_value(aligned: AlignedArrays, reference: Quantity, value: Quantity, rule:
     if left.dtype.kind not in "biufc":
         difference = np.where(left.astype(str) == right.astype(str), 0.0, math.inf)
         return Entries(names, left, right, difference, np.zeros(left.shape))
-    allowed = tolerance(np.abs(left), reference, value, rule)
+    allowed = tolerance(np.abs(aligned.reference), aligned.axes, reference, value, rule).ravel()
     return Entries(names, left, right, apart(left, right, rule), allowed)
 
 
@@ -358,14 +367,21 @@ def by_vector(aligned: AlignedArrays, reference: Quantity, value: Quantity, rule
         return by_value(aligned, reference, value, rule)
     count = math.sqrt(aligned.reference.shape[-1])
     difference = np.linalg.norm(apart(aligned.reference, aligned.value, rule), axis=-1).ravel()
-    left = np.linalg.norm(np.abs(aligned.reference), axis=-1).ravel()
+    left = np.linalg.norm(np.abs(aligned.reference), axis=-1)
     right = np.linalg.norm(np.abs(aligned.value), axis=-1).ravel()
-    allowed = tolerance(left, reference, value, rule, spread=count)
-    return Entries(labels(aligned.axes[:-1]), left, right, difference, allowed)
+    axes = aligned.axes[:-1]
+    allowed = tolerance(left, axes, reference, value, rule, spread=count).ravel()
+    return Entries(labels(axes), left.ravel(), right, difference, allowed)
 
 
-def by_phase(aligned: AlignedArrays, reference: Quantity, value: Quantity, rule: Rule) -> Entries:
-    """Angles modulo one turn, in rad; `rtol` and `atol` are in rad.
+def by_phase(
+    aligned: AlignedArrays,
+    reference: Quantity,
+    value: Quantity,
+    rule: Rule,
+    period: float = 2.0 * math.pi,
+) -> Entries:
+    """Angles modulo one turn, or another period, in rad; `rtol` and `atol` are in rad.
 
     Of complex entries the angle counts, where the reference is above the amplitude floor; the
     error estimates turn a phase by themselves over the amplitude.
@@ -373,10 +389,12 @@ def by_phase(aligned: AlignedArrays, reference: Quantity, value: Quantity, rule:
     names = labels(aligned.axes)
     left, right = aligned.reference.ravel(), aligned.value.ravel()
     margin = absolute_tolerance(rule, "rad") + (rule.rtol or 0.0)
-    errors = _uncertainty(reference, value, rule)
+    size = scale_of(np.abs(left)) if np.iscomplexobj(left) else 1.0
+    known, other = reference.error_estimate, value.error_estimate
+    errors = uncertainty(known, other, (rule.rtol or 0.0) * size)
     if np.iscomplexobj(left) and np.iscomplexobj(right):
         amplitude = np.abs(left)
-        significant = np.flatnonzero(amplitude > (rule.floor or 0.0) * scale_of(amplitude))
+        significant = np.flatnonzero(amplitude > (rule.floor or 0.0) * size)
         left, right = left[significant], right[significant]
         names = tuple(names[position] for position in significant)
         # A value of zero has no phase: as far off as can be.
@@ -384,7 +402,7 @@ def by_phase(aligned: AlignedArrays, reference: Quantity, value: Quantity, rule:
         allowed = margin + errors / np.abs(left)
         left, right = np.angle(left), np.angle(right)
     elif reference.unit == "rad":
-        turned = np.abs(np.remainder(left - right + math.pi, 2.0 * math.pi) - math.pi)
+        turned = np.abs(np.remainder(left - right + period / 2.0, period) - period / 2.0)
         allowed = np.full(left.shape, margin + errors)
     else:
         raise UsageError(
@@ -407,25 +425,33 @@ def apart(left: np.ndarray, right: np.ndarray, rule: Rule) -> np.ndarray:
 
 
 def tolerance(
-    magnitude: np.ndarray, reference: Quantity, value: Quantity, rule: Rule, spread: float = 1.0
+    magnitude: np.ndarray,
+    axes: Sequence[Axis],
+    reference: Quantity,
+    value: Quantity,
+    rule: Rule,
+    spread: float = 1.0,
 ) -> np.ndarray:
     """What entries may differ by: atol + rtol * max(entry, scale) and both error estimates.
 
-    `magnitude` are the sizes of the compared entries; `spread` multiplies the error estimates,
-    for entries made of several. Statistics may be four standard errors apart instead.
+    `magnitude` are the sizes of the compared entries, over `axes`; `spread` multiplies the error
+    estimates, for entries made of several. Statistics may be four standard errors apart instead.
     """
-    errors = spread * _uncertainty(reference, value, rule)
+    size = np.where(np.isfinite(magnitude), magnitude, 0.0)
+    if rule.relative_to == "whole":
+        within = tuple(i for i, axis in enumerate(axes) if not _ROWS.fullmatch(axis.name))
+        largest = size.max(axis=within, keepdims=True, initial=0.0)
+        size = np.broadcast_to(largest, size.shape)
+    margin = (rule.rtol or 0.0) * size
+    errors = spread * uncertainty(reference.error_estimate, value.error_estimate, margin)
     allowed = absolute_tolerance(rule, reference.unit) + errors
     if reference.standard_error is not None or value.standard_error is not None:
         both = math.hypot(reference.standard_error or 0.0, value.standard_error or 0.0)
-        return np.full(magnitude.shape, allowed + _STANDARD_ERRORS * spread * both)
-    size = np.where(np.isfinite(magnitude), magnitude, 0.0)
-    if rule.relative_to == "whole":
-        size = np.full(magnitude.shape, scale_of(magnitude))
-    return allowed + (rule.rtol or 0.0) * size
+        return np.asarray(allowed + _STANDARD_ERRORS * spread * both)
+    return np.asarray(allowed + margin)
 
 
-def uncertainty(known: float, other: float, margin: float) -> float:
+def uncertainty(known: float, other: float, margin: Any) -> Any:
     """What the error estimates of the reference (`known`) and the value (`other`) allow together.
 
     The value's counts up to ten times that of the reference, next to the `margin` that is allowed
@@ -433,7 +459,24 @@ def uncertainty(known: float, other: float, margin: float) -> float:
     finite allows nothing.
     """
     known = known if math.isfinite(known) else 0.0
-    return known + (min(other, _GROWTH * known + margin) if math.isfinite(other) else 0.0)
+    most = _GROWTH * known + margin
+    return known + (np.minimum(other, most) if math.isfinite(other) else 0.0 * most)
+
+
+def grown(reference: Quantity, value: Quantity, rule: Rule) -> str:
+    """Words on an error estimate that has grown beyond what the numbers may differ by, or empty.
+
+    Such a number is not known as well as the reference, and may be the same by chance.
+    """
+    if reference.standard_error is not None or value.standard_error is not None:
+        return ""
+    numbers = reference.values.dtype.kind in "biufc"
+    size = scale_of(np.abs(reference.values)) if numbers else 0.0
+    most = absolute_tolerance(rule, reference.unit) + (rule.rtol or 0.0) * size
+    was, now = float(reference.error_estimate), float(value.error_estimate)
+    if now <= _GROWTH * was + most:
+        return ""
+    return f"error estimate {was:.1e} became {now:.1e} {reference.unit}".rstrip()
 
 
 def last_digits(reference: Record) -> float:
@@ -455,12 +498,6 @@ def scale_of(magnitude: np.ndarray) -> float:
     """Largest finite entry, zero if there is none."""
     finite = magnitude[np.isfinite(magnitude)]
     return float(finite.max()) if finite.size else 0.0
-
-
-def _uncertainty(reference: Quantity, value: Quantity, rule: Rule) -> float:
-    numbers = reference.values.dtype.kind in "biufc"
-    scale = scale_of(np.abs(reference.values)) if numbers else 0.0
-    return uncertainty(reference.error_estimate, value.error_estimate, (rule.rtol or 0.0) * scale)
 
 
 def _common(left: np.ndarray, right: np.ndarray) -> type:

@@ -135,6 +135,9 @@ STANDARD_ERRORS = "sweep/standard_error"
 
 NOT_RUN, DONE, REFUSED, FAILED, TIMED_OUT, DIED, BUG = range(-1, 6)
 
+#: what another try, with more time or on another machine, may change
+UNLUCKY = (TIMED_OUT, DIED)
+
 #: what became of a point, in words
 STATUS_WORDS = {
     NOT_RUN: "not run",

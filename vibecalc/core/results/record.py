@@ -46,6 +46,10 @@ class Headline(NamedTuple):
     words: str = ""
 
 
+#: what an angle may be off by and mean the same: a turn, or a whole cycle of the machine
+TURN = "turn"
+CYCLE = "cycle"
+
 #: why a result is not held to `[accuracy] rtol`
 CANCELLING = "sums that are there to show what cancels"
 CHECK = "checks that are zero for the exact solution, so that all of them is error"
@@ -71,7 +75,9 @@ class Entry(NamedTuple):
     Path, axes, unit, long name, kind of amplitude; how it stands in the first table of a report,
     if it does; why it is not held to the tolerance, if it is not; of which result it is a part, by
     which its error then is measured; its name in tables, where the words of its path are none;
-    the picture that shows it over its last axis, with all results of the same `curve`.
+    the picture that shows it over its last axis, with all results of the same `curve`. A
+    `diagnostic` hangs on rounding and on the path of a search, so that `diff` does not compare it;
+    an angle that means the same after a `circle` is compared modulo that.
     """
 
     path: str
@@ -84,6 +90,8 @@ class Entry(NamedTuple):
     part_of: str = ""
     name: str = ""
     curve: str = ""
+    diagnostic: bool = False
+    circle: str = ""
 
 
 def entry(
@@ -98,10 +106,12 @@ def entry(
     part_of: str = "",
     name: str = "",
     curve: str = "",
+    diagnostic: bool = False,
+    circle: str = "",
 ) -> Entry:
     """An entry whose axes are written as one text with blanks between."""
     known = (path, tuple(axes.split()), unit, long_name, amplitude, headline, exempt)
-    return Entry(*known, part_of, name, curve)
+    return Entry(*known, part_of, name, curve, diagnostic, circle)
 
 
 def exempt(reason: str, entries: Iterable[Entry]) -> Iterator[Entry]:

@@ -2,12 +2,13 @@
 
 import re
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from fnmatch import fnmatchcase
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.results.catalogue import CATALOGUE, HELPS
+from vibecalc.core.results.catalogue import CATALOGUE, DIAGNOSTICS, HELPS, TURNING
 from vibecalc.core.results.record import (
     AT_START,
     CANCELS,
@@ -16,6 +17,7 @@ from vibecalc.core.results.record import (
     ROUNDING,
     SPECTRUM,
     STATISTIC,
+    TURN,
     UNCERTAINTY,
     Entry,
     Quantity,
@@ -75,6 +77,24 @@ def is_check(path: str) -> bool:
 def entry_of(path: str) -> Entry | None:
     """What the catalogue has of a result, also of one of a machine that a search has met."""
     return CATALOGUE.get(path[_begin(path) :])
+
+
+def is_diagnostic(path: str) -> bool:
+    """Whether a result hangs on rounding and on the path of a search, so that none is the same."""
+    known = entry_of(path)
+    return known.diagnostic if known else _fits(path, DIAGNOSTICS)
+
+
+def circle_of(quantity: Quantity) -> str:
+    """After what an angle is the same: `TURN`, `CYCLE`, or empty for what is no such angle."""
+    known = entry_of(quantity.path)
+    if known is not None:
+        return known.circle
+    return TURN if quantity.unit == "rad" and _fits(quantity.path, TURNING) else ""
+
+
+def _fits(path: str, patterns: Sequence[str]) -> bool:
+    return any(fnmatchcase(path, pattern) for pattern in patterns)
 
 
 def _begin(path: str) -> int:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from vibecalc import __version__
-from vibecalc.core.results.layout import DIED, NOT_RUN, TIMED_OUT
+from vibecalc.core.results.layout import NOT_RUN, UNLUCKY
 from vibecalc.core.results.sweep_file import SweepResult, is_sweep, open_sweep
 from vibecalc.core.study.sweep.blocks import ChunkFolder, Survey
 from vibecalc.core.study.sweep.prepare import Identity
@@ -65,9 +65,6 @@ def _holder(path: Path) -> str:
 # ----------------------------------------------------------------------------
 # What is there from before: whether it may be used, thrown away, or has to be asked about.
 # ----------------------------------------------------------------------------
-
-#: what another try, with more time or on another machine, may change
-UNLUCKY = (TIMED_OUT, DIED)
 
 #: name of the file that is put together from the chunks, before it is in its place
 ASSEMBLED = "assembled.h5"

@@ -19,7 +19,7 @@ from vibecalc import __version__
 from vibecalc.core.case.load import LoadedCase, raise_with_location
 from vibecalc.core.case.raw import NOT_COMPUTED, case_at, key_text, parse_key
 from vibecalc.core.case.study_tables import Sweep
-from vibecalc.core.results.layout import DONE
+from vibecalc.core.results.layout import DONE, UNLUCKY
 from vibecalc.core.run.plan import needed_stages, work_seconds
 from vibecalc.core.run.stage import work_of
 from vibecalc.core.study.sweep.blocks import Block, ChunkFolder, parts_folder
@@ -130,6 +130,8 @@ class Options:
         Seconds that one point may take.
     resume, fresh
         Take up the chunks that are there; throw away what is there and does not fit.
+    again
+        Compute the points also where the output has them all.
     shard
         (i, n): only the i-th of n parts, from 1.
     cluster
@@ -143,6 +145,7 @@ class Options:
     timeout: float | None = None
     resume: bool = False
     fresh: bool = False
+    again: bool = False
     shard: tuple[int, int] = (1, 1)
     cluster: str | None = None
     progress: bool = False
@@ -163,6 +166,11 @@ class Outcome:
     def failed(self) -> int:
         """Points that were run and have no result."""
         return sum(many for status, many in self.counts.items() if status > DONE)
+
+    @property
+    def unlucky(self) -> int:
+        """Points that another try, with more time or on another machine, may give a result."""
+        return sum(many for status, many in self.counts.items() if status in UNLUCKY)
 
 
 def shard_chunks(chunks: int, shard: tuple[int, int]) -> range:

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from vibecalc.core.results.files import fresh_output
-from vibecalc.core.results.layout import DONE, NOT_RUN
+from vibecalc.core.results.layout import DONE, NOT_RUN, UNLUCKY
 from vibecalc.core.results.record import Record
 from vibecalc.core.results.steps import step
 from vibecalc.core.study.execute import as_result
@@ -21,7 +21,6 @@ from vibecalc.core.study.sweep.assemble import Assembled, assemble, sweep_head
 from vibecalc.core.study.sweep.blocks import Block, BlockQuantity, ChunkFolder, laid_out
 from vibecalc.core.study.sweep.output import (
     ASSEMBLED,
-    UNLUCKY,
     check_output,
     complete,
     locked,
@@ -166,7 +165,7 @@ def sweep(prepared: PreparedSweep, options: Options) -> Outcome:
         mine = shard_chunks(chunks.chunks, options.shard)
         if not options.fresh:
             check_output(output, prepared.identity, prepared.loaded.resolved)
-        if options.resume:
+        if options.resume and not options.again:
             counts = complete(output, prepared.identity, chunks, mine)
             if counts is not None:
                 options.note(f"{output} is complete, nothing is left to do")
