@@ -2,7 +2,7 @@
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from vibecalc.core.report.sections import Section, magnitudes, other, speed_of, 
 from vibecalc.core.report.verdicts import (
     LimitRow,
     ReferenceRow,
+    counted_misses,
     judge_limits,
     judge_references,
     misses,
@@ -110,6 +111,29 @@ def report_lines(result: Result, *, full: bool = False) -> list[str]:
     for closing in (make(result) for make in closings):
         lines += titled(closing.title, closing.lines) if closing is not None else []
     return lines
+
+
+class Verdicts(NamedTuple):
+    """A result held to the references and limits of its case."""
+
+    result: Result
+
+    @property
+    def misses(self) -> int:
+        """How many that count are missed or undecided."""
+        return counted_misses(self.result)
+
+    @property
+    def kept(self) -> bool:
+        """Whether none is."""
+        return not self.misses
+
+    def __str__(self) -> str:
+        return render_verdicts(self.result)
+
+    def __repr__(self) -> str:
+        verdict = "kept" if self.kept else f"{self.misses} missed or undecided"
+        return f"<vibecalc verdicts on {self.result.name!r}: {verdict}>"
 
 
 def render_verdicts(result: Result) -> str:

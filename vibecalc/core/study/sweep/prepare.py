@@ -175,6 +175,23 @@ def shard_chunks(chunks: int, shard: tuple[int, int]) -> range:
     return range(part - 1, chunks, parts)
 
 
+def parse_shard(text: str | None) -> tuple[int, int]:
+    """Read `I/N`; UsageError if it is not that."""
+    if text is None:
+        return 1, 1
+    match = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text.strip())
+    if match is None or not 1 <= int(match[1]) <= int(match[2]):
+        raise UsageError(f"--shard needs I/N with I from 1 to N, as in 2/8; found {text[:40]!r}")
+    return int(match[1]), int(match[2])
+
+
+def seconds_allowed(timeout: float) -> float:
+    """The seconds that a point may take; UsageError for a number that is none."""
+    if not (math.isfinite(timeout) and timeout > 0.0):
+        raise UsageError(f"--timeout needs a number of seconds above 0, found {timeout:g}")
+    return timeout
+
+
 def processors() -> int:
     """How many processors this process may use."""
     if hasattr(os, "sched_getaffinity"):
