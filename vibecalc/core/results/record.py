@@ -229,6 +229,9 @@ class Quantity(np.lib.mixins.NDArrayOperatorsMixin):
     def __eq__(self, other: object) -> bool:
         return _alike(self, other) if isinstance(other, Quantity) else NotImplemented
 
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
     def __repr__(self) -> str:
         over = ", ".join(f"{axis.name} ({len(axis.values)})" for axis in self.axes)
         return (

@@ -244,9 +244,9 @@ def labels(values: Sequence[Any]) -> tuple[str, ...]:
 
 def _compact(value: Any) -> str:
     if isinstance(value, dict):
-        return f"{{{', '.join(f'{key} = {_compact(one)}' for key, one in value.items())}}}"
+        return f"{{{','.join(f'{key}={_compact(one)}' for key, one in value.items())}}}"
     if isinstance(value, list | tuple):
-        return f"[{', '.join(map(_compact, value))}]"
+        return f"[{','.join(map(_compact, value))}]"
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
