@@ -5,9 +5,9 @@ import shlex
 from pathlib import Path
 
 import pytest
-from typer._completion_classes import BashComplete
 from fuzzing import command
 from shipped_cases import ROOT
+from typer._completion_classes import BashComplete
 
 from vibecalc.cli.commands import app
 from vibecalc.cli.examples import EXAMPLES

@@ -228,7 +228,8 @@ def _wholes(place: KeyPlace) -> ValueList | None:
     if wrong:
         example = f"values = [[...], [...]], {words(shape)}" if kind == "list" else words(shape)
         message = f"{place.table.key} cannot be {shown(wrong[0])}"
-        place.refuse("values", message, found=shown(wrong[0]), allowed=example)
+        hint = f"a key in it is {place.table.key}[0]" if kind == "list" else ""
+        place.refuse("values", message, found=shown(wrong[0]), allowed=example, hint=hint)
         return None
     return ValueList(values=labels(values), contents=values)
 
