@@ -14,9 +14,11 @@ from typing import Any
 import numpy as np
 import pytest
 from fuzzing import command
+from shipped_cases import CASES
 from sweep_runs import GENERATOR, GRID, chunk_files, killed, objects, started
 
 from vibecalc.core.results.layout import DIED, DONE, TIMED_OUT
+from vibecalc.core.results.store import read_result
 from vibecalc.core.results.sweep_file import open_sweep
 from vibecalc.core.study.execute import load_checked
 from vibecalc.core.study.sweep.prepare import Options, PreparedSweep, prepare, sweep_settings
@@ -337,3 +339,51 @@ def test_cases_with_a_sweep_run_without_it(tmp_path: Path) -> None:
     assert command("sweep", str(path), "-q").code == 0
     with open_sweep("outputs/swept.sweep.h5") as found:
         assert found.shape == (2,) and list(found.quantities) == [PEAK]
+
+
+GENSET = CASES["genset_points"]
+ORDER = "machine.crank_train.firing_order"
+
+
+def test_lists_tables_and_quoted_texts_are_values(tmp_path: Path) -> None:
+    """Each is what `--set` gives: throws follow the order of firing, labels are short and whole."""
+    rms = "points/velocity_rms"
+    output = str(tmp_path / "orders.h5")
+    outcome = command("sweep", str(GENSET), "-o", output, "-j", "1", "--keep", rms, "--grid",
+                      f"{ORDER}=[1,3,2],[1,2,3]",
+                      "--grid", 'point[0].position[1]="0 m",0.1 m')  # fmt: skip
+    assert outcome.code == 0, outcome.err
+    found = read_result(Path(output))[rms]
+    assert found.axes[0].values.tolist() == ["[1,3,2]", "[1,2,3]"]
+    assert "firing order = [1,3,2]" in " ".join(outcome.out.split())
+    for place, order in enumerate(("[1,3,2]", '["1", "2", "3"]')):
+        one = str(tmp_path / "one.h5")
+        code = command("run", str(GENSET), "-o", one, "-q", "--set", f"{ORDER}={order}", "--set",
+                       "point[0].position[1]=0.1 m").code  # fmt: skip
+        assert code in (0, 1)
+        single = read_result(Path(one))[rms].values
+        assert np.allclose(found.values[place, 1], single, rtol=1e-9, atol=0.0)
+
+
+@pytest.mark.parametrize(
+    ("spec", "said"),
+    [
+        ("machine.mounts.each.stiffness=[1e4,2e4", "is not TOML, expected key="),
+        ("machine.mounts.each.stiffness=[1e4,2e4],", "a value is missing"),
+        ("machine.mounts.each=[1,2],[3,4]", "cannot be a list of 2 entries"),
+        (f"{ORDER}=[1,3,2],[1,3,2]", "two points of an axis are the same"),
+        (f"{ORDER}=[1,3,4],[1,2,4]", "no point of the sweep is a case"),
+    ],
+)
+def test_lists_that_cannot_be_values(spec: str, said: str) -> None:
+    outcome = command("sweep", str(GENSET), "--grid", spec)
+    assert outcome.code == 2 and said in outcome.err, outcome.err
+
+
+def test_layouts_and_lists_of_numbers_of_a_key(tmp_path: Path) -> None:
+    near, wide = ([[x, y, 0.0] for x in (-0.2, 0.2) for y in (-w, w)] for w in (0.1, 0.25))
+    output = tmp_path / "layouts.h5"
+    outcome = command("sweep", str(GENSET), "-o", str(output), "-j", "1", "--dry-run", "--grid",
+                      f"machine.mounts.positions={near},{wide}", "--zip",
+                      'machine.mounts.each.stiffness=[[1e5,1e5,2e5],"1e5 N/m"]')  # fmt: skip
+    assert outcome.code == 0, outcome.err

@@ -24,12 +24,11 @@ from vibecalc.cli.starters import scenes, starter
 from vibecalc.core.case.load import validate
 from vibecalc.core.case.raw import Data, get_key
 from vibecalc.core.case.rules import cross_check
-from vibecalc.core.case.walk import keys_of, shape_of
+from vibecalc.core.case.walk import keys_of, noun, shape_of
 from vibecalc.errors import CaseError, KeyPath
 from vibecalc.json_schema import json_schema
 from vibecalc.kinds import EACH, KINDS, MACHINE, TRAIN
 from vibecalc.schema import Case
-from vibecalc.units import describe
 
 STARTERS = {scene: tomllib.loads(starter(scene)) for scene in scenes()}
 
@@ -189,7 +188,7 @@ def test_hovers_end_with_unit_bounds_and_default() -> None:
         assert text.startswith(str(field.description)), key
         if shape.kind == "number":
             numbers += 1
-            assert f"; {describe(shape.unit)}" in text, key
+            assert f"; {noun(shape)}" in text, key
     assert numbers > 150
 
 

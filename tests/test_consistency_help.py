@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from fuzzing import command
 from shipped_cases import ROOT
+from typer._completion_classes import BashComplete
 
 from vibecalc.cli.commands import app
 from vibecalc.cli.examples import EXAMPLES
@@ -74,6 +75,13 @@ def test_a_page_is_that_of_the_option_and_has_examples_and_exit_codes() -> None:
         ("vibecalc new ro", {"roll", "roll_control"}),
         ("vibecalc new --example roll_re", {"roll_records"}),
         ("vibecalc run missing.toml --set mach", set()),
+        ("vibecalc run case.toml --set isolation.model = p", {"pitch", "planar"}),
+        ("vibecalc run case.toml --set isolation.model =", {"pitch", "rigid_body", "planar"}),
+        ("vibecalc sweep case.toml --grid isolation.model=p",
+         {"isolation.model=pitch", "isolation.model=planar"}),
+        ("vibecalc run case.toml --set isolation.model = pitch --set machine.kind = ge",
+         {"generator"}),
+        ("vibecalc run case.toml --set accuracy.rtol =", {"1e-09"}),
     ],
 )  # fmt: skip
 def test_a_shell_is_offered(
@@ -82,6 +90,8 @@ def test_a_shell_is_offered(
     if "case.h5" in words:
         assert command("run", "case.toml", "-q", "-o", "case.h5").code == 0
     monkeypatch.setenv("_VIBECALC_COMPLETE", "complete_bash")
+    format_before = BashComplete.format_completion
+    monkeypatch.setattr(BashComplete, "format_completion", format_before)
     monkeypatch.setenv("COMP_WORDS", words)
     monkeypatch.setenv("COMP_CWORD", str(len(words.split()) - 1))
     assert offered <= set(command().out.split())

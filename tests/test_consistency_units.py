@@ -4,13 +4,20 @@ pint is asked for each unit as a whole, with its own parser; its Hz is replaced 
 which is what an engineer means by it.
 """
 
+import operator
+import re
 import subprocess
 import sys
+from collections.abc import Iterator
+from functools import cache
+from typing import Any
 
 import pint
 import pytest
 
+from vibecalc.core.case.walk import Shape, keys_of, shape_of, words
 from vibecalc.errors import UnitError
+from vibecalc.schema import Case
 from vibecalc.units import TABLE, WORDS, convert, parse_quantity
 
 EPS = sys.float_info.epsilon
@@ -100,3 +107,69 @@ def test_degrees_celsius_have_a_zero_of_their_own() -> None:
     for read in (lambda: convert(20.0, "degC", "K"), lambda: parse_quantity("20 degC", "m")):
         with pytest.raises(UnitError, match="zero of its own"):
             read()
+
+
+@cache
+def numbers() -> list[tuple[str, Shape]]:
+    """Every number of the schema, with its key."""
+
+    def below(table: Any) -> Iterator[tuple[str, Shape]]:
+        for key, field in keys_of(table).items():
+            shape = shape_of(field)
+            while shape.item is not None:
+                shape = shape.item
+            if shape.table is not None and shape.table not in seen:
+                seen.add(shape.table)
+                yield from below(shape.table)
+            elif shape.kind == "number":
+                yield key, shape
+
+    seen: set[Any] = set()
+    return list(below(Case))
+
+
+SIGNS = {"gt": operator.gt, "ge": operator.ge, "lt": operator.lt, "le": operator.le}
+
+
+def test_examples_of_every_number_lie_within_its_bounds() -> None:
+    shown = 0
+    for key, shape in numbers():
+        for example in re.findall("'([^']*)'", words(shape)):
+            value = parse_quantity(example, shape.unit or "")
+            assert all(SIGNS[sign](value, bound) for sign, bound in shape.bounds), (key, example)
+            shown += 1
+    assert len(numbers()) > 300 and shown > 400
+
+
+#: a part of keys -> what the messages call their number
+CALLED = {
+    "volume": "a volume",
+    "section_modulus": "a section modulus",
+    "shear_modulus": "an elastic modulus",
+    "bulk_modulus": "an elastic modulus",
+    "pressure": "a pressure",
+    "stress": "a stress",
+    "strength": "a stress",
+    "torque": "a torque",
+    "frequency": "a frequency",
+    "speed": "an angular speed",
+    "sample_rate": "a sampling rate",
+    "temperature_rise": "a rise of temperature",
+}
+
+
+@pytest.mark.parametrize("part", CALLED)
+def test_a_number_is_called_what_its_key_says(part: str) -> None:
+    units = {"bulk_modulus": "Pa", "shear_modulus": "Pa", "pressure": "Pa", "torque": "N*m"}
+    units |= dict.fromkeys(("frequency", "speed"), "rad/s")
+    found = [
+        shape for key, shape in numbers()
+        if part in key and shape.unit == units.get(part, shape.unit) and shape.unit
+    ]  # fmt: skip
+    assert found and {words(one).startswith(CALLED[part]) for one in found} == {True}
+
+
+def test_a_rise_of_temperature_has_no_zero_of_its_own() -> None:
+    with pytest.raises(UnitError, match="zero of its own"):
+        parse_quantity("20 degC", "K", difference=True)
+    assert parse_quantity("20 K", "K", difference=True) == 20.0

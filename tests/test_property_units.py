@@ -83,7 +83,8 @@ def test_any_text_gives_a_finite_number_or_a_unit_error(text: str, unit: str) ->
         ("4900 rpm", "rad/s", 4900 * math.pi / 30),
         ("1 Hz", "rad/s", 2 * math.pi),
         ("2 kHz", "rad/s", 4000 * math.pi),
-        ("3 1/s", "rad/s", 3.0),
+        ("3 1/s", "1/s", 3.0),
+        ("3 m s⁻²", "m/s^2", 3.0),
         ("1e4 N/m", "N/m", 1e4),
         ("5 N*mm", "N*m", 5e-3),
         ("5 N mm/rad", "N*m/rad", 5e-3),
@@ -119,6 +120,25 @@ def test_units_of_engineers(text: str, unit: str, value: float) -> None:
         ("50 %", "rad", ("a number without unit", "an angle")),
         ("1 N*m/rad", "N", ("an angular stiffness", "a force")),
         ("3 RPM", "rad/s", ("did you mean 'rpm'?",)),
+        *(
+            (f"3 {one}", "rad/s", ("'Hz' or 'rev/s'", "or 'rad/s' (radians)?"))
+            for one in ("1/s", "s^-1", "s-1", "1 / sec", "s⁻¹")
+        ),
+        ("3 1/min", "rad/s", ("'rpm' (turns", "or 'rad/s' (radians)?")),
+        ("3 1/s^2", "rad/s^2", ("'rev/s^2' (turns", "or 'rad/s^2' (radians)?")),
+        *(
+            (f"3 {one}", "rad/s", ("unknown unit", "did you mean 'rpm'"))
+            for one in ("U/min", "U*min^-1", "Upm", "tr/min", "r/min", "/min", "cpm")
+        ),
+        *(
+            (f"3 {one}", "rad/s", ("unknown unit", "'Hz' (turns) or 'rad/s'"))
+            for one in ("/s", "per_second", "cps", "Bq")
+        ),
+        ("3 ton", "kg", ("unknown unit", "'t' (1000 kg) or 'short_ton' (907 kg)")),
+        ("3 PS", "W", ("unknown unit", "'metric_horsepower'")),
+        ("3 kp", "N", ("unknown unit", "'kgf'")),
+        ("3 l", "m", ("wrong dimension", "found '3 l', a volume")),
+        ("20 C", "K", ("unknown unit", "'degC'")),
         ("3 milimeter", "m", ("unknown unit", "did you mean 'millimeter'?")),
         ("3 m//s", "m/s", ("unknown unit",)),
         ("3 (m", "m", ("unknown unit",)),

@@ -2,9 +2,11 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from fuzzing import command
 from shipped_cases import CASES, ROOT
@@ -251,7 +253,7 @@ loose: Any = vibecalc
             lambda: loose.sweep(GENERATOR, "s.h5", grid={"machine.speed": [3, 4]}, jobs=1.5),
             "found jobs=1.5",
         ),
-        (lambda: loose.accuracy(GENERATOR, longest="1"), "longest: needs a number of seconds"),
+        (lambda: loose.accuracy(GENERATOR, longest="x"), "longest: needs a number of seconds"),
         (lambda: loose.read(optimum()), "needs the name of a result file; found <vibecalc"),
         (lambda: loose.write("x.h5", "y.h5"), "what is written: needs a result; found 'x.h5'"),
         (lambda: loose.report({}), "needs the name of a result file, or a result; found {}"),
@@ -289,4 +291,176 @@ def test_a_complex_number_leaves_the_others_of_a_table_real() -> None:
 
 def test_every_call_stands_in_the_help_of_the_package() -> None:
     calls = [name for name in loose.__all__ if name.islower()]
-    assert len(calls) == 9 and all(f"{name}(" in str(vibecalc.__doc__) for name in calls)
+    assert len(calls) == 11 and all(f"{name}(" in str(vibecalc.__doc__) for name in calls)
+
+
+SPEED_KEY = "machine.speed"
+
+
+def pint_values() -> list[Any]:
+    pint = pytest.importorskip("pint")
+    own = pint.UnitRegistry()
+    own.define("blink = 60 s")
+    return [
+        pint.Quantity(3000, "rpm"), own.Quantity(np.float64(50.0), "Hz"),
+        own.Quantity(np.array(0.05), "kHz"), own.Quantity(18000, "deg/s"),
+        own.Quantity(3000, "turn/blink"),
+    ]  # fmt: skip
+
+
+def labelled_values() -> list[Any]:
+    xarray, pandas = pytest.importorskip("xarray"), pytest.importorskip("pandas")
+    return [
+        xarray.DataArray(3000.0, attrs={"units": "rpm"}),
+        xarray.DataArray(SPEED_IN_SI),
+        xarray.DataArray(pint_values()[2]),
+        pandas.Series([3000.0], name="rpm").iloc[0] * np.pi / 30.0,
+        np.float64(SPEED_IN_SI),
+        replace(vibecalc.read(GOLDEN / "generator.h5")["isolation/pitch/natural_frequency"],
+                values=np.array(SPEED_IN_SI)),
+    ]  # fmt: skip
+
+
+SPEED_IN_SI = 100.0 * np.pi
+
+
+@pytest.mark.parametrize("values", [pint_values, labelled_values])
+def test_a_value_brings_its_unit_along(values: Any) -> None:
+    for value in values():
+        for source, keys in ((GENERATOR, {SPEED_KEY: value}), (with_speed(value), {})):
+            found: Any = vibecalc.run(source, set=keys).case
+            assert found["machine"]["speed"] == pytest.approx(SPEED_IN_SI, rel=4e-16), repr(value)
+
+
+def with_speed(value: Any) -> dict[str, Any]:
+    case: Any = dict(vibecalc.read(GOLDEN / "generator.h5").case)
+    return {**case, "machine": {**case["machine"], "speed": value}}
+
+
+def test_arrays_and_axes_bring_their_unit_along() -> None:
+    pint = pytest.importorskip("pint")
+    stiffness = pint.Quantity([10.0, 10.0, 20.0], "N/mm")
+    case: Any = vibecalc.run(
+        GENERATOR,
+        set={
+            "machine.mounts.each.stiffness": stiffness,
+            "limit[0].max": pint.Quantity(1.0, "kN"),
+            "accuracy.rtol": np.float64(1e-8),
+        },
+    ).case
+    assert case["machine"]["mounts"]["each"]["stiffness"] == [1e4, 1e4, 2e4]
+    assert case["accuracy"]["rtol"] == 1e-8 and case["limit"][0]["max"] == "1.0 kN"
+    speeds = pint.Quantity(np.array([2000.0, 3000.0]), "rpm")
+    for way in ({"grid": {SPEED_KEY: speeds}}, {"zip": {SPEED_KEY: [*speeds]}}):
+        found = vibecalc.sweep(GENERATOR, "s.h5", jobs=1, fresh=True, keep=PEAK, **way)[PEAK]
+        assert found.axes[0].values == pytest.approx(np.array([2000.0, 3000.0]) * np.pi / 30.0)
+
+
+@pytest.mark.parametrize(
+    ("value", "said"),
+    [
+        (lambda: 50.0 * pint_values()[1]._REGISTRY.Quantity(1.0, "1/s"), "turns or radians?"),
+        (lambda: 3.0 * pint_values()[1]._REGISTRY.Quantity(1.0, "mm"), "a length"),
+        (lambda: np.array(1j), "complex numbers"),
+        (lambda: object(), "cannot be"),
+        (lambda: None, "cannot be"),
+    ],
+)  # fmt: skip
+def test_a_value_that_cannot_be_is_refused_at_its_key(value: Any, said: str) -> None:
+    for source, keys in ((GENERATOR, {SPEED_KEY: value()}), (with_speed(value()), {})):
+        with pytest.raises(vibecalc.CaseError) as caught:
+            vibecalc.check(source, set=keys)
+        (problem,) = caught.value.problems
+        assert problem.path == ("machine", "speed") and said in str(caught.value)
+        assert "an angular speed > 0 rad/s" in problem.allowed
+
+
+def test_a_quantity_is_an_array() -> None:
+    result = vibecalc.read(GOLDEN / "generator.h5")
+    curve, one = (result[f"isolation/{name}"] for name in
+                  ("support_force/run_up", "pitch/natural_frequency"))  # fmt: skip
+    values = curve.values
+    assert np.array_equal(curve, values) and np.asarray(curve) is values
+    assert np.asarray(curve, dtype=np.float32).dtype == np.float32
+    assert np.array(curve, copy=True) is not values and len(curve) == len(values)
+    assert np.array_equal(curve[0, :3], values[0, :3]) and np.array_equal([*curve], values)
+    assert np.array_equal(2 * curve - curve / 2, 1.5 * values) and np.sum(curve) == values.sum()
+    assert np.array_equal(curve > 10.0, values > 10.0) and abs(curve).max() == values.max()
+    assert float(one) == one.values.item() == complex(one) and one and curve
+    for call in (float, complex):
+        with pytest.raises(TypeError, match="is not one"):
+            call(curve)
+    with pytest.raises(TypeError, match="is one number and has no length"):
+        len(one)
+    with pytest.raises(ValueError, match="without a copy"):
+        curve.__array__(np.float32, copy=False)
+
+
+def test_a_quantity_shows_itself_in_a_notebook() -> None:
+    result = vibecalc.read(GOLDEN / "generator.h5")
+    one = result["isolation/pitch/natural_frequency"]._repr_html_()
+    assert "in Hz" in one and f"{float(one_hertz(result)):.3f}" in one
+    for quantity in result.values():
+        shown = quantity._repr_html_()
+        assert quantity.path in shown and len(shown) < 4000
+        assert all(axis.name in shown for axis in quantity.axes)
+
+
+def one_hertz(result: vibecalc.Result) -> Any:
+    return result["isolation/pitch/natural_frequency"].to("Hz")
+
+
+def test_verify_and_parts_of_a_sweep_are_as_on_the_command_line() -> None:
+    verdicts = vibecalc.verify(GENERATOR)
+    said = command("verify", str(GENERATOR))
+    assert verdicts.kept and not verdicts.misses and str(verdicts) == said.out.removesuffix("\n")
+    missed = vibecalc.verify(GENERATOR, set={"limit[0].max": "1 mN"})
+    assert not missed.kept and missed.misses == 1 and "1 missed" in repr(missed)
+    axes = {SPEED_KEY: "2000 rpm:4900 rpm:4", "machine.mounts.each.damping": [10, 20, 30, 40]}
+    files = [f"part{i}.sweep.h5" for i in (1, 2)]
+    for number, file in enumerate(files, 1):
+        vibecalc.sweep(GENERATOR, file, zip=axes, jobs=1, timeout="1 min", keep=PEAK,
+                       shard=f"{number}/2")  # fmt: skip
+    whole = vibecalc.sweep(GENERATOR, "whole.sweep.h5", zip=axes, jobs=1, keep=PEAK)
+    assert vibecalc.merge(files, "both.sweep.h5")[PEAK] == whole[PEAK]
+    with pytest.raises(vibecalc.UsageError, match="needs I/N with I from 1 to N, as in 2/8"):
+        vibecalc.sweep(GENERATOR, "s.h5", zip=axes, shard="3/2")
+    with pytest.raises(vibecalc.UsageError, match="a number of seconds above 0, found 0"):
+        vibecalc.sweep(GENERATOR, "s.h5", zip=axes, timeout=0)
+
+
+#: commands and options without a counterpart, and why
+ONLY_ON_THE_COMMAND_LINE = {
+    "completion": "a shell's",
+    "help": "`help(vibecalc.run)`",
+    "new": "writes text for an editor",
+    "schema": "text for an editor",
+    "info": "a result and `to_pandas()` say it",
+    "get": "`result[path].to(unit)`",
+    "export": "`to_xarray()`, `to_pandas()`",
+    "--json": "calls give objects", "--quiet": "calls print nothing",
+    "--verbose": "calls print nothing",
+    "--output": "`write(result, path)`, or an argument of its own",
+    "--if-needed": "`run` keeps no file", "--dry-run": "tells a person how long it takes",
+    "--junit": "a file for CI", "--accept": "a person accepts golden files",
+    "run --full": "is about JSON", "verify --full": "is about JSON",
+}  # fmt: skip
+NAMES = {"--format": "formats", "--no-title": "title", "--stage": "stages", "--topic": "topics"}
+
+
+def test_every_command_and_option_has_its_counterpart() -> None:
+    import inspect
+
+    import typer.main
+
+    from vibecalc.cli.commands import app
+
+    group: Any = typer.main.get_command(app)
+    for name, one in group.commands.items():
+        if name in ONLY_ON_THE_COMMAND_LINE:
+            continue
+        given = inspect.signature(getattr(vibecalc, name)).parameters
+        for option in (long for p in one.params for long in p.opts if long.startswith("--")):
+            known = ONLY_ON_THE_COMMAND_LINE.keys() & {option, f"{name} {option}"}
+            wanted = NAMES.get(option, option.removeprefix("--").replace("-", "_"))
+            assert known or wanted in given or option == "--help", (name, option)

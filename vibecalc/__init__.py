@@ -5,6 +5,8 @@ Calls
 run(case)                        a case once, to its optimum, or with its searches
 check(case)                      what a run would do and need
 sweep(case, "x.sweep.h5", grid)  many points into a file
+merge(parts, "x.sweep.h5")       parts of a sweep into one file
+verify(case)                     a run held to its references and limits
 accuracy(case)                   the methods of a case, seconds against error
 read("x.h5"), write(result, "x.h5")
 report(result), plot(result, "folder"), diff(golden, result)
@@ -31,7 +33,10 @@ __version__ = "0.2.0"
 
 #: what Python users call, and where it is; imported as soon as it is asked for
 _HOMES = {
-    "api": ("accuracy", "check", "diff", "plot", "read", "report", "run", "sweep", "write"),
+    "api": (
+        *("accuracy", "check", "diff", "merge", "plot", "read", "report", "run", "sweep"),
+        *("verify", "write"),
+    ),
     "core.results.record": ("Axis", "Quantity", "Result"),
     "errors": (
         *("CaseError", "MissingQuantity", "NumericalFailure", "Problem", "ResultError"),

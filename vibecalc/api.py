@@ -10,6 +10,7 @@ are `VibecalcError`.
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
+from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,7 @@ from vibecalc.errors import NumericalFailure, UsageError
 if TYPE_CHECKING:
     from vibecalc.core.case.load import CaseSource, LoadedCase
     from vibecalc.core.case.raw import Setting
+    from vibecalc.core.report.text import Verdicts
     from vibecalc.core.results.compare import Comparison
 
 PathLike = str | os.PathLike[str]
@@ -83,12 +85,16 @@ def sweep(
     output: PathLike,
     /,
     *,
-    grid: Mapping[str, str | Sequence[Any]] | None = None,
+    grid: Mapping[str, Any] | None = None,
+    zip: Mapping[str, Any] | None = None,
     sample: str | None = None,
     keep: Names = (),
     jobs: int | None = None,
+    timeout: Any = None,
     resume: bool = False,
     fresh: bool = False,
+    shard: str | None = None,
+    cluster: str | None = None,
     progress: bool = False,
     set: Keys = None,
     unset: Names = (),
@@ -99,11 +105,15 @@ def sweep(
     Parameters
     ----------
     grid : an axis for each key: a list of values, or `start:stop:n` or `start:stop:nlog`; default:
-        the axes of the case.
+        the axes of the case. Values are numbers, also with units, names, lists or tables.
+    zip : the same for keys that vary together, as one axis.
     sample : `METHOD:N` or `METHOD:N:SEED` instead of a grid.
     keep : results to keep; default: those of the case, else all scalars that can be stacked.
     jobs : processes; default: as many as there are processors.
+    timeout : seconds that one point may take.
     resume, fresh : take up the chunks that are there; throw away what is there and does not fit.
+    shard : only the I-th of N parts, as `I/N` from 1; `merge` puts them together.
+    cluster : scheduler of dask, address or file.
 
     The axes of the sweep come first in every quantity; points without a result are NaN there, and
     `report` says why they have none. Raises CaseError, and UsageError for a file of another sweep.
@@ -111,27 +121,79 @@ def sweep(
     from vibecalc.cli.outputs import check_suffix
     from vibecalc.core.study.sweep.prepare import (
         Options,
-        axis_table,
+        parse_shard,
         prepare,
         processors,
+        seconds_allowed,
         sweep_settings,
     )
     from vibecalc.core.study.sweep.run import sweep as compute
 
-    axes = [
-        axis_table(f"{key}={given}") if isinstance(given, str) else _listed(key, given)
-        for key, given in _keys("grid", grid).items()
-    ]
+    axes = [_axis(key, given, "--grid") for key, given in _keys("grid", grid).items()]
+    together = [_axis(key, given, "--zip") for key, given in _keys("zip", zip).items()]
+    if together:
+        axes.append({**together[0], "with": together[1:]} if together[1:] else together[0])
+    for name, text in (("sample", sample), ("shard", shard), ("cluster", cluster)):
+        if not isinstance(text, str | None):
+            raise _misfit(name, text, "a text, as on the command line")
+    part = parse_shard(shard)
+    seconds = None if timeout is None else seconds_allowed(_seconds("timeout", timeout))
     asked: dict[str, Any] = {"sweep.axes": axes} if axes else {}
     texts = sweep_settings((), (), sample, _names(keep))
     loaded = _checked(case, set, {**keys, **asked}, unset, texts)
     target = _file(output, "the file of a sweep")
     check_suffix(target)
-    if jobs is not None and (not isinstance(jobs, int) or jobs < 1):
+    if jobs is not None and (not isinstance(jobs, Integral) or jobs < 1):
         raise UsageError(f"a sweep needs one process or more, found jobs={jobs!r}")
-    options = Options(output=target, jobs=jobs, resume=resume, fresh=fresh, progress=progress)
+    options = Options(
+        output=target,
+        jobs=jobs,
+        timeout=seconds,
+        resume=resume,
+        fresh=fresh,
+        shard=part,
+        cluster=cluster,
+        progress=progress,
+    )
     compute(prepare(loaded, jobs or processors()), options)
     return read(target)
+
+
+def merge(parts: Sequence[PathLike], output: PathLike, /) -> Result:
+    """Put the files of parts of one sweep together in the file `output`, and read it.
+
+    Points that no part has are NaN there, and `report` counts them. UsageError for parts of
+    different sweeps, ResultError for files that are none.
+    """
+    from vibecalc.cli.outputs import check_suffix
+    from vibecalc.core.study.execute import provenance
+    from vibecalc.core.study.sweep.assemble import merge as put_together
+
+    if isinstance(parts, str | os.PathLike) or not isinstance(parts, Iterable):
+        raise _misfit("parts", parts, "a list of the files of parts of a sweep")
+    target = _file(output, "the file of a sweep")
+    check_suffix(target)
+    put_together([_file(one, "a part of a sweep") for one in parts], target, provenance())
+    return read(target)
+
+
+def verify(
+    case: "CaseSource",
+    /,
+    *,
+    set: Keys = None,
+    unset: Names = (),
+    progress: bool = False,
+    **keys: Any,
+) -> "Verdicts":
+    """Run a case and hold it to its references and limits; `kept` tells the verdict.
+
+    `misses` counts what a reference or limit that counts misses or leaves undecided, `result` is
+    the run, and the text (`str`) is what `vibecalc verify` prints. Raises as `run` does.
+    """
+    from vibecalc.core.report.text import Verdicts
+
+    return Verdicts(run(case, set={**_keys("set", set), **keys}, unset=unset, progress=progress))
 
 
 def accuracy(
@@ -154,8 +216,7 @@ def accuracy(
     """
     from vibecalc.core.accuracy.environment import pin_threads
 
-    if not isinstance(longest, int | float):
-        raise _misfit("longest", longest, "a number of seconds")
+    longest = _seconds("longest", longest)
     threads = pin_threads()
     from vibecalc.core.accuracy.run import Asked, measure_case
 
@@ -210,7 +271,7 @@ def plot(
     """
     from vibecalc.core.report.plots import draw_files, look_of
 
-    if not isinstance(dpi, int | float | None):
+    if not isinstance(dpi, Real | None):
         raise _misfit("dpi", dpi, "a number")
     look = look_of(",".join(_names(formats)), dpi, _names(only), title)
     ((_, pictures),) = draw_files([_source(result)], _file(folder, "a folder"), look)
@@ -271,6 +332,7 @@ def _checked(
     unset: Names,
     texts: Sequence[str] = (),
 ) -> "LoadedCase":
+    from vibecalc.core.case.given import table
     from vibecalc.core.study.execute import load_checked
 
     if isinstance(case, Result):
@@ -278,25 +340,45 @@ def _checked(
     if not isinstance(case, Mapping | str | os.PathLike):
         raise _misfit("a case", case, "its file, or its tables as a dict")
     settings: list[Setting] = [
-        *((key, _plain(value)) for key, value in {**_keys("set", given), **keys}.items()),
+        *((key, _value(key, one)) for key, one in {**_keys("set", given), **keys}.items()),
         *texts,
     ]
-    (loaded,) = load_checked([_plain(case)], settings, _names(unset))
+    source = table(case) if isinstance(case, Mapping) else os.fspath(case)
+    (loaded,) = load_checked([source], settings, _names(unset))
     return loaded
 
 
-def _listed(key: str, values: Sequence[Any]) -> dict[str, Any]:
+def _axis(key: str, values: Any, option: str) -> dict[str, Any]:
+    if isinstance(values, str):
+        from vibecalc.core.study.sweep.prepare import axis_table
+
+        return axis_table(f"{key}={values}", option)
     if not isinstance(values, Iterable):
         raise _misfit(f"the axis {key}", values, "a list of values, or a text `start:stop:n`")
-    return {"key": key, "values": _plain(values)}
+    listed = _value(key, values)
+    if not isinstance(listed, list):
+        raise _misfit(f"the axis {key}", values, "a list of values, or a text `start:stop:n`")
+    return {"key": key, "values": listed}
 
 
-def _plain(value: Any) -> Any:
-    """Numbers and arrays of numpy, tuples and names of files, as TOML has them."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain(one) for key, one in value.items()}
-    if hasattr(value, "tolist"):
-        return value.tolist()
-    if isinstance(value, list | tuple):
-        return [_plain(one) for one in value]
-    return os.fspath(value) if isinstance(value, os.PathLike) else value
+def _value(key: str, value: Any) -> Any:
+    """A value of a key as TOML has it, with the unit that it brings along."""
+    from vibecalc.core.case.given import plain
+    from vibecalc.core.case.raw import parse_key
+
+    return plain([*value] if isinstance(value, range) else value, parse_key(key.strip()))
+
+
+def _seconds(name: str, given: Any) -> float:
+    """A time: a number of seconds, or one with a unit."""
+    from vibecalc.core.case.given import plain
+    from vibecalc.errors import UnitError
+    from vibecalc.units import parse_quantity
+
+    value = plain(given)
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise _misfit(name, given, "a number of seconds")
+    try:
+        return parse_quantity(value, "s")
+    except UnitError as error:
+        raise _misfit(name, given, f"a number of seconds ({error.message})") from None

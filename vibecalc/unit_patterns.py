@@ -128,11 +128,10 @@ def _units(unit: str) -> str:
     ways = {_of_dimensions(_factors(name)): None for name in same}
     if unit == "dB":
         return " *dB"
-    for way in [*ways] if len(_factors(unit)) > 1 and unit != "rad/s" else ():
+    beside = {name for name, _ in _factors(unit)} - {"rad"}
+    for way in [*ways] if beside and beside != {"s"} else ():  # else: turns or radians?
         ways[tuple(factor for factor in way if factor[0] != _dimension("rad"))] = None
     texts = [text for way in ways for text in _written(way)]
-    if unit == "rad/s":  # without the radian over the second alone
-        texts.append(f"1{_OVER}(?:s|sec|second)")
     apart = [text for text in texts if text.startswith("1")]  # else a digit of the number
     close = [text for text in texts if text not in apart]
     groups = ((" *", close), (" +", apart))

@@ -91,6 +91,22 @@ TABLE: dict[str, tuple[float, str]] = {
     "dB": (1.0, "dB"),
 }
 
+#: what is written for a unit, and would be refused without help or be read as another one (U is an
+#: enzyme unit, PS a petasiemens, ton the short ton) -> what is meant by it
+MEANT: dict[str, str] = {
+    **dict.fromkeys(("U/min", "u/min", "Upm", "upm", "UPM", "r/min", "tr/min"), "'rpm'"),
+    **dict.fromkeys(("giri/min", "ob/min"), "'rpm'"),
+    **dict.fromkeys(("/min", "per_minute", "cpm", "c/min"), "'rpm' (turns) or 'rad/min'"),
+    **dict.fromkeys(("U/s", "u/s", "r/s", "tr/s"), "'rev/s'"),
+    **dict.fromkeys(("/s", "per_second", "cps", "c/s", "Bq"), "'Hz' (turns) or 'rad/s'"),
+    "ton": "'t' (1000 kg) or 'short_ton' (907 kg)",
+    "PS": "'metric_horsepower'",
+    "kp": "'kgf'",
+    **dict.fromkeys(("mkp", "kpm"), "'kgf*m'"),
+    "ccm": "'cm^3'",
+    "C": "'degC'",
+}
+
 #: SI unit of a unit with a name of one word -> powers of the base units, as pint names them
 POWERS: dict[str, dict[str, float]] = {
     "": {},
@@ -116,23 +132,23 @@ WORDS: dict[str, tuple[str, str]] = {
     "K": ("a temperature", "'20 degC' or '293.15 K'"),
     "K/W": ("a thermal resistance", "'0.05 K/W'"),
     "rad": ("an angle", "'1.5 rad' or '120 deg'"),
-    "rad/s": ("an angular speed", "'513 rad/s' or '4900 rpm'"),
+    "rad/s": ("an angular speed or frequency", "'513 rad/s', '4900 rpm' or '50 Hz'"),
     "m/s": ("a speed", "'2 m/s'"),
     "m/s^2": ("an acceleration", "'9.81 m/s^2'"),
     "N": ("a force", "'100 N' or '0.1 kN'"),
-    "N*m": ("a moment", "'250 N*m'"),
+    "N*m": ("a torque or moment", "'250 N*m'"),
     "N/m": ("a stiffness", "'10000 N/m' or '10 N/mm'"),
     "N*s/m": ("a damping", "'50 N*s/m'"),
     "kg*m": ("an unbalance", "'0.02 kg*m' or '20000 g*mm'"),
     "kg*m^2": ("a moment of inertia", "'6.4 kg*m^2'"),
     "N*m/rad": ("an angular stiffness", "'6400 N*m/rad'"),
     "N*m*s/rad": ("an angular damping", "'32 N*m*s/rad'"),
-    "Pa": ("a pressure", "'2 bar' or '200000 Pa'"),
+    "Pa": ("a pressure or stress", "'2 bar' or '200000 Pa'"),
     "kg/m^3": ("a density", "'850 kg/m^3'"),
     "m^2/s": ("a kinematic viscosity", "'86 cSt'"),
     "J": ("an energy", "'0.1 J'"),
     "W": ("a power", "'500 W' or '2 kW'"),
-    "m^3": ("a section modulus", "'40 cm^3'"),
+    "m^3": ("a volume", "'40 cm^3'"),
     "m^3/s": ("a volume flow", "'50 l/min'"),
     "rad/s^2": ("an angular acceleration", "'20 rad/s^2'"),
     "N*m*s": ("an angular momentum", "'0.5 N*m*s'"),

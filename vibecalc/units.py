@@ -4,7 +4,7 @@ The units that cases use most, and products of them, are read from a small table
 by a test); pint, which takes a good part of a second to import, reads the rest. Hz and rpm are
 turns per second and minute, so 1 Hz is 2 pi rad/s, as an engineer means it. An angle is a dimension
 of its own here: "30 deg" is not read as a mass ratio of 0.52. Only inside a compound may the radian
-stay unwritten ("N*m" for "N*m/rad", "1/s" for "rad/s"; not "1/min", by which plates mean rpm). A
+stay unwritten ("N*m" for "N*m/rad"), and not beside the second alone: "1/s" may be rad/s or Hz. A
 decibel is a dimension of its own, too: what a level refers to is said by the name of the quantity.
 """
 
@@ -14,7 +14,7 @@ import re
 from typing import Any
 
 from vibecalc.errors import UnitError
-from vibecalc.unit_table import POWERS, TABLE, WORDS
+from vibecalc.unit_table import MEANT, POWERS, TABLE, WORDS
 
 _LONGEST_TEXT = 120
 _CELSIUS, _ICE = ("degC", "°C"), 273.15
@@ -24,7 +24,9 @@ _NUMBER_AND_UNIT = re.compile(r"([+-]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)
 _FACTOR = re.compile(r"([^\W\d]\w*?|%)(?:(?:\^|\*\*)?([+-]?\d))?\Z")
 #: products written together, as in MNm/rad, kgm2, Nms/rad
 _TOGETHER = re.compile(r"(?<!\w)(?:([kMGm]?N)(mm|cm|m)?(s)?|(kg|g)(mm|cm|m))(?=\W|[\d²³]|\Z)")
-_SPELLINGS = str.maketrans({"−": "-", "·": "*", "×": "*", "²": "^2", "³": "^3"})
+_SPELLINGS = str.maketrans(
+    {"−": "-", "·": "*", "×": "*", "²": "^2", "³": "^3", "⁻": "^-", "¹": "1"}
+)
 #: units that a refusal may mean, besides those of the table
 OTHER_NAMES = ("ft", "oz", "kgf", "t", "um", "km", "min", "turn", "rev", "kHz",
                 "millimeter", "millimetre", "meter", "metre", "inch", "gram", "kilogram",
@@ -48,41 +50,41 @@ def split_number(text: str) -> tuple[str, str]:
     return number, unit
 
 
-def parse_quantity(text: str | float, unit: str) -> float:
+def parse_quantity(text: str | float, unit: str, *, difference: bool = False) -> float:
     """Read a text such as "200 mm", "4900 rpm", "1e4 N/m" or "400" as a number in an SI unit.
 
     A text without a unit, and a number, are in the SI unit already. UnitError says what was found,
     its dimension in words and what is allowed; a result that is not finite, or that underflows
-    to zero, is refused.
+    to zero, is refused. Temperatures may be in degC, but for a `difference` of them.
     """
     if not isinstance(text, str):
         number, written = float(text), ""
         if not math.isfinite(number):
-            raise UnitError("not finite", found=repr(number), allowed=_allowed(unit))
+            raise UnitError("not finite", found=repr(number), allowed=allowed_words(unit))
         return number
     try:
         digits, written = split_number(text)
         number = float(digits)
     except UnitError as error:
         raise UnitError(
-            error.message, found=error.found, allowed=_allowed(unit), hint=error.hint
+            error.message, found=error.found, allowed=allowed_words(unit), hint=error.hint
         ) from None
     except ValueError:
-        raise UnitError("not a number", found=_quoted(text), allowed=_allowed(unit)) from None
+        raise UnitError("not a number", found=_quoted(text), allowed=allowed_words(unit)) from None
     try:
-        if unit == "K" and written in _CELSIUS:
+        if unit == "K" and written in _CELSIUS and not difference:
             value = number + _ICE
         else:
             value = number * (_factor(written, unit) if written else 1.0)
     except UnitError as error:
         unknown = error.message == "unknown unit"
         found = error.found if unknown else f"{_quoted(text)}, {error.found}"
-        allowed = error.allowed or _allowed(unit)
+        allowed = error.allowed or allowed_words(unit)
         raise UnitError(error.message, found=found, allowed=allowed, hint=error.hint) from None
     vanished = value == 0.0 and re.search("[1-9]", digits.lower().split("e")[0])
     if vanished or not math.isfinite(value):
-        size = "small" if value == 0.0 else "large"
-        raise UnitError(f"too {size} for a double", found=_quoted(text), allowed=_allowed(unit))
+        size, allowed = "small" if value == 0.0 else "large", allowed_words(unit)
+        raise UnitError(f"too {size} for a double", found=_quoted(text), allowed=allowed)
     return value
 
 
@@ -104,7 +106,8 @@ def describe(unit: str) -> str:
     return WORDS[unit][0] if unit in WORDS else f"a value in {unit}"
 
 
-def _allowed(unit: str) -> str:
+def allowed_words(unit: str) -> str:
+    """What may be written for an SI unit: "a length, e.g. '0.2 m' or '200 mm'"."""
     return f"{describe(unit)}, e.g. {WORDS[unit][1]}" if unit in WORDS else describe(unit)
 
 
@@ -120,6 +123,9 @@ def _means_no_number(text: str) -> bool:
 def _factor(unit: str, wanted: str) -> float:
     """Return what a number in unit `unit` is multiplied with to be in unit `wanted`."""
     unit = _apart(unit)
+    meant = MEANT.get(re.sub(r"\s", "", unit).translate(_SPELLINGS).replace("*min^-1", "/min"))
+    if meant:
+        raise UnitError("unknown unit", found=_quoted(unit), hint=f"did you mean {meant}?")
     if {unit, wanted} & _SHIFTED:
         raise _shifted(unit if unit in _SHIFTED else wanted)
     if unit in TABLE and wanted in TABLE:
@@ -135,18 +141,26 @@ def _factor(unit: str, wanted: str) -> float:
     if dimension == wanted_dimension:
         return factor / wanted_factor
     if unwritten_radian and dimension == without_angle:
-        if wanted == "rad/s" and factor != 1.0:
+        if without_angle.keys() == {"second"}:
             raise UnitError(
                 "turns or radians?",
                 found="which does not say of what",
-                hint="'rpm' are turns per minute, 'rad/s' radians per second",
+                hint=_turns_and_radians(wanted, factor),
             )
         return factor / wanted_factor
-    words = [describe(si) for si in WORDS if read_unit(si)[1] == dimension]
+    words = " or ".join(describe(si) for si in WORDS if read_unit(si)[1] == dimension)
     terms = (
         f"{name}^{power:g}" if power != 1 else name for name, power in sorted(dimension.items())
     )
-    raise _mismatch(words[0] if words else f"a value in {'*'.join(terms)}", unit, wanted)
+    raise _mismatch(words or f"a value in {'*'.join(terms)}", unit, wanted)
+
+
+def _turns_and_radians(wanted: str, factor: float) -> str:
+    if wanted == "rad/s":
+        turns = "'Hz' or 'rev/s'" if factor == 1.0 else "'rpm'"
+    else:
+        turns = repr(wanted.replace("rad", "rev"))
+    return f"did you mean {turns} (turns, cycles, samples) or {wanted!r} (radians)?"
 
 
 def _apart(unit: str) -> str:
@@ -157,13 +171,13 @@ def _apart(unit: str) -> str:
 
 def _shifted(name: str) -> UnitError:
     hint = "20 degC are 293.15 K"
-    return UnitError("a scale with a zero of its own", found=name, allowed="degC or K", hint=hint)
+    return UnitError("a scale with a zero of its own", found=name, hint=hint)
 
 
 def _mismatch(words: str, unit: str, wanted: str) -> UnitError:
     twins = [name for name in TABLE if name != unit and name.lower() == unit.lower()]
     hint = f"did you mean '{twins[0]}'?" if twins else ""
-    return UnitError("wrong dimension", found=words, allowed=_allowed(wanted), hint=hint)
+    return UnitError("wrong dimension", found=words, allowed=allowed_words(wanted), hint=hint)
 
 
 @functools.lru_cache(maxsize=512)
@@ -174,6 +188,7 @@ def read_unit(unit: str) -> tuple[float, dict[str, float]]:
     """
     factor, dimension = 1.0, dict[str, float]()
     tidy = _apart(unit).translate(_SPELLINGS).replace("**", "^").replace("°", " deg ").strip()
+    tidy = tidy.replace("^-^", "^-")
     tidy = re.sub(r"\s*([*/^()])\s*", r"\1", tidy)
     signs, sign, operand_next = [1], 1, True
     for token in re.findall(r"[()*/]|\s+|[^()*/\s]+", tidy):

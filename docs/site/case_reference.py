@@ -18,10 +18,8 @@ from page_parts import cell, code, table, toctree
 from vibecalc.core.case.fields import Table
 from vibecalc.core.case.row_files import LISTS
 from vibecalc.core.case.rules import ByKind, Needs, OneOf, both
-from vibecalc.core.case.walk import Shape, keys_of, shape_of, words
+from vibecalc.core.case.walk import Shape, examples_of, keys_of, noun, shape_of, words
 from vibecalc.schema import Case
-from vibecalc.unit_table import WORDS
-from vibecalc.units import describe, parse_quantity
 
 ROOT = Path(__file__).resolve().parents[2]
 STARTERS = sorted((ROOT / "vibecalc" / "starters").glob("*.toml"))
@@ -107,11 +105,7 @@ def examples() -> dict[tuple[type[Table], str], str]:
 def _typical(shape: Shape, key: str) -> Any:
     """A value for a key that neither starters nor cases have: of its kind, within its bounds."""
     if shape.kind == "number":
-        low, high = _ends(shape)
-        written = re.findall(r"'([^']*)'", WORDS.get(shape.unit or "", ("", ""))[1])
-        fits = (one for one in written if low < parse_quantity(one, shape.unit or "") < high)
-        between = max(low, 0.0) + 1.0 if high == math.inf else (max(low, 0.0) + high) / 2.0
-        return next(fits, between)
+        return examples_of(shape)[0]
     if shape.kind == "whole":
         return max(2, int(_ends(shape)[0]) + 1) if shape.bounds else 2
     if shape.kind == "list" and shape.item is not None:
@@ -266,7 +260,7 @@ def takes_in_words(shape: Shape) -> str:
     if shape.kind == "number":
         unit = f" {code(shape.unit)}" if shape.unit else ""
         three = ", or three in a list" if shape.or_three else ""
-        kind = re.sub("^an? ", "", describe(shape.unit or "")).replace(" without unit", "")
+        kind = re.sub("^an? ", "", noun(shape)).replace(" without unit", "")
         return f"{kind}{unit}{_bounds(shape)}{three}"
     if shape.kind == "whole":
         return f"whole number{_bounds(shape)}"

@@ -9,8 +9,8 @@ from vibecalc.absorber.readings import drifts
 from vibecalc.absorber.tables import OILS, Positive, Share, Temperature
 from vibecalc.core.case.fields import (
     Acceleration,
-    AngularSpeed,
     Force,
+    Frequency,
     Length,
     Moment,
     Table,
@@ -74,8 +74,8 @@ class Range(Table):
 class Band(Range):
     """Frequencies or speeds within which a tuning counts."""
 
-    start: AngularSpeed = Field(0.0, alias="from", ge=0, description="lowest, '7 Hz', '400 rpm'")
-    stop: AngularSpeed = Field(alias="to", gt=0, description="highest")
+    start: Frequency = Field(0.0, alias="from", ge=0, description="lowest, '7 Hz', '400 rpm'")
+    stop: Frequency = Field(alias="to", gt=0, description="highest")
 
 
 class BandRatios(Range):
@@ -484,7 +484,7 @@ class Tuning(Table):
     band_ratios: BandRatios | None = Field(
         None, description="the same over the primary's own frequency"
     )
-    frequency: AngularSpeed | None = Field(
+    frequency: Frequency | None = Field(
         None,
         gt=0,
         description="of a machine of constant speed, '1500 rpm': the absorber swings at it, damped "

@@ -12,12 +12,14 @@ from vibecalc.core.case.fields import (
     AngularStiffness,
     Density,
     Force,
+    Frequency,
     Inertia,
     Length,
     Mass,
     Modulus,
     Moment,
     Name,
+    Stress,
     Table,
     Unit,
 )
@@ -54,7 +56,7 @@ PartNumber = Annotated[int, Field(strict=True, ge=0, le=10**9)]
 class Mode(Table):
     """A mode of a floor, a bridge or a frame on which the absorber is put."""
 
-    natural_frequency: AngularSpeed = Field(gt=0, description="without the absorber, '6 Hz'")
+    natural_frequency: Frequency = Field(gt=0, description="without the absorber, '6 Hz'")
     modal_mass: Mass = Field(gt=0, description="in the scale of its shape")
     damping_ratio: Share = Field(0.0, lt=1, description="of critical")
     shape_at_absorber: Ordinate = Field(1.0, description="ordinate where the absorber is")
@@ -90,7 +92,7 @@ class Primary(Table):
     linear_damping: LinearDamping | None = Field(
         None, ge=0, description="to the ground, in translation, instead of damping"
     )
-    natural_frequency: AngularSpeed | None = Field(
+    natural_frequency: Frequency | None = Field(
         None, gt=0, description="of inertia or mass on its spring, '8 Hz', instead of stiffness"
     )
     modes: Annotated[tuple[Mode, ...], Field(max_length=20)] = Field(
@@ -175,7 +177,7 @@ Secondaries = Annotated[tuple[NamedSecondary, ...], Field(max_length=8)]
 # ----------------------------------------------------------------------------
 
 LiquidDensity = Annotated[float, Field(ge=100, le=20_000), Unit("kg/m^3")]
-Expansion = Annotated[float, Field(ge=0, lt=0.01), Unit("1/K")]
+Expansion = Annotated[float, Field(ge=0, lt=0.01), Unit("1/K", "an expansion")]
 Temperatures = tuple[Temperature, Temperature]
 Viscosities = tuple[KinematicViscosity, KinematicViscosity]
 #: of the two viscosities that suppliers state
@@ -259,8 +261,8 @@ class Springs(Table):
     turns: Positive | None = Field(None, description="active ones")
     shear_modulus: Modulus | None = Field(None, description="of the wire")
     initial_tension: Force = Field(0.0, ge=0, description="with which the coils are wound")
-    allowed_stress: Modulus | None = Field(
-        None, description="in shear: it bounds the extension of the wire's spring"
+    allowed_stress: Stress | None = Field(
+        None, gt=0, description="in shear: it bounds the extension of the wire's spring"
     )
     RULES = (
         at_most_one("rate", _WIRE),

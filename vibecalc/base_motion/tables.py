@@ -8,6 +8,7 @@ from vibecalc.core.case.fields import (
     Acceleration,
     Angle,
     AngularSpeed,
+    Frequency,
     Length,
     Name,
     Number,
@@ -31,7 +32,8 @@ from vibecalc.core.case.rules import (
 
 Velocity = Annotated[float, Unit("m/s")]
 AngularAcceleration = Annotated[float, Unit("rad/s^2")]
-_Frequency = Annotated[float, Field(gt=0), Unit("rad/s")]
+_DENSITY = "a spectral density"
+_Frequency = Annotated[Frequency, Field(gt=0)]
 _LINEAR = ("displacement", "velocity", "acceleration")
 _ANGULAR = ("angle", "angular_velocity", "angular_acceleration")
 
@@ -40,7 +42,7 @@ class BaseHarmonic(Table):
     """One harmonic of the motion of the base, 0 to peak: what it gives along and about the axes."""
 
     name: Name = Field(description="label used in tables and in `where`")
-    frequency: AngularSpeed | None = Field(None, gt=0, description="as '8 Hz'")
+    frequency: Frequency | None = Field(None, gt=0, description="as '8 Hz'")
     order: Number | None = Field(None, gt=0, description="multiple of machine.speed instead")
     displacement: tuple[Length, Length, Length] | None = Field(
         None, description="of the point of the base along x, y, z"
@@ -88,7 +90,7 @@ class AccelerationDensities(Table):
     frequency: tuple[_Frequency, ...] = Field(
         min_length=2, max_length=20_000, description="ascending"
     )
-    density: tuple[Annotated[float, Field(ge=0), Unit("m^2/s^3")], ...] = Field(
+    density: tuple[Annotated[float, Field(ge=0), Unit("m^2/s^3", _DENSITY)], ...] = Field(
         min_length=2, max_length=20_000, description="(m/s^2)^2/Hz is m^2/s^3"
     )
     RULES = (ascending("frequency"), same_length("frequency", "density"))
@@ -100,8 +102,8 @@ class VelocityDensities(Table):
     frequency: tuple[_Frequency, ...] = Field(
         min_length=2, max_length=20_000, description="ascending"
     )
-    density: tuple[Annotated[float, Field(ge=0), Unit("m^2/s")], ...] = Field(
-        min_length=2, max_length=20_000, description="(m/s)^2/Hz is m^2/s"
+    density: tuple[Annotated[float, Field(ge=0), Unit("m^2/s", _DENSITY, "'1e-6 m^2/s'")], ...] = (
+        Field(min_length=2, max_length=20_000, description="(m/s)^2/Hz is m^2/s")
     )
     RULES = (ascending("frequency"), same_length("frequency", "density"))
 
@@ -112,7 +114,7 @@ class AngularDensities(Table):
     frequency: tuple[_Frequency, ...] = Field(
         min_length=2, max_length=20_000, description="ascending"
     )
-    density: tuple[Annotated[float, Field(ge=0), Unit("rad^2/s^3")], ...] = Field(
+    density: tuple[Annotated[float, Field(ge=0), Unit("rad^2/s^3", _DENSITY)], ...] = Field(
         min_length=2, max_length=20_000, description="(rad/s^2)^2/Hz is rad^2/s^3"
     )
     RULES = (ascending("frequency"), same_length("frequency", "density"))

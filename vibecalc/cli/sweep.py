@@ -1,7 +1,5 @@
 """The commands for sweeps: parse, call, print, exit code. Heavy imports stand inside them."""
 
-import math
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,7 +7,7 @@ import typer
 
 from vibecalc.cli.completion import keys, names_of_keys
 from vibecalc.cli.saying import asked, note, say, say_json
-from vibecalc.errors import EXIT_FINE, EXIT_POINTS_FAILED, UsageError
+from vibecalc.errors import EXIT_FINE, EXIT_POINTS_FAILED
 
 if TYPE_CHECKING:
     from vibecalc.core.study.sweep.prepare import Options, Outcome, PreparedSweep
@@ -89,11 +87,18 @@ def sweep(
 ) -> None:
     """Run a case at many points into one file; chunks are kept, and --resume goes on."""
     from vibecalc.core.study.execute import load_checked
-    from vibecalc.core.study.sweep.prepare import Options, prepare, processors, sweep_settings
+    from vibecalc.core.study.sweep.prepare import (
+        Options,
+        parse_shard,
+        prepare,
+        processors,
+        seconds_allowed,
+        sweep_settings,
+    )
 
-    part = _shard(shard)
-    if timeout is not None and not (math.isfinite(timeout) and timeout > 0.0):
-        raise UsageError(f"--timeout needs a number of seconds above 0, found {timeout:g}")
+    part = parse_shard(shard)
+    if timeout is not None:
+        seconds_allowed(timeout)
     texts = sweep_settings(grid or (), zipped or (), sample, keep or ())
     changes = [*(settings or ()), *texts], unset or ()
     target = _output(output, case.stem, part)
@@ -245,12 +250,3 @@ def _output(given: Path | None, name: str, shard: tuple[int, int]) -> Path:
 
     check_suffix(given)
     return given
-
-
-def _shard(text: str | None) -> tuple[int, int]:
-    if text is None:
-        return 1, 1
-    match = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text.strip())
-    if match is None or not 1 <= int(match[1]) <= int(match[2]):
-        raise UsageError(f"--shard needs I/N with I from 1 to N, as in 2/8; found {text[:40]!r}")
-    return int(match[1]), int(match[2])

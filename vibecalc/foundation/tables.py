@@ -6,6 +6,7 @@ from pydantic import Field
 
 from vibecalc.core.case.fields import (
     Damping,
+    Frequency,
     Mass,
     Name,
     Number,
@@ -26,7 +27,7 @@ from vibecalc.core.case.rules import (
 from vibecalc.parts.body_tables import Body, Mounts
 
 _Frequencies = Annotated[
-    tuple[Annotated[float, Field(gt=0), Unit("rad/s")], ...],
+    tuple[Annotated[Frequency, Field(gt=0)], ...],
     Field(min_length=1, max_length=20_000, description="ascending; beyond its ends they hold"),
 ]
 _Stiffnesses = tuple[Annotated[float, Unit("N/m")], ...]

@@ -5,10 +5,18 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vibecalc.core.case.fields import Acceleration, AngularSpeed, Name, Number, Table, Unit
+from vibecalc.core.case.fields import (
+    Acceleration,
+    AngularSpeed,
+    Frequency,
+    Name,
+    Number,
+    Table,
+    Unit,
+)
 from vibecalc.core.case.rules import needs, one_of, refuse, same_length
 
-Frequency = Annotated[float, Field(gt=0), Unit("rad/s")]
+SampleRate = Annotated[float, Field(gt=0), Unit("rad/s", "a sampling rate", "'2 kHz'")]
 Numbers = Annotated[tuple[Number, ...], Field(max_length=400_000)]
 
 
@@ -34,7 +42,9 @@ class RecordFile(Table):
         description="the accelerometers in it"
     )
     time: str = Field("time", description="column of a CSV file with the time of each sample")
-    sample_rate: Frequency | None = Field(None, description="of a CSV file without such a column")
+    sample_rate: SampleRate | None = Field(
+        None, description="samples per second in Hz, of a CSV file without such a column"
+    )
     pulses: str = Field("", description="column or channel of a tachometer")
     pulses_per_turn: Annotated[int, Field(strict=True, ge=1, le=10_000)] = Field(
         1, description="of the crankshaft"
@@ -110,7 +120,7 @@ class FoundLines(Table):
 
     file: Name = Field(description="that it was read from")
     orders: tuple[Annotated[int, Field(ge=1)], ...] = Field(description="harmonics of the plate")
-    base_frequency: AngularSpeed | None = Field(
+    base_frequency: Frequency | None = Field(
         None, gt=0, description="of order 1, where the file has frequencies"
     )
     amplitude: Annotated[tuple[Annotated[Acceleration, Field(ge=0)], ...], Field(max_length=64)] = (

@@ -8,7 +8,7 @@ from pydantic import Field
 from vibecalc.core.case.fields import (
     Acceleration,
     Angle,
-    AngularSpeed,
+    Frequency,
     Level,
     Name,
     Table,
@@ -160,7 +160,7 @@ class Measurement(Table):
     orders: Annotated[tuple[Order, ...], Field(min_length=1, max_length=64)] = Field(
         description="harmonics that are read"
     )
-    base_frequency: AngularSpeed | None = Field(
+    base_frequency: Frequency | None = Field(
         None, gt=0, description="frequency of order 1, where no machine speed tells it"
     )
     reference_position: Name | None = Field(

@@ -1,7 +1,7 @@
 """When the cylinders of an engine fire, and whether their torque reaches the mounts."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
@@ -72,6 +72,29 @@ def with_phases(machine: Data) -> Data:
         for (_, entry), bank, angle in zip(entries, banks, angles, strict=True)
     ]
     return {**machine, "crank_train": {**machine["crank_train"], "cylinders": turned}}
+
+
+def orders_throws(keys: Iterable[str]) -> bool:
+    """Whether setting these keys asks for other phases of throws that the case does not give."""
+    names = {part.partition("[")[0] for key in keys for part in key.split(".")}
+    asking = {"firing_order", "firing_intervals", "firing_angle", "bank_angle", "cycle"}
+    return bool(names & asking) and "crank_phase" not in names
+
+
+def without_phases(resolved: Data, written: Data) -> Data | None:
+    """A resolved case without the phases that `with_phases` gave its throws, if it did.
+
+    `written` is the case as tomllib reads it.
+    """
+    machine, train = table_at(resolved, "machine"), table_at(resolved, "machine", "crank_train")
+    given = [one for _, one in tables_at(written, "machine", "crank_train", "cylinders")]
+    if machine.get("kind") != "engine" or any("crank_phase" in one for one in given):
+        return None
+    throws = [
+        {key: value for key, value in one.items() if key != "crank_phase"}
+        for _, one in tables_at(resolved, "machine", "crank_train", "cylinders")
+    ]
+    return {**resolved, "machine": {**machine, "crank_train": {**train, "cylinders": throws}}}
 
 
 def given_angles(machine: Data) -> list[float] | None:

@@ -8,6 +8,7 @@ from vibecalc.core.case.fields import (
     Angle,
     AngularSpeed,
     Force,
+    Modulus,
     Number,
     Pressure,
     Table,
@@ -20,7 +21,7 @@ from vibecalc.core.case.rules import by_kind, one_of, ordered, same_length
 # ----------------------------------------------------------------------------
 
 #: not below that of an empty cylinder
-GasPressureValue = Annotated[float, Field(ge=-1e5), Unit("Pa")]
+GasPressureValue = Annotated[float, Field(ge=-1e5), Unit("Pa", "a pressure")]
 
 
 class GasPressure(Table):
@@ -125,7 +126,7 @@ class PumpCycle(Table):
     discharge_pressure: Pressure = Field(
         gt=0, description="absolute, in the cylinder as it delivers"
     )
-    bulk_modulus: Pressure = Field(
+    bulk_modulus: Modulus = Field(
         gt=0, description="of the liquid with the walls around it: -V dp/dV"
     )
     dead_volume: Volume = Field(

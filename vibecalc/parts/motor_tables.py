@@ -15,7 +15,6 @@ from vibecalc.core.case.fields import (
     Resistance,
     Stiffness,
     Table,
-    Unit,
     Voltage,
     WholeNumber,
 )
@@ -88,7 +87,7 @@ class TorqueHarmonics(Table):
     RULES = (same_length("order", "cosine", "sine", what="torque"), once("order", "order"))
 
 
-SlipTorque = Annotated[float, Field(ge=0), Unit("N*m")]
+SlipTorque = Annotated[Moment, Field(ge=0)]
 
 
 class SlipTable(Table):

@@ -4,15 +4,15 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vibecalc.core.case.fields import Force, Length, Number, Table, Unit
+from vibecalc.core.case.fields import Force, Frequency, Length, Number, Table, Unit
 from vibecalc.core.case.rules import ascending, at_most_one, needs, same_length
 
 _ROWS = 200
 Stiff = Annotated[float, Field(gt=0), Unit("N/m")]
-Cubic = Annotated[float, Field(ge=0), Unit("N/m^3")]
+Cubic = Annotated[float, Field(ge=0), Unit("N/m^3", "a cubic stiffness")]
 Factor = Annotated[float, Field(gt=0, le=100), Unit("")]
 Loss = Annotated[float, Field(ge=0, le=10), Unit("")]
-Frequency = Annotated[float, Field(ge=0), Unit("rad/s")]
+CurveFrequency = Annotated[Frequency, Field(ge=0)]
 
 # ----------------------------------------------------------------------------
 # Dynamic stiffness over frequency and over the load that the mount carries.
@@ -24,7 +24,7 @@ Frequency = Annotated[float, Field(ge=0), Unit("rad/s")]
 class OverFrequency(Table):
     """Dynamic stiffness and loss factor of a mount against the frequency of its vibration."""
 
-    frequency: tuple[Frequency, ...] = Field(
+    frequency: tuple[CurveFrequency, ...] = Field(
         min_length=2, max_length=_ROWS, description="ascending, e.g. '10 Hz'"
     )
     stiffness: tuple[Stiff, ...] | None = Field(

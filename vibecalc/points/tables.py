@@ -6,7 +6,7 @@ from typing import Annotated
 from pydantic import Field
 
 from vibecalc.core.case.fields import (
-    AngularSpeed,
+    Frequency,
     Name,
     Number,
     Point,
@@ -106,7 +106,7 @@ class VibrationSeverity(Table):
     """Band of the r.m.s. values, and the zones they are held against; informative."""
 
     standard: Name = Field(GRADED, description="standard and edition that the zones are taken from")
-    band: tuple[AngularSpeed, AngularSpeed] = Field(
+    band: tuple[Frequency, Frequency] = Field(
         BAND, description="frequencies between which orders count in r.m.s.; default: 2 to 1000 Hz"
     )
     grades: Annotated[tuple[Number, ...], Few] | None = Field(

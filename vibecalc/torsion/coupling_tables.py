@@ -8,6 +8,7 @@ from pydantic import Field
 from vibecalc.core.case.fields import (
     AngularSpeed,
     AngularStiffness,
+    Frequency,
     Moment,
     Name,
     Table,
@@ -33,11 +34,15 @@ from vibecalc.errors import Problem
 
 _ROWS = 200
 Temperature = Annotated[float, Field(gt=0), Unit("K")]
-Rise = Annotated[float, Field(gt=0, le=1000), Unit("K")]
+Rise = Annotated[
+    float,
+    Field(gt=0, le=1000),
+    Unit("K", "a rise of temperature", "'40 K'", difference=True),
+]
 Power = Annotated[float, Field(gt=0), Unit("W")]
 ThermalResistance = Annotated[float, Field(gt=0), Unit("K/W")]
-Torque = Annotated[float, Field(ge=0), Unit("N*m")]
-Frequency = Annotated[float, Field(ge=0), Unit("rad/s")]
+Torque = Annotated[Moment, Field(ge=0)]
+CurveFrequency = Annotated[Frequency, Field(ge=0)]
 #: 4 pi: a coupling that loses more than it stores twice over is none
 Psi = Annotated[float, Field(gt=0, le=60), Unit("")]
 Factor = Annotated[float, Field(gt=0, le=100), Unit("")]
@@ -94,7 +99,7 @@ class OverAmplitude(Dependence):
 class OverFrequency(Dependence):
     """Stiffness and damping of a coupling against the frequency of its vibration."""
 
-    frequency: tuple[Frequency, ...] = Field(
+    frequency: tuple[CurveFrequency, ...] = Field(
         min_length=2, max_length=_ROWS, description="ascending, e.g. '10 Hz'"
     )
     RULES = _of_rows("frequency")
@@ -226,7 +231,7 @@ class Coupling(Table):
     vibratory_torque: Moment | None = Field(
         None, gt=0, description="T_KW, continuous vibratory torque, half range"
     )
-    vibratory_frequency: AngularSpeed = Field(
+    vibratory_frequency: Frequency = Field(
         62.83185307179586,
         gt=0,
         description="of T_KW; above it less is permissible by the root of the ratio; 10 Hz",

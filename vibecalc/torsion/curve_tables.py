@@ -11,7 +11,7 @@ from vibecalc.core.case.fields import (
     Moment,
     Name,
     Number,
-    Pressure,
+    Stress,
     Table,
     Unit,
 )
@@ -46,7 +46,7 @@ class MeasuredPoints(Table):
     torque: Annotated[tuple[Annotated[Moment, Size], ...], Points] = Field(
         (), description="in the section"
     )
-    stress: Annotated[tuple[Annotated[Pressure, Size], ...], Points] = Field(
+    stress: Annotated[tuple[Annotated[Stress, Size], ...], Points] = Field(
         (), description="in the section"
     )
     twist: Annotated[tuple[Annotated[Angle, Size], ...], Points] = Field(

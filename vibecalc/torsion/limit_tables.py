@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vibecalc.core.case.fields import AngularSpeed, Length, Moment, Name, Number, Pressure, Table
+from vibecalc.core.case.fields import AngularSpeed, Length, Moment, Name, Number, Stress, Table
 from vibecalc.core.case.rules import (
     Row,
     Rule,
@@ -51,10 +51,10 @@ class StressCurve(Table):
     """A limit of the stress against the speed, straight lines between the entries."""
 
     speed: _Speeds = Field(description="ascending, of the crankshaft")
-    stress: tuple[Pressure, ...] = Field(
+    stress: tuple[Stress, ...] = Field(
         min_length=2, max_length=2000, description="amplitude that is allowed, one per speed"
     )
-    transient: tuple[Pressure, ...] | None = Field(None, max_length=2000, description=_PASSING)
+    transient: tuple[Stress, ...] | None = Field(None, max_length=2000, description=_PASSING)
     RULES = (
         same_length("speed", "stress", "transient"),
         ascending("speed"),
@@ -115,14 +115,14 @@ class Crank(Table):
 class CrankBending(Table):
     """Nominal alternating stresses of a throw that are not of torsion."""
 
-    web: Pressure = Field(ge=0, description="sigma_BFN: bending, of the web's cross-section")
-    compressive: Pressure = Field(
+    web: Stress = Field(ge=0, description="sigma_BFN: bending, of the web's cross-section")
+    compressive: Stress = Field(
         ge=0, description="sigma_QFN: by the radial force, of the web's cross-section"
     )
-    oil_bore: Pressure | None = Field(
+    oil_bore: Stress | None = Field(
         None, ge=0, description="sigma_BON: bending at the oil bore, of the pin's cross-section"
     )
-    additional: Pressure = Field(
+    additional: Stress = Field(
         10e6, ge=0, description="sigma_add: 10 N/mm2 of trunk piston, 30 of crosshead engines"
     )
 
@@ -178,7 +178,7 @@ class TorsionLimit(Table):
         (), description="names of shafts; default: all with what the limit needs"
     )
     gears: _Names = Field((), description="names of gears; default of alternating_share: all")
-    tensile_strength: Pressure | None = Field(
+    tensile_strength: Stress | None = Field(
         None, gt=0, description="of the material, for the rule, where the shaft does not say it"
     )
     design_factor: Number = Field(

@@ -17,7 +17,7 @@ from vibecalc.core.case.fields import (
     Moment,
     Name,
     Number,
-    Pressure,
+    Stress,
     Table,
     Unit,
     later,
@@ -108,7 +108,7 @@ class LineDamper(Table):
 # The shaft line of an engine: stations that turn, and what holds them together.
 # ----------------------------------------------------------------------------
 
-SectionModulus = Annotated[float, Field(gt=0), Unit("m^3")]
+SectionModulus = Annotated[float, Field(gt=0), Unit("m^3", "a section modulus")]
 LinearStiffness = Annotated[float, Field(gt=0), Unit("N/m")]
 Teeth = Annotated[int, Field(strict=True, ge=3, le=100_000)]
 TwoNames = tuple[Name, Name]
@@ -274,7 +274,7 @@ class Shaft(Table):
     section_modulus: SectionModulus | None = Field(
         None, description="polar, instead of diameter: stress is torque over it"
     )
-    tensile_strength: Pressure | None = Field(
+    tensile_strength: Stress | None = Field(
         None, gt=0, description="of the material, for a class rule"
     )
     fatigue: FatigueLine | None = Field(

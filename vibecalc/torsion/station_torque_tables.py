@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vibecalc.core.case.fields import Angle, AngularSpeed, Moment, Name, Number, Table
+from vibecalc.core.case.fields import Angle, AngularSpeed, Frequency, Moment, Name, Number, Table
 from vibecalc.core.case.rules import (
     Row,
     ascending,
@@ -113,7 +113,7 @@ class StationExcitation(Table):
         None, description="instead: of a gear or sprocket; the orders are its multiples"
     )
     frequencies: Annotated[
-        tuple[Annotated[AngularSpeed, Field(gt=0)], ...], Field(max_length=MOST)
+        tuple[Annotated[Frequency, Field(gt=0)], ...], Field(max_length=MOST)
     ] = Field((), description="instead: that do not follow the speed, '50 Hz'")
     record: TorqueOverAngle | None = Field(
         None, description="instead: over its own angle, a table or a CSV; its mean does not count"

@@ -7,10 +7,11 @@ from pydantic import ConfigDict, Field
 from vibecalc.core.case.fields import (
     Angle,
     AngularSpeed,
+    Frequency,
     Moment,
     Name,
     Number,
-    Pressure,
+    Stress,
     Table,
     Time,
     Unit,
@@ -38,7 +39,7 @@ AT_CONSTANT_SPEED = ("load_step", "misfire_onset", "short_circuit", "torque_hist
 class FatigueLine(Table):
     """An S-N line: N = cycles (strength / amplitude)^slope down to its knee."""
 
-    stress: Pressure | None = Field(
+    stress: Stress | None = Field(
         None, gt=0, description="amplitude of the shear stress at the knee"
     )
     torque: Moment | None = Field(
@@ -82,7 +83,7 @@ class DecayingTorque(Table):
     """amplitude exp(-t / time_constant) sin(2 pi frequency t + phase) from the change on."""
 
     amplitude: Moment = Field(description="at its begin, on its own shaft; positive brakes")
-    frequency: AngularSpeed = Field(
+    frequency: Frequency = Field(
         0.0, ge=0, description="of the grid or twice that; 0: a torque that only decays"
     )
     time_constant: Time = Field(gt=0, description="in which it falls to 1 / e")

@@ -8,7 +8,7 @@ from typing import Any
 from vibecalc.core.case.raw import Data, get_key, nearest, parse_key, read_number, tables_at
 from vibecalc.core.case.rules import Row
 from vibecalc.core.case.search_checks import CHANGEABLE, PICKED, changeable, inside
-from vibecalc.core.case.walk import Shape, bound_words, keys_of, shape_at, words
+from vibecalc.core.case.walk import Shape, allowed_of, bound_words, keys_of, shape_at, words
 from vibecalc.errors import KeyPath, Problem, UnitError, UsageError
 from vibecalc.units import parse_quantity
 
@@ -46,7 +46,11 @@ def _read(value: Any, shape: Shape, path: KeyPath) -> Generator[Problem, None, A
     except (UnitError, OverflowError) as error:
         said = error if isinstance(error, UnitError) else UnitError("too large")
         yield Problem(
-            path=path, message=said.message, found=said.found, allowed=said.allowed, hint=said.hint
+            path=path,
+            message=said.message,
+            found=said.found,
+            allowed=allowed_of(said, shape),
+            hint=said.hint,
         )
         return None
 

@@ -8,7 +8,15 @@ from typing import Any
 
 from vibecalc.core.case.fields import UNION_TAGS, Table
 from vibecalc.core.case.raw import key_text
-from vibecalc.core.case.walk import Shape, bound_words, keys_of, shape_at, shape_of, words
+from vibecalc.core.case.walk import (
+    Shape,
+    allowed_of,
+    bound_words,
+    keys_of,
+    shape_at,
+    shape_of,
+    words,
+)
 from vibecalc.core.results.named import named
 from vibecalc.errors import KeyPath, Problem, UnitError
 
@@ -118,13 +126,11 @@ def _quantity(path: KeyPath, error: Error) -> Problem:
     shape = shape_at(path)
     if not isinstance(cause, UnitError):
         return _other(path, error)
-    bounds = f", {bound_words(shape)}" if shape and shape.bounds else ""
-    allowed = cause.allowed + bounds if cause.allowed else words(shape) if shape else ""
     return Problem(
         path=path,
         message=f"{name_of(path)}: {cause.message}",
         found=cause.found,
-        allowed=allowed,
+        allowed=allowed_of(cause, shape),
         hint=cause.hint,
     )
 

@@ -32,9 +32,16 @@ from vibecalc.units import parse_quantity, split_number
 
 @dataclass(frozen=True)
 class Unit:
-    """Marks a number with the unit that it has once it is read, and reads texts in any unit."""
+    """Marks a number with the unit that it has once it is read, and reads texts in any unit.
+
+    Where a unit stands for several things, `noun` says which this is, and `examples` (in quotes)
+    what it may look like; a difference of temperatures is not read from a scale with another zero.
+    """
 
     symbol: str
+    noun: str = ""
+    examples: str = ""
+    difference: bool = False
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
         number = handler(source)  # a float schema with the bounds of the field
@@ -47,7 +54,7 @@ class Unit:
 
     def _read(self, value: Any) -> Any:
         if isinstance(value, str):
-            return parse_quantity(value, self.symbol)
+            return parse_quantity(value, self.symbol, difference=self.difference)
         return as_double(value)
 
 
@@ -185,6 +192,17 @@ def _read_label_list(value: Any) -> Any:
     return value
 
 
+def _read_swept(value: Any) -> Any:
+    for one in value if isinstance(value, list | tuple) else ():
+        if isinstance(one, list | tuple):
+            _read_swept(one)
+        elif isinstance(one, dict):
+            _read_swept(list(one.values()))
+        elif not isinstance(one, bool):
+            read_labels({"": one})
+    return value
+
+
 def _one_or_three(value: Any) -> str:
     return THREE_TAG if isinstance(value, list | tuple) else ONE_TAG
 
@@ -202,16 +220,18 @@ Mass = Annotated[float, Unit("kg")]
 Inertia = Annotated[float, Unit("kg*m^2")]
 Unbalance = Annotated[float, Unit("kg*m")]
 Angle = Annotated[float, Unit("rad")]
-AngularSpeed = Annotated[float, Unit("rad/s")]
+AngularSpeed = Annotated[float, Unit("rad/s", "an angular speed", "'513 rad/s' or '4900 rpm'")]
+Frequency = Annotated[float, Unit("rad/s", "a frequency", "'50 Hz' or '314 rad/s'")]
 Acceleration = Annotated[float, Unit("m/s^2")]
-Moment = Annotated[float, Unit("N*m")]
-Pressure = Annotated[float, Unit("Pa")]
+Moment = Annotated[float, Unit("N*m", "a torque")]
+Pressure = Annotated[float, Unit("Pa", "a pressure")]
+Stress = Annotated[float, Unit("Pa", "a stress", "'80 MPa' or '80 N/mm^2'")]
 Force = Annotated[float, Unit("N")]
 AngularStiffness = Annotated[float, Unit("N*m/rad")]
 AngularDamping = Annotated[float, Unit("N*m*s/rad")]
 Voltage = Annotated[float, Unit("V")]
 Resistance = Annotated[float, Unit("ohm")]
-Modulus = Annotated[float, Field(gt=0), Unit("Pa")]
+Modulus = Annotated[float, Field(gt=0), Unit("Pa", "an elastic modulus", "'80 GPa'")]
 Density = Annotated[float, Field(gt=0), Unit("kg/m^3")]
 Level = Annotated[float, Unit("dB")]
 Time = Annotated[float, Unit("s")]
@@ -230,6 +250,13 @@ Labels = Annotated[
     tuple[int | float | str, ...],
     Field(max_length=20_000),
     BeforeValidator(_read_label_list),
+    Kind("labels"),
+]
+#: as a list of labels, and true or false, lists and tables in it
+Swept = Annotated[
+    tuple[Any, ...],
+    Field(max_length=20_000),
+    BeforeValidator(_read_swept),
     Kind("labels"),
 ]
 Point = tuple[Length, Length, Length]

@@ -5,7 +5,7 @@ import json
 import re
 import sys
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn
@@ -19,6 +19,7 @@ from vibecalc.core.case.locate import Location, Overridden, at_line
 from vibecalc.core.case.raw import Setting, apply_overrides
 from vibecalc.core.case.row_files import Rows, files_of_rows, with_line
 from vibecalc.core.case.rules import cross_check
+from vibecalc.core.results.named import named
 from vibecalc.core.results.steps import step
 from vibecalc.errors import CaseError, KeyPath, Problem
 from vibecalc.schema import SCHEMA_VERSION, Case
@@ -68,6 +69,8 @@ def expand_references(case: Case) -> tuple[Case, dict[KeyPath, KeyPath]]:
 
 EarlyChecks = Callable[[dict[str, Any]], list[Problem]]
 
+#: what follows from an order of firing
+_FIRING = "vibecalc.parts.firing"
 LARGEST_FILE = 1_000_000
 _AT_LINE = re.compile(r" \(at line (\d+), column (\d+)\)\Z")
 _MANY_DOTS = re.compile(r"""(?<![\w"'-])(?:[\w"'-]++[ \t]*+\.[ \t]*+){40}""")
@@ -82,7 +85,8 @@ class LoadedCase:
     a result), `resolved_toml` that as TOML; `sha256` covers the resolved values and the versions of
     schema and program, not the comments of the file. `origins` maps the references that come from
     a table to the place of that table, `files` the lists that stand in files to their lines.
-    `inputs` is the line that tells of a case file whether a result of it is up to date.
+    `inputs` is the line that tells of a case file whether a result of it is up to date, `freed` the
+    resolved case without what follows from other keys, where something does.
     """
 
     case: Case
@@ -96,6 +100,13 @@ class LoadedCase:
     origins: dict[KeyPath, KeyPath] = field(default_factory=dict)
     files: dict[KeyPath, Rows] = field(default_factory=dict)
     inputs: str = ""
+    freed: dict[str, Any] | None = None
+
+    def base(self, keys: Iterable[str]) -> dict[str, Any]:
+        """The resolved case that a study sets these keys of: what follows from them is open."""
+        if self.freed is not None and named(f"{_FIRING}:orders_throws")(keys):
+            return self.freed
+        return self.resolved
 
 
 #: a file, `-` for standard input, or the tables themselves
@@ -146,6 +157,7 @@ def load_case(
         origins=origins,
         files=lists,
         inputs=inputs(path, text, seen, overrides, unset),
+        freed=named(f"{_FIRING}:without_phases")(resolved, data),
     )
 
 

@@ -80,7 +80,7 @@ Setting = str | tuple[str, Any]
 
 _PART = re.compile(r"\.?([A-Za-z0-9_-]+)|\[(\d{1,6})\]")
 _BARE_TEXT = re.compile(r"[^\"'\[\]{}=#\n\r]+\Z")
-_LONGEST = 2000
+_LONGEST = 20_000
 
 
 def parse_key(key: str) -> KeyPath:
@@ -117,8 +117,11 @@ def parse_override(text: str) -> tuple[Overridden, Any]:
     key, sign, written = text.partition("=")
     if not sign or len(text) > _LONGEST or not text.isprintable():
         raise UsageError(f"--set needs key=value, found {_short(text)!r}")
+    from vibecalc.core.case.walk import shape_at, with_names
+
     path = parse_key(key.strip())
-    return Overridden(path, _short(f"--set {text}")), _read_value(written.strip(), text)
+    value = with_names(shape_at(path), _read_value(written.strip(), text))
+    return Overridden(path, _short(f"--set {text}")), value
 
 
 def _given(key: str, value: Any) -> tuple[Overridden, Any]:

@@ -7,7 +7,7 @@ from typing import Any
 
 from vibecalc.core.case.raw import Data, get_key, key_text, parse_key, read_number, tables_at
 from vibecalc.core.case.rules import Row
-from vibecalc.core.case.walk import Shape, bound_words, keys_of, shape_at, words
+from vibecalc.core.case.walk import Shape, allowed_of, bound_words, keys_of, shape_at, words
 from vibecalc.errors import KeyPath, Problem, UnitError, UsageError
 from vibecalc.units import parse_quantity
 
@@ -174,7 +174,7 @@ def bound_problems(variable: dict[str, Any], path: KeyPath, shape: Shape) -> Ite
                 path=(*path, side),
                 message=f"{side}: {unit_error.message}",
                 found=unit_error.found,
-                allowed=unit_error.allowed,
+                allowed=allowed_of(unit_error, shape),
                 hint=unit_error.hint,
             )
             continue

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field
 
 from vibecalc.core.case.choice_tables import Robust, Stock
-from vibecalc.core.case.fields import Labels, Name, Number, Table, Value, Where
+from vibecalc.core.case.fields import Labels, Name, Number, Swept, Table, Value, Where
 from vibecalc.core.case.rules import at_most_one, needs, no, one_of, refuse, unique
 
 # ----------------------------------------------------------------------------
@@ -205,7 +205,9 @@ class Along(Table):
     key: Annotated[str, Field(min_length=1, max_length=200)] = Field(
         description="as in machine.mounts.each.stiffness or ...cylinders[0].crank_phase"
     )
-    values: Labels = Field((), description="the values, SI or with a unit, or names of choices")
+    values: Swept = Field(
+        (), description="the values, SI or with a unit, names of choices, lists or tables"
+    )
     start: Value | None = Field(None, alias="from", description="first value, SI or with a unit")
     stop: Value | None = Field(None, alias="to", description="last value, SI or with a unit")
     points: Annotated[int, Field(strict=True, le=10**15)] | None = Field(

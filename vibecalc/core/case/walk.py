@@ -4,6 +4,9 @@ Messages, the optimiser's variables and the tests of starter cases all read it f
 """
 
 import functools
+import math
+import operator
+import re
 import types
 from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
 
@@ -11,20 +14,21 @@ from pydantic.fields import FieldInfo
 
 from vibecalc.core.case.fields import DeferredTable, Kind, Table, Unit
 from vibecalc.core.results.named import named
-from vibecalc.errors import KeyPath
+from vibecalc.errors import KeyPath, UnitError
 from vibecalc.unit_table import WORDS
-from vibecalc.units import describe
+from vibecalc.units import allowed_words, describe, parse_quantity
 
 BOUND_SIGNS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
+_COMPARE = {"gt": operator.gt, "ge": operator.ge, "lt": operator.lt, "le": operator.le}
 
 
 class Shape(NamedTuple):
     """What a place in a case may hold.
 
     `kind` is table, list, number, whole, flag, choice, text, value (a number, or a text with a
-    unit) or labels; `table` belongs to a table, `item` to a list, `unit` and `bounds` to a number;
-    `lengths` are the fewest and the most entries of a list or letters of a text. `or_three` marks
-    a number that may also be three.
+    unit) or labels; `table` belongs to a table, `item` to a list, `unit`, `noun` (what it is),
+    `examples` (in quotes) and `bounds` to a number; `lengths` are the fewest and the most entries
+    of a list or letters of a text. `or_three` marks a number that may also be three.
     """
 
     kind: str
@@ -35,6 +39,8 @@ class Shape(NamedTuple):
     item: "Shape | None" = None
     lengths: tuple[int, int | None] = (0, None)
     or_three: bool = False
+    noun: str = ""
+    examples: str = ""
 
 
 def keys_of(table: type[Table]) -> dict[str, FieldInfo]:
@@ -66,15 +72,24 @@ def shape_at(path: KeyPath) -> Shape | None:
     return shape
 
 
+def with_names(shape: Shape | None, value: Any) -> Any:
+    """A list of names, where a shell was given whole numbers for some: [1, 3, 2] of cylinders."""
+    if shape is None or shape.item is None or shape.item.kind != "text":
+        return value
+    if not isinstance(value, list | tuple):
+        return value
+    return [str(one) if type(one) is int else one for one in value]
+
+
 def words(shape: Shape) -> str:
     """Say in a line what a place may hold: "a length > 0 m, e.g. '0.2 m' or '200 mm'"."""
     fewest, most = shape.lengths
     if shape.kind == "number":
-        unit = shape.unit or ""
         bounds = bound_words(shape)
-        example = f", e.g. {WORDS[unit][1]}" if unit in WORDS else ""
+        written = " or ".join(f"'{one}'" for one in examples_of(shape))
+        example = f", e.g. {written}" if shape.unit in WORDS else ""
         three = ", or a list of three" if shape.or_three else ""
-        return " ".join(part for part in (describe(unit), bounds) if part) + three + example
+        return " ".join(part for part in (noun(shape), bounds) if part) + three + example
     if shape.kind == "whole":
         return f"a whole number {bound_words(shape)}".strip()
     if shape.kind == "choice":
@@ -93,6 +108,46 @@ def words(shape: Shape) -> str:
     if shape.kind == "labels":
         return "up to 8 names of axes, each with one number or text"
     return "a finite number, or a text with a unit such as '100 N'"
+
+
+def allowed_of(cause: UnitError, shape: Shape | None) -> str:
+    """What is allowed at a place whose value is none: what the place says, if the cause says no
+    more than the unit does."""
+    if shape is None or cause.allowed not in ("", allowed_words(shape.unit or "")):
+        bounds = f", {bound_words(shape)}" if shape and shape.bounds else ""
+        return cause.allowed + bounds
+    return words(shape)
+
+
+def noun(shape: Shape) -> str:
+    """What a number is, in words: "a length", "a frequency"."""
+    return shape.noun or describe(shape.unit or "")
+
+
+def examples_of(shape: Shape) -> list[str]:
+    """What may be written for a number: examples of its kind within its bounds, or one between."""
+    unit = shape.unit or ""
+    written = re.findall("'([^']*)'", shape.examples or WORDS.get(unit, ("", ""))[1])
+    within = [one for one in written if _within(shape, parse_quantity(one, unit))]
+    if within:
+        return within
+    bounds = dict(shape.bounds)
+    low, high = (
+        max((bounds[name] for name in names if name in bounds), default=None)
+        for names in (("gt", "ge"), ("lt", "le"))
+    )
+    if low is not None and high is not None:
+        far = low > 0.0 and high > 1e3 * low
+        between = math.sqrt(low * high) if far else 0.5 * (low + high) or 0.5 * high
+    elif low is not None:
+        between = 2.0 * low if low > 0.0 else low + 1.0
+    else:
+        between = min(1.0, 0.0 if high is None else high - 1.0)
+    return [f"{between:.4g} {unit}".strip()]
+
+
+def _within(shape: Shape, value: float) -> bool:
+    return all(_COMPARE[name](value, bound) for name, bound in shape.bounds)
 
 
 def bound_words(shape: Shape) -> str:
@@ -132,8 +187,14 @@ def _shape(annotation: Any, metadata: tuple[Any, ...]) -> Shape:
     if annotation is bool:
         return Shape(kind="flag")
     bounds = _stricter({name: float(limits[name]) for name in BOUND_SIGNS if name in limits})
-    unit = next((mark.symbol for mark in metadata if isinstance(mark, Unit)), "")
-    return Shape(kind="whole" if annotation is int else "number", unit=unit, bounds=bounds)
+    unit = next((mark for mark in metadata if isinstance(mark, Unit)), Unit(""))
+    return Shape(
+        kind="whole" if annotation is int else "number",
+        unit=unit.symbol,
+        bounds=bounds,
+        noun=unit.noun,
+        examples=unit.examples,
+    )
 
 
 def _stricter(limits: dict[str, float]) -> tuple[tuple[str, float], ...]:

@@ -3,7 +3,7 @@
 import math
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from vibecalc.core.report.sections import Section, magnitudes, other, speed_of, 
 from vibecalc.core.report.verdicts import (
     LimitRow,
     ReferenceRow,
+    counted_misses,
     judge_limits,
     judge_references,
     misses,
@@ -115,6 +116,29 @@ def report_lines(result: Result, *, full: bool = False) -> list[str]:
     return lines + (
         titled("Parts that could not be made, by a fault of vibecalc", failed) if failed else []
     )
+
+
+class Verdicts(NamedTuple):
+    """A result held to the references and limits of its case."""
+
+    result: Result
+
+    @property
+    def misses(self) -> int:
+        """How many that count are missed or undecided."""
+        return counted_misses(self.result)
+
+    @property
+    def kept(self) -> bool:
+        """Whether none is."""
+        return not self.misses
+
+    def __str__(self) -> str:
+        return render_verdicts(self.result)
+
+    def __repr__(self) -> str:
+        verdict = "kept" if self.kept else f"{self.misses} missed or undecided"
+        return f"<vibecalc verdicts on {self.result.name!r}: {verdict}>"
 
 
 def render_verdicts(result: Result) -> str:

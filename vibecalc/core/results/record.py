@@ -208,7 +208,7 @@ class Axis:
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class Quantity:
+class Quantity(np.lib.mixins.NDArrayOperatorsMixin):
     """One result. `path` is its name everywhere: in the file, in references, limits and `diff`.
 
     `values` has one dimension per axis, real or complex; `error_estimate` is absolute, in `unit`,
@@ -239,12 +239,68 @@ class Quantity:
     def __eq__(self, other: object) -> bool:
         return _alike(self, other) if isinstance(other, Quantity) else NotImplemented
 
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
     def __repr__(self) -> str:
         over = ", ".join(f"{axis.name} ({len(axis.values)})" for axis in self.axes)
         return (
             f"<vibecalc quantity {self.path!r}: {_brief(self.values, self.unit)}"
             f"{' over ' * bool(over)}{over}>"
         )
+
+    # A quantity is an array of its values, in SI.
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        """The values, as numpy asks for them; they are copied where `copy` or the type asks so."""
+        found = np.asarray(self.values, dtype=dtype)
+        if copy is False and dtype is not None and found.dtype != self.values.dtype:
+            raise ValueError(f"{self.path} cannot be of type {found.dtype} without a copy")
+        return np.array(found) if copy else found
+
+    def __array_ufunc__(self, function: Any, method: str, *inputs: Any, **options: Any) -> Any:
+        """Arithmetic of the values: what comes out is an array without a unit."""
+        plain = [np.asarray(one) if isinstance(one, Quantity) else one for one in inputs]
+        return getattr(function, method)(*plain, **options)
+
+    def __len__(self) -> int:
+        """Entries along the first axis; TypeError of a single number."""
+        if not np.ndim(self.values):
+            raise TypeError(f"{self.path} is one number and has no length")
+        return len(self.values)
+
+    def __getitem__(self, place: Any) -> Any:
+        """Entries as numpy picks them, in SI."""
+        return np.asarray(self.values)[place]
+
+    def __iter__(self) -> Iterator[Any]:
+        """Entries along the first axis; TypeError of a single number."""
+        return iter(np.asarray(self.values))
+
+    def __bool__(self) -> bool:
+        """A quantity is there, whatever its numbers are."""
+        return True
+
+    def __float__(self) -> float:
+        """The one number that it is, in SI; TypeError for what is not one real number."""
+        return float(self._one("iufb", "real number"))
+
+    def __complex__(self) -> complex:
+        """The same of what may be complex."""
+        return complex(self._one("iufbc", "number"))
+
+    def _one(self, kinds: str, what: str) -> Any:
+        values = np.asarray(self.values)
+        if values.size != 1 or values.dtype.kind not in kinds:
+            over = ", ".join(f"{axis.name} ({len(axis.values)})" for axis in self.axes)
+            has = f"{values.size} entries over {over}" if over else f"{values.dtype} values"
+            raise TypeError(f"{self.path} is not one {what}: it has {has}")
+        return values.item()
+
+    def _repr_html_(self) -> str:
+        """Name, unit, axes and values in a notebook, in the unit that people read."""
+        html: str = named("vibecalc.core.report.notebook:quantity_html")(self)
+        return html
 
     def to(self, unit: str) -> np.ndarray:
         """The values in another unit; UnitError if it has another dimension."""

@@ -44,8 +44,6 @@ class Binding:
         study = loaded.case.optimisation or loaded.case.fit
         if study is None:
             raise ValueError("the case has neither [optimisation] nor [fit]")
-        # what a point of the search is computed from; its own tables hold the rest
-        self._resolved = {k: v for k, v in loaded.resolved.items() if k not in NOT_COMPUTED}
         # most points of a search change some parts only, and a front comes back to old points
         self._cache = StageCache()
         moving = study.moving
@@ -54,6 +52,9 @@ class Binding:
         )
         self.picked: tuple[int, ...] = ()
         self.keys = tuple(variable.key for variable in moving)
+        # what a point of the search is computed from; its own tables hold the rest
+        base = loaded.base(self.keys)
+        self._resolved = {k: v for k, v in base.items() if k not in NOT_COMPUTED}
         self.units = tuple(field_unit(key) for key in self.keys)
         self.written = tuple(variable.upper or 0.0 for variable in moving)
         self.lower = self._bounds([variable.lower for variable in moving])

@@ -284,13 +284,14 @@ def add_solutions(
     of them, where none found anything.
     """
     started = time.perf_counter()
-    resolved = {k: v for k, v in loaded.resolved.items() if k not in NOT_COMPUTED}
     cache = StageCache()  # searches along different keys share the stages that these do not touch
     chosen: list[tuple[Along, ChosenSolution]] = []
     failures: list[str] = []
     with counted("finding", progress) as advance:
         for search in loaded.case.find:
             period = period_of(search.key, loaded.case.machine)
+            base = loaded.base([search.key, *search.also])
+            resolved = {k: v for k, v in base.items() if k not in NOT_COMPUTED}
             along = Along(search, resolved, cache, advance, period)
             try:
                 choice = choose(along, along.read(record), record[search.quantity].unit)

@@ -109,7 +109,7 @@ def _on_spread(axis_values: SpacedValues, shape: Shape) -> tuple[int, np.ndarray
 # What can be found wrong with a sweep before its first run.
 # ----------------------------------------------------------------------------
 
-Settings = dict[str, float | int | str]
+Settings = dict[str, Any]
 
 _PROBED = 16
 _COMBINATIONS = 64
@@ -169,14 +169,16 @@ def _no_point(design: Design, resolved: Mapping[str, Any]) -> Iterator[Problem]:
         for path, place in zip(axis.paths, axis.places, strict=True)
     }
     for problem in problems[:_SHOWN]:
-        place: KeyPath = places.get(problem.path, ("sweep",))
+        place: KeyPath = next(
+            (at for path, at in places.items() if problem.path[: len(path)] == path), ("sweep",)
+        )
         yield Problem(
             path=place,
             message=f"no point of the sweep is a case: {problem.message}",
             found=problem.found,
             allowed=problem.allowed,
             hint=problem.hint,
-            also=problem.path if problem.path not in places else None,
+            also=problem.path if place == ("sweep",) else None,
         )
 
 
@@ -264,7 +266,9 @@ def _instead(path: str, known: Mapping[str, Entry]) -> str:
 
 
 def _said(settings: Settings) -> str:
-    return ", ".join(f"{key} = {value}" for key, value in settings.items()) or "the first point"
+    return (
+        ", ".join(f"{key} = {value}"[:100] for key, value in settings.items()) or "the first point"
+    )
 
 
 # ----------------------------------------------------------------------------
@@ -281,6 +285,7 @@ def sweep_problems(loaded: LoadedCase) -> list[Problem]:
         design = make_design(case.sweep, resolved)
     except CaseError as error:
         return list(error.problems)
+    resolved = loaded.base(design.keys)
     problems = [*_optimised_too(case, design), *check_design(design, resolved)]
     return problems or keep_problems(case.sweep.keep, case, design, resolved)
 

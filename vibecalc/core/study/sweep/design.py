@@ -181,12 +181,15 @@ def _points_differ(
 ) -> bool:
     """Whether no two points of the axis are the same; only lists can repeat themselves."""
     listed = [
-        axis_values.values for _, _, axis_values in rows if isinstance(axis_values, ValueList)
+        axis_values.contents or axis_values.values
+        for _, _, axis_values in rows
+        if isinstance(axis_values, ValueList)
     ]
     if len(listed) < len(rows) or len({len(values) for values in listed}) > 1:
         return True
-    seen: dict[tuple[float | str, ...], int] = {}
-    for position, point in enumerate(zip(*listed, strict=True)):
+    seen: dict[str, int] = {}
+    for position, each in enumerate(zip(*listed, strict=True)):
+        point = repr(each)
         if point in seen:
             written = rows[0][0].table.values[position]
             problems.append(
@@ -289,6 +292,11 @@ class Design:
         """For each key the names that its values count from 0; empty for a number."""
         return tuple(names for axis in self.axes for names in axis.choices)
 
+    @property
+    def contents(self) -> tuple[tuple[Any, ...], ...]:
+        """For each key the lists or tables that its values count from 0; empty for others."""
+        return tuple(values.contents for axis in self.axes for values in axis.key_values)
+
     def value_of(self, numbers: np.ndarray) -> np.ndarray:
         """Values (len, keys) in SI at point numbers (len,); a choice is counted from 0.
 
@@ -306,13 +314,14 @@ class Design:
         return np.concatenate(parts, axis=1)
 
     def columns(self, numbers: np.ndarray) -> dict[str, np.ndarray]:
-        """The values at some points by key: doubles, whole numbers, or names of choices."""
+        """The values at some points by key: doubles, whole numbers, names, lists or tables."""
         values = self.value_of(numbers)
         return {key: self._typed(values[:, column], column) for column, key in enumerate(self.keys)}
 
-    def settings(self, number: int) -> dict[str, float | int | str]:
-        """What one point sets: a value in SI or the name of a choice for each key."""
-        return {key: column[0].item() for key, column in self.columns(np.array([number])).items()}
+    def settings(self, number: int) -> dict[str, Any]:
+        """What one point sets: a value in SI, the name of a choice, a list or table, by key."""
+        columns = self.columns(np.array([number]))
+        return {key: column.tolist()[0] for key, column in columns.items()}
 
     def roles(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """For Sobol indices: the sampled point behind each run, and 0 for A, 1 for B, 1 + j."""
@@ -341,6 +350,12 @@ class Design:
         }
 
     def _typed(self, column: np.ndarray, index: int) -> np.ndarray:
+        contents = self.contents[index]
+        if contents:
+            objects = np.empty(len(column), dtype=object)
+            for row, place in enumerate(column.astype(np.int64).tolist()):
+                objects[row] = contents[place]
+            return objects
         if self.choices[index]:
             return np.array(self.choices[index])[column.astype(np.int64)]
         whole = [shape.kind == "whole" for axis in self.axes for shape in axis.shapes]

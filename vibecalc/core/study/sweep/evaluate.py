@@ -37,6 +37,7 @@ class Evaluator:
         self._keep = tuple(keep)
         self._varied = frozenset(design.keys)
         self._cache = StageCache()
+        self._base = loaded.base(design.keys)
 
     def __call__(self, indices: np.ndarray) -> Block:
         """Results at some points; as `run_points`."""
@@ -74,7 +75,7 @@ class Evaluator:
     def _computed(self, settings: Mapping[str, Any]) -> Quantities:
         if self._loaded.case.optimisation is not None:
             return self._optimised(settings)
-        case = validate(case_at(self._loaded.resolved, settings))
+        case = validate(case_at(self._base, settings))
         _refuse(check_again(case, self._cache))
         record = run_case(case, wanted=frozenset(self._keep), cache=self._cache)
         return {path: self._stackable(record[path]) for path in self._keep if path in record}
@@ -96,7 +97,7 @@ class Evaluator:
         from vibecalc.core.study.optimise import optimise
 
         without = [name for name in NOT_COMPUTED if name not in ("optimisation", "limit")]
-        loaded = self._at(validate(case_at(self._loaded.resolved, settings, without)))
+        loaded = self._at(validate(case_at(self._base, settings, without)))
         _refuse(physics_problems(loaded))
         record = optimise(loaded, timings={})
         if record.failure:

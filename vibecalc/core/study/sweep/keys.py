@@ -1,15 +1,16 @@
 """Keys that a sweep may vary, and from the table of one in `[sweep]` to the values it takes."""
 
 import difflib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from vibecalc.core.case.diagnose import shown
 from vibecalc.core.case.raw import get_key, key_text, parse_key
 from vibecalc.core.case.study_tables import Along, Distribution
-from vibecalc.core.case.walk import Shape, keys_of, shape_at, words
+from vibecalc.core.case.walk import Shape, allowed_of, keys_of, shape_at, with_names, words
 from vibecalc.core.study.sweep.values import (
     PARAMETERS,
     AxisValues,
@@ -22,13 +23,15 @@ from vibecalc.errors import KeyPath, Problem, UnitError, UsageError
 from vibecalc.units import parse_quantity, split_number
 
 # ----------------------------------------------------------------------------
-# The keys a sweep may vary: numbers, choices and names of this case, written or left out.
+# The keys a sweep may vary: numbers, choices, names, switches, and whole lists and tables.
 # ----------------------------------------------------------------------------
 
 VARIED = (
     *("machine", "kinematics", "excitation", "balance", "response", "isolation", "foundation"),
     *("measurement", "tuning", "damper_design", "bearing_loads", "accuracy"),
+    *("point", "vibration_severity", "base_motion"),
 )
+_VARIABLE = ("number", "whole", "choice", "text", "flag", "list", "table")
 _LISTED = 64  # entries of a list whose keys are offered as the nearest ones
 
 
@@ -44,13 +47,8 @@ def target(key: str, resolved: Mapping[str, Any]) -> tuple[KeyPath, Shape]:
         raise UsageError(f"a case has no key {key_text(path)}{_nearest(path, resolved)}")
     if path[0] not in VARIED:
         raise UsageError(f"only keys below {', '.join(VARIED)} can vary")
-    if shape.kind not in ("number", "whole", "choice", "text"):
-        if shape.item is not None and shape.item.kind != "table":
-            hint = f"; a key in it is {key_text(path)}[0]"
-        else:
-            inside = list(_leaves(get_key(resolved, path), path))[:1]
-            hint = f"; a key in it is {inside[0]}" if inside else ""
-        raise UsageError(f"{key_text(path)} is {words(shape)}, no number and no choice{hint}")
+    if shape.kind not in _VARIABLE:
+        raise UsageError(f"{key_text(path)} is {words(shape)}, which no sweep varies")
     if not _may_be_added(path, resolved):
         get_key(resolved, path)
     return path, shape
@@ -140,7 +138,7 @@ class KeyPlace(NamedTuple):
 
 def read_values(place: KeyPlace, sampled: bool, points: int | None) -> AxisValues | None:
     """The values of one key; None if its table has problems. `points` stands in for absent ones."""
-    table, choice = place.table, place.shape.kind in ("choice", "text")
+    table, choice = place.table, place.shape.kind not in ("number", "whole")
     forms = {
         "values": bool(table.values),
         "from": table.start is not None or table.stop is not None,
@@ -182,6 +180,9 @@ def _listed(place: KeyPlace) -> ValueList | None:
         return None
     if place.shape.kind in ("choice", "text"):
         return _choices(place)
+    whole = any(isinstance(value, list | tuple | dict) for value in values)
+    if whole or place.shape.kind not in ("number", "whole"):
+        return _wholes(place)
     numbers = []
     for value in values:
         number = _number(place, "values", value)
@@ -207,6 +208,47 @@ def _choices(place: KeyPlace) -> ValueList | None:
         )
         return None
     return ValueList(values=tuple(str(value) for value in place.table.values))
+
+
+#: what a value of a kind of key that is no number is in TOML
+_TYPES = {"flag": bool, "list": list | tuple, "table": dict}
+_SWITCH = {"true": True, "false": False}
+_LONGEST_LABEL = 40
+
+
+def _wholes(place: KeyPlace) -> ValueList | None:
+    """Lists, tables and switches, each as one value."""
+    shape, kind = place.shape, place.shape.kind
+    values = tuple(
+        _SWITCH.get(str(one), one) if kind == "flag" else one for one in place.table.values
+    )
+    values = tuple(with_names(shape, one) for one in values)
+    three = (list, tuple, str, int, float) if shape.or_three else ()
+    wrong = [one for one in values if not isinstance(one, _TYPES.get(kind, three))]
+    if wrong:
+        example = f"values = [[...], [...]], {words(shape)}" if kind == "list" else words(shape)
+        message = f"{place.table.key} cannot be {shown(wrong[0])}"
+        hint = f"a key in it is {place.table.key}[0]" if kind == "list" else ""
+        place.refuse("values", message, found=shown(wrong[0]), allowed=example, hint=hint)
+        return None
+    return ValueList(values=labels(values), contents=values)
+
+
+def labels(values: Sequence[Any]) -> tuple[str, ...]:
+    """What stands for lists and tables in files and reports: themselves, or number and begin."""
+    texts = [_compact(value) for value in values]
+    return tuple(
+        text if len(text) <= _LONGEST_LABEL else f"{number}: {text[: _LONGEST_LABEL - 8]} ..."
+        for number, text in enumerate(texts, 1)
+    )
+
+
+def _compact(value: Any) -> str:
+    if isinstance(value, dict):
+        return f"{{{','.join(f'{key}={_compact(one)}' for key, one in value.items())}}}"
+    if isinstance(value, list | tuple):
+        return f"[{','.join(map(_compact, value))}]"
+    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def _spread(place: KeyPlace, sampled: bool, points: int | None) -> SpacedValues | None:
@@ -302,6 +344,9 @@ def _parameters(place: KeyPlace, given: Distribution) -> tuple[float, ...] | Non
 
 
 def _number(place: KeyPlace, key: str, written: Written) -> float | None:
+    if isinstance(written, bool):
+        place.refuse(key, f"{place.table.key} cannot be true or false", allowed=words(place.shape))
+        return None
     try:
         return parse_quantity(written, place.shape.unit or "")
     except (UnitError, OverflowError) as error:
@@ -310,7 +355,7 @@ def _number(place: KeyPlace, key: str, written: Written) -> float | None:
             key,
             f"{place.table.key}: {unit_error.message}",
             found=unit_error.found,
-            allowed=unit_error.allowed,
+            allowed=allowed_of(unit_error, place.shape),
             hint=unit_error.hint,
         )
         return None

@@ -7,6 +7,7 @@ import math
 import os
 import re
 import time
+import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -71,7 +72,10 @@ def choose(case: "Case", design: Design, keep: Sequence[str], jobs: int = 2) -> 
     """
     from vibecalc.core.study.sweep.at_once import unsupported
 
-    why_not = unsupported(case, [parse_key(key) for key in design.keys], keep)
+    if any(design.contents):
+        why_not = "lists, tables and switches are set point by point"
+    else:
+        why_not = unsupported(case, [parse_key(key) for key in design.keys], keep)
     if why_not is None:
         words = "all that is kept is computed for many points at once"
         stages = [stage.leading for stage in needed_stages(case, frozenset(keep)) if stage.leading]
@@ -179,6 +183,23 @@ def shard_chunks(chunks: int, shard: tuple[int, int]) -> range:
     return range(part - 1, chunks, parts)
 
 
+def parse_shard(text: str | None) -> tuple[int, int]:
+    """Read `I/N`; UsageError if it is not that."""
+    if text is None:
+        return 1, 1
+    match = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text.strip())
+    if match is None or not 1 <= int(match[1]) <= int(match[2]):
+        raise UsageError(f"--shard needs I/N with I from 1 to N, as in 2/8; found {text[:40]!r}")
+    return int(match[1]), int(match[2])
+
+
+def seconds_allowed(timeout: float) -> float:
+    """The seconds that a point may take; UsageError for a number that is none."""
+    if not (math.isfinite(timeout) and timeout > 0.0):
+        raise UsageError(f"--timeout needs a number of seconds above 0, found {timeout:g}")
+    return timeout
+
+
 def processors() -> int:
     """How many processors this process may use."""
     if hasattr(os, "sched_getaffinity"):
@@ -193,11 +214,17 @@ def processors() -> int:
 # machine.mounts.each.stiffness=5 N/mm:50 N/mm:21log   in equal ratios
 # machine.mounts.each.stiffness=5 N/mm:50 N/mm         a range to draw from
 # response.method=modal,direct              these values
+# machine.crank_train.firing_order=[1,3,2],[1,2,3]     these lists, each as one value
+# machine.mounts.each.name="a, b","c"       texts in quotes; what begins so, or with [ or {, is TOML
 # ----------------------------------------------------------------------------
 
+#: what a value in TOML begins with
+_TOML = ('"', "'", "[", "{")
 _POINTS = re.compile(r"\s*(\d{1,18})?\s*(log|linear)?\s*\Z")
-_LONGEST = 2000
-_EXAMPLES = "key=5 N/mm:50 N/mm:21, key=5 N/mm:50 N/mm:21log or key=2 kg,3 kg,5 kg"
+_LONGEST = 20_000
+_EXAMPLES = (
+    "key=5 N/mm:50 N/mm:21, key=5 N/mm:50 N/mm:21log, key=2 kg,3 kg,5 kg or key=[1,3,2],[1,2,3]"
+)
 
 
 def axis_table(text: str, option: str = "--grid") -> dict[str, Any]:
@@ -207,18 +234,19 @@ def axis_table(text: str, option: str = "--grid") -> dict[str, Any]:
         raise UsageError(f"{option} needs {_EXAMPLES}; found {text[:80]!r}")
     table: dict[str, Any] = {"key": key_text(parse_key(key.strip()))}
     said = f"{option} {text[:80]}"
-    if ":" not in spec:
-        values = [value.strip() for value in spec.split(",")]
-        _refuse_gaps(values, said)
+    ends = _apart(spec, ":")
+    if len(ends) == 1:
+        values = _values(_apart(spec, ","), said)
+        if len(values) == 1 and isinstance(values[0], list):
+            values = values[0]
         _refuse_mixed_units(values, said)
         return {**table, "values": values}
-    ends = [part.strip() for part in spec.split(":")]
     match = _POINTS.match(ends[2]) if len(ends) == 3 else None
     if len(ends) not in (2, 3) or (len(ends) == 3 and (match is None or not ends[2])):
         raise UsageError(f"{said}: expected start:stop:points, as in {_EXAMPLES}")
-    _refuse_gaps(ends[:2], said)
-    _refuse_mixed_units(ends[:2], said)
-    table |= {"from": ends[0], "to": ends[1]}
+    first, last = _values(ends[:2], said)
+    _refuse_mixed_units([first, last], said)
+    table |= {"from": first, "to": last}
     if match is not None and match[1]:
         table["points"] = int(match[1])
     if match is not None and match[2]:
@@ -252,23 +280,51 @@ def sampling_table(text: str) -> dict[str, Any]:
     return table
 
 
-def _refuse_gaps(values: Sequence[str], said: str) -> None:
-    if not all(values):
+def _apart(spec: str, sign: str) -> list[str]:
+    """A text cut at each `sign` that stands in no quotes, brackets or braces."""
+    parts, quote, depth = [""], "", 0
+    for letter in spec:
+        if letter == sign and not quote and not depth:
+            parts.append("")
+            continue
+        if parts[-1][:1] in _TOML or (not parts[-1] and letter in _TOML):
+            if quote:
+                quote = "" if letter == quote else quote
+            elif letter in "\"'":
+                quote = letter
+            else:
+                depth += (letter in "[{") - (letter in "]}")
+        parts[-1] = (parts[-1] + letter).lstrip()
+    return [part.strip() for part in parts]
+
+
+def _values(parts: Sequence[str], said: str) -> list[Any]:
+    """Values as written: bare texts, and TOML."""
+    if not all(parts):
         raise UsageError(f"{said}: a value is missing, expected {_EXAMPLES}")
+    values: list[Any] = []
+    for part in parts:
+        try:
+            values.append(tomllib.loads(f"x = {part}")["x"] if part[0] in _TOML else part)
+        except (ValueError, RecursionError):
+            raise UsageError(f"{said}: {part[:60]!r} is not TOML, expected {_EXAMPLES}") from None
+    return values
 
 
-def _refuse_mixed_units(values: Sequence[str], said: str) -> None:
+def _refuse_mixed_units(values: Sequence[Any], said: str) -> None:
     """A bare number is in SI; next to one with a unit it was hardly meant so."""
     units = set()
     for value in values:
+        if not isinstance(value, str | int | float) or isinstance(value, bool):
+            return
         try:
-            number, unit = split_number(value)
+            number, unit = split_number(str(value))
         except UnitError:
             return
         if unit or re.search("[1-9]", number):
             units.add(bool(unit))
     if len(units) > 1:
-        example = next(value for value in values if split_number(value)[1])
+        example = next(value for value in values if split_number(str(value))[1])
         raise UsageError(f"{said}: give every value its unit, as in {example!r}")
 
 
@@ -394,7 +450,7 @@ def prepare(loaded: LoadedCase, jobs: int) -> PreparedSweep:
         )
     raise_with_location(loaded, sweep_problems(loaded))
     design = make_design(case.sweep, resolved)
-    keep = stored_paths(case.sweep.keep, case, design, resolved)
+    keep = stored_paths(case.sweep.keep, case, design, loaded.base(design.keys))
     return PreparedSweep(
         loaded=loaded,
         design=design,

@@ -105,9 +105,14 @@ _EXACT = 1 << 53
 
 @dataclass(frozen=True, kw_only=True)
 class ValueList:
-    """Values as given: numbers, or names of choices (then `at` counts them from 0)."""
+    """Values as given: numbers, or names of choices (then `at` counts them from 0).
+
+    What is neither, as a list or a table, is set as it stands in `contents`, and `values` are
+    labels of it.
+    """
 
     values: tuple[float, ...] | tuple[str, ...]
+    contents: tuple[Any, ...] = ()
 
     @property
     def count(self) -> int | None:
@@ -136,7 +141,7 @@ class ValueList:
 
     def description(self) -> dict[str, Any]:
         """As plain values, for hashes."""
-        return {"values": list(self.values)}
+        return {"values": list(self.contents or self.values)}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,6 +161,11 @@ class SpacedValues:
     @property
     def names(self) -> tuple[str, ...]:
         """No choices: all values are numbers."""
+        return ()
+
+    @property
+    def contents(self) -> tuple[Any, ...]:
+        """None: no value is a list or a table."""
         return ()
 
     @property
@@ -228,6 +238,11 @@ class RandomValues:
     @property
     def names(self) -> tuple[str, ...]:
         """No choices: all values are numbers."""
+        return ()
+
+    @property
+    def contents(self) -> tuple[Any, ...]:
+        """None: no value is a list or a table."""
         return ()
 
     @property
