@@ -19,12 +19,14 @@ from typing import Any, NamedTuple
 from vibecalc.core.case.data_files import attach_files
 from vibecalc.core.case.fields import Table
 from vibecalc.core.case.load import validate
+from vibecalc.core.case.raw import apply_overrides, parse_key
 from vibecalc.core.case.rules import ByKind, Needs, OneOf, Row
 from vibecalc.core.case.walk import Shape, keys_of, shape_of
 from vibecalc.core.report.check import check_rows
 from vibecalc.core.study.execute import load_checked
-from vibecalc.errors import CaseError, KeyPath, NumericalFailure, Problem
-from vibecalc.kinds import EACH, KINDS, of_others, parts_of
+from vibecalc.errors import CaseError, KeyPath, Problem, UsageError
+from vibecalc.json_schema import json_schema
+from vibecalc.kinds import EACH
 from vibecalc.schema import Case
 from vibecalc.unit_table import WORDS
 
@@ -63,23 +65,29 @@ class Place(NamedTuple):
     default: Any
 
 
-def _walk(table: type[Table], above: Pattern, left_out: set[KeyPath]) -> Iterator[Any]:
+def _walk(table: type[Table], above: Pattern, at: Any, schema: Any) -> Iterator[Any]:
+    while "$ref" in at or "anyOf" in at and "properties" not in at:
+        at = schema["$defs"][at["$ref"].split("/")[-1]] if "$ref" in at else at["anyOf"][0]
     for key, field in keys_of(table).items():
-        pattern = (*above, key)
-        if pattern in left_out:
+        part = at["properties"].get(key)
+        if not part:
             continue
-        shape = shape_of(field)
+        pattern, shape = (*above, key), shape_of(field)
         default = field.get_default(call_default_factory=True)
         yield pattern, Place(shape, table, field.is_required(), default)
-        below = shape.table or (shape.item.table if shape.item else None)
-        if below is not None:
-            yield from _walk(below, pattern if shape.table else (*pattern, EACH), left_out)
+        if shape.table is not None:
+            yield from _walk(shape.table, pattern, part, schema)
+        elif shape.item is not None and shape.item.table is not None:
+            while "items" not in part:
+                part = part["anyOf"][0]
+            yield from _walk(shape.item.table, (*pattern, EACH), part["items"], schema)
 
 
 @cache
 def places(kind: str) -> dict[Pattern, Place]:
-    """Every key that a case of this kind of machine may have."""
-    return dict(_walk(Case, (), {*parts_of(kind).foreign, *of_others(kind)}))
+    """Every key that a case of this kind of machine may have, by the schema of this kind."""
+    schema = json_schema(kind)
+    return dict(_walk(Case, (), schema, schema))
 
 
 def aims(kind: str) -> Iterator[Aim]:
@@ -356,6 +364,9 @@ def problems_of(data: Data) -> list[Problem]:
 
 def plan(aim: Aim) -> tuple[str, Data] | None:
     """The base and a case that has the key and that `check` takes; None where none was found."""
+    for row in VALUES["together"]:
+        if re.search(row["keys"], str(aim)):
+            return _by_hand(aim, row)
     def order(base: Base) -> Any:
         searches = [study for study in STUDIES if study in base.data]
         return _missing(base.data, aim.pattern), bool(searches), base.seconds
@@ -385,6 +396,27 @@ def plan(aim: Aim) -> tuple[str, Data] | None:
 
 
 WHY: dict[Aim, str] = {}
+
+
+def _by_hand(aim: Aim, row: Any) -> tuple[str, Data] | None:
+    """A case with keys that have to stand together, of which the aim is one."""
+    every = [base for base in bases(aim.kind) if row.get("base", base.name) == base.name]
+    for base in every[:6]:
+        data = copy.deepcopy(base.data)
+        unset = [key for key in row.get("unset", ()) if get(data, parse_key(key)) is not None]
+        try:
+            apply_overrides(data, [*copy.deepcopy(row["set"]).items()], unset)
+        except UsageError as error:
+            WHY[aim] = str(error)
+            continue
+        (spot, *_) = [path for path in spots(data, aim.pattern)] or [()]
+        if spot and aim.value is not None:
+            listed = isinstance(get(data, spot), list)
+            put(data, spot, [aim.value] if listed else aim.value)
+        WHY[aim] = settle(data, spot, aim.kind) if spot else "the key is not set"
+        if not WHY[aim]:
+            return base.name, data
+    return None
 
 
 def _missing(data: Data, pattern: Pattern) -> tuple[int, bool]:
@@ -443,12 +475,14 @@ def settle(data: Data, ours: KeyPath, kind: str) -> str:
     for _ in range(12):
         problems = problems_of(data)
         if not problems:
-            return "" if get(data, ours) == value else "it went"
+            now = get(data, ours)
+            table = isinstance(now, dict) or isinstance(now, list) and isinstance(now[0], dict)
+            return "" if now == value or table else "it went"
         before = copy.deepcopy(data)
         for problem in problems:
             _mend(data, problem, ours, kind)
         if data == before or data in seen or get(data, ours) is None:
-            return re.sub(r"[-\d.e+]+", "N", problems[0].message)
+            return re.sub(r"[-+]?\d[\d.]*", "N", problems[0].message)
         seen.append(before)
     return "no end"
 
@@ -485,13 +519,43 @@ def _mend(data: Data, problem: Problem, ours: KeyPath, kind: str) -> None:
     if _NAMED.search(problem.message) and path != ours:
         known = re.findall(r"'(.*?)'", problem.allowed)
         if known and get(data, path) is not None:
-            put(data, path, known[0])
+            beside = get(data, path[:-1]) if isinstance(path[-1], int) else ()
+            put(data, path, next((name for name in known if name not in beside), known[0]))
             return
+    if _said(data, problem, kind):
+        return
+    if (beside := _BESIDE.match(problem.allowed)) and _fill(
+        data, (*beside[2].split("."), beside[1]), kind
+    ):
+        return
     mine = ours[: len(path)] == path
     for other in ((problem.also or (),) if mine else (path, problem.also or ())):
-        if other and ours[: len(other)] != other and other[:1] != ("schema",):
+        if other and ours[: len(other)] != other and not _needed(other, kind):
             if drop(data, other):
                 return
+
+
+_KEY = re.compile(r"\b[a-z][a-z_]+\b")
+
+
+def _said(data: Data, problem: Problem, kind: str) -> bool:
+    """Fill in the first key that the table lacks and that the words of a problem ask for."""
+    for path in (problem.path, problem.path[:-1]):
+        table, model = get(data, path), _model_at(path, kind)
+        if isinstance(table, dict) and model is not None:
+            keys = [*_KEY.findall(problem.allowed)[:3], *_KEY.findall(problem.message)]
+            return any(_fill(data, (*path, key), kind) for key in keys if key not in table)
+    return False
+
+
+def _needed(path: KeyPath, kind: str) -> bool:
+    """Whether a case cannot be without this key."""
+    place = places(kind).get(tuple(EACH if isinstance(part, int) else part for part in path))
+    return place is not None and (place.required or path in _EVERY_MACHINE)
+
+
+_EVERY_MACHINE = (("machine", "speed"), ("machine", "crank_train"), ("machine", "shaft_line"))
+_BESIDE = re.compile(r"(\w+) in \[([\w.]+)\]")
 
 
 def _fill(data: Data, path: KeyPath, kind: str) -> bool:
@@ -541,3 +605,11 @@ def _by_rule(row: Row, rule: Any, ours: KeyPath, kind: str) -> bool:
     for key in needed:
         _fill(row.case, (*row.path, key), kind)
     return True
+
+
+def refused_always(aim: Aim) -> bool:
+    """Whether the list of what no run can reach has this key, with the words `check` has for it."""
+    return any(
+        re.search(row["keys"], str(aim)) and re.search(row["why"], WHY.get(aim, ""))
+        for row in VALUES["unreached"]
+    )
