@@ -10,8 +10,8 @@ import copy
 import hashlib
 import re
 import tomllib
-from collections.abc import Iterator
 from collections import Counter
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -66,7 +66,7 @@ class Place(NamedTuple):
 
 
 def _walk(table: type[Table], above: Pattern, at: Any, schema: Any) -> Iterator[Any]:
-    while "$ref" in at or "anyOf" in at and "properties" not in at:
+    while "$ref" in at or ("anyOf" in at and "properties" not in at):
         at = schema["$defs"][at["$ref"].split("/")[-1]] if "$ref" in at else at["anyOf"][0]
     for key, field in keys_of(table).items():
         part = at["properties"].get(key)
@@ -152,12 +152,17 @@ def bases(kind: str) -> list[Base]:
             continue
         for key in ("limit", *(() if "fit" in data else ("reference", "reference_table"))):
             data.pop(key, None)
-        for pattern, value in LIGHTER.items():
-            for spot in spots(data, pattern):
-                put(data, spot, value)
+        lighten(data)
         (loaded,) = load_checked([data])
         found.append(Base(path.stem, data, check_rows(loaded.case)[1]["seconds"]))
     return sorted(found, key=lambda base: base.seconds)
+
+
+def lighten(data: Data, but: Pattern = ()) -> None:
+    """Set the numbers that only make a run long, in the tables that are there."""
+    for pattern, value in LIGHTER.items():
+        for above in _tables(data, pattern[:-1]) if pattern != but else ():
+            get(data, above)[pattern[-1]] = value
 
 
 def get(data: Any, path: KeyPath) -> Any:
@@ -367,6 +372,7 @@ def plan(aim: Aim) -> tuple[str, Data] | None:
     for row in VALUES["together"]:
         if re.search(row["keys"], str(aim)):
             return _by_hand(aim, row)
+
     def order(base: Base) -> Any:
         searches = [study for study in STUDIES if study in base.data]
         return _missing(base.data, aim.pattern), bool(searches), base.seconds
@@ -382,6 +388,7 @@ def plan(aim: Aim) -> tuple[str, Data] | None:
                 tried.append(value)
                 data = copy.deepcopy(spot[0])
                 put(data, spot[1], copy.deepcopy(value))
+                lighten(data, aim.pattern)
                 why = settle(data, spot[1], aim.kind)
                 if not why:
                     return base.name, data
@@ -409,7 +416,7 @@ def _by_hand(aim: Aim, row: Any) -> tuple[str, Data] | None:
         except UsageError as error:
             WHY[aim] = str(error)
             continue
-        (spot, *_) = [path for path in spots(data, aim.pattern)] or [()]
+        (spot, *_) = spots(data, aim.pattern) or [()]
         if spot and aim.value is not None:
             listed = isinstance(get(data, spot), list)
             put(data, spot, [aim.value] if listed else aim.value)
@@ -476,7 +483,7 @@ def settle(data: Data, ours: KeyPath, kind: str) -> str:
         problems = problems_of(data)
         if not problems:
             now = get(data, ours)
-            table = isinstance(now, dict) or isinstance(now, list) and isinstance(now[0], dict)
+            table = isinstance(now, dict) or (isinstance(now, list) and isinstance(now[0], dict))
             return "" if now == value or table else "it went"
         before = copy.deepcopy(data)
         for problem in problems:
@@ -488,7 +495,7 @@ def settle(data: Data, ours: KeyPath, kind: str) -> str:
 
 
 _NAMED = re.compile(r"no (.+?) is named")
-_NEEDS = re.compile(r"needs? \[(.+?)\]")
+_NEEDS = re.compile(r"(?:needs?|and) \[?(machine\.[\w.]+|\w+\.[\w.]+)\]?")
 
 
 def _model_at(path: KeyPath, kind: str) -> type[Table] | None:
@@ -507,12 +514,14 @@ def _mend(data: Data, problem: Problem, ours: KeyPath, kind: str) -> None:
         table, model = get(data, path), _model_at(path, kind)
         if isinstance(table, dict) and model is not None:
             row = Row(table, path, data, model)
-            if any([_by_rule(row, rule, ours, kind) for rule in model.RULES]):
+            changed = [_by_rule(row, rule, ours, kind) for rule in model.RULES]
+            if any(changed):
                 return
     path = problem.path
-    if needed := _NEEDS.search(problem.message):
-        if _fill(data, tuple(needed[1].split(".")), kind):
-            return
+    needed = _NEEDS.findall(problem.message)
+    came = [_fill(data, tuple(place.split(".")), kind) for place in needed]
+    if any(came):
+        return
     if path and isinstance(path[-1], str) and "missing key" in problem.message:
         _fill(data, path, kind)
         return
@@ -529,10 +538,10 @@ def _mend(data: Data, problem: Problem, ours: KeyPath, kind: str) -> None:
     ):
         return
     mine = ours[: len(path)] == path
-    for other in ((problem.also or (),) if mine else (path, problem.also or ())):
-        if other and ours[: len(other)] != other and not _needed(other, kind):
-            if drop(data, other):
-                return
+    for other in (problem.also or (),) if mine else (path, problem.also or ()):
+        kept = not other or ours[: len(other)] == other or _needed(other, kind)
+        if not kept and drop(data, other):
+            return
 
 
 _KEY = re.compile(r"\b[a-z][a-z_]+\b")
@@ -574,8 +583,11 @@ def _fill(data: Data, path: KeyPath, kind: str) -> bool:
 
 def _by_rule(row: Row, rule: Any, ours: KeyPath, kind: str) -> bool:
     """Follow a rule that says which keys go together; whether anything was changed."""
-    mine = str(ours[len(row.path)]) if ours[: len(row.path)] == row.path and len(
-        ours) > len(row.path) else ""
+    mine = (
+        str(ours[len(row.path)])
+        if ours[: len(row.path)] == row.path and len(ours) > len(row.path)
+        else ""
+    )
     if not isinstance(rule, OneOf | Needs | ByKind) or not [*rule(row)]:
         return False
     if isinstance(rule, OneOf):

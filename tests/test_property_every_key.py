@@ -58,7 +58,7 @@ def what_is_wrong(aim: Aim) -> str:
         run = ("sweep", "case.toml", "-q", "-o", "case.h5", "--fresh", "-j", "1")
     steps = [("check", "case.toml"), run, ("report", "case.h5"), ("report", "case.h5", "--full")]
     if is_first(aim):
-        steps.append(("report", "case.h5", "--full", "--html", "-o", "case.html", "--force"))
+        steps.append(("report", "case.h5", "--full", "--html"))
         steps.append(("plot", "case.h5", "-o", "pictures"))
     for step in steps:
         code, _, said = command(*step, cap=LONGEST)
