@@ -270,7 +270,7 @@ _OF_CYLINDERS: tuple[KeyPath, ...] = (
     (*_LINE, "engine_damping"),
     *(
         ("response", "torsion", key)
-        for key in ("orders", "misfire", "misfire_kind", "conditions", "as_published")
+        for key in ("orders", "misfire", "conditions", "as_published")
     ),
     ("response", "torsion", "variable_inertia"),
     ("response", "torsion", "transient", "cylinder"),
@@ -290,8 +290,11 @@ _OF_A_BODY: tuple[KeyPath, ...] = (
     *((name,) for name in ("kinematics", "excitation", "balance", "isolation", "foundation")),
     *((name,) for name in ("point", "vibration_severity", "base_motion", "bearing_loads")),
 )
-#: what is asked of the motion of a body, or at the speed that a motor finds
-_OF_THE_BODY: tuple[KeyPath, ...] = tuple(("response", key) for key in OF_THE_BODY)
+#: what is asked of the motion of a body, or at the speed that a motor finds; a resolved case holds
+#: defaults, so that a switch like `energies` is none of these places
+_OF_THE_BODY: tuple[KeyPath, ...] = tuple(
+    ("response", key) for key in OF_THE_BODY if key != "energies"
+)
 _OF_ROLL: tuple[KeyPath, ...] = tuple(("response", key) for key in ROLL)
 _HAS_NO_MOTOR = "a machine of kind 'compressor', whose motor finds the speed"
 PARTS_OF_KIND: dict[str, PartsOfKind] = {
