@@ -261,10 +261,19 @@ class PartsOfKind(NamedTuple):
 
 
 #: of engines and of lines without any cylinder
-_OF_LINES: tuple[KeyPath, ...] = (
-    (*MACHINE, "shaft_line"),
-    ("response", "torsion"),
-    ("damper_design",),
+_OF_LINES: tuple[KeyPath, ...] = ((*MACHINE, "shaft_line"), ("response", "torsion"))
+_LINE = (*MACHINE, "shaft_line")
+#: of lines with cylinders
+_OF_CYLINDERS: tuple[KeyPath, ...] = (
+    *((*_LINE, "stations", EACH, key) for key in ("throw", "cylinder", "cylinders")),
+    (*_LINE, "shafts", EACH, "throw"),
+    (*_LINE, "engine_damping"),
+    *(
+        ("response", "torsion", key)
+        for key in ("orders", "misfire", "conditions", "as_published")
+    ),
+    ("response", "torsion", "variable_inertia"),
+    ("response", "torsion", "transient", "cylinder"),
 )
 _ABSORBER = (
     *("primary", "secondary", "secondaries", "rod", "flywheel", "springs", "ring", "gap", "oil"),
@@ -281,7 +290,16 @@ _OF_A_BODY: tuple[KeyPath, ...] = (
     *((name,) for name in ("kinematics", "excitation", "balance", "isolation", "foundation")),
     *((name,) for name in ("point", "vibration_severity", "base_motion", "bearing_loads")),
 )
+#: what is asked of the motion of a body, or at the speed that a motor finds; a resolved case holds
+#: defaults, so that a switch like `energies` is none of these places
+_OF_THE_BODY: tuple[KeyPath, ...] = tuple(
+    ("response", key) for key in OF_THE_BODY if key != "energies"
+)
+_OF_ROLL: tuple[KeyPath, ...] = tuple(("response", key) for key in ROLL)
+_HAS_NO_MOTOR = "a machine of kind 'compressor', whose motor finds the speed"
 PARTS_OF_KIND: dict[str, PartsOfKind] = {
+    "generator": PartsOfKind(foreign=_OF_ROLL, instead=_HAS_NO_MOTOR),
+    "plate": PartsOfKind(foreign=_OF_ROLL, instead=_HAS_NO_MOTOR),
     "absorber": PartsOfKind(
         exclusive=(
             *((*MACHINE, part) for part in _ABSORBER),
@@ -292,6 +310,7 @@ PARTS_OF_KIND: dict[str, PartsOfKind] = {
             *((*MACHINE, part) for part in ("speed", "crank_train", "body", "mounts", "rotor")),
             *_OF_COMPRESSORS,
             *_OF_A_BODY,
+            *_OF_THE_BODY,
         ),
         instead=", ".join(_ABSORBER),
         hints={(*MACHINE, "speed"): "its pendulums turn at machine.pendulum.speed"},
@@ -299,6 +318,7 @@ PARTS_OF_KIND: dict[str, PartsOfKind] = {
     "engine": PartsOfKind(
         exclusive=(
             (*MACHINE, "cycle"),
+            ("damper_design",),
             *_OF_LINES,
             *((*TRAIN, k) for k in ("firing_order", "firing_intervals", "gas_cards", "gas_cycle")),
             (*TRAIN, "tangential_effort"),
@@ -313,6 +333,8 @@ PARTS_OF_KIND: dict[str, PartsOfKind] = {
             *((*MACHINE, part) for part in ("crank_train", "body", "mounts", "rotor")),
             *_OF_COMPRESSORS,
             *_OF_A_BODY,
+            *_OF_THE_BODY,
+            *_OF_CYLINDERS,
         ),
         instead="shaft_line with excitations, [response.torsion]",
         hints={

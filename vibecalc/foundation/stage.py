@@ -96,7 +96,12 @@ def foundation_problems(case: "Case") -> list[Problem]:
     body, mounts = case.machine.body, case.machine.mounts
     built = body is not None and body.mass_matrix is None
     if built and mounts is not None and mounts.stiffness_matrix is None:
-        return []
+        given = None if case.foundation is None else case.foundation.body
+        if given is None:
+            return []
+        from vibecalc.parts.body import moment_problems
+
+        return moment_problems(("foundation", "body"), given)
     return [
         Problem(
             path=("foundation",),

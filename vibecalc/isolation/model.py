@@ -137,9 +137,24 @@ def _pitch_name(pitch: PitchParts) -> str:
     return DIRECTIONS[int(np.argmax(np.abs(pitch.across)))]
 
 
+#: of the distance of mounts from the mass centre, below which they stand at one place
+_ONE_PLACE = 1e-12
+
+
 def _pitch_held(pitch: PitchParts) -> list[Problem]:
     if float(pitch.stiffness @ pitch.position**2) > 0.0:
-        return []
+        places = pitch.position[pitch.stiffness > 0.0]
+        if np.ptp(places) > _ONE_PLACE * np.abs(places).max():
+            return []
+        return [
+            Problem(
+                path=MOUNTS,
+                message="all mounts stand at one position along the crankshaft and the mass "
+                "centre does not: the machine would tip",
+                found=f"{abs(places[0]):.6g} m from the mass centre",
+                allowed="mounts at two positions along the crankshaft or more",
+            )
+        ]
     return [
         Problem(
             path=MOUNTS,
@@ -179,6 +194,8 @@ def isolation_suspects(case: Case) -> BoolArray | None:
     pitch = build_pitch(body, mounts, train)
     turning = (pitch.stiffness * np.square(pitch.position)).sum(axis=-1)
     fine = (turning > 0.0) & np.isfinite(turning) & (isolation.up == train.stroke)
+    farthest = np.abs(pitch.position).max(axis=-1)
+    fine = fine & (np.ptp(pitch.position, axis=-1) > 2.0 * _ONE_PLACE * farthest)
     if isolation.lever is None:
         reach = np.abs(pitch.position)
         least, longest = reach.min(axis=-1), reach.max(axis=-1)

@@ -228,11 +228,14 @@ SLACK = 1e-6
 def body_problems(case: Case) -> list[Problem]:
     """Problems of the moments and products of inertia, of the body or of its parts."""
     body = case.machine.body
-    if body is None:
-        return []
-    problems = list(_moments(BODY, body, 1e-12))
+    return [] if body is None else moment_problems(BODY, body)
+
+
+def moment_problems(path: KeyPath, body: parts.Body) -> list[Problem]:
+    """The same of one body, which stands at `path`."""
+    problems = list(_moments(path, body, 1e-12))
     for place, part in enumerate(body.parts or ()):
-        problems += _moments((*BODY, "parts", place), part, -1e-12)
+        problems += _moments((*path, "parts", place), part, -1e-12)
     if not body.parts or problems:
         return problems
     built = build_body(body)
@@ -243,7 +246,7 @@ def body_problems(case: Case) -> list[Problem]:
     shown = ", ".join(f"{moment:.6g}" for moment in principal)
     return [
         Problem(
-            path=(*BODY, "parts"),
+            path=(*path, "parts"),
             message="the parts have no moment of inertia about some axis: they are points in a "
             "line, or too small beside their distance from the reference point",
             found=f"principal moments of {shown} kg*m^2",

@@ -30,6 +30,15 @@ _UNIT_ONCE = refuse(
 )
 
 
+#: what stands under `optimisation/start/` in a result
+_AT_START = refuse(
+    "at",
+    "only a search has a start, and there is no [optimisation]",
+    lambda t: t["at"] == "start" and "optimisation" not in t.case,
+    "at = 'optimum', or no at: that is the result of any case",
+)
+
+
 class Reference(Table):
     """A published or measured number for this machine, shown next to ours."""
 
@@ -56,7 +65,7 @@ class Reference(Table):
         description="standard uncertainty for [fit], in the value's unit or in %; "
         "default: the tolerance over sqrt 3",
     )
-    RULES = (at_most_one("rtol", "atol"), _UNIT_ONCE)
+    RULES = (at_most_one("rtol", "atol"), _UNIT_ONCE, _AT_START)
 
 
 def _numbers(row: Row) -> Iterator[Problem]:
@@ -124,6 +133,7 @@ class ReferenceTable(Table):
         needs("column", "file", allowed="file and column, or entry and value"),
         _numbers,
         _UNIT_ONCE,
+        _AT_START,
     )
 
 
@@ -144,6 +154,7 @@ class Limit(Table):
             lambda t: t.lacks("max", "min"),
             'max = "100 N", or min, or both',
         ),
+        _AT_START,
     )
 
 

@@ -131,6 +131,7 @@ def check_targets(case: "Case", extra: Mapping[str, Entry] | None = None) -> lis
     for index, reference in enumerate(case.reference):
         path: KeyPath = ("reference", index)
         problems += _check_name(path, reference.quantity, reference.where, known, entries)
+        problems += _several(path, reference.quantity, reference.where, known, entries)
         for key, value in (("value", reference.value), ("atol", reference.atol)):
             problems += _check_unit((*path, key), value, reference.quantity, known, reference.unit)
     for index, limit in enumerate(case.limit):
@@ -183,6 +184,26 @@ def _check_name(
     if not entries.varies:
         named = {axis: value for axis, value in where.items() if axis in entry.axes}
         yield from _missing_entries(path, quantity, named, entries)
+
+
+def _several(
+    path: KeyPath,
+    quantity: str,
+    where: Mapping[str, int | float | str],
+    known: Mapping[str, Entry],
+    entries: _Entries,
+) -> Iterator[Problem]:
+    """A reference is held against one entry: each axis with several has to be named."""
+    for axis in known[quantity].axes if quantity in known and not entries.varies else ():
+        numbers = entries.numbers(quantity, axis)
+        found = entries.names.get(axis) or (numbers[0] if numbers else ())
+        if axis not in where and len(found) > 1:
+            shown = ", ".join(map(str, found[:_SHOWN]))
+            yield Problem(
+                path=(*path, "where") if where else path,
+                message=f"this [[reference]] is of one {axis}, and {quantity} has {len(found)}",
+                allowed=f"where = {{ {axis} = ... }} with one of {shown}",
+            )
 
 
 def unknown_quantity(path: KeyPath, quantity: str, known: Mapping[str, Entry]) -> Problem:

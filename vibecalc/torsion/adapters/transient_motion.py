@@ -6,6 +6,7 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.cylinder_torque import phasor, weighted
+from vibecalc.kinds import has_crank_train
 from vibecalc.numerics.rounding import ComplexArray, FloatArray
 from vibecalc.torsion.adapters.setup import Setup, motored_torque
 from vibecalc.torsion.adapters.transient_damping import Equivalent, without_loss
@@ -54,6 +55,8 @@ def running(case: "Case") -> "Case":
     assert case.response is not None and case.response.torsion is not None
     torsion = case.response.torsion
     if torsion.transient is None or torsion.transient.kind != "stop":
+        return case
+    if not has_crank_train(case.machine):
         return case
     names = tuple(one.name for one in case.machine.crank_train.cylinders)
     torsion = torsion.model_copy(update={"misfire": names, "misfire_kind": "motored"})

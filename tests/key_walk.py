@@ -1,0 +1,627 @@
+"""Every key that a case may have, put into a shipped or starter case, and that case run and shown.
+
+An aim is a place of the schema of one kind of machine: an optional key, or one value of a choice or
+a switch. The values come from shipped cases that have the key, from what the base case has there,
+from defaults and bounds, and from `VALUES` where nothing of these is plausible. What has to come or
+to go along with it is read from the rules between keys, and from what `check` says.
+"""
+
+import copy
+import hashlib
+import re
+import tomllib
+from collections import Counter
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from vibecalc.core.case.data_files import attach_files
+from vibecalc.core.case.fields import Table
+from vibecalc.core.case.load import validate
+from vibecalc.core.case.raw import apply_overrides, parse_key
+from vibecalc.core.case.rules import ByKind, Needs, OneOf, Row
+from vibecalc.core.case.walk import Shape, keys_of, shape_of
+from vibecalc.core.report.check import check_rows
+from vibecalc.core.study.execute import load_checked
+from vibecalc.errors import CaseError, KeyPath, Problem, UsageError
+from vibecalc.json_schema import json_schema
+from vibecalc.kinds import EACH
+from vibecalc.schema import Case
+from vibecalc.unit_table import WORDS
+
+ROOT = Path(__file__).resolve().parents[1]
+Data = dict[str, Any]
+Pattern = tuple[str, ...]
+
+# ----------------------------------------------------------------------------
+# The places of the schema, for each kind of machine.
+# ----------------------------------------------------------------------------
+
+
+class Aim(NamedTuple):
+    """A key of a kind of machine; `value` is one of a choice or switch, None is any value."""
+
+    kind: str
+    pattern: Pattern
+    value: Any = None
+
+    def __str__(self) -> str:
+        path = ".".join(self.pattern).replace(".*", "[0]")
+        return f"{self.kind}: {path}" + ("" if self.value is None else f" = {self.value!r}")
+
+    @property
+    def number(self) -> int:
+        """A number that is the same in every run, to share the aims out."""
+        return int.from_bytes(hashlib.sha256(str(self).encode()).digest()[:6], "big")
+
+
+class Place(NamedTuple):
+    """A key with its shape and the table that has it."""
+
+    shape: Shape
+    model: type[Table]
+    required: bool
+    default: Any
+
+
+def _walk(table: type[Table], above: Pattern, at: Any, schema: Any) -> Iterator[Any]:
+    while "$ref" in at or ("anyOf" in at and "properties" not in at):
+        at = schema["$defs"][at["$ref"].split("/")[-1]] if "$ref" in at else at["anyOf"][0]
+    for key, field in keys_of(table).items():
+        part = at["properties"].get(key)
+        if not part:
+            continue
+        pattern, shape = (*above, key), shape_of(field)
+        default = field.get_default(call_default_factory=True)
+        yield pattern, Place(shape, table, field.is_required(), default)
+        if shape.table is not None:
+            yield from _walk(shape.table, pattern, part, schema)
+        elif shape.item is not None and shape.item.table is not None:
+            while "items" not in part:
+                part = part["anyOf"][0]
+            yield from _walk(shape.item.table, (*pattern, EACH), part["items"], schema)
+
+
+@cache
+def places(kind: str) -> dict[Pattern, Place]:
+    """Every key that a case of this kind of machine may have, by the schema of this kind."""
+    schema = json_schema(kind)
+    return dict(_walk(Case, (), schema, schema))
+
+
+def aims(kind: str) -> Iterator[Aim]:
+    """Every optional key, and every value of choices and switches."""
+    for pattern, (shape, _, required, _) in places(kind).items():
+        if pattern == ("machine", "kind"):
+            continue
+        inner = shape.item if shape.item and shape.item.kind == "choice" else shape
+        if inner.kind == "flag":
+            yield from (Aim(kind, pattern, value) for value in (True, False))
+        elif inner.kind == "choice" and len(inner.choices) > 1:
+            yield from (Aim(kind, pattern, value) for value in inner.choices)
+        elif not required:
+            yield Aim(kind, pattern)
+
+
+# ----------------------------------------------------------------------------
+# The cases into which keys are put, made light; and the values that they have.
+# ----------------------------------------------------------------------------
+
+#: numbers that only make a run long
+LIGHTER: dict[Pattern, Any] = {
+    ("response", "torsion", "speeds", "points"): 31,
+    ("response", "impact", "members"): 3,
+    ("response", "impact", "revolutions"): 6,
+    ("response", "impact", "discard"): 2,
+    ("optimisation", "robust", "samples"): 32,
+    ("find", EACH, "points"): 5,
+}
+
+
+STUDIES = ("optimisation", "fit", "find", "tuning", "damper_design")
+
+
+class Base(NamedTuple):
+    """A case with its name and the seconds that `check` says of it."""
+
+    name: str
+    data: Data
+    seconds: float
+
+
+@cache
+def _files() -> tuple[Path, ...]:
+    folders = (ROOT / "cases", ROOT / "vibecalc" / "starters")
+    return tuple(path for folder in folders for path in sorted(folder.glob("*.toml")))
+
+
+@cache
+def written(path: Path) -> Data:
+    """A case as TOML reads it."""
+    return tomllib.loads(path.read_text(encoding="utf-8"))
+
+
+@cache
+def bases(kind: str) -> list[Base]:
+    """Cases of a kind without what they are held against, the shortest first."""
+    found = []
+    for path in _files():
+        data = copy.deepcopy(written(path))
+        if data["machine"]["kind"] != kind:
+            continue
+        for key in ("limit", *(() if "fit" in data else ("reference", "reference_table"))):
+            data.pop(key, None)
+        lighten(data)
+        (loaded,) = load_checked([data])
+        found.append(Base(path.stem, data, check_rows(loaded.case)[1]["seconds"]))
+    return sorted(found, key=lambda base: base.seconds)
+
+
+def lighten(data: Data, but: Pattern = ()) -> None:
+    """Set the numbers that only make a run long, in the tables that are there."""
+    for pattern, value in LIGHTER.items():
+        for above in _tables(data, pattern[:-1]) if pattern != but else ():
+            get(data, above)[pattern[-1]] = value
+
+
+def get(data: Any, path: KeyPath) -> Any:
+    """What stands at a path, or None."""
+    for part in path:
+        if isinstance(part, str):
+            data = data.get(part) if isinstance(data, dict) else None
+        else:
+            data = data[part] if isinstance(data, list) and part < len(data) else None
+    return data
+
+
+def put(data: Any, path: KeyPath, value: Any) -> None:
+    """Set a key of a table that is there."""
+    get(data, path[:-1])[path[-1]] = value
+
+
+def drop(data: Any, path: KeyPath) -> bool:
+    """Take a key out, or an entry of a list; whether it was there."""
+    above = get(data, path[:-1])
+    if get(data, path) is None:
+        return False
+    del above[path[-1]]
+    if above == [] or above == {}:
+        drop(data, path[:-1])
+    return True
+
+
+def spots(data: Data, pattern: Pattern) -> list[KeyPath]:
+    """Where a pattern is in a case, one of each set of keys that the entries of a list have."""
+    found: list[KeyPath] = [()]
+    for part in pattern:
+        if part != EACH:
+            found = [(*path, part) for path in found if isinstance(get(data, path), dict)]
+            found = [path for path in found if path[-1] in get(data, path[:-1])]
+            continue
+        forms: dict[Any, KeyPath] = {}
+        for path in found:
+            rows = get(data, path)
+            for number, row in enumerate(rows if isinstance(rows, list) else ()):
+                if isinstance(row, dict):
+                    kind = next((row[key] for key in ("kind", "model") if key in row), None)
+                    forms.setdefault((path, frozenset(row), str(kind)), (*path, number))
+        found = [*forms.values()]
+    return found
+
+
+@cache
+def donors() -> dict[tuple[type[Table], str], list[tuple[str, Any]]]:
+    """What shipped cases have at each key of each table, with the kind of their machine."""
+    found: dict[tuple[type[Table], str], list[tuple[str, Any]]] = {}
+    for path in _files():
+        data = written(path)
+        kind = data["machine"]["kind"]
+        for pattern, place in places(kind).items():
+            mine = found.setdefault((place.model, pattern[-1]), [])
+            for spot in spots(data, pattern):
+                value = get(data, spot)
+                if (kind, value) not in mine:
+                    mine.append((kind, value))
+    return found
+
+
+# ----------------------------------------------------------------------------
+# Values that a key may plausibly have.
+# ----------------------------------------------------------------------------
+
+#: where nothing else gives a plausible value: the name of a table, its key, and values that come
+#: before those of shipped cases
+VALUES: dict[str, dict[str, list[Any]]] = tomllib.loads(
+    (Path(__file__).parent / "key_values.toml").read_text(encoding="utf-8")
+)
+
+
+def given(model: type[Table], key: str, kind: str) -> list[Any]:
+    """What a key may have: values from the table by hand, then those of shipped cases."""
+    by_hand = VALUES.get(model.__name__, {}).get(key, [])
+    shipped = sorted(donors().get((model, key), []), key=lambda one: one[0] != kind)
+    return copy.deepcopy([*by_hand, *(value for _, value in shipped)])
+
+
+_NUMBER = re.compile(r"([-+]?[\d.]+(?:[eE][-+]?\d+)?)(.*)", re.S)
+
+
+def scaled(value: Any, factor: float) -> Any:
+    """A number, or a text with a unit, times a factor."""
+    if isinstance(value, bool):
+        return value
+    if isinstance(value, int | float):
+        return float(f"{value * factor:.6g}")
+    if isinstance(value, str) and (parts := _NUMBER.fullmatch(value)):
+        return f"{float(parts[1]) * factor:.6g}{parts[2]}"
+    if isinstance(value, list):
+        return [scaled(one, factor) for one in value]
+    return value
+
+
+def names_in(data: Any) -> list[str]:
+    """Every name in a case."""
+    found: dict[str, None] = {}
+    for key, value in data.items() if isinstance(data, dict) else enumerate(data):
+        if key == "name" and isinstance(value, str):
+            found[value] = None
+        elif isinstance(value, dict | list):
+            found.update(dict.fromkeys(names_in(value)))
+    return [*found]
+
+
+def values(aim: Aim, data: Data, spot: KeyPath) -> Iterator[Any]:
+    """Values for the key of an aim at a spot of a case, the most plausible first."""
+    place = places(aim.kind)[aim.pattern]
+    if aim.value is not None:
+        yield [aim.value] if place.shape.kind == "list" else aim.value
+        return
+    present = get(data, spot)
+    if present is not None and place.shape.kind == "number":
+        yield from (scaled(present, factor) for factor in (1.1, 0.9, 1.5, 0.5))
+    known = given(place.model, aim.pattern[-1], aim.kind)
+    yield from (value for value in known[:6] if value != present)
+    beside = [len(one) for one in get(data, spot[:-1]).values() if isinstance(one, list)]
+    if beside and place.shape.kind == "list" and place.shape.item:
+        for one in made(place.shape.item, None, data):
+            rising = [scaled(one, 1.0 + 0.1 * row) for row in range(beside[0])]
+            yield from (rising, [one] * beside[0])
+    yield from made(place.shape, place.default, data)
+    if present is not None:
+        yield present
+
+
+def made(shape: Shape, default: Any, data: Data) -> Iterator[Any]:
+    """Values made from shape and default alone."""
+    if shape.kind == "number":
+        if isinstance(default, int | float) and default:
+            yield from (default * factor for factor in (1.1, 0.9, 0.5))
+        examples = [0.5, 0.05, 2.0, 1e-3, 10.0, 100.0, 1e5, 1e-5]
+        if shape.unit in WORDS and shape.unit:
+            examples = [*re.findall(r"'(.*?)'", WORDS[shape.unit][1]), *examples]
+        yield from examples
+        if shape.or_three:
+            yield [examples[0]] * 3
+    elif shape.kind == "whole":
+        bounds = dict(shape.bounds)
+        low = int(bounds.get("ge", bounds.get("gt", -1) + 1))
+        if isinstance(default, int):
+            yield from (default + 1, default - 1)
+        yield from (low + 1, low + 2, low, low + 10)
+    elif shape.kind == "flag":
+        yield from (True, False)
+    elif shape.kind == "choice":
+        yield from shape.choices
+    elif shape.kind == "text":
+        yield from names_in(data)[:12]
+        yield "some words"
+    elif shape.kind == "value":
+        yield from (1.0, 0.1, 10.0)
+    elif shape.kind == "labels":
+        yield {}
+    elif shape.kind == "list" and shape.item is not None:
+        size = max(shape.lengths[0], 1)
+        if shape.item.kind == "text":
+            names = names_in(data)
+            yield from (names[at : at + size] for at in range(min(len(names) - size + 1, 12)))
+        else:
+            for one in made(shape.item, None, data):
+                rows = [scaled(copy.deepcopy(one), 1.0 + 0.1 * row) for row in range(size)]
+                yield rows if shape.item.kind == "number" else [one] * size
+    elif shape.kind == "table" and shape.table is not None:
+        yield new_table(shape.table, data)
+
+
+def new_table(model: type[Table], data: Data) -> Data:
+    """A table with the keys that it must have."""
+    found: Data = {}
+    for key, field in keys_of(model).items():
+        if field.is_required():
+            found[key] = first_value(model, key, data)
+    return found
+
+
+def first_value(model: type[Table], key: str, data: Data, kind: str = "") -> Any:
+    """A value for a key that has to come along."""
+    known = given(model, key, kind)
+    if known:
+        return known[0]
+    field = keys_of(model)[key]
+    return next(made(shape_of(field), None, data), None)
+
+
+# ----------------------------------------------------------------------------
+# A key in its place, and what has to come or go along with it.
+# ----------------------------------------------------------------------------
+
+
+def problems_of(data: Data) -> list[Problem]:
+    """All that `check` finds wrong with a case."""
+    try:
+        with_files = copy.deepcopy(data)
+        validate(with_files, attach_files(with_files, Path()))  # without the words for people
+        load_checked([data])
+    except CaseError as error:
+        return list(error.problems)
+    return []
+
+
+def plan(aim: Aim) -> tuple[str, Data] | None:
+    """The base and a case that has the key and that `check` takes; None where none was found."""
+    for row in VALUES["together"]:
+        if re.search(row["keys"], str(aim)):
+            return _by_hand(aim, row)
+
+    def order(base: Base) -> Any:
+        searches = [study for study in STUDIES if study in base.data]
+        return _missing(base.data, aim.pattern), bool(searches), base.seconds
+
+    every = sorted(bases(aim.kind), key=order)
+    refused: Counter[str] = Counter()
+    for base in every[:8]:
+        for spot in _made_spots(base.data, aim)[:4]:
+            tried: list[Any] = []
+            for value in values(aim, spot[0], spot[1]):
+                if value in tried or value is None:
+                    continue
+                tried.append(value)
+                data = copy.deepcopy(spot[0])
+                put(data, spot[1], copy.deepcopy(value))
+                lighten(data, aim.pattern)
+                why = settle(data, spot[1], aim.kind)
+                if not why:
+                    return base.name, data
+                refused[why] += 1
+                if len(tried) > 12 or refused[why] > 6 or refused.total() > 60:
+                    break
+            if refused.total() > 60 or (refused and max(refused.values()) > 14):
+                WHY[aim] = refused.most_common(1)[0][0]
+                return None
+    WHY[aim] = refused.most_common(1)[0][0] if refused else "no place"
+    return None
+
+
+WHY: dict[Aim, str] = {}
+
+
+def _by_hand(aim: Aim, row: Any) -> tuple[str, Data] | None:
+    """A case with keys that have to stand together, of which the aim is one."""
+    every = [base for base in bases(aim.kind) if row.get("base", base.name) == base.name]
+    for base in every[:6]:
+        data = copy.deepcopy(base.data)
+        unset = [key for key in row.get("unset", ()) if get(data, parse_key(key)) is not None]
+        try:
+            apply_overrides(data, [*copy.deepcopy(row["set"]).items()], unset)
+        except UsageError as error:
+            WHY[aim] = str(error)
+            continue
+        (spot, *_) = spots(data, aim.pattern) or [()]
+        if spot and aim.value is not None:
+            listed = isinstance(get(data, spot), list)
+            put(data, spot, [aim.value] if listed else aim.value)
+        WHY[aim] = settle(data, spot, aim.kind) if spot else "the key is not set"
+        if not WHY[aim]:
+            return base.name, data
+    return None
+
+
+def _missing(data: Data, pattern: Pattern) -> tuple[int, bool]:
+    """How many tables above a key a case lacks, and whether the key itself is not there."""
+    for size in range(len(pattern), 0, -1):
+        if spots(data, pattern[:size]):
+            return max(len(pattern) - 1 - size, 0), size < len(pattern)
+    return len(pattern), True
+
+
+def _tables(data: Data, above: Pattern) -> list[KeyPath]:
+    """Where a table is, or a list of tables, in a case; not what is in a file."""
+    there = spots(data, above) if above else [()]
+    return [path for path in there if isinstance(get(data, path), dict | list)]
+
+
+def _made_spots(data: Data, aim: Aim) -> list[tuple[Data, KeyPath]]:
+    """The case with every table above the key, and where the key then stands."""
+    above = aim.pattern[:-1]
+    there = _tables(data, above)
+    found = [(data, (*path, aim.pattern[-1])) for path in there]
+    if found:
+        return sorted(found, key=lambda one: get(data, one[1]) is None)
+    known = places(aim.kind)
+    size = next(size for size in range(len(above), -1, -1) if _tables(data, above[:size]))
+    options = []
+    for path in _tables(data, above[:size]):
+        for choice in range(3):
+            new = copy.deepcopy(data)
+            spot: KeyPath = path
+            for at in range(size, len(above)):
+                if above[at] == EACH:
+                    spot = (*spot, 0)
+                    continue
+                place = known[above[: at + 1]]
+                spot = (*spot, above[at])
+                ready = given(place.model, above[at], aim.kind)
+                ready = [value for value in ready if isinstance(value, dict | list)]
+                if choice < len(ready):
+                    value: Any = ready[choice]
+                elif place.shape.table is not None:
+                    value = new_table(place.shape.table, new)
+                else:
+                    item = place.shape.item
+                    value = [new_table(item.table, new)] if item and item.table else None
+                put(new, spot, value)
+            if isinstance(get(new, spot), dict):
+                options.append((new, (*spot, aim.pattern[-1])))
+    return options
+
+
+def settle(data: Data, ours: KeyPath, kind: str) -> str:
+    """Let come and go what has to along with the key at `ours`; what `check` refuses then."""
+    value = copy.deepcopy(get(data, ours))
+    seen = []
+    for _ in range(12):
+        problems = problems_of(data)
+        if not problems:
+            now = get(data, ours)
+            table = isinstance(now, dict) or (isinstance(now, list) and isinstance(now[0], dict))
+            return "" if now == value or table else "it went"
+        before = copy.deepcopy(data)
+        for problem in problems:
+            _mend(data, problem, ours, kind)
+        if data == before or data in seen or get(data, ours) is None:
+            return re.sub(r"[-+]?\d[\d.]*", "N", problems[0].message)
+        seen.append(before)
+    return "no end"
+
+
+_NAMED = re.compile(r"no (.+?) is named")
+_NEEDS = re.compile(r"(?:needs?|and) \[?(machine\.[\w.]+|\w+\.[\w.]+)\]?")
+
+
+def _model_at(path: KeyPath, kind: str) -> type[Table] | None:
+    pattern = tuple(EACH if isinstance(part, int) else part for part in path)
+    if not pattern:
+        return Case
+    place = places(kind).get(pattern if pattern[-1] != EACH else pattern[:-1])
+    if place is None:
+        return None
+    return place.shape.table or (place.shape.item.table if place.shape.item else None)
+
+
+def _mend(data: Data, problem: Problem, ours: KeyPath, kind: str) -> None:
+    """Change the case where a problem is, but not the key at `ours`."""
+    for path in (problem.path, problem.path[:-1]):
+        table, model = get(data, path), _model_at(path, kind)
+        if isinstance(table, dict) and model is not None:
+            row = Row(table, path, data, model)
+            changed = [_by_rule(row, rule, ours, kind) for rule in model.RULES]
+            if any(changed):
+                return
+    path = problem.path
+    needed = _NEEDS.findall(problem.message)
+    came = [_fill(data, tuple(place.split(".")), kind) for place in needed]
+    if any(came):
+        return
+    if path and isinstance(path[-1], str) and "missing key" in problem.message:
+        _fill(data, path, kind)
+        return
+    if _NAMED.search(problem.message) and path != ours:
+        known = re.findall(r"'(.*?)'", problem.allowed)
+        if known and get(data, path) is not None:
+            beside = get(data, path[:-1]) if isinstance(path[-1], int) else ()
+            put(data, path, next((name for name in known if name not in beside), known[0]))
+            return
+    if _said(data, problem, kind):
+        return
+    if (beside := _BESIDE.match(problem.allowed)) and _fill(
+        data, (*beside[2].split("."), beside[1]), kind
+    ):
+        return
+    mine = ours[: len(path)] == path
+    for other in (problem.also or (),) if mine else (path, problem.also or ()):
+        kept = not other or ours[: len(other)] == other or _needed(other, kind)
+        if not kept and drop(data, other):
+            return
+
+
+_KEY = re.compile(r"\b[a-z][a-z_]+\b")
+
+
+def _said(data: Data, problem: Problem, kind: str) -> bool:
+    """Fill in the first key that the table lacks and that the words of a problem ask for."""
+    for path in (problem.path, problem.path[:-1]):
+        table, model = get(data, path), _model_at(path, kind)
+        if isinstance(table, dict) and model is not None:
+            keys = [*_KEY.findall(problem.allowed)[:3], *_KEY.findall(problem.message)]
+            return any(_fill(data, (*path, key), kind) for key in keys if key not in table)
+    return False
+
+
+def _needed(path: KeyPath, kind: str) -> bool:
+    """Whether a case cannot be without this key."""
+    place = places(kind).get(tuple(EACH if isinstance(part, int) else part for part in path))
+    return place is not None and (place.required or path in _EVERY_MACHINE)
+
+
+_EVERY_MACHINE = (("machine", "speed"), ("machine", "crank_train"), ("machine", "shaft_line"))
+_BESIDE = re.compile(r"(\w+) in \[([\w.]+)\]")
+
+
+def _fill(data: Data, path: KeyPath, kind: str) -> bool:
+    above = get(data, path[:-1])
+    model = _model_at(path[:-1], kind)
+    if not isinstance(above, dict) or model is None or path[-1] not in keys_of(model):
+        return False
+    if path[-1] in above:
+        return False
+    value = first_value(model, str(path[-1]), data, kind)
+    if value is None:
+        return False
+    above[path[-1]] = value
+    return True
+
+
+def _by_rule(row: Row, rule: Any, ours: KeyPath, kind: str) -> bool:
+    """Follow a rule that says which keys go together; whether anything was changed."""
+    mine = (
+        str(ours[len(row.path)])
+        if ours[: len(row.path)] == row.path and len(ours) > len(row.path)
+        else ""
+    )
+    if not isinstance(rule, OneOf | Needs | ByKind) or not [*rule(row)]:
+        return False
+    if isinstance(rule, OneOf):
+        given = [one for one in rule.alternatives if row.said(*one)]
+        if not given:
+            return _fill(row.case, (*row.path, rule.alternatives[0][0]), kind)
+        kept = next((one for one in given if mine in one), given[0])
+        for one in given:
+            for key in one if one is not kept else ():
+                row.data.pop(key, None)
+        return True
+    if isinstance(rule, Needs):
+        return any(_fill(row.case, (*row.path, other), kind) for other in rule.others)
+    owners = [name for name, keys in rule.kinds.items() if mine in (*keys[0], *keys[1])]
+    present = rule.kind_of(row) if rule.kind_of else row[rule.key]
+    if owners and present not in owners and mine != rule.key:
+        row.data[rule.key] = owners[0]
+        present = owners[0]
+    if present not in rule.kinds:
+        return False
+    needed, others = rule.kinds[present]
+    for key in row.said(*(key for key in row.data if key in rule._known())):
+        if key not in (*needed, *others):
+            del row.data[key]
+    if rule.key not in row.data:
+        row.data[rule.key] = present
+    for key in needed:
+        _fill(row.case, (*row.path, key), kind)
+    return True
+
+
+def refused_always(aim: Aim) -> bool:
+    """Whether the list of what no run can reach has this key, with the words `check` has for it."""
+    return any(
+        re.search(row["keys"], str(aim)) and re.search(row["why"], WHY.get(aim, ""))
+        for row in VALUES["unreached"]
+    )

@@ -1,0 +1,76 @@
+"""Claim: whatever key a case may have, what `check` takes is run, reported and drawn.
+
+Each optional key of each kind of machine, and each value of choices and switches, stands in one
+case at least (`key_walk.py`); CI takes a fixed share of them.
+"""
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import tomli_w
+from drawn import coarse
+from fuzzing import command
+from key_walk import Aim, aims, places, plan, refused_always
+from long_but import long_but
+
+from vibecalc.kinds import KINDS
+
+ROOT = Path(__file__).resolve().parents[1]
+#: the aims are shared out to so many tests, of which CI runs one
+SHARES = 240
+#: seconds for one command
+LONGEST = 120
+
+
+@pytest.fixture(autouse=True)
+def _files_of_cases(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A folder with the tables that cases name."""
+    for path in (ROOT / "cases").iterdir():
+        if path.is_dir():
+            shutil.copytree(path, tmp_path / path.name)
+        elif path.suffix != ".toml":
+            shutil.copy(path, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    coarse(monkeypatch)
+
+
+def every_aim() -> Iterator[Aim]:
+    for kind in KINDS:
+        yield from aims(kind)
+
+
+def is_first(aim: Aim) -> bool:
+    """Whether this kind of machine is the first one that has the key: its pictures are drawn."""
+    return next(kind for kind in KINDS if aim.pattern in places(kind)) == aim.kind
+
+
+def what_is_wrong(aim: Aim) -> str:
+    """What a case with this key ends in that it must not; nothing where all goes through."""
+    planned = plan(aim)
+    if planned is None:
+        return "" if refused_always(aim) else "no run reaches it"
+    base, data = planned
+    Path("case.toml").write_text(tomli_w.dumps(data), encoding="utf-8")
+    run = ("run", "case.toml", "-q", "-o", "case.h5")
+    if aim.pattern[0] == "sweep":
+        run = ("sweep", "case.toml", "-q", "-o", "case.h5", "--fresh", "-j", "1")
+    steps = [("check", "case.toml"), run, ("report", "case.h5"), ("report", "case.h5", "--full")]
+    if is_first(aim):
+        steps.append(("report", "case.h5", "--full", "--html"))
+        steps.append(("plot", "case.h5", "-o", "pictures"))
+    for step in steps:
+        code, _, said = command(*step, cap=LONGEST)
+        if code not in (0, 1):
+            lines = said.strip().splitlines()
+            return f"in {base}, {step[0]} ends with {code}: {' '.join(lines[-2:])}"
+    return ""
+
+
+@pytest.mark.parametrize("share", long_but(range(SHARES), 0))
+def test_what_check_takes_is_run_and_shown(share: int) -> None:
+    mine = [aim for aim in every_aim() if aim.number % SHARES == share]
+    assert mine
+    wrong = {str(aim): words for aim in mine if (words := what_is_wrong(aim))}
+    assert wrong == {}
