@@ -8,7 +8,7 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.inertia_forces import size_of_terms
 from vibecalc.isolation.adapters.common import isolation_of
 from vibecalc.isolation.adapters.loads import BodyLoads, body_loads, steady_motion
-from vibecalc.isolation.efficiency import Overall, by_order, efficiency, overall, rms
+from vibecalc.isolation.efficiency import Overall, by_order, efficiency, is_more, overall, rms
 from vibecalc.isolation.efficiency_results import COUPLES, FORCES, ROOT
 from vibecalc.isolation.model import pitch_parts
 from vibecalc.isolation.on_base import OnBase, alone, frequency_grid, ground_load, transmissibility
@@ -116,14 +116,15 @@ def _emit_vector(
     both = [overall(one, loads.order, used, loads.tail) for one in (held, ground)]
     for place, name in enumerate(Overall._fields):
         first, second = (one[place] for one in both)
-        scene.emit(f"{path}/held_{name}", first, terms=size_of_terms(first.error))
-        scene.emit(f"{path}/ground_{name}", second, terms=size_of_terms(second.error))
+        held_size, ground_size = first.value, second.value
+        scene.emit(f"{path}/held_{name}", held_size, terms=size_of_terms(first.rounding))
+        scene.emit(f"{path}/ground_{name}", ground_size, terms=size_of_terms(second.rounding))
         # where nothing acts there is nothing to isolate
-        if not first.value > 4.0 * first.error:
+        if not held_size.value > 4.0 * first.rounding:
             continue
-        ratio = second / first
+        ratio = ground_size / held_size
         scene.emit(f"{path}/{name}", 1.0 - ratio)
-        if ratio.value > 4.0 * ratio.error:
+        if ground_size.value > 4.0 * second.rounding:
             level = -20.0 * np.log10(ratio.value)
             scene.emit(f"{path}/{name}_level", level, 8.7 * ratio.error / ratio.value)
 
@@ -134,8 +135,9 @@ def _emit_rms(scene: Scene, mounted: _Mounted, ground: Bounded, loads: BodyLoads
     parts = []
     for chosen in (mounted.freedoms < 3, mounted.freedoms >= 3):
         if np.any(chosen):
-            sizes = first[chosen].norm(0), second[chosen].norm(0)
-            parts.append(efficiency(first[chosen], second[chosen], *sizes))
+            held, arrived = first.some(chosen), second.some(chosen)
+            acts, arrives = (is_more(*one, one.norm().value) for one in (held, arrived))
+            parts.append(efficiency(held.value, arrived.value, acts, arrives))
     names = [COORDINATES[place] for place in mounted.freedoms]
     scene.emit(f"{ROOT}/by_direction", concatenate(parts), axes={"coordinate": names})
 
