@@ -1,5 +1,6 @@
 """Claim: isolation efficiency is what dense solves of the machine give, by order and overall."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -7,8 +8,9 @@ import pytest
 from shipped_cases import CASES
 
 from vibecalc.core.case.load import validate
+from vibecalc.core.report.verdicts import judge_limits
 from vibecalc.core.run.run import run_case
-from vibecalc.core.study.execute import load_checked
+from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.isolation.efficiency import efficiency
 from vibecalc.isolation.on_base import alone, frequency_grid, transmissibility
 from vibecalc.numerics.bounded import Bounded
@@ -99,7 +101,54 @@ def test_torque_of_the_cylinders_counts() -> None:
 
 
 def test_nothing_that_acts_has_no_share() -> None:
-    size = Bounded(np.array(1.0), np.array(0.0))
     held = Bounded(np.array([1.0, 0.0, 0.0]), np.zeros(3))
     ground = Bounded(np.array([0.25, 0.5, 0.0]), np.zeros(3))
-    assert efficiency(held, ground, size, size).value.tolist() == [0.75, -np.inf, 1.0]
+    acts, arrives = held.value > 0.0, ground.value > 0.0
+    assert efficiency(held, ground, acts, arrives).value.tolist() == [0.75, -np.inf, 1.0]
+
+
+FEW_ORDERS = f"""
+schema = 1
+title = "one order of a series with two"
+[machine]
+kind = "generator"
+speed = "1500 rpm"
+body = {{ mass = 400.0, inertia = [20.0, 30.0, 30.0] }}
+[machine.crank_train]
+crank_radius = 0.05
+rod_length = 0.2
+reciprocating_mass = 1.0
+cylinders = [{{ name = "1" }}]
+[machine.mounts]
+positions = [[-0.5, -0.3, 0.0], [-0.5, 0.3, 0.0], [0.5, -0.3, 0.0], [0.5, 0.3, 0.0]]
+each = {{ stiffness = 39226.6, damping = 198.057 }}
+[kinematics]
+series = "truncated"
+terms = 1
+[excitation]
+orders = 1
+[isolation]
+model = "rigid_body"
+efficiency = true
+[[limit]]
+quantity = "{ROOT}/couple/held_rms"
+max = 10.0
+source = "tested"
+"""
+
+
+def test_orders_left_out_make_no_zero(tmp_path: Path) -> None:
+    """A zero is one for rounding only: with too few orders a limit on the couple is undecided."""
+    (tmp_path / "few.toml").write_text(FEW_ORDERS)
+    few, whole = (
+        execute(load_checked([tmp_path / "few.toml"], [f"excitation.orders={orders}"])[0])
+        for orders in (1, 4)
+    )
+    (limit,) = judge_limits(few)
+    assert limit.kept is None
+    for path in (f"{ROOT}/couple/held_rms", f"{ROOT}/couple/ground_peak"):
+        exact, found = float(whole[path].values), few[path]
+        assert found.error_estimate is not None
+        assert abs(exact - float(found.values)) <= found.error_estimate
+        assert float(found.values) > 0.0
+    assert f"{ROOT}/couple/rms" in few

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from vibecalc.core.case.load import validate
+from vibecalc.core.run.run import run_case
 from vibecalc.errors import NumericalFailure
 from vibecalc.kinematics.harmonics import (
     dropped_acceleration,
@@ -69,3 +71,24 @@ def test_a_crank_that_cannot_turn_is_refused_in_words(rod_ratio, offset_ratio, f
 def test_too_many_orders_for_a_tolerance_are_refused_in_words():
     with pytest.raises(NumericalFailure, match=r"more than 16384 harmonics .* choose the highest"):
         order_for_tolerance(1.0 - 1e-8, 1e-12)
+
+
+def test_chosen_orders_hold_where_no_number_of_orders_is_enough():
+    crank = {
+        "crank_radius": 0.5,
+        "rod_length": 0.5000005,
+        "reciprocating_mass": 1.0,
+        "cylinders": [{"name": "A"}],
+    }
+    table = {
+        "schema": 1,
+        "title": "a rod hardly longer than its crank",
+        "machine": {"kind": "compressor", "speed": 30.0, "crank_train": crank},
+        "kinematics": {},
+        "excitation": {"orders": 200},
+    }
+    found = run_case(validate(table))["kinematics/acceleration_harmonics"]
+    expected = motion_harmonics(0.5 / 0.5000005, 200, 0.0)
+    unit = 0.5 * 30.0**2 * np.arange(201) ** 2
+    assert np.all(np.abs(found.values + unit * expected) <= 1e-12 * unit * np.abs(expected))
+    assert len(found.values) == 201

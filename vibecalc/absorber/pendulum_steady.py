@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from vibecalc.absorber.pendulum_order import Pendulum, largest_swing, terms, tuning_order
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, ComplexArray, FloatArray, floats
 
 # ----------------------------------------------------------------------------
@@ -271,7 +272,7 @@ def _readings(
     _, rate, square = _equation(frame, sines, torque)
     if np.any(square <= 0.0):
         raise NumericalFailure("the torque stops the rotor within the cycle: no steady motion")
-    largest = _largest(sines, np.linspace(0.0, np.pi, 16 * count + 1), wave)
+    largest = cycle_peak(-1j * sines, wave).value[..., None]
     if np.any(largest >= np.broadcast_to(largest_swing(frame.pendulum), largest.shape)):
         raise NumericalFailure("the swing leaves the path of the pendulum within the cycle")
     # the mean speed is an angle over its time; the ends of the half cycle count half
@@ -293,18 +294,6 @@ def _waves(count: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
 
 def _places(count: int) -> FloatArray:
     return np.asarray(np.pi * np.arange(count + 2) / (count + 1))
-
-
-def _largest(sines: FloatArray, fine: FloatArray, wave: FloatArray) -> FloatArray:
-    """Largest magnitude over the half cycle, by Newton from the largest of many points."""
-    curve = np.abs(sines @ np.sin(np.outer(wave, fine)))
-    place = fine[np.argmax(curve, axis=-1)][..., None]
-    for _ in range(6):
-        slope = np.sum(sines * wave * np.cos(wave * place), axis=-1, keepdims=True)
-        bend = -np.sum(sines * wave**2 * np.sin(wave * place), axis=-1, keepdims=True)
-        there = bend != 0.0
-        place = place - np.where(there, slope / np.where(there, bend, 1.0), 0.0)
-    return np.asarray(np.abs(np.sum(sines * np.sin(wave * place), axis=-1, keepdims=True)))
 
 
 # ----------------------------------------------------------------------------

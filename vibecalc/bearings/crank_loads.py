@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.gauss import gauss_rule
-from vibecalc.numerics.maxima import by_values
+from vibecalc.numerics.maxima import Maxima, by_values, first_highest
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
@@ -49,9 +49,7 @@ ForcesAt = Callable[[IntArray, FloatArray], ComplexArray]
 EveryAt = Callable[[FloatArray], ComplexArray]
 #: places per cycle at least, of the grid for peaks and of panels for means
 GRID, PANELS = 1440, 144
-#: brackets of one row that are looked into
-BRACKETS = 8
-#: share of the highest on the grid that a top has, to be looked into
+#: share of the highest on the grid that a place has, to be looked into on both of its sides
 NEARLY = 0.98
 #: points of a panel, of the rule that it is held against, and panels at most
 POINTS, MORE_POINTS, MOST_PANELS = 8, 13, 200_000
@@ -88,58 +86,44 @@ def cycle_peaks(forces_at: ForcesAt, on_grid: ComplexArray, grid: FloatArray) ->
     Kinks of the forces stand on the grid, so that between two of its places they are smooth. The
     error holds what the search leaves; that of the forces is none of it.
     """
-    size = np.abs(on_grid)
-    cycle = grid[-1] - grid[0]
-    inner, angle = size[:, :-1], grid[:-1]  # the last is the first of the next cycle
-    before, after = np.roll(inner, 1, axis=1), np.roll(inner, -1, axis=1)
-    top = np.max(inner, axis=1)
-    flat = top - np.min(inner, axis=1) <= LEVEL * top
-    best = np.argmax(inner, axis=1)
-    found = (inner > before) & (inner >= after) & (inner >= NEARLY * top[:, None])
-    found[np.arange(len(top)), best] = True
-    found[flat] = False
-    rank = np.argsort(np.argsort(-np.where(found, inner, -1.0), axis=1, kind="stable"), axis=1)
-    row, place = np.nonzero(found & (rank < BRACKETS))
+    size, cycle = np.abs(on_grid), grid[-1] - grid[0]
+    top = np.max(size, axis=1)
+    flat = top - np.min(size, axis=1) <= LEVEL * top
     height = Bounded(top.copy(), LEVEL * top)
-    where = Bounded(np.where(flat, 0.0, angle[best]), np.full(len(top), EPSILON * cycle))
-    if not len(row):
-        return Peaks(height, where)
+    where = Bounded(np.zeros(len(top)), np.full(len(top), EPSILON * cycle))
 
     def values_at(rows: IntArray, places: FloatArray) -> FloatArray:
         return np.abs(forces_at(rows, places))
 
-    at, count = angle[place], len(angle)
-    low = angle[(place - 1) % count] - np.where(place == 0, cycle, 0.0)
-    high = angle[(place + 1) % count] + np.where(place == count - 1, cycle, 0.0)
+    # every place of the grid, and every cell next to it, that may hold the highest one
+    row, place = np.nonzero((size >= NEARLY * top[:, None]) & ~flat[:, None])
+    at = grid[place]
     near = values_at(row, at[:, None] + ASIDE * np.array([-1.0, -0.5, 0.0, 0.5, 1.0]))
     corner = (near[:, 2] >= near[:, 1]) & (near[:, 2] >= near[:, 3])
     # straight on both sides it is a corner, whose height is known; round ones are lower by so much
     drop = near[:, 2:3] - near[:, [0, 4]]
     half = near[:, 2:3] - near[:, [1, 3]]
     bent = np.abs(drop - 2.0 * half).max(axis=-1) + 4.0 * EPSILON * near[:, 2]
-    tops = [
-        (row[corner], at[corner], ASIDE * np.ones(int(corner.sum())), near[corner, 2], bent[corner])
-    ]
-    # else it rises on one side, in a cell of the grid without a kink
-    right = near[:, 3] > near[:, 2]
-    for side, ends in (
-        (right, (at, at + np.minimum(ASIDE, 0.5 * (high - at)), high)),
-        (~right, (low, at - np.minimum(ASIDE, 0.5 * (at - low)), at)),
-    ):
-        some = side & ~corner
-        if np.any(some):
-            maxima = by_values(values_at, row[some], *(end[some] for end in ends))
-            tops.append((maxima.row, *maxima.place, *maxima.height))
-    rows, places, slips, heights, errors = (
-        np.concatenate(part) for part in zip(*tops, strict=True)
-    )
-    order = np.lexsort((heights, rows))
-    last = order[np.append(np.diff(rows[order]) > 0, True)]
-    found_row = rows[last]
-    height.value[found_row], height.error[found_row] = heights[last], errors[last]
-    where.value[found_row] = np.mod(places[last], cycle)
-    where.error[found_row] = slips[last] + EPSILON * cycle
-    missing = np.setdiff1d(np.flatnonzero(~flat), found_row)
+    aside, none = np.full(int(corner.sum()), ASIDE), np.zeros(int(corner.sum()))
+    tops = [Maxima(
+        row[corner], Bounded(at[corner], aside), Bounded(near[corner, 2], bent[corner]), none
+    )]  # fmt: skip
+    # without a kink, a cell holds a maximum where it rises inwards from both of its ends
+    rises = np.zeros((2, *size.shape), dtype=bool)  # to the left and to the right
+    rises[:, row, place] = near[:, 2] < near[:, [1, 3]].T
+    unseen = size < NEARLY * top[:, None]
+    row, cell = np.nonzero((rises[1] | unseen)[:, :-1] & (rises[0] | unseen)[:, 1:]
+                           & ~(unseen[:, :-1] & unseen[:, 1:]) & ~flat[:, None])  # fmt: skip
+    low, high = grid[cell], grid[cell + 1]
+    step = np.minimum(ASIDE, 0.5 * (high - low))
+    start = np.where(size[row, cell] >= size[row, cell + 1], low + step, high - step)
+    if len(row):
+        tops.append(by_values(values_at, row, low, start, high))
+    found = first_highest(tops)
+    height.value[found.row], height.error[found.row] = found.height
+    where.value[found.row] = np.mod(found.place.value, cycle)
+    where.error[found.row] = found.place.error + EPSILON * cycle
+    missing = np.setdiff1d(np.flatnonzero(~flat), found.row)
     if len(missing):
         raise NumericalFailure(
             f"bearing loads: no highest point of the load {int(missing[0]) + 1} was found over the "

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.gas_tables import GasCard, fitted_card, pressure_at
 from vibecalc.excitation.inertia_forces import TorqueHarmonics, inertia_torque
 from vibecalc.kinematics.harmonics import (
@@ -183,6 +184,10 @@ def inertia_harmonics(
     return Bounded(np.where(whole, value[index], 0.0), np.where(whole, error[index], 0.0))
 
 
+#: orders of the motion in a torque where no number of them would be enough
+MOST_ORDERS = 4096
+
+
 @lru_cache(maxsize=16)
 def _of_unit_masses(
     radius: float, length: float, offset: float, highest: int
@@ -192,7 +197,11 @@ def _of_unit_masses(
     A machine asks for the same crank drive with several masses.
     """
     ratio, shift = radius / length, offset / radius
-    used = max(highest, int(order_for_tolerance(ratio, 0.125 * EPSILON, shift))) + 4
+    try:
+        enough = int(order_for_tolerance(ratio, 0.125 * EPSILON, shift))
+    except NumericalFailure:  # close to R/L = 1: what is left out stands in the error
+        enough = MOST_ORDERS
+    used = max(highest, enough) + 4
     motion = harmonics_with_error(ratio, used, shift)
     torque = inertia_torque(
         motion.values,

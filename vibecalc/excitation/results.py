@@ -8,7 +8,13 @@ from vibecalc.core.results.record import CANCELLING, ORDERS, PEAK, RMS, TURN, He
 
 EXCITATION_ENTRIES = (
     entry("excitation/force", "order direction", "N", "force on the body", PEAK),
-    entry("excitation/couple", "order direction", "N*m", "couple on the body", PEAK),
+    entry(
+        "excitation/couple",
+        "order direction",
+        "N*m",
+        "couple on the body about its reference point",
+        PEAK,
+    ),
     entry(
         "excitation/force_peak",
         "direction",
@@ -21,7 +27,7 @@ EXCITATION_ENTRIES = (
         "excitation/couple_peak",
         "direction",
         "N*m",
-        "largest couple over a turn",
+        "largest couple over a turn, about the reference point",
         PEAK,
         headline=Headline("shaking couple, peak", "N*m"),
     ),

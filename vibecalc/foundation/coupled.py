@@ -10,7 +10,7 @@ from vibecalc.foundation.impedance import CoupledMotion, FlexibleFoundation, on_
 from vibecalc.foundation.model import flexible_foundation, stand_on_body
 from vibecalc.foundation.stage import kind_of
 from vibecalc.isolation.adapters.loads import BodyLoads, body_loads, steady_motion
-from vibecalc.isolation.efficiency import efficiency, rms
+from vibecalc.isolation.efficiency import efficiency, is_more, rms
 from vibecalc.isolation.on_base import (
     Stand,
     alone,
@@ -159,7 +159,7 @@ def _emit_motion(
         moved = reshaped(part[:used], lambda one: np.moveaxis(one, 0, -1))
         scene.emit(f"{COUPLED}/{name}", moved, axes=axes)
     speed = found.foot * (1j * frequency[:, None, None])
-    velocity = rms(speed, used, loads.tail).norm()
+    velocity = rms(speed, used, loads.tail).norm().value
     scene.emit(f"{COUPLED}/foot_velocity_rms", velocity, axes=axes)
     scene.emit(f"{COUPLED}/power", found.power[:used], axes=axes)
 
@@ -171,12 +171,14 @@ def _emit_loads(scene: Scene, ground: Bounded, rigid: Bounded, loads: BodyLoads)
         held = loads.load[:, part]
         acting = rms(held, used, loads.tail).norm()
         size = held[:used].norm()
+        acts = is_more(size, size.error, size.max(0))
         for name, load in (("ground", ground[:, part]), ("rigid", rigid[:, part])):
             path = f"{COUPLED}/{name}/{what}"
             scene.emit(path, load[:used], axes=axes, terms=size_of_terms(load.error[:used]))
             total, arrived = rms(load, used, loads.tail).norm(), load[:used].norm()
-            scene.emit(f"{path}_rms", total, terms=size_of_terms(total.error))
-            share = efficiency(size, arrived, size.max(0), arrived.max(0))
+            scene.emit(f"{path}_rms", total.value, terms=size_of_terms(total.rounding))
+            arrives = is_more(arrived, arrived.error, arrived.max(0))
+            share = efficiency(size, arrived, acts, arrives)
             scene.emit(f"{path}_by_order", share, axes=axes)
-            if acting.value > 4.0 * acting.error:
-                scene.emit(f"{path}_efficiency", 1.0 - total / acting)
+            if acting.value.value > 4.0 * acting.rounding:
+                scene.emit(f"{path}_efficiency", 1.0 - total.value / acting.value)

@@ -7,7 +7,7 @@ import numpy as np
 from vibecalc.numerics import bounded
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
-from vibecalc.numerics.rounding import FloatArray
+from vibecalc.numerics.rounding import BoolArray, FloatArray
 
 # ----------------------------------------------------------------------------
 # Isolation efficiency: 1 - transmissibility. The transmissibility is what reaches the ground over
@@ -19,21 +19,40 @@ from vibecalc.numerics.rounding import FloatArray
 _NOTHING = 1.0e-12
 
 
+class OverCycle(NamedTuple):
+    """A magnitude over the cycle, and the part of its error that is rounding: what orders that are
+    left out may add makes no zero of it."""
+
+    value: Bounded
+    rounding: FloatArray
+
+    def some(self, which: BoolArray) -> "OverCycle":
+        """Of some components."""
+        return OverCycle(self.value[which], self.rounding[which])
+
+    def norm(self) -> "OverCycle":
+        """Of all components (n,)."""
+        return OverCycle(self.value.norm(), Bounded(self.value.value, self.rounding).norm().error)
+
+
 class Overall(NamedTuple):
     """Of a vector over the cycle: root of its mean square, and its largest length."""
 
-    rms: Bounded
-    peak: Bounded
+    rms: OverCycle
+    peak: OverCycle
 
 
-def efficiency(held: Bounded, ground: Bounded, size: Bounded, size_ground: Bounded) -> Bounded:
+def is_more(size: Bounded, rounding: FloatArray, largest: Bounded) -> BoolArray:
+    """Whether magnitudes are more than what rounding leaves of zero."""
+    return np.asarray(size.value > np.maximum(_NOTHING * largest.value, 4.0 * rounding))
+
+
+def efficiency(held: Bounded, ground: Bounded, acts: BoolArray, arrives: BoolArray) -> Bounded:
     """1 - |ground| / |held| (...), of magnitudes.
 
-    What is below 1e-12 of the sizes, or within its error, counts as zero: where nothing acts
-    and nothing arrives it is 1, where nothing acts and something arrives it is minus infinity.
+    Where nothing acts and nothing arrives it is 1, where nothing acts and something arrives it is
+    minus infinity.
     """
-    acts = held.value > np.maximum(_NOTHING * size.value, 4.0 * held.error)
-    arrives = ground.value > np.maximum(_NOTHING * size_ground.value, 4.0 * ground.error)
     ratio = bounded.where(arrives, ground, 0.0) / bounded.where(acts, held, 1.0)
     ratio = bounded.where(acts, ratio, 0.0)
     unbounded = Bounded(np.asarray(-np.inf), np.zeros(()))
@@ -49,11 +68,12 @@ def with_resultant(vector: Bounded) -> Bounded:
 
 def by_order(held: Bounded, ground: Bounded) -> Bounded:
     """Efficiency (orders, components + 1) of vectors (orders, components), the resultant last."""
-    first, second = with_resultant(held), with_resultant(ground)
-    return efficiency(first, second, first.max(0)[..., -1:], second.max(0)[..., -1:])
+    both = with_resultant(held), with_resultant(ground)
+    acts, arrives = (is_more(one, one.error, one.max(0)[..., -1:]) for one in both)
+    return efficiency(*both, acts, arrives)
 
 
-def rms(harmonics: Bounded, retained: int, tail: float) -> Bounded:
+def rms(harmonics: Bounded, retained: int, tail: float) -> OverCycle:
     """Root of the mean square (...) over the cycle of amplitudes (orders, ...), 0 to peak.
 
     What is beyond the `retained` orders may add `tail` times the magnitudes that follow them.
@@ -63,7 +83,7 @@ def rms(harmonics: Bounded, retained: int, tail: float) -> Bounded:
     value, error = bounded.sqrt(total)
     # orders add in squares
     more = np.hypot(value, dropped) - value
-    return Bounded(value, error + more)
+    return OverCycle(Bounded(value, error + more), error)
 
 
 def overall(vector: Bounded, order: FloatArray, retained: int, tail: float) -> Overall:
@@ -72,6 +92,7 @@ def overall(vector: Bounded, order: FloatArray, retained: int, tail: float) -> O
     numbers = np.rint(order[:retained] / step).astype(np.int64)
     found = vector_cycle_peak(vector.value[:retained].T, numbers)
     dropped = tail * np.abs(vector.value[retained:]).sum(0)
-    error = np.broadcast_to(vector.error, vector.shape)[:retained].sum(0) + dropped
-    each = rms(vector, retained, tail)
-    return Overall(each.norm(), Bounded(found.value, found.error + np.linalg.norm(error)))
+    error = np.broadcast_to(vector.error, vector.shape)[:retained].sum(0)
+    rounding = found.error + np.linalg.norm(error)
+    peak = Bounded(found.value, found.error + np.linalg.norm(error + dropped))
+    return Overall(rms(vector, retained, tail).norm(), OverCycle(peak, rounding))

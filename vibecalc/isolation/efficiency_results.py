@@ -12,11 +12,11 @@ AXES = {
 }
 
 
-def _of_vector(path: str, what: str, unit: str) -> Iterator[Entry]:
+def _of_vector(path: str, what: str, unit: str, about: str = "") -> Iterator[Entry]:
     orders = "half_order coordinate"
     for name, words in (
-        ("held", f"{what} that the body held still would send into the ground"),
-        ("ground", f"{what} of all mounts on the ground"),
+        ("held", f"{what}{about} that the body held still would send into the ground"),
+        ("ground", f"{what}{about} of all mounts on the ground"),
     ):
         yield entry(f"{path}/{name}", orders, unit, words, PEAK)
         yield entry(f"{path}/{name}_rms", "", unit, f"{words}, over the cycle", RMS)
@@ -46,7 +46,7 @@ def _of_vector(path: str, what: str, unit: str) -> Iterator[Entry]:
 
 EFFICIENCY_ENTRIES = (
     *_of_vector(FORCES, "force", "N"),
-    *_of_vector(COUPLES, "couple", "N*m"),
+    *_of_vector(COUPLES, "couple", "N*m", " about the mass centre"),
     entry(f"{ROOT}/by_direction", "coordinate", "", "efficiency of the r.m.s. in each direction"),
     entry(
         f"{ROOT}/transmissibility",

@@ -57,10 +57,11 @@ class OnMounts:
         )
 
     def energy_fraction(self) -> Bounded:
-        """Share (modes, f) of each coordinate in the kinetic energy of each mode."""
+        """Share (modes, f) of each coordinate in each mode's kinetic energy, about the centre."""
+        translations = int(np.sum(self.freedoms < 3))
         if self.own:
-            return own_energy_fraction(self.own)
-        return energy_fraction(self.matrices, self.shapes)
+            return own_energy_fraction(self.own, translations)
+        return energy_fraction(self.matrices, self.shapes, translations)
 
     def resonances(self, load: Bounded) -> Resonances:
         """Where orders with loads (..., orders, f) meet the modes."""

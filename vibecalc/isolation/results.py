@@ -73,13 +73,13 @@ ISOLATION_ENTRIES = (
         "isolation/modes/shape",
         "mode coordinate",
         "",
-        "mode shape, metres and radians, of unit modal mass",
+        "mode shape at the reference point, metres and radians, of unit modal mass",
     ),
     entry(
         "isolation/modes/energy_fraction",
         "mode coordinate",
         "",
-        "share of the kinetic energy of a mode",
+        "share of the kinetic energy of a mode, about the mass centre",
     ),
     entry(
         "isolation/body/translation_harmonics",

@@ -1,6 +1,7 @@
 """Adapter: crank and rod to harmonics of the piston motion, and its curves where asked for."""
 
 import math
+from collections.abc import Callable
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -108,13 +109,13 @@ def _exact(case: "Case", train: "CrankTrain", least: int = 1) -> tuple[PistonMot
         from vibecalc.parts.articulated import steepest_ratio
 
         steepest = steepest_ratio(case.machine.crank_train)
-        least = max(int(_highest_order(case, _enough(steepest, rtol, offset))), least)
+        least = max(int(_highest_order(case, lambda: _enough(steepest, rtol, offset))), least)
     if not (np.ndim(ratio) or np.ndim(offset)):
-        highest = max(int(_highest_order(case, _enough(ratio, rtol, offset))), least)
+        highest = max(int(_highest_order(case, lambda: _enough(ratio, rtol, offset))), least)
         return _one_series(ratio, offset, highest, cylinders)
     pairs = np.stack(np.broadcast_arrays(ratio, offset))
     cranks, crank = np.unique(pairs, axis=1, return_inverse=True)
-    enough = _highest_order(case, order_for_tolerance(cranks[0], rtol, cranks[1]))
+    enough = _highest_order(case, lambda: order_for_tolerance(cranks[0], rtol, cranks[1]))
     crank = crank.reshape(-1)
     highest = max(agreed(np.broadcast_to(enough, cranks[0].shape)[crank]), least)
     motion, dropped = _exact_series(cranks[0], cranks[1], highest, cylinders)
@@ -130,7 +131,7 @@ def _cut_series(
 ) -> tuple[PistonMotion, Bounded]:
     """A cut series has no orders beyond its own: the guard orders are all that is left out."""
     ratio = np.asarray(rod_ratio)
-    highest = int(_highest_order(case, last_order(case, terms)))
+    highest = int(_highest_order(case, lambda: last_order(case, terms)))
     values = truncated_harmonics(ratio, terms, max(highest, last_order(case, terms)))
     error = RELATIVE_ERROR * np.abs(values)
     tail = np.array(1.0 if values.shape[-1] > highest + 1 else 0.0)
@@ -181,12 +182,15 @@ def _exact_series(
     return motion, Bounded(dropped.value, dropped.error + slip * dropped.value)
 
 
-def _highest_order(case: "Case", enough: int | IntArray) -> int | IntArray:
-    """Highest order: the case's own word, else enough for the series and every turning weight."""
+def _highest_order(case: "Case", enough: Callable[[], int | IntArray]) -> int | IntArray:
+    """Highest order: the case's own word, else enough for the series and every turning weight.
+
+    How many are enough is asked only where the case does not say: close to R/L = 1 nobody can.
+    """
     if case.excitation is not None and case.excitation.orders is not None:
         return case.excitation.orders
     shafts = case.machine.crank_train.balance_shafts
-    return np.maximum(enough, max([1, *(abs(shaft.speed_ratio) for shaft in shafts)]))
+    return np.maximum(enough(), max([1, *(abs(shaft.speed_ratio) for shaft in shafts)]))
 
 
 def _with_ratio_error(

@@ -372,7 +372,7 @@ def by_values(
             tops.place[ready], tops.off[ready] = fit.place
             tops.tried[ready] = width[ready]
             tops = tops.some(np.delete(np.arange(len(tops.row)), ready[told]))
-    return _highest(found)
+    return first_highest(found)
 
 
 def _divided(tops: _Tops, parts: int) -> FloatArray:
@@ -465,14 +465,16 @@ def _slopes(power: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
     return first, second
 
 
-def _highest(found: list[Maxima]) -> Maxima:
-    """Of each curve one; of maxima that are alike the one at the lowest place."""
+def first_highest(found: Sequence[Maxima]) -> Maxima:
+    """Of each curve one; of maxima that are alike the one at the lowest place, whose error holds
+    what the highest of them has more."""
     none = np.zeros(0)
     nothing = Maxima(np.zeros(0, dtype=np.int64), Bounded(none, none), Bounded(none, none), none)
     every = joined([nothing, *found])
-    height = every.height.value
+    height, error = every.height
     best = np.zeros(int(np.max(every.row, initial=-1)) + 1)
     np.maximum.at(best, every.row, height)
     alike = np.flatnonzero(height >= best[every.row] * (1.0 - CORNER))
+    every = every._replace(height=Bounded(height, error + best[every.row] - height))
     # by rising place, so that the first one counts
     return every.some(alike[np.unique(every.row[alike], return_index=True)[1]])

@@ -17,22 +17,44 @@ from vibecalc.response.resonances import Resonances
 # ----------------------------------------------------------------------------
 
 
-def energy_fraction(matrices: Matrices, shapes: Modes) -> Bounded:
+def energy_fraction(matrices: Matrices, shapes: Modes, translations: int = 0) -> Bounded:
     """Share of each coordinate in the kinetic energy of each mode, and its error.
 
-    Value and error are (..., modes, 6). Each row sums to 1; an entry v_i (M v)_i / (v M v) can be
-    slightly negative where the mass centre is off the reference point.
+    The first `translations` coordinates are those of a point of the body, with a diagonal block of
+    mass. Shares are about the mass centre, whichever the point: (M v)_i^2 / M_ii of a translation,
+    v_i (S v)_i of a rotation, with the Schur complement S of the translations, the inertia about
+    the mass centre. Without translations they are v_i (M v)_i. Value and error are (..., modes, f).
+    Each row sums to 1; with products of inertia an entry can be slightly negative.
     """
-    moved = matrices.mass @ shapes.shape
-    energy = shapes.shape * moved
-    total = np.sum(energy, axis=-2, keepdims=True)
-    size_moved = np.abs(matrices.mass) @ np.abs(shapes.shape)
-    error = (
-        shapes.shape_error * np.abs(moved)
-        + np.abs(shapes.shape) * (np.abs(matrices.mass) @ shapes.shape_error)
-        + 10.0 * UNIT_ROUNDOFF * np.abs(shapes.shape) * size_moved
-        + np.abs(shapes.shape) * (matrices.mass_error @ np.abs(shapes.shape))
+    along, about = slice(None, translations), slice(translations, None)
+    mass, mass_error = matrices.mass, matrices.mass_error
+    vector, off = shapes.shape, shapes.shape_error
+    weight = np.diagonal(mass[..., along, along], axis1=-2, axis2=-1)[..., None]
+    levers = mass[..., along, about] / weight
+    turning = mass[..., about, about] - mass[..., about, along] @ levers
+    size = np.abs(mass)
+    # as large as what cancels in it
+    terms = size[..., about, about] + size[..., about, along] @ np.abs(levers)
+    turning_error = mass_error[..., about, about] + 2.0 * (
+        np.abs(levers.mT) @ mass_error[..., along, about]
     )
+    rounding = 10.0 * UNIT_ROUNDOFF
+    pushed = mass[..., along, :] @ vector
+    pushed_error = size[..., along, :] @ (off + rounding * np.abs(vector)) + (
+        mass_error[..., along, :] @ np.abs(vector)
+    )
+    turned, spin, spin_off = (one[..., about, :] for one in (vector, np.abs(vector), off))
+    carried = turning @ turned
+    carried_error = terms @ (spin_off + rounding * spin) + turning_error @ spin
+    energy = np.concatenate([pushed * pushed / weight, turned * carried], axis=-2)
+    error = np.concatenate(
+        [
+            2.0 * np.abs(pushed) * pushed_error / weight,
+            spin_off * np.abs(carried) + spin * carried_error,
+        ],
+        axis=-2,
+    )
+    total = np.sum(energy, axis=-2, keepdims=True)
     return Bounded((energy / total).mT, (error / total).mT)
 
 

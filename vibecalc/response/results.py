@@ -32,11 +32,11 @@ RESPONSE_ENTRIES = (
     entry("response/modes/damping_ratio", "mode", "", "modal damping ratio"),
     entry(
         "response/modes/shape", "mode coordinate", "",
-        "mode shape, metres and radians, of unit modal mass",
+        "mode shape at the reference point, metres and radians, of unit modal mass",
     ),
     entry(
         "response/modes/energy_fraction", "mode coordinate", "",
-        "share of the kinetic energy of a mode",
+        "share of the kinetic energy of a mode, about the mass centre",
     ),
     entry(
         "response/modes/assurance", "mode other_mode", "",

@@ -158,9 +158,11 @@ def own_damping_ratio(found: Sequence[OwnMode]) -> Bounded:
     return Bounded(np.array([x.value for x in ratios]), np.array([x.error for x in ratios]))
 
 
-def own_energy_fraction(found: Sequence[OwnMode]) -> Bounded:
+def own_energy_fraction(found: Sequence[OwnMode], translations: int) -> Bounded:
     """Share (modes, f) of each coordinate in the kinetic energy of each mode."""
-    shares = [energy_fraction(one.matrices, one.shapes)[r] for r, one in enumerate(found)]
+    shares = [
+        energy_fraction(one.matrices, one.shapes, translations)[r] for r, one in enumerate(found)
+    ]
     return Bounded(np.array([x.value for x in shares]), np.array([x.error for x in shares]))
 
 

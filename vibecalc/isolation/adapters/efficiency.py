@@ -8,7 +8,7 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.inertia_forces import size_of_terms
 from vibecalc.isolation.adapters.common import isolation_of
 from vibecalc.isolation.adapters.loads import BodyLoads, body_loads, steady_motion
-from vibecalc.isolation.efficiency import Overall, by_order, efficiency, overall, rms
+from vibecalc.isolation.efficiency import Overall, by_order, efficiency, is_more, overall, rms
 from vibecalc.isolation.efficiency_results import COUPLES, FORCES, ROOT
 from vibecalc.isolation.model import pitch_parts
 from vibecalc.isolation.on_base import OnBase, alone, frequency_grid, ground_load, transmissibility
@@ -16,7 +16,8 @@ from vibecalc.isolation.on_mounts import on_mounts
 from vibecalc.isolation.pitch import angle_harmonics, pitch_model, pitch_resonances
 from vibecalc.numerics.bounded import Bounded, concatenate, reshaped
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.parts.body import COORDINATES, dofs_of_model
+from vibecalc.numerics.rounding import EPSILON
+from vibecalc.parts.body import COORDINATES, cross_matrix, dofs_of_model
 from vibecalc.response.resonances import check_operating_point, left_out
 
 
@@ -48,10 +49,26 @@ def run_efficiency(scene: Scene) -> None:
         "isolation of the ground",
         "Harris and Piersol, Shock and Vibration Handbook, 5th ed. 2002, ch. 30",
     )
-    for path, held, arrived, names in _vectors(mounted, mounted.load, ground):
-        _emit_vector(scene, path, held, arrived, names, loads)
-    _emit_rms(scene, mounted, ground, loads)
-    _emit_curve(scene, mounted, system, float(frequency[loads.retained - 1]))
+    centre = _to_centre(scene, mounted)
+    held, ground = _about(mounted.load, centre), _about(ground, centre)
+    for path, first, second, names in _vectors(mounted, held, ground):
+        _emit_vector(scene, path, first, second, names, loads)
+    _emit_rms(scene, mounted, held, ground, loads)
+    _emit_curve(scene, mounted, system, centre, float(frequency[loads.retained - 1]))
+
+
+def _to_centre(scene: Scene, mounted: _Mounted) -> np.ndarray:
+    """Matrix (f, f) that takes loads about the reference point to those about the mass centre."""
+    body, matrix = scene.parts.body, np.eye(6)
+    if body is not None:
+        matrix[3:, :3] = -cross_matrix(body.centre)
+    return matrix[np.ix_(mounted.freedoms, mounted.freedoms)]
+
+
+def _about(load: Bounded, centre: np.ndarray) -> Bounded:
+    """Loads (..., f) turned by a matrix of `_to_centre`."""
+    size = load.error + 4.0 * EPSILON * np.abs(load.value)
+    return Bounded(load.value @ centre.T, size @ np.abs(centre).T)
 
 
 def _on_mounts(scene: Scene, loads: BodyLoads) -> _Mounted:
@@ -116,34 +133,44 @@ def _emit_vector(
     both = [overall(one, loads.order, used, loads.tail) for one in (held, ground)]
     for place, name in enumerate(Overall._fields):
         first, second = (one[place] for one in both)
-        scene.emit(f"{path}/held_{name}", first, terms=size_of_terms(first.error))
-        scene.emit(f"{path}/ground_{name}", second, terms=size_of_terms(second.error))
+        held_size, ground_size = first.value, second.value
+        scene.emit(f"{path}/held_{name}", held_size, terms=size_of_terms(first.rounding))
+        scene.emit(f"{path}/ground_{name}", ground_size, terms=size_of_terms(second.rounding))
         # where nothing acts there is nothing to isolate
-        if not first.value > 4.0 * first.error:
+        if not held_size.value > 4.0 * first.rounding:
             continue
-        ratio = second / first
+        ratio = ground_size / held_size
         scene.emit(f"{path}/{name}", 1.0 - ratio)
-        if ratio.value > 4.0 * ratio.error:
+        if ground_size.value > 4.0 * second.rounding:
             level = -20.0 * np.log10(ratio.value)
             scene.emit(f"{path}/{name}_level", level, 8.7 * ratio.error / ratio.value)
 
 
-def _emit_rms(scene: Scene, mounted: _Mounted, ground: Bounded, loads: BodyLoads) -> None:
+def _emit_rms(
+    scene: Scene, mounted: _Mounted, held: Bounded, ground: Bounded, loads: BodyLoads
+) -> None:
     """Efficiency of the root of the mean square, by direction."""
-    first, second = (rms(one, loads.retained, loads.tail) for one in (mounted.load, ground))
+    first, second = (rms(one, loads.retained, loads.tail) for one in (held, ground))
     parts = []
     for chosen in (mounted.freedoms < 3, mounted.freedoms >= 3):
         if np.any(chosen):
-            sizes = first[chosen].norm(0), second[chosen].norm(0)
-            parts.append(efficiency(first[chosen], second[chosen], *sizes))
+            acting, arrived = first.some(chosen), second.some(chosen)
+            acts, arrives = (is_more(*one, one.norm().value) for one in (acting, arrived))
+            parts.append(efficiency(acting.value, arrived.value, acts, arrives))
     names = [COORDINATES[place] for place in mounted.freedoms]
     scene.emit(f"{ROOT}/by_direction", concatenate(parts), axes={"coordinate": names})
 
 
-def _emit_curve(scene: Scene, mounted: _Mounted, system: OnBase, highest: float) -> None:
+def _emit_curve(
+    scene: Scene, mounted: _Mounted, system: OnBase, centre: np.ndarray, highest: float
+) -> None:
     """Of a load of one size at all frequencies, in the direction in which it acts."""
     grid = frequency_grid(mounted.natural, highest=highest)
-    found = abs(transmissibility(system, grid))
+    found = transmissibility(system, grid)
+    # unit loads at the mass centre are such about the reference point with the couple they have
+    size = found.error + 4.0 * EPSILON * np.abs(found.value)
+    back = np.linalg.inv(centre)
+    found = abs(Bounded(centre @ found.value @ back, np.abs(centre) @ size @ np.abs(back)))
     diagonal = reshaped(found, lambda part: np.diagonal(part, axis1=-2, axis2=-1).T)
     axes = {
         "coordinate": [COORDINATES[place] for place in mounted.freedoms],

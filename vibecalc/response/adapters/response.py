@@ -263,7 +263,7 @@ def _emit_modes(scene: Scene, system: LinearSystem, forcing: Forcing) -> None:
         if scene.wants(*NEAREST):
             _emit_nearest(scene, forcing, frequency, uncertainty, axes)
     own = system.own
-    share = own_energy_fraction(own) if own else energy_fraction(matrices, shapes)
+    share = own_energy_fraction(own, 3) if own else energy_fraction(matrices, shapes, 3)
     scene.emit("response/modes/shape", shapes.shape.mT, shapes.shape_error, axes)
     scene.emit("response/modes/energy_fraction", share.value, share.error, axes)
     if not scene.wants("response/modes/assurance"):
