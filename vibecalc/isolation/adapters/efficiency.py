@@ -62,7 +62,7 @@ def _to_centre(scene: Scene, mounted: _Mounted) -> np.ndarray:
     body, matrix = scene.parts.body, np.eye(6)
     if body is not None:
         matrix[3:, :3] = -cross_matrix(body.centre)
-    return matrix[np.ix_(mounted.freedoms, mounted.freedoms)]
+    return np.asarray(matrix[np.ix_(mounted.freedoms, mounted.freedoms)])
 
 
 def _about(load: Bounded, centre: np.ndarray) -> Bounded:
