@@ -268,10 +268,7 @@ _OF_CYLINDERS: tuple[KeyPath, ...] = (
     *((*_LINE, "stations", EACH, key) for key in ("throw", "cylinder", "cylinders")),
     (*_LINE, "shafts", EACH, "throw"),
     (*_LINE, "engine_damping"),
-    *(
-        ("response", "torsion", key)
-        for key in ("orders", "misfire", "conditions", "as_published")
-    ),
+    *(("response", "torsion", key) for key in ("orders", "misfire", "conditions", "as_published")),
     ("response", "torsion", "variable_inertia"),
     ("response", "torsion", "transient", "cylinder"),
 )

@@ -24,7 +24,7 @@ LINE: KeyPath = ("machine", "shaft_line")
 # ----------------------------------------------------------------------------
 
 #: questions that know the torques of cylinders alone
-_OF_CYLINDERS_ALONE = ("misfire", "conditions", "as_published", "variable_inertia", "orders")
+_OF_CYLINDERS_ALONE = ("as_published", "variable_inertia")
 
 
 def excitation_problems(case: Case, line: ShaftLine) -> Iterator[Problem]:
@@ -40,17 +40,13 @@ def excitation_problems(case: Case, line: ShaftLine) -> Iterator[Problem]:
             "count",
         )
     asked = [] if torsion is None else [key for key in _OF_CYLINDERS_ALONE if getattr(torsion, key)]
-    if cylinders:
-        asked = [key for key in asked if key in ("as_published", "variable_inertia")]
     refused: list[KeyPath] = [(*TORSION, key) for key in asked]
     refused += [DESIGN] if case.damper_design is not None else []
-    for path in refused if line.excitations or not cylinders else ():
+    for path in refused if line.excitations else ():
         yield Problem(
             path=path,
             message=f"{path[-1]} counts the torques of cylinders alone",
-            allowed="no excitations in [machine.shaft_line] with it"
-            if cylinders
-            else "an engine, whose cylinders it is about",
+            allowed="no excitations in [machine.shaft_line] with it",
             also=(*LINE, "excitations", 0),
         )
     change = None if torsion is None else torsion.transient

@@ -32,7 +32,6 @@ def shaft_line_problems(case: Case) -> list[Problem]:
     train = has_crank_train(case.machine)
     cylinders = [one.name for one in case.machine.crank_train.cylinders] if train else []
     problems = [*_count(line), *_places(line), *_cylinders(line, cylinders), *_section_names(line)]
-    problems += [] if train else _without_cylinders(line)
     return problems or [*_network(line)] or [*_inertias(case, line)]
 
 
@@ -137,29 +136,6 @@ def _cylinders(line: ShaftLine, names: Sequence[str]) -> Iterator[Problem]:
             allowed="cylinder = '...' on one station for each, or cylinders of a shared pin",
             also=("machine", "crank_train", "cylinders"),
         )
-
-
-def _without_cylinders(line: ShaftLine) -> Iterator[Problem]:
-    """Throws and cylinders belong to a crank train."""
-    for place, station in enumerate(line.stations):
-        for key in ("cylinder", "cylinders"):
-            if getattr(station, key):
-                yield Problem(
-                    path=(*LINE, "stations", place, key),
-                    message="no cylinder turns a station of a drive train",
-                    found=str(getattr(station, key))[:60],
-                    allowed="kind = 'engine' with a crank_train, or excitations on the station",
-                    also=("machine", "kind"),
-                )
-    for parts in ("stations", "shafts"):
-        for place, part in enumerate(getattr(line, parts)):
-            if part.throw is not None:
-                yield Problem(
-                    path=(*LINE, parts, place, "throw"),
-                    message="a throw belongs to a crank train, and a drive train has none",
-                    allowed="inertia" if parts == "stations" else "stiffness or section",
-                    also=("machine", "kind"),
-                )
 
 
 def _network(line: ShaftLine) -> Iterator[Problem]:

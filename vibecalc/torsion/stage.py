@@ -394,35 +394,8 @@ TRANSIENT_TABLE: KeyPath = ("response", "torsion", "transient")
 
 
 def transient_problems(case: Case) -> list[Problem]:
-    """A change that has no form in time, or takes longer than the march in time goes."""
-    return [*_without_form(case), *_problems(case)]
-
-
-def _without_form(case: Case) -> Iterator[Problem]:
-    """What does not damp, or turn, in time as it does at a steady speed."""
-    torsion = asked(case)
-    if torsion is None or torsion.transient is None or case.machine.shaft_line is None:
-        return
-    from vibecalc.torsion.transient_tables import AT_CONSTANT_SPEED
-
-    model, change = torsion.damping_model, torsion.transient
-    if model is not None and model.kind == "modal":
-        yield Problem(
-            path=("response", "torsion", "damping_model", "kind"),
-            message="damping ratios by mode have no dashpots to follow in time",
-            allowed="kind = 'rayleigh', or no damping_model and dampings of shafts, stations or "
-            "dampers",
-            also=TRANSIENT_TABLE,
-        )
-    hung = [n for n, one in enumerate(case.machine.shaft_line.dampers) if one.kind == "pendulum"]
-    if hung and change.kind not in AT_CONSTANT_SPEED:
-        yield Problem(
-            path=("machine", "shaft_line", "dampers", hung[0]),
-            message="pendulums change their stiffness with the speed, which a change of speed in "
-            "time does not follow",
-            allowed=f"a change at constant speed: {', '.join(AT_CONSTANT_SPEED)}",
-            also=(*TRANSIENT_TABLE, "kind"),
-        )
+    """The problem of a change that takes longer than the march in time goes."""
+    return [*_problems(case)]
 
 
 def _problems(case: Case) -> Iterator[Problem]:

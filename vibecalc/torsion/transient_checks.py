@@ -39,7 +39,31 @@ def change_problems(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
         )
     if change.clutch is not None:
         yield from _clutch(line, change, change.clutch)
+    yield from _form(line, torsion, change)
     yield from _counting(line, change)
+
+
+def _form(line: ShaftLine, torsion: Torsion, change: "Transient") -> Iterator[Problem]:
+    """What does not damp, or turn, in time as it does at a steady speed."""
+    from vibecalc.torsion.transient_tables import AT_CONSTANT_SPEED
+
+    if torsion.damping_model is not None and torsion.damping_model.kind == "modal":
+        yield Problem(
+            path=("response", "torsion", "damping_model", "kind"),
+            message="damping ratios by mode have no dashpots to follow in time",
+            allowed="kind = 'rayleigh', or no damping_model and dampings of shafts, stations or "
+            "dampers",
+            also=TRANSIENT_TABLE,
+        )
+    hung = [n for n, one in enumerate(line.dampers) if one.kind == "pendulum"]
+    if hung and change.kind not in AT_CONSTANT_SPEED:
+        yield Problem(
+            path=(*LINE, "dampers", hung[0]),
+            message="pendulums change their stiffness with the speed, which a change of speed in "
+            "time does not follow",
+            allowed=f"a change at constant speed: {', '.join(AT_CONSTANT_SPEED)}",
+            also=(*TRANSIENT_TABLE, "kind"),
+        )
 
 
 def _clutch(line: ShaftLine, change: "Transient", name: str) -> Iterator[Problem]:
