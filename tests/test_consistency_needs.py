@@ -136,8 +136,15 @@ KEYS_THAT_STAND_FOR_LESS = (("excitation",),)
 
 
 def test_the_time_is_an_order_of_magnitude_and_grows_as_the_work_does() -> None:
-    said = [time_in_words(seconds) for seconds in (0.4, 5.0, 59.0, 600.0, 3600.0, 2e4, 1e6)]
-    words = ("less than a second", "seconds", "about a minute", "minutes", "about an hour")
+    said = [time_in_words(seconds) for seconds in (0.1, 0.8, 5.0, 59.0, 600.0, 3600.0, 2e4, 1e6)]
+    words = (
+        "less than a second",
+        "about a second",
+        "seconds",
+        "about a minute",
+        "minutes",
+        "about an hour",
+    )
     assert said == [*words, "hours", "days"]
     seconds = []
     for count in (500, 1000):

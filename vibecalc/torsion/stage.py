@@ -526,7 +526,11 @@ def _work_of_speeds(case: "Case", orders: int) -> Work:
     bare = bool(shaft_line_of(case).dampers)
     lines = 1 + bare + bool(torsion.misfire)
     solved = solves(case, torsion.speeds.points) * freedoms * lines
-    return ((1 + bare, "line"), (solved, "line_solve"), (len(torsion.limits), "limit"))
+    couplings = lines * len(named_couplings(case))
+    return (
+        *((1 + bare, "line"), (solved, "line_solve"), (len(torsion.limits), "limit")),
+        *(((couplings, "coupling_range"),) if couplings else ()),
+    )
 
 
 def _work_of_curves(case: "Case", orders: int) -> Work:
@@ -635,6 +639,7 @@ SUBJECT = Subject(
         "line_order": Unit(6.0e-4, "orders of a shaft line summed"),
         "line_solve": Unit(4.8e-7, "solves times freedoms", megabytes=3.0e-5),
         "shape_weight": Unit(2.0e-8, "modes times elements times freedoms"),
+        "coupling_range": Unit(1.0, "ranges of speeds with the states of a coupling"),
         "limit": Unit(1.0e-1, "limits followed over the range"),
         "time_step": Unit(6.0e-4, "steps in time", "scipy.sparse"),
         "variable_solve": Unit(1.5e-2, "solves of all orders at once", "scipy.linalg"),

@@ -60,7 +60,8 @@ def _longer(case: "Case") -> str:
 
 #: seconds up to which a time is called so
 _TIMES = (
-    (1.0, "less than a second"),
+    (0.3, "less than a second"),
+    (2.5, "about a second"),
     (20.0, "seconds"),
     (100.0, "about a minute"),
     (2000.0, "minutes"),

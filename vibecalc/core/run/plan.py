@@ -78,7 +78,7 @@ SETTING_UP = 1.0e-2
 COMMAND = (0.45, 65.0)
 #: what a further run in a search costs: a share of the work of the stages that bring what is wanted
 #: (parts that others need are left out, stages that nothing has changed are kept), and seconds
-FURTHER_RUN = (0.33, 3.0e-3)
+FURTHER_RUN = (0.2, 1.5e-3)
 
 # ----------------------------------------------------------------------------
 # What a run of a case will take: stages, harmonics, counted work, time and memory.

@@ -175,7 +175,10 @@ def _strain(
         by_ends = torque[some, :, None] * ends
         whole = by_ends.sum(axis=1) + held[some]
         weight = (by_ends - share[some, :, None] * whole[:, None, :]) / safe[some, None, None]
-        off[some] += uncertainty_of(ShapeUncertainty(*(one[some] for one in uncertainty)), weight)
+        here = ShapeUncertainty(
+            uncertainty.bound[some], uncertainty.moved[some], uncertainty.moving[some]
+        )
+        off[some] += uncertainty_of(here, weight)
     return Bounded(share, np.where(moving[:, None], off, 0.0))
 
 
