@@ -104,6 +104,7 @@ def sweep(
     target = _output(output, case.stem, part)
     if if_needed:
         from vibecalc.core.case.inputs import is_up_to_date
+        from vibecalc.errors import UsageError
 
         if part[1] > 1:
             raise UsageError("--if-needed is for a whole sweep, leave --shard out")

@@ -123,8 +123,8 @@ def render_junit(pairs: Sequence[FilePair]) -> str:
         suite = ElementTree.SubElement(suites, "testsuite", attributes)
         comparison = pair.comparison
         if comparison is None:
-            failure = {"message": _xml(pair.problem)}
-            ElementTree.SubElement(_test_case(suite, "file"), "failure", failure)
+            message = {"message": _xml(pair.problem)}
+            ElementTree.SubElement(_test_case(suite, "file"), "failure", message)
             continue
         for row in comparison.rows:
             case = _test_case(suite, row.path)

@@ -288,9 +288,9 @@ def _mode_match(
         match = None
         if frequencies[0] is not None and frequencies[1] is not None:
             left, right = _usable(shapes[0], shapes[1])
-            errors = [record[f"{folder}/natural_frequency"].error_estimate for record in
-                      (reference, value)]  # fmt: skip
-            error = float(uncertainty(*errors, 0.0))
+            known, other = (record[f"{folder}/natural_frequency"].error_estimate for record in
+                            (reference, value))  # fmt: skip
+            error = float(uncertainty(known, other, 0.0))
             match = match_modes(
                 frequencies[0].ravel(), frequencies[1].ravel(), left, right, repeated, error
             )
