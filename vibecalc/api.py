@@ -143,7 +143,8 @@ def sweep(
     loaded = _checked(case, set, {**keys, **asked}, unset, texts)
     target = _file(output, "the file of a sweep")
     check_suffix(target)
-    if jobs is not None and (not isinstance(jobs, Integral) or jobs < 1):
+    processes: Any = jobs
+    if processes is not None and (not isinstance(processes, Integral) or processes < 1):
         raise UsageError(f"a sweep needs one process or more, found jobs={jobs!r}")
     options = Options(
         output=target,

@@ -366,10 +366,10 @@ def diff(
         for option, given in (("--rules", rules), ("--junit", junit)):
             if given:
                 raise UsageError(f"--accept compares nothing, leave {option} out")
-        made = [pair for pair in pairs if pair.result is not None]
-        for pair in made:
-            make_golden(pair.result, pair.golden)
-            say(f"{pair.golden} now holds the numbers of {pair.result}")
+        made = [(pair.golden, pair.result) for pair in pairs if pair.result is not None]
+        for golden, result in made:
+            make_golden(result, golden)
+            say(f"{golden} now holds the numbers of {result}")
         for pair in pairs:
             if pair.result is None and not partial:
                 note(f"{pair.golden} has no result, and stays as it is")

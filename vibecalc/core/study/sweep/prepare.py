@@ -72,6 +72,7 @@ def choose(case: "Case", design: Design, keep: Sequence[str], jobs: int = 2) -> 
     """
     from vibecalc.core.study.sweep.at_once import unsupported
 
+    why_not: str | None
     if any(design.contents):
         why_not = "lists, tables and switches are set point by point"
     else:
