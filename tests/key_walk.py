@@ -22,7 +22,7 @@ from vibecalc.core.case.load import validate
 from vibecalc.core.case.raw import apply_overrides, parse_key
 from vibecalc.core.case.rules import ByKind, Needs, OneOf, Row
 from vibecalc.core.case.walk import Shape, keys_of, shape_of
-from vibecalc.core.report.check import check_rows
+from vibecalc.core.run.plan import needs_of
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import CaseError, KeyPath, Problem, UsageError
 from vibecalc.json_schema import json_schema
@@ -154,7 +154,7 @@ def bases(kind: str) -> list[Base]:
             data.pop(key, None)
         lighten(data)
         (loaded,) = load_checked([data])
-        found.append(Base(path.stem, data, check_rows(loaded.case)[1]["seconds"]))
+        found.append(Base(path.stem, data, needs_of(loaded.case).seconds))
     return sorted(found, key=lambda base: base.seconds)
 
 
