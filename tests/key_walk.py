@@ -22,7 +22,7 @@ from vibecalc.core.case.load import validate
 from vibecalc.core.case.raw import apply_overrides, parse_key
 from vibecalc.core.case.rules import ByKind, Needs, OneOf, Row
 from vibecalc.core.case.walk import Shape, keys_of, shape_of
-from vibecalc.core.report.check import check_rows
+from vibecalc.core.run.plan import needs_of
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import CaseError, KeyPath, Problem, UsageError
 from vibecalc.json_schema import json_schema
@@ -154,7 +154,7 @@ def bases(kind: str) -> list[Base]:
             data.pop(key, None)
         lighten(data)
         (loaded,) = load_checked([data])
-        found.append(Base(path.stem, data, check_rows(loaded.case)[1]["seconds"]))
+        found.append(Base(path.stem, data, needs_of(loaded.case).seconds))
     return sorted(found, key=lambda base: base.seconds)
 
 
@@ -367,11 +367,12 @@ def problems_of(data: Data) -> list[Problem]:
     return []
 
 
-def plan(aim: Aim) -> tuple[str, Data] | None:
-    """The base and a case that has the key and that `check` takes; None where none was found."""
+def plans(aim: Aim) -> Iterator[tuple[str, Data]]:
+    """Cases that have the key and that `check` takes, each with the name of its base."""
     for row in VALUES["together"]:
         if re.search(row["keys"], str(aim)):
-            return _by_hand(aim, row)
+            yield from _by_hand(aim, row)
+            return
 
     def order(base: Base) -> Any:
         searches = [study for study in STUDIES if study in base.data]
@@ -391,21 +392,21 @@ def plan(aim: Aim) -> tuple[str, Data] | None:
                 lighten(data, aim.pattern)
                 why = settle(data, spot[1], aim.kind)
                 if not why:
-                    return base.name, data
+                    yield base.name, data
+                    continue
                 refused[why] += 1
                 if len(tried) > 12 or refused[why] > 6 or refused.total() > 60:
                     break
             if refused.total() > 60 or (refused and max(refused.values()) > 14):
                 WHY[aim] = refused.most_common(1)[0][0]
-                return None
+                return
     WHY[aim] = refused.most_common(1)[0][0] if refused else "no place"
-    return None
 
 
 WHY: dict[Aim, str] = {}
 
 
-def _by_hand(aim: Aim, row: Any) -> tuple[str, Data] | None:
+def _by_hand(aim: Aim, row: Any) -> Iterator[tuple[str, Data]]:
     """A case with keys that have to stand together, of which the aim is one."""
     every = [base for base in bases(aim.kind) if row.get("base", base.name) == base.name]
     for base in every[:6]:
@@ -422,8 +423,7 @@ def _by_hand(aim: Aim, row: Any) -> tuple[str, Data] | None:
             put(data, spot, [aim.value] if listed else aim.value)
         WHY[aim] = settle(data, spot, aim.kind) if spot else "the key is not set"
         if not WHY[aim]:
-            return base.name, data
-    return None
+            yield base.name, data
 
 
 def _missing(data: Data, pattern: Pattern) -> tuple[int, bool]:
@@ -621,7 +621,14 @@ def _by_rule(row: Row, rule: Any, ours: KeyPath, kind: str) -> bool:
 
 def refused_always(aim: Aim) -> bool:
     """Whether the list of what no run can reach has this key, with the words `check` has for it."""
-    return any(
-        re.search(row["keys"], str(aim)) and re.search(row["why"], WHY.get(aim, ""))
-        for row in VALUES["unreached"]
-    )
+    return _listed("unreached", aim, WHY.get(aim, ""))
+
+
+def without_number(aim: Aim, said: str) -> bool:
+    """Whether the list of what only a run can refuse has this key, with the words of the run."""
+    return _listed("without_number", aim, said)
+
+
+def _listed(name: str, aim: Aim, said: str) -> bool:
+    rows = [row for row in VALUES[name] if re.search(row["keys"], str(aim))]
+    return any(re.search(row["why"], said) for row in rows)
