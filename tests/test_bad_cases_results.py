@@ -18,7 +18,7 @@ from sample_results import DIRECTION, MOUNT, ORDER, quantity, result_of, typical
 from vibecalc.core.results import files, store
 from vibecalc.core.results.compare import accept
 from vibecalc.core.results.files import fresh_output, write_atomically
-from vibecalc.core.results.record import Result
+from vibecalc.core.results.record import Axis, Quantity, Result
 from vibecalc.core.results.store import file_image, read_result, write_result
 from vibecalc.errors import ResultError, UsageError
 
@@ -175,7 +175,7 @@ def test_flipped_bytes_never_escape(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert noticed > 66
 
 
-def refuse(content: bytes, path: Path) -> None:
+def refuse(path: Path) -> None:
     raise ResultError(f"{path} is damaged")
 
 
@@ -377,3 +377,26 @@ def test_reading_leaves_the_file_alone(written: Path) -> None:
     before = (written.read_bytes(), written.stat().st_mtime_ns)
     store.read_result(written)
     assert (written.read_bytes(), written.stat().st_mtime_ns) == before
+
+
+HIDDEN = "\x1b[31m\x07\x9b\u202e\u2066\u200f\ufeff"
+
+
+def test_what_a_foreign_file_says_is_spelled_out(tmp_path: Path) -> None:
+    """In names, units, labels, warnings and the case: whoever prints them prints what is seen."""
+    axis = Axis(name="mount", values=np.array([HIDDEN + "1"]), unit="", long_name=HIDDEN)
+    made = replace(small(), name=HIDDEN, case_toml_resolved=f'title = "{HIDDEN[6:]}x"\n')
+    made.record.warnings.append(HIDDEN)
+    made.record.add(
+        Quantity(
+            path="a/b", values=np.array([1.0]), unit=HIDDEN, long_name=HIDDEN, axes=(axis,),
+            error_estimate=0.0,
+        )
+    )  # fmt: skip
+    found = read_result(write_result(made, tmp_path / "foreign.h5"))
+    spelled = "\\x1b[31m\\x07\\x9b\\u202e\\u2066\\u200f\\ufeff"
+    title = spelled[spelled.index("\\x9b") :] + "x"
+    said = found["a/b"]
+    assert (found.name, found.case["title"]) == (spelled, title)
+    assert (said.unit, said.long_name, found.record.warnings[-1]) == (spelled,) * 3
+    assert (said.axes[0].values[0], said.axes[0].long_name) == (f"{spelled}1", spelled)

@@ -1,5 +1,6 @@
 """Claim: rules are read as written, and all that is wrong with a rules file is said at once."""
 
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -122,10 +123,10 @@ def test_files_that_are_no_rules(tmp_path: Path) -> None:
         read_rules(write(tmp_path, "rtol = = 3"))
     with pytest.raises(UsageError, match=r"cannot read the rules file .*: no such file"):
         read_rules(tmp_path / "absent.toml")
-    with pytest.raises(UsageError, match=r"cannot read the rules file .*: is a directory"):
+    with pytest.raises(UsageError, match=r"cannot read the rules file .*: this is a folder"):
         read_rules(tmp_path)
     (tmp_path / "binary.toml").write_bytes(b"\x89HDF\xff")
-    with pytest.raises(UsageError, match="is not a TOML file"):
+    with pytest.raises(UsageError, match=r"no text in UTF-8 \(line 1\)"):
         read_rules(tmp_path / "binary.toml")
 
 
@@ -144,3 +145,34 @@ def test_every_kind_compares_or_says_why_not(kind: str) -> None:
             comparison = compare(one, one, rules)
             assert comparison.same
             assert len(comparison.rows) == (kind != "ignore")
+
+
+def test_files_that_are_no_rules_are_refused_at_once(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe.toml"  # to read it would wait for ever
+    os.mkfifo(pipe)
+    large = tmp_path / "large.toml"
+    large.write_bytes(b"#" * 1_000_001)
+    wide = tmp_path / "wide.toml"
+    wide.write_text("[default]\nrtol = 1e-6\n", encoding="utf-16")
+    null = tmp_path / "null.toml"
+    null.write_bytes(b"\n#\0")
+    latin = tmp_path / "latin.toml"
+    latin.write_bytes(b"# \n# \xe4")
+    for path, words in (
+        (pipe, "no ordinary file"),
+        (Path("/dev/zero"), "no ordinary file"),
+        (tmp_path, "a folder"),
+        (large, "larger than 1 MB"),
+        (wide, "a text in UTF-16, save it in UTF-8"),
+        (null, "a null character in line 2"),
+        (latin, r"no text in UTF-8 \(line 2\)"),
+    ):
+        with pytest.raises(UsageError, match=words) as error:
+            read_rules(path)
+        assert error.value.exit_code == 2 and str(path) in str(error.value)
+
+
+def test_a_mark_of_utf_8_is_no_part_of_the_rules(tmp_path: Path) -> None:
+    marked = tmp_path / "marked.toml"
+    marked.write_text("[default]\nrtol = 1e-6\n", encoding="utf-8-sig")
+    assert read_rules(marked).default.rtol == 1e-6

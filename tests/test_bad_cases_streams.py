@@ -1,12 +1,19 @@
 """Claim: Ctrl-C and an output that takes no more are one sentence each and never called a bug."""
 
+import contextlib
+import json
 import os
+import shutil
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 from long_but import long_but
+
+from vibecalc.core.results.store import read_result
 
 CASES = Path(__file__).parents[1] / "cases"
 GENERATOR = str(CASES / "generator.toml")
@@ -94,3 +101,99 @@ def test_ctrl_c_says_so_in_every_command(module: str, arguments: list[str], tmp_
     assert ended.returncode == 130
     assert ended.stderr == "interrupted: no half-written file is left behind\n"
     assert not list(tmp_path.iterdir())
+
+
+CLOSED = ("<&-", ">&-", "2>&-", "<&- >&- 2>&-")
+
+
+@pytest.mark.parametrize("closed", CLOSED)
+def test_a_closed_stream_changes_neither_files_nor_exit_code(closed: str, tmp_path: Path) -> None:
+    program = f"{sys.executable} -m vibecalc"
+    ended = subprocess.run(
+        ["sh", "-c", f"exec {program} run {GENERATOR} {closed}"],
+        cwd=tmp_path, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert (ended.returncode, ended.stderr) == (0, "")
+    written = tmp_path / "outputs"
+    assert sorted(one.name for one in written.iterdir()) == ["generator.h5", "generator.txt"]
+    assert read_result(written / "generator.h5").name == "generator"
+    ended = subprocess.run(
+        ["sh", "-c", f"exec {program} check none.toml {closed}"],
+        cwd=tmp_path, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert ended.returncode == 2
+
+
+def test_a_closed_stdin_is_an_empty_case(tmp_path: Path) -> None:
+    ended = subprocess.run(
+        ["sh", "-c", f"exec {sys.executable} -m vibecalc check - <&-"],
+        cwd=tmp_path, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert ended.returncode == 2
+    assert ended.stderr.startswith("error: <stdin> is empty")
+
+
+def test_a_name_in_another_encoding(tmp_path: Path) -> None:
+    """Files get its bytes; texts, and the result itself, spell it out."""
+    case = os.fsencode(tmp_path) + b"/F\xe4ll.toml"
+    shutil.copy(GENERATOR, case)
+
+    def said(*arguments: str | bytes, code: int = 0) -> str:
+        ended = subprocess.run(
+            [*PROGRAM, *arguments], cwd=tmp_path, capture_output=True, check=False
+        )
+        assert ended.returncode == code, ended.stderr
+        return (ended.stdout + ended.stderr).decode("utf-8")
+
+    result = b"outputs/F\xe4ll.h5"
+    assert r"outputs/F\xe4ll.h5" in said("run", case)
+    folder = os.fsencode(tmp_path) + b"/outputs"
+    assert sorted(os.listdir(folder)) == [b"F\xe4ll.h5", b"F\xe4ll.txt"]
+    assert "is up to date" in said("run", "--if-needed", case)
+    assert said("report", result) and r"F\xe4ll" in said("info", result)
+    assert said("report", "--html", result) and said("diff", result, result)
+    assert said("diff", "--junit", b"j\xe4.xml", result, result)
+    assert json.loads(said("run", "--json", case))
+    assert said("export", result, "isolation/support_force/steady_peak")
+    assert said("check", b"n\xe4.toml", code=2).startswith(r"error: n\xe4.toml does not exist")
+
+
+def _of_folder(folder: Path) -> list[str]:
+    """Numbers of the processes that work in a folder."""
+    found = []
+    for process in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            if (process / "cwd").readlink() == folder:
+                found.append(process.name)
+    return found
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    long_but(
+        [
+            ["sweep", GENERATOR, "--grid", "machine.speed=400 rpm:5000 rpm:200000", "-j", "2"],
+            ["accuracy", GENERATOR],
+        ],
+        ["sweep", GENERATOR, "--grid", "machine.speed=400 rpm:5000 rpm:200000", "-j", "2"],
+    ),
+    ids=lambda one: one[0],
+)
+def test_a_signal_in_the_middle(arguments: list[str], tmp_path: Path) -> None:
+    """One line, the code of an interruption, and no process, lock or unfinished file after it."""
+    started = subprocess.Popen(
+        [*PROGRAM, *arguments, "-v"], cwd=tmp_path, stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert started.stderr is not None
+    for line in started.stderr:
+        if "checked" in line or "read " in line:
+            break
+    time.sleep(0.2)
+    started.send_signal(signal.SIGINT)
+    _, words = started.communicate(timeout=60)
+    assert started.returncode == 130, words
+    assert "Traceback" not in words and "interrupted" in words
+    assert not _of_folder(tmp_path)
+    left = [one.name for one in tmp_path.rglob("*") if one.suffix in (".tmp", ".lock", ".h5")]
+    assert left == []

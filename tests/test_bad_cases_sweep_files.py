@@ -2,6 +2,8 @@
 
 import resource
 import shutil
+import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,6 +22,8 @@ from vibecalc.core.study.sweep import blocks as chunks_module
 from vibecalc.core.study.sweep.assemble import assemble, merge
 from vibecalc.core.study.sweep.output import lock_path, locked
 from vibecalc.errors import EXIT_USAGE, ResultError, UsageError
+
+GENERATOR = Path(__file__).parents[1] / "cases" / "generator.toml"
 
 
 @pytest.fixture
@@ -197,3 +201,39 @@ def test_a_lock_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
     ):
         pass
     refused(error)
+
+
+@pytest.mark.parametrize("size", ["100k", "200k"])
+def test_a_full_tmpfs(size: str, tmp_path: Path) -> None:
+    """No memory map of a file that can run out of room: the system would end the process."""
+    folder = tmp_path / "small"
+    folder.mkdir()
+    mounted = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", folder],
+        check=False,
+        capture_output=True,
+    )
+    arguments = [
+        "sweep", GENERATOR, "-q", "-j", "1", "-o", folder / "s.h5",
+        "--grid", "machine.mounts.each.stiffness=5 N/mm:50 N/mm:40log",
+        "--grid", "machine.speed=2000 rpm:5000 rpm:40",
+        "--keep", "isolation/support_force/run_up_peak",
+    ]  # fmt: skip
+
+    def limit() -> None:  # where nobody may mount, files of this size are the next best
+        if mounted.returncode:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+
+    try:
+        ended = subprocess.run(
+            [sys.executable, "-m", "vibecalc", *arguments],
+            capture_output=True, text=True, check=False, preexec_fn=limit,
+        )  # fmt: skip
+        left = [path.suffix for path in folder.rglob("*") if path.is_file()]
+    finally:
+        if not mounted.returncode:
+            subprocess.run(["umount", folder], check=True)
+    assert ended.returncode == EXIT_USAGE
+    assert "cannot write" in ended.stderr and "Traceback" not in ended.stderr
+    assert ("no space left" in ended.stderr) == (not mounted.returncode)
+    assert set(left) <= {".npz"}  # finished chunks, for --resume

@@ -4,16 +4,23 @@ Order of columns, comments, blank lines, quotes, line ends and units do not matt
 other content is reported in words and never ends in a traceback.
 """
 
+import csv
+import io
 import tempfile
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vibecalc.core.case.csv_files import columns_of
 from vibecalc.core.case.data_files import attach_files
 from vibecalc.core.case.load import load_case, validate
+from vibecalc.core.results.plain import comma_separated
+from vibecalc.core.results.record import Axis, Quantity
+from vibecalc.core.results.visible import text_cell
 from vibecalc.errors import CaseError, Problem
 from vibecalc.units import parse_quantity
 
@@ -186,3 +193,24 @@ def test_a_case_without_tables_is_left_alone() -> None:
     assert data == {"machine": [{"x": "a.csv"}, "b.csv"], "title": "c.csv", "z": {"": []}}
     with pytest.raises(CaseError):
         validate(data)
+
+
+@given(name=st.text(st.characters(codec="utf-8", exclude_categories=["Cc", "Cf", "Zl", "Zp"])))
+def test_a_text_that_could_be_a_formula_is_read_back(name: str) -> None:
+    """`export` marks it, so that nobody computes it; our reader takes the mark off."""
+    for text in (name.strip(), f"={name.strip()}", f"'@{name.strip()}", "-0.5", "+1e3", "'-"):
+        cell = text_cell(text)
+        assert cell in ("-0.5", "+1e3") or not cell.startswith(("=", "+", "-", "@"))
+        stream = io.StringIO()
+        csv.writer(stream).writerows([["name", "value"], [cell, "1"]])
+        if text.strip(" '\"") and not text.startswith("#"):
+            assert columns_of(stream.getvalue())["name"].cells == [text]
+
+
+def test_numbers_below_zero_are_marked_nowhere() -> None:
+    axis = Axis(name="point", values=np.array(["=1+1", "a"]), unit="", long_name="")
+    quantity = Quantity(
+        path="a/b", values=np.array([-1.5, 2.0]), unit="m", long_name="", axes=(axis,),
+        error_estimate=0.0,
+    )  # fmt: skip
+    assert comma_separated(quantity) == "point,b [m]\n'=1+1,-1.5\na,2.0\n"

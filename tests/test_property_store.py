@@ -16,8 +16,11 @@ from sample_results import DIRECTION, MODE, ORDER, SPEED, quantity, result_of, t
 from vibecalc.core.results.compare import accept
 from vibecalc.core.results.record import Axis, Quantity, Result
 from vibecalc.core.results.store import file_image, read_result, write_result
+from vibecalc.core.results.visible import visible
 
-TEXTS = st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"]), max_size=30)
+ANY = st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"]), max_size=30)
+#: what is not to be printed is spelled out where a file is read, but in the text of its case
+TEXTS = ANY.map(visible)
 NAMES = st.text("abcdefghij_", min_size=1, max_size=8)
 
 
@@ -70,7 +73,7 @@ def results(draw: Any) -> Result:
     return result_of(
         *(draw(quantities(path)) for path in paths),
         name=draw(TEXTS),
-        case_toml=draw(TEXTS),
+        case_toml=draw(ANY),
         provenance=draw(st.dictionaries(NAMES, TEXTS | st.floats(allow_nan=False))),
         timings=draw(st.dictionaries(NAMES, st.floats(0, 1e6))),
     )

@@ -38,6 +38,7 @@ def main() -> NoReturn:
         os.environ.setdefault(name, "1")
     # Else pydantic looks through every installed package for plugins that we do not want.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+    _open_closed_streams()
     # A title in letters that the terminal cannot show is no reason to stop.
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
@@ -79,6 +80,24 @@ def main() -> NoReturn:
     sys.exit(0)
 
 
+def _open_closed_streams() -> None:
+    """Put the null device in place of stdin, stdout and stderr where the caller has closed them.
+
+    Else the first files that are opened would take their numbers, and be written as these streams.
+    """
+    for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
+        try:
+            os.fstat(number)
+        except OSError:
+            null = os.open(os.devnull, os.O_RDWR)
+            if null != number:
+                os.dup2(null, number)
+                os.close(null)
+            os.set_inheritable(number, True)
+        if getattr(sys, name) is None:
+            setattr(sys, name, os.fdopen(number, mode, encoding="utf-8", closefd=False))
+
+
 def _name(command: Any) -> str:
     return str(command.name or command.callback.__name__)
 
@@ -106,9 +125,10 @@ def _print_error(error: VibecalcError) -> None:
 
 def _say(text: str) -> None:
     from vibecalc.cli.colours import coloured
+    from vibecalc.core.results.visible import visible
 
     with contextlib.suppress(OSError):  # a full or closed stderr changes no exit code
-        print(coloured(text), file=sys.stderr, flush=True)
+        print(coloured(visible(text)), file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vibecalc.core.results.visible import visible
 from vibecalc.errors import ResultError, UsageError
 
 if TYPE_CHECKING:
@@ -81,7 +82,8 @@ def write_outputs(result: "Result", path: Path, made_from: str = "") -> list[Pat
             beside.unlink()
     try:
         with defects("the text report") as met:
-            text = _report(result).encode("utf-8")  # of a sweep its file is still what was read
+            shown = visible(_report(result))  # of a sweep its file is still what was read
+            text = shown.encode("utf-8")
     except ResultError as error:
         if result.swept is not None:
             raise
@@ -121,4 +123,4 @@ def write_text(text: str, path: Path) -> None:
     """Write a text file so that a reader sees the old one or the new one, never half."""
     from vibecalc.core.results.files import write_atomically
 
-    write_atomically(path, text.encode("utf-8"))
+    write_atomically(path, visible(text).encode("utf-8"))

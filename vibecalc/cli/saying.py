@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from vibecalc.core.results.steps import listen, step
+from vibecalc.core.results.visible import visible
 
 Quiet = Annotated[
     bool, typer.Option("--quiet", "-q", help="Print nothing but problems, and JSON if asked for.")
@@ -68,7 +69,7 @@ def spoken(function: Callable[..., None], *, json: bool = True) -> Callable[...,
 def say(text: str, *, nl: bool = True) -> None:
     """Words on stdout, unless nobody wants them."""
     if not asked.silent:
-        typer.echo(text, nl=nl)
+        typer.echo(visible(text), nl=nl)
 
 
 def say_json(data: Any) -> None:
@@ -90,4 +91,4 @@ def note(text: str) -> None:
     """Words on stderr, in colours where it is a terminal."""
     from vibecalc.cli.colours import coloured
 
-    typer.echo(coloured(text), err=True, color=True)
+    typer.echo(coloured(visible(text)), err=True, color=True)

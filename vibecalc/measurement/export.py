@@ -9,6 +9,7 @@ import numpy as np
 
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.core.results.steps import step
+from vibecalc.core.results.visible import text_cell
 from vibecalc.errors import ResultError
 from vibecalc.numerics.level import DECIBEL
 from vibecalc.numerics.rounding import FloatArray
@@ -113,7 +114,7 @@ def _write(path: Path, axis: str, entries: list[str], columns: Columns) -> Path:
     with path.open("w", encoding="utf-8", newline="") as file:
         file.write(_COMMENT % path.stem)
         write = csv.writer(file, lineterminator="\n").writerow
-        write([axis, *(name for name, _ in columns)])
+        write([axis, *(text_cell(name) for name, _ in columns)])
         for place, entry in enumerate(entries):
             write([entry, *(f"{float(values[place]):.8g}" for _, values in columns)])
     step(f"wrote {path}")

@@ -55,6 +55,8 @@ class TooLong(Unreadable):
 
 _SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas"}
 _SAID = re.compile(r"""["']?sep=([;,\t])["']?[;,\s]*\Z""")
+#: the apostrophe by which a text that could be a formula is marked, as `export` does
+_MARKED = re.compile(r"\A'(?='*[=+\-@])")
 _COMMA = re.compile(r"[-+−]?\d+,\d+(?![\d,.])")
 _WITH_COMMA = re.compile(r"[-+−]?\d+,\d+([eE][-+]?\d+)?\Z")
 _POINT = re.compile(r"[-+−]?\d*\.\d")
@@ -146,7 +148,7 @@ def _rows(numbered: Sequence[tuple[int, str]], separator: str) -> list[tuple[int
     rows = []
     try:
         for row in reader:
-            cells = [cell.strip() for cell in row]
+            cells = [_MARKED.sub("", cell.strip(), count=1) for cell in row]
             if any(cells):
                 rows.append((numbered[reader.line_num - 1][0], cells))
     except csv.Error as error:

@@ -18,6 +18,7 @@ from vibecalc.core.case.csv_files import (
     with_point,
 )
 from vibecalc.core.case.raw import Data, listed, nearest, table_at
+from vibecalc.core.results.visible import text_cell
 from vibecalc.errors import KeyPath, Problem, UsageError
 
 if TYPE_CHECKING:
@@ -261,7 +262,7 @@ def text_of_rows(path: KeyPath, rows: Sequence[Mapping[str, Any]]) -> tuple[str,
     write = csv.writer(text, lineterminator="\n").writerow
     write([f"{name} [{unit}]" if unit else name for name, unit in zip(used, units, strict=True)])
     for cells in table:
-        write([cells.get(name, "") for name in used])
+        write([text_cell(cells.get(name, "")) for name in used])
     if list(rows_of(columns_of(text.getvalue()), path, "")) != wanted:
         raise UsageError(
             f"{path[-1]} have a name that a CSV file does not give back: without # at its begin, "

@@ -6,6 +6,7 @@ yields problems; those that an editor can follow also say themselves in the JSON
 """
 
 import functools
+import unicodedata
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise
@@ -24,6 +25,7 @@ from vibecalc.core.case.raw import (
 )
 from vibecalc.core.case.walk import Shape, keys_of, shape_of, words
 from vibecalc.core.results.named import named
+from vibecalc.core.results.visible import hidden, spelled
 from vibecalc.errors import KeyPath, Problem
 
 # ----------------------------------------------------------------------------
@@ -165,7 +167,22 @@ def row_at(case: Data, *path: str) -> Row | None:
 
 def cross_check(case: Data) -> list[Problem]:
     """Return all problems between keys of a case; never raises on nonsense."""
-    return list(_walk(Row(case, (), case, named("vibecalc.schema:Case"))))
+    return [*_walk(Row(case, (), case, named("vibecalc.schema:Case"))), *_unseen(case, ())]
+
+
+def _unseen(value: Any, path: KeyPath) -> Iterator[Problem]:
+    """Texts with characters that nobody sees, or that move what others see."""
+    if isinstance(value, dict | list):
+        for key, below in value.items() if isinstance(value, dict) else enumerate(value):
+            yield from _unseen(below, (*path, key))
+    elif isinstance(value, str) and (character := hidden(value)):
+        name = unicodedata.name(character, "a control character").lower()
+        yield Problem(
+            path=path,
+            message=f"{path[-1]} has a character that cannot be printed",
+            found=f"{spelled(character)}, {name}",
+            allowed="characters that are seen, spaces, tabs and new lines",
+        )
 
 
 def _walk(row: Row) -> Iterator[Problem]:

@@ -25,6 +25,7 @@ from vibecalc.core.report.writing import (
 )
 from vibecalc.core.report.writing import table as fixed_table
 from vibecalc.core.results.record import Result
+from vibecalc.core.results.visible import visible
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -46,7 +47,7 @@ def print_summary(result: Result, path: Path) -> None:
         summary(result, Console(highlight=False))
     else:
         sys.stdout.write(plain_summary(result))
-    sys.stdout.write(f"wrote {path} and {path.with_suffix('.txt').name}\n")
+    sys.stdout.write(f"wrote {visible(str(path))} and {visible(path.with_suffix('.txt').name)}\n")
     sys.stdout.flush()
 
 
@@ -58,7 +59,7 @@ def summary(result: Result, console: "Console") -> None:
     from rich.markup import escape
 
     references, limits = judge_references(result), judge_limits(result)
-    console.print(f"[bold]{escape(str(result.case.get('title') or result.name))}[/bold]")
+    console.print(f"[bold]{escape(visible(str(result.case.get('title') or result.name)))}[/bold]")
     for make in (_answers, _references):
         table = make(result, console.width)
         if table is not None:

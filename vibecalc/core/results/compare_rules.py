@@ -14,6 +14,7 @@ import numpy as np
 
 from vibecalc.core.results.record import Axis, Quantity, Record
 from vibecalc.core.results.select import LABEL_RTOL, entry_text, nearest
+from vibecalc.core.results.text_files import text_file
 from vibecalc.errors import UnitError, UsageError
 
 # ----------------------------------------------------------------------------
@@ -129,13 +130,14 @@ def absolute_tolerance(rule: Rule, unit: str) -> float:
         raise UsageError(f"atol = {rule.atol!r} does not fit {rule.quantity}: {error}") from error
 
 
+#: bytes of a rules file
+LARGEST_RULES = 1_000_000
+
+
 def read_rules(path: Path | str) -> Rules:
     """Read a rules file. Raises UsageError that lists all problems of the file at once."""
     try:
-        content = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise UsageError(f"cannot read the rules file {path}: {reason}") from error
+        content = tomllib.loads(text_file(Path(path), LARGEST_RULES, "the rules file"))
     except (ValueError, RecursionError) as error:
         raise UsageError(f"{path} is not a TOML file: {error}") from error
     problems = [

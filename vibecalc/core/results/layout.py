@@ -1,9 +1,10 @@
 """Names and versions in the files of runs, sweeps and accuracy tables: of writers and readers."""
 
+import os
 import zlib
 from collections.abc import Iterator
-from mmap import mmap
 from pathlib import Path
+from typing import BinaryIO
 
 from vibecalc.core.results.record import Result
 from vibecalc.errors import ResultError
@@ -60,30 +61,52 @@ TEXT_CHECKSUM = "text_checksum"
 _COLLECTION = b"GCOL\x01"
 #: bytes of the header of a collection, and of an object in it
 _HEADER = 16
+#: bytes read at once
+_PIECE = 1 << 16
 
 
-def heap_checksum(content: bytes | mmap) -> int:
-    """CRC-32 of all global heap collections in the bytes of an HDF5 file, in file order."""
+def heap_checksum(stream: BinaryIO) -> int:
+    """CRC-32 of all global heap collections of an HDF5 file, in file order.
+
+    Read piece by piece: the file of a sweep may be larger than memory. Never through a memory map,
+    where a full file system ends the process with a bus error.
+    """
     checksum = 0
-    for start, size in _collections(content):
-        checksum = zlib.crc32(content[start : start + size], checksum)
+    for _, collection in _collections(stream):
+        checksum = zlib.crc32(collection, checksum)
     return checksum
 
 
-def check_heaps(content: bytes, path: Path) -> None:
+def text_checksum(path: Path) -> int:
+    """What `heap_checksum` gives for a file on disk; raises OSError."""
+    with open(path, "rb") as stream:
+        return heap_checksum(stream)
+
+
+def check_heaps(path: Path) -> None:
     """ResultError unless the objects of each collection fill it, one after another."""
-    for start, size in _collections(content):
-        if not _is_whole(content[start : start + size], size):
-            raise ResultError(f"{path} is damaged: its texts are not where they should be")
+    with open(path, "rb") as stream:
+        for size, collection in _collections(stream):
+            if not _is_whole(collection, size):
+                raise ResultError(f"{path} is damaged: its texts are not where they should be")
 
 
-def _collections(content: bytes | mmap) -> Iterator[tuple[int, int]]:
-    """Where each collection begins, and the size that it says it has."""
-    start = content.find(_COLLECTION)
-    while start >= 0:
-        size = max(int.from_bytes(content[start + 8 : start + 16], "little"), len(_COLLECTION))
-        yield start, size
-        start = content.find(_COLLECTION, min(start + size, len(content)))
+def _collections(stream: BinaryIO) -> Iterator[tuple[int, bytes]]:
+    """The size that each collection says it has, and what is there of it."""
+    end, start = stream.seek(0, os.SEEK_END), 0
+    while start < end:
+        stream.seek(start)
+        piece = stream.read(_PIECE)
+        found = piece.find(_COLLECTION)
+        if found < 0:  # a signature may lie across the end of a piece
+            start += max(1, len(piece) - len(_COLLECTION) + 1)
+            continue
+        start += found
+        stream.seek(start)
+        size = max(int.from_bytes(stream.read(_HEADER)[8:], "little"), len(_COLLECTION))
+        stream.seek(start)
+        yield size, stream.read(min(size, end - start))
+        start += size
 
 
 def _is_whole(collection: bytes, size: int) -> bool:

@@ -11,6 +11,7 @@ import numpy as np
 
 from vibecalc.core.results.record import Axis, Quantity
 from vibecalc.core.results.select import Key, nearest, select
+from vibecalc.core.results.visible import text_cell
 from vibecalc.errors import MissingQuantity
 from vibecalc.units import convert
 
@@ -86,10 +87,10 @@ def _table(axes: Sequence[Axis], columns: Sequence[tuple[str, np.ndarray]]) -> s
 
 
 def _titled(name: str, unit: str) -> str:
-    return f"{name} [{unit}]" if unit else name
+    return text_cell(f"{name} [{unit}]" if unit else name)
 
 
 def _text(value: Any) -> str:
-    """A number with all its digits, a name as it is."""
+    """A number with all its digits; a name, marked as a text where it could be a formula."""
     plain = value.item() if isinstance(value, np.generic) else value
-    return repr(plain) if isinstance(plain, int | float) else str(plain)
+    return repr(plain) if isinstance(plain, int | float) else text_cell(str(plain))

@@ -54,7 +54,7 @@ def file_image(result: Result) -> bytes:
         place = writer.group(PROVENANCE)
         writer.number(place, TEXT_CHECKSUM, 0)
         file.flush()
-        checksum = np.array(heap_checksum(stream.getvalue()))
+        checksum = np.array(heap_checksum(stream))
         h5py.h5a.open(place, TEXT_CHECKSUM.encode()).write(checksum)
     return stream.getvalue()
 

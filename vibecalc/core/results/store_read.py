@@ -3,6 +3,7 @@
 import json
 import stat
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +18,11 @@ from vibecalc.core.results.layout import (
     TIMINGS,
     VERSION_ATTRIBUTE,
     check_heaps,
-    heap_checksum,
+    text_checksum,
 )
 from vibecalc.core.results.record import AMPLITUDES, Axis, Method, Quantity, Record, Result
 from vibecalc.core.results.steps import step
+from vibecalc.core.results.visible import visible
 from vibecalc.errors import ResultError
 
 #: deflate, which a repacked file may use, packs a thousand to one at best
@@ -33,7 +35,7 @@ def read_file(path: Path) -> Result:
     """Read a result file; everything that can be wrong with it becomes a ResultError."""
     size = _checked_size(path)
     if not _is_as_written(path):
-        check_heaps(path.read_bytes(), path)
+        check_heaps(path)
     result = _read_here(path, size)
     step(f"read {path}: {len(result)} quantities")
     return result
@@ -50,7 +52,7 @@ def _is_as_written(path: Path) -> bool:
             place = file.get(PROVENANCE)
             if not isinstance(place, h5py.Group) or TEXT_CHECKSUM not in place.attrs:
                 return False
-            return _integer(place, path, TEXT_CHECKSUM) == heap_checksum(path.read_bytes())
+            return _integer(place, path, TEXT_CHECKSUM) == text_checksum(path)
     except ResultError:
         raise
     except Exception as error:
@@ -99,7 +101,7 @@ def _result(file: Any, path: Path, size: int) -> Result:
         )
     if version < 1:
         raise ResultError(f"{path} is damaged: schema_version is {version}")
-    text = {name: _text(file, path, name) for name in TEXT_ATTRIBUTES}
+    text = texts_of(file, path)
     lists = {name: _json_list(file, path, name) for name in JSON_ATTRIBUTES}
     record = Record(warnings=[str(warning) for warning in lists["warnings"]])
     record.methods.extend(Method(**method) for method in lists["methods"])
@@ -109,7 +111,7 @@ def _result(file: Any, path: Path, size: int) -> Result:
     provenance, timings = _provenance(file)
     return Result(
         name=text["name"],
-        case=tomllib.loads(text["case_toml_resolved"]),
+        case=stored_case(text),
         case_toml=text["case_toml"],
         case_toml_resolved=text["case_toml_resolved"],
         case_sha256=text["case_sha256"],
@@ -186,7 +188,10 @@ def _values(dataset: Any, path: Path, size: int) -> np.ndarray:
         )
     if h5py.check_string_dtype(dataset.dtype) is not None:
         texts = np.asarray(dataset.asstr()[()])
-        return texts.astype(np.str_) if texts.size else np.empty(texts.shape, dtype=np.str_)
+        if not texts.size:
+            return np.empty(texts.shape, dtype=np.str_)
+        shown = [visible(one) for one in texts.ravel().tolist()]
+        return np.array(shown, dtype=np.str_).reshape(texts.shape)
     if kind not in "fciu":
         raise ResultError(
             f"{path} is damaged: {dataset.name[1:]} holds values of type {dataset.dtype}"
@@ -200,7 +205,7 @@ def _provenance(file: Any) -> tuple[dict[str, str | int | float], dict[str, floa
         return {}, {}
     group = file[PROVENANCE]
     words: dict[str, str | int | float] = {
-        name: value if isinstance(value, str) else value.item()
+        name: visible(value) if isinstance(value, str) else value.item()
         for name, value in group.attrs.items()
         if name != TEXT_CHECKSUM
     }
@@ -216,6 +221,12 @@ def _attribute(place: Any, path: Path, name: str) -> Any:
 
 
 def _text(place: Any, path: Path, name: str) -> str:
+    """A text as it may be printed."""
+    return visible(raw_text(place, path, name))
+
+
+def raw_text(place: Any, path: Path, name: str) -> str:
+    """A text as it stands: JSON, TOML."""
     value = _attribute(place, path, name)
     if not isinstance(value, str):
         raise ResultError(f"{path} is damaged: {name} of {place.name} is not a text")
@@ -237,11 +248,35 @@ def _integer(place: Any, path: Path, name: str) -> int:
     return int(value)
 
 
+def texts_of(file: Any, path: Path) -> dict[str, str]:
+    """Who wrote a file, and for which case; the case stays as it was written."""
+    texts = {name: raw_text(file, path, name) for name in TEXT_ATTRIBUTES}
+    return {
+        name: text if name.startswith("case_toml") else visible(text)
+        for name, text in texts.items()
+    }
+
+
+def stored_case(text: Mapping[str, str]) -> dict[str, Any]:
+    """The resolved case in the texts of a file, as it may be printed."""
+    case: dict[str, Any] = shown(tomllib.loads(text["case_toml_resolved"]))
+    return case
+
+
+def shown(content: Any) -> Any:
+    """The same with all texts, those of keys too, as they may be printed."""
+    if isinstance(content, dict):
+        return {visible(key): shown(value) for key, value in content.items()}
+    if isinstance(content, list):
+        return [shown(value) for value in content]
+    return visible(content) if isinstance(content, str) else content
+
+
 def _json_list(file: Any, path: Path, name: str) -> list[Any]:
-    content = json.loads(_text(file, path, name))
+    content = json.loads(raw_text(file, path, name))
     if not isinstance(content, list):
         raise ResultError(f"{path} is damaged: {name} is not a list")
-    return content
+    return list(shown(content))
 
 
 def _damaged(path: Path, error: Exception) -> ResultError:

@@ -2,11 +2,9 @@
 
 import json
 import math
-import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from types import MappingProxyType, TracebackType
 from typing import Any, NamedTuple, Self
@@ -21,11 +19,10 @@ from vibecalc.core.results.layout import (
     STATUS,
     SWEEP,
     SWEEP_SCHEMA_VERSION,
-    TEXT_ATTRIBUTES,
     TEXT_CHECKSUM,
     VALUES,
     VERSION_ATTRIBUTE,
-    heap_checksum,
+    text_checksum,
 )
 from vibecalc.core.results.record import Axis, Method, Record, Result
 from vibecalc.core.results.steps import step
@@ -38,7 +35,11 @@ from vibecalc.core.results.store_read import (
     _provenance,
     _real,
     _text,
+    raw_text,
     read_file,
+    shown,
+    stored_case,
+    texts_of,
 )
 from vibecalc.errors import ResultError
 
@@ -190,13 +191,13 @@ def check_origin(file: Any, path: Path) -> None:
 
 def read_head(file: Any, path: Path) -> SweepHead:
     place = file[SWEEP]
-    text = {name: _text(file, path, name) for name in TEXT_ATTRIBUTES}
+    text = texts_of(file, path)
     record = Record(warnings=[str(warning) for warning in _json_list(file, path, "warnings")])
     record.methods.extend(Method(**method) for method in _json_list(file, path, "methods"))
     provenance, timings = _provenance(file)
     result = Result(
         name=text["name"],
-        case=tomllib.loads(text["case_toml_resolved"]),
+        case=stored_case(text),
         case_toml=text["case_toml"],
         case_toml_resolved=text["case_toml_resolved"],
         case_sha256=text["case_sha256"],
@@ -232,16 +233,10 @@ def listed(file: Any, path: Path) -> list[Any]:
 
 
 def json_table(place: Any, path: Path, name: str) -> dict[str, Any]:
-    content = json.loads(_text(place, path, name))
+    content = shown(json.loads(raw_text(place, path, name)))
     if not isinstance(content, dict):
         raise ResultError(f"{path} is damaged: {name} is no table")
     return content
-
-
-def text_checksum(path: Path) -> int:
-    """What `heap_checksum` gives for the bytes of a file, which may be larger than memory."""
-    with open(path, "rb") as stream, mmap(stream.fileno(), 0, access=ACCESS_READ) as content:
-        return heap_checksum(content)
 
 
 # ----------------------------------------------------------------------------

@@ -15,6 +15,7 @@ from vibecalc.core.case.load import CaseSource, LoadedCase, load_case, raise_wit
 from vibecalc.core.case.raw import Setting
 from vibecalc.core.results.record import Record, Result
 from vibecalc.core.results.steps import step
+from vibecalc.core.results.visible import visible
 from vibecalc.errors import CaseError, KeyPath, Problem, UnitError
 from vibecalc.units import parse_quantity
 
@@ -252,7 +253,7 @@ def plan_texts(case: "Case") -> list[dict[str, str]]:
 def as_result(loaded: LoadedCase, record: Record, timings: dict[str, float]) -> Result:
     """Put a record together with its case and where it comes from."""
     return Result(
-        name=loaded.name,
+        name=visible(loaded.name),
         case=loaded.resolved,
         case_toml=loaded.text,
         case_toml_resolved=loaded.resolved_toml,
@@ -273,7 +274,7 @@ def provenance() -> dict[str, str | int | float]:
         if name in sys.modules
     }
     return {
-        "command": shlex.join(["vibecalc", *sys.argv[1:]]),
+        "command": visible(shlex.join(["vibecalc", *sys.argv[1:]])),
         "time": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
         "host": socket.gethostname(),
         "platform": f"{platform.system()} {platform.machine()}",

@@ -9,6 +9,7 @@ import numpy as np
 from vibecalc.core.case.load import LoadedCase, validate
 from vibecalc.core.case.row_files import LISTS, text_of_rows
 from vibecalc.core.results.files import write_together
+from vibecalc.core.results.text_files import text_file
 from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.errors import CaseError, Problem, UsageError
 from vibecalc.torsion.model import build_shaft_line
@@ -49,7 +50,7 @@ def case_of_assembly(path: Path) -> str:
     Raises UsageError where the file is none, or is a line that no case can have.
     """
     try:
-        read = read_assembly(_text_of(path))
+        read = read_assembly(text_file(path, LARGEST_FILE, "the assembly"))
     except NoAssembly as error:
         raise UsageError(f"{path}: {error}") from None
     text = _case_text(read, path.name if path.name.isprintable() else ascii(path.name))
@@ -67,24 +68,6 @@ def case_of_assembly(path: Path) -> str:
         ]
         raise UsageError(f"{path}: no case can have this line: " + "\n  ".join(said))
     return text
-
-
-def _text_of(path: Path) -> str:
-    try:
-        if path.is_file() and path.stat().st_size > LARGEST_FILE:
-            raise UsageError(
-                f"{path} is {path.stat().st_size / 1e6:.3g} MB large, an assembly has at most "
-                f"{LARGEST_FILE / 1e6:g} MB"
-            )
-        if path.exists() and not path.is_file():
-            raise UsageError(f"{path} is no ordinary file")
-        return path.read_bytes().decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise UsageError(f"{path}: the file is not a text in UTF-8") from None
-    except OSError as error:
-        raise UsageError(f"cannot read {path}: {(error.strerror or '').lower()}") from None
-    except ValueError:  # a null character
-        raise UsageError(f"{str(path)!r} is no name of a file") from None
 
 
 def _case_text(read: LineRead, file: str) -> str:

@@ -43,6 +43,9 @@ def locked(output: Path) -> Iterator[None]:
     except Timeout:
         raise UsageError(f"another sweep{_holder(path)} is writing {output}") from None
     except OSError as error:
+        if lock.is_locked:
+            with suppress(OSError):
+                path.unlink()
         lock.release()
         reason = (error.strerror or str(error)).lower()
         raise UsageError(f"cannot make the lock file {path}: {reason}") from error

@@ -26,6 +26,7 @@ from vibecalc.core.results.layout import (
     TEXT_CHECKSUM,
     VALUES,
     VERSION_ATTRIBUTE,
+    text_checksum,
 )
 from vibecalc.core.results.record import Axis, Quantity, Record
 from vibecalc.core.results.store import _Writer
@@ -35,7 +36,6 @@ from vibecalc.core.results.sweep_file import (
     SweptKey,
     check_sweep,
     chunk_shape,
-    text_checksum,
     write_points,
 )
 from vibecalc.core.study.sweep.blocks import Block, BlockQuantity, joined_axes, padded
