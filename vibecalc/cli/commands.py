@@ -366,15 +366,16 @@ def diff(
         for option, given in (("--rules", rules), ("--junit", junit)):
             if given:
                 raise UsageError(f"--accept compares nothing, leave {option} out")
-        made = [(pair.golden, pair.result) for pair in pairs if pair.result is not None]
-        for golden, result in made:
-            make_golden(result, golden)
-            say(f"{golden} now holds the numbers of {result}")
+        made: list[str] = []
         for pair in pairs:
-            if pair.result is None and not partial:
+            if pair.result is None:
                 note(f"{pair.golden} has no result, and stays as it is")
+                continue
+            make_golden(pair.result, pair.golden)
+            made.append(str(pair.golden))
+            say(f"{pair.golden} now holds the numbers of {pair.result}")
         if asked.json:
-            say_json({"written": [str(pair.golden) for pair in made]})
+            say_json({"written": made})
         return
     from vibecalc.core.report.differences import differences_object, render_files, render_junit
     from vibecalc.core.results.compare import compare_files

@@ -34,7 +34,6 @@ from vibecalc.core.results.record import CYCLE, Axis, Quantity, Record, Result
 from vibecalc.core.results.store import read_result, write_result
 from vibecalc.core.results.tolerance import circle_of, is_diagnostic
 from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, EXIT_USAGE, ResultError, UsageError
-from vibecalc.kinds import KINDS
 
 _PLAIN = {"value": by_value, "vector": by_vector}
 #: points of sweeps named where they ended otherwise
@@ -180,10 +179,10 @@ def _compared(
 
 
 def _turns(result: Result) -> float:
-    """Turns of the crank in a cycle of the machine of a result."""
+    """Turns of the crank in a cycle of the machine of a result; four strokes are usual."""
     machine: Any = result.case.get("machine", {})
-    said = KINDS[machine["kind"]].gas == "said"
-    return 2.0 if said and machine.get("cycle") != "two_stroke" else 1.0
+    usual = "four_stroke" if machine.get("kind") == "engine" else ""
+    return 2.0 if machine.get("cycle", usual) == "four_stroke" else 1.0
 
 
 def _status(reference: Result, value: Result) -> list[ComparedRow]:
