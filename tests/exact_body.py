@@ -1,5 +1,7 @@
 """The rigid body in many digits, from docs/theory.md, section 3.2; nothing of the package."""
 
+from typing import Any
+
 import mpmath
 import numpy as np
 from exact_parts import body_of, matrix, mounts_of, up_of
@@ -124,3 +126,15 @@ def solve(left: np.ndarray, right: Vector) -> Vector:
         rest = sum(rows[i][j] * found[j] for j in range(i + 1, size))
         found[i] = (rows[i][size] - rest) / rows[i][i]
     return vector(*found)
+
+
+def about_centre(mass: np.ndarray, shape: np.ndarray) -> list[Any]:
+    """Shares (6,) in the energy of a mode (6,): motion of the mass centre, turning about it.
+
+    `mass` (6, 6) about the reference point, of which the centre's motion is t + levers w.
+    """
+    weight, beside = mass[:3, :3], mass[:3, 3:]
+    levers = np.array([row / weight[i, i] for i, row in enumerate(beside)])
+    moved, turned = shape[:3] + levers @ shape[3:], shape[3:]
+    inertia = mass[3:, 3:] - levers.T @ weight @ levers
+    return [*(moved * (weight @ moved)).tolist(), *(turned * (inertia @ turned)).tolist()]

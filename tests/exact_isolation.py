@@ -5,7 +5,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from exact_body import BodyTruth
+from exact_body import BodyTruth, about_centre
 from exact_parts import up_of
 from exact_peaks import cycle_peak, peak
 from exact_pitch import PitchTruth
@@ -68,7 +68,7 @@ def body_results(case: Case, record: Record, body: BodyTruth) -> Iterator[Truth]
     frequency, shapes = body.modes()
     yield reported("modes/natural_frequency", frequency)
     yield reported("modes/shape", [v.tolist() for v in shapes])
-    yield reported("modes/energy_fraction", [(v * (body.mass @ v)).tolist() for v in shapes])
+    yield reported("modes/energy_fraction", [about_centre(body.mass, v) for v in shapes])
     ratio = [
         v @ (body.damping @ v) / (2 * w) + v @ (body.loss @ v) / (2 * w**2)
         for v, w in zip(shapes, frequency, strict=True)

@@ -9,7 +9,7 @@ from typing import Any
 
 import mpmath
 import numpy as np
-from exact_body import BodyTruth, solve
+from exact_body import BodyTruth, about_centre, solve
 from exact_motion import Motion, exact_motion
 from exact_parts import matrix
 from exact_peaks import cycle_peak
@@ -252,9 +252,8 @@ def _modes(case: Case, record: Record, system: SystemTruth) -> Iterator[Truth]:
     stem, frequency, shapes = "response/modes", system.frequency, system.shapes
     yield _reported(record, f"{stem}/natural_frequency", frequency)
     yield _reported(record, f"{stem}/shape", [v.tolist() for v in shapes])
-    yield _reported(
-        record, f"{stem}/energy_fraction", [(v * (system.mass @ v)).tolist() for v in shapes]
-    )
+    share = [about_centre(system.mass, v) for v in shapes]
+    yield _reported(record, f"{stem}/energy_fraction", share)
     ratio = [
         v @ (system.damping @ v) / (2 * w) + v @ (system.loss @ v) / (2 * w**2)
         for v, w in zip(shapes, frequency, strict=True)

@@ -82,7 +82,8 @@ def test_the_clearance_of_the_joint_counts_where_no_others_are_given(tmp_path: P
 def test_orders_of_excitation_are_known_before_the_run(
     tmp_path: Path, quantity: str, order: float, allowed: str | None
 ) -> None:
-    path = written(tmp_path, generator(4), quantity, f"order = {order}")
+    where = f"order = {order}" + ', direction = "z"' * (quantity == FORCE)
+    path = written(tmp_path, generator(4), quantity, where)
     problems = check_targets(load_case(path).case)
     assert [problem.allowed for problem in problems] == ([] if allowed is None else [allowed])
     assert all(problem.path == ("reference", 0, "where") for problem in problems)

@@ -231,8 +231,6 @@ CYLINDERS = "machine.crank_train.cylinders"
          "no tuning is found"),
         ("genset_points", f"{CYLINDERS}[2].crank_phase", None, "isolation/modes/shape",
          "no top dead centre"),
-        ("genset_points", f"{CYLINDERS}[2].bank_angle", None, "isolation/modes/shape",
-         "no top dead centre"),
     ],
 )  # fmt: skip
 def test_checks_of_what_is_not_computed_refuse_points_as_well(

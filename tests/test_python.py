@@ -441,7 +441,8 @@ ONLY_ON_THE_COMMAND_LINE = {
     "--json": "calls give objects", "--quiet": "calls print nothing",
     "--verbose": "calls print nothing",
     "--output": "`write(result, path)`, or an argument of its own",
-    "--if-needed": "`run` keeps no file", "--dry-run": "tells a person how long it takes",
+    "--if-needed": "`run` keeps no file", "--depfile": "a file for make",
+    "--partial": "a call compares two results", "--dry-run": "tells a person how long it takes",
     "--junit": "a file for CI", "--accept": "a person accepts golden files",
     "run --full": "is about JSON", "verify --full": "is about JSON",
 }  # fmt: skip

@@ -125,10 +125,9 @@ def _print_error(error: VibecalcError) -> None:
 
 def _say(text: str) -> None:
     from vibecalc.cli.colours import coloured
-    from vibecalc.core.results.visible import visible
 
     with contextlib.suppress(OSError):  # a full or closed stderr changes no exit code
-        print(coloured(visible(text)), file=sys.stderr, flush=True)
+        print(coloured(text), file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

@@ -3,6 +3,8 @@
 import os
 import sys
 
+from vibecalc.core.results.visible import visible
+
 #: what stands out, and how rich calls it
 _STYLES = {
     r"^error\b:?": "bold red",
@@ -15,11 +17,12 @@ _STYLES = {
 
 
 def coloured(text: str) -> str:
-    """The same words, with colours where stderr is a terminal that shows them.
+    """The words as they may be printed, with colours where stderr is a terminal that shows them.
 
     Any text in NO_COLOR forbids them, else any in FORCE_COLOR wants them everywhere. rich is
     imported where there are some.
     """
+    text = visible(text)
     terminal = sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
     if os.environ.get("NO_COLOR") or not (os.environ.get("FORCE_COLOR") or terminal):
         return text

@@ -91,4 +91,4 @@ def note(text: str) -> None:
     """Words on stderr, in colours where it is a terminal."""
     from vibecalc.cli.colours import coloured
 
-    typer.echo(coloured(visible(text)), err=True, color=True)
+    typer.echo(coloured(text), err=True, color=True)
