@@ -15,11 +15,11 @@ from vibecalc.subjects import SUBJECTS
 PACKAGE = Path(__file__).resolve().parents[1] / "vibecalc"
 FILES = sorted(PACKAGE.rglob("*.py"))
 #: what each room may import besides itself; "subjects" are the folders of SUBJECTS
-LOW = {"errors", "units", "unit_table", "numerics", "subjects.py"}
+LOW = {"errors", "interrupts", "units", "unit_table", "numerics", "subjects.py"}
 FRAME = LOW | {"core/case", "core/results", "core/run"}
 CASE = {"schema", "kinds"}  # the root tables of a case and the kinds of machine
 ALLOWED = {
-    "errors": set(), "unit_table": set(), "units": {"errors", "unit_table"},
+    "errors": set(), "interrupts": set(), "unit_table": set(), "units": {"errors", "unit_table"},
     "unit_patterns": {"errors", "unit_table", "units"},
     "numerics": {"errors"}, "subjects.py": set(),
     "core/results": LOW,
@@ -34,7 +34,7 @@ ALLOWED = {
     "core/accuracy": FRAME | CASE | {"core/study"},
     "cli": FRAME | {"core/report", "core/study", "core/accuracy", "json_schema"},
     "api": FRAME | {"core/report", "core/study", "core/accuracy", "cli"},
-    "__main__": {"errors", "cli"},
+    "__main__": {"errors", "interrupts", "cli"},
 }  # fmt: skip
 #: of a subject: the frame with its views, the parts, and the subjects that its physics stands on
 OF_A_SUBJECT = FRAME | CASE | {"parts", "core/report", "core/accuracy"}

@@ -27,20 +27,21 @@ PRINTING = (
     ["run", "--help"],
 )
 
-# Ctrl-C arrives in the middle of the command: when it first asks for the tables of a case
+# Ctrl-C arrives in the middle of the command, in one of the ways that libraries have with it
 INTERRUPTED = """
-import sys
-from vibecalc.__main__ import main
+import os, signal, sys
 
 class Struck:
     def find_spec(self, name, path=None, target=None):
         if name == "{module}":
-            raise KeyboardInterrupt
+            try:
+                exec("os.kill(os.getpid(), signal.SIG{came}); [None for _ in range(99)]")
+            except KeyboardInterrupt as error:
+                {then}
 
 sys.meta_path.insert(0, Struck())
-sys.argv = ["vibecalc", *{arguments!r}]
-main()
 """
+THEN = {"passed on": "raise", "swallowed": "pass", "another error": "raise ValueError from error"}
 
 
 @pytest.mark.parametrize("arguments", long_but(PRINTING, ["check", GENERATOR]), ids=" ".join)
@@ -94,13 +95,34 @@ def test_a_full_stderr_changes_no_exit_code() -> None:
     ids=lambda value: value[0] if isinstance(value, list) else "",
 )
 def test_ctrl_c_says_so_in_every_command(module: str, arguments: list[str], tmp_path: Path) -> None:
+    _struck(tmp_path, module, arguments, "INT", "passed on")
+
+
+@pytest.mark.parametrize(
+    ("came", "then"),
+    [("INT", "passed on"), ("INT", "swallowed"), ("INT", "another error"), ("TERM", "passed on")],
+)
+def test_an_interrupt_is_one_whatever_a_library_makes_of_it(
+    came: str, then: str, tmp_path: Path
+) -> None:
+    _struck(tmp_path, "vibecalc.core.case.load", ["check", GENERATOR], came, then)
+
+
+def _struck(folder: Path, module: str, arguments: list[str], came: str, then: str) -> None:
+    """Run a command with a signal at the import of a module."""
+    before, work = folder / "before", folder / "work"
+    before.mkdir()
+    work.mkdir()
+    code = INTERRUPTED.format(module=module, came=came, then=THEN[then])
+    (before / "sitecustomize.py").write_text(code)
+    # Python ends a module that it runs by the signal where it thinks that nobody met it
     ended = subprocess.run(
-        [sys.executable, "-c", INTERRUPTED.format(module=module, arguments=arguments)],
-        capture_output=True, text=True, check=False, cwd=tmp_path,
+        [*PROGRAM, *arguments], env=os.environ | {"PYTHONPATH": str(before)},
+        capture_output=True, text=True, check=False, cwd=work,
     )  # fmt: skip
-    assert ended.returncode == 130
+    assert ended.returncode == 130, ended.stderr
     assert ended.stderr == "interrupted: no half-written file is left behind\n"
-    assert not list(tmp_path.iterdir())
+    assert not list(work.iterdir())
 
 
 CLOSED = ("<&-", ">&-", "2>&-", "<&- >&- 2>&-")

@@ -16,7 +16,8 @@ from vibecalc.core.results.sweep_file import open_sweep
 from vibecalc.core.study.execute import load_checked
 from vibecalc.core.study.sweep import stacked_file
 from vibecalc.core.study.sweep.prepare import Options, prepare, sweep_settings
-from vibecalc.core.study.sweep.run import Interrupted, sweep
+from vibecalc.core.study.sweep.run import sweep
+from vibecalc.errors import Interrupted
 
 POINTS = 96
 

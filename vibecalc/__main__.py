@@ -15,9 +15,9 @@ import gc
 import io
 from typing import Any, NoReturn
 
+from vibecalc import interrupts
 from vibecalc.errors import (
     EXIT_BUG,
-    EXIT_INTERRUPTED,
     Interrupted,
     OutputError,
     UsageError,
@@ -38,6 +38,7 @@ def main() -> NoReturn:
         os.environ.setdefault(name, "1")
     # Else pydantic looks through every installed package for plugins that we do not want.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+    interrupts.listen()
     _open_closed_streams()
     # A title in letters that the terminal cannot show is no reason to stop.
     for stream in (sys.stdout, sys.stderr):
@@ -60,24 +61,30 @@ def main() -> NoReturn:
             app(prog_name="vibecalc")
         else:
             sys.exit(_with_objects(app))
-    except VibecalcError as error:
-        if isinstance(error, OutputError):  # what is left of the text would fail at exit again
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        bare = isinstance(error, Interrupted) or str(error).startswith("error")
-        _say(str(error) if bare else f"error: {error}")
-        if as_json:
-            _print_error(error)
-        sys.exit(error.exit_code)
-    except KeyboardInterrupt:  # before the command began
-        _say("interrupted")
-        sys.exit(EXIT_INTERRUPTED)
-    except Exception:
+    except (KeyboardInterrupt, Exception) as met:
+        sys.exit(_said(met, as_json))
+    sys.exit(0)
+
+
+def _said(met: BaseException, as_json: bool) -> int:
+    """Say what has ended the command; its exit code."""
+    # libraries turn an interrupt into errors of their own
+    error = Interrupted() if interrupts.came() and not isinstance(met, Interrupted) else met
+    if not isinstance(error, VibecalcError):
         import traceback
 
-        traceback.print_exc()
+        traceback.print_exception(error)
         _say(REPORT_BUGS)
-        sys.exit(EXIT_BUG)
-    sys.exit(0)
+        return EXIT_BUG
+    if isinstance(error, Interrupted):
+        interrupts.over()
+    if isinstance(error, OutputError):  # what is left of the text would fail at exit again
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    bare = isinstance(error, Interrupted) or str(error).startswith("error")
+    _say(str(error) if bare else f"error: {error}")
+    if as_json:
+        _print_error(error)
+    return error.exit_code
 
 
 def _open_closed_streams() -> None:

@@ -146,9 +146,12 @@ class OutputError(UsageError):
 
 
 class Interrupted(VibecalcError):
-    """Ctrl-C."""
+    """Ctrl-C or the end of a job; the words say what is kept and how to go on."""
 
     exit_code = EXIT_INTERRUPTED
+
+    def __init__(self, words: str = "interrupted: no half-written file is left behind"):
+        super().__init__(words)
 
 
 class NumericalFailure(VibecalcError):

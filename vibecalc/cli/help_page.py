@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from typer.core import TyperCommand, TyperGroup
 
+from vibecalc import interrupts
 from vibecalc.cli.examples import EXAMPLES
 from vibecalc.errors import EXIT_CODES, Interrupted, OutputError
 
@@ -60,9 +61,10 @@ def _reported() -> Iterator[None]:
     """
     try:
         yield
+        interrupts.check()
         sys.stdout.flush()
     except KeyboardInterrupt:
-        raise Interrupted("interrupted: no half-written file is left behind") from None
+        raise Interrupted from None
     except OSError as error:
         raise OutputError(error) from error
 

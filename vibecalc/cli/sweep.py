@@ -166,23 +166,9 @@ def _forecast(prepared: "PreparedSweep", options: "Options") -> None:
 
 
 def _run(prepared: "PreparedSweep", options: "Options") -> int:
-    import signal
-
-    from vibecalc.core.study.sweep.run import Interrupted
     from vibecalc.core.study.sweep.run import sweep as compute
 
-    def stop(_signal: int, _frame: Any) -> None:
-        raise KeyboardInterrupt
-
-    # a batch system ends a job so: chunks and words as after Ctrl-C, and no lock left behind
-    before = signal.signal(signal.SIGTERM, stop)
-    try:
-        made: Outcome = compute(prepared, options)
-    except Interrupted as stopped:
-        note(str(stopped))
-        return stopped.exit_code
-    finally:
-        signal.signal(signal.SIGTERM, before)
+    made: Outcome = compute(prepared, options)
     line = "" if made.unlucky else prepared.loaded.inputs
     _report(options.output, made.counts, made.taken_up, made.seconds, line)
     return EXIT_POINTS_FAILED if made.failed else EXIT_FINE

@@ -2,6 +2,8 @@
 
 from collections.abc import Callable
 
+from vibecalc.interrupts import check
+
 _listener: Callable[[str], None] | None = None
 
 
@@ -12,6 +14,7 @@ def listen(listener: Callable[[str], None] | None) -> None:
 
 
 def step(words: str) -> None:
-    """Tell that something is done, or begun."""
+    """Tell that something is done, or begun; here an interrupt comes up that got lost before."""
+    check()
     if _listener is not None:
         _listener(words)

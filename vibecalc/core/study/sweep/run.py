@@ -1,9 +1,7 @@
 """A sweep from its first chunk to its file; what is interrupted is taken up where it stopped."""
 
 import os
-import signal
 import sys
-import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
@@ -34,7 +32,8 @@ from vibecalc.core.study.sweep.prepare import (
     processors,
     shard_chunks,
 )
-from vibecalc.errors import EXIT_INTERRUPTED, UsageError, VibecalcError
+from vibecalc.errors import Interrupted, UsageError
+from vibecalc.interrupts import held_back
 
 # ----------------------------------------------------------------------------
 # The batches of a chunk, whoever computed them and in how many calls, as one block.
@@ -136,12 +135,6 @@ def shown(points: int, finished: int, wanted: bool) -> Iterator[Advance]:
 _TOGETHER = 16  # points between two checks of the progress, where nothing guards single ones
 
 Tell = Callable[[Batch | LostPoint], None]
-
-
-class Interrupted(VibecalcError):
-    """Somebody stopped a sweep; the words say what is kept and how to go on."""
-
-    exit_code = EXIT_INTERRUPTED
 
 
 class Workers(Protocol):
@@ -255,7 +248,7 @@ def _assemble(
     head = sweep_head(result, prepared.design, prepared.identity, prepared.keep)
     # among the chunks, so that what a killed process leaves behind is found and thrown away
     aside = chunks.folder / ASSEMBLED
-    with _held_back() as stop:
+    with held_back() as stop:
         made = assemble(aside, head, chunks, numbers, between=stop)
         stop()
         try:
@@ -265,30 +258,6 @@ def _assemble(
             raise UsageError(f"cannot write {output}: {reason}") from error
         _tidy(chunks, made, options)
     return made
-
-
-@contextmanager
-def _held_back() -> Iterator[Callable[[], None]]:
-    """Ctrl-C waits until what this gives is called, since HDF5 does not survive it half-way.
-
-    Once the file is in its place, there is nothing left to interrupt.
-    """
-    came: list[int] = []
-
-    def stop() -> None:
-        if came:
-            raise KeyboardInterrupt
-
-    if threading.current_thread() is not threading.main_thread():
-        yield stop  # signals come to the main thread alone
-        return
-    names = (signal.SIGINT, signal.SIGTERM)
-    before = [signal.signal(name, lambda number, _frame: came.append(number)) for name in names]
-    try:
-        yield stop
-    finally:
-        for name, handler in zip(names, before, strict=True):
-            signal.signal(name, signal.SIG_DFL if handler is None else handler)
 
 
 def _tidy(chunks: ChunkFolder, made: Assembled, options: Options) -> None:
