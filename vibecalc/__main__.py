@@ -38,13 +38,17 @@ def main() -> NoReturn:
         os.environ.setdefault(name, "1")
     # Else pydantic looks through every installed package for plugins that we do not want.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
-    interrupts.listen()
     _open_closed_streams()
     # A title in letters that the terminal cannot show is no reason to stop.
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
-    as_json = "--json" in sys.argv[1:]
+    with interrupts.listening():
+        sys.exit(_run("--json" in sys.argv[1:]))
+
+
+def _run(as_json: bool) -> int:
+    """Run the command that is named; its exit code."""
     try:
         from vibecalc.cli.commands import app as every_command
 
@@ -57,19 +61,19 @@ def main() -> NoReturn:
             from vibecalc.cli.completion import answer_shells
 
             answer_shells()
-        if not as_json:
-            app(prog_name="vibecalc")
-        else:
-            sys.exit(_with_objects(app))
+        if as_json:
+            return _with_objects(app)
+        app(prog_name="vibecalc")
     except (KeyboardInterrupt, Exception) as met:
-        sys.exit(_said(met, as_json))
-    sys.exit(0)
+        return _said(met, as_json)
+    return 0
 
 
 def _said(met: BaseException, as_json: bool) -> int:
     """Say what has ended the command; its exit code."""
     # libraries turn an interrupt into errors of their own
-    error = Interrupted() if interrupts.came() and not isinstance(met, Interrupted) else met
+    interrupted = isinstance(met, KeyboardInterrupt) or interrupts.came()
+    error = Interrupted() if interrupted and not isinstance(met, Interrupted) else met
     if not isinstance(error, VibecalcError):
         import traceback
 
@@ -77,7 +81,7 @@ def _said(met: BaseException, as_json: bool) -> int:
         _say(REPORT_BUGS)
         return EXIT_BUG
     if isinstance(error, Interrupted):
-        interrupts.over()
+        interrupts.met()
     if isinstance(error, OutputError):  # what is left of the text would fail at exit again
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     bare = isinstance(error, Interrupted) or str(error).startswith("error")

@@ -3,7 +3,7 @@
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -13,14 +13,17 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _came = False
 
 
-def listen() -> None:
-    """Raise KeyboardInterrupt at each of these signals from now on, but for those ignored so far.
+@contextmanager
+def listening() -> Iterator[None]:
+    """Have each of these signals raise KeyboardInterrupt, but for those that are ignored.
 
     `nohup`, and a shell that starts a command in the background, have some of them ignored.
     """
-    for number in _SIGNALS:
-        if signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, _interrupt)
+    global _came
+    _came = False
+    heard = [number for number in _SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
+    with _handled(heard, _interrupt):
+        yield
 
 
 def _interrupt(_number: int, _frame: Any) -> None:
@@ -45,12 +48,12 @@ def came() -> bool:
     return _came
 
 
-def over() -> None:
-    """Nothing is left to interrupt: the exit code, and not a signal, ends the process."""
-    for number in _SIGNALS:
-        signal.signal(number, signal.SIG_IGN)
-    # where KeyboardInterrupt came inside an `exec` of a text, as dataclasses use it, Python would
-    # end itself by SIGINT whatever the exit code, unless another text is evaluated after it
+def met() -> None:
+    """Have the exit code end the process, and not a signal.
+
+    Where KeyboardInterrupt came inside an `exec` of a text, as dataclasses use it, Python would end
+    itself by SIGINT whatever the exit code, unless another text is evaluated after it.
+    """
     eval("None")
 
 
@@ -66,11 +69,15 @@ def held_back() -> Iterator[Callable[[], None]]:
     if threading.current_thread() is not threading.main_thread():
         yield stop  # signals come to the main thread alone
         return
-    before = [
-        signal.signal(number, lambda number, _frame: came.append(number)) for number in _SIGNALS
-    ]
-    try:
+    with _handled(_SIGNALS, lambda number, _frame: came.append(number)):
         yield stop
+
+
+@contextmanager
+def _handled(numbers: Sequence[int], handler: Callable[[int, Any], None]) -> Iterator[None]:
+    before = [signal.signal(number, handler) for number in numbers]
+    try:
+        yield
     finally:
-        for number, handler in zip(_SIGNALS, before, strict=True):
-            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        for number, old in zip(numbers, before, strict=True):
+            signal.signal(number, signal.SIG_DFL if old is None else old)
