@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from vibecalc.core.results.case_hash import case_hash
 from vibecalc.core.results.record import Axis, Quantity, Record, Result
 from vibecalc.core.results.store import read_result
 
@@ -72,7 +73,7 @@ def result_of(record: Record, case: dict[str, Any], **more: Any) -> Result:
         "case": case,
         "case_toml": "schema = 1\n",
         "case_toml_resolved": "schema = 1\n",
-        "case_sha256": "ab" * 32,
+        "case_sha256": case_hash({"schema": 1}, "0.1.0"),
         "record": record,
         "version": "0.1.0",
         "plan": ({"stage": "excitation", "why": "[isolation] needs it", "orders": "1 to 2"},),

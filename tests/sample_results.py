@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from vibecalc.core.results.case_hash import case_hash
 from vibecalc.core.results.record import Axis, Method, Quantity, Record, Result
 
 ORDER = Axis(name="order", values=np.arange(1, 11), long_name="multiple of the running speed")
@@ -13,6 +14,7 @@ MOUNT = Axis(name="mount", values=np.array(["left front", "höger", "3"]), long_
 DIRECTION = Axis(name="direction", values=np.array(["x", "y", "z"]))
 MODE = Axis(name="mode", values=np.arange(1, 7))
 COORDINATE = Axis(name="coordinate", values=np.array(["x", "y", "z", "rx", "ry", "rz"]))
+CASE = {"title": "a sample", "machine": {"speed": 513.0, "positions": [[0.1, 0.2]]}}
 SPEED = Axis(name="speed", values=np.linspace(0.0, 513.0, 40), unit="rad/s", long_name="speed")
 
 
@@ -36,12 +38,12 @@ def result_of(*quantities: Quantity, **more: Any) -> Result:
         record.add(one)
     made = Result(
         name="sample",
-        case={"title": "a sample", "machine": {"speed": 513.0, "positions": [[0.1, 0.2]]}},
+        case=CASE,
         case_toml='title = "a sample" # as written\n[machine]\nspeed = "513 rad/s"\n',
         case_toml_resolved=(
             'title = "a sample"\n[machine]\nspeed = 513.0\npositions = [[0.1, 0.2]]\n'
         ),
-        case_sha256="ab" * 32,
+        case_sha256=case_hash(CASE, "0.1.0"),
         record=record,
         version="0.1.0",
         plan=({"stage": "excitation", "why": "the case has [excitation]"},),

@@ -16,6 +16,7 @@ import pytest
 from sample_results import DIRECTION, MOUNT, ORDER, quantity, result_of, typical
 
 from vibecalc.core.results import files, store
+from vibecalc.core.results.case_hash import case_hash
 from vibecalc.core.results.compare import accept
 from vibecalc.core.results.files import fresh_output, write_atomically
 from vibecalc.core.results.record import Axis, Quantity, Result
@@ -97,6 +98,11 @@ def edit(path: Path, change: Any) -> None:
         (lambda f: f.attrs.create("plan", "{}"), "plan is not a list"),
         (lambda f: f.attrs.create("plan", "["), "is damaged: JSONDecodeError"),
         (lambda f: f.attrs.create("case_toml_resolved", "a = = 1"), "TOMLDecodeError"),
+        (
+            lambda f: f.attrs.create("case_toml_resolved", 'title = "another"\n'),
+            "was changed since it was written: the case in it is not the one that was run",
+        ),
+        (lambda f: f.attrs.create("case_toml", "# another\n"), "the case in it is not the one"),
         (
             lambda f: f.attrs.create("quantities", '["b/one", "b/one"]'),
             "two results under one path",
@@ -385,7 +391,11 @@ HIDDEN = "\x1b[31m\x07\x9b\u202e\u2066\u200f\ufeff"
 def test_what_a_foreign_file_says_is_spelled_out(tmp_path: Path) -> None:
     """In names, units, labels, warnings and the case: whoever prints them prints what is seen."""
     axis = Axis(name="mount", values=np.array([HIDDEN + "1"]), unit="", long_name=HIDDEN)
-    made = replace(small(), name=HIDDEN, case_toml_resolved=f'title = "{HIDDEN[6:]}x"\n')
+    case = {"title": f"{HIDDEN[6:]}x"}
+    made = replace(
+        small(), name=HIDDEN, case_toml_resolved=f'title = "{case["title"]}"\n',
+        case_sha256=case_hash(case, "0.1.0"),
+    )  # fmt: skip
     made.record.warnings.append(HIDDEN)
     made.record.add(
         Quantity(

@@ -11,9 +11,10 @@ import pytest
 from long_but import long_but
 
 from vibecalc.cli.starters import scenes, starter
-from vibecalc.core.case.load import case_hash, load_case, resolve, validate
+from vibecalc.core.case.load import load_case, resolve, validate
 from vibecalc.core.case.raw import Data, get_key, set_key
 from vibecalc.core.case.walk import keys_of, shape_at, shape_of
+from vibecalc.core.results.case_hash import case_hash
 from vibecalc.errors import CaseError, KeyPath
 from vibecalc.json_schema import json_schema
 from vibecalc.kinds import (

@@ -8,7 +8,8 @@ from typing import Any
 import h5py
 import numpy as np
 
-from vibecalc.core.case.load import case_hash, load_case
+from vibecalc.core.case.load import load_case
+from vibecalc.core.results.case_hash import case_hash
 from vibecalc.core.results.layout import PROVENANCE, TEXT_CHECKSUM, TIMINGS
 from vibecalc.core.run.plan import planned_quantities
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vibecalc.core.results.case_hash import case_hash
 from vibecalc.core.results.compare import accept, compare
 from vibecalc.core.results.record import Axis, Quantity, Record, Result
 from vibecalc.core.results.store import read_result, write_result
@@ -17,8 +18,8 @@ def curve(height: np.ndarray, speed: np.ndarray, unit: str = "rad/s") -> Result:
     axes = (Axis(name="speed", values=speed, unit=unit),)
     one = Quantity(path="x/curve", values=height, unit="m", long_name="a curve", axes=axes)
     return Result(
-        name="x", case={}, case_toml="", case_toml_resolved="", case_sha256="", version="1",
-        record=Record(quantities={"x/curve": one}),
+        name="x", case={}, case_toml="", case_toml_resolved="", case_sha256=case_hash({}, "1"),
+        version="1", record=Record(quantities={"x/curve": one}),
     )  # fmt: skip
 
 

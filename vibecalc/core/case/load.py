@@ -1,7 +1,5 @@
 """Read a case file: text, TOML, overrides, schema; all problems at once, or a validated case."""
 
-import hashlib
-import json
 import re
 import sys
 import tomllib
@@ -12,17 +10,17 @@ from typing import Any, NoReturn
 
 from pydantic import ValidationError
 
-from vibecalc import __version__
 from vibecalc.core.case.data_files import attach_files
 from vibecalc.core.case.inputs import files_seen, inputs
 from vibecalc.core.case.locate import Location, Overridden, at_line
 from vibecalc.core.case.raw import Setting, apply_overrides
 from vibecalc.core.case.row_files import Rows, files_of_rows, with_line
 from vibecalc.core.case.rules import cross_check
+from vibecalc.core.results.case_hash import case_hash
 from vibecalc.core.results.named import named
 from vibecalc.core.results.steps import step
 from vibecalc.errors import CaseError, KeyPath, Problem
-from vibecalc.schema import SCHEMA_VERSION, Case
+from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
 # Rows of reference tables as single references.
@@ -187,13 +185,6 @@ def resolve(case: Case) -> dict[str, Any]:
     """Return a case as plain dicts and lists in SI, without what is absent or says nothing."""
     resolved: dict[str, Any] = _plain(case.model_dump(by_alias=True, exclude_none=True))
     return resolved
-
-
-def case_hash(resolved: dict[str, Any], version: str = __version__) -> str:
-    """Hash (hexadecimal SHA-256) of resolved values, schema version and program version."""
-    content = {"case": resolved, "schema": SCHEMA_VERSION, "vibecalc": version}
-    canonical = json.dumps(content, sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(canonical.encode()).hexdigest()
 
 
 def raise_with_location(loaded: LoadedCase, problems: Sequence[Problem]) -> None:

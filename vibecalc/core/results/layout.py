@@ -13,7 +13,8 @@ from vibecalc.errors import ResultError
 # Names and versions in a result file, shared by its writer and its reader.
 #
 #     /                       attributes: vibecalc_version, schema_version, name, case_sha256,
-#                             case_toml (as written), case_toml_resolved, and as JSON texts:
+#                             case_toml (as written), case_toml_sha256, case_toml_resolved, and
+#                             as JSON texts:
 #                             quantities (paths in the order they were made), plan, warnings,
 #                             methods
 #     /<stage>/...            one dataset for each quantity, under its path; attributes units,

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from vibecalc.core.results.case_hash import WRITTEN, text_hash
 from vibecalc.core.results.dimensions import dimension_names, stage_of
 from vibecalc.core.results.files import fresh_output, write_atomically
 from vibecalc.core.results.layout import (
@@ -110,6 +111,7 @@ class _Writer:
         self.text(self.root, "name", result.name)
         self.text(self.root, "case_sha256", result.case_sha256)
         self.text(self.root, "case_toml", result.case_toml)
+        self.text(self.root, WRITTEN, text_hash(result.case_toml))
         self.text(self.root, "case_toml_resolved", result.case_toml_resolved)
         methods = [
             {"name": method.name, "purpose": method.purpose, "citation": method.citation}

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from vibecalc.core.results.case_hash import WRITTEN, case_hash, text_hash
 from vibecalc.core.results.layout import (
     JSON_ATTRIBUTES,
     PROVENANCE,
@@ -111,7 +112,7 @@ def _result(file: Any, path: Path, size: int) -> Result:
     provenance, timings = _provenance(file)
     return Result(
         name=text["name"],
-        case=stored_case(text),
+        case=stored_case(file, text, path),
         case_toml=text["case_toml"],
         case_toml_resolved=text["case_toml_resolved"],
         case_sha256=text["case_sha256"],
@@ -257,9 +258,20 @@ def texts_of(file: Any, path: Path) -> dict[str, str]:
     }
 
 
-def stored_case(text: Mapping[str, str]) -> dict[str, Any]:
-    """The resolved case in the texts of a file, as it may be printed."""
-    case: dict[str, Any] = shown(tomllib.loads(text["case_toml_resolved"]))
+def stored_case(file: Any, text: Mapping[str, str], path: Path) -> dict[str, Any]:
+    """The resolved case in the texts of a file, as it may be printed.
+
+    ResultError where it, or the case as written, is not the one that was run by its hash.
+    """
+    resolved = tomllib.loads(text["case_toml_resolved"])
+    hashes = {text["case_sha256"]: case_hash(resolved, text["vibecalc_version"])}
+    if WRITTEN in file.attrs:
+        hashes[raw_text(file, path, WRITTEN)] = text_hash(text["case_toml"])
+    if any(kept != now for kept, now in hashes.items()):
+        raise ResultError(
+            f"{path} was changed since it was written: the case in it is not the one that was run"
+        )
+    case: dict[str, Any] = shown(resolved)
     return case
 
 

@@ -197,7 +197,7 @@ def read_head(file: Any, path: Path) -> SweepHead:
     provenance, timings = _provenance(file)
     result = Result(
         name=text["name"],
-        case=stored_case(text),
+        case=stored_case(file, text, path),
         case_toml=text["case_toml"],
         case_toml_resolved=text["case_toml_resolved"],
         case_sha256=text["case_sha256"],
