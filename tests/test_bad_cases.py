@@ -5,7 +5,9 @@ what was found, what is allowed and, where there is one, the way out; all proble
 """
 
 import errno
+import os
 import re
+import threading
 from pathlib import Path
 
 import pytest
@@ -45,7 +47,7 @@ def test_the_mark_stands_under_the_key() -> None:
 
 
 def test_a_folder(tmp_path: Path) -> None:
-    assert "is a folder, not a case file" in refusal(tmp_path)
+    assert "is a folder\n  help: name a file in it" in refusal(tmp_path)
 
 
 def test_a_name_that_is_nearly_right(tmp_path: Path) -> None:
@@ -71,14 +73,16 @@ def test_fifty_megabytes(tmp_path: Path) -> None:
     path = tmp_path / "large.toml"
     with path.open("wb") as file:
         file.truncate(50_000_000)
-    assert "is 50 MB large, a case has at most 1 MB" in refusal(path)
+    assert "is larger than 1 MB" in refusal(path)
 
 
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (b"title = '\xff\xfe'\n", "is not a text in UTF-8 (line 1)"),
-        (b"\x89HDF\r\n\x1a\n\x00\x00", "is not a text in UTF-8"),
+        (b"title = '\xff\xfe'\n", "is no text in UTF-8 (line 1)\n  help: save it in UTF-8"),
+        (b"\x89HDF\r\n\x1a\n\x00\x00", "is no text: a null character in line 3"),
+        ("schema = 1\n".encode("utf-16"), "is a text in UTF-16\n  help: save it in UTF-8"),
+        (b"schema = 1\n# \0", "is no text: a null character in line 2"),
         (b"x = " + b"[" * 200_000, "nested beyond reason"),
         (b"a" + b".a" * 200_000 + b" = 1\n", "a key of more than 40 parts"),
         (b"x = " + b"9" * 9_000, "thousands of digits"),
@@ -122,3 +126,19 @@ def test_overrides_that_cannot_be_applied(override: str, words: str) -> None:
     good = FOLDER.parent.parent / "cases" / "generator.toml"
     with pytest.raises(UsageError, match=re.escape(words)):
         load_case(good, [override])
+
+
+def test_a_pipe_and_a_device_are_read_and_nothing_is_waited_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pipe = tmp_path / "pipe.toml"
+    os.mkfifo(pipe)
+    monkeypatch.setattr("vibecalc.core.results.text_files._PATIENCE", 0.1)
+    assert "is a pipe that nobody writes to" in refusal(pipe)
+    assert "is larger than 1 MB" in refusal(Path("/dev/zero"))
+    assert "is empty" in refusal(Path("/dev/null"))
+    content = (FOLDER.parent.parent / "cases" / "generator.toml").read_bytes()
+    writer = threading.Thread(target=pipe.write_bytes, args=(content,))
+    writer.start()
+    assert load_case(pipe).text == content.decode()
+    writer.join()

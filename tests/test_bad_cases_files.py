@@ -79,7 +79,7 @@ def test_the_good_file_is_read(tmp_path: Path) -> None:
 )
 def test_a_file_that_is_not_there(tmp_path: Path, case: str, key: str, place: str) -> None:
     text = refused(tmp_path, case)
-    assert f"error: {key}: there is no such file" in text
+    assert f"error: {key}: the file does not exist" in text
     assert f"case.toml:{place}\n" in text
     assert "found 'table.csv'; allowed: the name of a CSV file next to the case" in text
     (tmp_path / "tables.csv").write_text(GOOD)
@@ -92,6 +92,8 @@ REFUSED: dict[str, tuple[str, str | bytes]] = {
     "empty": (PRESSURE, ""),
     "comments only": (PRESSURE, "# angle\n\n# pressure\n"),
     "header only": (PRESSURE, "crank_angle [deg], pressure [bar]\n"),
+    "UTF-16": (PRESSURE, GOOD.encode("utf-16")),
+    "null character": (PRESSURE, GOOD.replace("270", "\0")),
     "not UTF-8": (PRESSURE, b"crank_angle, pressure\n\xff\xfe, 1\n"),
     "short row": (PRESSURE, GOOD + "# more\n\n370\n"),
     "long row": (PRESSURE, GOOD.replace("90, 0", "90, 0, 5")),
@@ -167,7 +169,7 @@ def test_files_outside_the_folder_are_not_touched(tmp_path: Path, name: str) -> 
     (tmp_path / "table.csv").write_text(GOOD)
     folder = tmp_path / "cases"
     folder.mkdir()
-    assert "a table has to lie in the folder of its case" in refused(folder, PRESSURE, name)
+    assert "the file has to lie in the folder of its case" in refused(folder, PRESSURE, name)
 
 
 def test_links(tmp_path: Path) -> None:
@@ -179,15 +181,17 @@ def test_links(tmp_path: Path) -> None:
     (folder / "round.csv").symlink_to(folder / "round.csv")
     refused(folder, PRESSURE, "round.csv")
     (folder / "dead.csv").symlink_to(folder / "nothing.csv")
-    assert "there is no such file" in refused(folder, PRESSURE, "dead.csv")
+    assert "the file does not exist" in refused(folder, PRESSURE, "dead.csv")
 
 
 def test_what_is_no_file(tmp_path: Path) -> None:
     (tmp_path / "folder.csv").mkdir()
-    assert "this is a folder" in refused(tmp_path, PRESSURE, "folder.csv")
+    assert "the file is a folder" in refused(tmp_path, PRESSURE, "folder.csv")
     os.mkfifo(tmp_path / "pipe.csv")  # to read it would wait for ever
-    assert "this is no ordinary file" in refused(tmp_path, PRESSURE, "pipe.csv")
-    assert "no name of a file" in refused(tmp_path, PRESSURE, "a\\u0000b.csv")
+    assert "the file is no ordinary file" in refused(tmp_path, PRESSURE, "pipe.csv")
+    assert "the file has a null character in its name" in refused(
+        tmp_path, PRESSURE, "a\\u0000b.csv"
+    )
     assert "cannot be read: file name too long" in refused(tmp_path, PRESSURE, "a" * 300 + ".csv")
     (tmp_path / "plain").write_text("x")
     assert "cannot be read: not a directory" in refused(tmp_path, PRESSURE, "plain/table.csv")
@@ -234,4 +238,4 @@ def test_the_file_may_come_from_the_command_line(tmp_path: Path) -> None:
     with pytest.raises(CaseError) as caught:
         load_case(path, [key])
     assert "--> --set machine.crank_train.gas_pressure" in str(caught.value)
-    assert "there is no such file" in str(caught.value)
+    assert "the file does not exist" in str(caught.value)

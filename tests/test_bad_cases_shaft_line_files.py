@@ -83,14 +83,14 @@ def test_refused(file: str, change: str, line: str, words: list[str], tmp_path: 
     ("content", "words"),
     [
         (b"", "no JSON"),
-        (b"\xff\xfe{}", "a text in UTF-16, save it in UTF-8"),
+        (b"\xff\xfe{}", "is a text in UTF-16\n  help: save it in UTF-8"),
         (b"[1, 2]", "it has a list; wanted: 'components'"),
         (b"[" * 100_000, "no JSON that can be read"),
         (b'{"components": []}', "the file has no components"),
         (b'{"components": [' + b"9" * 5000 + b"]}", "no JSON that can be read"),
         (b'{"components": [{"name": "\\ud800", "elements": []}]}', "components[0] has no name"),
         (b'{"components": [7, {"name": 3}]}', "components[0] has no name"),
-        (b" " * (LARGEST_FILE + 1), "it is larger than"),
+        (b" " * (LARGEST_FILE + 1), "is larger than"),
         (b'{"shafts": [{"nl": -1, "nr": 0, "k": 5.0}]}', "it has the keys 'shafts'; wanted"),
     ],
 )
@@ -100,9 +100,9 @@ def test_other_files_are_no_assembly(content: bytes, words: str, tmp_path: Path)
 
 def test_no_file_and_a_folder(tmp_path: Path) -> None:
     for path, words in (
-        (tmp_path / "none.json", "cannot read"),
-        (tmp_path, "this is a folder"),
-        (tmp_path / "a\0b.json", "no name of a file"),
+        (tmp_path / "none.json", "the assembly"),
+        (tmp_path, "is a folder"),
+        (tmp_path / "a\0b.json", "has a null character in its name"),
     ):
         with pytest.raises(UsageError, match=words):
             case_of_assembly(path)

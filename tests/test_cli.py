@@ -273,6 +273,10 @@ def test_a_schema_is_written_next_to_cases_and_in_the_place_of_an_earlier_one(
     every.write_text("mine")
     outcome = command("schema", "-o", str(every.parent))
     assert outcome.code == 2 and "is no schema of vibecalc" in outcome.err
+    every.unlink()
+    every.mkdir()
+    outcome = command("schema", "-o", str(every.parent))
+    assert outcome.code == 2 and "vibecalc.schema.json is a folder" in outcome.err
     outcome = command("schema", "--kind", "aeroplane")
     assert outcome.code == 2 and "drive_train" in outcome.err
     outcome = command("new", "engine", "--schema")

@@ -1,5 +1,6 @@
 """Claim: orders of records are those of the signals behind them, as uncertain as blocks scatter."""
 
+import os
 import sys
 from pathlib import Path
 
@@ -422,3 +423,17 @@ def test_without_its_reader_a_universal_file_is_refused(
     monkeypatch.setitem(sys.modules, "pyuff", None)
     (tmp_path / "roll_records.uff").write_text(set_58(np.zeros(4), "m/s^2"))
     assert "pip install 'vibecalc[uff]'" in refused(folder_with(tmp_path, in_sets()))
+
+
+@pytest.mark.parametrize("ending", ["csv", "wav", "uff"])
+def test_what_is_no_record_is_refused_before_it_is_read(ending: str, tmp_path: Path) -> None:
+    case = folder_with(tmp_path, TEXT.replace(".csv", f".{ending}"))
+    record = tmp_path / f"roll_records.{ending}"
+    record.write_text("time, a1\n", encoding="utf-16")
+    assert "the file is a text in UTF-16" in refused(case)
+    record.unlink()
+    os.mkfifo(record)  # to read it would wait for ever
+    assert "the file is no ordinary file" in refused(case)
+    record.unlink()
+    record.mkdir()
+    assert "the file is a folder" in refused(case)

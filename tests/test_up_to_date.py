@@ -274,7 +274,7 @@ def test_readers_of_hdf5_do_not_see_the_lines() -> None:
 def test_records_over_time_count(tmp_path: Path) -> None:
     (tmp_path / "run.wav").write_bytes(b"RIFF")
     with inputs.files_seen() as seen:
-        records._path(tmp_path, "run.wav")
+        records._content(tmp_path, "run.wav")
     assert seen == {"run.wav": hashlib.sha256(b"RIFF").hexdigest()}
     assert '"roll_records.csv"' in load_case(CASES["roll_records"]).inputs
 

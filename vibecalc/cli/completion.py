@@ -136,8 +136,11 @@ def _values(ctx: typer.Context, key: str) -> list[str]:
 def _case(ctx: typer.Context) -> dict[str, Any]:
     import tomllib
 
-    with suppress(OSError, ValueError):
-        return tomllib.loads(_first(ctx, "case", "cases", "file").read_text(encoding="utf-8"))
+    from vibecalc.core.results.text_files import LARGEST, content_of, text_of
+
+    with suppress(Exception):  # whatever is wrong with the file, the command says it
+        path = _first(ctx, "case", "cases", "file")
+        return tomllib.loads(text_of(content_of(path, LARGEST)))
     return {}
 
 

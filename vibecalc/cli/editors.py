@@ -5,9 +5,12 @@ import tomllib
 from pathlib import Path
 
 from vibecalc.cli.outputs import write_text
+from vibecalc.core.results.text_files import text_file
 from vibecalc.errors import UsageError
 
 DIRECTIVE = "#:schema ./"
+#: bytes of what a schema may replace
+_LARGEST = 20_000_000
 #: how a starter says where the schema comes from
 _OF_ALL = "`vibecalc schema -o vibecalc.schema.json`"
 
@@ -27,7 +30,8 @@ def schema_name(kind: str) -> str:
 def write_schema(folder: Path, kind: str) -> Path:
     """Write the schema into a folder, in the place of an earlier one."""
     path, text = folder / schema_name(kind), schema_text(kind)
-    if path.exists() and '"$id": "urn:vibecalc:case:' not in path.read_text("utf-8", "replace"):
+    mark = '"$id": "urn:vibecalc:case:'
+    if path.exists() and mark not in text_file(path, _LARGEST, "the file for the schema"):
         raise UsageError(f"{path} exists already and is no schema of vibecalc; remove it")
     write_text(text, path)
     return path

@@ -4,6 +4,7 @@ What a file holds becomes orders when the case is read, so that hash, resolved c
 numbers and no later step needs the file.
 """
 
+import io
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +15,10 @@ from vibecalc.core.case.csv_files import (
     TooLong,
     Unreadable,
     check_unit,
+    content_beside,
     numbers_of,
     read_columns,
 )
-from vibecalc.core.case.inputs import see
 from vibecalc.core.case.raw import Data, listed, nearest, read_number, table_at, tables_at
 from vibecalc.errors import Problem, UnitError
 from vibecalc.measurement.record_checks import base_frequency_of
@@ -100,7 +101,8 @@ def _record(row: Data, folder: Path, orders: list[int], data: Data) -> None:
     name = str(row["file"])
     ending = Path(name).suffix.lower()
     if ending in (".uff", ".unv"):
-        times, columns, units = uff_samples(_path(folder, name))
+        _content(folder, name)
+        times, columns, units = uff_samples(folder / name)
         samples = _Samples(times, columns, units, list(columns))
     else:
         samples = _wav(folder, name) if ending == ".wav" else _csv(row, folder, name)
@@ -311,23 +313,8 @@ def _numbers(name: str, columns: Columns) -> FloatArray:
         ) from None
 
 
-def _path(folder: Path, name: str) -> Path:
-    """A file in the folder of the case. Raises Unreadable."""
-    path = folder / name
-    try:
-        inside = not Path(name).is_absolute() and path.resolve().is_relative_to(folder.resolve())
-        there, size = path.is_file(), path.stat().st_size if path.is_file() else 0
-    except (OSError, ValueError, RuntimeError):  # a null character; links in a circle
-        raise Unreadable("this is no name of a file") from None
-    if not inside:
-        raise Unreadable("a record has to lie in the folder of its case", "a name like run.wav")
-    if not there:
-        near = nearest(path.name, sorted(one.name for one in folder.glob(f"*{path.suffix}")))
-        raise Unreadable("there is no such file", hint=near)
-    if size > _LARGEST:
-        raise Unreadable(f"the file is larger than {_LARGEST / 1e6:g} MB")
-    see(name, path)
-    return path
+def _content(folder: Path, name: str) -> bytes:
+    return content_beside(folder, name, _LARGEST, "a name like run.wav", f"*{Path(name).suffix}")
 
 
 def _wav(folder: Path, name: str) -> _Samples:
@@ -335,7 +322,7 @@ def _wav(folder: Path, name: str) -> _Samples:
     from scipy.io import wavfile
 
     try:
-        rate, samples = wavfile.read(_path(folder, name))
+        rate, samples = wavfile.read(io.BytesIO(_content(folder, name)))
     except (ValueError, OSError, EOFError) as error:
         raise Unreadable(f"the file is no WAV that can be read: {error}") from None
     full = 1.0

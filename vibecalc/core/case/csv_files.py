@@ -10,6 +10,7 @@ from typing import NamedTuple
 from vibecalc.core.case.inputs import see
 from vibecalc.core.case.raw import nearest
 from vibecalc.core.results.steps import step
+from vibecalc.core.results.text_files import Missing, TooLarge, Unfit, content_of, text_of
 from vibecalc.errors import UnitError
 from vibecalc.units import convert, split_number
 
@@ -161,39 +162,38 @@ def _rows(numbered: Sequence[tuple[int, str]], separator: str) -> list[tuple[int
 def read_text(
     folder: Path, name: str, example: str = "a name like gas.csv", like: str = "*.csv"
 ) -> str:
-    """A text file next to a case, such as the `example`; those `like` it are what names are near.
+    """A text file next to a case, see `content_beside`."""
+    content = content_beside(folder, name, LARGEST_FILE, example, like)
+    try:
+        text = text_of(content)
+    except Unfit as error:
+        raise Unreadable(f"the file {error}", hint=error.hint) from None
+    step(f"read {folder / name}: {len(text.splitlines())} lines")
+    return text
 
-    Raises Unreadable for a file that is not there, not in the folder, too large, or no text.
+
+def content_beside(folder: Path, name: str, largest: int, example: str, like: str) -> bytes:
+    """A file next to a case, such as the `example`; those `like` it are what names are near.
+
+    Raises Unreadable for one that is not there, not in the folder, too large, or no ordinary file.
     """
     path = folder / name
     try:
         inside = path.resolve().is_relative_to(folder.resolve())
-        if Path(name).is_absolute() or not inside:
-            raise Unreadable("a table has to lie in the folder of its case", example)
-        if path.is_dir():
-            raise Unreadable("this is a folder")
-        if path.exists() and not path.is_file():
-            raise Unreadable("this is no ordinary file")
-        if path.stat().st_size > LARGEST_FILE:
-            raise TooLong(
-                f"the file is larger than {LARGEST_FILE / 1e6:g} MB", f"up to {MOST_ROWS} lines"
-            )
-        with path.open("rb") as file:
-            content = file.read(LARGEST_FILE + 1)
-        see(name, content)
-        text = content.decode("utf-8-sig")
-        step(f"read {path}: {len(text.splitlines())} lines")
-        return text
-    except FileNotFoundError:
-        raise Unreadable("there is no such file", hint=_similar(folder, name, like)) from None
-    except UnicodeDecodeError:
-        raise Unreadable(
-            "the file is not a text in UTF-8", hint="programs for spreadsheets have 'CSV UTF-8'"
-        ) from None
-    except OSError as error:
-        raise Unreadable(f"the file cannot be read: {(error.strerror or '').lower()}") from None
-    except (ValueError, RuntimeError):  # a null character; links in a circle
-        raise Unreadable("this is no name of a file") from None
+    except (OSError, ValueError, RuntimeError):  # a null character; links in a circle
+        inside = True  # which reading says
+    if Path(name).is_absolute() or not inside:
+        raise Unreadable("the file has to lie in the folder of its case", example)
+    try:
+        content = content_of(path, largest)
+    except Missing as error:
+        raise Unreadable(f"the file {error}", hint=_similar(folder, name, like)) from None
+    except TooLarge as error:
+        raise TooLong(f"the file {error}", f"up to {largest / 1e6:g} MB") from None
+    except Unfit as error:
+        raise Unreadable(f"the file {error}", hint=error.hint) from None
+    see(name, content)
+    return content
 
 
 def _head(cells: Sequence[tuple[int, str]], line: int) -> list[tuple[str, str]]:

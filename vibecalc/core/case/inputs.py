@@ -38,11 +38,11 @@ def files_seen() -> Iterator[dict[str, str]]:
         _seen.reset(before)
 
 
-def see(name: str, content: bytes | Path) -> None:
-    """Note that a file of a name next to the case, here its content or place, has been read."""
+def see(name: str, content: bytes) -> None:
+    """Note that a file of a name next to the case has been read."""
     seen = _seen.get()
     if seen is not None:
-        seen[name] = _hash(content if isinstance(content, bytes) else content.read_bytes())
+        seen[name] = _hash(content)
 
 
 def inputs(
@@ -108,6 +108,8 @@ def mark(result: Path, line: str, report: bytes) -> None:
 def is_up_to_date(result: Path, case: Path, settings: Sequence[Any], unset: Sequence[str]) -> bool:
     """Whether a result file is whole, has its report, and was made from what is there now."""
     with suppress(OSError, ValueError, LookupError, TypeError):
+        if not case.is_file():  # what a pipe gives can be read once
+            return False
         with open(result, "rb") as stream:
             stream.seek(-min(_LONGEST, stream.seek(0, os.SEEK_END)), os.SEEK_END)
             end = stream.read()

@@ -19,6 +19,7 @@ from vibecalc.core.case.rules import cross_check
 from vibecalc.core.results.case_hash import case_hash
 from vibecalc.core.results.named import named
 from vibecalc.core.results.steps import step
+from vibecalc.core.results.text_files import LARGEST, Missing, Unfit, checked, content_of, text_of
 from vibecalc.errors import CaseError, KeyPath, Problem
 from vibecalc.schema import Case
 
@@ -69,7 +70,6 @@ EarlyChecks = Callable[[dict[str, Any]], list[Problem]]
 
 #: what follows from an order of firing
 _FIRING = "vibecalc.parts.firing"
-LARGEST_FILE = 1_000_000
 _AT_LINE = re.compile(r" \(at line (\d+), column (\d+)\)\Z")
 _MANY_DOTS = re.compile(r"""(?<![\w"'-])(?:[\w"'-]++[ \t]*+\.[ \t]*+){40}""")
 
@@ -212,45 +212,22 @@ def _read(source: CaseSource) -> tuple[Path, str]:
             return Path("<case>"), tomli_w.dumps(source)
         except (TypeError, ValueError) as error:
             _refuse(Path("<case>"), f"holds what TOML cannot: {error}")
-    if str(source) == "-":
-        return Path("<stdin>"), _decoded(Path("<stdin>"), sys.stdin.buffer.read(LARGEST_FILE + 1))
-    return Path(source), _read_text(Path(source))
-
-
-def _read_text(path: Path) -> str:
+    path = Path("<stdin>") if str(source) == "-" else Path(source)
     try:
-        if path.is_dir():
-            _refuse(path, "is a folder, not a case file", "name a file in it")
-        size = path.stat().st_size
-        if size > LARGEST_FILE:
-            _refuse(
-                path,
-                f"is {size / 1e6:.3g} MB large, a case has at most {LARGEST_FILE / 1e6:g} MB",
-                "is this a case file?",
-            )
-        with path.open("rb") as file:
-            raw = file.read(LARGEST_FILE + 1)
-        step(f"read {path}: {len(raw)} bytes")
-    except FileNotFoundError:
+        if str(source) == "-":
+            raw = checked(sys.stdin.buffer.read(LARGEST + 1), LARGEST)
+        else:
+            raw = content_of(path, LARGEST, streams=True)
+        text = text_of(raw)
+    except Missing as error:
         near = _similar_files(path)
-        _refuse(path, "does not exist", f"did you mean {near}?" if near else "")
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        _refuse(path, f"cannot be read: {reason.lower()}")
-    return _decoded(path, raw)
-
-
-def _decoded(path: Path, raw: bytes) -> str:
-    if len(raw) > LARGEST_FILE:
-        _refuse(path, f"is longer than {LARGEST_FILE / 1e6:g} MB", "is this a case file?")
-    try:
-        text = raw.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = raw.count(b"\n", 0, error.start) + 1
-        _refuse(path, f"is not a text in UTF-8 (line {line})", "is this a case file?")
+        _refuse(path, str(error), f"did you mean {near}?" if near else "")
+    except Unfit as error:
+        _refuse(path, str(error), error.hint)
+    step(f"read {path}: {len(raw)} bytes")
     if not text.strip():
         _refuse(path, "is empty", "`vibecalc new generator` writes a case to start from")
-    return text
+    return path, text
 
 
 def _parse(text: str, file_name: str) -> dict[str, Any]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from vibecalc.core.results.record import Axis, Quantity, Record
 from vibecalc.core.results.select import LABEL_RTOL, entry_text, nearest
-from vibecalc.core.results.text_files import text_file
+from vibecalc.core.results.text_files import LARGEST, text_file
 from vibecalc.errors import UnitError, UsageError
 
 # ----------------------------------------------------------------------------
@@ -130,14 +130,10 @@ def absolute_tolerance(rule: Rule, unit: str) -> float:
         raise UsageError(f"atol = {rule.atol!r} does not fit {rule.quantity}: {error}") from error
 
 
-#: bytes of a rules file
-LARGEST_RULES = 1_000_000
-
-
 def read_rules(path: Path | str) -> Rules:
     """Read a rules file. Raises UsageError that lists all problems of the file at once."""
     try:
-        content = tomllib.loads(text_file(Path(path), LARGEST_RULES, "the rules file"))
+        content = tomllib.loads(text_file(Path(path), LARGEST, "the rules file"))
     except (ValueError, RecursionError) as error:
         raise UsageError(f"{path} is not a TOML file: {error}") from error
     problems = [

@@ -1,40 +1,103 @@
-"""Text files of users, read with the same guards wherever one is named."""
+"""Files of users, read with the same guards and refused in the same words wherever one is named."""
 
+import os
+import select
+import stat
 from pathlib import Path
 
 from vibecalc.errors import UsageError
 
-#: what the first bytes of a text in UTF-16 are
-_UTF_16 = (b"\xff\xfe", b"\xfe\xff")
+#: bytes of a case, or of a file of rules
+LARGEST = 1_000_000
+#: seconds within which somebody has to write to a pipe
+_PATIENCE = 5.0
+
+
+class Unfit(Exception):
+    """What is wrong with a file, as `is a folder`, and a hint."""
+
+    def __init__(self, message: str, hint: str = ""):
+        super().__init__(message)
+        self.hint = hint
+
+
+class Missing(Unfit):
+    """A file that is not there."""
+
+
+class TooLarge(Unfit):
+    """A file of more bytes than it may have."""
+
+
+def content_of(path: Path, largest: int, streams: bool = False) -> bytes:
+    """The bytes of a file, `largest` of them at most. Raises Unfit.
+
+    Pipes and devices, as `<(command)` and /dev/stdin, only with `streams`: they give once what they
+    have, and a pipe that nobody writes to is not waited for.
+    """
+    try:
+        kind = path.stat().st_mode
+        if stat.S_ISDIR(kind):
+            raise Unfit("is a folder", "name a file in it")
+        if not (stat.S_ISREG(kind) or streams):
+            raise Unfit("is no ordinary file")
+        if stat.S_ISFIFO(kind):
+            content = _of_pipe(path, largest + 1)
+        else:
+            with path.open("rb") as file:
+                content = file.read(largest + 1)
+    except FileNotFoundError:
+        raise Missing("does not exist") from None
+    except OSError as error:
+        raise Unfit(f"cannot be read: {(error.strerror or str(error)).lower()}") from None
+    except ValueError:
+        raise Unfit("has a null character in its name") from None
+    return checked(content, largest)
+
+
+def checked(content: bytes, largest: int) -> bytes:
+    """The same bytes; Unfit where there are more of them, or where they are a text in UTF-16."""
+    if len(content) > largest:
+        raise TooLarge(f"is larger than {largest / 1e6:g} MB")
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise Unfit("is a text in UTF-16", "save it in UTF-8")
+    return content
+
+
+def _of_pipe(path: Path, size: int) -> bytes:
+    number = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    with open(number, "rb", buffering=0) as pipe:
+        in_time, _, _ = select.select([pipe], [], [], _PATIENCE)
+        first = pipe.read(1)  # nothing where nobody writes, None where it is yet to come
+        if first == b"" and not in_time:
+            raise Unfit("is a pipe that nobody writes to")
+        os.set_blocking(number, True)
+        with open(number, "rb", closefd=False) as rest:
+            return (first or b"") + rest.read(size)
+
+
+def text_of(content: bytes) -> str:
+    """The text in the bytes of a file, in UTF-8 with or without its mark. Raises Unfit."""
+    if b"\0" in content:
+        line = _line(content, content.index(b"\0"))
+        raise Unfit(f"is no text: a null character in line {line}")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise Unfit(
+            f"is no text in UTF-8 (line {_line(content, error.start)})",
+            "save it in UTF-8, which programs for spreadsheets call 'CSV UTF-8'",
+        ) from None
+
+
+def _line(content: bytes, place: int) -> int:
+    return content.count(b"\n", 0, place) + 1
 
 
 def text_file(path: Path, largest: int, what: str) -> str:
-    """The text of an ordinary file in UTF-8, with or without its mark, of `largest` bytes at most.
-
-    `what` names it in the words of the UsageError for a file that is missing, no ordinary file
-    (a pipe would be waited for, a device never ends), too large, or no text.
-    """
+    """The text of a file that a command names; UsageError, with `what` it is, where it has none."""
     try:
-        if path.exists() and not path.is_file():
-            kind = "a folder" if path.is_dir() else "no ordinary file"
-            raise UsageError(f"cannot read {what} {path}: this is {kind}")
-        with path.open("rb") as file:
-            content = file.read(largest + 1)
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise UsageError(f"cannot read {what} {path}: {reason}") from None
-    except ValueError:  # a null character
-        raise UsageError(f"{str(path)!r} is no name of a file") from None
-    if len(content) > largest:
-        raise UsageError(f"cannot read {what} {path}: it is larger than {largest / 1e6:g} MB")
-    if content.startswith(_UTF_16):
-        raise UsageError(f"cannot read {what} {path}: a text in UTF-16, save it in UTF-8")
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise UsageError(f"cannot read {what} {path}: no text in UTF-8 (line {line})") from None
-    if "\0" in text:
-        line = text.count("\n", 0, text.index("\0")) + 1
-        raise UsageError(f"cannot read {what} {path}: a null character in line {line}")
-    return text
+        return text_of(content_of(path, largest, streams=True))
+    except Unfit as error:
+        hint = f"\n  help: {error.hint}" if error.hint else ""
+        raise UsageError(f"{what} {path} {error}{hint}") from None
