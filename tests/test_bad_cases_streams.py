@@ -3,6 +3,7 @@
 import contextlib
 import json
 import os
+import resource
 import shutil
 import signal
 import subprocess
@@ -19,8 +20,13 @@ CASES = Path(__file__).parents[1] / "cases"
 GENERATOR = str(CASES / "generator.toml")
 PROGRAM = [sys.executable, "-m", "vibecalc"]
 
+RESULT = str(CASES.parent / "tests" / "golden" / "generator.h5")
 PRINTING = (
     ["verify", GENERATOR, "--json"],
+    ["report", RESULT],
+    ["run", GENERATOR],
+    ["plot", RESULT, "--only", "shaking", "-o", "pictures"],
+    ["accuracy", GENERATOR, "--longest", "0.5"],
     ["--help"],
     ["check", GENERATOR],
     ["schema"],
@@ -44,32 +50,87 @@ sys.meta_path.insert(0, Struck())
 THEN = {"passed on": "raise", "swallowed": "pass", "another error": "raise ValueError from error"}
 
 
-@pytest.mark.parametrize("arguments", long_but(PRINTING, ["check", GENERATOR]), ids=" ".join)
-def test_a_full_device(arguments: list[str]) -> None:
+def _name(arguments: list[str]) -> str:
+    return " ".join(Path(one).name for one in arguments)
+
+
+def _to_a_closed_pipe(
+    arguments: list[str], folder: Path, **environment: str
+) -> subprocess.CompletedProcess[str]:
+    reading, writing = os.pipe()
+    os.close(reading)
+    ended = subprocess.run(
+        [*PROGRAM, *arguments], stdout=writing, stderr=subprocess.PIPE, text=True, check=False,
+        cwd=folder, env={**os.environ, **environment},
+    )  # fmt: skip
+    os.close(writing)
+    return ended
+
+
+@pytest.mark.parametrize(
+    "arguments", long_but(PRINTING, ["check", GENERATOR], ["report", RESULT]), ids=_name
+)
+def test_a_full_device(arguments: list[str], tmp_path: Path) -> None:
     with open("/dev/full", "w") as full:
         ended = subprocess.run(
-            [*PROGRAM, *arguments], stdout=full, stderr=subprocess.PIPE, text=True, check=False
-        )
+            [*PROGRAM, *arguments], stdout=full, stderr=subprocess.PIPE, text=True, check=False,
+            cwd=tmp_path,
+        )  # fmt: skip
     assert ended.returncode == 2
     assert ended.stderr == "error: cannot write to standard output: no space left on device\n"
 
 
-@pytest.mark.parametrize("arguments", long_but(PRINTING, ["--help"]), ids=" ".join)
-def test_a_closed_pipe(arguments: list[str]) -> None:
-    reading, writing = os.pipe()
-    os.close(reading)
-    ended = subprocess.run(
-        [*PROGRAM, *arguments], stdout=writing, stderr=subprocess.PIPE, text=True, check=False
-    )
-    os.close(writing)
+@pytest.mark.parametrize("arguments", long_but(PRINTING, ["--help"], ["run", GENERATOR]), ids=_name)
+def test_a_closed_pipe(arguments: list[str], tmp_path: Path) -> None:
+    ended = _to_a_closed_pipe(arguments, tmp_path)
+    assert ended.returncode == 130
+    assert ended.stderr == "error: cannot write to standard output: it was closed by its reader\n"
+    written = (tmp_path / "outputs" / "generator.txt").is_file()
+    assert written == (arguments == ["run", GENERATOR])
+
+
+def test_a_shell_that_asks_and_reads_no_answer(tmp_path: Path) -> None:
+    asked = {"_VIBECALC_COMPLETE": "complete_bash", "COMP_WORDS": "vibecalc ru", "COMP_CWORD": "1"}
+    ended = _to_a_closed_pipe([], tmp_path, **asked)
     assert ended.returncode == 130
     assert ended.stderr == "error: cannot write to standard output: it was closed by its reader\n"
 
 
-def test_a_full_stderr_changes_no_exit_code() -> None:
+@pytest.mark.parametrize(
+    "arguments",
+    long_but(
+        [["check", "no.toml"], ["check"], ["check", "--json"], ["check", "no.toml", "-v"]],
+        ["check"],
+        ["check", "no.toml", "-v"],
+    ),
+    ids=" ".join,
+)
+def test_a_full_stderr_changes_no_exit_code(arguments: list[str]) -> None:
     with open("/dev/full", "w") as full:
-        ended = subprocess.run([*PROGRAM, "check", "no.toml"], stderr=full, check=False)
+        ended = subprocess.run([*PROGRAM, *arguments], stderr=full, check=False)
     assert ended.returncode == 2
+
+
+def test_an_error_as_an_object_for_a_full_device() -> None:
+    with open("/dev/full", "w") as full:
+        ended = subprocess.run(
+            [*PROGRAM, "check", "no.toml", "--json"], stdout=full, stderr=subprocess.PIPE,
+            text=True, check=False,
+        )  # fmt: skip
+    assert ended.returncode == 2 and ended.stderr.startswith("error: no.toml does not exist")
+
+
+def test_orders_that_find_no_room(tmp_path: Path) -> None:
+    records = str(CASES.parent / "tests" / "golden" / "roll_records.h5")
+    ended = subprocess.run(
+        [*PROGRAM, "export", records, "--orders", "-o", str(tmp_path)],
+        capture_output=True, text=True, check=False,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100)),
+    )  # fmt: skip
+    assert ended.returncode == 2
+    file = tmp_path / "roll_records_orders.csv"
+    assert ended.stderr == f"error: cannot write {file}: file too large\n"
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(
@@ -187,6 +248,11 @@ def test_a_name_in_another_encoding(tmp_path: Path) -> None:
     assert said("diff", "--junit", b"j\xe4.xml", result, result)
     assert json.loads(said("run", "--json", case))
     assert said("export", result, "isolation/support_force/steady_peak")
+    records = CASES.parent / "tests" / "golden" / "roll_records.h5"
+    shutil.copy(records, os.fsencode(tmp_path) + b"/\xe4.h5")
+    assert r"\xe4_orders.csv" in said("export", b"\xe4.h5", "--orders", "-o", b"\xe4")
+    assert b"\xe4_orders.csv" in os.listdir(os.fsencode(tmp_path) + b"/\xe4")
+    assert r"\xe4/F\xe4ll_shaking.png" in said("plot", result, "-o", b"\xe4", "--only", "shaking")
     assert said("check", b"n\xe4.toml", code=2).startswith(r"error: n\xe4.toml does not exist")
 
 

@@ -231,7 +231,7 @@ def test_a_result_needs_its_record_no_more(tmp_path: Path) -> None:
 
 def test_exported_orders_are_read_as_references(tmp_path: Path) -> None:
     (loaded,) = load_checked([folder_with(tmp_path, TEXT)])
-    orders, speeds = export_orders(execute(loaded), tmp_path)
+    orders, speeds = export_orders(execute(loaded), tmp_path, loaded.name)
     more = ""
     for path, axis, entries, column, quantity in (
         (orders, "order", 'channel = "1"', "1", "record/acceleration"),
@@ -276,7 +276,7 @@ def test_each_of_several_records_is_exported_over_its_own_speed(tmp_path: Path) 
     result = execute(loaded)
     size = result.record["measurement/record/acceleration"].values
     assert size[4] == pytest.approx(size[0], abs=0.05)  # phases, too, as one pulse is one place
-    _, first, second = export_orders(result, tmp_path)
+    _, first, second = export_orders(result, tmp_path, result.name)
     assert (first.name, second.name) == ("case_speeds_1.csv", "case_speeds_2.csv")
     for path, start, channels in ((first, 900.0, 4), (second, 1200.0, 1)):
         _, names, *lines = path.read_text(encoding="utf-8").splitlines()

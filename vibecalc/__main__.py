@@ -40,9 +40,10 @@ def main() -> NoReturn:
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     _open_closed_streams()
     # A title in letters that the terminal cannot show is no reason to stop.
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
+    if type(sys.stderr) is io.TextIOWrapper:
+        sys.stderr = _Stderr(sys.stderr)
     with interrupts.listening():
         sys.exit(_run("--json" in sys.argv[1:]))
 
@@ -71,6 +72,8 @@ def _run(as_json: bool) -> int:
 
 def _said(met: BaseException, as_json: bool) -> int:
     """Say what has ended the command; its exit code."""
+    from vibecalc.cli.saying import note
+
     # libraries turn an interrupt into errors of their own
     interrupted = isinstance(met, KeyboardInterrupt) or interrupts.came()
     error = Interrupted() if interrupted and not isinstance(met, Interrupted) else met
@@ -78,17 +81,35 @@ def _said(met: BaseException, as_json: bool) -> int:
         import traceback
 
         traceback.print_exception(error)
-        _say(REPORT_BUGS)
+        note(REPORT_BUGS)
         return EXIT_BUG
     if isinstance(error, Interrupted):
         interrupts.met()
-    if isinstance(error, OutputError):  # what is left of the text would fail at exit again
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    if isinstance(error, OutputError):
+        _close_stdout()
     bare = isinstance(error, Interrupted) or str(error).startswith("error")
-    _say(str(error) if bare else f"error: {error}")
+    note(str(error) if bare else f"error: {error}")
     if as_json:
         _print_error(error)
     return error.exit_code
+
+
+class _Stderr(io.TextIOWrapper):
+    """stderr that may be full or without a reader: that changes no exit code."""
+
+    def __init__(self, before: io.TextIOWrapper):
+        super().__init__(before.buffer, before.encoding, "backslashreplace")
+        self.before = before  # which closes the file once nobody holds it any more
+
+    def write(self, text: str) -> int:
+        """Write at once what can be written."""
+        with contextlib.suppress(OSError):
+            super().write(text)
+            super().flush()
+        return len(text)
+
+    def flush(self) -> None:
+        """Nothing is left to write."""
 
 
 def _open_closed_streams() -> None:
@@ -129,16 +150,17 @@ def _with_objects(app: Any) -> int:
 
 
 def _print_error(error: VibecalcError) -> None:
-    import json
+    from vibecalc.cli.saying import say_json
 
-    print(json.dumps({"error": error.as_object()}, indent=2))
+    try:
+        say_json({"error": error.as_object()})
+    except OutputError:  # the exit code is that of the error
+        _close_stdout()
 
 
-def _say(text: str) -> None:
-    from vibecalc.cli.colours import coloured
-
-    with contextlib.suppress(OSError):  # a full or closed stderr changes no exit code
-        print(coloured(text), file=sys.stderr, flush=True)
+def _close_stdout() -> None:
+    """Put the null device in its place: what is left of a text would fail at exit again."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ from vibecalc.cli.help_page import Command, Group
 from vibecalc.cli.results import EXCHANGE, export, get, info
 from vibecalc.cli.saying import asked, note, say, say_json, say_written, spoken
 from vibecalc.cli.sweep import Settings, Unset, merge, sweep
+from vibecalc.core.results.visible import put
 from vibecalc.errors import (
     EXIT_BUG,
     EXIT_DIFFERS,
@@ -134,7 +135,7 @@ def _show_version(asked: bool) -> None:
     if asked:
         from vibecalc import __version__
 
-        typer.echo(f"vibecalc {__version__}")
+        put(f"vibecalc {__version__}\n")
         raise typer.Exit
 
 
@@ -542,7 +543,7 @@ def schema(
     if output is not None and (output.endswith("/") or Path(output).is_dir()):
         say_written(write_schema(Path(output), kind))
     elif output is None and asked.json:
-        typer.echo(schema_text(kind), nl=False)
+        put(schema_text(kind))
     else:
         _write_text(schema_text(kind), Path(output) if output else None, force)
 

@@ -13,7 +13,8 @@ from typer.core import TyperCommand, TyperGroup
 
 from vibecalc import interrupts
 from vibecalc.cli.examples import EXAMPLES
-from vibecalc.errors import EXIT_CODES, Interrupted, OutputError
+from vibecalc.core.results.visible import put
+from vibecalc.errors import EXIT_CODES, Interrupted, OutputError, UsageError
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -42,6 +43,11 @@ class Group(TyperGroup):
         with _reported():
             return super().invoke(ctx)
 
+    def _main_shell_completion(self, *arguments: Any, **options: Any) -> None:
+        """Answer a shell that completes a line, if one asks."""
+        with _reported():
+            super()._main_shell_completion(*arguments, **options)
+
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Print the page; the formatter stays empty."""
         named = ((name, self.get_command(ctx, name)) for name in self.list_commands(ctx))
@@ -57,7 +63,7 @@ class Group(TyperGroup):
 def _reported() -> Iterator[None]:
     """Ctrl-C and a stdout that takes no more become errors of ours; typer says neither.
 
-    Results have been written by then, and errors in writing files are `UsageError` already.
+    What vibecalc itself prints and writes raises `OutputError` and `UsageError` already.
     """
     try:
         yield
@@ -66,7 +72,10 @@ def _reported() -> Iterator[None]:
     except KeyboardInterrupt:
         raise Interrupted from None
     except OSError as error:
-        raise OutputError(error) from error
+        if error.filename is None:
+            raise OutputError(error) from error
+        reason = (error.strerror or str(error)).lower()
+        raise UsageError(f"cannot use the file {error.filename}: {reason}") from error
 
 
 def _print_page(command: TyperCommand | TyperGroup, ctx: Any, commands: Sequence[Row]) -> None:
@@ -90,7 +99,7 @@ def _print_page(command: TyperCommand | TyperGroup, ctx: Any, commands: Sequence
         ):
             if rows:
                 console.print(_panel(title, rows))
-    sys.stdout.write(page.get())
+    put(page.get())
 
 
 def _rows(command: TyperCommand | TyperGroup, ctx: Any, kind: str) -> list[Row]:

@@ -104,7 +104,7 @@ def export(
     if orders:
         from vibecalc.core.results.named import named
 
-        say_written(*named(f"{_ORDERS}:export_orders")(read_result(file), output))
+        say_written(*named(f"{_ORDERS}:export_orders")(read_result(file), output, file.stem))
         return
     forms = [name for name, asked in (("csv", csv), ("mat", mat), ("netcdf", netcdf)) if asked]
     result = read_result(file)

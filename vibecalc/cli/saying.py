@@ -1,8 +1,10 @@
 """What every command says, and how: `--quiet`, `--verbose` and `--json` are the same for all."""
 
 import inspect
+import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from functools import wraps
 from pathlib import Path
 from typing import Annotated, Any
@@ -10,7 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from vibecalc.core.results.steps import listen, step
-from vibecalc.core.results.visible import visible
+from vibecalc.core.results.visible import put, visible
 
 Quiet = Annotated[
     bool, typer.Option("--quiet", "-q", help="Print nothing but problems, and JSON if asked for.")
@@ -69,14 +71,14 @@ def spoken(function: Callable[..., None], *, json: bool = True) -> Callable[...,
 def say(text: str, *, nl: bool = True) -> None:
     """Words on stdout, unless nobody wants them."""
     if not asked.silent:
-        typer.echo(visible(text), nl=nl)
+        put(visible(text) + "\n" * nl)
 
 
 def say_json(data: Any) -> None:
     """The object of `--json` on stdout."""
     import json
 
-    typer.echo(json.dumps(data, indent=2, allow_nan=False))
+    put(json.dumps(data, indent=2, allow_nan=False) + "\n")
 
 
 def say_written(*paths: Path, **more: Any) -> None:
@@ -88,7 +90,8 @@ def say_written(*paths: Path, **more: Any) -> None:
 
 
 def note(text: str) -> None:
-    """Words on stderr, in colours where it is a terminal."""
+    """Words on stderr, in colours where it is a terminal; a full one changes no exit code."""
     from vibecalc.cli.colours import coloured
 
-    typer.echo(coloured(text), err=True, color=True)
+    with suppress(OSError):
+        print(coloured(text), file=sys.stderr, flush=True)

@@ -1,15 +1,16 @@
 """Measured orders of a result as CSV files that [[reference_table]] reads."""
 
 import csv
+import io
 import math
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
+from vibecalc.core.results.files import write_together
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.core.results.steps import step
-from vibecalc.core.results.visible import text_cell
+from vibecalc.core.results.visible import text_cell, visible
 from vibecalc.errors import ResultError
 from vibecalc.numerics.level import DECIBEL
 from vibecalc.numerics.rounding import FloatArray
@@ -23,36 +24,37 @@ _COMMENT = (
 Columns = list[tuple[str, Sequence[float] | FloatArray]]
 
 
-def export_orders(result: Result, folder: Path) -> list[Path]:
+def export_orders(result: Result, folder: Path, stem: str) -> list[Path]:
     """Write the measured orders of a result into `folder`, and over the speed of the blocks.
 
-    `NAME_orders.csv` has a line for each order, with amplitude, phase and their uncertainties of
+    `STEM_orders.csv` has a line for each order, with amplitude, phase and their uncertainties of
     each channel of the records and of the motion of the plate at each named position;
-    `NAME_speeds.csv` a line for each block with the amplitudes of each channel and order; records
-    whose blocks have other speeds have `NAME_speeds_1.csv`, `NAME_speeds_2.csv`, ... Of a name in a
+    `STEM_speeds.csv` a line for each block with the amplitudes of each channel and order; records
+    whose blocks have other speeds have `STEM_speeds_1.csv`, `STEM_speeds_2.csv`, ... Of a name in a
     file `column` and `uncertainty_column` of [[reference_table]] take one each.
 
     Raises
     ------
     ResultError
         The result has no measured orders.
+    UsageError
+        The files cannot be written.
     """
     record = result.record
     orders = [*_channels(record), *_positions(record)]
     if not orders:
         raise ResultError("the result has no measured orders to export: [measurement] finds them")
     axis = next(one for one in record["measurement/translation"].axes if one.name == "order")
-    folder.mkdir(parents=True, exist_ok=True)
     entries = [str(int(order)) for order in axis.values]
-    written = [_write(folder / f"{result.name}_orders.csv", "order", entries, orders)]
+    files = [_file(folder / f"{stem}_orders.csv", "order", entries, orders)]
     if f"{_STEM}record/block_acceleration" in record:
         runs = _runs(record)
         for number, (rows, columns) in enumerate(runs, start=1):
             if len(dict.fromkeys(rows)) == len(rows):  # entries of an axis differ
                 which = "" if len(runs) == 1 else f"_{number}"
-                path = folder / f"{result.name}_speeds{which}.csv"
-                written.append(_write(path, "speed", rows, columns))
-    return written
+                path = folder / f"{stem}_speeds{which}.csv"
+                files.append(_file(path, "speed", rows, columns))
+    return write_together(files)
 
 
 def _channels(record: Record) -> Columns:
@@ -110,12 +112,11 @@ def _runs(record: Record) -> list[tuple[list[str], Columns]]:
     ]
 
 
-def _write(path: Path, axis: str, entries: list[str], columns: Columns) -> Path:
-    with path.open("w", encoding="utf-8", newline="") as file:
-        file.write(_COMMENT % path.stem)
-        write = csv.writer(file, lineterminator="\n").writerow
-        write([axis, *(text_cell(name) for name, _ in columns)])
-        for place, entry in enumerate(entries):
-            write([entry, *(f"{float(values[place]):.8g}" for _, values in columns)])
-    step(f"wrote {path}")
-    return path
+def _file(path: Path, axis: str, entries: list[str], columns: Columns) -> tuple[Path | str, bytes]:
+    text = io.StringIO()
+    text.write(_COMMENT % path.stem)
+    write = csv.writer(text, lineterminator="\n").writerow
+    write([axis, *(text_cell(name) for name, _ in columns)])
+    for place, entry in enumerate(entries):
+        write([entry, *(f"{float(values[place]):.8g}" for _, values in columns)])
+    return path, visible(text.getvalue()).encode()

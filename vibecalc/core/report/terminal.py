@@ -25,7 +25,7 @@ from vibecalc.core.report.writing import (
 )
 from vibecalc.core.report.writing import table as fixed_table
 from vibecalc.core.results.record import Result
-from vibecalc.core.results.visible import visible
+from vibecalc.core.results.visible import put, visible
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -46,9 +46,8 @@ def print_summary(result: Result, path: Path) -> None:
 
         summary(result, Console(highlight=False))
     else:
-        sys.stdout.write(plain_summary(result))
-    sys.stdout.write(f"wrote {visible(str(path))} and {visible(path.with_suffix('.txt').name)}\n")
-    sys.stdout.flush()
+        put(plain_summary(result))
+    put(f"wrote {visible(str(path))} and {visible(path.with_suffix('.txt').name)}\n")
 
 
 def summary(result: Result, console: "Console") -> None:

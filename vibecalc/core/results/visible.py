@@ -1,7 +1,10 @@
 """Texts that anybody may print: what nobody sees, or moves what others see, is spelled out."""
 
 import re
+import sys
 import unicodedata
+
+from vibecalc.errors import OutputError
 
 _SUSPECT = re.compile(r"[^\t\n\x20-\x7e]")
 #: control and format characters, lone surrogates, separators of lines and of paragraphs
@@ -35,6 +38,15 @@ def spelled(character: str) -> str:
         if code < 0x10000
         else f"\\U{code:08x}"
     )
+
+
+def put(text: str) -> None:
+    """Write a text to stdout at once; OutputError where that takes no more."""
+    try:
+        sys.stdout.write(text)
+        sys.stdout.flush()
+    except OSError as error:
+        raise OutputError(error) from error
 
 
 def _spelled(found: re.Match[str]) -> str:
