@@ -14,6 +14,7 @@ import pytest
 from refused import hold, refused
 
 from vibecalc.core.case.load import load_case
+from vibecalc.core.results.visible import visible
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import EXIT_USAGE, CaseError, UsageError
 
@@ -142,3 +143,32 @@ def test_a_pipe_and_a_device_are_read_and_nothing_is_waited_for(
     writer.start()
     assert load_case(pipe).text == content.decode()
     writer.join()
+
+
+HIDING = "\u00ad\u061c\u180e\u200b\u200e\u200f\u202a\u202e\u2060\u2069\ufeff\ufff9\U000e0041"
+
+
+@pytest.mark.parametrize("character", HIDING)
+def test_what_hides_or_moves_text_is_refused(character: str) -> None:
+    good = FOLDER.parent.parent / "cases" / "generator.toml"
+    with pytest.raises(CaseError, match="title has a character that cannot be printed"):
+        load_case(good, [("title", f"a{character}b")])
+    with pytest.raises(UsageError, match="--set has a character that cannot be printed"):
+        load_case(good, [f"title=a{character}b"])
+
+
+#: Persian, Marathi, an emoji of two joined ones, an Arabic number sign, an ideographic space
+JOINED = (
+    "\u0645\u06cc\u200c\u062e",
+    "\u0930\u094d\u200d\u092f",
+    "\U0001f469\u200d\U0001f527",
+    "\u06004",
+    "\u8a66\u3000\u9a13",
+)
+
+
+@pytest.mark.parametrize("title", JOINED)
+def test_what_joins_letters_is_printed(title: str) -> None:
+    good = FOLDER.parent.parent / "cases" / "generator.toml"
+    assert load_case(good, [f"title={title}"]).case.title == title
+    assert visible(title) == title

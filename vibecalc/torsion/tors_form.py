@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from vibecalc.core.case.raw import nearest
+from vibecalc.core.results.visible import fits_a_line
 
 # ----------------------------------------------------------------------------
 # The form of a file: elements with their numbers, all that is wrong with them at once.
@@ -146,7 +147,7 @@ def _problems(element: Any, where: str, seen: set[tuple[str, str]]) -> Iterator[
 
 
 def _is_name(name: Any) -> bool:
-    return isinstance(name, str) and bool(name.strip()) and len(name) <= 80 and name.isprintable()
+    return isinstance(name, str) and bool(name.strip()) and len(name) <= 80 and fits_a_line(name)
 
 
 def _is_number(value: Any) -> bool:

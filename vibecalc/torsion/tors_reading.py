@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from vibecalc.core.case.raw import nearest
+from vibecalc.core.results.visible import fits_a_line
 from vibecalc.torsion.tors_form import (
     NUMBERS,
     OTHERS,
@@ -67,7 +68,7 @@ def read_assembly(text: str) -> LineRead:
     short = _names(walked, alone=len(components) == 1)
     elements = [one._replace(name=name) for one, name in zip(walked, short, strict=True)]
     title = data.get("name")
-    named = isinstance(title, str) and bool(title.strip()) and title.isprintable()
+    named = isinstance(title, str) and bool(title.strip()) and fits_a_line(title)
     line = _Line(remarks)
     for element in elements:
         line.add(element)
@@ -181,7 +182,7 @@ def _walk(
     if astray:
         raise NoAssembly(f"nothing joins component {astray[0][:40]!r} to the line")
     if left_out:
-        said = sorted(key[:80] if key.isprintable() else ascii(key[:80]) for key in left_out)
+        said = sorted(key[:80] if fits_a_line(key) else ascii(key[:80]) for key in left_out)
         remarks.append("not carried: " + ", ".join(said[:12]) + ", ..." * (len(said) > 12))
 
 

@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping, MutableMapping, Sequence
 from typing import Any
 
 from vibecalc.core.case.locate import Overridden
+from vibecalc.core.results.visible import fits_a_line
 from vibecalc.errors import KeyPath, Problem, UnitError, UsageError
 from vibecalc.units import parse_quantity
 
@@ -115,8 +116,10 @@ def parse_override(text: str) -> tuple[Overridden, Any]:
     since a shell eats quotes: `machine.speed=4900 rpm` is `machine.speed="4900 rpm"`.
     """
     key, sign, written = text.partition("=")
-    if not sign or len(text) > _LONGEST or not text.isprintable():
+    if not sign or len(text) > _LONGEST:
         raise UsageError(f"--set needs key=value, found {_short(text)!r}")
+    if not fits_a_line(text):
+        raise UsageError(f"--set has a character that cannot be printed: {_short(text)!r}")
     from vibecalc.core.case.walk import shape_at, with_names
 
     path = parse_key(key.strip())

@@ -9,16 +9,29 @@ from vibecalc.errors import OutputError
 _SUSPECT = re.compile(r"[^\t\n\x20-\x7e]")
 #: control and format characters, lone surrogates, separators of lines and of paragraphs
 _HIDDEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
+#: format characters that hide and move nothing: what joins and parts the letters of Persian, Indic
+#: scripts and emoji, and signs of Arabic, Syriac and Kaithi that are seen
+_HARMLESS = re.compile(
+    r"[\u200c\u200d\u0600-\u0605\u06dd\u070f\u0890\u0891\u08e2\U000110bd\U000110cd]"
+)
 
 
 def hidden(text: str) -> str:
     """The first character of a text that is not to be printed as it is; "" without one.
 
     Escape and other control characters but tab and new line, directions of writing, other format
-    characters without width, and bytes of file names that are no UTF-8.
+    characters that hide or move what is seen, and bytes of file names that are no UTF-8.
     """
-    found = (one[0] for one in _SUSPECT.finditer(text) if unicodedata.category(one[0]) in _HIDDEN)
-    return next(found, "")
+    return next((one[0] for one in _SUSPECT.finditer(text) if _hides(one[0])), "")
+
+
+def fits_a_line(text: str) -> bool:
+    """Whether a text can be printed as it is, in one line."""
+    return not hidden(text) and not set(text) & {"\t", "\n"}
+
+
+def _hides(character: str) -> bool:
+    return unicodedata.category(character) in _HIDDEN and not _HARMLESS.match(character)
 
 
 def visible(text: str) -> str:
@@ -50,7 +63,7 @@ def put(text: str) -> None:
 
 
 def _spelled(found: re.Match[str]) -> str:
-    return spelled(found[0]) if unicodedata.category(found[0]) in _HIDDEN else found[0]
+    return spelled(found[0]) if _hides(found[0]) else found[0]
 
 
 #: what programs for spreadsheets take for a formula

@@ -10,6 +10,7 @@ from vibecalc.core.case.load import LoadedCase, validate
 from vibecalc.core.case.row_files import LISTS, text_of_rows
 from vibecalc.core.results.files import write_together
 from vibecalc.core.results.text_files import text_file
+from vibecalc.core.results.visible import fits_a_line
 from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.errors import CaseError, Problem, UsageError
 from vibecalc.torsion.model import build_shaft_line
@@ -53,7 +54,7 @@ def case_of_assembly(path: Path) -> str:
         read = read_assembly(text_file(path, LARGEST_FILE, "the assembly"))
     except NoAssembly as error:
         raise UsageError(f"{path}: {error}") from None
-    text = _case_text(read, path.name if path.name.isprintable() else ascii(path.name))
+    text = _case_text(read, path.name if fits_a_line(path.name) else ascii(path.name))
     import tomllib
 
     data = tomllib.loads(text)

@@ -21,6 +21,7 @@ from vibecalc.core.case.load import LoadedCase, raise_with_location
 from vibecalc.core.case.raw import NOT_COMPUTED, case_at, key_text, parse_key
 from vibecalc.core.case.study_tables import Sweep
 from vibecalc.core.results.layout import DONE, UNLUCKY
+from vibecalc.core.results.visible import fits_a_line
 from vibecalc.core.run.plan import needed_stages, work_seconds
 from vibecalc.core.run.stage import work_of
 from vibecalc.core.study.sweep.blocks import Block, ChunkFolder, parts_folder
@@ -231,7 +232,7 @@ _EXAMPLES = (
 def axis_table(text: str, option: str = "--grid") -> dict[str, Any]:
     """Read `key=SPEC` as one table of `sweep.axes`; UsageError if it is not of that form."""
     key, sign, spec = text.partition("=")
-    if not sign or not spec.strip() or len(text) > _LONGEST or not text.isprintable():
+    if not sign or not spec.strip() or len(text) > _LONGEST or not fits_a_line(text):
         raise UsageError(f"{option} needs {_EXAMPLES}; found {text[:80]!r}")
     table: dict[str, Any] = {"key": key_text(parse_key(key.strip()))}
     said = f"{option} {text[:80]}"
