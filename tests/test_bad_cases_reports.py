@@ -10,6 +10,7 @@ from fuzzing import command
 from shipped_cases import CASES
 
 from vibecalc import api
+from vibecalc.core.report import plots
 from vibecalc.core.report.writing import Column, number, table
 from vibecalc.errors import Defect
 from vibecalc.excitation import report as excitation
@@ -152,7 +153,6 @@ def test_a_picture_that_fails_takes_nothing_along(monkeypatch: pytest.MonkeyPatc
     assert command("plot", "one.h5", "-o", "all").code == 0
     names = sorted(path.name for path in Path("all").iterdir())
     assert len(names) > 1
-    from vibecalc.core.report import plots
 
     real, calls = plots.make, []
 
@@ -201,6 +201,26 @@ def test_python_has_the_result_and_its_file(monkeypatch: pytest.MonkeyPatch) -> 
     with pytest.raises(Defect, match=r"one\.h5: the result is whole"):
         api.write(result, "one.h5")
     assert api.read("one.h5").record.keys() == result.record.keys()
+    for source, words in ((result, "generator"), ("one.h5", r"one\.h5")):
+        failed = rf"^{words}: the result is whole.*\n  vibecalc\.excitation\.report:excitation: Ind"
+        with pytest.raises(Defect, match=failed) as error:
+            api.report(source)
+        assert "Parts that could not be made" in error.value.made
+        with pytest.raises(Defect, match=rf"^{words}: the result is whole"):
+            api.report(source, html=True)
+    monkeypatch.setattr("vibecalc.core.report.page.html_document", _broken)
+    with pytest.raises(Defect, match=r"^one\.h5: (.|\n)*  the report: IndexError: nothing there"):
+        api.report("one.h5", html=True)
+    whole = plots.make
+
+    def make(result: Any, name: str) -> Any:
+        return _broken() if name == "shaking" else whole(result, name)
+
+    monkeypatch.setattr(plots, "make", make)
+    with pytest.raises(Defect, match=r"^generator: (.|\n)*the picture shaking: Ind") as error:
+        api.plot(result, "pictures")
+    drawn = [one.name for one in error.value.made]
+    assert "generator_run_up.png" in drawn and "generator_shaking.png" not in drawn
 
 
 # ----------------------------------------------------------------------------

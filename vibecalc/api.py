@@ -9,7 +9,7 @@ are `VibecalcError`.
 """
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -245,14 +245,17 @@ def write(result: Result, path: PathLike, /) -> Path:
 
 
 def report(result: Result | PathLike, /, *, full: bool = False, html: bool = False) -> str:
-    """The text report of a result, or of a file; `html`: a page with its pictures."""
+    """The text report of a result, or of a file; `html`: a page with its pictures.
+
+    Raises Defect, by a fault of vibecalc, where parts fail; its `made` is the report without them.
+    """
     if html:
-        from vibecalc.core.report.page import html_page
-
-        return html_page(_source(result), full=full)
-    from vibecalc.core.report.sweep.text import report_file
-
-    return report_file(_source(result), full=full)
+        from vibecalc.core.report.page import html_page as make
+    else:
+        from vibecalc.core.report.sweep.text import report_file as make
+    source = _source(result)
+    text: str = _whole(source, "the report", lambda: make(source, full=full))
+    return text
 
 
 def plot(
@@ -268,14 +271,18 @@ def plot(
     """Draw the pictures of a result or of a file into a folder; their files.
 
     `only` names those that are wanted, `formats` are png, svg and pdf. UsageError for a picture
-    that the result does not have.
+    that the result does not have; Defect, by a fault of vibecalc, where pictures fail; its `made`
+    are the files of the others.
     """
     from vibecalc.core.report.plots import draw_files, look_of
 
     if not isinstance(dpi, Real | None):
         raise _misfit("dpi", dpi, "a number")
     look = look_of(",".join(_names(formats)), dpi, _names(only), title)
-    ((_, pictures),) = draw_files([_source(result)], _file(folder, "a folder"), look)
+    source, target = _source(result), _file(folder, "a folder")
+    pictures: list[Path] = _whole(
+        source, "the pictures", lambda: next(draw_files([source], target, look))[1]
+    )
     return pictures
 
 
@@ -291,6 +298,20 @@ def diff(
     return compare(
         golden, value, None if rules is None else read_rules(_file(rules, "a file of rules"))
     )
+
+
+def _whole(source: Result | Path, part: str, make: Callable[[], Any]) -> Any:
+    """What `make` gives; Defect with what is left of it where parts of it fail."""
+    from vibecalc.core.report.defects import as_defect, defects
+
+    made = None
+    with defects(part) as met:
+        made = make()
+    if met:
+        defect = as_defect(met, source if isinstance(source, Path) else source.name)
+        defect.made = made
+        raise defect
+    return made
 
 
 def _source(result: Result | PathLike) -> Result | Path:

@@ -165,6 +165,9 @@ class NumericalFailure(VibecalcError):
 class Defect(VibecalcError):
     """A fault of vibecalc itself, as one met after the result was written."""
 
+    #: what could be made of a report or of pictures all the same
+    made: Any = None
+
 
 class PointsApart(Exception):
     """Points of a sweep that cannot be computed in one array call: `kinds` (points,) tells which
