@@ -362,6 +362,7 @@ def test_arrays_and_axes_bring_their_unit_along() -> None:
         (lambda: 50.0 * pint_values()[1]._REGISTRY.Quantity(1.0, "1/s"), "turns or radians?"),
         (lambda: 3.0 * pint_values()[1]._REGISTRY.Quantity(1.0, "mm"), "a length"),
         (lambda: np.array(1j), "complex numbers"),
+        (lambda: np.array(3000.0).view(Foreign), 'write it as a text, as "3000 rpm"'),
         (lambda: object(), "cannot be"),
         (lambda: None, "cannot be"),
     ],
@@ -373,6 +374,19 @@ def test_a_value_that_cannot_be_is_refused_at_its_key(value: Any, said: str) -> 
         (problem,) = caught.value.problems
         assert problem.path == ("machine", "speed") and said in str(caught.value)
         assert "an angular speed > 0 rad/s" in problem.allowed
+
+
+def test_a_series_brings_the_unit_of_its_attributes_along() -> None:
+    stiffness = pytest.importorskip("pandas").Series([10.0, 10.0, 20.0])
+    stiffness.attrs["units"] = "N/mm"
+    case: Any = vibecalc.run(GENERATOR, set={"machine.mounts.each.stiffness": stiffness}).case
+    assert case["machine"]["mounts"]["each"]["stiffness"] == [1e4, 1e4, 2e4]
+
+
+class Foreign(np.ndarray):
+    """An array with a unit, as those of libraries that are not known here."""
+
+    unit = "rpm"
 
 
 def test_a_quantity_is_an_array() -> None:

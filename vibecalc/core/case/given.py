@@ -1,6 +1,6 @@
 """What a script hands in for values of a case, as TOML has them.
 
-Numbers with a unit, of pint, astropy, unyt, xarray, pandas and vibecalc itself, become texts with
+Numbers with a unit, of pint, xarray and pandas (in `attrs`) and vibecalc itself, become texts with
 that unit, which the schema then reads and refuses like any other; arrays become lists.
 """
 
@@ -101,14 +101,19 @@ def _measured(value: Any) -> Any:
     inside = getattr(value, "data", None)
     if hasattr(inside, "to_root_units"):  # xarray around pint
         return _of_pint(inside)
-    attributes = getattr(value, "attrs", None)
-    unit = getattr(value, "units", None) or getattr(value, "unit", None)
-    if isinstance(attributes, Mapping):
-        unit = attributes.get("units") or attributes.get("unit") or unit
     if not hasattr(value, "__array__"):
         return value  # the schema says what it may be
     import numpy as np
 
+    from vibecalc.core.results.record import Quantity
+
+    attributes = getattr(value, "attrs", None)
+    unit = getattr(value, "units", None) or getattr(value, "unit", None)
+    if isinstance(attributes, Mapping):
+        unit = attributes.get("units") or attributes.get("unit")
+    elif unit is not None and not isinstance(value, Quantity):
+        library = type(value).__module__.partition(".")[0]
+        raise UsageError(f'a unit of {library}: write it as a text, as "3000 rpm"')
     numbers = np.asarray(value)
     if numbers.dtype.kind == "c":
         raise UsageError("complex numbers")
