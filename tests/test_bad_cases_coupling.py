@@ -7,6 +7,9 @@ import pytest
 from refused import changed, problems_of, refusal, refusals, said_of
 from shipped_cases import CASES
 
+from vibecalc.core.case.choice_checks import share_or_size
+from vibecalc.errors import UnitError
+
 PATH = CASES["genset_coupling"]
 LIMITS = """nominal_torque = "16 kN*m"
 maximum_torque = "40 kN*m"
@@ -76,6 +79,54 @@ def test_the_couplings_themselves_are_fine(case: str) -> None:
     assert problems_of(tomllib.loads(text_of(case))) == []
 
 
+RISING = text_of("warm").replace(
+    'temperature = "65 degC"', 'ambient_temperature = "20 degC"\ntemperature_rise = "45 K"', 1
+)
+RISE = "machine.shaft_line.shafts[6].coupling.temperature_rise"
+AIR = "machine.shaft_line.shafts[6].coupling.ambient_temperature"
+QUANTITY = 'quantity = "response/torsion/coupling/temperature"\nwhere = { coupling = 6 }\n'
+STUDY = f"[optimisation]\nobjective = {{ {QUANTITY.replace(chr(10), ', ', 1).strip()} }}\n"
+
+
+@pytest.mark.parametrize(
+    ("study", "place"),
+    [
+        (
+            f'{STUDY}variables = [{{ key = "{RISE}", lower = "20 K", upper = "60 degC" }}]',
+            "optimisation.variables.0.upper",
+        ),
+        (
+            f'{STUDY}variables = [{{ key = "{RISE}", choices = ["20 K", "30 degC"] }}]',
+            "optimisation.variables.0.choices.1",
+        ),
+        (
+            f'{STUDY}variables = [{{ key = "{AIR}", lower = "20 degC", upper = "60 degC", with = '
+            f'[{{ key = "{AIR}", offset = "5 degC" }}] }}]',
+            "optimisation.variables.0.with.0.offset",
+        ),
+        (
+            f'[[find]]\nname = "a"\n{QUANTITY}target = 300\n'
+            f'key = "{RISE}"\nlower = "20 K"\nupper = "60 degC"',
+            "find.0.upper",
+        ),
+    ],
+)
+def test_a_rise_is_no_temperature_of_a_scale_in_studies_either(study: str, place: str) -> None:
+    assert problems_of(tomllib.loads(RISING)) == []
+    problems = problems_of(tomllib.loads(f"{RISING}{study}\n"))
+    found = {".".join(map(str, one.path)): said_of(one) for one in problems}
+    assert place in found, found
+    assert "degC" in found[place]
+
+
+def test_a_change_of_a_temperature_is_none_of_a_scale(tmp_path: Path) -> None:
+    study = f'[[find]]\nname = "a"\n{QUANTITY}key = "{RISE}"\nlower = 20\nupper = 60\n'
+    said = refusal(tmp_path, "case", f'{RISING}{study}change = "5 degC"\n')
+    assert "does not fit response/torsion/coupling/temperature" in said and "found 5 degC" in said
+    with pytest.raises(UnitError, match="a scale with a zero of its own"):
+        share_or_size("5 degC", "K")  # of a tolerance
+
+
 ENTRY = '["type a"]\nsource = "invented"\n' + PLAIN
 TAKEN = '{ catalogue = "couplings.toml", type = "type a" }'
 
@@ -84,7 +135,11 @@ TAKEN = '{ catalogue = "couplings.toml", type = "type a" }'
     ("taken", "catalogue", "words"),
     [
         (TAKEN.replace("type a", "type b"), ENTRY, ["no such type", "did you mean 'type a'?"]),
-        (TAKEN.replace("couplings", "coupling"), ENTRY, ["no such file", "'couplings.toml'"]),
+        (
+            TAKEN.replace("couplings", "coupling"),
+            ENTRY,
+            ["the file does not exist", "'couplings.toml'"],
+        ),
         (TAKEN.replace("couplings", "../couplings"), ENTRY, ["in the folder of its case"]),
         (TAKEN, "[", ["the file is no TOML"]),
         (TAKEN, "a = 1\n", ["the catalogue has no tables"]),

@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sweep_samples import DAMPING, MODEL, PHASE, SPEED, STIFFNESS, axis, design_of, spread
 
+from vibecalc.core.study.sweep.keys import _fractions
 from vibecalc.core.study.sweep.prepare import axis_tables, sampling_table
 from vibecalc.core.study.sweep.values import Scatter, SpacedValues, ValueList
 from vibecalc.units import parse_quantity
@@ -30,6 +31,15 @@ def test_each_step_is_what_a_case_gets_that_says_so():
     assert turns.tolist() == [parse_quantity(f"{1000 + 100 * n} rpm", "rad/s") for n in range(40)]
     tenths = values(spread(DAMPING, 0, 0.3, 4))
     assert tenths.tolist() == [0.0, 0.1, 0.2, 0.3]
+
+
+def test_steps_of_a_temperature_count_from_its_own_zero():
+    for ends, steps in (("degC", [293.15, 313.15, 333.15]), ("K", [20.0, 40.0, 60.0])):
+        start, stop = f"20 {ends}", f"60 {ends}"
+        read = parse_quantity(start, "K"), parse_quantity(stop, "K")
+        first, last, factor = _fractions(start, stop, "K", read)
+        spread = SpacedValues(start=first, stop=last, factor=factor, log=False, count=3)
+        assert spread.at(np.arange(3)) == pytest.approx(steps)
 
 
 def test_equal_ratios_keep_their_ends_and_round_powers():

@@ -26,7 +26,7 @@ def read_choice(value: Any, shape: Shape) -> float | int | str:
         if value not in shape.choices:
             raise UnitError("no value of this key", found=repr(value)[:60], allowed=words(shape))
         return str(value)
-    number = parse_quantity(value, shape.unit or "")
+    number = shape.number(value)
     if not inside(number, shape):
         raise UnitError(
             "a value that the key must not have", found=str(value)[:60], allowed=bound_words(shape)
@@ -266,4 +266,4 @@ def _size(value: Any, shape: Shape, path: KeyPath) -> Iterator[Problem]:
 def share_or_size(value: float | str, unit: str) -> tuple[float, bool]:
     """A tolerance in SI, and whether it is a share of the value: what is given in percent."""
     share = isinstance(value, str) and value.rstrip().endswith("%")
-    return parse_quantity(value, "" if share else unit), share
+    return parse_quantity(value, "" if share else unit, difference=True), share

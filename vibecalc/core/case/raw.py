@@ -36,12 +36,12 @@ def tables_at(data: Any, *path: str) -> list[tuple[int, Data]]:
     return [(position, entry) for position, entry in enumerate(entries) if isinstance(entry, dict)]
 
 
-def read_number(value: Any, unit: str) -> float | None:
+def read_number(value: Any, unit: str, *, difference: bool = False) -> float | None:
     """Return a value in an SI unit, or None if it is no such number."""
     if value is None or isinstance(value, bool) or not isinstance(value, str | int | float):
         return None
     try:
-        return parse_quantity(value, unit)
+        return parse_quantity(value, unit, difference=difference)
     except (UnitError, OverflowError):
         return None
 

@@ -9,7 +9,6 @@ from vibecalc.core.case.raw import Data, get_key, key_text, parse_key, read_numb
 from vibecalc.core.case.rules import Row
 from vibecalc.core.case.walk import Shape, allowed_of, bound_words, keys_of, shape_at, words
 from vibecalc.errors import KeyPath, Problem, UnitError, UsageError
-from vibecalc.units import parse_quantity
 
 # ----------------------------------------------------------------------------
 # Checks of what a search may change: a number of this case, between two readable bounds.
@@ -88,7 +87,8 @@ def _tie(
             found=f"{unit or 'no unit'} and {leads.unit or 'no unit'}",
         )
         return
-    factor, offset = tie.get("factor", 1.0), read_number(tie.get("offset", 0.0), unit)
+    factor, added = tie.get("factor", 1.0), tie.get("offset", 0.0)
+    offset = read_number(added, unit, difference=True)
     if offset is None:
         yield Problem(
             path=(*path, "offset"),
@@ -167,7 +167,7 @@ def bound_problems(variable: dict[str, Any], path: KeyPath, shape: Shape) -> Ite
         if isinstance(written, bool) or not isinstance(written, str | int | float):
             continue
         try:
-            values[side] = parse_quantity(written, shape.unit or "")
+            values[side] = shape.number(written)
         except (UnitError, OverflowError) as error:
             unit_error = error if isinstance(error, UnitError) else UnitError("too large")
             yield Problem(

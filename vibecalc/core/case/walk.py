@@ -28,7 +28,8 @@ class Shape(NamedTuple):
     `kind` is table, list, number, whole, flag, choice, text, value (a number, or a text with a
     unit) or labels; `table` belongs to a table, `item` to a list, `unit`, `noun` (what it is),
     `examples` (in quotes) and `bounds` to a number; `lengths` are the fewest and the most entries
-    of a list or letters of a text. `or_three` marks a number that may also be three.
+    of a list or letters of a text. `or_three` marks a number that may also be three, `difference`
+    one of temperatures.
     """
 
     kind: str
@@ -41,6 +42,11 @@ class Shape(NamedTuple):
     or_three: bool = False
     noun: str = ""
     examples: str = ""
+    difference: bool = False
+
+    def number(self, written: float | str) -> float:
+        """A value of such a place in SI, as its field reads it. Raises UnitError."""
+        return parse_quantity(written, self.unit or "", difference=self.difference)
 
 
 def keys_of(table: type[Table]) -> dict[str, FieldInfo]:
@@ -194,6 +200,7 @@ def _shape(annotation: Any, metadata: tuple[Any, ...]) -> Shape:
         bounds=bounds,
         noun=unit.noun,
         examples=unit.examples,
+        difference=unit.difference,
     )
 
 

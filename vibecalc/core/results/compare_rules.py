@@ -125,7 +125,7 @@ def absolute_tolerance(rule: Rule, unit: str) -> float:
     from vibecalc.units import parse_quantity
 
     try:
-        return float(parse_quantity(rule.atol, unit))
+        return parse_quantity(rule.atol, unit, difference=True)
     except UnitError as error:
         raise UsageError(f"atol = {rule.atol!r} does not fit {rule.quantity}: {error}") from error
 

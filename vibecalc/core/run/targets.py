@@ -236,7 +236,8 @@ def _check_unit(
     if entry is None or value is None:
         return
     try:
-        parse_quantity(f"{value} {unit}" if unit else str(value), entry.unit)
+        written = f"{value} {unit}" if unit else str(value)
+        parse_quantity(written, entry.unit, difference=path[-1] in ("change", "atol"))
     except UnitError as error:
         yield Problem(
             path=path,

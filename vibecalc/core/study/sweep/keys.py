@@ -284,12 +284,15 @@ def _spread(place: KeyPlace, sampled: bool, points: int | None) -> SpacedValues 
 def _fractions(
     start: Written, stop: Written, unit: str, ends: tuple[float, float]
 ) -> tuple[Fraction, Fraction, float]:
-    """Both ends as written and their factor to SI; in SI where they are written differently."""
+    """Both ends as written and their factor to SI; in SI where they are written differently.
+
+    Also in SI where the unit is a scale with another zero.
+    """
     texts = [split_number(str(end)) for end in (start, stop)]
     # a zero has no unit of its own
     units = {name for (_, name), end in zip(texts, ends, strict=True) if name or end}
-    if len(units) == 1:
-        (name,) = units
+    name = next(iter(units), "")
+    if len(units) == 1 and not parse_quantity(f"0 {name}", unit):
         factor, numbers = parse_quantity(f"1 {name}", unit), [float(text) for text, _ in texts]
     else:
         factor, numbers = 1.0, list(ends)
@@ -331,7 +334,7 @@ def _parameters(place: KeyPlace, given: Distribution) -> tuple[float, ...] | Non
         place.refuse("distribution", message, allowed=" and ".join(needed))
         return None
     read = {
-        name: _number(place, "distribution", written[name])
+        name: _number(place, "distribution", written[name], difference=name == "deviation")
         for name in needed
         if written[name] is not None
     }
@@ -343,12 +346,15 @@ def _parameters(place: KeyPlace, given: Distribution) -> tuple[float, ...] | Non
     return tuple(numbers[name] for name in needed)
 
 
-def _number(place: KeyPlace, key: str, written: Written) -> float | None:
+def _number(
+    place: KeyPlace, key: str, written: Written, *, difference: bool = False
+) -> float | None:
     if isinstance(written, bool):
         place.refuse(key, f"{place.table.key} cannot be true or false", allowed=words(place.shape))
         return None
     try:
-        return parse_quantity(written, place.shape.unit or "")
+        shape = place.shape
+        return shape._replace(difference=shape.difference or difference).number(written)
     except (UnitError, OverflowError) as error:
         unit_error = error if isinstance(error, UnitError) else UnitError("too large for a double")
         place.refuse(
