@@ -54,7 +54,8 @@ def export_orders(result: Result, folder: Path, stem: str) -> list[Path]:
                 which = "" if len(runs) == 1 else f"_{number}"
                 path = folder / f"{stem}_speeds{which}.csv"
                 files.append(_file(path, "speed", rows, columns))
-    return write_together(files)
+    write_together(files)
+    return [path for path, _ in files]
 
 
 def _channels(record: Record) -> Columns:
@@ -112,7 +113,7 @@ def _runs(record: Record) -> list[tuple[list[str], Columns]]:
     ]
 
 
-def _file(path: Path, axis: str, entries: list[str], columns: Columns) -> tuple[Path | str, bytes]:
+def _file(path: Path, axis: str, entries: list[str], columns: Columns) -> tuple[Path, bytes]:
     text = io.StringIO()
     text.write(_COMMENT % path.stem)
     write = csv.writer(text, lineterminator="\n").writerow
