@@ -62,7 +62,7 @@ def defects(whole: str) -> Iterator[list[str]]:
 
 def as_defect(met: Sequence[str], result: Path | str) -> Defect:
     """The error that names what failed, and the result, which is none the worse."""
-    failed = "\n".join(f"  {one}" for one in met)
+    failed = "\n".join(f"  {one}" for one in dict.fromkeys(met))
     return Defect(
         f"{result}: the result is whole, but its report or pictures are not. This failed:\n"
         f"{failed}\nThis is a bug in vibecalc, please report it with these lines and the case file."

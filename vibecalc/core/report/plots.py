@@ -18,7 +18,7 @@ import numpy as np
 from vibecalc.core.report.accuracy import TopicView, TrialView, topics_of
 from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, TYPE, canvas, note, unit_words
 from vibecalc.core.report.curves import Curves, named_curves
-from vibecalc.core.report.defects import survived
+from vibecalc.core.report.defects import failed_parts, survived
 from vibecalc.core.report.fronts import in_words
 from vibecalc.core.report.sections import scalar_of, table_of
 from vibecalc.core.report.studies import VARIABLE, bound_unit, start_of
@@ -243,7 +243,7 @@ def _made(
 def _refuse_unknown(sources: Sequence[Source], look: Look) -> None:
     found = {name for source in sources for name, _ in _figures(source, look)[1]}
     missing = [name for name in look.only if name not in found]
-    if not missing:
+    if not missing or failed_parts():  # one that fails is there, and drawing says why it is not
         return
     every = replace(look, only=())
     has = dict.fromkeys(name for source in sources for name, _ in _figures(source, every)[1])
