@@ -226,6 +226,32 @@ def test_a_case_from_a_pipe(tmp_path: Path) -> None:
         assert ended.returncode == 0 and "Three-cylinder generator" in ended.stdout
 
 
+@pytest.mark.long
+def test_a_sweep_with_names_in_another_encoding(tmp_path: Path) -> None:
+    shutil.copy(GENERATOR, os.fsencode(tmp_path) + b"/F\xe4ll.toml")
+    sweep = ["sweep", b"F\xe4ll.toml", "--grid", "machine.speed=1000 rpm:2000 rpm:3", "-j", "1"]
+    for arguments in (
+        [*sweep, "-o", b"s\xe4.h5"],
+        [*sweep, "--shard", "1/2", "-o", b"1\xe4.h5"],
+        [*sweep, "--shard", "2/2", "-o", b"2\xe4.h5"],
+        ["merge", b"1\xe4.h5", b"2\xe4.h5", "-o", b"m\xe4.h5"],
+        ["diff", b"s\xe4.h5", b"m\xe4.h5"],
+        ["report", b"m\xe4.h5"],
+        ["plot", b"m\xe4.h5", "-o", b"\xe4"],
+    ):
+        ended = subprocess.run(
+            [*PROGRAM, *arguments], cwd=tmp_path, capture_output=True, check=False
+        )
+        assert ended.returncode == 0, ended.stderr
+        assert (ended.stdout + ended.stderr).decode("utf-8")
+    asked = {b"_VIBECALC_COMPLETE": b"complete_bash", b"COMP_CWORD": b"4"}
+    asked[b"COMP_WORDS"] = b"vibecalc run F\xe4ll.toml --set machine.kin"
+    ended = subprocess.run(
+        PROGRAM, cwd=tmp_path, capture_output=True, check=False, env={**os.environb, **asked}
+    )
+    assert (ended.returncode, ended.stdout, ended.stderr) == (0, b"machine.kind=\n", b"")
+
+
 def test_a_name_in_another_encoding(tmp_path: Path) -> None:
     """Files get its bytes; texts, and the result itself, spell it out."""
     case = os.fsencode(tmp_path) + b"/F\xe4ll.toml"
