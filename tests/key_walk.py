@@ -9,10 +9,12 @@ to go along with it is read from the rules between keys, and from what `check` s
 import copy
 import hashlib
 import re
+import shutil
 import tomllib
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
+from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -26,7 +28,7 @@ from vibecalc.core.run.plan import needs_of
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import CaseError, KeyPath, Problem, UsageError
 from vibecalc.json_schema import json_schema
-from vibecalc.kinds import EACH
+from vibecalc.kinds import EACH, KINDS
 from vibecalc.schema import Case
 from vibecalc.unit_table import WORDS
 
@@ -136,6 +138,23 @@ def _files() -> tuple[Path, ...]:
     return tuple(path for folder in folders for path in sorted(folder.glob("*.toml")))
 
 
+def files_beside(folder: Path) -> None:
+    """Write the files that cases name into a folder."""
+    for path in (ROOT / "cases").iterdir():
+        if path.is_dir():
+            shutil.copytree(path, folder / path.name)
+        elif path.suffix != ".toml":
+            shutil.copy(path, folder)
+    for name, text in VALUES["files"].items():
+        (folder / name).write_text(text, encoding="utf-8")
+    _, names, *rows = (ROOT / "cases" / "roll_records.csv").read_text("utf-8").splitlines()
+    bare = [re.sub(r" \[.*?\]", "", names).replace("tachometer", "speed")]
+    bare += [re.sub(r",[^,]*", ", 930.0", row, count=1) for row in rows]
+    (folder / "walk_record.csv").write_text("\n".join(bare), encoding="utf-8")
+    untimed = "\n".join(row.partition(",")[2] for row in bare)
+    (folder / "walk_untimed.csv").write_text(untimed, encoding="utf-8")
+
+
 @cache
 def written(path: Path) -> Data:
     """A case as TOML reads it."""
@@ -145,17 +164,60 @@ def written(path: Path) -> Data:
 @cache
 def bases(kind: str) -> list[Base]:
     """Cases of a kind without what they are held against, the shortest first."""
-    found = []
-    for path in _files():
-        data = copy.deepcopy(written(path))
-        if data["machine"]["kind"] != kind:
-            continue
-        for key in ("limit", *(() if "fit" in data else ("reference", "reference_table"))):
-            data.pop(key, None)
-        lighten(data)
-        (loaded,) = load_checked([data])
-        found.append(Base(path.stem, data, needs_of(loaded.case).seconds))
+    found = [base for path in sorted(_own(kind)) if (base := _base(path, kind))]
     return sorted(found, key=lambda base: base.seconds)
+
+
+@cache
+def _own(kind: str) -> frozenset[Path]:
+    return frozenset(path for path in _files() if written(path)["machine"]["kind"] == kind)
+
+
+@cache
+def _base(path: Path, kind: str) -> Base | None:
+    """A case without what it is held against, as one of this kind of machine if it can be."""
+    data = copy.deepcopy(written(path))
+    for key in ("limit", *(() if "fit" in data else ("reference", "reference_table"))):
+        data.pop(key, None)
+    lighten(data)
+    if path not in _own(kind):
+        machine, own = data["machine"], bases(kind)[0].data["machine"]
+        machine["kind"] = kind
+        for key in KINDS[kind].needs:
+            if key in own:
+                machine.setdefault(key, copy.deepcopy(own[key]))
+        if kind == "plate":
+            data.setdefault("measurement", copy.deepcopy(bases(kind)[0].data["measurement"]))
+        _leave_out(data, (), kind)
+        if settle(data, ("machine", "kind"), kind):
+            return None
+    (loaded,) = load_checked([data])
+    return Base(path.stem, data, needs_of(loaded.case).seconds)
+
+
+def _leave_out(table: Any, above: Pattern, kind: str) -> None:
+    """Take out what a kind of machine does not have."""
+    for key, value in [*table.items()]:
+        pattern = (*above, key)
+        if pattern not in places(kind):
+            del table[key]
+        elif isinstance(value, dict) and places(kind)[pattern].shape.table:
+            _leave_out(value, pattern, kind)
+        elif isinstance(value, list):
+            for row in value:
+                if isinstance(row, dict):
+                    _leave_out(row, (*pattern, EACH), kind)
+
+
+def _borrowed(aim: Aim) -> Iterator[Base]:
+    """Cases of other kinds, as ones of this kind, that have more of what stands above a key."""
+    own = min(_missing(base.data, aim.pattern) for base in bases(aim.kind))
+    paths = [path for path in _files() if path not in _own(aim.kind)]
+    for path in sorted(paths, key=lambda path: _missing(written(path), aim.pattern)):
+        if _missing(written(path), aim.pattern) >= own:
+            return
+        if base := _base(path, aim.kind):
+            yield base
 
 
 def lighten(data: Data, but: Pattern = ()) -> None:
@@ -369,18 +431,17 @@ def problems_of(data: Data) -> list[Problem]:
 
 def plans(aim: Aim) -> Iterator[tuple[str, Data]]:
     """Cases that have the key and that `check` takes, each with the name of its base."""
-    for row in VALUES["together"]:
-        if re.search(row["keys"], str(aim)):
-            yield from _by_hand(aim, row)
-            return
+    refused = REFUSED[aim] = Counter[str]()
+    by_hand = [base for row in _rows("together", aim) for base in _by_hand(aim, row)]
+    if aim.value is None:
+        yield from ((base.name, base.data) for base in by_hand if spots(base.data, aim.pattern))
 
     def order(base: Base) -> Any:
         searches = [study for study in STUDIES if study in base.data]
         return _missing(base.data, aim.pattern), bool(searches), base.seconds
 
-    every = sorted(bases(aim.kind), key=order)
-    refused: Counter[str] = Counter()
-    for base in every[:8]:
+    every = by_hand or [*islice(_borrowed(aim), 3), *sorted(bases(aim.kind), key=order)[:8]]
+    for base in every:
         for spot in _made_spots(base.data, aim)[:4]:
             tried: list[Any] = []
             for value in values(aim, spot[0], spot[1]):
@@ -398,32 +459,50 @@ def plans(aim: Aim) -> Iterator[tuple[str, Data]]:
                 if len(tried) > 12 or refused[why] > 6 or refused.total() > 60:
                     break
             if refused.total() > 60 or (refused and max(refused.values()) > 14):
-                WHY[aim] = refused.most_common(1)[0][0]
                 return
-    WHY[aim] = refused.most_common(1)[0][0] if refused else "no place"
 
 
-WHY: dict[Aim, str] = {}
+#: what `check` said of cases with a key that it does not take, and how often
+REFUSED: dict[Aim, Counter[str]] = {}
 
 
-def _by_hand(aim: Aim, row: Any) -> Iterator[tuple[str, Data]]:
-    """A case with keys that have to stand together, of which the aim is one."""
-    every = [base for base in bases(aim.kind) if row.get("base", base.name) == base.name]
-    for base in every[:6]:
+def _rows(name: str, aim: Aim) -> list[Any]:
+    """Rows of the table by hand whose keys an aim is one of."""
+    return [row for row in VALUES[name] if re.search(row["keys"], str(aim))]
+
+
+def _by_hand(aim: Aim, row: Any) -> Iterator[Base]:
+    """Cases with keys that have to stand together, of which the aim is one."""
+    words = next(one for one in VALUES["study"].values() if aim.kind in one["kinds"])
+    settings = _filled(row.get("set", {}), {**words, "value": aim.value})
+    name = row.get("base") or (words["base"] if settings != row.get("set", {}) else "")
+    named = [_base(path, aim.kind) for path in _files() if path.stem == name]
+    for base in [one for one in named if one] if name else bases(aim.kind)[:6]:
         data = copy.deepcopy(base.data)
         unset = [key for key in row.get("unset", ()) if get(data, parse_key(key)) is not None]
         try:
-            apply_overrides(data, [*copy.deepcopy(row["set"]).items()], unset)
+            apply_overrides(data, [*copy.deepcopy(settings).items()], unset)
         except UsageError as error:
-            WHY[aim] = str(error)
+            REFUSED[aim][str(error)] += 1
             continue
-        (spot, *_) = spots(data, aim.pattern) or [()]
-        if spot and aim.value is not None:
-            listed = isinstance(get(data, spot), list)
-            put(data, spot, [aim.value] if listed else aim.value)
-        WHY[aim] = settle(data, spot, aim.kind) if spot else "the key is not set"
-        if not WHY[aim]:
-            yield base.name, data
+        if row.get("stored"):  # as it stands in a result: with what was read from files
+            attach_files(data, Path())
+        (spot, *_) = spots(data, aim.pattern) or [_KIND]
+        why = settle(data, spot, aim.kind)
+        if not why:
+            yield Base(base.name, data, base.seconds)
+        REFUSED[aim][why] += 1
+
+
+def _filled(value: Any, words: Data) -> Any:
+    """A value with the words of a kind of machine in it, where it says `$word` or `$word[0]`."""
+    if isinstance(value, dict):
+        return {_filled(key, words): _filled(one, words) for key, one in value.items()}
+    if isinstance(value, list):
+        return [_filled(one, words) for one in value]
+    if isinstance(value, str) and value.startswith("$"):
+        return get(words, parse_key(value[1:]))
+    return value
 
 
 def _missing(data: Data, pattern: Pattern) -> tuple[int, bool]:
@@ -483,7 +562,9 @@ def settle(data: Data, ours: KeyPath, kind: str) -> str:
         problems = problems_of(data)
         if not problems:
             now = get(data, ours)
-            table = isinstance(now, dict) or (isinstance(now, list) and isinstance(now[0], dict))
+            table = isinstance(now, dict) or (
+                isinstance(now, list) and now and isinstance(now[0], dict)
+            )
             return "" if now == value or table else "it went"
         before = copy.deepcopy(data)
         for problem in problems:
@@ -495,7 +576,7 @@ def settle(data: Data, ours: KeyPath, kind: str) -> str:
 
 
 _NAMED = re.compile(r"no (.+?) is named")
-_NEEDS = re.compile(r"(?:needs?|and) \[?(machine\.[\w.]+|\w+\.[\w.]+)\]?")
+_NEEDS = re.compile(r"needs? \[([\w.]+)\]|(?:needs?|and) (\w+\.[\w.]+)")
 
 
 def _model_at(path: KeyPath, kind: str) -> type[Table] | None:
@@ -518,7 +599,7 @@ def _mend(data: Data, problem: Problem, ours: KeyPath, kind: str) -> None:
             if any(changed):
                 return
     path = problem.path
-    needed = _NEEDS.findall(problem.message)
+    needed = [one or other for one, other in _NEEDS.findall(problem.message)]
     came = [_fill(data, tuple(place.split(".")), kind) for place in needed]
     if any(came):
         return
@@ -531,7 +612,7 @@ def _mend(data: Data, problem: Problem, ours: KeyPath, kind: str) -> None:
             beside = get(data, path[:-1]) if isinstance(path[-1], int) else ()
             put(data, path, next((name for name in known if name not in beside), known[0]))
             return
-    if _said(data, problem, kind):
+    if _set_as_said(data, problem, ours) or _said(data, problem, kind):
         return
     if (beside := _BESIDE.match(problem.allowed)) and _fill(
         data, (*beside[2].split("."), beside[1]), kind
@@ -545,6 +626,24 @@ def _mend(data: Data, problem: Problem, ours: KeyPath, kind: str) -> None:
 
 
 _KEY = re.compile(r"\b[a-z][a-z_]+\b")
+
+
+_VALUE = re.compile(r"(\w+) = ['\"](\w+)['\"]")
+
+
+def _set_as_said(data: Data, problem: Problem, ours: KeyPath) -> bool:
+    """Give a key the value that a problem has for it, as `model = 'rigid_body'`."""
+    for key, value in _VALUE.findall(problem.allowed):
+        for path in (problem.path, problem.also or ()):
+            place = path if path and path[-1] == key else (*path, key)
+            if place == ours or get(data, place) in (None, value) or place[-2:] == _KIND:
+                continue
+            put(data, place, value)
+            return True
+    return False
+
+
+_KIND = ("machine", "kind")
 
 
 def _said(data: Data, problem: Problem, kind: str) -> bool:
@@ -621,14 +720,13 @@ def _by_rule(row: Row, rule: Any, ours: KeyPath, kind: str) -> bool:
 
 def refused_always(aim: Aim) -> bool:
     """Whether the list of what no run can reach has this key, with the words `check` has for it."""
-    return _listed("unreached", aim, WHY.get(aim, ""))
+    return _listed("unreached", aim, REFUSED.get(aim, ()))
 
 
 def without_number(aim: Aim, said: str) -> bool:
     """Whether the list of what only a run can refuse has this key, with the words of the run."""
-    return _listed("without_number", aim, said)
+    return _listed("without_number", aim, [said.rpartition("error: ")[2]])
 
 
-def _listed(name: str, aim: Aim, said: str) -> bool:
-    rows = [row for row in VALUES[name] if re.search(row["keys"], str(aim))]
-    return any(re.search(row["why"], said) for row in rows)
+def _listed(name: str, aim: Aim, said: Iterable[str]) -> bool:
+    return any(re.fullmatch(row["why"], words) for row in _rows(name, aim) for words in said)

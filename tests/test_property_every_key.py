@@ -4,7 +4,6 @@ Each optional key of each kind of machine, and each value of choices and switche
 case at least (`key_walk.py`); CI takes a fixed share of them.
 """
 
-import shutil
 from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
@@ -14,13 +13,12 @@ import pytest
 import tomli_w
 from drawn import coarse
 from fuzzing import command
-from key_walk import Aim, aims, places, plans, refused_always, without_number
+from key_walk import Aim, aims, files_beside, places, plans, refused_always, without_number
 from long_but import long_but
 
 from vibecalc.errors import EXIT_NUMERICAL
 from vibecalc.kinds import KINDS
 
-ROOT = Path(__file__).resolve().parents[1]
 #: the aims are shared out to so many tests, of which CI runs two
 SHARES = 480
 #: seconds for one command
@@ -32,11 +30,7 @@ MOST_CASES = 4
 @pytest.fixture(autouse=True)
 def _files_of_cases(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A folder with the tables that cases name."""
-    for path in (ROOT / "cases").iterdir():
-        if path.is_dir():
-            shutil.copytree(path, tmp_path / path.name)
-        elif path.suffix != ".toml":
-            shutil.copy(path, tmp_path)
+    files_beside(tmp_path)
     monkeypatch.chdir(tmp_path)
     coarse(monkeypatch)
 

@@ -8,8 +8,8 @@ from vibecalc.foundation.model import stand_on_body
 from vibecalc.isolation.on_base import Stand, alone
 from vibecalc.parts.body import RigidBody
 from vibecalc.parts.matrices import displacement_at, mounted
-from vibecalc.parts.mount_needs import loads_count
-from vibecalc.parts.mounts import Mounts, build_mounts, free_motions
+from vibecalc.parts.mount_state import never_held
+from vibecalc.parts.mounts import Mounts
 from vibecalc.schema import Case
 
 
@@ -71,10 +71,7 @@ def base_motion_problems(case: Case) -> list[Problem]:
 
 
 def _not_held(case: Case) -> list[Problem]:
-    assert case.machine.mounts is not None
-    if loads_count(case.machine.mounts):
-        return []  # curves and stops may hold what no stiffness does: the rest will tell
-    motions = free_motions(build_mounts(case.machine.mounts))
+    motions = never_held(case)
     if not motions:
         return []
     return [

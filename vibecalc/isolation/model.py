@@ -11,8 +11,8 @@ from vibecalc.parts import body_tables
 from vibecalc.parts import tables as parts
 from vibecalc.parts.body import DIRECTIONS, RigidBody, build_body, build_frame
 from vibecalc.parts.matrices import displacement_at
-from vibecalc.parts.mount_needs import loads_count
-from vibecalc.parts.mounts import Mounts, build_mounts, free_motions
+from vibecalc.parts.mount_state import never_held
+from vibecalc.parts.mounts import Mounts, build_mounts
 from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
@@ -95,9 +95,7 @@ def isolation_problems(case: Case) -> list[Problem]:
     if machine.body.mass_matrix is not None or machine.mounts.stiffness_matrix is not None:
         return []  # matrices have no places; the checks of form say so
     if isolation.model == "rigid_body":
-        if loads_count(machine.mounts):
-            return []  # curves and stops may hold what no stiffness does: the rest will tell
-        return _held(free_motions(build_mounts(machine.mounts)))
+        return _held(never_held(case))
     if isolation.model == "planar":
         from vibecalc.isolation.planar import planar_problems  # loads what adds mounts up
 

@@ -10,8 +10,8 @@ from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import TRAIN
 from vibecalc.parts.body import DIRECTIONS, build_body, dofs_of_model
 from vibecalc.parts.matrices import mounted
-from vibecalc.parts.mount_needs import loads_count
-from vibecalc.parts.mounts import build_mounts, free_motions
+from vibecalc.parts.mount_state import never_held
+from vibecalc.parts.mounts import build_mounts
 from vibecalc.schema import Case, Machine
 
 # ----------------------------------------------------------------------------
@@ -40,7 +40,7 @@ def planar_problems(case: Case) -> list[Problem]:
                 also=(*TRAIN, "axis"),
             )
         ]
-    return [*_places(machine), *_coupled(machine), *_held(machine)]
+    return [*_places(machine), *_coupled(machine), *_held(case)]
 
 
 def _places(machine: Machine) -> Iterator[Problem]:
@@ -105,12 +105,8 @@ def _words(one: int, other: int) -> str:
     )
 
 
-def _held(machine: Machine) -> Iterator[Problem]:
-    assert machine.mounts is not None
-    if loads_count(machine.mounts):
-        return  # curves and stops may hold what no stiffness does: the rest will tell
-    dofs = dofs_of_model("planar", machine.crank_train.axis)
-    motions = free_motions(build_mounts(machine.mounts), dofs)
+def _held(case: Case) -> Iterator[Problem]:
+    motions = never_held(case, dofs_of_model("planar", case.machine.crank_train.axis))
     if motions:
         yield Problem(
             path=MOUNTS,

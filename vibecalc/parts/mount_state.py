@@ -1,22 +1,31 @@
 """Mounts under the weight of their body: stiffness at rest, about it, over frequency."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray
 from vibecalc.parts.body import DIRECTIONS, RigidBody, build_body, cross_matrix, dofs_of_model
 from vibecalc.parts.mount_needs import frequency_counts, loads_count
-from vibecalc.parts.mounts import MountEntry, Mounts, build_mounts, mount_entries, rotation
+from vibecalc.parts.mounts import (
+    MountEntry,
+    Mounts,
+    build_mounts,
+    free_motions,
+    mount_entries,
+    rotation,
+)
 from vibecalc.schema import Case
 
 if TYPE_CHECKING:
     from vibecalc.parts.equilibrium import Rest
     from vibecalc.parts.mount_curves import Law, Spectrum, TangentByLoad
-    from vibecalc.parts.mount_tables import OverLoad
+    from vibecalc.parts.mount_tables import OverLoad, Static
 
 # ----------------------------------------------------------------------------
 # The dynamic stiffness of a mount follows the load that it carries where the body is at rest: by
@@ -49,12 +58,7 @@ def mounts_of(case: Case) -> Mounts | None:
     if case.machine.body is None or case.isolation is None:
         raise ValueError("mounts under load need a body and [isolation]")
     options = case.isolation
-    axes = [
-        DIRECTIONS.index(options.up if one.static is None else one.static.axis or options.up)
-        for one in entries
-    ]
-    turns = [rotation(*one.orientation) for one in entries]
-    axis = np.array([turn[:, place] for turn, place in zip(turns, axes, strict=True)])
+    axes, turns, axis = _axes(entries, options.up)
     dynamic = np.array([np.broadcast_to(np.asarray(one.stiffness or 0.0), 3) for one in entries])
     ratio = np.array([1.0 if e.static is None else e.static.dynamic_to_static for e in entries])
     along = dynamic[range(len(axes)), axes]
@@ -93,6 +97,36 @@ def mounts_of(case: Case) -> Mounts | None:
         axis=axis,
         laws=tuple(laws),
     )
+
+
+def never_held(case: Case, dofs: Sequence[int] | NDArray[np.intp] = range(6)) -> list[str]:
+    """Motions that no mount resists by a stiffness, nor by a curve or stop on its axis, in words."""
+    given = case.machine.mounts
+    assert given is not None
+    built, entries = build_mounts(given), mount_entries(given)
+    if loads_count(given):
+        if case.isolation is None:
+            return []  # nothing says what is up, and the checks of mounts say that
+        _, _, axis = _axes(entries, case.isolation.up)
+        bent = np.array([one.static is not None and _bends(one.static) for one in entries])
+        scale = built.stiffness.max() or 1.0
+        held = axis[:, :, None] * axis[:, None, :] * bent[:, None, None]
+        built = replace(built, stiffness=built.stiffness + scale * held)
+    return free_motions(built, dofs)
+
+
+def _bends(static: "Static") -> bool:
+    return bool(static.load_deflection or static.cubic_stiffness or static.stops)
+
+
+def _axes(entries: tuple[MountEntry, ...], up: str) -> tuple[list[int], list[FloatArray], Any]:
+    """Which of its own axes each mount carries along, its turn, and that axis (n, 3)."""
+    axes = [
+        DIRECTIONS.index(up if one.static is None else one.static.axis or up) for one in entries
+    ]
+    turns = [rotation(*one.orientation) for one in entries]
+    along = np.array([turn[:, place] for turn, place in zip(turns, axes, strict=True)])
+    return axes, turns, along
 
 
 def _turned(turns: list[FloatArray], values: FloatArray) -> FloatArray:

@@ -429,7 +429,8 @@ def least_steps(case: Case) -> float:
 
     change = torsion_of(case).transient
     assert change is not None
-    return excited_orders(case)[-1] * sum(_angles(case, change).values()) / ORDER_STEP
+    highest = max(excited_orders(case), default=0.0)
+    return highest * sum(_angles(case, change).values()) / ORDER_STEP
 
 
 def _angles(case: Case, change: "Transient") -> dict[str, float]:
