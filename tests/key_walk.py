@@ -211,10 +211,10 @@ def _leave_out(table: Any, above: Pattern, kind: str) -> None:
 
 def _borrowed(aim: Aim) -> Iterator[Base]:
     """Cases of other kinds, as ones of this kind, that have more of what stands above a key."""
-    own = min(_missing(base.data, aim.pattern) for base in bases(aim.kind))
+    own = min(_far(base.data, aim.pattern) for base in bases(aim.kind))
     paths = [path for path in _files() if path not in _own(aim.kind)]
-    for path in sorted(paths, key=lambda path: _missing(written(path), aim.pattern)):
-        if _missing(written(path), aim.pattern) >= own:
+    for path in sorted(paths, key=lambda path: _far(written(path), aim.pattern)):
+        if _far(written(path), aim.pattern) >= own:
             return
         if base := _base(path, aim.kind):
             yield base
@@ -436,11 +436,8 @@ def plans(aim: Aim) -> Iterator[tuple[str, Data]]:
     if aim.value is None:
         yield from ((base.name, base.data) for base in by_hand if spots(base.data, aim.pattern))
 
-    def order(base: Base) -> Any:
-        searches = [study for study in STUDIES if study in base.data]
-        return _missing(base.data, aim.pattern), bool(searches), base.seconds
-
-    every = by_hand or [*islice(_borrowed(aim), 3), *sorted(bases(aim.kind), key=order)[:8]]
+    own = sorted(bases(aim.kind), key=lambda base: (*_far(base.data, aim.pattern), base.seconds))
+    every = by_hand or [*islice(_borrowed(aim), 3), *own[:8]]
     for base in every:
         for spot in _made_spots(base.data, aim)[:4]:
             tried: list[Any] = []
@@ -505,12 +502,13 @@ def _filled(value: Any, words: Data) -> Any:
     return value
 
 
-def _missing(data: Data, pattern: Pattern) -> tuple[int, bool]:
-    """How many tables above a key a case lacks, and whether the key itself is not there."""
+def _far(data: Data, pattern: Pattern) -> tuple[int, bool, bool]:
+    """How many tables above a key a case lacks, whether it searches, and whether it has no key."""
+    searches = any(study in data and pattern[0] != study for study in STUDIES)
     for size in range(len(pattern), 0, -1):
         if spots(data, pattern[:size]):
-            return max(len(pattern) - 1 - size, 0), size < len(pattern)
-    return len(pattern), True
+            return max(len(pattern) - 1 - size, 0), searches, size < len(pattern)
+    return len(pattern), searches, True
 
 
 def _tables(data: Data, above: Pattern) -> list[KeyPath]:

@@ -68,12 +68,15 @@ def _key(path: Iterable[str | int]) -> str:
 
 
 def refusal(folder: Path, stem: str, text: str, **files: str) -> str:
-    """The message for a case that is refused, "" if it is taken; `files` are CSV next to it."""
+    """The message for a case that is refused, "" if it is taken; `files` are CSV next to it.
+
+    Without the folder, whose name may hold the very words that are looked for.
+    """
     for name, content in files.items():
         (folder / f"{name}.csv").write_text(content, encoding="utf-8")
     path = folder / f"{stem}.toml"
     path.write_text(text, encoding="utf-8")
-    return refused(path)
+    return _without(folder, refused(path))
 
 
 def refused(path: Path) -> str:

@@ -100,7 +100,7 @@ def mounts_of(case: Case) -> Mounts | None:
 
 
 def never_held(case: Case, dofs: Sequence[int] | NDArray[np.intp] = range(6)) -> list[str]:
-    """Motions that no mount resists by a stiffness, nor by a curve or stop on its axis, in words."""
+    """Motions, in words, that no mount resists by stiffness, or by curve or stop on its axis."""
     given = case.machine.mounts
     assert given is not None
     built, entries = build_mounts(given), mount_entries(given)
