@@ -12,7 +12,7 @@ import re
 import shutil
 import tomllib
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import cache
 from itertools import islice
 from pathlib import Path
@@ -463,7 +463,7 @@ def plans(aim: Aim) -> Iterator[tuple[str, Data]]:
 REFUSED: dict[Aim, Counter[str]] = {}
 
 
-def _rows(name: str, aim: Aim) -> list[Any]:
+def _rows(name: str, aim: Aim | str) -> list[Any]:
     """Rows of the table by hand whose keys an aim is one of."""
     return [row for row in VALUES[name] if re.search(row["keys"], str(aim))]
 
@@ -488,7 +488,7 @@ def _by_hand(aim: Aim, row: Any) -> Iterator[Base]:
         why = settle(data, spot, aim.kind)
         if not why:
             yield Base(base.name, data, base.seconds)
-        REFUSED[aim][why] += 1
+        REFUSED[aim].update(_words(problem) for problem in problems_of(data))
 
 
 def _filled(value: Any, words: Data) -> Any:
@@ -568,9 +568,14 @@ def settle(data: Data, ours: KeyPath, kind: str) -> str:
         for problem in problems:
             _mend(data, problem, ours, kind)
         if data == before or data in seen or get(data, ours) is None:
-            return re.sub(r"[-+]?\d[\d.]*", "N", problems[0].message)
+            return _words(problems[0])
         seen.append(before)
     return "no end"
+
+
+def _words(problem: Problem) -> str:
+    """What is wrong, whatever the numbers are."""
+    return re.sub(r"[-+]?\d[\d.]*", "N", problem.message)
 
 
 _NAMED = re.compile(r"no (.+?) is named")
@@ -718,13 +723,12 @@ def _by_rule(row: Row, rule: Any, ours: KeyPath, kind: str) -> bool:
 
 def refused_always(aim: Aim) -> bool:
     """Whether the list of what no run can reach has this key, with the words `check` has for it."""
-    return _listed("unreached", aim, REFUSED.get(aim, ()))
+    said = REFUSED.get(aim, ())
+    return any(re.fullmatch(row["why"], one) for row in _rows("unreached", aim) for one in said)
 
 
-def without_number(aim: Aim, said: str) -> bool:
-    """Whether the list of what only a run can refuse has this key, with the words of the run."""
-    return _listed("without_number", aim, [said.rpartition("error: ")[2]])
-
-
-def _listed(name: str, aim: Aim, said: Iterable[str]) -> bool:
-    return any(re.fullmatch(row["why"], words) for row in _rows(name, aim) for words in said)
+def without_number(aim: Aim | str, said: str) -> dict[str, Any] | None:
+    """The row of what only a run can refuse that has this key, with the words of the run."""
+    words = said.rpartition("error: ")[2]
+    rows = (row for row in _rows("without_number", aim) if re.fullmatch(row["why"], words))
+    return next(rows, None)
