@@ -52,6 +52,32 @@ def torsion_problems(case: Case) -> list[Problem]:
     return [*problems, *design_problems(case, line)]
 
 
+def modal_problems(case: Case) -> list[Problem]:
+    """The problem of a sum over modes which the damping couples, at the operating speed."""
+    torsion = None if case.response is None else case.response.torsion
+    if torsion is None or torsion.method != "modal" or torsion.damping_model is not None:
+        return []
+    from vibecalc.torsion.adapters.setup import Model, undamped_modes
+    from vibecalc.torsion.forced import UNCOUPLED, modal_damping
+    from vibecalc.torsion.model import build_shaft_line
+
+    shaft, speed = build_shaft_line(case), case.machine.speed
+    stations = len(shaft.freedom_names) - len(shaft.dampers)
+    model = Model(shaft.line, shaft.speed_stiffness, torsion.method, None, stations)
+    coupling = modal_damping(model.at(speed), undamped_modes(model, speed).shape).coupling
+    if coupling <= UNCOUPLED:
+        return []
+    return [
+        Problem(
+            path=(*TORSION, "method"),
+            message="damping couples the undamped modes, so that a sum over modes is not the "
+            "response",
+            found=f"by {coupling:.2g} of their own damping",
+            allowed="method = 'elimination' or 'dense', or a damping_model",
+        )
+    ]
+
+
 def asked_speeds(case: Case) -> list[tuple[KeyPath, float]]:
     """Crank speeds in rad/s at which a case asks for its engine, each with its key."""
     torsion = None if case.response is None else case.response.torsion

@@ -395,25 +395,21 @@ TRANSIENT_TABLE: KeyPath = ("response", "torsion", "transient")
 
 def transient_problems(case: Case) -> list[Problem]:
     """The problem of a change that takes longer than the march in time goes."""
-    return [*_problems(case)]
-
-
-def _problems(case: Case) -> Iterator[Problem]:
     torsion = asked(case)
     if torsion is None or torsion.transient is None or case.machine.shaft_line is None:
-        return
+        return []
     from vibecalc.torsion.transient.march import MOST_STEPS
 
     change = torsion.transient
     steps = least_steps(case)
     if steps <= MOST_STEPS:
-        return
+        return []
     spans = _angles(case, change)
     longest = max(spans, key=lambda key: spans[key])
     key = longest
     if longest == "change":
         key = "acceleration" if change.acceleration is not None else "duration"
-    yield Problem(
+    problem = Problem(
         path=(*TRANSIENT_TABLE, key) if key in change.model_fields_set else TRANSIENT_TABLE,
         message="the change takes too many steps in time",
         found=f"{steps:.3g} steps or more, for {sum(spans.values()) / 6.283185307:.3g} turns of "
@@ -421,6 +417,7 @@ def _problems(case: Case) -> Iterator[Problem]:
         allowed=f"{MOST_STEPS:.3g} steps",
         hint="a faster change, less time before and after it, or fewer orders",
     )
+    return [problem]
 
 
 def least_steps(case: Case) -> float:
@@ -654,6 +651,7 @@ SUBJECT = Subject(
         "vibecalc.torsion.curve_checks:curve_problems",
         "vibecalc.torsion.damping_checks:damping_problems",
     ),
+    last_checks=("vibecalc.torsion.checks:modal_problems",),
     cautions=(
         "vibecalc.torsion.model:throw_cautions",
         "vibecalc.torsion.checks:torsion_cautions",
