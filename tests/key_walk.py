@@ -121,7 +121,8 @@ LIGHTER: dict[Pattern, Any] = {
 }
 
 
-STUDIES = ("optimisation", "fit", "find", "tuning", "damper_design")
+SEARCHES = ("optimisation", "fit", "find")
+STUDIES = (*SEARCHES, "tuning", "damper_design")
 
 
 class Base(NamedTuple):
@@ -439,6 +440,10 @@ def plans(aim: Aim) -> Iterator[tuple[str, Data]]:
     own = sorted(bases(aim.kind), key=lambda base: (*_far(base.data, aim.pattern), base.seconds))
     every = by_hand or [*islice(_borrowed(aim), 3), *own[:8]]
     for base in every:
+        if not by_hand:  # what is searched for is another matter
+            kept = {key: one for key, one in base.data.items() if key not in SEARCHES}
+            here = {key: base.data[key] for key in SEARCHES if key == aim.pattern[0] in base.data}
+            base = base._replace(data=kept | here)
         for spot in _made_spots(base.data, aim)[:4]:
             tried: list[Any] = []
             for value in values(aim, spot[0], spot[1]):

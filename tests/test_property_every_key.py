@@ -112,7 +112,7 @@ def wrong_cases(covering: Covering, cases: Iterable[Data]) -> dict[str, str]:
     for number, data in enumerate(cases):
         names = ", ".join(".".join(table) for table in covering.present(data))
         code, said = how_it_ends(covering.kind, data, drawn=number == 0)
-        while code == EXIT_NUMERICAL and (row := without_number(f"{names} together", said)):
+        while code and (row := without_number(f"{names} together", said)):
             del data[row["leave_out"]]
             code, said = how_it_ends(covering.kind, data, drawn=number == 0)
         if code != 0:

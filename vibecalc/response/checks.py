@@ -9,6 +9,7 @@ from vibecalc.kinds import has_crank_train
 from vibecalc.parts import body_tables as parts
 from vibecalc.parts.firing import driven_machine, shakes_with_torque
 from vibecalc.parts.mount_needs import mount_properties
+from vibecalc.parts.mount_state import never_held
 from vibecalc.parts.mounts import has_loss_factor
 from vibecalc.schema import Case
 
@@ -42,6 +43,15 @@ def _switching(case: Case) -> Iterator[Problem]:
             also=("excitation", "driven_machine") if reported else None,
         )
     mounts = case.machine.mounts
+    if mounts is not None and mounts.stiffness_matrix is None and (free := never_held(case)):
+        yield Problem(
+            path=MOUNTS,
+            message="a change between operations needs a body that its mounts hold: else it never "
+            "settles",
+            found="nothing resists " + ", ".join(free),
+            allowed="a stiffness against each of the six motions",
+            also=SWITCHING,
+        )
     if mounts is None or _decays(mounts):
         return
     if has_loss_factor(mounts):
