@@ -1,10 +1,15 @@
 """Claim: a shaft line through a transient moves as closed forms and another integrator say."""
 
+import tomllib
+
 import mpmath
 import numpy as np
 import pytest
+from engine_cases import GENSET
 from scipy.special import fresnel
 
+from vibecalc.core.case.load import validate
+from vibecalc.core.run.run import run_case
 from vibecalc.torsion.line import Line, chain, dynamic_stiffness
 from vibecalc.torsion.transient.cycles import section_peaks
 from vibecalc.torsion.transient.march import TransientRun, transient
@@ -171,3 +176,16 @@ def test_a_run_down_that_fades_out_ends_at_rest() -> None:
     np.testing.assert_allclose(turned, speed_at(parts, borders, time), atol=1e-4)
     back = time_of_speed(parts[2], float(borders.speed[2]), 1.0)
     assert speed_at(parts, borders, np.array(ends + middle + back)) == pytest.approx(1.0)
+
+
+def test_the_method_of_the_steady_response_is_none_of_the_motion_in_time() -> None:
+    text = GENSET.replace("loss_factor = 0.1, ", "")
+    text += 'damping_model = { kind = "rayleigh", modes = [3, 4], ratios = [0.02] }\n'
+    text += (
+        'transient = { kind = "load_step", on = "generator", torque = "100 N*m", after = 0.01 }\n'
+    )
+    methods = ('method = "modal"\n', "")
+    by_modes, other = (run_case(validate(tomllib.loads(text + one))) for one in methods)
+    for name in ("peak", "peak_time", "history/torque"):
+        path = f"response/torsion/transient/{name}"
+        assert by_modes[path].values == pytest.approx(other[path].values, rel=1e-9)

@@ -95,7 +95,8 @@ def journey(setup: Setup, machine: "Machine", options: Transient) -> Journey:
 
 def check_form(setup: Setup, constant: bool) -> None:
     """Raise NumericalFailure where the line has no form in time, at `constant` speed or not."""
-    if setup.model.modal is not None and setup.torsion.damping_model is not None:
+    damping = setup.torsion.damping_model
+    if damping is not None and damping.kind == "modal":
         raise NumericalFailure(
             "damping ratios by mode have no dashpots to follow in time; give shafts, stations or "
             "dampers a damping, or a damping_model of kind 'rayleigh'"
