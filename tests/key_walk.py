@@ -118,6 +118,8 @@ LIGHTER: dict[Pattern, Any] = {
     ("response", "impact", "discard"): 2,
     ("optimisation", "robust", "samples"): 32,
     ("find", EACH, "points"): 5,
+    ("sweep", "axes", EACH, "points"): 3,
+    ("sweep", "axes", EACH, "with", EACH, "points"): 3,
 }
 
 
@@ -225,7 +227,8 @@ def lighten(data: Data, but: Pattern = ()) -> None:
     """Set the numbers that only make a run long, in the tables that are there."""
     for pattern, value in LIGHTER.items():
         for above in _tables(data, pattern[:-1]) if pattern != but else ():
-            get(data, above)[pattern[-1]] = value
+            if pattern[0] != "sweep" or pattern[-1] in get(data, above):  # else it lists values
+                get(data, above)[pattern[-1]] = value
 
 
 def get(data: Any, path: KeyPath) -> Any:

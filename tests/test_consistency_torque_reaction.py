@@ -137,3 +137,14 @@ def test_planned_where_it_has_something_to_say() -> None:
     ):
         case = mounted(replaced(SEPARATE, change))
         assert all(stage.name != "torque reaction" for stage in plan_case(case))
+
+
+def test_a_line_without_gears_and_damping_passes_all_torque_at_its_natural_frequency_too() -> None:
+    line = chain(np.array([2.0, 3.0]), np.array([4800.0]))  # 0 and sqrt(4800 / 1.2) rad/s
+    spin = Bounded(line.inertia, np.zeros(2))
+    found = line_transfer(line, spin, np.array([10.0, np.sqrt(4000.0)]))
+    np.testing.assert_allclose(found.value, -1.0, rtol=1e-12)
+    hung = line._replace(damping=np.array([1e-3]))
+    np.testing.assert_allclose(
+        line_transfer(hung, spin, np.array([10.0, 63.0])).value, -1.0, rtol=1e-9
+    )

@@ -79,7 +79,7 @@ def line_transfer(line: Line, spin_inertia: Bounded, frequency: np.ndarray) -> B
 
     As -d/dt sum h phi' is w^2 h.X and the dynamic stiffness symmetric, one solution under the
     torques w^2 h is the transfer from every freedom. It is -1 everywhere for a line without gears
-    and without damping or springs to the body.
+    and without damping or springs to the body, also where an undamped one has no other answer.
 
     Raises
     ------
@@ -87,6 +87,11 @@ def line_transfer(line: Line, spin_inertia: Bounded, frequency: np.ndarray) -> B
         A frequency is a natural frequency of a line without damping.
     """
     rate = np.asarray(frequency, dtype=float)
+    losses = (line.absolute_damping, line.ground_stiffness, line.damping, line.loss_factor)
+    turns_as_one = np.allclose(spin_inertia.value, line.inertia, rtol=4.0 * EPSILON, atol=0.0)
+    if turns_as_one and not any(np.any(one) for one in losses):
+        shape = (*rate.shape, line.inertia.shape[-1])
+        return Bounded(np.full(shape, -1.0 + 0.0j), np.zeros(shape))
     spin = np.stack([*spin_inertia]).reshape(2, *(1,) * rate.ndim, -1)
     response = forced(line, rate, np.square(rate)[..., None] * spin)
     value, uncertainty = response.angle
