@@ -29,12 +29,12 @@ from vibecalc.core.study.sweep.design import make_design
 from vibecalc.excitation.inertia_forces import reciprocating_excitation
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.numerics.cycle_peak import cycle_peak
+from vibecalc.numerics.synthesis import synthesis
 from vibecalc.roll.mechanism import as_batch
 from vibecalc.roll.steady import steady_state
 from vibecalc.torsion.forced import forced
 from vibecalc.torsion.line import Line, chain
 from vibecalc.torsion.modes import natural_modes
-from vibecalc.torsion.synthesis import synthesis
 
 CASES = Path(__file__).resolve().parents[1] / "cases"
 #: sizes whose call takes longer than this are measured once

@@ -115,9 +115,10 @@ def mounted(text: str) -> Case:
 
 @cache
 def wanted_of(text: str, *paths: str) -> Record:
-    """The results below `isolation/torque_reaction/`, and `paths`, of a case's text."""
+    """The results of the supports and of the torque, and `paths`, of a case's text."""
     from vibecalc.core.run.plan import planned_quantities
 
     case = mounted(text)
-    reaction = [p for p in planned_quantities(case) if p.startswith("isolation/torque_reaction/")]
+    starts = ("isolation/torque_reaction/", "isolation/support_force/")
+    reaction = [p for p in planned_quantities(case) if p.startswith(starts) and "run_up" not in p]
     return run_case(case, wanted=frozenset([*reaction, *paths]))

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from exact_body import BodyTruth, about_centre
@@ -17,6 +17,15 @@ from vibecalc.schema import Case
 #: a path, the entries of the result that are compared, and their exact values
 Truth = tuple[str, np.ndarray, Any]
 RUN_UP_SPEEDS = 5
+
+
+class Upright(NamedTuple):
+    """Of each mount: motion and force upwards ([component][order]), sag and share of the weight."""
+
+    motion: list[Any]
+    force: list[Any]
+    sag: list[mpf]
+    share: list[mpf]
 
 
 def pitch_results(case: Case, record: Record, pitch: PitchTruth) -> Iterator[Truth]:
@@ -52,8 +61,13 @@ def pitch_results(case: Case, record: Record, pitch: PitchTruth) -> Iterator[Tru
     sag = pitch.sag()
     yield reported("support_displacement/sag", sag)
     yield reported("support_force/static", [k * s for k, s in zip(pitch.spring, sag, strict=True)])
+    for name, vectors in pitch.left_out.items():
+        parts = [[speed**2 * one[i] for one in vectors] for i in range(3)]
+        yield reported(f"pitch/{name}_left_out", cycle_peak(parts, pitch.orders)[0])
     moved = [[[-x * q for q in angle]] for x in pitch.place]
-    yield from _supports(record, pitch.orders, kept, moved, rows[1:], moved, sag)
+    share = [k * s for k, s in zip(pitch.spring, sag, strict=True)]
+    upright = Upright(moved, rows[1:], sag, share)
+    yield from _supports(record, pitch.orders, kept, moved, rows[1:], upright)
     if case.isolation is not None and case.isolation.run_up is not None:
         yield from _run_up(case, record, pitch, "lever_force", [0])
         yield from _run_up(case, record, pitch, "support_force", list(range(1, len(rows))))
@@ -83,9 +97,13 @@ def body_results(case: Case, record: Record, body: BodyTruth) -> Iterator[Truth]
     yield reported("body/rotation_harmonics", [x[3:] for x in each])
     moved = body.displacement(motion)
     up = up_of(case)
-    upwards = [[[sum(up * np.array(c)) for c in zip(*mount, strict=True)]] for mount in moved]
     rows = body.rows(speed, motion)
-    yield from _supports(record, body.orders, kept, moved, rows, upwards, body.sag)
+    upwards, lifting = (
+        [[[sum(up * np.array(c)) for c in zip(*mount, strict=True)]] for mount in each]
+        for each in (moved, rows)
+    )
+    upright = Upright(upwards, lifting, body.sag, body.share)
+    yield from _supports(record, body.orders, kept, moved, rows, upright)
     if case.isolation is not None and case.isolation.run_up is not None:
         yield from _run_up(case, record, body, "support_force", list(range(len(rows))))
 
@@ -102,8 +120,7 @@ def _supports(
     kept: list[int],
     moved: list[Any],
     forces: list[Any],
-    upwards: list[Any],
-    sag: list[mpf],
+    upright: Upright,
 ) -> Iterator[Truth]:
     for name, values in (("displacement", moved), ("force", forces)):
         path = f"isolation/support_{name}/steady_harmonics"
@@ -111,12 +128,30 @@ def _supports(
         yield path, record[path].values, exact
     path = "isolation/support_force/steady_peak"
     yield path, record[path].values, [cycle_peak(mount, orders)[0] for mount in forces]
-    heights = [cycle_peak(mount, orders)[0] for mount in upwards]
+    heights = [cycle_peak(mount, orders)[0] for mount in upright.motion]
     path = "isolation/support_displacement/vertical_peak"
     yield path, record[path].values, heights
     path = "isolation/support_displacement/excursion"
-    total = [abs(s) + h for s, h in zip(sag, heights, strict=True)]
-    yield path, record[path].values, total
+    ends = [
+        [abs(_highest(sense * s, mount, orders, -sense)) for sense in (1, -1)]
+        for s, mount in zip(upright.sag, upright.motion, strict=True)
+    ]
+    yield path, record[path].values, [max(one) for one in ends]
+    for name, sense in (("largest_load", 1), ("minimum_load", -1)):
+        path = f"isolation/support_force/{name}"
+        loads = [
+            sense * _highest(sense * s, mount, orders, -sense)
+            for s, mount in zip(upright.share, upright.force, strict=True)
+        ]
+        yield path, record[path].values, loads
+
+
+def _highest(constant: mpf, mount: list[Any], orders: list[int], sense: int) -> mpf:
+    """Highest value over a turn of a constant and one component, which counts with its sense."""
+    (harmonics,) = mount
+    far = 4 * (abs(constant) + sum(abs(one) for one in harmonics) + 1)
+    row = [far + constant, *(sense * one for one in harmonics)]
+    return cycle_peak([row], [0, *orders])[0] - far
 
 
 def _run_up(

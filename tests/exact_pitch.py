@@ -30,10 +30,15 @@ class PitchTruth:
         # the cases of this truth give a lever unless all mounts share one distance
         self.lever = mpf(given) if given is not None else abs(self.place[0])
         self.orders = shaking.orders
-        self.couple = [
-            (m - cross(body.centre, f)) @ frame.across
-            for f, m in zip(shaking.force, shaking.couple, strict=True)
+        about = [
+            m - cross(body.centre, f) for f, m in zip(shaking.force, shaking.couple, strict=True)
         ]
+        self.couple = [m @ frame.across for m in about]
+        #: per crank speed squared, of each order (3,): what turns no body that only pitches
+        self.left_out = {
+            "force": shaking.force,
+            "couple": [m - (m @ frame.across) * frame.across for m in about],
+        }
         self.weight = body.mass * mpf(case.isolation.gravity)
 
     def passing(self, rate: mpf) -> mpc:

@@ -18,9 +18,11 @@ from exact_train import Shaking, frame_of, masses_of, vector
 from mpmath import mpc, mpf
 
 from vibecalc.core.results.record import Record
+from vibecalc.core.results.renamed import current_path
 from vibecalc.schema import Case
 
 ROOT = "isolation/torque_reaction/"
+CAUSES = "isolation/support_force/by_cause"
 ORDERS, TIMES = 1024, 16
 #: samples over a turn for each order; places that are examined closer, and how often
 SAMPLES, CLOSER, ZOOMS = 8, 4, 4
@@ -121,7 +123,8 @@ def reaction_rows(
     """Every result but the order that is nearest, which is a number of a row."""
 
     def reported(name: str, exact: Any) -> tuple[str, Any, Any]:
-        return f"{ROOT}{name}", record[f"{ROOT}{name}"].values, exact
+        path = current_path(f"{ROOT}{name}")
+        return path, record[path].values, exact
 
     body = truth.body
     yield reported("couple", truth.couple)
@@ -161,10 +164,11 @@ def _over_the_turn(
         tops = [at + largest(one, measure) for one, at in zip(each, start, strict=True)]
         size = [float(np.abs(one).sum()) + abs(at) for one, at in zip(each, start, strict=True)]
         after = [float(np.abs(one[:, one.shape[1] // 2 :]).sum()) for one in each]
-        path = f"{ROOT}{name}"
+        path = CAUSES if name == "support_force_of_torque" else current_path(f"{ROOT}{name}")
         noise[path] = max(ROUNDING * s + a for s, a in zip(size, after, strict=True))
         found = -1.0 if name == "minimum_load" else 1.0
-        yield path, np.atleast_1d(record[path].values), [mpf(found * top) for top in tops]
+        values = record[path].values[:, 0] if path == CAUSES else record[path].values
+        yield path, np.atleast_1d(values), [mpf(found * top) for top in tops]
 
 
 def length_of(signal: np.ndarray) -> np.ndarray:

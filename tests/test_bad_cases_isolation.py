@@ -25,7 +25,7 @@ from vibecalc.isolation.rows import body_rows, pitch_rows
 from vibecalc.isolation.run_up import RunUp, run_up
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import SINGULAR
-from vibecalc.parts.matrices import assemble
+from vibecalc.parts.matrices import assemble, displacement_at
 from vibecalc.response.forced import UndrivenModes, dynamics
 from vibecalc.response.modal_damping import body_resonances, damping_ratio
 from vibecalc.response.modes import modes
@@ -141,7 +141,7 @@ def test_mounts_at_a_node_of_the_unbounded_mode_keep_a_finite_peak() -> None:
     none = 0.0 * stiffness
     matrices = assemble(gibson_body().mass_matrix, position, stiffness, none, none)
     shapes, load = modes(matrices), load_on(4)
-    readout = mount_readout(position, stiffness, none, none)
+    readout = mount_readout(displacement_at(position), stiffness, none, none)
     seen = shows(readout, shapes.shape, shapes.natural_frequency)
     resonances = body_resonances(matrices, shapes, load)
     undriven = UndrivenModes(left_out(resonances), shapes.shape, shapes.eigenvalue)

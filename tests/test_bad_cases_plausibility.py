@@ -6,12 +6,11 @@ from typing import Any
 
 import pytest
 from engine_cases import replaced
-from engine_mounted import SEPARATE, mounted
+from engine_mounted import SEPARATE
 from shipped_cases import CASES
 
 from vibecalc.core.case.load import load_case, validate
 from vibecalc.core.case.raw import set_key
-from vibecalc.core.run.machine_checks import machine_warnings
 from vibecalc.parts.cautions import implausible
 from vibecalc.schema import Case
 
@@ -68,12 +67,3 @@ def test_a_phase_of_many_degrees_with_its_unit_is_none(angle: float) -> None:
 @pytest.mark.parametrize("name", sorted(CASES))
 def test_shipped_cases_have_no_slip(name: str) -> None:
     assert implausible(load_case(CASES[name]).case) == []
-
-
-def test_limits_on_the_shaking_alone_are_named() -> None:
-    limit = '[[limit]]\nquantity = "isolation/support_force/{}"\nmax = "60 N"\nsource = "maker"\n'
-    words = "without the torque of the gas"
-    for name, reported in (("steady_peak", True), ("run_up_peak", False), ("static", False)):
-        text = SEPARATE.replace("[isolation]", "[isolation]\nrun_up = { to = 150.0 }")
-        case = mounted(text + limit.format(name))
-        assert any(words in text for text in machine_warnings(case)) is reported

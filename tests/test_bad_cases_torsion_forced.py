@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.critical_speeds import barred_ranges
 from vibecalc.torsion.forced import forced, modal_line
 from vibecalc.torsion.line import chain
 from vibecalc.torsion.modes import natural_modes
-from vibecalc.torsion.synthesis import synthesis
 
 PAIR = chain(np.ones(2), np.array([2.0]))
 

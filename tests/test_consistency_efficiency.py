@@ -89,7 +89,7 @@ def test_pitch_has_its_transmissibility_and_one_freedom_the_closed_form() -> Non
 
 def test_torque_of_the_cylinders_counts() -> None:
     _, record = record_of("pump")
-    supports = record["isolation/torque_reaction/support_force"]
+    supports = record["isolation/support_force/steady_harmonics"]
     ground = record[f"{ROOT}/force/ground"]
     names = [*ground.axes[1].values]
     columns = ["xyz".index(name) for name in names]

@@ -10,6 +10,7 @@ from shipped_cases import CASES
 
 from vibecalc.base_motion.model import stand_of
 from vibecalc.core.case.load import validate
+from vibecalc.core.results.renamed import current_path
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import NumericalFailure
@@ -22,6 +23,7 @@ from vibecalc.parts.matrices import displacement_at
 from vibecalc.parts.mounts import Mounts, build_mounts
 
 ROOT = "foundation/coupled"
+FORCE = "isolation/support_force/steady_harmonics"
 
 
 def deck() -> dict[str, Any]:
@@ -83,8 +85,16 @@ def test_motion_loads_and_power_are_those_of_dense_solves(on_body: tuple[Any, An
             ("machine/translation", motion[:3]), ("machine/rotation", motion[3:6]),
             ("body/translation", motion[6:9]), ("body/rotation", motion[9:]),
         ):  # fmt: skip
-            found = record[f"{ROOT}/{name}"].values[i]
+            found = record[current_path(f"{ROOT}/{name}")].values[i]
             assert found == pytest.approx(part, rel=1e-9, abs=1e-16 * scale)
+        upper = build_machine(case).mounts
+        for m, place in enumerate(upper.position):
+            below = displacement_at(place - np.array(case.foundation.position))
+            stretch = displacement_at(place) @ motion[:6] - below @ motion[6:]
+            lagging = upper.structural[m] + w * upper.damping[m]
+            force = (upper.stiffness[m] + 1j * lagging) @ stretch
+            found = record[FORCE].values[m, :, i]
+            assert found == pytest.approx(force, rel=1e-9, abs=1e-11 * scale)
         ground = rigid.T @ (mounts + springs) @ motion
         mine = [record[f"{ROOT}/ground/{what}"].values[i] for what in ("force", "couple")]
         assert np.concatenate(mine) == pytest.approx(ground, rel=1e-9, abs=1e-11 * scale)
@@ -112,6 +122,31 @@ def test_motion_loads_and_power_are_those_of_dense_solves(on_body: tuple[Any, An
         whole = mounts + springs
         moved = np.linalg.solve(whole - w**2 * mass, whole @ rigid)[:6]
         assert row == pytest.approx(np.abs(np.diag(moved)), rel=1e-9)
+
+
+def test_loads_of_the_mounts_and_the_run_up_are_those_on_the_foundation() -> None:
+    """Loads by sums over the cycle; forces over speed by runs at the speeds, far from rigid."""
+    table = deck()
+    first, last = 0.6 * table["machine"]["speed"], 1.1 * table["machine"]["speed"]
+    table["isolation"]["run_up"] = {"from": first, "to": last}
+    record = run_case(validate(table))
+    force = record[FORCE]
+    turn = np.exp(1j * np.outer(force.axes[2].values, np.linspace(0.0, 4.0 * np.pi, 8001)))
+    load = record["isolation/support_force/static"].values[:, None]
+    load = load - (force.values[:, 2] @ turn).real
+    for path, found in (("minimum_load", load.min(axis=1)), ("largest_load", load.max(axis=1))):
+        known = record[f"isolation/support_force/{path}"]
+        assert np.abs(known.values - found).max() <= known.error_estimate + 1e-5 * load.max()
+    curve = record["isolation/support_force/run_up"]
+    speeds = curve.axes[1].values
+    del table["isolation"]["run_up"]
+    for place in (0, len(speeds) // 3, len(speeds) // 2, -1):
+        table["machine"]["speed"] = float(speeds[place])
+        plain = run_case(validate(table))["isolation/support_force/steady_peak"].values
+        assert curve.values[:, place] == pytest.approx(plain, rel=1e-9)
+    del table["foundation"]
+    rigid = run_case(validate(table))["isolation/support_force/steady_peak"].values
+    assert np.all(np.abs(rigid / plain - 1.0) > 1e-3)
 
 
 def test_a_stiff_body_is_a_rigid_foundation_and_tables_of_it_are_the_same(
@@ -142,11 +177,12 @@ def test_a_stiff_body_is_a_rigid_foundation_and_tables_of_it_are_the_same(
     }  # fmt: skip
     by_tables = run_case(validate(table))
     # what is on tables has no ground below it: the loads are those of the mounts
-    pushed = by_tables[f"{ROOT}/mount_force"].values.sum(axis=0).T
+    pushed = by_tables[FORCE].values.sum(axis=0).T
     size = np.max(np.abs(pushed))
     assert by_tables[f"{ROOT}/ground/force"].values == pytest.approx(pushed, abs=1e-12 * size)
     for name in ("machine/translation", "body/rotation", "power", "mount_force", "foot"):
-        found, known = by_tables[f"{ROOT}/{name}"], record[f"{ROOT}/{name}"]
+        path = current_path(f"{ROOT}/{name}")
+        found, known = by_tables[path], record[path]
         size = np.max(np.abs(known.values))
         assert found.values == pytest.approx(known.values, rel=1e-8, abs=1e-10 * size)
         assert found.error_estimate < 1e-8 * size
@@ -182,7 +218,7 @@ def test_feet_are_springs_in_series_with_the_mounts() -> None:
     known = run_case(validate(series))["isolation/support_force/steady_harmonics"].values
     rows = [i for i in range(12) if np.max(np.abs(known[..., i])) > 1.0]
     assert rows
-    mine = found[f"{ROOT}/mount_force"].values
+    mine = found[FORCE].values
     total, other = mine[:, 2].sum(axis=0), known[:, 2].sum(axis=0)
     assert total[rows] == pytest.approx(other[rows], rel=2e-2)
     velocity = found[f"{ROOT}/foot"].values

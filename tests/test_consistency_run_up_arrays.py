@@ -21,7 +21,7 @@ from vibecalc.isolation.run_up_peaks import RunUpPeak
 from vibecalc.isolation.run_up_poles import pitch_sums, pole_sums
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
-from vibecalc.parts.matrices import assemble
+from vibecalc.parts.matrices import assemble, displacement_at
 from vibecalc.response.modal_damping import body_resonances, damped_poles, with_damped_poles
 from vibecalc.response.modes import Modes, modes
 
@@ -44,7 +44,7 @@ def together(
     """Matrices, modes and readout of machines side by side."""
     parts = [assemble(mass, *mounts) for mass, mounts in zip(masses, bodies, strict=True)]
     matrices = Matrices(*(np.stack(part) for part in zip(*parts, strict=True)))
-    read = [mount_readout(*mounts) for mounts in bodies]
+    read = [mount_readout(displacement_at(at), *held) for at, *held in bodies]
     readout = Readout(
         np.stack([one.spring for one in read]),
         np.stack([one.damper for one in read]),

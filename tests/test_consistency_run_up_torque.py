@@ -31,7 +31,7 @@ FEW = ('driven_machine = "separate"\n', 'driven_machine = "separate"\norders = 4
 STILL = ('driven_machine = "separate"\n', "orders = 4\n")
 ROTOR = ("[machine.body]", '[machine.rotor]\ninertia = "0.3 kg*m^2"\n[machine.body]')
 CURVE = "isolation/support_force/run_up"
-PEAK = "isolation/torque_reaction/support_force_peak"
+PEAK = "isolation/support_force/steady_peak"
 TEXTS = {
     "cards": replaced(SEPARATE, FEW, RUN_UP, CARDS),
     "on the body, small rotor": replaced(SEPARATE, STILL, ROTOR, RUN_UP),

@@ -16,8 +16,8 @@ from shipped_cases import CASES
 from vibecalc.core.case.load import load_case, resolve, validate
 from vibecalc.core.results.record import Record
 from vibecalc.core.run.run import run_case
+from vibecalc.numerics.synthesis import Cycles, synthesis
 from vibecalc.torsion.station_torques import record_harmonics
-from vibecalc.torsion.synthesis import Cycles, synthesis
 
 ROOT = "response/torsion"
 RATIO = 23.0 / 41.0

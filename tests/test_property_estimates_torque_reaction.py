@@ -23,11 +23,20 @@ from truth_report import Judged, judge_rows
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Record
+from vibecalc.core.results.renamed import current_path
 from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.run import run_case
 from vibecalc.schema import Case
 
 ROOT = "isolation/torque_reaction/"
+MOVED = "isolation/support_displacement"
+
+
+def of(name: str) -> str:
+    """Path of a result that stood there once."""
+    return current_path(f"{ROOT}{name}")
+
+
 DIGITS = 30
 MORE = 16
 FEW = (11,)
@@ -68,12 +77,13 @@ def judge_mounted(table: Table) -> list[Judged]:
     wide = {**table, "excitation": {**table["excitation"], "orders": _wide(record)}}
     many = _of(validate(wide))
     with mpmath.workdps(DIGITS):
-        rows = [*_by_order(case, record), *_over_the_cycle(record, many)]
+        rows = [*_by_order(case, record), *_over_the_cycle(case, record, many)]
         return list(judge_rows(rows, record))
 
 
 def _of(case: Case) -> Record:
-    wanted = [p for p in planned_quantities(case) if p.startswith(ROOT)]
+    starts = (ROOT, "isolation/support_", "isolation/body/")
+    wanted = [p for p in planned_quantities(case) if p.startswith(starts)]
     return run_case(case, wanted=frozenset(wanted))
 
 
@@ -96,7 +106,7 @@ def _by_order(case: Case, record: Record) -> Iterator[tuple[str, Any, Any]]:
     shaking = shaking_of(case, motion_of(case))
     body = BodyTruth(case, Shaking([], [], []))
     axis = vector(*(float(case.machine.crank_train.axis == name) for name in "xyz"))
-    force, shift, turn = [], [], []
+    force, shift, turn, moved = [], [], [], []
     for k, q in enumerate(order):
         load = np.concatenate([vector(0, 0, 0), vector(0, 0, 0)])
         if q == int(q) and int(q) <= len(shaking.force):
@@ -112,39 +122,52 @@ def _by_order(case: Case, record: Record) -> Iterator[tuple[str, Any, Any]]:
         motion = solve(dynamic, load)
         shift.append(list(motion[:3]))
         turn.append(list(motion[3:]))
+        moved.append([list(g @ motion) for g in body.seen])
         force.append([
             list((m.stiffness + mpc(0, 1) * (m.loss + w * m.damping)) @ (g @ motion))
             for m, g in zip(body.mounts, body.seen, strict=True)
         ])  # fmt: skip
-    yield f"{ROOT}translation", record[f"{ROOT}translation"].values, shift
-    yield f"{ROOT}rotation", record[f"{ROOT}rotation"].values, turn
-    turned = np.moveaxis(record[f"{ROOT}support_force"].values, -1, 0)
-    yield f"{ROOT}support_force", turned, force
+    yield of("translation"), record[of("translation")].values, shift
+    yield of("rotation"), record[of("rotation")].values, turn
+    turned = np.moveaxis(record[of("support_force")].values, -1, 0)
+    yield of("support_force"), turned, force
+    turned = np.moveaxis(record[f"{MOVED}/steady_harmonics"].values, -1, 0)
+    yield f"{MOVED}/steady_harmonics", turned, moved
     couple = average * axis
     still = solve(body.stiffness, np.concatenate([vector(0, 0, 0), couple]))
     held = [list(m.stiffness @ (g @ still)) for m, g in zip(body.mounts, body.seen, strict=True)]
-    yield f"{ROOT}mean_support_force", record[f"{ROOT}mean_support_force"].values, held
+    yield of("mean_support_force"), record[of("mean_support_force")].values, held
 
 
-def _over_the_cycle(record: Record, many: Record) -> Iterator[tuple[str, Any, Any]]:
+def _over_the_cycle(case: Case, record: Record, many: Record) -> Iterator[tuple[str, Any, Any]]:
     """Peaks and loads by samples of all orders of the wider run."""
-    force = many[f"{ROOT}support_force"].values
+    force = many[of("support_force")].values
     number = np.arange(1, force.shape[-1] + 1)
     angle = np.linspace(0.0, 2.0 * np.pi, 40 * len(number) + 1)
     wave = np.exp(1j * np.outer(number, angle))
     course = (force @ wave).real
-    yield (f"{ROOT}support_force_peak", record[f"{ROOT}support_force_peak"].values,
+    yield (of("support_force_peak"), record[of("support_force_peak")].values,
            np.sqrt(np.square(course).sum(1)).max(-1).tolist())  # fmt: skip
-    roll = (many[f"{ROOT}rotation"].values[:, 0] @ wave).real
+    up = ((many[f"{MOVED}/steady_harmonics"].values)[:, 2] @ wave).real
+    yield (f"{MOVED}/vertical_peak", record[f"{MOVED}/vertical_peak"].values,
+           np.abs(up).max(-1).tolist())  # fmt: skip
+    body = BodyTruth(case, Shaking([], [], []))
+    mean = float(record[f"{ROOT}mean_couple"].values)
+    axis = vector(*(mean * float(case.machine.crank_train.axis == name) for name in "xyz"))
+    still = solve(body.stiffness, np.concatenate([vector(0, 0, 0), axis]))
+    down = np.array([float(s - (g @ still)[2]) for s, g in zip(body.sag, body.seen, strict=True)])
+    yield (f"{MOVED}/excursion", record[f"{MOVED}/excursion"].values,
+           np.abs(down[:, None] - up).max(-1).tolist())  # fmt: skip
+    roll = (many[of("rotation")].values[:, 0] @ wave).real
     yield f"{ROOT}roll_peak", record[f"{ROOT}roll_peak"].values, [float(np.abs(roll).max())]
-    for name in ("minimum_load", "largest_load", "support_force_of_torque"):
+    for path in (of("minimum_load"), of("largest_load"), "isolation/support_force/by_cause"):
         # their own sums, of so many more orders
-        yield f"{ROOT}{name}", record[f"{ROOT}{name}"].values, many[f"{ROOT}{name}"].values.tolist()
+        yield path, record[path].values, many[path].values.tolist()
 
 
 def test_estimates_of_engines_on_mounts() -> None:
     judged = [one for seed in FEW for one in judge_mounted(random_mounted(seed))]
-    assert len(judged) == 11 * len(FEW)
+    assert len(judged) == 14 * len(FEW)
     assert sum(one.error > 0.0 for one in judged) > 0.8 * len(judged)
     assert [one for one in judged if one.too_low] == []
 

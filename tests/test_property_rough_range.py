@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.rough_range import rough_range
-from vibecalc.torsion.synthesis import synthesis
 
 
 @pytest.mark.parametrize("seed", range(8))

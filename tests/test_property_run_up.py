@@ -18,7 +18,7 @@ from vibecalc.isolation.rigid_body import mount_readout
 from vibecalc.isolation.rows import HarmonicsAt, Jet, body_rows
 from vibecalc.isolation.run_up import RunUp, RunUpPeak, cycle_peaks, run_up, run_up_peak
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.parts.matrices import assemble
+from vibecalc.parts.matrices import assemble, displacement_at
 from vibecalc.response.modal_damping import body_resonances
 from vibecalc.response.modes import modes
 from vibecalc.roll.turn import peak
@@ -48,7 +48,7 @@ def drawn(seed: int, light: float) -> tuple[Any, ...]:
     value = generator.normal(size=(len(orders), 6)) + 0j
     value *= np.exp(-generator.uniform(0.0, 1.5) * (orders - 1))[:, None]
     load = Bounded(value, 1e-16 * np.abs(value))
-    shapes, readout = modes(matrices), mount_readout(*mounts)
+    shapes, readout = modes(matrices), mount_readout(displacement_at(mounts[0]), *mounts[1:])
     own = shapes.natural_frequency
     stop = float(generator.choice([3.0 * own[-1], own[-1] / orders[0], own[2], 1.2 * own[0]]))
     start = float(generator.choice([0.0, 0.0, 0.3, 0.9])) * stop

@@ -7,13 +7,13 @@ import pytest
 
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.maxima import by_values
+from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.critical_speeds import barred_ranges, critical_speeds
 from vibecalc.torsion.line import Line, chain
 from vibecalc.torsion.section_loads import (
     ROWS,
     largest_half_range,
 )
-from vibecalc.torsion.synthesis import synthesis
 
 
 def test_both_ends_of_half_order_sums_are_found_and_attained():

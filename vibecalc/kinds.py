@@ -47,6 +47,7 @@ KINDS: dict[str, Kind] = {
         "pistons on a crankshaft whose speed is given, or found by its motor",
         needs=("crank_train", "speed"),
         driven=True,
+        gas="turn",
     ),
     "plate": Kind("a rigid plate with readings of its vibration"),
     "absorber": Kind(

@@ -9,12 +9,11 @@ from vibecalc.bearings.crank_loads import bearing_shares
 from vibecalc.bearings.rod_forces import RunningGear, mixed
 from vibecalc.excitation.adapter import rod_difference
 from vibecalc.excitation.gas_tables import (
-    GasForce,
     card_weights,
     force_at,
-    gas_force,
     pressure_with_error,
 )
+from vibecalc.excitation.model import force_curves
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 from vibecalc.parts.body import DIRECTIONS
@@ -168,19 +167,7 @@ def _of_cards(case: "Case", train: CrankTrain, runs: FloatArray) -> Gas:
 
 def _of_one_turn(case: "Case", train: CrankTrain, runs: FloatArray) -> Gas:
     """Pressure times area, or the force that a cylinder has of its own, over one turn."""
-    written = case.machine.crank_train
-    how = written.gas_interpolation or "linear"
-    area, common, count = train.geometry.piston_area, written.gas_pressure, len(train.names)
-    curves: list[GasForce | None] = []
-    for cylinder in written.cylinders:
-        given = cylinder.gas_force
-        if given is not None:
-            curves.append(gas_force(given.crank_angle, given.force, how))
-        elif common is not None:
-            force = area * np.asarray(common.pressure)
-            curves.append(gas_force(common.crank_angle, force, how))
-        else:
-            curves.append(None)
+    count, curves = len(train.names), force_curves(case.machine)
     if not any(curve is not None for curve in curves):
         return Gas(lambda angle, speed: _none(angle, speed, count), np.zeros(0))
     turned = train.crank_phase - train.bank_angle

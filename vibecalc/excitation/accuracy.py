@@ -23,7 +23,7 @@ def excitation_topics(scene: Scene) -> list[Topic]:
     """The peak of the largest component of force and of couple, each where there is one."""
     forcing: Forcing = scene.handed_on["forcing"]
     driven = at_speed(forcing.per_speed_squared, scene.case.machine.speed)
-    orders, kept, found = forcing.orders[: forcing.retained], forcing.retained, []
+    orders, kept, found = forcing.order[: forcing.retained], forcing.retained, []
     for name, unit, value, error in (
         ("force", "N", driven.force, driven.force_error),
         ("couple", "N*m", driven.couple, driven.couple_error),

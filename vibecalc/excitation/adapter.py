@@ -1,6 +1,6 @@
 """Adapter: pistons, turning weights, skewed conductors to forces and couples on the body."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from vibecalc.excitation.crank_forces import TurningWeights, crank_forces, turni
 from vibecalc.excitation.inertia_forces import Excitation, add, at_speed, size_of_terms
 from vibecalc.kinematics.adapter import PistonMotion
 from vibecalc.numerics.bounded import Bounded, reshaped, rounded
-from vibecalc.numerics.cycle_peak import cycle_peak
+from vibecalc.numerics.cycle_peak import cycle_peak, vector_cycle_peak
 from vibecalc.numerics.leading import side_by_side
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.crank_train import CrankTrain, RotatingMasses
@@ -107,9 +107,25 @@ class Forcing(NamedTuple):
     """
 
     per_speed_squared: Excitation
-    orders: np.ndarray
+    order: np.ndarray
     retained: int
     tail: np.ndarray
+
+
+class Orders(Protocol):
+    """Orders (m,) of forces or of what follows from them: the first `retained` are results.
+
+    Those behind them stand, `tail` (...) times, for all that is left out.
+    """
+
+    @property
+    def order(self) -> np.ndarray: ...
+
+    @property
+    def retained(self) -> int: ...
+
+    @property
+    def tail(self) -> np.ndarray | float: ...
 
 
 class FewOrders(NamedTuple):
@@ -132,22 +148,39 @@ class CyclePeak(NamedTuple):
     terms: float
 
 
-def left_out(harmonics: Bounded, forcing: Forcing) -> tuple[np.ndarray, np.ndarray]:
+def numbered(order: np.ndarray) -> np.ndarray:
+    """Orders (m,) as whole numbers, twice as much where some are halves: of two turns."""
+    doubled = np.rint(2.0 * order).astype(np.int64)
+    return doubled if np.any(doubled % 2) else doubled // 2
+
+
+def left_out(harmonics: Bounded, of: Orders) -> tuple[np.ndarray, np.ndarray]:
     """Rounding of the kept orders and size of the dropped ones, summed: (...) of (..., orders)."""
     value, error = harmonics
-    used, tail = forcing.retained, forcing.tail
+    used, tail = of.retained, of.tail
     dropped = np.abs(value[..., used:]).sum(-1)
     tail = np.reshape(tail, (*np.shape(tail), *(1,) * (dropped.ndim - np.ndim(tail))))
     return error[..., :used].sum(-1), tail * dropped
 
 
-def peak_with_tail(harmonics: Bounded, forcing: Forcing) -> CyclePeak:
+def peak_with_tail(harmonics: Bounded, of: Orders) -> CyclePeak:
     """Peaks of harmonics (..., orders), whose first axes are those of the points, if there are."""
-    used = forcing.retained
-    peak = cycle_peak(harmonics.value[..., :used], forcing.orders[:used])
-    rounding, dropped = left_out(harmonics, forcing)
+    used = of.retained
+    peak = cycle_peak(harmonics.value[..., :used], numbered(of.order[:used]))
+    rounding, dropped = left_out(harmonics, of)
     rounding = peak.error + rounding
     return CyclePeak(peak.value, rounding + dropped, size_of_terms(rounding))
+
+
+def length_over_cycle(vector: Bounded, of: Orders) -> CyclePeak:
+    """Largest length (...) over the cycle of vectors (..., directions, orders)."""
+    used = of.retained
+    peak = vector_cycle_peak(vector.value[..., :used], numbered(of.order[:used]))
+    rounding, dropped = left_out(vector, of)
+    whole = peak.error + np.linalg.norm(rounding + dropped, axis=-1)
+    return CyclePeak(
+        peak.value, whole, size_of_terms(peak.error + np.linalg.norm(rounding, axis=-1))
+    )
 
 
 def run_excitation(scene: Scene) -> None:

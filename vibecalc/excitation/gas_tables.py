@@ -277,6 +277,15 @@ def gas_force(angle: ArrayLike, force: ArrayLike, interpolation: str) -> GasForc
     return GasForce(start[order], polynomials[order], np.empty(0, dtype=complex))
 
 
+def card_of_force(gas: GasForce) -> GasCard:
+    """The same as a card, of a piston of 1 m^2; NumericalFailure where none can follow it."""
+    if not len(gas.node):
+        ends = np.linspace(0.0, TURN, 2 + len(gas.harmonics) // 4)
+        return fitted_card(lambda angle: force_at(gas, angle), ends.tolist(), TURN)
+    node = np.append(gas.node, gas.node[0] + TURN)
+    return GasCard(node, gas.coefficient, TURN, np.zeros(len(gas.node)))
+
+
 def force_at(gas: GasForce, angle: FloatArray) -> FloatArray:
     """Force in N at the cylinder's own crank angles, rad, of any turn."""
     if not len(gas.node):

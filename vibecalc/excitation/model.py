@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibecalc.excitation import pressure_cycle as pump_cycle
-from vibecalc.excitation.gas_tables import GasCard, gas_card
+from vibecalc.excitation.gas_tables import GasCard, GasForce, gas_card, gas_force
 from vibecalc.excitation.pressure_cycle import Liquid
 from vibecalc.kinematics.slider_crank import stroke
 from vibecalc.parts.crank_train import crank_geometry as train_geometry
@@ -125,6 +125,26 @@ def gas_cards(machine: Machine) -> tuple[Array, tuple[GasCard, ...]]:
     if train.pump_cycle is not None:
         return np.empty(0), (pump_card(machine),)
     return np.empty(0), ()
+
+
+def force_curves(machine: Machine) -> list[GasForce | None]:
+    """Force of the gas on each piston over its own turn: its own, or that of the common pressure.
+
+    None for a cylinder without any.
+    """
+    train = machine.crank_train
+    how, common = train.gas_interpolation or "linear", train.gas_pressure
+    area, curves = crank_geometry(machine).piston_area, list[GasForce | None]()
+    for cylinder in train.cylinders:
+        given = cylinder.gas_force
+        if given is not None:
+            curves.append(gas_force(given.crank_angle, given.force, how))
+        elif common is not None:
+            force = area * np.asarray(common.pressure)
+            curves.append(gas_force(common.crank_angle, force, how))
+        else:
+            curves.append(None)
+    return curves
 
 
 def motored_cards(machine: Machine, cards: Sequence[GasCard]) -> tuple[GasCard, ...]:

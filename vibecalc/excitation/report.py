@@ -37,6 +37,7 @@ _ENTRIES = ("sine", "cosine", "position_sine", "position_cosine")
 _HEADS = ("sin", "cos", "z sin m", "z cos m")
 _PREFIX = "excitation/balance/"
 _NOTHING = 1e-12
+_OF_MASS = ("excitation/mass/reciprocating", "excitation/mass/rotating")
 _BANKS = (
     *("sum", "position_sum", "rotating", "counter_rotating"),
     *("position_rotating", "position_counter_rotating"),
@@ -53,10 +54,20 @@ def balance(result: Result) -> tuple[list[str], set[str]]:
 
     At an optimum the table of the start follows: how they differ is what was asked.
     """
-    notes = "z: position along the crankshaft; the angle is that of the order"
-    lines, shown = _table(result.record, _PREFIX, f"Balance table ({notes})")
+    notes = "z along the crankshaft, angles of the order"
+    lines, shown = _table(result.record, _PREFIX, f"Balance table of equal cylinders ({notes})")
+    if lines and _masses_differ(result.record):
+        lines += paragraph(
+            "the masses of these cylinders differ: what is left of each order is under forces and "
+            "couples by order"
+        )
     before, begun = _table(result.record, AT_START + _PREFIX, "Balance table at the start")
     return stacked(lines, before), shown | begun
+
+
+def _masses_differ(record: Record) -> bool:
+    masses = (record.quantities.get(path) for path in _OF_MASS)
+    return any(one is not None and np.ptp(one.values) > 0.0 for one in masses)
 
 
 def _table(record: Record, prefix: str, title: str) -> tuple[list[str], set[str]]:

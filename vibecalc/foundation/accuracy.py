@@ -7,7 +7,6 @@ from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing
 from vibecalc.foundation.adapter import two_masses
-from vibecalc.foundation.coupled_results import COUPLED
 from vibecalc.foundation.model import stand_on_body
 from vibecalc.foundation.two_masses import motion
 from vibecalc.isolation.adapters.loads import body_loads
@@ -35,7 +34,7 @@ def coupled_topics(scene: Scene) -> list[Topic]:
 
     ask = Ask(
         "flexible foundation", "motion of both bodies", "motion by order",
-        f"{COUPLED}/machine/translation", "m", 2.0,
+        "isolation/body/translation_harmonics", "m", 2.0,
         "one step of refinement costs as much as the solution",
     )  # fmt: skip
     solver = ours(
@@ -51,7 +50,7 @@ def foundation_topics(scene: Scene) -> list[Topic]:
     one, up = two_masses(scene)
     speed, kept = scene.case.machine.speed, forcing.retained
     force = forcing.per_speed_squared.force[:kept, up] * speed**2
-    w = forcing.orders[:kept] * speed
+    w = forcing.order[:kept] * speed
     if not np.any(np.abs(force) > 0.0):
         return []
 

@@ -18,11 +18,11 @@ def run_foundation(scene: Scene) -> None:
     used, speed = forcing.retained, case.machine.speed
     natural = natural_frequencies(system)
     rounding = 16.0 * EPSILON * natural.max(axis=-1, keepdims=True)
-    axes = {"foundation_mode": np.arange(1, 3), "order": forcing.orders[:used]}
+    axes = {"foundation_mode": np.arange(1, 3), "order": forcing.order[:used]}
     scene.emit(f"{ROOT}/natural_frequency", Bounded(natural, rounding), axes=axes)
     per_square = forces_of(forcing.per_speed_squared)[..., up]
     square = np.asarray(speed**2)[..., None]
-    frequency = forcing.orders * np.asarray(speed)[..., None]
+    frequency = forcing.order * np.asarray(speed)[..., None]
     motions = motion(system, per_square.value * square, per_square.error * square, frequency)
     for name, result in (
         ("machine", motions.machine),

@@ -1,5 +1,8 @@
 """Adapter: loads of the machine onto machine and foundation, and what a rigid one would get."""
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
@@ -8,8 +11,8 @@ from vibecalc.excitation.inertia_forces import size_of_terms
 from vibecalc.foundation.coupled_results import COUPLED
 from vibecalc.foundation.impedance import CoupledMotion, FlexibleFoundation, on_flexible_foundation
 from vibecalc.foundation.model import flexible_foundation, stand_on_body
-from vibecalc.foundation.stage import kind_of
-from vibecalc.isolation.adapters.loads import BodyLoads, body_loads, steady_motion
+from vibecalc.isolation.adapters.loads import BodyLoads, motion_of_six, steady_motion
+from vibecalc.isolation.adapters.steady import Moved, emit_steady
 from vibecalc.isolation.efficiency import efficiency, is_more, rms
 from vibecalc.isolation.on_base import (
     Stand,
@@ -18,13 +21,13 @@ from vibecalc.isolation.on_base import (
     ground_load,
     transmissibility,
 )
-from vibecalc.isolation.on_mounts import OnMounts, on_mounts
-from vibecalc.numerics import bounded
+from vibecalc.isolation.on_mounts import OnMounts
+from vibecalc.isolation.rigid_body import displacement
 from vibecalc.numerics.bounded import Bounded, reshaped
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.parts.body import COORDINATES, DIRECTIONS, RigidBody
+from vibecalc.parts.mount_needs import foundation_kind
 from vibecalc.parts.mounts import Mounts
-from vibecalc.response.forced import MotionByOrder
 from vibecalc.response.modal_damping import damped_basis, damping_ratio, energy_fraction
 from vibecalc.response.modes import Modes, modes
 
@@ -38,35 +41,39 @@ def run_coupled(scene: Scene) -> None:
     given, body, mounts = scene.case.foundation, scene.parts.body, scene.parts.mounts
     if given is None or body is None or mounts is None:
         raise ValueError("[foundation] needs a body and mounts")
-    loads = body_loads(scene)
+    loads: BodyLoads = scene.handed_on["loads"]
     frequency = loads.order * scene.case.machine.speed
-    still = on_mounts(body, mounts, np.arange(6))
-    motion, _ = steady_motion(scene, still, loads.load, loads.order)
-    rigid = ground_load(alone(still.matrices), motion, frequency)
+    still: OnMounts = scene.handed_on["on_mounts"]
+    alone_moves, _ = motion_of_six(scene, still, loads)
+    rigid = ground_load(alone(still.matrices), alone_moves.motion, frequency)
     natural = still.shapes.natural_frequency
-    if kind_of(scene.case) == "body":
+    solve: Callable[[Bounded], CoupledMotion]
+    if foundation_kind(scene.case) == "body":
         stand = stand_on_body(given, body, mounts)
-        matrices = stand.system.matrices
-        both = damped_basis(matrices, modes(matrices))
-        together = OnMounts(mounts, np.arange(12), matrices, matrices, both)
-        found = _on_body(scene, stand, together, loads, frequency)
-        _emit_modes(scene, matrices, both)
-        natural = np.concatenate([natural, both.natural_frequency])
+        system = on_second_body(stand)
+        solve = partial(_on_body, scene, stand, system, loads.order)
+        scene.handed_on["on_mounts"] = system
+        _emit_modes(scene, system.matrices, system.shapes)
+        natural = np.concatenate([natural, system.shapes.natural_frequency])
         grid = frequency_grid(natural, highest=float(frequency[loads.retained - 1]))
         passing = transmissibility(stand.system, grid)
         words = "two rigid bodies, 12 x 12 complex dynamic stiffness"
     else:
         flexible = flexible_foundation(given, mounts.names)
         _inside(scene, flexible, loads, frequency)
-        found = on_flexible_foundation(body, mounts, flexible, frequency, loads.load)
+        solve = partial(on_flexible_foundation, body, mounts, flexible, frequency)
         grid = frequency_grid(natural, highest=float(frequency[loads.retained - 1]))
         passing = _through(body, mounts, flexible, grid)
         words = "mounts in series with the dynamic stiffness of their feet"
     source = "Harris and Piersol, Shock and Vibration Handbook, 5th ed. 2002, ch. 3 and 10"
     scene.cite(words, "motion of machine and foundation", source)
-    scene.handed_on["motion_on_foundation"] = MotionByOrder(
-        loads.order, loads.retained, loads.tail, found.machine
-    )
+    found = solve(loads.load)
+    known = {id(loads.load): found}
+
+    def moved(load: Bounded) -> Moved:
+        return _at_mounts(known.get(id(load)) or solve(load), mounts)
+
+    emit_steady(scene, mounts, loads, scene.handed_on["at_rest"], moved)
     _emit_motion(scene, found, loads, frequency)
     _emit_loads(scene, found.ground, rigid, loads)
     at_rest = transmissibility(alone(still.matrices), grid)
@@ -76,13 +83,29 @@ def run_coupled(scene: Scene) -> None:
         scene.emit(f"{COUPLED}/{name}/transmissibility", diagonal, axes=axes)
 
 
+def on_second_body(stand: Stand) -> OnMounts:
+    """The machine on its mounts on a second body, as one system of twelve coordinates."""
+    matrices = stand.system.matrices
+    shapes = damped_basis(matrices, modes(matrices))
+    reach, twelve = np.eye(6, 12), np.arange(12)
+    return OnMounts(stand.mounts, twelve, matrices, matrices, shapes, reach, stand.stretch)
+
+
+def _at_mounts(found: CoupledMotion, mounts: Mounts) -> Moved:
+    """The same as of a body on mounts."""
+    at_mounts = displacement(found.machine, mounts.position)
+    foot, force = (
+        reshaped(one, lambda part: np.moveaxis(part, 0, -1)) for one in (found.foot, found.force)
+    )
+    return Moved(found.machine, at_mounts, at_mounts - foot, force)
+
+
 def _on_body(
-    scene: Scene, stand: Stand, system: OnMounts, loads: BodyLoads, frequency: np.ndarray
+    scene: Scene, stand: Stand, system: OnMounts, order: np.ndarray, load: Bounded
 ) -> CoupledMotion:
     """Motion of two rigid bodies, read as that of a machine on a flexible foundation."""
-    none = np.zeros(loads.load.shape)
-    load = bounded.concatenate([loads.load, Bounded(none.astype(complex), none)])
-    motion, _ = steady_motion(scene, system, load, loads.order)
+    frequency = order * scene.case.machine.speed
+    motion, _ = steady_motion(scene, system, system.felt(load), order)
     column = Bounded(motion.value[:, None, :, None], motion.error[:, None, :, None])
     deflection = np.asarray(stand.stretch, dtype=complex) @ column
     force = (stand.passing(frequency) @ deflection)[..., 0]
@@ -147,17 +170,15 @@ def _emit_motion(
     scene: Scene, found: CoupledMotion, loads: BodyLoads, frequency: np.ndarray
 ) -> None:
     used = loads.retained
-    axes = {"half_order": loads.order[:used], "direction": DIRECTIONS}
-    for name, part in (("machine", found.machine), ("body", found.plate)):
-        if name == "machine" or np.any(part.value != 0.0) or kind_of(scene.case) == "body":
-            scene.emit(f"{COUPLED}/{name}/translation", part[:used, :3], axes=axes)
-            scene.emit(f"{COUPLED}/{name}/rotation", part[:used, 3:], axes=axes)
+    axes = {"half_order": loads.order[:used].astype(float), "direction": DIRECTIONS}
+    if np.any(found.plate.value != 0.0) or foundation_kind(scene.case) == "body":
+        scene.emit(f"{COUPLED}/body/translation", found.plate[:used, :3], axes=axes)
+        scene.emit(f"{COUPLED}/body/rotation", found.plate[:used, 3:], axes=axes)
     mounts = scene.parts.mounts
     names = mounts.names if mounts is not None else ()
     axes = {**axes, "mount": names}
-    for name, part in (("foot", found.foot), ("mount_force", found.force)):
-        moved = reshaped(part[:used], lambda one: np.moveaxis(one, 0, -1))
-        scene.emit(f"{COUPLED}/{name}", moved, axes=axes)
+    foot = reshaped(found.foot[:used], lambda one: np.moveaxis(one, 0, -1))
+    scene.emit(f"{COUPLED}/foot", foot, axes=axes)
     speed = found.foot * (1j * frequency[:, None, None])
     velocity = rms(speed, used, loads.tail).norm().value
     scene.emit(f"{COUPLED}/foot_velocity_rms", velocity, axes=axes)
@@ -166,7 +187,7 @@ def _emit_motion(
 
 def _emit_loads(scene: Scene, ground: Bounded, rigid: Bounded, loads: BodyLoads) -> None:
     used = loads.retained
-    axes = {"half_order": loads.order[:used], "direction": DIRECTIONS}
+    axes = {"half_order": loads.order[:used].astype(float), "direction": DIRECTIONS}
     for what, part in (("force", slice(0, 3)), ("couple", slice(3, 6))):
         held = loads.load[:, part]
         acting = rms(held, used, loads.tail).norm()

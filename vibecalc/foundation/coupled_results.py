@@ -56,8 +56,6 @@ ENTRIES = (
         "",
         "share of the kinetic energy that is in the machine",
     ),
-    entry(f"{COUPLED}/machine/translation", _ORDERS, "m", "machine at its reference point", PEAK),
-    entry(f"{COUPLED}/machine/rotation", _ORDERS, "rad", "rotation of the machine", PEAK),
     entry(f"{COUPLED}/body/translation", _ORDERS, "m", "foundation at its reference point", PEAK),
     entry(f"{COUPLED}/body/rotation", _ORDERS, "rad", "rotation of the foundation", PEAK),
     entry(
@@ -74,13 +72,6 @@ ENTRIES = (
         "velocity of what a mount stands on, length of the vector, all orders",
         RMS,
         headline=Headline("velocity of the foundation at a mount, r.m.s.", "mm/s"),
-    ),
-    entry(
-        f"{COUPLED}/mount_force",
-        "mount direction half_order",
-        "N",
-        "force of a mount on the foundation",
-        PEAK,
     ),
     entry(
         f"{COUPLED}/power",

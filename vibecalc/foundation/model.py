@@ -6,12 +6,11 @@ import numpy as np
 
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.foundation.impedance import Curve, FlexibleFoundation
-from vibecalc.foundation.stage import kind_of
 from vibecalc.foundation.tables import Flexibility, Foundation
 from vibecalc.foundation.two_bodies import Second, two_bodies
 from vibecalc.isolation.on_base import Stand
 from vibecalc.parts.body import COORDINATES, RigidBody, build_body
-from vibecalc.parts.mount_needs import frequency_counts, loads_count
+from vibecalc.parts.mount_needs import foundation_kind, frequency_counts, loads_count
 from vibecalc.parts.mounts import Mounts, build_mounts, free_motions, mount_entries
 from vibecalc.schema import Case
 
@@ -62,7 +61,7 @@ def _key(one: Flexibility) -> str:
 
 def coupled_problems(case: Case) -> list[Problem]:
     """Problems of a foundation with six freedoms, or of tables."""
-    given, kind = case.foundation, kind_of(case)
+    given, kind = case.foundation, foundation_kind(case)
     if given is None or kind in ("", "mass") or case.machine.mounts is None:
         return []
     if case.isolation is not None and case.isolation.model != "rigid_body":
@@ -78,6 +77,17 @@ def coupled_problems(case: Case) -> list[Problem]:
     if kind == "body":
         return [*_whole_body(given), *_springs(given)]
     return [*_names(case, given), *_twice(case, given), *_feeding(given)]
+
+
+def foundation_cautions(case: Case) -> list[str]:
+    """What is not computed on the foundation."""
+    run_up = case.isolation is not None and case.isolation.run_up is not None
+    if not run_up or foundation_kind(case) in ("", "body"):
+        return []
+    return [
+        "the run-up is that of the machine on a rigid foundation: a [foundation] of one mass or of "
+        "tables counts at the operating speed only; one with a body counts in both"
+    ]
 
 
 def _whole_body(given: Foundation) -> Iterator[Problem]:

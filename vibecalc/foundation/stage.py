@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING
 
 from vibecalc.core.run.stage import Leading, Stage, Subject, Unit, Work, below
 from vibecalc.errors import Problem
-from vibecalc.isolation.stage import orders_of_loads
+from vibecalc.isolation.stage import of_operating_speed, orders_of_loads, run_up_stage
 from vibecalc.kinematics.stage import orders_of_motion, orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
 from vibecalc.parts.firing import is_separate, torque_reaches_mounts
-from vibecalc.parts.mount_needs import why_alone
+from vibecalc.parts.mount_needs import foundation_kind, why_alone
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -23,8 +23,10 @@ def plan_foundation(case: "Case") -> Iterator[Stage]:
     """Planned where the case has [foundation]; the checks have seen to the rest."""
     if case.foundation is None:
         return
-    if kind_of(case) != "mass":
+    if foundation_kind(case) != "mass":
         yield _of_all_freedoms(case)
+        if foundation_kind(case) == "body":
+            yield from run_up_stage(case)
         return
     yield Stage(
         name="foundation",
@@ -50,19 +52,9 @@ def _work(case: "Case", orders: int) -> Work:
     return ((orders, "two_masses"),)
 
 
-def kind_of(case: "Case") -> str:
-    """What the foundation is; nothing without one."""
-    return "" if case.foundation is None else case.foundation.kind or "mass"
-
-
-def moves_with_machine(case: "Case") -> bool:
-    """Whether machine and foundation are solved together, in all motions of the machine."""
-    return kind_of(case) in ("body", "impedance")
-
-
 def _of_all_freedoms(case: "Case") -> Stage:
     """Machine and foundation in six freedoms each, or on a foundation of tables."""
-    body = kind_of(case) == "body"
+    body = foundation_kind(case) == "body"
     torque = torque_reaches_mounts(case)
     line = torque and case.machine.shaft_line is not None and not is_separate(case)
     without: tuple[str, ...] = () if body else ("/modes/",)
@@ -74,8 +66,8 @@ def _of_all_freedoms(case: "Case") -> Stage:
         parts=("body", "mounts", *(("crank_train",) * torque), *(("shaft_line",) * line)),
         orders="those that act on the body",
         cost=f"a solve of {'12 x 12' if body else 'the tables'} per order and frequency",
-        quantities=below("foundation/coupled/", without=without),
-        is_last=not case.point,
+        quantities=below("foundation/coupled/", without=without) + of_operating_speed(case),
+        is_last=not case.point and not (body and case.isolation and case.isolation.run_up),
         harmonics=orders_of_loads,
         work=_work_of_all,
         topics=("vibecalc.foundation.accuracy:coupled_topics",),
@@ -120,6 +112,7 @@ SUBJECT = Subject(
     },
     checks=("vibecalc.foundation.stage:foundation_problems",),
     last_checks=("vibecalc.foundation.model:coupled_problems",),
+    cautions=("vibecalc.foundation.model:foundation_cautions",),
     sections=(
         "vibecalc.foundation.report:foundation",
         "vibecalc.foundation.coupled_report:coupled",

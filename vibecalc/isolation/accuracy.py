@@ -12,19 +12,14 @@ from vibecalc.core.accuracy.kinds import (
 )
 from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import Forcing
-from vibecalc.excitation.inertia_forces import about_point, as_loads, at_speed
+from vibecalc.excitation.adapter import Forcing, numbered
+from vibecalc.excitation.inertia_forces import about_point
 from vibecalc.isolation.adapters.common import LARGEST, isolation_of
+from vibecalc.isolation.adapters.loads import BodyLoads
 from vibecalc.isolation.adapters.run_up import sections
-from vibecalc.isolation.adapters.torque_couple import couples_of
 from vibecalc.isolation.model import pitch_parts
-from vibecalc.isolation.results import TORQUE_REACTION_ROOT
-from vibecalc.isolation.rigid_body import displacement, mount_force
 from vibecalc.isolation.rows import Jet
 from vibecalc.isolation.run_up import cycle_peaks, run_up_peak
-from vibecalc.isolation.torque_reaction import with_shaking
-from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.matrices import Matrices as Linear
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.parts.matrices import assemble, displacement_at
@@ -35,7 +30,10 @@ def isolation_topics(scene: Scene) -> list[Topic]:
     """Force by order and peak over the cycle of the support with the largest; none at rest."""
     forcing: Forcing = scene.handed_on["forcing"]
     body, mounts, speed = scene.parts.body, scene.parts.mounts, scene.case.machine.speed
+    if LARGEST not in scene.record:
+        return []  # the foundation moves, and has questions of its own
     peaks, per = scene.record[LARGEST].values, forcing.per_speed_squared
+    order, kept = forcing.order[: forcing.retained], forcing.retained
     which = int(np.argmax(peaks))
     if body is None or mounts is None or not peaks[which] > 0.0:
         return []
@@ -45,7 +43,7 @@ def isolation_topics(scene: Scene) -> list[Topic]:
         train = scene.case.machine.crank_train
         own = pitch_parts(body, mounts, train.axis, train.stroke)
         square = np.square(own.position)
-        load = (about_point(per, own.centre).couple @ own.across)[:, None]
+        load = speed**2 * (about_point(per, own.centre).couple @ own.across)[:, None]
         held = (own.stiffness, own.damping, own.structural)
         parts = Matrices(np.array([[own.inertia]]), *(np.array([[square @ one]]) for one in held))
         there = np.array([[-own.position[which]]])
@@ -54,12 +52,13 @@ def isolation_topics(scene: Scene) -> list[Topic]:
     else:
         held = (mounts.stiffness, mounts.damping, mounts.structural)
         parts = Matrices(*assemble(body.mass_matrix, mounts.position, *held)[:4])
-        there, both = displacement_at(mounts.position[which]), as_loads(per)
+        loads: BodyLoads = scene.handed_on["loads"]
+        order, kept = loads.order[: loads.retained], loads.retained
+        there, both = displacement_at(mounts.position[which]), loads.load
         load = np.where(np.abs(both.value) > both.error, both.value, 0.0)
         spring = (mounts.stiffness[which] + 1j * mounts.structural[which]) @ there
         damper = mounts.damping[which] @ there
-    orders, kept = forcing.orders[: forcing.retained], forcing.retained
-    w, load = orders * speed, speed**2 * load[:kept]
+    w, load = order * speed, load[:kept]
     zero = np.zeros(parts.mass.shape)
     linear = Linear(parts.mass, parts.stiffness, parts.damping, parts.structural, *([zero] * 4))
 
@@ -68,7 +67,7 @@ def isolation_topics(scene: Scene) -> list[Topic]:
 
     def together(_: float) -> Answer:
         found = response(dynamics(linear, w), load, 0.0 * np.abs(load)).value
-        return Answer(read(found), float(len(forcing.orders)))
+        return Answer(read(found), float(2 * kept))
 
     name = f"support {mounts.names[which]!r} at {speed:.6g} rad/s, {kept} orders"
     path = "isolation/support_force/steady_harmonics"
@@ -78,7 +77,9 @@ def isolation_topics(scene: Scene) -> list[Topic]:
                   together, citation="Harris and Piersol (2002), ch. 3")  # fmt: skip
     found = [forced(ask, [solver], parts, w, load, read)]
     ask = Ask("isolation", "largest support force", name, LARGEST, "N")
-    return [*found, peak_over_cycle(ask, together(1.0).values.T, orders)]
+    peak = peak_over_cycle(ask, together(1.0).values.T, numbered(order))
+    half = bool(peak.position) and order[0] < 1.0
+    return [*found, peak._replace(position="half the crank angle [rad]") if half else peak]
 
 
 def run_up_topics(scene: Scene) -> list[Topic]:
@@ -121,37 +122,3 @@ def run_up_topics(scene: Scene) -> list[Topic]:
     return [
         peak_over_range(ask, [solver], curve, *ends, "crank speed [rad/s]", known, work="speeds")
     ]
-
-
-def torque_reaction_topics(scene: Scene) -> list[Topic]:
-    """The peak over the cycle at the most loaded support of an engine under its gas torque."""
-    body, mounts = scene.parts.body, scene.parts.mounts
-    if body is None or mounts is None or "forcing" not in scene.handed_on:
-        return []
-    if mounts.spectrum is not None:
-        return []
-    forcing, speed = scene.handed_on["forcing"], scene.case.machine.speed
-    held = (mounts.stiffness, mounts.damping, mounts.structural)
-    driven, couples = (
-        at_speed(forcing.per_speed_squared, speed),
-        couples_of(scene, forcing.retained),
-    )
-    shaking = Bounded(
-        np.concatenate([driven.force, driven.couple], axis=-1),
-        np.concatenate([driven.force_error, driven.couple_error], axis=-1),
-    )
-    order, couple = couples.order[: couples.retained], couples.added.value[: couples.retained]
-    given = Bounded(couple, np.zeros(len(order)))
-    loads = with_shaking(given, order, scene.parts.crank_train.axis, shaking)
-    system = dynamics(assemble(body.mass_matrix, mounts.position, *held), order * speed)
-    motion = displacement(response(system, loads.value, loads.error), mounts.position)
-    force, doubled = (
-        mount_force(motion, order * speed, *held).value,
-        np.rint(2.0 * order).astype(int),
-    )
-    worst = int(np.argmax(vector_cycle_peak(force, doubled).value))
-    words = f"of mount {mounts.names[worst]!r}, {len(order)} orders"
-    path = f"{TORQUE_REACTION_ROOT}/support_force_peak"
-    topic = peak_over_cycle(Ask("torque reaction", "peak of a support force", words, path, "N"),
-                            force[worst], doubled)  # fmt: skip
-    return [topic._replace(position=topic.position and "half the crank angle [rad]")]

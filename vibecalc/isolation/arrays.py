@@ -70,7 +70,7 @@ def hand_on_pitch(
     tail = np.broadcast_to(tail, count)
     couple = Bounded(*(np.broadcast_to(part, (count, part.shape[-1])) for part in couple))
     resonances = _of_points(pitch_resonances(pitch, couple[..., :used]), count)
-    orders = forcing.orders[:used]
+    orders = forcing.order[:used]
     sums, dependent = pitch_sums(pitch, readout, orders, couple[..., :used])
     scene.alone |= np.any(resonances.exposed() > 0.0, axis=-1) | dependent
 
@@ -78,7 +78,7 @@ def hand_on_pitch(
         one = _each_of(pitch, lambda part: part[machine])
         read = _read(readout, machine, row)
         kept, beyond = (
-            pitch_rows(one, read, forcing.orders[which], couple[machine][..., which])
+            pitch_rows(one, read, forcing.order[which], couple[machine][..., which])
             for which in (slice(used), few)
         )
         return with_left_out(kept, beyond, tail[machine])
@@ -89,12 +89,11 @@ def hand_on_pitch(
 
 def hand_on_bodies(scene: PointsScene, forcing: Forcing, system: OnMounts, load: Bounded) -> None:
     """Of rigid bodies, under loads (..., orders, f) per squared crank speed."""
-    mounts, keep, used = system.mounts, system.freedoms, forcing.retained
-    whole = mount_readout(mounts.position, mounts.stiffness, mounts.damping, mounts.structural)
-    readout = whole._replace(spring=whole.spring[..., keep], damper=whole.damper[..., keep])
+    mounts, used = system.mounts, forcing.retained
+    readout = mount_readout(system.stretch, mounts.stiffness, mounts.damping, mounts.structural)
     few, tail = few_orders(forcing)
     given, alone = run_ups_of_bodies(
-        scene.count, system.matrices, system.shapes, readout, forcing.orders, load, used, few, tail
+        scene.count, system.matrices, system.shapes, readout, forcing.order, load, used, few, tail
     )
     scene.alone |= alone
     scene.handed_on["run_up"] = given

@@ -73,7 +73,7 @@ def by_order(held: Bounded, ground: Bounded) -> Bounded:
     return efficiency(*both, acts, arrives)
 
 
-def rms(harmonics: Bounded, retained: int, tail: float) -> OverCycle:
+def rms(harmonics: Bounded, retained: int, tail: FloatArray | float) -> OverCycle:
     """Root of the mean square (...) over the cycle of amplitudes (orders, ...), 0 to peak.
 
     What is beyond the `retained` orders may add `tail` times the magnitudes that follow them.
@@ -86,7 +86,7 @@ def rms(harmonics: Bounded, retained: int, tail: float) -> OverCycle:
     return OverCycle(Bounded(value, error + more), error)
 
 
-def overall(vector: Bounded, order: FloatArray, retained: int, tail: float) -> Overall:
+def overall(vector: Bounded, order: FloatArray, retained: int, tail: FloatArray | float) -> Overall:
     """Of a vector (orders, components) over the cycle; orders are whole, or all are halves."""
     step = 1.0 if np.all(order % 1.0 == 0.0) else 0.5
     numbers = np.rint(order[:retained] / step).astype(np.int64)

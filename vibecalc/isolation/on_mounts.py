@@ -36,10 +36,13 @@ from vibecalc.response.spectral import (
 
 @dataclass(frozen=True, eq=False)
 class OnMounts:
-    """Matrices (f, f) of the motions `freedoms`, and modes that the damping leaves apart.
+    """Matrices (f, f) of a body on mounts, and modes that the damping leaves apart.
 
-    `whole` has all six. Where stiffness follows the frequency, `matrices` have that of `Mounts`,
-    `own` the modes at their own frequencies and `spectral` the matrices at all.
+    `reach` (6, f) takes its coordinates to the motion of the reference point, and loads there to
+    loads on the coordinates; `stretch` (..., mounts, 3, f) takes them to the deflection of each
+    mount. On a rigid ground the coordinates are the motions `freedoms`, and `whole` has all six; a
+    second body below has six more. Where stiffness follows the frequency, `matrices` have that of
+    `Mounts`, `own` the modes at their own frequencies and `spectral` the matrices at all.
     """
 
     mounts: Mounts
@@ -47,8 +50,14 @@ class OnMounts:
     whole: Matrices
     matrices: Matrices
     shapes: Modes
+    reach: np.ndarray
+    stretch: np.ndarray
     spectral: SpectralSystem | None = None
     own: tuple[OwnMode, ...] = ()
+
+    def felt(self, load: Bounded) -> Bounded:
+        """Loads (..., f) on the coordinates of loads (..., 6) about the reference point."""
+        return Bounded(load.value @ self.reach, load.error @ self.reach)
 
     def damping_ratio(self) -> Bounded:
         """Of each mode."""
@@ -112,7 +121,7 @@ class OnMounts:
         axis = self.mounts.axis
         if axis is None or not any(law.stop for law in self.mounts.laws):
             return None
-        along = (axis[:, None, :] @ displacement_at(self.mounts.position))[..., self.freedoms]
+        along = axis[:, None, :] @ self.stretch
         return Readout(along, np.zeros_like(along), 8.0 * UNIT_ROUNDOFF)
 
     def rows(
@@ -141,9 +150,11 @@ def on_mounts(body: RigidBody, mounts: Mounts, freedoms: np.ndarray) -> OnMounts
     """The system of a body on its mounts in some of the motions x y z rx ry rz."""
     whole = mounted(body, mounts)
     matrices = restricted(whole, freedoms)
+    reach = np.eye(6)[:, freedoms]
+    stretch = displacement_at(mounts.position)[..., freedoms]
     if mounts.spectrum is None:
         shapes = damped_basis(matrices, modes(matrices))
-        return OnMounts(mounts, freedoms, whole, matrices, shapes)
+        return OnMounts(mounts, freedoms, whole, matrices, shapes, reach, stretch)
     spectral = spectral_system(matrices, mounts, freedoms)
     own = tuple(own_modes(spectral))
-    return OnMounts(mounts, freedoms, whole, matrices, joined(own), spectral, own)
+    return OnMounts(mounts, freedoms, whole, matrices, joined(own), reach, stretch, spectral, own)

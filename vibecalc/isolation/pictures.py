@@ -99,6 +99,7 @@ FORCE_OVER_CYCLE = Curves(
 # ----------------------------------------------------------------------------
 
 _ROOT = "isolation/torque_reaction/"
+_FORCES = "isolation/support_force/steady_harmonics"
 #: of the largest order of a couple, what the last has to reach for ripples to be seen
 _RIPPLE = 2e-3
 
@@ -124,7 +125,7 @@ def _couple(result: Result) -> Quantity | None:
 
 def _loads(result: Result) -> Quantity | None:
     """What each support carries about its mean load, downwards, with that load in its name."""
-    found = sourced(over_turn(f"{_ROOT}support_force"), result)
+    found = sourced(over_turn(_FORCES), result) if _couple(result) is not None else None
     if found is None:
         return None
     up, still = _up(result), _still(result)
@@ -141,8 +142,8 @@ def _up(result: Result) -> int:
 def _still(result: Result) -> np.ndarray:
     """Mean load of each support."""
     weight = having(result.record, "isolation/support_force/static", "mount")
-    mean = having(result.record, f"{_ROOT}mean_support_force", "mount", "direction")
-    count = result.record[f"{_ROOT}support_force"].axes[0].values.size
+    mean = having(result.record, "isolation/support_force/mean", "mount", "direction")
+    count = result.record[_FORCES].axes[0].values.size
     load = np.zeros(count) if weight is None else np.asarray(weight.values)
     return load - (0.0 if mean is None else np.asarray(mean.values)[:, _up(result)])
 
@@ -150,7 +151,7 @@ def _still(result: Result) -> np.ndarray:
 def _lifted(plot: Plot) -> None:
     """Where a support carries nothing, if one comes near it."""
     curves = [y for _, y in plot.drawn]
-    names = labels(plot.result.record[f"{_ROOT}support_force"].axes[0])
+    names = labels(plot.result.record[_FORCES].axes[0])
     for name, load, (colour, _), y in zip(
         names, _still(plot.result), map(palette, range(len(names))), curves, strict=True
     ):

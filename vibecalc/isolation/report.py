@@ -26,6 +26,7 @@ from vibecalc.core.report.writing import (
     table,
 )
 from vibecalc.core.results.record import Record, Result
+from vibecalc.isolation.results import CAUSES
 
 # ----------------------------------------------------------------------------
 # What each mount carries and how far the body moves there: one line for each mount.
@@ -34,32 +35,31 @@ from vibecalc.core.results.record import Record, Result
 ROOT = "isolation/torque_reaction/"
 _FORCE = "isolation/support_force/"
 _MOVE = "isolation/support_displacement/"
+_LOADS = (
+    "least and largest over the cycle, with the weight and the mean torque; a negative load pulls "
+    "the support"
+)
 _FORCES = (
     (f"{_FORCE}static", "static", "N"),
-    (f"{_FORCE}rigid_peak", "held still", "N"),
-    (f"{_FORCE}steady_peak", "steady peak", "N"),
-    (f"{_FORCE}run_up_peak", "run-up peak", "N"),
+    (f"{_FORCE}rigid_peak", "held\nstill", "N"),
+    (f"{_FORCE}steady_peak", "peak at\nspeed", "N"),
+    (f"{_FORCE}minimum_load", "least\nload", "N"),
+    (f"{_FORCE}largest_load", "largest\nload", "N"),
+    (f"{_FORCE}run_up_peak", "peak in the\nrun-up", "N"),
     (f"{_FORCE}run_up_peak_speed", "at", "rpm"),
 )
 _MOVES = (
     (f"{_MOVE}sag", "static", "mm"),
-    (f"{_MOVE}vertical_peak", "vertical peak", "mm"),
-    (f"{_MOVE}excursion", "peak with static", "mm"),
+    (f"{_MOVE}vertical_peak", "vertical\npeak", "mm"),
+    (f"{_MOVE}excursion", "largest", "mm"),
 )
 
 
 def supports(record: Record) -> tuple[list[str], set[str]]:
-    """Tables of forces and of displacements per mount, and the paths shown.
-
-    Weights and shaking forces stand with those of the torque where the body has these too.
-    """
-    elsewhere = {path for path, _ in _SUPPORTS} if f"{ROOT}couple" in record else set()
-    forces = [one for one in _FORCES if one[0] not in elsewhere]
-    lines = stacked(
-        by_axis(record, "mount", "force on the ground", forces),
-        by_axis(record, "mount", "body at the mount", _MOVES),
-    )
-    return lines, {path for path, *_ in (*_FORCES, *_MOVES)}
+    """Tables of forces and of displacements per mount, and the paths shown."""
+    forces = by_axis(record, "mount", "force", _FORCES, 10, 11)
+    lines = stacked(forces, by_axis(record, "mount", "motion", _MOVES, 10, 11))
+    return lines + (paragraph(_LOADS) if forces else []), {path for path, *_ in (*_FORCES, *_MOVES)}
 
 
 # ----------------------------------------------------------------------------
@@ -126,6 +126,8 @@ _PITCH = tuple(
         "natural_frequency",
         "damping_ratio",
         "angle_peak",
+        "force_left_out",
+        "couple_left_out",
     )
 )
 _RIGID = "lever_force/rigid_peak"
@@ -209,18 +211,11 @@ def _modes(record: Record) -> tuple[list[str], set[str]]:
 # A machine on its mounts under the torque of its cylinders: couple, supports, modes met.
 # ----------------------------------------------------------------------------
 
+_MEAN = "isolation/support_force/mean"
 _SCALARS = (f"{ROOT}mean_couple", f"{ROOT}roll_peak")
 #: orders below this share of the largest one stay in the result file
 _SMALL = 1e-3
 _MOST = 16
-_SUPPORTS = (
-    (f"{ROOT}support_force_of_torque", "torque alone N"),
-    ("isolation/support_force/steady_peak", "shaking alone N"),
-    (f"{ROOT}support_force_peak", "both N"),
-    ("isolation/support_force/static", "weight N"),
-    (f"{ROOT}minimum_load", "minimum load N"),
-    (f"{ROOT}largest_load", "maximum load N"),
-)
 _SEPARATE = (
     "The driven machine stands elsewhere: the body takes minus the torque of all cylinders about "
     "the crankshaft, of what is in them and of inertia, and its mean."
@@ -233,17 +228,10 @@ _ON_BODY = (
 _ROTOR = (
     " The torque is the share that turns the rotor: what moves with the pistons takes the rest."
 )
-_INERTIA = " The part of the inertia is in the steady forces under Isolation, that of the gas not."
 _LINE = (
     "All of the shaft line stands on the body, under a load that does not alternate: the torque of "
     "the cylinders goes into the speed of the line, and the body takes minus the change of its "
     "angular momentum. The stator gives the mean torque back: none of it reaches the mounts."
-)
-_SHAKING = " The steady forces under Isolation are without this couple."
-_RUN_UP = " Its run-up has all of it."
-_LOADS = (
-    "peaks are of all orders with their phases, over the cycle; the loads count weight, mean "
-    "torque, torque and shaking; a negative load pulls the support"
 )
 
 
@@ -257,18 +245,15 @@ def torque_reaction(result: Result) -> Section | None:
     silent = tuple(table_of(result.case, "response", "torsion").get("misfire") or ())
     machine = table_of(result.case, "machine")
     if machine.get("shaft_line") and not separate:
-        words = _LINE + _SHAKING
+        words = _LINE
     else:
-        words = (_SEPARATE if separate else _ON_BODY) + _ROTOR * ("rotor" in machine) + _INERTIA
-    ran = bool(table_of(result.case, "isolation").get("run_up"))
-    lines = paragraph(words + _RUN_UP * ran)
+        words = (_SEPARATE if separate else _ON_BODY) + _ROTOR * ("rotor" in machine)
+    lines = paragraph(words)
     if silent:
         lines += paragraph(f"Without combustion in cylinder {', '.join(map(str, silent))}.")
-    drawn = ("translation", "rotation", "support_force", "mean_support_force")
-    shown = {path for name in drawn if (path := f"{ROOT}{name}") in record}
     kind = machine.get("kind") or "engine"
     title = f"Torque reaction: {kind} on its mounts, all orders"
-    blocks = [(lines, shown), scalars(record, _SCALARS, ROOT), _supports(record)]
+    blocks = [(lines, {_MEAN}), scalars(record, _SCALARS, ROOT), _causes(record)]
     details = {"couple of the torque by order": _orders(record)}
     return section(title, blocks, details | {"orders next to the modes": _modes_met(record)})
 
@@ -278,7 +263,7 @@ def _orders(record: Record) -> tuple[list[str], set[str]]:
     couple = having(record, f"{ROOT}couple", "half_order")
     if couple is None:
         return [], set()
-    turning = having(record, f"{ROOT}rotation", "half_order", "direction")
+    turning = having(record, "isolation/body/rotation_harmonics", "order", "direction")
     size = magnitudes(couple)
     large = np.flatnonzero((size > 4.0 * couple.error_estimate) & (size >= _SMALL * size.max()))
     columns = [Column("order", 8), number("couple N m", 16), number("phase deg", 12)]
@@ -302,9 +287,22 @@ def _orders(record: Record) -> tuple[list[str], set[str]]:
     return lines + (paragraph(words) if left else []), {couple.path}
 
 
-def _supports(record: Record) -> tuple[list[str], set[str]]:
-    lines = by_axis(record, "mount", "support", _SUPPORTS, 12, 13)
-    return lines and lines + paragraph(_LOADS), {path for path, _ in _SUPPORTS if ROOT in path}
+def _causes(record: Record) -> tuple[list[str], set[str]]:
+    """Largest force on each support by each cause alone, and by all of them."""
+    parts = having(record, CAUSES, "mount", "cause")
+    whole = having(record, f"{_FORCE}steady_peak", "mount")
+    if parts is None or whole is None:
+        return [], set()
+    names = [*labels(parts.axes[1]), "all"]
+    columns = [Column("support", 12), *(number(f"{name} N", 26) for name in names)]
+    rows = [
+        [label, *(show(one, parts.error_estimate) for one in (*alone, together))]
+        for label, alone, together in zip(
+            labels(parts.axes[0]), parts.values, whole.values, strict=True
+        )
+    ]
+    words = "peaks over the cycle by each cause alone: they do not add up"
+    return table(columns, rows) + paragraph(words), {parts.path}
 
 
 def _modes_met(record: Record) -> tuple[list[str], set[str]]:

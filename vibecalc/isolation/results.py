@@ -1,6 +1,14 @@
 """Results of the body on its mounts, under shaking forces or the torque of its cylinders."""
 
-from vibecalc.core.results.record import CANCELS, ORDERS, PEAK, RESONANCE, Headline, entry
+from vibecalc.core.results.record import (
+    CANCELS,
+    DIFFERENCE,
+    ORDERS,
+    PEAK,
+    RESONANCE,
+    Headline,
+    entry,
+)
 from vibecalc.isolation.efficiency_results import AXES as EFFICIENCY_AXES
 from vibecalc.isolation.efficiency_results import EFFICIENCY_ENTRIES
 from vibecalc.isolation.mount_results import MOUNT_ENTRIES
@@ -8,6 +16,28 @@ from vibecalc.isolation.mount_results import MOUNT_ENTRIES
 # ----------------------------------------------------------------------------
 # Results of the body on its mounts.
 # ----------------------------------------------------------------------------
+
+CAUSES = "isolation/support_force/by_cause"
+#: of those that are of the torque of the cylinders, where it reaches the mounts
+OF_TORQUE = (
+    CAUSES,
+    "isolation/support_force/mean",
+    *(f"isolation/torque_reaction/{name}" for name in ("couple", "mean_couple", "roll_peak")),
+)
+NEAREST = ("isolation/torque_reaction/nearest_order", "isolation/torque_reaction/margin")
+#: of the operating speed, computed on the foundation of the case where that moves
+STEADY = (
+    "isolation/body/translation_harmonics",
+    "isolation/body/rotation_harmonics",
+    *(
+        f"isolation/support_{what}"
+        for what in (
+            "force/steady_harmonics", "force/steady_peak", "force/largest_load",
+            "force/minimum_load", "displacement/steady_harmonics", "displacement/vertical_peak",
+            "displacement/excursion",
+        )
+    ),
+)  # fmt: skip
 
 ISOLATION_ENTRIES = (
     entry(
@@ -60,6 +90,22 @@ ISOLATION_ENTRIES = (
         "largest pitch angle over a turn",
         PEAK,
         name="pitch angle at speed, peak",
+    ),
+    entry(
+        "isolation/pitch/force_left_out",
+        "",
+        "N",
+        "largest shaking force over a turn: a body that only pitches does not follow it",
+        PEAK,
+        headline=Headline("shaking force that pitch leaves out, peak", "N"),
+    ),
+    entry(
+        "isolation/pitch/couple_left_out",
+        "",
+        "N*m",
+        "the same of the couple across the axis of pitch, about the mass centre",
+        PEAK,
+        headline=Headline("shaking couple that pitch leaves out, peak", "N*m"),
     ),
     entry(
         "isolation/modes/natural_frequency",
@@ -160,11 +206,34 @@ ISOLATION_ENTRIES = (
         "N",
         "largest dynamic force of one support over a turn",
         PEAK,
-        headline=Headline(
-            "force on a support at speed, peak",
-            "N",
-            unless="isolation/torque_reaction/support_force_peak",
-        ),
+        headline=Headline("force on a support at speed, peak", "N"),
+    ),
+    entry(
+        "isolation/support_force/largest_load",
+        "mount",
+        "N",
+        "largest load on a support over the cycle: weight, mean torque and dynamic force",
+    ),
+    entry(
+        "isolation/support_force/minimum_load",
+        "mount",
+        "N",
+        "least load over the cycle; negative: the support is pulled",
+        exempt=DIFFERENCE,
+        headline=Headline("minimum load on a support", "N", pick="least"),
+    ),
+    entry(
+        CAUSES,
+        "mount cause",
+        "N",
+        "largest dynamic force of one support by one cause alone",
+        PEAK,
+    ),
+    entry(
+        "isolation/support_force/mean",
+        "mount direction",
+        "N",
+        "force of one support on the ground by the mean torque",
     ),
     entry(
         "isolation/support_force/run_up",
@@ -214,7 +283,7 @@ ISOLATION_ENTRIES = (
         "isolation/support_displacement/excursion",
         "mount",
         "m",
-        "sag plus largest vertical displacement",
+        "largest deflection over the cycle: sag, mean torque and vertical displacement",
         PEAK,
         headline=Headline("deflection of a mount with its sag, peak", "mm"),
     ),
@@ -249,7 +318,7 @@ MAXIMA_ENTRIES = (
 )
 
 # ----------------------------------------------------------------------------
-# Results of an engine on its mounts under the torque of its cylinders, with what shakes it.
+# What the torque of the cylinders is for the body; its part in the forces of the supports is above.
 # ----------------------------------------------------------------------------
 
 TORQUE_REACTION_ROOT = "isolation/torque_reaction"
@@ -270,67 +339,12 @@ TORQUE_REACTION_ENTRIES = (
         headline=Headline("torque reaction, mean", "N*m"),
     ),
     entry(
-        f"{TORQUE_REACTION_ROOT}/translation",
-        "half_order direction",
-        "m",
-        "displacement of the reference point, with the shaking",
-        PEAK,
-    ),
-    entry(
-        f"{TORQUE_REACTION_ROOT}/rotation",
-        "half_order direction",
-        "rad",
-        "rotation, with the shaking",
-        PEAK,
-    ),
-    entry(
         f"{TORQUE_REACTION_ROOT}/roll_peak",
         "",
         "rad",
         "largest angle about the crankshaft over the cycle, without the mean",
         PEAK,
         headline=Headline("roll of the body by torque, peak", "mrad"),
-    ),
-    entry(
-        f"{TORQUE_REACTION_ROOT}/support_force",
-        "mount direction half_order",
-        "N",
-        "dynamic force of one support on the ground, with the shaking",
-        PEAK,
-    ),
-    entry(
-        f"{TORQUE_REACTION_ROOT}/support_force_peak",
-        "mount",
-        "N",
-        "largest dynamic force of one support over the cycle, with the shaking",
-        PEAK,
-        headline=Headline("force on a support with torque, peak", "N"),
-    ),
-    entry(
-        f"{TORQUE_REACTION_ROOT}/support_force_of_torque",
-        "mount",
-        "N",
-        "the same by the couple of the torque alone",
-        PEAK,
-    ),
-    entry(
-        f"{TORQUE_REACTION_ROOT}/mean_support_force",
-        "mount direction",
-        "N",
-        "force of one support on the ground by the mean torque",
-    ),
-    entry(
-        f"{TORQUE_REACTION_ROOT}/largest_load",
-        "mount",
-        "N",
-        "largest load on a support over the cycle: weight, mean torque and dynamic force",
-    ),
-    entry(
-        f"{TORQUE_REACTION_ROOT}/minimum_load",
-        "mount",
-        "N",
-        "least load over the cycle; negative: the support is pulled",
-        headline=Headline("minimum load on a support", "N", pick="least"),
     ),
     entry(
         f"{TORQUE_REACTION_ROOT}/nearest_order",
@@ -349,6 +363,7 @@ TORQUE_REACTION_ENTRIES = (
 #: axis name -> (unit, long name)
 AXES = {
     "mount": ("", "mount"),
+    "cause": ("", "what acts on the body"),
     "maximum": ("", "local maximum, by support and speed"),
     **EFFICIENCY_AXES,
     "deflection": ("m", "compression of a mount along its axis"),

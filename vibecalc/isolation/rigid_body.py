@@ -235,9 +235,8 @@ def passing_force(motion: Bounded, passing: np.ndarray) -> Bounded:
 
 
 def mount_readout(
-    position: np.ndarray, stiffness: np.ndarray, damping: np.ndarray, structural: np.ndarray
+    stretch: np.ndarray, stiffness: np.ndarray, damping: np.ndarray, structural: np.ndarray
 ) -> Readout:
-    """Force of each mount on the ground, rows of three components, for a rigid body."""
-    transform = displacement_at(position)
+    """Force of each mount on what it stands on, rows of three components, by its `stretch`."""
     rounding = (8 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
-    return Readout((stiffness + 1j * structural) @ transform, damping @ transform, rounding)
+    return Readout((stiffness + 1j * structural) @ stretch, damping @ stretch, rounding)

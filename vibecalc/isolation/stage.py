@@ -14,6 +14,7 @@ from vibecalc.isolation.mount_results import (
     OF_RUN_UP,
     OF_STOPS,
 )
+from vibecalc.isolation.results import NEAREST, OF_TORQUE, STEADY
 from vibecalc.kinematics.stage import orders_given, orders_of_motion, orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
 from vibecalc.parts.firing import (
@@ -22,7 +23,14 @@ from vibecalc.parts.firing import (
     is_separate,
     torque_reaches_mounts,
 )
-from vibecalc.parts.mount_needs import frequency_counts, has_stops, loads_count, why_alone
+from vibecalc.parts.mount_needs import (
+    foundation_kind,
+    frequency_counts,
+    has_stops,
+    loads_count,
+    moves_with_machine,
+    why_alone,
+)
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -30,41 +38,23 @@ if TYPE_CHECKING:
 ORDERS = "half ones of four strokes, else whole ones, and as many again for the error"
 
 
-def plan_torque_reaction(case: "Case") -> Iterator[Stage]:
-    """Planned where the torque of the cylinders reaches the mounts."""
-    if not torque_reaches_mounts(case):
-        return
-    separate = is_separate(case)
-    line = case.machine.shaft_line is not None and not separate
-    where = "elsewhere" if separate else "on the body" + ", with a shaft line" * line
-    yield Stage(
-        name="torque reaction",
-        adapter="vibecalc.isolation.adapters.torque_reaction:run_torque_reaction",
-        why=f"[isolation] is in the case, torque in the cylinders of the {case.machine.kind}, "
-        f"its driven machine {where}",
-        parts=("crank_train", "body", "mounts") + (("shaft_line",) if line else ()),
-        orders=ORDERS,
-        cost=f"one solve per order at {case.machine.speed:.6g} rad/s",
-        quantities=below("isolation/torque_reaction/") + _of_mounts(case, moving=True, rest=False),
-        is_last=True,
-        harmonics=orders_of_reaction,
-        work=_work_of_reaction,
-        topics=("vibecalc.isolation.accuracy:torque_reaction_topics",),
-    )
-
-
-def _of_mounts(case: "Case", moving: bool, rest: bool = True) -> tuple[str, ...]:
+def _of_mounts(case: "Case") -> tuple[str, ...]:
     """Results of mounts whose load or frequency counts, at rest and in motion."""
     mounts = case.machine.mounts
     if mounts is None:
         return ()
-    stops = has_stops(mounts)
     return (
-        *((*AT_REST, LOAD_CURVE) if rest and loads_count(mounts) else ()),
-        *(OF_STOPS if rest and stops else ()),
-        *(MOVING if moving and stops else ()),
-        *(BY_ORDER if rest and frequency_counts(mounts) else ()),
+        *((*AT_REST, LOAD_CURVE) if loads_count(mounts) else ()),
+        *(OF_STOPS if has_stops(mounts) else ()),
+        *(BY_ORDER if frequency_counts(mounts) else ()),
     )
+
+
+def of_operating_speed(case: "Case") -> tuple[str, ...]:
+    """Results of a rigid body and its supports at speed, on whatever the mounts stand on."""
+    mounts = case.machine.mounts
+    stops = mounts is not None and has_stops(mounts)
+    return (*STEADY, *(MOVING * stops), *(OF_TORQUE * torque_reaches_mounts(case)))
 
 
 _PITCH_ONLY = ("isolation/pitch/", "isolation/lever_force/", "support_force/rigid_peak")
@@ -77,41 +67,56 @@ PEAKS = tuple(
 )
 _BODY_ONLY = ("isolation/modes/", "isolation/body/")
 #: of the stages next to it
-_OTHERS = ("run_up", "masked", "torque_reaction", "efficiency", "isolation/mounts/")
+_OTHERS = ("run_up", "masked", "efficiency", "isolation/mounts/")
 
 
 def plan_isolation(case: "Case") -> Iterator[Stage]:
     options = case.isolation
     if options is None:
         return
-    pitch = options.model == "pitch"
+    pitch, torque = options.model == "pitch", torque_reaches_mounts(case)
+    line = torque and case.machine.shaft_line is not None and not is_separate(case)
     speed = f"{case.machine.speed:.6g} rad/s"
-    quantities = below("isolation/", without=(*_OTHERS, *(_BODY_ONLY if pitch else _PITCH_ONLY)))
-    quantities += _of_mounts(case, moving=not torque_reaches_mounts(case))
+    without = (*_OTHERS, *(_BODY_ONLY if pitch else _PITCH_ONLY), *STEADY, *OF_TORQUE, *NEAREST)
+    quantities = below("isolation/", without=without) + _of_mounts(case)
+    if pitch:
+        quantities += STEADY[2:]
+    elif not moves_with_machine(case):
+        quantities += (*of_operating_speed(case), *(NEAREST * torque))
     yield Stage(
         name="isolation",
         adapter="vibecalc.isolation.adapters.pitch:run_isolation_pitch"
         if pitch
         else "vibecalc.isolation.adapters.rigid_body:run_isolation_rigid_body",
-        why=f'[isolation] is in the case, model = "{options.model}"',
-        parts=("body", "mounts"),
-        orders=orders_words(case),
+        why=f'[isolation] is in the case, model = "{options.model}"'
+        + ", with the torque of the cylinders" * torque,
+        parts=("body", "mounts", *(("crank_train",) * torque), *(("shaft_line",) * line)),
+        orders=ORDERS if torque else orders_words(case),
         cost="one solve per order at " + speed,
         quantities=quantities,
-        harmonics=orders_of_motion,
+        harmonics=orders_of_loads,
         work=_work_of_isolation,
         topics=("vibecalc.isolation.accuracy:isolation_topics",),
         leading=Leading(
             keys=MOUNT_KEYS | {"isolation.gravity", "isolation.lever"},
-            only=tuple(path for path in quantities if path != CURVE),
+            takes_all=not torque,
+            only=tuple(path for path in quantities if path not in (CURVE, *OF_TORQUE, *NEAREST)),
             why_not="motions in a plane are examined point by point"
             if options.model == "planar"
             else why_alone(case),
             most=2048 if pitch else 1024,
         ),
     )
-    if options.run_up is None:
+    if foundation_kind(case) != "body":
+        yield from run_up_stage(case)
+
+
+def run_up_stage(case: "Case") -> Iterator[Stage]:
+    """The run-up on what the mounts stand on; tables of a foundation count at the speed only."""
+    options = case.isolation
+    if options is None or options.run_up is None:
         return
+    pitch = options.model == "pitch"
     first, last = options.run_up.start, options.run_up.stop
     torque = torque_reaches_mounts(case)
     yield Stage(
@@ -134,7 +139,7 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
         work=_work_of_run_up,
         topics=("vibecalc.isolation.accuracy:run_up_topics",),
         leading=None
-        if torque
+        if torque or foundation_kind(case) == "body"
         else Leading(
             keys=MOUNT_KEYS,
             only=PEAKS if pitch else PEAKS[:2],
@@ -201,6 +206,8 @@ def _work_of_isolation(case: "Case", orders: int) -> Work:
     assert case.isolation is not None
     if case.isolation.model == "pitch":
         return ((orders, "pitch_solve"), (1, "modes"))
+    if torque_reaches_mounts(case):  # as many orders again, and each cause alone
+        return ((6 * orders, "body_solve"), (1, "modes"), (2 * orders, "order"))
     return ((orders, "body_solve"), (1, "modes"))
 
 
@@ -212,10 +219,6 @@ def _work_of_run_up(case: "Case", orders: int) -> Work:
 
 def _work_of_efficiency(case: "Case", orders: int) -> Work:
     return ((2 * orders + 6 * _CURVE, "body_solve"), (1, "modes"))
-
-
-def _work_of_reaction(case: "Case", orders: int) -> Work:
-    return ((4 * orders, "body_solve"), (2, "modes"), (2 * orders, "order"))
 
 
 def _entries(case: "Case", path: str, axis: str) -> Entries | None:
@@ -232,7 +235,6 @@ def _entries(case: "Case", path: str, axis: str) -> Entries | None:
 SUBJECT = Subject(
     stages=(
         plan_isolation,
-        plan_torque_reaction,
         plan_efficiency,
     ),
     concerns=lambda case: case.isolation is not None,

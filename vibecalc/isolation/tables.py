@@ -40,6 +40,12 @@ class Isolation(Table):
     lever: Length | None = Field(
         None, gt=0, description="couple over this lever is `lever_force`; default: of the mounts"
     )
+    loads: tuple[Literal["shaking", "torque"], ...] = Field(
+        ("shaking", "torque"),
+        min_length=1,
+        description="what acts on the body: shaking of the masses, torque of what is in the "
+        "cylinders; leave torque out for the shaking alone",
+    )
     run_up: RunUp | None = Field(None, description="also pass a range of speeds")
     run_up_maxima: Number | None = Field(
         None,
@@ -54,6 +60,13 @@ class Isolation(Table):
     )
     RULES = (
         needs("run_up_maxima", "run_up", allowed='run_up = { from = 0, to = "..." } with it'),
+        refuse(
+            "loads",
+            "the shaking always acts",
+            lambda t: "torque" in (given := t.data.get("loads") or ()) and "shaking" not in given,
+            allowed='loads = ["shaking"] or ["shaking", "torque"]',
+            hint="isolation/support_force/by_cause has the torque alone",
+        ),
         wants("machine.body", hint=_WITHOUT),
         wants("machine.mounts", hint=_WITHOUT),
         _no_matrix("body", "mass_matrix", "a body with mass and inertia"),

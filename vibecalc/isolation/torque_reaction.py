@@ -7,13 +7,11 @@ import numpy as np
 
 from vibecalc.isolation.rows import EMPTY, Couple, CoupleAt
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
 from vibecalc.response.modal_damping import modal_force
 from vibecalc.response.modes import Modes
 from vibecalc.torsion.forced import forced
 from vibecalc.torsion.line import Line
-from vibecalc.torsion.synthesis import synthesis
 
 # ----------------------------------------------------------------------------
 # What the torque of an engine's cylinders does to its body, about the crankshaft.
@@ -54,14 +52,6 @@ class NearestOrder(NamedTuple):
     order: np.ndarray
     margin: np.ndarray
     margin_error: np.ndarray
-
-
-class MountLoads(NamedTuple):
-    """Highest and lowest force (mounts,) over the cycle, with an absolute error, N."""
-
-    highest: np.ndarray
-    lowest: np.ndarray
-    error: np.ndarray
 
 
 def line_transfer(line: Line, spin_inertia: Bounded, frequency: np.ndarray) -> Bounded:
@@ -182,34 +172,6 @@ def with_shaking(
     value[whole] += shaking.value[place]
     error[whole] += shaking.error[place] + EPSILON * np.abs(value[whole])
     return Bounded(value, error)
-
-
-def torque_left_out(harmonics: Bounded, retained: int) -> np.ndarray:
-    """Error (...) of a sum over the first `retained` orders (..., m): rounding, and those beyond.
-
-    What follows the m orders is taken for as much again as those from `retained` to m.
-    """
-    beyond = TAIL * np.abs(harmonics.value[..., retained:]).sum(-1)
-    return np.asarray(harmonics.error[..., :retained].sum(-1) + beyond)
-
-
-def vector_peak(harmonics: Bounded, half_order: np.ndarray, retained: int) -> Bounded:
-    """Largest length (...) over the cycle of vectors (..., components, m) of halves of orders."""
-    doubled = np.rint(2.0 * half_order[:retained]).astype(np.int64)
-    peak = vector_cycle_peak(harmonics.value[..., :retained], doubled)
-    dropped = np.sqrt(np.square(torque_left_out(harmonics, retained)).sum(-1))
-    return Bounded(peak.value, peak.error + dropped)
-
-
-def extreme_loads(
-    harmonics: Bounded, half_order: np.ndarray, retained: int, constant: Bounded
-) -> MountLoads:
-    """Highest and lowest of a constant (mounts,) and its alternating part (mounts, m)."""
-    total = synthesis(half_order[:retained], harmonics.value[..., :retained])
-    highest, lowest = constant.value + total.highest, constant.value + total.lowest
-    error = total.error + torque_left_out(harmonics, retained) + constant.error
-    size = np.abs(constant.value) + np.maximum(np.abs(total.highest), np.abs(total.lowest))
-    return MountLoads(highest, lowest, error + UNIT_ROUNDOFF * size)
 
 
 def nearest_driven(

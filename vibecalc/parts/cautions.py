@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.kinds import asks_roll, finds_speed, gas_turns, has_crank_train, has_speed
+from vibecalc.kinds import asks_roll, finds_speed, has_crank_train, has_speed
 from vibecalc.parts import body_tables as parts
 from vibecalc.parts.body import DIRECTIONS, build_body, build_frame
 from vibecalc.parts.crank_train import build_crank_train, rod_share
@@ -258,8 +258,6 @@ def implausible(case: Case) -> list[str]:
 # ----------------------------------------------------------------------------
 
 NOTICEABLE = 1e-6
-#: results of [isolation] that have the shaking alone
-SHAKING = ("isolation/support_force/", "isolation/support_displacement/", "isolation/body/")
 
 
 def part_warnings(case: Case) -> list[str]:
@@ -273,7 +271,6 @@ def part_warnings(case: Case) -> list[str]:
         *_pitch_coupling(case),
         *_without_effect(case),
         *_rod(case),
-        *_shaking_alone(case),
     ]
 
 
@@ -318,8 +315,22 @@ def _orders(case: Case) -> list[str]:
     ]
 
 
+_REACHES = (
+    "it turns the body on its mounts in the model 'rigid_body' or 'planar', of a compressor or a "
+    "pump or of an engine with a firing order, without slave rods, unless driven_machine = "
+    "'cancels_torque'"
+)
+
+
 def _without_effect(case: Case) -> list[str]:
     machine, response = case.machine, case.response
+    gas, reaches = has_crank_train(machine) and has_gas(case), torque_reaches_mounts(case)
+    asked = case.isolation is not None and "torque" in case.isolation.loads
+    used = (
+        (response is not None and (response.torsion is not None or response.impact is not None))
+        or asks_roll(case)
+        or case.bearing_loads is not None
+    )
     mounts, switching = machine.mounts, None if response is None else response.switching
     impact = None if response is None else response.impact
     texts = {
@@ -330,23 +341,10 @@ def _without_effect(case: Case) -> list[str]:
         "[machine.joints] have no effect: their play is for [response.impact]": (
             machine.joints is not None and impact is None
         ),
-        "the gas pressure has no effect: only [response.impact] and the roll of the machine use "
-        "it": (
-            has_crank_train(machine)
-            and machine.crank_train.gas_pressure is not None
-            and not gas_turns(machine)
-            and impact is None
-            and not asks_roll(case)
-            and case.bearing_loads is None
-        ),
-        "the gas has no effect: without [response.torsion] it reaches the mounts in the model "
-        "'rigid_body' or 'planar', of an engine with a firing order, unless driven_machine = "
-        "'cancels_torque'": (
-            gas_turns(machine)
-            and has_gas(case)
-            and not torque_reaches_mounts(case)
-            and (response is None or response.torsion is None)
-            and case.bearing_loads is None
+        f"the gas has no effect: [response.torsion], [response.impact], the roll of the machine "
+        f"and [bearing_loads] use it, and {_REACHES}": gas and not reaches and not used,
+        f"the gas does not turn the body on its mounts: {_REACHES}": (
+            gas and used and case.isolation is not None and asked and not reaches
         ),
     }
     if mounts is not None:
@@ -391,23 +389,6 @@ def _rod(case: Case) -> list[str]:
     return [
         f"the rod's moment of inertia is {rod.inertia:.4g} kg*m^2, more than the {between:.4g} "
         "kg*m^2 of a rod whose material lies between its bearings: is it about the mass centre?"
-    ]
-
-
-def _shaking_alone(case: Case) -> list[str]:
-    """Targets that hold the shaking alone although the torque of the gas reaches the mounts."""
-    if not torque_reaches_mounts(case):
-        return []
-    named = dict.fromkeys(limit.quantity for limit in case.limit)
-    if case.optimisation is not None and case.optimisation.objective is not None:
-        named[case.optimisation.objective.quantity] = None
-    return [
-        f"{quantity} is of the shaking and the inertia torque, without the torque of the gas: "
-        "isolation/torque_reaction/ has all of it"
-        for quantity in named
-        if quantity.startswith(SHAKING)
-        and "run_up" not in quantity
-        and not quantity.endswith(("/sag", "/static"))
     ]
 
 

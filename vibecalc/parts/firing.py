@@ -126,7 +126,7 @@ def given_angles(machine: Data) -> list[float] | None:
 
 
 # ----------------------------------------------------------------------------
-# Does the torque of the cylinders of an engine or a pump reach its mounts?
+# Does the torque of the cylinders of an engine, a compressor or a pump reach its mounts?
 # ----------------------------------------------------------------------------
 
 
@@ -134,6 +134,8 @@ def torque_reaches_mounts(case: "Case") -> bool:
     """Whether a rigid body on mounts feels the torque of what is in the cylinders."""
     options, machine = case.isolation, case.machine
     if not gas_turns(machine) or options is None or options.model == "pitch":
+        return False
+    if "torque" not in options.loads or machine.crank_train.has_slave_rods:
         return False
     return has_gas(case) and _fires(case) and driven_machine(case) != "cancels_torque"
 
@@ -162,7 +164,7 @@ def has_gas(case: "Case") -> bool:
     """Whether the case says anything of the pressure in its cylinders."""
     train = case.machine.crank_train
     gas = (train.gas_pressure, train.gas_cards, train.gas_cycle, train.tangential_effort)
-    return any(gas) or bool(train.pump_cycle)
+    return any((*gas, train.pump_cycle)) or any(one.gas_force for one in train.cylinders)
 
 
 def _fires(case: "Case") -> bool:

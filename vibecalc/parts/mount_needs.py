@@ -38,3 +38,18 @@ def why_alone(case: "Case") -> str:
     if mounts is None or not (loads_count(mounts) or frequency_counts(mounts)):
         return ""
     return "mounts that follow load or frequency are solved point by point"
+
+
+# ----------------------------------------------------------------------------
+# What the mounts stand on.
+# ----------------------------------------------------------------------------
+
+
+def foundation_kind(case: "Case") -> str:
+    """What the foundation is; nothing without one."""
+    return "" if case.foundation is None else case.foundation.kind or "mass"
+
+
+def moves_with_machine(case: "Case") -> bool:
+    """Whether machine and foundation are solved together, in all motions of the machine."""
+    return foundation_kind(case) in ("body", "impedance")

@@ -3,10 +3,8 @@
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
+from vibecalc.excitation.adapter import peak_with_tail
 from vibecalc.excitation.inertia_forces import size_of_terms
-from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.cycle_peak import cycle_peak
-from vibecalc.parts.firing import torque_reaches_mounts
 from vibecalc.points.model import QUANTITIES, band_of, boundaries_of, readings_of
 from vibecalc.points.readings import Signals, in_band, rms, signals
 from vibecalc.points.results import BOUNDARY, ROOT, SEVERITY, ZONE
@@ -28,8 +26,8 @@ def run_points(scene: Scene) -> None:
         kept = harmonics[..., :used]
         scene.emit(f"{ROOT}/{name}", kept, axes=axes, terms=size_of_terms(kept.error))
         if scene.wants(f"{ROOT}/{name}_peak"):
-            peak = _peaks(harmonics, given)
-            scene.emit(f"{ROOT}/{name}_peak", peak, axes=axes)
+            peak = peak_with_tail(harmonics, given)
+            scene.emit(f"{ROOT}/{name}_peak", peak.value, peak.error, axes)
         values[name] = rms(harmonics, counts, used, given.tail)
         scene.emit(f"{ROOT}/{name}_rms", values[name], axes=axes)
     scene.cite(
@@ -64,24 +62,5 @@ def run_points(scene: Scene) -> None:
 
 def motion_of_body(scene: Scene) -> MotionByOrder:
     """Motion of the body at its speed by all that drives it, with the foundation if that moves."""
-    on_foundation: MotionByOrder | None = scene.handed_on.get("motion_on_foundation")
-    if on_foundation is not None:
-        return on_foundation
-    if torque_reaches_mounts(scene.case):
-        from vibecalc.isolation.adapters.torque_reaction import motion_with_torque
-
-        return motion_with_torque(scene)
     given: MotionByOrder = scene.handed_on["motion_by_order"]
     return given
-
-
-def _peaks(harmonics: Bounded, given: MotionByOrder) -> Bounded:
-    """Peaks (..., readings) over the cycle, what is left out in their errors."""
-    used = given.retained
-    whole = np.rint(2.0 * given.order[:used]).astype(np.int64)
-    peak = cycle_peak(harmonics.value[..., :used], whole)
-    beyond = np.abs(harmonics.value[..., used:]).sum(-1)
-    tail = np.reshape(
-        given.tail, (*np.shape(given.tail), *(1,) * (beyond.ndim - np.ndim(given.tail)))
-    )
-    return Bounded(peak.value, peak.error + harmonics.error[..., :used].sum(-1) + tail * beyond)

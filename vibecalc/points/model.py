@@ -5,12 +5,12 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import Problem
-from vibecalc.foundation.stage import moves_with_machine
 from vibecalc.kinds import gas_turns
 from vibecalc.numerics.rounding import FloatArray, IntArray
 from vibecalc.parts.body import DIRECTIONS
 from vibecalc.parts.firing import driven_machine, has_gas, torque_reaches_mounts
 from vibecalc.parts.matrices import displacement_at
+from vibecalc.parts.mount_needs import moves_with_machine
 from vibecalc.points.severity import grade
 from vibecalc.points.tables import BAND, GRADES, MeasuringPoint, VibrationSeverity
 from vibecalc.schema import Case
@@ -128,7 +128,6 @@ def points_cautions(case: Case) -> list[str]:
     """What the motion of the points lacks."""
     if not case.point or case.machine.body is None:
         return []
-    run_up = case.isolation is not None and case.isolation.run_up is not None
     texts = {
         "the vibration at points is computed without the torque of the gas on the body: "
         "[isolation] with model = 'rigid_body' or 'planar' includes it, where the case says when "
@@ -136,10 +135,6 @@ def points_cautions(case: Case) -> list[str]:
         "the vibration at points is that of the machine on a rigid foundation: a [foundation] of "
         "one mass moves up and down only, one with a body or flexibilities moves the points too": (
             case.foundation is not None and not moves_with_machine(case)
-        ),
-        "the vibration at points in the run-up is that of the machine on a rigid foundation; at "
-        "the operating speed it is with the motion of the [foundation]": (
-            run_up and moves_with_machine(case)
         ),
         "the vibration at points is that of the running machine on a base at rest: base_motion/ "
         "has what the motion of the base adds": case.base_motion is not None,

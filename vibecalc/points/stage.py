@@ -12,11 +12,11 @@ from vibecalc.core.run.stage import (
     Work,
     below,
 )
-from vibecalc.foundation.stage import moves_with_machine
 from vibecalc.isolation.stage import ORDERS, orders_of_loads, orders_of_reaction
 from vibecalc.kinematics.stage import orders_given, orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
 from vibecalc.parts.firing import torque_reaches_mounts
+from vibecalc.parts.mount_needs import moves_with_machine
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case

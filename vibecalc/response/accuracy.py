@@ -103,7 +103,7 @@ def _driven(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     value, error = load.value[: forcing.retained], load.error[: forcing.retained]
     value = np.where(np.abs(value) > 4.0 * error, value, 0.0)
     driven = np.any(value != 0.0, axis=-1)
-    return forcing.orders[: forcing.retained][driven], value[driven], error[driven]
+    return forcing.order[: forcing.retained][driven], value[driven], error[driven]
 
 
 def speeds_topics(scene: Scene) -> list[Topic]:
@@ -146,7 +146,7 @@ def operations_topics(scene: Scene) -> list[Topic]:
     forcing, system = forcing_of(scene), linear_system(scene)
     loads = operation_loads(scene, options.operations, options.balances)
     speed, kept = scene.case.machine.speed, forcing.retained
-    orders, weight = forcing.orders[:kept], mass_of(system.matrices)
+    orders, weight = forcing.order[:kept], mass_of(system.matrices)
 
     def at_operating_speed(load: Excitation) -> Bounded:
         return as_loads(at_speed(load, speed))

@@ -185,14 +185,11 @@ def roll_cautions(case: Case) -> list[str]:
 
 def _unused(case: Case) -> Iterator[str]:
     machine = case.machine
-    train = machine.crank_train if has_crank_train(machine) else None
     parts = {
         "[machine.motor]": machine.motor is not None and finds_speed(machine),
         "[machine.rotor]": machine.rotor is not None and not _turns_unsteadily(case),
         "[machine.shell]": machine.shell is not None,
         "[machine.friction]": machine.friction is not None,
-        "the gas force of a cylinder": train is not None
-        and any(cylinder.gas_force for cylinder in train.cylinders),
     }
     for name, there in parts.items():
         if there:

@@ -24,6 +24,7 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.cylinder_torque import gas_harmonics, gas_torque_at
 from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray, distinct
+from vibecalc.numerics.synthesis import DEGREE, cycle_of, synthesis
 from vibecalc.torsion.adapters.critical import undamped_speeds
 from vibecalc.torsion.adapters.curves import sweep
 from vibecalc.torsion.adapters.damper_design import build_problem
@@ -46,7 +47,6 @@ from vibecalc.torsion.line import (
     stiffness_matrix,
 )
 from vibecalc.torsion.modes import natural_modes
-from vibecalc.torsion.synthesis import DEGREE, cycle_of, synthesis
 from vibecalc.torsion.transient.march import (
     POINTS,
     StepBlock,

@@ -8,9 +8,9 @@ import numpy as np
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, maximum, rounded, sqrt, square
 from vibecalc.numerics.rounding import EPSILON, FloatArray
+from vibecalc.numerics.synthesis import Cycles, over_cycle
 from vibecalc.torsion.line import Line
 from vibecalc.torsion.modes import Modes, natural_modes
-from vibecalc.torsion.synthesis import Cycles, over_cycle
 
 # ----------------------------------------------------------------------------
 # A coupling by the values of its maker, each dependence as factors on its nominal values.

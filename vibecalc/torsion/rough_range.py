@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.synthesis import BLOCK, SINGLE, Cycles, cycle_of, synthesis
 from vibecalc.torsion.critical_speeds import RIVAL
-from vibecalc.torsion.synthesis import BLOCK, SINGLE, Cycles, cycle_of, synthesis
 
 # ----------------------------------------------------------------------------
 # Of sums over a cycle of which only the largest count, the bounds tell which these can be.

@@ -7,9 +7,9 @@ from numpy.typing import ArrayLike
 
 from vibecalc.numerics.bounded import Bounded, reshaped, rounded, square, where
 from vibecalc.numerics.rounding import ComplexArray, FloatArray
+from vibecalc.numerics.synthesis import over_cycle
 from vibecalc.torsion.forced import forced_masked
 from vibecalc.torsion.line import Line, complex_stiffness, loss_stiffness, stiffness_matrix
-from vibecalc.torsion.synthesis import over_cycle
 
 #: of a complex stiffness
 STIFFNESS_ROUNDINGS = 4.0

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
-from vibecalc.torsion.synthesis import Cycles
+from vibecalc.numerics.synthesis import Cycles
 
 # ----------------------------------------------------------------------------
 # Harmonics that act on a station next to the torques of cylinders.

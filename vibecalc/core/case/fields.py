@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -18,6 +19,7 @@ from pydantic import (
 from pydantic_core import core_schema
 
 from vibecalc.core.results.named import named
+from vibecalc.core.results.renamed import current_path
 from vibecalc.errors import UnitError
 from vibecalc.units import parse_quantity, split_number
 
@@ -261,6 +263,7 @@ Swept = Annotated[
 ]
 Point = tuple[Length, Length, Length]
 Name = Annotated[str, Field(min_length=1, max_length=80)]
+ResultPath = Annotated[Name, AfterValidator(current_path)]
 
 #: one number for all directions, or three along the mount's own axes
 StiffnessOrThree = Annotated[

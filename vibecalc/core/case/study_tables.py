@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field
 
 from vibecalc.core.case.choice_tables import Robust, Stock
-from vibecalc.core.case.fields import Labels, Name, Number, Swept, Table, Value, Where
+from vibecalc.core.case.fields import Labels, Name, Number, ResultPath, Swept, Table, Value, Where
 from vibecalc.core.case.rules import at_most_one, needs, no, one_of, refuse, unique
 
 # ----------------------------------------------------------------------------
@@ -60,7 +60,7 @@ class Variable(Table):
 class Objective(Table):
     """The quantity to make small or large; on an array its worst entry counts."""
 
-    quantity: Name = Field(description="result path")
+    quantity: ResultPath = Field(description="result path")
     where: Where = Field(default_factory=dict, description="picks entries along named axes")
     sense: Literal["min", "max"] = Field("min", description="make it small or large")
 
@@ -135,7 +135,7 @@ class Find(Table):
     )
     lower: Value = Field(description="smallest value examined, SI or with a unit")
     upper: Value = Field(description="largest value examined, SI or with a unit")
-    quantity: Name = Field(description="result path")
+    quantity: ResultPath = Field(description="result path")
     where: Where = Field(
         default_factory=dict,
         description="picks an entry along named axes; of several left the largest counts",
@@ -233,7 +233,7 @@ class Sweep(Table):
     axes: Annotated[tuple[Axis, ...], Field(max_length=16)] = Field(
         (), description="what varies; the last axis varies fastest"
     )
-    keep: Annotated[tuple[Name, ...], Field(max_length=200)] = Field(
+    keep: Annotated[tuple[ResultPath, ...], Field(max_length=200)] = Field(
         (), description="result paths to keep; default: single numbers, and those with a limit"
     )
     sampling: Literal["grid", "latin_hypercube", "sobol", "monte_carlo"] = Field(

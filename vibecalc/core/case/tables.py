@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from vibecalc.core.case.fields import Labels, Name, Number, Table, Value, Where
+from vibecalc.core.case.fields import Labels, Name, Number, ResultPath, Table, Value, Where
 from vibecalc.core.case.raw import get_key, tables_at
 from vibecalc.core.case.rules import Row, at_most_one, needs, refuse, same_length
 from vibecalc.errors import KeyPath, Problem, UnitError
@@ -42,7 +42,7 @@ _AT_START = refuse(
 class Reference(Table):
     """A published or measured number for this machine, shown next to ours."""
 
-    quantity: Name = Field(description="result path")
+    quantity: ResultPath = Field(description="result path")
     where: Where = Field(default_factory=dict, description="picks one entry along named axes")
     value: Value = Field(description="as printed: its last digit sets the default tolerance")
     unit: str = Field("", description="unit of the value, if the value does not carry it")
@@ -94,7 +94,7 @@ def _numbers(row: Row) -> Iterator[Problem]:
 class ReferenceTable(Table):
     """Published or measured numbers for many entries of one quantity, one row for each."""
 
-    quantity: Name = Field(description="result path")
+    quantity: ResultPath = Field(description="result path")
     axis: Name = Field(description="axis that the rows pick entries of")
     where: Where = Field(default_factory=dict, description="picks along the other axes")
     file: str = Field(
@@ -140,7 +140,7 @@ class ReferenceTable(Table):
 class Limit(Table):
     """A bound that a result has to keep; the optimiser takes the same list."""
 
-    quantity: Name = Field(description="result path")
+    quantity: ResultPath = Field(description="result path")
     where: Where = Field(default_factory=dict, description="picks entries along named axes")
     max: Value | None = Field(None, description="upper bound, SI or with a unit")
     min: Value | None = Field(None, description="lower bound, SI or with a unit")

@@ -7,15 +7,17 @@ import numpy as np
 
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import CyclePeak, Forcing, left_out
+from vibecalc.excitation.adapter import Orders, left_out
 from vibecalc.excitation.inertia_forces import size_of_terms
 from vibecalc.isolation.rows import HarmonicsAt, Readout
 from vibecalc.isolation.run_up_peaks import RunUpPeak
-from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.cycle_peak import vector_cycle_peak
+from vibecalc.numerics.bounded import Bounded, maximum
+from vibecalc.numerics.synthesis import synthesis
 from vibecalc.response.resonances import Resonances
 
 if TYPE_CHECKING:
+    from vibecalc.isolation.pitch import PitchStatic
+    from vibecalc.isolation.rigid_body import Static
     from vibecalc.isolation.tables import Isolation
 
 #: what speeds other than that of the machine are handed on for
@@ -26,10 +28,10 @@ OF_RUN_UP = tuple(
     and any(word in path for word in ("run_up", "masked", "torque_reaction"))
 )
 LARGEST = "isolation/support_force/steady_peak"
-HEIGHTS = (
-    "isolation/support_displacement/vertical_peak",
-    "isolation/support_displacement/excursion",
-)
+VERTICAL = "isolation/support_displacement/vertical_peak"
+#: with what is constant, the weight and the mean torque
+EXCURSION = "isolation/support_displacement/excursion"
+LOADS = ("isolation/support_force/largest_load", "isolation/support_force/minimum_load")
 
 
 class KeptRows(NamedTuple):
@@ -62,7 +64,8 @@ class RunUpSetup(NamedTuple):
     The orders are the whole numbers `harmonics` times `step`, which is 1/2 where a cycle is two
     turns; the frequencies of `resonances` are divided by it. `row_of` tells which of the rows each
     result reads: of the first `lever_rows` results, which are the couple over the lever, then of
-    the mounts. `travel` has the motion of each mount along its axis, where mounts have stops.
+    the mounts. `travel` has the motion of each mount along its axis, where mounts have stops;
+    `mean` the constant couples about the crankshaft at both ends of the range.
     """
 
     rows: HarmonicsAt
@@ -75,6 +78,7 @@ class RunUpSetup(NamedTuple):
     idle: Callable[[float, float], tuple[str, ...]]
     of_body: OfBody
     travel: HarmonicsAt | None = None
+    mean: tuple[Bounded, ...] = ()
 
 
 class RunUpSection(NamedTuple):
@@ -93,42 +97,65 @@ def isolation_of(scene: Scene) -> "Isolation":
 
 
 def emit_static(
-    scene: Scene,
-    names: Sequence[str],
-    sag: np.ndarray,
-    sag_error: np.ndarray,
-    share: np.ndarray,
-    share_error: np.ndarray,
-) -> None:
-    """Sag and share of the weight of every mount."""
-    axes = {"mount": names}
-    scene.emit("isolation/support_displacement/sag", sag, sag_error, axes)
-    scene.emit("isolation/support_force/static", share, share_error, axes)
+    scene: Scene, names: Sequence[str], static: "Static | PitchStatic"
+) -> tuple[Bounded, Bounded]:
+    """Emit sag and share of the weight of every mount, and return both."""
+    sag, share = Bounded(static.sag, static.sag_error), Bounded(static.share, static.share_error)
+    scene.emit("isolation/support_displacement/sag", sag, axes={"mount": names})
+    scene.emit("isolation/support_force/static", share, axes={"mount": names})
+    return sag, share
 
 
 def emit_support_motion(
     scene: Scene,
-    forcing: Forcing,
+    of: Orders,
     names: Sequence[str],
     directions: Sequence[str],
     displacement: Bounded,
     force: Bounded,
 ) -> None:
     """Motion and force (..., mounts, directions, orders) of every support at operating speed."""
-    used = forcing.retained
-    axes = {"mount": names, "direction": directions, "order": forcing.orders[:used]}
+    used = of.retained
+    axes = {"mount": names, "direction": directions, "order": of.order[:used]}
     for group, harmonics in (("displacement", displacement), ("force", force)):
         kept, terms = harmonics[..., :used], size_of_terms(harmonics.error[..., :used])
         path = f"isolation/support_{group}/steady_harmonics"
         scene.emit(path, kept, axes=axes, terms=terms)
 
 
-def emit_heights(scene: Scene, names: Sequence[str], height: CyclePeak, sag: Bounded) -> None:
-    """Largest vertical displacement (..., mounts) of every support, alone and beyond its sag."""
+class Extremes(NamedTuple):
+    """Highest and lowest value (...) over the cycle of something constant and what alternates."""
+
+    highest: Bounded
+    lowest: Bounded
+
+
+def extremes(constant: Bounded, harmonics: Bounded, of: Orders) -> Extremes:
+    """Of a constant (...) and harmonics (..., orders), what is left out in their errors."""
+    used = of.retained
+    total = synthesis(of.order[:used], harmonics.value[..., :used])
+    error = total.error + np.add(*left_out(harmonics, of))
+    return Extremes(
+        constant + Bounded(total.highest, error), constant + Bounded(total.lowest, error)
+    )
+
+
+def emit_with_constant(
+    scene: Scene, names: Sequence[str], down: Bounded, load: Bounded, at_rest: Bounded,
+    weight: Bounded, of: Orders,
+) -> None:  # fmt: skip
+    """Largest deflection of every support and the extremes of its load over the cycle.
+
+    `down` and `load` (..., mounts, orders) are positive downwards; `at_rest` and `weight`
+    (..., mounts) are deflection and load by what is constant.
+    """
     mounts = {"mount": names}
-    total = abs(sag) + Bounded(height.value, height.error)
-    scene.emit(HEIGHTS[0], height.value, height.error, mounts, terms=height.terms)
-    scene.emit(HEIGHTS[1], total, axes=mounts)
+    if scene.wants(EXCURSION):
+        both = extremes(at_rest, down, of)
+        scene.emit(EXCURSION, maximum(abs(both.highest), abs(both.lowest)), axes=mounts)
+    if scene.wants(*LOADS):
+        for path, one in zip(LOADS, extremes(weight, load, of), strict=True):
+            scene.emit(path, one, axes=mounts)
 
 
 def emit_run_up_peaks(scene: Scene, peak: RunUpPeak, lever_rows: int) -> None:
@@ -151,14 +178,3 @@ def rows_of_results(
         yield "isolation/lever_force", slice(0, 1), {}
     names = scene.parts.mounts.names if scene.parts.mounts else ()
     yield "isolation/support_force", slice(lever_rows, None), {"mount": names}
-
-
-def length_over_cycle(vector: Bounded, forcing: Forcing) -> CyclePeak:
-    """Largest length (..., mounts) of vectors (..., mounts, directions, orders)."""
-    used = forcing.retained
-    peak = vector_cycle_peak(vector.value[..., :used], forcing.orders[:used])
-    rounding, dropped = left_out(vector, forcing)
-    whole = peak.error + np.linalg.norm(rounding + dropped, axis=-1)
-    return CyclePeak(
-        peak.value, whole, size_of_terms(peak.error + np.linalg.norm(rounding, axis=-1))
-    )

@@ -12,12 +12,12 @@ from vibecalc.isolation.efficiency import Overall, by_order, efficiency, is_more
 from vibecalc.isolation.efficiency_results import COUPLES, FORCES, ROOT
 from vibecalc.isolation.model import pitch_parts
 from vibecalc.isolation.on_base import OnBase, alone, frequency_grid, ground_load, transmissibility
-from vibecalc.isolation.on_mounts import on_mounts
+from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.isolation.pitch import angle_harmonics, pitch_model, pitch_resonances
 from vibecalc.numerics.bounded import Bounded, concatenate, reshaped
 from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import EPSILON
-from vibecalc.parts.body import COORDINATES, cross_matrix, dofs_of_model
+from vibecalc.parts.body import COORDINATES, cross_matrix
 from vibecalc.response.resonances import check_operating_point, left_out
 
 
@@ -72,14 +72,10 @@ def _about(load: Bounded, centre: np.ndarray) -> Bounded:
 
 
 def _on_mounts(scene: Scene, loads: BodyLoads) -> _Mounted:
-    body, mounts = scene.parts.body, scene.parts.mounts
-    if body is None or mounts is None:
-        raise ValueError("isolation needs a body and mounts")
-    freedoms = dofs_of_model(isolation_of(scene).model, scene.case.machine.crank_train.axis)
-    system, load = on_mounts(body, mounts, freedoms), loads.load[..., freedoms]
-    motion, _ = steady_motion(scene, system, load, loads.order)
-    natural = system.shapes.natural_frequency
-    return _Mounted(system.matrices, freedoms, load, motion, natural)
+    system: OnMounts = scene.handed_on["on_mounts"]
+    felt, natural = system.felt(loads.load), system.shapes.natural_frequency
+    motion, _ = steady_motion(scene, system, felt, loads.order)
+    return _Mounted(system.matrices, system.freedoms, felt, motion, natural)
 
 
 def _pitching(scene: Scene, loads: BodyLoads) -> _Mounted:
@@ -124,11 +120,12 @@ def _emit_vector(
     scene: Scene, path: str, held: Bounded, ground: Bounded, names: list[str], loads: BodyLoads
 ) -> None:
     used = loads.retained
-    axes = {"half_order": loads.order[:used], "coordinate": names}
+    order = loads.order[:used].astype(float)
+    axes = {"half_order": order, "coordinate": names}
     for name, one in (("held", held[:used]), ("ground", ground[:used])):
         scene.emit(f"{path}/{name}", one, axes=axes, terms=size_of_terms(one.error))
     found = by_order(held[:used], ground[:used])
-    axes = {"half_order": loads.order[:used], "component": [*names, "resultant"]}
+    axes = {"half_order": order, "component": [*names, "resultant"]}
     scene.emit(f"{path}/by_order", found, axes=axes)
     both = [overall(one, loads.order, used, loads.tail) for one in (held, ground)]
     for place, name in enumerate(Overall._fields):

@@ -1,5 +1,6 @@
 """All that acts on the body at the operating speed, and its steady motion on the mounts."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -8,23 +9,29 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing
 from vibecalc.excitation.inertia_forces import as_loads, at_speed
 from vibecalc.isolation.on_mounts import OnMounts
+from vibecalc.isolation.rigid_body import displacement, held, mount_force
 from vibecalc.numerics.bounded import Bounded
+from vibecalc.parts.body import RigidBody
 from vibecalc.parts.firing import torque_reaches_mounts
-from vibecalc.response.forced import require_digits, response
+from vibecalc.parts.matrices import mounted
+from vibecalc.response.forced import MotionByOrder, dynamics, require_digits, response
 from vibecalc.response.resonances import Resonances, check_operating_point
 
 
 class BodyLoads(NamedTuple):
-    """Forces and couples `load` (m, 6) about the reference point at the orders (m,).
+    """Forces and couples `load` (..., m, 6) about the reference point at the orders (m,).
 
     The first `retained` orders count; those beyond the m orders may be `tail` times as much as
-    what follows the retained ones.
+    what follows the retained ones. Where the torque of the cylinders reaches the mounts, `torque`
+    (m, 6) is the part of it, by gas and by inertia, and `mean` (6,) what is constant of it.
     """
 
     order: np.ndarray
     load: Bounded
     retained: int
-    tail: float
+    tail: np.ndarray | float
+    torque: Bounded | None = None
+    mean: Bounded = Bounded(np.zeros(6), np.zeros(6))
 
 
 def body_loads(scene: Scene) -> BodyLoads:
@@ -32,21 +39,30 @@ def body_loads(scene: Scene) -> BodyLoads:
     forcing: Forcing = scene.handed_on["forcing"]
     shaking = as_loads(at_speed(forcing.per_speed_squared, scene.case.machine.speed))
     if not torque_reaches_mounts(scene.case):
-        tail = float(np.max(forcing.tail))
-        return BodyLoads(forcing.orders.astype(float), shaking, forcing.retained, tail)
+        return BodyLoads(forcing.order, shaking, forcing.retained, forcing.tail)
     from vibecalc.isolation.adapters.torque_couple import couples_of
     from vibecalc.isolation.torque_reaction import TAIL, with_shaking
 
-    couples = couples_of(scene, forcing.retained)
-    axis = scene.parts.crank_train.axis
-    loads = with_shaking(couples.added, couples.order, axis, shaking)
-    return BodyLoads(couples.order, loads, couples.retained, TAIL)
+    couples, axis = couples_of(scene, forcing.retained), scene.parts.crank_train.axis
+    none = Bounded(shaking.value[..., :0, :], shaking.error[..., :0, :])
+    load, torque = (
+        with_shaking(couple, couples.order, axis, beside)
+        for couple, beside in ((couples.added, shaking), (couples.total, none))
+    )
+    mean = couple_about(axis, couples.mean)
+    return BodyLoads(couples.order, load, couples.retained, TAIL, torque, mean)
+
+
+def couple_about(axis: np.ndarray, couple: Bounded) -> Bounded:
+    """Load (6,) of a couple about an axis (3,)."""
+    about = np.concatenate([np.zeros(3), axis])
+    return Bounded(couple.value * about, couple.error * np.abs(about))
 
 
 def steady_motion(
     scene: Scene, system: OnMounts, loads: Bounded, order: np.ndarray
 ) -> tuple[Bounded, Resonances]:
-    """Motion (m, f) under loads (m, f) at the operating speed, and what orders may meet.
+    """Motion (..., m, f) under loads (..., m, f) at the operating speed, and what orders may meet.
 
     Raises NumericalFailure where an order drives an undamped mode at its natural frequency.
     """
@@ -54,7 +70,40 @@ def steady_motion(
     resonances = system.resonances(loads)
     for warning in check_operating_point(resonances, order, speed):
         scene.warn(warning)
-    dynamic = system.dynamics(order * speed, resonances)
+    dynamic = system.dynamics(order * np.asarray(speed)[..., None], resonances)
     motion = response(dynamic, loads.value, loads.error)
     require_digits(system.matrices, dynamic, loads, motion, order, speed)
     return motion, resonances
+
+
+def motion_of_six(
+    scene: Scene, system: OnMounts, loads: BodyLoads
+) -> tuple[MotionByOrder, Resonances]:
+    """The same of loads at the reference point, as the motion of that point."""
+    few, resonances = steady_motion(scene, system, system.felt(loads.load), loads.order)
+    motion = Bounded(*(part @ system.reach.T for part in few))
+    return MotionByOrder(loads.order, loads.retained, loads.tail, motion), resonances
+
+
+class AtMounts(NamedTuple):
+    """What is constant at the mounts (..., mounts, 3): displacement in m, force on the ground."""
+
+    displacement: Bounded
+    force: Bounded
+
+
+def mean_at_mounts(system: OnMounts, body: RigidBody, load: Bounded) -> AtMounts:
+    """Of a constant load (6,), beside the weight, against the static stiffness of the mounts."""
+    mounts = system.mounts
+    stiffness = mounts.stiffness if mounts.static is None else mounts.static
+    whole = system.whole
+    if mounts.static is not None:
+        whole = mounted(body, replace(mounts, stiffness=stiffness))
+    none = np.zeros((6, 6))
+    still = held(whole, system.freedoms)._replace(structural=none, structural_error=none)
+    still_dynamics = dynamics(still, np.zeros(1))
+    motion = response(still_dynamics, load.value[None].astype(complex), load.error[None])
+    moved = displacement(motion, mounts.position)
+    zero = np.zeros_like(mounts.damping)
+    force = mount_force(moved, np.zeros(1), stiffness, zero, zero)
+    return AtMounts(moved[..., 0].real, force[..., 0].real)

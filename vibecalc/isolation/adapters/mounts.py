@@ -1,9 +1,12 @@
 """Static load of the mounts, the stiffness in use, and how near they come to their stops."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import Forcing, left_out
+from vibecalc.excitation.adapter import Orders
+from vibecalc.isolation.adapters.common import extremes
 from vibecalc.isolation.mount_results import (
     AT_REST,
     BY_ORDER,
@@ -14,13 +17,11 @@ from vibecalc.isolation.mount_results import (
 )
 from vibecalc.isolation.rigid_body import Static
 from vibecalc.isolation.run_up_peaks import RunUpPeak
-from vibecalc.isolation.torque_reaction import torque_left_out
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.equilibrium import Rest
 from vibecalc.parts.mount_curves import Law
 from vibecalc.parts.mounts import Mounts
-from vibecalc.torsion.synthesis import synthesis
 
 #: of load over deflection
 CURVE_POINTS = 121
@@ -129,14 +130,12 @@ def emit_travel(
     scene: Scene,
     mounts: Mounts,
     motion: Bounded,
-    orders: np.ndarray,
-    retained: int,
-    forcing: Forcing | None = None,
+    mean: Bounded,
+    of: Orders,
 ) -> None:
     """Emit travel and clearance of mounts with stops, and say which meet one, or leave one.
 
-    `motion` (mounts, 3, m) of the body at the mounts at the `orders` (m,); of those of a `forcing`
-    the error is as of other peaks, else as of half orders.
+    `motion` (mounts, 3, m) of the body at the mounts, about its rest moved by `mean` (mounts, 3).
     """
     rest, axis = mounts.rest, mounts.axis
     if rest is None or axis is None or not any(law.stop for law in mounts.laws):
@@ -145,15 +144,15 @@ def emit_travel(
         -np.einsum("ni,nim->nm", axis, motion.value),
         np.einsum("ni,nim->nm", np.abs(axis), motion.error),
     )
-    off = np.add(*left_out(along, forcing)) if forcing else torque_left_out(along, retained)
-    total = synthesis(orders[:retained], along.value[:, :retained])
-    error = total.error + off
-    travel = np.maximum(total.highest, -total.lowest)
+    swing = extremes(Bounded(np.zeros(()), np.zeros(())), along, of)
+    travel = np.maximum(swing.highest.value, -swing.lowest.value)
     names = {"mount": mounts.names}
-    scene.emit(MOVING[0], travel, error, names)
-    deepest, highest = rest.deflection + total.highest, rest.deflection + total.lowest
+    scene.emit(MOVING[0], travel, swing.highest.error, names)
+    still = Bounded(rest.deflection, rest.deflection_error) + _pressed(mounts, mean)
+    ends = still + swing.highest, still + swing.lowest
+    deepest, highest = (end.value for end in ends)
     left = _to_stop(mounts.laws, deepest, highest)
-    off = np.where(np.isfinite(left), error + rest.deflection_error, 0.0)
+    off = np.where(np.isfinite(left), np.maximum(*(end.error for end in ends)), 0.0)
     scene.emit(MOVING[1], left, off, names)
     for place, law in enumerate(mounts.laws):
         if not law.stop:
@@ -175,8 +174,18 @@ def emit_travel(
                 )
 
 
-def emit_run_up_travel(scene: Scene, peak: RunUpPeak) -> None:
-    """Emit the largest motion of mounts with stops at any speed, and say which meet one there."""
+def _pressed(mounts: Mounts, mean: Bounded) -> Bounded:
+    """Compression (mounts,) of each mount along its axis by a displacement (mounts, 3)."""
+    assert mounts.axis is not None
+    return -(mean * mounts.axis).sum(-1)
+
+
+def emit_run_up_travel(scene: Scene, peak: RunUpPeak, means: Sequence[Bounded]) -> None:
+    """Emit the largest motion of mounts with stops at any speed, and say which meet one there.
+
+    Of the `means` (mounts, 3), displacements by the mean torque at speeds of the range, that counts
+    which leaves a mount the least.
+    """
     mounts = scene.parts.mounts
     if mounts is None or mounts.rest is None:
         raise ValueError("mounts with stops have a rest")
@@ -185,8 +194,8 @@ def emit_run_up_travel(scene: Scene, peak: RunUpPeak) -> None:
     error = np.where(finite, peak.error, 0.0)
     scene.emit(OF_RUN_UP[0], peak.value, error, names)
     scene.emit(OF_RUN_UP[1], peak.speed, peak.speed_error, names)
-    u = mounts.rest.deflection
-    at_rest = _to_stop(mounts.laws, u, u)
+    places = [mounts.rest.deflection + _pressed(mounts, mean).value for mean in means]
+    at_rest = np.min([_to_stop(mounts.laws, u, u) for u in places], axis=0)
     has = np.isfinite(at_rest)
     left = np.where(has & finite, at_rest, 0.0) - np.where(finite, peak.value, 0.0)
     left = np.where(has, np.where(finite, left, -np.inf), np.inf)

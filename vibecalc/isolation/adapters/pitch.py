@@ -12,20 +12,24 @@ from vibecalc.excitation.adapter import (
     Forcing,
     couples_of,
     few_orders,
+    forces_of,
+    length_over_cycle,
     peak_with_tail,
 )
 from vibecalc.excitation.inertia_forces import about_point, size_of_terms
 from vibecalc.isolation import pitch as model
 from vibecalc.isolation.adapters.common import (
-    HEIGHTS,
+    EXCURSION,
     LARGEST,
+    LOADS,
     OF_RUN_UP,
+    VERTICAL,
     KeptRows,
     OfBody,
     RunUpSetup,
-    emit_heights,
     emit_static,
     emit_support_motion,
+    emit_with_constant,
     isolation_of,
 )
 from vibecalc.isolation.model import PitchParts, pitch_parts
@@ -61,23 +65,25 @@ def run_isolation_pitch(scene: Scene) -> None:
     )
     _emit_model(scene, pitch)
 
-    about = couples_of(about_point(forcing.per_speed_squared, parts.centre[..., None, :]))
+    shaking = about_point(forcing.per_speed_squared, parts.centre[..., None, :])
+    about = couples_of(shaking)
     couple = Bounded(about.value @ parts.across, about.error @ np.abs(parts.across))
     resonances = pitch_resonances(pitch, couple)
     undriven = left_out(resonances)[..., 0]
     couple = Bounded(np.where(undriven, 0.0, couple.value), couple.error)
     used, speed = forcing.retained, scene.case.machine.speed
-    for warning in check_operating_point(resonances, forcing.orders, speed):
+    for warning in check_operating_point(resonances, forcing.order, speed):
         scene.warn(warning)
-    frequency = forcing.orders * np.asarray(speed)[..., None]
+    _emit_left_out(scene, forcing, forces_of(shaking), about, parts.across)
+    frequency = forcing.order * np.asarray(speed)[..., None]
     torque = couple * np.square(speed)[..., None]
     angle = model.angle_harmonics(pitch, torque, frequency, undriven)
     if scene.case.point:
         turned = reshaped(angle, lambda one: one[..., None]) * of_pitch(parts)[..., None, :]
         scene.handed_on["motion_by_order"] = MotionByOrder(
-            forcing.orders, used, forcing.tail, turned
+            forcing.order, used, forcing.tail, turned
         )
-    axes = {"order": forcing.orders[:used]}
+    axes = {"order": forcing.order[:used]}
     if scene.wants("isolation/pitch/transmissibility"):
         passing = model.transmissibility(pitch, frequency[..., :used])
         scene.emit("isolation/pitch/transmissibility", passing, axes=axes)
@@ -131,22 +137,22 @@ def _hand_on_run_up(
 
     def rows(readout: Readout) -> KeptRows:
         return KeptRows(
-            pitch_rows(pitch, readout, forcing.orders[:used], couple[:used], undriven[:used]),
-            pitch_rows(pitch, readout, forcing.orders[few], couple[few], undriven[few]),
+            pitch_rows(pitch, readout, forcing.order[:used], couple[:used], undriven[:used]),
+            pitch_rows(pitch, readout, forcing.order[few], couple[few], undriven[few]),
             few_tail,
-            forcing.orders[few],
+            forcing.order[few],
         )
 
     of_angle = of_pitch(parts)[:, None]
     scene.handed_on["run_up"] = RunUpSetup(
         rows=with_left_out(*rows(readout)[:3]),
-        harmonics=forcing.orders[:used],
+        harmonics=forcing.order[:used],
         step=1,
         resonances=in_run_up,
         shows=(readout.spring[:, 0, 0].real != 0.0)[None, :],
         row_of=row_of,
         lever_rows=1,
-        idle=lambda low, high: idle_warnings(in_run_up, forcing.orders[:used], low, high),
+        idle=lambda low, high: idle_warnings(in_run_up, forcing.order[:used], low, high),
         of_body=OfBody(rows, of_angle, of_angle),
     )
 
@@ -155,6 +161,22 @@ def of_pitch(parts: PitchParts) -> np.ndarray:
     """Motion (..., 6) of the reference point for a unit angle about the mass centre."""
     across = np.broadcast_to(parts.across, parts.centre.shape)
     return np.concatenate([-np.cross(across, parts.centre), across], axis=-1)
+
+
+def _emit_left_out(
+    scene: Scene, forcing: Forcing, force: Bounded, couple: Bounded, across: np.ndarray
+) -> None:
+    """Peaks of the shaking that turns no body which can only pitch.
+
+    `force` and `couple` (..., orders, 3) are per crank speed squared.
+    """
+    aside = np.eye(3) - np.outer(across, across)
+    for name, part in (("force", force), ("couple", Bounded(couple.value @ aside, couple.error))):
+        path = f"isolation/pitch/{name}_left_out"
+        if scene.wants(path):
+            vector = reshaped(part, lambda one: np.swapaxes(one, -1, -2))
+            peak = _at_speed(length_over_cycle(vector, forcing), scene.case.machine.speed)
+            scene.emit(path, peak.value, peak.error, terms=peak.terms)
 
 
 def _emit_model(scene: Scene, pitch: model.Pitch) -> None:
@@ -196,7 +218,7 @@ def _emit_lever_force(
 ) -> None:
     """The source's reading: couple over lever, with the body held still and on its mounts."""
     used = forcing.retained
-    axes = {"order": forcing.orders[:used]}
+    axes = {"order": forcing.order[:used]}
     for name, couple in (("rigid", torque), ("steady", through)):
         force = model.lever_force(couple[..., :used], lever[..., None])
         terms = size_of_terms(force.error)
@@ -221,7 +243,7 @@ def _emit_supports(
     if body is None:
         raise ValueError("isolation needs a body")
     static = pitch_static(body.mass * options.gravity, 0.0, parts.position, parts.stiffness)
-    emit_static(scene, parts.names, static.sag, static.sag_error, static.share, static.share_error)
+    sag, weight = emit_static(scene, parts.names, static)
     if still is not None and scene.wants(RIGID):
         share = np.abs(model.support_share(parts.position, parts.stiffness))
         top = still.value[..., None]
@@ -238,13 +260,16 @@ def _emit_supports(
         peak = peak_with_tail(_support_motion(few, angle, frequency)[1], forcing)
         largest = Bounded(peak.value, peak.error)[..., which]
         scene.emit(LARGEST, largest, axes={"mount": parts.names}, terms=peak.terms)
-    if scene.wants(*HEIGHTS, "isolation/pitch/angle_peak"):
+    if scene.wants(VERTICAL, "isolation/pitch/angle_peak"):
         value, error, terms = peak_with_tail(angle, forcing)
         scene.emit("isolation/pitch/angle_peak", value, error, terms=terms)
         arm = np.abs(parts.position)
         height = arm * Bounded(value[..., None], error[..., None])
-        swing = CyclePeak(height.value, height.error, float(np.max(arm)) * terms)
-        emit_heights(scene, parts.names, swing, Bounded(static.sag, static.sag_error))
+        terms = float(np.max(arm)) * terms
+        scene.emit(VERTICAL, height, axes={"mount": parts.names}, terms=terms)
+    if scene.wants(EXCURSION, *LOADS):
+        down, load = (-one for one in _support_motion(parts, angle, frequency))
+        emit_with_constant(scene, parts.names, down, load, sag, weight, forcing)
 
 
 def _support_motion(

@@ -1,5 +1,6 @@
 """Adapter: the slow run-up through the resonances of the mounts."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from vibecalc.isolation.results import MAXIMA_ROOT
 from vibecalc.isolation.run_up import joined, run_up, run_up_peak
 from vibecalc.isolation.run_up_maxima import Maxima, Range, local_maxima
 from vibecalc.isolation.run_up_peaks import RunUpPeak, highest_of
-from vibecalc.parts.firing import torque_reaches_mounts
+from vibecalc.numerics.bounded import Bounded
 
 CURVES = ("isolation/lever_force/run_up", "isolation/support_force/run_up")
 MAXIMA = tuple(path for path in CATALOGUE if path.startswith(f"{MAXIMA_ROOT}/"))
@@ -37,7 +38,8 @@ def run_run_up(scene: Scene) -> None:
         from vibecalc.isolation.adapters.mounts import emit_run_up_travel
 
         motions = [(part.setup.travel, *each[1:]) for part, each in zip(parts, given, strict=True)]
-        emit_run_up_travel(scene, highest_of([run_up_peak(*each) for each in motions]))
+        peak = highest_of([run_up_peak(*each) for each in motions])
+        emit_run_up_travel(scene, peak, _means(scene, parts))
     if not scene.wants(*CURVES, *MAXIMA):
         _emit_peaks(scene, setup, highest_of([run_up_peak(*each) for each in given]))
         return
@@ -75,11 +77,25 @@ def sections(scene: Scene) -> tuple[RunUpSection, ...]:
     span = isolation_of(scene).run_up
     if span is None:
         raise ValueError("the case has no run-up")
-    if torque_reaches_mounts(scene.case):
-        from vibecalc.isolation.adapters.torque_reaction import torque_sections
+    if isolation_of(scene).model == "pitch":
+        return (RunUpSection(scene.handed_on["run_up"], span.start, span.stop),)
+    from vibecalc.isolation.adapters.body_run_up import body_sections
 
-        return torque_sections(scene, span.start, span.stop)
-    return (RunUpSection(scene.handed_on["run_up"], span.start, span.stop),)
+    return body_sections(scene, span.start, span.stop)
+
+
+def _means(scene: Scene, parts: Sequence[RunUpSection]) -> list[Bounded]:
+    """Displacements (mounts, 3) by what is constant of the torque, along the range."""
+    from vibecalc.isolation.adapters.loads import couple_about, mean_at_mounts
+
+    couples = [couple for part in parts for couple in part.setup.mean]
+    body, system = scene.parts.body, scene.handed_on["on_mounts"]
+    assert body is not None
+    axis = scene.parts.crank_train.axis
+    loads = [couple_about(axis, couple) for couple in couples if np.any(couple.value)]
+    found = [mean_at_mounts(system, body, load).displacement for load in loads]
+    none = np.zeros((len(system.mounts.names), 3))
+    return found or [Bounded(none, none)]
 
 
 def _given(part: RunUpSection) -> tuple[Any, ...]:

@@ -1,7 +1,7 @@
 """Torque of all cylinders of an engine at its speed, and the couple that it is for the body."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -15,11 +15,12 @@ from vibecalc.excitation.cylinder_torque import (
     inertia_harmonics,
     phasor,
 )
-from vibecalc.excitation.gas_tables import card_weights
+from vibecalc.excitation.gas_tables import card_of_force, card_weights
 from vibecalc.excitation.model import (
     build_firing,
     crank_geometry,
     firing_angle,
+    force_curves,
     gas_cards,
     misfire_cards,
 )
@@ -29,8 +30,8 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.firing import TURN, cycle_angle, is_separate, shakes_with_torque
 
-#: highest order where the case does not say one; a gas torque has many
-
+if TYPE_CHECKING:
+    from vibecalc.schema import Machine
 
 #: orders (m,) and crank speeds (...) to the couple on the body (..., m, c) for a unit torque
 Passing = Callable[[np.ndarray, np.ndarray | float], Bounded]
@@ -83,16 +84,21 @@ def couples_of(scene: Scene, shaking_orders: int) -> Couples:
     """Couples with all orders up to `shaking_orders`, or more, in steps of the engine's cycle."""
     law, speed = torque_law(scene, shaking_orders), scene.case.machine.speed
     gas, torque = law.gas_at(speed), total_torque(law, speed)
-    mean = law.mean_at(speed)
-    if not is_separate(scene.case):
-        mean = Bounded(np.zeros(()), np.zeros(()))
+    mean = mean_couple(scene, law, speed)
     if not shakes_with_torque(scene.case):
         transfer = line_passing(scene)(law.order, speed)
         total = couple_on_body(torque, transfer)
         return Couples(law.order, law.retained, total, total, mean)
     total = couple_on_body(torque, share=law.share)
     added = couple_on_body(gas, share=law.share)
-    return Couples(law.order, law.retained, total, added, Bounded(-mean.value, mean.error))
+    return Couples(law.order, law.retained, total, added, mean)
+
+
+def mean_couple(scene: Scene, law: "TorqueLaw", speed: float) -> Bounded:
+    """What is constant of the couple: minus the mean torque, if that leaves the body."""
+    if not is_separate(scene.case):
+        return Bounded(np.zeros(()), np.zeros(()))
+    return -law.mean_at(speed)
 
 
 def torque_law(scene: Scene, shaking_orders: int) -> TorqueLaw:
@@ -178,6 +184,8 @@ def _gas(
     One that misfires has none, or that of a motored one.
     """
     case = scene.case
+    if case.machine.kind not in ("engine", "pump"):
+        return np.empty(0), _gas_of_forces(case.machine, count, scale)
     speeds, cards = gas_cards(case.machine)
     motored, geometry = None, crank_geometry(case.machine)
     dead = misfire_cards(case, cards)
@@ -185,6 +193,22 @@ def _gas(
         motored = cylinder_torque(dead, geometry, reciprocating_mass=0.0, harmonics=count)
     healthy = cylinder_torque(cards, geometry, reciprocating_mass=0.0, harmonics=count)
     return speeds, cylinder_gas(healthy, scale, misfiring=misfiring, motored=motored)
+
+
+def _gas_of_forces(machine: "Machine", count: int, scale: np.ndarray) -> CylinderGas:
+    """The same of cylinders that have curves of their own over a turn, one set for all speeds."""
+    geometry = crank_geometry(machine)._replace(bore=2.0 / np.sqrt(np.pi))  # of 1 m^2
+    shape = (1, len(scale), count)
+    value, error = np.zeros(shape, dtype=complex), np.zeros(shape)
+    mean, mean_error = np.zeros(shape[:2]), np.zeros(shape[:2])
+    for row, curve in enumerate(force_curves(machine)):
+        if curve is None or not scale[row]:
+            continue
+        card = card_of_force(curve)
+        found = cylinder_torque([card], geometry, reciprocating_mass=0.0, harmonics=count)
+        value[0, row], error[0, row] = found.gas[0], found.gas_error[0]
+        mean[0, row], mean_error[0, row] = found.mean[0], found.mean_error[0]
+    return CylinderGas(value, error, mean, mean_error)
 
 
 def line_passing(scene: Scene) -> Passing:

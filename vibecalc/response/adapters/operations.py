@@ -139,7 +139,7 @@ def run_operations(scene: Scene) -> None:
         "docs/theory.md; the table of combinations is that of Ong (2000), table 4.4",
     )
     loads = operation_loads(scene, options.operations, options.balances)
-    speed, orders = scene.case.machine.speed, forcing.orders
+    speed, orders = scene.case.machine.speed, forcing.order
     parts = superpose(
         system.matrices,
         orders,
@@ -188,7 +188,7 @@ def _emit(
     loads: OperationLoads,
     parts: SuperposedMotion,
 ) -> None:
-    orders, speed = forcing.orders, scene.case.machine.speed
+    orders, speed = forcing.order, scene.case.machine.speed
     axes = {"operation": loads.operations, "balance": loads.balances}
     weights = np.array([operation.weight for operation in options.operations])
     for name, matrix, rate in (
@@ -225,7 +225,7 @@ def _emit_cycle(
     """Mean and peak over the cycle; the peak, which is sought, only where somebody wants it."""
     used, tail = forcing.retained, np.asarray(forcing.tail)[..., None, None]
     if scene.wants(f"{stem}/peak"):
-        whole = energy_over_cycle(weight, state, forcing.orders, used, tail)
+        whole = energy_over_cycle(weight, state, forcing.order, used, tail)
         mean = Bounded(whole.mean, whole.mean_error)
         scene.emit(f"{stem}/peak", whole.peak, whole.peak_error, axes)
     else:

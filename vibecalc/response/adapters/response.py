@@ -213,14 +213,14 @@ def run_response(scene: Scene) -> None:
 
     speed = scene.case.machine.speed
     undriven = undriven_at_operating_point(
-        scene, system, as_loads(forcing.per_speed_squared), forcing.orders
+        scene, system, as_loads(forcing.per_speed_squared), forcing.order
     )
     _emit_modes(scene, system, forcing)
     driven = as_loads(at_speed(forcing.per_speed_squared, speed))
-    frequency = forcing.orders * np.asarray(speed)[..., None]
+    frequency = forcing.order * np.asarray(speed)[..., None]
     motion = _motion(options.method, system, frequency, driven, undriven, forcing, speed)
     scene.handed_on["motion_by_order"] = MotionByOrder(
-        forcing.orders, forcing.retained, forcing.tail, motion
+        forcing.order, forcing.retained, forcing.tail, motion
     )
     _emit_motion(scene, forcing, motion)
     if scene.wants(*GROUND):
@@ -247,7 +247,7 @@ def _motion(
     else:
         stiffness = dynamics_by_order(system.spectral.at(frequency), frequency)
     motion = response(stiffness, driven.value, driven.error)
-    require_digits(matrices, stiffness, driven, motion, forcing.orders, speed)
+    require_digits(matrices, stiffness, driven, motion, forcing.order, speed)
     return motion
 
 
@@ -291,7 +291,7 @@ def _emit_nearest(
     """The excited order next to each mode: how far the machine stays away from resonance."""
     load = as_loads(forcing.per_speed_squared)
     driven = np.any(np.abs(load.value) > 4.0 * load.error, axis=-1)
-    orders = forcing.orders[: forcing.retained][driven[: forcing.retained]]
+    orders = forcing.order[: forcing.retained][driven[: forcing.retained]]
     if not orders.size:
         return
     met = orders * scene.case.machine.speed / frequency[:, None]
@@ -335,7 +335,7 @@ def _ground(
 
 
 def _emit_with_peak(scene: Scene, stem: str, suffix: str, forcing: Forcing, rows: Bounded) -> None:
-    used, orders = forcing.retained, forcing.orders[: forcing.retained]
+    used, orders = forcing.retained, forcing.order[: forcing.retained]
     axes = {"order": orders, "direction": DIRECTIONS}
     kept = rows[..., :used, :]
     scene.emit(f"{stem}{suffix}", kept, axes=axes, terms=size_of_terms(kept.error))
@@ -357,7 +357,7 @@ def _emit_energies(
         "docs/theory.md",
     )
     used = forcing.retained
-    axes = {"order": forcing.orders[:used]}
+    axes = {"order": forcing.order[:used]}
     pairs = (
         ("kinetic", mass_of(matrices), velocity(motion, frequency)),
         ("potential", stiffness_of(matrices), motion),
@@ -371,7 +371,7 @@ def _emit_energies(
             scene.emit(f"{stem}/peak_by_order", peak, each.peak_error[..., :used], axes)
     sought = [pair for pair in pairs if scene.wants(f"response/{pair[0]}_energy/peak")]
     found = energies_over_cycle(
-        [(weight, state) for _, weight, state in sought], forcing.orders, used, forcing.tail
+        [(weight, state) for _, weight, state in sought], forcing.order, used, forcing.tail
     )
     for (name, _, _), total in zip(sought, found, strict=True):
         scene.emit(f"response/{name}_energy/mean", total.mean, total.mean_error)
@@ -399,7 +399,7 @@ def run_speeds(scene: Scene) -> None:
         raise ValueError("the case has no run-up in [response]")
     forcing, system = forcing_of(scene), linear_system(scene)
     first, last = options.run_up.start, options.run_up.stop
-    used, orders = forcing.retained, forcing.orders[: forcing.retained]
+    used, orders = forcing.retained, forcing.order[: forcing.retained]
     load = as_loads(forcing.per_speed_squared)
     resonances = resonances_of(system, Bounded(load.value[:used], load.error[:used]))
     masked = masked_speeds(resonances, orders, first, last)
@@ -451,7 +451,7 @@ def _energies(
     idle = np.pad(left_out(resonances), ((0, count), (0, 0)))
     undriven = UndrivenModes(idle, system.shapes.shape, system.shapes.eigenvalue)
     turning = speed > 0.0
-    frequency = speed[turning][:, None] * forcing.orders[chosen]
+    frequency = speed[turning][:, None] * forcing.order[chosen]
     square = np.square(speed[turning])[:, None, None]
     stiffness = dynamics(matrices, frequency, undriven)
     motion = response(stiffness, square * load.value[chosen], square * load.error[chosen])

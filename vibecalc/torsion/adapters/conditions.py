@@ -13,6 +13,7 @@ from vibecalc.excitation.cylinder_torque import (
 )
 from vibecalc.numerics.bounded import Bounded, reshaped, rounded, stack
 from vibecalc.numerics.rounding import BoolArray, ComplexArray, FloatArray, IntArray, distinct
+from vibecalc.numerics.synthesis import sum_error, synthesis
 from vibecalc.torsion.adapters.bounds import bounds
 from vibecalc.torsion.adapters.critical import undamped_speeds
 from vibecalc.torsion.adapters.curves import (
@@ -39,7 +40,6 @@ from vibecalc.torsion.critical_speeds import RIVAL, Maxima, Value
 from vibecalc.torsion.curve_results import CONDITIONS
 from vibecalc.torsion.curve_tables import condition_names
 from vibecalc.torsion.rough_range import rough_range
-from vibecalc.torsion.synthesis import sum_error, synthesis
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case

@@ -8,6 +8,7 @@ import numpy as np
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, FloatArray
+from vibecalc.numerics.synthesis import sum_error, synthesis
 from vibecalc.torsion.adapters.coupling_criticals import asked_range, met_criticals
 from vibecalc.torsion.adapters.curves import (
     bounded_orders,
@@ -19,7 +20,6 @@ from vibecalc.torsion.adapters.curves import (
 from vibecalc.torsion.adapters.setup import Setup, natural_of, undamped_modes
 from vibecalc.torsion.coupling_line import Conditions, CouplingStates, Moved
 from vibecalc.torsion.couplings import Coupling
-from vibecalc.torsion.synthesis import sum_error, synthesis
 
 # ----------------------------------------------------------------------------
 # The line at a speed and a frequency, under the conditions that its couplings are in.

@@ -10,6 +10,7 @@ from vibecalc.excitation.cylinder_torque import major_orders
 from vibecalc.numerics.bounded import Bounded, stack, where
 from vibecalc.numerics.leading import leave_alone
 from vibecalc.numerics.rounding import EPSILON, SINGULAR, BoolArray, FloatArray, IntArray
+from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.adapters.curves import ROWS, solved
 from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.damped_modes import (
@@ -23,7 +24,6 @@ from vibecalc.torsion.line import stiffness_matrix
 from vibecalc.torsion.modes import natural_modes
 from vibecalc.torsion.results import ROOT
 from vibecalc.torsion.stress_limits import separation
-from vibecalc.torsion.synthesis import synthesis
 
 # ----------------------------------------------------------------------------
 # Critical speeds of a shaft line: every order against every mode.

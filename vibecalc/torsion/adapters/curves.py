@@ -14,12 +14,12 @@ from vibecalc.numerics.rounding import (
     FloatArray,
     IntArray,
 )
+from vibecalc.numerics.synthesis import sum_error, synthesis
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup, placed
 from vibecalc.torsion.critical_speeds import Maxima, by_machine, machine_and_speed
 from vibecalc.torsion.line import complex_stiffness, damped_elements, loss_stiffness
 from vibecalc.torsion.model import Gearing, ShaftLineModel
 from vibecalc.torsion.section_loads import STIFFNESS_ROUNDINGS, heat, steady_shares
-from vibecalc.torsion.synthesis import sum_error, synthesis
 
 # ----------------------------------------------------------------------------
 # Torque that each gear of a line transmits, referred, and the mean torques of the whole line.

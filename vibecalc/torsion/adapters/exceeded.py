@@ -7,6 +7,7 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, FloatArray, IntArray, distinct
+from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.adapters.bounds import ROUNDINGS, Bound
 from vibecalc.torsion.adapters.curves import solved
 from vibecalc.torsion.adapters.loads import limits_gears, load_uncertainty, loads_of
@@ -21,7 +22,6 @@ from vibecalc.torsion.critical_speeds import (
 )
 from vibecalc.torsion.results import ROOT
 from vibecalc.torsion.stress_limits import NO_BARRED_RANGE, barred_range
-from vibecalc.torsion.synthesis import synthesis
 
 # ----------------------------------------------------------------------------
 # Adapter: ranges of speeds in which a limit is exceeded, and the barred ranges that follow.

@@ -7,6 +7,7 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import FloatArray, IntArray, distinct
+from vibecalc.numerics.synthesis import sum_error, synthesis
 from vibecalc.torsion.adapters.critical import undamped_speeds
 from vibecalc.torsion.adapters.curves import ROWS, SAMPLES, bounded_orders, of_finite, solved
 from vibecalc.torsion.adapters.setup import Setup, line_speeds
@@ -14,7 +15,6 @@ from vibecalc.torsion.adapters.signals import Signal, blocks, tops, with_narrow
 from vibecalc.torsion.adapters.steady import setup_of
 from vibecalc.torsion.critical_speeds import Maxima, Value
 from vibecalc.torsion.curve_results import IRREGULARITY
-from vibecalc.torsion.synthesis import sum_error, synthesis
 
 # ----------------------------------------------------------------------------
 # Adapter: degree of unevenness, (highest - lowest) / mean of the angular speed over the cycle.

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.adapters.critical import FREEDOMS, UndampedResonances
 from vibecalc.torsion.adapters.curves import ROWS, section_torque, solved, speeds_at_once
 from vibecalc.torsion.adapters.loads import loads_of, loads_of_modes
@@ -20,7 +21,6 @@ from vibecalc.torsion.damped_modes import LinePoles, all_poles, all_poles_by_ord
 from vibecalc.torsion.line import Line, complex_stiffness
 from vibecalc.torsion.model import ShaftLineModel
 from vibecalc.torsion.rough_range import near_the_largest
-from vibecalc.torsion.synthesis import synthesis
 
 # ----------------------------------------------------------------------------
 # Largest values of a shaft line at any speed of a range, found between the speeds of the sweep.

@@ -7,6 +7,7 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray, distinct
+from vibecalc.numerics.synthesis import sum_error, synthesis
 from vibecalc.torsion.adapters.critical import UndampedResonances, undamped_speeds
 from vibecalc.torsion.adapters.curves import ROWS, SAMPLES, bounded_orders, solved
 from vibecalc.torsion.adapters.setup import Setup, line_speeds
@@ -15,7 +16,6 @@ from vibecalc.torsion.adapters.steady import setup_of
 from vibecalc.torsion.critical_speeds import Maxima, Value
 from vibecalc.torsion.curve_results import CURVES
 from vibecalc.torsion.curve_tables import OF_SECTIONS, LineCurve, curves_of
-from vibecalc.torsion.synthesis import sum_error, synthesis
 
 # ----------------------------------------------------------------------------
 # Adapter: every order of named shafts and stations against the speed.

@@ -29,6 +29,7 @@ from vibecalc.excitation.model import (
 from vibecalc.kinds import has_crank_train
 from vibecalc.numerics.bounded import Bounded, reshaped, rounded
 from vibecalc.numerics.rounding import BoolArray, ComplexArray, FloatArray, IntArray, distinct
+from vibecalc.numerics.synthesis import Cycles
 from vibecalc.parts.crank_train import build_crank_train
 from vibecalc.parts.geometry import CrankGeometry
 from vibecalc.torsion.asked import asked_orders
@@ -46,7 +47,6 @@ from vibecalc.torsion.model import ShaftLineModel, build_shaft_line
 from vibecalc.torsion.modes import Modes, natural_modes
 from vibecalc.torsion.speed_damping import SpeedDamping
 from vibecalc.torsion.station_torques import GivenTorques, Orders, columns, placed_torques
-from vibecalc.torsion.synthesis import Cycles
 from vibecalc.torsion.tables import LineSpeeds, Torsion
 
 if TYPE_CHECKING:

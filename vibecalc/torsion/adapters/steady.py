@@ -6,6 +6,7 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, square
 from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray
+from vibecalc.numerics.synthesis import over_cycle, synthesis
 from vibecalc.torsion.adapters.critical import beyond, emit_critical, emit_separation
 from vibecalc.torsion.adapters.curves import (
     Curves,
@@ -25,7 +26,6 @@ from vibecalc.torsion.adapters.setup import Setup, build_drive, build_setup, pla
 from vibecalc.torsion.adapters.variants import emit_healthy
 from vibecalc.torsion.results import ROOT
 from vibecalc.torsion.section_loads import ground_heat
-from vibecalc.torsion.synthesis import over_cycle, synthesis
 
 # ----------------------------------------------------------------------------
 # Adapter: a shaft line and its engine to modes, excitation, vibration at operating speed.

@@ -8,13 +8,13 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, concatenate, maximum, where
 from vibecalc.numerics.rounding import EPSILON, FloatArray
+from vibecalc.numerics.synthesis import Cycles, over_cycle
 from vibecalc.torsion.adapters.curves import sweep
 from vibecalc.torsion.adapters.setup import Setup, build_setup
 from vibecalc.torsion.adapters.transient_damping import Equivalent
 from vibecalc.torsion.adapters.transient_motion import Journey, journey, running
 from vibecalc.torsion.results import PASSAGES, TRANSIENT
 from vibecalc.torsion.section_loads import twist_and_torque
-from vibecalc.torsion.synthesis import Cycles, over_cycle
 from vibecalc.torsion.transient.cycles import (
     SlidingExtremes,
     largest_steady,

@@ -6,12 +6,12 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, stack, where
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
+from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.adapters.setup import Setup, build_setup
 from vibecalc.torsion.critical_speeds import critical_speeds
 from vibecalc.torsion.line import complex_stiffness
 from vibecalc.torsion.results import VARIABLE
 from vibecalc.torsion.section_loads import twist_and_torque
-from vibecalc.torsion.synthesis import synthesis
 from vibecalc.torsion.variable_inertia.motion import (
     VariableLine,
     inertia_at,

@@ -7,6 +7,7 @@ import numpy as np
 from vibecalc.core.run.stage import Scene, below
 from vibecalc.numerics.bounded import Bounded, stack, where
 from vibecalc.numerics.rounding import FloatArray, IntArray
+from vibecalc.numerics.synthesis import over_cycle
 from vibecalc.torsion.adapters.bounds import bounds
 from vibecalc.torsion.adapters.critical import UndampedResonances, undamped_speeds
 from vibecalc.torsion.adapters.curves import (
@@ -38,7 +39,6 @@ from vibecalc.torsion.critical_speeds import by_machine, largest, telling_speeds
 from vibecalc.torsion.dense import mapped
 from vibecalc.torsion.model import ShaftLineModel
 from vibecalc.torsion.results import ROOT
-from vibecalc.torsion.synthesis import over_cycle
 
 # ----------------------------------------------------------------------------
 # Adapter: a line in another state next to its own: curves, largest values, at operating speed.

@@ -1,0 +1,119 @@
+"""Claim: whatever acts on a body is in all its results, or a message says what is not."""
+
+import copy
+
+import numpy as np
+import pytest
+from engine_cases import replaced
+from engine_mounted import SEPARATE, mounted
+from shipped_cases import table_of
+
+from vibecalc.core.case.load import validate
+from vibecalc.core.results.record import Record
+from vibecalc.core.results.renamed import RENAMED
+from vibecalc.core.run.machine_checks import machine_warnings
+from vibecalc.core.run.plan import planned_quantities
+from vibecalc.core.run.run import run_case
+from vibecalc.errors import CaseError
+from vibecalc.parts.matrices import displacement_at
+
+FORCE, MOVED = "isolation/support_force", "isolation/support_displacement"
+STOPS = (
+    "each = { stiffness = [2e5, 2e5, 4e5], damping = [200.0, 200.0, 400.0] }",
+    "each = { stiffness = [2e5, 2e5, 4e5], damping = [200.0, 200.0, 400.0], "
+    'static = { stops = { down = "9 mm", up = "7 mm", stiffness = "5 kN/mm" } } }',
+)
+RUN_UP = ('model = "rigid_body"', 'model = "rigid_body"\nrun_up = { from = 20.0, to = 160.0 }')
+
+
+def over_two_turns(record: Record) -> np.ndarray:
+    """Vertical motion (mounts, angles) of the body at its mounts, by all orders listed."""
+    motion = record[f"{MOVED}/steady_harmonics"]
+    angle = np.linspace(0.0, 4.0 * np.pi, 20001)
+    wave = np.exp(1j * np.outer(motion.axes[2].values, angle))
+    return np.asarray((motion.values[:, 2] @ wave).real)
+
+
+def test_the_mean_torque_counts_in_deflections_clearances_and_the_run_up() -> None:
+    """Against a dense solve of the body under the mean couple, and sums over the cycle."""
+    case = mounted(replaced(SEPARATE, STOPS, RUN_UP))
+    record = run_case(case)
+    couple = float(record["isolation/torque_reaction/mean_couple"].values)
+    assert couple < -50.0
+    arms = [displacement_at(np.array(at)) for at in case.machine.mounts.positions]
+    spring = np.diag([2e5, 2e5, 4e5])
+    still = np.linalg.solve(sum(a.T @ spring @ a for a in arms), [0, 0, 0, couple, 0, 0])
+    mean = np.array([a @ still for a in arms])
+    found = record[f"{FORCE}/mean"].values
+    assert found == pytest.approx(mean @ spring, rel=1e-9, abs=1e-9 * np.abs(found).max())
+    up, sag = over_two_turns(record), record[f"{MOVED}/sag"].values
+    down = (sag - mean[:, 2])[:, None] - up
+    largest = record[f"{MOVED}/excursion"]
+    away = np.abs(largest.values - np.abs(down).max(axis=1))
+    assert np.all(away <= largest.error_estimate + 1e-6 * down.max())
+    left = np.minimum(0.009 - down.max(axis=1), 0.007 + down.min(axis=1))
+    clearance = record["isolation/mounts/clearance"]
+    assert np.all(np.abs(clearance.values - left) <= clearance.error_estimate + 1e-6 * down.max())
+    # one card for all speeds: the mean is the same in the run-up
+    rest = np.minimum(0.009 - (sag - mean[:, 2]), 0.007 + (sag - mean[:, 2]))
+    passed = rest - record["isolation/mounts/run_up_travel"].values
+    assert record["isolation/mounts/run_up_clearance"].values == pytest.approx(passed, abs=1e-9)
+
+
+def test_causes_add_up_order_by_order_and_are_named() -> None:
+    record = run_case(mounted(SEPARATE))
+    alone = ('model = "rigid_body"', 'model = "rigid_body"\nloads = ["shaking"]')
+    shaken = run_case(mounted(replaced(SEPARATE, alone)))
+    causes = record[f"{FORCE}/by_cause"]
+    assert [*causes.axes[1].values] == ["torque of the cylinders", "shaking"]
+    # without gas the inertia torque is part of the shaking: with it, of the torque
+    assert np.all(causes.values.sum(axis=1) >= record[f"{FORCE}/steady_peak"].values * (1 - 1e-6))
+    assert f"{FORCE}/by_cause" not in shaken
+    assert np.all(shaken[f"{FORCE}/steady_peak"].values < record[f"{FORCE}/steady_peak"].values)
+
+
+def test_the_torque_alone_is_refused_with_where_it_is() -> None:
+    alone = ('model = "rigid_body"', 'model = "rigid_body"\nloads = ["torque"]')
+    with pytest.raises(CaseError, match="the shaking always acts") as told:
+        mounted(replaced(SEPARATE, alone))
+    assert "isolation/support_force/by_cause" in str(told.value)
+
+
+def test_paths_of_before_name_the_same_results() -> None:
+    for old, new in RENAMED.items():
+        name = "genset_on_deck" if old.startswith("foundation") else "pump"
+        table = copy.deepcopy(table_of(name))
+        table["limit"] = [{"quantity": old, "max": 1e9}]
+        case = validate(table)
+        assert case.limit[0].quantity == new
+        assert new in planned_quantities(case)
+
+
+def test_what_pitch_leaves_out_has_a_size() -> None:
+    """One cylinder away from the centre: its force moves the body up and down, too."""
+    table = copy.deepcopy(table_of("generator"))
+    table["machine"]["crank_train"]["cylinders"] = [{"name": "1"}]
+    table["machine"]["crank_train"]["origin"] = [-0.2, 0.0, 0.0]
+    for key in ("reference", "limit"):
+        table.pop(key, None)
+    record = run_case(validate(table))
+    force = float(np.max(record["excitation/force_peak"].values))
+    assert force > 100.0
+    assert record["isolation/pitch/force_left_out"].values == pytest.approx(force, rel=1e-9)
+    whole = run_case(validate(table_of("generator")))
+    left = whole["isolation/pitch/force_left_out"]
+    assert float(left.values) <= left.error_estimate + 1e-9 * force
+
+
+def test_gas_that_only_loads_the_bearings_is_said() -> None:
+    words = "the gas does not turn the body on its mounts"
+    bearings = (
+        '[isolation]\nmodel = "rigid_body"\n',
+        '[isolation]\nmodel = "rigid_body"\n[bearing_loads]\nmain_bearings = '
+        '[{ name = "a", position = "-0.3 m" }, { name = "b", position = "0.3 m" }]\n',
+    )
+    still = ('"separate"', '"cancels_torque"')
+    both = mounted(replaced(SEPARATE, bearings, still))
+    assert any(one.startswith(words) for one in machine_warnings(both))
+    turned = mounted(replaced(SEPARATE, bearings))
+    assert not any(words in one for one in machine_warnings(turned))

@@ -1,0 +1,196 @@
+"""Adapter: the run-up of a rigid body on its mounts under all that acts on it."""
+
+from collections.abc import Callable
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from vibecalc.core.run.stage import Scene
+from vibecalc.excitation.adapter import Forcing, few_orders, numbered
+from vibecalc.excitation.inertia_forces import as_loads
+from vibecalc.isolation.adapters.common import KeptRows, OfBody, RunUpSection, RunUpSetup
+from vibecalc.isolation.adapters.torque_couple import (
+    Passing,
+    TorqueLaw,
+    line_passing,
+    mean_couple,
+    torque_law,
+    total_torque,
+)
+from vibecalc.isolation.on_mounts import OnMounts
+from vibecalc.isolation.rigid_body import mount_readout
+from vibecalc.isolation.rows import CoupleAt, HarmonicsAt, Readout, with_left_out
+from vibecalc.isolation.torque_reaction import (
+    TAIL,
+    couple_by_differences,
+    couple_on_body,
+    linear_couple,
+    with_shaking,
+)
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.parts.firing import shakes_with_torque, torque_reaches_mounts
+from vibecalc.response.resonances import Resonances, idle_warnings
+
+# ----------------------------------------------------------------------------
+# The run-up of a rigid body: all orders of the shaking and of the torque that reaches the mounts.
+#
+# Between two gas cards the torque is linear in the speed, so each such part of the range is a
+# run-up of its own.
+# ----------------------------------------------------------------------------
+
+#: damping ratio from which a resonance of a shaft line is looked for
+_NARROW = 1e-3
+
+
+def body_sections(scene: Scene, start: float, stop: float) -> tuple[RunUpSection, ...]:
+    """The range from `start` to `stop`, cut at the speeds of the gas cards within it."""
+    forcing: Forcing = scene.handed_on["forcing"]
+    if not torque_reaches_mounts(scene.case):
+        few, tail = few_orders(forcing)
+        orders = _Orders(forcing.order, slice(forcing.retained), few, tail)
+        return (RunUpSection(_setup(scene, orders, None, start, stop), start, stop),)
+    law = torque_law(scene, forcing.retained)
+    within = law.speeds[(law.speeds > start) & (law.speeds < stop)]
+    passing = None if shakes_with_torque(scene.case) else line_passing(scene)
+    orders = _Orders(law.order, slice(law.retained), slice(law.retained, None), TAIL)
+    return tuple(
+        RunUpSection(_setup(scene, orders, _Gas(law, passing), low, high), low, high)
+        for low, high in pairwise([start, *within.tolist(), stop])
+    )
+
+
+class _Orders(NamedTuple):
+    """Orders (m,), those kept of them, and those that stand `tail` times for what is left out."""
+
+    order: np.ndarray
+    kept: slice
+    beyond: slice | np.ndarray
+    tail: np.ndarray | float
+
+
+class _Gas(NamedTuple):
+    """The torque of the cylinders, and how a shaft line on the body passes it on, if there is."""
+
+    law: TorqueLaw
+    passing: Passing | None
+
+
+def _setup(scene: Scene, orders: _Orders, gas: _Gas | None, low: float, high: float) -> RunUpSetup:
+    """Rows and resonances between two speeds."""
+    system: OnMounts = scene.handed_on["on_mounts"]
+    forcing: Forcing = scene.handed_on["forcing"]
+    order = orders.order
+    axis, ends = scene.parts.crank_train.axis, np.array([low, high])
+    none = Bounded(np.zeros(len(order)), np.zeros(len(order)))
+    shaking = with_shaking(none, order, axis, as_loads(forcing.per_speed_squared))
+    about = np.concatenate([np.zeros(3), axis]) @ system.reach
+
+    def of_orders(
+        part: slice | np.ndarray,
+    ) -> tuple[Callable[[Readout, bool], HarmonicsAt], Resonances]:
+        force = system.felt(shaking[part])
+        forces, couple = [force], None
+        if gas is not None:
+            couple = _couple(gas, ends, part)
+            at_ends = couple(ends, errors=True)
+            forces += _about(Bounded(at_ends.value, at_ends.error), about)
+        resonances = _met(system, forces)
+
+        def rows(readout: Readout, passed_on: bool) -> HarmonicsAt:
+            given = (readout, order[part], force, resonances, couple, about, passed_on)
+            return system.rows(*given)
+
+        return rows, _with_poles(system, resonances, forces)
+
+    kept, resonances = of_orders(orders.kept)
+    others, _ = of_orders(orders.beyond)
+    beyond = order[orders.beyond]
+
+    def rows(readout: Readout, passed_on: bool = False) -> KeptRows:
+        return KeptRows(kept(readout, passed_on), others(readout, passed_on), orders.tail, beyond)
+
+    line_frequency = np.zeros(0)
+    if gas is not None and gas.passing is not None:
+        line_frequency = _line_frequencies(scene, high)
+    shows, travel = _shows(system), system.travel()
+    listed = order[orders.kept]
+    harmonics = numbered(listed)
+    step = float(listed[0] / harmonics[0])
+    return RunUpSetup(
+        rows=with_left_out(*rows(_forces(system), True)[:3]),
+        harmonics=harmonics,
+        step=step,
+        resonances=resonances._replace(
+            frequency=resonances.frequency / step,
+            moved_frequency=np.concatenate([resonances.moved_frequency, line_frequency]) / step,
+            moved_ratio=np.concatenate(
+                [resonances.moved_ratio, np.full(len(line_frequency), _NARROW)]
+            ),
+        ),
+        shows=shows,
+        row_of=np.arange(shows.shape[1]),
+        lever_rows=0,
+        idle=lambda first, last: idle_warnings(resonances, listed, first, last),
+        of_body=OfBody(rows, system.reach, system.reach @ system.shapes.shape),
+        travel=None if travel is None else with_left_out(*rows(travel)[:3]),
+        mean=() if gas is None else tuple(mean_couple(scene, gas.law, end) for end in (low, high)),
+    )
+
+
+def _forces(system: OnMounts) -> Readout:
+    """Forces of the mounts on the ground by the motions of the system."""
+    mounts = system.mounts
+    loss = mounts.structural if mounts.spectrum is None else np.zeros_like(mounts.stiffness)
+    return mount_readout(system.stretch, mounts.stiffness, mounts.damping, loss)
+
+
+def _shows(system: OnMounts) -> np.ndarray:
+    """Which of the modes loads which mount, (modes, mounts)."""
+    pressed = system.mounts.stiffness @ system.stretch @ system.shapes.shape
+    size = np.sqrt(np.square(pressed).sum(axis=1)).T
+    return np.asarray(size > 1e-12 * size.max())
+
+
+def _line_frequencies(scene: Scene, speed: float) -> np.ndarray:
+    """Natural frequencies of the shaft line above zero, rad/s, where its torque has resonances."""
+    from vibecalc.torsion.model import build_shaft_line
+    from vibecalc.torsion.modes import natural_modes
+
+    frequency = natural_modes(build_shaft_line(scene.case).at(speed)).frequency
+    return frequency[frequency > 0.0]
+
+
+def _couple(gas: _Gas, ends: np.ndarray, part: slice | np.ndarray) -> CoupleAt:
+    """Couple of the orders `part` that the shaking lacks, as a function of the speed."""
+    law, passing = gas
+    if passing is None:
+        low, high = (couple_on_body(law.gas_at(end), share=law.share) for end in ends)
+        return linear_couple(ends, *(Bounded(c.value[part], c.error[part]) for c in (low, high)))
+    order = law.order[part]
+
+    def by_the_line(speed: np.ndarray) -> Bounded:
+        torque = total_torque(law, speed)
+        torque = Bounded(torque.value[..., part], torque.error[..., part])
+        return couple_on_body(torque, passing(order, speed))
+
+    return couple_by_differences(by_the_line, *ends.tolist())
+
+
+def _about(couple: Bounded, axis: np.ndarray) -> list[Bounded]:
+    """Loads (orders, f) of the couples (speeds, orders) about an axis (f,), speed by speed."""
+    return [
+        Bounded(value[:, None] * axis, error[:, None] * np.abs(axis))
+        for value, error in zip(couple.value, couple.error, strict=True)
+    ]
+
+
+def _met(system: OnMounts, forces: list[Bounded]) -> Resonances:
+    """Resonances of which an order is idle that none of the forces (orders, f) gives a force."""
+    found = [system.resonances(force) for force in forces]
+    return found[0]._replace(idle=np.all([one.idle for one in found], axis=0))
+
+
+def _with_poles(system: OnMounts, resonances: Resonances, forces: list[Bounded]) -> Resonances:
+    found = [system.with_poles(resonances, force) for force in forces]
+    return found[0]._replace(idle=np.all([one.idle for one in found], axis=0))
