@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear, minimize
+from shipped_cases import CASES
 
 from vibecalc.balance.pictures import draw_weights
 from vibecalc.balance.weights import (
@@ -343,3 +344,23 @@ def test_an_order_that_is_balanced_already_is_called_so(tmp_path: Path) -> None:
     said = " ".join(render_report(execute(loaded)).split())
     assert "order 1 is balanced already, without weights" in said
     assert "no weight lessens" not in said
+
+
+def test_what_is_left_of_all_orders_is_their_sum_over_a_turn() -> None:
+    (loaded,) = load_checked([CASES["balance_i4"]])
+    record = execute(loaded).record
+    angle = np.linspace(0.0, 2.0 * np.pi, 4001)
+    for when in ("before", "after"):
+        by_order = record[f"balance/{when}/residual"].values
+        whole = record[f"balance/{when}/all_orders"]
+        away = abs(float(whole.values) - np.linalg.norm(by_order))
+        assert away <= 1e-12 * np.linalg.norm(by_order)
+    assert record["balance/after/all_orders"].values < record["balance/before/all_orders"].values
+    for name in ("force", "couple"):
+        left = record[f"balance/{name}"]
+        wave = np.exp(1j * np.outer(left.axes[0].values, angle))
+        size = np.linalg.norm((left.values.T @ wave).real, axis=0).max()
+        peak = record[f"balance/after/{name}_peak"]
+        assert abs(float(peak.values) - size) <= peak.error_estimate + 1e-5 * size
+        shaking = np.max(record[f"excitation/{name}_peak"].values)
+        assert record[f"balance/before/{name}_peak"].values >= shaking * (1.0 - 1e-9)

@@ -15,7 +15,13 @@ from vibecalc.balance.weights import (
     residual,
 )
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import DIRECTIONS, Forcing, couples_of, forces_of
+from vibecalc.excitation.adapter import (
+    DIRECTIONS,
+    Forcing,
+    couples_of,
+    forces_of,
+    length_over_cycle,
+)
 from vibecalc.excitation.crank_forces import TurningWeights, turning_forces
 from vibecalc.excitation.inertia_forces import Excitation, add, at_speed, size_of_terms
 from vibecalc.numerics.bounded import Bounded, concatenate
@@ -44,8 +50,10 @@ def run_balance(scene: Scene) -> None:
     solved = {order: _solve(order, kept, sought, train, measure) for order in counting}
     _tell(scene, solved)
     after = _emit_weights(scene, sought, solved, train, kept)
-    _emit_orders(scene, kept, after, measure, forcing.orders[: forcing.retained])
+    _emit_orders(scene, kept, after, measure, forcing.order[: forcing.retained])
     _emit_totals(scene, kept, measure, solved)
+    for when, one in (("before", kept), ("after", after)):
+        _emit_all_orders(scene, when, one, forcing, measure)
     scene.cite(
         "linear least squares with each weight within its bound",
         "weights that leave the least force and couple",
@@ -163,6 +171,24 @@ def _emit_orders(
         for name, value in found.items():
             terms[name] = max(terms.get(name, 0.0), size_of_terms(value.error))
             scene.emit(f"{ROOT}/{when}/{name}", value, axes=axes, terms=terms[name])
+
+
+def _emit_all_orders(
+    scene: Scene, when: str, kept: Excitation, forcing: Forcing, measure: Measure
+) -> None:
+    """Residual, force and couple of all orders together; weights turn at none that is left out."""
+    beyond = (part[forcing.retained :] for part in forcing.per_speed_squared)
+    whole = Excitation._make(
+        np.concatenate([one, rest]) for one, rest in zip(kept, beyond, strict=True)
+    )
+    driven = at_speed(whole, scene.case.machine.speed)
+    every = residual(driven, measure)
+    left, dropped = every[: forcing.retained].norm(), forcing.tail * every.value[forcing.retained :]
+    error = left.error + np.linalg.norm(dropped)
+    scene.emit(f"{ROOT}/{when}/all_orders", left.value, error, terms=size_of_terms(left.error))
+    for name, part in (("force", forces_of(driven)), ("couple", couples_of(driven))):
+        peak = length_over_cycle(Bounded(part.value.T, part.error.T), forcing)
+        scene.emit(f"{ROOT}/{when}/{name}_peak", peak.value, peak.error, terms=peak.terms)
 
 
 def _emit_totals(

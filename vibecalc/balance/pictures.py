@@ -43,6 +43,15 @@ def _any(name: str) -> Source:
     return made
 
 
+def _title(result: Result) -> str:
+    """With the residual of all orders, without the weights and with them."""
+    both = (f"{ROOT}/{when}/all_orders" for when in ("before", "after"))
+    known = [one for path in both if (one := result.record.quantities.get(path)) is not None]
+    sizes = [f"{show(float(one.values), one.error_estimate)} N" for one in known]
+    words = "what the weights leave, by order"
+    return f"{words}; weighted residual of all: {', then '.join(sizes)}" if sizes else words
+
+
 def _pair(name: str, label: str) -> Panel:
     return Panel(
         label,
@@ -58,7 +67,7 @@ def _pair(name: str, label: str) -> Panel:
 
 
 BALANCE_ORDERS = Curves(
-    "what the weights leave, by order",
+    _title,
     (
         _pair("force", "force"),
         _pair("couple", "couple"),

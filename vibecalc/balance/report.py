@@ -103,10 +103,21 @@ def _orders(result: Result) -> list[str]:
             pair = [known[name, when] for when in ("before", "after")]
             cells += [show(one.values[i], one.estimate) for one in pair]
         rows.append([f"{order:g}", *cells])
+    if len(orders) > 1:
+        rows.append(["all", *_all_orders(result.record)])
     heads = [Column("order", 6)]
     for _, words in _BY_ORDER:
         heads += [number(f"{words}\nbefore", 10), number("\nafter", 10)]
     return table(heads, rows)
+
+
+def _all_orders(record: Record) -> list[str]:
+    """Peak force, and the residual, of all orders together; couples follow different axes."""
+    cells = []
+    for name in ("force_peak", "", "", "all_orders"):
+        both = [record.quantities.get(f"{ROOT}/{when}/{name}") for when in ("before", "after")]
+        cells += [show(float(one.values), one.error_estimate) if one else "" for one in both]
+    return cells
 
 
 def _words(result: Result) -> list[str]:

@@ -51,13 +51,28 @@ ENTRIES = (
             ("residual", "N", "weighted residual of the order"),
         )
     ),
+    *(
+        entry(
+            f"{ROOT}/{when}/{name}",
+            "",
+            unit,
+            f"{what}, {words}",
+            kind,
+            headline=Headline(f"{head} {words}{', peak' if kind == PEAK else ''}", unit),
+        )
+        for when, words in (("before", "without the weights"), ("after", "with the weights"))
+        for name, unit, what, head, kind in (
+            ("all_orders", "N", "weighted residual of all orders", "weighted residual", None),
+            ("force_peak", "N", "largest force over a turn, all orders", "force", PEAK),
+            ("couple_peak", "N*m", "largest couple over a turn, all orders", "couple", PEAK),
+        )
+    ),
     entry(
         f"{ROOT}/residual_before",
         "",
         "N",
         "weighted residual of the orders that count, without the weights",
         PEAK,
-        headline=Headline("weighted residual without the weights", "N"),
     ),
     entry(
         f"{ROOT}/residual",
@@ -65,7 +80,6 @@ ENTRIES = (
         "N",
         "least weighted residual of the orders that count",
         PEAK,
-        headline=Headline("weighted residual with the weights", "N"),
     ),
     entry(
         f"{ROOT}/gap",
