@@ -19,9 +19,11 @@ WORKERS ?= 2
 PYTEST_OPTIONS ?=
 DIST ?= dist
 # another BLAS kernel for `make test-kernel`, or "commit": the one that the commit's hash chooses; and
-# the tests of docs, packaging and pictures, which hang on no kernel
+# tests of docs, packaging, pictures, reports, streams and the command line, which hang on no kernel
 KERNEL ?= commit
-NO_NUMBERS := docs* readme site package examples ci_example *plots *pictures property_paper python
+NO_NUMBERS := docs* readme site package examples ci_example *plots *pictures property_paper python \
+  cli* start_up architecture bad_cases_streams bad_cases_reports property_every_key property_store \
+  *_editors *_html *_help *_template *_report
 
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
