@@ -21,11 +21,15 @@ def _loads() -> Iterator[Entry]:
             yield entry(
                 f"{COUPLED}/{name}/{what}_rms", "", unit, f"{words}, all orders", RMS, headline=head
             )
+            about = "" if what == "force" else " about the reference point"
             yield entry(
                 f"{COUPLED}/{name}/{what}_efficiency",
                 "",
                 "",
-                f"1 - r.m.s. of the {words} over that of the machine held still",
+                f"1 - r.m.s. of the {words}{about} over that of the machine held still",
+                headline=Headline(f"isolation of the {what}{about}, r.m.s.")
+                if name == "ground"
+                else None,
             )
             yield entry(
                 f"{COUPLED}/{name}/{what}_by_order",

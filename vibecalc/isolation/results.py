@@ -112,7 +112,12 @@ ISOLATION_ENTRIES = (
         "mode",
         "rad/s",
         "undamped natural frequency",
-        headline=Headline("natural frequency", "Hz", pick="ends"),
+        headline=Headline(
+            "natural frequency",
+            "Hz",
+            pick="ends",
+            unless="foundation/coupled/modes/natural_frequency",
+        ),
     ),
     entry("isolation/modes/damping_ratio", "mode", "", "modal damping ratio"),
     entry(
