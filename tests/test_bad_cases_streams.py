@@ -252,26 +252,37 @@ def test_a_sweep_with_names_in_another_encoding(tmp_path: Path) -> None:
     assert (ended.returncode, ended.stdout, ended.stderr) == (0, b"machine.kind=\n", b"")
 
 
+def spoken(folder: Path, *arguments: str | bytes, code: int = 0) -> str:
+    """What a command says in a folder, in UTF-8."""
+    ended = subprocess.run([*PROGRAM, *arguments], cwd=folder, capture_output=True, check=False)
+    assert ended.returncode == code, ended.stderr
+    return (ended.stdout + ended.stderr).decode("utf-8")
+
+
 def test_a_name_in_another_encoding(tmp_path: Path) -> None:
     """Files get its bytes; texts, and the result itself, spell it out."""
     case = os.fsencode(tmp_path) + b"/F\xe4ll.toml"
     shutil.copy(GENERATOR, case)
-
-    def said(*arguments: str | bytes, code: int = 0) -> str:
-        ended = subprocess.run(
-            [*PROGRAM, *arguments], cwd=tmp_path, capture_output=True, check=False
-        )
-        assert ended.returncode == code, ended.stderr
-        return (ended.stdout + ended.stderr).decode("utf-8")
-
     result = b"outputs/F\xe4ll.h5"
-    assert r"outputs/F\xe4ll.h5" in said("run", case)
+    assert r"outputs/F\xe4ll.h5" in spoken(tmp_path, "run", case)
     folder = os.fsencode(tmp_path) + b"/outputs"
     assert sorted(os.listdir(folder)) == [b"F\xe4ll.h5", b"F\xe4ll.txt"]
-    assert "is up to date" in said("run", "--if-needed", case)
-    assert said("report", result) and r"F\xe4ll" in said("info", result)
-    assert said("report", "--html", result) and said("diff", result, result)
-    assert said("diff", "--junit", b"j\xe4.xml", result, result)
+    assert r"F\xe4ll" in spoken(tmp_path, "info", result)
+    words = spoken(tmp_path, "check", b"n\xe4.toml", code=2)
+    assert words.startswith(r"error: n\xe4.toml does not exist")
+
+
+@pytest.mark.long
+def test_a_name_in_another_encoding_in_other_commands(tmp_path: Path) -> None:
+    case, result = os.fsencode(tmp_path) + b"/F\xe4ll.toml", b"outputs/F\xe4ll.h5"
+    shutil.copy(GENERATOR, case)
+
+    def said(*arguments: str | bytes) -> str:
+        return spoken(tmp_path, *arguments)
+
+    assert said("run", case) and "is up to date" in said("run", "--if-needed", case)
+    assert said("report", result) and said("report", "--html", result)
+    assert said("diff", result, result) and said("diff", "--junit", b"j\xe4.xml", result, result)
     assert json.loads(said("run", "--json", case))
     assert said("export", result, "isolation/support_force/steady_peak")
     records = CASES.parent / "tests" / "golden" / "roll_records.h5"
@@ -279,7 +290,6 @@ def test_a_name_in_another_encoding(tmp_path: Path) -> None:
     assert r"\xe4_orders.csv" in said("export", b"\xe4.h5", "--orders", "-o", b"\xe4")
     assert b"\xe4_orders.csv" in os.listdir(os.fsencode(tmp_path) + b"/\xe4")
     assert r"\xe4/F\xe4ll_shaking.png" in said("plot", result, "-o", b"\xe4", "--only", "shaking")
-    assert said("check", b"n\xe4.toml", code=2).startswith(r"error: n\xe4.toml does not exist")
 
 
 def _of_folder(folder: Path) -> list[str]:

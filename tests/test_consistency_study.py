@@ -18,7 +18,7 @@ def test_balance_of_start_and_optimum_stand_in_one_report() -> None:
     assert start[0] == pytest.approx(-0.6, abs=1e-12)
     text = render_report(result, full=True)
     optimum, rest = text.split("Balance table at the start")
-    assert "Balance table (z:" in optimum
+    assert "Balance table of equal cylinders (z" in optimum
     assert "-0.6000" in rest.split("order 2")[0]
     assert record["excitation/residual"].values < record[
         "optimisation/start/excitation/residual"
