@@ -114,8 +114,11 @@ def wrong_cases(covering: Covering, cases: Iterable[Data]) -> dict[str, str]:
         names = ", ".join(".".join(table) for table in covering.present(data))
         code, said = how_it_ends(covering.kind, data, drawn=number == 0)
         while code and (row := without_number(f"{names} together", said)):
-            for key in row["leave_out"]:
-                data.pop(key, None)
+            present = [key for key in row["leave_out"] if key in data]
+            if not present:
+                break
+            for key in present:
+                del data[key]
             code, said = how_it_ends(covering.kind, data, drawn=number == 0)
         if code != 0:
             wrong[names] = said
