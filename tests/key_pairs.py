@@ -33,7 +33,7 @@ Pair = frozenset[Pattern]
 #: tables whose own tables are optional parts of a case as well
 _ABOVE: tuple[Pattern, ...] = ((), ("machine",), ("response",), ("response", "torsion"))
 #: cases with a table that are tried, planned ones and shipped ones
-_CASES = 2
+_CASES = 3
 
 
 def tables(kind: str) -> list[Pattern]:

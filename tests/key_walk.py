@@ -117,11 +117,19 @@ LIGHTER: dict[Pattern, Any] = {
     ("response", "impact", "revolutions"): 6,
     ("response", "impact", "discard"): 2,
     ("optimisation", "robust", "samples"): 32,
+    ("optimisation", "starts"): 1,
+    ("optimisation", "front_points"): 3,
+    ("optimisation", "compare"): ["sequential_quadratic"],
     ("find", EACH, "points"): 5,
     ("sweep", "axes", EACH, "points"): 3,
     ("sweep", "axes", EACH, "with", EACH, "points"): 3,
 }
-
+#: tables in which such a number stays away if it is: an axis may list values
+_MAY_LACK: tuple[Pattern, ...] = (
+    ("optimisation",),
+    ("sweep", "axes", EACH),
+    ("sweep", "axes", EACH, "with", EACH),
+)
 
 SEARCHES = ("optimisation", "fit", "find")
 STUDIES = (*SEARCHES, "tuning", "damper_design")
@@ -227,8 +235,8 @@ def lighten(data: Data, but: Pattern = ()) -> None:
     """Set the numbers that only make a run long, in the tables that are there."""
     for pattern, value in LIGHTER.items():
         for above in _tables(data, pattern[:-1]) if pattern != but else ():
-            if pattern[0] != "sweep" or pattern[-1] in get(data, above):  # else it lists values
-                get(data, above)[pattern[-1]] = value
+            if pattern[:-1] not in _MAY_LACK or pattern[-1] in get(data, above):
+                get(data, above)[pattern[-1]] = copy.deepcopy(value)
 
 
 def get(data: Any, path: KeyPath) -> Any:

@@ -6,7 +6,7 @@ from collections.abc import Generator, Iterator
 from typing import Any
 
 from vibecalc.core.case.raw import Data, get_key, key_text, parse_key, read_number, tables_at
-from vibecalc.core.case.rules import Row
+from vibecalc.core.case.rules import OneOf, Row
 from vibecalc.core.case.walk import Shape, allowed_of, bound_words, keys_of, shape_at, words
 from vibecalc.errors import KeyPath, Problem, UnitError, UsageError
 
@@ -115,13 +115,27 @@ def changeable(
     """Shape of a key of this case that a search may set; UsageError, with a hint, if it may not.
 
     The key has to be one of these kinds below one of `tables`, a number as a rule; a key that may
-    be left out need not be there.
+    be left out need not be there, unless one stands there that excludes it.
     """
     target = parse_key(key)
     shape = _number_at(target, tables, kinds)
-    if not _has_default(data, target):
+    if _has_default(data, target):
+        _fits_beside(data, target)
+    else:
         get_key(data, target)
     return shape
+
+
+def _fits_beside(data: dict[str, Any], target: KeyPath) -> None:
+    """Raises UsageError where a key that is left out excludes one that the case has beside it."""
+    table, parent = get_key(data, target[:-1]), shape_at(target[:-1])
+    if parent is None or parent.table is None or target[-1] in table:
+        return
+    with_key = Row({**table, str(target[-1]): math.nan}, target[:-1], data, parent.table)
+    for rule in parent.table.RULES:
+        for problem in rule(with_key) if isinstance(rule, OneOf) else ():
+            if problem.also:
+                raise UsageError(problem.message)
 
 
 def _number_at(target: KeyPath, tables: tuple[str, ...], kinds: tuple[str, ...]) -> Shape:
