@@ -1,5 +1,6 @@
 """Checks of form of what a search may change and of what it looks for."""
 
+import copy
 import difflib
 import math
 from collections.abc import Generator, Iterator
@@ -131,7 +132,9 @@ def _fits_beside(data: dict[str, Any], target: KeyPath) -> None:
     table, parent = get_key(data, target[:-1]), shape_at(target[:-1])
     if parent is None or parent.table is None or target[-1] in table:
         return
-    with_key = Row({**table, str(target[-1]): math.nan}, target[:-1], data, parent.table)
+    whole = copy.deepcopy(data)
+    get_key(whole, target[:-1])[target[-1]] = math.nan
+    with_key = Row(get_key(whole, target[:-1]), target[:-1], whole, parent.table)
     for rule in parent.table.RULES:
         for problem in rule(with_key) if isinstance(rule, OneOf) else ():
             if problem.also:
