@@ -67,6 +67,7 @@ def begin(run: Run) -> None:
     assert ran(ended) == ["compressor_motor", "i3"]
 
 
+@pytest.mark.long
 def test_only_what_changed_runs_and_what_moved_fails_by_name(run: Run, tmp_path: Path) -> None:
     begin(run)
     case = tmp_path / "cases" / "i3.toml"

@@ -312,6 +312,7 @@ def test_fixed_steps_of_three_gaps_approach_the_event_exact_motion():
         assert np.max(np.abs(theirs.force[0, :60])) > 50.0
 
 
+@pytest.mark.long
 def test_the_motion_does_not_depend_on_what_is_kept_of_it(monkeypatch):
     """Path to the last bit and totals to rounding, whether books are entered at once or never."""
     drive, gas, joint = compressor_drive(), gas_towards("crank"), source_joint()

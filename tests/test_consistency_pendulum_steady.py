@@ -90,6 +90,7 @@ def test_a_tuned_pendulum_leaves_harmonics_of_its_swing(name):
     np.testing.assert_allclose(rotor[1, :2] / rotor[0, :2], [8.0, 4.0], rtol=1e-2)
 
 
+@pytest.mark.long
 def test_estimates_hold_against_many_harmonics():
     swing = np.array([0.2, 0.7, 1.1])
     rough = steady_motion(POINT, ROTOR, ORDER, swing, 8)

@@ -75,7 +75,11 @@ def assert_alike(together: Block, single: Block) -> None:
 
 @pytest.mark.parametrize(
     ("name", "key"),
-    [(name, key) for name, ranges in RANGES.items() for key in [*ranges, "all"]],
+    [
+        pytest.param(name, key, marks=[] if key == "all" else pytest.mark.long)
+        for name, ranges in RANGES.items()
+        for key in [*ranges, "all"]
+    ],
 )
 def test_rings_by_arrays_are_those_of_single_runs(name: str, key: str) -> None:
     ranges = RANGES[name] if key == "all" else {key: RANGES[name][key]}

@@ -16,7 +16,7 @@ from vibecalc.core.results.sweep_file import is_sweep
 
 GOLDEN = {path.name: path for path in sorted((ROOT / "tests" / "golden").glob("*.h5"))}
 #: an axis with the name of a group, of a quantity in its group and below it, and all three
-KEPT = ("absorber_two.h5", "generator_mount_fit.h5", "marine_propulsion.h5", "roll.h5")
+KEPT = ("absorber_two.h5", "generator_mount_fit.h5", "roll.h5")
 
 
 def same(tree: xarray.DataTree, result: vibecalc.Result) -> None:

@@ -21,7 +21,7 @@ def _loads() -> Iterator[Entry]:
             yield entry(
                 f"{COUPLED}/{name}/{what}_rms", "", unit, f"{words}, all orders", RMS, headline=head
             )
-            about = "" if what == "force" else " about the reference point"
+            about = "" if what == "force" else " about the origin"
             yield entry(
                 f"{COUPLED}/{name}/{what}_efficiency",
                 "",
