@@ -5,7 +5,7 @@ import copy
 import numpy as np
 import pytest
 from engine_cases import replaced
-from engine_mounted import SEPARATE, mounted
+from engine_mounted import SEPARATE, loaded_of, mounted
 from shipped_cases import table_of
 
 from vibecalc.core.case.load import validate
@@ -117,3 +117,18 @@ def test_gas_that_only_loads_the_bearings_is_said() -> None:
     assert any(one.startswith(words) for one in machine_warnings(both))
     turned = mounted(replaced(SEPARATE, bearings))
     assert not any(words in one for one in machine_warnings(turned))
+
+
+def test_half_orders_of_the_mounts_can_be_named() -> None:
+    """And orders beyond those that are kept cannot."""
+    where = 'where = {{ mount = "1", direction = "z", order = {} }}'
+    limit = '[[limit]]\nquantity = "{}"\n' + where + "\nmax = 1e9\n"
+    few = ('driven_machine = "separate"\n', 'driven_machine = "separate"\norders = 4\n')
+    text = replaced(SEPARATE, few)
+    for order, fine in ((0.5, True), (4, True), (4.5, False)):
+        path = f"{FORCE}/steady_harmonics"
+        if fine:
+            loaded_of(text + limit.format(path, order))
+            continue
+        with pytest.raises(CaseError, match="asks for an order"):
+            loaded_of(text + limit.format(path, order))

@@ -13,7 +13,7 @@ from vibecalc.excitation.gas_tables import (
     force_at,
     pressure_with_error,
 )
-from vibecalc.excitation.model import force_curves
+from vibecalc.excitation.model import force_curves, has_cards
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 from vibecalc.parts.body import DIRECTIONS
@@ -124,7 +124,7 @@ def gas_of(case: "Case", train: CrankTrain) -> Gas:
     """
     working = None if case.excitation is None else case.excitation.working
     runs = np.array([working is None or name in working for name in train.names], dtype=float)
-    if case.machine.kind in ("engine", "pump"):
+    if has_cards(case.machine):
         return _of_cards(case, train, runs)
     return _of_one_turn(case, train, runs)
 

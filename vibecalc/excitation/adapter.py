@@ -12,7 +12,7 @@ from vibecalc.excitation.crank_forces import TurningWeights, crank_forces, turni
 from vibecalc.excitation.inertia_forces import Excitation, add, at_speed, size_of_terms
 from vibecalc.kinematics.adapter import PistonMotion
 from vibecalc.numerics.bounded import Bounded, reshaped, rounded
-from vibecalc.numerics.cycle_peak import cycle_peak, vector_cycle_peak
+from vibecalc.numerics.cycle_peak import cycle_peak, numbered, vector_cycle_peak
 from vibecalc.numerics.leading import side_by_side
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.crank_train import CrankTrain, RotatingMasses
@@ -146,12 +146,6 @@ class CyclePeak(NamedTuple):
     value: np.ndarray
     error: np.ndarray
     terms: float
-
-
-def numbered(order: np.ndarray) -> np.ndarray:
-    """Orders (m,) as whole numbers, twice as much where some are halves: of two turns."""
-    doubled = np.rint(2.0 * order).astype(np.int64)
-    return doubled if np.any(doubled % 2) else doubled // 2
 
 
 def left_out(harmonics: Bounded, of: Orders) -> tuple[np.ndarray, np.ndarray]:

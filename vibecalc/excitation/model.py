@@ -127,6 +127,11 @@ def gas_cards(machine: Machine) -> tuple[Array, tuple[GasCard, ...]]:
     return np.empty(0), ()
 
 
+def has_cards(machine: Machine) -> bool:
+    """Whether one card stands for what is in all cylinders; else each has a curve over a turn."""
+    return machine.kind in ("engine", "pump")
+
+
 def force_curves(machine: Machine) -> list[GasForce | None]:
     """Force of the gas on each piston over its own turn: its own, or that of the common pressure.
 

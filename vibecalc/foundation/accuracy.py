@@ -9,7 +9,6 @@ from vibecalc.excitation.adapter import Forcing
 from vibecalc.foundation.adapter import two_masses
 from vibecalc.foundation.model import stand_on_body
 from vibecalc.foundation.two_masses import motion
-from vibecalc.isolation.adapters.loads import body_loads
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.response.forced import dynamics, response
 
@@ -19,7 +18,7 @@ def coupled_topics(scene: Scene) -> list[Topic]:
     given, body, mounts = scene.case.foundation, scene.parts.body, scene.parts.mounts
     if given is None or body is None or mounts is None or given.body is None:
         return []
-    system, loads = stand_on_body(given, body, mounts).system, body_loads(scene)
+    system, loads = stand_on_body(given, body, mounts).system, scene.handed_on["loads"]
     known = loads.load[: loads.retained]
     load = np.where(np.abs(known.value) > known.error, known.value, 0.0)
     acts = np.any(load != 0.0, axis=1)

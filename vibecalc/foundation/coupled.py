@@ -52,7 +52,7 @@ def run_coupled(scene: Scene) -> None:
         stand = stand_on_body(given, body, mounts)
         system = on_second_body(stand)
         solve = partial(_on_body, scene, stand, system, loads.order)
-        scene.handed_on["on_mounts"] = system
+        scene.handed_on["on_foundation"] = system
         _emit_modes(scene, system.matrices, system.shapes)
         natural = np.concatenate([natural, system.shapes.natural_frequency])
         grid = frequency_grid(natural, highest=float(frequency[loads.retained - 1]))
@@ -67,18 +67,17 @@ def run_coupled(scene: Scene) -> None:
         words = "mounts in series with the dynamic stiffness of their feet"
     source = "Harris and Piersol, Shock and Vibration Handbook, 5th ed. 2002, ch. 3 and 10"
     scene.cite(words, "motion of machine and foundation", source)
-    found = solve(loads.load)
-    known = {id(loads.load): found}
+    found, at_rest = solve(loads.load), scene.handed_on["at_rest"]
 
     def moved(load: Bounded) -> Moved:
-        return _at_mounts(known.get(id(load)) or solve(load), mounts)
+        return _at_mounts(solve(load), mounts)
 
-    emit_steady(scene, mounts, loads, scene.handed_on["at_rest"], moved)
+    emit_steady(scene, mounts, loads, at_rest, _at_mounts(found, mounts), moved)
     _emit_motion(scene, found, loads, frequency)
     _emit_loads(scene, found.ground, rigid, loads)
-    at_rest = transmissibility(alone(still.matrices), grid)
+    on_rigid = transmissibility(alone(still.matrices), grid)
     axes = {"coordinate": COORDINATES, "foundation_frequency": grid / _TURN}
-    for name, part in (("ground", passing), ("rigid", at_rest)):
+    for name, part in (("ground", passing), ("rigid", on_rigid)):
         diagonal = reshaped(abs(part), lambda one: np.diagonal(one, axis1=-2, axis2=-1).T)
         scene.emit(f"{COUPLED}/{name}/transmissibility", diagonal, axes=axes)
 

@@ -12,7 +12,7 @@ from vibecalc.core.accuracy.kinds import (
 )
 from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import Forcing, numbered
+from vibecalc.excitation.adapter import Forcing
 from vibecalc.excitation.inertia_forces import about_point
 from vibecalc.isolation.adapters.common import LARGEST, isolation_of
 from vibecalc.isolation.adapters.loads import BodyLoads
@@ -20,6 +20,7 @@ from vibecalc.isolation.adapters.run_up import sections
 from vibecalc.isolation.model import pitch_parts
 from vibecalc.isolation.rows import Jet
 from vibecalc.isolation.run_up import cycle_peaks, run_up_peak
+from vibecalc.numerics.cycle_peak import numbered
 from vibecalc.numerics.matrices import Matrices as Linear
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.parts.matrices import assemble, displacement_at

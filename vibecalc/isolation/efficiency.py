@@ -6,7 +6,7 @@ import numpy as np
 
 from vibecalc.numerics import bounded
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.cycle_peak import vector_cycle_peak
+from vibecalc.numerics.cycle_peak import numbered, vector_cycle_peak
 from vibecalc.numerics.rounding import BoolArray, FloatArray
 
 # ----------------------------------------------------------------------------
@@ -88,9 +88,7 @@ def rms(harmonics: Bounded, retained: int, tail: FloatArray | float) -> OverCycl
 
 def overall(vector: Bounded, order: FloatArray, retained: int, tail: FloatArray | float) -> Overall:
     """Of a vector (orders, components) over the cycle; orders are whole, or all are halves."""
-    step = 1.0 if np.all(order % 1.0 == 0.0) else 0.5
-    numbers = np.rint(order[:retained] / step).astype(np.int64)
-    found = vector_cycle_peak(vector.value[:retained].T, numbers)
+    found = vector_cycle_peak(vector.value[:retained].T, numbered(order[:retained]))
     dropped = tail * np.abs(vector.value[retained:]).sum(0)
     error = np.broadcast_to(vector.error, vector.shape)[:retained].sum(0)
     rounding = found.error + np.linalg.norm(error)

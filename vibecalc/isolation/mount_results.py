@@ -47,7 +47,7 @@ MOUNT_ENTRIES = (
         OF_RUN_UP[2],
         "mount",
         "m",
-        "distance to the nearer stop at rest less that motion; infinite: none",
+        "distance to the nearer stop under weight and mean torque less that motion; infinite: none",
         exempt=DIFFERENCE,
         headline=Headline("clearance left to a stop in the run-up", "mm", pick="least"),
     ),

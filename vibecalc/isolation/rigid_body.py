@@ -49,14 +49,6 @@ def held(matrices: Matrices, dofs: np.ndarray) -> Matrices:
     return made
 
 
-def all_six(values: np.ndarray, dofs: np.ndarray, axis: int = -1) -> np.ndarray:
-    """Values of the kept motions along `axis` among all six, zero for the others."""
-    moved = np.moveaxis(values, axis, -1)
-    full = np.zeros((*moved.shape[:-1], 6), dtype=values.dtype)
-    full[..., dofs] = moved
-    return np.moveaxis(full, -1, axis)
-
-
 # ----------------------------------------------------------------------------
 # A rigid body at rest on its mounts under gravity.
 # ----------------------------------------------------------------------------

@@ -184,6 +184,14 @@ def orders_of_loads(case: "Case") -> Harmonics:
     return (orders_of_reaction if torque_reaches_mounts(case) else orders_of_motion)(case)
 
 
+def entries_of_loads(case: "Case", axis: str) -> Entries | None:
+    """Entries of the axis of these orders, where the case and not the tolerance says how many."""
+    if axis != "order" or not torque_reaches_mounts(case):
+        return orders_given(case, axis)
+    found = orders_of_reaction(case)
+    return Entries(tuple(found.lowest * i for i in range(1, found.number + 1)), found.rule)
+
+
 def orders_of_reaction(case: "Case") -> Harmonics:
     """Half orders of a torque reaction; as many again are solved for the error."""
     step = TURN / cycle_angle(case.machine)
@@ -229,7 +237,7 @@ def _entries(case: "Case", path: str, axis: str) -> Entries | None:
         planar = options is not None and options.model == "planar"
         most, body = (3, "a body in the plane") if planar else (6, "a rigid body")
         return Entries.up_to(most, f"{body} has {most} degrees of freedom")
-    return orders_given(case, axis)
+    return entries_of_loads(case, axis)
 
 
 SUBJECT = Subject(

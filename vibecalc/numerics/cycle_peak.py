@@ -248,6 +248,12 @@ class Peak(NamedTuple):
     error: FloatArray
 
 
+def numbered(order: FloatArray) -> IntArray:
+    """Orders (m,) as whole numbers, twice as much where some are halves: of two turns."""
+    doubled = np.rint(2.0 * order).astype(np.int64)
+    return np.asarray(doubled if np.any(doubled % 2) else doubled // 2)
+
+
 def cycle_peak(harmonics: ArrayLike, orders: ArrayLike) -> Peak:
     """Largest |x(a)| over a cycle, x(a) = Re sum_n X_n exp(i n a).
 

@@ -316,9 +316,8 @@ def _orders(case: Case) -> list[str]:
 
 
 _REACHES = (
-    "it turns the body on its mounts in the model 'rigid_body' or 'planar', of a compressor or a "
-    "pump or of an engine with a firing order, without slave rods, unless driven_machine = "
-    "'cancels_torque'"
+    "the model 'rigid_body' or 'planar' takes it, of a compressor, a pump, or an engine with a "
+    "firing order, but not with slave rods or driven_machine = 'cancels_torque'"
 )
 
 
@@ -341,8 +340,10 @@ def _without_effect(case: Case) -> list[str]:
         "[machine.joints] have no effect: their play is for [response.impact]": (
             machine.joints is not None and impact is None
         ),
-        f"the gas has no effect: [response.torsion], [response.impact], the roll of the machine "
-        f"and [bearing_loads] use it, and {_REACHES}": gas and not reaches and not used,
+        "the gas has no effect: [response.torsion], [response.impact], [bearing_loads] and the "
+        f"roll of the machine use it, and of a body on mounts {_REACHES}": (
+            gas and not reaches and not used and (asked or case.isolation is None)
+        ),
         f"the gas does not turn the body on its mounts: {_REACHES}": (
             gas and used and case.isolation is not None and asked and not reaches
         ),

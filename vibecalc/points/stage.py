@@ -12,8 +12,8 @@ from vibecalc.core.run.stage import (
     Work,
     below,
 )
-from vibecalc.isolation.stage import ORDERS, orders_of_loads, orders_of_reaction
-from vibecalc.kinematics.stage import orders_given, orders_words
+from vibecalc.isolation.stage import ORDERS, entries_of_loads, orders_of_loads
+from vibecalc.kinematics.stage import orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
 from vibecalc.parts.firing import torque_reaches_mounts
 from vibecalc.parts.mount_needs import moves_with_machine
@@ -103,11 +103,7 @@ def _entries(case: "Case", path: str, axis: str) -> Entries | None:
     if axis == "speed":
         options = case.isolation
         return Entries.of_speeds(options and options.run_up, "isolation.run_up")
-    if axis == "order" and torque_reaches_mounts(case):
-        found = orders_of_reaction(case)
-        steps = tuple(found.lowest * i for i in range(1, found.number + 1))
-        return Entries(steps, found.rule)
-    return orders_given(case, axis)
+    return entries_of_loads(case, axis)
 
 
 SUBJECT = Subject(

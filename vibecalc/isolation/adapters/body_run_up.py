@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import Forcing, few_orders, numbered
+from vibecalc.excitation.adapter import Forcing, few_orders
 from vibecalc.excitation.inertia_forces import as_loads
 from vibecalc.isolation.adapters.common import KeptRows, OfBody, RunUpSection, RunUpSetup
 from vibecalc.isolation.adapters.torque_couple import (
@@ -29,6 +29,7 @@ from vibecalc.isolation.torque_reaction import (
     with_shaking,
 )
 from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.cycle_peak import numbered
 from vibecalc.parts.firing import shakes_with_torque, torque_reaches_mounts
 from vibecalc.response.resonances import Resonances, idle_warnings
 
@@ -78,7 +79,7 @@ class _Gas(NamedTuple):
 
 def _setup(scene: Scene, orders: _Orders, gas: _Gas | None, low: float, high: float) -> RunUpSetup:
     """Rows and resonances between two speeds."""
-    system: OnMounts = scene.handed_on["on_mounts"]
+    system: OnMounts = scene.handed_on.get("on_foundation") or scene.handed_on["on_mounts"]
     forcing: Forcing = scene.handed_on["forcing"]
     order = orders.order
     axis, ends = scene.parts.crank_train.axis, np.array([low, high])

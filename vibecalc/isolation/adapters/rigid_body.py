@@ -19,7 +19,7 @@ from vibecalc.isolation.adapters.loads import (
 from vibecalc.isolation.adapters.steady import AtRest, Moved, emit_steady
 from vibecalc.isolation.on_mounts import OnMounts, on_mounts
 from vibecalc.isolation.results import NEAREST
-from vibecalc.isolation.rigid_body import Static, all_six, displacement, held, static_deflection
+from vibecalc.isolation.rigid_body import Static, displacement, held, static_deflection
 from vibecalc.isolation.torque_reaction import nearest_driven
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.matrices import Matrices
@@ -63,7 +63,8 @@ def run_isolation_rigid_body(scene: Scene) -> None:
 
         emit_mounts(scene, mounts, loads.order[: loads.retained], speed)
     if not moves_with_machine(scene.case):
-        emit_steady(scene, mounts, loads, at_rest, partial(_moved, scene, system, loads))
+        solve = partial(_moved, scene, system, loads)
+        emit_steady(scene, mounts, loads, at_rest, solve(loads.load), solve)
         if loads.torque is not None and scene.wants(*NEAREST):
             _emit_nearest(scene, system, loads)
     if isinstance(scene, PointsScene) and scene.wants(*OF_RUN_UP):
@@ -118,8 +119,8 @@ def _emit_modes(scene: Scene, system: OnMounts) -> None:
         axes,
     )
     scene.emit("isolation/modes/damping_ratio", ratio.value, ratio.error, axes)
-    scene.emit("isolation/modes/shape", all_six(shapes.shape.mT, dofs), shapes.shape_error, axes)
-    scene.emit("isolation/modes/energy_fraction", all_six(share.value, dofs), share.error, axes)
+    scene.emit("isolation/modes/shape", shapes.shape.mT @ system.reach.T, shapes.shape_error, axes)
+    scene.emit("isolation/modes/energy_fraction", share.value @ system.reach.T, share.error, axes)
 
 
 def static_of(scene: Scene, matrices: Matrices, body: RigidBody, mounts: Mounts) -> Static:

@@ -52,10 +52,13 @@ def emit_steady(
     mounts: Mounts,
     loads: BodyLoads,
     at_rest: AtRest,
+    moved: Moved,
     solve: Callable[[Bounded], Moved],
-) -> Moved:
-    """Emit motion, forces and loads of the supports; `solve` takes loads (..., m, 6)."""
-    moved = solve(loads.load)
+) -> None:
+    """Emit motion, forces and loads of the supports, `moved` by all that acts.
+
+    `solve` takes loads (..., m, 6) of which a part has to be told apart.
+    """
     scene.handed_on["motion_by_order"] = MotionByOrder(
         loads.order, loads.retained, loads.tail, moved.motion
     )
@@ -74,7 +77,6 @@ def emit_steady(
     if loads.torque is not None:
         _emit_torque(scene, mounts, loads, at_rest, moved)
         _emit_by_cause(scene, mounts, loads, loads.torque, solve)
-    return moved
 
 
 def _emit_motion(scene: Scene, loads: BodyLoads, motion: Bounded) -> None:

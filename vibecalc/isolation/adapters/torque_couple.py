@@ -22,6 +22,7 @@ from vibecalc.excitation.model import (
     firing_angle,
     force_curves,
     gas_cards,
+    has_cards,
     misfire_cards,
 )
 from vibecalc.excitation.stage import USUAL_ORDERS
@@ -184,7 +185,7 @@ def _gas(
     One that misfires has none, or that of a motored one.
     """
     case = scene.case
-    if case.machine.kind not in ("engine", "pump"):
+    if not has_cards(case.machine):
         return np.empty(0), _gas_of_forces(case.machine, count, scale)
     speeds, cards = gas_cards(case.machine)
     motored, geometry = None, crank_geometry(case.machine)
