@@ -30,9 +30,9 @@ from vibecalc.absorber.transfer import Absorber, amplitude
 from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.kinematics.harmonics import motion_harmonics, series_terms
 from vibecalc.numerics import cycle_peak as cycle
+from vibecalc.numerics.linear import dynamics, response
 from vibecalc.numerics.synthesis import cycle_of, synthesis
 from vibecalc.parts.matrices import assemble
-from vibecalc.response.forced import dynamics, response
 from vibecalc.roll.mechanism import as_batch
 from vibecalc.roll.steady import steady_state
 from vibecalc.torsion.forced import forced

@@ -14,14 +14,16 @@ import numpy as np
 from rows import Report, Row, reported, seconds
 from timing import in_turns
 
-from vibecalc.isolation.pitch import pitch_model, pitch_resonances
-from vibecalc.isolation.rows import pitch_readout, pitch_rows
+from vibecalc.isolation.on_mounts import pitching
+from vibecalc.isolation.rows import body_rows, joined_rows
 from vibecalc.isolation.run_up import cycle_peaks, run_up_peak
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak
+from vibecalc.numerics.linear import dynamics, response
+from vibecalc.parts.body import RigidBody
 from vibecalc.parts.matrices import assemble
-from vibecalc.response.forced import dynamics, response
+from vibecalc.parts.mounts import Mounts
 
 SPEED = 4900.0 * np.pi / 30.0
 
@@ -82,18 +84,32 @@ def harmonics_against_quadrature() -> Row:
 
 def run_up_against_sweep() -> Row:
     """The highest force of a run-up, refined, against the highest of uniformly spaced speeds."""
-    position, stiffness = np.array([-0.4, 0.4]), np.full(2, 2.0e4)
-    damping, structural = np.full(2, 100.0), np.zeros(2)
-    pitch = pitch_model(100.0 / 12.0 * (0.35**2 + 0.8**2), position, stiffness, damping, structural)
+    inertia = 100.0 / 12.0 * (0.35**2 + 0.8**2)
+    body = RigidBody(
+        mass=100.0,
+        centre=np.zeros(3),
+        mass_matrix=np.diag([100.0] * 3 + [inertia] * 3),
+        inertia=inertia * np.eye(3),
+    )
+    each = np.broadcast_to(np.eye(3), (2, 3, 3))
+    place = np.array([[-0.4, 0.0, 0.0], [0.4, 0.0, 0.0]])
+    mounts = Mounts(
+        names=("front", "rear"),
+        position=place,
+        stiffness=2.0e4 * each,
+        damping=100.0 * each,
+        structural=0.0 * each,
+    )
+    pitch = pitching(body, mounts, "x", "z")
     orders = np.array([1, 2])
     couple = 0.3 * np.sqrt(3.0) * 0.4 * 0.06 * np.array([-1j, 0.3j])
-    driving = Bounded(couple, 1e-16 * np.abs(couple))
-    readout = pitch_readout(pitch, 0.4, position[:1], stiffness[:1], damping[:1], structural[:1])
-    rows = pitch_rows(pitch, readout, orders, driving)
+    driving = Bounded(couple, 1e-16 * np.abs(couple))[:, None]
+    readout = joined_rows(pitch.couple_over(0.4), pitch.forces().rows(slice(1)))
+    rows = body_rows(pitch.matrices, readout, orders, driving)
     shows = np.ones((1, 2), dtype=bool)
 
     def refined() -> float:
-        found = run_up_peak(rows, orders, pitch_resonances(pitch, driving), 0.0, SPEED, shows)
+        found = run_up_peak(rows, orders, pitch.resonances(driving), 0.0, SPEED, shows)
         return float(found.value[1])
 
     def swept(points: int) -> float:

@@ -21,7 +21,7 @@ from timing import in_turns
 
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.linear import Linear
 from vibecalc.response.energies import (
     energies_over_cycle,
     energy_by_order,
@@ -48,7 +48,7 @@ AIM = 0.1
 class Machine(NamedTuple):
     """Matrices; loads (operations, orders, 6) by pistons, (operations, balances, 6) by weights."""
 
-    matrices: Matrices
+    matrices: Linear
     shaking: Bounded
     residual: Bounded
 
@@ -84,7 +84,7 @@ def machine() -> Machine:
         [[nil, -turn_b, turn_a], [turn_a, nil, turn_a + turn_b], [-turn_b, -turn_a - turn_b, nil]]
     )
     return Machine(
-        Matrices(mass, stiffness, nothing, nothing, *rounding),
+        Linear(mass, stiffness, nothing, nothing, *rounding),
         Bounded(shaking, 2.0**-50 * np.abs(shaking)),
         Bounded(residual, 2.0**-50 * np.abs(residual)),
     )

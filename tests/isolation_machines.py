@@ -5,11 +5,13 @@ from typing import NamedTuple
 import mpmath
 import numpy as np
 
-from vibecalc.isolation.pitch import Pitch, pitch_model
-from vibecalc.isolation.rows import Readout, pitch_readout
+from vibecalc.isolation.on_mounts import OnMounts, pitching
+from vibecalc.isolation.rows import HarmonicsAt, Readout, body_rows, joined_rows
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.linear import Linear
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
+from vibecalc.parts import mounts as parts
+from vibecalc.parts.body import RigidBody
 from vibecalc.parts.matrices import assemble
 
 SPEED = 4900.0 * np.pi / 30.0
@@ -36,7 +38,7 @@ class Body(NamedTuple):
 
     mass_matrix: np.ndarray
     mounts: Mounts
-    matrices: Matrices
+    matrices: Linear
 
 
 def gibson_couple() -> Bounded:
@@ -50,11 +52,41 @@ def gibson_supports(damping: float = 50.0) -> tuple[np.ndarray, ...]:
     return np.array([-0.4, -0.4, 0.4, 0.4]), np.full(4, 1e4), np.full(4, damping), np.zeros(4)
 
 
-def gibson(damping: float = 50.0) -> tuple[Pitch, Readout]:
+def pitch_of(
+    inertia: float, x: np.ndarray, k: np.ndarray, c: np.ndarray, h: np.ndarray
+) -> OnMounts:
+    """A body of 100 kg with its crankshaft along x, its mounts along z at x from its centre."""
+    place, only = np.zeros((len(x), 3)), np.diag([0.0, 0.0, 1.0])
+    place[:, 0] = x
+    mounts = parts.Mounts(
+        names=tuple(str(number + 1) for number in range(len(x))),
+        position=place,
+        stiffness=np.asarray(k)[:, None, None] * only,
+        damping=np.asarray(c)[:, None, None] * only,
+        structural=np.asarray(h)[:, None, None] * only,
+    )
+    body = RigidBody(
+        mass=100.0,
+        centre=np.zeros(3),
+        mass_matrix=np.diag([100.0, 100.0, 100.0, inertia, inertia, inertia]),
+        inertia=inertia * np.eye(3),
+    )
+    return pitching(body, mounts, "x", "z")
+
+
+def gibson(damping: float = 50.0) -> tuple[OnMounts, Readout]:
     """Pitch model of the source's machine, and its five rows: lever force and four supports."""
-    x, k, c, h = gibson_supports(damping)
-    pitch = pitch_model(INERTIA, x, k, c, h)
-    return pitch, pitch_readout(pitch, LEVER, x, k, c, h)
+    system = pitch_of(INERTIA, *gibson_supports(damping))
+    return system, joined_rows(system.couple_over(LEVER), system.forces())
+
+
+def rows_of(
+    system: OnMounts, readout: Readout, orders: np.ndarray, couple: Bounded, left_out: bool = False
+) -> HarmonicsAt:
+    """Rows over crank speed under couples (orders,) per squared speed."""
+    load = couple[:, None]
+    undriven = system.undriven(system.resonances(load)) if left_out else None
+    return body_rows(system.matrices, readout, orders, load, undriven)
 
 
 def gibson_body(damping: float = 50.0) -> Body:
@@ -116,7 +148,7 @@ def shows(readout: Readout, shape: np.ndarray, frequency: np.ndarray) -> np.ndar
     A mode with a node at a mount does not show in it: its reading cancels to rounding.
     """
     rate = np.asarray(frequency)[:, None, None]
-    passing = readout.spring + 1j * rate[..., None] * readout.damper
+    passing = readout.still + rate[..., None] * readout.rising
     reading = np.abs((passing @ shape.T[:, None, :, None])[..., 0])
     terms = (np.abs(passing) @ np.abs(shape.T)[:, None, :, None])[..., 0]
     return np.any(reading > 1e3 * UNIT_ROUNDOFF * terms, axis=-1)

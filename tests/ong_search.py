@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from ong_tables import MASS, ORDERS, SPEED, STIFFNESS
 
-from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.linear import Linear
 from vibecalc.response.modes import modes
 
 #: what the corrective energy should be, from the literals of the listing and x = 1.253
@@ -103,7 +103,7 @@ def search(starts: np.ndarray) -> Ends:
 def _modes() -> tuple[np.ndarray, np.ndarray]:
     """Modes of unit modal mass as the source's run had them, and their frequencies squared."""
     nothing = np.zeros((6, 6))
-    found = modes(Matrices(MASS, STIFFNESS, *[nothing] * 6))
+    found = modes(Linear(MASS, STIFFNESS, *[nothing] * 6))
     largest = found.shape[np.argmax(np.abs(found.shape), axis=0), np.arange(6)]
     return found.shape * np.sign(largest) * SIGNS, found.eigenvalue
 

@@ -7,7 +7,7 @@ which the tables were computed; what is known of the rest is at its line.
 
 import numpy as np
 
-from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.linear import Linear
 
 POUND_FORCE, INCH, POUND = 4.4482216152605, 0.0254, 0.45359237
 ENERGY = POUND_FORCE * INCH
@@ -43,13 +43,13 @@ LOAD = POUND_FORCE * _LENGTHS
 _PAIRS = np.outer(_LENGTHS, _LENGTHS) * POUND_FORCE / INCH
 
 
-def si_matrices(loss_factor: float = 0.0) -> Matrices:
+def si_matrices(loss_factor: float = 0.0) -> Linear:
     """The machine in SI; entries count as exact to the rounding of the conversion."""
     mass, stiffness = MASS * _PAIRS, STIFFNESS * _PAIRS
     nothing, rounding = np.zeros((6, 6)), 2.0**-51
     structural = loss_factor * stiffness
     errors = (rounding * np.abs(part) for part in (mass, stiffness, nothing, structural))
-    return Matrices(mass, stiffness, nothing, structural, *errors)
+    return Linear(mass, stiffness, nothing, structural, *errors)
 
 
 #: piston accelerations in in/s^2 of the orders above, cut off after six digits

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 from vibecalc.excitation.inertia_forces import reciprocating_excitation
 from vibecalc.kinematics.harmonics import motion_harmonics
-from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.linear import Linear
 from vibecalc.response.modes import modes
 from vibecalc.response.switching.motion import Segment, follow_profile
 from vibecalc.response.switching.system import Loads, ModalSystem, SpeedSegment, modal_loads
@@ -30,7 +30,7 @@ THROUGH_ZERO = [
 ]
 
 
-def compressor_matrices() -> Matrices:
+def compressor_matrices() -> Linear:
     """Mass and stiffness of Ong's two-cylinder compressor (2000, chapter 4), in SI."""
     mass = np.diag([0.206, 0.206, 0.206, 3.37, 2.97, 1.45])
     mass[4, 5] = mass[5, 4] = -0.49
@@ -48,7 +48,7 @@ def compressor_matrices() -> Matrices:
     # every rotation, as row or column, brings a lever in inches
     scale = POUND_FORCE / INCH * np.outer(length, length)
     none = np.zeros((6, 6))
-    return Matrices(mass * scale, stiffness * scale, none, none, none, none, none, none)
+    return Linear(mass * scale, stiffness * scale, none, none, none, none, none, none)
 
 
 def compressor(ratio: float | np.ndarray = 0.03) -> ModalSystem:

@@ -13,14 +13,13 @@ import pytest
 from isolation_machines import gibson_body, random_body, shows
 
 from vibecalc.isolation.arrays import RunUps, peaks_of, run_ups_of_bodies
-from vibecalc.isolation.pitch import pitch_model
-from vibecalc.isolation.rigid_body import mount_readout
-from vibecalc.isolation.rows import Jet, Readout, body_rows, pitch_readout, pitch_rows
+from vibecalc.isolation.at_mounts import mount_readout
+from vibecalc.isolation.rows import Jet, Readout, body_rows
 from vibecalc.isolation.run_up import run_up_peak
 from vibecalc.isolation.run_up_peaks import RunUpPeak
-from vibecalc.isolation.run_up_poles import pitch_sums, pole_sums
+from vibecalc.isolation.run_up_poles import pole_sums
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.linear import Linear
 from vibecalc.parts.matrices import assemble, displacement_at
 from vibecalc.response.modal_damping import body_resonances, damped_poles, with_damped_poles
 from vibecalc.response.modes import Modes, modes
@@ -29,7 +28,7 @@ from vibecalc.response.modes import Modes, modes
 class Drawn(NamedTuple):
     """Machines of one first axis, and the range of speeds they pass."""
 
-    matrices: Matrices
+    matrices: Linear
     shapes: Modes
     readout: Readout
     orders: np.ndarray
@@ -40,14 +39,14 @@ class Drawn(NamedTuple):
 
 def together(
     bodies: Sequence[tuple[np.ndarray, ...]], masses: list[np.ndarray]
-) -> tuple[Matrices, Modes, Readout]:
+) -> tuple[Linear, Modes, Readout]:
     """Matrices, modes and readout of machines side by side."""
     parts = [assemble(mass, *mounts) for mass, mounts in zip(masses, bodies, strict=True)]
-    matrices = Matrices(*(np.stack(part) for part in zip(*parts, strict=True)))
+    matrices = Linear(*(np.stack(part) for part in zip(*parts, strict=True)))
     read = [mount_readout(displacement_at(at), *held) for at, *held in bodies]
     readout = Readout(
-        np.stack([one.spring for one in read]),
-        np.stack([one.damper for one in read]),
+        np.stack([one.still for one in read]),
+        np.stack([one.rising for one in read]),
         read[0].uncertainty,
     )
     return matrices, modes(matrices), readout
@@ -78,11 +77,9 @@ def drawn(seed: int, count: int) -> Drawn:
 
 
 def run_ups(given: Drawn, which: slice | list[int] = slice(None)) -> tuple[RunUps, np.ndarray]:
-    matrices = Matrices(*(part[which] for part in given.matrices))
+    matrices = Linear(*(part[which] for part in given.matrices))
     shapes = Modes(*(part[which] for part in given.shapes))
-    readout = given.readout._replace(
-        spring=given.readout.spring[which], damper=given.readout.damper[which]
-    )
+    readout = given.readout.rows(which, slice(None))
     load, kept = given.load[which], len(given.orders)
     none = np.zeros(0, dtype=int)
     return run_ups_of_bodies(
@@ -92,11 +89,9 @@ def run_ups(given: Drawn, which: slice | list[int] = slice(None)) -> tuple[RunUp
 
 def alone(given: Drawn, number: int) -> RunUpPeak:
     """The peaks of one machine, every speed solved exactly."""
-    matrices = Matrices(*(part[number] for part in given.matrices))
+    matrices = Linear(*(part[number] for part in given.matrices))
     shapes, load = Modes(*(part[number] for part in given.shapes)), given.load[number]
-    readout = given.readout._replace(
-        spring=given.readout.spring[number], damper=given.readout.damper[number]
-    )
+    readout = given.readout.rows(number, slice(None))
     met = with_damped_poles(body_resonances(matrices, shapes, load), matrices, shapes, load)
     seen = shows(readout, shapes.shape, shapes.natural_frequency)
     rows = body_rows(matrices, readout, given.orders, load)
@@ -150,40 +145,18 @@ def test_sums_over_poles_are_the_response() -> None:
         assert not np.any(dependent)
         speed = np.linspace(0.1, 1.0, 7) * given.stop
         for number in range(3):
-            matrices = Matrices(*(part[number] for part in given.matrices))
-            readout = given.readout._replace(
-                spring=given.readout.spring[number], damper=given.readout.damper[number]
-            )
+            matrices = Linear(*(part[number] for part in given.matrices))
+            readout = given.readout.rows(number, slice(None))
             exact = body_rows(matrices, readout, given.orders, given.load[number])(speed, True)
             machine = np.full(len(speed), number)
             values = sums.values(machine, speed)
             assert np.all(np.abs(values - exact.value) <= 1e-9 * np.abs(exact.value).max())
-            for row in range(readout.spring.shape[0]):
+            for row in range(readout.still.shape[0]):
                 jet = sums.jets(machine, speed, np.full(len(speed), row))
                 for mine, its in zip(jet, exact, strict=True):
                     if its.size:
                         away = np.abs(mine - its[:, row])
                         assert np.all(away <= 1e-9 * np.abs(its).max())
-
-
-def test_sums_over_the_poles_of_pitch_are_its_response() -> None:
-    position = np.array([[-0.4, 0.4]] * 3)
-    stiffness, damping = np.full((3, 2), 1e4), np.array([[5.0] * 2, [300.0] * 2, [4e4] * 2])
-    structural = np.array([[0.0] * 2, [400.0] * 2, [0.0] * 2])
-    pitch = pitch_model(np.full(3, 6.0), position, stiffness, damping, structural)
-    readout = pitch_readout(pitch, np.full(3, 0.4), position, stiffness, damping, structural)
-    orders = np.array([1, 2, 4])
-    couple = Bounded(np.array([[0.01, 0.002j, 1e-4]] * 3), np.zeros((3, 3)))
-    sums, dependent = pitch_sums(pitch, readout, orders, couple)
-    assert not np.any(dependent)
-    speed, machine = np.array([3.0, 20.0, 400.0]), np.arange(3)
-    exact = pitch_rows(pitch, readout, orders, couple)(speed, True)
-    assert np.allclose(sums.values(machine, speed), exact.value, rtol=1e-10, atol=0.0)
-    for row in range(3):
-        jet = sums.jets(machine, speed, np.full(3, row))
-        for mine, its in zip(jet, exact, strict=True):
-            if its.size:
-                assert np.allclose(mine, its[:, row], rtol=1e-9, atol=1e-12 * np.abs(its).max())
 
 
 def of_gibson(damping: list[float]) -> Drawn:

@@ -30,7 +30,7 @@ from vibecalc.core.study.sweep.design import Design, make_design
 from vibecalc.core.study.sweep.evaluate import Evaluator, Quantities
 from vibecalc.core.study.sweep.prepare import choose
 from vibecalc.errors import KeyPath
-from vibecalc.isolation.adapters import pitch
+from vibecalc.isolation.adapters import body
 
 PEAK = "isolation/support_force/steady_peak"
 
@@ -323,7 +323,7 @@ def test_arithmetic_that_fails_at_a_point_is_left_to_a_single_run(
         [{"key": "machine.body.mass", "from": 50.0, "to": 90.0, "points": 40}],
     )
     asked: list[int] = []
-    run = pitch.run_isolation_pitch
+    run = body.run_isolation
 
     def failing(scene: Scene) -> None:
         if isinstance(scene, PointsScene):
@@ -332,7 +332,7 @@ def test_arithmetic_that_fails_at_a_point_is_left_to_a_single_run(
                 raise FloatingPointError("overflow")
         run(scene)
 
-    monkeypatch.setattr(pitch, "run_isolation_pitch", failing)
+    monkeypatch.setattr(body, "run_isolation", failing)
     block = assert_equal("classic", design, (PEAK,), fewest=30)
     assert (block.status == DONE).all()
     assert len(asked) < 12  # halved until the point stands among few

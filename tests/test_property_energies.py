@@ -7,13 +7,13 @@ import pytest
 from vibecalc.errors import NumericalFailure
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.linear import dynamics, response
 from vibecalc.response.energies import (
     CycleEnergy,
     energy_over_cycle,
     mass_of,
     velocity,
 )
-from vibecalc.response.forced import dynamics, response
 
 
 def exactly(value: np.ndarray) -> Bounded:

@@ -12,7 +12,7 @@ from mpmath import mpf
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.linear import Linear
 from vibecalc.response.energies import (
     dropped_mean,
     energy_over_cycle,
@@ -39,7 +39,7 @@ def exactly(value: np.ndarray) -> Bounded:
     return Bounded(value, np.zeros(np.shape(value)))
 
 
-def machine(seed: int) -> tuple[Matrices, float, Bounded, Bounded]:
+def machine(seed: int) -> tuple[Linear, float, Bounded, Bounded]:
     """A random body, a speed, loads of 2 operations, and of 3 balances for each of them."""
     body, generator = random_body(seed), np.random.default_rng(seed)
     speed = float(modes(body.matrices).natural_frequency[1] * generator.uniform(0.4, 2.5))
@@ -55,7 +55,7 @@ def machine(seed: int) -> tuple[Matrices, float, Bounded, Bounded]:
 
 
 def weights_and_states(
-    matrices: Matrices, speed: float, parts: SuperposedMotion
+    matrices: Linear, speed: float, parts: SuperposedMotion
 ) -> list[tuple[Bounded, SuperposedMotion]]:
     return [
         (mass_of(matrices), states(parts, 1j * speed * ORDERS)),
@@ -199,7 +199,7 @@ def test_an_exact_resonance_is_refused() -> None:
     """A mass of 4 on a spring of 4 w^2 has no inverse at w, not even by rounding."""
     mass = np.eye(6) * 4.0
     nothing = np.zeros((6, 6))
-    matrices = Matrices(mass, mass * 64.0, nothing, nothing, *[nothing] * 4)
+    matrices = Linear(mass, mass * 64.0, nothing, nothing, *[nothing] * 4)
     load = exactly(np.ones((1, 3, 6)) + 0j)
     with pytest.raises(NumericalFailure, match="undamped natural frequency"):
         superpose(matrices, ORDERS, 8.0, load, exactly(np.ones((1, 1, 6)) + 0j))

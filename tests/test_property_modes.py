@@ -9,9 +9,9 @@ from isolation_machines import exact, gibson_body, random_body
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.linear import Linear, dynamics, response
 from vibecalc.parts.matrices import assemble
-from vibecalc.response.forced import dynamics, modal_response, response
+from vibecalc.response.forced import modal_response
 from vibecalc.response.modal_damping import damped_basis, damping_ratio, energy_fraction
 from vibecalc.response.modes import modal_assurance, modes
 
@@ -79,7 +79,7 @@ def test_modes_of_very_stiff_and_very_soft_directions_keep_their_digits() -> Non
     assert np.all(np.abs(shapes.natural_frequency - expected) <= shapes.natural_frequency_error)
 
 
-def square_matrices(damping: float) -> Matrices:
+def square_matrices(damping: float) -> Linear:
     """Four equal mounts about the centre: x and y at one frequency, rx and ry at another."""
     corners = np.array([[x, y, 0.0] for x in (-0.4, 0.4) for y in (-0.4, 0.4)])
     each = np.broadcast_to(np.eye(3), (4, 3, 3))

@@ -14,7 +14,7 @@ from random_machines import random_machine, without_damping
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.run.run import run_case
-from vibecalc.isolation.rigid_body import mount_readout
+from vibecalc.isolation.at_mounts import mount_readout
 from vibecalc.isolation.rows import HarmonicsAt, Jet, body_rows
 from vibecalc.isolation.run_up import RunUp, RunUpPeak, cycle_peaks, run_up, run_up_peak
 from vibecalc.numerics.bounded import Bounded

@@ -104,7 +104,7 @@ def test_run_on_the_generator_needs_no_scipy_pint_or_pictures(generator_run: set
     assert not modules & {"numpy.ma", "numpy.random", "numpy.fft", "numpy.polynomial"}
 
 
-def test_run_on_the_generator_needs_no_rigid_body_and_no_search(generator_run: set[str]) -> None:
+def test_run_on_the_generator_needs_no_torque_and_no_search(generator_run: set[str]) -> None:
     found = computing(generator_run)
     assert {name.split(".")[0] for name in found} <= {
         "kinematics",
@@ -112,9 +112,10 @@ def test_run_on_the_generator_needs_no_rigid_body_and_no_search(generator_run: s
         "isolation",
         "response",
     }
-    assert {name for name in found if name.startswith("response")} <= {"response.forced"}
-    unwanted = ("isolation.rigid_body", "isolation.adapters.rigid_body", "excitation.rod_inertia")
-    assert not found & set(unwanted)
+    modes = {"modes", "modal_damping", "resonances", "spectral"}
+    used = {name.removeprefix("response.") for name in found if name.startswith("response.")}
+    assert used <= modes
+    assert not found & {"excitation.cylinder_torque", "excitation.rod_inertia", "torsion"}
     frame = {name.removeprefix("vibecalc.") for name in generator_run}
     for path in NOT_FOR_THE_GENERATOR:
         assert (PACKAGE / path).exists(), f"{path} has moved: this list has to follow"
@@ -158,7 +159,7 @@ def test_the_rigid_body_needs_no_pitch_rows(tmp_path: Path) -> None:
     case = CASES / "generator.toml"
     damped = ["--set", "machine.mounts.each.loss_factor=0.1"]
     modules = modules_after("run", str(case), "-q", *change, *damped, cwd=tmp_path)
-    assert "vibecalc.isolation.adapters.rigid_body" in modules
+    assert "vibecalc.isolation.adapters.body" in modules
     assert "vibecalc.isolation.adapters.pitch" not in modules
 
 

@@ -15,30 +15,27 @@ from isolation_machines import (
     gibson,
     gibson_couple,
     gibson_supports,
+    pitch_of,
+    rows_of,
 )
 
-from vibecalc.isolation.pitch import (
-    angle_harmonics,
-    pitch_model,
-    pitch_resonances,
-    pitch_static,
-    transmissibility,
-)
-from vibecalc.isolation.rows import pitch_rows
+from vibecalc.isolation.adapters.pitch import transmissibility
+from vibecalc.isolation.at_mounts import AtMounts, deflected, weight_load
 from vibecalc.isolation.run_up import run_up
 from vibecalc.numerics.cycle_peak import cycle_peak
+from vibecalc.numerics.linear import response
 
 
 def test_natural_frequency_and_damping_ratio() -> None:
     pitch, _ = gibson()
-    assert round(float(pitch.natural_frequency), 2) == 31.74
-    assert round(float(pitch.damping_ratio), 3) == 0.079
+    assert round(float(pitch.shapes.natural_frequency[0]), 2) == 31.74
+    assert round(float(pitch.damping_ratio().value[0]), 3) == 0.079
 
 
 def test_text_stiffness_of_2500_each_gives_half_the_printed_frequency() -> None:
     x, k, c, h = gibson_supports()
-    overall = pitch_model(INERTIA, x, k / 4.0, c, h)
-    assert float(overall.natural_frequency) == pytest.approx(31.7366 / 2.0, abs=5e-5)
+    overall = pitch_of(INERTIA, x, k / 4.0, c, h)
+    assert float(overall.shapes.natural_frequency[0]) == pytest.approx(31.7366 / 2.0, abs=5e-5)
 
 
 def test_forces_over_the_lever_with_the_body_held_still() -> None:
@@ -49,7 +46,7 @@ def test_forces_over_the_lever_with_the_body_held_still() -> None:
 
 def steady_peak() -> float:
     pitch, _ = gibson()
-    passing = transmissibility(pitch, ORDERS * SPEED).value
+    passing = transmissibility(pitch.matrices, ORDERS * SPEED).value
     return float(cycle_peak(passing * gibson_couple().value * SPEED**2 / LEVER, ORDERS).value)
 
 
@@ -60,7 +57,7 @@ def test_steady_peak_with_phase_is_98_newtons() -> None:
 def test_93_newtons() -> None:
     """Two slips: second-order transmissibility at sqrt(2) times the speed, phases dropped."""
     pitch, _ = gibson()
-    ratio = np.abs(transmissibility(pitch, np.array([1.0, np.sqrt(2.0)]) * SPEED).value)
+    ratio = np.abs(transmissibility(pitch.matrices, np.array([1.0, np.sqrt(2.0)]) * SPEED).value)
     slipped = ratio * gibson_couple().value * SPEED**2 / LEVER
     instants = np.exp(1j * np.outer(ORDERS, 2.0 * np.pi * np.arange(201) / 200.0))
     assert round(float(np.max((slipped @ instants).real)), 3) == 92.988
@@ -71,7 +68,7 @@ def test_174_newtons() -> None:
     pitch, _ = gibson()
     speed = SPEED * np.arange(10001) / 10000.0
     factor = np.array([1.0, np.sqrt(2.0)])
-    ratio = np.abs(transmissibility(pitch, speed[:, None] * factor).value)
+    ratio = np.abs(transmissibility(pitch.matrices, speed[:, None] * factor).value)
     instant = 2.0 * speed / SPEED
     wave = np.sin(speed[:, None] * ORDERS * instant[:, None]) * np.array([1.0, -RADIUS_TO_ROD])
     force = np.sum(ratio * wave, axis=1) * COUPLE * speed**2 / LEVER
@@ -84,7 +81,7 @@ def test_run_up_maximum_over_the_cycle_is_202_newtons() -> None:
     pitch, readout = gibson()
     couple = gibson_couple()
     passed = run_up(
-        pitch_rows(pitch, readout, ORDERS, couple), ORDERS, pitch_resonances(pitch, couple),
+        rows_of(pitch, readout, ORDERS, couple), ORDERS, pitch.resonances(couple[:, None]),
         0.0, SPEED, np.ones((1, 5), dtype=bool),
     )  # fmt: skip
     assert round(float(passed.peak.value[0]), 1) == 202.1
@@ -96,19 +93,26 @@ def test_run_up_maximum_over_the_cycle_is_202_newtons() -> None:
 def test_21_ten_thousandths() -> None:
     """Script 1 puts L * (M / L) into x_0: the lever cancels, what is left is a sum of angles."""
     pitch, _ = gibson()
-    couple = gibson_couple()
-    angle = angle_harmonics(pitch, couple * SPEED**2, ORDERS * SPEED)
-    added = float(np.sum(np.abs(angle.value)))
+    couple = gibson_couple()[:, None] * SPEED**2
+    dynamic = pitch.dynamics(ORDERS * SPEED, pitch.resonances(couple))
+    angle = response(dynamic, couple.value, couple.error).value[:, 0]
+    added = float(np.sum(np.abs(angle)))
     assert round(added, 8) == 0.00211739
     # the motion of a support is the lever times as large, and with its phase smaller still
     assert LEVER * added == pytest.approx(0.000847, abs=5e-7)
-    assert LEVER * float(cycle_peak(angle.value, ORDERS).value) == pytest.approx(7.974e-4, abs=5e-8)
+    assert LEVER * float(cycle_peak(angle, ORDERS).value) == pytest.approx(7.974e-4, abs=5e-8)
+
+
+def at_rest(quarter: float) -> AtMounts:
+    """Deflections under the weight, of mounts with this share of the stiffness."""
+    x, k, c, h = gibson_supports()
+    load = weight_load(100.0, np.zeros(3), 9.81, np.array([0.0, 0.0, 1.0]))
+    return deflected(pitch_of(INERTIA, x, quarter * k, c, h).resting, load)
 
 
 def test_static_sag_of_the_two_readings_of_the_stiffness() -> None:
-    x, k, _, _ = gibson_supports()
-    each = pitch_static(100.0 * 9.81, 0.0, x, k)
-    assert each.sag == pytest.approx(np.full(4, 0.0245), abs=5e-5)
-    assert each.share == pytest.approx(np.full(4, 981.0 / 4.0), rel=1e-14)
-    overall = pitch_static(100.0 * 9.81, 0.0, x, k / 4.0)
-    assert overall.sag == pytest.approx(np.full(4, 0.098), abs=5e-4)
+    each = at_rest(1.0)
+    assert -each.displacement.value[:, 0] == pytest.approx(np.full(4, 0.0245), abs=5e-5)
+    assert -each.force.value[:, 0] == pytest.approx(np.full(4, 981.0 / 4.0), rel=1e-14)
+    overall = at_rest(0.25)
+    assert -overall.displacement.value[:, 0] == pytest.approx(np.full(4, 0.098), abs=5e-4)

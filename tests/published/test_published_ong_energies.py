@@ -20,6 +20,7 @@ import pytest
 from vibecalc.excitation.inertia_forces import reciprocating_excitation
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.linear import dynamics, response
 from vibecalc.response.energies import (
     CycleEnergy,
     energies_over_cycle,
@@ -28,7 +29,7 @@ from vibecalc.response.energies import (
     stiffness_of,
     velocity,
 )
-from vibecalc.response.forced import dynamics, modal_response, response
+from vibecalc.response.forced import modal_response
 from vibecalc.response.modes import modes
 from vibecalc.response.operations import SuperposedMotion, at_phase, superpose
 

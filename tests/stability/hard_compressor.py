@@ -14,10 +14,9 @@ from stability.hard_case import HardCase, Numbers, Way, singular
 
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.linear import Linear, dynamics, require_digits, response
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
 from vibecalc.response.energies import energy_by_order, mass_of, velocity
-from vibecalc.response.forced import dynamics, require_digits, response
 from vibecalc.response.modal_damping import body_resonances
 from vibecalc.response.modes import modes
 from vibecalc.response.resonances import check_operating_point
@@ -40,12 +39,12 @@ def undamped() -> Body:
     return body._replace(mounts=mounts, matrices=matrices)
 
 
-def as_stored(matrices: Matrices) -> tuple[mpmath.matrix, ...]:
+def as_stored(matrices: Linear) -> tuple[mpmath.matrix, ...]:
     parts = (matrices.mass, matrices.stiffness, matrices.damping, matrices.structural)
     return tuple(mpmath.matrix(part.tolist()) for part in parts)
 
 
-def own_response(matrices: Matrices, speed: float, force: np.ndarray) -> Bounded:
+def own_response(matrices: Linear, speed: float, force: np.ndarray) -> Bounded:
     """As the stage does it: look for resonances, solve, see what is left of the digits."""
     load = Bounded(force[None].astype(complex), UNIT_ROUNDOFF * np.abs(force)[None])
     check_operating_point(body_resonances(matrices, modes(matrices), load), ORDER, speed)
@@ -55,11 +54,11 @@ def own_response(matrices: Matrices, speed: float, force: np.ndarray) -> Bounded
     return Bounded(motion.value[0], motion.error[0])
 
 
-def by_solve(matrices: Matrices, speed: float, force: np.ndarray) -> np.ndarray:
+def by_solve(matrices: Linear, speed: float, force: np.ndarray) -> np.ndarray:
     return np.asarray(np.linalg.solve(matrices.stiffness - speed**2 * matrices.mass, force))
 
 
-def by_modes(matrices: Matrices, speed: float, force: np.ndarray, signs: bool = True) -> np.ndarray:
+def by_modes(matrices: Linear, speed: float, force: np.ndarray, signs: bool = True) -> np.ndarray:
     """Modal sum; without signs the source's P |Y|."""
     from scipy.linalg import eigh
 
@@ -130,11 +129,11 @@ def nearby(away: float) -> HardCase:
     )  # fmt: skip
 
 
-def diagonal() -> Matrices:
+def diagonal() -> Linear:
     """Six freedoms apart from each other; 2 x 100 rad/s is a natural frequency to the last bit."""
     mass, zero = np.diag([2.0, 2.0, 2.0, 0.5, 0.5, 0.5]), np.zeros((6, 6))
     natural = np.array([200.0, 310.0, 420.0, 530.0, 640.0, 750.0])
-    return Matrices(mass, mass * natural**2, zero, zero, zero, zero, zero, zero)
+    return Linear(mass, mass * natural**2, zero, zero, zero, zero, zero, zero)
 
 
 def on_it() -> HardCase:
@@ -191,7 +190,7 @@ def true_energy() -> Numbers:
         return [x if x > 1e-323 else mpmath.mpf(0) for x in found]
 
 
-def stiff_matrices() -> Matrices:
+def stiff_matrices() -> Linear:
     """One skewed direction 1e10 times as stiff as the others."""
     body = undamped()
     along = np.array([1.0, 2.0, -1.0, 0.3, 0.2, -0.5])
@@ -201,7 +200,7 @@ def stiff_matrices() -> Matrices:
     return body.matrices._replace(stiffness=stiffness, stiffness_error=rounding)
 
 
-def true_frequencies(matrices: Matrices) -> list[mpmath.mpf]:
+def true_frequencies(matrices: Linear) -> list[mpmath.mpf]:
     with mpmath.workdps(60):
         mass, stiffness = as_stored(matrices)[:2]
         inverse = mpmath.inverse(mpmath.cholesky(mass))
@@ -209,23 +208,23 @@ def true_frequencies(matrices: Matrices) -> list[mpmath.mpf]:
         return [mpmath.sqrt(one) for one in square]
 
 
-def own_frequencies(matrices: Matrices) -> Bounded:
+def own_frequencies(matrices: Linear) -> Bounded:
     found = modes(matrices)
     return Bounded(found.natural_frequency, found.natural_frequency_error)
 
 
-def by_eigh(matrices: Matrices) -> np.ndarray:
+def by_eigh(matrices: Linear) -> np.ndarray:
     from scipy.linalg import eigh
 
     return np.sqrt(np.maximum(eigh(matrices.stiffness, matrices.mass, eigvals_only=True), 0.0))
 
 
-def by_eig(matrices: Matrices) -> np.ndarray:
+def by_eig(matrices: Linear) -> np.ndarray:
     square = np.linalg.eigvals(np.linalg.solve(matrices.mass, matrices.stiffness))
     return np.sqrt(np.maximum(np.sort(square.real), 0.0))
 
 
-def entry_condition(matrices: Matrices) -> float:
+def entry_condition(matrices: Linear) -> float:
     """Of the worst frequency, by the entries of the matrices: sum |v| |dK| |v| / 2 w^2."""
     found = modes(matrices)
     size = np.abs(found.shape)
@@ -234,7 +233,7 @@ def entry_condition(matrices: Matrices) -> float:
     return float(np.max(0.5 * (stiff / found.eigenvalue + heavy)))
 
 
-def modes_case(name: str, matrices: Matrices) -> HardCase:
+def modes_case(name: str, matrices: Linear) -> HardCase:
     return HardCase(
         name, "found", lambda: entry_condition(matrices),
         lambda: true_frequencies(matrices), lambda: own_frequencies(matrices),

@@ -8,12 +8,19 @@ from functools import cache
 import mpmath
 import numpy as np
 from exact_peaks import peak
-from isolation_machines import COUPLE, INERTIA, LEVER, ORDERS, RADIUS_TO_ROD, gibson, gibson_couple
+from isolation_machines import (
+    COUPLE,
+    INERTIA,
+    LEVER,
+    ORDERS,
+    RADIUS_TO_ROD,
+    gibson,
+    gibson_couple,
+    rows_of,
+)
 from stability.hard_case import HardCase, Numbers, Way, condition_of, singular
 
 from vibecalc.excitation.balance import balance_table
-from vibecalc.isolation.pitch import pitch_resonances
-from vibecalc.isolation.rows import pitch_rows
 from vibecalc.isolation.run_up import run_up
 from vibecalc.numerics.bounded import Bounded
 
@@ -54,9 +61,9 @@ def truth_of(damping: float, order: int) -> Numbers:
 def own_peak(damping: float, stop: float) -> Bounded:
     pitch, readout = gibson(damping)
     couple = gibson_couple()
-    rows = pitch_rows(pitch, readout, ORDERS, couple)
+    rows = rows_of(pitch, readout, ORDERS, couple)
     seen = np.ones((1, 5), dtype=bool)
-    found = run_up(rows, ORDERS, pitch_resonances(pitch, couple), 0.0, stop, seen).peak
+    found = run_up(rows, ORDERS, pitch.resonances(couple[:, None]), 0.0, stop, seen).peak
     value, speed = found.value.ravel()[0], found.speed.ravel()[0]
     uncertainty = np.array([found.error.ravel()[0], found.speed_error.ravel()[0]])
     return Bounded(np.array([value, speed]), uncertainty)

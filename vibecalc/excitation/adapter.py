@@ -128,6 +128,20 @@ class Orders(Protocol):
     def tail(self) -> np.ndarray | float: ...
 
 
+class MotionByOrder(NamedTuple):
+    """Motion of a body at its speed, handed on to those who read it at other places.
+
+    `motion` (..., m, 6) are complex amplitudes about the reference point at the orders `order`
+    (m,) of the crank speed. The first `retained` are results; what follows stands, `tail` (...)
+    times, for all that is left out.
+    """
+
+    order: np.ndarray
+    retained: int
+    tail: np.ndarray | float
+    motion: Bounded
+
+
 class FewOrders(NamedTuple):
     """Places of a few dropped orders that stand for all where a response is wanted thousands of
     times: the rest costs `tail` (...) times as much as they do.

@@ -9,8 +9,8 @@ from vibecalc.excitation.adapter import Forcing
 from vibecalc.foundation.adapter import two_masses
 from vibecalc.foundation.model import stand_on_body
 from vibecalc.foundation.two_masses import motion
+from vibecalc.numerics.linear import dynamics, response
 from vibecalc.numerics.rounding import FloatArray
-from vibecalc.response.forced import dynamics, response
 
 
 def coupled_topics(scene: Scene) -> list[Topic]:

@@ -11,8 +11,9 @@ from vibecalc.excitation.inertia_forces import size_of_terms
 from vibecalc.foundation.coupled_results import COUPLED
 from vibecalc.foundation.impedance import CoupledMotion, FlexibleFoundation, on_flexible_foundation
 from vibecalc.foundation.model import flexible_foundation, stand_on_body
-from vibecalc.isolation.adapters.loads import BodyLoads, motion_of_six, steady_motion
+from vibecalc.isolation.adapters.loads import BodyLoads, steady_motion
 from vibecalc.isolation.adapters.steady import Moved, emit_steady
+from vibecalc.isolation.at_mounts import displacement
 from vibecalc.isolation.efficiency import efficiency, is_more, rms
 from vibecalc.isolation.on_base import (
     Stand,
@@ -22,10 +23,10 @@ from vibecalc.isolation.on_base import (
     transmissibility,
 )
 from vibecalc.isolation.on_mounts import OnMounts
-from vibecalc.isolation.rigid_body import displacement
 from vibecalc.numerics.bounded import Bounded, reshaped
-from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.linear import Linear
 from vibecalc.parts.body import COORDINATES, DIRECTIONS, RigidBody
+from vibecalc.parts.matrices import displacement_at
 from vibecalc.parts.mount_needs import foundation_kind
 from vibecalc.parts.mounts import Mounts
 from vibecalc.response.modal_damping import damped_basis, damping_ratio, energy_fraction
@@ -44,13 +45,13 @@ def run_coupled(scene: Scene) -> None:
     loads: BodyLoads = scene.handed_on["loads"]
     frequency = loads.order * scene.case.machine.speed
     still: OnMounts = scene.handed_on["on_mounts"]
-    alone_moves, _ = motion_of_six(scene, still, loads)
-    rigid = ground_load(alone(still.matrices), alone_moves.motion, frequency)
+    alone_moves, _ = steady_motion(scene, still, still.felt(loads.load), loads.order)
+    rigid = ground_load(alone(still.matrices), alone_moves, frequency)
     natural = still.shapes.natural_frequency
     solve: Callable[[Bounded], CoupledMotion]
     if foundation_kind(scene.case) == "body":
         stand = stand_on_body(given, body, mounts)
-        system = on_second_body(stand)
+        system = on_second_body(stand, still)
         solve = partial(_on_body, scene, stand, system, loads.order)
         scene.handed_on["on_foundation"] = system
         _emit_modes(scene, system.matrices, system.shapes)
@@ -82,17 +83,20 @@ def run_coupled(scene: Scene) -> None:
         scene.emit(f"{COUPLED}/{name}/transmissibility", diagonal, axes=axes)
 
 
-def on_second_body(stand: Stand) -> OnMounts:
-    """The machine on its mounts on a second body, as one system of twelve coordinates."""
-    matrices = stand.system.matrices
+def on_second_body(stand: Stand, still: OnMounts) -> OnMounts:
+    """The machine on its mounts on a second body, as one system of twelve coordinates.
+
+    What is constant deflects the mounts as it does those on rigid ground, `still`.
+    """
+    matrices, twelve = stand.system.matrices, np.arange(12)
     shapes = damped_basis(matrices, modes(matrices))
-    reach, twelve = np.eye(6, 12), np.arange(12)
-    return OnMounts(stand.mounts, twelve, matrices, matrices, shapes, reach, stand.stretch)
+    reach = np.eye(6, 12)
+    return OnMounts(stand.mounts, twelve, matrices, shapes, reach, stand.stretch, still.resting)
 
 
 def _at_mounts(found: CoupledMotion, mounts: Mounts) -> Moved:
     """The same as of a body on mounts."""
-    at_mounts = displacement(found.machine, mounts.position)
+    at_mounts = displacement(displacement_at(mounts.position), found.machine)
     foot, force = (
         reshaped(one, lambda part: np.moveaxis(part, 0, -1)) for one in (found.foot, found.force)
     )
@@ -118,7 +122,7 @@ def _on_body(
     )  # fmt: skip
 
 
-def _emit_modes(scene: Scene, matrices: Matrices, shapes: Modes) -> None:
+def _emit_modes(scene: Scene, matrices: Linear, shapes: Modes) -> None:
     axes = {"coupled_mode": np.arange(1, len(shapes.natural_frequency) + 1)}
     frequency = Bounded(shapes.natural_frequency, shapes.natural_frequency_error)
     scene.emit(f"{COUPLED}/modes/natural_frequency", frequency, axes=axes)

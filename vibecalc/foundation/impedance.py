@@ -19,10 +19,10 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.foundation.two_bodies import mount_stretch
 from vibecalc.isolation.on_base import mount_stiffness
 from vibecalc.numerics.bounded import Bounded, reshaped
+from vibecalc.numerics.linear import Dynamics, response
 from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF, ComplexArray, FloatArray
 from vibecalc.parts.body import RigidBody
 from vibecalc.parts.mounts import Mounts
-from vibecalc.response.forced import Dynamics, response
 
 _ROUNDINGS = 64.0
 

@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.isolation.on_base import OnBase, Stand
-from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.linear import added_up
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, UNIT_ROUNDOFF, FloatArray
 from vibecalc.parts.body import RigidBody
 from vibecalc.parts.matrices import displacement_at
@@ -47,19 +48,6 @@ def two_bodies(body: RigidBody, mounts: Mounts, second: Second) -> Stand:
     upper = mount_stretch(mounts, second.position)
     below = displacement_at(second.springs.position)
     lower = np.concatenate([np.zeros_like(below), below], axis=-1)
-    stretch = np.concatenate([upper, lower])
-    size, count = np.abs(stretch), len(stretch) + 8 + DATA_ROUNDINGS
-    by_load = np.zeros(len(stretch))
-    if mounts.relative_error is not None:
-        by_load[: len(upper)] = mounts.relative_error
-
-    def add_up(name: str, uncertain: FloatArray | float = 0.0) -> tuple[FloatArray, FloatArray]:
-        blocks = np.concatenate([getattr(mounts, name), getattr(second.springs, name)])
-        total = np.sum(stretch.mT @ blocks @ stretch, axis=0)
-        share = np.reshape(count * UNIT_ROUNDOFF + uncertain, (-1, 1, 1))
-        error = np.sum(size.mT @ (share * np.abs(blocks)) @ size, axis=0)
-        return 0.5 * (total + total.T), error
-
     mass, mass_error = np.zeros((12, 12)), np.zeros((12, 12))
     for place, one in ((slice(6), body), (slice(6, 12), second.body)):
         mass[place, place] = one.mass_matrix
@@ -68,7 +56,13 @@ def two_bodies(body: RigidBody, mounts: Mounts, second: Second) -> Stand:
             if one.mass_error is None
             else one.mass_error
         )
-    parts = [add_up("stiffness", by_load), add_up("damping"), add_up("structural", by_load)]
-    errors = [mass_error, *(error for _, error in parts)]
-    matrices = Matrices(mass, *(value for value, _ in parts), *errors)
+    stiffness, damping, structural = (
+        np.concatenate([getattr(mounts, name), getattr(second.springs, name)])
+        for name in ("stiffness", "damping", "structural")
+    )
+    off = np.zeros(len(upper) + len(lower))
+    if mounts.relative_error is not None:
+        off[: len(upper)] = mounts.relative_error
+    bounded, stretch = Bounded(mass, mass_error), np.concatenate([upper, lower])
+    matrices = added_up(bounded, stretch, stiffness, damping, structural, off)
     return Stand(OnBase(matrices, carried_along(second.position)), mounts, upper)

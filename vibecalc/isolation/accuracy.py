@@ -12,59 +12,41 @@ from vibecalc.core.accuracy.kinds import (
 )
 from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import Forcing
-from vibecalc.excitation.inertia_forces import about_point
 from vibecalc.isolation.adapters.common import LARGEST, isolation_of
 from vibecalc.isolation.adapters.loads import BodyLoads
 from vibecalc.isolation.adapters.run_up import sections
-from vibecalc.isolation.model import pitch_parts
+from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.isolation.rows import Jet
 from vibecalc.isolation.run_up import cycle_peaks, run_up_peak
 from vibecalc.numerics.cycle_peak import numbered
-from vibecalc.numerics.matrices import Matrices as Linear
+from vibecalc.numerics.linear import Linear, dynamics, response
 from vibecalc.numerics.rounding import FloatArray
-from vibecalc.parts.matrices import assemble, displacement_at
-from vibecalc.response.forced import dynamics, response
 
 
 def isolation_topics(scene: Scene) -> list[Topic]:
     """Force by order and peak over the cycle of the support with the largest; none at rest."""
-    forcing: Forcing = scene.handed_on["forcing"]
-    body, mounts, speed = scene.parts.body, scene.parts.mounts, scene.case.machine.speed
+    mounts, speed = scene.parts.mounts, scene.case.machine.speed
     if LARGEST not in scene.record:
         return []  # the foundation moves, and has questions of its own
-    peaks, per = scene.record[LARGEST].values, forcing.per_speed_squared
-    order, kept = forcing.order[: forcing.retained], forcing.retained
+    peaks = scene.record[LARGEST].values
     which = int(np.argmax(peaks))
-    if body is None or mounts is None or not peaks[which] > 0.0:
+    if mounts is None or not peaks[which] > 0.0:
         return []
     if mounts.spectrum is not None:
         return []  # the questions are of matrices that no frequency changes
-    if isolation_of(scene).model == "pitch":
-        train = scene.case.machine.crank_train
-        own = pitch_parts(body, mounts, train.axis, train.stroke)
-        square = np.square(own.position)
-        load = speed**2 * (about_point(per, own.centre).couple @ own.across)[:, None]
-        held = (own.stiffness, own.damping, own.structural)
-        parts = Matrices(np.array([[own.inertia]]), *(np.array([[square @ one]]) for one in held))
-        there = np.array([[-own.position[which]]])
-        spring = (own.stiffness[which] + 1j * own.structural[which]) * there
-        damper = own.damping[which] * there
-    else:
-        held = (mounts.stiffness, mounts.damping, mounts.structural)
-        parts = Matrices(*assemble(body.mass_matrix, mounts.position, *held)[:4])
-        loads: BodyLoads = scene.handed_on["loads"]
-        order, kept = loads.order[: loads.retained], loads.retained
-        there, both = displacement_at(mounts.position[which]), loads.load
-        load = np.where(np.abs(both.value) > both.error, both.value, 0.0)
-        spring = (mounts.stiffness[which] + 1j * mounts.structural[which]) @ there
-        damper = mounts.damping[which] @ there
-    w, load = order * speed, load[:kept]
+    system: OnMounts = scene.handed_on["on_mounts"]
+    loads: BodyLoads = scene.handed_on["loads"]
+    parts = Matrices(*system.matrices[:4])
+    order, kept = loads.order[: loads.retained], loads.retained
+    both, readout = system.felt(loads.load[:kept]), system.forces()
+    load = np.where(np.abs(both.value) > both.error, both.value, 0.0)
+    still, rising = readout.still[which], readout.rising[which]
+    w = order * speed
     zero = np.zeros(parts.mass.shape)
     linear = Linear(parts.mass, parts.stiffness, parts.damping, parts.structural, *([zero] * 4))
 
     def read(amplitudes: np.ndarray) -> np.ndarray:
-        return np.asarray(amplitudes @ spring.T + (1j * w[:, None] * amplitudes) @ damper.T)
+        return np.asarray(amplitudes @ still.T + (w[:, None] * amplitudes) @ rising.T)
 
     def together(_: float) -> Answer:
         found = response(dynamics(linear, w), load, 0.0 * np.abs(load)).value

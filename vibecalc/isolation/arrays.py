@@ -7,26 +7,16 @@ import numpy as np
 
 from vibecalc.core.run.columns import PointsScene
 from vibecalc.excitation.adapter import Forcing, few_orders
+from vibecalc.excitation.inertia_forces import as_loads
+from vibecalc.isolation.adapters.body_run_up import run_up_rows
 from vibecalc.isolation.adapters.common import emit_run_up_peaks, isolation_of
-from vibecalc.isolation.model import PitchParts
 from vibecalc.isolation.on_mounts import OnMounts
-from vibecalc.isolation.pitch import Pitch, pitch_resonances
-from vibecalc.isolation.rigid_body import mount_readout
-from vibecalc.isolation.rows import (
-    HarmonicsAt,
-    Jet,
-    Readout,
-    body_rows,
-    distinct,
-    pitch_readout,
-    pitch_rows,
-    with_left_out,
-)
+from vibecalc.isolation.rows import HarmonicsAt, Jet, Readout, body_rows, with_left_out
 from vibecalc.isolation.run_up_machines import Machines, highest_peaks
 from vibecalc.isolation.run_up_peaks import Ground, RunUpPeak
-from vibecalc.isolation.run_up_poles import PoleSums, pitch_sums, pole_sums
+from vibecalc.isolation.run_up_poles import PoleSums, pole_sums
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.linear import Linear
 from vibecalc.response.modal_damping import body_resonances, damped_poles, with_damped_poles
 from vibecalc.response.modes import Modes
 from vibecalc.response.resonances import MaskedSpeeds, Resonances
@@ -53,55 +43,23 @@ class RunUps(NamedTuple):
     sums: PoleSums
 
 
-def hand_on_pitch(
-    scene: PointsScene,
-    forcing: Forcing,
-    parts: PitchParts,
-    pitch: Pitch,
-    couple: Bounded,
-    lever: np.ndarray | float,
-) -> None:
-    """Of bodies that pitch, under couples (..., orders) per squared crank speed."""
-    count, used = scene.count, forcing.retained
-    passing = (parts.position, parts.stiffness, parts.damping, parts.structural)
-    readout, row_of = distinct(_of_each(pitch_readout(pitch, lever, *passing), count))
+def hand_on(scene: PointsScene, system: OnMounts) -> None:
+    """Of the bodies of all points, under the shaking."""
+    forcing: Forcing = scene.handed_on["forcing"]
+    load = system.felt(as_loads(forcing.per_speed_squared))
     few, tail = few_orders(forcing)
-    pitch = _each_of(pitch, lambda part: np.broadcast_to(part, count))
-    tail = np.broadcast_to(tail, count)
-    couple = Bounded(*(np.broadcast_to(part, (count, part.shape[-1])) for part in couple))
-    resonances = _of_points(pitch_resonances(pitch, couple[..., :used]), count)
-    orders = forcing.order[:used]
-    sums, dependent = pitch_sums(pitch, readout, orders, couple[..., :used])
-    scene.alone |= np.any(resonances.exposed() > 0.0, axis=-1) | dependent
-
-    def rows_at(machine: np.ndarray, row: np.ndarray) -> HarmonicsAt:
-        one = _each_of(pitch, lambda part: part[machine])
-        read = _read(readout, machine, row)
-        kept, beyond = (
-            pitch_rows(one, read, forcing.order[which], couple[machine][..., which])
-            for which in (slice(used), few)
-        )
-        return with_left_out(kept, beyond, tail[machine])
-
-    rows = readout.spring.shape[1]
-    scene.handed_on["run_up"] = RunUps(rows_at, orders, resonances, rows, row_of, 1, sums)
-
-
-def hand_on_bodies(scene: PointsScene, forcing: Forcing, system: OnMounts, load: Bounded) -> None:
-    """Of rigid bodies, under loads (..., orders, f) per squared crank speed."""
-    mounts, used = system.mounts, forcing.retained
-    readout = mount_readout(system.stretch, mounts.stiffness, mounts.damping, mounts.structural)
-    few, tail = few_orders(forcing)
+    read = run_up_rows(scene, system)
     given, alone = run_ups_of_bodies(
-        scene.count, system.matrices, system.shapes, readout, forcing.order, load, used, few, tail
-    )
+        scene.count, system.matrices, system.shapes, read.rows, forcing.order, load,
+        forcing.retained, few, tail,
+    )  # fmt: skip
     scene.alone |= alone
-    scene.handed_on["run_up"] = given
+    scene.handed_on["run_up"] = given._replace(row_of=read.row_of, lever_rows=read.lever_rows)
 
 
 def run_ups_of_bodies(
     count: int,
-    matrices: Matrices,
+    matrices: Linear,
     shapes: Modes,
     readout: Readout,
     orders: np.ndarray,
@@ -117,7 +75,7 @@ def run_ups_of_bodies(
     """
     readout, tail = _of_each(readout, count), np.broadcast_to(tail, count)
     load = Bounded(*(np.broadcast_to(part, (count, *part.shape[-2:])) for part in load))
-    matrices = Matrices(*(np.broadcast_to(part, (count, *part.shape[-2:])) for part in matrices))
+    matrices = Linear(*(np.broadcast_to(part, (count, *part.shape[-2:])) for part in matrices))
     axes = (1, 1, 2, 2, 1, 1)
     shapes = Modes(
         *(
@@ -132,7 +90,7 @@ def run_ups_of_bodies(
     sums, dependent = pole_sums(poles, shapes, readout, orders[:used], first)
 
     def rows_at(machine: np.ndarray, row: np.ndarray) -> HarmonicsAt:
-        some = Matrices(*(part[machine] for part in matrices))
+        some = Linear(*(part[machine] for part in matrices))
         read = _read(readout, machine, row)
         kept, beyond = (
             body_rows(some, read, orders[which], load[machine][:, which])
@@ -140,14 +98,9 @@ def run_ups_of_bodies(
         )
         return with_left_out(kept, beyond, tail[machine])
 
-    rows = readout.spring.shape[1]
+    rows = readout.still.shape[1]
     given = RunUps(rows_at, orders[:used], resonances, rows, np.arange(rows), 0, sums)
     return given, np.any(met.exposed() > 0.0, axis=-1) | dependent
-
-
-def _each_of(pitch: Pitch, change: Callable[[np.ndarray], np.ndarray]) -> Pitch:
-    """With something done to all arrays."""
-    return Pitch._make([*map(change, pitch[:-1]), pitch.rounding])
 
 
 def _of_points(resonances: Resonances, count: int) -> Resonances:
@@ -160,19 +113,15 @@ def _of_points(resonances: Resonances, count: int) -> Resonances:
 
 
 def _of_each(readout: Readout, count: int) -> Readout:
-    spring, damper = (
-        np.broadcast_to(part, (count, *part.shape[-3:]))
-        for part in (readout.spring, readout.damper)
+    still, rising = (
+        np.broadcast_to(part, (count, *part.shape[-3:])) for part in (readout.still, readout.rising)
     )
-    return Readout(spring, damper, readout.uncertainty)
+    return Readout(still, rising, readout.uncertainty)
 
 
 def _read(readout: Readout, machine: np.ndarray, row: np.ndarray) -> Readout:
     """The readout of one row of each machine."""
-    pick = (machine, row)
-    return readout._replace(
-        spring=readout.spring[pick][:, None], damper=readout.damper[pick][:, None]
-    )
+    return readout.rows(machine[:, None], row[:, None])
 
 
 # ----------------------------------------------------------------------------

@@ -6,25 +6,20 @@ from vibecalc.core.accuracy.kinds import Ask, Matrices, forced, ours
 from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.isolation.adapters.common import isolation_of
-from vibecalc.isolation.adapters.loads import body_loads
+from vibecalc.isolation.adapters.loads import BodyLoads
 from vibecalc.isolation.efficiency_results import FORCES
 from vibecalc.isolation.on_base import alone, ground_load
-from vibecalc.isolation.rigid_body import restricted
-from vibecalc.parts.body import dofs_of_model
-from vibecalc.parts.matrices import assemble
-from vibecalc.response.forced import dynamics, response
+from vibecalc.isolation.on_mounts import OnMounts
+from vibecalc.numerics.linear import dynamics, response
 
 
 def efficiency_topics(scene: Scene) -> list[Topic]:
     """Loads on the ground; none of the pitch model, whose couple is a topic of its own stage."""
-    body, mounts, options = scene.parts.body, scene.parts.mounts, isolation_of(scene)
-    if body is None or mounts is None or options.model == "pitch":
+    if isolation_of(scene).model == "pitch":
         return []
-    loads = body_loads(scene)
-    freedoms = dofs_of_model(options.model, scene.case.machine.crank_train.axis)
-    held = (mounts.stiffness, mounts.damping, mounts.structural)
-    matrices = restricted(assemble(body.mass_matrix, mounts.position, *held), freedoms)
-    load = loads.load[: loads.retained, freedoms]
+    loads: BodyLoads = scene.handed_on["loads"]
+    system: OnMounts = scene.handed_on["on_mounts"]
+    matrices, load = system.matrices, system.felt(loads.load[: loads.retained])
     given = np.where(np.abs(load.value) > load.error, load.value, 0.0)
     acts = np.any(given != 0.0, axis=1)
     if not np.any(acts):
@@ -37,9 +32,7 @@ def efficiency_topics(scene: Scene) -> list[Topic]:
         return Answer(found.value, 2.0 * len(w))
 
     def read(motion: np.ndarray) -> np.ndarray:
-        rate = w[:, None, None]
-        passing = matrices.stiffness + 1j * (matrices.structural + rate * matrices.damping)
-        return np.asarray((passing @ motion[..., None])[..., 0])
+        return np.asarray((matrices.passing(w).value @ motion[..., None])[..., 0])
 
     ask = Ask(
         "isolation efficiency", "loads on the ground", "force and couple of each order",

@@ -1,6 +1,6 @@
-"""The pitch model of a case, and whether body and mounts suit the isolation model asked for."""
+"""Whether body and mounts suit the isolation model asked for."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,75 +9,33 @@ from vibecalc.errors import KeyPath, Problem
 from vibecalc.numerics.rounding import BoolArray
 from vibecalc.parts import body_tables
 from vibecalc.parts import tables as parts
-from vibecalc.parts.body import DIRECTIONS, RigidBody, build_body, build_frame
+from vibecalc.parts.body import DIRECTIONS, build_body, build_frame
 from vibecalc.parts.matrices import displacement_at
 from vibecalc.parts.mount_state import never_held
 from vibecalc.parts.mounts import Mounts, build_mounts
 from vibecalc.schema import Case
 
-# ----------------------------------------------------------------------------
-# What the pitch model needs of a machine: one rotation about the axis across the crankshaft.
-# ----------------------------------------------------------------------------
-
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class PitchParts:
-    """Inertia in kg m^2 about `across` (3,) through `centre` (3,), and the mounts along the shaft.
-
-    `position` (n,) in m along the crankshaft from the mass centre; `stiffness`, `structural` in
-    N/m and `damping` in N s/m (n,) along the stroke. A rotation q about `across` moves a mount by
-    -position * q along the stroke. `lever` is the one distance |position| that all mounts share, or
-    None if they differ, at any point where numbers of the case are arrays (points,).
+class Arms(NamedTuple):
+    """What holds a body in pitch: `position` (..., n) of mounts in m along the crankshaft from the
+    mass centre, `stiffness` (..., n) along the stroke. It turns about the axis called `turned`.
     """
 
-    names: tuple[str, ...]
-    inertia: Array
-    centre: Array
-    across: Array
     position: Array
     stiffness: Array
-    damping: Array
-    structural: Array
-    lever: Array | None
+    turned: str
 
 
-def common_lever(position: Array) -> Array | None:
-    """The distance |position| (...) that all mounts (..., n) share to a billionth, or None."""
-    reach = np.sort(np.abs(position), axis=-1)
-    longest, count = reach[..., -1], reach.shape[-1]
-    if np.any((longest == 0.0) | (longest - reach[..., 0] > 1e-9 * longest)):
-        return None
-    # np.median would import the masked arrays of numpy
-    return np.asarray(0.5 * (reach[..., (count - 1) // 2] + reach[..., count // 2]))
-
-
-def pitch_parts(body: RigidBody, mounts: Mounts, axis: str, stroke: str) -> PitchParts:
-    """Pitch model of a body and its mounts, by projection on the crankshaft and the stroke."""
-    frame = build_frame(axis, stroke)
+def arms_of(body: body_tables.Body, mounts: body_tables.Mounts, train: parts.CrankTrain) -> Arms:
+    """Those of a validated case."""
+    frame, built = build_frame(train.axis, train.stroke), build_mounts(mounts)
     along, up, turned = (
         int(np.argmax(np.abs(v))) for v in (frame.axis, frame.stroke, frame.across)
     )
-    position = mounts.position[..., along] - body.centre[..., along, None]
-    return PitchParts(
-        names=mounts.names,
-        inertia=body.inertia[..., turned, turned],
-        centre=body.centre,
-        across=frame.across,
-        position=position,
-        stiffness=mounts.stiffness[..., up, up],
-        damping=mounts.damping[..., up, up],
-        structural=mounts.structural[..., up, up],
-        lever=common_lever(position),
-    )
-
-
-def build_pitch(
-    body: body_tables.Body, mounts: body_tables.Mounts, train: parts.CrankTrain
-) -> PitchParts:
-    """Pitch model of a validated case."""
-    return pitch_parts(build_body(body), build_mounts(mounts), train.axis, train.stroke)
+    position = built.position[..., along] - build_body(body).centre[..., along, None]
+    return Arms(position, built.stiffness[..., up, up], DIRECTIONS[turned])
 
 
 # ----------------------------------------------------------------------------
@@ -112,7 +70,7 @@ def isolation_problems(case: Case) -> list[Problem]:
                 also=("machine", "crank_train", "stroke"),
             )
         )
-    pitch = build_pitch(machine.body, machine.mounts, train)
+    pitch = arms_of(machine.body, machine.mounts, train)
     return [*problems, *_pitch_held(pitch), *_lever(case, pitch)]
 
 
@@ -131,15 +89,13 @@ def _held(motions: list[str]) -> list[Problem]:
     ]
 
 
-def _pitch_name(pitch: PitchParts) -> str:
-    return DIRECTIONS[int(np.argmax(np.abs(pitch.across)))]
-
-
+#: of the distance of mounts from the mass centre, up to which it is one lever
+_ONE_LEVER = 1e-9
 #: of the distance of mounts from the mass centre, below which they stand at one place
 _ONE_PLACE = 1e-12
 
 
-def _pitch_held(pitch: PitchParts) -> list[Problem]:
+def _pitch_held(pitch: Arms) -> list[Problem]:
     if float(pitch.stiffness @ pitch.position**2) > 0.0:
         places = pitch.position[pitch.stiffness > 0.0]
         if np.ptp(places) > _ONE_PLACE * np.abs(places).max():
@@ -157,16 +113,18 @@ def _pitch_held(pitch: PitchParts) -> list[Problem]:
         Problem(
             path=MOUNTS,
             message="the mounts leave the body free to pitch",
-            found=f"nothing resists turning about {_pitch_name(pitch)}",
+            found=f"nothing resists turning about {pitch.turned}",
             allowed="a stiffness along the stroke, away from the mass centre along the crankshaft",
         )
     ]
 
 
-def _lever(case: Case, pitch: PitchParts) -> list[Problem]:
-    if case.isolation is None or case.isolation.lever is not None or pitch.lever is not None:
-        return []
+def _lever(case: Case, pitch: Arms) -> list[Problem]:
     reach = np.abs(pitch.position)
+    if case.isolation is None or case.isolation.lever is not None:
+        return []
+    if reach.max() - reach.min() <= _ONE_LEVER * reach.max():
+        return []
     return [
         Problem(
             path=("isolation", "lever"),
@@ -189,7 +147,7 @@ def isolation_suspects(case: Case) -> BoolArray | None:
     if isolation.model != "pitch":
         return _nearly_free(build_mounts(mounts))
     train = case.machine.crank_train
-    pitch = build_pitch(body, mounts, train)
+    pitch = arms_of(body, mounts, train)
     turning = (pitch.stiffness * np.square(pitch.position)).sum(axis=-1)
     fine = (turning > 0.0) & np.isfinite(turning) & (isolation.up == train.stroke)
     farthest = np.abs(pitch.position).max(axis=-1)
@@ -197,7 +155,7 @@ def isolation_suspects(case: Case) -> BoolArray | None:
     if isolation.lever is None:
         reach = np.abs(pitch.position)
         least, longest = reach.min(axis=-1), reach.max(axis=-1)
-        fine = fine & (longest > 0.0) & (longest - least <= 0.9e-9 * longest)
+        fine = fine & (longest > 0.0) & (longest - least <= 0.9 * _ONE_LEVER * longest)
     return np.asarray(~fine)
 
 

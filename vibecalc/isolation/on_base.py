@@ -5,10 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.linear import Dynamics, Linear, dynamics, law, resisting, response
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 from vibecalc.parts.mounts import Mounts
-from vibecalc.response.forced import Dynamics, dynamics, response
 
 # ----------------------------------------------------------------------------
 # One body or several on a base that is rigid.
@@ -36,7 +35,7 @@ class OnBase(NamedTuple):
     those of the base: f is 6, or less for a model that keeps fewer motions.
     """
 
-    matrices: Matrices
+    matrices: Linear
     rigid: np.ndarray
 
 
@@ -62,27 +61,24 @@ def mount_stiffness(mounts: Mounts, frequency: np.ndarray) -> Bounded:
     Its error is rounding, and what the load at rest leaves uncertain of the stiffness.
     """
     rate = np.asarray(frequency)[:, None, None, None]
-    by_load = mounts.stiffness + 1j * mounts.structural
-    value = np.asarray(by_load + 1j * rate * mounts.damping)
+    value = resisting(mounts.stiffness, mounts.structural, mounts.damping, rate)
     error = 8.0 * UNIT_ROUNDOFF * np.abs(value)
     if mounts.relative_error is not None:
-        error = error + mounts.relative_error[:, None, None] * np.abs(by_load)
+        still, _ = law(mounts.stiffness, mounts.structural, mounts.damping)
+        error = error + mounts.relative_error[:, None, None] * np.abs(still)
     return Bounded(value, error)
 
 
-def alone(matrices: Matrices) -> OnBase:
+def alone(matrices: Linear) -> OnBase:
     """One body (f, f) whose mounts stand on the base."""
     return OnBase(matrices, np.eye(matrices.mass.shape[-1]))
 
 
 def passing_stiffness(system: OnBase, frequency: np.ndarray) -> Bounded:
     """R^T K* (frequencies, f, n): load on the base for a motion, N and N m, at rad/s."""
-    one, rate = system.matrices, np.asarray(frequency)[..., None, None]
-    lagging = one.structural + rate * one.damping
-    value = one.stiffness + 1j * lagging
-    error = one.stiffness_error + one.structural_error + rate * one.damping_error
-    error = error + 2.0 * UNIT_ROUNDOFF * np.abs(value)
-    return Bounded(system.rigid.T.astype(complex), np.zeros(())) @ Bounded(value, error)
+    return Bounded(system.rigid.T.astype(complex), np.zeros(())) @ system.matrices.passing(
+        frequency
+    )
 
 
 def ground_load(system: OnBase, motion: Bounded, frequency: np.ndarray) -> Bounded:

@@ -1,18 +1,32 @@
-"""A body on its mounts as one linear system, its stiffness constant or by frequency."""
+"""A body on its mounts as one linear system: in six motions, in those of a plane, or in pitch."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vibecalc.isolation.rigid_body import mount_force, passing_force, restricted
+from vibecalc.isolation.at_mounts import (
+    Resting,
+    displacement,
+    mount_force,
+    mount_readout,
+    passing_force,
+)
 from vibecalc.isolation.rows import CoupleAt, HarmonicsAt, Readout, body_rows
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.matrices import Matrices
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF
-from vibecalc.parts.body import RigidBody
-from vibecalc.parts.matrices import displacement_at, mounted
+from vibecalc.numerics.leading import side_by_side
+from vibecalc.numerics.linear import (
+    Dynamics,
+    Linear,
+    UndrivenModes,
+    dynamics,
+    dynamics_by_order,
+    law,
+    resisting,
+)
+from vibecalc.numerics.rounding import DATA_ROUNDINGS, UNIT_ROUNDOFF
+from vibecalc.parts.body import RigidBody, build_frame
+from vibecalc.parts.matrices import displacement_at, on_springs
 from vibecalc.parts.mounts import Mounts
-from vibecalc.response.forced import Dynamics, UndrivenModes, dynamics, dynamics_by_order
 from vibecalc.response.modal_damping import (
     body_resonances,
     damped_basis,
@@ -38,26 +52,37 @@ from vibecalc.response.spectral import (
 class OnMounts:
     """Matrices (f, f) of a body on mounts, and modes that the damping leaves apart.
 
-    `reach` (6, f) takes its coordinates to the motion of the reference point, and loads there to
-    loads on the coordinates; `stretch` (..., mounts, 3, f) takes them to the deflection of each
-    mount. On a rigid ground the coordinates are the motions `freedoms`, and `whole` has all six; a
-    second body below has six more. Where stiffness follows the frequency, `matrices` have that of
-    `Mounts`, `own` the modes at their own frequencies and `spectral` the matrices at all.
+    `reach` (..., 6, f) takes its coordinates to the motion of the reference point, and loads there
+    to loads on the coordinates; `stretch` (..., mounts, d, f) takes them to the deflection of each
+    mount in the `directions` (d,) in which it has any: `mounts` have the stiffness of these. On a
+    rigid ground the coordinates are the motions `freedoms`, as indices into x y z rx ry rz; a
+    second body below has six more. `resting` bears what is constant. Where stiffness follows the
+    frequency, `matrices` have that of `Mounts`, `own` the modes at their own frequencies and
+    `spectral` the matrices at all.
     """
 
     mounts: Mounts
     freedoms: np.ndarray
-    whole: Matrices
-    matrices: Matrices
+    matrices: Linear
     shapes: Modes
     reach: np.ndarray
     stretch: np.ndarray
+    resting: Resting
+    directions: tuple[int, ...] = (0, 1, 2)
     spectral: SpectralSystem | None = None
     own: tuple[OwnMode, ...] = ()
 
     def felt(self, load: Bounded) -> Bounded:
         """Loads (..., f) on the coordinates of loads (..., 6) about the reference point."""
-        return Bounded(load.value @ self.reach, load.error @ self.reach)
+        return load @ self.reach
+
+    def moved(self, motion: Bounded) -> Bounded:
+        """Motion (..., m, 6) of the reference point by one (..., m, f) of the coordinates."""
+        return motion @ self.reach.mT
+
+    def at_mounts(self, motion: Bounded) -> Bounded:
+        """Deflection (..., mounts, d, m) of the mounts by the same."""
+        return displacement(self.stretch, motion)
 
     def damping_ratio(self) -> Bounded:
         """Of each mode."""
@@ -106,15 +131,36 @@ class OnMounts:
         return dynamics(self.matrices, frequency, self.undriven(resonances))
 
     def force(self, motion: Bounded, frequency: np.ndarray) -> Bounded:
-        """Force (..., mounts, 3, orders) on the ground by a motion of the mounts, as that."""
+        """Force (..., mounts, d, orders) on the ground by a deflection of the mounts, as that."""
         mounts = self.mounts
         if mounts.spectrum is None:
             return mount_force(
                 motion, frequency, mounts.stiffness, mounts.damping, mounts.structural
             )
         factor = np.moveaxis(mounts.spectrum(frequency), -1, 0)[..., None, None]
-        viscous = 1j * np.asarray(frequency)[:, None, None] * mounts.damping[:, None]
-        return passing_force(motion, factor * mounts.stiffness[:, None] + viscous)
+        by_order = factor * mounts.stiffness[:, None]
+        rate = np.asarray(frequency)[:, None, None]
+        given = (by_order.real, by_order.imag, mounts.damping[:, None])
+        return passing_force(motion, resisting(*given, rate))
+
+    def forces(self) -> Readout:
+        """The same as rows of a run-up, those of mounts with a spectrum without its factors."""
+        mounts = self.mounts
+        loss = mounts.structural if mounts.spectrum is None else np.zeros_like(mounts.stiffness)
+        return mount_readout(self.stretch, mounts.stiffness, mounts.damping, loss)
+
+    def couple_over(self, lever: np.ndarray | float) -> Readout:
+        """Couple through the mounts over a lever (...) in m, of a body that only pitches."""
+        matrices, arm = self.matrices, np.asarray(lever)[..., None, None, None]
+        still, rising = law(matrices.stiffness, matrices.structural, matrices.damping)
+        rounding = (8 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
+        return Readout(still[..., None, :, :] / arm, rising[..., None, :, :] / arm, rounding)
+
+    def shows(self) -> np.ndarray:
+        """Which of the modes loads which mount, (..., modes, mounts)."""
+        pressed = self.mounts.stiffness @ self.stretch @ self.shapes.shape[..., None, :, :]
+        size = np.sqrt(np.square(pressed).sum(axis=-2)).mT
+        return np.asarray(size > 1e-12 * size.max())
 
     def travel(self) -> Readout | None:
         """Motion of each mount along its axis, where mounts have stops."""
@@ -147,14 +193,59 @@ class OnMounts:
 
 
 def on_mounts(body: RigidBody, mounts: Mounts, freedoms: np.ndarray) -> OnMounts:
-    """The system of a body on its mounts in some of the motions x y z rx ry rz."""
-    whole = mounted(body, mounts)
-    matrices = restricted(whole, freedoms)
+    """The system of a body on its mounts in some of the motions x y z rx ry rz.
+
+    What is left out is zero, not free: neither masses nor mounts nor forces couple it with what is
+    kept.
+    """
     reach = np.eye(6)[:, freedoms]
-    stretch = displacement_at(mounts.position)[..., freedoms]
+    whole = displacement_at(mounts.position)
+    matrices = on_springs(body.mass_matrix, body.mass_error, whole, mounts).reduced(freedoms)
+    stretch, still = whole[..., freedoms], matrices
+    stiffness = mounts.stiffness if mounts.static is None else mounts.static
+    if mounts.static is not None:
+        bearing = replace(mounts, stiffness=stiffness)
+        still = on_springs(body.mass_matrix, body.mass_error, whole, bearing).reduced(freedoms)
+    resting = Resting(still, reach, stretch, stiffness)
     if mounts.spectrum is None:
         shapes = damped_basis(matrices, modes(matrices))
-        return OnMounts(mounts, freedoms, whole, matrices, shapes, reach, stretch)
+        return OnMounts(mounts, freedoms, matrices, shapes, reach, stretch, resting)
     spectral = spectral_system(matrices, mounts, freedoms)
     own = tuple(own_modes(spectral))
-    return OnMounts(mounts, freedoms, whole, matrices, joined(own), reach, stretch, spectral, own)
+    return OnMounts(
+        mounts, freedoms, matrices, joined(own), reach, stretch, resting, spectral=spectral, own=own
+    )
+
+
+def pitching(body: RigidBody, mounts: Mounts, axis: str, stroke: str) -> OnMounts:
+    """The system of a body that only turns, about the axis across its crankshaft.
+
+    The axis goes through the mass centre, and a mount at x along the shaft from there moves by -x
+    times the angle along the stroke, where its stiffness counts: that in pitch is the sum of k x^2
+    (N. Gibson, Dynamics 3 assignment (2008), equations 13 to 19, with "4 L^2 k" for four mounts at
+    x = +L and -L). At rest the body heaves as well.
+    """
+    frame = build_frame(axis, stroke)
+    along, up, turned = (
+        int(np.argmax(np.abs(one))) for one in (frame.axis, frame.stroke, frame.across)
+    )
+    across = np.broadcast_to(frame.across, body.centre.shape)
+    turn = np.concatenate([-np.cross(across, body.centre), across], axis=-1)
+    heave = np.broadcast_to(np.concatenate([frame.stroke, np.zeros(3)]), turn.shape)
+    both = np.stack([heave, turn], axis=-1)
+    lever = body.centre[..., along, None] - mounts.position[..., along]
+    stretch = np.stack([np.ones(lever.shape), lever], axis=-1)[..., None, :]
+    only = (..., slice(up, up + 1), slice(up, up + 1))
+    few = replace(
+        mounts,
+        stiffness=mounts.stiffness[only],
+        damping=mounts.damping[only],
+        structural=mounts.structural[only],
+    )
+    mass = side_by_side([body.mass, body.inertia[..., turned, turned]])[..., None] * np.eye(2)
+    whole = on_springs(mass, None, stretch, few)
+    matrices = whole.reduced(np.array([1]))
+    return OnMounts(
+        few, np.array([3 + turned]), matrices, modes(matrices), both[..., 1:], stretch[..., 1:],
+        Resting(whole, both, stretch, few.stiffness), directions=(up,),
+    )  # fmt: skip

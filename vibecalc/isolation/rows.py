@@ -1,14 +1,12 @@
 """What a run-up evaluates: mount forces and couples over crank speed, with their slopes."""
 
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from vibecalc.isolation.pitch import Pitch, pitch_dynamic_stiffness
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.linear import Linear, UndrivenModes, dynamics, law, response
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
-from vibecalc.response.forced import UndrivenModes, dynamics, response
 
 # ----------------------------------------------------------------------------
 # Readings of the body's motion: forces of the mounts on the ground, couple over a lever.
@@ -16,50 +14,46 @@ from vibecalc.response.forced import UndrivenModes, dynamics, response
 
 
 class Readout(NamedTuple):
-    """Rows that are read as (spring + i w damper) X, each array (rows, components, coordinates).
+    """Rows that are read as (still + w rising) X, each array (rows, components, coordinates).
 
-    A row of three components is a vector, whose length counts; `uncertainty` is the relative error
-    of the entries.
+    A row of several components is a vector, whose length counts; `uncertainty` is the relative
+    error of the entries.
     """
 
-    spring: np.ndarray
-    damper: np.ndarray
+    still: np.ndarray
+    rising: np.ndarray
     uncertainty: float
 
-
-def pitch_readout(
-    pitch: Pitch,
-    lever: float | np.ndarray,
-    position: np.ndarray,
-    stiffness: np.ndarray,
-    damping: np.ndarray,
-    structural: np.ndarray,
-) -> Readout:
-    """Couple over lever in the first row, then the vertical force of each mount on the ground."""
-    passing = -position * (stiffness + 1j * structural)
-    couple = (pitch.stiffness + 1j * pitch.structural) / lever
-    spring = _rows_of_pitch(couple, passing)
-    damper = _rows_of_pitch(pitch.damping / lever, -position * damping)
-    return Readout(spring, damper, pitch.rounding + 8.0 * UNIT_ROUNDOFF)
+    def rows(self, *place: object) -> "Readout":
+        """Some of the rows, by an index of the arrays without components and coordinates."""
+        pick: Any = (*place, slice(None), slice(None))
+        return self._replace(still=self.still[pick], rising=self.rising[pick])
 
 
-def _rows_of_pitch(first: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """A number (...) and those of the mounts (..., mounts) as rows (..., rows, 1, 1)."""
-    points = np.broadcast_shapes(np.shape(first), others.shape[:-1])
-    parts = np.asarray(first)[..., None], others
-    rows = [np.broadcast_to(part, (*points, part.shape[-1])) for part in parts]
-    return np.concatenate(rows, axis=-1)[..., None, None]
+def joined_rows(first: Readout, others: Readout) -> Readout:
+    """Rows of both, one after the other; either may lack the axis of the machines."""
+
+    def both(*pair: np.ndarray) -> np.ndarray:
+        points = np.broadcast_shapes(*(part.shape[:-3] for part in pair))
+        rows = [np.broadcast_to(part, (*points, *part.shape[-3:])) for part in pair]
+        return np.concatenate(rows, axis=-3)
+
+    return Readout(
+        both(first.still, others.still),
+        both(first.rising, others.rising),
+        max(first.uncertainty, others.uncertainty),
+    )
 
 
-def distinct(readout: Readout) -> tuple[Readout, np.ndarray]:
-    """Leave out rows that repeat another up to sign; also tell which one each row is (rows,).
+def distinct(readout: Readout) -> tuple[list[int], np.ndarray]:
+    """Rows that repeat none before them, up to sign, and which one of these each is (rows,).
 
     Equal supports at the same distance on either side feel the same force at opposite times. Of
     many machines (..., rows, components, coordinates) those that repeat another in each of them.
     """
-    *points, count, _, _ = readout.spring.shape
-    spring, damper = (part.reshape(*points, count, -1) for part in (readout.spring, readout.damper))
-    entries = np.concatenate([spring.real, spring.imag, damper], axis=-1)
+    *points, count, _, _ = readout.still.shape
+    flat = [part.reshape(*points, count, -1) for part in (readout.still, readout.rising)]
+    entries = np.concatenate([part for one in flat for part in (one.real, one.imag)], axis=-1)
     leading = np.argmax(entries != 0.0, axis=-1)[..., None]
     negative = np.take_along_axis(entries, leading, -1) < 0.0
     signed = np.moveaxis(entries * np.where(negative, -1.0, 1.0), -2, 0)
@@ -68,10 +62,7 @@ def distinct(readout: Readout) -> tuple[Readout, np.ndarray]:
     rows = [(row + 0.0).tobytes() for row in signed]
     which = np.array([number_of.setdefault(row, len(number_of)) for row in rows])
     first = [int(np.argmax(which == number)) for number in range(len(number_of))]
-    few = readout._replace(
-        spring=readout.spring[..., first, :, :], damper=readout.damper[..., first, :, :]
-    )
-    return few, which
+    return first, which
 
 
 # ----------------------------------------------------------------------------
@@ -117,10 +108,10 @@ def read(readout: Readout, order: np.ndarray, rate: np.ndarray, motion: BodyMoti
 
     The readout may have an axis of speeds of its own, each being that of another machine.
     """
-    *_, rows, components, width = readout.spring.shape
-    spring, damper = (
+    *_, rows, components, width = readout.still.shape
+    still, rising = (
         part.reshape(*part.shape[:-3], rows * components, width).mT
-        for part in (readout.spring, readout.damper)
+        for part in (readout.still, readout.rising)
     )
     frequency = rate[..., None]
     each_order = order[:, None]
@@ -129,25 +120,27 @@ def read(readout: Readout, order: np.ndarray, rate: np.ndarray, motion: BodyMoti
         """(speeds, orders, rows * components) to (speeds, rows, components, orders)."""
         return flat.swapaxes(1, 2).reshape(len(flat), rows, components, len(order))
 
-    damped = motion.value @ damper
-    value = motion.value @ spring + 1j * frequency * damped
+    risen = motion.value @ rising
+    value = motion.value @ still + frequency * risen
     error = slope = slope_error = curvature = EMPTY
     if motion.slope is not EMPTY:
-        damped_slope = motion.slope @ damper
-        slope = motion.slope @ spring + 1j * (frequency * damped_slope + each_order * damped)
-        curvature = motion.curvature @ spring + 1j * (
-            frequency * (motion.curvature @ damper) + 2.0 * each_order * damped_slope
+        risen_slope = motion.slope @ rising
+        slope = motion.slope @ still + frequency * risen_slope + each_order * risen
+        curvature = (
+            motion.curvature @ still
+            + frequency * (motion.curvature @ rising)
+            + 2.0 * each_order * risen_slope
         )
         slope, curvature = laid_out(slope), laid_out(curvature)
     if motion.error is not EMPTY:
-        spring_size, damper_size = np.abs(spring), np.abs(damper)
+        still_size, rising_size = np.abs(still), np.abs(rising)
         spread = motion.error + readout.uncertainty * np.abs(motion.value)
-        damped_spread = spread @ damper_size
-        error = laid_out(spread @ spring_size + frequency * damped_spread)
+        risen_spread = spread @ rising_size
+        error = laid_out(spread @ still_size + frequency * risen_spread)
         if motion.slope is not EMPTY:
             steeper = motion.slope_error + readout.uncertainty * np.abs(motion.slope)
-            slope_error = steeper @ spring_size + frequency * (steeper @ damper_size)
-            slope_error = laid_out(slope_error + each_order * damped_spread)
+            slope_error = steeper @ still_size + frequency * (steeper @ rising_size)
+            slope_error = laid_out(slope_error + each_order * risen_spread)
     return Jet(laid_out(value), error, slope, slope_error, curvature)
 
 
@@ -191,56 +184,6 @@ def _added(error: np.ndarray, dropped: np.ndarray, factor: float | np.ndarray) -
 
 
 # ----------------------------------------------------------------------------
-# Rows of the pitch model as functions of crank speed, with their slopes.
-# ----------------------------------------------------------------------------
-
-
-def pitch_rows(
-    pitch: Pitch,
-    readout: Readout,
-    orders: np.ndarray,
-    couple: Bounded,
-    left_out: np.ndarray | bool = False,
-) -> HarmonicsAt:
-    """Rows of the pitch model under couples (orders,) per squared crank speed, N m s^2.
-
-    `left_out` (orders,) as in `angle_harmonics`. All may have an axis of speeds, each being that of
-    another machine.
-    """
-    order = np.asarray(orders, dtype=float)
-    per_square = couple.value
-    inertia, damping = (np.asarray(part)[..., None] for part in (pitch.inertia, pitch.damping))
-
-    def harmonics_at(speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Jet:
-        column = speed[:, None]
-        rate = column * order
-        system = pitch_dynamic_stiffness(pitch, rate)
-        flexibility = np.where(left_out, 0.0, 1.0 / np.where(left_out, 1.0, system.value))
-        angle = column * column * per_square * flexibility
-        error = slope = slope_error = curvature = EMPTY
-        if slopes:
-            turn = order * (1j * damping - 2.0 * inertia * rate)
-            load_slope = 2.0 * column * per_square
-            slope = flexibility * (load_slope - turn * angle)
-            bent = 2.0 * per_square + 2.0 * inertia * order * order * angle
-            curvature = flexibility * (bent - 2.0 * turn * slope)
-        if errors:
-            size, gain = np.abs(angle), np.abs(flexibility)
-            load_error = column * column * couple.error
-            error = gain * (size * system.error + load_error) + 16.0 * UNIT_ROUNDOFF * size
-        if slopes and errors:
-            uncertainty = np.abs(turn) * error + np.abs(slope) * system.error
-            uncertainty = uncertainty + 2.0 * column * couple.error
-            terms = np.abs(load_slope) + np.abs(turn) * size
-            slope_error = gain * (uncertainty + (pitch.rounding + 16.0 * UNIT_ROUNDOFF) * terms)
-        motion = BodyMotion(angle, error, slope, slope_error, curvature)
-        each = BodyMotion(*(EMPTY if part is EMPTY else part[..., None] for part in motion))
-        return read(readout, order, rate, each)
-
-    return harmonics_at
-
-
-# ----------------------------------------------------------------------------
 # Rows of a rigid body on its mounts as functions of crank speed, with their slopes.
 # ----------------------------------------------------------------------------
 
@@ -262,7 +205,7 @@ class CoupleAt(Protocol):
 
 
 def body_rows(
-    matrices: Matrices,
+    matrices: Linear,
     readout: Readout,
     orders: np.ndarray,
     force: Bounded,
@@ -270,13 +213,14 @@ def body_rows(
     couple_at: CoupleAt | None = None,
     about: np.ndarray | None = None,
 ) -> HarmonicsAt:
-    """Rows of a rigid body under forces (orders, 6) per squared crank speed, N s^2 and N m s^2.
+    """Rows of a body under forces (orders, f) per squared crank speed, N s^2 and N m s^2.
 
-    `couple_at` is added, a couple about the unit vector `about` (6,), as a function of the speed.
+    `couple_at` is added, a couple about the vector `about` (f,), as a function of the speed.
     Matrices, readout and forces may have an axis of speeds, each being that of another machine.
     """
     order = np.asarray(orders, dtype=float)
     axis = np.zeros(force.value.shape[-1]) if about is None else about
+    _, rising = law(matrices.stiffness, matrices.structural, matrices.damping)
 
     def harmonics_at(speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Jet:
         rate = speed[:, None] * order
@@ -296,7 +240,7 @@ def body_rows(
             value = _apply(system.inverse, load)
         if slopes:
             turn = order[:, None, None] * (
-                1j * matrices.damping[..., None, :, :]
+                rising[..., None, :, :]
                 - 2.0 * rate[..., None, None] * matrices.mass[..., None, :, :]
             )
             load_slope = 2.0 * column * force.value

@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.isolation.pitch import Pitch
 from vibecalc.isolation.rows import EMPTY, Jet, Readout
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.response.modal_damping import DampedPoles
@@ -15,8 +14,9 @@ from vibecalc.response.modes import Modes
 #
 #     X = W^2 sum_p v_p (u_p F_n) / (i w - s_p),   sum_p v_p u_p = 0
 #
-# and (spring + i w damper) v_p may be read at the pole instead. Slopes by W come with powers of the
-# same fractions. That is as good as the motions are independent of each other, for all speeds.
+# and (still + w rising) v_p may be read at the pole instead, w = -i s. Slopes by W come with powers
+# of the same fractions. That is as good as the motions are independent of each other, for all
+# speeds.
 # ----------------------------------------------------------------------------
 
 #: norms of the motions and of their inverse, multiplied, up to which a sum is good to some 1e-9
@@ -67,24 +67,6 @@ class PoleSums(NamedTuple):
         return np.asarray(1.0 / (frequency[..., None] - self.pole[machine][:, None, :]))
 
 
-def pitch_sums(
-    pitch: Pitch, readout: Readout, orders: np.ndarray, couple: Bounded
-) -> tuple[PoleSums, np.ndarray]:
-    """The same of bodies that pitch, under couples (machines, n): both poles in closed form."""
-    inertia, damping = np.asarray(pitch.inertia), np.asarray(pitch.damping)
-    hysteretic = pitch.stiffness + 1j * pitch.structural
-    middle = -0.5 * damping / inertia
-    half = np.sqrt(np.square(middle) - hysteretic / inertia)
-    dependent = np.abs(half) * MOST_DEPENDENT <= np.sqrt(np.abs(hysteretic) / inertia)
-    half = np.where(dependent, 1.0, half)
-    pole = np.stack([middle + half, middle - half], axis=-1)
-    residue = 0.5 / (inertia * half)
-    drive = couple.value[..., None] * np.stack([residue, -residue], axis=-1)[:, None, :]
-    spring, damper = (part[..., 0][:, None] for part in (readout.spring, readout.damper))
-    reading = spring + pole[:, :, None, None] * damper
-    return PoleSums(pole, reading, drive, np.asarray(orders, dtype=float)), dependent
-
-
 def pole_sums(
     poles: DampedPoles, shapes: Modes, readout: Readout, orders: np.ndarray, force: Bounded
 ) -> tuple[PoleSums, np.ndarray]:
@@ -106,8 +88,8 @@ def pole_sums(
     pole = poles.root * scale
     motion = (shapes.shape @ states[:, :size]).mT
     drive = (force.value @ shapes.shape) @ inverse[:, :, size:].mT / scale[..., None]
-    spring, damper = (
-        np.einsum("mpf,mrcf->mprc", motion, part) for part in (readout.spring, readout.damper)
+    still, rising = (
+        np.einsum("mpf,mrcf->mprc", motion, part) for part in (readout.still, readout.rising)
     )
-    reading = spring + pole[:, :, None, None] * damper
+    reading = still - 1j * pole[:, :, None, None] * rising
     return PoleSums(pole, reading, drive, np.asarray(orders, dtype=float)), dependent

@@ -4,8 +4,8 @@ import numpy as np
 
 from vibecalc.isolation.rows import EMPTY, CoupleAt, HarmonicsAt, Jet, Readout
 from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.linear import dynamics_by_order, law, response
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
-from vibecalc.response.forced import dynamics_by_order, response
 from vibecalc.response.spectral import SpectralSystem
 
 # ----------------------------------------------------------------------------
@@ -27,15 +27,16 @@ def spectral_rows(
 ) -> HarmonicsAt:
     """Rows as those of `body_rows`, one of three components for each mount of the spectrum.
 
-    `readout.spring` is that of the stiffness on which the factors of the spectrum are; of motions,
+    `readout.still` is that of the stiffness on which the factors of the spectrum are; of motions,
     which are not `passed_on` by the mounts, there are no factors.
     """
     order = np.asarray(orders, dtype=float)
     axis = np.zeros(force.value.shape[-1]) if about is None else about
     constant, spectrum = system.constant, system.spectrum
-    rows, components, width = readout.spring.shape
-    spring = readout.spring.reshape(rows * components, width).T
-    damper = readout.damper.reshape(rows * components, width).T
+    _, constant_rising = law(constant.stiffness, constant.structural, constant.damping)
+    rows, components, width = readout.still.shape
+    still = readout.still.reshape(rows * components, width).T
+    rising = readout.rising.reshape(rows * components, width).T
 
     def by_rows(flat: np.ndarray) -> np.ndarray:
         return flat.reshape(*flat.shape[:-1], rows, components)
@@ -59,10 +60,10 @@ def spectral_rows(
         x, off = motion.value, motion.error
         factor = spectrum(rate)[..., None] if passed_on else np.ones(1)
         w, n = rate[..., None, None], order[:, None, None]
-        held, dragged = by_rows(x @ spring), by_rows(x @ damper)
-        value = factor * held + 1j * w * dragged
+        held, dragged = by_rows(x @ still), by_rows(x @ rising)
+        value = factor * held + w * dragged
         error = slope = slope_error = curvature = EMPTY
-        size, drag = np.abs(spring), np.abs(damper)
+        size, drag = np.abs(still), np.abs(rising)
         spread = off + readout.uncertainty * np.abs(x)
         if errors:
             error = np.abs(factor) * by_rows(spread @ size) + w * by_rows(spread @ drag)
@@ -74,7 +75,7 @@ def spectral_rows(
             )
             turn = n * (
                 system.slope(rate, 1)
-                + 1j * constant.damping
+                + constant_rising
                 - 2.0 * rate[..., None, None] * constant.mass
             )
             bend = np.square(n) * (system.slope(rate, 2) - 2.0 * constant.mass)
@@ -85,13 +86,14 @@ def spectral_rows(
             x1 = _apply(dynamic.inverse, load_slope - _apply(turn, x))
             x2 = load_bend - _apply(bend, x) - 2.0 * _apply(turn, x1)
             x2 = _apply(dynamic.inverse, x2)
-            held1, dragged1 = by_rows(x1 @ spring), by_rows(x1 @ damper)
-            slope = factor * held1 + n * first * held + 1j * (w * dragged1 + n * dragged)
+            held1, dragged1 = by_rows(x1 @ still), by_rows(x1 @ rising)
+            slope = factor * held1 + n * first * held + w * dragged1 + n * dragged
             curvature = (
-                factor * by_rows(x2 @ spring)
+                factor * by_rows(x2 @ still)
                 + 2.0 * n * first * held1
                 + np.square(n) * second * held
-                + 1j * (w * by_rows(x2 @ damper) + 2.0 * n * dragged1)
+                + w * by_rows(x2 @ rising)
+                + 2.0 * n * dragged1
             )
             slope, curvature = laid_out(slope), laid_out(curvature)
             if errors:

@@ -85,9 +85,7 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
         quantities += (*of_operating_speed(case), *(NEAREST * torque))
     yield Stage(
         name="isolation",
-        adapter="vibecalc.isolation.adapters.pitch:run_isolation_pitch"
-        if pitch
-        else "vibecalc.isolation.adapters.rigid_body:run_isolation_rigid_body",
+        adapter="vibecalc.isolation.adapters.body:run_isolation",
         why=f'[isolation] is in the case, model = "{options.model}"'
         + ", with the torque of the cylinders" * torque,
         parts=("body", "mounts", *(("crank_train",) * torque), *(("shaft_line",) * line)),

@@ -1,7 +1,7 @@
 """What the torque of an engine's cylinders does to its body, about the crankshaft."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -10,8 +10,9 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
 from vibecalc.response.modal_damping import modal_force
 from vibecalc.response.modes import Modes
-from vibecalc.torsion.forced import forced
-from vibecalc.torsion.line import Line
+
+if TYPE_CHECKING:
+    from vibecalc.torsion.line import Line
 
 # ----------------------------------------------------------------------------
 # What the torque of an engine's cylinders does to its body, about the crankshaft.
@@ -54,7 +55,7 @@ class NearestOrder(NamedTuple):
     margin_error: np.ndarray
 
 
-def line_transfer(line: Line, spin_inertia: Bounded, frequency: np.ndarray) -> Bounded:
+def line_transfer(line: "Line", spin_inertia: Bounded, frequency: np.ndarray) -> Bounded:
     """Couple on the body for a unit torque on each freedom, (..., m, n) complex, and its error.
 
     Parameters
@@ -76,6 +77,8 @@ def line_transfer(line: Line, spin_inertia: Bounded, frequency: np.ndarray) -> B
     NumericalFailure
         A frequency is a natural frequency of a line without damping.
     """
+    from vibecalc.torsion.forced import forced
+
     rate = np.asarray(frequency, dtype=float)
     losses = (line.absolute_damping, line.ground_stiffness, line.damping, line.loss_factor)
     turns_as_one = np.allclose(spin_inertia.value, line.inertia, rtol=4.0 * EPSILON, atol=0.0)

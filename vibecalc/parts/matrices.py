@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from vibecalc.core.case.number_range import LARGEST, SMALLEST
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.linear import Linear, added_up
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON, UNIT_ROUNDOFF
 from vibecalc.parts import body_tables as parts
 from vibecalc.parts.body import COORDINATES, RigidBody, build_body
@@ -47,7 +47,7 @@ def assemble(
     stiffness: np.ndarray,
     damping: np.ndarray,
     structural: np.ndarray,
-) -> Matrices:
+) -> Linear:
     """Add up the mounts of a body; all matrices get the same leading axes.
 
     Parameters
@@ -59,25 +59,9 @@ def assemble(
 
     Source: C. M. Harris and A. G. Piersol, Shock and Vibration Handbook, 5th ed., chapter 3.
     """
-    transform = displacement_at(position)
-    size = np.abs(transform)
-    rounding = (transform.shape[-3] + 6 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
-
-    def add_up(blocks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        total = np.sum(transform.mT @ blocks @ transform, axis=-3)
-        terms = np.sum(size.mT @ np.abs(blocks) @ size, axis=-3)
-        return 0.5 * (total + total.mT), rounding * terms
-
     mass = np.asarray(mass_matrix, dtype=float)
-    total_stiffness, stiffness_error = add_up(np.asarray(stiffness, dtype=float))
-    total_damping, damping_error = add_up(np.asarray(damping, dtype=float))
-    total_structural, structural_error = add_up(np.asarray(structural, dtype=float))
-    parts = (
-        *(mass, total_stiffness, total_damping, total_structural),
-        DATA_ROUNDINGS * UNIT_ROUNDOFF * np.abs(mass),
-        *(stiffness_error, damping_error, structural_error),
-    )
-    return Matrices(*np.broadcast_arrays(*parts))
+    bounded = Bounded(mass, DATA_ROUNDINGS * UNIT_ROUNDOFF * np.abs(mass))
+    return added_up(bounded, displacement_at(position), stiffness, damping, structural)
 
 
 # ----------------------------------------------------------------------------
@@ -110,7 +94,7 @@ def _with_rounding(matrix: "BlockMatrix") -> Bounded:
     return Bounded(0.5 * (value + value.T), rounding + 0.5 * np.abs(value - value.T))
 
 
-def build_system(case: Case) -> Matrices:
+def build_system(case: Case) -> Linear:
     """Mass, stiffness, damping and structural damping (6, 6) about the body's reference point.
 
     Modal damping is not in it: it needs the modes. A machine without body or mounts has no
@@ -125,35 +109,31 @@ def build_system(case: Case) -> Matrices:
     else:
         mass, error = _with_rounding(body.mass_matrix)
     placed = mounts_of(case)
-    system = _with_matrix(mass, mounts) if placed is None else _with_mounts(mass, placed)
+    if placed is not None:
+        return on_springs(mass, error, displacement_at(placed.position), placed)
+    system = _with_matrix(mass, mounts)
     return system if error is None else system._replace(mass_error=error)
 
 
-def mounted(body: RigidBody, mounts: Mounts) -> Matrices:
-    """Matrices (..., 6, 6) of a body on its mounts, as `assemble` adds them up."""
-    added = _with_mounts(body.mass_matrix, mounts)
-    if body.mass_error is not None:
-        added = added._replace(mass_error=np.broadcast_to(body.mass_error, added.mass.shape))
-    return added
+def mounted(body: RigidBody, mounts: Mounts) -> Linear:
+    """Matrices (..., 6, 6) of a body on its mounts."""
+    return on_springs(body.mass_matrix, body.mass_error, displacement_at(mounts.position), mounts)
 
 
-def _with_mounts(mass: np.ndarray, mounts: Mounts) -> Matrices:
-    added = assemble(mass, mounts.position, mounts.stiffness, mounts.damping, mounts.structural)
-    if mounts.relative_error is None:
-        return added
-    size = np.abs(displacement_at(mounts.position))
-    share = mounts.relative_error[:, None, None]
-    more = [
-        np.sum(size.mT @ (share * np.abs(part)) @ size, axis=-3)
-        for part in (mounts.stiffness, mounts.structural)
-    ]
-    return added._replace(
-        stiffness_error=added.stiffness_error + more[0],
-        structural_error=added.structural_error + more[1],
-    )
+def on_springs(
+    mass: np.ndarray, mass_error: np.ndarray | None, stretch: np.ndarray, mounts: Mounts
+) -> Linear:
+    """The same of coordinates (n,) of which `stretch` (..., mounts, d, n) makes deflections.
+
+    A mass without an error of its own has that of data.
+    """
+    error = DATA_ROUNDINGS * UNIT_ROUNDOFF * np.abs(mass) if mass_error is None else mass_error
+    off = 0.0 if mounts.relative_error is None else mounts.relative_error
+    held = (mounts.stiffness, mounts.damping, mounts.structural)
+    return added_up(Bounded(mass, error), stretch, *held, relative_error=off)
 
 
-def _with_matrix(mass: np.ndarray, mounts: parts.Mounts) -> Matrices:
+def _with_matrix(mass: np.ndarray, mounts: parts.Mounts) -> Linear:
     if mounts.stiffness_matrix is None:
         raise ValueError("the mounts are given one by one")
     stiffness = _with_rounding(mounts.stiffness_matrix)
@@ -162,7 +142,7 @@ def _with_matrix(mass: np.ndarray, mounts: parts.Mounts) -> Matrices:
         damping = _with_rounding(mounts.damping_matrix)
     loss = mounts.loss_factor or 0.0
     structural = loss * stiffness.value
-    return Matrices(
+    return Linear(
         mass,
         stiffness.value,
         damping.value,

@@ -3,13 +3,12 @@
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import peak_with_tail
+from vibecalc.excitation.adapter import MotionByOrder, peak_with_tail
 from vibecalc.excitation.inertia_forces import size_of_terms
 from vibecalc.points.model import QUANTITIES, band_of, boundaries_of, readings_of
 from vibecalc.points.readings import Signals, in_band, rms, signals
 from vibecalc.points.results import BOUNDARY, ROOT, SEVERITY, ZONE
 from vibecalc.points.severity import severity, zones
-from vibecalc.response.forced import MotionByOrder
 
 
 def run_points(scene: Scene) -> None:

@@ -19,12 +19,13 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.inertia_forces import Excitation, add, as_loads, at_speed
 from vibecalc.numerics.bounded import Bounded, stack
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
+from vibecalc.numerics.linear import dynamics, response
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.response import modes as natural
 from vibecalc.response.adapters.operations import operation_loads
 from vibecalc.response.adapters.response import LinearSystem, forcing_of, linear_system, ratios_of
 from vibecalc.response.energies import energy_by_order, energy_signal, mass_of, velocity
-from vibecalc.response.forced import dynamics, modal_response, response
+from vibecalc.response.forced import modal_response
 from vibecalc.response.operations import Rows, search_phases, superpose
 from vibecalc.response.switching.motion import PANEL_PHASE, driven_part, panel_grid, runs_of
 from vibecalc.response.switching.system import (

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
-from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.linear import Linear
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
 
 # ----------------------------------------------------------------------------
@@ -163,12 +163,12 @@ def velocity(motion: Bounded, frequency: np.ndarray) -> Bounded:
     return 1j * np.asarray(frequency)[..., None] * motion
 
 
-def mass_of(matrices: Matrices) -> Bounded:
+def mass_of(matrices: Linear) -> Bounded:
     """Weight of the kinetic energy."""
     return Bounded(matrices.mass, matrices.mass_error)
 
 
-def stiffness_of(matrices: Matrices) -> Bounded:
+def stiffness_of(matrices: Linear) -> Bounded:
     """Weight of the potential energy: what springs store, no part of a loss factor."""
     return Bounded(matrices.stiffness, matrices.stiffness_error)
 

@@ -4,123 +4,11 @@ import functools
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.linear import Linear
 from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF
-
-# ----------------------------------------------------------------------------
-# Forced response of a rigid body on mounts, for batches of frequencies at once.
-# ----------------------------------------------------------------------------
-
-_CLOSE = 1e-3
-
-
-class Dynamics(NamedTuple):
-    """Dynamic stiffness K + iH + iwC - w^2 M (..., 6, 6), its inverse and its absolute error."""
-
-    stiffness: np.ndarray
-    error: np.ndarray
-    inverse: np.ndarray
-
-
-class UndrivenModes(NamedTuple):
-    """Modes to leave out: `pairs` (..., orders, modes), with `shape` (..., 6, modes) and
-    `eigenvalue` (..., modes).
-    """
-
-    pairs: np.ndarray
-    shape: np.ndarray
-    eigenvalue: np.ndarray
-
-
-def dynamics(
-    matrices: Matrices, frequency: np.ndarray, undriven: UndrivenModes | None = None
-) -> Dynamics:
-    """Dynamic stiffness at excitation frequencies (..., orders), rad/s.
-
-    A mode in `undriven` is moved away from the frequency by a stiffness along itself, which
-    changes nothing for a force that does not drive it, and keeps its noise from being magnified.
-    Raises NumericalFailure where a matrix has no inverse at all.
-    """
-    return dynamics_by_order(each_order(matrices), frequency, undriven)
-
-
-def dynamics_by_order(
-    matrices: Matrices, frequency: np.ndarray, undriven: UndrivenModes | None = None
-) -> Dynamics:
-    """`dynamics` of matrices (..., orders, 6, 6) that each order has of its own."""
-    rate = np.asarray(frequency)[..., None, None]
-    squared = np.square(rate)
-    lagging = matrices.structural + rate * matrices.damping
-    stiffness = (matrices.stiffness - squared * matrices.mass) + 1j * lagging
-    error = (
-        matrices.stiffness_error
-        + matrices.structural_error
-        + rate * matrices.damping_error
-        + squared * (matrices.mass_error + 4.0 * UNIT_ROUNDOFF * np.abs(matrices.mass))
-        + 2.0 * UNIT_ROUNDOFF * (np.abs(matrices.stiffness) + np.abs(lagging))
-    )
-    if undriven is not None and np.any(undriven.pairs):
-        stiffness = stiffness + _moved(matrices, np.asarray(frequency), undriven)
-    scale = 1.0 / np.sqrt(np.linalg.diagonal(matrices.mass))
-    weight = scale[..., :, None] * scale[..., None, :]
-    try:
-        inverse = np.linalg.inv(stiffness * weight) * weight
-    except np.linalg.LinAlgError:
-        raise NumericalFailure(
-            f"a dynamic stiffness matrix between {np.min(frequency):.9g} and "
-            f"{np.max(frequency):.9g} rad/s is exactly singular: an order is on an undamped "
-            f"natural frequency; give the mounts damping or a loss factor, or move the speed"
-        ) from None
-    return Dynamics(stiffness, error, inverse)
-
-
-def each_order(matrices: Matrices) -> Matrices:
-    """With an axis for the orders before rows and columns: (..., 1, 6, 6)."""
-    return Matrices(*(part[..., None, :, :] for part in matrices))
-
-
-def _moved(matrices: Matrices, frequency: np.ndarray, undriven: UndrivenModes) -> np.ndarray:
-    squared, natural = np.square(frequency)[..., None], undriven.eigenvalue[..., None, :]
-    close = np.abs(squared - natural) < _CLOSE * natural
-    shift = np.where(close & undriven.pairs, squared + natural, 0.0)
-    momentum = matrices.mass @ undriven.shape[..., None, :, :]
-    moved: np.ndarray = (momentum * shift[..., None, :]) @ momentum.mT
-    return moved
-
-
-def response(system: Dynamics, force: np.ndarray, force_error: np.ndarray) -> Bounded:
-    """Complex amplitudes X (..., 6) of D X = F in m and rad, with componentwise errors.
-
-    One step of iterative refinement makes the backward error small in every entry; the bound
-    |inv D| (dD |X| + dF) then holds for the forward error (N. J. Higham, Accuracy and Stability
-    of Numerical Algorithms, 2nd ed., section 7.2 and chapter 12). F is (..., 6), dF absolute.
-    """
-    column = force[..., None]
-    value = system.inverse @ column
-    value = value + system.inverse @ (column - system.stiffness @ value)
-    size = np.abs(value)
-    uncertainty = (system.error + 10.0 * UNIT_ROUNDOFF * np.abs(system.stiffness)) @ size
-    error = np.abs(system.inverse) @ (uncertainty + force_error[..., None])
-    return Bounded(value[..., 0], (error + 4.0 * UNIT_ROUNDOFF * size)[..., 0])
-
-
-class MotionByOrder(NamedTuple):
-    """Motion of a body at its speed, handed on to those who read it at other places.
-
-    `motion` (..., m, 6) are complex amplitudes about the reference point at the orders `order`
-    (m,) of the crank speed. The first `retained` are results; what follows stands, `tail` (...)
-    times, for all that is left out.
-    """
-
-    order: np.ndarray
-    retained: int
-    tail: np.ndarray | float
-    motion: Bounded
-
 
 # ----------------------------------------------------------------------------
 # Forced response as a sum of modes.
@@ -139,7 +27,7 @@ class _Parts(NamedTuple):
 
 
 def modal_response(
-    matrices: Matrices,
+    matrices: Linear,
     shape: np.ndarray,
     frequency: np.ndarray,
     force: np.ndarray,
@@ -298,7 +186,7 @@ def _coupled(apart: np.ndarray) -> list[np.ndarray]:
 
 
 def _uncertain(
-    matrices: Matrices,
+    matrices: Linear,
     force: np.ndarray,
     force_error: np.ndarray,
     uncertainty: np.ndarray,
@@ -318,46 +206,4 @@ def _refuse(which: np.ndarray, rate: np.ndarray) -> None:
             f"an excitation at {met:.9g} rad/s drives a mode without damping at its natural "
             "frequency: of the response fewer than four digits would be certain. Give the mounts "
             "damping or a loss factor, or move the speed or the stiffness"
-        )
-
-
-# ----------------------------------------------------------------------------
-# Is a response known to four digits at least?
-# ----------------------------------------------------------------------------
-
-
-def require_digits(
-    matrices: Matrices,
-    system: Dynamics,
-    force: Bounded,
-    motion: Bounded,
-    orders: np.ndarray,
-    speed: ArrayLike,
-) -> None:
-    """Refuse a response that the rounding of stiffness, damping and mass alone may change.
-
-    `system` and `force`, `motion` (..., orders, 6) belong to the crank speed (...). The undamped
-    modes have been examined before; this also meets nearly coinciding modes whose damping acts on
-    a combination of them only. A force that is zero to rounding is not judged.
-
-    Raises
-    ------
-    NumericalFailure
-        If fewer than four digits remain in the response to a driven order.
-    """
-    weight = np.sqrt(np.linalg.diagonal(matrices.mass))[..., None, :]
-    size = np.abs(motion.value)
-    uncertainty = (np.abs(system.inverse) @ (system.error @ size[..., None]))[..., 0]
-    driven = np.any(np.abs(force.value) > 4.0 * force.error, axis=-1)
-    largest = np.max(weight * size, axis=-1)
-    lost = driven & ~(np.max(weight * uncertainty, axis=-1) < SINGULAR * largest)
-    if np.any(lost):
-        *place, row = np.argwhere(lost)[0]
-        order = float(orders[row])
-        met = float(np.broadcast_to(speed, lost.shape[:-1])[tuple(place)])
-        raise NumericalFailure(
-            f"order {order:g} at {met:.9g} rad/s meets an undamped resonance at "
-            f"{order * met:.9g} rad/s: of the response fewer than four digits would be certain. "
-            "Give the mounts damping or a loss factor in every direction, or move the speed or "
-            "the stiffness"
         )

@@ -7,7 +7,7 @@ import numpy as np
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.leading import leave_alone
-from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.linear import Linear
 from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF
 from vibecalc.response.modes import Modes, clusters, largest_positive, repeated
 from vibecalc.response.resonances import Resonances
@@ -17,7 +17,7 @@ from vibecalc.response.resonances import Resonances
 # ----------------------------------------------------------------------------
 
 
-def energy_fraction(matrices: Matrices, shapes: Modes, translations: int = 0) -> Bounded:
+def energy_fraction(matrices: Linear, shapes: Modes, translations: int = 0) -> Bounded:
     """Share of each coordinate in the kinetic energy of each mode, and its error.
 
     The first `translations` coordinates are those of a point of the body, with a diagonal block of
@@ -58,7 +58,7 @@ def energy_fraction(matrices: Matrices, shapes: Modes, translations: int = 0) ->
     return Bounded((energy / total).mT, (error / total).mT)
 
 
-def damping_ratio(matrices: Matrices, shapes: Modes) -> Bounded:
+def damping_ratio(matrices: Linear, shapes: Modes) -> Bounded:
     """Damping ratio of each mode (..., modes), and its error: v C v / (2 w) + v H v / (2 w^2).
 
     Exact for proportional damping, the usual estimate otherwise; the structural part is half the
@@ -108,7 +108,7 @@ def modal_force(shapes: Modes, force: np.ndarray, force_error: np.ndarray) -> Bo
 # ----------------------------------------------------------------------------
 
 
-def modal_damping(matrices: Matrices, shapes: Modes, ratio: np.ndarray) -> Bounded:
+def modal_damping(matrices: Linear, shapes: Modes, ratio: np.ndarray) -> Bounded:
     """Damping matrix C (6, 6) that gives each mode its ratio zeta (6,), and its absolute error.
 
     C = M V diag(2 zeta w) V^T M with unit modal mass, in N s/m, N s, N m s; it couples no modes.
@@ -143,7 +143,7 @@ def modal_damping(matrices: Matrices, shapes: Modes, ratio: np.ndarray) -> Bound
 _COUPLED = 1e-13
 
 
-def damped_basis(matrices: Matrices, shapes: Modes) -> Modes:
+def damped_basis(matrices: Linear, shapes: Modes) -> Modes:
     """The same modes, with repeated ones turned until the damping does not couple them.
 
     Modes of one frequency may be combined at will. Where some combination has no damping, an order
@@ -177,7 +177,7 @@ def damped_basis(matrices: Matrices, shapes: Modes) -> Modes:
 # ----------------------------------------------------------------------------
 
 
-def body_resonances(matrices: Matrices, shapes: Modes, force: Bounded) -> Resonances:
+def body_resonances(matrices: Linear, shapes: Modes, force: Bounded) -> Resonances:
     """Resonances of a rigid body under forces (..., orders, 6) in complex amplitude, any scale."""
     ratio = damping_ratio(matrices, shapes).value
     size = np.abs(shapes.shape)
@@ -216,7 +216,7 @@ class DampedPoles(NamedTuple):
     scale: np.ndarray
 
 
-def damped_poles(matrices: Matrices, shapes: Modes) -> DampedPoles:
+def damped_poles(matrices: Linear, shapes: Modes) -> DampedPoles:
     """Poles with damping, solved in modal coordinates; leading axes as of matrices and shapes."""
     scale = np.max(shapes.natural_frequency, axis=-1)
     per_scale = (1.0 / scale)[..., None, None]
@@ -233,7 +233,7 @@ def damped_poles(matrices: Matrices, shapes: Modes) -> DampedPoles:
 
 def with_damped_poles(
     resonances: Resonances,
-    matrices: Matrices,
+    matrices: Linear,
     shapes: Modes,
     force: Bounded,
     poles: DampedPoles | None = None,

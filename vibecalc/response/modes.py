@@ -7,7 +7,7 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.linear import Linear
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
 # ----------------------------------------------------------------------------
@@ -45,7 +45,7 @@ class Modes(NamedTuple):
     eigenvalue_error: np.ndarray
 
 
-def modes(matrices: Matrices) -> Modes:
+def modes(matrices: Linear) -> Modes:
     """Solve K v = w^2 M v for all modes.
 
     The coordinates are scaled to unit mass, so metres and radians may differ by any factor; the
@@ -79,7 +79,7 @@ def modes(matrices: Matrices) -> Modes:
     )
 
 
-def refined_shapes(matrices: Matrices) -> tuple[np.ndarray, int]:
+def refined_shapes(matrices: Linear) -> tuple[np.ndarray, int]:
     """Mass-normalised shapes (..., 6, modes) in any order, and the steps of refinement of them.
 
     Errors and source as `modes`. A second step follows where the first one changed so much that
@@ -108,7 +108,7 @@ def refined_shapes(matrices: Matrices) -> tuple[np.ndarray, int]:
     return shape, 2
 
 
-def _refine(matrices: Matrices, shape: np.ndarray) -> tuple[np.ndarray, float]:
+def _refine(matrices: Linear, shape: np.ndarray) -> tuple[np.ndarray, float]:
     """One Ogita-Aishima step for the pencil (K, M): quadratic where eigenvalues are apart.
 
     Returns the largest correction, as a share of a shape, too.
@@ -134,7 +134,7 @@ def _orthonormal(mass: np.ndarray, shape: np.ndarray) -> np.ndarray:
     return refined
 
 
-def _eigenvalues(matrices: Matrices, shape: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _eigenvalues(matrices: Linear, shape: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rayleigh quotients, and how strongly the modes are still coupled, errors included."""
     gram = shape.mT @ matrices.mass @ shape
     energy = shape.mT @ matrices.stiffness @ shape
@@ -206,7 +206,8 @@ def _settle_repeated(
 def clusters(eigenvalue: np.ndarray, error: np.ndarray) -> np.ndarray:
     """Numbers (..., modes) from 0 on, the same for eigenvalues that agree within their errors."""
     apart = np.diff(eigenvalue, axis=-1) > CLUSTER * (error[..., 1:] + error[..., :-1])
-    return np.concatenate([np.zeros_like(apart[..., :1], int), np.cumsum(apart, axis=-1)], axis=-1)
+    first = np.zeros((*apart.shape[:-1], 1), dtype=int)
+    return np.concatenate([first, np.cumsum(apart, axis=-1)], axis=-1)
 
 
 def repeated(cluster: np.ndarray) -> Iterator[tuple[tuple[int, ...], np.ndarray]]:

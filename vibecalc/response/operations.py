@@ -7,10 +7,9 @@ from numpy.typing import ArrayLike
 
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
-from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.linear import Dynamics, Linear, UndrivenModes, dynamics, each_order, response
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
 from vibecalc.response.energies import energy_by_order, energy_signal
-from vibecalc.response.forced import Dynamics, UndrivenModes, dynamics, each_order, response
 
 # ----------------------------------------------------------------------------
 # Operating modes combined with balances: motions add as phasors, and only then become energies.
@@ -35,7 +34,7 @@ class SuperposedMotion(NamedTuple):
 
 
 def superpose(
-    matrices: Matrices,
+    matrices: Linear,
     orders: np.ndarray,
     speed: ArrayLike,
     shaking: Bounded,

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.linear import Linear
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
 from vibecalc.parts.matrices import displacement_at
 from vibecalc.parts.mounts import Mounts
@@ -43,12 +43,12 @@ class SpectralSystem(NamedTuple):
     `constant` has mass and damping; errors of the blocks are absolute.
     """
 
-    constant: Matrices
+    constant: Linear
     blocks: np.ndarray
     errors: np.ndarray
     spectrum: "Spectrum"
 
-    def at(self, rate: Any) -> Matrices:
+    def at(self, rate: Any) -> Linear:
         """Matrices (..., f, f) of vibration at rates (...), rad/s."""
         factor = self.spectrum(rate)
         total, size = self._sum(factor), np.abs(factor)
@@ -58,9 +58,7 @@ class SpectralSystem(NamedTuple):
             np.broadcast_to(part, error.shape) for part in self.constant
         )
         lost = np.tensordot(np.abs(factor.imag), self.errors + rounding, 1)
-        return Matrices(
-            mass, total.real, damping, total.imag, mass_error, error, damping_error, lost
-        )
+        return Linear(mass, total.real, damping, total.imag, mass_error, error, damping_error, lost)
 
     def slope(self, rate: Any, derivative: int) -> np.ndarray:
         """Derivative of K + iH (..., f, f) by the rate."""
@@ -70,9 +68,7 @@ class SpectralSystem(NamedTuple):
         return np.asarray(np.tensordot(factor, self.blocks, 1))
 
 
-def spectral_system(
-    constant: Matrices, mounts: Mounts, freedoms: NDArray[np.intp]
-) -> SpectralSystem:
+def spectral_system(constant: Linear, mounts: Mounts, freedoms: NDArray[np.intp]) -> SpectralSystem:
     """Of a body on mounts with a spectrum; `constant` (f, f) are its matrices, some stiffness."""
     if mounts.spectrum is None:
         raise ValueError("the stiffness of these mounts is constant")
@@ -96,7 +92,7 @@ _PARTS = 8
 class OwnMode(NamedTuple):
     """One mode: matrices at its frequency, all modes of these, and the error of the frequency."""
 
-    matrices: Matrices
+    matrices: Linear
     shapes: Modes
     frequency_error: float
 
@@ -136,7 +132,7 @@ def own_modes(system: SpectralSystem) -> list[OwnMode]:
     return found
 
 
-def _eigenvalues(matrices: Matrices) -> np.ndarray:
+def _eigenvalues(matrices: Linear) -> np.ndarray:
     """Eigenvalues (..., f) of M^-1 K, ascending."""
     lower = np.linalg.cholesky(matrices.mass)
     half = np.linalg.solve(lower, matrices.stiffness)

@@ -14,7 +14,7 @@ from vibecalc.absorber.squared_magnitude import (
     measure,
 )
 from vibecalc.absorber.transfer import Absorber, Coupling, Transfer, transfer_of
-from vibecalc.numerics.matrices import nonnegative_least_squares
+from vibecalc.numerics.least_norm import nonnegative_least_squares
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
 # ----------------------------------------------------------------------------

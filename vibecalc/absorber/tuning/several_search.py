@@ -8,7 +8,7 @@ from vibecalc.absorber.several import Several
 from vibecalc.absorber.several_peaks import several_peaks, several_slopes
 from vibecalc.absorber.transfer import transfer_of
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.matrices import nonnegative_least_squares
+from vibecalc.numerics.least_norm import nonnegative_least_squares
 
 # ----------------------------------------------------------------------------
 # What is made small with several absorbers, its limits, and all peaks at a point with slopes.

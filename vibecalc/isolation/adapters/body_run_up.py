@@ -1,26 +1,30 @@
-"""Adapter: the run-up of a rigid body on its mounts under all that acts on it."""
+"""Adapter: the run-up of a body on its mounts under all that acts on it."""
 
 from collections.abc import Callable
 from itertools import pairwise
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing, few_orders
 from vibecalc.excitation.inertia_forces import as_loads
-from vibecalc.isolation.adapters.common import KeptRows, OfBody, RunUpSection, RunUpSetup
-from vibecalc.isolation.adapters.torque_couple import (
-    Passing,
-    TorqueLaw,
-    line_passing,
-    mean_couple,
-    torque_law,
-    total_torque,
+from vibecalc.isolation.adapters.common import (
+    KeptRows,
+    OfBody,
+    RunUpSection,
+    RunUpSetup,
+    isolation_of,
 )
 from vibecalc.isolation.on_mounts import OnMounts
-from vibecalc.isolation.rigid_body import mount_readout
-from vibecalc.isolation.rows import CoupleAt, HarmonicsAt, Readout, with_left_out
+from vibecalc.isolation.rows import (
+    CoupleAt,
+    HarmonicsAt,
+    Readout,
+    distinct,
+    joined_rows,
+    with_left_out,
+)
 from vibecalc.isolation.torque_reaction import (
     TAIL,
     couple_by_differences,
@@ -33,8 +37,11 @@ from vibecalc.numerics.cycle_peak import numbered
 from vibecalc.parts.firing import shakes_with_torque, torque_reaches_mounts
 from vibecalc.response.resonances import Resonances, idle_warnings
 
+if TYPE_CHECKING:
+    from vibecalc.isolation.adapters.torque_couple import Passing, TorqueLaw
+
 # ----------------------------------------------------------------------------
-# The run-up of a rigid body: all orders of the shaking and of the torque that reaches the mounts.
+# The run-up of a body: all orders of the shaking and of the torque that reaches the mounts.
 #
 # Between two gas cards the torque is linear in the speed, so each such part of the range is a
 # run-up of its own.
@@ -51,6 +58,8 @@ def body_sections(scene: Scene, start: float, stop: float) -> tuple[RunUpSection
         few, tail = few_orders(forcing)
         orders = _Orders(forcing.order, slice(forcing.retained), few, tail)
         return (RunUpSection(_setup(scene, orders, None, start, stop), start, stop),)
+    from vibecalc.isolation.adapters.torque_couple import line_passing, torque_law
+
     law = torque_law(scene, forcing.retained)
     within = law.speeds[(law.speeds > start) & (law.speeds < stop)]
     passing = None if shakes_with_torque(scene.case) else line_passing(scene)
@@ -73,8 +82,8 @@ class _Orders(NamedTuple):
 class _Gas(NamedTuple):
     """The torque of the cylinders, and how a shaft line on the body passes it on, if there is."""
 
-    law: TorqueLaw
-    passing: Passing | None
+    law: "TorqueLaw"
+    passing: "Passing | None"
 
 
 def _setup(scene: Scene, orders: _Orders, gas: _Gas | None, low: float, high: float) -> RunUpSetup:
@@ -114,12 +123,13 @@ def _setup(scene: Scene, orders: _Orders, gas: _Gas | None, low: float, high: fl
     line_frequency = np.zeros(0)
     if gas is not None and gas.passing is not None:
         line_frequency = _line_frequencies(scene, high)
-    shows, travel = _shows(system), system.travel()
+    readout = run_up_rows(scene, system)
+    travel = system.travel()
     listed = order[orders.kept]
     harmonics = numbered(listed)
     step = float(listed[0] / harmonics[0])
     return RunUpSetup(
-        rows=with_left_out(*rows(_forces(system), True)[:3]),
+        rows=with_left_out(*rows(readout.rows, True)[:3]),
         harmonics=harmonics,
         step=step,
         resonances=resonances._replace(
@@ -129,28 +139,46 @@ def _setup(scene: Scene, orders: _Orders, gas: _Gas | None, low: float, high: fl
                 [resonances.moved_ratio, np.full(len(line_frequency), _NARROW)]
             ),
         ),
-        shows=shows,
-        row_of=np.arange(shows.shape[1]),
-        lever_rows=0,
+        shows=readout.shows,
+        row_of=readout.row_of,
+        lever_rows=readout.lever_rows,
         idle=lambda first, last: idle_warnings(resonances, listed, first, last),
         of_body=OfBody(rows, system.reach, system.reach @ system.shapes.shape),
         travel=None if travel is None else with_left_out(*rows(travel)[:3]),
-        mean=() if gas is None else tuple(mean_couple(scene, gas.law, end) for end in (low, high)),
+        mean=() if gas is None else tuple(_mean(scene, gas.law, end) for end in (low, high)),
     )
 
 
-def _forces(system: OnMounts) -> Readout:
-    """Forces of the mounts on the ground by the motions of the system."""
-    mounts = system.mounts
-    loss = mounts.structural if mounts.spectrum is None else np.zeros_like(mounts.stiffness)
-    return mount_readout(system.stretch, mounts.stiffness, mounts.damping, loss)
+class RunUpRows(NamedTuple):
+    """Rows of a run-up: in pitch the couple over the lever, then forces of the mounts.
+
+    Rows that repeat another are one, `row_of` (results,) tells which; `shows` (..., modes, rows)
+    which modes are seen in a row.
+    """
+
+    rows: Readout
+    row_of: np.ndarray
+    lever_rows: int
+    shows: np.ndarray
 
 
-def _shows(system: OnMounts) -> np.ndarray:
-    """Which of the modes loads which mount, (modes, mounts)."""
-    pressed = system.mounts.stiffness @ system.stretch @ system.shapes.shape
-    size = np.sqrt(np.square(pressed).sum(axis=1)).T
-    return np.asarray(size > 1e-12 * size.max())
+def run_up_rows(scene: Scene, system: OnMounts) -> RunUpRows:
+    """What a run-up of this system reads, by the mounts and, in pitch, over the lever."""
+    readout, shows = system.forces(), system.shows()
+    lever_rows = int(isolation_of(scene).model == "pitch")
+    if lever_rows:
+        from vibecalc.isolation.adapters.pitch import lever_of
+
+        readout = joined_rows(system.couple_over(lever_of(scene, system)), readout)
+        shows = np.concatenate([np.ones_like(shows[..., :1]), shows], axis=-1)
+    first, row_of = distinct(readout)
+    return RunUpRows(readout.rows(..., first), row_of, lever_rows, shows[..., first])
+
+
+def _mean(scene: Scene, law: "TorqueLaw", speed: float) -> Bounded:
+    from vibecalc.isolation.adapters.torque_couple import mean_couple
+
+    return mean_couple(scene, law, speed)
 
 
 def _line_frequencies(scene: Scene, speed: float) -> np.ndarray:
@@ -169,6 +197,8 @@ def _couple(gas: _Gas, ends: np.ndarray, part: slice | np.ndarray) -> CoupleAt:
         low, high = (couple_on_body(law.gas_at(end), share=law.share) for end in ends)
         return linear_couple(ends, *(Bounded(c.value[part], c.error[part]) for c in (low, high)))
     order = law.order[part]
+
+    from vibecalc.isolation.adapters.torque_couple import total_torque
 
     def by_the_line(speed: np.ndarray) -> Bounded:
         torque = total_torque(law, speed)

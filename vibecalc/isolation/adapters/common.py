@@ -16,8 +16,6 @@ from vibecalc.numerics.synthesis import synthesis
 from vibecalc.response.resonances import Resonances
 
 if TYPE_CHECKING:
-    from vibecalc.isolation.pitch import PitchStatic
-    from vibecalc.isolation.rigid_body import Static
     from vibecalc.isolation.tables import Isolation
 
 #: what speeds other than that of the machine are handed on for
@@ -97,10 +95,9 @@ def isolation_of(scene: Scene) -> "Isolation":
 
 
 def emit_static(
-    scene: Scene, names: Sequence[str], static: "Static | PitchStatic"
+    scene: Scene, names: Sequence[str], sag: Bounded, share: Bounded
 ) -> tuple[Bounded, Bounded]:
     """Emit sag and share of the weight of every mount, and return both."""
-    sag, share = Bounded(static.sag, static.sag_error), Bounded(static.share, static.share_error)
     scene.emit("isolation/support_displacement/sag", sag, axes={"mount": names})
     scene.emit("isolation/support_force/static", share, axes={"mount": names})
     return sag, share

@@ -1,68 +1,47 @@
 """Adapter: what the mounts keep from the ground, by order, overall and over frequency."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.inertia_forces import size_of_terms
-from vibecalc.isolation.adapters.common import isolation_of
-from vibecalc.isolation.adapters.loads import BodyLoads, body_loads, steady_motion
+from vibecalc.isolation.adapters.loads import BodyLoads, steady_motion
 from vibecalc.isolation.efficiency import Overall, by_order, efficiency, is_more, overall, rms
 from vibecalc.isolation.efficiency_results import COUPLES, FORCES, ROOT
-from vibecalc.isolation.model import pitch_parts
 from vibecalc.isolation.on_base import OnBase, alone, frequency_grid, ground_load, transmissibility
 from vibecalc.isolation.on_mounts import OnMounts
-from vibecalc.isolation.pitch import angle_harmonics, pitch_model, pitch_resonances
 from vibecalc.numerics.bounded import Bounded, concatenate, reshaped
-from vibecalc.numerics.matrices import Matrices
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.body import COORDINATES, cross_matrix
-from vibecalc.response.resonances import check_operating_point, left_out
-
-
-class _Mounted(NamedTuple):
-    """The model of `[isolation]`: its matrices, the motions it keeps, loads on these, the answer.
-
-    `load` and `motion` (orders, f); `natural` frequencies (modes,) in rad/s.
-    """
-
-    matrices: Matrices
-    freedoms: np.ndarray
-    load: Bounded
-    motion: Bounded
-    natural: np.ndarray
 
 
 def run_efficiency(scene: Scene) -> None:
     """Emit loads held still and on the ground, their ratios, and these over frequency."""
-    loads = body_loads(scene)
-    if isolation_of(scene).model == "pitch":
-        mounted = _pitching(scene, loads)
-    else:
-        mounted = _on_mounts(scene, loads)
-    system = alone(mounted.matrices)
+    system: OnMounts = scene.handed_on["on_mounts"]
+    loads: BodyLoads = scene.handed_on["loads"]
+    felt = system.felt(loads.load)
+    motion, _ = steady_motion(scene, system, felt, loads.order)
     frequency = loads.order * scene.case.machine.speed
-    ground = ground_load(system, mounted.motion, frequency)
+    base = alone(system.matrices)
+    ground = ground_load(base, motion, frequency)
     scene.cite(
         "isolation efficiency: 1 - transmissibility of forces and couples on the ground",
         "isolation of the ground",
         "Harris and Piersol, Shock and Vibration Handbook, 5th ed. 2002, ch. 30",
     )
-    centre = _to_centre(scene, mounted)
-    held, ground = _about(mounted.load, centre), _about(ground, centre)
-    for path, first, second, names in _vectors(mounted, held, ground):
+    centre = _to_centre(scene, system)
+    held, ground = _about(felt, centre), _about(ground, centre)
+    for path, first, second, names in _vectors(system, held, ground):
         _emit_vector(scene, path, first, second, names, loads)
-    _emit_rms(scene, mounted, held, ground, loads)
-    _emit_curve(scene, mounted, system, centre, float(frequency[loads.retained - 1]))
+    _emit_rms(scene, system, held, ground, loads)
+    _emit_curve(scene, system, base, centre, float(frequency[loads.retained - 1]))
 
 
-def _to_centre(scene: Scene, mounted: _Mounted) -> np.ndarray:
+def _to_centre(scene: Scene, on: OnMounts) -> np.ndarray:
     """Matrix (f, f) that takes loads about the reference point to those about the mass centre."""
     body, matrix = scene.parts.body, np.eye(6)
-    if body is not None:
+    if body is not None and len(on.freedoms) > 1:  # that of pitch is about the centre
         matrix[3:, :3] = -cross_matrix(body.centre)
-    return np.asarray(matrix[np.ix_(mounted.freedoms, mounted.freedoms)])
+    return np.asarray(matrix[np.ix_(on.freedoms, on.freedoms)])
 
 
 def _about(load: Bounded, centre: np.ndarray) -> Bounded:
@@ -71,47 +50,14 @@ def _about(load: Bounded, centre: np.ndarray) -> Bounded:
     return Bounded(load.value @ centre.T, size @ np.abs(centre).T)
 
 
-def _on_mounts(scene: Scene, loads: BodyLoads) -> _Mounted:
-    system: OnMounts = scene.handed_on["on_mounts"]
-    felt, natural = system.felt(loads.load), system.shapes.natural_frequency
-    motion, _ = steady_motion(scene, system, felt, loads.order)
-    return _Mounted(system.matrices, system.freedoms, felt, motion, natural)
-
-
-def _pitching(scene: Scene, loads: BodyLoads) -> _Mounted:
-    """The one freedom of the pitch model, about the mass centre and right-handed about `across`."""
-    body, mounts = scene.parts.body, scene.parts.mounts
-    if body is None or mounts is None:
-        raise ValueError("isolation needs a body and mounts")
-    train = scene.case.machine.crank_train
-    parts = pitch_parts(body, mounts, train.axis, train.stroke)
-    pitch = pitch_model(
-        parts.inertia, parts.position, parts.stiffness, parts.damping, parts.structural
-    )
-    values = (pitch.inertia, pitch.stiffness, pitch.damping, pitch.structural)
-    given = [np.reshape(one, (1, 1)) for one in values]
-    matrices = Matrices(*given, *(pitch.rounding * np.abs(one) for one in given))
-    # a couple about the centre is one about the reference point less that of the force
-    turn = np.concatenate([-np.cross(parts.across, parts.centre), parts.across])
-    couple = Bounded(loads.load.value @ turn, loads.load.error @ np.abs(turn))
-    resonances, speed = pitch_resonances(pitch, couple), scene.case.machine.speed
-    check_operating_point(resonances, loads.order, speed)
-    undriven = left_out(resonances)[..., 0]
-    couple = Bounded(np.where(undriven, 0.0, couple.value), couple.error)
-    angle = angle_harmonics(pitch, couple, loads.order * speed, undriven)
-    freedom = np.array([3 + int(np.argmax(np.abs(parts.across)))])
-    natural = np.reshape(pitch.natural_frequency, 1)
-    return _Mounted(matrices, freedom, couple[:, None], angle[:, None], natural)
-
-
 def _vectors(
-    mounted: _Mounted, held: Bounded, ground: Bounded
+    on: OnMounts, held: Bounded, ground: Bounded
 ) -> list[tuple[str, Bounded, Bounded, list[str]]]:
     """Forces and couples, as far as the model has them: path, both, names of their components."""
     found = []
-    for path, chosen in ((FORCES, mounted.freedoms < 3), (COUPLES, mounted.freedoms >= 3)):
+    for path, chosen in ((FORCES, on.freedoms < 3), (COUPLES, on.freedoms >= 3)):
         if np.any(chosen):
-            names = [COORDINATES[place] for place in mounted.freedoms[chosen]]
+            names = [COORDINATES[place] for place in on.freedoms[chosen]]
             found.append((path, held[:, chosen], ground[:, chosen], names))
     return found
 
@@ -143,26 +89,24 @@ def _emit_vector(
             scene.emit(f"{path}/{name}_level", level, 8.7 * ratio.error / ratio.value)
 
 
-def _emit_rms(
-    scene: Scene, mounted: _Mounted, held: Bounded, ground: Bounded, loads: BodyLoads
-) -> None:
+def _emit_rms(scene: Scene, on: OnMounts, held: Bounded, ground: Bounded, loads: BodyLoads) -> None:
     """Efficiency of the root of the mean square, by direction."""
     first, second = (rms(one, loads.retained, loads.tail) for one in (held, ground))
     parts = []
-    for chosen in (mounted.freedoms < 3, mounted.freedoms >= 3):
+    for chosen in (on.freedoms < 3, on.freedoms >= 3):
         if np.any(chosen):
             acting, arrived = first.some(chosen), second.some(chosen)
             acts, arrives = (is_more(*one, one.norm().value) for one in (acting, arrived))
             parts.append(efficiency(acting.value, arrived.value, acts, arrives))
-    names = [COORDINATES[place] for place in mounted.freedoms]
+    names = [COORDINATES[place] for place in on.freedoms]
     scene.emit(f"{ROOT}/by_direction", concatenate(parts), axes={"coordinate": names})
 
 
 def _emit_curve(
-    scene: Scene, mounted: _Mounted, system: OnBase, centre: np.ndarray, highest: float
+    scene: Scene, on: OnMounts, system: OnBase, centre: np.ndarray, highest: float
 ) -> None:
     """Of a load of one size at all frequencies, in the direction in which it acts."""
-    grid = frequency_grid(mounted.natural, highest=highest)
+    grid = frequency_grid(on.shapes.natural_frequency, highest=highest)
     found = transmissibility(system, grid)
     # unit loads at the mass centre are such about the reference point with the couple they have
     size = found.error + 4.0 * EPSILON * np.abs(found.value)
@@ -170,7 +114,7 @@ def _emit_curve(
     found = abs(Bounded(centre @ found.value @ back, np.abs(centre) @ size @ np.abs(back)))
     diagonal = reshaped(found, lambda part: np.diagonal(part, axis1=-2, axis2=-1).T)
     axes = {
-        "coordinate": [COORDINATES[place] for place in mounted.freedoms],
+        "coordinate": [COORDINATES[place] for place in on.freedoms],
         "frequency": grid / (2.0 * np.pi),
     }
     scene.emit(f"{ROOT}/transmissibility", diagonal, axes=axes)

@@ -1,6 +1,5 @@
 """All that acts on the body at the operating speed, and its steady motion on the mounts."""
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -9,12 +8,9 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing
 from vibecalc.excitation.inertia_forces import as_loads, at_speed
 from vibecalc.isolation.on_mounts import OnMounts
-from vibecalc.isolation.rigid_body import displacement, held, mount_force
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.parts.body import RigidBody
+from vibecalc.numerics.linear import require_digits, response
 from vibecalc.parts.firing import torque_reaches_mounts
-from vibecalc.parts.matrices import mounted
-from vibecalc.response.forced import MotionByOrder, dynamics, require_digits, response
 from vibecalc.response.resonances import Resonances, check_operating_point
 
 
@@ -74,36 +70,3 @@ def steady_motion(
     motion = response(dynamic, loads.value, loads.error)
     require_digits(system.matrices, dynamic, loads, motion, order, speed)
     return motion, resonances
-
-
-def motion_of_six(
-    scene: Scene, system: OnMounts, loads: BodyLoads
-) -> tuple[MotionByOrder, Resonances]:
-    """The same of loads at the reference point, as the motion of that point."""
-    few, resonances = steady_motion(scene, system, system.felt(loads.load), loads.order)
-    motion = Bounded(*(part @ system.reach.T for part in few))
-    return MotionByOrder(loads.order, loads.retained, loads.tail, motion), resonances
-
-
-class AtMounts(NamedTuple):
-    """What is constant at the mounts (..., mounts, 3): displacement in m, force on the ground."""
-
-    displacement: Bounded
-    force: Bounded
-
-
-def mean_at_mounts(system: OnMounts, body: RigidBody, load: Bounded) -> AtMounts:
-    """Of a constant load (6,), beside the weight, against the static stiffness of the mounts."""
-    mounts = system.mounts
-    stiffness = mounts.stiffness if mounts.static is None else mounts.static
-    whole = system.whole
-    if mounts.static is not None:
-        whole = mounted(body, replace(mounts, stiffness=stiffness))
-    none = np.zeros((6, 6))
-    still = held(whole, system.freedoms)._replace(structural=none, structural_error=none)
-    still_dynamics = dynamics(still, np.zeros(1))
-    motion = response(still_dynamics, load.value[None].astype(complex), load.error[None])
-    moved = displacement(motion, mounts.position)
-    zero = np.zeros_like(mounts.damping)
-    force = mount_force(moved, np.zeros(1), stiffness, zero, zero)
-    return AtMounts(moved[..., 0].real, force[..., 0].real)

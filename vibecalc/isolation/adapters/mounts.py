@@ -15,7 +15,6 @@ from vibecalc.isolation.mount_results import (
     OF_RUN_UP,
     OF_STOPS,
 )
-from vibecalc.isolation.rigid_body import Static
 from vibecalc.isolation.run_up_peaks import RunUpPeak
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON
@@ -29,15 +28,6 @@ CURVE_POINTS = 121
 # ----------------------------------------------------------------------------
 # At rest, and over the orders.
 # ----------------------------------------------------------------------------
-
-
-def static_at_rest(rest: Rest, up: np.ndarray) -> Static:
-    """The rest of the body as `static_deflection` would say it."""
-    size = np.abs(up)
-    return Static(
-        rest.body, rest.body_error, -rest.motion @ up, rest.motion_error @ size,
-        rest.force, rest.force_error, -rest.force @ up, rest.force_error @ size,
-    )  # fmt: skip
 
 
 def emit_mounts(scene: Scene, mounts: Mounts, orders: np.ndarray, speed: float) -> None:

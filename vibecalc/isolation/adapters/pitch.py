@@ -1,113 +1,102 @@
-"""Adapter: the body pitching on its mounts at operating speed."""
-
-from dataclasses import replace
+"""What is of a body that only pitches: its model, couples over a lever, what it does not follow."""
 
 import numpy as np
 
 from vibecalc.core.results.catalogue import CATALOGUE
-from vibecalc.core.run.columns import PointsScene
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import (
     CyclePeak,
     Forcing,
     couples_of,
-    few_orders,
     forces_of,
     length_over_cycle,
     peak_with_tail,
 )
-from vibecalc.excitation.inertia_forces import about_point, size_of_terms
-from vibecalc.isolation import pitch as model
-from vibecalc.isolation.adapters.common import (
-    EXCURSION,
-    LARGEST,
-    LOADS,
-    OF_RUN_UP,
-    VERTICAL,
-    KeptRows,
-    OfBody,
-    RunUpSetup,
-    emit_static,
-    emit_support_motion,
-    emit_with_constant,
-    isolation_of,
-)
-from vibecalc.isolation.model import PitchParts, pitch_parts
-from vibecalc.isolation.pitch import pitch_resonances, pitch_static
-from vibecalc.isolation.rows import Readout, distinct, pitch_readout, pitch_rows, with_left_out
-from vibecalc.numerics.bounded import Bounded, reshaped
-from vibecalc.numerics.rounding import EPSILON
-from vibecalc.response.forced import MotionByOrder
-from vibecalc.response.resonances import check_operating_point, idle_warnings, left_out
+from vibecalc.excitation.inertia_forces import about_point, as_loads, size_of_terms
+from vibecalc.isolation.adapters.common import isolation_of
+from vibecalc.isolation.adapters.loads import BodyLoads
+from vibecalc.isolation.adapters.steady import Moved
+from vibecalc.isolation.on_mounts import OnMounts
+from vibecalc.numerics.bounded import Bounded, reshaped, where
+from vibecalc.numerics.linear import Linear, each_order
+from vibecalc.numerics.rounding import EPSILON, SINGULAR
+from vibecalc.parts.body import build_frame
 
 LEVER, RIGID = "isolation/lever_force", "isolation/support_force/rigid_peak"
-HARMONICS = tuple(
-    f"isolation/support_{group}/steady_harmonics" for group in ("displacement", "force")
-)
 LEVER_FORCES = tuple(path for path in CATALOGUE if path.startswith(f"{LEVER}/"))
 
 
-def run_isolation_pitch(scene: Scene) -> None:
-    """Emit the pitch model, its response, both readings of the support force, and the sag."""
-    forcing: Forcing = scene.handed_on["forcing"]
-    options = isolation_of(scene)
-    if scene.parts.body is None or scene.parts.mounts is None:
-        raise ValueError("isolation needs a body and mounts")
-    train = scene.case.machine.crank_train
-    parts = pitch_parts(scene.parts.body, scene.parts.mounts, train.axis, train.stroke)
-    pitch = model.pitch_model(
-        parts.inertia, parts.position, parts.stiffness, parts.damping, parts.structural
-    )
+def emit_pitch_model(scene: Scene, system: OnMounts) -> None:
+    """Emit inertia, stiffness, damping, natural frequency and damping ratio."""
     scene.cite(
         "pitch model with complex amplitudes",
         "response on the mounts",
         "Gibson (2008), equations 13 to 19, with the phase kept",
     )
-    _emit_model(scene, pitch)
+    matrices, shapes = system.matrices, system.shapes
+    for name, value, error in (
+        ("inertia", matrices.mass, matrices.mass_error),
+        ("stiffness", matrices.stiffness, matrices.stiffness_error),
+        ("damping", matrices.damping, matrices.damping_error),
+    ):
+        scene.emit(f"isolation/pitch/{name}", value[..., 0, 0], error[..., 0, 0])
+    frequency = Bounded(shapes.natural_frequency, shapes.natural_frequency_error)
+    scene.emit("isolation/pitch/natural_frequency", frequency[..., 0])
+    scene.emit("isolation/pitch/damping_ratio", system.damping_ratio()[..., 0])
 
-    shaking = about_point(forcing.per_speed_squared, parts.centre[..., None, :])
-    about = couples_of(shaking)
-    couple = Bounded(about.value @ parts.across, about.error @ np.abs(parts.across))
-    resonances = pitch_resonances(pitch, couple)
-    undriven = left_out(resonances)[..., 0]
-    couple = Bounded(np.where(undriven, 0.0, couple.value), couple.error)
-    used, speed = forcing.retained, scene.case.machine.speed
-    for warning in check_operating_point(resonances, forcing.order, speed):
-        scene.warn(warning)
-    _emit_left_out(scene, forcing, forces_of(shaking), about, parts.across)
-    frequency = forcing.order * np.asarray(speed)[..., None]
-    torque = couple * np.square(speed)[..., None]
-    angle = model.angle_harmonics(pitch, torque, frequency, undriven)
-    if scene.case.point:
-        turned = reshaped(angle, lambda one: one[..., None]) * of_pitch(parts)[..., None, :]
-        scene.handed_on["motion_by_order"] = MotionByOrder(
-            forcing.order, used, forcing.tail, turned
-        )
-    axes = {"order": forcing.order[:used]}
+
+def lever_of(scene: Scene, system: OnMounts) -> np.ndarray:
+    """The lever (...) of couples in m: that of the case, or the distance of the mounts."""
+    given = isolation_of(scene).lever
+    if given is not None:
+        return np.asarray(given)
+    return np.asarray(np.abs(system.stretch[..., 0, 0]).max(axis=-1))
+
+
+def emit_pitch(scene: Scene, system: OnMounts, loads: BodyLoads, moved: Moved) -> None:
+    """Emit the pitch angle, transmissibility, couples over the lever, and what pitch leaves out."""
+    forcing: Forcing = scene.handed_on["forcing"]
+    used, speed = loads.retained, scene.case.machine.speed
+    frequency = loads.order * np.asarray(speed)[..., None]
+    axes = {"order": loads.order[:used]}
     if scene.wants("isolation/pitch/transmissibility"):
-        passing = model.transmissibility(pitch, frequency[..., :used])
-        scene.emit("isolation/pitch/transmissibility", passing, axes=axes)
+        found = transmissibility(system.matrices, frequency[..., :used])
+        scene.emit("isolation/pitch/transmissibility", found, axes=axes)
     if scene.wants("isolation/pitch/transmissibility_curve"):
-        _emit_curve(scene, pitch, float(frequency[used - 1]))
-    kept = angle[..., :used]
-    terms = size_of_terms(kept.error)
-    scene.emit("isolation/pitch/angle_harmonics", kept, axes=axes, terms=terms)
-    lever = options.lever if options.lever is not None else parts.lever
-    if lever is None:
-        lever = np.abs(parts.position).max(axis=-1)
+        _emit_curve(scene, system, float(frequency[used - 1]))
+    angle = moved.motion[..., system.freedoms[0]]
+    terms = size_of_terms(angle.error[..., :used])
+    scene.emit("isolation/pitch/angle_harmonics", angle[..., :used], axes=axes, terms=terms)
+    if scene.wants("isolation/pitch/angle_peak"):
+        value, error, terms = peak_with_tail(angle, loads)
+        scene.emit("isolation/pitch/angle_peak", value, error, terms=terms)
+    _emit_left_out(scene, forcing, system)
     still = None
     if scene.wants(RIGID, f"{LEVER}/rigid_peak"):
+        # of all speeds at once
+        couple = system.felt(as_loads(forcing.per_speed_squared))[..., 0]
         still = _at_speed(peak_with_tail(couple, forcing), speed)
+    if still is not None and scene.wants(RIGID):
+        _emit_rigid(scene, system, still)
     if scene.wants(*LEVER_FORCES):
-        through = model.transmitted_couple(pitch, angle, frequency)
-        _emit_lever_force(scene, forcing, torque, still, through, np.asarray(lever))
-    _emit_supports(scene, forcing, parts, still, angle, frequency)
-    if scene.wants(*OF_RUN_UP) and isinstance(scene, PointsScene):
-        from vibecalc.isolation.arrays import hand_on_pitch
+        passing = each_order(system.matrices).passing(frequency)[..., 0, 0]
+        both = {"rigid": system.felt(loads.load)[..., 0], "steady": passing * angle}
+        _emit_lever_force(scene, loads, both, still, lever_of(scene, system))
 
-        hand_on_pitch(scene, forcing, parts, pitch, couple, lever)
-    elif scene.wants(*OF_RUN_UP):
-        _hand_on_run_up(scene, forcing, parts, pitch, couple, undriven, float(lever))
+
+def transmissibility(matrices: Linear, frequency: np.ndarray) -> Bounded:
+    """Complex couple on the ground over couple on the body, at frequencies (..., orders).
+
+    Infinite on an undamped natural frequency, where the order must not be driven. Source: Gibson
+    (2008), equation 18, with the phase kept.
+    """
+    each = each_order(matrices)
+    passing = each.passing(frequency)[..., 0, 0]
+    inertia = Bounded(each.mass, each.mass_error)[..., 0, 0]
+    resisting = passing - np.square(frequency) * inertia
+    lost = resisting.error >= SINGULAR * np.abs(resisting.value)
+    ratio = passing / where(lost, 1.0, resisting)
+    return where(lost, Bounded(np.asarray(np.inf), np.zeros(())), ratio)
 
 
 def _at_speed(peak: CyclePeak, speed: float) -> CyclePeak:
@@ -117,61 +106,16 @@ def _at_speed(peak: CyclePeak, speed: float) -> CyclePeak:
     return CyclePeak(value, error, peak.terms * float(np.max(square)))
 
 
-def _hand_on_run_up(
-    scene: Scene,
-    forcing: Forcing,
-    parts: PitchParts,
-    pitch: model.Pitch,
-    couple: Bounded,
-    undriven: np.ndarray,
-    lever: float,
-) -> None:
-    used = forcing.retained
-    readout, row_of = distinct(
-        pitch_readout(
-            pitch, lever, parts.position, parts.stiffness, parts.damping, parts.structural
-        )
-    )
-    few, few_tail = few_orders(forcing)
-    in_run_up = pitch_resonances(pitch, couple[:used])
-
-    def rows(readout: Readout) -> KeptRows:
-        return KeptRows(
-            pitch_rows(pitch, readout, forcing.order[:used], couple[:used], undriven[:used]),
-            pitch_rows(pitch, readout, forcing.order[few], couple[few], undriven[few]),
-            few_tail,
-            forcing.order[few],
-        )
-
-    of_angle = of_pitch(parts)[:, None]
-    scene.handed_on["run_up"] = RunUpSetup(
-        rows=with_left_out(*rows(readout)[:3]),
-        harmonics=forcing.order[:used],
-        step=1,
-        resonances=in_run_up,
-        shows=(readout.spring[:, 0, 0].real != 0.0)[None, :],
-        row_of=row_of,
-        lever_rows=1,
-        idle=lambda low, high: idle_warnings(in_run_up, forcing.order[:used], low, high),
-        of_body=OfBody(rows, of_angle, of_angle),
-    )
-
-
-def of_pitch(parts: PitchParts) -> np.ndarray:
-    """Motion (..., 6) of the reference point for a unit angle about the mass centre."""
-    across = np.broadcast_to(parts.across, parts.centre.shape)
-    return np.concatenate([-np.cross(across, parts.centre), across], axis=-1)
-
-
-def _emit_left_out(
-    scene: Scene, forcing: Forcing, force: Bounded, couple: Bounded, across: np.ndarray
-) -> None:
-    """Peaks of the shaking that turns no body which can only pitch.
-
-    `force` and `couple` (..., orders, 3) are per crank speed squared.
-    """
+def _emit_left_out(scene: Scene, forcing: Forcing, system: OnMounts) -> None:
+    """Peaks of the shaking about the mass centre that turns no body which can only pitch."""
+    body, train = scene.parts.body, scene.case.machine.crank_train
+    assert body is not None
+    shaking = about_point(forcing.per_speed_squared, body.centre[..., None, :])
+    across = build_frame(train.axis, train.stroke).across
     aside = np.eye(3) - np.outer(across, across)
-    for name, part in (("force", force), ("couple", Bounded(couple.value @ aside, couple.error))):
+    couple = couples_of(shaking)
+    couple = Bounded(couple.value @ aside, couple.error)
+    for name, part in (("force", forces_of(shaking)), ("couple", couple)):
         path = f"isolation/pitch/{name}_left_out"
         if scene.wants(path):
             vector = reshaped(part, lambda one: np.swapaxes(one, -1, -2))
@@ -179,122 +123,54 @@ def _emit_left_out(
             scene.emit(path, peak.value, peak.error, terms=peak.terms)
 
 
-def _emit_model(scene: Scene, pitch: model.Pitch) -> None:
-    rounding = pitch.rounding
-    for name, value in (
-        ("inertia", pitch.inertia),
-        ("stiffness", pitch.stiffness),
-        ("damping", pitch.damping),
-    ):
-        scene.emit(f"isolation/pitch/{name}", value, rounding * np.abs(value))
-    scene.emit(
-        "isolation/pitch/natural_frequency", pitch.natural_frequency, pitch.natural_frequency_error
-    )
-    scene.emit("isolation/pitch/damping_ratio", pitch.damping_ratio, pitch.damping_ratio_error)
-
-
-def _emit_curve(scene: Scene, pitch: model.Pitch, highest: float) -> None:
+def _emit_curve(scene: Scene, system: OnMounts, highest: float) -> None:
     """Transmissibility from .05 to 50 times the natural frequency, for the picture.
 
     Whole decades more where the `highest` order lies beyond: the samples must not follow its bits.
     """
-    beyond = highest / float(50.0 * pitch.natural_frequency)
+    natural = float(system.shapes.natural_frequency[0])
+    beyond = highest / (50.0 * natural)
     decades = np.ceil(np.log10(min(max(beyond, 1.0), 1e6)))
     end = 6.0 if decades == 0.0 else np.arcsinh((np.log(50.0) + decades * np.log(10.0)) / 0.02)
     # Dense around 1 and never on it, where an undamped body has no value.
     ratio = np.exp(0.02 * np.sinh(np.linspace(-5.7, end, 300)))
-    curve = model.transmissibility(pitch, ratio * pitch.natural_frequency)
+    curve = transmissibility(system.matrices, ratio * natural)
     axes = {"frequency_ratio": ratio}
     scene.emit("isolation/pitch/transmissibility_curve", curve.value, curve.error, axes)
 
 
+def _emit_rigid(scene: Scene, system: OnMounts, still: CyclePeak) -> None:
+    """Largest force of each mount with the body held still: its share of the couple.
+
+    What the mounts pass on at low frequency, and at any frequency where they are stiff.
+    """
+    pressed = np.abs(system.mounts.stiffness * system.stretch)[..., 0, 0]
+    share = pressed / system.matrices.stiffness[..., 0]
+    top = still.value[..., None]
+    force = Bounded(share * top, share * (still.error[..., None] + 8.0 * EPSILON * top))
+    axes = {"mount": system.mounts.names}
+    scene.emit(RIGID, force, axes=axes, terms=np.max(share) * still.terms)
+
+
 def _emit_lever_force(
     scene: Scene,
-    forcing: Forcing,
-    torque: Bounded,
+    loads: BodyLoads,
+    couples: dict[str, Bounded],
     still: CyclePeak | None,
-    through: Bounded,
     lever: np.ndarray,
 ) -> None:
-    """The source's reading: couple over lever, with the body held still and on its mounts."""
-    used = forcing.retained
-    axes = {"order": forcing.order[:used]}
-    for name, couple in (("rigid", torque), ("steady", through)):
-        force = model.lever_force(couple[..., :used], lever[..., None])
+    """Couple over lever, the source's reading of "the force on a support".
+
+    With the body held still, and through its mounts. It is the force of one pair of supports that
+    far from the pitch axis if that pair alone resisted. Source: Gibson, equations 11, 12.
+    """
+    axes = {"order": loads.order[: loads.retained]}
+    for name, couple in couples.items():
+        force = couple[..., : loads.retained] / lever[..., None]
         terms = size_of_terms(force.error)
         scene.emit(f"{LEVER}/{name}_harmonics", force, axes=axes, terms=terms)
         if scene.wants(f"{LEVER}/{name}_peak"):
-            known = still if name == "rigid" and still else peak_with_tail(couple, forcing)
-            peak = model.lever_force(Bounded(known.value, known.error), lever)
+            known = still if name == "rigid" and still else peak_with_tail(couple, loads)
+            peak = Bounded(known.value, known.error) / lever
             terms = known.terms / float(np.min(lever))
             scene.emit(f"{LEVER}/{name}_peak", peak, terms=terms)
-
-
-def _emit_supports(
-    scene: Scene,
-    forcing: Forcing,
-    parts: PitchParts,
-    still: CyclePeak | None,
-    angle: Bounded,
-    frequency: np.ndarray,
-) -> None:
-    """One support of all: static share and sag, force with the body still and on its mounts."""
-    options, body = isolation_of(scene), scene.parts.body
-    if body is None:
-        raise ValueError("isolation needs a body")
-    static = pitch_static(body.mass * options.gravity, 0.0, parts.position, parts.stiffness)
-    sag, weight = emit_static(scene, parts.names, static)
-    if still is not None and scene.wants(RIGID):
-        share = np.abs(model.support_share(parts.position, parts.stiffness))
-        top = still.value[..., None]
-        force = Bounded(share * top, share * (still.error[..., None] + 8.0 * EPSILON * top))
-        terms = np.max(share) * still.terms
-        scene.emit(RIGID, force, axes={"mount": parts.names}, terms=terms)
-    if scene.wants(*HARMONICS):
-        # the one component of a pitching body at a support: along the stroke
-        direction = (scene.case.machine.crank_train.stroke,)
-        motion = (one[..., None, :] for one in _support_motion(parts, angle, frequency))
-        emit_support_motion(scene, forcing, parts.names, direction, *motion)
-    if scene.wants(LARGEST):
-        few, which = _alike(parts)
-        peak = peak_with_tail(_support_motion(few, angle, frequency)[1], forcing)
-        largest = Bounded(peak.value, peak.error)[..., which]
-        scene.emit(LARGEST, largest, axes={"mount": parts.names}, terms=peak.terms)
-    if scene.wants(VERTICAL, "isolation/pitch/angle_peak"):
-        value, error, terms = peak_with_tail(angle, forcing)
-        scene.emit("isolation/pitch/angle_peak", value, error, terms=terms)
-        arm = np.abs(parts.position)
-        height = arm * Bounded(value[..., None], error[..., None])
-        terms = float(np.max(arm)) * terms
-        scene.emit(VERTICAL, height, axes={"mount": parts.names}, terms=terms)
-    if scene.wants(EXCURSION, *LOADS):
-        down, load = (-one for one in _support_motion(parts, angle, frequency))
-        emit_with_constant(scene, parts.names, down, load, sag, weight, forcing)
-
-
-def _support_motion(
-    parts: PitchParts, angle: Bounded, frequency: np.ndarray
-) -> tuple[Bounded, Bounded]:
-    """Vertical displacement and force (..., mounts, orders)."""
-    displacement = model.support_displacement(angle, parts.position)
-    return displacement, model.support_force(
-        displacement, frequency, parts.stiffness, parts.damping, parts.structural
-    )
-
-
-def _alike(parts: PitchParts) -> tuple[PitchParts, list[int]]:
-    """Mounts that stand for all, and which of them has the force of each, up to its sign.
-
-    Equal mounts at the same distance on either side feel the same at opposite times.
-    """
-    names = ("position", "stiffness", "damping", "structural")
-    columns = {name: getattr(parts, name) for name in names}
-    count = parts.position.shape[-1]
-    rows = [np.broadcast_to(np.abs(one), (*one.shape[:-1], count)) for one in columns.values()]
-    first: list[int] = []
-    which: list[int] = []
-    for place in range(count):
-        same = [k for k in first if all(np.array_equal(r[..., k], r[..., place]) for r in rows)]
-        first += [] if same else [place]
-        which.append(first.index(same[0] if same else place))
-    return replace(parts, **{name: one[..., first] for name, one in columns.items()}), which

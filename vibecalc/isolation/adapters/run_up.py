@@ -7,6 +7,7 @@ import numpy as np
 
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.run.stage import Scene
+from vibecalc.isolation.adapters.body_run_up import body_sections
 from vibecalc.isolation.adapters.common import (
     RunUpSection,
     RunUpSetup,
@@ -14,6 +15,7 @@ from vibecalc.isolation.adapters.common import (
     isolation_of,
     rows_of_results,
 )
+from vibecalc.isolation.at_mounts import deflected
 from vibecalc.isolation.mount_results import OF_RUN_UP
 from vibecalc.isolation.results import MAXIMA_ROOT
 from vibecalc.isolation.run_up import joined, run_up, run_up_peak
@@ -77,23 +79,17 @@ def sections(scene: Scene) -> tuple[RunUpSection, ...]:
     span = isolation_of(scene).run_up
     if span is None:
         raise ValueError("the case has no run-up")
-    if isolation_of(scene).model == "pitch":
-        return (RunUpSection(scene.handed_on["run_up"], span.start, span.stop),)
-    from vibecalc.isolation.adapters.body_run_up import body_sections
-
     return body_sections(scene, span.start, span.stop)
 
 
 def _means(scene: Scene, parts: Sequence[RunUpSection]) -> list[Bounded]:
     """Displacements (mounts, 3) by what is constant of the torque, along the range."""
-    from vibecalc.isolation.adapters.loads import couple_about, mean_at_mounts
+    from vibecalc.isolation.adapters.loads import couple_about
 
     couples = [couple for part in parts for couple in part.setup.mean]
-    body, system = scene.parts.body, scene.handed_on["on_mounts"]
-    assert body is not None
-    axis = scene.parts.crank_train.axis
+    system, axis = scene.handed_on["on_mounts"], scene.parts.crank_train.axis
     loads = [couple_about(axis, couple) for couple in couples if np.any(couple.value)]
-    found = [mean_at_mounts(system, body, load).displacement for load in loads]
+    found = [deflected(system.resting, load).displacement for load in loads]
     none = np.zeros((len(system.mounts.names), 3))
     return found or [Bounded(none, none)]
 

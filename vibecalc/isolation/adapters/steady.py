@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import length_over_cycle, peak_with_tail
+from vibecalc.excitation.adapter import MotionByOrder, length_over_cycle, peak_with_tail
 from vibecalc.excitation.inertia_forces import size_of_terms
 from vibecalc.isolation.adapters.common import (
     EXCURSION,
@@ -17,26 +17,27 @@ from vibecalc.isolation.adapters.common import (
     emit_with_constant,
     isolation_of,
 )
-from vibecalc.isolation.adapters.loads import AtMounts, BodyLoads
+from vibecalc.isolation.adapters.loads import BodyLoads
+from vibecalc.isolation.at_mounts import AtMounts
 from vibecalc.isolation.results import CAUSES, TORQUE_REACTION_ROOT
 from vibecalc.numerics import bounded
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.parts.body import DIRECTIONS
 from vibecalc.parts.mounts import Mounts
-from vibecalc.response.forced import MotionByOrder
 
 
 class Moved(NamedTuple):
     """Complex amplitudes at the orders (m,): of the reference point and at the mounts.
 
     `motion` (..., m, 6); `at_mounts` of the body there, `deflection` of the mounts and `force` on
-    what they stand on (..., mounts, 3, m).
+    what they stand on (..., mounts, d, m) in the `directions` (d,) that the model has.
     """
 
     motion: Bounded
     at_mounts: Bounded
     deflection: Bounded
     force: Bounded
+    directions: tuple[int, ...] = (0, 1, 2)
 
 
 class AtRest(NamedTuple):
@@ -62,8 +63,10 @@ def emit_steady(
     scene.handed_on["motion_by_order"] = MotionByOrder(
         loads.order, loads.retained, loads.tail, moved.motion
     )
-    _emit_motion(scene, loads, moved.motion)
-    emit_support_motion(scene, loads, mounts.names, DIRECTIONS, moved.at_mounts, moved.force)
+    if isolation_of(scene).model != "pitch":
+        _emit_motion(scene, loads, moved.motion)
+    names = [DIRECTIONS[place] for place in moved.directions]
+    emit_support_motion(scene, loads, mounts.names, names, moved.at_mounts, moved.force)
     axes = {"mount": mounts.names}
     if scene.wants(LARGEST):
         largest = length_over_cycle(moved.force, loads)
@@ -96,10 +99,12 @@ def _emit_upright(
 ) -> None:
     """Vertical motion of the body; deflection and load of the mounts with what is constant."""
     up = np.eye(3)["xyz".index(isolation_of(scene).up)]
+    still = [_along(one[..., None], up)[..., 0] for one in at_rest.mean]
+    up = up[list(moved.directions)]
     highest = peak_with_tail(_along(moved.at_mounts, up), loads)
     axes = {"mount": mounts.names}
     scene.emit(VERTICAL, highest.value, highest.error, axes, terms=highest.terms)
-    raised, lifted = (_along(one[..., None], up)[..., 0] for one in at_rest.mean)
+    raised, lifted = still
     down, load = (-_along(one, up) for one in (moved.deflection, moved.force))
     given = (down, load, at_rest.sag - raised, at_rest.load - lifted, loads)
     emit_with_constant(scene, mounts.names, *given)

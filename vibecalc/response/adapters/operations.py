@@ -12,6 +12,7 @@ from vibecalc.excitation.adapter import Forcing, rotating_part, train_excitation
 from vibecalc.excitation.inertia_forces import Excitation, as_loads, at_speed
 from vibecalc.kinematics.adapter import PistonMotion
 from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.linear import UndrivenModes
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.crank_train import (
     build_crank_train,
@@ -37,7 +38,6 @@ from vibecalc.response.energies import (
     mean_over_cycle,
     stiffness_of,
 )
-from vibecalc.response.forced import UndrivenModes
 from vibecalc.response.operations import (
     PhaseRange,
     SuperposedMotion,

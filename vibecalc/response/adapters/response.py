@@ -5,11 +5,25 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from vibecalc.core.run.stage import Scene, below
-from vibecalc.excitation.adapter import DIRECTIONS, Forcing, few_orders, peak_with_tail
+from vibecalc.excitation.adapter import (
+    DIRECTIONS,
+    Forcing,
+    MotionByOrder,
+    few_orders,
+    peak_with_tail,
+)
 from vibecalc.excitation.inertia_forces import as_loads, at_speed, size_of_terms
 from vibecalc.numerics.bounded import Bounded, reshaped, where
 from vibecalc.numerics.leading import leave_alone
-from vibecalc.numerics.matrices import Matrices, bounded_parts
+from vibecalc.numerics.linear import (
+    Linear,
+    UndrivenModes,
+    bounded_parts,
+    dynamics,
+    dynamics_by_order,
+    require_digits,
+    response,
+)
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON
 from vibecalc.parts.body import COORDINATES
 from vibecalc.parts.matrices import build_system
@@ -23,15 +37,7 @@ from vibecalc.response.energies import (
     stiffness_of,
     velocity,
 )
-from vibecalc.response.forced import (
-    MotionByOrder,
-    UndrivenModes,
-    dynamics,
-    dynamics_by_order,
-    modal_response,
-    require_digits,
-    response,
-)
+from vibecalc.response.forced import modal_response
 from vibecalc.response.modal_damping import (
     body_resonances,
     damped_basis,
@@ -77,7 +83,7 @@ class LinearSystem(NamedTuple):
     them and `own` each mode at its own.
     """
 
-    matrices: Matrices
+    matrices: Linear
     shapes: Modes
     spectral: SpectralSystem | None = None
     own: tuple[OwnMode, ...] = ()
@@ -347,7 +353,7 @@ def _emit_with_peak(scene: Scene, stem: str, suffix: str, forcing: Forcing, rows
 def _emit_energies(
     scene: Scene,
     forcing: Forcing,
-    matrices: Matrices,
+    matrices: Linear,
     motion: Bounded,
     frequency: np.ndarray,
 ) -> None:

@@ -9,7 +9,7 @@ from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import DIRECTIONS
 from vibecalc.excitation.inertia_forces import add, as_loads
-from vibecalc.numerics.matrices import Matrices
+from vibecalc.numerics.linear import Linear
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.response.adapters.operations import operation_loads
 from vibecalc.response.adapters.response import LinearSystem, forcing_of, linear_system, ratios_of
@@ -171,7 +171,7 @@ def _study(scene: Scene) -> _Study:
     return _Study(system, loads, options, speed, options.between)
 
 
-def _warn_of_coupling(scene: Scene, matrices: Matrices, shapes: Modes) -> None:
+def _warn_of_coupling(scene: Scene, matrices: Linear, shapes: Modes) -> None:
     """Say so where damping leads from one mode to another, which the motion in time leaves out."""
     shape, root = shapes.shape, np.sqrt(shapes.natural_frequency)
     between = shape.T @ matrices.damping @ shape

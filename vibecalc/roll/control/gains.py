@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.matrices import nonnegative_least_squares
+from vibecalc.numerics.least_norm import nonnegative_least_squares
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 from vibecalc.roll.control.loop import (
     Controller,

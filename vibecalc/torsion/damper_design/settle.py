@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.numerics.matrices import nonnegative_least_squares
+from vibecalc.numerics.least_norm import nonnegative_least_squares
 from vibecalc.numerics.rounding import BoolArray, FloatArray
 from vibecalc.torsion.damper_design.descend import BROKEN, DesignPoint, foreseen
 from vibecalc.torsion.damper_design.peaks import (

@@ -6,7 +6,7 @@ import numpy as np
 
 from vibecalc.core.study.search.problem import Values, foresee
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.matrices import nonnegative_least_squares
+from vibecalc.numerics.least_norm import nonnegative_least_squares
 from vibecalc.numerics.rounding import EPSILON
 
 # ----------------------------------------------------------------------------

@@ -1,0 +1,125 @@
+"""Adapter: the body on its mounts, in six motions, in those of the crank plane, or in pitch."""
+
+from functools import partial
+
+import numpy as np
+
+from vibecalc.core.run.columns import PointsScene
+from vibecalc.core.run.stage import Scene
+from vibecalc.isolation.adapters.common import OF_RUN_UP, emit_static, isolation_of
+from vibecalc.isolation.adapters.loads import BodyLoads, body_loads, steady_motion
+from vibecalc.isolation.adapters.steady import AtRest, Moved, emit_steady
+from vibecalc.isolation.at_mounts import AtMounts, deflected, require_weight, weight_load
+from vibecalc.isolation.on_mounts import OnMounts, on_mounts, pitching
+from vibecalc.isolation.results import NEAREST
+from vibecalc.isolation.torque_reaction import nearest_driven
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.parts.body import COORDINATES, RigidBody, dofs_of_model
+from vibecalc.parts.mount_needs import moves_with_machine
+
+#: an order that drives a mode is worth a word within this share of its natural frequency
+CLOSE = 0.1
+
+
+def run_isolation(scene: Scene) -> None:
+    """Emit modes, sag, and the response of body and supports to all that acts on it."""
+    body, mounts = scene.parts.body, scene.parts.mounts
+    if body is None or mounts is None:
+        raise ValueError("isolation needs a body and mounts")
+    train, model = scene.case.machine.crank_train, isolation_of(scene).model
+    pitch = model == "pitch"
+    if pitch:
+        from vibecalc.isolation.adapters.pitch import emit_pitch, emit_pitch_model
+
+        system = pitching(body, mounts, train.axis, train.stroke)
+        emit_pitch_model(scene, system)
+    else:
+        system = on_mounts(body, mounts, dofs_of_model(model, train.axis))
+        _emit_modes(scene, system)
+    loads, speed = body_loads(scene), scene.case.machine.speed
+    mean = AtMounts(*[Bounded(np.zeros((1, 3)), np.zeros((1, 3)))] * 2)
+    if np.any(loads.mean.value):
+        mean = deflected(system.resting, loads.mean)
+    at_rest = AtRest(*emit_static(scene, mounts.names, *_weight(scene, system, body)), mean)
+    scene.handed_on["loads"], scene.handed_on["on_mounts"] = loads, system
+    scene.handed_on["at_rest"] = at_rest
+    if mounts.rest is not None or mounts.spectrum is not None:
+        from vibecalc.isolation.adapters.mounts import emit_mounts
+
+        emit_mounts(scene, mounts, loads.order[: loads.retained], speed)
+    if not moves_with_machine(scene.case):
+        solve = partial(_moved, scene, system, loads)
+        moved = solve(loads.load)
+        emit_steady(scene, mounts, loads, at_rest, moved, solve)
+        if pitch:
+            emit_pitch(scene, system, loads, moved)
+        if loads.torque is not None and scene.wants(*NEAREST):
+            _emit_nearest(scene, system, loads)
+    if isinstance(scene, PointsScene) and scene.wants(*OF_RUN_UP):
+        from vibecalc.isolation.arrays import hand_on
+
+        hand_on(scene, system)
+
+
+def _moved(scene: Scene, system: OnMounts, loads: BodyLoads, load: Bounded) -> Moved:
+    """Of loads (..., m, 6) on a body whose mounts stand on rigid ground."""
+    motion, _ = steady_motion(scene, system, system.felt(load), loads.order)
+    at_mounts = system.at_mounts(motion)
+    frequency = loads.order * np.asarray(scene.case.machine.speed)[..., None]
+    force = system.force(at_mounts, frequency)
+    return Moved(system.moved(motion), at_mounts, at_mounts, force, system.directions)
+
+
+def _emit_nearest(scene: Scene, system: OnMounts, loads: BodyLoads) -> None:
+    """The nearest order of each mode, and a warning for those that nearly meet."""
+    speed, used = scene.case.machine.speed, loads.retained
+    felt = system.felt(loads.load[:used])
+    nearest = nearest_driven(system.shapes, felt, loads.order[:used], speed)
+    axes = {"mode": np.arange(1, len(nearest.order) + 1)}
+    scene.emit(NEAREST[0], nearest.order, 0.0, axes)
+    scene.emit(NEAREST[1], nearest.margin, nearest.margin_error, axes)
+    resonances = system.resonances(felt)
+    for mode in np.flatnonzero(np.abs(nearest.margin) < CLOSE):
+        scene.warn(
+            f"order {nearest.order[mode]:g} of the torque reaction and the shaking is within "
+            f"{CLOSE:.0%} of mode {mode + 1} of the body on its mounts, "
+            f"{resonances.frequency[mode]:.6g} rad/s (damping ratio "
+            f"{resonances.damping_ratio[mode]:.2g})"
+        )
+
+
+def _emit_modes(scene: Scene, system: OnMounts) -> None:
+    scene.cite(
+        "rigid body on mounts, 6 x 6 complex dynamic stiffness",
+        "response on the mounts",
+        "Harris and Piersol, Shock and Vibration Handbook, 5th ed. 2002, ch. 3",
+    )
+    shapes, reach = system.shapes, system.reach.mT
+    axes = {"mode": np.arange(1, len(system.freedoms) + 1), "coordinate": COORDINATES}
+    ratio, share = system.damping_ratio(), system.energy_fraction()
+    scene.emit(
+        "isolation/modes/natural_frequency",
+        shapes.natural_frequency,
+        shapes.natural_frequency_error,
+        axes,
+    )
+    scene.emit("isolation/modes/damping_ratio", ratio.value, ratio.error, axes)
+    scene.emit("isolation/modes/shape", shapes.shape.mT @ reach, shapes.shape_error, axes)
+    scene.emit("isolation/modes/energy_fraction", share.value @ reach, share.error, axes)
+
+
+def _weight(scene: Scene, system: OnMounts, body: RigidBody) -> tuple[Bounded, Bounded]:
+    """Sag and share of the weight of each mount (..., mounts), positive downwards."""
+    options, rest = isolation_of(scene), system.mounts.rest
+    up = np.eye(3)["xyz".index(options.up)]
+    if rest is not None:
+        size = np.abs(up)
+        return (
+            Bounded(-rest.motion @ up, rest.motion_error @ size),
+            Bounded(-rest.force @ up, rest.force_error @ size),
+        )
+    load = weight_load(body.mass, body.centre, options.gravity, up, body.centre_error)
+    down, few = deflected(system.resting, load), -up[list(system.directions)]
+    sag, share = (one @ few for one in down)
+    require_weight(share, load)
+    return sag, share

@@ -1,0 +1,176 @@
+"""What loads and motions of a body do at its mounts: deflections, and forces on the ground."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.isolation.rows import Readout
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.linear import Linear, law, resisting
+from vibecalc.numerics.rounding import DATA_ROUNDINGS, SINGULAR, UNIT_ROUNDOFF
+from vibecalc.parts.matrices import displacement_at
+
+# ----------------------------------------------------------------------------
+# A body at rest on its mounts, under its weight or whatever else is constant.
+# ----------------------------------------------------------------------------
+
+
+class Resting(NamedTuple):
+    """How a constant load at the reference point is borne, in coordinates (f,).
+
+    `matrices` (..., f, f) with the stiffness against loads that stay; `reach` (..., 6, f) takes the
+    coordinates to the motion of the reference point, `stretch` (..., mounts, d, f) to the
+    deflections of the mounts, whose `stiffness` is (..., mounts, d, d).
+    """
+
+    matrices: Linear
+    reach: np.ndarray
+    stretch: np.ndarray
+    stiffness: np.ndarray
+
+
+class AtMounts(NamedTuple):
+    """Of each mount (..., mounts, d): displacement of the body in m, force on the ground in N."""
+
+    displacement: Bounded
+    force: Bounded
+
+
+def weight_load(
+    mass: ArrayLike,
+    centre: np.ndarray,
+    gravity: ArrayLike,
+    up: np.ndarray,
+    centre_error: np.ndarray | None = None,
+) -> Bounded:
+    """Weight as force and couple (..., 6) about the reference point; `up` is a unit vector (3,)."""
+    pull = np.multiply(-np.asarray(mass), gravity)[..., None] * np.asarray(up, dtype=float)
+    load = np.concatenate(np.broadcast_arrays(pull, np.cross(centre, pull)), axis=-1)
+    terms = _times(np.abs(displacement_at(centre)).mT, np.abs(pull))
+    error = (4 + DATA_ROUNDINGS) * UNIT_ROUNDOFF * terms
+    if centre_error is not None:
+        error[..., 3:] += _times(np.abs(displacement_at(centre_error)).mT, np.abs(pull))[..., 3:]
+    return Bounded(load, error)
+
+
+def _times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """Matrices (..., m, n) times vectors (..., n)."""
+    product: np.ndarray = (matrix @ vector[..., None])[..., 0]
+    return product
+
+
+def deflected(rest: Resting, load: Bounded) -> AtMounts:
+    """Linear deflection of the mounts under a constant load (..., 6) at the reference point.
+
+    Raises NumericalFailure if the mounts leave the body free, to rounding.
+    """
+    matrices, felt = rest.matrices, load[..., None, :] @ rest.reach
+    force, force_error = felt.value[..., 0, :], felt.error[..., 0, :]
+    inverse = _flexibility(matrices)
+    body = _times(inverse, force)
+    body = body + _times(inverse, force - _times(matrices.stiffness, body))
+    spread = matrices.stiffness_error + 8.0 * UNIT_ROUNDOFF * np.abs(matrices.stiffness)
+    body_error = _times(np.abs(inverse), _times(spread, np.abs(body)) + force_error)
+    _require_digits(matrices, body, body_error)
+    uncertainty = body_error + 8.0 * UNIT_ROUNDOFF * np.abs(body)
+    motion = _times(rest.stretch, body[..., None, :])
+    motion_error = _times(np.abs(rest.stretch), uncertainty[..., None, :])
+    rounding = (4.0 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
+    passed = _times(np.abs(rest.stiffness), motion_error + rounding * np.abs(motion))
+    return AtMounts(Bounded(motion, motion_error), Bounded(_times(rest.stiffness, motion), passed))
+
+
+def require_weight(share: Bounded, load: Bounded) -> None:
+    """Refuse shares (..., mounts) of a weight, a `load` (..., 6), that they do not add up to.
+
+    Raises NumericalFailure: the stiffness matrices of the mounts are not symmetric.
+    """
+    total, weight = share.value.sum(-1), np.linalg.norm(load.value[..., :3], axis=-1)
+    uncertainty = 10.0 * (share.error.sum(-1) + load.error[..., :3].sum(-1))
+    if not np.all(np.abs(total - weight) <= uncertainty):
+        raise NumericalFailure(
+            f"the static forces of the mounts add up to {np.ravel(total)[0]:.12g} N and the weight "
+            f"is {np.ravel(weight)[0]:.12g} N: the stiffness matrices of the mounts are not "
+            "symmetric"
+        )
+
+
+def _flexibility(matrices: Linear) -> np.ndarray:
+    """Inverse of the stiffness, formed in coordinates of unit mass."""
+    scale = 1.0 / np.sqrt(np.linalg.diagonal(matrices.mass))
+    weight = scale[..., :, None] * scale[..., None, :]
+    try:
+        inverse: np.ndarray = np.linalg.inv(matrices.stiffness * weight) * weight
+    except np.linalg.LinAlgError:
+        raise NumericalFailure(_free("exactly")) from None
+    if not np.all(np.isfinite(inverse)):
+        raise NumericalFailure(_free("exactly"))
+    return inverse
+
+
+def _require_digits(matrices: Linear, body: np.ndarray, error: np.ndarray) -> None:
+    """Refuse a deflection of which fewer than four digits are certain."""
+    weight = np.sqrt(np.linalg.diagonal(matrices.mass))
+    loss = np.max(weight * error, axis=-1)
+    largest = np.maximum(np.max(weight * np.abs(body), axis=-1), np.finfo(float).tiny)
+    if not np.all(loss < SINGULAR * largest):
+        raise NumericalFailure(_free("to rounding"))
+
+
+def _free(how: str) -> str:
+    return (
+        f"the mounts leave the body free in some direction ({how}): its stiffness matrix cannot "
+        f"be inverted; add a mount or give the mounts stiffness in the missing direction"
+    )
+
+
+# ----------------------------------------------------------------------------
+# What a moving body does at its mounts: displacements, and forces on the ground.
+# ----------------------------------------------------------------------------
+
+
+def displacement(stretch: np.ndarray, motion: Bounded) -> Bounded:
+    """Displacement (..., mounts, d, orders) in m by a motion X (..., orders, f)."""
+    transform = stretch[..., None, :, :, :]
+    value = (transform @ motion.value[..., :, None, :, None])[..., 0]
+    terms = np.abs(transform) @ np.abs(motion.value)[..., :, None, :, None]
+    error = np.abs(transform) @ motion.error[..., :, None, :, None]
+    total = (error + 4.0 * UNIT_ROUNDOFF * terms)[..., 0]
+    return Bounded(np.moveaxis(value, -3, -1), np.moveaxis(total, -3, -1))
+
+
+def mount_force(
+    motion: Bounded,
+    frequency: np.ndarray,
+    stiffness: np.ndarray,
+    damping: np.ndarray,
+    structural: np.ndarray,
+) -> Bounded:
+    """Force of each mount on the ground (..., mounts, d, orders) in N, in complex amplitude.
+
+    `motion` as `displacement` returns it, `frequency` (..., orders) rad/s, properties
+    (..., mounts, d, d). The force has the direction of the displacement for a stiff mount.
+    """
+    rate = np.asarray(frequency)[..., None, :, None, None]
+    held, lost, dragged = (part[..., :, None, :, :] for part in (stiffness, structural, damping))
+    return passing_force(motion, resisting(held, lost, dragged, rate))
+
+
+def passing_force(motion: Bounded, passing: np.ndarray) -> Bounded:
+    """The same of what each mount passes on (..., mounts, orders, d, d), complex, in N/m."""
+    value = (passing @ np.moveaxis(motion.value, -1, -2)[..., None])[..., 0]
+    rounding = (6.0 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
+    spread = motion.error + rounding * np.abs(motion.value)
+    error = (np.abs(passing) @ np.moveaxis(spread, -1, -2)[..., None])[..., 0]
+    return Bounded(np.moveaxis(value, -2, -1), np.moveaxis(error, -2, -1))
+
+
+def mount_readout(
+    stretch: np.ndarray, stiffness: np.ndarray, damping: np.ndarray, structural: np.ndarray
+) -> Readout:
+    """Force of each mount on what it stands on, rows of d components, by its `stretch`."""
+    rounding = (8 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
+    still, rising = law(stiffness, structural, damping)
+    return Readout(still @ stretch, rising @ stretch, rounding)
