@@ -12,10 +12,12 @@ from vibecalc.core.report.verdicts import judge_limits
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.isolation.efficiency import efficiency
-from vibecalc.isolation.on_base import alone, frequency_grid, transmissibility
+from vibecalc.isolation.on_mounts import frequency_grid, on_mounts
 from vibecalc.numerics.bounded import Bounded
+from vibecalc.parts.body import RigidBody
 from vibecalc.parts.machine import build_machine
-from vibecalc.parts.matrices import assemble, displacement_at
+from vibecalc.parts.matrices import displacement_at
+from vibecalc.parts.mounts import Mounts
 
 ROOT = "isolation/efficiency"
 
@@ -74,12 +76,21 @@ def test_pitch_has_its_transmissibility_and_one_freedom_the_closed_form() -> Non
     assert by_order.values[:, 1] == pytest.approx(1.0 - passing, rel=1e-9)
     assert f"{ROOT}/force/held" not in record
     mass, k, c = 80.0, 3.0e5, 700.0
-    parts = assemble(np.diag([mass] * 3 + [1.0] * 3), np.zeros((1, 3)),
-                     *(one * np.eye(3)[None] for one in (k, c, 0.0)))  # fmt: skip
-    upright = type(parts)(*(one[2:3, 2:3] for one in parts))
+    body = RigidBody(
+        mass=mass,
+        centre=np.zeros(3),
+        inertia=np.eye(3),
+        mass_matrix=np.diag([mass] * 3 + [1.0] * 3),
+    )
+    each = np.eye(3)[None]
+    mounts = Mounts(
+        names=("1",), position=np.zeros((1, 3)),
+        stiffness=k * each, damping=c * each, structural=0.0 * each,
+    )  # fmt: skip
+    upright = on_mounts(body, mounts, np.array([2]))
     natural = np.sqrt(k / mass)
     w = frequency_grid(np.array([natural]))
-    found = np.abs(transmissibility(alone(upright), w).value[:, 0, 0])
+    found = np.abs(upright.transmissibility(w).value[:, 0, 0])
     r, zeta = w / natural, c / (2.0 * np.sqrt(k * mass))
     drag = (2.0 * zeta * r) ** 2
     assert found == pytest.approx(np.sqrt((1.0 + drag) / ((1.0 - r**2) ** 2 + drag)), rel=1e-12)

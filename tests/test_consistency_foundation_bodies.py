@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 from shipped_cases import CASES
 
-from vibecalc.base_motion.model import stand_of
+from vibecalc.base_motion.model import on_base
 from vibecalc.core.case.load import validate
 from vibecalc.core.results.renamed import current_path
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import NumericalFailure
 from vibecalc.foundation.impedance import Curve, FlexibleFoundation, on_flexible_foundation
-from vibecalc.isolation.on_base import moved_by_base
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.parts.body import RigidBody, build_body
 from vibecalc.parts.machine import build_machine
@@ -295,10 +294,9 @@ def test_what_is_uncertain_of_mass_and_mounts_is_in_the_errors(kind: str) -> Non
         if kind == "tables":
             load = Bounded(unit, np.zeros(unit.shape))
             return on_flexible_foundation(body, mounts, foundation, w, load).force
-        stand = stand_of(case if kind == "body" else alone, body, mounts)
-        relative, _ = moved_by_base(stand.system, Bounded(unit[:, 0], np.zeros((2, 6))), w)
-        column = Bounded(relative.value[:, None, :, None], relative.error[:, None, :, None])
-        return stand.passing(w) @ (np.asarray(stand.stretch, dtype=complex) @ column)
+        system = on_base(case if kind == "body" else alone, body, mounts)
+        relative, _ = system.moved_by_base(Bounded(unit[:, 0], np.zeros((2, 6))), w)
+        return system.force(system.at_mounts(relative), w)
 
     plain, told = results(machine.body, machine.mounts), results(given, known)
     assert np.array_equal(plain.value, told.value)

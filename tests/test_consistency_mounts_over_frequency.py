@@ -231,3 +231,102 @@ def test_the_set_on_its_skid_under_the_torque_of_its_cylinders() -> None:
         couple[0] += record[f"{root}couple"].values[at]
         expected = np.concatenate([shaking, couple])
         assert np.abs(load - expected).max() < 1e-8 * np.abs(expected).max()
+
+
+# ----------------------------------------------------------------------------
+# On a foundation that is a body, and on a base that moves.
+# ----------------------------------------------------------------------------
+
+PLATE = np.array([0.9, 0.0, -0.5])
+FEET = PLATE + np.array([[-1.2, -0.7, 0.0], [-1.2, 0.7, 0.0], [1.2, -0.7, 0.0], [1.2, 0.7, 0.0]])
+BLADES = 14.0 * TURN
+SENSOR = np.array([0.4, 0.2, 0.6])
+
+
+def on_plate(**more: object) -> dict:
+    """The set on a plate on springs, its base shaken, with a point that is read."""
+    given = case(
+        foundation={
+            "kind": "body",
+            "position": PLATE.tolist(),
+            "body": {"mass": 900.0, "inertia": [150.0, 600.0, 700.0]},
+            "springs": {
+                "positions": (FEET - PLATE).tolist(),
+                "each": {"stiffness": [2e7, 2e7, 8e6], "loss_factor": 0.05},
+            },
+        },
+        base_motion={
+            "harmonics": [
+                {"name": "blades", "frequency": BLADES, "displacement": [1e-5, 0.0, 4e-5]}
+            ]
+        },
+        point=[{"name": "top", "position": SENSOR.tolist()}],
+    )
+    given["isolation"] |= {"efficiency": True}
+    return given | more
+
+
+def both_bodies(w: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Stiffness and mass (12, 12) of set and plate at a frequency; their motion with the base."""
+    springs = np.diag([2e7, 2e7, 8e6]) * (1.0 + 0.05j)
+    stiffness, inertia = np.zeros((12, 12), dtype=complex), np.zeros((12, 12))
+    for p, k in zip(PLACES, passing(w), strict=True):
+        rows = np.hstack([there(p), -there(p - PLATE)])
+        stiffness += rows.T @ k @ rows
+    for p in FEET - PLATE:
+        stiffness[6:, 6:] += there(p).T @ springs @ there(p)
+    inertia[:6, :6] = mass()
+    inertia[6:, 6:] = np.diag([900.0] * 3 + [150.0, 600.0, 700.0])
+    with_base = np.vstack([np.eye(6), np.eye(6)])
+    with_base[6:9] = there(PLATE)
+    return stiffness, inertia, with_base
+
+
+def test_foundation_base_ground_and_points_see_the_stiffness_of_each_frequency() -> None:
+    record, speed = ran(on_plate()), validate(case()).machine.speed
+    load = np.hstack([record["excitation/force"].values, record["excitation/couple"].values])
+    force = record["isolation/support_force/steady_harmonics"].values
+    ground = record["isolation/efficiency/force/ground"].values
+    plate = record["foundation/coupled/body/translation"].values
+    for n, one in enumerate(load):
+        w = (n + 1) * speed
+        stiffness, inertia, with_base = both_bodies(w)
+        motion = np.linalg.solve(stiffness - w**2 * inertia, np.append(one, np.zeros(6)))
+        expected = [
+            k @ (there(p) @ motion[:6] - there(p - PLATE) @ motion[6:])
+            for p, k in zip(PLACES, passing(w), strict=True)
+        ]
+        assert np.abs(force[..., n] - expected).max() < 1e-11 * np.abs(force).max()
+        sent = (with_base.T @ stiffness @ motion)[:3]
+        assert np.abs(ground[n] - sent).max() < 1e-11 * np.abs(ground).max()
+        assert np.abs(plate[n] - motion[6:9]).max() < 1e-11 * np.abs(plate).max()
+    stiffness, inertia, with_base = both_bodies(BLADES)
+    carried = with_base @ np.array([1e-5, 0.0, 4e-5, 0.0, 0.0, 0.0])
+    moved = np.linalg.solve(stiffness - BLADES**2 * inertia, stiffness @ carried)
+    read = there(SENSOR) @ moved[:6]
+    found = record["base_motion/harmonic/point_displacement"].values[:, 0]
+    assert np.abs(found - read).max() < 1e-11 * np.abs(read).max()
+    peak = record["base_motion/harmonic/point_velocity_peak"].values
+    assert peak == pytest.approx(BLADES * np.abs(read), rel=1e-11)
+
+
+def test_modes_of_set_and_plate_have_the_stiffness_of_their_own_frequency() -> None:
+    frequency = ran(on_plate())["foundation/coupled/modes/natural_frequency"].values
+    for place, w in enumerate(frequency):
+        stiffness, inertia, _ = both_bodies(float(w))
+        own = np.sqrt(eigh(stiffness.real, inertia, eigvals_only=True)[place])
+        assert own == pytest.approx(float(w), rel=1e-10)
+
+
+def test_random_motion_of_the_base_at_a_point_is_that_of_the_body_there() -> None:
+    density = {"frequency": [3.0 * TURN, 60.0 * TURN], "density": [1e-3, 1e-4]}
+    base = {"spectra": [{"direction": "z", "acceleration": density}]}
+    points = [{"name": "there", "position": [0.0, 0.0, 0.0]}]
+    record = ran(on_plate(base_motion=base, point=points))
+    for name, of_body in (
+        ("displacement", "translation"), ("velocity", "velocity"), ("acceleration", "acceleration"),
+    ):  # fmt: skip
+        for kind in ("rms", "peak"):
+            at_point = record[f"base_motion/spectrum/point_{name}_{kind}"].values
+            own = record[f"base_motion/spectrum/{of_body}_{kind}"].values
+            assert at_point == pytest.approx(own, rel=1e-6)

@@ -2,29 +2,27 @@
 
 import numpy as np
 
-from vibecalc.base_motion.model import amplitude_of, at_reference, frequency_of, stand_of
+from vibecalc.base_motion.model import amplitude_of, at_reference, frequency_of
 from vibecalc.base_motion.results import HARMONIC
 from vibecalc.core.accuracy.kinds import Ask, Matrices, forced, ours
 from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.run.stage import Scene
-from vibecalc.isolation.on_base import moved_by_base
 from vibecalc.numerics.bounded import Bounded
 
 
 def base_topics(scene: Scene) -> list[Topic]:
     """Motion against the base by each harmonic; none without harmonics."""
-    given, body, mounts = scene.case.base_motion, scene.parts.body, scene.parts.mounts
-    if given is None or body is None or mounts is None or not given.harmonics:
+    given, system = scene.case.base_motion, scene.handed_on["on_base"]
+    if given is None or not given.harmonics or system.spectral is not None:
         return []
-    system = stand_of(scene.case, body, mounts).system
     w = np.array([frequency_of(one, scene.case) for one in given.harmonics])
     said = np.array([amplitude_of(one, rate) for one, rate in zip(given.harmonics, w, strict=True)])
     base = said @ at_reference(given.point).T
-    load = (base @ system.rigid.T) @ system.matrices.mass * np.square(w)[:, None]
+    load = (base @ system.carried.T) @ system.matrices.mass * np.square(w)[:, None]
 
     def own(_: float) -> Answer:
         exact = Bounded(base, np.zeros(base.shape))
-        return Answer(moved_by_base(system, exact, w)[0].value, 2.0 * len(w))
+        return Answer(system.moved_by_base(exact, w)[0].value, 2.0 * len(w))
 
     ask = Ask(
         "base motion", "motion against the base", "motion of the body against the base",

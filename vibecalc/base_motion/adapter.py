@@ -7,20 +7,20 @@ from vibecalc.base_motion.model import (
     at_reference,
     densities_of,
     frequency_of,
-    stand_of,
+    on_base,
 )
 from vibecalc.base_motion.results import HARMONIC, MOTIONS, OF_MOUNTS, ROOT, SPECTRUM
 from vibecalc.base_motion.spectrum import Density, mean_squares, panel_ends
 from vibecalc.base_motion.tables import BaseMotion
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
-from vibecalc.isolation.on_base import Stand, frequency_grid, moved_by_base, transmissibility
+from vibecalc.isolation.at_mounts import mount_stiffness
+from vibecalc.isolation.on_mounts import OnMounts, frequency_grid
 from vibecalc.numerics import bounded
 from vibecalc.numerics.bounded import Bounded, reshaped
 from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF, FloatArray
 from vibecalc.parts.body import COORDINATES, DIRECTIONS
-from vibecalc.response.modal_damping import damped_basis, damping_ratio
-from vibecalc.response.modes import Modes, modes
+from vibecalc.points.model import QUANTITIES, Readings, readings_of
 
 #: turns of 2 pi
 _TURN = 2.0 * np.pi
@@ -35,24 +35,25 @@ def run_base_motion(scene: Scene) -> None:
     given, body, mounts = scene.case.base_motion, scene.parts.body, scene.parts.mounts
     if given is None or body is None or mounts is None:
         raise ValueError("[base_motion] needs a body and mounts")
-    stand = stand_of(scene.case, body, mounts)
-    shapes = damped_basis(stand.system.matrices, modes(stand.system.matrices))
+    system = on_base(scene.case, body, mounts)
+    scene.handed_on["on_base"] = system
+    readings = readings_of(scene.case)
     scene.cite(
         "rigid body on mounts whose base moves, complex dynamic stiffness",
         "motion of the base",
         "Harris and Piersol, Shock and Vibration Handbook, 5th ed. 2002, ch. 3 and 11",
     )
-    _emit_curves(scene, stand, shapes)
+    _emit_curves(scene, system)
     if given.harmonics:
-        _emit_harmonics(scene, stand, given)
+        _emit_harmonics(scene, system, readings, given)
     if given.spectra:
-        _emit_spectra(scene, stand, shapes, given)
+        _emit_spectra(scene, system, readings, given)
 
 
-def _emit_curves(scene: Scene, stand: Stand, shapes: Modes) -> None:
+def _emit_curves(scene: Scene, system: OnMounts) -> None:
     """Of motions of the base at the reference point, each in the direction in which it moves."""
-    grid = frequency_grid(shapes.natural_frequency)
-    passing = transmissibility(stand.system, grid)
+    grid = frequency_grid(system.shapes.natural_frequency)
+    passing = system.transmissibility(grid)
     relative = passing - np.eye(passing.shape[-1])
     axes = {"coordinate": COORDINATES, "base_frequency": grid / _TURN}
     for name, part in (("transmissibility", passing), ("relative_transmissibility", relative)):
@@ -65,7 +66,7 @@ def _emit_curves(scene: Scene, stand: Stand, shapes: Modes) -> None:
 # ----------------------------------------------------------------------------
 
 
-def _emit_harmonics(scene: Scene, stand: Stand, given: BaseMotion) -> None:
+def _emit_harmonics(scene: Scene, system: OnMounts, readings: Readings, given: BaseMotion) -> None:
     frequency = np.array([frequency_of(one, scene.case) for one in given.harmonics])
     said = np.array(
         [amplitude_of(one, w) for one, w in zip(given.harmonics, frequency, strict=True)]
@@ -74,8 +75,8 @@ def _emit_harmonics(scene: Scene, stand: Stand, given: BaseMotion) -> None:
     turned = at_reference(given.point)
     size = np.abs(said) @ np.abs(turned).T
     base = Bounded(said @ turned.T, 8.0 * UNIT_ROUNDOFF * size)
-    relative, motion = moved_by_base(stand.system, base, frequency)
-    _require_digits(stand, relative, names, frequency)
+    relative, motion = system.moved_by_base(base, frequency)
+    _require_digits(system, relative, names, frequency)
     axes = {"base_harmonic": names, "direction": DIRECTIONS}
     scene.emit(f"{HARMONIC}/frequency", frequency, axes=axes)
     rate = 1j * frequency[:, None]
@@ -90,21 +91,20 @@ def _emit_harmonics(scene: Scene, stand: Stand, given: BaseMotion) -> None:
             scene.emit(f"{HARMONIC}/foundation_{name}", part, axes=axes)
     total = abs(series[-1][:, :3]).sum(0)
     scene.emit(f"{HARMONIC}/acceleration_peak", total, axes={"direction": DIRECTIONS})
-    # (harmonics, mounts, 3)
-    stretch = np.asarray(stand.stretch, dtype=complex)
-    column = Bounded(relative.value[:, None, :, None], relative.error[:, None, :, None])
-    deflection = (stretch @ column)[..., 0]
-    bent = Bounded(deflection.value[..., None], deflection.error[..., None])
-    force = (stand.passing(frequency) @ bent)[..., 0]
-    axes = {"mount": stand.mounts.names, "direction": DIRECTIONS, "base_harmonic": names}
+    if readings.names:
+        at = (own @ readings.row.T, own * rate @ readings.row.T, own * rate**2 @ readings.row.T)
+        axes = {"sensor": readings.names, "base_harmonic": names}
+        for name, part in zip(QUANTITIES, at, strict=True):
+            scene.emit(f"{HARMONIC}/point_{name}", part.T, axes=axes)
+            scene.emit(f"{HARMONIC}/point_{name}_peak", abs(part).sum(0), axes=axes)
+    deflection = system.at_mounts(relative)
+    force = system.force(deflection, frequency)
+    axes = {"mount": system.mounts.names, "direction": DIRECTIONS, "base_harmonic": names}
     for (name, *_), part in zip(OF_MOUNTS, (deflection, force), strict=True):
-        scene.emit(
-            f"{HARMONIC}/{name}", reshaped(part, lambda one: np.moveaxis(one, 0, -1)), axes=axes
-        )
+        scene.emit(f"{HARMONIC}/{name}", part, axes=axes)
         # the length of a vector is largest where its ellipse is: at most root of both axes squared
-        scene.emit(
-            f"{HARMONIC}/{name}_peak", _longest(part).sum(0), axes={"mount": stand.mounts.names}
-        )
+        vector = reshaped(part, lambda one: np.moveaxis(one, -1, 0))
+        scene.emit(f"{HARMONIC}/{name}_peak", _longest(vector).sum(0), axes=axes)
 
 
 def _longest(vector: Bounded) -> Bounded:
@@ -120,10 +120,10 @@ def _longest(vector: Bounded) -> Bounded:
 
 
 def _require_digits(
-    stand: Stand, relative: Bounded, names: list[str], frequency: FloatArray
+    system: OnMounts, relative: Bounded, names: list[str], frequency: FloatArray
 ) -> None:
     """Refuse a harmonic of whose response fewer than four digits are certain."""
-    weight = np.sqrt(np.diagonal(stand.system.matrices.mass))
+    weight = np.sqrt(np.diagonal(system.matrices.mass))
     size = np.max(weight * np.abs(relative.value), axis=-1)
     lost = ~(np.max(weight * relative.error, axis=-1) < SINGULAR * size) & (size > 0.0)
     if np.any(lost):
@@ -140,14 +140,14 @@ def _require_digits(
 # ----------------------------------------------------------------------------
 
 
-def _emit_spectra(scene: Scene, stand: Stand, shapes: Modes, given: BaseMotion) -> None:
+def _emit_spectra(scene: Scene, system: OnMounts, readings: Readings, given: BaseMotion) -> None:
     logarithmic = given.interpolation == "logarithmic"
     densities = [Density(*densities_of(one), logarithmic) for one in given.spectra]
     squared = [one.velocity is not None for one in given.spectra]
     chosen = [COORDINATES.index(one.direction) for one in given.spectra]
     base = at_reference(given.point)[:, chosen]
-    ratio = damping_ratio(stand.system.matrices, shapes).value
-    _require_damping(stand, shapes, ratio, base, densities)
+    ratio, natural = system.damping_ratio().value, system.shapes.natural_frequency
+    _require_damping(system, ratio, base, densities)
 
     def weights(frequency: FloatArray) -> FloatArray:
         """Densities (frequencies, spectra) of the acceleration."""
@@ -158,29 +158,35 @@ def _emit_spectra(scene: Scene, stand: Stand, shapes: Modes, given: BaseMotion) 
         return np.stack(found, axis=-1)
 
     def powers(frequency: FloatArray) -> FloatArray:
-        response = _responses(stand, base, frequency)
+        response = _responses(system, readings.row, base, frequency)
         found = np.einsum("frs,fs->fr", np.square(np.abs(response)), weights(frequency))
         return np.asarray(found)
 
-    count = 6 * len(stand.mounts.names)
-    kinds = [*np.repeat(np.arange(10), 3), *np.repeat([10, 11], count // 2)]
-    ends = panel_ends(densities, shapes.natural_frequency, ratio)
+    count, read = 3 * len(system.mounts.names), len(readings.names)
+    kinds = [*np.repeat(np.arange(10), 3), *np.repeat([10, 11], count)]
+    kinds += [*np.repeat([12, 13, 14], read)]
+    ends = panel_ends(densities, natural, ratio)
     tolerance = min(scene.case.accuracy.rtol, 1e-6)
     found = bounded.sqrt(mean_squares(powers, ends, np.array(kinds), tolerance))
-    factor, axes = given.peak_factor, {"direction": DIRECTIONS, "mount": stand.mounts.names}
+    factor = given.peak_factor
+    axes = {"direction": DIRECTIONS, "mount": system.mounts.names, "sensor": readings.names}
     scene.emit(f"{SPECTRUM}/base_acceleration_rms", found[:3], axes=axes)
     for place, (name, *_) in enumerate(MOTIONS, start=2):
         part = found[3 * place : 3 * place + 3]
         scene.emit(f"{SPECTRUM}/{name}_rms", part, axes=axes)
         scene.emit(f"{SPECTRUM}/{name}_peak", part * factor, axes=axes)
     for place, (name, *_) in enumerate(OF_MOUNTS):
-        part = found[30 + place * count // 2 : 30 + (place + 1) * count // 2]
+        part = found[30 + place * count : 30 + (place + 1) * count]
         each = reshaped(part, lambda one: one.reshape(-1, 3))
         scene.emit(f"{SPECTRUM}/{name}_rms", each, axes=axes)
         scene.emit(f"{SPECTRUM}/{name}_peak", each * factor, axes=axes)
+    for place, name in enumerate(QUANTITIES if read else ()):
+        first = 30 + 2 * count + place * read
+        part = found[first : first + read]
+        scene.emit(f"{SPECTRUM}/point_{name}_rms", part, axes=axes)
+        scene.emit(f"{SPECTRUM}/point_{name}_peak", part * factor, axes=axes)
     drawn = np.geomspace(ends[0], ends[-1], _DRAWN)
-    near = shapes.natural_frequency
-    inside = near[(near > ends[0]) & (near < ends[-1])]
+    inside = natural[(natural > ends[0]) & (natural < ends[-1])]
     around = (inside[:, None] * (1.0 + np.array([-0.02, -0.005, 0.005, 0.02]))).ravel()
     drawn = np.sort(np.concatenate([drawn, around[(around > ends[0]) & (around < ends[-1])]]))
     drawn = drawn[np.concatenate([[True], np.diff(drawn) > 1e-9 * drawn[1:]])]
@@ -196,11 +202,12 @@ def _emit_spectra(scene: Scene, stand: Stand, shapes: Modes, given: BaseMotion) 
 
 
 def _require_damping(
-    stand: Stand, shapes: Modes, ratio: FloatArray, base: FloatArray, densities: list[Density]
+    system: OnMounts, ratio: FloatArray, base: FloatArray, densities: list[Density]
 ) -> None:
     """Refuse a mode without damping that a spectrum drives: its mean square has no bound."""
-    momentum = stand.system.matrices.mass @ (stand.system.rigid @ base)
-    whole = np.sqrt(np.einsum("ns,ns->s", stand.system.rigid @ base, momentum))
+    shapes, carried = system.shapes, system.carried @ base
+    momentum = system.matrices.mass @ carried
+    whole = np.sqrt(np.einsum("ns,ns->s", carried, momentum))
     driven = np.abs(shapes.shape.T @ momentum) > 1e-9 * whole
     for mode, natural in enumerate(shapes.natural_frequency):
         met = [one.frequency[0] <= natural <= one.frequency[-1] for one in densities]
@@ -212,25 +219,32 @@ def _require_damping(
             )
 
 
-def _responses(stand: Stand, base: FloatArray, frequency: FloatArray) -> np.ndarray:
+def _responses(
+    system: OnMounts, rows: FloatArray, base: FloatArray, frequency: FloatArray
+) -> np.ndarray:
     """Responses (frequencies, responses, spectra) to unit accelerations of the base.
 
     Acceleration of the base; then displacement, relative displacement, velocity and acceleration of
-    the body, three along and three about the axes each; then deflections and forces of the mounts.
+    the body, three along and three about the axes each; then deflections and forces of the mounts;
+    then displacement, velocity and acceleration by the `rows` (readings, 6).
     """
-    one = stand.system.matrices
-    rate = frequency[:, None, None]
-    dynamic = one.stiffness - rate**2 * one.mass + 1j * (one.structural + rate * one.damping)
-    carried = stand.system.rigid @ base
-    scale = 1.0 / np.sqrt(np.diagonal(one.mass))
+    mass, rate = system.matrices.mass, frequency[:, None, None]
+    dynamic = system.at(frequency).passing(frequency).value - rate**2 * mass
+    carried = system.carried @ base
+    scale = 1.0 / np.sqrt(np.diagonal(mass))
     weight = scale[:, None] * scale
-    load = -scale[:, None] * (one.mass @ carried)
+    load = -scale[:, None] * (mass @ carried)
     relative = scale[:, None] * np.linalg.solve(dynamic * weight, load)
     own = carried[:6] - rate**2 * relative[:, :6]
     still = np.broadcast_to(base, (len(frequency), *base.shape))
-    deflection = stand.stretch @ relative[:, None]
-    force = stand.passing(frequency).value @ deflection
-    flat = [part.reshape(len(frequency), -1, base.shape[1]) for part in (deflection, force)]
+    deflection = system.stretch @ relative[:, None]
+    passing = np.moveaxis(mount_stiffness(system.mounts, frequency).value, 1, 0)
+    flat = [
+        part.reshape(len(frequency), -1, base.shape[1])
+        for part in (deflection, passing @ deflection)
+    ]
+    read = rows @ own
+    points = [-read / rate**2, read / (1j * rate), read] if len(rows) else []
     return np.concatenate(
-        [still, -own / rate**2, relative[:, :6], own / (1j * rate), own, *flat], axis=1
+        [still, -own / rate**2, relative[:, :6], own / (1j * rate), own, *flat, *points], axis=1
     )

@@ -4,20 +4,20 @@ import numpy as np
 
 from vibecalc.base_motion.tables import BaseHarmonic, BaseMotion, BaseSpectrum
 from vibecalc.errors import Problem
-from vibecalc.foundation.model import stand_on_body
-from vibecalc.isolation.on_base import Stand, alone
+from vibecalc.foundation.model import on_body
+from vibecalc.isolation.on_mounts import OnMounts, on_mounts
 from vibecalc.parts.body import RigidBody
-from vibecalc.parts.matrices import displacement_at, mounted
+from vibecalc.parts.matrices import displacement_at
 from vibecalc.parts.mount_state import never_held
 from vibecalc.parts.mounts import Mounts
 from vibecalc.schema import Case
 
 
-def stand_of(case: Case, body: RigidBody, mounts: Mounts) -> Stand:
+def on_base(case: Case, body: RigidBody, mounts: Mounts) -> OnMounts:
     """A body with all six freedoms on its mounts, on the base or on a body that stands on it."""
     if case.foundation is not None and case.foundation.body is not None:
-        return stand_on_body(case.foundation, body, mounts)
-    return Stand(alone(mounted(body, mounts)), mounts, displacement_at(mounts.position))
+        return on_body(case.foundation, body, mounts)
+    return on_mounts(body, mounts, np.arange(6))
 
 
 def at_reference(point: tuple[float, float, float]) -> np.ndarray:

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vibecalc.base_motion.results import HARMONIC, ROOT, SPECTRUM
+from vibecalc.base_motion.results import HARMONIC, OF_POINTS, ROOT, SPECTRUM
 from vibecalc.core.report.curves import Curve, Curves, Panel, level, sourced
 from vibecalc.core.report.sections import (
     Section,
@@ -44,8 +44,19 @@ def base_motion(result: Result) -> Section | None:
     if f"{ROOT}/transmissibility" not in record:
         return None
     shown = {path for path in record if path.startswith(f"{ROOT}/")}
-    lines = stacked(_harmonics(record), _spectra(result))
+    lines = stacked(_harmonics(record), _spectra(result), _points(record))
     return section("Motion of the base", [(lines, shown)])
+
+
+def _points(record: Record) -> list[str]:
+    """What the base does at the points of the case, under harmonics and at random."""
+    columns = [
+        (f"{root}/point_{name}_{kind}", f"{name} {words}", unit)
+        for root, kind, words in ((HARMONIC, "peak", "peak"), (SPECTRUM, "rms", "r.m.s."))
+        for name, _, unit in OF_POINTS
+    ]
+    given = tuple(one for one in columns if one[0] in record)
+    return by_axis(record, "sensor", "point, by the base", given) if given else []
 
 
 def _harmonics(record: Record) -> list[str]:

@@ -27,6 +27,12 @@ FOUNDATION = (
     ("foundation_translation", "m", "displacement of the foundation at its reference point"),
     ("foundation_rotation", "rad", "rotation of the foundation"),
 )
+#: at the points of the case
+OF_POINTS = (
+    ("displacement", "m", "mm"),
+    ("velocity", "m/s", "mm/s"),
+    ("acceleration", "m/s^2", "m/s^2"),
+)
 OF_MOUNTS = (
     ("deflection", "m", "deflection of a mount", "mm"),
     ("mount_force", "N", "force of a mount below it", "N"),
@@ -60,6 +66,13 @@ def _harmonics() -> Iterator[Entry]:
         PEAK,
         headline=Headline("acceleration by the base, peak", "m/s^2"),
     )
+    for name, unit, _ in OF_POINTS:
+        words = f"{name} at a point by"
+        axes = "sensor base_harmonic"
+        path = f"{HARMONIC}/point_{name}"
+        yield entry(path, axes, unit, f"{words} a harmonic of the base", PEAK)
+        words = f"{words} the base, harmonics at their largest at once"
+        yield entry(f"{path}_peak", "sensor", unit, words, PEAK)
 
 
 def _spectra() -> Iterator[Entry]:
@@ -88,6 +101,12 @@ def _spectra() -> Iterator[Entry]:
             PEAK,
             headline=Headline(f"{words} at random, peak", read),
         )
+    for name, unit, read in OF_POINTS:
+        words, path = f"{name} at a point by the spectra of the base", f"{SPECTRUM}/point_{name}"
+        head = Headline("velocity at a point by the base, r.m.s.", read)
+        head_of = head if name == "velocity" else None
+        yield entry(f"{path}_rms", "sensor", unit, words, RMS, headline=head_of)
+        yield entry(f"{path}_peak", "sensor", unit, f"{words}, peak factor in it", PEAK)
     yield entry(
         f"{SPECTRUM}/base_density",
         "direction base_frequency",

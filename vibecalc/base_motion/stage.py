@@ -20,6 +20,8 @@ def plan_base_motion(case: "Case") -> Iterator[Stage]:
     without = ("/harmonic/",) * (not given.harmonics) + ("/spectrum/",) * (not given.spectra)
     if case.foundation is None:
         without += ("/foundation_",)
+    if not case.point:
+        without += ("/point_",)
     yield Stage(
         name="base motion",
         adapter="vibecalc.base_motion.adapter:run_base_motion",

@@ -7,18 +7,18 @@ from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing
 from vibecalc.foundation.adapter import two_masses
-from vibecalc.foundation.model import stand_on_body
 from vibecalc.foundation.two_masses import motion
+from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.numerics.linear import dynamics, response
 from vibecalc.numerics.rounding import FloatArray
 
 
 def coupled_topics(scene: Scene) -> list[Topic]:
     """Motion of machine and foundation by order; none of a foundation of tables."""
-    given, body, mounts = scene.case.foundation, scene.parts.body, scene.parts.mounts
-    if given is None or body is None or mounts is None or given.body is None:
+    system: OnMounts | None = scene.handed_on.get("on_foundation")
+    if system is None or system.spectral is not None:
         return []
-    system, loads = stand_on_body(given, body, mounts).system, scene.handed_on["loads"]
+    loads = scene.handed_on["loads"]
     known = loads.load[: loads.retained]
     load = np.where(np.abs(known.value) > known.error, known.value, 0.0)
     acts = np.any(load != 0.0, axis=1)

@@ -10,27 +10,18 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.inertia_forces import size_of_terms
 from vibecalc.foundation.coupled_results import COUPLED
 from vibecalc.foundation.impedance import CoupledMotion, FlexibleFoundation, on_flexible_foundation
-from vibecalc.foundation.model import flexible_foundation, stand_on_body
+from vibecalc.foundation.model import flexible_foundation, on_body
+from vibecalc.isolation.adapters.efficiency import Ground
 from vibecalc.isolation.adapters.loads import BodyLoads, steady_motion
 from vibecalc.isolation.adapters.steady import Moved, emit_steady
 from vibecalc.isolation.at_mounts import displacement
 from vibecalc.isolation.efficiency import efficiency, is_more, rms
-from vibecalc.isolation.on_base import (
-    Stand,
-    alone,
-    frequency_grid,
-    ground_load,
-    transmissibility,
-)
-from vibecalc.isolation.on_mounts import OnMounts
+from vibecalc.isolation.on_mounts import OnMounts, frequency_grid
 from vibecalc.numerics.bounded import Bounded, reshaped
-from vibecalc.numerics.linear import Linear
 from vibecalc.parts.body import COORDINATES, DIRECTIONS, RigidBody
 from vibecalc.parts.matrices import displacement_at
 from vibecalc.parts.mount_needs import foundation_kind
 from vibecalc.parts.mounts import Mounts
-from vibecalc.response.modal_damping import damped_basis, damping_ratio, energy_fraction
-from vibecalc.response.modes import Modes, modes
 
 _TURN = 2.0 * np.pi
 #: share of the loads' r.m.s. that may be at orders beyond the tables of a foundation
@@ -46,26 +37,25 @@ def run_coupled(scene: Scene) -> None:
     frequency = loads.order * scene.case.machine.speed
     still: OnMounts = scene.handed_on["on_mounts"]
     alone_moves, _ = steady_motion(scene, still, still.felt(loads.load), loads.order)
-    rigid = ground_load(alone(still.matrices), alone_moves, frequency)
+    rigid = still.ground_load(alone_moves, frequency)
     natural = still.shapes.natural_frequency
     solve: Callable[[Bounded], CoupledMotion]
+    passing: Callable[[np.ndarray], Bounded]
     if foundation_kind(scene.case) == "body":
-        stand = stand_on_body(given, body, mounts)
-        system = on_second_body(stand, still)
-        solve = partial(_on_body, scene, stand, system, loads.order)
+        system = on_body(given, body, mounts)
+        solve = partial(_on_body, scene, system, loads.order)
+        passing = system.transmissibility
         scene.handed_on["on_foundation"] = system
-        _emit_modes(scene, system.matrices, system.shapes)
+        _emit_modes(scene, system)
         natural = np.concatenate([natural, system.shapes.natural_frequency])
-        grid = frequency_grid(natural, highest=float(frequency[loads.retained - 1]))
-        passing = transmissibility(stand.system, grid)
         words = "two rigid bodies, 12 x 12 complex dynamic stiffness"
     else:
         flexible = flexible_foundation(given, mounts.names)
         _inside(scene, flexible, loads, frequency)
         solve = partial(on_flexible_foundation, body, mounts, flexible, frequency)
-        grid = frequency_grid(natural, highest=float(frequency[loads.retained - 1]))
-        passing = _through(body, mounts, flexible, grid)
+        passing = partial(_through, body, mounts, flexible)
         words = "mounts in series with the dynamic stiffness of their feet"
+    grid = frequency_grid(natural, highest=float(frequency[loads.retained - 1]))
     source = "Harris and Piersol, Shock and Vibration Handbook, 5th ed. 2002, ch. 3 and 10"
     scene.cite(words, "motion of machine and foundation", source)
     found, at_rest = solve(loads.load), scene.handed_on["at_rest"]
@@ -76,22 +66,11 @@ def run_coupled(scene: Scene) -> None:
     emit_steady(scene, mounts, loads, at_rest, _at_mounts(found, mounts), moved)
     _emit_motion(scene, found, loads, frequency)
     _emit_loads(scene, found.ground, rigid, loads)
-    on_rigid = transmissibility(alone(still.matrices), grid)
+    scene.handed_on["ground"] = Ground(found.ground, passing, natural)
     axes = {"coordinate": COORDINATES, "foundation_frequency": grid / _TURN}
-    for name, part in (("ground", passing), ("rigid", on_rigid)):
+    for name, part in (("ground", passing(grid)), ("rigid", still.transmissibility(grid))):
         diagonal = reshaped(abs(part), lambda one: np.diagonal(one, axis1=-2, axis2=-1).T)
         scene.emit(f"{COUPLED}/{name}/transmissibility", diagonal, axes=axes)
-
-
-def on_second_body(stand: Stand, still: OnMounts) -> OnMounts:
-    """The machine on its mounts on a second body, as one system of twelve coordinates.
-
-    What is constant deflects the mounts as it does those on rigid ground, `still`.
-    """
-    matrices, twelve = stand.system.matrices, np.arange(12)
-    shapes = damped_basis(matrices, modes(matrices))
-    reach = np.eye(6, 12)
-    return OnMounts(stand.mounts, twelve, matrices, shapes, reach, stand.stretch, still.resting)
 
 
 def _at_mounts(found: CoupledMotion, mounts: Mounts) -> Moved:
@@ -103,31 +82,30 @@ def _at_mounts(found: CoupledMotion, mounts: Mounts) -> Moved:
     return Moved(found.machine, at_mounts, at_mounts - foot, force)
 
 
-def _on_body(
-    scene: Scene, stand: Stand, system: OnMounts, order: np.ndarray, load: Bounded
-) -> CoupledMotion:
+def _on_body(scene: Scene, system: OnMounts, order: np.ndarray, load: Bounded) -> CoupledMotion:
     """Motion of two rigid bodies, read as that of a machine on a flexible foundation."""
     frequency = order * scene.case.machine.speed
     motion, _ = steady_motion(scene, system, system.felt(load), order)
-    column = Bounded(motion.value[:, None, :, None], motion.error[:, None, :, None])
-    deflection = np.asarray(stand.stretch, dtype=complex) @ column
-    force = (stand.passing(frequency) @ deflection)[..., 0]
-    lower = Bounded(column.value[..., 6:, :], column.error[..., 6:, :])
-    foot = (-stand.stretch[..., 6:].astype(complex) @ lower)[..., 0]
+    deflection = system.at_mounts(motion)
+    force = system.force(deflection, frequency)
+    force = reshaped(force, lambda part: np.moveaxis(part, -1, 0))
+    lower = Bounded(motion.value[:, None, 6:, None], motion.error[:, None, 6:, None])
+    foot = (-system.stretch[..., 6:].astype(complex) @ lower)[..., 0]
     rate = frequency[:, None, None]
     power = (foot * (1j * rate) * Bounded(np.conj(force.value), force.error)).real
     return CoupledMotion(
         motion[:, :6], motion[:, 6:], force, foot,
-        ground_load(stand.system, motion, frequency), power.sum(-1).sum(-1) * 0.5,
+        system.ground_load(motion, frequency), power.sum(-1).sum(-1) * 0.5,
     )  # fmt: skip
 
 
-def _emit_modes(scene: Scene, matrices: Linear, shapes: Modes) -> None:
+def _emit_modes(scene: Scene, system: OnMounts) -> None:
+    shapes = system.shapes
     axes = {"coupled_mode": np.arange(1, len(shapes.natural_frequency) + 1)}
     frequency = Bounded(shapes.natural_frequency, shapes.natural_frequency_error)
     scene.emit(f"{COUPLED}/modes/natural_frequency", frequency, axes=axes)
-    scene.emit(f"{COUPLED}/modes/damping_ratio", damping_ratio(matrices, shapes), axes=axes)
-    share = energy_fraction(matrices, shapes)[..., :6].sum(-1)
+    scene.emit(f"{COUPLED}/modes/damping_ratio", system.damping_ratio(), axes=axes)
+    share = system.energy_fraction()[..., :6].sum(-1)
     scene.emit(f"{COUPLED}/modes/machine_share", share, axes=axes)
 
 

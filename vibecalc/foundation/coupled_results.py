@@ -27,7 +27,10 @@ def _loads() -> Iterator[Entry]:
                 "",
                 "",
                 f"1 - r.m.s. of the {words}{about} over that of the machine held still",
-                headline=Headline(f"isolation of the {what}{about}, r.m.s.")
+                headline=Headline(
+                    f"isolation of the {what}{about}, r.m.s.",
+                    unless=f"isolation/efficiency/{what}/rms",
+                )
                 if name == "ground"
                 else None,
             )

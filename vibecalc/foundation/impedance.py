@@ -17,7 +17,7 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.foundation.two_bodies import mount_stretch
-from vibecalc.isolation.on_base import mount_stiffness
+from vibecalc.isolation.at_mounts import mount_stiffness
 from vibecalc.numerics.bounded import Bounded, reshaped
 from vibecalc.numerics.linear import Dynamics, response
 from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF, ComplexArray, FloatArray
@@ -81,7 +81,7 @@ def on_flexible_foundation(
     Raises NumericalFailure where of a response fewer than four digits are certain, or where a
     dynamic stiffness is zero.
     """
-    own = mount_stiffness(mounts, frequency)
+    own = reshaped(mount_stiffness(mounts, frequency), lambda one: np.moveaxis(one, 0, 1))
     compliance = _feet(len(mounts.names), foundation, frequency)
     share = np.linalg.inv(np.eye(3) + own.value @ compliance)  # of the deflection, in the mount
     value = share @ own.value

@@ -7,8 +7,8 @@ import numpy as np
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.foundation.impedance import Curve, FlexibleFoundation
 from vibecalc.foundation.tables import Flexibility, Foundation
-from vibecalc.foundation.two_bodies import Second, two_bodies
-from vibecalc.isolation.on_base import Stand
+from vibecalc.foundation.two_bodies import Second, on_second_body
+from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.parts.body import COORDINATES, RigidBody, build_body
 from vibecalc.parts.mount_needs import foundation_kind, frequency_counts, loads_count
 from vibecalc.parts.mounts import Mounts, build_mounts, free_motions, mount_entries
@@ -17,12 +17,12 @@ from vibecalc.schema import Case
 FOUNDATION: KeyPath = ("foundation",)
 
 
-def stand_on_body(given: Foundation, body: RigidBody, mounts: Mounts) -> Stand:
+def on_body(given: Foundation, body: RigidBody, mounts: Mounts) -> OnMounts:
     """Machine and foundation as two rigid bodies."""
     if given.body is None or given.springs is None or given.position is None:
         raise ValueError("a foundation of kind 'body' has a body, springs and a position")
     second = Second(build_body(given.body), np.asarray(given.position), build_mounts(given.springs))
-    return two_bodies(body, mounts, second)
+    return on_second_body(body, mounts, second)
 
 
 def flexible_foundation(given: Foundation, names: tuple[str, ...]) -> FlexibleFoundation:

@@ -5,7 +5,12 @@ from typing import TYPE_CHECKING
 
 from vibecalc.core.run.stage import Leading, Stage, Subject, Unit, Work, below
 from vibecalc.errors import Problem
-from vibecalc.isolation.stage import of_operating_speed, orders_of_loads, run_up_stage
+from vibecalc.isolation.stage import (
+    efficiency_stage,
+    of_operating_speed,
+    orders_of_loads,
+    run_up_stage,
+)
 from vibecalc.kinematics.stage import orders_of_motion, orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
 from vibecalc.parts.firing import is_separate, torque_reaches_mounts
@@ -27,6 +32,7 @@ def plan_foundation(case: "Case") -> Iterator[Stage]:
         yield _of_all_freedoms(case)
         if foundation_kind(case) == "body":
             yield from run_up_stage(case)
+        yield from efficiency_stage(case)
         return
     yield Stage(
         name="foundation",
@@ -54,7 +60,7 @@ def _work(case: "Case", orders: int) -> Work:
 
 def _of_all_freedoms(case: "Case") -> Stage:
     """Machine and foundation in six freedoms each, or on a foundation of tables."""
-    body = foundation_kind(case) == "body"
+    body, options = foundation_kind(case) == "body", case.isolation
     torque = torque_reaches_mounts(case)
     line = torque and case.machine.shaft_line is not None and not is_separate(case)
     without: tuple[str, ...] = () if body else ("/modes/",)
@@ -67,7 +73,8 @@ def _of_all_freedoms(case: "Case") -> Stage:
         orders="those that act on the body",
         cost=f"a solve of {'12 x 12' if body else 'the tables'} per order and frequency",
         quantities=below("foundation/coupled/", without=without) + of_operating_speed(case),
-        is_last=not case.point and not (body and case.isolation and case.isolation.run_up),
+        is_last=not case.point
+        and not (options and (options.efficiency or (body and options.run_up))),
         harmonics=orders_of_loads,
         work=_work_of_all,
         topics=("vibecalc.foundation.accuracy:coupled_topics",),

@@ -13,12 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.isolation.on_base import OnBase, Stand
-from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.linear import added_up
+from vibecalc.isolation.on_mounts import OnMounts, assembled, resting_on
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, UNIT_ROUNDOFF, FloatArray
 from vibecalc.parts.body import RigidBody
-from vibecalc.parts.matrices import displacement_at
+from vibecalc.parts.matrices import displacement_at, on_springs
 from vibecalc.parts.mounts import Mounts
 
 
@@ -43,8 +41,11 @@ def carried_along(position: FloatArray) -> FloatArray:
     return np.concatenate([np.eye(6), below])
 
 
-def two_bodies(body: RigidBody, mounts: Mounts, second: Second) -> Stand:
-    """Both bodies with their mounts and springs, and how wrong their matrices may be."""
+def on_second_body(body: RigidBody, mounts: Mounts, second: Second) -> OnMounts:
+    """A machine on its mounts on a second body, as one system of twelve coordinates.
+
+    What is constant deflects the mounts as it does those on rigid ground.
+    """
     upper = mount_stretch(mounts, second.position)
     below = displacement_at(second.springs.position)
     lower = np.concatenate([np.zeros_like(below), below], axis=-1)
@@ -56,13 +57,10 @@ def two_bodies(body: RigidBody, mounts: Mounts, second: Second) -> Stand:
             if one.mass_error is None
             else one.mass_error
         )
-    stiffness, damping, structural = (
-        np.concatenate([getattr(mounts, name), getattr(second.springs, name)])
-        for name in ("stiffness", "damping", "structural")
+    on_ground = on_springs(mass, mass_error, lower, second.springs)
+    matrices = on_ground.with_springs(on_springs(mass, mass_error, upper, mounts))
+    resting = resting_on(body, mounts, np.arange(6))
+    reach, carried = np.eye(6, 12), carried_along(second.position)
+    return assembled(
+        mounts, np.arange(12), matrices, reach, upper, resting, carried, below=on_ground
     )
-    off = np.zeros(len(upper) + len(lower))
-    if mounts.relative_error is not None:
-        off[: len(upper)] = mounts.relative_error
-    bounded, stretch = Bounded(mass, mass_error), np.concatenate([upper, lower])
-    matrices = added_up(bounded, stretch, stiffness, damping, structural, off)
-    return Stand(OnBase(matrices, carried_along(second.position)), mounts, upper)

@@ -11,6 +11,7 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.linear import Linear, law, resisting
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, SINGULAR, UNIT_ROUNDOFF
 from vibecalc.parts.matrices import displacement_at
+from vibecalc.parts.mounts import Mounts
 
 # ----------------------------------------------------------------------------
 # A body at rest on its mounts, under its weight or whatever else is constant.
@@ -141,29 +142,36 @@ def displacement(stretch: np.ndarray, motion: Bounded) -> Bounded:
     return Bounded(np.moveaxis(value, -3, -1), np.moveaxis(total, -3, -1))
 
 
-def mount_force(
-    motion: Bounded,
-    frequency: np.ndarray,
-    stiffness: np.ndarray,
-    damping: np.ndarray,
-    structural: np.ndarray,
-) -> Bounded:
-    """Force of each mount on the ground (..., mounts, d, orders) in N, in complex amplitude.
+def mount_stiffness(mounts: Mounts, frequency: np.ndarray) -> Bounded:
+    """What each mount passes on (..., mounts, orders, d, d) in N/m, at rad/s (..., orders).
 
-    `motion` as `displacement` returns it, `frequency` (..., orders) rad/s, properties
-    (..., mounts, d, d). The force has the direction of the displacement for a stiff mount.
+    Its error is rounding, and what the load at rest leaves uncertain of the stiffness.
     """
     rate = np.asarray(frequency)[..., None, :, None, None]
-    held, lost, dragged = (part[..., :, None, :, :] for part in (stiffness, structural, damping))
-    return passing_force(motion, resisting(held, lost, dragged, rate))
+    stiffness, structural, damping = (
+        part[..., :, None, :, :] for part in (mounts.stiffness, mounts.structural, mounts.damping)
+    )
+    if mounts.spectrum is not None:
+        by_order = np.moveaxis(mounts.spectrum(frequency), -1, -2)[..., None, None] * stiffness
+        stiffness, structural = by_order.real, by_order.imag
+    value = resisting(stiffness, structural, damping, rate)
+    error = (6.0 + DATA_ROUNDINGS) * UNIT_ROUNDOFF * np.abs(value)
+    if mounts.relative_error is not None:
+        still, _ = law(stiffness, structural, damping)
+        error = error + mounts.relative_error[:, None, None, None] * np.abs(still)
+    return Bounded(value, error)
 
 
-def passing_force(motion: Bounded, passing: np.ndarray) -> Bounded:
-    """The same of what each mount passes on (..., mounts, orders, d, d), complex, in N/m."""
-    value = (passing @ np.moveaxis(motion.value, -1, -2)[..., None])[..., 0]
-    rounding = (6.0 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
-    spread = motion.error + rounding * np.abs(motion.value)
-    error = (np.abs(passing) @ np.moveaxis(spread, -1, -2)[..., None])[..., 0]
+def passing_force(deflection: Bounded, passing: Bounded) -> Bounded:
+    """Force of each mount (..., mounts, d, orders) in N below it, in complex amplitude.
+
+    Deflections are (..., mounts, d, orders). The force has the direction of the displacement for a
+    stiff mount.
+    """
+    column = np.moveaxis(deflection.value, -1, -2)[..., None]
+    spread = np.moveaxis(deflection.error, -1, -2)[..., None]
+    value = (passing.value @ column)[..., 0]
+    error = (np.abs(passing.value) @ spread + passing.error @ np.abs(column))[..., 0]
     return Bounded(np.moveaxis(value, -2, -1), np.moveaxis(error, -2, -1))
 
 

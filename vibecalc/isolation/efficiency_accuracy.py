@@ -8,17 +8,18 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.isolation.adapters.common import isolation_of
 from vibecalc.isolation.adapters.loads import BodyLoads
 from vibecalc.isolation.efficiency_results import FORCES
-from vibecalc.isolation.on_base import alone, ground_load
 from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.numerics.linear import dynamics, response
 
 
 def efficiency_topics(scene: Scene) -> list[Topic]:
-    """Loads on the ground; none of the pitch model, whose couple is a topic of its own stage."""
-    if isolation_of(scene).model == "pitch":
+    """Loads on the ground; none of the pitch model, or of a foundation: these have their own."""
+    if isolation_of(scene).model == "pitch" or "ground" in scene.handed_on:
         return []
     loads: BodyLoads = scene.handed_on["loads"]
     system: OnMounts = scene.handed_on["on_mounts"]
+    if system.spectral is not None:
+        return []  # the question is of matrices that no frequency changes
     matrices, load = system.matrices, system.felt(loads.load[: loads.retained])
     given = np.where(np.abs(load.value) > load.error, load.value, 0.0)
     acts = np.any(given != 0.0, axis=1)
@@ -28,7 +29,7 @@ def efficiency_topics(scene: Scene) -> list[Topic]:
     error = np.zeros(given.shape)
 
     def own(_: float) -> Answer:
-        found = ground_load(alone(matrices), response(dynamics(matrices, w), given, error), w)
+        found = system.ground_load(response(dynamics(matrices, w), given, error), w)
         return Answer(found.value, 2.0 * len(w))
 
     def read(motion: np.ndarray) -> np.ndarray:

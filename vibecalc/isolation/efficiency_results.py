@@ -33,12 +33,7 @@ def _of_vector(path: str, what: str, unit: str, about: str = "") -> Iterator[Ent
             "",
             "",
             f"the same of the {words} of all orders",
-            headline=Headline(
-                f"isolation of the {what}, {words}",
-                unless=f"foundation/coupled/ground/{what}_efficiency",
-            )
-            if name == "rms"
-            else None,
+            headline=Headline(f"isolation of the {what}, {words}") if name == "rms" else None,
         )
         yield entry(
             f"{path}/{name}_level",

@@ -7,8 +7,8 @@ import numpy as np
 from vibecalc.isolation.at_mounts import (
     Resting,
     displacement,
-    mount_force,
     mount_readout,
+    mount_stiffness,
     passing_force,
 )
 from vibecalc.isolation.rows import CoupleAt, HarmonicsAt, Readout, body_rows
@@ -18,14 +18,14 @@ from vibecalc.numerics.linear import (
     Dynamics,
     Linear,
     UndrivenModes,
-    dynamics,
     dynamics_by_order,
+    each_order,
     law,
-    resisting,
+    response,
 )
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, UNIT_ROUNDOFF
 from vibecalc.parts.body import RigidBody, build_frame
-from vibecalc.parts.matrices import displacement_at, on_springs
+from vibecalc.parts.matrices import displacement_at, mounted, on_springs
 from vibecalc.parts.mounts import Mounts
 from vibecalc.response.modal_damping import (
     body_resonances,
@@ -56,9 +56,19 @@ class OnMounts:
     to loads on the coordinates; `stretch` (..., mounts, d, f) takes them to the deflection of each
     mount in the `directions` (d,) in which it has any: `mounts` have the stiffness of these. On a
     rigid ground the coordinates are the motions `freedoms`, as indices into x y z rx ry rz; a
-    second body below has six more. `resting` bears what is constant. Where stiffness follows the
-    frequency, `matrices` have that of `Mounts`, `own` the modes at their own frequencies and
-    `spectral` the matrices at all.
+    second body below has six more. `carried` (f, b) is their motion with the base, where nothing is
+    deformed. `resting` bears what is constant. Where stiffness follows the frequency, `matrices`
+    have that of `Mounts`, `own` the modes at their own frequencies and `spectral` the matrices at
+    all.
+
+    With the motion X of all coordinates and U of the base the springs see X - R U, R being
+    `carried`, and feel nothing else:
+
+        D X = F + K* R U,   D = K* - w^2 M
+
+    The base feels R^T K* (X - R U); what acts between bodies cancels in that sum. Without U it is
+    R^T K* inv(D) F, and without F the bodies move by inv(D) K* R U: as all matrices are symmetric,
+    one is the transpose of the other.
     """
 
     mounts: Mounts
@@ -68,6 +78,7 @@ class OnMounts:
     reach: np.ndarray
     stretch: np.ndarray
     resting: Resting
+    carried: np.ndarray
     directions: tuple[int, ...] = (0, 1, 2)
     spectral: SpectralSystem | None = None
     own: tuple[OwnMode, ...] = ()
@@ -124,24 +135,54 @@ class OnMounts:
             return None
         return UndrivenModes(left_out(resonances), self.shapes.shape, self.shapes.eigenvalue)
 
-    def dynamics(self, frequency: np.ndarray, resonances: Resonances) -> Dynamics:
-        """Dynamic stiffness at frequencies (..., orders) in rad/s."""
-        if self.spectral is not None:
-            return dynamics_by_order(self.spectral.at(frequency), frequency)
-        return dynamics(self.matrices, frequency, self.undriven(resonances))
+    def at(self, frequency: np.ndarray) -> Linear:
+        """Matrices (..., orders, f, f) at frequencies (..., orders) in rad/s, or (..., 1, f, f)."""
+        return each_order(self.matrices) if self.spectral is None else self.spectral.at(frequency)
 
-    def force(self, motion: Bounded, frequency: np.ndarray) -> Bounded:
-        """Force (..., mounts, d, orders) on the ground by a deflection of the mounts, as that."""
-        mounts = self.mounts
-        if mounts.spectrum is None:
-            return mount_force(
-                motion, frequency, mounts.stiffness, mounts.damping, mounts.structural
-            )
-        factor = np.moveaxis(mounts.spectrum(frequency), -1, 0)[..., None, None]
-        by_order = factor * mounts.stiffness[:, None]
-        rate = np.asarray(frequency)[:, None, None]
-        given = (by_order.real, by_order.imag, mounts.damping[:, None])
-        return passing_force(motion, resisting(*given, rate))
+    def dynamics(self, frequency: np.ndarray, resonances: Resonances | None = None) -> Dynamics:
+        """Dynamic stiffness at frequencies (..., orders) in rad/s."""
+        undriven = None if resonances is None else self.undriven(resonances)
+        return dynamics_by_order(self.at(frequency), frequency, undriven)
+
+    def force(self, deflection: Bounded, frequency: np.ndarray) -> Bounded:
+        """Force (..., mounts, d, orders) of each mount below it by a deflection, as that."""
+        return passing_force(deflection, mount_stiffness(self.mounts, frequency))
+
+    def passing(self, frequency: np.ndarray) -> Bounded:
+        """R^T K* (..., orders, b, f): load on the base for a motion, N and N m."""
+        given = self.at(frequency).passing(frequency)
+        return Bounded(self.carried.T.astype(complex), np.zeros(())) @ given
+
+    def ground_load(self, motion: Bounded, frequency: np.ndarray) -> Bounded:
+        """Forces and couples (orders, b) on the base by motions (orders, f), about one point."""
+        column = Bounded(motion.value[..., None], motion.error[..., None])
+        return (self.passing(frequency) @ column)[..., 0]
+
+    def transmissibility(self, frequency: np.ndarray) -> Bounded:
+        """Loads on the base over loads on the body, (frequencies, b, b) complex: [i, j] is i by j.
+
+        Of a load of one size at all frequencies (rad/s), at the reference point. Transposed it is
+        the motion of that body over the motion of the base.
+        """
+        system_at = self.dynamics(frequency)
+        count, kept = self.carried.shape
+        unit = np.eye(kept, count, dtype=complex)
+        each = Dynamics(*(part[..., None, :, :] for part in system_at))
+        motion = response(each, unit, np.zeros((kept, count)))
+        columns = Bounded(np.swapaxes(motion.value, -1, -2), np.swapaxes(motion.error, -1, -2))
+        return self.passing(frequency) @ columns
+
+    def moved_by_base(self, base: Bounded, frequency: np.ndarray) -> tuple[Bounded, Bounded]:
+        """Motion against the base and motion (frequencies, f), the base moving by (frequencies, b).
+
+        D (X - R U) = w^2 M R U has no difference of large terms where the base moves slowly.
+        """
+        carried = base @ self.carried.T.astype(complex)
+        one, squared = self.matrices, np.square(frequency)[:, None]
+        load = (carried @ one.mass.astype(complex)) * squared
+        spread = np.abs(carried.value) @ one.mass_error
+        found = response(self.dynamics(frequency), load.value, load.error + squared * spread)
+        return found, found + carried
 
     def forces(self) -> Readout:
         """The same as rows of a run-up, those of mounts with a spectrum without its factors."""
@@ -198,23 +239,45 @@ def on_mounts(body: RigidBody, mounts: Mounts, freedoms: np.ndarray) -> OnMounts
     What is left out is zero, not free: neither masses nor mounts nor forces couple it with what is
     kept.
     """
-    reach = np.eye(6)[:, freedoms]
-    whole = displacement_at(mounts.position)
-    matrices = on_springs(body.mass_matrix, body.mass_error, whole, mounts).reduced(freedoms)
-    stretch, still = whole[..., freedoms], matrices
+    matrices = mounted(body, mounts).reduced(freedoms)
+    stretch = displacement_at(mounts.position)[..., freedoms]
+    resting = resting_on(body, mounts, freedoms)
+    base = np.eye(len(freedoms))
+    return assembled(mounts, freedoms, matrices, resting.reach, stretch, resting, base)
+
+
+def resting_on(body: RigidBody, mounts: Mounts, freedoms: np.ndarray) -> Resting:
+    """How its mounts bear what is constant."""
     stiffness = mounts.stiffness if mounts.static is None else mounts.static
-    if mounts.static is not None:
-        bearing = replace(mounts, stiffness=stiffness)
-        still = on_springs(body.mass_matrix, body.mass_error, whole, bearing).reduced(freedoms)
-    resting = Resting(still, reach, stretch, stiffness)
+    still = mounted(body, replace(mounts, stiffness=stiffness)).reduced(freedoms)
+    stretch = displacement_at(mounts.position)[..., freedoms]
+    return Resting(still, np.eye(6)[:, freedoms], stretch, stiffness)
+
+
+def assembled(
+    mounts: Mounts,
+    freedoms: np.ndarray,
+    matrices: Linear,
+    reach: np.ndarray,
+    stretch: np.ndarray,
+    resting: Resting,
+    carried: np.ndarray,
+    below: Linear | None = None,
+) -> OnMounts:
+    """A system with its modes; `below` has the stiffness of springs that are no mounts."""
+    given = (reach, stretch, resting, carried)
     if mounts.spectrum is None:
         shapes = damped_basis(matrices, modes(matrices))
-        return OnMounts(mounts, freedoms, matrices, shapes, reach, stretch, resting)
-    spectral = spectral_system(matrices, mounts, freedoms)
+        return OnMounts(mounts, freedoms, matrices, shapes, *given)
+    constant = matrices.free()
+    if below is not None:
+        constant = below._replace(
+            mass=matrices.mass, mass_error=matrices.mass_error,
+            damping=matrices.damping, damping_error=matrices.damping_error,
+        )  # fmt: skip
+    spectral = spectral_system(constant, mounts, stretch)
     own = tuple(own_modes(spectral))
-    return OnMounts(
-        mounts, freedoms, matrices, joined(own), reach, stretch, resting, spectral=spectral, own=own
-    )
+    return OnMounts(mounts, freedoms, matrices, joined(own), *given, spectral=spectral, own=own)
 
 
 def pitching(body: RigidBody, mounts: Mounts, axis: str, stroke: str) -> OnMounts:
@@ -247,5 +310,32 @@ def pitching(body: RigidBody, mounts: Mounts, axis: str, stroke: str) -> OnMount
     matrices = whole.reduced(np.array([1]))
     return OnMounts(
         few, np.array([3 + turned]), matrices, modes(matrices), both[..., 1:], stretch[..., 1:],
-        Resting(whole, both, stretch, few.stiffness), directions=(up,),
+        Resting(whole, both, stretch, few.stiffness), np.eye(1), directions=(up,),
     )  # fmt: skip
+
+
+# ----------------------------------------------------------------------------
+# Frequencies at which a transmissibility is drawn.
+# ----------------------------------------------------------------------------
+
+#: around each natural frequency, relative distances of samples; none is on it
+_NEAR = np.geomspace(1.0e-3, 0.3, 12)
+_FAR = 240
+
+
+def frequency_grid(natural: np.ndarray, lowest: float = 0.0, highest: float = 0.0) -> np.ndarray:
+    """Frequencies for a curve, rad/s: even by ratio, dense around each natural frequency.
+
+    From a fifth of the lowest natural frequency to five times the highest, further where `lowest`
+    or `highest` lie outside.
+    """
+    known = natural[natural > 1.0e-6 * natural.max()]
+    start, stop = 0.2 * known.min(), 5.0 * known.max()
+    start, stop = min(start, lowest or start), max(stop, highest)
+    around = known[:, None] * (1.0 + np.concatenate([-_NEAR, _NEAR]))
+    even = np.geomspace(start, stop, _FAR)
+    # two natural frequencies may be one to rounding, and so may samples around them
+    clear = np.all(np.abs(even[:, None] / known - 1.0) > 0.5 * _NEAR[0], axis=1)
+    grid = np.sort(np.concatenate([even[clear], around.ravel()]))
+    apart = np.concatenate([[True], np.diff(grid) > 1.0e-9 * grid[1:]])
+    return np.asarray(grid[apart])

@@ -107,6 +107,8 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
     )
     if foundation_kind(case) != "body":
         yield from run_up_stage(case)
+    if not moves_with_machine(case):
+        yield from efficiency_stage(case)
 
 
 def run_up_stage(case: "Case") -> Iterator[Stage]:
@@ -147,7 +149,8 @@ def run_up_stage(case: "Case") -> Iterator[Stage]:
     )
 
 
-def plan_efficiency(case: "Case") -> Iterator[Stage]:
+def efficiency_stage(case: "Case") -> Iterator[Stage]:
+    """What reaches the ground, through the foundation where that moves with the machine."""
     if case.isolation is None or not case.isolation.efficiency:
         return
     torque = torque_reaches_mounts(case)
@@ -239,10 +242,7 @@ def _entries(case: "Case", path: str, axis: str) -> Entries | None:
 
 
 SUBJECT = Subject(
-    stages=(
-        plan_isolation,
-        plan_efficiency,
-    ),
+    stages=(plan_isolation,),
     concerns=lambda case: case.isolation is not None,
     units={
         "body_solve": Unit(2.5e-5, "solves of 6 x 6"),

@@ -55,6 +55,18 @@ class Linear(NamedTuple):
         """The rows and columns (..., f, f) of some coordinates, all others being zero."""
         return Linear(*(matrix[..., kept[:, None], kept] for matrix in self))
 
+    def with_springs(self, other: "Linear") -> "Linear":
+        """The same masses with the springs and dampers of another system beside their own."""
+        both = (mine + its for mine, its in zip(self, other, strict=True))
+        return Linear(*both)._replace(mass=self.mass, mass_error=self.mass_error)
+
+    def free(self) -> "Linear":
+        """The same masses and dampers without any stiffness."""
+        none = np.zeros(self.stiffness.shape)
+        return self._replace(
+            stiffness=none, structural=none, stiffness_error=none, structural_error=none
+        )
+
     def passing(self, frequency: np.ndarray) -> Bounded:
         """K* (..., n, n) at frequencies (...) in rad/s, which follow the axes of the matrices."""
         rate = np.asarray(frequency)[..., None, None]

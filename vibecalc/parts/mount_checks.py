@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.parts import body_tables as parts
-from vibecalc.parts.mount_needs import frequency_counts, loads_count
+from vibecalc.parts.mount_needs import foundation_kind, frequency_counts, loads_count
 from vibecalc.parts.mounts import mount_entries
 from vibecalc.schema import Case
 
@@ -102,15 +102,9 @@ def _stands(tables: list[_At], key: str, column: str = "") -> KeyPath | None:
 
 def _of_one_frequency(case: Case, where: KeyPath) -> Iterator[Problem]:
     """What knows no frequency of its own, or one alone, has no stiffness over frequency."""
-    response, mounts, isolation = case.response, case.machine.mounts, case.isolation
+    response, mounts = case.response, case.machine.mounts
     asked: list[tuple[bool, KeyPath, str]] = [
-        (case.foundation is not None, ("foundation",), "a foundation that moves"),
-        (case.base_motion is not None, ("base_motion",), "a base that moves"),
-        (
-            isolation is not None and bool(isolation.efficiency),
-            ("isolation", "efficiency"),
-            "the efficiency of the isolation",
-        ),
+        (foundation_kind(case) == "mass", ("foundation",), "a foundation of one mass"),
         (
             mounts is not None and bool(mounts.modal_damping),
             (*MOUNTS, "modal_damping"),

@@ -56,7 +56,7 @@ def readings_of(case: Case) -> Readings:
             names.append(name)
             points.append(number)
             rows.append(direction @ at)
-    return Readings(tuple(names), np.array(points), np.array(rows))
+    return Readings(tuple(names), np.array(points), np.reshape(rows, (-1, 6)))
 
 
 def band_of(case: Case) -> tuple[float, float]:
@@ -136,8 +136,8 @@ def points_cautions(case: Case) -> list[str]:
         "one mass moves up and down only, one with a body or flexibilities moves the points too": (
             case.foundation is not None and not moves_with_machine(case)
         ),
-        "the vibration at points is that of the running machine on a base at rest: base_motion/ "
-        "has what the motion of the base adds": case.base_motion is not None,
+        "points/ has the vibration by the running machine alone: that of the same points by the "
+        "motion of the base is in base_motion/": case.base_motion is not None,
     }
     return [text for text, holds in texts.items() if holds]
 

@@ -13,12 +13,10 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.linear import Linear
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
-from vibecalc.parts.matrices import displacement_at
 from vibecalc.parts.mounts import Mounts
 from vibecalc.response.modal_damping import (
     body_resonances,
@@ -38,9 +36,9 @@ if TYPE_CHECKING:
 
 
 class SpectralSystem(NamedTuple):
-    """Matrices (f, f) of a body, of which the stiffness is `blocks` (n, f, f) times a `spectrum`.
+    """Matrices (f, f) of bodies, part of whose stiffness is `blocks` (n, f, f) times a `spectrum`.
 
-    `constant` has mass and damping; errors of the blocks are absolute.
+    `constant` has mass, damping and the rest of the stiffness; errors of the blocks are absolute.
     """
 
     constant: Linear
@@ -54,11 +52,13 @@ class SpectralSystem(NamedTuple):
         total, size = self._sum(factor), np.abs(factor)
         rounding = 4.0 * UNIT_ROUNDOFF * np.abs(self.blocks)
         error = np.tensordot(size, self.errors + rounding, 1)
-        mass, _, damping, _, mass_error, _, damping_error, _ = (
-            np.broadcast_to(part, error.shape) for part in self.constant
-        )
         lost = np.tensordot(np.abs(factor.imag), self.errors + rounding, 1)
-        return Linear(mass, total.real, damping, total.imag, mass_error, error, damping_error, lost)
+        whole = (np.broadcast_to(part, error.shape) for part in self.constant)
+        mass, still, damping, loss, mass_error, still_error, damping_error, loss_error = whole
+        return Linear(
+            mass, still + total.real, damping, loss + total.imag,
+            mass_error, still_error + error, damping_error, loss_error + lost,
+        )  # fmt: skip
 
     def slope(self, rate: Any, derivative: int) -> np.ndarray:
         """Derivative of K + iH (..., f, f) by the rate."""
@@ -68,16 +68,18 @@ class SpectralSystem(NamedTuple):
         return np.asarray(np.tensordot(factor, self.blocks, 1))
 
 
-def spectral_system(constant: Linear, mounts: Mounts, freedoms: NDArray[np.intp]) -> SpectralSystem:
-    """Of a body on mounts with a spectrum; `constant` (f, f) are its matrices, some stiffness."""
+def spectral_system(constant: Linear, mounts: Mounts, stretch: np.ndarray) -> SpectralSystem:
+    """Of bodies on mounts with a spectrum, whose deflections are `stretch` (mounts, 3, f).
+
+    `constant` (f, f) are their matrices without the stiffness of the mounts.
+    """
     if mounts.spectrum is None:
         raise ValueError("the stiffness of these mounts is constant")
-    there = displacement_at(mounts.position)[..., freedoms]
-    blocks = there.mT @ mounts.stiffness @ there
+    blocks = stretch.mT @ mounts.stiffness @ stretch
     share: Any = 16.0 * UNIT_ROUNDOFF
     if mounts.relative_error is not None:
         share = share + mounts.relative_error[:, None, None]
-    errors = share * (np.abs(there).mT @ np.abs(mounts.stiffness) @ np.abs(there))
+    errors = share * (np.abs(stretch).mT @ np.abs(mounts.stiffness) @ np.abs(stretch))
     return SpectralSystem(constant, 0.5 * (blocks + blocks.mT), errors, mounts.spectrum)
 
 

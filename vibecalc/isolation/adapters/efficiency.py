@@ -1,5 +1,8 @@
 """Adapter: what the mounts keep from the ground, by order, overall and over frequency."""
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
@@ -7,41 +10,54 @@ from vibecalc.excitation.inertia_forces import size_of_terms
 from vibecalc.isolation.adapters.loads import BodyLoads, steady_motion
 from vibecalc.isolation.efficiency import Overall, by_order, efficiency, is_more, overall, rms
 from vibecalc.isolation.efficiency_results import COUPLES, FORCES, ROOT
-from vibecalc.isolation.on_base import OnBase, alone, frequency_grid, ground_load, transmissibility
-from vibecalc.isolation.on_mounts import OnMounts
+from vibecalc.isolation.on_mounts import OnMounts, frequency_grid
 from vibecalc.numerics.bounded import Bounded, concatenate, reshaped
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.body import COORDINATES, cross_matrix
+
+
+class Ground(NamedTuple):
+    """What reaches the ground through a foundation that moves: loads (m, 6) at the speed.
+
+    `passing` gives loads there over loads on the machine (frequencies, 6, 6) at rad/s, with
+    something to see about the `natural` frequencies.
+    """
+
+    load: Bounded
+    passing: Callable[[np.ndarray], Bounded]
+    natural: np.ndarray
 
 
 def run_efficiency(scene: Scene) -> None:
     """Emit loads held still and on the ground, their ratios, and these over frequency."""
     system: OnMounts = scene.handed_on["on_mounts"]
     loads: BodyLoads = scene.handed_on["loads"]
+    given: Ground | None = scene.handed_on.get("ground")
     felt = system.felt(loads.load)
-    motion, _ = steady_motion(scene, system, felt, loads.order)
     frequency = loads.order * scene.case.machine.speed
-    base = alone(system.matrices)
-    ground = ground_load(base, motion, frequency)
+    if given is None:
+        motion, _ = steady_motion(scene, system, felt, loads.order)
+        ground, natural = system.ground_load(motion, frequency), system.shapes.natural_frequency
+        given = Ground(ground, system.transmissibility, natural)
     scene.cite(
         "isolation efficiency: 1 - transmissibility of forces and couples on the ground",
         "isolation of the ground",
         "Harris and Piersol, Shock and Vibration Handbook, 5th ed. 2002, ch. 30",
     )
     centre = _to_centre(scene, system)
-    held, ground = _about(felt, centre), _about(ground, centre)
+    held, ground = _about(felt, centre), _about(given.load, centre)
     for path, first, second, names in _vectors(system, held, ground):
         _emit_vector(scene, path, first, second, names, loads)
     _emit_rms(scene, system, held, ground, loads)
-    _emit_curve(scene, system, base, centre, float(frequency[loads.retained - 1]))
+    _emit_curve(scene, system, given, centre, float(frequency[loads.retained - 1]))
 
 
-def _to_centre(scene: Scene, on: OnMounts) -> np.ndarray:
+def _to_centre(scene: Scene, system: OnMounts) -> np.ndarray:
     """Matrix (f, f) that takes loads about the reference point to those about the mass centre."""
     body, matrix = scene.parts.body, np.eye(6)
-    if body is not None and len(on.freedoms) > 1:  # that of pitch is about the centre
+    if body is not None and len(system.freedoms) > 1:  # that of pitch is about the centre
         matrix[3:, :3] = -cross_matrix(body.centre)
-    return np.asarray(matrix[np.ix_(on.freedoms, on.freedoms)])
+    return np.asarray(matrix[np.ix_(system.freedoms, system.freedoms)])
 
 
 def _about(load: Bounded, centre: np.ndarray) -> Bounded:
@@ -51,13 +67,13 @@ def _about(load: Bounded, centre: np.ndarray) -> Bounded:
 
 
 def _vectors(
-    on: OnMounts, held: Bounded, ground: Bounded
+    system: OnMounts, held: Bounded, ground: Bounded
 ) -> list[tuple[str, Bounded, Bounded, list[str]]]:
     """Forces and couples, as far as the model has them: path, both, names of their components."""
     found = []
-    for path, chosen in ((FORCES, on.freedoms < 3), (COUPLES, on.freedoms >= 3)):
+    for path, chosen in ((FORCES, system.freedoms < 3), (COUPLES, system.freedoms >= 3)):
         if np.any(chosen):
-            names = [COORDINATES[place] for place in on.freedoms[chosen]]
+            names = [COORDINATES[place] for place in system.freedoms[chosen]]
             found.append((path, held[:, chosen], ground[:, chosen], names))
     return found
 
@@ -89,32 +105,34 @@ def _emit_vector(
             scene.emit(f"{path}/{name}_level", level, 8.7 * ratio.error / ratio.value)
 
 
-def _emit_rms(scene: Scene, on: OnMounts, held: Bounded, ground: Bounded, loads: BodyLoads) -> None:
+def _emit_rms(
+    scene: Scene, system: OnMounts, held: Bounded, ground: Bounded, loads: BodyLoads
+) -> None:
     """Efficiency of the root of the mean square, by direction."""
     first, second = (rms(one, loads.retained, loads.tail) for one in (held, ground))
     parts = []
-    for chosen in (on.freedoms < 3, on.freedoms >= 3):
+    for chosen in (system.freedoms < 3, system.freedoms >= 3):
         if np.any(chosen):
             acting, arrived = first.some(chosen), second.some(chosen)
             acts, arrives = (is_more(*one, one.norm().value) for one in (acting, arrived))
             parts.append(efficiency(acting.value, arrived.value, acts, arrives))
-    names = [COORDINATES[place] for place in on.freedoms]
+    names = [COORDINATES[place] for place in system.freedoms]
     scene.emit(f"{ROOT}/by_direction", concatenate(parts), axes={"coordinate": names})
 
 
 def _emit_curve(
-    scene: Scene, on: OnMounts, system: OnBase, centre: np.ndarray, highest: float
+    scene: Scene, system: OnMounts, given: Ground, centre: np.ndarray, highest: float
 ) -> None:
     """Of a load of one size at all frequencies, in the direction in which it acts."""
-    grid = frequency_grid(on.shapes.natural_frequency, highest=highest)
-    found = transmissibility(system, grid)
+    grid = frequency_grid(given.natural, highest=highest)
+    found = given.passing(grid)
     # unit loads at the mass centre are such about the reference point with the couple they have
     size = found.error + 4.0 * EPSILON * np.abs(found.value)
     back = np.linalg.inv(centre)
     found = abs(Bounded(centre @ found.value @ back, np.abs(centre) @ size @ np.abs(back)))
     diagonal = reshaped(found, lambda part: np.diagonal(part, axis1=-2, axis2=-1).T)
     axes = {
-        "coordinate": [COORDINATES[place] for place in on.freedoms],
+        "coordinate": [COORDINATES[place] for place in system.freedoms],
         "frequency": grid / (2.0 * np.pi),
     }
     scene.emit(f"{ROOT}/transmissibility", diagonal, axes=axes)

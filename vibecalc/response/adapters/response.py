@@ -26,7 +26,7 @@ from vibecalc.numerics.linear import (
 )
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON
 from vibecalc.parts.body import COORDINATES
-from vibecalc.parts.matrices import build_system
+from vibecalc.parts.matrices import build_system, displacement_at
 from vibecalc.parts.mount_state import mounts_of
 from vibecalc.response.energies import (
     energies_over_cycle,
@@ -100,7 +100,7 @@ def _build(case: "Case") -> LinearSystem:
     matrices = build_system(case)
     mounts = mounts_of(case)
     if mounts is not None and mounts.spectrum is not None:
-        spectral = spectral_system(matrices, mounts, np.arange(6))
+        spectral = spectral_system(matrices.free(), mounts, displacement_at(mounts.position))
         own = tuple(own_modes(spectral))
         return LinearSystem(matrices, joined(own), spectral, own)
     shapes = modes(matrices)
