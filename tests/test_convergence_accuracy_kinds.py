@@ -35,7 +35,8 @@ from vibecalc.core.run.run import run_scene
 from vibecalc.core.run.stage import Scene
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import NumericalFailure
-from vibecalc.isolation.adapters.common import LARGEST, OF_RUN_UP
+from vibecalc.isolation.accuracy import LARGEST
+from vibecalc.isolation.adapters.common import OF_RUN_UP
 
 ONCE = Timed(repeat=False)
 LONG = pytest.mark.long

@@ -11,7 +11,7 @@ from vibecalc.excitation.balance import balance_columns, residual
 from vibecalc.excitation.crank_forces import TurningWeights, crank_forces, turning_forces
 from vibecalc.excitation.inertia_forces import Excitation, add, at_speed, size_of_terms
 from vibecalc.kinematics.adapter import PistonMotion
-from vibecalc.numerics.bounded import Bounded, reshaped, rounded
+from vibecalc.numerics.bounded import Bounded, Summed, reshaped, rounded
 from vibecalc.numerics.cycle_peak import cycle_peak, numbered, vector_cycle_peak
 from vibecalc.numerics.leading import side_by_side
 from vibecalc.numerics.rounding import EPSILON
@@ -151,17 +151,6 @@ class FewOrders(NamedTuple):
     tail: np.ndarray | float
 
 
-class CyclePeak(NamedTuple):
-    """Peak over the cycle (...) of kept orders, its error with the dropped ones in it, its terms.
-
-    Without the dropped orders the error is rounding, which tells the size of the terms.
-    """
-
-    value: np.ndarray
-    error: np.ndarray
-    terms: float
-
-
 def left_out(harmonics: Bounded, of: Orders) -> tuple[np.ndarray, np.ndarray]:
     """Rounding of the kept orders and size of the dropped ones, summed: (...) of (..., orders)."""
     value, error = harmonics
@@ -171,24 +160,32 @@ def left_out(harmonics: Bounded, of: Orders) -> tuple[np.ndarray, np.ndarray]:
     return error[..., :used].sum(-1), tail * dropped
 
 
-def peak_with_tail(harmonics: Bounded, of: Orders) -> CyclePeak:
-    """Peaks of harmonics (..., orders), whose first axes are those of the points, if there are."""
+def kept(harmonics: Bounded, of: Orders) -> Summed:
+    """The orders that are results, of harmonics (..., orders), with the size of their terms."""
+    few = harmonics[..., : of.retained]
+    return Summed(few.value, few.error, size_of_terms(few.error))
+
+
+def peak_with_tail(harmonics: Bounded, of: Orders) -> Summed:
+    """Peaks over the cycle of harmonics (..., orders), the dropped ones in their errors.
+
+    The first axes are those of the points, if there are. Without the dropped orders the error is
+    rounding, which tells the size of the terms.
+    """
     used = of.retained
     peak = cycle_peak(harmonics.value[..., :used], numbered(of.order[:used]))
     rounding, dropped = left_out(harmonics, of)
     rounding = peak.error + rounding
-    return CyclePeak(peak.value, rounding + dropped, size_of_terms(rounding))
+    return Summed(peak.value, rounding + dropped, size_of_terms(rounding))
 
 
-def length_over_cycle(vector: Bounded, of: Orders) -> CyclePeak:
+def length_over_cycle(vector: Bounded, of: Orders) -> Summed:
     """Largest length (...) over the cycle of vectors (..., directions, orders)."""
     used = of.retained
     peak = vector_cycle_peak(vector.value[..., :used], numbered(of.order[:used]))
     rounding, dropped = left_out(vector, of)
     whole = peak.error + np.linalg.norm(rounding + dropped, axis=-1)
-    return CyclePeak(
-        peak.value, whole, size_of_terms(peak.error + np.linalg.norm(rounding, axis=-1))
-    )
+    return Summed(peak.value, whole, size_of_terms(peak.error + np.linalg.norm(rounding, axis=-1)))
 
 
 def run_excitation(scene: Scene) -> None:

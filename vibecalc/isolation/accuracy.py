@@ -11,16 +11,21 @@ from vibecalc.core.accuracy.kinds import (
     peak_over_range,
 )
 from vibecalc.core.accuracy.topic import Answer, Topic
+from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene
-from vibecalc.isolation.adapters.common import LARGEST, isolation_of
+from vibecalc.isolation.adapters.common import isolation_of
 from vibecalc.isolation.adapters.loads import BodyLoads
 from vibecalc.isolation.adapters.run_up import sections
 from vibecalc.isolation.on_mounts import OnMounts
+from vibecalc.isolation.results import SupportForce
 from vibecalc.isolation.rows import Jet
 from vibecalc.isolation.run_up import cycle_peaks, run_up_peak
 from vibecalc.numerics.cycle_peak import numbered
 from vibecalc.numerics.linear import Linear, dynamics, response
 from vibecalc.numerics.rounding import FloatArray
+
+#: largest force over the cycle of each support
+LARGEST = paths_of(SupportForce, "steady_peak")[0]
 
 
 def isolation_topics(scene: Scene) -> list[Topic]:

@@ -5,7 +5,7 @@ import numpy as np
 from vibecalc.core.report.sections import Section, along, labels, section
 from vibecalc.core.report.writing import Column, number, paragraph, rpm, show, table
 from vibecalc.core.results.record import Record, Result
-from vibecalc.isolation.results import MAXIMA_ROOT
+from vibecalc.isolation.results import RunUpMaxima
 
 #: relative difference of forces and speeds that are one for a reader
 _ALIKE = 1e-6
@@ -15,14 +15,14 @@ _MOST = 30
 def run_up_maxima(result: Result) -> Section | None:
     """A line for each maximum, equal ones of several supports as one; None without any."""
     record = result.record
-    if f"{MAXIMA_ROOT}/force" not in record:
+    if f"{RunUpMaxima.ROOT}/force" not in record:
         return None
     lines = _table(record) + paragraph(
         "largest: the order that is largest there, with its size over the peak of all; peaking: "
         "the order that bends the curve, with the mode nearest to its frequency; end: the curve "
         "goes on beyond the range"
     )
-    shown = {path for path in record if path.startswith(f"{MAXIMA_ROOT}/")}
+    shown = {path for path in record if path.startswith(f"{RunUpMaxima.ROOT}/")}
     return section("Maxima of the run-up, force on a support", [(lines, shown)])
 
 
@@ -31,7 +31,7 @@ def _table(record: Record) -> list[str]:
         "mount", "force", "speed", "order", "order_share", "bending_order", "mode",
         "frequency_ratio", "at_end",
     )  # fmt: skip
-    found = [record[f"{MAXIMA_ROOT}/{name}"] for name in names]
+    found = [record[f"{RunUpMaxima.ROOT}/{name}"] for name in names]
     columns = np.array([one.values for one in found], dtype=float)
     hit = along(record, "isolation/support_force/static", "mount")
     mounts = labels(hit[0].axes[0]) if hit is not None else []

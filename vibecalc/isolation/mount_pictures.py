@@ -4,7 +4,7 @@ import numpy as np
 
 from vibecalc.core.report.canvas import TOTAL
 from vibecalc.core.report.curves import Curve, Curves, Panel, Plot
-from vibecalc.isolation.mount_results import AT_REST, BY_ORDER, LOAD_CURVE, MOVING
+from vibecalc.isolation.mount_results import AT_REST, BY_ORDER, MOVING
 
 
 def _rests(plot: Plot) -> None:
@@ -24,7 +24,7 @@ MOUNTS = Curves(
     (
         Panel(
             "load",
-            (Curve(LOAD_CURVE, "{each}"), _rests),
+            (Curve(AT_REST[4], "{each}"), _rests),
             "static load over compression along the axis, dots: at rest",
         ),
         Panel(

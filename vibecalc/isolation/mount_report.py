@@ -5,7 +5,14 @@ import numpy as np
 from vibecalc.core.report.sections import Section, by_axis, labels, section, stacked
 from vibecalc.core.report.writing import Column, number, paragraph, show, table
 from vibecalc.core.results.record import Record, Result
-from vibecalc.isolation.mount_results import AT_REST, BY_ORDER, MOVING, OF_RUN_UP, OF_STOPS, ROOT
+from vibecalc.isolation.mount_results import (
+    AT_REST,
+    BY_ORDER,
+    MOVING,
+    OF_RUN_UP,
+    OF_STOPS,
+    OfMounts,
+)
 
 #: orders shown of stiffness over frequency
 _ORDERS = 4
@@ -31,7 +38,7 @@ _RUN_UP = (
 def mounts(result: Result) -> Section | None:
     """Tables by mount; None where their stiffness is constant."""
     record = result.record
-    shown = {path for path in record if path.startswith(f"{ROOT}/")}
+    shown = {path for path in record if path.startswith(f"{OfMounts.ROOT}/")}
     if not shown:
         return None
     loads = by_axis(record, "mount", "mount", _LOADS, 16) if AT_REST[0] in record else []

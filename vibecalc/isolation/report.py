@@ -26,7 +26,7 @@ from vibecalc.core.report.writing import (
     table,
 )
 from vibecalc.core.results.record import Record, Result
-from vibecalc.isolation.results import CAUSES
+from vibecalc.isolation.results import OF_TORQUE
 
 # ----------------------------------------------------------------------------
 # What each mount carries and how far the body moves there: one line for each mount.
@@ -289,7 +289,7 @@ def _orders(record: Record) -> tuple[list[str], set[str]]:
 
 def _causes(record: Record) -> tuple[list[str], set[str]]:
     """Largest force on each support by each cause alone, and by all of them."""
-    parts = having(record, CAUSES, "mount", "cause")
+    parts = having(record, OF_TORQUE[0], "mount", "cause")
     whole = having(record, f"{_FORCE}steady_peak", "mount")
     if parts is None or whole is None:
         return [], set()

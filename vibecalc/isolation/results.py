@@ -1,5 +1,9 @@
-"""Results of the body on its mounts, under shaking forces or the torque of its cylinders."""
+"""Results of the body on its mounts, under all that acts on it."""
 
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from vibecalc.core.results.described import entries_of, paths_of, q
 from vibecalc.core.results.record import (
     CANCELS,
     DIFFERENCE,
@@ -7,363 +11,259 @@ from vibecalc.core.results.record import (
     PEAK,
     RESONANCE,
     Headline,
-    entry,
 )
 from vibecalc.isolation.efficiency_results import AXES as EFFICIENCY_AXES
 from vibecalc.isolation.efficiency_results import EFFICIENCY_ENTRIES
-from vibecalc.isolation.mount_results import MOUNT_ENTRIES
+from vibecalc.isolation.mount_results import OfMounts
 
 # ----------------------------------------------------------------------------
-# Results of the body on its mounts.
+# The model: one angle, or the modes of the body; and how the body moves.
 # ----------------------------------------------------------------------------
 
-CAUSES = "isolation/support_force/by_cause"
-#: of those that are of the torque of the cylinders, where it reaches the mounts
-OF_TORQUE = (
-    CAUSES,
-    "isolation/support_force/mean",
-    *(f"isolation/torque_reaction/{name}" for name in ("couple", "mean_couple", "roll_peak")),
-)
-NEAREST = ("isolation/torque_reaction/nearest_order", "isolation/torque_reaction/margin")
-#: of the operating speed, computed on the foundation of the case where that moves
-STEADY = (
-    "isolation/body/translation_harmonics",
-    "isolation/body/rotation_harmonics",
-    *(
-        f"isolation/support_{what}"
-        for what in (
-            "force/steady_harmonics", "force/steady_peak", "force/largest_load",
-            "force/minimum_load", "displacement/steady_harmonics", "displacement/vertical_peak",
-            "displacement/excursion",
-        )
-    ),
-)  # fmt: skip
 
-ISOLATION_ENTRIES = (
-    entry(
-        "isolation/pitch/inertia",
-        "",
-        "kg*m^2",
-        "moment of inertia in pitch",
-        name="moment of inertia, pitch",
-    ),
-    entry(
-        "isolation/pitch/stiffness",
-        "",
-        "N*m/rad",
-        "stiffness of the mounts in pitch",
-        name="stiffness of the mounts, pitch",
-    ),
-    entry(
-        "isolation/pitch/damping",
-        "",
-        "N*m*s/rad",
-        "viscous damping of the mounts in pitch",
+@dataclass(frozen=True)
+class Pitch:
+    """Of a body that only turns about the axis across its crankshaft."""
+
+    ROOT: ClassVar[str] = "isolation/pitch"
+    inertia: Any = q("", "kg*m^2", "moment of inertia in pitch", name="moment of inertia, pitch")
+    stiffness: Any = q(
+        "", "N*m/rad", "stiffness of the mounts in pitch", name="stiffness of the mounts, pitch"
+    )
+    damping: Any = q(
+        "", "N*m*s/rad", "viscous damping of the mounts in pitch",
         name="damping of the mounts, pitch",
-    ),
-    entry(
-        "isolation/pitch/natural_frequency",
-        "",
-        "rad/s",
-        "undamped natural frequency in pitch",
+    )  # fmt: skip
+    natural_frequency: Any = q(
+        "", "rad/s", "undamped natural frequency in pitch",
         headline=Headline("natural frequency, pitch", "Hz"),
-    ),
-    entry(
-        "isolation/pitch/damping_ratio",
-        "",
-        "",
-        "damping ratio in pitch",
-        headline=Headline("damping ratio, pitch"),
-    ),
-    entry("isolation/pitch/transmissibility", "order", "", "couple on the ground over couple"),
-    entry(
-        "isolation/pitch/transmissibility_curve",
-        "frequency_ratio",
-        "",
-        "couple on the ground over couple against frequency",
-    ),
-    entry("isolation/pitch/angle_harmonics", "order", "rad", "pitch angle", PEAK),
-    entry(
-        "isolation/pitch/angle_peak",
-        "",
-        "rad",
-        "largest pitch angle over a turn",
-        PEAK,
-        name="pitch angle at speed, peak",
-    ),
-    entry(
-        "isolation/pitch/force_left_out",
-        "",
-        "N",
-        "largest shaking force over a turn: a body that only pitches does not follow it",
-        PEAK,
-        headline=Headline("shaking force that pitch leaves out, peak", "N"),
-    ),
-    entry(
-        "isolation/pitch/couple_left_out",
-        "",
-        "N*m",
-        "the same of the couple across the axis of pitch, about the mass centre",
-        PEAK,
-        headline=Headline("shaking couple that pitch leaves out, peak", "N*m"),
-    ),
-    entry(
-        "isolation/modes/natural_frequency",
-        "mode",
-        "rad/s",
-        "undamped natural frequency",
+    )  # fmt: skip
+    damping_ratio: Any = q(
+        "", "", "damping ratio in pitch", headline=Headline("damping ratio, pitch")
+    )
+    transmissibility: Any = q("order", "", "couple on the ground over couple")
+    transmissibility_curve: Any = q(
+        "frequency_ratio", "", "couple on the ground over couple against frequency"
+    )
+    angle_harmonics: Any = q("order", "rad", "pitch angle", PEAK)
+    angle_peak: Any = q(
+        "", "rad", "largest pitch angle over a turn", PEAK, name="pitch angle at speed, peak"
+    )
+    force_left_out: Any = q(
+        "", "N", "largest shaking force over a turn: a body that only pitches does not follow it",
+        PEAK, headline=Headline("shaking force that pitch leaves out, peak", "N"),
+    )  # fmt: skip
+    couple_left_out: Any = q(
+        "", "N*m", "the same of the couple across the axis of pitch, about the mass centre",
+        PEAK, headline=Headline("shaking couple that pitch leaves out, peak", "N*m"),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class BodyModes:
+    """Modes of a body on mounts that stand on rigid ground."""
+
+    ROOT: ClassVar[str] = "isolation/modes"
+    natural_frequency: Any = q(
+        "mode", "rad/s", "undamped natural frequency",
         headline=Headline(
-            "natural frequency",
-            "Hz",
-            pick="ends",
+            "natural frequency", "Hz", pick="ends",
             unless="foundation/coupled/modes/natural_frequency",
         ),
-    ),
-    entry("isolation/modes/damping_ratio", "mode", "", "modal damping ratio"),
-    entry(
-        "isolation/modes/shape",
-        "mode coordinate",
-        "",
+    )  # fmt: skip
+    damping_ratio: Any = q("mode", "", "modal damping ratio")
+    shape: Any = q(
+        "mode coordinate", "",
         "mode shape at the reference point, metres and radians, of unit modal mass",
-    ),
-    entry(
-        "isolation/modes/energy_fraction",
-        "mode coordinate",
-        "",
-        "share of the kinetic energy of a mode, about the mass centre",
-    ),
-    entry(
-        "isolation/body/translation_harmonics",
-        "order direction",
-        "m",
-        "displacement of the reference point",
-        PEAK,
-    ),
-    entry("isolation/body/rotation_harmonics", "order direction", "rad", "rotation", PEAK),
-    entry(
-        "isolation/lever_force/rigid_harmonics",
-        "order",
-        "N",
-        "couple over lever, body held still",
-        PEAK,
-    ),
-    entry(
-        "isolation/lever_force/rigid_peak",
-        "",
-        "N",
-        "largest couple over lever over a turn, body held still",
-        PEAK,
+    )  # fmt: skip
+    energy_fraction: Any = q(
+        "mode coordinate", "", "share of the kinetic energy of a mode, about the mass centre"
+    )
+
+
+@dataclass(frozen=True)
+class BodyMotion:
+    """Motion of the body at the operating speed."""
+
+    ROOT: ClassVar[str] = "isolation/body"
+    translation_harmonics: Any = q(
+        "order direction", "m", "displacement of the reference point", PEAK
+    )
+    rotation_harmonics: Any = q("order direction", "rad", "rotation", PEAK)
+
+
+# ----------------------------------------------------------------------------
+# What the mounts bear, at rest, at speed and in the run-up.
+# ----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class LeverForce:
+    """Couple of the pitch model over a lever."""
+
+    ROOT: ClassVar[str] = "isolation/lever_force"
+    rigid_harmonics: Any = q("order", "N", "couple over lever, body held still", PEAK)
+    rigid_peak: Any = q(
+        "", "N", "largest couple over lever over a turn, body held still", PEAK,
         name="couple over the lever, body held still, peak",
-    ),
-    entry(
-        "isolation/lever_force/steady_harmonics",
-        "order",
-        "N",
-        "couple through the mounts over lever",
-        PEAK,
-    ),
-    entry(
-        "isolation/lever_force/steady_peak",
-        "",
-        "N",
-        "largest couple through the mounts over lever",
-        PEAK,
+    )  # fmt: skip
+    steady_harmonics: Any = q("order", "N", "couple through the mounts over lever", PEAK)
+    steady_peak: Any = q(
+        "", "N", "largest couple through the mounts over lever", PEAK,
         headline=Headline("couple over the lever at speed, peak", "N"),
-    ),
-    entry(
-        "isolation/lever_force/run_up",
-        "speed",
-        "N",
-        "largest couple through the mounts over lever at each speed",
-        PEAK,
-    ),
-    entry(
-        "isolation/lever_force/run_up_peak",
-        "",
-        "N",
-        "largest of the run-up",
-        PEAK,
+    )  # fmt: skip
+    run_up: Any = q(
+        "speed", "N", "largest couple through the mounts over lever at each speed", PEAK
+    )
+    run_up_peak: Any = q(
+        "", "N", "largest of the run-up", PEAK,
         headline=Headline(
-            "couple over the lever in the run-up, peak",
-            "N",
+            "couple over the lever in the run-up, peak", "N",
             at="isolation/lever_force/run_up_peak_speed",
         ),
-    ),
-    entry("isolation/lever_force/run_up_peak_speed", "", "rad/s", "crank speed of the largest"),
-    entry("isolation/support_force/static", "mount", "N", "share of the weight on one support"),
-    entry(
-        "isolation/support_force/rigid_peak",
-        "mount",
-        "N",
-        "largest dynamic force of one support over a turn, body held still",
-        PEAK,
-    ),
-    entry(
-        "isolation/support_force/steady_harmonics",
-        "mount direction order",
-        "N",
-        "dynamic force of one support on the ground",
-        PEAK,
-    ),
-    entry(
-        "isolation/support_force/steady_peak",
-        "mount",
-        "N",
-        "largest dynamic force of one support over a turn",
-        PEAK,
+    )  # fmt: skip
+    run_up_peak_speed: Any = q("", "rad/s", "crank speed of the largest")
+
+
+@dataclass(frozen=True)
+class SupportForce:
+    """Force of each support on what it stands on."""
+
+    ROOT: ClassVar[str] = "isolation/support_force"
+    static: Any = q("mount", "N", "share of the weight on one support")
+    rigid_peak: Any = q(
+        "mount", "N", "largest dynamic force of one support over a turn, body held still", PEAK
+    )
+    steady_harmonics: Any = q(
+        "mount direction order", "N", "dynamic force of one support on the ground", PEAK
+    )
+    steady_peak: Any = q(
+        "mount", "N", "largest dynamic force of one support over a turn", PEAK,
         headline=Headline("force on a support at speed, peak", "N"),
-    ),
-    entry(
-        "isolation/support_force/largest_load",
-        "mount",
-        "N",
+    )  # fmt: skip
+    largest_load: Any = q(
+        "mount", "N",
         "largest load on a support over the cycle: weight, mean torque and dynamic force",
-    ),
-    entry(
-        "isolation/support_force/minimum_load",
-        "mount",
-        "N",
-        "least load over the cycle; negative: the support is pulled",
-        exempt=DIFFERENCE,
-        headline=Headline("minimum load on a support", "N", pick="least"),
-    ),
-    entry(
-        CAUSES,
-        "mount cause",
-        "N",
-        "largest dynamic force of one support by one cause alone",
-        PEAK,
-    ),
-    entry(
-        "isolation/support_force/mean",
-        "mount direction",
-        "N",
-        "force of one support on the ground by the mean torque",
-    ),
-    entry(
-        "isolation/support_force/run_up",
-        "mount speed",
-        "N",
-        "largest dynamic force of one support at each speed",
-        PEAK,
-    ),
-    entry(
-        "isolation/support_force/run_up_peak",
-        "mount",
-        "N",
-        "largest of the run-up",
-        PEAK,
+    )  # fmt: skip
+    minimum_load: Any = q(
+        "mount", "N", "least load over the cycle; negative: the support is pulled",
+        exempt=DIFFERENCE, headline=Headline("minimum load on a support", "N", pick="least"),
+    )  # fmt: skip
+    by_cause: Any = q(
+        "mount cause", "N", "largest dynamic force of one support by one cause alone", PEAK
+    )
+    mean: Any = q("mount direction", "N", "force of one support on the ground by the mean torque")
+    run_up: Any = q("mount speed", "N", "largest dynamic force of one support at each speed", PEAK)
+    run_up_peak: Any = q(
+        "mount", "N", "largest of the run-up", PEAK,
         headline=Headline(
-            "force on a support in the run-up, peak",
-            "N",
+            "force on a support in the run-up, peak", "N",
             at="isolation/support_force/run_up_peak_speed",
         ),
-    ),
-    entry(
-        "isolation/support_force/run_up_peak_speed", "mount", "rad/s", "crank speed of the largest"
-    ),
-    entry(
-        "isolation/support_displacement/sag",
-        "mount",
-        "m",
-        "deflection under its own weight",
+    )  # fmt: skip
+    run_up_peak_speed: Any = q("mount", "rad/s", "crank speed of the largest")
+
+
+@dataclass(frozen=True)
+class SupportDisplacement:
+    """Displacement of the body at each support."""
+
+    ROOT: ClassVar[str] = "isolation/support_displacement"
+    sag: Any = q(
+        "mount", "m", "deflection under its own weight",
         headline=Headline("static deflection of a mount", "mm"),
-    ),
-    entry(
-        "isolation/support_displacement/steady_harmonics",
-        "mount direction order",
-        "m",
-        "displacement of the body at a support",
-        PEAK,
-    ),
-    entry(
-        "isolation/support_displacement/vertical_peak",
-        "mount",
-        "m",
-        "largest vertical displacement at a support over a turn",
-        PEAK,
+    )  # fmt: skip
+    steady_harmonics: Any = q(
+        "mount direction order", "m", "displacement of the body at a support", PEAK
+    )
+    vertical_peak: Any = q(
+        "mount", "m", "largest vertical displacement at a support over a turn", PEAK,
         headline=Headline("vertical motion at a mount at speed, peak", "mm"),
-    ),
-    entry(
-        "isolation/support_displacement/excursion",
-        "mount",
-        "m",
+    )  # fmt: skip
+    excursion: Any = q(
+        "mount", "m",
         "largest deflection over the cycle: sag, mean torque and vertical displacement",
-        PEAK,
-        headline=Headline("deflection of a mount with its sag, peak", "mm"),
-    ),
-    entry("isolation/masked/low", "masked", "rad/s", "last speed computed below"),
-    entry("isolation/masked/centre", "masked", "rad/s", "speed of the undamped resonance"),
-    entry("isolation/masked/high", "masked", "rad/s", "first speed computed above"),
-    entry("isolation/masked/order", "masked", "", "order in resonance"),
-    entry("isolation/masked/mode", "masked", "", "mode in resonance"),
-)
+        PEAK, headline=Headline("deflection of a mount with its sag, peak", "mm"),
+    )  # fmt: skip
+
 
 # ----------------------------------------------------------------------------
-# Every local maximum of the run-up.
+# The run-up: speeds left out of it, and every local maximum.
 # ----------------------------------------------------------------------------
 
-MAXIMA_ROOT = "isolation/run_up/maxima"
 
-MAXIMA_ENTRIES = (
-    entry(f"{MAXIMA_ROOT}/mount", "maximum", "", "place of the support among the mounts, from 1"),
-    entry(f"{MAXIMA_ROOT}/force", "maximum", "N", "local maximum of the force of a support", PEAK),
-    entry(f"{MAXIMA_ROOT}/speed", "maximum", "rad/s", "crank speed of the maximum"),
-    entry(f"{MAXIMA_ROOT}/order", "maximum", "", "order that is largest there"),
-    entry(f"{MAXIMA_ROOT}/order_share", "maximum", "", "size of that order over the peak of all"),
-    entry(
-        f"{MAXIMA_ROOT}/bending_order",
-        "maximum",
-        "",
-        "order that bends the curve downwards most: that in resonance",
-    ),
-    entry(f"{MAXIMA_ROOT}/mode", "maximum", "", "mode nearest to the frequency of that order"),
-    entry(f"{MAXIMA_ROOT}/frequency_ratio", "maximum", "", "that frequency over that of the mode"),
-    entry(f"{MAXIMA_ROOT}/at_end", "maximum", "", "1 at an end of the range of speeds, else 0"),
-)
+@dataclass(frozen=True)
+class Masked:
+    """Intervals of speed about undamped resonances."""
+
+    ROOT: ClassVar[str] = "isolation/masked"
+    low: Any = q("masked", "rad/s", "last speed computed below")
+    centre: Any = q("masked", "rad/s", "speed of the undamped resonance")
+    high: Any = q("masked", "rad/s", "first speed computed above")
+    order: Any = q("masked", "", "order in resonance")
+    mode: Any = q("masked", "", "mode in resonance")
+
+
+@dataclass(frozen=True)
+class RunUpMaxima:
+    """Local maxima of the forces of supports, by support and speed."""
+
+    ROOT: ClassVar[str] = "isolation/run_up/maxima"
+    mount: Any = q("maximum", "", "place of the support among the mounts, from 1")
+    force: Any = q("maximum", "N", "local maximum of the force of a support", PEAK)
+    speed: Any = q("maximum", "rad/s", "crank speed of the maximum")
+    order: Any = q("maximum", "", "order that is largest there")
+    order_share: Any = q("maximum", "", "size of that order over the peak of all")
+    bending_order: Any = q(
+        "maximum", "", "order that bends the curve downwards most: that in resonance"
+    )
+    mode: Any = q("maximum", "", "mode nearest to the frequency of that order")
+    frequency_ratio: Any = q("maximum", "", "that frequency over that of the mode")
+    at_end: Any = q("maximum", "", "1 at an end of the range of speeds, else 0")
+
 
 # ----------------------------------------------------------------------------
 # What the torque of the cylinders is for the body; its part in the forces of the supports is above.
 # ----------------------------------------------------------------------------
 
-TORQUE_REACTION_ROOT = "isolation/torque_reaction"
 
-TORQUE_REACTION_ENTRIES = (
-    entry(
-        f"{TORQUE_REACTION_ROOT}/couple",
-        "half_order",
-        "N*m",
-        "couple on the body about the crankshaft by gas and inertia torque",
+@dataclass(frozen=True)
+class TorqueReaction:
+    """The torque of the cylinders on the body."""
+
+    ROOT: ClassVar[str] = "isolation/torque_reaction"
+    couple: Any = q(
+        "half_order", "N*m", "couple on the body about the crankshaft by gas and inertia torque",
         PEAK,
-    ),
-    entry(
-        f"{TORQUE_REACTION_ROOT}/mean_couple",
-        "",
-        "N*m",
-        "its mean; 0 where the driven machine is on the body",
+    )  # fmt: skip
+    mean_couple: Any = q(
+        "", "N*m", "its mean; 0 where the driven machine is on the body",
         headline=Headline("torque reaction, mean", "N*m"),
-    ),
-    entry(
-        f"{TORQUE_REACTION_ROOT}/roll_peak",
-        "",
-        "rad",
-        "largest angle about the crankshaft over the cycle, without the mean",
-        PEAK,
+    )  # fmt: skip
+    roll_peak: Any = q(
+        "", "rad", "largest angle about the crankshaft over the cycle, without the mean", PEAK,
         headline=Headline("roll of the body by torque, peak", "mrad"),
-    ),
-    entry(
-        f"{TORQUE_REACTION_ROOT}/nearest_order",
-        "mode",
-        "",
+    )  # fmt: skip
+    nearest_order: Any = q(
+        "mode", "",
         "half order nearest to a mode of the body of those that drive it; 0: none does",
-    ),
-    entry(
-        f"{TORQUE_REACTION_ROOT}/margin",
-        "mode",
-        "",
-        "frequency of that order over the natural frequency, less 1",
-    ),
+    )  # fmt: skip
+    margin: Any = q("mode", "", "frequency of that order over the natural frequency, less 1")
+
+
+#: of those that are of the torque of the cylinders, where it reaches the mounts
+OF_TORQUE = (
+    *paths_of(SupportForce, "by_cause", "mean"),
+    *paths_of(TorqueReaction, "couple", "mean_couple", "roll_peak"),
 )
+NEAREST = paths_of(TorqueReaction, "nearest_order", "margin")
+#: of supports at the operating speed, computed on the foundation of the case where that moves
+STEADY_AT_SUPPORTS = (
+    *paths_of(SupportForce, "steady_harmonics", "steady_peak", "largest_load", "minimum_load"),
+    *paths_of(SupportDisplacement, "steady_harmonics", "vertical_peak", "excursion"),
+)
+#: the same of the body and its supports
+STEADY = (*paths_of(BodyMotion), *STEADY_AT_SUPPORTS)
 
 #: axis name -> (unit, long name)
 AXES = {
@@ -374,12 +274,12 @@ AXES = {
     "deflection": ("m", "compression of a mount along its axis"),
 }
 ENTRIES = (
-    *ISOLATION_ENTRIES,
-    *MAXIMA_ENTRIES,
-    *MOUNT_ENTRIES,
-    *TORQUE_REACTION_ENTRIES,
+    *entries_of(
+        Pitch, BodyModes, BodyMotion, LeverForce, SupportForce, SupportDisplacement, Masked,
+        RunUpMaxima, OfMounts, TorqueReaction,
+    ),
     *EFFICIENCY_ENTRIES,
-)
+)  # fmt: skip
 HELPS = {
     "isolation/": (ORDERS, RESONANCE),
     "isolation/modes/": (CANCELS,),

@@ -9,12 +9,11 @@ from vibecalc.excitation.stage import USUAL_ORDERS
 from vibecalc.isolation.mount_results import (
     AT_REST,
     BY_ORDER,
-    LOAD_CURVE,
     MOVING,
     OF_RUN_UP,
     OF_STOPS,
 )
-from vibecalc.isolation.results import NEAREST, OF_TORQUE, STEADY
+from vibecalc.isolation.results import NEAREST, OF_TORQUE, STEADY, STEADY_AT_SUPPORTS
 from vibecalc.kinematics.stage import orders_given, orders_of_motion, orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
 from vibecalc.parts.firing import (
@@ -44,7 +43,7 @@ def _of_mounts(case: "Case") -> tuple[str, ...]:
     if mounts is None:
         return ()
     return (
-        *((*AT_REST, LOAD_CURVE) if loads_count(mounts) else ()),
+        *(AT_REST if loads_count(mounts) else ()),
         *(OF_STOPS if has_stops(mounts) else ()),
         *(BY_ORDER if frequency_counts(mounts) else ()),
     )
@@ -80,7 +79,7 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
     without = (*_OTHERS, *(_BODY_ONLY if pitch else _PITCH_ONLY), *STEADY, *OF_TORQUE, *NEAREST)
     quantities = below("isolation/", without=without) + _of_mounts(case)
     if pitch:
-        quantities += STEADY[2:]
+        quantities += STEADY_AT_SUPPORTS
     elif not moves_with_machine(case):
         quantities += (*of_operating_speed(case), *(NEAREST * torque))
     yield Stage(

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -123,6 +123,17 @@ class Bounded:
         """Largest value over one axis, off by no more than the largest error there."""
         error = np.broadcast_to(self.error, self.shape)
         return Bounded(np.max(self.value, axis=axis), np.max(error, axis=axis))
+
+
+class Summed(NamedTuple):
+    """A value with its absolute error, and the size of the terms that it is the sum of.
+
+    Where the terms cancel, what is left has no scale of its own.
+    """
+
+    value: Any
+    error: Any
+    terms: float
 
 
 #: what may stand beside a bounded value in a formula; what is not bounded counts as exact

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.results.catalogue import AXES, CATALOGUE, OWNER
+from vibecalc.core.results.described import Group, given_in
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import Axis, Method, Quantity, Record
 from vibecalc.errors import KeyPath, NumericalFailure
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, Summed
 from vibecalc.subjects import SUBJECTS
 
 if TYPE_CHECKING:
@@ -306,6 +307,22 @@ class Scene:
                 terms=float(np.max(terms)),
             )
         )
+
+    def emit_all(self, group: Group, axes: Mapping[str, Any] | None = None) -> None:
+        """Put the results of a group into the record, with the axes that they have among these.
+
+        A value is an array, a `Bounded`, or a `Summed` with the size of its terms; or a function
+        without arguments that gives one, which is called where its result is asked for.
+        """
+        for path, value in given_in(group):
+            if callable(value):
+                if not self.wants(path):
+                    continue
+                value = value()
+            if isinstance(value, Summed):
+                self.emit(path, value.value, value.error, axes, terms=value.terms)
+            else:
+                self.emit(path, value, axes=axes)
 
     def cite(self, name: str, purpose: str, citation: str) -> None:
         """Name a method that took part, once."""

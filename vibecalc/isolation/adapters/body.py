@@ -6,12 +6,18 @@ import numpy as np
 
 from vibecalc.core.run.columns import PointsScene
 from vibecalc.core.run.stage import Scene
-from vibecalc.isolation.adapters.common import OF_RUN_UP, emit_static, isolation_of
+from vibecalc.isolation.adapters.common import OF_RUN_UP, isolation_of
 from vibecalc.isolation.adapters.loads import BodyLoads, body_loads, steady_motion
 from vibecalc.isolation.adapters.steady import AtRest, Moved, emit_steady
 from vibecalc.isolation.at_mounts import AtMounts, deflected, require_weight, weight_load
 from vibecalc.isolation.on_mounts import OnMounts, on_mounts, pitching
-from vibecalc.isolation.results import NEAREST
+from vibecalc.isolation.results import (
+    NEAREST,
+    BodyModes,
+    SupportDisplacement,
+    SupportForce,
+    TorqueReaction,
+)
 from vibecalc.isolation.torque_reaction import nearest_driven
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.parts.body import COORDINATES, RigidBody, dofs_of_model
@@ -40,7 +46,10 @@ def run_isolation(scene: Scene) -> None:
     mean = AtMounts(*[Bounded(np.zeros((1, 3)), np.zeros((1, 3)))] * 2)
     if np.any(loads.mean.value):
         mean = deflected(system.resting, loads.mean)
-    at_rest = AtRest(*emit_static(scene, mounts.names, *_weight(scene, system, body)), mean)
+    sag, share = _weight(scene, system, body)
+    scene.emit_all(SupportDisplacement(sag=sag), {"mount": mounts.names})
+    scene.emit_all(SupportForce(static=share), {"mount": mounts.names})
+    at_rest = AtRest(sag, share, mean)
     scene.handed_on["loads"], scene.handed_on["on_mounts"] = loads, system
     scene.handed_on["at_rest"] = at_rest
     if mounts.rest is not None or mounts.spectrum is not None:
@@ -75,9 +84,9 @@ def _emit_nearest(scene: Scene, system: OnMounts, loads: BodyLoads) -> None:
     speed, used = scene.case.machine.speed, loads.retained
     felt = system.felt(loads.load[:used])
     nearest = nearest_driven(system.shapes, felt, loads.order[:used], speed)
+    margin = Bounded(nearest.margin, nearest.margin_error)
     axes = {"mode": np.arange(1, len(nearest.order) + 1)}
-    scene.emit(NEAREST[0], nearest.order, 0.0, axes)
-    scene.emit(NEAREST[1], nearest.margin, nearest.margin_error, axes)
+    scene.emit_all(TorqueReaction(nearest_order=nearest.order, margin=margin), axes)
     resonances = system.resonances(felt)
     for mode in np.flatnonzero(np.abs(nearest.margin) < CLOSE):
         scene.warn(
@@ -94,18 +103,15 @@ def _emit_modes(scene: Scene, system: OnMounts) -> None:
         "response on the mounts",
         "Harris and Piersol, Shock and Vibration Handbook, 5th ed. 2002, ch. 3",
     )
-    shapes, reach = system.shapes, system.reach.mT
-    axes = {"mode": np.arange(1, len(system.freedoms) + 1), "coordinate": COORDINATES}
-    ratio, share = system.damping_ratio(), system.energy_fraction()
-    scene.emit(
-        "isolation/modes/natural_frequency",
-        shapes.natural_frequency,
-        shapes.natural_frequency_error,
-        axes,
+    shapes, reach, share = system.shapes, system.reach.mT, system.energy_fraction()
+    found = BodyModes(
+        natural_frequency=Bounded(shapes.natural_frequency, shapes.natural_frequency_error),
+        damping_ratio=system.damping_ratio(),
+        shape=Bounded(shapes.shape.mT @ reach, shapes.shape_error.mT @ reach),
+        energy_fraction=Bounded(share.value @ reach, share.error @ reach),
     )
-    scene.emit("isolation/modes/damping_ratio", ratio.value, ratio.error, axes)
-    scene.emit("isolation/modes/shape", shapes.shape.mT @ reach, shapes.shape_error, axes)
-    scene.emit("isolation/modes/energy_fraction", share.value @ reach, share.error, axes)
+    axes = {"mode": np.arange(1, len(system.freedoms) + 1), "coordinate": COORDINATES}
+    scene.emit_all(found, axes)
 
 
 def _weight(scene: Scene, system: OnMounts, body: RigidBody) -> tuple[Bounded, Bounded]:

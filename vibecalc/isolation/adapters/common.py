@@ -1,17 +1,18 @@
 """What the two isolation models share: peaks with what was left out, supports, run-up set-up."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from vibecalc.core.results.catalogue import CATALOGUE
+from vibecalc.core.results.described import Group
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Orders, left_out
-from vibecalc.excitation.inertia_forces import size_of_terms
+from vibecalc.isolation.results import LeverForce, SupportForce
 from vibecalc.isolation.rows import HarmonicsAt, Readout
 from vibecalc.isolation.run_up_peaks import RunUpPeak
-from vibecalc.numerics.bounded import Bounded, maximum
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.synthesis import synthesis
 from vibecalc.response.resonances import Resonances
 
@@ -25,11 +26,6 @@ OF_RUN_UP = tuple(
     if path.startswith(("isolation/", "points/"))
     and any(word in path for word in ("run_up", "masked", "torque_reaction"))
 )
-LARGEST = "isolation/support_force/steady_peak"
-VERTICAL = "isolation/support_displacement/vertical_peak"
-#: with what is constant, the weight and the mean torque
-EXCURSION = "isolation/support_displacement/excursion"
-LOADS = ("isolation/support_force/largest_load", "isolation/support_force/minimum_load")
 
 
 class KeptRows(NamedTuple):
@@ -94,32 +90,6 @@ def isolation_of(scene: Scene) -> "Isolation":
     return scene.case.isolation
 
 
-def emit_static(
-    scene: Scene, names: Sequence[str], sag: Bounded, share: Bounded
-) -> tuple[Bounded, Bounded]:
-    """Emit sag and share of the weight of every mount, and return both."""
-    scene.emit("isolation/support_displacement/sag", sag, axes={"mount": names})
-    scene.emit("isolation/support_force/static", share, axes={"mount": names})
-    return sag, share
-
-
-def emit_support_motion(
-    scene: Scene,
-    of: Orders,
-    names: Sequence[str],
-    directions: Sequence[str],
-    displacement: Bounded,
-    force: Bounded,
-) -> None:
-    """Motion and force (..., mounts, directions, orders) of every support at operating speed."""
-    used = of.retained
-    axes = {"mount": names, "direction": directions, "order": of.order[:used]}
-    for group, harmonics in (("displacement", displacement), ("force", force)):
-        kept, terms = harmonics[..., :used], size_of_terms(harmonics.error[..., :used])
-        path = f"isolation/support_{group}/steady_harmonics"
-        scene.emit(path, kept, axes=axes, terms=terms)
-
-
 class Extremes(NamedTuple):
     """Highest and lowest value (...) over the cycle of something constant and what alternates."""
 
@@ -137,41 +107,23 @@ def extremes(constant: Bounded, harmonics: Bounded, of: Orders) -> Extremes:
     )
 
 
-def emit_with_constant(
-    scene: Scene, names: Sequence[str], down: Bounded, load: Bounded, at_rest: Bounded,
-    weight: Bounded, of: Orders,
-) -> None:  # fmt: skip
-    """Largest deflection of every support and the extremes of its load over the cycle.
-
-    `down` and `load` (..., mounts, orders) are positive downwards; `at_rest` and `weight`
-    (..., mounts) are deflection and load by what is constant.
-    """
-    mounts = {"mount": names}
-    if scene.wants(EXCURSION):
-        both = extremes(at_rest, down, of)
-        scene.emit(EXCURSION, maximum(abs(both.highest), abs(both.lowest)), axes=mounts)
-    if scene.wants(*LOADS):
-        for path, one in zip(LOADS, extremes(weight, load, of), strict=True):
-            scene.emit(path, one, axes=mounts)
-
-
 def emit_run_up_peaks(scene: Scene, peak: RunUpPeak, lever_rows: int) -> None:
     """Highest peaks (..., results) and their speeds: of the couple over the lever, of the mounts.
 
     A peak without bound has no error.
     """
     error = np.where(np.isfinite(peak.value), peak.error, 0.0)
-    for path, rows, mount in rows_of_results(scene, lever_rows):
-        place = (..., rows if mount else 0)
-        scene.emit(f"{path}/run_up_peak", peak.value[place], error[place], mount)
-        scene.emit(f"{path}/run_up_peak_speed", peak.speed[place], peak.speed_error[place], mount)
+    value, speed = Bounded(peak.value, error), Bounded(peak.speed, peak.speed_error)
+    for group, rows, axes in rows_of_results(scene, lever_rows):
+        found = group(run_up_peak=value[..., rows], run_up_peak_speed=speed[..., rows])
+        scene.emit_all(found, axes)
 
 
 def rows_of_results(
     scene: Scene, lever_rows: int
-) -> Iterator[tuple[str, slice, dict[str, tuple[str, ...]]]]:
-    """Where the results of a run-up go, those that each of them takes, and its axis."""
+) -> Iterator[tuple[Callable[..., Group], slice | int, dict[str, tuple[str, ...]]]]:
+    """Groups that the results of a run-up go into, those that each of them takes, and its axis."""
     if lever_rows:
-        yield "isolation/lever_force", slice(0, 1), {}
+        yield LeverForce, 0, {}
     names = scene.parts.mounts.names if scene.parts.mounts else ()
-    yield "isolation/support_force", slice(lever_rows, None), {"mount": names}
+    yield SupportForce, slice(lever_rows, None), {"mount": names}

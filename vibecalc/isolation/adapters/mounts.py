@@ -4,17 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Orders
 from vibecalc.isolation.adapters.common import extremes
-from vibecalc.isolation.mount_results import (
-    AT_REST,
-    BY_ORDER,
-    LOAD_CURVE,
-    MOVING,
-    OF_RUN_UP,
-    OF_STOPS,
-)
+from vibecalc.isolation.mount_results import OfMounts
 from vibecalc.isolation.run_up_peaks import RunUpPeak
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON
@@ -41,19 +35,20 @@ def emit_mounts(scene: Scene, mounts: Mounts, orders: np.ndarray, speed: float) 
             "docs/theory_mounts.md",
         )
         along = np.einsum("ni,nij,nj->n", mounts.axis, mounts.stiffness, mounts.axis)
-        values = (
-            Bounded(rest.load, rest.load_error),
-            Bounded(rest.deflection, rest.deflection_error),
-            Bounded(rest.slope + rest.stop, rest.slope_error + EPSILON * rest.stop),
-            Bounded(along, mounts.relative_error * along),
+        found = OfMounts(
+            load=Bounded(rest.load, rest.load_error),
+            deflection=Bounded(rest.deflection, rest.deflection_error),
+            static_stiffness=Bounded(
+                rest.slope + rest.stop, rest.slope_error + EPSILON * rest.stop
+            ),
+            stiffness=Bounded(along, mounts.relative_error * along),
         )
-        for path, value in zip(AT_REST, values, strict=True):
-            scene.emit(path, value, axes=names)
+        scene.emit_all(found, names)
         _emit_curves(scene, mounts, rest)
         if any(law.stop for law in mounts.laws):
             left = _to_stop(mounts.laws, rest.deflection, rest.deflection)
             error = np.where(np.isfinite(left), rest.deflection_error, 0.0)
-            scene.emit(OF_STOPS[0], left, error, names)
+            scene.emit_all(OfMounts(clearance_at_rest=Bounded(left, error)), names)
             for place in np.flatnonzero(rest.stop):
                 scene.warn(
                     f"mount {mounts.names[place]!r} stands on its stop at rest, "
@@ -67,8 +62,11 @@ def emit_mounts(scene: Scene, mounts: Mounts, orders: np.ndarray, speed: float) 
         loss = np.einsum("ni,mnij,nj->nm", axis, at.structural, axis) / along
         axes = {**names, "order": orders}
         off = 8.0 * EPSILON if mounts.relative_error is None else mounts.relative_error[:, None]
-        scene.emit(BY_ORDER[0], along, (8.0 * EPSILON + off) * along, axes)
-        scene.emit(BY_ORDER[1], loss, 16.0 * EPSILON * np.abs(loss), axes)
+        found = OfMounts(
+            order_stiffness=Bounded(along, (8.0 * EPSILON + off) * along),
+            order_loss_factor=Bounded(loss, 16.0 * EPSILON * np.abs(loss)),
+        )
+        scene.emit_all(found, axes)
         scene.cite(
             "each order with the stiffness and loss factor of its frequency",
             "mounts over frequency",
@@ -78,7 +76,7 @@ def emit_mounts(scene: Scene, mounts: Mounts, orders: np.ndarray, speed: float) 
 
 def _emit_curves(scene: Scene, mounts: Mounts, rest: Rest) -> None:
     """Load of each mount over a range about its rest, its stops within, not beyond its rows."""
-    if not scene.wants(LOAD_CURVE):
+    if not scene.wants(*paths_of(OfMounts, "load_curve")):
         return
     laws = mounts.laws
     ends = [(law.down, -law.up) if law.stop else law.range for law in laws]
@@ -88,8 +86,8 @@ def _emit_curves(scene: Scene, mounts: Mounts, rest: Rest) -> None:
     high = min(max(seen), *(law.range[1] for law in laws))
     at = np.linspace(low, max(high, low + 1e-9), CURVE_POINTS)
     load = np.array([[law.load(float(u)) for u in at] for law in laws])
-    axes = {"mount": mounts.names, "deflection": at}
-    scene.emit(LOAD_CURVE, load, 16.0 * EPSILON * np.abs(load), axes)
+    curve = Bounded(load, 16.0 * EPSILON * np.abs(load))
+    scene.emit_all(OfMounts(load_curve=curve), {"mount": mounts.names, "deflection": at})
 
 
 def _up(scene: Scene, count: int) -> np.ndarray:
@@ -137,13 +135,13 @@ def emit_travel(
     swing = extremes(Bounded(np.zeros(()), np.zeros(())), along, of)
     travel = np.maximum(swing.highest.value, -swing.lowest.value)
     names = {"mount": mounts.names}
-    scene.emit(MOVING[0], travel, swing.highest.error, names)
     still = Bounded(rest.deflection, rest.deflection_error) + _pressed(mounts, mean)
     ends = still + swing.highest, still + swing.lowest
     deepest, highest = (end.value for end in ends)
     left = _to_stop(mounts.laws, deepest, highest)
     off = np.where(np.isfinite(left), np.maximum(*(end.error for end in ends)), 0.0)
-    scene.emit(MOVING[1], left, off, names)
+    found = OfMounts(travel=Bounded(travel, swing.highest.error), clearance=Bounded(left, off))
+    scene.emit_all(found, names)
     for place, law in enumerate(mounts.laws):
         if not law.stop:
             continue
@@ -182,15 +180,18 @@ def emit_run_up_travel(scene: Scene, peak: RunUpPeak, means: Sequence[Bounded]) 
     names = {"mount": mounts.names}
     finite = np.isfinite(peak.value)
     error = np.where(finite, peak.error, 0.0)
-    scene.emit(OF_RUN_UP[0], peak.value, error, names)
-    scene.emit(OF_RUN_UP[1], peak.speed, peak.speed_error, names)
     places = [mounts.rest.deflection + _pressed(mounts, mean).value for mean in means]
     at_rest = np.min([_to_stop(mounts.laws, u, u) for u in places], axis=0)
     has = np.isfinite(at_rest)
     left = np.where(has & finite, at_rest, 0.0) - np.where(finite, peak.value, 0.0)
     left = np.where(has, np.where(finite, left, -np.inf), np.inf)
     off = np.where(np.isfinite(left), error + mounts.rest.deflection_error, 0.0)
-    scene.emit(OF_RUN_UP[2], left, off, names)
+    found = OfMounts(
+        run_up_travel=Bounded(peak.value, error),
+        run_up_travel_speed=Bounded(peak.speed, peak.speed_error),
+        run_up_clearance=Bounded(left, off),
+    )
+    scene.emit_all(found, names)
     met = np.flatnonzero((left < 0.0) & (at_rest >= 0.0))
     if len(met):
         worst = met[np.argmin(left[met])]

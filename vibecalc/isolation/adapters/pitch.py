@@ -1,29 +1,31 @@
 """What is of a body that only pitches: its model, couples over a lever, what it does not follow."""
 
+from collections.abc import Callable
+
 import numpy as np
 
-from vibecalc.core.results.catalogue import CATALOGUE
+from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import (
-    CyclePeak,
     Forcing,
     couples_of,
     forces_of,
+    kept,
     length_over_cycle,
     peak_with_tail,
 )
-from vibecalc.excitation.inertia_forces import about_point, as_loads, size_of_terms
+from vibecalc.excitation.inertia_forces import about_point, as_loads
 from vibecalc.isolation.adapters.common import isolation_of
 from vibecalc.isolation.adapters.loads import BodyLoads
 from vibecalc.isolation.adapters.steady import Moved
 from vibecalc.isolation.on_mounts import OnMounts
-from vibecalc.numerics.bounded import Bounded, reshaped, where
-from vibecalc.numerics.linear import Linear, each_order
+from vibecalc.isolation.results import LeverForce, Pitch, SupportForce
+from vibecalc.numerics.bounded import Bounded, Summed, reshaped, where
+from vibecalc.numerics.linear import Linear, bounded_parts, each_order
 from vibecalc.numerics.rounding import EPSILON, SINGULAR
 from vibecalc.parts.body import build_frame
 
-LEVER, RIGID = "isolation/lever_force", "isolation/support_force/rigid_peak"
-LEVER_FORCES = tuple(path for path in CATALOGUE if path.startswith(f"{LEVER}/"))
+STILL = (*paths_of(SupportForce, "rigid_peak"), *paths_of(LeverForce, "rigid_peak"))
 
 
 def emit_pitch_model(scene: Scene, system: OnMounts) -> None:
@@ -33,16 +35,11 @@ def emit_pitch_model(scene: Scene, system: OnMounts) -> None:
         "response on the mounts",
         "Gibson (2008), equations 13 to 19, with the phase kept",
     )
-    matrices, shapes = system.matrices, system.shapes
-    for name, value, error in (
-        ("inertia", matrices.mass, matrices.mass_error),
-        ("stiffness", matrices.stiffness, matrices.stiffness_error),
-        ("damping", matrices.damping, matrices.damping_error),
-    ):
-        scene.emit(f"isolation/pitch/{name}", value[..., 0, 0], error[..., 0, 0])
-    frequency = Bounded(shapes.natural_frequency, shapes.natural_frequency_error)
-    scene.emit("isolation/pitch/natural_frequency", frequency[..., 0])
-    scene.emit("isolation/pitch/damping_ratio", system.damping_ratio()[..., 0])
+    mass, stiffness, damping, _ = (one[..., 0, 0] for one in bounded_parts(system.matrices))
+    shapes = system.shapes
+    frequency = Bounded(shapes.natural_frequency, shapes.natural_frequency_error)[..., 0]
+    ratio = system.damping_ratio()[..., 0]
+    scene.emit_all(Pitch(mass, stiffness, damping, frequency, ratio))
 
 
 def lever_of(scene: Scene, system: OnMounts) -> np.ndarray:
@@ -58,27 +55,30 @@ def emit_pitch(scene: Scene, system: OnMounts, loads: BodyLoads, moved: Moved) -
     forcing: Forcing = scene.handed_on["forcing"]
     used, speed = loads.retained, scene.case.machine.speed
     frequency = loads.order * np.asarray(speed)[..., None]
-    axes = {"order": loads.order[:used]}
-    if scene.wants("isolation/pitch/transmissibility"):
-        found = transmissibility(system.matrices, frequency[..., :used])
-        scene.emit("isolation/pitch/transmissibility", found, axes=axes)
-    if scene.wants("isolation/pitch/transmissibility_curve"):
-        _emit_curve(scene, system, float(frequency[used - 1]))
     angle = moved.motion[..., system.freedoms[0]]
-    terms = size_of_terms(angle.error[..., :used])
-    scene.emit("isolation/pitch/angle_harmonics", angle[..., :used], axes=axes, terms=terms)
-    if scene.wants("isolation/pitch/angle_peak"):
-        value, error, terms = peak_with_tail(angle, loads)
-        scene.emit("isolation/pitch/angle_peak", value, error, terms=terms)
-    _emit_left_out(scene, forcing, system)
+    force, couple = _left_out(scene, forcing)
+
+    def peak(vector: Bounded) -> Callable[[], Summed]:
+        return lambda: _at_speed(length_over_cycle(vector, forcing), speed)
+
+    found = Pitch(
+        transmissibility=lambda: transmissibility(system.matrices, frequency[..., :used]),
+        angle_harmonics=kept(angle, loads),
+        angle_peak=lambda: peak_with_tail(angle, loads),
+        force_left_out=peak(force),
+        couple_left_out=peak(couple),
+    )
+    scene.emit_all(found, {"order": loads.order[:used]})
+    if scene.wants(*paths_of(Pitch, "transmissibility_curve")):
+        _emit_curve(scene, system, float(frequency[used - 1]))
     still = None
-    if scene.wants(RIGID, f"{LEVER}/rigid_peak"):
+    if scene.wants(*STILL):
         # of all speeds at once
         couple = system.felt(as_loads(forcing.per_speed_squared))[..., 0]
         still = _at_speed(peak_with_tail(couple, forcing), speed)
-    if still is not None and scene.wants(RIGID):
+    if still is not None and scene.wants(STILL[0]):
         _emit_rigid(scene, system, still)
-    if scene.wants(*LEVER_FORCES):
+    if scene.wants(*paths_of(LeverForce)):
         passing = each_order(system.matrices).passing(frequency)[..., 0, 0]
         both = {"rigid": system.felt(loads.load)[..., 0], "steady": passing * angle}
         _emit_lever_force(scene, loads, both, still, lever_of(scene, system))
@@ -99,28 +99,28 @@ def transmissibility(matrices: Linear, frequency: np.ndarray) -> Bounded:
     return where(lost, Bounded(np.asarray(np.inf), np.zeros(())), ratio)
 
 
-def _at_speed(peak: CyclePeak, speed: float) -> CyclePeak:
+def _at_speed(peak: Summed, speed: float) -> Summed:
     """Of couples per speed squared, for all speeds at once."""
     square = np.square(speed)
     value, error = Bounded(peak.value, peak.error) * square
-    return CyclePeak(value, error, peak.terms * float(np.max(square)))
+    return Summed(value, error, peak.terms * float(np.max(square)))
 
 
-def _emit_left_out(scene: Scene, forcing: Forcing, system: OnMounts) -> None:
-    """Peaks of the shaking about the mass centre that turns no body which can only pitch."""
+def _left_out(scene: Scene, forcing: Forcing) -> tuple[Bounded, Bounded]:
+    """Shaking about the mass centre that turns no body which can only pitch.
+
+    Force and couple (..., 3, orders) per crank speed squared.
+    """
     body, train = scene.parts.body, scene.case.machine.crank_train
     assert body is not None
     shaking = about_point(forcing.per_speed_squared, body.centre[..., None, :])
     across = build_frame(train.axis, train.stroke).across
-    aside = np.eye(3) - np.outer(across, across)
     couple = couples_of(shaking)
-    couple = Bounded(couple.value @ aside, couple.error)
-    for name, part in (("force", forces_of(shaking)), ("couple", couple)):
-        path = f"isolation/pitch/{name}_left_out"
-        if scene.wants(path):
-            vector = reshaped(part, lambda one: np.swapaxes(one, -1, -2))
-            peak = _at_speed(length_over_cycle(vector, forcing), scene.case.machine.speed)
-            scene.emit(path, peak.value, peak.error, terms=peak.terms)
+    aside = Bounded(couple.value @ (np.eye(3) - np.outer(across, across)), couple.error)
+    force, other = (
+        reshaped(one, lambda part: np.swapaxes(part, -1, -2)) for one in (forces_of(shaking), aside)
+    )
+    return force, other
 
 
 def _emit_curve(scene: Scene, system: OnMounts, highest: float) -> None:
@@ -135,11 +135,10 @@ def _emit_curve(scene: Scene, system: OnMounts, highest: float) -> None:
     # Dense around 1 and never on it, where an undamped body has no value.
     ratio = np.exp(0.02 * np.sinh(np.linspace(-5.7, end, 300)))
     curve = transmissibility(system.matrices, ratio * natural)
-    axes = {"frequency_ratio": ratio}
-    scene.emit("isolation/pitch/transmissibility_curve", curve.value, curve.error, axes)
+    scene.emit_all(Pitch(transmissibility_curve=curve), {"frequency_ratio": ratio})
 
 
-def _emit_rigid(scene: Scene, system: OnMounts, still: CyclePeak) -> None:
+def _emit_rigid(scene: Scene, system: OnMounts, still: Summed) -> None:
     """Largest force of each mount with the body held still: its share of the couple.
 
     What the mounts pass on at low frequency, and at any frequency where they are stiff.
@@ -148,15 +147,15 @@ def _emit_rigid(scene: Scene, system: OnMounts, still: CyclePeak) -> None:
     share = pressed / system.matrices.stiffness[..., 0]
     top = still.value[..., None]
     force = Bounded(share * top, share * (still.error[..., None] + 8.0 * EPSILON * top))
-    axes = {"mount": system.mounts.names}
-    scene.emit(RIGID, force, axes=axes, terms=np.max(share) * still.terms)
+    found = Summed(force.value, force.error, float(np.max(share)) * still.terms)
+    scene.emit_all(SupportForce(rigid_peak=found), {"mount": system.mounts.names})
 
 
 def _emit_lever_force(
     scene: Scene,
     loads: BodyLoads,
     couples: dict[str, Bounded],
-    still: CyclePeak | None,
+    still: Summed | None,
     lever: np.ndarray,
 ) -> None:
     """Couple over lever, the source's reading of "the force on a support".
@@ -164,13 +163,13 @@ def _emit_lever_force(
     With the body held still, and through its mounts. It is the force of one pair of supports that
     far from the pitch axis if that pair alone resisted. Source: Gibson, equations 11, 12.
     """
-    axes = {"order": loads.order[: loads.retained]}
+    found: dict[str, Summed] = {}
     for name, couple in couples.items():
-        force = couple[..., : loads.retained] / lever[..., None]
-        terms = size_of_terms(force.error)
-        scene.emit(f"{LEVER}/{name}_harmonics", force, axes=axes, terms=terms)
-        if scene.wants(f"{LEVER}/{name}_peak"):
+        found[f"{name}_harmonics"] = kept(couple / lever[..., None], loads)
+        if scene.wants(*paths_of(LeverForce, f"{name}_peak")):
             known = still if name == "rigid" and still else peak_with_tail(couple, loads)
             peak = Bounded(known.value, known.error) / lever
-            terms = known.terms / float(np.min(lever))
-            scene.emit(f"{LEVER}/{name}_peak", peak, terms=terms)
+            found[f"{name}_peak"] = Summed(
+                peak.value, peak.error, known.terms / float(np.min(lever))
+            )
+    scene.emit_all(LeverForce(**found), {"order": loads.order[: loads.retained]})

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.core.results.catalogue import CATALOGUE
+from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene
 from vibecalc.isolation.adapters.body_run_up import body_sections
 from vibecalc.isolation.adapters.common import (
@@ -17,14 +17,14 @@ from vibecalc.isolation.adapters.common import (
 )
 from vibecalc.isolation.at_mounts import deflected
 from vibecalc.isolation.mount_results import OF_RUN_UP
-from vibecalc.isolation.results import MAXIMA_ROOT
+from vibecalc.isolation.results import LeverForce, Masked, RunUpMaxima, SupportForce
 from vibecalc.isolation.run_up import joined, run_up, run_up_peak
 from vibecalc.isolation.run_up_maxima import Maxima, Range, local_maxima
 from vibecalc.isolation.run_up_peaks import RunUpPeak, highest_of
 from vibecalc.numerics.bounded import Bounded
 
-CURVES = ("isolation/lever_force/run_up", "isolation/support_force/run_up")
-MAXIMA = tuple(path for path in CATALOGUE if path.startswith(f"{MAXIMA_ROOT}/"))
+CURVES = (*paths_of(LeverForce, "run_up"), *paths_of(SupportForce, "run_up"))
+MAXIMA = paths_of(RunUpMaxima)
 
 
 def run_run_up(scene: Scene) -> None:
@@ -52,14 +52,9 @@ def run_run_up(scene: Scene) -> None:
     share = isolation_of(scene).run_up_maxima
     if share is not None:
         _emit_maxima(scene, setup, local_maxima([Range(*each) for each in given], passed, share))
-    value, error = (part[:, setup.row_of] for part in passed.curve)
-    for path, rows, mount in rows_of_results(scene, setup.lever_rows):
-        scene.emit(
-            f"{path}/run_up",
-            value[:, rows].T if mount else value[:, 0],
-            error[:, rows],
-            {"speed": passed.speed, **mount},
-        )
+    curve = passed.curve[:, setup.row_of].T
+    for group, rows, axes in rows_of_results(scene, setup.lever_rows):
+        scene.emit_all(group(run_up=curve[rows]), {"speed": passed.speed, **axes})
     if passed.unresolved:
         scene.warn(
             f"the run-up has {passed.unresolved} intervals of speed that are coarser than asked "
@@ -67,10 +62,9 @@ def run_run_up(scene: Scene) -> None:
         )
     masked = passed.masked._replace(order=passed.masked.order * setup.step)
     if len(masked.low):
-        axes = {"masked": np.arange(1, len(masked.low) + 1)}
-        for name in ("low", "centre", "high", "order", "mode"):
-            uncertainty = masked.centre_error if name == "centre" else 0.0
-            scene.emit(f"isolation/masked/{name}", getattr(masked, name), uncertainty, axes)
+        centre = Bounded(masked.centre, masked.centre_error)
+        found = Masked(masked.low, centre, masked.high, masked.order, masked.mode)
+        scene.emit_all(found, {"masked": np.arange(1, len(masked.low) + 1)})
         _warn_masked(scene, len(masked.low), float(masked.centre[0]), float(masked.order[0]))
 
 
@@ -116,19 +110,20 @@ def _emit_maxima(scene: Scene, setup: RunUpSetup, maxima: Maxima) -> None:
         return
     mount, which = np.array(order).T
     found = Maxima(*(part[which] for part in maxima))
-    axes = {"maximum": np.arange(1, len(which) + 1)}
-    for name, values, error in (
-        ("mount", mount.astype(float), 0.0),
-        ("force", found.value, np.where(np.isfinite(found.value), found.error, 0.0)),
-        ("speed", found.speed, found.speed_error),
-        ("order", found.order * setup.step, 0.0),
-        ("order_share", found.share, 1e-12),
-        ("bending_order", found.bending * setup.step, 0.0),
-        ("mode", found.mode, 0.0),
-        ("frequency_ratio", found.ratio, found.speed_error / found.speed * found.ratio + 1e-14),
-        ("at_end", found.at_end, 0.0),
-    ):
-        scene.emit(f"{MAXIMA_ROOT}/{name}", values, error, axes)
+    error = np.where(np.isfinite(found.value), found.error, 0.0)
+    off = found.speed_error / found.speed * found.ratio + 1e-14
+    results = RunUpMaxima(
+        mount=mount.astype(float),
+        force=Bounded(found.value, error),
+        speed=Bounded(found.speed, found.speed_error),
+        order=found.order * setup.step,
+        order_share=Bounded(found.share, np.asarray(1e-12)),
+        bending_order=found.bending * setup.step,
+        mode=found.mode,
+        frequency_ratio=Bounded(found.ratio, off),
+        at_end=found.at_end,
+    )
+    scene.emit_all(results, {"maximum": np.arange(1, len(which) + 1)})
 
 
 def _warn_masked(scene: Scene, count: int, speed: float, order: float) -> None:

@@ -6,22 +6,19 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import MotionByOrder, length_over_cycle, peak_with_tail
+from vibecalc.excitation.adapter import MotionByOrder, kept, length_over_cycle, peak_with_tail
 from vibecalc.excitation.inertia_forces import size_of_terms
-from vibecalc.isolation.adapters.common import (
-    EXCURSION,
-    LARGEST,
-    LOADS,
-    VERTICAL,
-    emit_support_motion,
-    emit_with_constant,
-    isolation_of,
-)
+from vibecalc.isolation.adapters.common import extremes, isolation_of
 from vibecalc.isolation.adapters.loads import BodyLoads
 from vibecalc.isolation.at_mounts import AtMounts
-from vibecalc.isolation.results import CAUSES, TORQUE_REACTION_ROOT
+from vibecalc.isolation.results import (
+    BodyMotion,
+    SupportDisplacement,
+    SupportForce,
+    TorqueReaction,
+)
 from vibecalc.numerics import bounded
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, Summed, maximum
 from vibecalc.parts.body import DIRECTIONS
 from vibecalc.parts.mounts import Mounts
 
@@ -63,16 +60,37 @@ def emit_steady(
     scene.handed_on["motion_by_order"] = MotionByOrder(
         loads.order, loads.retained, loads.tail, moved.motion
     )
+    axes = {
+        "mount": mounts.names,
+        "order": loads.order[: loads.retained],
+        "direction": [DIRECTIONS[place] for place in moved.directions],
+    }
     if isolation_of(scene).model != "pitch":
-        _emit_motion(scene, loads, moved.motion)
-    names = [DIRECTIONS[place] for place in moved.directions]
-    emit_support_motion(scene, loads, mounts.names, names, moved.at_mounts, moved.force)
-    axes = {"mount": mounts.names}
-    if scene.wants(LARGEST):
-        largest = length_over_cycle(moved.force, loads)
-        scene.emit(LARGEST, largest.value, largest.error, axes, terms=largest.terms)
-    if scene.wants(VERTICAL, EXCURSION, *LOADS):
-        _emit_upright(scene, mounts, loads, at_rest, moved)
+        move, turn = moved.motion[..., :3], moved.motion[..., 3:]
+        found = BodyMotion(_by_order(move, loads), _by_order(turn, loads))
+        scene.emit_all(found, axes)
+    up = np.eye(3)["xyz".index(isolation_of(scene).up)]
+    few = up[list(moved.directions)]
+    raised, lifted = (_along(one[..., None], up)[..., 0] for one in at_rest.mean)
+    down, pressed = (-_along(one, few) for one in (moved.deflection, moved.force))
+
+    def largest_deflection() -> Bounded:
+        both = extremes(at_rest.sag - raised, down, loads)
+        return maximum(abs(both.highest), abs(both.lowest))
+
+    displacement = SupportDisplacement(
+        steady_harmonics=kept(moved.at_mounts, loads),
+        vertical_peak=lambda: peak_with_tail(_along(moved.at_mounts, few), loads),
+        excursion=largest_deflection,
+    )
+    scene.emit_all(displacement, axes)
+    force = SupportForce(
+        steady_harmonics=kept(moved.force, loads),
+        steady_peak=lambda: length_over_cycle(moved.force, loads),
+        largest_load=lambda: extremes(at_rest.load - lifted, pressed, loads).highest,
+        minimum_load=lambda: extremes(at_rest.load - lifted, pressed, loads).lowest,
+    )
+    scene.emit_all(force, axes)
     if mounts.rest is not None:
         from vibecalc.isolation.adapters.mounts import emit_travel
 
@@ -82,32 +100,10 @@ def emit_steady(
         _emit_by_cause(scene, mounts, loads, loads.torque, solve)
 
 
-def _emit_motion(scene: Scene, loads: BodyLoads, motion: Bounded) -> None:
-    used = loads.retained
-    axes = {"order": loads.order[:used], "direction": DIRECTIONS}
-    for name, part in (("translation", slice(0, 3)), ("rotation", slice(3, 6))):
-        scene.emit(
-            f"isolation/body/{name}_harmonics",
-            motion[..., :used, part],
-            axes=axes,
-            terms=size_of_terms(motion.error[..., :used, part]),
-        )
-
-
-def _emit_upright(
-    scene: Scene, mounts: Mounts, loads: BodyLoads, at_rest: AtRest, moved: Moved
-) -> None:
-    """Vertical motion of the body; deflection and load of the mounts with what is constant."""
-    up = np.eye(3)["xyz".index(isolation_of(scene).up)]
-    still = [_along(one[..., None], up)[..., 0] for one in at_rest.mean]
-    up = up[list(moved.directions)]
-    highest = peak_with_tail(_along(moved.at_mounts, up), loads)
-    axes = {"mount": mounts.names}
-    scene.emit(VERTICAL, highest.value, highest.error, axes, terms=highest.terms)
-    raised, lifted = still
-    down, load = (-_along(one, up) for one in (moved.deflection, moved.force))
-    given = (down, load, at_rest.sag - raised, at_rest.load - lifted, loads)
-    emit_with_constant(scene, mounts.names, *given)
+def _by_order(motion: Bounded, loads: BodyLoads) -> Summed:
+    """Orders that are results of a motion (..., m, directions)."""
+    few = motion[..., : loads.retained, :]
+    return Summed(few.value, few.error, size_of_terms(few.error))
 
 
 def _along(vector: Bounded, direction: np.ndarray) -> Bounded:
@@ -129,16 +125,15 @@ def _emit_torque(
         "docs/theory_torsion_mounts.md",
     )
     about = np.concatenate([np.zeros(3), scene.parts.crank_train.axis])
-    axes = {"half_order": loads.order[: loads.retained]}
-    couple = loads.torque[: loads.retained] @ about
-    scene.emit(f"{TORQUE_REACTION_ROOT}/couple", couple, axes=axes)
-    scene.emit(f"{TORQUE_REACTION_ROOT}/mean_couple", loads.mean @ about)
-    if scene.wants(f"{TORQUE_REACTION_ROOT}/roll_peak"):
-        roll = peak_with_tail(moved.motion @ about, loads)
-        scene.emit(f"{TORQUE_REACTION_ROOT}/roll_peak", roll.value, roll.error)
+    found = TorqueReaction(
+        couple=loads.torque[: loads.retained] @ about,
+        mean_couple=loads.mean @ about,
+        roll_peak=lambda: peak_with_tail(moved.motion @ about, loads),
+    )
+    scene.emit_all(found, {"half_order": loads.order[: loads.retained]})
     force = at_rest.mean.force + np.zeros((len(mounts.names), 3))
-    axes_of = {"mount": mounts.names, "direction": DIRECTIONS}
-    scene.emit("isolation/support_force/mean", force, axes=axes_of)
+    axes = {"mount": mounts.names, "direction": DIRECTIONS}
+    scene.emit_all(SupportForce(mean=force), axes)
 
 
 def _emit_by_cause(
@@ -149,9 +144,11 @@ def _emit_by_cause(
     solve: Callable[[Bounded], Moved],
 ) -> None:
     """Largest force over the cycle of each support by each cause alone."""
-    if not scene.wants(CAUSES):
-        return
     parts = {"torque of the cylinders": torque, "shaking": loads.load - torque}
-    peaks = [length_over_cycle(solve(part).force, loads) for part in parts.values()]
-    found = bounded.stack([Bounded(peak.value, peak.error) for peak in peaks])
-    scene.emit(CAUSES, found, axes={"mount": mounts.names, "cause": list(parts)})
+
+    def alone() -> Bounded:
+        peaks = [length_over_cycle(solve(part).force, loads) for part in parts.values()]
+        return bounded.stack([Bounded(peak.value, peak.error) for peak in peaks])
+
+    axes = {"mount": mounts.names, "cause": list(parts)}
+    scene.emit_all(SupportForce(by_cause=alone), axes)
