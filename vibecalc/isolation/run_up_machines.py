@@ -65,7 +65,8 @@ def highest_peaks(machines: Machines) -> RunUpPeak:
     looked.add(*looked.first_speeds())
     looked.add(*looked.near(looked.may_win()))
     samples = Samples(looked.machine, looked.speed, looked.value, looked.harmonics)
-    search = Search(machines.ground, looked.angle, machines.infinite, machines.harmonics_at)
+    damped = np.where(machines.exposed > 0.0, np.nan, machines.frequency)
+    search = Search(machines.ground, looked.angle, machines.infinite, machines.harmonics_at, damped)
     return highest(search, samples, _THRESHOLD, sparse=True)
 
 

@@ -6,7 +6,9 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from vibecalc.isolation.rows import HarmonicsAt, Jet
-from vibecalc.isolation.run_up_grid import squares
+from vibecalc.isolation.run_up_grid import exact_peaks, squares, uncertainty_of
+from vibecalc.numerics.bounded import Bounded, concatenate
+from vibecalc.numerics.maxima import SURE, top_errors
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
 # ----------------------------------------------------------------------------
@@ -142,7 +144,7 @@ def climb(ground: Ground, starts: Starts, known: np.ndarray) -> RunUpPeaks:
     jet = ground.jets_at(speed, row, errors=True)
     here = _height(jet, np.asarray(ground.orders, dtype=float), angle)
     value = np.sqrt(2.0 * here.h)
-    inside = (speed > low) & (speed < high)
+    inside = ((speed > low) & (speed < high)) | (np.abs(here.v) <= here.v_uncertainty)
     # what another step would move it by
     left = _step(here, speed, starts.reach[best], ground.highest, np.ones(len(best)), low, high)[0]
     drift = np.where(inside, _speed_uncertainty(here, high - low) + np.abs(left), 0.0)
@@ -263,7 +265,8 @@ def _height(jet: Jet, order: np.ndarray, angle: np.ndarray) -> _Height:
         uncertainty = jet.error + rounding * np.abs(value)
         uncertainty_v = jet.slope_error + rounding * np.abs(slope)
         df, df_v = _length(uncertainty.sum(axis=-1)), _length(uncertainty_v.sum(axis=-1))
-        df_a, size = _length(uncertainty @ order), _length(f)
+        turned = uncertainty @ order + (jet.turn_error if jet.turn_error.size else 0.0)
+        df_a, size = _length(turned), _length(f)
         uncertainties = (df, size * df_v + df * _length(f_v), size * df_a + df * _length(f_a))
     return _Height(
         0.5 * _dot(f, f), _dot(f, f_v), _dot(f, f_a), _dot(f_v, f_v) + _dot(f, f_vv),
@@ -352,10 +355,19 @@ def highest_of(peaks: Sequence[RunUpPeak]) -> RunUpPeak:
     first = np.argmax([peak.value for peak in peaks], axis=0)
     rows = np.arange(len(first))
     best = RunUpPeak(*(np.stack(part)[first, rows] for part in zip(*peaks, strict=True)))
-    # another part whose errors reach above leaves the value open so far
+    # another part whose errors reach above leaves the value open so far, and the speed
     above = np.max([np.where(p.error > 0.0, p.value + p.error, 0.0) for p in peaks], axis=0)
-    higher = np.where(np.isfinite(best.value), above - best.value, 0.0)
-    return best._replace(error=np.maximum(best.error, higher))
+    finite = np.isfinite(best.value)
+    higher = np.where(finite, above - best.value, 0.0)
+    unsure, level = finite & (best.error > SURE * best.value), best.value - best.error
+    away = [
+        (unsure & (p.value + p.error >= level)) * (np.abs(p.speed - best.speed) + p.speed_error)
+        for p in peaks
+    ]
+    return best._replace(
+        error=np.maximum(best.error, higher),
+        speed_error=np.maximum(best.speed_error, np.max(away, axis=0)),
+    )
 
 
 class Samples(NamedTuple):
@@ -376,13 +388,14 @@ class Search(NamedTuple):
 
     `ground` has the rows (machines * rows,), `angle` is the grid of crank angles, `infinite` tells
     rows that have no bound. `harmonics_at` gives all rows (n, rows, components, orders) of machines
-    (n,) at speeds (n,).
+    (n,) at speeds (n,). `damped` (machines, modes) are natural frequencies, NaN for none.
     """
 
     ground: Ground
     angle: np.ndarray
     infinite: np.ndarray
     harmonics_at: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    damped: np.ndarray
 
 
 def highest(search: Search, samples: Samples, threshold: float, sparse: bool = False) -> RunUpPeak:
@@ -411,7 +424,46 @@ def highest(search: Search, samples: Samples, threshold: float, sparse: bool = F
     at, row = np.nonzero((local & high) | around)
     places = Starts(speed[at], np.zeros(len(at)), machine[at] * rows + row, reach[at])
     starts = _branches(search, places, harmonics[at, row], threshold)
-    return RunUpPeak(*_climbed(search, starts, rows, threshold)[:4])
+    return _over_all(search, samples, RunUpPeak(*_climbed(search, starts, rows, threshold)[:4]))
+
+
+#: orders above the highest one whose resonances are looked at for what is left out; rows over speed
+#: times orders that are worked on at once
+_BEYOND, _AT_ONCE = 24, 1_000_000
+
+
+def _over_all(search: Search, samples: Samples, peak: RunUpPeak) -> RunUpPeak:
+    """The same with errors that hold where errors of the harmonics matter at other speeds, too.
+
+    What is left out of a row may lift it anywhere in the range, most where one of the orders left
+    out is in resonance.
+    """
+    ground, rows = search.ground, samples.value.shape[1]
+    unsure = np.flatnonzero(peak.error > SURE * peak.value)
+    if not len(unsure):
+        return peak
+    beyond = ground.highest + np.arange(1.0, _BEYOND + 1.0)
+    met = search.damped[:, :, None] / beyond
+    speed = np.concatenate([samples.speed, met.ravel()])
+    machine = np.concatenate([samples.machine, np.repeat(np.arange(len(met)), met[0].size)])
+    start, stop = (np.broadcast_to(end, len(peak.value))[unsure] for end in ground[2:4])
+    at, place = np.nonzero(
+        (machine[:, None] == unsure // rows) & (speed[:, None] >= start) & (speed[:, None] <= stop)
+    )
+    by_speed = np.lexsort((place, speed[at]))
+    at, place = at[by_speed], place[by_speed]
+    curve = []
+    for part in np.array_split(np.arange(len(at)), -(-len(at) * len(ground.orders) // _AT_ONCE)):
+        jet = ground.jets_at(speed[at[part]], unsure[place[part]], errors=True)
+        curve.append(exact_peaks(jet.value, uncertainty_of(jet), ground.orders))
+    every = concatenate(curve)
+    error, speed_error = peak.error.copy(), peak.speed_error.copy()
+    for number, row in enumerate(unsure.tolist()):
+        own = place == number
+        found = Bounded(peak.value[row], peak.error[row])
+        top = Bounded(peak.speed[row], peak.speed_error[row])
+        speed_error[row], error[row] = top_errors(top, found, speed[at[own]], every[own])
+    return peak._replace(error=error, speed_error=speed_error)
 
 
 def _climbed(search: Search, starts: Starts, rows: int, threshold: float) -> RunUpPeaks:
