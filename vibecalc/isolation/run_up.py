@@ -1,6 +1,6 @@
 """A slow run-up: at each speed the peak over the cycle, and the highest of them all."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -25,11 +25,13 @@ from vibecalc.isolation.run_up_peaks import (
     RunUpPeak,
     Samples,
     Search,
+    beyond_speeds,
     highest,
     highest_of,
     jets_of,
+    over_all,
 )
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, concatenate
 from vibecalc.response.resonances import MaskedSpeeds, Resonances, masked_speeds
 
 # ----------------------------------------------------------------------------
@@ -121,12 +123,21 @@ def run_up(
         shown, which = np.unique(speed, return_inverse=True)
         return sampled(shown)[1][which]
 
-    damped = np.where(sought.exposed() > 0.0, np.nan, sought.frequency)[None]
-    search = Search(ground, angle, bounds.infinite, known_harmonics, damped)
+    search = Search(ground, angle, bounds.infinite, known_harmonics)
     value, harmonics, uncertainty = sampled(refined.speed)
     samples = Samples(np.zeros(len(refined.speed), int), refined.speed, value, harmonics)
-    peak = bounds.applied(highest(search, samples, 0.97))
     curve = exact_peaks(harmonics, uncertainty, order)
+
+    def curves_of(rows: np.ndarray) -> Iterator[tuple[int, np.ndarray, Bounded]]:
+        more = beyond_speeds(sought.frequency, sought.exposed(), ground.highest)
+        more = admitted(more, masked, start, stop)
+        _, there, off = sampled(more)
+        speed = np.concatenate([refined.speed, more])
+        rising = np.argsort(speed, kind="stable")
+        whole = concatenate([curve, exact_peaks(there, off, order)], axis=0)[rising]
+        return ((row, speed[rising], whole[:, row]) for row in rows.tolist())
+
+    peak = bounds.applied(over_all(highest(search, samples, 0.97), curves_of))
     return RunUp(refined.speed, curve, peak, masked, refined.unresolved)
 
 

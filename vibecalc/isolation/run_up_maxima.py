@@ -8,7 +8,7 @@ import numpy as np
 from vibecalc.isolation.rows import HarmonicsAt, Jet
 from vibecalc.isolation.run_up import RunUp
 from vibecalc.isolation.run_up_grid import angle_grid, squares
-from vibecalc.isolation.run_up_peaks import Ground, RunUpPeaks, Starts, climb, jets_of
+from vibecalc.isolation.run_up_peaks import Ground, RunUpPeaks, Starts, climb, jets_of, open_between
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.maxima import top_errors
 from vibecalc.response.resonances import Resonances
@@ -158,7 +158,8 @@ def _highest(part: Range, row: int, here: float, start: float, stop: float) -> R
         np.full(len(high), reach),
     )  # fmt: skip
     ends = np.array([start]), np.array([stop])
-    return climb(Ground(jets_of(one_row), order, *ends), starts, np.zeros(1))
+    peaks, all_ends = climb(Ground(jets_of(one_row), order, *ends), starts, np.zeros(1))
+    return open_between(peaks, [all_ends])
 
 
 def _described(

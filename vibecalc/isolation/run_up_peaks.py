@@ -1,13 +1,13 @@
 """The highest peaks of a run-up over crank speed and crank angle, by Newton in both."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from vibecalc.isolation.rows import HarmonicsAt, Jet
-from vibecalc.isolation.run_up_grid import exact_peaks, squares, uncertainty_of
-from vibecalc.numerics.bounded import Bounded, concatenate
+from vibecalc.isolation.run_up_grid import squares
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.maxima import SURE, top_errors
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
@@ -108,10 +108,19 @@ class Ground(NamedTuple):
         return float(np.max(self.orders))
 
 
-def climb(ground: Ground, starts: Starts, known: np.ndarray) -> RunUpPeaks:
+class Ends(NamedTuple):
+    """Where starts (starts,) of rows have led to: speed, what may be left to it, and height."""
+
+    row: np.ndarray
+    speed: np.ndarray
+    left: np.ndarray
+    value: np.ndarray
+
+
+def climb(ground: Ground, starts: Starts, known: np.ndarray) -> tuple[RunUpPeaks, Ends]:
     """Maximise |f(speed, angle)| of rows from their starts within their ranges.
 
-    Only peaks above those `known` (rows,) count.
+    Only peaks above those `known` (rows,) count; the ends are of all starts.
 
     A maximum over speed of the peak over the cycle is a smooth point of one branch (an upper
     envelope has kinks only in its valleys), where both slopes vanish, or an end of the range. The
@@ -123,17 +132,20 @@ def climb(ground: Ground, starts: Starts, known: np.ndarray) -> RunUpPeaks:
     rows, floor = len(known), 0.5 * np.square(known)
     found = _ascend(ground, ground.look or ground.jets_at, starts, floor)
     low, high = (np.broadcast_to(end, rows) for end in (ground.start, ground.stop))
+    there = np.clip(found.speed + found.step_v, low[starts.row], high[starts.row])
+    top = np.sqrt(2.0 * found.here.h * (1.0 + found.gain))
+    ends = Ends(starts.row, there, np.abs(found.step_v), top)
     none = [np.zeros(rows) for _ in range(6)]
     peaks = RunUpPeaks._make([*none, np.zeros((rows, *found.shape), dtype=complex)])
     peaks.speed[:] = low
     if ground.look is not None:
         starts = _contenders(found, starts, floor)
         if not len(starts.row):
-            return peaks
+            return peaks, ends
         found = _ascend(ground, ground.jets_at, starts, floor)
     best = _best(found.here.h, starts.row, floor)
     if not len(best):
-        return peaks
+        return peaks, ends
     # the last step is below what the height can tell apart, and above what the slopes can
     row, step_v, gain = starts.row[best], found.step_v[best], found.gain[best]
     arrived, low, high = gain <= _ARRIVED, low[row], high[row]
@@ -152,7 +164,7 @@ def climb(ground: Ground, starts: Starts, known: np.ndarray) -> RunUpPeaks:
     peaks.speed[row], peaks.angle[row], peaks.gain[row] = speed, angle, gain
     peaks.speed_error[row] = drift + 2.0 * UNIT_ROUNDOFF * speed
     peaks.harmonics[row] = jet.value
-    return peaks
+    return peaks, ends
 
 
 class _Found(NamedTuple):
@@ -333,6 +345,8 @@ def _speed_uncertainty(at: _Height, span: np.ndarray) -> np.ndarray:
 
 #: how often other branches are searched where a peak was found
 _MOST_CLIMBS = 4
+#: relative distance of speeds up to which two tops are one
+_SAME_TOP = 1e-7
 
 
 class RunUpPeak(NamedTuple):
@@ -388,14 +402,13 @@ class Search(NamedTuple):
 
     `ground` has the rows (machines * rows,), `angle` is the grid of crank angles, `infinite` tells
     rows that have no bound. `harmonics_at` gives all rows (n, rows, components, orders) of machines
-    (n,) at speeds (n,). `damped` (machines, modes) are natural frequencies, NaN for none.
+    (n,) at speeds (n,).
     """
 
     ground: Ground
     angle: np.ndarray
     infinite: np.ndarray
     harmonics_at: Callable[[np.ndarray, np.ndarray], np.ndarray]
-    damped: np.ndarray
 
 
 def highest(search: Search, samples: Samples, threshold: float, sparse: bool = False) -> RunUpPeak:
@@ -424,46 +437,7 @@ def highest(search: Search, samples: Samples, threshold: float, sparse: bool = F
     at, row = np.nonzero((local & high) | around)
     places = Starts(speed[at], np.zeros(len(at)), machine[at] * rows + row, reach[at])
     starts = _branches(search, places, harmonics[at, row], threshold)
-    return _over_all(search, samples, RunUpPeak(*_climbed(search, starts, rows, threshold)[:4]))
-
-
-#: orders above the highest one whose resonances are looked at for what is left out; rows over speed
-#: times orders that are worked on at once
-_BEYOND, _AT_ONCE = 24, 1_000_000
-
-
-def _over_all(search: Search, samples: Samples, peak: RunUpPeak) -> RunUpPeak:
-    """The same with errors that hold where errors of the harmonics matter at other speeds, too.
-
-    What is left out of a row may lift it anywhere in the range, most where one of the orders left
-    out is in resonance.
-    """
-    ground, rows = search.ground, samples.value.shape[1]
-    unsure = np.flatnonzero(peak.error > SURE * peak.value)
-    if not len(unsure):
-        return peak
-    beyond = ground.highest + np.arange(1.0, _BEYOND + 1.0)
-    met = search.damped[:, :, None] / beyond
-    speed = np.concatenate([samples.speed, met.ravel()])
-    machine = np.concatenate([samples.machine, np.repeat(np.arange(len(met)), met[0].size)])
-    start, stop = (np.broadcast_to(end, len(peak.value))[unsure] for end in ground[2:4])
-    at, place = np.nonzero(
-        (machine[:, None] == unsure // rows) & (speed[:, None] >= start) & (speed[:, None] <= stop)
-    )
-    by_speed = np.lexsort((place, speed[at]))
-    at, place = at[by_speed], place[by_speed]
-    curve = []
-    for part in np.array_split(np.arange(len(at)), -(-len(at) * len(ground.orders) // _AT_ONCE)):
-        jet = ground.jets_at(speed[at[part]], unsure[place[part]], errors=True)
-        curve.append(exact_peaks(jet.value, uncertainty_of(jet), ground.orders))
-    every = concatenate(curve)
-    error, speed_error = peak.error.copy(), peak.speed_error.copy()
-    for number, row in enumerate(unsure.tolist()):
-        own = place == number
-        found = Bounded(peak.value[row], peak.error[row])
-        top = Bounded(peak.speed[row], peak.speed_error[row])
-        speed_error[row], error[row] = top_errors(top, found, speed[at[own]], every[own])
-    return peak._replace(error=error, speed_error=speed_error)
+    return RunUpPeak(*_climbed(search, starts, rows, threshold)[:4])
 
 
 def _climbed(search: Search, starts: Starts, rows: int, threshold: float) -> RunUpPeaks:
@@ -472,7 +446,8 @@ def _climbed(search: Search, starts: Starts, rows: int, threshold: float) -> Run
     Of two branches that cross between two speeds one may be too low at either to be a start.
     """
     ground, total = search.ground, len(search.infinite)
-    peaks = climb(ground, starts, np.zeros(total))
+    peaks, ends = climb(ground, starts, np.zeros(total))
+    every = [ends]
     period = len(search.angle) * search.angle[1]
     reach = np.zeros(total)
     np.maximum.at(reach, starts.row, starts.reach)
@@ -487,7 +462,9 @@ def _climbed(search: Search, starts: Starts, rows: int, threshold: float) -> Run
         machine, place = np.divmod(places.row, rows)
         values = search.harmonics_at(machine, inner)[np.arange(len(inner)), place]
         near = _branches(search, places, values, threshold)
-        _keep(peaks, climb(ground, near, peaks.value))
+        again, ends = climb(ground, near, peaks.value)
+        _keep(peaks, again)
+        every.append(ends)
     for _ in range(_MOST_CLIMBS):
         tops = Starts(peaks.speed[row], peaks.angle[row], row, reach[row])
         there = _branches(search, tops, peaks.harmonics[row], threshold)
@@ -495,12 +472,27 @@ def _climbed(search: Search, starts: Starts, rows: int, threshold: float) -> Run
         if np.all(known):
             break
         there = Starts(*(part[~known] for part in there))
-        again = climb(ground, there, peaks.value)
+        again, ends = climb(ground, there, peaks.value)
+        every.append(ends)
         climbed = Starts(*(np.concatenate(pair) for pair in zip(climbed, there, strict=True)))
         row = _keep(peaks, again)
         if not len(row):
             break
-    return peaks
+    return open_between(peaks, every)
+
+
+def open_between(peaks: RunUpPeaks, every: Sequence[Ends]) -> RunUpPeaks:
+    """The same, with the speeds of other tops that errors of the harmonics do not exclude."""
+    row, speed, left, value = (np.concatenate(part) for part in zip(*every, strict=True))
+    away, error = np.abs(speed - peaks.speed[row]), peaks.error[row]
+    # about as uncertain as the highest one
+    left = left + peaks.speed_error[row]
+    # both heights are off
+    rival = (value >= peaks.value[row] - 2.0 * error) & (error > SURE * peaks.value[row])
+    rival &= away > _SAME_TOP * peaks.speed[row]
+    speed_error = peaks.speed_error.copy()
+    np.maximum.at(speed_error, row[rival], (away + left)[rival])
+    return peaks._replace(speed_error=speed_error)
 
 
 def _are_known(there: Starts, climbed: Starts, period: float, near: float) -> np.ndarray:
@@ -536,3 +528,35 @@ def _branches(search: Search, places: Starts, harmonics: np.ndarray, threshold: 
     each, column = np.nonzero((height >= around) & (height >= floor))
     reach = np.maximum(places.reach, 1e-12 * places.speed)
     return Starts(places.speed[each], search.angle[column], places.row[each], reach[each])
+
+
+# ----------------------------------------------------------------------------
+# What errors of the harmonics leave open of the highest peaks: they may lift a row anywhere.
+# ----------------------------------------------------------------------------
+
+#: orders above the highest one whose resonances are looked at for what is left out
+_BEYOND = 24
+
+#: some of the rows (k,) -> of each its number, speeds (n,), rising, and its curve (n,)
+CurvesOf = Callable[[np.ndarray], Iterable[tuple[int, np.ndarray, Bounded]]]
+
+
+def over_all(peak: RunUpPeak, curves_of: CurvesOf) -> RunUpPeak:
+    """The same with errors that count the whole curve of each row that is not known to rounding."""
+    error, speed_error = peak.error.copy(), peak.speed_error.copy()
+    unsure = np.flatnonzero(peak.error > SURE * peak.value)
+    for row, speed, curve in curves_of(unsure) if len(unsure) else ():
+        top = Bounded(peak.speed[row], peak.speed_error[row])
+        height = Bounded(peak.value[row], peak.error[row])
+        speed_error[row], error[row] = top_errors(top, height, speed, curve)
+    return peak._replace(error=error, speed_error=speed_error)
+
+
+def beyond_speeds(frequency: np.ndarray, exposed: np.ndarray, highest: float) -> np.ndarray:
+    """Speeds (..., k) at which orders above the highest one meet modes (..., modes) with damping.
+
+    NaN for those of modes without.
+    """
+    damped = np.where(exposed > 0.0, np.nan, frequency)[..., None]
+    met = damped / (highest + np.arange(1.0, _BEYOND + 1.0))
+    return np.asarray(met.reshape(*met.shape[:-2], -1))

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.results.record import Estimate
+from vibecalc.core.results.record import ROUNDING, Estimate
 
 # ----------------------------------------------------------------------------
 # Tables of fixed columns: widths never follow the values, so that plain `diff` works.
@@ -264,7 +264,8 @@ def show(value: Any, error: float = 0.0, digits: int = DIGITS) -> str:
     if isinstance(error, Estimate):
         if error.is_zero(number):
             return "0"
-        if math.isfinite(error) and error >= _SHOWN_FROM * abs(number):
+        rough = math.isfinite(error) and error >= _SHOWN_FROM * abs(number)
+        if rough and error > ROUNDING * error.terms:
             least = number if abs(number) > _LEAST_SHOWN * error else 0.0
             return f"{show(least, digits=_ROUGH)} +-{show(float(error), digits=_ROUGH)}"
     # An error that is not known hides nothing: the accuracy section says so instead.
