@@ -26,14 +26,18 @@ def test_slopes_inside_and_at_bounds(at):
 
 def test_accuracy_of_the_values_widens_the_error():
     x = [0.7, 30.0, 0.1]
-    fine, rough = (slopes_at(smooth, LOWER, UPPER, x, accuracy) for accuracy in (0.0, 1e-8))
+
+    def errors(v):
+        return np.array([1e-7 * abs(smooth(v)[0])])
+
+    fine, rough = (slopes_at(smooth, LOWER, UPPER, x, off) for off in (None, errors))
     assert np.all(rough.error > 10 * fine.error)
 
     def off(v):  # values that are wrong by as much as is granted
-        return smooth(v)[0] * (1 + 1e-8 * np.sin(1e6 * np.sum(v))), []
+        return smooth(v)[0] * (1 + 1e-7 * np.sin(1e6 * np.sum(v))), []
 
     exact = slopes_at(smooth, LOWER, UPPER, x).slope
-    found = slopes_at(off, LOWER, UPPER, x, 1e-8)
+    found = slopes_at(off, LOWER, UPPER, x, errors)
     assert np.all((np.abs(found.slope - exact) <= found.error) | ~found.known)
 
 

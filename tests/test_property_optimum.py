@@ -103,7 +103,9 @@ def test_accuracy_of_the_values_reaches_the_errors():
     def slack(x, shift=0.0):
         return (x[0] + 2) ** 2, [x[0] - 0.5 + shift]
 
-    rough = minimise(slack, [0], [1], starts=0, accuracy=1e-6)
+    rough = minimise(
+        slack, [0], [1], starts=0, errors=lambda x: 1e-6 * np.array([slack(x)[0], 1.0])
+    )
     off = minimise(lambda x: slack(x, 1e-6), [0], [1], starts=0)
     assert abs(off.variables[0] - 0.5) <= rough.variables_error[0] < 1e-5
     assert abs(off.objective - rough.objective) <= rough.objective_error < 1e-4
@@ -130,3 +132,64 @@ def test_ends_that_differ_where_nothing_depends_on_it_are_one_optimum():
     assert len({tuple(np.round(search.end, 3)) for search in found.history}) > 1
     assert [one.found_by for one in found.optima] == [5]
     assert found.objective == pytest.approx(0.2, rel=1e-12)
+
+
+# ----------------------------------------------------------------------------
+# Values that leave something out, as the orders that are not kept.
+# ----------------------------------------------------------------------------
+
+
+def known_with_error(rng, kind):
+    """What is computed, the whole of it, and a bound of the difference, of two or three variables.
+
+    A smooth bowl, a norm that vanishes at its optimum, or the largest of planes.
+    """
+    size = int(rng.integers(2, 4))
+    turned = np.linalg.qr(rng.standard_normal((size, size)))[0]
+    matrix = turned * 10.0 ** rng.uniform(-1.0, 0.5, size)
+    middle, wave, phase = rng.uniform(-0.3, 0.3, size), rng.uniform(-2, 2, size), rng.uniform(0, 6)
+    share = 10.0 ** rng.uniform(-5, -2)
+    planes = rng.standard_normal((size + 1, size))
+    planes -= planes.mean(axis=0)
+
+    pushed = rng.standard_normal(size)
+
+    def bowl(x, share=0.0):
+        along = (x - middle) @ matrix
+        return 1.0 + along @ along + 0.3 * np.sum(along**3) + share * np.cos(wave @ x + phase)
+
+    def norm(x, share=0.0):
+        along = (x - middle) @ matrix + share * pushed / np.linalg.norm(pushed)
+        return np.linalg.norm(along)
+
+    def largest(x, share=0.0):
+        each = np.cos(wave @ x + phase + np.arange(size + 1))
+        return 1.0 + np.max(planes @ (x - middle) + share * each)
+
+    computed = {"bowl": bowl, "norm": norm, "planes": largest}[kind]
+    return size, computed, lambda x: computed(x, share), share
+
+
+@pytest.mark.parametrize("kind", ["bowl", "norm", "planes"])
+@pytest.mark.parametrize("trials", [6, pytest.param(60, marks=pytest.mark.long)])
+def test_what_is_left_out_of_the_values_is_in_the_errors_of_each_variable(kind, trials):
+    """The optimum of the whole is within the errors, which are not of the size of the bounds."""
+    rng = np.random.default_rng(1877)
+    missed, stated, moved = 0, [], []
+    for _ in range(trials):
+        size, computed, whole, share = known_with_error(rng, kind)
+        bounds = [-1.0] * size, [1.0] * size
+        found = minimise(
+            lambda x, f=computed: (f(x), []), *bounds, starts=0,
+            errors=lambda x, off=share: np.array([off]),
+        )  # fmt: skip
+        true = minimise(lambda x, f=whole: (f(x), []), *bounds, first=found.variables, starts=0)
+        away = np.abs(found.variables - true.variables)
+        missed += bool(np.any(away > found.variables_error + true.variables_error))
+        assert abs(found.objective - true.objective) <= found.objective_error + 1e-12
+        stated.append(found.variables_error)
+        moved.append(away)
+    stated, moved = np.concatenate(stated), np.concatenate(moved)
+    assert missed <= 0.03 * trials
+    assert np.all(moved <= 10.0 * stated + 1e-9)
+    assert np.median(stated / np.maximum(moved, 1e-9)) < 20.0

@@ -28,7 +28,7 @@ def _acting(name: str, when: str) -> Source:
         found = having(result.record, f"{ROOT}/{when}/{name}", "order")
         if found is None:
             return None
-        return replace(found, values=np.where(found.values > found.error_estimate, found.values, 0))
+        return replace(found, values=np.where(found.zero, 0.0, found.values))
 
     return made
 

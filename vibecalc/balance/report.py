@@ -137,11 +137,13 @@ def _words(result: Result) -> list[str]:
         left, was = float(after.values[place]), float(before.values[place])
         mine = names[turns == order]
         rest = _not_counted(record, place)
-        if was <= before.error_estimate and left <= after.error_estimate:
+        balanced = bool(after.zero[place])
+        if balanced and before.zero[place]:
             lines += paragraph(f"order {order} is balanced already, without weights{rest}")
             continue
-        words = f"order {order}: {show(100.0 * left / was, digits=3)} % of the residual is left"
-        if left <= after.error_estimate:
+        share = show(100.0 * left / (was or left or 1.0), digits=3)
+        words = f"order {order}: {share} % of the residual is left"
+        if balanced:
             words = f"order {order} is balanced exactly, but for rounding{rest}"
         at_bound = [name for name in mine if use.get(name, 0.0) >= 1.0 - 1e-9]
         if at_bound:
@@ -168,7 +170,7 @@ def _not_counted(record: Record, place: int) -> str:
         words
         for name, words in (("force", "force"), ("couple", "couple"), ("roll_couple", "roll"))
         if (one := having(record, f"{ROOT}/after/{name}", "order")) is not None
-        and float(one.values[place]) > one.error_estimate
+        and not one.zero[place]
     ]
     return f", and for its {' and '.join(found)}, not counted" if found else ""
 

@@ -138,7 +138,7 @@ def _entry(record: Record, path: str) -> Quantity | None:
 def _uncertainty(quantity: Quantity) -> float:
     """What prints as 0: a search leaves the last digits of an angle open, which no table wants."""
     largest = float(np.max(np.abs(quantity.values), initial=0.0))
-    return float(max(quantity.error_estimate, _NOTHING * largest))
+    return max(quantity.error_estimate, _NOTHING * largest)
 
 
 def _angle(entries: list[float]) -> float:
@@ -186,11 +186,10 @@ def _excitation_orders(record: Record) -> tuple[list[str], set[str]]:
         orders, directions = (labels(axis) for axis in quantity.axes)
         error = quantity.error_estimate
         for j, direction in enumerate(directions):
-            column = quantity.values[:, j]
-            if not np.any(np.abs(column) > error):
+            column, acting = quantity.values[:, j], np.flatnonzero(~quantity.zero[:, j]).tolist()
+            if not acting:
                 silent.append(f"{kind} {direction}")
                 continue
-            acting = [i for i in range(len(orders)) if abs(column[i]) > error]
             left_out += max(len(acting) - _ROWS, 0)
             rows += [
                 [
@@ -318,7 +317,7 @@ def _orders(record: Record) -> tuple[list[str], set[str]]:
         return [], set()
     error = quantity.error_estimate
     sizes = np.abs(quantity.values)
-    acting = np.flatnonzero(sizes > error)
+    acting = np.flatnonzero(~quantity.zero)
     loud = [int(i) for i in acting if sizes[i] > FAINT * sizes.max()][:_ROWS]
     names = labels(quantity.axes[0])
     columns = (
@@ -372,7 +371,7 @@ def _motor_orders(record: Record) -> tuple[list[str], set[str]]:
         return [], set()
     quantity, orders = hit
     values, error = np.asarray(quantity.values), quantity.error_estimate
-    acting = np.flatnonzero(np.abs(values) > error)
+    acting = np.flatnonzero(~quantity.zero)
     largest = acting[np.argsort(-np.abs(values[acting]), kind="stable")][:_MOTOR_ROWS]
     rows = [
         [

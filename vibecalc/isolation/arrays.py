@@ -96,7 +96,7 @@ def run_ups_of_bodies(
             body_rows(some, read, orders[which], load[machine][:, which])
             for which in (slice(used), few)
         )
-        return with_left_out(kept, beyond, tail[machine])
+        return with_left_out(kept, beyond, tail[machine], orders[few])
 
     rows = readout.still.shape[1]
     given = RunUps(rows_at, orders[:used], resonances, rows, np.arange(rows), 0, sums)

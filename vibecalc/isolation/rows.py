@@ -77,7 +77,8 @@ class Jet(NamedTuple):
     """Harmonics of the rows at some speeds, each array (speeds, rows, components, orders).
 
     `slope` and `curvature` are the first and second derivative by crank speed; errors are
-    absolute. What was not asked for has no size.
+    absolute. `turn_error` (speeds, rows, components) is what orders that are left out do to the
+    derivative by crank angle. What was not asked for has no size.
     """
 
     value: np.ndarray
@@ -85,6 +86,7 @@ class Jet(NamedTuple):
     slope: np.ndarray
     slope_error: np.ndarray
     curvature: np.ndarray
+    turn_error: np.ndarray = EMPTY
 
 
 class HarmonicsAt(Protocol):
@@ -150,9 +152,9 @@ def read(readout: Readout, order: np.ndarray, rate: np.ndarray, motion: BodyMoti
 
 
 def with_left_out(
-    rows: HarmonicsAt, left_out: HarmonicsAt, factor: float | np.ndarray
+    rows: HarmonicsAt, left_out: HarmonicsAt, factor: float | np.ndarray, beyond: np.ndarray
 ) -> HarmonicsAt:
-    """Rows whose errors count the harmonics of `left_out` too, `factor` times.
+    """Rows whose errors count the harmonics of `left_out`, orders `beyond`, too, `factor` times.
 
     The magnitudes of the orders left out, and of their slopes by speed, are added to the errors of
     the last order kept. So they enter the error of every peak, and of the speed of a maximum,
@@ -172,15 +174,20 @@ def with_left_out(
         if not slopes:
             return jet._replace(error=error)
         slope_error = _added(jet.slope_error, dropped.slope, factor)
-        return jet._replace(error=error, slope_error=slope_error)
+        turn_error = _sized(dropped.value * beyond, factor)
+        return jet._replace(error=error, slope_error=slope_error, turn_error=turn_error)
 
     return harmonics_at
 
 
 def _added(error: np.ndarray, dropped: np.ndarray, factor: float | np.ndarray) -> np.ndarray:
     total = error.copy()
-    total[..., -1] += np.asarray(factor)[..., None, None] * np.abs(dropped).sum(axis=-1)
+    total[..., -1] += _sized(dropped, factor)
     return total
+
+
+def _sized(dropped: np.ndarray, factor: float | np.ndarray) -> np.ndarray:
+    return np.asarray(np.asarray(factor)[..., None, None] * np.abs(dropped).sum(axis=-1))
 
 
 # ----------------------------------------------------------------------------

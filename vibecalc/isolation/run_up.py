@@ -1,11 +1,11 @@
 """A slow run-up: at each speed the peak over the cycle, and the highest of them all."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.isolation.rows import HarmonicsAt, Jet
+from vibecalc.isolation.rows import HarmonicsAt
 from vibecalc.isolation.run_up_grid import (
     CachedFunction,
     admitted,
@@ -14,8 +14,10 @@ from vibecalc.isolation.run_up_grid import (
     beside_poles,
     clusters,
     coarse_peak,
+    exact_peaks,
     resolve,
     resonant_speeds,
+    uncertainty_of,
 )
 from vibecalc.isolation.run_up_machines import NEGLIGIBLE, ROUNDING, Machines, highest_peaks
 from vibecalc.isolation.run_up_peaks import (
@@ -23,12 +25,13 @@ from vibecalc.isolation.run_up_peaks import (
     RunUpPeak,
     Samples,
     Search,
+    beyond_speeds,
     highest,
     highest_of,
     jets_of,
+    over_all,
 )
-from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.cycle_peak import cycle_peak, vector_cycle_peak
+from vibecalc.numerics.bounded import Bounded, concatenate
 from vibecalc.response.resonances import MaskedSpeeds, Resonances, masked_speeds
 
 # ----------------------------------------------------------------------------
@@ -100,7 +103,7 @@ def run_up(
 
     def coarse_peaks(speed: np.ndarray) -> tuple[np.ndarray, ...]:
         jet = harmonics_at(speed, errors=True)
-        return coarse_peak(jet.value, order, angle), jet.value, _uncertainty(jet)
+        return coarse_peak(jet.value, order, angle), jet.value, uncertainty_of(jet)
 
     sampled = CachedFunction(lambda speed: in_blocks(coarse_peaks, speed, order))
     sought = resonances.sought()
@@ -123,8 +126,18 @@ def run_up(
     search = Search(ground, angle, bounds.infinite, known_harmonics)
     value, harmonics, uncertainty = sampled(refined.speed)
     samples = Samples(np.zeros(len(refined.speed), int), refined.speed, value, harmonics)
-    peak = bounds.applied(highest(search, samples, 0.97))
-    curve = _exact_peaks(harmonics, uncertainty, order)
+    curve = exact_peaks(harmonics, uncertainty, order)
+
+    def curves_of(rows: np.ndarray) -> Iterator[tuple[int, np.ndarray, Bounded]]:
+        more = beyond_speeds(sought.frequency, sought.exposed(), ground.highest)
+        more = admitted(more, masked, start, stop)
+        _, there, off = sampled(more)
+        speed = np.concatenate([refined.speed, more])
+        rising = np.argsort(speed, kind="stable")
+        whole = concatenate([curve, exact_peaks(there, off, order)], axis=0)[rising]
+        return ((row, speed[rising], whole[:, row]) for row in rows.tolist())
+
+    peak = bounds.applied(over_all(highest(search, samples, 0.97), curves_of))
     return RunUp(refined.speed, curve, peak, masked, refined.unresolved)
 
 
@@ -185,24 +198,10 @@ def cycle_peaks(harmonics_at: HarmonicsAt, orders: np.ndarray, speed: np.ndarray
 
     def peaks(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         jet = harmonics_at(at, errors=True)
-        found = _exact_peaks(jet.value, _uncertainty(jet), orders)
+        found = exact_peaks(jet.value, uncertainty_of(jet), orders)
         return found.value, found.error
 
     return Bounded(*in_blocks(peaks, speed, orders))
-
-
-def _uncertainty(jet: Jet) -> np.ndarray:
-    """What the errors of the harmonics may add to the length of each row (speeds, rows)."""
-    return np.asarray(np.sqrt(np.sum(np.square(np.sum(jet.error, axis=-1)), axis=-1)))
-
-
-def _exact_peaks(harmonics: np.ndarray, uncertainty: np.ndarray, orders: np.ndarray) -> Bounded:
-    """Peaks (speeds, rows) of harmonics (speeds, rows, components, orders) of some uncertainty."""
-    if harmonics.shape[-2] == 1:
-        peak = cycle_peak(harmonics[..., 0, :], orders)
-    else:
-        peak = vector_cycle_peak(harmonics, orders)
-    return Bounded(peak.value, peak.error + uncertainty)
 
 
 class _Bounds(NamedTuple):

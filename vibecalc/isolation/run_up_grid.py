@@ -5,6 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.isolation.rows import Jet
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.cycle_peak import cycle_peak, vector_cycle_peak
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.response.resonances import MaskedSpeeds, Resonances, outside
 
@@ -261,10 +264,24 @@ def _scale(
 
 
 # ----------------------------------------------------------------------------
-# Peaks over the cycle on a grid of crank angles, good for searching: to some 1e-4 of themselves.
-#
-# `vibecalc.numerics.cycle_peak` gives the exact ones.
+# Peaks over the cycle: exact ones with their errors, and others on a grid of crank angles, good for
+# searching, to some 1e-4 of themselves.
 # ----------------------------------------------------------------------------
+
+
+def uncertainty_of(jet: Jet) -> np.ndarray:
+    """What the errors of the harmonics may add to the length of each row (speeds, rows)."""
+    return np.asarray(np.sqrt(np.sum(np.square(np.sum(jet.error, axis=-1)), axis=-1)))
+
+
+def exact_peaks(harmonics: np.ndarray, uncertainty: np.ndarray, orders: np.ndarray) -> Bounded:
+    """Peaks (...) of harmonics (..., components, orders) of some uncertainty (...)."""
+    if harmonics.shape[-2] == 1:
+        peak = cycle_peak(harmonics[..., 0, :], orders)
+    else:
+        peak = vector_cycle_peak(harmonics, orders)
+    return Bounded(peak.value, peak.error + uncertainty)
+
 
 #: angles per period of the highest order
 _DENSITY = 16

@@ -1,6 +1,6 @@
 """The highest peaks of the run-ups of many machines at once, from few speeds of each."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -9,10 +9,21 @@ from vibecalc.isolation.run_up_grid import (
     angle_grid,
     beside_poles,
     coarse_peak,
+    exact_peaks,
     sparse_clusters,
     sparse_speeds,
+    uncertainty_of,
 )
-from vibecalc.isolation.run_up_peaks import Ground, RunUpPeak, Samples, Search, highest
+from vibecalc.isolation.run_up_peaks import (
+    Ground,
+    RunUpPeak,
+    Samples,
+    Search,
+    beyond_speeds,
+    highest,
+    over_all,
+)
+from vibecalc.numerics.bounded import Bounded, concatenate
 from vibecalc.response.resonances import MaskedSpeeds, outside
 
 # ----------------------------------------------------------------------------
@@ -66,7 +77,36 @@ def highest_peaks(machines: Machines) -> RunUpPeak:
     looked.add(*looked.near(looked.may_win()))
     samples = Samples(looked.machine, looked.speed, looked.value, looked.harmonics)
     search = Search(machines.ground, looked.angle, machines.infinite, machines.harmonics_at)
-    return highest(search, samples, _THRESHOLD, sparse=True)
+    peak = highest(search, samples, _THRESHOLD, sparse=True)
+    return over_all(peak, lambda rows: _curves(machines, looked, rows))
+
+
+def _curves(
+    machines: Machines, looked: "_Looked", rows: np.ndarray
+) -> Iterator[tuple[int, np.ndarray, Bounded]]:
+    """Of each of some rows (k,) speeds looked at and resonances of higher orders, and its curve."""
+    ground, count = machines.ground, len(machines.frequency)
+    more = beyond_speeds(machines.frequency, machines.exposed, ground.highest)
+    speed = np.concatenate([looked.speed, more.ravel()])
+    of = np.concatenate([looked.machine, np.repeat(np.arange(count), more.shape[1])])
+    start, stop = (np.broadcast_to(end, len(machines.infinite))[rows] for end in ground[2:4])
+    own = of[:, None] == rows // (len(machines.infinite) // count)
+    own &= (speed[:, None] >= start) & (speed[:, None] <= stop)
+    if len(machines.masked.low):
+        own &= outside(machines.masked, speed)[:, None]
+    at, place = np.nonzero(own)
+    # speed by speed, since all rows of a machine come at once
+    rising = np.lexsort((place, speed[at]))
+    at, place = at[rising], place[rising]
+    curve = []
+    for part in np.array_split(
+        np.arange(len(at)), -(-len(at) * len(ground.orders) // _MOST_AT_ONCE)
+    ):
+        jet = ground.jets_at(speed[at[part]], rows[place[part]], errors=True)
+        curve.append(exact_peaks(jet.value, uncertainty_of(jet), ground.orders))
+    whole = concatenate(curve)
+    for number, row in enumerate(rows.tolist()):
+        yield row, speed[at[place == number]], whole[place == number]
 
 
 class _Looked:

@@ -8,7 +8,9 @@ import numpy as np
 from vibecalc.isolation.rows import HarmonicsAt, Jet
 from vibecalc.isolation.run_up import RunUp
 from vibecalc.isolation.run_up_grid import angle_grid, squares
-from vibecalc.isolation.run_up_peaks import Ground, RunUpPeaks, Starts, climb, jets_of
+from vibecalc.isolation.run_up_peaks import Ground, RunUpPeaks, Starts, climb, jets_of, open_between
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.maxima import top_errors
 from vibecalc.response.resonances import Resonances
 
 # ----------------------------------------------------------------------------
@@ -74,6 +76,7 @@ def local_maxima(parts: Sequence[Range], run: RunUp, share: float) -> Maxima:
         rows = [one for place in places for one in _climbed(parts, run, row, place)]
         top = max((one[1] for one in rows), default=0.0)
         rows = [one for one in rows if one[1] >= share * top]
+        rows = [_uncertain(run, row, one) for one in rows]
         rows.sort(key=lambda one: one[3])
         apart: list[tuple[float, ...]] = []
         for one in rows:
@@ -84,6 +87,17 @@ def local_maxima(parts: Sequence[Range], run: RunUp, share: float) -> Maxima:
         found += sorted([*apart, *_unbounded(run, parts[0], row)], key=lambda one: one[3])
     columns = np.array(found, dtype=float).reshape(-1, len(Maxima._fields)).T
     return Maxima(*columns)
+
+
+def _uncertain(run: RunUp, row: int, one: tuple[float, ...]) -> tuple[float, ...]:
+    """The same with the error of its speed where that of the curve moves it on its hill."""
+    _, value, error, speed, speed_error, *others = one
+    top, height = (
+        Bounded(np.array(speed), np.array(speed_error)),
+        Bounded(np.array(value), np.array(error)),
+    )
+    off, _ = top_errors(top, height, run.speed, run.curve[:, row], alone=True)
+    return (row, value, error, speed, off, *others)
 
 
 def _candidates(run: RunUp, parts: Sequence[Range], row: int, share: float) -> list[int]:
@@ -144,7 +158,8 @@ def _highest(part: Range, row: int, here: float, start: float, stop: float) -> R
         np.full(len(high), reach),
     )  # fmt: skip
     ends = np.array([start]), np.array([stop])
-    return climb(Ground(jets_of(one_row), order, *ends), starts, np.zeros(1))
+    peaks, all_ends = climb(Ground(jets_of(one_row), order, *ends), starts, np.zeros(1))
+    return open_between(peaks, [all_ends])
 
 
 def _described(

@@ -1,12 +1,14 @@
 """The highest peaks of a run-up over crank speed and crank angle, by Newton in both."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from vibecalc.isolation.rows import HarmonicsAt, Jet
 from vibecalc.isolation.run_up_grid import squares
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.maxima import SURE, top_errors
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
 # ----------------------------------------------------------------------------
@@ -106,10 +108,19 @@ class Ground(NamedTuple):
         return float(np.max(self.orders))
 
 
-def climb(ground: Ground, starts: Starts, known: np.ndarray) -> RunUpPeaks:
+class Ends(NamedTuple):
+    """Where starts (starts,) of rows have led to: speed, what may be left to it, and height."""
+
+    row: np.ndarray
+    speed: np.ndarray
+    left: np.ndarray
+    value: np.ndarray
+
+
+def climb(ground: Ground, starts: Starts, known: np.ndarray) -> tuple[RunUpPeaks, Ends]:
     """Maximise |f(speed, angle)| of rows from their starts within their ranges.
 
-    Only peaks above those `known` (rows,) count.
+    Only peaks above those `known` (rows,) count; the ends are of all starts.
 
     A maximum over speed of the peak over the cycle is a smooth point of one branch (an upper
     envelope has kinks only in its valleys), where both slopes vanish, or an end of the range. The
@@ -121,17 +132,20 @@ def climb(ground: Ground, starts: Starts, known: np.ndarray) -> RunUpPeaks:
     rows, floor = len(known), 0.5 * np.square(known)
     found = _ascend(ground, ground.look or ground.jets_at, starts, floor)
     low, high = (np.broadcast_to(end, rows) for end in (ground.start, ground.stop))
+    there = np.clip(found.speed + found.step_v, low[starts.row], high[starts.row])
+    top = np.sqrt(2.0 * found.here.h * (1.0 + found.gain))
+    ends = Ends(starts.row, there, np.abs(found.step_v), top)
     none = [np.zeros(rows) for _ in range(6)]
     peaks = RunUpPeaks._make([*none, np.zeros((rows, *found.shape), dtype=complex)])
     peaks.speed[:] = low
     if ground.look is not None:
         starts = _contenders(found, starts, floor)
         if not len(starts.row):
-            return peaks
+            return peaks, ends
         found = _ascend(ground, ground.jets_at, starts, floor)
     best = _best(found.here.h, starts.row, floor)
     if not len(best):
-        return peaks
+        return peaks, ends
     # the last step is below what the height can tell apart, and above what the slopes can
     row, step_v, gain = starts.row[best], found.step_v[best], found.gain[best]
     arrived, low, high = gain <= _ARRIVED, low[row], high[row]
@@ -142,7 +156,7 @@ def climb(ground: Ground, starts: Starts, known: np.ndarray) -> RunUpPeaks:
     jet = ground.jets_at(speed, row, errors=True)
     here = _height(jet, np.asarray(ground.orders, dtype=float), angle)
     value = np.sqrt(2.0 * here.h)
-    inside = (speed > low) & (speed < high)
+    inside = ((speed > low) & (speed < high)) | (np.abs(here.v) <= here.v_uncertainty)
     # what another step would move it by
     left = _step(here, speed, starts.reach[best], ground.highest, np.ones(len(best)), low, high)[0]
     drift = np.where(inside, _speed_uncertainty(here, high - low) + np.abs(left), 0.0)
@@ -150,7 +164,7 @@ def climb(ground: Ground, starts: Starts, known: np.ndarray) -> RunUpPeaks:
     peaks.speed[row], peaks.angle[row], peaks.gain[row] = speed, angle, gain
     peaks.speed_error[row] = drift + 2.0 * UNIT_ROUNDOFF * speed
     peaks.harmonics[row] = jet.value
-    return peaks
+    return peaks, ends
 
 
 class _Found(NamedTuple):
@@ -263,7 +277,8 @@ def _height(jet: Jet, order: np.ndarray, angle: np.ndarray) -> _Height:
         uncertainty = jet.error + rounding * np.abs(value)
         uncertainty_v = jet.slope_error + rounding * np.abs(slope)
         df, df_v = _length(uncertainty.sum(axis=-1)), _length(uncertainty_v.sum(axis=-1))
-        df_a, size = _length(uncertainty @ order), _length(f)
+        turned = uncertainty @ order + (jet.turn_error if jet.turn_error.size else 0.0)
+        df_a, size = _length(turned), _length(f)
         uncertainties = (df, size * df_v + df * _length(f_v), size * df_a + df * _length(f_a))
     return _Height(
         0.5 * _dot(f, f), _dot(f, f_v), _dot(f, f_a), _dot(f_v, f_v) + _dot(f, f_vv),
@@ -330,6 +345,8 @@ def _speed_uncertainty(at: _Height, span: np.ndarray) -> np.ndarray:
 
 #: how often other branches are searched where a peak was found
 _MOST_CLIMBS = 4
+#: relative distance of speeds up to which two tops are one
+_SAME_TOP = 1e-7
 
 
 class RunUpPeak(NamedTuple):
@@ -352,10 +369,19 @@ def highest_of(peaks: Sequence[RunUpPeak]) -> RunUpPeak:
     first = np.argmax([peak.value for peak in peaks], axis=0)
     rows = np.arange(len(first))
     best = RunUpPeak(*(np.stack(part)[first, rows] for part in zip(*peaks, strict=True)))
-    # another part whose errors reach above leaves the value open so far
+    # another part whose errors reach above leaves the value open so far, and the speed
     above = np.max([np.where(p.error > 0.0, p.value + p.error, 0.0) for p in peaks], axis=0)
-    higher = np.where(np.isfinite(best.value), above - best.value, 0.0)
-    return best._replace(error=np.maximum(best.error, higher))
+    finite = np.isfinite(best.value)
+    higher = np.where(finite, above - best.value, 0.0)
+    unsure, level = finite & (best.error > SURE * best.value), best.value - best.error
+    away = [
+        (unsure & (p.value + p.error >= level)) * (np.abs(p.speed - best.speed) + p.speed_error)
+        for p in peaks
+    ]
+    return best._replace(
+        error=np.maximum(best.error, higher),
+        speed_error=np.maximum(best.speed_error, np.max(away, axis=0)),
+    )
 
 
 class Samples(NamedTuple):
@@ -420,7 +446,8 @@ def _climbed(search: Search, starts: Starts, rows: int, threshold: float) -> Run
     Of two branches that cross between two speeds one may be too low at either to be a start.
     """
     ground, total = search.ground, len(search.infinite)
-    peaks = climb(ground, starts, np.zeros(total))
+    peaks, ends = climb(ground, starts, np.zeros(total))
+    every = [ends]
     period = len(search.angle) * search.angle[1]
     reach = np.zeros(total)
     np.maximum.at(reach, starts.row, starts.reach)
@@ -435,7 +462,9 @@ def _climbed(search: Search, starts: Starts, rows: int, threshold: float) -> Run
         machine, place = np.divmod(places.row, rows)
         values = search.harmonics_at(machine, inner)[np.arange(len(inner)), place]
         near = _branches(search, places, values, threshold)
-        _keep(peaks, climb(ground, near, peaks.value))
+        again, ends = climb(ground, near, peaks.value)
+        _keep(peaks, again)
+        every.append(ends)
     for _ in range(_MOST_CLIMBS):
         tops = Starts(peaks.speed[row], peaks.angle[row], row, reach[row])
         there = _branches(search, tops, peaks.harmonics[row], threshold)
@@ -443,12 +472,27 @@ def _climbed(search: Search, starts: Starts, rows: int, threshold: float) -> Run
         if np.all(known):
             break
         there = Starts(*(part[~known] for part in there))
-        again = climb(ground, there, peaks.value)
+        again, ends = climb(ground, there, peaks.value)
+        every.append(ends)
         climbed = Starts(*(np.concatenate(pair) for pair in zip(climbed, there, strict=True)))
         row = _keep(peaks, again)
         if not len(row):
             break
-    return peaks
+    return open_between(peaks, every)
+
+
+def open_between(peaks: RunUpPeaks, every: Sequence[Ends]) -> RunUpPeaks:
+    """The same, with the speeds of other tops that errors of the harmonics do not exclude."""
+    row, speed, left, value = (np.concatenate(part) for part in zip(*every, strict=True))
+    away, error = np.abs(speed - peaks.speed[row]), peaks.error[row]
+    # about as uncertain as the highest one
+    left = left + peaks.speed_error[row]
+    # both heights are off
+    rival = (value >= peaks.value[row] - 2.0 * error) & (error > SURE * peaks.value[row])
+    rival &= away > _SAME_TOP * peaks.speed[row]
+    speed_error = peaks.speed_error.copy()
+    np.maximum.at(speed_error, row[rival], (away + left)[rival])
+    return peaks._replace(speed_error=speed_error)
 
 
 def _are_known(there: Starts, climbed: Starts, period: float, near: float) -> np.ndarray:
@@ -484,3 +528,35 @@ def _branches(search: Search, places: Starts, harmonics: np.ndarray, threshold: 
     each, column = np.nonzero((height >= around) & (height >= floor))
     reach = np.maximum(places.reach, 1e-12 * places.speed)
     return Starts(places.speed[each], search.angle[column], places.row[each], reach[each])
+
+
+# ----------------------------------------------------------------------------
+# What errors of the harmonics leave open of the highest peaks: they may lift a row anywhere.
+# ----------------------------------------------------------------------------
+
+#: orders above the highest one whose resonances are looked at for what is left out
+_BEYOND = 24
+
+#: some of the rows (k,) -> of each its number, speeds (n,), rising, and its curve (n,)
+CurvesOf = Callable[[np.ndarray], Iterable[tuple[int, np.ndarray, Bounded]]]
+
+
+def over_all(peak: RunUpPeak, curves_of: CurvesOf) -> RunUpPeak:
+    """The same with errors that count the whole curve of each row that is not known to rounding."""
+    error, speed_error = peak.error.copy(), peak.speed_error.copy()
+    unsure = np.flatnonzero(peak.error > SURE * peak.value)
+    for row, speed, curve in curves_of(unsure) if len(unsure) else ():
+        top = Bounded(peak.speed[row], peak.speed_error[row])
+        height = Bounded(peak.value[row], peak.error[row])
+        speed_error[row], error[row] = top_errors(top, height, speed, curve)
+    return peak._replace(error=error, speed_error=speed_error)
+
+
+def beyond_speeds(frequency: np.ndarray, exposed: np.ndarray, highest: float) -> np.ndarray:
+    """Speeds (..., k) at which orders above the highest one meet modes (..., modes) with damping.
+
+    NaN for those of modes without.
+    """
+    damped = np.where(exposed > 0.0, np.nan, frequency)[..., None]
+    met = damped / (highest + np.arange(1.0, _BEYOND + 1.0))
+    return np.asarray(met.reshape(*met.shape[:-2], -1))

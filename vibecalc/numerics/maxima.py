@@ -478,3 +478,54 @@ def first_highest(found: Sequence[Maxima]) -> Maxima:
     every = every._replace(height=Bounded(height, error + best[every.row] - height))
     # by rising place, so that the first one counts
     return every.some(alike[np.unique(every.row[alike], return_index=True)[1]])
+
+
+# ----------------------------------------------------------------------------
+# Where the maximum of a curve may be that is uncertain itself.
+#
+# It is at one of the places at which the curve and its error come up to the highest value less its
+# error. Where that error is small these places lie close about the top, and what the slope of the
+# error makes of it there says more, as long as no other top is among them.
+# ----------------------------------------------------------------------------
+
+#: relative error of a height that moves no maximum to another top, and one up to which the
+#: curvature of a top holds for all places about it
+SURE, FEW = 1e-8, 1e-2
+
+
+def top_errors(
+    place: Bounded, height: Bounded, at: FloatArray, curve: Bounded, alone: bool = False
+) -> tuple[float, float]:
+    """Errors of place and height of the maximum of a curve (n,), known with its error at places
+    `at` (n,), rising.
+
+    Those of `place` and `height` are of the top itself. `alone`: of a local maximum, which other
+    ones take the place of only where the curve does not fall by its error in between.
+    """
+    if not height.error > SURE * height.value:
+        return float(place.error), float(height.error)
+    own = int(np.searchsorted(at, place.value))
+    where = np.insert(at, own, place.value)
+    value = np.insert(curve.value, own, height.value)
+    upper = np.insert(curve.value + curve.error, own, height.value + height.error)
+    level = height.value - height.error
+    within = upper >= level
+    if alone:
+        within[own:] = np.logical_and.accumulate(within[own:])
+        within[own::-1] = np.logical_and.accumulate(within[own::-1])
+    few = height.error <= FEW * height.value
+    if few:
+        falls, rounding = np.ones(len(where), dtype=bool), CORNER * height.value
+        falls[own + 1 :] = np.logical_and.accumulate(np.diff(value[own:]) <= rounding)
+        falls[:own] = np.logical_and.accumulate(np.diff(value[own::-1]) <= rounding)[::-1]
+        within &= ~falls
+    reach = float(place.error) if few else 4.0 * UNIT_ROUNDOFF * abs(float(place.value))
+    ends = np.flatnonzero(within)[[0, -1]].tolist() if np.any(within) else []
+    for end, side in zip(ends, (-1, 1), strict=False):
+        beside = min(max(end + side, 0), len(where) - 1)
+        # on the way down from a top the level is farther away than a straight line says
+        share = (upper[end] - level) / max(upper[end] - min(upper[beside], level), 1e-300)
+        edge = where[end] + (where[beside] - where[end]) * np.sqrt(share)
+        reach = max(reach, abs(float(edge - place.value)))
+    highest = height.error if alone else np.max(upper) - height.value
+    return reach, float(highest)

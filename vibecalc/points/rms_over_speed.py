@@ -95,6 +95,14 @@ def rms_run_up(
         np.where((grid[place] == start) | (grid[place] == stop), 0.0, UNIT_ROUNDOFF * grid[place]),
     )
     _refine(counted, grid, curve, masked, found)
+    for row in rows.tolist():
+        place, height = (
+            Bounded(found.speed[row], found.speed_error[row]),
+            Bounded(found.value[row], found.error[row]),
+        )
+        found.speed_error[row], found.error[row] = maxima.top_errors(
+            place, height, grid, curve[:, row]
+        )
     _unbounded(counted, masked, shows, found)
     return RmsRunUp(grid, curve, found)
 
@@ -119,7 +127,7 @@ def _refine(
         speeds, back = np.unique(place, return_inverse=True)
 
         def jets(part: np.ndarray) -> tuple[np.ndarray, ...]:
-            return tuple(each[..., 0, :] for each in counted.rows(part, True, True))
+            return tuple(each[..., 0, :] for each in counted.rows(part, True, True)[:5])
 
         count = max(len(counted.order) * 4, 1)
         x, error, slope, _, bend = in_blocks(jets, speeds, np.zeros(count))
@@ -140,10 +148,19 @@ def _refine(
         return
     own = row[tops.row]
     heights = rms_at(counted, tops.place.value, middle[step[tops.row]])
+    # squares of what is left out move a top by their slope over the curvature
+    dropped = counted.left_out(tops.place.value, True)
+    use = in_band(middle[step[tops.row]][:, None] * counted.beyond, counted.band)
+    size, slope = (
+        np.where(use, np.abs(part[np.arange(len(own)), own, 0]), 0.0).sum(axis=-1)
+        for part in (dropped.value, dropped.slope)
+    )
+    moved = 2.0 * np.square(counted.factor) * size * slope / np.abs(tops.bend)
     height = heights[np.arange(len(own)), own]
     for i in np.argsort(tops.place.value, kind="stable").tolist():
         if height.value[i] > found.value[own[i]]:
-            new = height.value[i], height.error[i], tops.place.value[i], tops.place.error[i]
+            off = tops.place.error[i] + moved[i]
+            new = height.value[i], height.error[i], tops.place.value[i], off
             for part, number in zip(found, new, strict=True):
                 part[own[i]] = number
 

@@ -9,6 +9,7 @@ from vibecalc.isolation.rows import Readout, with_left_out
 from vibecalc.isolation.run_up import RunUp, joined, run_up
 from vibecalc.isolation.run_up_peaks import RunUpPeak, highest_of
 from vibecalc.numerics.bounded import Bounded, concatenate, reshaped
+from vibecalc.numerics.maxima import top_errors
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray
 from vibecalc.points.model import QUANTITIES, Readings, band_of, readings_of
 from vibecalc.points.readings import with_rates
@@ -62,7 +63,9 @@ def passed(
     size = np.abs(readings.row @ setup.of_body.modes).T
     shows = np.tile(size > 1e-12 * size.max(), 3)
     peaks = run_up(
-        with_left_out(counted.rows, counted.left_out, counted.factor),
+        with_left_out(
+            counted.rows, counted.left_out, counted.factor, counted.beyond / setup.step
+        ),
         setup.harmonics, setup.resonances, part.start, part.stop, shows,
     )  # fmt: skip
     masked = peaks.masked._replace(order=peaks.masked.order * setup.step)
@@ -91,10 +94,14 @@ def _emit_severity(
     own = [slice(number * count, (number + 1) * count) for number in range(3)]
     axes = {"sensor": readings.names, "speed": speed}
     path = f"{RUN_UP}/severity"
-    scene.emit(path, reshaped(severity(*(curve[:, one] for one in own)), np.transpose), axes=axes)
+    whole = severity(*(curve[:, one] for one in own))
+    scene.emit(path, reshaped(whole, np.transpose), axes=axes)
     factor = np.array([[LOWER], [1.0], [1.0 / UPPER]])
     value, error = (np.reshape(part, (3, count)) * factor for part in (top.value, top.error))
     error = np.max(np.where(np.isfinite(value), error, 0.0), axis=0)
-    scene.emit(f"{path}_largest", np.max(value, axis=0), error, axes)
+    largest = Bounded(np.max(value, axis=0), error)
+    scene.emit(f"{path}_largest", largest, axes=axes)
     row = np.argmax(value, axis=0) * count + np.arange(count)
-    scene.emit(f"{path}_largest_speed", top.speed[row], top.speed_error[row], axes)
+    place = Bounded(top.speed[row], top.speed_error[row])
+    off = [top_errors(place[k], largest[k], speed, whole[:, k])[0] for k in range(count)]
+    scene.emit(f"{path}_largest_speed", place.value, off, axes)

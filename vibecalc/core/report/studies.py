@@ -84,6 +84,8 @@ def start_of(result: Result, key: str) -> float | None:
 # ----------------------------------------------------------------------------
 
 _PREFIX = "optimisation/"
+#: relative error up to which two values that it does not tell apart are the same to any user
+_ALIKE = 1e-3
 
 
 def advice(result: Result) -> list[str]:
@@ -118,7 +120,9 @@ def _words(result: Result, key: str) -> str:
     if start is None:
         parts = [f"{value} is best"]
     elif abs(end - start) <= optimum.error_estimate:
-        parts = [f"leave it at {value}"]
+        off = f"{show(float(optimum.error_estimate) * factor, digits=2)} {unit}".rstrip()
+        rough = optimum.error_estimate > _ALIKE * abs(end)
+        parts = [f"leave it at {value}" + f", known to {off} only" * rough]
     else:
         verb = "raise" if end > start else "lower"
         parts = [f"{verb} it from {show(start * factor)} to {value}"]
@@ -144,6 +148,9 @@ def _deviation(record: Record, key: str, unit: str) -> list[str]:
     objective = scalar_of(record, _PREFIX + "objective")
     if abs(lost) <= loss.error_estimate:
         effect = "changes the objective by nothing that can be seen"
+        if loss.error_estimate > _ALIKE * abs(objective or 0.0):
+            off = show(float(loss.error_estimate), digits=2)
+            effect = f"changes the objective by less than its error, {off} {loss.unit}".rstrip()
     else:
         share = f" ({show_percent(abs(lost / objective)).lstrip('+')})" if objective else ""
         verb = "costs" if lost > 0 else "gains"

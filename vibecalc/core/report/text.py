@@ -32,7 +32,7 @@ from vibecalc.core.report.writing import (
 )
 from vibecalc.core.results.catalogue import HEADLINES
 from vibecalc.core.results.named import named
-from vibecalc.core.results.record import ROUNDING, Quantity, Record, Result
+from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.core.run.stage import subjects_of
 
 # ----------------------------------------------------------------------------
@@ -285,9 +285,9 @@ def _is_listed(path: str) -> bool:
 
 
 def _array(quantity: Quantity) -> dict[str, Any]:
-    values, error = np.asarray(quantity.values), quantity.estimate
-    if values.dtype.kind in "fc" and error <= ROUNDING * error.terms:
-        values = np.where(np.abs(values) <= error, 0.0, values)
+    values = np.asarray(quantity.values)
+    if values.dtype.kind in "fc":
+        values = np.where(quantity.zero, 0.0, values)
     parts = {"value": values}
     if values.dtype.kind == "c":
         parts = {"real": values.real, "imaginary": values.imag}

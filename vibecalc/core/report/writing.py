@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.results.record import Estimate
+from vibecalc.core.results.record import ROUNDING, Estimate
 
 # ----------------------------------------------------------------------------
 # Tables of fixed columns: widths never follow the values, so that plain `diff` works.
@@ -235,8 +235,9 @@ def paragraph(text: str, mark: str = "") -> list[str]:
 # ----------------------------------------------------------------------------
 
 DIGITS = 4
-#: of a value that its error exceeds, and below which share of the error it says nothing
-_ROUGH, _LEAST_SHOWN = 3, 1e-3
+#: share of a value from which on its error is shown; digits of both, and below which share of the
+#: error a value says nothing
+_SHOWN_FROM, _ROUGH, _LEAST_SHOWN = 0.1, 3, 1e-3
 _LOWEST_FIXED = 1e-4
 _HIGHEST_FIXED = 1e7
 _TURN = 2.0 * math.pi
@@ -246,10 +247,10 @@ def show(value: Any, error: float = 0.0, digits: int = DIGITS) -> str:
     """One number with a fixed count of significant digits.
 
     A complex number shows its magnitude, an integer all its digits. What is zero to rounding of
-    the terms it is summed from is `0`: its digits would change from machine to machine. What does
-    not exceed its `error` (absolute, same unit) for another reason is shown with it, `196 +-722`:
-    it is unresolved. An error without terms counts as rounding. An infinite value is
-    `unbounded`, an undefined one `undefined`.
+    the terms it is summed from is `0`: its digits would change from machine to machine. Where its
+    `error` (absolute, same unit) is a tenth of a value or more for another reason it is shown,
+    `196 +-722`. An error without terms counts as rounding. An infinite value is `unbounded`, an
+    undefined one `undefined`.
     """
     if isinstance(value, bool | np.bool_):
         return "yes" if value else "no"
@@ -261,11 +262,12 @@ def show(value: Any, error: float = 0.0, digits: int = DIGITS) -> str:
     if math.isinf(number):
         return "unbounded" if number > 0 else "-unbounded"
     if isinstance(error, Estimate):
-        if error.unresolved(number):
-            least = number if abs(number) > _LEAST_SHOWN * error else 0.0
-            return f"{show(least, digits=_ROUGH)} +-{show(float(error), digits=_ROUGH)}"
         if error.is_zero(number):
             return "0"
+        rough = math.isfinite(error) and error >= _SHOWN_FROM * abs(number)
+        if rough and error > ROUNDING * error.terms:
+            least = number if abs(number) > _LEAST_SHOWN * error else 0.0
+            return f"{show(least, digits=_ROUGH)} +-{show(float(error), digits=_ROUGH)}"
     # An error that is not known hides nothing: the accuracy section says so instead.
     elif number == 0.0 or (abs(number) <= error and math.isfinite(error)):
         return "0"

@@ -323,6 +323,13 @@ class Quantity(np.lib.mixins.NDArrayOperatorsMixin):
         """`error_estimate` as what it is."""
         return cast(Estimate, self.error_estimate)
 
+    @property
+    def zero(self) -> np.ndarray:
+        """Which entries are zero to rounding of their own terms, as `Estimate.is_zero` has it."""
+        error, size = self.estimate, np.abs(self.values)
+        rounding = error <= ROUNDING * error.terms
+        return np.asarray(size <= error if rounding else (size == 0.0) & (not error.whole))
+
 
 def _brief(values: np.ndarray, unit: str) -> str:
     """Values with four digits, of many the first and last, and their unit."""

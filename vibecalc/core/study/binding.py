@@ -36,8 +36,7 @@ class Binding:
     `lower`, `upper` and `first` (n,) are in SI, `first` the case as written (of a key that it
     leaves out the middle of the bounds); `period` (n,) is that
     of angles, 0 of others. These are the variables between bounds; what is picked from lists is
-    as the case has it, or as `with_picked` says. `accuracy` is the largest relative error estimate
-    met in objective and limits.
+    as the case has it, or as `with_picked` says.
     """
 
     def __init__(self, loaded: "LoadedCase"):
@@ -89,7 +88,6 @@ class Binding:
         self.sign = sign_of(study.objective)
         self.limits = tuple(limit for limit in loaded.case.limit if _counts(limit))
         self._wanted = frozenset({self.goal.quantity, *(limit.quantity for limit in self.limits)})
-        self.accuracy = 0.0
         self._foreseen = Foreseen()
         self._others: dict[tuple[int, ...], Binding] = {}
 
@@ -183,8 +181,27 @@ class Binding:
             return self.results(variables, wanted) if known is None else known
         return self.machines_at(variables, self.scatter, wanted)
 
-    def _worst(self, found: Found, path: str, where: Where, side: Side) -> tuple[float, float, str]:
-        """The worst entry of a result, how far the truth may lie beyond it, and its label.
+    def errors(
+        self, variables: np.ndarray, goals: tuple[Objective, ...] | None = None
+    ) -> np.ndarray:
+        """Absolute errors of the objectives, then of the margins."""
+        goals = goals or (self.goal,)
+        found = self._results_at(variables, self._wanted | {goal.quantity for goal in goals})
+        off = [
+            self._worst(found, goal.quantity, goal.where, "max" if goal.sense == "min" else "min")
+            for goal in goals
+        ]
+        limits = []
+        for limit, bound, side in self.held():
+            allowed = parse_quantity(str(bound), CATALOGUE[limit.quantity].unit)
+            error = self._worst(found, limit.quantity, limit.where, side)[3]
+            limits.append(error / (abs(allowed) or 1.0))
+        return np.array([*(one[3] for one in off), *limits])
+
+    def _worst(
+        self, found: Found, path: str, where: Where, side: Side
+    ) -> tuple[float, float, str, float]:
+        """The worst entry of a result, how far the truth may lie beyond it, its label and error.
 
         Over tolerances it is the mean of the worst entries and some deviations more.
         """
@@ -193,27 +210,25 @@ class Binding:
             value, label = worst(quantity, where, side)
             zero = quantity.estimate.is_zero(value)
             reach = 0.0 if zero or not np.isfinite(value) else uncertainty(quantity, where)
-            error = quantity.error_estimate
+            error = float(quantity.error_estimate)
         else:
             assert self.scatter is not None
             middle, apart, error = found.spread(path, where, side).moments()
             more = self.scatter.sigmas * apart
             value, label = middle + (more if side == "max" else -more), ""
             reach = error = error * max(1.0, self.scatter.sigmas)
-        if value != 0.0 and np.isfinite(value):
-            self.accuracy = max(self.accuracy, error / abs(value))
-        return value, reach, label
+        return value, reach, label, error if np.isfinite(value) else 0.0
 
     def _objective(self, found: Found, goal: Objective) -> float:
         side: Side = "max" if goal.sense == "min" else "min"
-        value, _, _ = self._worst(found, goal.quantity, goal.where, side)
+        value = self._worst(found, goal.quantity, goal.where, side)[0]
         return sign_of(goal) * value
 
     def _all_margins(self, found: Found) -> np.ndarray:
         margins = []
         for limit, bound, side in self.held():
             allowed = parse_quantity(str(bound), CATALOGUE[limit.quantity].unit)
-            value, reach, _ = self._worst(found, limit.quantity, limit.where, side)
+            value, reach, *_ = self._worst(found, limit.quantity, limit.where, side)
             left = allowed - value if side == "max" else value - allowed
             margins.append((left - reach) / (abs(allowed) or 1.0))
         return np.array(margins, dtype=float)
@@ -250,7 +265,7 @@ class Binding:
         said = []
         for limit, bound, side in self.held():
             unit = CATALOGUE[limit.quantity].unit
-            value, reach, label = self._worst(found, limit.quantity, limit.where, side)
+            value, reach, label, _ = self._worst(found, limit.quantity, limit.where, side)
             allowed = parse_quantity(str(bound), unit)
             left = allowed - value if side == "max" else value - allowed
             if left < reach:

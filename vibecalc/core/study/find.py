@@ -190,12 +190,18 @@ def _distance(along: Along, sample: Sample) -> float:
     return abs(sample.key - along.near)
 
 
+#: relative change of a result along a key that is none where its error does not tell it, either
+_SAME = 1e-8
+
+
 def _constant(computed: list[Sample]) -> bool:
-    """Whether all samples are the same within their errors: three at least, to mean something."""
+    """Whether all samples are the same but for rounding: three at least, to mean something.
+
+    An error by what is left out of a result may hide a change, and tells of none.
+    """
     values = [sample.value for sample in computed]
-    return len(computed) > 2 and max(values) - min(values) <= 2.0 * min(
-        one.error for one in computed
-    )
+    rounding = min(_SAME * max(map(abs, values)), *(one.error for one in computed))
+    return len(computed) > 2 and max(values) - min(values) <= 2.0 * rounding
 
 
 def _beyond(

@@ -38,19 +38,18 @@ def _of_one(case: "Case", binding: "Binding", first: np.ndarray) -> FrontPoints:
     study = case.optimisation
     assert study is not None
     goals = goals_of(study)
-    binding.evaluate_all(first, goals)  # how accurate all of them are
     if binding.lower.size == 0:
         values, margins = binding.evaluate_all(first, goals)
         if np.any(margins < -FEASIBLE_WITHIN):
             raise Infeasible("breaks a limit", first, 1)
-        error, nothing = binding.accuracy * np.abs(values), np.empty((1, 0))
+        error, nothing = binding.errors(first, goals)[: len(goals)], np.empty((1, 0))
         return FrontPoints(values[None, :], error[None, :], nothing, nothing, 1, ())
     asked: dict[str, Any] = {
         "first": first,
         "points": front_points(study),
         "starts": study.starts,
         "rtol": case.accuracy.rtol,
-        "accuracy": binding.accuracy,
+        "errors": lambda variables: binding.errors(variables, goals),
         "period": binding.period,
         "ahead": lambda points: binding.ahead(points, goals),
     }

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -55,8 +55,6 @@ def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool 
     balanced: BalancedWeights | None = None
     combined: Combined | None = None
     with _shown(loaded.case, progress) as shown:
-        with suppress(NumericalFailure):
-            binding.evaluate(binding.first)
         if balances(loaded.case):
             balanced = balance(binding, loaded.case)
         try:
@@ -148,7 +146,7 @@ def _searched(
         first=binding.first,
         starts=starts,
         rtol=case.accuracy.rtol,
-        accuracy=binding.accuracy,
+        errors=binding.errors,
         period=binding.period,
         method=study.method or STANDARD,
         ahead=binding.ahead,

@@ -86,7 +86,7 @@ def add_optimum(record: Record, case: "Case", binding: "Binding", optimum: "Opti
         "optima/found_by": ([o.found_by for o in optima], 0.0),
     }
     if binding.limits:
-        values["margin"] = (optimum.margins, binding.accuracy)
+        values["margin"] = (optimum.margins, _margin_error(binding, optimum.variables))
         values["multiplier"] = (optimum.margin_multipliers, _price_error(optimum))
     for i, key in enumerate(binding.keys):
         values[f"variable/{key}"] = (optimum.variables[i], float(optimum.variables_error[i]))
@@ -135,10 +135,24 @@ def add_nearest(
     evaluations: int,
 ) -> None:
     """The point that comes nearest to keeping all limits: its variables and how far it is off."""
-    values: Numbers = {"margin": (margins, binding.accuracy), "evaluations": (evaluations, 0.0)}
+    values: Numbers = {
+        "margin": (margins, _margin_error(binding, variables)), "evaluations": (evaluations, 0.0)
+    }  # fmt: skip
     for key, value in zip(binding.keys, variables, strict=True):
         values[f"variable/{key}"] = (value, 0.0)
     add_numbers(record, case, values, {"limit": np.array(binding.margin_names(), dtype=object)})
+
+
+def _errors(binding: "Binding", variables: np.ndarray) -> np.ndarray:
+    """Errors of objective and margins (1 + m,) at a point; none where it has no result."""
+    try:
+        return binding.errors(variables)
+    except NumericalFailure:
+        return np.zeros(1 + len(binding.margin_names()))
+
+
+def _margin_error(binding: "Binding", variables: np.ndarray) -> float:
+    return float(np.max(_errors(binding, variables)[1:], initial=0.0))
 
 
 def _price_error(optimum: "Optimum") -> float:
@@ -204,8 +218,8 @@ def compare_methods(
         record.methods.append(
             Method(name=method.words, purpose="compared", citation=method.citation)
         )
-    sizes = [abs(end.objective) for end in ends]
-    error = binding.accuracy * max(sizes)
+    off = np.array([_errors(binding, end.variables) for end in ends])
+    error = float(np.max(off[:, 0]))
     width = binding.upper - binding.lower
     differences = [np.abs(binding.apart(optimum.variables, end.variables)) for end in ends]
     away = [float(np.max(difference / width)) for difference in differences]
@@ -220,7 +234,10 @@ def compare_methods(
                 error + optimum.objective_error,
             ),
             "methods/distance": (away, reach),
-            "methods/violation": ([end.violation for end in ends], binding.accuracy),
+            "methods/violation": (
+                [end.violation for end in ends],
+                float(np.max(off[:, 1:], initial=0.0)),
+            ),
             "methods/kkt_residual": ([end.residual for end in ends], 0.0),
             "methods/converged": ([int(end.converged) for end in ends], 0.0),
             "methods/evaluations": ([end.evaluations for end in ends], 0.0),
@@ -266,7 +283,7 @@ def add_sensitivity(
         pass  # said with `optimisation/start`
     else:
         gain = start - optimum.objective
-        error = optimum.objective_error + binding.accuracy * abs(start)
+        error = optimum.objective_error + float(as_written.errors(binding.first)[0])
         add_numbers(record, case, {"gain": (gain, error)}, {})
     timings["sensitivity"] = time.perf_counter() - started
 
@@ -282,7 +299,7 @@ def _slopes(record: Record, case: "Case", places: dict[str, tuple["Binding", np.
                 binding.lower,
                 binding.upper,
                 point,
-                binding.accuracy,
+                binding.errors,
                 binding.ahead,
             )
         except NumericalFailure as failure:
@@ -315,7 +332,7 @@ def _deviations(record: Record, case: "Case", binding: "Binding", optimum: "Opti
         binding.lower,
         binding.upper,
         optimum.variables,
-        accuracy=binding.accuracy,
+        errors=binding.errors,
         period=binding.period,
     )
     numbers: Numbers = {}
@@ -327,5 +344,7 @@ def _deviations(record: Record, case: "Case", binding: "Binding", optimum: "Opti
         numbers[f"deviation/size/{key}"] = (cost.deviation[i], 0.0)
         numbers[f"deviation/loss/{key}"] = (cost.loss[i], loss_error)
         if binding.limits:
-            numbers[f"deviation/margin/{key}"] = (cost.margin[i], binding.accuracy)
+            moved = optimum.variables + np.eye(len(binding.keys))[i] * cost.deviation[i]
+            off = _margin_error(binding, moved)
+            numbers[f"deviation/margin/{key}"] = (cost.margin[i], off)
     add_numbers(record, case, numbers, {})

@@ -129,7 +129,7 @@ def _setup(scene: Scene, orders: _Orders, gas: _Gas | None, low: float, high: fl
     harmonics = numbered(listed)
     step = float(listed[0] / harmonics[0])
     return RunUpSetup(
-        rows=with_left_out(*rows(readout.rows, True)[:3]),
+        rows=with_left_out(*rows(readout.rows, True)[:3], beyond / step),
         harmonics=harmonics,
         step=step,
         resonances=resonances._replace(
@@ -144,7 +144,7 @@ def _setup(scene: Scene, orders: _Orders, gas: _Gas | None, low: float, high: fl
         lever_rows=readout.lever_rows,
         idle=lambda first, last: idle_warnings(resonances, listed, first, last),
         of_body=OfBody(rows, system.reach, system.reach @ system.shapes.shape),
-        travel=None if travel is None else with_left_out(*rows(travel)[:3]),
+        travel=None if travel is None else with_left_out(*rows(travel)[:3], beyond / step),
         mean=() if gas is None else tuple(_mean(scene, gas.law, end) for end in (low, high)),
     )
 

@@ -103,11 +103,15 @@ def mean_couple(scene: Scene, law: "TorqueLaw", speed: float) -> Bounded:
 
 
 def torque_law(scene: Scene, shaking_orders: int) -> TorqueLaw:
-    """The torque of the cylinders at any speed, with twice the orders that are kept."""
+    """The torque of the cylinders at any speed, with twice the orders that are kept.
+
+    Evenly spaced cylinders leave every c-th order only, of which at least two are beyond.
+    """
     case = scene.case
     step = TURN / cycle_angle(case.machine)
     used = int(np.ceil(_highest(scene, shaking_orders) / step))
-    order = step * np.arange(1, 2 * used + 1)
+    beyond = max(used, 2 * len(scene.parts.crank_train.names))
+    order = step * np.arange(1, used + beyond + 1)
     rotor, share = case.machine.rotor, 1.0
     if rotor is not None:
         rod, train = case.machine.crank_train.rod, scene.parts.crank_train

@@ -236,8 +236,8 @@ def oscillating(quantity: Quantity) -> np.ndarray:
 
 
 def acting(harmonics: Quantity) -> np.ndarray:
-    """Which harmonics exceed their error estimate; what does not is zero to round-off."""
-    return np.asarray(np.abs(harmonics.values) > known_error(harmonics))
+    """Which harmonics are not zero to round-off."""
+    return ~harmonics.zero
 
 
 def known_error(quantity: Quantity) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 
 from vibecalc.core.case.raw import parse_key
 from vibecalc.core.report.sections import read_as
-from vibecalc.core.report.sweep.statistics import Side, Worst, numeric, worst
+from vibecalc.core.report.sweep.statistics import Side, Worst, alike, numeric, worst
 from vibecalc.core.report.sweep.view import SweepView
 from vibecalc.core.report.writing import Column, fold, number, paragraph, show, table
 from vibecalc.core.results.printed import read_printed
@@ -85,8 +85,8 @@ def best(sweep: SweepView, limits: Sequence[Limit]) -> tuple[int, Limit] | None:
         return None
     room = np.where(kept, first.margin, -np.inf)
     point = int(np.argmax(room))
-    slack = first.worst.errors[point]
-    if math.isfinite(slack) and math.isfinite(room[point]):
+    if math.isfinite(room[point]):
+        slack = alike(first.worst.errors[point], first.worst.values[point])
         point = int(np.argmax(room >= room[point] - 2.0 * slack))
     return point, first
 

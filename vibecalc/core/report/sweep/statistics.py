@@ -118,6 +118,23 @@ def _places(quantity: Quantity, where: Mapping[str, Any]) -> tuple[np.ndarray, t
     return np.ravel(chosen.values), chosen.labels
 
 
+#: relative difference that is none where the error does not tell it, either
+_ALIKE = 1e-8
+
+
+def alike(errors: np.ndarray, size: np.ndarray | float) -> np.ndarray:
+    """How far values of a size may be apart that are the same but for rounding.
+
+    What is left out of them, as orders are, is in their errors and makes no two of them the same.
+    Of values that do not exceed their errors none tells anything.
+    """
+    size = np.abs(size)
+    known = np.isfinite(errors) & np.isfinite(size)
+    with np.errstate(invalid="ignore"):
+        slack = np.where(size <= errors, errors, np.minimum(errors, _ALIKE * size))
+    return np.where(known, slack, 0.0)
+
+
 def _chosen(values: np.ndarray, places: np.ndarray) -> np.ndarray:
     flat = values.reshape(len(values), -1)[:, places]
     return np.abs(flat) if np.iscomplexobj(flat) else flat.astype(float)
@@ -129,7 +146,7 @@ def _reduced(values: np.ndarray, errors: np.ndarray, side: Side) -> tuple[np.nda
     signed = values if side == "max" else -values
     known = np.where(np.isnan(signed), -np.inf, signed)
     largest = known.max(axis=1)
-    slack = np.where(np.isfinite(errors), 2.0 * errors, 0.0)
+    slack = 2.0 * alike(errors, largest)
     with np.errstate(invalid="ignore"):
         level = np.where(np.isfinite(largest), largest - slack, largest)
     entry = np.argmax(known >= level[:, None], axis=1)
@@ -212,7 +229,7 @@ def first_of(values: np.ndarray, errors: np.ndarray, side: str) -> int:
     top = signed.max()
     if not np.isfinite(top):
         return int(np.argmax(known & (signed == top)))
-    slack = np.where(np.isfinite(errors), errors, 0.0)
+    slack = alike(errors, top)
     at = int(np.argmax(signed))
     return int(np.argmax(known & (signed >= top - slack - slack[at])))
 

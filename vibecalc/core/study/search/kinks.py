@@ -1,11 +1,12 @@
 """The last digits of an optimum on a kink: planes sampled around it, and a linear programme."""
 
+from itertools import combinations, product
 from typing import NamedTuple
 
 import numpy as np
 
 from vibecalc.core.study.search.conditions import measured_noise
-from vibecalc.core.study.search.problem import Values, spread
+from vibecalc.core.study.search.problem import KNOWN, BudgetSpent, Values, spread
 
 FIRST_RADIUS = 3e-3
 LARGEST_RADIUS = 5e-2
@@ -15,6 +16,8 @@ MOST_ROUNDS = 150
 PRICE = 1e3
 #: curvature granted to the pieces, in scaled units
 BEND = 10.0
+#: violation of a margin that is none
+MARGIN = 1e-9
 #: share of the promised fall that makes a step worth while
 WORTH = 0.1
 
@@ -177,3 +180,68 @@ def _lowest(planes: list[_Plane], unit: np.ndarray, radius: float) -> _Lowest | 
     merit = top + scale * float(programme.x[size] + PRICE * programme.x[size + 1])
     lowest = np.clip(unit + radius * programme.x[:size], 0, 1)
     return _Lowest(lowest, merit, margins, walls * scale / radius)
+
+
+# ----------------------------------------------------------------------------
+# How far an optimum may be off by errors of the values, whatever holds it.
+# ----------------------------------------------------------------------------
+
+#: first step away from an optimum, growth of the steps, halvings of the last one
+FIRST_AWAY, AWAY, HALVINGS = 1e-5, 4.0, 2
+#: share of a rise at half the way of it, a quarter for a parabola and half for a kink
+BOWL = 0.35
+
+
+def reach(sampler: Values, unit: np.ndarray, bias: np.ndarray, leaning: np.ndarray) -> np.ndarray:
+    """How far each coordinate (n,) of an optimum may be off by errors (1 + m,) of the values.
+
+    The extents of all points that lie no higher than the optimum by twice the error of the
+    objective, and break margins by no more than theirs, along each axis and along those of an
+    ellipsoid with the mixed changes of two coordinates. Where the objective rises as a bowl along
+    all axes, what slopes `leaning` (1 + m, n) of its error make of it, where that is less.
+    """
+    size, base = unit.size, sampler(unit)
+    if base is None or not np.any(bias > KNOWN):
+        return np.zeros(size)
+
+    def rise(step: np.ndarray) -> float:
+        """Over what is allowed: 1 at its end."""
+        try:
+            there = sampler(np.clip(unit + step, 0.0, 1.0))
+        except BudgetSpent:
+            there = None
+        if there is None or np.any(there[1:] < np.minimum(base[1:], 0.0) - 2.0 * bias[1:] - MARGIN):
+            return np.inf
+        # of an objective without error the limits alone tell
+        return max(float(there[0] - base[0]), 0.0) / (2.0 * float(bias[0]) + KNOWN)
+
+    def extent(axis: np.ndarray) -> float:
+        step = FIRST_AWAY
+        while step < 1.0 and rise(step * axis) < 1.0:
+            step *= AWAY
+        factor = AWAY
+        for _ in range(HALVINGS):
+            factor = float(np.sqrt(factor))
+            step = step if rise(step / factor * axis) < 1.0 else step / factor
+        return step
+
+    axes = np.eye(size)
+    away = np.array([max(extent(axis), extent(-axis)) for axis in axes])
+    together = np.eye(size)
+    for i, j in combinations(range(size), 2):
+        mixed = 0.0
+        for one, other in product((-0.5, 0.5), repeat=2):
+            high = rise(one * away[i] * axes[i] + other * away[j] * axes[j])
+            mixed += 2.0 * np.sign(one * other) * min(high, 1.0)
+        together[i, j] = together[j, i] = 0.25 * mixed
+    # the main directions of that ellipsoid, each as far as it goes
+    turned = away[:, None] * np.linalg.eigh(together)[1]
+    turned /= np.linalg.norm(turned, axis=0)
+    spread = turned * [max(extent(one), extent(-one)) for one in turned.T]
+    extents = np.maximum(away, np.linalg.norm(spread, axis=1))
+    halves = [max(rise(0.5 * away[i] * axes[i]), rise(-0.5 * away[i] * axes[i]))
+              for i in range(size)]  # fmt: skip
+    if max(halves) > BOWL:
+        return np.asarray(extents)
+    softness = spread @ spread.T / (4.0 * bias[0] + KNOWN)
+    return np.asarray(np.minimum(extents, np.abs(softness) @ leaning[0]))

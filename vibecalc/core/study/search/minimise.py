@@ -17,6 +17,7 @@ from vibecalc.core.study.search.problem import (
     Ahead,
     Box,
     BudgetSpent,
+    ErrorsAt,
     Evaluate,
     Infeasible,
     LocalOptimum,
@@ -92,9 +93,7 @@ class ChosenOptimum(NamedTuple):
     distinct: tuple[LocalOptimum, ...]
 
 
-def choose(
-    sampler: Sampler, ends: list[Search], begin: np.ndarray, accuracy: float
-) -> ChosenOptimum:
+def choose(sampler: Sampler, ends: list[Search], begin: np.ndarray) -> ChosenOptimum:
     """Refine the ends that compete and take the lowest; of equally low ones the nearest to begin.
 
     Raises
@@ -126,7 +125,7 @@ def choose(
         if any(_covers(sampler.box, done, one) for done in refined):
             continue
         below = min((done.objective for done in refined), default=np.inf)
-        optimum = refine(sampler, one.point, accuracy, below)
+        optimum = refine(sampler, one.point, below)
         if optimum is not None and keeps(sampler, optimum.unit):
             optimum = optimum._replace(unit=sampler.box.fold(optimum.unit))
             refined.append(optimum)
@@ -259,8 +258,11 @@ def summary(
     return Optimum(
         variables=optimum,
         variables_error=spread_out(
-            inner * best.error
-            + np.where(best.sides == 0, 2 * EPSILON, 0.0) * np.abs(optimum[moving]),
+            np.minimum(
+                inner * best.error
+                + np.where(best.sides == 0, 2 * EPSILON, 0.0) * np.abs(optimum[moving]),
+                sampler.box.farthest(optimum[moving]),
+            ),
             nothing,
         ),
         objective=objective,
@@ -321,7 +323,7 @@ def minimise(
     starts: int | np.ndarray = 8,
     rtol: float = 1e-9,
     budget: int = 20000,
-    accuracy: float = 0.0,
+    errors: ErrorsAt | None = None,
     method: str = "sequential_quadratic",
     period: ArrayLike = 0.0,
     ahead: Ahead | None = None,
@@ -346,9 +348,10 @@ def minimise(
         which a note says so.
     budget : int
         Most evaluations.
-    accuracy : float
-        Relative accuracy of the values themselves, where known; round-off is always counted and
-        noise is measured.
+    errors : callable
+        `errors(variables (n,)) -> (1 + m,)`, absolute errors of objective and margins, where known;
+        round-off is always counted and noise is measured. An error of a variable is what they may
+        move the optimum by in its direction, at most to the farther of its bounds.
     method : str
         Key of `methods.METHODS`: what searches from each start. The end is refined the same way
         whatever it is.
@@ -393,7 +396,16 @@ def minimise(
         if ahead is not None:
             ahead(variables)
 
-    sampler = Sampler(of_moving, whole.only(moving), budget, ahead and ahead_of_moving)
+    def errors_of_moving(part: np.ndarray) -> np.ndarray:
+        variables = low.copy()
+        variables[moving] = part
+        assert errors is not None
+        return errors(variables)
+
+    sampler = Sampler(
+        of_moving, whole.only(moving), budget, ahead and ahead_of_moving,
+        errors and errors_of_moving,
+    )  # fmt: skip
     begin = np.full(low.size, 0.5) if first is None else whole.unit(np.asarray(first, dtype=float))
     if isinstance(starts, int):
         further = whole.start(spread(starts, low.size))
@@ -412,7 +424,7 @@ def minimise(
             choice = (
                 anywhere(sampler, search.ends)
                 if search.flat
-                else choose(sampler, search.ends, points[0], accuracy)
+                else choose(sampler, search.ends, points[0])
             )
     except Infeasible as failure:
         nearest = low.copy()

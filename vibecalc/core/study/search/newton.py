@@ -29,8 +29,8 @@ FLAT = 1e-7
 class NewtonStep(NamedTuple):
     """The point after a step, its error (n,), and by how much the objective may be too high.
 
-    `length` is the largest change of a coordinate; `least_curvature` that of the directions
-    which are not free, infinite without any.
+    `length` is the largest change of a coordinate; `reach` (n,) the root of the diagonal of the
+    inverse curvature, how far a coordinate moves where half a unit of height is spent.
     """
 
     unit: np.ndarray
@@ -38,7 +38,7 @@ class NewtonStep(NamedTuple):
     excess: float
     free_directions: int
     length: float
-    least_curvature: float
+    reach: np.ndarray
 
 
 def newton_step(
@@ -47,6 +47,7 @@ def newton_step(
     slopes: Gradient,
     noise: np.ndarray,
     bias: np.ndarray,
+    leaning: np.ndarray,
     active: Active,
     pulls: Pulls,
 ) -> NewtonStep | None:
@@ -59,6 +60,8 @@ def newton_step(
         Point of the unit cube, with derivatives `slopes`.
     noise, bias : (1 + m,) arrays
         Noise of the values, and a systematic error that a smooth method cannot see.
+    leaning : (1 + m, n) array
+        Slopes of that error.
     active, pulls : Active, Pulls
         What is taken to hold, and the multipliers at the point.
 
@@ -78,11 +81,11 @@ def newton_step(
     weights = np.abs(pulls.weights)
 
     step, error, excess = np.zeros(unit.size), np.zeros(unit.size), 0.0
-    free_directions, least_curvature = 0, np.inf
+    free_directions, reach = 0, np.zeros(unit.size)
     if along.shape[1]:
         curvature, unsure = _curvature(sampler, unit, along, pulls.weights, noise)
         steepness = along.T @ pulls.left
-        blur = np.abs(along).T @ (weights @ slopes.error + weights @ bias)
+        blur = np.abs(along).T @ (weights @ (slopes.error + leaning))
         values, vectors = np.linalg.eigh(curvature)
         scale = max(
             float(np.max(np.abs(values))), float(weights @ np.linalg.norm(slopes.first, axis=1))
@@ -91,7 +94,7 @@ def newton_step(
         if np.any(values < -(1e-4 * scale + 2 * unsure)):
             return None  # a saddle
         free_directions = int(np.sum(~bent))
-        least_curvature = float(np.min(values[bent], initial=np.inf))
+        reach = np.linalg.norm(along @ (vectors[:, bent] / np.sqrt(values[bent])), axis=1)
         soft = vectors[:, bent] / values[bent]
         move = -soft @ (vectors[:, bent].T @ steepness)
         if np.max(np.abs(vectors[:, ~bent].T @ steepness), initial=0.0) > (
@@ -122,7 +125,7 @@ def newton_step(
     error[free] += np.abs(inverse) @ uncertainty
     excess += float(weights[rows] @ uncertainty + noise[0] + bias[0])
     length = float(np.max(np.abs(moved - unit), initial=0.0))
-    return NewtonStep(moved, error, excess, free_directions, length, least_curvature)
+    return NewtonStep(moved, error, excess, free_directions, length, reach)
 
 
 def _curvature(
@@ -167,10 +170,12 @@ class PolishedOptimum(NamedTuple):
     active: Active
     pulls: Pulls
     free_directions: int
-    least_curvature: float
+    reach: np.ndarray
 
 
-def polish(sampler: Values, start: np.ndarray, accuracy: float) -> PolishedOptimum | None:
+def polish(
+    sampler: Values, start: np.ndarray, bias: np.ndarray, leaning: np.ndarray
+) -> PolishedOptimum | None:
     """Refine the end of a local search; None where no smooth optimum is found nearby.
 
     Parameters
@@ -178,8 +183,8 @@ def polish(sampler: Values, start: np.ndarray, accuracy: float) -> PolishedOptim
     sampler : Values
     start : (n,) array
         Point of the unit cube close to a local optimum.
-    accuracy : float
-        Relative error of the objective, and absolute error of margins, where the caller knows.
+    bias, leaning : (1 + m,) and (1 + m, n) arrays
+        Errors of objective and margins, and their slopes, where the caller knows.
 
     Returns
     -------
@@ -199,14 +204,13 @@ def polish(sampler: Values, start: np.ndarray, accuracy: float) -> PolishedOptim
         slopes = gradient(sampler, start, noise)
         vector = sampler(start)
         assert vector is not None
-        bias = accuracy * np.append(abs(vector[0]), np.maximum(1.0, np.abs(vector[1:])))
         tried: list[tuple[object, ...]] = []
         for closeness in CLOSENESS:
             active, pulls = identify(vector, slopes.first, start, closeness)
             key = (active.margins, *active.sides.tolist())
             if pulls.residual <= 0.3 and key not in tried:
                 tried.append(key)
-                polished = _from(sampler, start, noise, bias, slopes, active, pulls)
+                polished = _from(sampler, start, noise, bias, leaning, slopes, active, pulls)
                 if polished is not None:
                     return polished
     except NumericalFailure:
@@ -219,6 +223,7 @@ def _from(
     start: np.ndarray,
     noise: np.ndarray,
     bias: np.ndarray,
+    leaning: np.ndarray,
     slopes: Gradient,
     active: Active,
     pulls: Pulls,
@@ -229,7 +234,7 @@ def _from(
     for _ in range(ROUNDS):
         if np.any(slopes.kinked & (np.abs(pulls.weights) > 1e-9)):
             return None
-        step = newton_step(sampler, unit, slopes, noise, bias, active, pulls)
+        step = newton_step(sampler, unit, slopes, noise, bias, leaning, active, pulls)
         if step is None or np.max(np.abs(step.unit - start)) > 0.1:
             return None
         unit = step.unit
@@ -268,7 +273,7 @@ def _accepted(
         active=active,
         pulls=pulls,
         free_directions=step.free_directions,
-        least_curvature=step.least_curvature,
+        reach=step.reach,
     )
 
 

@@ -1,6 +1,7 @@
 """What all searches share: variables, counted evaluations, starting points, what they return."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
@@ -108,6 +109,11 @@ class Box:
         scaled = np.log(np.where(log, np.maximum(values, lower), lower) / lower) / np.log(ratio)
         return np.clip(np.where(log, scaled, linear), 0.0, 1.0)
 
+    def farthest(self, values: np.ndarray) -> np.ndarray:
+        """Distance (n,) of variables to the farther one of their bounds, or half a period."""
+        ends = np.maximum(values - self.lower, self.upper - values)
+        return ends if self.period is None else np.where(self.around, 0.5 * self.period, ends)
+
     def slope(self, values: np.ndarray) -> np.ndarray:
         """Derivative of the variables by the coordinates of the unit cube, (n,)."""
         log = self.logarithmic
@@ -123,11 +129,17 @@ class Box:
 # ----------------------------------------------------------------------------
 
 Evaluate = Callable[[np.ndarray], tuple[float, ArrayLike]]
+#: absolute errors of what is evaluated at variables (n,): of objectives, then of margins
+ErrorsAt = Callable[[np.ndarray], np.ndarray]
 #: told of points (k, n) that are about to be evaluated, it may compute them at once
 Ahead = Callable[[np.ndarray], None]
 
 #: violation up to which a point counts as feasible, before it is refined
 FEASIBLE_WITHIN = 1e-6
+#: error of a scaled value of which the slope does not matter, and the step to see how it changes
+KNOWN, NEARBY = 1e-10, 0.02
+#: how often an error may change by itself from one side of the cube to the other
+CHANGES = 4.0
 #: a margin beyond this is as good as infinitely well kept
 AMPLE_MARGIN = 1e6
 
@@ -156,8 +168,11 @@ class Sampler:
     met again is looked up. `best` (n,) is the lowest point met, of those that break limits least.
     """
 
-    def __init__(self, evaluate: Evaluate, box: Box, budget: int, ahead: Ahead | None = None):
-        self.box = box
+    def __init__(
+        self, evaluate: Evaluate, box: Box, budget: int, ahead: Ahead | None = None,
+        errors: ErrorsAt | None = None,
+    ):  # fmt: skip
+        self.box, self._errors = box, errors
         self.scale = 1.0
         self.count = 0
         self.failures: dict[bytes, str] = {}
@@ -184,6 +199,30 @@ class Sampler:
         scaled = raw.copy()
         scaled[0] /= self.scale
         return scaled
+
+    def bias(self, unit: np.ndarray) -> np.ndarray:
+        """Errors (1 + m,) of the values at a point that no comparison of values shows."""
+        if self._errors is None:
+            return np.zeros(self._size)
+        off = np.array(self._errors(self.box.values(unit)), dtype=float)
+        off[0] /= self.scale
+        return np.where(np.isfinite(off), off, 0.0)
+
+    def leaning(self, unit: np.ndarray) -> np.ndarray:
+        """Slopes (1 + m, n) that errors of the values may have: they change by themselves over a
+        quarter of the cube, or as those around the point do."""
+        bias = self.bias(unit)
+        slopes = np.repeat(CHANGES * bias[:, None], unit.size, axis=1)
+        if not np.any(bias > KNOWN):
+            return slopes
+        for axis in range(unit.size):
+            for side in (-NEARBY, NEARBY):
+                near = unit.copy()
+                near[axis] = np.clip(near[axis] + side, 0.0, 1.0)
+                with suppress(NumericalFailure):
+                    change = np.abs(self.bias(near) - bias) / NEARBY
+                    slopes[:, axis] = np.maximum(slopes[:, axis], change)
+        return slopes
 
     def ahead(self, units: Sequence[np.ndarray]) -> None:
         """Say which points (n,) are about to be asked for; nothing is counted yet."""

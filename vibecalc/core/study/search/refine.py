@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.core.study.search.kinks import settle
+from vibecalc.core.study.search.kinks import reach, settle
 from vibecalc.core.study.search.local_search import local_search
 from vibecalc.core.study.search.newton import polish
 from vibecalc.core.study.search.problem import Sampler, spread, squared
@@ -57,9 +57,7 @@ def at_rest(unit: np.ndarray, vector: np.ndarray, method: str) -> RefinedOptimum
     )
 
 
-def refine(
-    sampler: Sampler, unit: np.ndarray, accuracy: float, below: float = np.inf
-) -> RefinedOptimum | None:
+def refine(sampler: Sampler, unit: np.ndarray, below: float = np.inf) -> RefinedOptimum | None:
     """Refine the end of a local search and show that it is a local optimum, or return None.
 
     A norm that vanishes at its minimum has a cone there: its square is smooth and gives the zero
@@ -69,22 +67,22 @@ def refine(
     """
     for _ in range(MOST_RESTARTS):
         if _may_vanish(sampler, unit):
-            optimum = _zero(sampler, unit, accuracy)
+            optimum = _zero(sampler, unit)
             if optimum is not None:
                 return optimum
             unit = local_search(sampler, unit, to_the_end=True).unit
-        optimum = _newton(sampler, unit, accuracy)
+        optimum = _newton(sampler, unit)
         if optimum is None:
             unit = local_search(sampler, unit, to_the_end=True).unit
             if _top(sampler, unit) >= below:
                 return None
-            optimum = _newton(sampler, unit, accuracy) or _planes(sampler, unit, accuracy)
+            optimum = _newton(sampler, unit) or _planes(sampler, unit)
             if (
                 optimum is not None
                 and optimum.method != "newton"
                 and _may_vanish(sampler, optimum.unit)
             ):
-                optimum = _zero(sampler, optimum.unit, accuracy) or optimum
+                optimum = _zero(sampler, optimum.unit) or optimum
         lower = _lower_nearby(sampler, unit if optimum is None else optimum.unit, optimum)
         if lower is None:
             return optimum
@@ -127,10 +125,14 @@ def _top(sampler: Sampler, unit: np.ndarray) -> float:
     return np.inf if vector is None else float(vector[0])
 
 
-def _zero(sampler: Sampler, unit: np.ndarray, accuracy: float) -> RefinedOptimum | None:
+def _zero(sampler: Sampler, unit: np.ndarray) -> RefinedOptimum | None:
     """A zero of an objective that is never negative and leaves it as a cone; None without one."""
     largest = sampler.largest / sampler.scale
-    minimum = polish(squared(sampler), _nearer(sampler, unit), accuracy)
+    near = _nearer(sampler, unit)
+    bias, leaning = sampler.bias(near), sampler.leaning(near)
+    # of a square the error is that of the zero, which counts below
+    bias[0], leaning[0] = 0.0, 0.0
+    minimum = polish(squared(sampler), near, bias, leaning)
     if minimum is None:
         return None
     vector = sampler(minimum.unit)
@@ -140,8 +142,8 @@ def _zero(sampler: Sampler, unit: np.ndarray, accuracy: float) -> RefinedOptimum
         return None
     if not _is_cone(sampler, minimum.unit):
         return None
-    floor = 4 * max(EPSILON, accuracy) * largest
-    away = floor * np.sqrt(2.0 / minimum.least_curvature)
+    floor = max(4 * EPSILON * largest, float(sampler.bias(minimum.unit)[0]))
+    away = np.sqrt(2.0) * floor * minimum.reach
     return at_rest(minimum.unit, vector, "zero")._replace(
         error=minimum.error + np.where(minimum.active.sides == 0, away, 0.0),
         excess=objective + floor,
@@ -192,8 +194,8 @@ def _is_cone(sampler: Sampler, unit: np.ndarray) -> bool:
     return bool(far < 3 * near[steepest])
 
 
-def _newton(sampler: Sampler, unit: np.ndarray, accuracy: float) -> RefinedOptimum | None:
-    polished = polish(sampler, unit, accuracy)
+def _newton(sampler: Sampler, unit: np.ndarray) -> RefinedOptimum | None:
+    polished = polish(sampler, unit, sampler.bias(unit), sampler.leaning(unit))
     if polished is None or not keeps(sampler, polished.unit):
         return None
     vector = sampler(polished.unit)
@@ -210,18 +212,20 @@ def _newton(sampler: Sampler, unit: np.ndarray, accuracy: float) -> RefinedOptim
     )
 
 
-def _planes(sampler: Sampler, unit: np.ndarray, accuracy: float) -> RefinedOptimum | None:
+def _planes(sampler: Sampler, unit: np.ndarray) -> RefinedOptimum | None:
     end = settle(sampler, unit)
     if end is None or end.residual > SETTLED:
         return None
     vector = sampler(end.unit)
     assert vector is not None
     pulling = (end.margins > 1e-6) & (vector[1:] < 1e-6)
+    bias = sampler.bias(end.unit)
+    away = reach(sampler, end.unit, bias, sampler.leaning(end.unit))
     optimum = at_rest(end.unit, vector, "sampled planes")
     sides = np.where(np.abs(end.bounds) > 1e-6, optimum.sides, 0)
     return optimum._replace(
-        error=np.where(sides == 0, end.error, 0.0),
-        excess=end.excess + accuracy * (abs(vector[0]) + float(np.sum(end.margins))),
+        error=np.where(sides == 0, end.error + away, 0.0),
+        excess=end.excess + float(bias[0] + end.margins @ bias[1:]),
         margins=np.where(pulling, end.margins, 0.0),
         bounds=np.where(sides != 0, end.bounds, 0.0),
         sides=sides,

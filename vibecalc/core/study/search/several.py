@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.core.study.search.minimise import minimise
-from vibecalc.core.study.search.problem import Ahead, Optimum
+from vibecalc.core.study.search.problem import Ahead, ErrorsAt, Optimum
 from vibecalc.errors import NumericalFailure
 
 # ----------------------------------------------------------------------------
@@ -124,7 +124,7 @@ def front_of_several(
     points: int = 15,
     starts: int = 8,
     rtol: float = 1e-9,
-    accuracy: float = 0.0,
+    errors: ErrorsAt | None = None,
     period: ArrayLike = 0.0,
     ahead: Ahead | None = None,
 ) -> FrontPoints:
@@ -135,8 +135,9 @@ def front_of_several(
     evaluate : callable
         `evaluate(variables (n,)) -> (values (m,), margins)`, all values to be made small; points
         that cannot be evaluated as in `minimise`.
-    lower, upper, first, starts, rtol, accuracy, period, ahead
-        As of `minimise`; the ends of the front are searched from all starts.
+    lower, upper, first, starts, rtol, errors, period, ahead
+        As of `minimise`, with errors of all objectives, then of the margins; the ends of the front
+        are searched from all starts.
     objectives, points : int
         How many objectives, and how many points at most.
 
@@ -157,7 +158,7 @@ def front_of_several(
     low, high = np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
     known: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
     notes: list[str] = []
-    search = partial(minimise, rtol=rtol, accuracy=accuracy, ahead=ahead)
+    search = partial(minimise, rtol=rtol, ahead=ahead)
 
     def at(variables: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         key = (variables + 0.0).tobytes()
@@ -166,12 +167,23 @@ def front_of_several(
             known[key] = (values, np.atleast_1d(np.asarray(margins, dtype=float)))
         return known[key]
 
+    def off(variables: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Errors of all objectives, and of the margins."""
+        if errors is None:
+            return np.zeros(objectives), np.zeros(len(at(variables)[1]))
+        every = errors(variables)
+        return every[:objectives], every[objectives:]
+
     def end_of(goal: int) -> Optimum:
+        def alone_off(variables: np.ndarray) -> np.ndarray:
+            own, margins = off(variables)
+            return np.append(own[goal], margins)
+
         def alone(variables: np.ndarray) -> tuple[float, np.ndarray]:
             values, margins = at(variables)
             return float(values[goal]), margins
 
-        return search(alone, low, high, first=first, starts=starts, period=period)
+        return search(alone, low, high, first=first, starts=starts, period=period, errors=alone_off)
 
     def unique(goal: int, end: Optimum, best: np.ndarray, span: np.ndarray) -> Optimum:
         """Of all points with the best of one objective nearly the best in the sum of the others."""
@@ -182,6 +194,11 @@ def front_of_several(
             shares = (values - best) / span
             return float(np.sum(shares[others])), np.append(margins, slack - shares[goal])
 
+        def sum_off(variables: np.ndarray) -> np.ndarray:
+            own, margins = off(variables)
+            shares = own / span
+            return np.concatenate([[np.sum(shares[others])], margins, [shares[goal]]])
+
         for slack in _SLACKS:
             try:
                 return search(
@@ -191,6 +208,7 @@ def front_of_several(
                     first=end.variables,
                     starts=2,
                     period=period,
+                    errors=sum_off,
                 )
             except NumericalFailure:
                 continue
@@ -200,9 +218,10 @@ def front_of_several(
     ends = [end_of(goal) for goal in range(objectives)]
     table = np.array([at(end.variables)[0] for end in ends])
     best, span = np.diag(table).copy(), np.ptp(table, axis=0)
-    if np.all(span <= (accuracy + SAME) * np.max(np.abs(table), axis=0)):
+    unsure = np.max([off(end.variables)[0] for end in ends], axis=0)
+    if np.all(span <= unsure + SAME * np.max(np.abs(table), axis=0)):
         notes.append("one point is the best for all objectives")
-        return _as_front(at, ends[:1], low, high, accuracy, len(known), notes)
+        return _as_front(at, off, ends[:1], low, high, len(known), notes)
     span = np.where(span > 0.0, span, 1.0)
 
     def shares_at(variables: np.ndarray) -> np.ndarray:
@@ -225,6 +244,10 @@ def front_of_several(
             _, margins = at(moved[:-1])
             return -float(moved[-1]), np.append(margins, foot - moved[-1] - shares_at(moved[:-1]))
 
+        def towards_off(moved: np.ndarray) -> np.ndarray:
+            own, margins = off(moved[:-1])
+            return np.concatenate([[0.0], margins, own / span])
+
         places = [one.variables[: low.size] for one in found]
         away = [float(np.linalg.norm(shares_at(one) - foot)) for one in places]
         why = ""
@@ -241,6 +264,7 @@ def front_of_several(
                     starts=2 * count,
                     period=turn,
                     ahead=ahead and (lambda moved: ahead(moved[:, :-1])),
+                    errors=towards_off,
                 )
             except NumericalFailure as failure:
                 why = str(failure)
@@ -250,15 +274,15 @@ def front_of_several(
         else:
             shown = ", ".join(f"{weight:g}" for weight in weights)
             notes.append(f"no point of the front with the weights {shown}: {why}")
-    return _as_front(at, found, low, high, accuracy, len(known), notes)
+    return _as_front(at, off, found, low, high, len(known), notes)
 
 
 def _as_front(
     at: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
+    off: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
     optima: list[Optimum],
     low: np.ndarray,
     high: np.ndarray,
-    accuracy: float,
     evaluations: int,
     notes: list[str],
 ) -> FrontPoints:
@@ -266,7 +290,7 @@ def _as_front(
     variables = np.array([one.variables[:size] for one in optima])
     away = np.array([one.variables_error[:size] for one in optima])
     values = np.array([at(one)[0] for one in variables])
-    errors = accuracy * np.abs(values) + np.array(
+    errors = np.array([off(one)[0] for one in variables]) + np.array(
         [_carried(at, one, error, low, high) for one, error in zip(variables, away, strict=True)]
     )
     kept = undominated(values)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from vibecalc.core.study.search.conditions import measured_noise, slope
 from vibecalc.core.study.search.local_search import set_scale
 from vibecalc.core.study.search.minimise import minimise
-from vibecalc.core.study.search.problem import Ahead, Box, Evaluate, Optimum, Sampler
+from vibecalc.core.study.search.problem import Ahead, Box, ErrorsAt, Evaluate, Optimum, Sampler
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON
 
@@ -76,7 +76,7 @@ def front(
     points: int = 15,
     starts: int = 8,
     rtol: float = 1e-9,
-    accuracy: float = 0.0,
+    errors: ErrorsAt | None = None,
     period: ArrayLike = 0.0,
     ahead: Ahead | None = None,
 ) -> Front:
@@ -87,8 +87,9 @@ def front(
     evaluate : callable
         `evaluate(variables (n,)) -> (objective, second objective, margins (m,))`, both to be made
         small; points that cannot be evaluated as in `minimise`.
-    lower, upper, first, starts, rtol, accuracy, period, ahead
-        As of `minimise`; the ends of the front are searched from all starts.
+    lower, upper, first, starts, rtol, errors, period, ahead
+        As of `minimise`, with errors of both objectives, then of the margins; the ends of the front
+        are searched from all starts.
     points : int
         Points asked for, ends included; at least 2. Fewer come back where the front jumps.
 
@@ -112,10 +113,21 @@ def front(
         lower=lower,
         upper=upper,
         rtol=rtol,
-        accuracy=accuracy,
         period=period,
         ahead=ahead,
     )
+
+    def of(goal: int, span: float | None = None) -> ErrorsAt | None:
+        """Errors of one objective and of the margins, with that on the second one."""
+        if errors is None:
+            return None
+
+        def off(variables: np.ndarray) -> np.ndarray:
+            one, two, *others = errors(variables)
+            more = [] if span is None else [two / span]
+            return np.array([(one, two)[goal], *others, *more])
+
+        return off
 
     def both(variables: np.ndarray) -> tuple[float, float, np.ndarray]:
         key = variables.tobytes()
@@ -129,11 +141,12 @@ def front(
             one, two, margins = both(variables)
             return one, np.append(margins, (bound - two) / span)
 
-        return search(limited, first=start, starts=more)
+        return search(limited, first=start, starts=more, errors=of(0, span))
 
     def described(optimum: Optimum) -> _Point:
         one, two, _ = both(optimum.variables)
-        error = accuracy * abs(two) + _carried(both, optimum, lower, upper)
+        off = 0.0 if errors is None else float(errors(optimum.variables)[1])
+        error = off + _carried(both, optimum, lower, upper)
         return _Point(optimum, one, two, error)
 
     def end_of(goal: int) -> _Point:
@@ -141,7 +154,7 @@ def front(
             values = both(variables)
             return float(values[goal]), values[2]
 
-        return described(search(alone, first=first, starts=starts))
+        return described(search(alone, first=first, starts=starts, errors=of(goal)))
 
     def far_end(lowest: _Point, span: float) -> _Point:
         """Of all points with the best second objective, nearly the one with the best first."""
@@ -285,14 +298,14 @@ def slopes_at(
     lower: ArrayLike,
     upper: ArrayLike,
     at: ArrayLike,
-    accuracy: float = 0.0,
+    errors: ErrorsAt | None = None,
     ahead: Ahead | None = None,
 ) -> ObjectiveSlopes:
     """Differentiate the objective at a point within the bounds.
 
     Parameters
     ----------
-    evaluate, lower, upper, accuracy, ahead
+    evaluate, lower, upper, errors, ahead
         As of `minimise.minimise`; lower < upper.
     at : (n,) array
 
@@ -304,17 +317,17 @@ def slopes_at(
     Notes
     -----
     Five-point differences with `conditions.slope`; the error counts truncation, measured noise
-    and `accuracy`, the relative error of the values.
+    and the slopes that `errors` of the values may have.
     """
     low, high = np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
     point = np.asarray(at, dtype=float)
     box = Box(low, high)
-    sampler = Sampler(evaluate, box, 10**9, ahead)
+    sampler = Sampler(evaluate, box, 10**9, ahead, errors)
     unit = box.unit(point)
     vectors, _ = set_scale(sampler, unit[None, :])
     if vectors[0] is None:
         raise NumericalFailure(next(iter(sampler.failures.values())))
-    noise = measured_noise(sampler, unit) + accuracy * np.abs(vectors[0]) / sampler.scale
+    noise, leaning = measured_noise(sampler, unit), sampler.leaning(unit)
     first, error = np.zeros(point.size), np.zeros(point.size)
     known = np.zeros(point.size, dtype=bool)
     for axis, direction in enumerate(np.eye(point.size)):
@@ -323,7 +336,7 @@ def slopes_at(
         except NumericalFailure:
             continue
         known[axis] = not one.kinked[0]
-        first[axis], error[axis] = one.first[0], one.error[0]
+        first[axis], error[axis] = one.first[0], one.error[0] + leaning[0, axis]
     inner = box.slope(point)
     values = first * sampler.scale / inner
     uncertainty = error * sampler.scale / inner + 8.0 * EPSILON * np.abs(values)
@@ -337,7 +350,7 @@ def cost_of_deviation(
     at: ArrayLike,
     *,
     share: float = DEVIATION,
-    accuracy: float = 0.0,
+    errors: ErrorsAt | None = None,
     period: ArrayLike = 0.0,
 ) -> Cost:
     """Move each variable by `share` of the distance between its bounds, both ways, and look.
@@ -373,5 +386,7 @@ def cost_of_deviation(
             tie = error[axis] + _TIE * abs(loss[axis]) if np.isfinite(loss[axis]) else 0.0
             if there - here > loss[axis] + tie:
                 deviation[axis], loss[axis] = moved[axis] - point[axis], there - here
-                error[axis] = (accuracy + 4.0 * EPSILON) * (abs(there) + abs(here))
+                error[axis] = 4.0 * EPSILON * (abs(there) + abs(here))
+                if errors is not None:
+                    error[axis] += float(errors(moved)[0] + errors(point)[0])
     return Cost(deviation, np.where(known, loss, 0.0), error, margin, known)
