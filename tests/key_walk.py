@@ -595,6 +595,7 @@ def _words(problem: Problem) -> str:
 
 
 _NAMED = re.compile(r"no (.+?) is named")
+_ABSENT = re.compile(r"there is no (\w+) named")
 _NEEDS = re.compile(r"needs? \[([\w.]+)\]|(?:needs?|and) (\w+\.[\w.]+)")
 
 
@@ -631,6 +632,10 @@ def _mend(data: Data, problem: Problem, ours: KeyPath, kind: str) -> None:
             beside = get(data, path[:-1]) if isinstance(path[-1], int) else ()
             put(data, path, next((name for name in known if name not in beside), known[0]))
             return
+    absent = _ABSENT.match(problem.message)
+    if absent and isinstance(place := get(data, path), dict) and ours[: len(path)] != path:
+        place[absent[1]] = re.findall(r"'(.*?)'", problem.allowed)[0]
+        return
     if _set_as_said(data, problem, ours) or _said(data, problem, kind):
         return
     if (beside := _BESIDE.match(problem.allowed)) and _fill(
