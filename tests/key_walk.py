@@ -284,6 +284,15 @@ def spots(data: Data, pattern: Pattern) -> list[KeyPath]:
     return found
 
 
+def standing(kind: str, data: Data) -> Iterator[Aim]:
+    """The aims of a kind that a case has."""
+    for aim in aims(kind):
+        there = [get(data, path) for path in spots(data, aim.pattern)]
+        values = [one for some in there for one in (some if isinstance(some, list) else [some])]
+        if aim.value in values if aim.value is not None else there:
+            yield aim
+
+
 @cache
 def donors() -> dict[tuple[type[Table], str], list[tuple[str, Any]]]:
     """What shipped cases have at each key of each table, with the kind of their machine."""
