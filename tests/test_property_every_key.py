@@ -16,11 +16,13 @@ from drawn import coarse
 from fuzzing import command
 from key_pairs import Covering
 from key_walk import (
+    REFUSED_BESIDE,
     VALUES,
     Aim,
     Data,
     aims,
     files_beside,
+    joined,
     places,
     plans,
     refused_always,
@@ -70,7 +72,14 @@ def what_is_wrong(aim: Aim) -> str:
     if aim in THROUGH[drawn]:
         return ""
     for base, data in islice(plans(aim), MOST_CASES):
-        code, said = how_it_ends(base, data, drawn)
+        others = (one for one in aims(aim.kind) if one not in THROUGH[drawn])
+        more, came = joined(aim, data, (one for one in others if is_first(one) == drawn))
+        code, said = how_it_ends(base, more, drawn)
+        if came and code == EXIT_NUMERICAL:  # what of all these has no number?
+            REFUSED_BESIDE.update(came)
+            code, said = how_it_ends(base, data, drawn)
+        elif code == 0:
+            data = more
         if code == 0:
             for one in {drawn, False}:
                 THROUGH[one].update(standing(aim.kind, data))
