@@ -358,7 +358,10 @@ def values(aim: Aim, data: Data, spot: KeyPath) -> Iterator[Any]:
     """Values for the key of an aim at a spot of a case, the most plausible first."""
     place = places(aim.kind)[aim.pattern]
     if aim.value is not None:
-        yield [aim.value] if place.shape.kind == "list" else aim.value
+        if place.shape.item is None:
+            yield aim.value
+        else:
+            yield from ([aim.value], [*place.shape.item.choices])
         return
     present = get(data, spot)
     if present is not None and place.shape.kind == "number":
