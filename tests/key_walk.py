@@ -502,6 +502,7 @@ def joined(aim: Aim, data: Data, others: Iterable[Aim]) -> tuple[Data, list[Aim]
         study, spot = other.pattern[0], (*above, other.pattern[-1])
         apart = study in (*STUDIES, "sweep") and study != aim.pattern[0]
         is_table = _model_of(places(aim.kind)[other.pattern].shape) is not None
+        is_table &= len(other.pattern) == 1 or other.pattern[0] == "response"
         there = get(data, spot) if other.value is None else get(data, spot) == other.value
         if apart or is_table or there or REFUSED_BESIDE[other] >= _REFUSALS:
             continue
