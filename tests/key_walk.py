@@ -12,7 +12,7 @@ import re
 import shutil
 import tomllib
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
 from itertools import islice
 from pathlib import Path
@@ -116,7 +116,7 @@ LIGHTER: dict[Pattern, Any] = {
     ("response", "impact", "members"): 3,
     ("response", "impact", "revolutions"): 6,
     ("response", "impact", "discard"): 2,
-    ("optimisation", "robust", "samples"): 32,
+    ("optimisation", "robust", "samples"): 8,
     ("optimisation", "starts"): 1,
     ("optimisation", "front_points"): 3,
     ("optimisation", "compare"): ["sequential_quadratic"],
@@ -284,6 +284,15 @@ def spots(data: Data, pattern: Pattern) -> list[KeyPath]:
     return found
 
 
+def standing(kind: str, data: Data) -> Iterator[Aim]:
+    """The aims of a kind that a case has."""
+    for aim in aims(kind):
+        there = [get(data, path) for path in spots(data, aim.pattern)]
+        values = [one for some in there for one in (some if isinstance(some, list) else [some])]
+        if aim.value in values if aim.value is not None else there:
+            yield aim
+
+
 @cache
 def donors() -> dict[tuple[type[Table], str], list[tuple[str, Any]]]:
     """What shipped cases have at each key of each table, with the kind of their machine."""
@@ -349,7 +358,10 @@ def values(aim: Aim, data: Data, spot: KeyPath) -> Iterator[Any]:
     """Values for the key of an aim at a spot of a case, the most plausible first."""
     place = places(aim.kind)[aim.pattern]
     if aim.value is not None:
-        yield [aim.value] if place.shape.kind == "list" else aim.value
+        if place.shape.item is None:
+            yield aim.value
+        else:
+            yield from ([aim.value], [*place.shape.item.choices])
         return
     present = get(data, spot)
     if present is not None and place.shape.kind == "number":
@@ -475,6 +487,38 @@ def plans(aim: Aim) -> Iterator[tuple[str, Data]]:
                 return
 
 
+#: further keys that go into one case, and how often one is refused before it is left to its own
+_JOINED, _REFUSALS = 12, 3
+REFUSED_BESIDE = Counter[Aim]()
+
+
+def joined(aim: Aim, data: Data, others: Iterable[Aim]) -> tuple[Data, list[Aim]]:
+    """The case of an aim with keys of tables that it has, where `check` takes them along."""
+    came: list[Aim] = []
+    for other in others:
+        (above, *_) = _tables(data, other.pattern[:-1]) or [None]
+        if above is None or other.pattern in (aim.pattern, *(one.pattern for one in came)):
+            continue
+        study, spot = other.pattern[0], (*above, other.pattern[-1])
+        apart = study in (*STUDIES, "sweep") and study != aim.pattern[0]
+        is_table = _model_of(places(aim.kind)[other.pattern].shape) is not None
+        is_table &= len(other.pattern) == 1 or other.pattern[0] == "response"
+        there = get(data, spot) if other.value is None else get(data, spot) == other.value
+        if apart or is_table or there or REFUSED_BESIDE[other] >= _REFUSALS:
+            continue
+        new = copy.deepcopy(data)
+        put(new, spot, copy.deepcopy(next(values(other, data, spot), None)))
+        lighten(new, aim.pattern)
+        if get(new, spot) is None or problems_of(new):
+            REFUSED_BESIDE[other] += 1
+            continue
+        data = new
+        came.append(other)
+        if len(came) == _JOINED:
+            break
+    return data, came
+
+
 #: what `check` said of cases with a key that it does not take, and how often
 REFUSED: dict[Aim, Counter[str]] = {}
 
@@ -595,6 +639,7 @@ def _words(problem: Problem) -> str:
 
 
 _NAMED = re.compile(r"no (.+?) is named")
+_ABSENT = re.compile(r"there is no (\w+) named")
 _NEEDS = re.compile(r"needs? \[([\w.]+)\]|(?:needs?|and) (\w+\.[\w.]+)")
 
 
@@ -605,7 +650,11 @@ def _model_at(path: KeyPath, kind: str) -> type[Table] | None:
     place = places(kind).get(pattern if pattern[-1] != EACH else pattern[:-1])
     if place is None:
         return None
-    return place.shape.table or (place.shape.item.table if place.shape.item else None)
+    return _model_of(place.shape)
+
+
+def _model_of(shape: Shape) -> type[Table] | None:
+    return shape.table or (shape.item.table if shape.item else None)
 
 
 def _mend(data: Data, problem: Problem, ours: KeyPath, kind: str) -> None:
@@ -631,6 +680,10 @@ def _mend(data: Data, problem: Problem, ours: KeyPath, kind: str) -> None:
             beside = get(data, path[:-1]) if isinstance(path[-1], int) else ()
             put(data, path, next((name for name in known if name not in beside), known[0]))
             return
+    absent = _ABSENT.match(problem.message)
+    if absent and isinstance(place := get(data, path), dict) and ours[: len(path)] != path:
+        place[absent[1]] = re.findall(r"'(.*?)'", problem.allowed)[0]
+        return
     if _set_as_said(data, problem, ours) or _said(data, problem, kind):
         return
     if (beside := _BESIDE.match(problem.allowed)) and _fill(

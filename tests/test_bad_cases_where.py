@@ -15,7 +15,8 @@ from vibecalc.core.run.targets import check_targets
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import CaseError
 
-GENERATOR = Path(__file__).resolve().parents[1] / "cases" / "generator.toml"
+CASES = Path(__file__).resolve().parents[1] / "cases"
+GENERATOR = CASES / "generator.toml"
 ROW = """
 [[reference]]
 quantity = "{quantity}"
@@ -111,3 +112,75 @@ def test_a_sweep_may_change_the_clearance_that_a_reference_names(tmp_path: Path)
     assert len(check_targets(load_case(path).case)) == 1
     path.write_text(f"{path.read_text()}\n{sweep}")
     assert check_targets(load_case(path).case) == []
+
+
+CURVES = CASES / "absorber_damped.toml"
+LARGEST = "response/absorber/largest"
+STUDIES = {
+    "reference": ROW.format(quantity=LARGEST, where='curve = "locked"', value="3.0"),
+    "limit": f'[[limit]]\nquantity = "{LARGEST}"\nwhere = {{ curve = "locked" }}\nmax = 50.0\n',
+    "find": f"""[[find]]
+name = "one"
+key = "machine.secondary.mass_ratio"
+lower = 0.1
+upper = 0.2
+quantity = "{LARGEST}"
+where = {{ curve = "locked" }}
+change = 0.001
+""",
+    "objective": f"""[optimisation]
+objective = {{ quantity = "{LARGEST}", where = {{ curve = "locked" }} }}
+variables = [{{ key = "machine.secondary.mass_ratio", lower = 0.1, upper = 0.2 }}]
+""",
+    "second": f"""[optimisation]
+objective = {{ quantity = "{LARGEST}", where = {{ curve = "as given" }} }}
+second_objective = {{ quantity = "{LARGEST}", where = {{ curve = "locked" }} }}
+variables = [{{ key = "machine.secondary.mass_ratio", lower = 0.1, upper = 0.2 }}]
+""",
+}
+
+
+@pytest.mark.parametrize("study", STUDIES)
+def test_curves_of_an_absorber_are_known_before_the_run(study: str, tmp_path: Path) -> None:
+    text = re.sub(r"(?ms)^\[\[(reference|limit).*", "", CURVES.read_text())
+    assert "\nlimits = true" in text
+    path = tmp_path / "one.toml"
+    for drawn in (True, False):
+        path.write_text(
+            text.replace("\nlimits = true", f"\nlimits = {str(drawn).lower()}") + STUDIES[study]
+        )
+        if drawn:
+            load_checked([path], ())
+            continue
+        with pytest.raises(CaseError) as refused:
+            load_checked([path], ())
+        said = str(refused.value)
+        line = next(
+            number
+            for number, one in enumerate(path.read_text().splitlines(), 1)
+            if 'curve = "locked"' in one
+        )
+        assert f"one.toml:{line}:" in said
+        assert "there is no curve named 'locked'" in said and "'as given', 'own damping 0'" in said
+
+
+def test_a_limit_of_an_optimisation_has_a_name_and_no_number(tmp_path: Path) -> None:
+    text = (CASES / "generator_mount_design.toml").read_text()
+    name = "isolation/support_force/steady_peak max 100 N"
+    load_checked([written(tmp_path, text, "optimisation/margin", f'limit = "{name}"', "0.0")])
+
+
+@pytest.mark.parametrize(
+    ("path", "axis", "allowed"),
+    [
+        ("tuning/method/peak", "method", "'den_hartog', 'nishihara_asami', 'numerical'"),
+        ("tuning/sensitivity/peak", "ratio", "'primary_damping', 'mass_ratio'"),
+        ("response/absorber/fixed_point/magnitude", "fixed_point", "'P', 'Q'"),
+    ],
+)
+def test_names_of_a_tuning_are_known_before_the_run(
+    path: str, axis: str, allowed: str, tmp_path: Path
+) -> None:
+    text = re.sub(r"(?ms)^\[\[(reference|limit).*", "", (CASES / "absorber.toml").read_text())
+    case = load_case(written(tmp_path, text, path, f'{axis} = "none"')).case
+    assert [problem.allowed for problem in check_targets(case)] == [allowed]

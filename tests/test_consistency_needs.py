@@ -16,9 +16,11 @@ from test_start_up import computing, modules_after, roots
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.report.check import counted_seconds, time_in_words
-from vibecalc.core.results.record import Result
+from vibecalc.core.results.catalogue import OWNER
+from vibecalc.core.results.record import AT_START, Result
 from vibecalc.core.results.store import read_result
 from vibecalc.core.run.plan import Needs, StageNeeds, needs_of, plan_case
+from vibecalc.core.run.targets import entries_of
 from vibecalc.subjects import SUBJECTS
 
 GOLDEN = ROOT / "tests" / "golden"
@@ -65,6 +67,27 @@ def test_harmonics_of_every_golden_result_are_those_said(name: str) -> None:
     assert case is not None
     golden = read_result(GOLDEN / f"{name}.h5")
     assert list(harmonic_differences(needs_of(case), golden)) == []
+
+
+#: axes with names that only a run knows
+FOUND_BY_RUNS = {
+    *("candidate", "further", "reading", "signal", "bound", "motor_parameter", "parameter"),
+    *("cause", "component", "crank_place", "damper_curve", "freedom", "slave_rod"),
+}
+
+
+@pytest.mark.parametrize(
+    "name", long_but([name for name in NAMES if (GOLDEN / f"{name}.h5").is_file()], *FEW)
+)
+def test_names_of_every_golden_result_are_those_known_before(name: str) -> None:
+    case = case_of(table_of(name))
+    assert case is not None
+    entries = entries_of(case)
+    for path, quantity in read_result(GOLDEN / f"{name}.h5").record.items():
+        for axis in quantity.axes if path.removeprefix(AT_START) in OWNER else ():
+            texts = [one for one in axis.values.tolist() if isinstance(one, str)]
+            if texts and axis.name not in FOUND_BY_RUNS:
+                assert set(texts) <= {*entries.names(path)[axis.name]}, (path, axis.name)
 
 
 def test_check_of_every_kind_imports_no_stage_and_no_library(tmp_path: Path) -> None:

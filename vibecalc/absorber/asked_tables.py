@@ -135,7 +135,14 @@ class TemperatureRange(Range):
     )
 
 
-VARIED = ("primary_damping", "mass_ratio", "stiffness_ratio", "secondary_damping", "own_damping")
+#: key of [response.absorber.vary] -> words in the name of a curve
+VARIED = {
+    "primary_damping": "primary damping",
+    "mass_ratio": "mass ratio",
+    "stiffness_ratio": "stiffness ratio",
+    "secondary_damping": "damping",
+    "own_damping": "own damping",
+}
 
 
 class Vary(Table):
@@ -154,7 +161,9 @@ class Vary(Table):
         refuse(
             "",
             "one of several absorbers cannot vary: which one?",
-            lambda t: "secondaries" in t.machine and t.said(*VARIED) not in ([], [VARIED[0]]),
+            lambda t: (
+                "secondaries" in t.machine and t.said(*VARIED) not in ([], ["primary_damping"])
+            ),
             "primary_damping, or a sweep over keys of the secondaries",
             also=("machine", "secondaries"),
         ),

@@ -662,6 +662,14 @@ AXES = MOTION_AXES | {
     "steady_swing": ("rad", "first sine of the swing"),
     "order_ratio": ("", "order of the excitation over the wanted one"),
 }
+#: axis name -> names of its entries, where they are the same in every case
+NAMES = {
+    "fixed_point": ("P", "Q"),
+    "mistuned": ("stiffness", "damping"),
+    "ratio": ("primary_damping", "mass_ratio"),
+    "fitted": ("with absorber", "without"),
+    "toleranced": ("natural_frequency", "mass", "stiffness", "damping"),
+}
 ENTRIES = (
     *TUNING_ENTRIES,
     *BAND_ENTRIES,

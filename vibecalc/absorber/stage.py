@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from vibecalc.core.run.stage import Harmonics, Leading, Stage, Subject, Unit, Work, below
 
 if TYPE_CHECKING:
-    from vibecalc.absorber.asked_tables import Tuning
+    from vibecalc.absorber.asked_tables import Tuning, Vary
     from vibecalc.schema import Case, Machine
 
 _NO_ORDERS = "none: over the frequency"
@@ -451,19 +451,51 @@ def _work_of_pendulum(case: "Case", orders: int) -> Work:
     return ((1 if given.swings is None else given.swings.points, "swing"),)
 
 
+#: curves of the primary with all masses fastened rigidly, and with none
+LIMITS = ("locked", "free")
+#: parts where nothing is wanted, and where the stock has nothing, so that the tuning's own stays
+NO_SPRING, AS_TUNED = "none", "as tuned"
+VISCOUS = ("viscous", "lanchester")
+
+
+def curve_names(case: "Case") -> tuple[str, ...]:
+    """The absorbers whose curves [response.absorber] draws: as given or tuned, limits, family."""
+    options = case.response and case.response.absorber
+    if not options:
+        return ()
+    names = ["as given" if case.tuning is None else "tuned", *(LIMITS if options.limits else ())]
+    if options.vary is not None:
+        from vibecalc.absorber.asked_tables import VARIED
+
+        key = varied_key(options.vary)
+        names += [f"{VARIED[key]} {value:g}" for value in getattr(options.vary, key)]
+    return tuple(names)
+
+
+def varied_key(vary: "Vary") -> str:
+    """The ratio that varies."""
+    from vibecalc.absorber.asked_tables import VARIED
+
+    return next(key for key in VARIED if getattr(vary, key))
+
+
 def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
     """Entries of the axes that the case names."""
-    machine = case.machine
+    machine, tuning = case.machine, case.tuning
     if machine.primary is None:
         return {}
     from vibecalc.absorber.model import stock
 
-    known = stock(machine)
+    known, kind = stock(machine), "" if tuning is None else tuning.kind
+    spring = NO_SPRING if kind in VISCOUS else AS_TUNED
+    damper = NO_SPRING if kind == "undamped_spring" else AS_TUNED
     return {
         "absorber": tuple(one.name for one in machine.secondaries),
-        "stock_spring": known.spring_names,
+        "curve": curve_names(case),
+        "method": () if tuning is None else tuning.compare,
+        "stock_spring": known.spring_names or (spring,),
         "stock_oil": tuple(oil.name for oil in known.oils),
-        "stock_damper": known.damper_names,
+        "stock_damper": known.damper_names or (damper,),
     }
 
 

@@ -15,7 +15,7 @@ from vibecalc.bearings.crank_loads import (
     grid_of,
 )
 from vibecalc.bearings.model import Gas, Shaft, gas_of, running_gear, shaft_of
-from vibecalc.bearings.results import OF_THROW, ROOT
+from vibecalc.bearings.results import NAMES, ROOT
 from vibecalc.bearings.rod_forces import RodForces, RunningGear, rod_forces
 from vibecalc.bearings.tables import BearingLoads, BearingSize, MainBearing
 from vibecalc.core.run.stage import Scene
@@ -149,7 +149,7 @@ def _forces(scene: Scene, part: Part) -> None:
     own = force * np.exp(-1j * (angle[:, None] + train.crank_phase))
     both = np.stack([own.real, own.imag], axis=-2)
     lost = error.max() + 8.0 * EPSILON * angle[-1] * np.abs(own).max()
-    known["of_throw"] = OF_THROW
+    known |= NAMES
     scene.emit(paths[1], both.T, lost, known, terms=np.abs(own).max())
 
 

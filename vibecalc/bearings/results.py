@@ -10,7 +10,7 @@ AXES = {
     "of_throw": ("", "axis that turns with the throw"),
 }
 #: axis of a crank pin's own load: away from the crank axis, and a quarter of a turn ahead of that
-OF_THROW = ("outward", "ahead")
+NAMES = {"of_throw": ("outward", "ahead")}
 
 
 def _loads(part: str, axis: str, what: str, name: str) -> Iterator[Entry]:

@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.bearings.results import OF_THROW
 from vibecalc.core.run.stage import Entries, Stage, Subject, Unit, Work, below
 
 if TYPE_CHECKING:
@@ -65,10 +64,7 @@ def _names(case: "Case") -> dict[str, tuple[str, ...]]:
     table = case.bearing_loads
     if table is None:
         return {}
-    return {
-        "main_bearing": tuple(bearing.name for bearing in table.main_bearings),
-        "of_throw": OF_THROW,
-    }
+    return {"main_bearing": tuple(bearing.name for bearing in table.main_bearings)}
 
 
 SUBJECT = Subject(

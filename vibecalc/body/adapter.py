@@ -2,12 +2,10 @@
 
 import numpy as np
 
-from vibecalc.body.results import ROOT
+from vibecalc.body.results import NAMES, ROOT
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.body import DIRECTIONS
-
-PRODUCTS = ("xy", "xz", "yz")
 
 
 def run_body(scene: Scene) -> None:
@@ -15,7 +13,7 @@ def run_body(scene: Scene) -> None:
     body = scene.parts.body
     if body is None or body.inertia_error is None:
         raise ValueError("the body has no parts")
-    axes = {"direction": DIRECTIONS, "product": PRODUCTS, "principal": np.arange(1, 4)}
+    axes = {"direction": DIRECTIONS, "product": NAMES["product"], "principal": np.arange(1, 4)}
     inertia, error = body.inertia, body.inertia_error
     scene.emit(f"{ROOT}/mass", body.mass, 4.0 * EPSILON * body.mass)
     scene.emit(f"{ROOT}/centre", body.centre, body.centre_error, axes)

@@ -7,6 +7,7 @@ AXES = {
     "product": ("", "pair of axes of a product of inertia"),
     "principal": ("", "principal axis of inertia, least moment first"),
 }
+NAMES = {"product": ("xy", "xz", "yz")}
 ENTRIES = (
     entry(
         f"{ROOT}/mass", "", "kg", "mass of all parts", headline=Headline("mass of the body", "kg")

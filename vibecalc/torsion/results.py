@@ -640,6 +640,10 @@ DAMPER_DESIGN_ENTRIES = (
                    "half range of the section that is largest at this speed"),
 )  # fmt: skip
 
+NAMES = {
+    "order_class": ("major", "other"),
+    "design_value": ("inertia", "stiffness", "damping"),
+}
 #: axis name -> (unit, long name)
 AXES = {
     "station": ("", "station of the shaft line"),

@@ -583,7 +583,6 @@ def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
         "section": (*section_names(line), *elastic, *dampers),
         "damper": dampers,
         "gear": gears,
-        "order_class": ("major", "other"),
         "condition": condition_names(case),
         "coupling": tuple(named_couplings(case)),
         "coupling_limit": coupling_limits(case),

@@ -10,10 +10,9 @@ from vibecalc.absorber.adapters.tuning import emit_units, nearby, paths_below
 from vibecalc.absorber.asked_tables import Tuning
 from vibecalc.absorber.model import AbsorberParts, build_absorber, modes_of
 from vibecalc.absorber.motion_results import BAND_ROOT, OPTIMUM_ROOT, TOLERANCES_ROOT
-from vibecalc.absorber.results import TUNING_ROOT
+from vibecalc.absorber.results import NAMES, TUNING_ROOT
 from vibecalc.absorber.transfer import Absorber, own_damping_ratio
 from vibecalc.absorber.tuning.band import (
-    TOLERANCED,
     BandProblem,
     BandTuning,
     band_tuning,
@@ -134,7 +133,9 @@ def problem_of(options: Tuning, parts: AbsorberParts, machine: Machine) -> BandP
     else:
         raise ValueError("a band in Hz needs a primary with units")
     off, bounds = options.tolerances, options.bounds
-    shares = (0.0,) * 4 if off is None else tuple(getattr(off, name) for name in TOLERANCED)
+    shares = (
+        (0.0,) * 4 if off is None else tuple(getattr(off, name) for name in NAMES["toleranced"])
+    )
     none = (0.0, np.inf)
     return BandProblem(
         modes_of(machine.primary, parts.scale), float(np.asarray(parts.absorber.mass_ratio)),
@@ -156,7 +157,7 @@ def _emit_travel(scene: Scene, problem: BandProblem, found: BandTuning) -> None:
 def _emit_tolerances(scene: Scene, problem: BandProblem, found: BandTuning) -> None:
     """What the tolerances cost, next to a tuning that knows none; parts drawn between them."""
     k, z = found.stiffness_ratio, found.secondary_damping
-    nominal = np.zeros((1, len(TOLERANCED)))
+    nominal = np.zeros((1, len(NAMES["toleranced"])))
 
     def as_they_should(k: float, z: float) -> tuple[FloatArray, FloatArray]:
         return largest_in(problem, k, z, nominal)
@@ -165,7 +166,7 @@ def _emit_tolerances(scene: Scene, problem: BandProblem, found: BandTuning) -> N
     off = error[0] + _moved(found, as_they_should)
     scene.emit(f"{TOLERANCES_ROOT}/nominal_peak", value[0], off)
     scene.emit(f"{TOLERANCES_ROOT}/worst_peak", found.largest, found.largest_error)
-    axes = {"active": np.arange(1, len(found.state) + 1), "toleranced": TOLERANCED}
+    axes = {"active": np.arange(1, len(found.state) + 1), "toleranced": NAMES["toleranced"]}
     scene.emit(f"{TOLERANCES_ROOT}/deviation", problem.states[found.state], 0.0, axes)
     shares = np.max(np.abs(problem.states), axis=0)
     unit = np.outer(np.arange(1, _DRAWN + 1), _SPREAD ** -np.arange(1.0, 5.0)) % 1.0
@@ -261,7 +262,7 @@ def _emit_mistuning(
     loss, error = losses(found.stiffness_ratio, found.secondary_damping)
     off = np.max(error) + _moved(found, losses)
     n = len(signed)
-    axes = {"mistuned": ("stiffness", "damping"), "deviation": signed}
+    axes = {"mistuned": NAMES["mistuned"], "deviation": signed}
     scene.emit(f"{TUNING_ROOT}/mistuning/loss", loss[: 2 * n].reshape(2, n), off, axes)
     worst = np.max(loss[2 * n :].reshape(4, len(shares)), axis=0)
     scene.emit(f"{TUNING_ROOT}/mistuning/worst", worst, off, {"share": shares})

@@ -31,7 +31,7 @@ from vibecalc.absorber.hardware.rods_and_springs import (
 from vibecalc.absorber.model import AbsorberParts, Bending, Filling, Scale, build_absorber
 from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.results import HARDWARE_ROOT
-from vibecalc.absorber.stage import is_banded
+from vibecalc.absorber.stage import AS_TUNED, NO_SPRING, VISCOUS, is_banded
 from vibecalc.absorber.transfer import Absorber
 from vibecalc.absorber.tuning.band import largest_of_pairs
 from vibecalc.absorber.tuning.restricted import Read, given_damping, stock_choice
@@ -44,10 +44,6 @@ from vibecalc.numerics.rounding import EPSILON, FloatArray
 # Adapter, continued: what springs and oils in stock give, and the pair with the lowest peak.
 # ----------------------------------------------------------------------------
 
-#: names where nothing is wanted, and where the stock has nothing, so that the tuning's own stays
-NO_SPRING = "none"
-AS_TUNED = "as tuned"
-_VISCOUS = ("viscous", "lanchester")
 #: results of a choice among stock parts
 _CHOSEN = (
     f"{HARDWARE_ROOT}/pair/",
@@ -85,7 +81,7 @@ def emit_stock(scene: Scene, parts: AbsorberParts, tuned: Absorber | None) -> In
     if scale is None or filled is None:
         return None
     tuning = scene.case.tuning
-    viscous = tuning is not None and tuning.kind in _VISCOUS
+    viscous = tuning is not None and tuning.kind in VISCOUS
     springs = _springs(scene, parts, scale)
     oils = _oils(scene, parts, scale, filled, tuned)
     if tuning is None or tuned is None:
@@ -126,7 +122,7 @@ def emit_stock_in_line(scene: Scene, parts: AbsorberParts, tuned: Absorber | Non
         dampers = Offers(stock.damper_names, ratio, 8.0 * EPSILON * ratio)
     if tuning is None or tuned is None or tuning.norm == "h2" or not (springs or dampers):
         return
-    if tuning.kind in _VISCOUS:
+    if tuning.kind in VISCOUS:
         springs = Offers((NO_SPRING,), np.zeros(1), np.zeros(1))
     if tuning.kind == "undamped_spring":
         dampers = Offers((NO_SPRING,), np.zeros(1), np.zeros(1))

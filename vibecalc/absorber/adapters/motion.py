@@ -10,12 +10,12 @@ from vibecalc.absorber.modal import Fitted, Modes, bare, fitted, highest, magnit
 from vibecalc.absorber.model import AbsorberParts, Scale, build_absorber, modes_of
 from vibecalc.absorber.motion_results import MOTION_ROOT, TORSION, TRANSLATION
 from vibecalc.absorber.readings import OF_ABSORBER
+from vibecalc.absorber.results import NAMES
 from vibecalc.absorber.stage import motions_of
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 
-WITH, WITHOUT = "with absorber", "without"
 _TURN = 2.0 * np.pi
 
 
@@ -35,7 +35,7 @@ def run_motion(scene: Scene) -> None:
     uncertainty = scene.handed_on.get("tuned_uncertainty")
     excitation, unit = driven(options, parts.scale)
     x = drawn(options, parts, modes)
-    axes = {"fitted": (WITH, WITHOUT), "excitation_frequency": x * parts.scale.frequency / _TURN}
+    axes = {"fitted": NAMES["fitted"], "excitation_frequency": x * parts.scale.frequency / _TURN}
     natural = parts.scale.frequency / _TURN
     names = TORSION if parts.scale.torsion else TRANSLATION
 

@@ -9,10 +9,10 @@ import numpy as np
 from vibecalc.absorber.asked_tables import AbsorberResponse, Vary
 from vibecalc.absorber.model import AbsorberParts, build_absorber
 from vibecalc.absorber.peaks import peaks
-from vibecalc.absorber.results import RESPONSE_ROOT
+from vibecalc.absorber.results import NAMES, RESPONSE_ROOT
 from vibecalc.absorber.several import Several
 from vibecalc.absorber.several_peaks import several_slopes
-from vibecalc.absorber.stage import asked_of, has_fixed_points
+from vibecalc.absorber.stage import asked_of, curve_names, has_fixed_points, varied_key
 from vibecalc.absorber.transfer import (
     Absorber,
     Transfer,
@@ -32,15 +32,6 @@ from vibecalc.schema import Case
 # The absorbers whose curves a case asks for: the one given or tuned, its limits, a family.
 # ----------------------------------------------------------------------------
 
-#: key of [response.absorber.vary] -> words in the name of a curve
-WORDS = {
-    "primary_damping": "primary damping",
-    "mass_ratio": "mass ratio",
-    "stiffness_ratio": "stiffness ratio",
-    "secondary_damping": "damping",
-    "own_damping": "own damping",
-}
-
 
 class Curves(NamedTuple):
     """Names (n,) and ratios (n,) of each; the first is the absorber given or tuned."""
@@ -53,31 +44,23 @@ def family(
     case: Case, options: AbsorberResponse, parts: AbsorberParts, tuned: Absorber | None
 ) -> Curves:
     """The curves that a case asks for, in the order in which they are listed there."""
-    absorber, first = parts.absorber, "as given"
-    if tuned is not None:
-        absorber, first = tuned, "tuned"
-    elif absorber is None or not parts.is_complete:
+    absorber = parts.absorber if tuned is None else tuned
+    if absorber is None or (tuned is None and not parts.is_complete):
         raise NumericalFailure("the absorber has no spring or no damper, and no tuning finds it")
     z1, m, k, z2 = (float(np.asarray(part)) for part in absorber)
-    rows = [(first, (z1, m, k, z2))]
+    rows = [(z1, m, k, z2)]
     if options.limits:
-        rows += [("locked", (z1, m, np.inf, z2)), ("free", (z1, m, 0.0, 0.0))]
+        rows += [(z1, m, np.inf, z2), (z1, m, 0.0, 0.0)]
     secondary = case.machine.secondary
     ratio = None if secondary is None else secondary.own_damping_ratio
     if options.vary is not None:
         rows += _varied(options.vary, (z1, m, k, z2), ratio)
-    columns = np.array([row for _, row in rows], dtype=float).T
-    return Curves(tuple(name for name, _ in rows), Absorber(*columns))
-
-
-def varied_key(vary: Vary) -> str:
-    """The ratio that varies."""
-    return next(key for key in WORDS if getattr(vary, key))
+    return Curves(curve_names(case), Absorber(*np.array(rows, dtype=float).T))
 
 
 def _varied(
     vary: Vary, given: tuple[float, float, float, float], ratio: float | None
-) -> list[tuple[str, tuple[float, float, float, float]]]:
+) -> list[tuple[float, float, float, float]]:
     key = varied_key(vary)
     place = ("primary_damping", "mass_ratio", "stiffness_ratio", "secondary_damping")
     rows = []
@@ -91,7 +74,7 @@ def _varied(
         if ratio is not None and key != "secondary_damping":
             m, k = each["mass_ratio"], each["stiffness_ratio"]
             each["secondary_damping"] = float(damping_from_own_ratio(ratio, m, k))
-        rows.append((f"{WORDS[key]} {value:g}", tuple(each[name] for name in place)))
+        rows.append(tuple(each[name] for name in place))
     return rows  # type: ignore[return-value]
 
 
@@ -347,7 +330,7 @@ def _emit_fixed_points(
     errors = np.array([passed.error_p, passed.error_q], dtype=float)
     # what a power of x adds to |H| is the same for all dampings
     power = places ** transfer_of(*pair).power
-    names = {"fixed_point": ("P", "Q")}
+    names = {"fixed_point": NAMES["fixed_point"]}
     read = [moved_by(partial(_passed, i)) for i in (0, 2)]
     scene.emit(
         f"{RESPONSE_ROOT}/fixed_point/frequency_ratio", places, 4.0 * EPSILON + read[0], names

@@ -17,11 +17,11 @@ from vibecalc.absorber.adapters.response import (
 from vibecalc.absorber.asked_tables import Tuning
 from vibecalc.absorber.model import AbsorberParts, build_absorber
 from vibecalc.absorber.peaks import peaks
+from vibecalc.absorber.results import NAMES, TUNING_ROOT
 from vibecalc.absorber.results import RESPONSE_ROOT as RESPONSE
-from vibecalc.absorber.results import TUNING_ROOT
 from vibecalc.absorber.several import Several, several_with_error
 from vibecalc.absorber.several_peaks import SeveralPeaks, several_peaks
-from vibecalc.absorber.stage import asked_of
+from vibecalc.absorber.stage import LIMITS, asked_of, curve_names
 from vibecalc.absorber.transfer import Absorber, transfer_of
 from vibecalc.absorber.tuning.several import tuned as solved
 from vibecalc.absorber.tuning.several_search import Travel, TuningProblem
@@ -230,7 +230,7 @@ def _emit_mistuning(
     error = max(one.largest_error for row in responses for one in row) + moved_several(
         tops, system, uncertainty
     )
-    axes = {"mistuned": ("stiffness", "damping"), "deviation": sizes}
+    axes = {"mistuned": NAMES["mistuned"], "deviation": sizes}
     scene.emit(f"{TUNING_ROOT}/mistuning/loss", loss, 2.0 * error / best, axes)
 
 
@@ -272,29 +272,22 @@ def peaks_of(system: Several, excitation: str, response: str, absorber: int = 1)
 # Adapter: curves and peaks of several absorbers, as given or tuned.
 # ----------------------------------------------------------------------------
 
-#: curves of the primary with all masses fastened rigidly, and with none
-_LIMITS = ("locked", "free")
-
 
 def run_several_response(scene: Scene) -> None:
     """Emit the curves of several absorbers: as given or tuned, and over the primary damping."""
     case, parts = scene.case, build_absorber(scene.case)
     assert case.response is not None and case.response.absorber is not None
     options, pair = case.response.absorber, asked_of(case)
-    system, first = scene.handed_on.get("several"), "tuned"
-    if system is None:
-        system, first = _given(parts), "as given"
-    names, systems = [first], [system]
+    system = scene.handed_on.get("several") or _given(parts)
+    names, systems = curve_names(case), [system]
     if options.limits:
-        names += ["locked", "free"]
         hard = np.full(len(parts.branches), np.inf)
         systems += [system._replace(stiffness_ratio=hard), _free(system)]
     for value in options.vary.primary_damping if options.vary is not None else ():
-        names.append(f"primary damping {value:g}")
         systems.append(system._replace(primary_damping=value))
     ratios = frequency_ratios(options, parts)
     emit_frequencies(scene, parts, ratios)
-    axes = {"curve": tuple(names), "frequency_ratio": ratios}
+    axes = {"curve": names, "frequency_ratio": ratios}
     uncertainty = scene.handed_on.get("several_uncertainty", tuning_error(0.0, 0.0))
     values, error = _curves(systems, ratios, pair[0], pair[1], 1, uncertainty)
     scene.emit(f"{RESPONSE}/curve", values, error, axes)
@@ -305,9 +298,9 @@ def run_several_response(scene: Scene) -> None:
         f"{RESPONSE}/each/relative_curve",
         values,
         error,
-        {"curve": tuple(names), **absorbers, "frequency_ratio": ratios},
+        {"curve": names, **absorbers, "frequency_ratio": ratios},
     )
-    _emit_peaks(scene, tuple(names), systems, pair, uncertainty, absorbers)
+    _emit_peaks(scene, names, systems, pair, uncertainty, absorbers)
     scene.cite(
         "complex response of a tree of masses, exact peaks from the stationarity polynomial",
         "curves, peaks, travel",
@@ -365,7 +358,7 @@ def _emit_peaks(
     absorbers: dict[str, tuple[str, ...]],
 ) -> None:
     tops = [
-        _limit(name, one, pair[0], pair[1]) if name in _LIMITS else peaks_of(one, pair[0], pair[1])
+        _limit(name, one, pair[0], pair[1]) if name in LIMITS else peaks_of(one, pair[0], pair[1])
         for name, one in zip(names, systems, strict=True)
     ]
     most = max(1, *(len(one.frequency) for one in tops))

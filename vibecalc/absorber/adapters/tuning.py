@@ -20,7 +20,7 @@ from vibecalc.absorber.adapters.response import TuningError, moved, tuning_error
 from vibecalc.absorber.asked_tables import Tuning
 from vibecalc.absorber.model import AbsorberParts, build_absorber
 from vibecalc.absorber.peaks import peaks
-from vibecalc.absorber.results import TUNING_ROOT
+from vibecalc.absorber.results import NAMES, TUNING_ROOT
 from vibecalc.absorber.stage import is_over_one
 from vibecalc.absorber.transfer import Absorber, own_damping_ratio
 from vibecalc.absorber.tuning import mean_square as least_squares
@@ -122,7 +122,7 @@ def emit_mistuning(scene: Scene, options: Tuning, tuned: Absorber) -> None:
     for part in (found.stiffness, found.damping):
         rows.append(np.concatenate([part.value[::-1, 0], part.value[:, 1]]))
         errors.append(float(np.max(part.error)))
-    axes = {"mistuned": ("stiffness", "damping"), "deviation": signed}
+    axes = {"mistuned": NAMES["mistuned"], "deviation": signed}
     scene.emit(f"{TUNING_ROOT}/mistuning/loss", np.array(rows), max(errors), axes)
     scene.emit(
         f"{TUNING_ROOT}/mistuning/worst", found.corner.value, found.corner.error, {"share": shares}
@@ -148,7 +148,7 @@ def _emit_mistuned_mean(
 
     zero = np.zeros_like(signed)
     each = stack([loss(signed, zero), loss(zero, signed)], axis=0)
-    axes = {"mistuned": ("stiffness", "damping"), "deviation": signed}
+    axes = {"mistuned": NAMES["mistuned"], "deviation": signed}
     scene.emit(f"{TUNING_ROOT}/mistuning/loss", each, axes=axes)
     corner = loss(both[:, None, :], both[None, :, :])
     worst = np.max(corner.value, axis=(0, 1))
@@ -159,7 +159,7 @@ def emit_sensitivity(
     scene: Scene, options: Tuning, z1: float, m: float, bounded: object = None
 ) -> None:
     """Slopes of the optimum by the given ratios: of its own conditions, else from differences."""
-    names = ("primary_damping", "mass_ratio")
+    names = NAMES["ratio"]
     if bounded is not None:
         raise NumericalFailure("bounds hold the tuning, and slopes are those of a free one")
     best = best_tuning(options, z1, m)

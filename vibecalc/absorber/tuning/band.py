@@ -22,15 +22,12 @@ from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray, IntArray
 # What is tuned: an absorber on modes, the band, and the states in which it has to do well.
 # ----------------------------------------------------------------------------
 
-#: what may be off, in the columns of `states`: natural frequencies of the primary at constant
-#: mass, mass of the absorber, its stiffness, its damping
-TOLERANCED = ("natural_frequency", "mass", "stiffness", "damping")
-
 
 class BandProblem(NamedTuple):
     """Find k and z2 that make the largest |H| from `low` to `high` least over all `states`.
 
-    `states` (s, 4): relative deviations in the columns of TOLERANCED, the first row zeros.
+    `states` (s, 4): relative deviations of natural frequencies of the primary at constant mass,
+    mass of the absorber, its stiffness, its damping; the first row zeros.
     `stiffness` and `damping` bound the nominal ratios.
     """
 

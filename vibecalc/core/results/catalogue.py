@@ -26,7 +26,8 @@ AXES: dict[str, tuple[str, str]] = {
     "active": ("", "peak that holds the optimum, from low to high frequency"),
     "half_order": ("", "multiple of crank speed, also halves"),
 }
-
+#: axis name -> names of its entries, where they are the same in every case
+NAMES: dict[str, tuple[str, ...]] = {}
 #: path -> subject that it belongs to
 OWNER: dict[str, str] = {}
 CATALOGUE: dict[str, Entry] = {}
@@ -55,6 +56,7 @@ TURNING = (
 for _subject in SUBJECTS:
     _results = import_module(f"vibecalc.{_subject}.results")
     AXES |= getattr(_results, "AXES", {})
+    NAMES |= getattr(_results, "NAMES", {})
     for _entry in _results.ENTRIES:
         CATALOGUE[_entry.path] = _entry
         OWNER[_entry.path] = _subject

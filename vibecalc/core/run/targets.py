@@ -5,8 +5,8 @@ import functools
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
-from vibecalc.core.results.catalogue import AXES, CATALOGUE, OWNER
-from vibecalc.core.results.record import Entry
+from vibecalc.core.results.catalogue import AXES, CATALOGUE, NAMES, OWNER
+from vibecalc.core.results.record import AT_START, Entry
 from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.stage import Entries, subjects
 from vibecalc.errors import KeyPath, Problem, UnitError
@@ -30,33 +30,45 @@ _NUMBERED = (
 )
 
 
-class _Entries(NamedTuple):
-    """What a case says of the entries of axes: names by the axis, numbers by result and axis.
+class KnownEntries(NamedTuple):
+    """What a case says of the entries of axes: names by the result, numbers by result and axis.
 
     `varies`: a sweep may change the numbers, and computes no references.
     """
 
-    names: Mapping[str, tuple[str, ...]]
+    names: Callable[[str], Mapping[str, tuple[str, ...]]]
     numbers: Callable[[str, str], Entries | None]
     varies: bool
 
 
-def _entries(case: "Case") -> _Entries:
+def entries_of(case: "Case") -> KnownEntries:
+    """What a case says of the entries of axes before its run."""
+    everywhere = _names(case)
+
+    @functools.cache
+    def of_subject(name: str) -> dict[str, tuple[str, ...]]:
+        return everywhere | subjects()[name].names(case)
+
+    def names(quantity: str) -> dict[str, tuple[str, ...]]:
+        owner = OWNER.get(quantity.removeprefix(AT_START))
+        return everywhere if owner is None else of_subject(owner)
+
     @functools.cache
     def numbers(quantity: str, axis: str) -> Entries | None:
-        owner = OWNER.get(quantity)
-        return None if owner is None else subjects()[owner].entries(case, quantity, axis)
+        path = quantity.removeprefix(AT_START)
+        return subjects()[OWNER[path]].entries(case, path, axis) if path in OWNER else None
 
-    return _Entries(_names(case), numbers, case.sweep is not None)
+    return KnownEntries(names, numbers, case.sweep is not None)
 
 
 def _missing_entries(
-    path: KeyPath, quantity: str, where: Mapping[str, int | float | str], entries: _Entries
+    path: KeyPath, quantity: str, where: Mapping[str, int | float | str], entries: KnownEntries
 ) -> Iterator[Problem]:
     """Problems of a `where` that picks a clearance, an order or a mode that no run will have."""
     for axis, wanted in where.items():
         known = entries.numbers(quantity, axis)
-        if known is None and axis not in _NUMBERED:
+        numbered = axis in _NUMBERED and quantity.removeprefix(AT_START) in OWNER  # else texts
+        if known is None and not numbered:
             continue
         try:
             value = _number(wanted, AXES[axis][0])
@@ -125,7 +137,7 @@ def check_targets(case: "Case", extra: Mapping[str, Entry] | None = None) -> lis
 
     `extra` holds paths next to the stages' own (what a study adds).
     """
-    planned, entries = planned_quantities(case), _entries(case)
+    planned, entries = planned_quantities(case), entries_of(case)
     known = {**planned, **(extra or {})}
     problems: list[Problem] = []
     for index, reference in enumerate(case.reference):
@@ -156,13 +168,13 @@ def _check_name(
     quantity: str,
     where: Mapping[str, int | float | str],
     known: Mapping[str, Entry],
-    entries: _Entries,
+    entries: KnownEntries,
 ) -> Iterator[Problem]:
     entry = known.get(quantity)
     if entry is None:
         yield unknown_quantity(path, quantity, known)
         return
-    names = entries.names
+    names = entries.names(quantity)
     for axis, value in where.items():
         if axis not in entry.axes:
             allowed = ", ".join(entry.axes) or "no axes: it is one number"
@@ -191,12 +203,12 @@ def _several(
     quantity: str,
     where: Mapping[str, int | float | str],
     known: Mapping[str, Entry],
-    entries: _Entries,
+    entries: KnownEntries,
 ) -> Iterator[Problem]:
     """A reference is held against one entry: each axis with several has to be named."""
     for axis in known[quantity].axes if quantity in known and not entries.varies else ():
         numbers = entries.numbers(quantity, axis)
-        found = entries.names.get(axis) or (numbers[0] if numbers else ())
+        found = entries.names(quantity).get(axis) or (numbers[0] if numbers else ())
         if axis not in where and len(found) > 1:
             shown = ", ".join(map(str, found[:_SHOWN]))
             yield Problem(
@@ -252,18 +264,17 @@ def _names(case: "Case") -> dict[str, tuple[str, ...]]:
     mounts = case.machine.mounts
     turns = has_crank_train(case.machine)
     train = case.machine.crank_train
-    names = {
+    """Entries of the axes of several subjects, and of those that are the same in every case."""
+    names = NAMES | {
         "cylinder": tuple(cylinder.name for cylinder in train.cylinders) if turns else (),
         "counterweight": tuple(w.name for w in train.counterweights) if turns else (),
         "direction": ("x", "y", "z"),
         "coordinate": ("x", "y", "z", "rx", "ry", "rz"),
     }
-    for subject in subjects().values():
-        names |= subject.names(case)
     if mounts is not None:
         named = tuple(mount.name for mount in mounts.individual or ())
         names["mount"] = named or tuple(str(i + 1) for i in range(len(mounts.positions or ())))
-    return {axis: entries for axis, entries in names.items() if axis in AXES}
+    return names
 
 
 def _nearest(word: str, allowed: tuple[str, ...]) -> str:

@@ -22,7 +22,7 @@ from vibecalc.torsion.damped_modes import (
 )
 from vibecalc.torsion.line import stiffness_matrix
 from vibecalc.torsion.modes import natural_modes
-from vibecalc.torsion.results import ROOT
+from vibecalc.torsion.results import NAMES, ROOT
 from vibecalc.torsion.stress_limits import separation
 
 # ----------------------------------------------------------------------------
@@ -149,8 +149,6 @@ def _met_by_pole(setup: Setup, order: float, guess: complex) -> tuple[float, flo
 # What a rule asks of that (`hardware/shaft_rules.py`) is reported where the case names the rule.
 # ----------------------------------------------------------------------------
 
-CLASSES = ("major", "other")
-
 
 def beyond(setup: Setup, highest_speed: float) -> BoolArray:
     """Modes (m,) that no order of the case is near, or that none makes resonate.
@@ -175,7 +173,8 @@ def emit_separation(scene: Scene, setup: Setup, where: str, low: float, high: fl
     blank, drive = beyond(setup, high), setup.drive
     major = drive.fires & major_orders(firing.angle, order, firing.bank)
     follows = (drive.orders.fixed == 0.0) | (low == high)
-    shape = (len(modes.frequency), len(CLASSES))
+    classes = NAMES["order_class"]
+    shape = (len(modes.frequency), len(classes))
     margin, nearest, sufficient = (
         np.full(shape, np.inf),
         np.zeros(shape),
@@ -197,7 +196,7 @@ def emit_separation(scene: Scene, setup: Setup, where: str, low: float, high: fl
         sufficient[:, column] = np.where(blank, True, np.all(verdict.kept[:, places], axis=1))
         rounding = 8.0 * EPSILON * (1.0 + np.abs(by_order[row, best]))
         error[:, column] = uncertainty[:, places][row, best] + rounding
-    axes = {"mode": np.arange(1, shape[0] + 1), "order_class": CLASSES}
+    axes = {"mode": np.arange(1, shape[0] + 1), "order_class": classes}
     place = f"{ROOT}/separation/{where}"
     scene.emit(f"{place}/margin", margin, np.where(np.isfinite(margin), error, 0.0), axes)
     scene.emit(f"{place}/half_order", nearest, 0.0, axes)

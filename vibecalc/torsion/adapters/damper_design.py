@@ -30,7 +30,7 @@ from vibecalc.torsion.damper_design.problem import (
 )
 from vibecalc.torsion.line import Line, with_ring, without_freedom
 from vibecalc.torsion.modes import natural_modes
-from vibecalc.torsion.results import DESIGN
+from vibecalc.torsion.results import DESIGN, NAMES
 from vibecalc.torsion.section_loads import largest_half_range
 from vibecalc.torsion.tables import DamperDesign
 
@@ -285,7 +285,7 @@ def _emit_proof(scene: Scene, task: DesignTask, best: Design) -> None:
     slack = best.worst_error / best.worst + 2.0 * EPSILON
     scene.emit(f"{DESIGN}active/level", level, slack, axes)
     scene.emit(f"{DESIGN}active/weight", best.weight[order], best.weight_error[order], axes)
-    names = {"design_value": ("inertia", "stiffness", "damping")}
+    names = {"design_value": NAMES["design_value"]}
     scene.emit(f"{DESIGN}bound_sensitivity", best.bound_weight, best.bound_error, names)
     # zero at an optimum: all of it is error
     scene.emit(f"{DESIGN}certificate", best.residual, best.residual, terms=1.0)
