@@ -225,12 +225,10 @@ class OnMounts:
 
         They are forces that the mounts pass on, or else motions.
         """
-        if self.spectral is not None:
-            from vibecalc.isolation.spectral_rows import spectral_rows
-
-            return spectral_rows(self.spectral, readout, orders, force, couple_at, about, passed_on)
-        undriven = self.undriven(resonances)
-        return body_rows(self.matrices, readout, orders, force, undriven, couple_at, about)
+        return body_rows(
+            self.matrices, readout, orders, force, self.undriven(resonances), couple_at, about,
+            self.spectral, passed_on,
+        )  # fmt: skip
 
 
 def on_mounts(body: RigidBody, mounts: Mounts, freedoms: np.ndarray) -> OnMounts:

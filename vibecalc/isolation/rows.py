@@ -5,8 +5,16 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.linear import Linear, UndrivenModes, dynamics, law, response
+from vibecalc.numerics.linear import (
+    Linear,
+    UndrivenModes,
+    dynamics_by_order,
+    each_order,
+    law,
+    response,
+)
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
+from vibecalc.response.spectral import SpectralSystem
 
 # ----------------------------------------------------------------------------
 # Readings of the body's motion: forces of the mounts on the ground, couple over a lever.
@@ -105,7 +113,24 @@ class BodyMotion(NamedTuple):
     curvature: np.ndarray
 
 
-def read(readout: Readout, order: np.ndarray, rate: np.ndarray, motion: BodyMotion) -> Jet:
+class Factors(NamedTuple):
+    """What mounts pass on of `still` at the frequency of each order, (speeds, orders, rows).
+
+    With the first and second derivative by frequency.
+    """
+
+    value: np.ndarray
+    first: np.ndarray
+    second: np.ndarray
+
+
+def read(
+    readout: Readout,
+    order: np.ndarray,
+    rate: np.ndarray,
+    motion: BodyMotion,
+    factors: Factors | None = None,
+) -> Jet:
     """Apply the readout to a motion and its derivatives, as far as they are there.
 
     The readout may have an axis of speeds of its own, each being that of another machine.
@@ -116,33 +141,41 @@ def read(readout: Readout, order: np.ndarray, rate: np.ndarray, motion: BodyMoti
         for part in (readout.still, readout.rising)
     )
     frequency = rate[..., None]
-    each_order = order[:, None]
+    n = order[:, None]
 
     def laid_out(flat: np.ndarray) -> np.ndarray:
         """(speeds, orders, rows * components) to (speeds, rows, components, orders)."""
         return flat.swapaxes(1, 2).reshape(len(flat), rows, components, len(order))
 
-    risen = motion.value @ rising
-    value = motion.value @ still + frequency * risen
+    def factor(part: int) -> np.ndarray:
+        assert factors is not None
+        return np.repeat(factors[part], components, axis=-1)
+
+    held, risen = motion.value @ still, motion.value @ rising
+    value = (held if factors is None else factor(0) * held) + frequency * risen
     error = slope = slope_error = curvature = EMPTY
     if motion.slope is not EMPTY:
-        risen_slope = motion.slope @ rising
-        slope = motion.slope @ still + frequency * risen_slope + each_order * risen
-        curvature = (
-            motion.curvature @ still
-            + frequency * (motion.curvature @ rising)
-            + 2.0 * each_order * risen_slope
-        )
+        held_slope, risen_slope = motion.slope @ still, motion.slope @ rising
+        bent = motion.curvature @ still
+        slope = held_slope if factors is None else factor(0) * held_slope + n * factor(1) * held
+        slope = slope + frequency * risen_slope + n * risen
+        if factors is not None:
+            bent = factor(0) * bent + 2.0 * n * factor(1) * held_slope
+            bent = bent + np.square(n) * factor(2) * held
+        curvature = bent + frequency * (motion.curvature @ rising) + 2.0 * n * risen_slope
         slope, curvature = laid_out(slope), laid_out(curvature)
     if motion.error is not EMPTY:
         still_size, rising_size = np.abs(still), np.abs(rising)
+        share = 1.0 if factors is None else np.abs(factor(0))
         spread = motion.error + readout.uncertainty * np.abs(motion.value)
-        risen_spread = spread @ rising_size
-        error = laid_out(spread @ still_size + frequency * risen_spread)
+        held_spread, risen_spread = spread @ still_size, spread @ rising_size
+        error = laid_out(share * held_spread + frequency * risen_spread)
         if motion.slope is not EMPTY:
             steeper = motion.slope_error + readout.uncertainty * np.abs(motion.slope)
-            slope_error = steeper @ still_size + frequency * (steeper @ rising_size)
-            slope_error = laid_out(slope_error + each_order * risen_spread)
+            slope_error = share * (steeper @ still_size) + frequency * (steeper @ rising_size)
+            if factors is not None:
+                slope_error = slope_error + n * np.abs(factor(1)) * held_spread
+            slope_error = laid_out(slope_error + n * risen_spread)
     return Jet(laid_out(value), error, slope, slope_error, curvature)
 
 
@@ -219,20 +252,30 @@ def body_rows(
     undriven: UndrivenModes | None = None,
     couple_at: CoupleAt | None = None,
     about: np.ndarray | None = None,
+    spectral: SpectralSystem | None = None,
+    passed_on: bool = True,
 ) -> HarmonicsAt:
     """Rows of a body under forces (orders, f) per squared crank speed, N s^2 and N m s^2.
 
     `couple_at` is added, a couple about the vector `about` (f,), as a function of the speed.
     Matrices, readout and forces may have an axis of speeds, each being that of another machine.
+    Where stiffness follows the frequency, `spectral` has it, and rows that mounts have `passed_on`
+    are those of each mount, `still` being what its factors multiply.
+
+    With D = K* - w^2 M, w = n v at speed v and order n, and ' for d/dv:
+
+        D X' = F' - D' X,    D X'' = F'' - D'' X - 2 D' X'
     """
     order = np.asarray(orders, dtype=float)
     axis = np.zeros(force.value.shape[-1]) if about is None else about
     _, rising = law(matrices.stiffness, matrices.structural, matrices.damping)
+    mass, rising = matrices.mass[..., None, :, :], rising[..., None, :, :]
 
     def harmonics_at(speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Jet:
         rate = speed[:, None] * order
-        system = dynamics(matrices, rate, undriven)
-        column = speed[:, None, None]
+        at_rate = each_order(matrices) if spectral is None else spectral.at(rate)
+        system = dynamics_by_order(at_rate, rate, undriven)
+        column, n = speed[:, None, None], order[:, None, None]
         load = column * column * force.value
         added = None if couple_at is None else couple_at(speed, slopes, errors)
         if added is not None:
@@ -246,18 +289,18 @@ def body_rows(
         else:
             value = _apply(system.inverse, load)
         if slopes:
-            turn = order[:, None, None] * (
-                rising[..., None, :, :]
-                - 2.0 * rate[..., None, None] * matrices.mass[..., None, :, :]
-            )
+            turn, bend = rising - 2.0 * rate[..., None, None] * mass, -2.0 * mass
+            if spectral is not None:
+                turn, bend = turn + spectral.slope(rate, 1), bend + spectral.slope(rate, 2)
+            turn, bend = n * turn, np.square(n) * bend
             load_slope = 2.0 * column * force.value
             load_bend = 2.0 * force.value
             if added is not None:
                 load_slope = load_slope + added.slope[..., None] * axis
                 load_bend = load_bend + added.curvature[..., None] * axis
             slope = _apply(system.inverse, load_slope - _apply(turn, value))
-            bent = load_bend + 2.0 * np.square(order)[:, None] * (value @ matrices.mass.mT)
-            curvature = _apply(system.inverse, bent - 2.0 * _apply(turn, slope))
+            bent = load_bend - _apply(bend, value) - 2.0 * _apply(turn, slope)
+            curvature = _apply(system.inverse, bent)
         if slopes and errors:
             uncertainty = _apply(np.abs(turn), error + 32.0 * UNIT_ROUNDOFF * np.abs(value))
             uncertainty = (
@@ -269,7 +312,10 @@ def body_rows(
             slope_error = _apply(np.abs(system.inverse), uncertainty)
             slope_error = slope_error + 16.0 * UNIT_ROUNDOFF * np.abs(slope)
         motion = BodyMotion(value, error, slope, slope_error, curvature)
-        return read(readout, order, rate, motion)
+        factors = None
+        if spectral is not None and passed_on:
+            factors = Factors(*(spectral.spectrum(rate, derivative) for derivative in range(3)))
+        return read(readout, order, rate, motion, factors)
 
     return harmonics_at
 
