@@ -181,6 +181,8 @@ def peak_with_tail(harmonics: Bounded, of: Orders) -> Summed:
 
 def length_over_cycle(vector: Bounded, of: Orders) -> Summed:
     """Largest length (...) over the cycle of vectors (..., directions, orders)."""
+    if vector.shape[-2] == 1:
+        return peak_with_tail(vector[..., 0, :], of)
     used = of.retained
     peak = vector_cycle_peak(vector.value[..., :used], numbered(of.order[:used]))
     rounding, dropped = left_out(vector, of)

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from vibecalc.errors import NumericalFailure
 from vibecalc.isolation.rows import Readout
 from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.leading import product
 from vibecalc.numerics.linear import Linear, law, resisting
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, SINGULAR, UNIT_ROUNDOFF
 from vibecalc.parts.matrices import displacement_at
@@ -135,10 +136,9 @@ def _free(how: str) -> str:
 def displacement(stretch: np.ndarray, motion: Bounded) -> Bounded:
     """Displacement (..., mounts, d, orders) in m by a motion X (..., orders, f)."""
     transform = stretch[..., None, :, :, :]
-    value = (transform @ motion.value[..., :, None, :, None])[..., 0]
-    terms = np.abs(transform) @ np.abs(motion.value)[..., :, None, :, None]
-    error = np.abs(transform) @ motion.error[..., :, None, :, None]
-    total = (error + 4.0 * UNIT_ROUNDOFF * terms)[..., 0]
+    value = product(transform, motion.value[..., :, None, :, None])[..., 0]
+    spread = motion.error + 4.0 * UNIT_ROUNDOFF * np.abs(motion.value)
+    total = product(np.abs(transform), spread[..., :, None, :, None])[..., 0]
     return Bounded(np.moveaxis(value, -3, -1), np.moveaxis(total, -3, -1))
 
 
@@ -170,8 +170,9 @@ def passing_force(deflection: Bounded, passing: Bounded) -> Bounded:
     """
     column = np.moveaxis(deflection.value, -1, -2)[..., None]
     spread = np.moveaxis(deflection.error, -1, -2)[..., None]
-    value = (passing.value @ column)[..., 0]
-    error = (np.abs(passing.value) @ spread + passing.error @ np.abs(column))[..., 0]
+    value = product(passing.value, column)[..., 0]
+    error = product(np.abs(passing.value), spread) + product(passing.error, np.abs(column))
+    error = error[..., 0]
     return Bounded(np.moveaxis(value, -2, -1), np.moveaxis(error, -2, -1))
 
 

@@ -238,18 +238,20 @@ def on_mounts(body: RigidBody, mounts: Mounts, freedoms: np.ndarray) -> OnMounts
     kept.
     """
     matrices = mounted(body, mounts).reduced(freedoms)
-    stretch = displacement_at(mounts.position)[..., freedoms]
-    resting = resting_on(body, mounts, freedoms)
-    base = np.eye(len(freedoms))
-    return assembled(mounts, freedoms, matrices, resting.reach, stretch, resting, base)
+    resting = resting_on(body, mounts, freedoms, matrices)
+    reach, stretch, base = resting.reach, resting.stretch, np.eye(len(freedoms))
+    return assembled(mounts, freedoms, matrices, reach, stretch, resting, base)
 
 
-def resting_on(body: RigidBody, mounts: Mounts, freedoms: np.ndarray) -> Resting:
-    """How its mounts bear what is constant."""
+def resting_on(
+    body: RigidBody, mounts: Mounts, freedoms: np.ndarray, matrices: Linear | None = None
+) -> Resting:
+    """How its mounts bear what is constant; `matrices` are those of vibration, where known."""
     stiffness = mounts.stiffness if mounts.static is None else mounts.static
-    still = mounted(body, replace(mounts, stiffness=stiffness)).reduced(freedoms)
+    if matrices is None or mounts.static is not None:
+        matrices = mounted(body, replace(mounts, stiffness=stiffness)).reduced(freedoms)
     stretch = displacement_at(mounts.position)[..., freedoms]
-    return Resting(still, np.eye(6)[:, freedoms], stretch, stiffness)
+    return Resting(matrices, np.eye(6)[:, freedoms], stretch, stiffness)
 
 
 def assembled(

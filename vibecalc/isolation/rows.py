@@ -59,8 +59,8 @@ def distinct(readout: Readout) -> tuple[list[int], np.ndarray]:
     Equal supports at the same distance on either side feel the same force at opposite times. Of
     many machines (..., rows, components, coordinates) those that repeat another in each of them.
     """
-    *points, count, _, _ = readout.still.shape
-    flat = [part.reshape(*points, count, -1) for part in (readout.still, readout.rising)]
+    both = np.broadcast_arrays(readout.still, readout.rising)
+    flat = [part.reshape(*part.shape[:-2], -1) for part in both]
     entries = np.concatenate([part for one in flat for part in (one.real, one.imag)], axis=-1)
     leading = np.argmax(entries != 0.0, axis=-1)[..., None]
     negative = np.take_along_axis(entries, leading, -1) < 0.0

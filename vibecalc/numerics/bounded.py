@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vibecalc.numerics.leading import product
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
 # ----------------------------------------------------------------------------
@@ -209,13 +210,13 @@ def _joined(join: Callable[..., Any], parts: Sequence[Bounded], axis: int) -> Bo
 
 def _matrix_product(first: Any, first_error: Any, second: Any, second_error: Any) -> Bounded:
     """Sums of products; the terms, and not the sums, say how much is lost where they cancel."""
-    product = first @ second
+    found = product(first, second)
     sizes, other_sizes = np.abs(first), np.abs(second)
     lost = (np.shape(first)[-1] + 2.0) * UNIT_ROUNDOFF
-    error = (np.broadcast_to(first_error, sizes.shape) + lost * sizes) @ other_sizes
+    error = product(np.broadcast_to(first_error, sizes.shape) + lost * sizes, other_sizes)
     if np.any(second_error):
-        error = error + sizes @ np.broadcast_to(second_error, other_sizes.shape)
-    return Bounded(product, error)
+        error = error + product(sizes, np.broadcast_to(second_error, other_sizes.shape))
+    return Bounded(found, error)
 
 
 def _roundings(product: Any) -> float:

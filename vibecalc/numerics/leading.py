@@ -18,6 +18,12 @@ def side_by_side(values: Sequence[Any], own: int = 0) -> np.ndarray:
     return np.stack(np.broadcast_arrays(*values), axis=-1 - own)
 
 
+def product(first: Any, second: Any) -> Any:
+    """first @ second; of (..., m, 1) and (..., 1, n) without what a batch of matrices costs."""
+    outer = np.shape(first)[-1] == 1 and np.ndim(first) > 1 and np.ndim(second) > 1
+    return first * second if outer else first @ second
+
+
 def agreed(values: Any) -> Any:
     """What all points share; raises PointsApart where they differ, so that each kind runs alone."""
     first = np.ravel(values)[0]

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.leading import product
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, SINGULAR, UNIT_ROUNDOFF
 
 # ----------------------------------------------------------------------------
@@ -102,9 +103,10 @@ def added_up(
     rounding = (stretch.shape[-3] + 6 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
 
     def total(blocks: np.ndarray, share: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-        found = np.sum(stretch.mT @ blocks @ stretch, axis=-3)
+        found = product(product(stretch.mT, blocks), stretch).sum(axis=-3)
         spread = np.asarray(share)[..., None, None] * np.abs(blocks)
-        return 0.5 * (found + found.mT), np.sum(size.mT @ spread @ size, axis=-3)
+        error = product(product(size.mT, spread), size).sum(axis=-3)
+        return 0.5 * (found + found.mT), error
 
     share = rounding + np.asarray(relative_error)
     k, k_error = total(np.asarray(stiffness, dtype=float), share)
@@ -206,11 +208,11 @@ def response(system: Dynamics, force: np.ndarray, force_error: np.ndarray) -> Bo
     of Numerical Algorithms, 2nd ed., section 7.2 and chapter 12). F is (..., 6), dF absolute.
     """
     column = force[..., None]
-    value = system.inverse @ column
-    value = value + system.inverse @ (column - system.stiffness @ value)
+    value = product(system.inverse, column)
+    value = value + product(system.inverse, column - product(system.stiffness, value))
     size = np.abs(value)
-    uncertainty = (system.error + 10.0 * UNIT_ROUNDOFF * np.abs(system.stiffness)) @ size
-    error = np.abs(system.inverse) @ (uncertainty + force_error[..., None])
+    off = system.error + 10.0 * UNIT_ROUNDOFF * np.abs(system.stiffness)
+    error = product(np.abs(system.inverse), product(off, size) + force_error[..., None])
     return Bounded(value[..., 0], (error + 4.0 * UNIT_ROUNDOFF * size)[..., 0])
 
 

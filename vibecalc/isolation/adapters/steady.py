@@ -8,7 +8,7 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import MotionByOrder, kept, length_over_cycle, peak_with_tail
 from vibecalc.excitation.inertia_forces import size_of_terms
-from vibecalc.isolation.adapters.common import extremes, isolation_of
+from vibecalc.isolation.adapters.common import Extremes, extremes, isolation_of
 from vibecalc.isolation.adapters.loads import BodyLoads
 from vibecalc.isolation.at_mounts import AtMounts
 from vibecalc.isolation.results import (
@@ -27,7 +27,8 @@ class Moved(NamedTuple):
     """Complex amplitudes at the orders (m,): of the reference point and at the mounts.
 
     `motion` (..., m, 6); `at_mounts` of the body there, `deflection` of the mounts and `force` on
-    what they stand on (..., mounts, d, m) in the `directions` (d,) that the model has.
+    what they stand on (..., mounts, d, m) in the `directions` (d,) that the model has. `alike`
+    are some of the mounts, and which of these feels the force of each mount, up to its sign.
     """
 
     motion: Bounded
@@ -35,6 +36,7 @@ class Moved(NamedTuple):
     deflection: Bounded
     force: Bounded
     directions: tuple[int, ...] = (0, 1, 2)
+    alike: tuple[list[int], np.ndarray] | None = None
 
 
 class AtRest(NamedTuple):
@@ -71,12 +73,18 @@ def emit_steady(
         scene.emit_all(found, axes)
     up = np.eye(3)["xyz".index(isolation_of(scene).up)]
     few = up[list(moved.directions)]
-    raised, lifted = (_along(one[..., None], up)[..., 0] for one in at_rest.mean)
-    down, pressed = (-_along(one, few) for one in (moved.deflection, moved.force))
+
+    def upright(constant: Bounded, moved_by: Bounded, alternating: Bounded) -> Extremes:
+        """Of what is constant, without what the mean raises, and what alternates: downwards."""
+        still = constant - _along(moved_by[..., None], up)[..., 0]
+        return extremes(still, -_along(alternating, few), loads)
 
     def largest_deflection() -> Bounded:
-        both = extremes(at_rest.sag - raised, down, loads)
+        both = upright(at_rest.sag, at_rest.mean.displacement, moved.deflection)
         return maximum(abs(both.highest), abs(both.lowest))
+
+    def loads_on_supports() -> Extremes:
+        return upright(at_rest.load, at_rest.mean.force, moved.force)
 
     displacement = SupportDisplacement(
         steady_harmonics=kept(moved.at_mounts, loads),
@@ -86,9 +94,9 @@ def emit_steady(
     scene.emit_all(displacement, axes)
     force = SupportForce(
         steady_harmonics=kept(moved.force, loads),
-        steady_peak=lambda: length_over_cycle(moved.force, loads),
-        largest_load=lambda: extremes(at_rest.load - lifted, pressed, loads).highest,
-        minimum_load=lambda: extremes(at_rest.load - lifted, pressed, loads).lowest,
+        steady_peak=lambda: _largest(moved, loads),
+        largest_load=lambda: loads_on_supports().highest,
+        minimum_load=lambda: loads_on_supports().lowest,
     )
     scene.emit_all(force, axes)
     if mounts.rest is not None:
@@ -98,6 +106,15 @@ def emit_steady(
     if loads.torque is not None:
         _emit_torque(scene, mounts, loads, at_rest, moved)
         _emit_by_cause(scene, mounts, loads, loads.torque, solve)
+
+
+def _largest(moved: Moved, loads: BodyLoads) -> Summed:
+    """Largest force of each mount over the cycle, of mounts that are alike once."""
+    if moved.alike is None:
+        return length_over_cycle(moved.force, loads)
+    first, which = moved.alike
+    peak = length_over_cycle(moved.force[..., first, :, :], loads)
+    return peak._replace(value=peak.value[..., which], error=peak.error[..., which])
 
 
 def _by_order(motion: Bounded, loads: BodyLoads) -> Summed:
