@@ -37,6 +37,19 @@ def distinct(values: ArrayLike) -> FloatArray:
     return np.asarray(np.unique(np.asarray(values, dtype=float), return_index=True)[0])
 
 
+#: shares of the largest up to which two results are equal: which of them comes first is no matter
+#: of their last digits
+_EQUAL = 1e-9
+
+
+def first_of_largest(values: ArrayLike) -> int:
+    """Place of the largest of values (n,), of those equal but for rounding the first one."""
+    size = np.asarray(values, dtype=float)
+    largest = np.max(size)
+    slack = _EQUAL * abs(largest) if np.isfinite(largest) else 0.0
+    return int(np.argmax(size >= largest - slack))
+
+
 def floats(*values: ArrayLike) -> tuple[FloatArray, ...]:
     """All values as arrays of doubles, of their own shapes."""
     return tuple(np.asarray(value, dtype=float) for value in values)

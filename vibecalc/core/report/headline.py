@@ -16,6 +16,7 @@ from vibecalc.core.results.named import named
 from vibecalc.core.results.record import Headline, Quantity, Record, Result
 from vibecalc.core.results.tolerance import UNRESOLVED
 from vibecalc.core.run.stage import subjects
+from vibecalc.numerics.rounding import first_of_largest
 from vibecalc.units import convert
 
 #: in N m
@@ -183,7 +184,7 @@ def _rows(record: Record, quantity: Quantity, one: Headline) -> Iterator[Answer]
         chosen = (0, len(flat) - 1)
     if one.pick in ("largest", "least"):
         size = -flat if one.pick == "least" else flat if quantity.unit == "dB" else np.abs(flat)
-        top = int(np.argmax(np.where(np.isnan(flat), -np.inf, size)))
+        top = first_of_largest(np.where(np.isnan(flat), -np.inf, size))
         chosen = range(top, top + 1)
     for at in chosen:
         place = tuple(int(one) for one in np.unravel_index(at, quantity.values.shape))

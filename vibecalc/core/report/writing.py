@@ -243,6 +243,10 @@ _HIGHEST_FIXED = 1e7
 _TURN = 2.0 * math.pi
 
 
+#: relative: what rounding may have taken of a half
+_HALF = 1e-13
+
+
 def show(value: Any, error: float = 0.0, digits: int = DIGITS) -> str:
     """One number with a fixed count of significant digits.
 
@@ -271,6 +275,8 @@ def show(value: Any, error: float = 0.0, digits: int = DIGITS) -> str:
     # An error that is not known hides nothing: the accuracy section says so instead.
     elif number == 0.0 or (abs(number) <= error and math.isfinite(error)):
         return "0"
+    # a half is rounded away from zero, also where the last bit would say no
+    number *= 1.0 + _HALF
     mantissa, exponent = f"{number:.{digits - 1}e}".split("e")
     if _LOWEST_FIXED <= abs(float(f"{mantissa}e{exponent}")) < _HIGHEST_FIXED:
         return f"{number:.{max(digits - 1 - int(exponent), 0)}f}"

@@ -8,6 +8,7 @@ import numpy as np
 
 from vibecalc.core.results.record import ROUNDING, Axis, Quantity
 from vibecalc.errors import ResultError, UnitError
+from vibecalc.numerics.rounding import first_of_largest
 
 Key = int | float | str
 Where = Mapping[str, Key]
@@ -140,10 +141,9 @@ def worst(quantity: Quantity, where: Where, sense: Literal["max", "min"]) -> tup
     flat = (np.abs(values) if np.iscomplexobj(values) else values).astype(float).ravel()
     missing = np.isnan(flat)
     if missing.any():
-        position = int(np.argmax(missing))
-    else:
-        position = int(np.argmax(flat) if sense == "max" else np.argmin(flat))
-    return float(flat[position]), labels[position]
+        return float("nan"), labels[int(np.argmax(missing))]
+    size = flat if sense == "max" else -flat
+    return float(flat[np.argmax(size)]), labels[first_of_largest(size)]
 
 
 def held(margin: np.ndarray | float, error: np.ndarray | float, bound: float) -> np.ndarray:

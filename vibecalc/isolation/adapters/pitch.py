@@ -55,7 +55,9 @@ def emit_pitch(scene: Scene, system: OnMounts, loads: BodyLoads, moved: Moved) -
     forcing: Forcing = scene.handed_on["forcing"]
     used, speed = loads.retained, scene.case.machine.speed
     frequency = loads.order * np.asarray(speed)[..., None]
-    angle = moved.motion[..., system.freedoms[0]]
+    turned = system.freedoms[0]
+    # about the axis across the crankshaft, which may point against the coordinate
+    angle = moved.motion[..., turned] * system.reach[..., turned, :]
     force, couple = _left_out(scene, forcing)
 
     def peak(vector: Bounded) -> Callable[[], Summed]:
