@@ -30,9 +30,18 @@ from vibecalc.core.results.compare_rules import (
     uncertainty,
 )
 from vibecalc.core.results.layout import STATUS, STATUS_WORDS
-from vibecalc.core.results.record import CYCLE, Axis, Quantity, Record, Result
+from vibecalc.core.results.record import (
+    CYCLE,
+    UNDECIDED,
+    Axis,
+    Quantity,
+    Record,
+    Result,
+    Verdict,
+)
 from vibecalc.core.results.store import read_result, write_result
 from vibecalc.core.results.tolerance import circle_of, is_diagnostic
+from vibecalc.core.results.verdicts import VERDICTS, name_of, verdicts_of
 from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, EXIT_USAGE, ResultError, UsageError
 
 _PLAIN = {"value": by_value, "vector": by_vector}
@@ -110,7 +119,8 @@ def compare(reference: Result, value: Result, rules: Rules | None = None) -> Com
     `value` as far as `compare_rules.uncertainty` lets it count) and of what cancels the last digits
     of its `terms`, as the reference has them; see `compare_rules.KINDS` for what is compared.
     Quantities that only one result has, and units, amplitude kinds or axes that differ, are
-    differences, and so is an estimate that has grown beyond the tolerance. Diagnostics of rounding
+    differences, and so are an estimate that has grown beyond the tolerance and a limit whose
+    verdict has changed (as if at the path `verdicts`). Diagnostics of rounding
     and of searches are ignored unless a rule says how to compare them. Provenance is left out, and
     changes of the case or version are listed without counting. Raises UsageError where a rule does
     not fit a quantity.
@@ -132,6 +142,8 @@ def compare(reference: Result, value: Result, rules: Rules | None = None) -> Com
         else:
             rows.append(_compared(reference, value, path, rule, lost, matches))
     rows += _status(reference, value)
+    if chosen.given(VERDICTS).compare != "ignore":
+        rows += _verdicts(reference, value)
     return Comparison(rows=tuple(rows), ignored=tuple(ignored), changes=_changes(reference, value))
 
 
@@ -204,6 +216,35 @@ def _status(reference: Result, value: Result) -> list[ComparedRow]:
     if len(points) > _MOST_POINTS:
         problems += (f"and {len(points) - _MOST_POINTS} points more",)
     return [ComparedRow(path=STATUS, kind="value", problems=problems)]
+
+
+def _verdicts(reference: Result, value: Result) -> list[ComparedRow]:
+    """Limits that both results have, and that were kept, barred or broken and now are not.
+
+    What is undecided in one of them is no difference: that may hang on a rounding.
+    """
+    try:
+        one, other = map(_numbered, (verdicts_of(reference), verdicts_of(value)))
+    except ResultError:  # a part of a result, without what its limits are on
+        return []
+    found = []
+    for key, row in one.items():
+        states = row.state, other.get(key, row).state
+        if states[0] != states[1] and UNDECIDED not in states:
+            words = " ".join(filter(None, (row.element, row.limit)))
+            problems = (f"{words or 'limit'}: {states[0]} became {states[1]}",)
+            path = f"{VERDICTS}/{name_of(row.quantity, row.where)}"
+            found.append(ComparedRow(path=path, kind="verdict", problems=problems))
+    return found
+
+
+def _numbered(rows: Sequence[Verdict]) -> dict[tuple[str, ...], Verdict]:
+    """Rows by what tells them apart, those that are alike in that by their number."""
+    found: dict[tuple[str, ...], Verdict] = {}
+    for row in rows:
+        key = (row.quantity, str(dict(row.where)), row.element, row.limit, row.at)
+        found[*key, str(sum(one[:-1] == key for one in found))] = row
+    return found
 
 
 def _at_samples_of(reference: Quantity, value: Quantity) -> Quantity:

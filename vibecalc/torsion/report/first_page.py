@@ -1,25 +1,22 @@
 """What comes first on a shaft line: one sentence, and its variants side by side with limits."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from vibecalc.core.report.pages import limit_verdict
 from vibecalc.core.report.sections import Section, having, labels
-from vibecalc.core.report.verdicts import judge_limits
 from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.torsion.report.limits import (
-    BROKEN,
-    PASSING,
     barred_ranges,
-    exceeded_rows,
     has_limits,
     limited_words,
     limits_of,
     rule_of,
-    verdicts,
+    separation_rule,
 )
 from vibecalc.torsion.report.line import (
     MEGA,
@@ -37,10 +34,8 @@ from vibecalc.torsion.report.line import (
     turns,
     vector,
 )
+from vibecalc.torsion.report.verdicts import AT_SPEED, PASSING, flags
 from vibecalc.units import convert
-
-if TYPE_CHECKING:
-    from vibecalc.torsion.stress_limits import Separation as SeparationRule
 
 #: what has another section
 _APART = tuple(TORSION + name for name in ("variable_inertia/", "transient/", "as_published/"))
@@ -130,8 +125,8 @@ def section_entry(record: Record, path: str, section: str) -> float | None:
 
 def bound_of(result: Result, path: str, factor: float) -> tuple[str, str, float]:
     """The first `[[limit]]` of the case on a whole quantity, its verdict, and its size."""
-    for row in judge_limits(result):
-        whole = row.quantity == path and not row.where and row.at != "start"
+    for row in verdicts_of(result):
+        whole = row.quantity == path and not row.where and row.at != "start" and not row.element
         if whole and row.max is not None:
             unit = result.record[path].unit
             bound = factor * convert(row.max, row.unit, unit)
@@ -174,13 +169,6 @@ class Separation(NamedTuple):
     close: bool
 
 
-def separation_rule(result: Result) -> "SeparationRule | None":
-    """The rule for the margins that the case names."""
-    from vibecalc.torsion.stress_limits import SEPARATIONS
-
-    return SEPARATIONS.get(str(asked(result).get("separation") or ""))
-
-
 def separations(result: Result, modes: list[int]) -> Iterator[Separation]:
     """The mode next to an order of each class at the operating speed, first one that is close."""
     record, rule = result.record, separation_rule(result)
@@ -212,11 +200,10 @@ def stress_limits(result: Result, columns: list[Variant]) -> Iterator[SummaryRow
     if not has_limits(record):
         return
     given = limits_of(result)
-    flags = verdicts(record)
     section, speed = (vector(record, f"limit/{name}", "limit") for name in ("section", "speed"))
     gear, gears = vector(record, "limit/gear", "limit"), names(record, "gear/hammers", "gear")
     known = names(record, "torque_half_range", "section")
-    for i, word in enumerate(flags):
+    for i, (word, here) in enumerate(zip(flags(result), flags(result, AT_SPEED), strict=True)):
         name = rule_of(given[i]).name if i < len(given) else ""
         for scope, path in ((ANY, "limit/largest_use"), (OPERATING, "limit/operating_use")):
             uses = {
@@ -227,7 +214,6 @@ def stress_limits(result: Result, columns: list[Variant]) -> Iterator[SummaryRow
             }
             if not uses:
                 continue
-            flag = word if scope == ANY else "kept" if uses.get("", 0.0) <= 1.0 else BROKEN
             value = {
                 prefix: show(100.0 * use, digits=4) + (ABOVE if prefix and use > 1.0 else "")
                 for prefix, use in uses.items()
@@ -245,7 +231,7 @@ def stress_limits(result: Result, columns: list[Variant]) -> Iterator[SummaryRow
                 "%",
                 value,
                 "100",
-                flag,
+                word if scope == ANY else here,
                 {"": where},
             )
 
@@ -425,7 +411,7 @@ def conclusion(result: Result) -> str:
     record = result.record
     driven = TORSION + "torque_half_range" in record
     none = "the case sets no limit of the stress" if driven else "nothing drives the line"
-    clauses = list(_of_limits(record)) or [none]
+    clauses = list(_of_limits(result)) or [none]
     clauses += _of_gears(record)
     clauses += _of_majors(result)
     if f"{TORSION}masked/from" in record and record[f"{TORSION}masked/from"].values.size:
@@ -437,15 +423,16 @@ def conclusion(result: Result) -> str:
     return f"{text[:1].upper()}{text[1:]}."
 
 
-def _of_limits(record: Record) -> Iterator[str]:
-    words_of = verdicts(record)
-    if not words_of:
+def _of_limits(result: Result) -> Iterator[str]:
+    record, words_of = result.record, flags(result)
+    if not has_limits(record):
         return
-    broken = [str(i + 1) for i, word in enumerate(words_of) if word == BROKEN]
+    broken = [str(i + 1) for i, word in enumerate(words_of) if word == "BROKEN"]
     if broken:
         plural = "limits" if len(broken) > 1 else "limit"
         what = limited_words(record, "or", [int(one) - 1 for one in broken])
-        yield f"the {what} exceeds {plural} {joined(broken)}" + _where_broken(record)
+        where = [words for kind, words in _WHERE.items() if "BROKEN" in flags(result, kind)]
+        yield f"the {what} exceeds {plural} {joined(broken)} {joined(where or [_NOT_BARRED])}"
     else:
         what = "limits" if len(words_of) > 1 else "limit"
         words = limited_words(record)
@@ -454,23 +441,13 @@ def _of_limits(record: Record) -> Iterator[str]:
     barred = barred_ranges(record)
     if barred:
         yield f"{joined(barred)} {'are' if len(barred) > 1 else 'is'} barred for lasting operation"
-    elif not broken and PASSING not in words_of:
+    elif not broken and "pass only" not in words_of:
         yield "no speed range is barred"
 
 
-def _where_broken(record: Record) -> str:
-    """At the operating speed, or above what is allowed for passing through, or both."""
-    here, passing = (
-        vector(record, f"limit/{name}_use", "limit") for name in ("operating", "transient")
-    )
-    words = []
-    if here is not None and np.any(here > 1.0):
-        words.append("at the operating speed")
-    if passing is not None and np.any(passing > 1.0):
-        words.append("even for passing through")
-    if any(not one.permitted for one in exceeded_rows(record)):
-        words.append("where the rule lets no range of speeds be barred")
-    return f" {joined(words)}"
+#: where limits are broken
+_WHERE = {AT_SPEED: "at the operating speed", PASSING: "even for passing through"}
+_NOT_BARRED = "where the rule lets no range of speeds be barred"
 
 
 def _of_majors(result: Result) -> Iterator[str]:

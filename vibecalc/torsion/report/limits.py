@@ -20,12 +20,11 @@ from vibecalc.torsion.report.line import (
 
 if TYPE_CHECKING:
     from vibecalc.torsion.stress_limits import Rule
+    from vibecalc.torsion.stress_limits import Separation as SeparationRule
 
 # ----------------------------------------------------------------------------
 # Limits of stress and torque in a shaft line, where they come from, the ranges that they bar.
 # ----------------------------------------------------------------------------
-
-KEPT, PASSING, BROKEN = "kept", "pass only", "BROKEN"
 
 
 def torsion_limits(result: Result) -> Section | None:
@@ -46,27 +45,6 @@ def torsion_limits(result: Result) -> Section | None:
         "rules of the limits",
         Detail(result, formulas, basis, origins),
     )
-
-
-def verdicts(record: Record) -> list[str]:
-    """`kept`, `pass only` (a barred range is due) or `BROKEN`, for each limit.
-
-    Broken is what exceeds the transient limit anywhere, or the lasting one at the operating speed,
-    or where the rule lets no range of speeds be barred.
-    """
-    use, here, passing = (
-        vector(record, f"limit/{name}_use", "limit")
-        for name in ("largest", "operating", "transient")
-    )
-    if use is None:
-        return []
-    forbidden = {limit for _, _, limit, allowed, *_ in exceeded_rows(record) if not allowed}
-    words = []
-    for i, largest in enumerate(use):
-        broken = (here is not None and here[i] > 1.0) or (passing is not None and passing[i] > 1.0)
-        broken = broken or i + 1 in forbidden
-        words.append(BROKEN if broken else PASSING if largest > 1.0 else KEPT)
-    return words
 
 
 class ExceededRow(NamedTuple):
@@ -133,6 +111,13 @@ def rule_of(limit: Mapping[str, Any]) -> "Rule":
         if limit.get(key):
             return rule
     return {"iacs_m68": M68, "iacs_m53": M53}.get(str(limit.get("rule")), USER_TABLE)
+
+
+def separation_rule(result: Result) -> "SeparationRule | None":
+    """The rule for the margins that the case names."""
+    from vibecalc.torsion.stress_limits import SEPARATIONS
+
+    return SEPARATIONS.get(str(asked(result).get("separation") or ""))
 
 
 def of_torque(record: Record) -> np.ndarray:
