@@ -270,6 +270,8 @@ def _of_curves(case: "Case", name: str) -> tuple[str, ...]:
         left_out.append("/irregularity")
     if not torsion.limits:
         left_out.append("/limit/")
+    if not coupling_limits(case):
+        left_out.append("/coupling/")
     return below(f"{ROOT}/{name}/", without=tuple(left_out))
 
 
