@@ -116,7 +116,7 @@ def held(margin: np.ndarray | float, error: np.ndarray | float, bound: float) ->
     reach = np.where(np.isinf(margin), 0.0, np.where(np.isnan(error), np.inf, error))
     last_bits = 4.0 * np.finfo(float).eps * abs(bound)
     on = margin >= -np.maximum(last_bits, reach)
-    inside = on & ((margin - reach >= 0.0) | (reach <= ROUNDING * abs(bound)))
+    inside = on & ((margin - reach >= -last_bits) | (reach <= ROUNDING * abs(bound)))
     outside = np.isnan(margin) | (margin + reach < -last_bits)
     return np.asarray(np.where(inside, 1, np.where(outside, -1, 0)))
 
