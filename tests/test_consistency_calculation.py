@@ -282,7 +282,7 @@ def test_a_condition_is_broken_where_no_range_may_be_barred(
         made = replace(use, path=stem + name, values=np.array(values)[:, None], axes=axes)
         quantities[stem + name] = made
     found = with_quantities(result, quantities)
-    rows = [one for one in verdicts_of(found) if one.quantity.startswith(stem)]
+    rows = [one for one in verdicts_of(found) if one.element and one.quantity.startswith(stem)]
     assert [(one.use, one.state) for one in rows] == [(2.2, states[0]), (operating, states[1])]
     assert all(one.condition == "4 misfires, worst of 2" for one in rows)
 

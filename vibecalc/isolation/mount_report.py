@@ -73,7 +73,7 @@ def stop_verdicts(result: Result) -> Iterator[Verdict]:
             state = state_of(left[place], error, float(rest.values[place]))
             least = 1e3 * float(left[place])
             yield Verdict(
-                quantity=path, where={"mount": name}, source="stops of the mounts", min=0.0,
+                quantity=path, where={}, source="stops of the mounts", min=0.0,
                 max=None, unit="mm", computed=least, label=f"mount={name}",
                 error_estimate=Estimate(1e3 * error, 0.0), margin=least, state=state,
                 element=f"mount {name}", limit=f"clearance to a stop {words}",

@@ -694,6 +694,5 @@ SUBJECT = Subject(
         "damper_response": "vibecalc.torsion.pictures.damper_design:draw_damper_response",
     },
     leads=True,
-    remark="vibecalc.torsion.report.limits:remark",
     calculation="vibecalc.torsion.report.calculation:CALCULATION",
 )

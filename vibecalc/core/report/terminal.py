@@ -15,7 +15,7 @@ from vibecalc.core.report.pages import (
     tolerance_line,
 )
 from vibecalc.core.report.pages import references as reference_table
-from vibecalc.core.report.verdicts import judge_references
+from vibecalc.core.report.verdicts import judge_references, misses
 from vibecalc.core.report.writing import (
     WIDTH,
     filled,
@@ -69,10 +69,7 @@ def summary(result: Result, console: "Console") -> None:
     reached = tolerance_line(result)
     if reached:
         console.print(escape(reached))
-    good = all(row.satisfied for row in limits) and all(
-        row.within is not False for row in references
-    )
-    colour = "green" if good else "red"
+    colour = "red" if misses(references, limits) else "green"
     if references or limits:
         console.print(f"[{colour}]{escape(conclusion(references, limits))}[/{colour}]")
 

@@ -74,11 +74,6 @@ def report_lines(result: Result, *, full: bool = False) -> list[str]:
     limits, references = verdicts_of(result), judge_references(result)
     lines = _identity(result, full)
     words = pages.conclusion(references, limits)
-    if not limits and not references:
-        remarks = (
-            named(one.remark)(result.record) for one in subjects_of(result.record) if one.remark
-        )
-        words = next((remark for remark in remarks if remark), words)
     answers = with_limits(result, limits)
     if answers:
         lines += titled("Results", table(columns(answers), cells(answers)))

@@ -223,28 +223,25 @@ def _verdicts(reference: Result, value: Result) -> list[ComparedRow]:
 
     What is undecided in one of them is no difference: that may hang on a rounding.
     """
+    found = []
     try:
-        one, other = map(_numbered, (verdicts_of(reference), verdicts_of(value)))
+        pairs = [_apart(verdicts_of(one)) for one in (reference, value)]
     except ResultError:  # a part of a result, without what its limits are on
         return []
-    found = []
-    for key, row in one.items():
-        states = row.state, other.get(key, row).state
+    for key, row in pairs[0].items():
+        states = row.state, pairs[1].get(key, row).state
         if states[0] != states[1] and UNDECIDED not in states:
-            words = " ".join(filter(None, (row.element, row.limit)))
-            problems = (f"{words or 'limit'}: {states[0]} became {states[1]}",)
+            words = f"{row.element} {row.limit}".strip() or "limit"
             path = f"{VERDICTS}/{name_of(row.quantity, row.where)}"
+            problems = (f"{words}: {states[0]} became {states[1]}",)
             found.append(ComparedRow(path=path, kind="verdict", problems=problems))
     return found
 
 
-def _numbered(rows: Sequence[Verdict]) -> dict[tuple[str, ...], Verdict]:
+def _apart(rows: Sequence[Verdict]) -> dict[tuple[object, ...], Verdict]:
     """Rows by what tells them apart, those that are alike in that by their number."""
-    found: dict[tuple[str, ...], Verdict] = {}
-    for row in rows:
-        key = (row.quantity, str(dict(row.where)), row.element, row.limit, row.at)
-        found[*key, str(sum(one[:-1] == key for one in found))] = row
-    return found
+    keys = [(row.quantity, str(row.where), row.element, row.limit, row.at) for row in rows]
+    return {(*key, keys[:i].count(key)): rows[i] for i, key in enumerate(keys)}
 
 
 def _at_samples_of(reference: Quantity, value: Quantity) -> Quantity:

@@ -143,45 +143,43 @@ def _judge(result: Result, entry: Mapping[str, Any]) -> Verdict:
     unit = own if unit in SHIFTED else unit
     bounds = bounds_of(entry, own or unit)
     limits = {bound.side: convert(bound.value, own or unit, unit) for bound in bounds}
-    row = Verdict(
+    computed, off, label, margin, use = math.nan, math.nan, "", -math.inf, math.nan
+    state, decided_by = UNDECIDED, "a [[find]] that finds it"
+    if quantity is not None:
+        sides = []
+        for bound in bounds:
+            with naming("limit", entry):
+                value, label = worst(quantity, where, bound.side)
+            zero = quantity.estimate.is_zero(value)
+            left = bound.left(0.0 if zero else value)
+            # A value that is not a number keeps no limit, whatever the side.
+            sides.append((-math.inf if math.isnan(left) else left, bound, value, label, zero))
+        left, bound, value, label, zero = min(sides, key=lambda one: one[0])
+        off = 0.0 if zero else uncertainty(quantity, where)
+        state = state_of(left, off, bound.value)
+        computed, limit = 0.0 if zero else convert(value, own, unit), limits[bound.side]
+        off = convert(off, own, unit)
+        margin = left
+        if math.isfinite(left):
+            margin = limit - computed if bound.side == "max" else computed - limit
+        use = computed / limit if bound.side == "max" and limit else math.nan
+        decided_by = _decided_by(result, quantity, where) if state == UNDECIDED else ""
+    return Verdict(
         quantity=str(entry["quantity"]),
         where=where,
         source=str(entry.get("source") or ""),
         min=limits.get("min"),
         max=limits.get("max"),
         unit=unit,
-        computed=math.nan,
-        label="",
-        error_estimate=math.nan,
-        margin=-math.inf,
-        state=UNDECIDED,
-        decided_by="a [[find]] that finds it",
-        expect=str(entry.get("expect") or KEPT),
-        at=str(entry.get("at") or "optimum"),
-    )
-    if quantity is None:
-        return row
-    sides = []
-    for bound in bounds:
-        with naming("limit", entry):
-            value, label = worst(quantity, where, bound.side)
-        zero = quantity.estimate.is_zero(value)
-        left = bound.left(0.0 if zero else value)
-        # A value that is not a number keeps no limit, whatever the side.
-        sides.append((-math.inf if math.isnan(left) else left, bound, value, label, zero))
-    left, bound, value, label, zero = min(sides, key=lambda one: one[0])
-    off = 0.0 if zero else uncertainty(quantity, where)
-    state = state_of(left, off, bound.value)
-    computed, limit = 0.0 if zero else convert(value, own, unit), limits[bound.side]
-    margin = limit - computed if bound.side == "max" else computed - limit
-    return row._replace(
         computed=computed,
         label=label,
-        error_estimate=Estimate(convert(off, own, unit), 0.0),  # what is a zero has become one
-        margin=-math.inf if math.isnan(margin) else margin,
+        error_estimate=Estimate(off, 0.0),  # what is a zero has become one
+        margin=margin,
         state=state,
-        decided_by=_decided_by(result, quantity, where) if state == UNDECIDED else "",
-        use=computed / limit if bound.side == "max" and limit else math.nan,
+        decided_by=decided_by,
+        expect=str(entry.get("expect") or KEPT),
+        at=str(entry.get("at") or "optimum"),
+        use=use,
     )
 
 
@@ -196,6 +194,7 @@ def _decided_by(result: Result, quantity: Quantity, where: Mapping[str, Any]) ->
 # ----------------------------------------------------------------------------
 
 VERDICTS = "verdicts"
+_NUMBERS = {"min", "max", "computed", "error_estimate", "margin", "use", "speed"}
 
 
 def as_objects(rows: Sequence[Verdict]) -> list[dict[str, Any]]:
@@ -211,13 +210,12 @@ def as_objects(rows: Sequence[Verdict]) -> list[dict[str, Any]]:
 
 def from_objects(content: Sequence[Mapping[str, Any]]) -> tuple[Verdict, ...]:
     """The rows of such objects; what a later version has more is left out."""
-    numbers = {name for name, kind in Verdict.__annotations__.items() if "float" in str(kind)}
     rows = []
     for one in content:
         known = {name: one[name] for name in Verdict._fields if name in one}
-        written = {name: float(known[name]) for name in numbers - {"where"} & known.keys()
-                   if known[name] is not None}  # fmt: skip
-        row = Verdict(**known)._replace(**written)
+        for name in _NUMBERS & known.keys():
+            known[name] = None if known[name] is None else float(known[name])
+        row = Verdict(**known)
         rows.append(row._replace(error_estimate=Estimate(row.error_estimate, 0.0)))
     return tuple(rows)
 

@@ -7,7 +7,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -230,10 +230,9 @@ def execute(loaded: LoadedCase, progress: bool = False) -> Result:
     for name in sorted(STUDIES & timings.keys()):
         step(f"{name}: {timings[name]:.3f} s")
     result = as_result(loaded, record, timings)
-    try:
-        return replace(result, verdicts=judged(result))
-    except ResultError:  # said where the rows are read
-        return result
+    with suppress(ResultError):  # which is said where the rows are read
+        result = replace(result, verdicts=judged(result))
+    return result
 
 
 def plan_texts(case: "Case") -> list[dict[str, str]]:

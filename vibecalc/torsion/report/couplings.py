@@ -140,6 +140,7 @@ def _limits(result: Result, one: "Coupling", place: int) -> list[str]:
             cells.append(_percent(quantity, (place, at)) if factor else turns(value))
         allowed, unit = permitted(one, name)
         load = borne(result, name, place)
+        load = allowed * float(use.values[place, at]) if name == "n_max" else load
         texts = ["" if one is None else f"{as_text(one, unit)} {unit}" for one in (allowed, load)]
         rows.append([LIMIT_WORDS[name], *texts, *cells])
     return table(columns, rows)
@@ -175,20 +176,12 @@ def borne(result: Result, name: str, place: int, speed: float | None = None) -> 
 
     None between the speeds of the curve.
     """
-    line, curve = line_of(result), speed is not None
-    if name == "n_max":
-        speed = speed_of(result) if speed is None else speed
-        return None if speed is None or line is None else rpm(
-            abs(line.couplings[place].ratio) * speed)  # fmt: skip
-    path = f"{COUPLING}/{'speeds/' * curve}{BORNE[name]}"
-    quantity = having(result.record, path, "coupling", *["speed"] * curve)
-    if quantity is None:
-        return None
-    values = np.atleast_1d(quantity.values[place])
-    at = 0
+    path, axes = f"{COUPLING}/{BORNE[name]}", ("coupling",)
     if speed is not None:
+        path, axes = f"{COUPLING}/speeds/{BORNE[name]}", ("coupling", "speed")
+    quantity, at = having(result.record, path, *axes), 0
+    if quantity is not None and speed is not None:
         speeds = np.asarray(quantity.axes[1].values, dtype=float)
         at = int(np.argmin(np.abs(speeds - speed)))
-        if abs(speeds[at] - speed) > 1e-9 * speed:
-            return None
-    return _as_read(name, float(values[at]))
+        quantity = None if abs(speeds[at] - speed) > 1e-9 * speed else quantity
+    return None if quantity is None else _as_read(name, np.ravel(quantity.values[place])[at])

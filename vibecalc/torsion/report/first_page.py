@@ -8,7 +8,7 @@ import numpy as np
 from vibecalc.core.report.pages import limit_verdict
 from vibecalc.core.report.sections import Section, having, labels
 from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table
-from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.core.results.record import BROKEN, Quantity, Record, Result
 from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.torsion.report.limits import (
     barred_ranges,
@@ -29,7 +29,6 @@ from vibecalc.torsion.report.line import (
     meeting,
     mode_names,
     names,
-    order_text,
     torque_unit,
     turns,
     vector,
@@ -158,53 +157,10 @@ def frequencies(result: Result, columns: list[Variant]) -> Iterator[SummaryRow]:
     yield SummaryRow("lowest natural frequency", "Hz", value, where=where)
 
 
-class Separation(NamedTuple):
-    """The mode next to an order of a class; `required` 0 where no rule asks anything of it."""
-
-    kind: str
-    mode: int
-    order: float
-    margin: float
-    required: float
-    close: bool
-
-
-def separations(result: Result, modes: list[int]) -> Iterator[Separation]:
-    """The mode next to an order of each class at the operating speed, first one that is close."""
-    record, rule = result.record, separation_rule(result)
-    margin, order, sufficient = (
-        having(record, f"{TORSION}separation/{OPERATING}/{name}", "mode", "order_class")
-        for name in ("margin", "half_order", "sufficient")
-    )
-    if margin is None or order is None:
-        return
-    for place, kind in enumerate(labels(margin.axes[1])):
-        away = np.asarray(margin.values, dtype=float)[:, place]
-        counts = [mode for mode in modes if np.isfinite(away[mode]) and order.values[mode, place]]
-        close = (
-            []
-            if sufficient is None
-            else [mode for mode in counts if not sufficient.values[mode, place]]
-        )
-        if not counts:
-            continue
-        least = min(close or counts, key=lambda mode: float(away[mode]))
-        met = float(order.values[least, place])
-        required = 0.0 if rule is None else rule.margin.get(met, 0.0)
-        yield Separation(kind, least, met, float(away[least]), required, bool(close))
-
-
 def stress_limits(result: Result, columns: list[Variant]) -> Iterator[SummaryRow]:
     """A row for each limit: use, over the speed range and at the operating speed."""
-    record = result.record
-    if not has_limits(record):
-        return
-    given = limits_of(result)
-    section, speed = (vector(record, f"limit/{name}", "limit") for name in ("section", "speed"))
-    gear, gears = vector(record, "limit/gear", "limit"), names(record, "gear/hammers", "gear")
-    known = names(record, "torque_half_range", "section")
-    for i, (word, here) in enumerate(zip(flags(result), flags(result, AT_SPEED), strict=True)):
-        name = rule_of(given[i]).name if i < len(given) else ""
+    record, flagged = result.record, {ANY: flags(result), OPERATING: flags(result, AT_SPEED)}
+    for i, limit in enumerate(limits_of(result) if has_limits(record) else ()):
         for scope, path in ((ANY, "limit/largest_use"), (OPERATING, "limit/operating_use")):
             uses = {
                 variant.prefix: float(use[i])
@@ -218,53 +174,24 @@ def stress_limits(result: Result, columns: list[Variant]) -> Iterator[SummaryRow
                 prefix: show(100.0 * use, digits=4) + (ABOVE if prefix and use > 1.0 else "")
                 for prefix, use in uses.items()
             }
-            at = OPERATING
-            place = -1
-            if scope == ANY and speed is not None and section is not None:
-                at, place = f"{turns(speed[i])} rpm", int(section[i]) - 1
-            load = known[place] if 0 <= place < len(known) else ""
-            if scope == ANY and gear is not None and 0 < gear[i] <= len(gears):
-                load = gears[int(gear[i]) - 1]
-            where = (load, f"{at}: {name}")
+            own = [
+                row
+                for row in verdicts_of(result)
+                if scope == ANY
+                and row.element
+                and row.quantity == f"{TORSION}limit/each/use"
+                and row.where["limit"] == i + 1
+            ]
+            worst = max(own, key=lambda row: row.use, default=None)
+            at = f"{turns(worst.speed)} rpm" if worst else OPERATING
             yield SummaryRow(
                 f"{limited_words(record, some=[i])} over limit {i + 1}, {scope}",
                 "%",
                 value,
                 "100",
-                word if scope == ANY else here,
-                {"": where},
-            )
-
-
-def hammering(record: Record) -> list[tuple[str, str]] | None:
-    """Each gear, and where its torque reverses at the operating speed ("" if it does not)."""
-    found = vector(record, "gear/hammers", "gear")
-    if found is None:
-        return None
-    return [
-        (name, OPERATING if one else "")
-        for name, one in zip(names(record, "gear/hammers", "gear"), found, strict=True)
-    ]
-
-
-def hammering_at(record: Record) -> list[tuple[str, str]] | None:
-    """Each gear, and the ranges of speeds in which its torque reverses ("" if it does not)."""
-    hammers = having(record, TORSION + "speeds/gear_hammers", "gear", "speed")
-    if hammers is None:
-        return None
-    low, high, gear = (
-        vector(record, f"hammering/{n}", "hammering") for n in ("from", "to", "gear")
-    )
-    shown = []
-    for place, name in enumerate(labels(hammers.axes[0])):
-        loud = bool(np.any(np.asarray(hammers.values)[place]))
-        ends = []
-        if low is not None and high is not None and gear is not None:
-            ends = [
-                f"{turns(low[i])} to {turns(high[i])}" for i in np.flatnonzero(gear == place + 1)
-            ]
-        shown.append((name, f"{joined(ends)} rpm" if ends else "somewhere" if loud else ""))
-    return shown
+                flagged[scope][i],
+                {"": (worst.element if worst else "", f"{at}: {rule_of(limit).name}")},
+            )  # fmt: skip
 
 
 # ----------------------------------------------------------------------------
@@ -412,7 +339,7 @@ def conclusion(result: Result) -> str:
     driven = TORSION + "torque_half_range" in record
     none = "the case sets no limit of the stress" if driven else "nothing drives the line"
     clauses = list(_of_limits(result)) or [none]
-    clauses += _of_gears(record)
+    clauses += _of_gears(result)
     clauses += _of_majors(result)
     if f"{TORSION}masked/from" in record and record[f"{TORSION}masked/from"].values.size:
         clauses.append("at some critical speeds nothing damps the line")
@@ -451,22 +378,35 @@ _NOT_BARRED = "where the rule lets no range of speeds be barred"
 
 
 def _of_majors(result: Result) -> Iterator[str]:
-    """The mode that a major order meets nearly at the operating speed, if one does."""
-    rule, named = separation_rule(result), mode_names(result)
-    for row in separations(result, elastic_modes(result)):
-        if rule is not None and row.kind == "major" and row.close:
+    """Natural frequencies that a major order meets nearly at the operating speed."""
+    rule = separation_rule(result)
+    for row in verdicts_of(result) if rule else ():
+        if row.where.get("order_class") == "major" and row.state == BROKEN and rule:
+            mode, order = row.element.removesuffix(" mode"), row.limit.rpartition(" ")[2]
             yield (
-                f"the {named[row.mode]} natural frequency lies {100.0 * row.margin:.1f} % from "
-                f"major order {order_text(row.order)} of the operating speed, less than "
-                f"{rule.rule.name} asks"
+                f"the {mode} natural frequency lies {row.computed:.1f} % from major order {order} "
+                f"of the operating speed, less than {rule.rule.name} asks"
             )
 
 
-def _of_gears(record: Record) -> Iterator[str]:
+def _of_gears(result: Result) -> Iterator[str]:
     """Gears whose torque reverses: at the operating speed, and in which ranges."""
-    here, ranges = dict(hammering(record) or ()), dict(hammering_at(record) or ())
-    for name in here | ranges:
-        places = ["at the operating speed"] if here.get(name) else []
-        places += [f"from {ranges[name]}"] if ranges.get(name) else []
-        if places:
-            yield f"gear {name!r} hammers {joined(places)}"
+    low, high, gear = (
+        vector(result.record, f"hammering/{name}", "hammering") for name in ("from", "to", "gear")
+    )
+    places: dict[str, list[str]] = {}
+    named = names(result.record, "speeds/gear_hammers", "gear")
+    for row in verdicts_of(result):
+        if "gear" not in row.where or not row.element or row.state != BROKEN:
+            continue
+        found = places.setdefault(row.element, [])
+        if row.limit.endswith(AT_SPEED):
+            found.insert(0, "at the operating speed")
+            continue
+        ends = []
+        if low is not None and high is not None and gear is not None:
+            some = np.flatnonzero(gear == named.index(row.element) + 1)
+            ends = [f"{turns(low[i])} to {turns(high[i])}" for i in some]
+        found.append(f"from {joined(ends)} rpm" if ends else "from somewhere")
+    for name, where in places.items():
+        yield f"gear {name!r} hammers {joined(where)}"

@@ -12,20 +12,16 @@ from vibecalc.core.results.record import (
     KEPT,
     UNDECIDED,
     Estimate,
-    Record,
+    Quantity,
     Result,
     Verdict,
 )
 from vibecalc.core.results.tolerance import remedy
 from vibecalc.core.results.verdicts import state_of, verdicts_of
-from vibecalc.torsion.coupling_results import COUPLING, HEALTHY
-from vibecalc.torsion.curve_results import CONDITIONS
 from vibecalc.torsion.report.couplings import LIMIT_WORDS, borne, permitted
 from vibecalc.torsion.report.limits import (
     by_section,
     exceeded_rows,
-    held_sections,
-    limited_sections,
     limits_of,
     of_torque,
     rule_of,
@@ -46,7 +42,7 @@ from vibecalc.torsion.report.line import (
 from vibecalc.torsion.stress_limits import NO_BARRED_RANGE
 
 CONTINUOUS, PASSING, AT_SPEED = "continuous", "passing through", "operating speed"
-_ALL_FIRE = "all cylinders fire"
+Where = dict[str, Any]
 
 
 def limit_verdicts(result: Result) -> Iterator[Verdict]:
@@ -56,7 +52,7 @@ def limit_verdicts(result: Result) -> Iterator[Verdict]:
     """
     silent: Any = asked(result).get("misfire") or ()
     words = f"misfire of cylinder {joined(map(str, silent))}" if silent else ""
-    for part in (_by_rules, _of_couplings, _of_gears, _separated, _of_conditions):
+    for part in (_by_use, _of_gears, _separated):
         for row in part(result):
             yield row if row.condition else row._replace(condition=words)
 
@@ -76,56 +72,6 @@ def flags(result: Result, *kinds: str) -> list[str]:
     return [next(_FLAGS[one] for one in _FLAGS if one in states.get(i, {KEPT})) for i in every]
 
 
-def _row(
-    result: Result,
-    path: str,
-    where: dict[str, int | float | str],
-    element: str,
-    limit: str,
-    source: str,
-    status: str,
-    share: float,
-    speed: float | None,
-    **more: Any,
-) -> Verdict:
-    """A row of a use, whose error is that of its quantity: the whole of it is 1."""
-    quantity = result.record[path]
-    state = state_of(1.0 - share, quantity.error_estimate, 1.0)
-    row = Verdict(
-        quantity=path,
-        where=where,
-        source=source,
-        min=None,
-        max=1.0,
-        unit="",
-        computed=share,
-        label=", ".join(f"{axis}={entry}" for axis, entry in where.items()),
-        error_estimate=Estimate(quantity.error_estimate, 0.0),
-        margin=1.0 - share,
-        state=state,
-        decided_by=remedy(quantity, result.case) if state == UNDECIDED else "",
-        element=element,
-        limit=limit,
-        status=status,
-        use=share,
-        speed=np.nan if speed is None else speed,
-    )
-    return row._replace(**more)
-
-
-def _in_unit(row: Verdict, allowed: float | None, computed: float | None, unit: str) -> Verdict:
-    """The row with its numbers in place of the use, where they are known and belong to it."""
-    if allowed is None or computed is None or not np.isfinite(allowed) or not allowed > 0.0:
-        return row
-    margin = allowed - computed
-    if (margin > 0.0) != (row.use < 1.0):  # a torque that counts by its frequency
-        margin = allowed * row.margin
-    error = Estimate(row.error_estimate * allowed, 0.0)
-    return row._replace(
-        max=allowed, computed=computed, margin=margin, unit=unit, error_estimate=error
-    )
-
-
 def _covered(result: Result, state: str | None) -> bool:
     """Whether the operating speed lies in a range of speeds over which a limit is kept."""
     low, high = speed_range(result)
@@ -134,172 +80,174 @@ def _covered(result: Result, state: str | None) -> bool:
 
 
 # ----------------------------------------------------------------------------
-# Limits of stress and torque by rules and tables, of the line as it is and in conditions.
+# Uses of limits by rules, tables and makers: of the line as it is, and of the worst condition.
 # ----------------------------------------------------------------------------
 
+_LARGEST = ("largest_use", "", "operating_use", "speed")
+_COUPLING = ("largest_use", "", "use", "largest_use_speed")
+#: uses over the speeds, in passing through and at the operating speed, and the speeds of the first
+_USES = {
+    "limit/": ("each/use", "each/transient_use", "operating/use", "each/speed"),
+    "coupling/": _COUPLING,
+    "healthy/limit/": _LARGEST,
+    "healthy/coupling/": _COUPLING,
+    "conditions/limit/": _LARGEST,
+    "conditions/coupling/": _COUPLING,
+}
 
-def _by_rules(result: Result) -> Iterator[Verdict]:
-    """Continuous running over the range and at the operating speed, passing through."""
-    record = result.record
-    applies, named = held_sections(record), limited_sections(record)
-    if applies is None or not named:
-        return
-    torques = of_torque(record)
-    for i, j in np.argwhere(applies):
-        of = "torque" if torques[i] else "stress"
-        prefix = "torque_" if torques[i] else ""
-        factor, unit = torque_unit(record) if torques[i] else (MEGA, "N/mm^2")
-        at = by_section(record, "each/speed")
-        found = None
-        for kind, use, load, allowed in (
-            (CONTINUOUS, "each/use", f"each/{of}", f"each/{prefix}allowed"),
-            (PASSING, "each/transient_use", f"each/{of}", f"each/{prefix}transient"),
-            (AT_SPEED, "operating/use", f"operating/{of}", f"operating/{prefix}allowed"),
-        ):
-            uses = by_section(record, use)
-            if uses is None or not uses[i, j] > 0.0:
-                continue
-            speed = None if at is None or not at[i, j] else float(at[i, j])
-            if kind == AT_SPEED:
-                speed = speed_of(result)
-                if _covered(result, found):
+
+def _by_use(result: Result) -> Iterator[Verdict]:
+    """Continuous running over the range, passing through and at the operating speed."""
+    for stem, names in _USES.items():
+        paths = [TORSION + stem + name for name in names]
+        quantities = [result.record.quantities.get(path) for path in paths]
+        known = next((one for one in quantities[:3] if one is not None), None)
+        axes = [axis for axis in known.axes if axis.name != "condition"] if known else []
+        for place in np.ndindex(*(len(axis.values) for axis in axes)) if axes else ():
+            entry: Where = {axis.name: axis.values[k] for axis, k in zip(axes, place, strict=True)}
+            over = None
+            for kind, quantity in zip((CONTINUOUS, PASSING, AT_SPEED), quantities[:3], strict=True):
+                shares = np.zeros(1) if quantity is None else _over_conditions(quantity, place)
+                worst = int(np.argmax(shares))
+                covered = kind == AT_SPEED and _covered(result, over)
+                if quantity is None or not shares[worst] > 0.0 or covered:
                     continue
-            share = float(uses[i, j])
-            where: dict[str, int | float | str] = {"limit": int(i) + 1, "section": named[j]}
-            row = _row(result, f"{TORSION}limit/{use}", where, named[j], f"{of}, {kind}",
-                       *_rule(result, int(i)), share, speed)  # fmt: skip
-            both = (by_section(record, allowed), by_section(record, load))
-            there, size = (None if one is None else factor * float(one[i, j]) for one in both)
-            if there and size and np.isfinite(share) and abs(size / there - share) <= 1e-6 * share:
-                row = _in_unit(row, there, size, unit)
-            elif kind == PASSING:  # the largest stress stands elsewhere
-                row = row._replace(speed=np.nan)
-            if kind == CONTINUOUS:
-                found = row.state
-                row = row._replace(state=_barred(record, int(i), int(j), row.state))
-            yield row
-
-
-def _rule(result: Result, place: int) -> tuple[str, str]:
-    """Number and rule with its edition, and whether it is informative or the case's own."""
-    limit = limits_of(result)[place]
-    rule = rule_of(limit)
-    words = f"{place + 1}: {rule.name}"
-    return (f"{words}, {rule.edition}", rule.status) if limit.get("rule") else (words, "case")
-
-
-def _barred(record: Record, i: int, j: int, state: str) -> str:
-    """The state in continuous running: exceeded only where a range may be barred is kept.
-
-    No range may be that has the operating speed in it.
-    """
-    use = record.quantities.get(f"{TORSION}limit/operating/use")
-    ranges = [one for one in exceeded_rows(record) if one.limit == i + 1]
-    may = bool(ranges) and all(one.permitted for one in ranges)
-    here = use is not None and state_of(1.0 - use.values[i, j], use.error_estimate, 1.0) != KEPT
-    return BARRED if state == BROKEN and may and not here else state
-
-
-def _of_conditions(result: Result) -> Iterator[Verdict]:
-    """The largest use of each limit with all cylinders firing, and in the worst condition.
-
-    What exceeds a limit for continuous running is broken where no range may be barred, else
-    undecided: no ranges are looked for in a condition.
-    """
-    record, rated = result.record, vector(result.record, "limit/basis/rated_speed", "limit")
-    for stem in (f"{TORSION}healthy", CONDITIONS):
-        paths = [f"{stem}/limit/{name}" for name in ("largest_use", "operating_use", "speed")]
-        most, here, at = (_by_condition(record, path) for path in paths)
-        known = most or here
-        for i in range(0 if known is None else known[1].shape[1]):
-            where: dict[str, int | float | str] = {"limit": i + 1}
-            names = (f"limit {i + 1}, its worst element", *_rule(result, i))
-            state = None
-            if most is not None:
-                c = int(np.argmax(most[1][:, i]))
-                speed = None if at is None else float(at[1][c, i])
-                share, words = float(most[1][c, i]), _worst_of(most[0], c)
-                row = _row(result, paths[0], where, names[0], CONTINUOUS, *names[1:], share, speed,
-                           condition=words)  # fmt: skip
-                top = 0.0 if rated is None else NO_BARRED_RANGE * rated[i]
-                never = here is not None and here[1][c, i] > 1.0
-                if row.state == BROKEN and not (never or (speed is not None and 0 < top <= speed)):
-                    decided_by = "a case of that condition, which looks for ranges to bar,"
-                    row = row._replace(state=UNDECIDED, decided_by=decided_by)
-                state = row.state
+                speed = speed_of(result) if kind == AT_SPEED else None
+                if kind != AT_SPEED and (at := quantities[3]) is not None:
+                    speed = float(_over_conditions(at, place)[worst])
+                row = _row(result, quantity, entry, kind, float(shares[worst]), speed)
+                if stem.startswith(("healthy/", "conditions/")):
+                    row = row._replace(condition=_condition(quantity, worst))
+                else:
+                    row = _in_unit(result, row, stem, kind, place)
+                if kind == PASSING and not row.unit:  # that of another largest use
+                    row = row._replace(speed=np.nan)
+                if kind == CONTINUOUS:
+                    over = row.state
+                    if "limit" in entry:
+                        row = _barred(result, row, stem, place, worst)
                 yield row
-            if here is not None and not _covered(result, state):
-                c = int(np.argmax(here[1][:, i]))
-                yield _row(result, paths[1], where, names[0], AT_SPEED, *names[1:],
-                           float(here[1][c, i]), speed_of(result),
-                           condition=_worst_of(here[0], c))  # fmt: skip
 
 
-def _by_condition(record: Record, path: str) -> tuple[list[str], np.ndarray] | None:
-    """Names (c,) of conditions and values (c, ...) of a result; one where all cylinders fire."""
-    quantity = record.quantities.get(path)
-    if quantity is None:
-        return None
-    values = np.asarray(quantity.values, dtype=float)
-    if quantity.axes[0].name == "condition":
-        return labels(quantity.axes[0]), values
-    return [_ALL_FIRE], values[None]
+def _over_conditions(quantity: Quantity, place: tuple[int, ...]) -> np.ndarray:
+    """Entries (c,) at a place among all other axes; one where there are no conditions."""
+    entry: Any = (..., *place)
+    return np.ravel(quantity.values[entry])
 
 
-def _worst_of(names: list[str], place: int) -> str:
-    return names[place] + f", worst of {len(names)}" * (len(names) > 1)
+def _condition(quantity: Quantity, place: int) -> str:
+    if quantity.axes[0].name != "condition":
+        return "all cylinders fire"
+    named = labels(quantity.axes[0])
+    return named[place] + f", worst of {len(named)}" * (len(named) > 1)
+
+
+def _row(
+    result: Result, quantity: Quantity, entry: Where, kind: str, share: float, speed: float | None
+) -> Verdict:
+    """A row of a use, whose error is that of its quantity: the whole of it is 1."""
+    where: Where = {axis: int(one) if axis == "limit" else str(one) for axis, one in entry.items()}
+    state = state_of(1.0 - share, quantity.error_estimate, 1.0)
+    return Verdict(
+        quantity=quantity.path,
+        where=where,
+        min=None,
+        max=1.0,
+        unit="",
+        computed=share,
+        label=", ".join(f"{axis}={one}" for axis, one in where.items()),
+        error_estimate=Estimate(quantity.error_estimate, 0.0),
+        margin=1.0 - share,
+        state=state,
+        decided_by=remedy(quantity, result.case) if state == UNDECIDED else "",
+        use=share,
+        speed=np.nan if speed is None else speed,
+        **_words(result, where, kind),
+    )
+
+
+def _words(result: Result, where: Where, kind: str) -> dict[str, Any]:
+    """Element, limit, source and status of a row."""
+    if "coupling" in where:
+        line, name = line_of(result), where["coupling"]
+        of = next((one.type for one in line.couplings if one.name == name), "") if line else ""
+        words = LIMIT_WORDS[str(where["coupling_limit"])]
+        if words.startswith(" "):  # another reading of the line above it
+            words = f"{LIMIT_WORDS['T_KW']}, by orders"
+        source, status = (of, "maker") if of else ("values of the case", "case")
+        return {"element": name, "limit": words, "source": source, "status": status}
+    place = int(where["limit"]) - 1
+    limit, torques = limits_of(result)[place], of_torque(result.record)
+    rule = rule_of(limit)
+    source, status = f"{place + 1}: {rule.name}", "case"
+    if limit.get("rule"):
+        source, status = f"{source}, {rule.edition}", rule.status
+    of = "torque" if torques[place] else "stress"
+    return {
+        "element": where.get("section", f"limit {place + 1}, its worst element"),
+        "limit": f"{of}, {kind}",
+        "source": source,
+        "status": status,
+    }
+
+
+def _in_unit(result: Result, row: Verdict, stem: str, kind: str, place: tuple[int, ...]) -> Verdict:
+    """The row with its numbers in place of the use, where they are known and belong to it."""
+    record = result.record
+    if stem == "coupling/":
+        line, name = line_of(result), str(row.where["coupling_limit"])
+        allowed, unit = (np.inf, "") if line is None else permitted(line.couplings[place[0]], name)
+        load = borne(result, name, place[0], row.speed if kind == CONTINUOUS else None)
+        load = row.use * allowed if name == "n_max" else load
+    else:
+        of = row.limit.partition(",")[0]
+        factor, unit = torque_unit(record) if of == "torque" else (MEGA, "N/mm^2")
+        at, prefix = "operating" if kind == AT_SPEED else "each", "torque_" * (of == "torque")
+        both = (f"{at}/{prefix}{'transient' if kind == PASSING else 'allowed'}", f"{at}/{of}")
+        found = [by_section(record, name) for name in both]
+        allowed, load = (0.0 if one is None else factor * float(one[place]) for one in found)
+        if allowed and load and abs(load / allowed - row.use) > 1e-6 * row.use:
+            load = None  # the largest stress stands at another speed
+    if not load or not allowed or not 0.0 < allowed < np.inf:
+        return row
+    margin = allowed - load
+    if (margin > 0.0) != (row.use < 1.0):  # a torque that counts by its frequency
+        margin = allowed * row.margin
+    error = Estimate(row.error_estimate * allowed, 0.0)
+    return row._replace(max=allowed, computed=load, margin=margin, unit=unit, error_estimate=error)
+
+
+def _barred(
+    result: Result, row: Verdict, stem: str, place: tuple[int, ...], condition: int
+) -> Verdict:
+    """The row of continuous running: what is exceeded only where a range may be barred is kept.
+
+    No range may be that has the operating speed in it. In a condition no ranges are looked for:
+    from a share of the rated speed on a rule lets none be barred, below that it is undecided.
+    """
+    record = result.record
+    if row.state != BROKEN:
+        return row
+    here = record.quantities.get(TORSION + stem + _USES[stem][2])
+    if here is not None:
+        share = _over_conditions(here, place)[condition]
+        if state_of(1.0 - share, here.error_estimate, 1.0) != KEPT:
+            return row
+    if stem == "limit/":
+        ranges = [one for one in exceeded_rows(record) if one.limit == row.where["limit"]]
+        may = bool(ranges) and all(one.permitted for one in ranges)
+        return row._replace(state=BARRED) if may else row
+    rated = vector(record, "limit/basis/rated_speed", "limit")
+    top = 0.0 if rated is None else NO_BARRED_RANGE * rated[place[0]]
+    if 0.0 < top <= row.speed:
+        return row
+    decided_by = "a case of that condition, which looks for ranges to bar,"
+    return row._replace(state=UNDECIDED, decided_by=decided_by)
 
 
 # ----------------------------------------------------------------------------
-# Couplings, gears, distance from orders.
+# Gears and distance from orders.
 # ----------------------------------------------------------------------------
-
-
-def _of_couplings(result: Result) -> Iterator[Verdict]:
-    """What the maker permits, over the speeds and at the operating one, in the worst condition."""
-    from vibecalc.torsion.couplings import LIMITS, has_limit
-
-    record, line = result.record, line_of(result)
-    if line is None:
-        return
-    for stem in (COUPLING, HEALTHY, f"{CONDITIONS}/coupling"):
-        paths = [f"{stem}/{name}" for name in ("largest_use", "use", "largest_use_speed")]
-        most, here, at = (record.quantities.get(path) for path in paths)
-        known = most or here
-        if known is None:
-            continue
-        named = [axis for axis in known.axes if axis.name == "coupling_limit"]
-        for place, one in enumerate(line.couplings):
-            said = dict(zip(LIMITS, has_limit(one), strict=True))
-            source = (one.type or "values of the case", "maker" if one.type else "case")
-            for k, name in enumerate(labels(named[0])):
-                if not said[name]:
-                    continue
-                words = LIMIT_WORDS[name]
-                if words.startswith(" "):  # another reading of the line above it
-                    words = f"{LIMIT_WORDS['T_KW']}, by orders"
-                allowed, unit = permitted(one, name)
-                where: dict[str, int | float | str] = {"coupling": one.name, "coupling_limit": name}
-                state = None
-                for quantity, path in ((most, paths[0]), (here, paths[1])):
-                    if quantity is None or (quantity is here and _covered(result, state)):
-                        continue
-                    condition, speed = "", speed_of(result)
-                    shares = np.asarray(quantity.values, dtype=float)[..., place, k]
-                    c = int(np.argmax(shares))
-                    if stem == HEALTHY:
-                        condition = _ALL_FIRE
-                    elif stem != COUPLING:
-                        condition = _worst_of(labels(quantity.axes[0]), c)
-                    if quantity is most and at is not None:
-                        speed = float(np.ravel(at.values[..., place, k])[c])
-                    row = _row(result, path, where, one.name, words, *source,
-                               float(np.ravel(shares)[c]), speed, condition=condition)  # fmt: skip
-                    state = row.state
-                    load = None
-                    if stem == COUPLING:
-                        load = borne(result, name, place, None if quantity is here else speed)
-                    yield _in_unit(row, allowed, load, unit)
 
 
 def _of_gears(result: Result) -> Iterator[Verdict]:
@@ -323,14 +271,13 @@ def _of_gears(result: Result) -> Iterator[Verdict]:
             k = int(np.argmin(lows))
             curve = torque or quantity
             speed = speed_of(result) if quantity is here else float(curve.axes[1].values[k])
-            row = _row(result, quantity.path, {"gear": name}, name,
-                       f"no reversal of the torque, {words}", "sign of the torque of the teeth",
-                       "informative", np.nan, speed)  # fmt: skip
             state = BROKEN if np.any(hammers) else KEPT
             low, off = factor * float(lows[k]), factor * (torque.error_estimate if torque else 0.0)
-            yield row._replace(
-                min=0.0, max=None, computed=low, margin=low, error_estimate=Estimate(off, 0.0),
-                unit=unit if torque else "", state=state, decided_by="",
+            yield Verdict(
+                quantity.path, {"gear": name}, "sign of the torque of the teeth", 0.0, None,
+                unit if torque else "", low, f"gear={name}", Estimate(off, 0.0), low, state,
+                element=name, limit=f"no reversal of the torque, {words}", status="informative",
+                speed=np.nan if speed is None else speed,
             )  # fmt: skip
 
 
@@ -350,12 +297,11 @@ def _separated(result: Result) -> Iterator[Verdict]:
         if not required:
             continue
         away = 100.0 * float(margin.values[i, k])
-        row = _row(result, f"{stem}/sufficient", {"mode": int(i) + 1, "order_class": classes[k]},
-                   f"{named[i]} mode", f"distance from order {order_text(order.values[i, k])}",
-                   f"{rule.rule.name}, {rule.rule.edition}", rule.rule.status, np.nan,
-                   speed_of(result))  # fmt: skip
-        yield row._replace(
-            min=required, max=None, computed=away, margin=away - required, unit="%",
-            error_estimate=Estimate(100.0 * margin.error_estimate, 0.0),
-            state=KEPT if enough.values[i, k] else BROKEN, decided_by="",
+        where: Where = {"mode": int(i) + 1, "order_class": classes[k]}
+        yield Verdict(
+            f"{stem}/sufficient", where, f"{rule.rule.name}, {rule.rule.edition}", required, None,
+            "%", away, "", Estimate(100.0 * margin.error_estimate, 0.0), away - required,
+            KEPT if enough.values[i, k] else BROKEN, element=f"{named[i]} mode",
+            limit=f"distance from order {order_text(order.values[i, k])}",
+            status=rule.rule.status, speed=speed_of(result) or np.nan,
         )  # fmt: skip
