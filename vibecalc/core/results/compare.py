@@ -458,9 +458,9 @@ class FilePair:
 
     @property
     def paths(self) -> tuple[str, ...]:
-        """Quantities that either has."""
+        """Quantities that either has, and the verdicts."""
         one = self.comparison
-        return () if one is None else (*(row.path for row in one.rows), *one.ignored)
+        return () if one is None else (VERDICTS, *(row.path for row in one.rows), *one.ignored)
 
     @property
     def exit_code(self) -> int:
