@@ -21,7 +21,7 @@ from vibecalc.core.results.compare import compare
 from vibecalc.core.results.compare_rules import Rule, Rules
 from vibecalc.core.results.record import BROKEN, KEPT, UNDECIDED, Result
 from vibecalc.core.results.store import read_result, write_result
-from vibecalc.core.results.verdicts import judged, verdicts_of
+from vibecalc.core.results.verdicts import held, judged, verdicts_of
 from vibecalc.core.study.execute import execute, load_checked
 
 GOLDEN = ROOT / "tests" / "golden"
@@ -194,3 +194,26 @@ def test_a_verdict_that_has_changed_is_a_difference() -> None:
     assert compare(
         result, changed, Rules(rules=(Rule(quantity="verdicts", compare="ignore"),))
     ).same
+
+
+# ----------------------------------------------------------------------------
+# On the bound.
+# ----------------------------------------------------------------------------
+
+
+def test_an_interval_that_ends_on_the_bound_to_the_last_bits_keeps_it() -> None:
+    """As at the optimum of a search, which keeps the whole interval inside."""
+    error = 2.8529858213372044e-07
+    assert held(error - 7e-14, error, 150.0) == 1
+    assert held(error - 1e-12, error, 150.0) == 0
+
+
+def test_a_bound_may_be_a_temperature() -> None:
+    result, path = golden("genset_coupling"), "response/torsion/coupling/temperature"
+    found = float(result.record[path].values[0])
+    for bound, state in ((found - 273.15 + 1.0, KEPT), (found - 273.15 - 1.0, BROKEN)):
+        limit = {"quantity": path, "max": f"{bound} degC"}
+        row = judged(replace(result, case={**result.case, "limit": [limit]}))[0]
+        assert (row.state, row.unit) == (state, "K")
+        assert row.max == pytest.approx(bound + 273.15)
+        assert row.margin == pytest.approx(1.0 if state == KEPT else -1.0)
