@@ -176,9 +176,9 @@ def borne(result: Result, name: str, place: int, speed: float | None = None) -> 
 
     None between the speeds of the curve.
     """
-    path, axes = f"{COUPLING}/{BORNE[name]}", ("coupling",)
+    path, axes = f"{COUPLING}/{BORNE[name]}", ["coupling"]
     if speed is not None:
-        path, axes = f"{COUPLING}/speeds/{BORNE[name]}", ("coupling", "speed")
+        path, axes = f"{COUPLING}/speeds/{BORNE[name]}", ["coupling", "speed"]
     quantity, at = having(result.record, path, *axes), 0
     if quantity is not None and speed is not None:
         speeds = np.asarray(quantity.axes[1].values, dtype=float)
