@@ -24,8 +24,9 @@ from find_samples import (
 from fuzzing import Outcome, command
 
 from vibecalc.core.report.text import as_json, render_report
-from vibecalc.core.report.verdicts import judge_limits, judge_references, misses
+from vibecalc.core.report.verdicts import judge_references, misses
 from vibecalc.core.results.store import read_result
+from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.errors import EXIT_NUMERICAL, EXIT_USAGE
 
 GOOD = row("one", STIFFNESS, "1 N/mm", "100 N/mm", FREQUENCY, 'target = "10 Hz"')
@@ -202,7 +203,7 @@ def test_what_the_others_found_is_kept_and_the_rest_missed(tmp_path: Path) -> No
     assert not any(path.startswith("find/thirty/") for path in result.record)
     (words,) = [text for text in result.record.warnings if "find 'thirty'" in text]
     assert "nearest at 100000 N/m" in words
-    references, limits = judge_references(result), judge_limits(result)
+    references, limits = judge_references(result), verdicts_of(result)
     assert [row.within for row in references][1:] == [False]
     assert [limit.satisfied for limit in limits if "thirty" in limit.quantity] == [False, False]
     reported = [line for line in misses(references, limits) if "thirty" in line]

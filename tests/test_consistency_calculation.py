@@ -13,23 +13,24 @@ from shipped_cases import ROOT
 from test_consistency_html import Page
 
 from vibecalc.core.report.page import html_page
-from vibecalc.core.report.pages import limit_verdict
-from vibecalc.core.report.text import sections_of
-from vibecalc.core.report.verdicts import judge_limits
-from vibecalc.core.results.record import Record, Result
-from vibecalc.core.results.store import read_result
-from vibecalc.torsion.pictures.system import draw_system
-from vibecalc.torsion.report.calculation import CALCULATION, nodes_in
-from vibecalc.torsion.report.conclusion import (
+from vibecalc.core.report.text import as_json, render_report, render_verdicts, sections_of
+from vibecalc.core.report.verdicts import counted_misses
+from vibecalc.core.results.record import (
     BARRED,
     BROKEN,
     KEPT,
     UNDECIDED,
-    conclusion_rows,
-    in_one_sentence,
+    Quantity,
+    Record,
+    Result,
 )
-from vibecalc.torsion.report.limits import PASSING, verdicts
+from vibecalc.core.results.store import read_result
+from vibecalc.core.results.verdicts import verdicts_of
+from vibecalc.torsion.pictures.system import draw_system
+from vibecalc.torsion.report.calculation import CALCULATION, nodes_in
+from vibecalc.torsion.report.conclusion import conclusion_table, in_one_sentence
 from vibecalc.torsion.report.line import line_of
+from vibecalc.torsion.report.verdicts import flags
 
 GOLDEN = ROOT / "tests" / "golden"
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -59,7 +60,12 @@ def changed(result: Result, path: str, values: object, error: float = 0.0) -> Re
     quantities = dict(result.record.quantities)
     one = quantities[path]
     quantities[path] = replace(one, values=np.asarray(values, dtype=float), error_estimate=error)
-    return replace(result, record=replace(result.record, quantities=quantities))
+    return with_quantities(result, quantities)
+
+
+def with_quantities(result: Result, quantities: dict[str, Quantity]) -> Result:
+    """The result with other quantities, its limits not judged yet."""
+    return replace(result, record=replace(result.record, quantities=quantities), verdicts=None)
 
 
 # ----------------------------------------------------------------------------
@@ -146,9 +152,9 @@ def count_by_hand(record: Record) -> int:
 @pytest.mark.parametrize(
     ("name", "rules", "couplings", "gears", "conditions", "case"),
     [
-        ("marine_propulsion", 6, 0, 0, 4, 1),
+        ("marine_propulsion", 6, 0, 0, 4, 3),
         ("engine_geared", 12, 0, 3, 0, 4),
-        ("genset_coupling", 0, 15, 0, 0, 1),
+        ("genset_coupling", 0, 15, 0, 0, 2),
         ("pump_drive", 2, 0, 1, 0, 2),
     ],
 )
@@ -156,105 +162,129 @@ def test_each_limit_is_a_line_and_no_other(
     name: str, rules: int, couplings: int, gears: int, conditions: int, case: int
 ) -> None:
     result = result_of(name)
-    rows = conclusion_rows(result)
-    limits = judge_limits(result)
-    assert [row.verdict for row in rows[-case:]] == [limit_verdict(one) for one in limits]
-    assert len(limits) == case
-    computed = rows[:-case]
+    rows = verdicts_of(result)
+    computed = [row for row in rows if row.element]
+    assert len(rows) - len(computed) == case == len(result.case["limit"])  # type: ignore[arg-type]
     assert count_by_hand(result.record) == rules
-    starts = [row.path.removeprefix(ROOT_PATH) for row in computed]
+    starts = [row.quantity.removeprefix(ROOT_PATH) for row in computed]
     assert sum(one.startswith("limit/") for one in starts) == rules
     assert sum("coupling/" in one for one in starts) == couplings
     assert sum("hammers" in one for one in starts) == gears
     assert sum(one.startswith("conditions/") for one in starts) == conditions
     assert len(computed) == rules + couplings + gears + conditions
-    assert len({(row.element, row.limit, row.rule, row.at) for row in rows}) == len(rows)
+    said = {(row.element, row.limit, row.source, row.condition, row.speed) for row in computed}
+    assert len(said) == len(computed)
 
 
 @pytest.mark.parametrize("name", ["marine_propulsion", "engine_geared"])
 def test_verdicts_are_those_of_the_limits(name: str) -> None:
     result = result_of(name)
-    rows = [one for one in conclusion_rows(result) if "torsion/limit/" in one.path]
-    for limit, verdict in enumerate(verdicts(result.record), 1):
-        found = [one.verdict for one in rows if one.rule.startswith(f"{limit}: ")]
-        assert (BROKEN in found) == (verdict == BROKEN)
-        assert (BARRED in found) == (verdict == PASSING)
+    rows = [one for one in verdicts_of(result) if one.element and "torsion/limit/" in one.quantity]
+    for limit, verdict in enumerate(flags(result), 1):
+        found = [one.state for one in rows if one.source.startswith(f"{limit}: ")]
+        assert (BROKEN in found) == (verdict == "BROKEN")
+        assert (BARRED in found) == (verdict == "pass only")
         assert found
 
 
 def test_allowed_computed_and_use_belong_together() -> None:
     for name in CHAPTERS:
-        for row in conclusion_rows(result_of(name)):
-            if np.isfinite(row.use) and row.allowed and row.computed and row.status != "maker":
-                allowed = float(row.allowed.removeprefix("max "))
-                assert float(row.computed) / allowed == pytest.approx(row.use, rel=1e-3)
+        for row in verdicts_of(result_of(name)):
+            if np.isfinite(row.use) and row.max is not None:
+                assert (row.margin >= 0.0) == (row.use <= 1.0)
+                if row.status != "maker":
+                    assert row.computed / row.max == pytest.approx(row.use, rel=1e-6)
 
 
 def test_gears_and_couplings_have_the_verdicts_of_their_results() -> None:
     geared = {
-        (one.element, one.at): one.verdict
-        for one in conclusion_rows(result_of("engine_geared"))
+        (one.element, round(one.speed * 30.0 / np.pi)): one.state
+        for one in verdicts_of(result_of("engine_geared"))
         if one.limit.startswith("no reversal")
     }
     assert geared == {
-        ("reduction", "480"): KEPT, ("power take-off", "480"): BROKEN,
-        ("power take-off", "750"): KEPT,
+        ("reduction", 480): KEPT, ("power take-off", 480): BROKEN, ("power take-off", 750): KEPT,
     }  # fmt: skip
     result = result_of("genset_coupling")
     largest = result.record[ROOT_PATH + "coupling/largest_use"]
-    rows = [one for one in conclusion_rows(result) if one.path == largest.path]
+    rows = [one for one in verdicts_of(result) if one.quantity == largest.path and one.element]
     assert [one.use for one in rows] == list(largest.values[0])
-    assert [one.verdict == BROKEN for one in rows] == list(largest.values[0] > 1.0)
+    assert [one.state == BROKEN for one in rows] == list(largest.values[0] > 1.0)
 
 
 def test_one_sentence_sums_up() -> None:
-    assert in_one_sentence(result_of("marine_propulsion")) == (
-        "7 of 11 limits are kept, 2 of them by barring a speed range; 2 are broken: limit 1, its "
-        "worst element, operating speed; 5 misfires, worst of 7 (148.4 %) at 105 rpm; limit 2, its "
-        "worst element, operating speed; 5 misfires, worst of 7 (160.9 %) at 105 rpm; 2 are "
-        "undecided: limit 1, its worst element, continuous; 5 misfires, worst of 7 (221 %) at "
-        "94.06 rpm; limit 2, its worst element, continuous; 5 misfires, worst of 7 (239.4 %) at "
-        "94.06 rpm; 1 speed range is barred for continuous running: 42.55 to 51.22 rpm."
-    )
+    said = in_one_sentence(result_of("marine_propulsion"))
+    assert said.startswith("7 of 13 limits are kept, 2 of them by barring a speed range; operat")
+    assert "operating speed, 5 misfires, worst of 7, at 105.0 rpm breaks its bound by 48.43" in said
+    assert said.endswith("; 1 speed range is barred for continuous running: 42.55 to 51.22 rpm.")
     assert in_one_sentence(result_of("engine_geared")).startswith("17 of 19 limits are kept, 1 of ")
-    assert in_one_sentence(result_of("pump_drive")).startswith("All 5 limits are kept; no speed")
+    assert in_one_sentence(result_of("pump_drive")).startswith("5 of 5 limits are kept; no speed")
+
+
+@pytest.mark.parametrize("name", CHAPTERS)
+def test_text_page_words_of_verify_and_json_count_the_same_limits(name: str) -> None:
+    result = result_of(name)
+    rows = verdicts_of(result)
+    kept = f"{sum(bool(row.kept) for row in rows)} of {len(rows)} limits are kept"
+    page = html_page(GOLDEN / f"{name}.h5")
+    for said in (render_report(result), render_verdicts(result), page):
+        assert kept in " ".join(said.split())
+    told = as_json(result)["limits"]
+    assert [row["kept"] for row in told] == [row.kept for row in rows]
+    assert [row["verdict"] for row in told] == [row.state for row in rows]
+    assert counted_misses(result) == sum(not row.satisfied for row in rows)
+    # heading, line and a row for each in the table of the conclusion, which may go on below
+    table = "\n".join(conclusion_table(result))
+    assert len(re.findall(r"informative|maker|case", table)) >= len(rows)
 
 
 def test_what_is_broken_or_undecided_is_said() -> None:
     result, path = result_of("marine_propulsion"), f"{ROOT_PATH}limit/each/transient_use"
     broken = changed(result, path, [[1.2, 0.0], [0.0, 0.3]])
-    row = next(one for one in conclusion_rows(broken) if one.path == path)
-    assert (row.element, row.verdict, row.use) == ("intermediate shaft", BROKEN, 1.2)
-    assert (row.allowed, row.computed, row.at) == ("", "", "")  # not those of this use
-    assert "3 are broken: intermediate shaft, stress, passing through (120 %)" in in_one_sentence(
+    row = next(one for one in verdicts_of(broken) if one.quantity == path)
+    assert (row.element, row.state, row.use) == ("intermediate shaft", BROKEN, 1.2)
+    assert (row.max, row.unit, np.isnan(row.speed)) == (1.0, "", True)  # not those of this use
+    assert "intermediate shaft, stress, passing through breaks its bound by 20" in in_one_sentence(
         broken
     )
     near = changed(result, path, [[0.99, 0.0], [0.0, 0.3]], error=0.02)
-    assert next(one for one in conclusion_rows(near) if one.path == path).verdict == UNDECIDED
-    assert "3 are undecided: intermediate shaft" in in_one_sentence(near)
+    assert next(one for one in verdicts_of(near) if one.quantity == path).state == UNDECIDED
+    assert "intermediate shaft, stress, passing through is undecided: " in in_one_sentence(near)
 
 
 def test_a_range_that_may_not_be_barred_breaks_the_limit() -> None:
     result, path = result_of("marine_propulsion"), f"{ROOT_PATH}limit/each/use"
     found = changed(result, f"{ROOT_PATH}exceeded/permitted", [0.0, 1.0])
-    assert next(one for one in conclusion_rows(found) if one.path == path).verdict == BROKEN
-    assert verdicts(found.record) == [BROKEN, PASSING]
+    assert next(one for one in verdicts_of(found) if one.quantity == path).state == BROKEN
+    assert flags(found) == ["BROKEN", "pass only"]
 
 
-def test_conditions_above_a_limit_are_broken_at_the_operating_speed_only() -> None:
+@pytest.mark.parametrize(
+    ("speed", "operating", "states"),
+    [
+        (4.0, 1.5, [BROKEN, BROKEN]),  # the operating speed is in the range
+        (4.0, 0.5, [UNDECIDED, KEPT]),  # a range that may be barred
+        (9.0, 0.5, [BROKEN, KEPT]),  # above 0.8 of the rated speed the rule lets none be barred
+    ],
+)
+def test_a_condition_is_broken_where_no_range_may_be_barred(
+    speed: float, operating: float, states: list[str]
+) -> None:
     result = result_of("marine_propulsion")
     use = result.record[f"{ROOT_PATH}limit/each/use"]
     stem, quantities = f"{ROOT_PATH}conditions/limit/", dict(result.record.quantities)
     named = np.array(["all fire", "4 misfires"], dtype=object)
     condition = replace(use.axes[1], name="condition", values=named)
-    axes = (condition, replace(use.axes[0]))
-    for name, values in (("largest_use", [1.1, 2.2]), ("operating_use", [0.2, 1.5])):
+    axes = (condition, replace(use.axes[0], values=np.array([1])))
+    for name, values in (
+        ("largest_use", [1.1, 2.2]), ("operating_use", [0.2, operating]), ("speed", [5.0, speed]),
+    ):  # fmt: skip
         made = replace(use, path=stem + name, values=np.array(values)[:, None], axes=axes)
         quantities[stem + name] = made
-    found = replace(result, record=replace(result.record, quantities=quantities))
-    rows = [one for one in conclusion_rows(found) if one.path.startswith(stem)]
-    assert [(one.use, one.verdict) for one in rows] == [(2.2, UNDECIDED), (1.5, BROKEN)]
-    assert all("4 misfires, worst of 2" in one.limit for one in rows)
+    found = with_quantities(result, quantities)
+    rows = [one for one in verdicts_of(found) if one.element and one.quantity.startswith(stem)]
+    assert [(one.use, one.state) for one in rows] == [(2.2, states[0]), (operating, states[1])]
+    assert all(one.condition == "4 misfires, worst of 2" for one in rows)
 
 
 def test_nothing_is_concluded_without_limits() -> None:
@@ -265,8 +295,8 @@ def test_nothing_is_concluded_without_limits() -> None:
         for path, one in result.record.quantities.items()
         if "/limit/" not in path and "hammers" not in path
     }
-    bare = replace(result, case=case, record=replace(result.record, quantities=kept))
-    assert conclusion_rows(bare) == []
+    bare = replace(with_quantities(result, kept), case=case)
+    assert verdicts_of(bare) == ()
     assert in_one_sentence(bare) == "The case sets no limit, so none is judged."
 
 

@@ -8,7 +8,7 @@ import pytest
 from shipped_cases import CASES
 
 from vibecalc.core.case.load import validate
-from vibecalc.core.report.verdicts import judge_limits
+from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.isolation.efficiency import efficiency
@@ -155,7 +155,7 @@ def test_orders_left_out_make_no_zero(tmp_path: Path) -> None:
         execute(load_checked([tmp_path / "few.toml"], [f"excitation.orders={orders}"])[0])
         for orders in (1, 4)
     )
-    (limit,) = judge_limits(few)
+    (limit,) = verdicts_of(few)
     assert limit.kept is None
     for path in (f"{ROOT}/couple/held_rms", f"{ROOT}/couple/ground_peak"):
         exact, found = float(whole[path].values), few[path]

@@ -16,8 +16,8 @@ REFERENCE = {
     "relative_difference", "within", "kind", "known_difference",
 }  # fmt: skip
 LIMIT = {
-    "quantity", "where", "min", "max", "unit", "computed", "error", "margin", "kept", "verdict",
-    "decided_by",
+    "quantity", "where", "element", "limit", "condition", "source", "min", "max", "unit",
+    "computed", "error", "margin", "utilisation", "kept", "verdict", "decided_by",
 }  # fmt: skip
 
 

@@ -16,15 +16,14 @@ from hypothesis import strategies as st
 from report_samples import MOUNTS, ORDERS, generator, generator_case, quantity, result_of
 
 from vibecalc.core.report.pages import difference, references
-from vibecalc.core.report.verdicts import (
-    LimitRow,
-    counted_misses,
-    judge_limits,
-    judge_references,
-    misses,
-)
+from vibecalc.core.report.verdicts import counted_misses, judge_references, misses
 from vibecalc.core.results.printed import read_printed
-from vibecalc.core.results.record import Record, Result
+from vibecalc.core.results.record import (
+    Record,
+    Result,
+    Verdict,
+)
+from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.errors import ResultError
 
 PATH = "isolation/lever_force/steady_peak"
@@ -43,7 +42,7 @@ def judged(value: Any, row: dict[str, Any], unit: str = "N") -> Any:
 
 
 def limited(value: Any, row: dict[str, Any], unit: str = "N", error: float = 0.0) -> Any:
-    return judge_limits(with_value(value, unit, error, limit=[{"quantity": PATH, **row}]))[0]
+    return verdicts_of(with_value(value, unit, error, limit=[{"quantity": PATH, **row}]))[0]
 
 
 @pytest.mark.parametrize(
@@ -145,7 +144,7 @@ def test_what_does_not_exist_is_said() -> None:
     with pytest.raises(ResultError, match="order"):
         judged([1.0, 2.0], {"value": "1 N", "where": {"order": 7}})
     with pytest.raises(ResultError, match=r"\[\[limit\]\].*no_such"):
-        judge_limits(with_value(1.0, limit=[{"quantity": "no_such/path", "max": 1.0}]))
+        verdicts_of(with_value(1.0, limit=[{"quantity": "no_such/path", "max": 1.0}]))
     with pytest.raises(ResultError, match=r"2 entries.*order"):
         judged([1.0, 2.0], {"value": "1 N"})
 
@@ -161,7 +160,7 @@ def test_start_is_looked_up_below_the_start() -> None:
     limits = [{"quantity": PATH, "max": "50 N", "at": "start"}, {"quantity": PATH, "max": "50 N"}]
     result = result_of(record, generator_case(reference=rows, limit=limits))
     assert [row.within for row in judge_references(result)] == [True, True]
-    assert [row.kept for row in judge_limits(result)] == [False, True]
+    assert [row.kept for row in verdicts_of(result)] == [False, True]
 
 
 @given(st.lists(st.floats(-1e6, 1e6), min_size=4, max_size=4), st.floats(-1e6, 1e6))
@@ -213,11 +212,11 @@ def test_the_whole_interval_decides(value: float, error: float, state: str, expe
 
 
 def test_what_is_zero_to_rounding_of_its_terms_is_held_as_zero() -> None:
-    def held(terms: float, error: float) -> LimitRow:
+    def held(terms: float, error: float) -> Verdict:
         result = with_value(3e-12, "N", error, limit=[{"quantity": PATH, "max": 0.0}])
         one = replace(result.record[PATH], terms=terms)
         result.record.quantities[PATH] = one
-        return judge_limits(result)[0]
+        return verdicts_of(result)[0]
 
     assert (held(1e3, 9e-11).state, held(1e3, 9e-11).computed) == ("kept", 0.0)
     assert held(0.0, 9e-11).state == "undecided"
@@ -229,7 +228,7 @@ def test_what_would_decide_follows_from_the_case_and_the_stage() -> None:
         record = Record()
         record.add(quantity(path, value, "N", error=145.0))
         row = {"quantity": path, "max": 400.0}
-        return judge_limits(result_of(record, generator_case(limit=[row], **tables)))[0].decided_by
+        return verdicts_of(result_of(record, generator_case(limit=[row], **tables)))[0].decided_by
 
     few = decided_by("excitation/couple_peak", excitation={"orders": 1})
     assert few == "more orders than [excitation] orders = 1 keeps"
@@ -275,7 +274,7 @@ def test_expected_to_be_broken_turns_the_miss_round() -> None:
 
 def test_the_published_generator_comes_out() -> None:
     result = generator()
-    references, limits = judge_references(result), judge_limits(result)
+    references, limits = judge_references(result), verdicts_of(result)
     assert {row.within for row in references} == {True, None}
     assert [row.satisfied for row in limits] == [True] * 4
     assert misses(references, limits) == []

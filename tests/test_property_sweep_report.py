@@ -53,10 +53,10 @@ from vibecalc.core.report.sweep.statistics import (
 )
 from vibecalc.core.report.sweep.text import render_sweep, report_file
 from vibecalc.core.report.sweep.view import GridAxis, SweepView, causes, failure_lines, view_of
-from vibecalc.core.report.verdicts import judge_limits
 from vibecalc.core.report.writing import show, text_of
 from vibecalc.core.results.layout import DONE, FAILED, NOT_RUN, REFUSED
 from vibecalc.core.results.sweep_file import open_sweep
+from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.core.study.sweep.assemble import assemble
 from vibecalc.core.study.sweep.evaluate import Evaluator
 from vibecalc.errors import ResultError
@@ -368,7 +368,7 @@ def test_limits_of_a_sweep_are_those_of_single_runs(tmp_path: Path) -> None:
         for point in range(design.count):
             chosen = design.settings(point)
             single = result_at("generator", *(f"{key}={value}" for key, value in chosen.items()))
-            for ours, row in zip(judged, judge_limits(single), strict=True):
+            for ours, row in zip(judged, verdicts_of(single), strict=True):
                 assert (ours.quantity, ours.kept[point]) == (row.quantity, row.kept)
                 assert ours.margin[point] == pytest.approx(row.margin, rel=1e-12)
                 assert ours.worst.errors[point] == pytest.approx(row.error_estimate, rel=1e-12)

@@ -8,7 +8,7 @@ from engine_cases import ENGINE, GEARED
 from limited_lines import CRANK, ran
 
 from vibecalc.core.results.record import Record
-from vibecalc.torsion.report.limits import verdicts
+from vibecalc.torsion.report.verdicts import flags
 
 
 @pytest.mark.long
@@ -84,16 +84,17 @@ def passing(curve: str, low: float, high: float) -> str:
 def test_a_table_for_passing_through_is_held_by_itself(tmp_path: Path) -> None:
     # 9 N/mm2 for lasting; for passing through from 20 at 700 rpm to 30 at 2100 rpm
     curve = 'speed = ["700 rpm", "2100 rpm"], stress = ["9 MPa", "9 MPa"]'
-    record = ran(ENGINE + passing(curve, 20, 30), tmp_path).record
+    result = ran(ENGINE + passing(curve, 20, 30), tmp_path)
+    record = result.record
     stress = record["response/torsion/speeds/stress_half_range"]
     turns = np.asarray(stress.axes[1].values) * 30.0 / np.pi
     sweep = np.max(stress.values[0] / (20e6 + 10e6 * (turns - 700.0) / 1400.0))
     use = float(record["response/torsion/limit/transient_use"].values[0])
     assert sweep <= use * (1.0 + 1e-12) and use == pytest.approx(sweep, rel=1e-3)
-    assert verdicts(record) == ["BROKEN"]
-    high = ran(ENGINE + passing(curve, 80, 80), tmp_path).record
-    here = float(high["response/torsion/limit/operating_use"].values[0])
-    assert verdicts(high) == ["pass only" if here <= 1.0 else "BROKEN"]
+    assert flags(result) == ["BROKEN"]
+    high = ran(ENGINE + passing(curve, 80, 80), tmp_path)
+    here = float(high.record["response/torsion/limit/operating_use"].values[0])
+    assert flags(high) == ["pass only" if here <= 1.0 else "BROKEN"]
 
 
 def test_a_gear_that_nothing_damps_has_no_upper_end(tmp_path: Path) -> None:

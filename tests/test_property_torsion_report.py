@@ -17,9 +17,9 @@ from torsion_samples import ROOT, geared, ruled, six
 from vibecalc.core.report.text import render_report
 from vibecalc.core.results.record import Axis, Record, Result
 from vibecalc.torsion.report.first_page import conclusion
-from vibecalc.torsion.report.limits import verdicts
 from vibecalc.torsion.report.line import within
 from vibecalc.torsion.report.modes import torsion_modes
+from vibecalc.torsion.report.verdicts import flags
 
 
 def changed(result: Result, **values: Any) -> Result:
@@ -30,7 +30,7 @@ def changed(result: Result, **values: Any) -> Result:
         old = record.quantities.pop(path)
         if value is not None:
             record.add(quantity(path, np.asarray(value), old.unit, *old.axes))
-    return replace(result, record=record)
+    return replace(result, record=record, verdicts=None)
 
 
 def section(text: str, title: str) -> list[str]:
@@ -71,11 +71,12 @@ def test_every_part_may_be_missing(share: int) -> None:
 def test_verdicts_follow_the_uses(
     largest: float, operating: float, transient: float, verdict: str, words: str
 ) -> None:
-    result = changed(
-        six(), limit__largest_use=[largest], limit__operating_use=[operating],
-        limit__transient_use=[transient],
-    )  # fmt: skip
-    assert verdicts(result.record) == [verdict]
+    uses = {"each/use": largest, "operating/use": operating, "each/transient_use": transient}
+    shape = np.ones_like(six().record[f"{ROOT}limit/each/use"].values)
+    result = changed(six(), **{
+        f"limit__{name.replace('/', '__')}": use * shape for name, use in uses.items()
+    })  # fmt: skip
+    assert flags(result) == [verdict]
     assert words in conclusion(result)
 
 

@@ -18,7 +18,7 @@ from vibecalc.unit_table import MEANT, POWERS, TABLE, WORDS
 
 _LONGEST_TEXT = 120
 _CELSIUS, _ICE = ("degC", "°C"), 273.15
-_SHIFTED = {*_CELSIUS, "celsius", "degF", "°F", "fahrenheit"}
+SHIFTED = {*_CELSIUS, "celsius", "degF", "°F", "fahrenheit"}
 
 _NUMBER_AND_UNIT = re.compile(r"([+-]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)\Z", re.S)
 _FACTOR = re.compile(r"([^\W\d]\w*?|%)(?:(?:\^|\*\*)?([+-]?\d))?\Z")
@@ -126,8 +126,8 @@ def _factor(unit: str, wanted: str) -> float:
     meant = MEANT.get(re.sub(r"\s", "", unit).translate(_SPELLINGS).replace("*min^-1", "/min"))
     if meant:
         raise UnitError("unknown unit", found=_quoted(unit), hint=f"did you mean {meant}?")
-    if {unit, wanted} & _SHIFTED:
-        raise _shifted(unit if unit in _SHIFTED else wanted)
+    if {unit, wanted} & SHIFTED:
+        raise _shifted(unit if unit in SHIFTED else wanted)
     if unit in TABLE and wanted in TABLE:
         (factor, si), (wanted_factor, wanted_si) = TABLE[unit], TABLE[wanted]
         same = si == wanted_si or si == wanted_si.removesuffix("/rad")

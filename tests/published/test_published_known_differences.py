@@ -13,12 +13,8 @@ from pathlib import Path
 import pytest
 from shipped_cases import CASES, ROOT, result_of, takes_long
 
-from vibecalc.core.report.verdicts import (
-    ReferenceRow,
-    counted_misses,
-    judge_limits,
-    judge_references,
-)
+from vibecalc.core.report.verdicts import ReferenceRow, counted_misses, judge_references
+from vibecalc.core.results.verdicts import verdicts_of
 
 #: the base of the sweep is the case compressor_impact; its points are golden
 JUDGED = [
@@ -85,7 +81,7 @@ def test_an_empty_promise_is_found(shown_by: str, words: str) -> None:
 def test_every_counted_number_comes_out_and_every_limit_is_kept(name: str) -> None:
     result = result_of(name)
     outside = [row for row in judged(name) if row.within is False]
-    broken = [row for row in judge_limits(result) if not row.satisfied]
+    broken = [row for row in verdicts_of(result) if not row.satisfied]
     assert (outside, broken) == ([], [])
     assert counted_misses(result) == 0
 

@@ -1,10 +1,13 @@
 """The mounts in the report: static load, stiffness in use, distance to their stops."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from vibecalc.core.report.sections import Section, by_axis, labels, section, stacked
 from vibecalc.core.report.writing import Column, number, paragraph, show, table
-from vibecalc.core.results.record import Record, Result
+from vibecalc.core.results.record import Estimate, Record, Result, Verdict
+from vibecalc.core.results.verdicts import state_of
 from vibecalc.isolation.mount_results import (
     AT_REST,
     BY_ORDER,
@@ -54,6 +57,27 @@ def mounts(result: Result) -> Section | None:
             "stiffness is that about the rest, with stops that it stands on"
         )
     return section("Mounts: load, sag, stiffness in use, clearance", [(lines, shown)])
+
+
+def stop_verdicts(result: Result) -> Iterator[Verdict]:
+    """No mount meets a stop that it does not stand on at rest: the least distance to one."""
+    rest = result.record.quantities.get(OF_STOPS[0])
+    for path, words in ((MOVING[1], "at speed"), (OF_RUN_UP[2], "in the run-up")):
+        found = result.record.quantities.get(path)
+        if found is None or rest is None:
+            continue
+        left = np.where(np.asarray(rest.values) > 0.0, found.values, np.inf)
+        place = int(np.argmin(left))
+        if np.isfinite(left[place]):
+            name, error = labels(found.axes[0])[place], found.error_estimate
+            state = state_of(left[place], error, float(rest.values[place]))
+            least = 1e3 * float(left[place])
+            yield Verdict(
+                quantity=path, where={}, source="stops of the mounts", min=0.0,
+                max=None, unit="mm", computed=least, label=f"mount={name}",
+                error_estimate=Estimate(1e3 * error, 0.0), margin=least, state=state,
+                element=f"mount {name}", limit=f"clearance to a stop {words}",
+            )  # fmt: skip
 
 
 def _over_orders(record: Record) -> list[str]:

@@ -280,6 +280,7 @@ ENTRIES = (
     ),
     *EFFICIENCY_ENTRIES,
 )  # fmt: skip
+JUDGE = "vibecalc.isolation.mount_report:stop_verdicts"
 HELPS = {
     "isolation/": (ORDERS, RESONANCE),
     "isolation/modes/": (CANCELS,),

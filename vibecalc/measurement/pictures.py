@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibecalc.core.report.canvas import COLOURS, LIMIT, PLATE, TOTAL, canvas, note
-from vibecalc.core.report.sections import entries, having, labels, scalar_of, table_of
+from vibecalc.core.report.sections import having, labels, scalar_of, table_of
 from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.core.results.verdicts import entries
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,6 +8,7 @@ from vibecalc.core.results.record import PLACE, Entry, Headline, entry
 
 COUPLING = "response/torsion/coupling"
 HEALTHY = "response/torsion/healthy/coupling"
+CONDITIONS = "response/torsion/conditions/coupling"
 _EACH, _HERE = "coupling coupling_limit", "at the operating speed"
 _USE = "share of what the maker permits; 0: the coupling has no such limit"
 
@@ -50,6 +51,13 @@ COUPLING_ENTRIES = (
     entry(f"{HEALTHY}/largest_use", _EACH, "",
           f"{_USE}, the largest at any speed, all cylinders firing"),
     entry(f"{HEALTHY}/largest_use_speed", _EACH, "rad/s", "where that is", exempt=PLACE),
+    entry(f"{CONDITIONS}/use", f"condition {_EACH}", "", f"{_USE}, {_HERE}"),
+    entry(f"{CONDITIONS}/largest_use", f"condition {_EACH}", "",
+          f"{_USE}, the largest at any speed",
+          headline=Headline("use of a coupling, worst condition",
+                            at=f"{CONDITIONS}/largest_use_speed")),
+    entry(f"{CONDITIONS}/largest_use_speed", f"condition {_EACH}", "rad/s", "where that is",
+          exempt=PLACE),
 )  # fmt: skip
 
 #: axis name -> (unit, long name)

@@ -106,10 +106,10 @@ CONDITION_ENTRIES = (
                 "and in which condition, counted from 1"),
       )),
     entry(f"{CONDITIONS}/limit/operating_use", "condition limit", "",
-          "stress over allowed at the operating speed"),
+          "stress or torque over allowed at the operating speed"),
     entry(f"{CONDITIONS}/limit/largest_use", "condition limit", "",
-          "largest stress over allowed, at any speed",
-          headline=Headline("stress over that allowed, worst condition")),
+          "largest stress or torque over allowed, at any speed",
+          headline=Headline("use of a limit, worst condition")),
     entry(f"{CONDITIONS}/limit/speed", "condition limit", "rad/s", "where that is"),
 )  # fmt: skip
 

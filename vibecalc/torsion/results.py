@@ -689,4 +689,5 @@ ENTRIES = (
     *DAMPER_DESIGN_ENTRIES,
     *COUPLING_ENTRIES,
 )
+JUDGE = "vibecalc.torsion.report.verdicts:limit_verdicts"
 HELPS = {f"{ROOT}/": (CANCELS, RESONANCE), DESIGN: (CANCELS,)}

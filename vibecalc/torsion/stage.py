@@ -270,6 +270,8 @@ def _of_curves(case: "Case", name: str) -> tuple[str, ...]:
         left_out.append("/irregularity")
     if not torsion.limits:
         left_out.append("/limit/")
+    if not coupling_limits(case):
+        left_out.append("/coupling/")
     return below(f"{ROOT}/{name}/", without=tuple(left_out))
 
 
@@ -692,6 +694,5 @@ SUBJECT = Subject(
         "damper_response": "vibecalc.torsion.pictures.damper_design:draw_damper_response",
     },
     leads=True,
-    remark="vibecalc.torsion.report.limits:remark",
     calculation="vibecalc.torsion.report.calculation:CALCULATION",
 )

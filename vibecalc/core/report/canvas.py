@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from vibecalc.core.report.sections import entries, speed_of
+from vibecalc.core.report.sections import speed_of
 from vibecalc.core.report.writing import fold, rpm
 from vibecalc.core.results.record import Axis, Result
+from vibecalc.core.results.verdicts import entries, verdicts_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -165,10 +166,9 @@ def usual(
 
 
 def only(result: Result, path: str) -> Result:
-    """The result with the references and limits on one quantity alone."""
-    kept = {name: [row for row in entries(result, name) if row["quantity"] == path]
-            for name in ("reference", "limit")}  # fmt: skip
-    return replace(result, case={**result.case, **kept})
+    """The result with the references on one quantity alone."""
+    kept = [row for row in entries(result, "reference") if row["quantity"] == path]
+    return replace(result, case={**result.case, "reference": kept})
 
 
 def bounds_of(result: Result, quantity: str, entry: bool = True) -> list[tuple[str, float]]:
@@ -176,14 +176,13 @@ def bounds_of(result: Result, quantity: str, entry: bool = True) -> list[tuple[s
 
     Without those on one entry of an array, if that is said.
     """
-    from vibecalc.core.report.verdicts import judge_limits
     from vibecalc.units import convert
 
     found = []
-    for row in judge_limits(only(result, quantity)):
-        if row.max is not None and row.at != "start" and (entry or not row.where):
-            unit: Any = result.record[quantity].unit
-            value = convert(row.max, row.unit, unit)
+    for row in verdicts_of(result):
+        own = row.quantity == quantity and not row.element and row.at != "start"
+        if own and row.max is not None and (entry or not row.where):
+            value = convert(row.max, row.unit, result.record[quantity].unit)
             found.append((f"limit {row.max:g} {row.unit}".rstrip(), value))
     return found
 

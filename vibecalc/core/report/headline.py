@@ -9,11 +9,17 @@ import numpy as np
 from vibecalc.core.report.choices import PICKED, label_of
 from vibecalc.core.report.sections import magnitudes, read_as, table_of
 from vibecalc.core.report.studies import bound_units
-from vibecalc.core.report.verdicts import LimitRow
+from vibecalc.core.report.verdicts import place_of
 from vibecalc.core.report.writing import Column, decibels, number, read, rpm, show
 from vibecalc.core.results.catalogue import HEADLINES, OWNER
 from vibecalc.core.results.named import named
-from vibecalc.core.results.record import Headline, Quantity, Record, Result
+from vibecalc.core.results.record import (
+    Headline,
+    Quantity,
+    Record,
+    Result,
+    Verdict,
+)
 from vibecalc.core.results.tolerance import UNRESOLVED
 from vibecalc.core.run.stage import subjects
 from vibecalc.numerics.rounding import first_of_largest
@@ -60,10 +66,10 @@ def cells(answers: Sequence[Answer]) -> list[list[str]]:
     ]
 
 
-def with_limits(result: Result, limits: Sequence[LimitRow]) -> list[Answer]:
-    """The first table of a result: each limit by the number it holds for, or in its own row."""
+def with_limits(result: Result, limits: Sequence[Verdict]) -> list[Answer]:
+    """The first table of a result: each `[[limit]]` by its number, or in its own row."""
     answers = headline_rows(result.record, result.case)
-    for limit in limits:
+    for limit in (row for row in limits if not row.element):
         same = [i for i, one in enumerate(answers) if one.path == limit.quantity]
         at = next((i for i in same if _is_about(answers[i], limit)), None)
         if at is None:
@@ -76,26 +82,26 @@ def with_limits(result: Result, limits: Sequence[LimitRow]) -> list[Answer]:
     return answers
 
 
-def _is_about(answer: Answer, limit: LimitRow) -> bool:
+def _is_about(answer: Answer, limit: Verdict) -> bool:
     """Whether the number is the one that the limit holds for."""
-    if limit.at == "start" or (limit.where and not answer.where.startswith(limit.place)):
+    if limit.at == "start" or (limit.where and not answer.where.startswith(place_of(limit))):
         return False
     value = convert(limit.computed, limit.unit, answer.unit)
     return (value == 0.0 and answer.shown == "0") or math.isclose(value, answer.value, rel_tol=1e-9)
 
 
-def _own_row(limit: LimitRow) -> Answer:
+def _own_row(limit: Verdict) -> Answer:
     name, unit = read_as(limit.quantity, limit.unit)
     if math.isnan(limit.computed):
         return Answer(name, "not found", unit, "", limit.quantity, math.nan)
     factor = convert(1.0, limit.unit, unit)
     value, error = limit.computed * factor, limit.error_estimate * factor
-    where = limit.place + " (start)" * (limit.at == "start")
+    where = place_of(limit) + " (start)" * (limit.at == "start")
     shown = decibels(value) if unit == "dB" else show(value, error)
     return Answer(name, shown, unit, where.strip(), limit.quantity, value)
 
 
-def _held(limit: LimitRow, unit: str) -> str:
+def _held(limit: Verdict, unit: str) -> str:
     """Each bound with the verdict, `max 400 kept`; capitals where that is not as expected."""
     sides = (("min", limit.min), ("max", limit.max))
     bounds = [

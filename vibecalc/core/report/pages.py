@@ -10,15 +10,12 @@ import numpy as np
 
 from vibecalc.core.report.sections import Section, magnitudes, read_as, table_of
 from vibecalc.core.report.verdicts import (
-    BROKEN,
-    KEPT,
     KNOWN,
     MEASURED,
     OUTSIDE,
-    UNDECIDED,
     WITHIN,
-    LimitRow,
     ReferenceRow,
+    place_of,
 )
 from vibecalc.core.report.writing import (
     Column,
@@ -26,12 +23,23 @@ from vibecalc.core.report.writing import (
     number,
     pairs,
     paragraph,
+    rpm,
     show,
     show_error,
     show_percent,
     table,
 )
-from vibecalc.core.results.record import Estimate, Method, Quantity, Result
+from vibecalc.core.results.record import (
+    BARRED,
+    BROKEN,
+    KEPT,
+    UNDECIDED,
+    Estimate,
+    Method,
+    Quantity,
+    Result,
+    Verdict,
+)
 from vibecalc.core.results.tolerance import UNRESOLVED, ToleranceSummary, is_check, summarised
 from vibecalc.units import convert
 
@@ -64,12 +72,14 @@ _COMPARABLE = 1e3
 _DIGITS = 6
 #: sources that match, and reasons why others differ, that a brief report names
 _MOST_SOURCES, _MOST_REASONS = 6, 4
+#: broken limits that the conclusion names
+_MOST_BROKEN = 4
 #: what a case says in the place of a test that shows a difference
 _NOT_SHOWN = "not reproducible"
 
 
-def limits(rows: Sequence[LimitRow]) -> list[str]:
-    """The table of limits, in the order of the case."""
+def limits(rows: Sequence[Verdict]) -> list[str]:
+    """The table of limits: those of the case in its order, then those of rules and makers."""
     cells = []
     for row in rows:
         bounds = []
@@ -79,6 +89,8 @@ def limits(rows: Sequence[LimitRow]) -> list[str]:
             bounds.append(f"max {row.max:.6g}")
         picks = _picks(row.where)
         entry = f"worst {row.label}" if row.label not in ("", picks) else picks
+        if row.element:
+            entry = ", ".join(filter(None, (row.element, row.limit, row.condition)))
         source = f"({row.source})" if row.source else ""
         cells.append(
             [
@@ -93,16 +105,17 @@ def limits(rows: Sequence[LimitRow]) -> list[str]:
     return table(_LIMITS, cells) if cells else []
 
 
-def margin(row: LimitRow) -> str:
+def margin(row: Verdict) -> str:
     """What is left to the bound, with its error where that leaves the verdict open."""
     open_ = row.state == UNDECIDED
     return show(row.margin, row.error_estimate if open_ else float(row.error_estimate))
 
 
-def limit_verdict(row: LimitRow) -> str:
+def limit_verdict(row: Verdict) -> str:
     """`kept`, `BROKEN` or `UNDECIDED`, or whether an expected break came."""
     if row.expect == KEPT:
-        return row.state if row.satisfied else row.state.upper()
+        state = "kept but where barred" if row.state == BARRED else row.state
+        return state if row.satisfied else state.upper()
     if row.satisfied:
         return "broken, as expected"
     return f"{row.state.upper()}, not broken as expected"
@@ -211,23 +224,26 @@ def computed(row: ReferenceRow, digits: int = _DIGITS) -> str:
     return _fit(row.computed, error, _REFERENCES[2].width, digits)
 
 
-def conclusion(references: Sequence[ReferenceRow], limits: Sequence[LimitRow]) -> str:
+def conclusion(references: Sequence[ReferenceRow], limits: Sequence[Verdict]) -> str:
     """One sentence: what holds, what does not, and by how much."""
     clauses = []
-    missed = [row for row in limits if not row.satisfied]
     if limits:
-        kept = sum(row.state == KEPT for row in limits)
+        kept = sum(bool(row.kept) for row in limits)
         verb = "is" if 1 in (kept, len(limits)) else "are"
         clause = f"{kept} of {_many(len(limits), 'limit')} {verb} kept"
-        broken = [row for row in limits if row.state == BROKEN]
-        if broken:
-            first = min(broken, key=lambda row: row.margin)
-            clause += (
-                f"; {_spoken(first)} breaks its bound by "
-                f"{show(-first.margin)} {first.unit}".rstrip()
-            )
-            if not missed:
-                clause += ", as the case expects"
+        barred = sum(row.state == BARRED for row in limits)
+        clause += f", {barred} of them by barring a speed range" if barred else ""
+        broken = sorted((row for row in limits if row.state == BROKEN), key=lambda r: r.satisfied)
+        for row in broken[:_MOST_BROKEN]:
+            clause += f"; {_spoken(row)} breaks its bound"
+            percent = row.element and not row.unit and row.max == 1.0
+            by = (show(-100.0 * row.margin), "%") if percent else (show(-row.margin), row.unit)
+            clause += f" by {' '.join(by)}".rstrip() * (row.margin < 0.0)
+            clause += ", as the case expects" if row.satisfied else ""
+        left = len(broken) - _MOST_BROKEN
+        if left > 0:
+            clause += f"; {left} more {'is' if left == 1 else 'are'} broken"
+            clause += ", as the case expects" if broken[-left].satisfied else ""
         for row in (row for row in limits if row.state == UNDECIDED):
             clause += f"; {_spoken(row)} is undecided: {row.decided_by} would decide it"
         clauses.append(clause)
@@ -265,9 +281,12 @@ def _note(row: ReferenceRow, *, shown: bool = False) -> str:
     return note
 
 
-def _spoken(row: LimitRow) -> str:
+def _spoken(row: Verdict) -> str:
     """The quantity of a limit in words, and where it counts."""
-    where = f" at {row.place}" if row.place else ""
+    if row.element:
+        at = f"at {show(rpm(row.speed), digits=4)} rpm" if math.isfinite(row.speed) else ""
+        return ", ".join(filter(None, (row.element, row.limit, row.condition, at)))
+    where = f" at {place_of(row)}" if place_of(row) else ""
     return read_as(row.quantity, row.unit)[0] + where
 
 

@@ -11,7 +11,7 @@ from functools import partial
 from io import BytesIO
 from itertools import dropwhile
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,14 +23,14 @@ from vibecalc.core.report.fronts import in_words
 from vibecalc.core.report.sections import scalar_of, table_of
 from vibecalc.core.report.studies import VARIABLE, bound_unit, start_of
 from vibecalc.core.report.sweep.view import SweepView, view_of
-from vibecalc.core.report.verdicts import judge_limits
 from vibecalc.core.report.writing import fold, show
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.layout import is_accuracy
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import AT_START, Result
-from vibecalc.core.results.select import worst
+from vibecalc.core.results.select import Side, worst
 from vibecalc.core.results.sweep_file import SweepResult, opened
+from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.core.run.stage import subjects, subjects_of
 from vibecalc.errors import ResultError, UsageError
 from vibecalc.units import convert, parse_quantity
@@ -512,7 +512,6 @@ def draw_start_and_optimum(result: Result) -> "Figure | None":
     return figure
 
 
-Side = Literal["max", "min"]
 #: of the width between its bounds, below which an optimum is written as 0
 _ROUNDING = 1e-9
 _ABOVE: dict[str, Any] = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "ncols": 2}
@@ -575,8 +574,8 @@ def _draw_variables(axes: "Axes", variables: list[Variable]) -> None:
 def _uses(result: Result) -> list[Use]:
     """Name, start and optimum in percent of the bound or of the start, whether it is a limit."""
     uses: list[Use] = []
-    for row in judge_limits(result):
-        if row.max and row.at != "start" and np.isfinite(row.computed):
+    for row in verdicts_of(result):
+        if row.max and not row.element and row.at != "start" and np.isfinite(row.computed):
             start = _start_value(result, row.quantity, dict(row.where), "max")
             if start is not None:
                 start = 100.0 * convert(start, result.record[row.quantity].unit, row.unit) / row.max
@@ -585,7 +584,7 @@ def _uses(result: Result) -> list[Use]:
                 (
                     f"{in_words(result, row.quantity)}\n{limit}",
                     start,
-                    100.0 * row.computed / row.max,
+                    100.0 * row.use,
                     True,
                 )
             )

@@ -1,7 +1,6 @@
 """What a section is made of: quantities found in a result, and tables that fit any of them."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,62 +18,11 @@ from vibecalc.core.report.writing import (
 from vibecalc.core.results.catalogue import CATALOGUE, HEADLINES, OWNER
 from vibecalc.core.results.record import AT_START, Axis, Quantity, Record, Result
 from vibecalc.core.results.tolerance import UNRESOLVED
-from vibecalc.errors import ResultError
 from vibecalc.units import convert
 
 # ----------------------------------------------------------------------------
 # Finding things in a result: the quantity a row of the case asks for, labels of axes, pieces.
 # ----------------------------------------------------------------------------
-
-
-def entries(result: Result, table: str) -> tuple[Mapping[str, Any], ...]:
-    """The rows of a list of tables of the case (`reference`, `limit`), none if it is absent."""
-    rows: Any = result.case.get(table) or ()
-    return tuple(rows)
-
-
-def asked(result: Result, entry: Mapping[str, Any], table: str) -> Quantity:
-    """The quantity that a row of the case names; `at = "start"` looks under `AT_START`.
-
-    Raises
-    ------
-    ResultError
-        The result does not have it; the nearest path is named.
-    """
-    path = str(entry["quantity"])
-    if entry.get("at") == "start":
-        path = AT_START + path
-    if path not in result.record:
-        from difflib import get_close_matches
-
-        near = get_close_matches(path, list(result.record), n=1, cutoff=0.5)
-        hint = f"; the nearest one is {near[0]}" if near else ""
-        raise ResultError(f"a [[{table}]] asks for {path}, which this result does not have{hint}")
-    return result.record[path]
-
-
-def not_found(result: Result, entry: Mapping[str, Any]) -> bool:
-    """Whether a row of the case names something of a [[find]] that found nothing."""
-    path = str(entry["quantity"])
-    names = {f"find/{search['name']}" for search in entries(result, "find")}
-    return path not in result.record and path.rsplit("/", 1)[0] in names
-
-
-@contextmanager
-def naming(table: str, entry: Mapping[str, Any]) -> Iterator[None]:
-    """Say in a ResultError which row of a list of tables asked for what is not there."""
-    try:
-        yield
-    except ResultError as error:
-        row = name_of(str(entry["quantity"]), dict(entry.get("where") or {}))
-        source = f" ({entry['source']})" if entry.get("source") else ""
-        raise ResultError(f"the [[{table}]] on {row}{source}: {error}") from error
-
-
-def name_of(quantity: str, where: Mapping[str, Any]) -> str:
-    """`path [axis=entry, ...]`, as messages and tables name an entry."""
-    picks = ", ".join(f"{axis}={entry}" for axis, entry in where.items())
-    return f"{quantity} [{picks}]" if picks else quantity
 
 
 def labels(axis: Axis) -> list[str]:

@@ -13,10 +13,8 @@ from vibecalc.core.report.sections import (
     Part,
     Section,
     along,
-    entries,
     grouped,
     labels,
-    name_of,
     read_as,
     scalar_of,
     section,
@@ -26,6 +24,7 @@ from vibecalc.core.report.sections import (
 from vibecalc.core.report.writing import Column, number, paragraph, show, show_percent, table
 from vibecalc.core.results.record import AT_START, Quantity, Record, Result
 from vibecalc.core.results.select import worst
+from vibecalc.core.results.verdicts import entries, name_of
 from vibecalc.errors import ResultError
 from vibecalc.units import convert, parse_quantity, split_number
 

@@ -15,7 +15,7 @@ from vibecalc.core.report.pages import (
     tolerance_line,
 )
 from vibecalc.core.report.pages import references as reference_table
-from vibecalc.core.report.verdicts import judge_limits, judge_references
+from vibecalc.core.report.verdicts import judge_references, misses
 from vibecalc.core.report.writing import (
     WIDTH,
     filled,
@@ -25,6 +25,7 @@ from vibecalc.core.report.writing import (
 )
 from vibecalc.core.report.writing import table as fixed_table
 from vibecalc.core.results.record import Result
+from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.core.results.visible import put, visible
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ def summary(result: Result, console: "Console") -> None:
     """
     from rich.markup import escape
 
-    references, limits = judge_references(result), judge_limits(result)
+    references, limits = judge_references(result), verdicts_of(result)
     console.print(f"[bold]{escape(visible(str(result.case.get('title') or result.name)))}[/bold]")
     for make in (_answers, _references):
         table = make(result, console.width)
@@ -68,17 +69,14 @@ def summary(result: Result, console: "Console") -> None:
     reached = tolerance_line(result)
     if reached:
         console.print(escape(reached))
-    good = all(row.satisfied for row in limits) and all(
-        row.within is not False for row in references
-    )
-    colour = "green" if good else "red"
+    colour = "red" if misses(references, limits) else "green"
     if references or limits:
         console.print(f"[{colour}]{escape(conclusion(references, limits))}[/{colour}]")
 
 
 def plain_summary(result: Result) -> str:
     """The same without colour and without importing rich, for pipes and files."""
-    references, limits = judge_references(result), judge_limits(result)
+    references, limits = judge_references(result), verdicts_of(result)
     rows = with_limits(result, limits)
     tables = (
         fixed_table(columns(rows), cells(rows)) if rows else [],
@@ -100,7 +98,7 @@ def plain_summary(result: Result) -> str:
 
 
 def _answers(result: Result, width: int) -> "Table | None":
-    rows = with_limits(result, judge_limits(result))
+    rows = with_limits(result, verdicts_of(result))
     if not rows:
         return None
     colours = ["" if not row.limit else "bold red" if row.missed else "green" for row in rows]

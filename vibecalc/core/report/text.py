@@ -13,10 +13,8 @@ from vibecalc.core.report.headline import Answer, cells, columns, headline_rows,
 from vibecalc.core.report.pages import missed
 from vibecalc.core.report.sections import Section, magnitudes, other, speed_of, stacked, table_of
 from vibecalc.core.report.verdicts import (
-    LimitRow,
     ReferenceRow,
     counted_misses,
-    judge_limits,
     judge_references,
     misses,
 )
@@ -32,7 +30,8 @@ from vibecalc.core.report.writing import (
 )
 from vibecalc.core.results.catalogue import HEADLINES
 from vibecalc.core.results.named import named
-from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.core.results.record import Quantity, Record, Result, Verdict
+from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.core.run.stage import subjects_of
 
 # ----------------------------------------------------------------------------
@@ -72,14 +71,9 @@ def report_lines(result: Result, *, full: bool = False) -> list[str]:
     ResultError
         A reference or limit of the case names what the result does not have.
     """
-    limits, references = judge_limits(result), judge_references(result)
+    limits, references = verdicts_of(result), judge_references(result)
     lines = _identity(result, full)
     words = pages.conclusion(references, limits)
-    if not limits and not references:
-        remarks = (
-            named(one.remark)(result.record) for one in subjects_of(result.record) if one.remark
-        )
-        words = next((remark for remark in remarks if remark), words)
     answers = with_limits(result, limits)
     if answers:
         lines += titled("Results", table(columns(answers), cells(answers)))
@@ -143,7 +137,7 @@ class Verdicts(NamedTuple):
 
 def render_verdicts(result: Result) -> str:
     """Limits and references of one result, each miss in words, and the conclusion."""
-    limits, references = judge_limits(result), judge_references(result)
+    limits, references = verdicts_of(result), judge_references(result)
     lines = titled(str(result.case.get("title") or result.name), [])[1:]
     for reported in (pages.limits(limits), pages.references(references)):
         lines += [*reported, ""] if reported else []
@@ -207,7 +201,7 @@ def as_json(
             if full or not quantity.axes or _is_listed(quantity.path)
         },
         "references": [_reference(row) for row in judge_references(result)],
-        "limits": [_limit(row) for row in judge_limits(result)],
+        "limits": [_limit(row) for row in verdicts_of(result)],
         "timings": {stage: float(seconds) for stage, seconds in result.timings.items()},
     }
 
@@ -245,16 +239,21 @@ def _reference(row: ReferenceRow) -> dict[str, Any]:
     }
 
 
-def _limit(row: LimitRow) -> dict[str, Any]:
+def _limit(row: Verdict) -> dict[str, Any]:
     return {
         "quantity": row.quantity,
         "where": dict(row.where),
+        "element": row.element or None,
+        "limit": row.limit or None,
+        "condition": row.condition or None,
+        "source": row.source,
         "min": row.min,
         "max": row.max,
         "unit": row.unit,
         "computed": _finite(row.computed),
         "error": _finite(row.error_estimate),
         "margin": _finite(row.margin),
+        "utilisation": _finite(row.use),
         "kept": row.kept,
         "verdict": row.state,
         "decided_by": row.decided_by or None,

@@ -1,178 +1,28 @@
-"""Limits, published and measured numbers of a case, held against its result."""
+"""Published and measured numbers of a case, held against its result; what is missed, in words."""
 
 import math
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
-from vibecalc.core.report.sections import asked, entries, name_of, naming, not_found
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.printed import is_phase, read_printed, tolerance_of
-from vibecalc.core.results.record import Estimate, Quantity, Result
-from vibecalc.core.results.select import curving, held, scalar, uncertainty, worst
-from vibecalc.core.results.tolerance import UNRESOLVED, remedy
-from vibecalc.errors import ResultError
+from vibecalc.core.results.record import (
+    KEPT,
+    UNDECIDED,
+    Estimate,
+    Result,
+    Verdict,
+)
+from vibecalc.core.results.select import curving, scalar
+from vibecalc.core.results.tolerance import UNRESOLVED
+from vibecalc.core.results.verdicts import asked, entries, name_of, naming, not_found, verdicts_of
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.units import convert
 
 # ----------------------------------------------------------------------------
-# Limits of a case, judged against its result.
-# ----------------------------------------------------------------------------
-
-KEPT, BROKEN, UNDECIDED = "kept", "broken", "undecided"
-_STATES = {1: KEPT, -1: BROKEN, 0: UNDECIDED}
-_SPEED = re.compile(r"\b\w*speed=(\S+) rad/s")
-
-
-class LimitRow(NamedTuple):
-    """A bound and the worst entry it is held against; all numbers in `unit`.
-
-    `state` is KEPT where the whole interval of the value and its error lies inside, BROKEN where it
-    lies outside, else UNDECIDED; `decided_by` then says what would decide. The error is the same
-    for all entries of a quantity, so that the worst entry is also the one whose interval reaches
-    furthest. `label` names it.
-    """
-
-    quantity: str
-    where: Mapping[str, int | float | str]
-    source: str
-    min: float | None
-    max: float | None
-    unit: str
-    computed: float
-    label: str
-    error_estimate: float
-    margin: float
-    state: str
-    decided_by: str = ""
-    expect: str = "kept"
-    at: str = "optimum"
-
-    @property
-    def kept(self) -> bool | None:
-        """None where that is undecided."""
-        return None if self.state == UNDECIDED else self.state == KEPT
-
-    @property
-    def satisfied(self) -> bool:
-        """Whether the limit does what the case expects of it."""
-        return self.state == self.expect
-
-    @property
-    def place(self) -> str:
-        """The worst entry in words, a speed in rpm."""
-        words = _SPEED.sub(lambda found: f"at {show(rpm(float(found[1])))} rpm", self.label)
-        return words.replace("=", " ").replace("_", " ")
-
-
-def judge_limits(result: Result) -> list[LimitRow]:
-    """Judge every `[[limit]]` of the case, in its order; of an array the worst entry counts.
-
-    An infinite value breaks a `max` with a margin of minus infinity; what a [[find]] was to find
-    and did not is undecided. Numbers are in the unit of
-    the bound as written (of `max`, if the row has both).
-
-    Raises
-    ------
-    ResultError
-        A row names a quantity or an entry that the result does not have.
-    """
-    return [_judge(result, entry) for entry in entries(result, "limit")]
-
-
-def _nothing(entry: Mapping[str, Any]) -> LimitRow:
-    """A limit on what a [[find]] did not find: missed, whatever the case expects of it."""
-    both = {side: entry.get(side) for side in ("max", "min")}
-    bounds = {side: read_printed(bound) for side, bound in both.items() if bound is not None}
-    unit = next((bound.unit for bound in bounds.values()), "")
-    limits = {side: convert(bound.number, bound.unit, unit) for side, bound in bounds.items()}
-    expect = str(entry.get("expect") or "kept")
-    return LimitRow(
-        quantity=str(entry["quantity"]),
-        where=dict(entry.get("where") or {}),
-        source=str(entry.get("source") or ""),
-        min=limits.get("min"),
-        max=limits.get("max"),
-        unit=unit,
-        computed=math.nan,
-        label="",
-        error_estimate=math.nan,
-        margin=-math.inf,
-        state=UNDECIDED,
-        decided_by="a [[find]] that finds it",
-        expect=expect,
-        at=str(entry.get("at") or "optimum"),
-    )
-
-
-def _judge(result: Result, entry: Mapping[str, Any]) -> LimitRow:
-    if not_found(result, entry):
-        return _nothing(entry)
-    quantity = asked(result, entry, "limit")
-    where = dict(entry.get("where") or {})
-    sides: tuple[Literal["max"], Literal["min"]] = ("max", "min")
-    bounds = {
-        side: read_printed(entry[side], default_unit=quantity.unit)
-        for side in sides
-        if entry.get(side) is not None
-    }
-    if not bounds:
-        raise ResultError(f"a [[limit]] on {quantity.path} has neither max nor min")
-    unit = next(iter(bounds.values())).unit
-    limits = {side: convert(bound.number, bound.unit, unit) for side, bound in bounds.items()}
-    judged = []
-    for side, limit in limits.items():
-        with naming("limit", entry):
-            value, label = worst(quantity, where, side)
-        zero = quantity.estimate.is_zero(value)
-        computed = 0.0 if zero else convert(value, quantity.unit, unit)
-        margin = limit - computed if side == "max" else computed - limit
-        # A value that is not a number keeps no limit, whatever the side.
-        judged.append((-math.inf if math.isnan(margin) else margin, computed, label, limit, zero))
-    margin, computed, label, limit, zero = min(judged, key=lambda item: item[0])
-    error = 0.0 if zero else convert(uncertainty(quantity, where), quantity.unit, unit)
-    error = Estimate(error, 0.0)  # what is a zero has become one
-    state = _STATES[int(held(margin, error, limit))]
-    return LimitRow(
-        quantity=str(entry["quantity"]),
-        where=where,
-        source=str(entry.get("source") or ""),
-        min=limits.get("min"),
-        max=limits.get("max"),
-        unit=unit,
-        computed=computed,
-        label=label,
-        error_estimate=error,
-        margin=margin,
-        state=state,
-        decided_by=_decided_by(result, quantity, where) if state == UNDECIDED else "",
-        expect=str(entry.get("expect") or "kept"),
-        at=str(entry.get("at") or "optimum"),
-    )
-
-
-def _decided_by(result: Result, quantity: Quantity, where: Mapping[str, Any]) -> str:
-    if curving(quantity, where) > quantity.error_estimate:
-        return "more points of the curve, whose samples lie too far apart here"
-    return remedy(quantity, result.case)
-
-
-# ----------------------------------------------------------------------------
 # Published and measured numbers of a case, held against its result.
 # ----------------------------------------------------------------------------
-
-__all__ = [
-    "KNOWN",
-    "MEASURED",
-    "OUTSIDE",
-    "WITHIN",
-    "LimitRow",
-    "ReferenceRow",
-    "counted_misses",
-    "judge_limits",
-    "judge_references",
-    "misses",
-]
 
 WITHIN = "within"
 OUTSIDE = "outside"
@@ -234,10 +84,10 @@ def judge_references(result: Result) -> list[ReferenceRow]:
 
 def counted_misses(result: Result) -> int:
     """How many counted references and limits the result misses; `verify` exits 1 on any."""
-    return len(misses(judge_references(result), judge_limits(result)))
+    return len(misses(judge_references(result), verdicts_of(result)))
 
 
-def misses(references: Sequence[ReferenceRow], limits: Sequence[LimitRow]) -> list[str]:
+def misses(references: Sequence[ReferenceRow], limits: Sequence[Verdict]) -> list[str]:
     """One line of words for each counted reference outside its tolerance and each missed limit."""
     problems = [
         f"{name_of(row.quantity, row.where)}: published {row.value:.10g} {row.unit}".rstrip()
@@ -249,7 +99,10 @@ def misses(references: Sequence[ReferenceRow], limits: Sequence[LimitRow]) -> li
     ]
     for limit in limits:
         if not limit.satisfied:
-            where = f" at {limit.label}" if limit.label else ""
+            borne = ", ".join(filter(None, (limit.element, limit.limit, limit.condition)))
+            where = (
+                f" at {limit.label}" if limit.label and not borne else f" ({borne})" * bool(borne)
+            )
             fate = f"is {limit.state}"
             if limit.expect != KEPT:
                 fate = f"was expected to be {limit.expect}, {fate}"
@@ -260,6 +113,15 @@ def misses(references: Sequence[ReferenceRow], limits: Sequence[LimitRow]) -> li
                 + (f" +-{limit.error_estimate:.3g}" if limit.state == UNDECIDED else "")
             )
     return problems
+
+
+_SPEED = re.compile(r"\b\w*speed=(\S+) rad/s")
+
+
+def place_of(row: Verdict) -> str:
+    """The worst entry in words, a speed in rpm."""
+    words = _SPEED.sub(lambda found: f"at {show(rpm(float(found[1])))} rpm", row.label)
+    return words.replace("=", " ").replace("_", " ")
 
 
 def _computed(value: float, digits: int, lead: str = "computed ") -> str:

@@ -53,6 +53,8 @@ TURNING = (
     "find/*/others",
     "find/*/also/*",
 )
+#: subject -> what judges its own limits, those of rules and makers: a function of a result
+JUDGES: dict[str, str] = {}
 for _subject in SUBJECTS:
     _results = import_module(f"vibecalc.{_subject}.results")
     AXES |= getattr(_results, "AXES", {})
@@ -61,5 +63,6 @@ for _subject in SUBJECTS:
         CATALOGUE[_entry.path] = _entry
         OWNER[_entry.path] = _subject
     HELPS |= getattr(_results, "HELPS", {})
+    JUDGES |= {_subject: _results.JUDGE} if hasattr(_results, "JUDGE") else {}
 #: path -> how it stands in the first table of a report, in the order of that table
 HEADLINES = {path: one.headline for path, one in CATALOGUE.items() if one.headline}

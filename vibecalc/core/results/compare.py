@@ -30,9 +30,18 @@ from vibecalc.core.results.compare_rules import (
     uncertainty,
 )
 from vibecalc.core.results.layout import STATUS, STATUS_WORDS
-from vibecalc.core.results.record import CYCLE, Axis, Quantity, Record, Result
+from vibecalc.core.results.record import (
+    CYCLE,
+    UNDECIDED,
+    Axis,
+    Quantity,
+    Record,
+    Result,
+    Verdict,
+)
 from vibecalc.core.results.store import read_result, write_result
 from vibecalc.core.results.tolerance import circle_of, is_diagnostic
+from vibecalc.core.results.verdicts import VERDICTS, name_of, verdicts_of
 from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, EXIT_USAGE, ResultError, UsageError
 
 _PLAIN = {"value": by_value, "vector": by_vector}
@@ -110,7 +119,8 @@ def compare(reference: Result, value: Result, rules: Rules | None = None) -> Com
     `value` as far as `compare_rules.uncertainty` lets it count) and of what cancels the last digits
     of its `terms`, as the reference has them; see `compare_rules.KINDS` for what is compared.
     Quantities that only one result has, and units, amplitude kinds or axes that differ, are
-    differences, and so is an estimate that has grown beyond the tolerance. Diagnostics of rounding
+    differences, and so are an estimate that has grown beyond the tolerance and a limit whose
+    verdict has changed (as if at the path `verdicts`). Diagnostics of rounding
     and of searches are ignored unless a rule says how to compare them. Provenance is left out, and
     changes of the case or version are listed without counting. Raises UsageError where a rule does
     not fit a quantity.
@@ -132,6 +142,8 @@ def compare(reference: Result, value: Result, rules: Rules | None = None) -> Com
         else:
             rows.append(_compared(reference, value, path, rule, lost, matches))
     rows += _status(reference, value)
+    if chosen.given(VERDICTS).compare != "ignore":
+        rows += _verdicts(reference, value)
     return Comparison(rows=tuple(rows), ignored=tuple(ignored), changes=_changes(reference, value))
 
 
@@ -204,6 +216,32 @@ def _status(reference: Result, value: Result) -> list[ComparedRow]:
     if len(points) > _MOST_POINTS:
         problems += (f"and {len(points) - _MOST_POINTS} points more",)
     return [ComparedRow(path=STATUS, kind="value", problems=problems)]
+
+
+def _verdicts(reference: Result, value: Result) -> list[ComparedRow]:
+    """Limits that both results have, and that were kept, barred or broken and now are not.
+
+    What is undecided in one of them is no difference: that may hang on a rounding.
+    """
+    found = []
+    try:
+        pairs = [_apart(verdicts_of(one)) for one in (reference, value)]
+    except ResultError:  # a part of a result, without what its limits are on
+        return []
+    for key, row in pairs[0].items():
+        states = row.state, pairs[1].get(key, row).state
+        if states[0] != states[1] and UNDECIDED not in states:
+            words = f"{row.element} {row.limit}".strip() or "limit"
+            path = f"{VERDICTS}/{name_of(row.quantity, row.where)}"
+            problems = (f"{words}: {states[0]} became {states[1]}",)
+            found.append(ComparedRow(path=path, kind="verdict", problems=problems))
+    return found
+
+
+def _apart(rows: Sequence[Verdict]) -> dict[tuple[object, ...], Verdict]:
+    """Rows by what tells them apart, those that are alike in that by their number."""
+    keys = [(row.quantity, str(row.where), row.element, row.limit, row.at) for row in rows]
+    return {(*key, keys[:i].count(key)): rows[i] for i, key in enumerate(keys)}
 
 
 def _at_samples_of(reference: Quantity, value: Quantity) -> Quantity:
@@ -420,9 +458,9 @@ class FilePair:
 
     @property
     def paths(self) -> tuple[str, ...]:
-        """Quantities that either has."""
+        """Quantities that either has, and the verdicts."""
         one = self.comparison
-        return () if one is None else (*(row.path for row in one.rows), *one.ignored)
+        return () if one is None else (VERDICTS, *(row.path for row in one.rows), *one.ignored)
 
     @property
     def exit_code(self) -> int:

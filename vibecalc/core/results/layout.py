@@ -16,7 +16,8 @@ from vibecalc.errors import ResultError
 #                             case_toml (as written), case_toml_sha256, case_toml_resolved, and
 #                             as JSON texts:
 #                             quantities (paths in the order they were made), plan, warnings,
-#                             methods
+#                             methods, verdicts (each limit as it was judged, an object with the
+#                             fields of `vibecalc.core.results.record.Verdict`)
 #     /<stage>/...            one dataset for each quantity, under its path; attributes units,
 #                             long_name, error_estimate, and amplitude, standard_error and
 #                             terms if any

@@ -337,6 +337,53 @@ def _brief(values: np.ndarray, unit: str) -> str:
         return f"{' '.join(str(values).split())} {unit}".strip()
 
 
+#: what became of a limit
+KEPT, BARRED, BROKEN, UNDECIDED = "kept", "barred", "broken", "undecided"
+
+
+class Verdict(NamedTuple):
+    """A limit and the worst entry it is held against; all numbers but `speed` in `unit`.
+
+    `state` is KEPT where the whole interval of the value and its error lies inside, BROKEN where it
+    lies outside, else UNDECIDED, and `decided_by` says what would decide it; BARRED is kept but in
+    ranges of speeds that a rule lets be barred. `quantity` is the path of the result that decides,
+    `where` what was picked of it, `label` the worst entry. A limit that is no `[[limit]]` has an
+    `element` that bears something and the words of the `limit` on it; `status` says whose it is.
+    `use` is the share of the bound, NaN where there is none; `speed` in rad/s, NaN without one.
+    """
+
+    quantity: str
+    where: Mapping[str, int | float | str]
+    source: str
+    min: float | None
+    max: float | None
+    unit: str
+    computed: float
+    label: str
+    error_estimate: float
+    margin: float
+    state: str
+    decided_by: str = ""
+    expect: str = KEPT
+    at: str = "optimum"
+    element: str = ""
+    limit: str = ""
+    condition: str = ""
+    status: str = "case"
+    use: float = math.nan
+    speed: float = math.nan
+
+    @property
+    def kept(self) -> bool | None:
+        """None where that is undecided."""
+        return None if self.state == UNDECIDED else self.state != BROKEN
+
+    @property
+    def satisfied(self) -> bool:
+        """Whether the limit does what the case expects of it."""
+        return self.kept is (self.expect == KEPT)
+
+
 class Method(NamedTuple):
     """A method that took part in a run: what it did and where it is published."""
 
@@ -381,7 +428,8 @@ class Result(Mapping[str, Quantity]):
     `case` is the resolved case (plain dict in SI, as in the TOML of `case_toml_resolved`);
     `plan` has one dict of short texts per stage (`stage`, `why`, ...). What changes from run to
     run is in `provenance` (texts and numbers) and `timings` (seconds per stage). `swept` is the
-    file of the sweep that it was read from, which has more: what became of each point.
+    file of the sweep that it was read from, which has more: what became of each point. `verdicts`
+    are the limits as they were judged after the run, None in what was made before they were stored.
     """
 
     name: str
@@ -395,6 +443,7 @@ class Result(Mapping[str, Quantity]):
     provenance: Mapping[str, str | int | float] = field(default_factory=dict)
     timings: Mapping[str, float] = field(default_factory=dict)
     swept: Path | None = field(default=None, compare=False)
+    verdicts: tuple[Verdict, ...] | None = field(default=None, compare=False)
 
     def __getitem__(self, path: str) -> Quantity:
         if path not in self.record:

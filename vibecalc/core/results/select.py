@@ -6,12 +6,13 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.results.record import ROUNDING, Axis, Quantity
+from vibecalc.core.results.record import Axis, Quantity
 from vibecalc.errors import ResultError, UnitError
 from vibecalc.numerics.rounding import first_of_largest
 
 Key = int | float | str
 Where = Mapping[str, Key]
+Side = Literal["max", "min"]
 
 #: two labels closer than this, relative to the larger one, are the same label
 LABEL_RTOL = 1e-9
@@ -128,7 +129,7 @@ def _on_the_line(rows: np.ndarray, axis: Axis, wanted: float) -> tuple[np.ndarra
     return line, float(np.max(off, initial=0.0))
 
 
-def worst(quantity: Quantity, where: Where, sense: Literal["max", "min"]) -> tuple[float, str]:
+def worst(quantity: Quantity, where: Where, sense: Side) -> tuple[float, str]:
     """Largest ("max") or smallest ("min") entry that `where` leaves, with its label.
 
     Complex entries count by magnitude, and NaN is worse than any number.
@@ -144,23 +145,6 @@ def worst(quantity: Quantity, where: Where, sense: Literal["max", "min"]) -> tup
         return float("nan"), labels[int(np.argmax(missing))]
     size = flat if sense == "max" else -flat
     return float(flat[np.argmax(size)]), labels[first_of_largest(size)]
-
-
-def held(margin: np.ndarray | float, error: np.ndarray | float, bound: float) -> np.ndarray:
-    """Whether values keep a limit: 1 kept, -1 broken, 0 undecided, of the shape of `margin`.
-
-    The whole interval of a value and its error counts. `margin` is positive inside, in the unit of
-    `error` and of the `bound`. A value on the bound, to the last bits, is inside; so is one that
-    its error does not tell from the bound, as far as that is `ROUNDING` of the bound. A finite
-    value with an unknown error decides nothing, one that is not a number keeps nothing.
-    """
-    margin, error = np.asarray(margin, dtype=float), np.asarray(error, dtype=float)
-    reach = np.where(np.isinf(margin), 0.0, np.where(np.isnan(error), np.inf, error))
-    last_bits = 4.0 * np.finfo(float).eps * abs(bound)
-    on = margin >= -np.maximum(last_bits, reach)
-    inside = on & ((margin - reach >= 0.0) | (reach <= ROUNDING * abs(bound)))
-    outside = np.isnan(margin) | (margin + reach < -last_bits)
-    return np.asarray(np.where(inside, 1, np.where(outside, -1, 0)))
 
 
 def uncertainty(quantity: Quantity, where: Where) -> float:

@@ -19,6 +19,7 @@ from vibecalc.core.results.layout import (
     heap_checksum,
 )
 from vibecalc.core.results.record import AMPLITUDES, Axis, Quantity, Result
+from vibecalc.core.results.verdicts import VERDICTS, as_objects
 from vibecalc.errors import UsageError
 
 # ----------------------------------------------------------------------------
@@ -121,6 +122,8 @@ class _Writer:
         self.text(self.root, "plan", _json([dict(stage) for stage in result.plan]))
         self.text(self.root, "warnings", _json(result.record.warnings))
         self.text(self.root, "methods", _json(methods))
+        if result.verdicts is not None:
+            self.text(self.root, VERDICTS, _json(as_objects(result.verdicts)))
 
     def name_axes(self, axes: Mapping[str, Sequence[Axis]], outer: Sequence[str] = ()) -> None:
         """Choose names for the axes of all quantities; `outer` are those of groups and sweeps."""

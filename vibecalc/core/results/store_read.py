@@ -21,8 +21,16 @@ from vibecalc.core.results.layout import (
     check_heaps,
     text_checksum,
 )
-from vibecalc.core.results.record import AMPLITUDES, Axis, Method, Quantity, Record, Result
+from vibecalc.core.results.record import (
+    AMPLITUDES,
+    Axis,
+    Method,
+    Quantity,
+    Record,
+    Result,
+)
 from vibecalc.core.results.steps import step
+from vibecalc.core.results.verdicts import VERDICTS, from_objects
 from vibecalc.core.results.visible import visible
 from vibecalc.errors import ResultError
 
@@ -124,6 +132,9 @@ def _result(file: Any, path: Path, size: int) -> Result:
         provenance=provenance,
         timings=timings,
         swept=path.absolute() if VERSION_ATTRIBUTE in file.attrs else None,
+        verdicts=(
+            from_objects(_json_list(file, path, VERDICTS)) if VERDICTS in file.attrs else None
+        ),
     )
 
 

@@ -190,11 +190,10 @@ class Subject(NamedTuple):
     `names` gives the entries of axes that the case names, `entries` the numbers of one axis of a
     result, None where only the run can tell. `units` are the pieces of work of its stages.
     `sections` of the report and `pictures` by their names are made where a result has quantities of
-    the subject; those of a subject that `leads` stand first in the report. `remark` is a sentence
-    on the first page where there is no verdict. `calculation` names the `Calculation` that its page
-    of HTML has the form of. `files` names, by the path of a key, what reads the files next to a
-    case that stand there: called with the case as written and its folder, it puts numbers in their
-    place and returns problems.
+    the subject; those of a subject that `leads` stand first in the report. `calculation` names the
+    `Calculation` that its page of HTML has the form of. `files` names, by the path of a key, what
+    reads the files next to a case that stand there: called with the case as written and its folder,
+    it puts numbers in their place and returns problems.
     """
 
     stages: "tuple[Callable[[Case], Iterator[Stage]], ...]"
@@ -209,7 +208,6 @@ class Subject(NamedTuple):
     leads: bool = False
     names: "Callable[[Case], dict[str, tuple[str, ...]]]" = lambda case: {}
     entries: "Callable[[Case, str, str], Entries | None]" = lambda case, path, axis: None
-    remark: str = ""
     calculation: str = ""
     files: Mapping[KeyPath, str] = {}
 

@@ -2,7 +2,7 @@
 
 import copy
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any, Literal, Union
+from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
 
@@ -12,7 +12,8 @@ from vibecalc.core.case.study_tables import Objective, Optimisation
 from vibecalc.core.case.tables import Limit
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Record
-from vibecalc.core.results.select import Where, uncertainty, worst
+from vibecalc.core.results.select import Side, Where, uncertainty, worst
+from vibecalc.core.results.verdicts import Bound, bounds_of
 from vibecalc.core.run.run import StageCache, check_again, run_case
 from vibecalc.core.study.ahead import Foreseen
 from vibecalc.core.study.choices import Choice, choices_of, in_words
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from vibecalc.core.study.scatter import Machines, Scatter
     from vibecalc.schema import Case
 
-Side = Literal["max", "min"]
 #: results of a candidate: of itself, or of the machines within its tolerances
 Found = Union[Record, "Machines"]
 
@@ -192,10 +192,9 @@ class Binding:
             for goal in goals
         ]
         limits = []
-        for limit, bound, side in self.held():
-            allowed = parse_quantity(str(bound), CATALOGUE[limit.quantity].unit)
-            error = self._worst(found, limit.quantity, limit.where, side)[3]
-            limits.append(error / (abs(allowed) or 1.0))
+        for limit, bound in self.held():
+            error = self._worst(found, limit.quantity, limit.where, bound.side)[3]
+            limits.append(bound.scaled(error))
         return np.array([*(one[3] for one in off), *limits])
 
     def _worst(
@@ -226,20 +225,17 @@ class Binding:
 
     def _all_margins(self, found: Found) -> np.ndarray:
         margins = []
-        for limit, bound, side in self.held():
-            allowed = parse_quantity(str(bound), CATALOGUE[limit.quantity].unit)
-            value, reach, *_ = self._worst(found, limit.quantity, limit.where, side)
-            left = allowed - value if side == "max" else value - allowed
-            margins.append((left - reach) / (abs(allowed) or 1.0))
+        for limit, bound in self.held():
+            value, reach, *_ = self._worst(found, limit.quantity, limit.where, bound.side)
+            margins.append(bound.scaled(bound.left(value) - reach))
         return np.array(margins, dtype=float)
 
-    def held(self) -> Iterator[tuple[Limit, float | str, Side]]:
+    def held(self) -> Iterator[tuple[Limit, Bound]]:
         """Each bound of each limit, in the order of the margins."""
         for limit in self.limits:
-            if limit.max is not None:
-                yield limit, limit.max, "max"
-            if limit.min is not None:
-                yield limit, limit.min, "min"
+            both = {"max": limit.max, "min": limit.min}
+            for bound in bounds_of(both, CATALOGUE[limit.quantity].unit):
+                yield limit, bound
 
     def words(self, variables: np.ndarray) -> str:
         """The variables by name, in the units that the case gives their bounds in."""
@@ -263,23 +259,21 @@ class Binding:
         found = self._results_at(variables, self._wanted)
         of = "" if self.scatter is None else f"mean and {self.scatter.sigmas:g} deviations of "
         said = []
-        for limit, bound, side in self.held():
+        for limit, bound in self.held():
             unit = CATALOGUE[limit.quantity].unit
-            value, reach, label, _ = self._worst(found, limit.quantity, limit.where, side)
-            allowed = parse_quantity(str(bound), unit)
-            left = allowed - value if side == "max" else value - allowed
-            if left < reach:
-                most = "at most" if side == "max" else "at least"
+            value, reach, label, _ = self._worst(found, limit.quantity, limit.where, bound.side)
+            if bound.left(value) < reach:
+                most = "at most" if bound.side == "max" else "at least"
                 said.append(
                     f"{of}{limit.quantity}{f' at {label}' if label else ''} is "
-                    f"{shown_as(value, unit, bound)}, {most} "
-                    f"{shown_as(allowed, unit, bound)} is allowed"
+                    f"{shown_as(value, unit, bound.written)}, {most} "
+                    f"{shown_as(bound.value, unit, bound.written)} is allowed"
                 )
         return "; ".join(said), self._all_margins(found)
 
     def margin_names(self) -> tuple[str, ...]:
         """One name per margin, in the order of `evaluate`."""
-        return tuple(f"{limit.quantity} {side} {bound}" for limit, bound, side in self.held())
+        return tuple(f"{one.quantity} {bound.side} {bound.written}" for one, bound in self.held())
 
 
 def checked_case(

@@ -7,7 +7,8 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from vibecalc import __version__
@@ -15,8 +16,9 @@ from vibecalc.core.case.load import CaseSource, LoadedCase, load_case, raise_wit
 from vibecalc.core.case.raw import Setting
 from vibecalc.core.results.record import Record, Result
 from vibecalc.core.results.steps import step
+from vibecalc.core.results.verdicts import judged
 from vibecalc.core.results.visible import visible
-from vibecalc.errors import CaseError, KeyPath, Problem, UnitError
+from vibecalc.errors import CaseError, KeyPath, Problem, ResultError, UnitError
 from vibecalc.units import parse_quantity
 
 if TYPE_CHECKING:
@@ -227,7 +229,10 @@ def execute(loaded: LoadedCase, progress: bool = False) -> Result:
         record = optimise(loaded, timings=timings, progress=progress)
     for name in sorted(STUDIES & timings.keys()):
         step(f"{name}: {timings[name]:.3f} s")
-    return as_result(loaded, record, timings)
+    result = as_result(loaded, record, timings)
+    with suppress(ResultError):  # which is said where the rows are read
+        result = replace(result, verdicts=judged(result))
+    return result
 
 
 def plan_texts(case: "Case") -> list[dict[str, str]]:

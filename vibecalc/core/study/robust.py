@@ -5,13 +5,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Method
 from vibecalc.core.results.select import worst
 from vibecalc.core.study.record import Numbers, add_numbers
 from vibecalc.core.study.scatter import Scatter, scatter_of
 from vibecalc.errors import NumericalFailure
-from vibecalc.units import parse_quantity
 
 if TYPE_CHECKING:
     from vibecalc.core.results.record import Record
@@ -102,13 +100,11 @@ def add_limits(
     nominal = binding.results(variables, wanted)
     found = binding.machines_at(variables, scatter, wanted)
     rows, off = [], 0.0
-    for limit, bound, side in binding.held():
-        unit = CATALOGUE[limit.quantity].unit
-        allowed = parse_quantity(str(bound), unit)
-        size, sign = abs(allowed) or 1.0, 1.0 if side == "max" else -1.0
-        value, _ = worst(nominal[limit.quantity], limit.where, side)
-        middle, apart, error = found.spread(limit.quantity, limit.where, side).moments()
-        rows.append([sign * (allowed - one) / size for one in (value, middle)] + [apart / size])
-        off = max(off, error / size)
+    for limit, bound in binding.held():
+        value, _ = worst(nominal[limit.quantity], limit.where, bound.side)
+        middle, apart, error = found.spread(limit.quantity, limit.where, bound.side).moments()
+        margins = (bound.left(value), bound.left(middle), apart)
+        rows.append([bound.scaled(one) for one in margins])
+        off = max(off, bound.scaled(error))
     for name, row in zip(("nominal", "mean", "deviation"), zip(*rows, strict=True), strict=True):
         numbers[f"robust/margin_{name}"] = (list(row), off)

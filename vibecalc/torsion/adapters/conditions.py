@@ -15,6 +15,8 @@ from vibecalc.numerics.bounded import Bounded, reshaped, rounded, stack
 from vibecalc.numerics.rounding import BoolArray, ComplexArray, FloatArray, IntArray, distinct
 from vibecalc.numerics.synthesis import sum_error, synthesis
 from vibecalc.torsion.adapters.bounds import bounds
+from vibecalc.torsion.adapters.coupling_states import coupled
+from vibecalc.torsion.adapters.couplings import largest_use, uses_of
 from vibecalc.torsion.adapters.critical import undamped_speeds
 from vibecalc.torsion.adapters.curves import (
     ROWS,
@@ -24,6 +26,7 @@ from vibecalc.torsion.adapters.curves import (
     solved,
 )
 from vibecalc.torsion.adapters.limits import limit_corners
+from vibecalc.torsion.adapters.loads import limits_gears
 from vibecalc.torsion.adapters.setup import (
     PHASOR_ROUNDINGS,
     SPEED_ROUNDINGS,
@@ -124,7 +127,7 @@ def half_ranges(
     for part in blocks(setup.model, setup.drive, len(speed), len(drives)):
         load = np.stack([one.load(speed[part]) for one in drives])
         state = solved(setup.model, drives[0], speed[part], load=load)
-        values = np.concatenate([one.of(setup.shaft, state) for one in signals], axis=-1)
+        values = np.concatenate([one.of(setup, state) for one in signals], axis=-1)
         values = _orders_last(values)
         low, high = rough_range(order, values)
         needed = every[:, None] | (high >= low.max(axis=0))
@@ -146,7 +149,7 @@ def uncertainty(setup: Setup, drive: Drive, signals: list[Signal], at: FloatArra
     for start in range(0, len(at), ROWS):
         state = bounded_orders(own, at[start : start + ROWS])
         clear = ~np.any(state.masked, axis=1)
-        off = [sum_error(one.of(setup.shaft, state)[clear], axis=1) for one in signals]
+        off = [sum_error(one.of(own, state)[clear], axis=1) for one in signals]
         found = np.maximum(found, np.max(np.concatenate(off, axis=1), axis=0, initial=0.0))
     return found
 
@@ -161,8 +164,11 @@ def run_torsion_conditions(scene: Scene) -> None:
     setup = setup_of(scene)
     found = conditions_of(scene.case, setup)
     shaft, at = setup.shaft, np.array([setup.speed])
+    # gears stand behind the sections, as in the loads that limits are for
+    gears = len(shaft.gears) if limits_gears(setup) else 0
     signals = [
         Signal("torque", np.arange(len(shaft.section_names))),
+        *([Signal("gear", np.arange(gears))] if gears else []),
         Signal("angle", np.arange(len(shaft.station_names))),
     ]
     names: dict[str, Any] = {
@@ -172,10 +178,13 @@ def run_torsion_conditions(scene: Scene) -> None:
         "limit": np.arange(1, len(setup.torsion.limits) + 1),
     }
     drives = [one.drive for one in found]
-    every = np.ones(len(shaft.section_names) + len(shaft.station_names), dtype=bool)
+    every = np.ones(sum(len(one.place) for one in signals), dtype=bool)
     half = half_ranges(setup, drives, signals, at, every)[..., 0]
     error = np.array([uncertainty(setup, one, signals, at) for one in drives])
-    torque, angle = _split(Bounded(half, error), setup)
+    count, stations = len(shaft.section_names), len(shaft.station_names)
+    every_one = Bounded(half, error)
+    loads, angle = every_one[:, :-stations], every_one[:, -stations:]
+    torque = loads[:, :count]
     scene.emit(f"{CONDITIONS}/torque_half_range", torque, axes=names)
     _stresses(scene, CONDITIONS, setup, torque, names)
     scene.emit(f"{CONDITIONS}/angle_half_range", angle, axes=names)
@@ -185,8 +194,11 @@ def run_torsion_conditions(scene: Scene) -> None:
     if setup.torsion.irregularity:
         _irregularity(scene, setup, drives, names)
     if setup.torsion.limits:
-        use = stack([_use(torque, share) for share in shares(setup, at)[..., 0]])
+        share = shares(setup, drives, at)[..., 0]
+        use = stack([_operating_use(loads, share[:, i]) for i in range(share.shape[1])])
         scene.emit(f"{CONDITIONS}/limit/operating_use", use, axes=names)
+    if shaft.couplings:
+        _couplings(scene, setup, drives, names)
     if setup.torsion.speeds is not None:
         _range(scene, setup, drives, signals, line_speeds(setup.torsion.speeds), names)
     scene.cite(
@@ -209,10 +221,20 @@ def _irregularity(scene: Scene, setup: Setup, drives: list[Drive], names: dict[s
     scene.emit(f"{CONDITIONS}/irregularity", degree, axes={**names, "station": asked})
 
 
-def _split(value: Bounded, setup: Setup) -> tuple[Bounded, Bounded]:
-    """Sections and stations of values (..., r, s) or (..., r): on the axis after the conditions."""
-    count = len(setup.shaft.section_names)
-    return value[:, :count], value[:, count:]
+def _couplings(scene: Scene, setup: Setup, drives: list[Drive], names: dict[str, Any]) -> None:
+    """Use of the limits of couplings in each condition, at the operating speed and at any."""
+    own = [coupled(setup._replace(drive=drive)) for drive in drives]
+    every, at, place = uses_of(setup), np.array([setup.speed]), f"{CONDITIONS}/coupling"
+    if not len(every.kept):
+        return
+    axes = {**names, **every.axes}
+    use = stack([uses_of(one).at(at, bounded_orders)[..., 0] for one in own], axis=0)
+    scene.emit(f"{place}/use", use, axes=axes)
+    if setup.torsion.speeds is not None:
+        speed = with_narrow(setup, line_speeds(setup.torsion.speeds), drives[0].order)
+        _, most, where = zip(*(largest_use(one, speed) for one in own), strict=True)
+        scene.emit(f"{place}/largest_use", stack(list(most), axis=0), axes=axes)
+        scene.emit(f"{place}/largest_use_speed", stack(list(where), axis=0), axes=axes)
 
 
 def _stresses(
@@ -247,7 +269,7 @@ class Search:
             grid = distinct(np.concatenate([grid, limit_corners(setup, speed)]))
         limited = np.zeros(sum(len(one.place) for one in signals), dtype=bool)
         for bound in bounds(setup):
-            limited[bound.load[bound.load < len(setup.shaft.section_names)]] = True
+            limited[bound.load] = True
         half = half_ranges(setup, drives, signals, grid, limited)
         #: the worst (r, s) at the speeds of the sweep
         self.worst = half[..., np.isin(grid, speed)].max(axis=0)
@@ -277,7 +299,7 @@ class Search:
                     flat, where = np.unique(at[chosen], return_inverse=True)
                     state = solved(setup.model, self.drives[one], flat)
                     values = np.concatenate(
-                        [signal.of(setup.shaft, state) for signal in self.signals], axis=-1
+                        [signal.of(setup, state) for signal in self.signals], axis=-1
                     )
                     column = np.repeat(place[rows[chosen]], at.shape[1])
                     own = values[where.ravel(), :, column]
@@ -330,6 +352,7 @@ def _range(
     search = Search(setup, drives, signals, speed)
     top = search.top_of_places()
     count, modulus = len(setup.shaft.section_names), setup.shaft.section_modulus
+    stations = slice(-len(setup.shaft.station_names), None)
     some = np.flatnonzero(modulus > 0.0)
     axes = {**names, "speed": speed}
     stressed = {**axes, "section": tuple(setup.shaft.section_names[e] for e in some)}
@@ -339,17 +362,17 @@ def _range(
     worst = Bounded(search.worst, np.broadcast_to(off[:, None], search.worst.shape))
     place = f"{CONDITIONS}/speeds"
     scene.emit(f"{place}/torque_half_range", worst[:count], axes=axes)
-    scene.emit(f"{place}/angle_half_range", worst[count:], axes=axes)
+    scene.emit(f"{place}/angle_half_range", worst[stations], axes=axes)
     place = f"{CONDITIONS}/largest"
     scene.emit(f"{place}/torque_half_range", top.value[:count], axes=axes)
-    scene.emit(f"{place}/angle_half_range", top.value[count:], axes=axes)
+    scene.emit(f"{place}/angle_half_range", top.value[stations], axes=axes)
     if len(some):
         over = f"{CONDITIONS}/speeds/stress_half_range"
         curve = of_finite(worst[some], lambda one: one / modulus[some, None])
         scene.emit(over, curve, axes=stressed)
         stress = of_finite(top.value[some], lambda one: one / modulus[some])
         scene.emit(f"{place}/stress_half_range", stress, axes=stressed)
-    for name, part in (("section", slice(count)), ("station", slice(count, None))):
+    for name, part in (("section", slice(count)), ("station", stations)):
         scene.emit(f"{place}/{name}_speed", top.speed[part], axes=axes)
         scene.emit(f"{place}/{name}_condition", top.condition[part] + 1, 0.0, axes)
     if setup.torsion.limits:
@@ -357,34 +380,39 @@ def _range(
 
 
 # ----------------------------------------------------------------------------
-# Use of limits of the stress in each condition.
+# Use of limits of stress and torque in each condition.
 # ----------------------------------------------------------------------------
 
 
-def shares(setup: Setup, speed: FloatArray) -> FloatArray:
-    """Use per own torque (l, e, s) of limits in 1/(N m); 0 where a limit says nothing, of gears."""
-    count, asked = len(setup.shaft.section_names), bounds(setup)
-    found = np.zeros((len(asked), count, len(speed)))
-    for row, bound in zip(found, asked, strict=True):
-        held = bound.load < count
-        row[bound.load[held]] = 1.0 / (bound.modulus * bound.continuous(speed)).T[held]
+def shares(setup: Setup, drives: list[Drive], speed: FloatArray) -> FloatArray:
+    """Use per own torque (c, l, e + g, s) in 1/(N m); 0 where a limit says nothing.
+
+    Of limits in each condition, whose mean torque counts where a limit is a share of that.
+    """
+    shaft, asked = setup.shaft, [bounds(setup._replace(drive=one)) for one in drives]
+    gears = len(shaft.gears) if limits_gears(setup) else 0
+    loads = len(shaft.section_names) + gears
+    found = np.zeros((len(drives), len(setup.torsion.limits), loads, len(speed)))
+    for rows, limits in zip(found, asked, strict=True):
+        for row, bound in zip(rows, limits, strict=True):
+            row[bound.load] = 1.0 / (bound.modulus * bound.continuous(speed)).T
     return found
 
 
-def _use(torque: Bounded, share: FloatArray) -> Bounded:
-    """Largest use (c,) of one limit, of own torques (c, e)."""
-    held = np.flatnonzero(share)
+def _operating_use(loads: Bounded, share: FloatArray) -> Bounded:
+    """Largest use (c,) of one limit, of own torques (c, e + g) with shares of them."""
+    held = np.flatnonzero(share.any(axis=0))
     if not len(held):
-        return Bounded(np.zeros(len(torque.value)), np.zeros(len(torque.value)))
-    return of_finite(torque[:, held], lambda one: one * share[held]).max()
+        return Bounded(*np.zeros((2, len(share))))
+    return of_finite(loads[:, held], lambda one: one * share[:, held]).max()
 
 
 def _largest_uses(scene: Scene, search: Search, names: dict[str, Any]) -> None:
     """The largest use of each limit in each condition at any speed."""
     setup, count = search.setup, len(search.drives)
-    share = shares(setup, search.grid)
-    limits = len(share)
-    use = search.half[:, None, : share.shape[1]] * share  # (c, l, e, s)
+    share = shares(setup, search.drives, search.grid)
+    limits = share.shape[1]
+    use = search.half[:, None, : share.shape[2]] * share  # (c, l, e, s)
     seen = use.max(axis=-1, initial=0.0)
     rival = (seen > 0.0) & (seen >= RIVAL * seen.max(axis=2, keepdims=True))
     condition, limit, section = np.nonzero(rival)
@@ -396,16 +424,16 @@ def _largest_uses(scene: Scene, search: Search, names: dict[str, Any]) -> None:
         def make(rows: IntArray) -> Value:
             def per_limit(at: FloatArray) -> FloatArray:
                 flat, where = np.unique(at, return_inverse=True)
-                which = (np.repeat(x[rows], at.shape[1]) for x in (limit, section))
-                factor = shares(setup, flat)[(*which, where.ravel())].reshape(at.shape)
-                return torque(rows)(at) * factor
+                which = (np.repeat(x[rows], at.shape[1]) for x in (condition, limit, section))
+                each = shares(setup, search.drives, flat)[(*which, where.ravel())]
+                return torque(rows)(at) * each.reshape(at.shape)
 
             return per_limit
 
         endless = search.endless[condition, section]
         says = np.isfinite(endless)
-        there = shares(setup, np.where(says, endless, search.grid[0]))
-        held = there[limit, section, np.arange(len(limit))] > 0.0
+        there = shares(setup, search.drives, np.where(says, endless, search.grid[0]))
+        held = there[condition, limit, section, np.arange(len(limit))] > 0.0
         endless = np.where(says & held, endless, np.nan)
         high = tops(make, use[rival].T, search.grid, search.undamped, endless)
         best = np.lexsort((-high.value, limit, condition))
@@ -419,6 +447,7 @@ def _largest_uses(scene: Scene, search: Search, names: dict[str, Any]) -> None:
             # the errors of the torques are those of the worst condition at its speed
             own = np.array([high.speed[worst]])
             moved = uncertainty(setup, search.drives[condition[worst]], search.signals, own)
-            error += moved[section[worst]] * shares(setup, own)[limit[worst], section[worst], 0]
+            per = shares(setup, search.drives, own)[..., 0]
+            error += moved[section[worst]] * per[condition[worst], limit[worst], section[worst]]
     scene.emit(f"{CONDITIONS}/limit/largest_use", Bounded(value, error), axes=names)
     scene.emit(f"{CONDITIONS}/limit/speed", speed, off, names)

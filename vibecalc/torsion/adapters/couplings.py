@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.numerics.bounded import Bounded, bounded, concatenate, stack, where
+from vibecalc.numerics.bounded import Bounded, bounded, concatenate, reshaped, stack, where
 from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray, distinct
 from vibecalc.torsion.adapters.curves import (
     ROWS,
@@ -189,15 +189,23 @@ def emit_largest_use(
 ) -> None:
     """Largest use (c, k) of each limit at any speed of a range, and where it is."""
     every = uses_of(setup)
-    shape = (len(setup.shaft.couplings), len(every.kept))
     if not len(every.kept):
         return
     at = distinct(np.concatenate([speed, dense]))
-    values = every.at(at, _unbounded).value
+    values, most, where = largest_use(setup, at)
     if place == COUPLING:
         error = _error(every.at(_some(speed), bounded_orders)).max()
         curve = values[..., np.searchsorted(at, speed)]
         scene.emit(f"{place}/speeds/use", curve, error, {**every.axes, "speed": speed})
+    scene.emit(f"{place}/largest_use", most, axes=every.axes)
+    scene.emit(f"{place}/largest_use_speed", where, axes=every.axes)
+
+
+def largest_use(setup: Setup, at: FloatArray) -> tuple[FloatArray, Bounded, Bounded]:
+    """Uses (c, k, s) at some speeds, the largest (c, k) at any between them, and where it is."""
+    every = uses_of(setup)
+    shape = (len(setup.shaft.couplings), len(every.kept))
+    values = every.at(at, _unbounded).value
 
     def make(row: IntArray) -> Value:
         def value(where: FloatArray) -> FloatArray:
@@ -217,6 +225,6 @@ def emit_largest_use(
     with np.errstate(invalid="ignore"):  # where nothing damps an order
         level = np.ptp(curves, axis=0) <= LEVEL * curves.max(axis=0)
     speeds, off_by = np.where(level, at[0], top.speed), np.where(level, 0.0, top.speed_error)
-    scene.emit(f"{place}/largest_use", top.value.reshape(shape), off.reshape(shape), every.axes)
-    path = f"{place}/largest_use_speed"
-    scene.emit(path, speeds.reshape(shape), off_by.reshape(shape), every.axes)
+    both = (Bounded(top.value, off), Bounded(speeds, off_by))
+    most, where = (reshaped(one, lambda part: part.reshape(shape)) for one in both)
+    return values, most, where

@@ -80,6 +80,8 @@ def exceeded_of(
             rule = np.stack([barred.lower, barred.upper], axis=1)
             below = below & barred.permitted
         permitted = below.astype(np.int64)
+    # nobody runs in a range that is barred
+    permitted = np.where((ranges.start <= setup.speed) & (setup.speed <= ranges.end), 0, permitted)
     asked = float(speed[0]), float(speed[-1])
     error = np.array([_uncertainty(setup, bound, excess, one, asked) for one in ends])
     return ExceededRanges(ranges.start, ranges.end, error, peak, peak_error, rule, permitted)

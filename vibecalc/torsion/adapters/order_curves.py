@@ -110,7 +110,7 @@ def summed(setup: Setup, signal: Signal, speed: FloatArray) -> Sums:
     top = np.zeros((len(signal.place), len(cycles.own)))
     for part in blocks(setup.model, setup.drive, len(speed)):
         state = solved(setup.model, setup.drive, speed[part])
-        values = np.moveaxis(signal.of(setup.shaft, state), -1, 0)  # (r, s, m)
+        values = np.moveaxis(signal.of(setup, state), -1, 0)  # (r, s, m)
         clear = ~np.any(state.masked, axis=-1)
         top = np.maximum(top, np.max(np.abs(values[:, clear]), axis=1, initial=0.0))
         total = synthesis(cycles, values)
@@ -147,7 +147,7 @@ def stored(setup: Setup, signal: Signal, kept: IntArray, speed: FloatArray) -> C
     values = np.empty((len(signal.place), len(kept), len(speed)), dtype=np.complex128)
     for part in blocks(setup.model, setup.drive, len(speed)):
         state = solved(setup.model, setup.drive, speed[part], orders=kept)
-        found = np.where(state.masked[..., None], np.inf, signal.of(setup.shaft, state))
+        found = np.where(state.masked[..., None], np.inf, signal.of(setup, state))
         values[..., part] = np.transpose(found, (2, 1, 0))
     return values
 
@@ -172,7 +172,7 @@ def largest_orders(
                 chosen = np.flatnonzero(rows % count == one)
                 flat, place = np.unique(at[chosen], return_inverse=True)
                 state = solved(setup.model, setup.drive, flat, orders=kept[one : one + 1])
-                size = np.abs(signal.of(setup.shaft, state)[:, 0])
+                size = np.abs(signal.of(setup, state)[:, 0])
                 column = np.repeat(rows[chosen] // count, at.shape[1])
                 found[chosen] = size[place.ravel(), column].reshape(len(chosen), -1)
             return found
@@ -198,7 +198,7 @@ def uncertainty(
     for start in range(0, len(at), ROWS):
         state = bounded_orders(setup, at[start : start + ROWS])
         clear = ~np.any(state.masked, axis=1)
-        values = signal.of(setup.shaft, state)[clear]
+        values = signal.of(setup, state)[clear]
         each = np.maximum(each, np.max(values[:, kept].error, initial=0.0))
         whole = np.maximum(whole, np.max(sum_error(values, axis=1), initial=0.0))
     return each, whole
@@ -227,7 +227,7 @@ def _measured(scene: Scene, setup: Setup, signal: Signal, asked: list[LineCurve]
     for start in range(0, len(rows), ROWS):
         part = np.arange(start, min(start + ROWS, len(rows)))
         state = bounded_orders(setup, speed[part])
-        own = signal.of(setup.shaft, state)[part - start, :, number[part]]  # (p, m)
+        own = signal.of(setup, state)[part - start, :, number[part]]  # (p, m)
         one = own[part - start, _places(every, order[part].tolist())]
         alone, endless = order[part] > 0.0, np.any(state.masked, axis=1)
         half = synthesis(setup.drive.cycles, own.value).half_range

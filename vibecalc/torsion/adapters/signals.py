@@ -7,7 +7,13 @@ import numpy as np
 
 from vibecalc.numerics.rounding import FloatArray, IntArray, distinct
 from vibecalc.torsion.adapters.critical import STILL, UndampedResonances
-from vibecalc.torsion.adapters.curves import OrderSolution, speeds_at_once
+from vibecalc.torsion.adapters.curves import (
+    OrderSolution,
+    actual_per_referred,
+    gear_torques,
+    speeds_at_once,
+)
+from vibecalc.torsion.adapters.loads import endless_loads
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup
 from vibecalc.torsion.critical_speeds import (
     NEARBY_NARROW_RESONANCE,
@@ -18,7 +24,6 @@ from vibecalc.torsion.critical_speeds import (
     largest,
 )
 from vibecalc.torsion.curve_tables import OF_SECTIONS
-from vibecalc.torsion.model import ShaftLineModel
 
 # ----------------------------------------------------------------------------
 # Torque, stress and twist of sections, angle, angular speed and acceleration of stations.
@@ -26,7 +31,7 @@ from vibecalc.torsion.model import ShaftLineModel
 
 
 class Signal(NamedTuple):
-    """One quantity of places (r,) among the sections or the stations of a line."""
+    """One quantity of places (r,) among the sections, stations or gears of a line."""
 
     name: str
     place: IntArray
@@ -36,9 +41,12 @@ class Signal(NamedTuple):
         """Whether the places are sections."""
         return self.name in OF_SECTIONS
 
-    def of(self, shaft: ShaftLineModel, state: OrderSolution) -> Any:
+    def of(self, setup: Setup, state: OrderSolution) -> Any:
         """By order (..., m, r), complex, 0-to-peak, actual; bounded where the state is."""
-        place = self.place
+        shaft, place = setup.shaft, self.place
+        if self.name == "gear":
+            torque = gear_torques(shaft, setup.drive, setup.model, state)
+            return (torque * actual_per_referred(shaft))[..., place]
         if self.of_sections:
             ratio = shaft.section_ratio[place]
             if self.name == "twist":
@@ -53,6 +61,8 @@ class Signal(NamedTuple):
 
     def endless(self, setup: Setup, undamped: UndampedResonances) -> FloatArray:
         """The lowest speeds (r,) at which nothing damps the places, NaN for none."""
+        if self.name == "gear":
+            return endless_loads(setup, undamped)[len(setup.shaft.section_names) :][self.place]
         found = np.full(len(self.place), np.nan)
         for at, moves in self.moved(setup, undamped)[::-1]:
             found[moves] = at

@@ -5,7 +5,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibecalc.core.report.sections import Section, having, labels, speed_of
-from vibecalc.core.report.writing import Column, hertz, number, pairs, paragraph, show, table
+from vibecalc.core.report.writing import (
+    Column,
+    hertz,
+    number,
+    pairs,
+    paragraph,
+    rpm,
+    show,
+    table,
+)
 from vibecalc.core.results.record import Quantity, Result
 from vibecalc.torsion.coupling_results import COUPLING, HEALTHY
 from vibecalc.torsion.report.line import joined, line_of, short, turns
@@ -129,9 +138,11 @@ def _limits(result: Result, one: "Coupling", place: int) -> list[str]:
         for _, quantity, factor in more:
             value = float(quantity.values[place, at])
             cells.append(_percent(quantity, (place, at)) if factor else turns(value))
-        rows.append(
-            [LIMIT_WORDS[name], permitted(one, name), borne_at_speed(result, name, place), *cells]
-        )
+        allowed, unit = permitted(one, name)
+        load = borne(result, name, place)
+        load = allowed * float(use.values[place, at]) if name == "n_max" else load
+        texts = ["" if one is None else f"{as_text(one, unit)} {unit}" for one in (allowed, load)]
+        rows.append([LIMIT_WORDS[name], *texts, *cells])
     return table(columns, rows)
 
 
@@ -140,28 +151,37 @@ def _percent(quantity: Quantity, place: tuple[int, int]) -> str:
     return show(value, 100.0 * quantity.error_estimate, 4)
 
 
-def permitted(one: "Coupling", name: str) -> str:
-    """What the maker permits by one of its limits, with the unit."""
+def permitted(one: "Coupling", name: str) -> tuple[float, str]:
+    """What the maker permits by one of its limits, in the unit that people read."""
     may = one.permissible
-    if name == "n_max":
-        return f"{turns(may.speed)} rpm"
-    if name == "temperature":
-        return f"{show(may.temperature - ICE, digits=4)} degC"
-    if name == "P_KV":
-        return f"{show(may.power, digits=4)} W"
     torque = {"T_KN": may.mean, "T_Kmax": may.peak}.get(name, may.vibratory)
-    return f"{show(_KILO * torque, digits=4)} kN m"
+    values = {"n_max": may.speed, "temperature": may.temperature, "P_KV": may.power}
+    units = {"n_max": "rpm", "temperature": "degC", "P_KV": "W"}
+    return _as_read(name, values.get(name, torque)), units.get(name, "kN m")
 
 
-def borne_at_speed(result: Result, name: str, place: int) -> str:
-    """What a coupling bears of it at the operating speed, with the unit."""
-    quantity = result.record.quantities.get(f"{COUPLING}/{BORNE[name]}")
-    if quantity is None:
-        speed, line = speed_of(result), line_of(result)
-        own = 0.0 if line is None else abs(line.couplings[place].ratio)
-        return "" if speed is None else f"{turns(own * speed)} rpm"
-    value = float(np.asarray(quantity.values)[place])
-    if name == "temperature":
-        return f"{show(value - ICE, digits=4)} degC"
-    unit, factor = ("W", 1.0) if name == "P_KV" else ("kN m", _KILO)
-    return f"{show(factor * value, factor * quantity.error_estimate, 4)} {unit}"
+def as_text(value: float, unit: str) -> str:
+    """Four digits; of turns without zeros at the end."""
+    return short(value) if unit == "rpm" else show(value, digits=4)
+
+
+def _as_read(name: str, value: float) -> float:
+    if name == "n_max":
+        return rpm(value)
+    return value - ICE if name == "temperature" else value * (1.0 if name == "P_KV" else _KILO)
+
+
+def borne(result: Result, name: str, place: int, speed: float | None = None) -> float | None:
+    """What a coupling bears of it in the unit of `permitted`: operating, or at a speed in rad/s.
+
+    None between the speeds of the curve.
+    """
+    path, axes = f"{COUPLING}/{BORNE[name]}", ["coupling"]
+    if speed is not None:
+        path, axes = f"{COUPLING}/speeds/{BORNE[name]}", ["coupling", "speed"]
+    quantity, at = having(result.record, path, *axes), 0
+    if quantity is not None and speed is not None:
+        speeds = np.asarray(quantity.axes[1].values, dtype=float)
+        at = int(np.argmin(np.abs(speeds - speed)))
+        quantity = None if abs(speeds[at] - speed) > 1e-9 * speed else quantity
+    return None if quantity is None else _as_read(name, np.ravel(quantity.values[place])[at])

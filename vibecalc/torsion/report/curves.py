@@ -263,7 +263,7 @@ def _uses(record: Record, conditions: list[str]) -> list[str]:
             row += [] if at is None else [turns(float(at.values[i, limit]))]
         rows.append(row)
     more = len(conditions) - len(worst)
-    words = "Stress over that allowed for lasting" + (f"; {more} lower ones left out." * (more > 0))
+    words = "Load over that allowed for lasting" + (f"; {more} lower ones left out." * (more > 0))
     return [*table(columns, rows), *paragraph(words.rstrip(".") + ".")]
 
 

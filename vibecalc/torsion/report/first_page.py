@@ -1,25 +1,22 @@
 """What comes first on a shaft line: one sentence, and its variants side by side with limits."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from vibecalc.core.report.pages import limit_verdict
 from vibecalc.core.report.sections import Section, having, labels
-from vibecalc.core.report.verdicts import judge_limits
 from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table
-from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.core.results.record import BROKEN, Quantity, Record, Result
+from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.torsion.report.limits import (
-    BROKEN,
-    PASSING,
     barred_ranges,
-    exceeded_rows,
     has_limits,
     limited_words,
     limits_of,
     rule_of,
-    verdicts,
+    separation_rule,
 )
 from vibecalc.torsion.report.line import (
     MEGA,
@@ -32,15 +29,12 @@ from vibecalc.torsion.report.line import (
     meeting,
     mode_names,
     names,
-    order_text,
     torque_unit,
     turns,
     vector,
 )
+from vibecalc.torsion.report.verdicts import AT_SPEED, PASSING, flags
 from vibecalc.units import convert
-
-if TYPE_CHECKING:
-    from vibecalc.torsion.stress_limits import Separation as SeparationRule
 
 #: what has another section
 _APART = tuple(TORSION + name for name in ("variable_inertia/", "transient/", "as_published/"))
@@ -130,8 +124,8 @@ def section_entry(record: Record, path: str, section: str) -> float | None:
 
 def bound_of(result: Result, path: str, factor: float) -> tuple[str, str, float]:
     """The first `[[limit]]` of the case on a whole quantity, its verdict, and its size."""
-    for row in judge_limits(result):
-        whole = row.quantity == path and not row.where and row.at != "start"
+    for row in verdicts_of(result):
+        whole = row.quantity == path and not row.where and row.at != "start" and not row.element
         if whole and row.max is not None:
             unit = result.record[path].unit
             bound = factor * convert(row.max, row.unit, unit)
@@ -163,61 +157,10 @@ def frequencies(result: Result, columns: list[Variant]) -> Iterator[SummaryRow]:
     yield SummaryRow("lowest natural frequency", "Hz", value, where=where)
 
 
-class Separation(NamedTuple):
-    """The mode next to an order of a class; `required` 0 where no rule asks anything of it."""
-
-    kind: str
-    mode: int
-    order: float
-    margin: float
-    required: float
-    close: bool
-
-
-def separation_rule(result: Result) -> "SeparationRule | None":
-    """The rule for the margins that the case names."""
-    from vibecalc.torsion.stress_limits import SEPARATIONS
-
-    return SEPARATIONS.get(str(asked(result).get("separation") or ""))
-
-
-def separations(result: Result, modes: list[int]) -> Iterator[Separation]:
-    """The mode next to an order of each class at the operating speed, first one that is close."""
-    record, rule = result.record, separation_rule(result)
-    margin, order, sufficient = (
-        having(record, f"{TORSION}separation/{OPERATING}/{name}", "mode", "order_class")
-        for name in ("margin", "half_order", "sufficient")
-    )
-    if margin is None or order is None:
-        return
-    for place, kind in enumerate(labels(margin.axes[1])):
-        away = np.asarray(margin.values, dtype=float)[:, place]
-        counts = [mode for mode in modes if np.isfinite(away[mode]) and order.values[mode, place]]
-        close = (
-            []
-            if sufficient is None
-            else [mode for mode in counts if not sufficient.values[mode, place]]
-        )
-        if not counts:
-            continue
-        least = min(close or counts, key=lambda mode: float(away[mode]))
-        met = float(order.values[least, place])
-        required = 0.0 if rule is None else rule.margin.get(met, 0.0)
-        yield Separation(kind, least, met, float(away[least]), required, bool(close))
-
-
 def stress_limits(result: Result, columns: list[Variant]) -> Iterator[SummaryRow]:
     """A row for each limit: use, over the speed range and at the operating speed."""
-    record = result.record
-    if not has_limits(record):
-        return
-    given = limits_of(result)
-    flags = verdicts(record)
-    section, speed = (vector(record, f"limit/{name}", "limit") for name in ("section", "speed"))
-    gear, gears = vector(record, "limit/gear", "limit"), names(record, "gear/hammers", "gear")
-    known = names(record, "torque_half_range", "section")
-    for i, word in enumerate(flags):
-        name = rule_of(given[i]).name if i < len(given) else ""
+    record, flagged = result.record, {ANY: flags(result), OPERATING: flags(result, AT_SPEED)}
+    for i, limit in enumerate(limits_of(result) if has_limits(record) else ()):
         for scope, path in ((ANY, "limit/largest_use"), (OPERATING, "limit/operating_use")):
             uses = {
                 variant.prefix: float(use[i])
@@ -227,58 +170,28 @@ def stress_limits(result: Result, columns: list[Variant]) -> Iterator[SummaryRow
             }
             if not uses:
                 continue
-            flag = word if scope == ANY else "kept" if uses.get("", 0.0) <= 1.0 else BROKEN
             value = {
                 prefix: show(100.0 * use, digits=4) + (ABOVE if prefix and use > 1.0 else "")
                 for prefix, use in uses.items()
             }
-            at = OPERATING
-            place = -1
-            if scope == ANY and speed is not None and section is not None:
-                at, place = f"{turns(speed[i])} rpm", int(section[i]) - 1
-            load = known[place] if 0 <= place < len(known) else ""
-            if scope == ANY and gear is not None and 0 < gear[i] <= len(gears):
-                load = gears[int(gear[i]) - 1]
-            where = (load, f"{at}: {name}")
+            own = [
+                row
+                for row in verdicts_of(result)
+                if scope == ANY
+                and row.element
+                and row.quantity == f"{TORSION}limit/each/use"
+                and row.where["limit"] == i + 1
+            ]
+            worst = max(own, key=lambda row: row.use, default=None)
+            at = f"{turns(worst.speed)} rpm" if worst else OPERATING
             yield SummaryRow(
                 f"{limited_words(record, some=[i])} over limit {i + 1}, {scope}",
                 "%",
                 value,
                 "100",
-                flag,
-                {"": where},
-            )
-
-
-def hammering(record: Record) -> list[tuple[str, str]] | None:
-    """Each gear, and where its torque reverses at the operating speed ("" if it does not)."""
-    found = vector(record, "gear/hammers", "gear")
-    if found is None:
-        return None
-    return [
-        (name, OPERATING if one else "")
-        for name, one in zip(names(record, "gear/hammers", "gear"), found, strict=True)
-    ]
-
-
-def hammering_at(record: Record) -> list[tuple[str, str]] | None:
-    """Each gear, and the ranges of speeds in which its torque reverses ("" if it does not)."""
-    hammers = having(record, TORSION + "speeds/gear_hammers", "gear", "speed")
-    if hammers is None:
-        return None
-    low, high, gear = (
-        vector(record, f"hammering/{n}", "hammering") for n in ("from", "to", "gear")
-    )
-    shown = []
-    for place, name in enumerate(labels(hammers.axes[0])):
-        loud = bool(np.any(np.asarray(hammers.values)[place]))
-        ends = []
-        if low is not None and high is not None and gear is not None:
-            ends = [
-                f"{turns(low[i])} to {turns(high[i])}" for i in np.flatnonzero(gear == place + 1)
-            ]
-        shown.append((name, f"{joined(ends)} rpm" if ends else "somewhere" if loud else ""))
-    return shown
+                flagged[scope][i],
+                {"": (worst.element if worst else "", f"{at}: {rule_of(limit).name}")},
+            )  # fmt: skip
 
 
 # ----------------------------------------------------------------------------
@@ -425,8 +338,8 @@ def conclusion(result: Result) -> str:
     record = result.record
     driven = TORSION + "torque_half_range" in record
     none = "the case sets no limit of the stress" if driven else "nothing drives the line"
-    clauses = list(_of_limits(record)) or [none]
-    clauses += _of_gears(record)
+    clauses = list(_of_limits(result)) or [none]
+    clauses += _of_gears(result)
     clauses += _of_majors(result)
     if f"{TORSION}masked/from" in record and record[f"{TORSION}masked/from"].values.size:
         clauses.append("at some critical speeds nothing damps the line")
@@ -437,15 +350,16 @@ def conclusion(result: Result) -> str:
     return f"{text[:1].upper()}{text[1:]}."
 
 
-def _of_limits(record: Record) -> Iterator[str]:
-    words_of = verdicts(record)
-    if not words_of:
+def _of_limits(result: Result) -> Iterator[str]:
+    record, words_of = result.record, flags(result)
+    if not has_limits(record):
         return
-    broken = [str(i + 1) for i, word in enumerate(words_of) if word == BROKEN]
+    broken = [str(i + 1) for i, word in enumerate(words_of) if word == "BROKEN"]
     if broken:
         plural = "limits" if len(broken) > 1 else "limit"
         what = limited_words(record, "or", [int(one) - 1 for one in broken])
-        yield f"the {what} exceeds {plural} {joined(broken)}" + _where_broken(record)
+        where = [words for kind, words in _WHERE.items() if "BROKEN" in flags(result, kind)]
+        yield f"the {what} exceeds {plural} {joined(broken)} {joined(where or [_NOT_BARRED])}"
     else:
         what = "limits" if len(words_of) > 1 else "limit"
         words = limited_words(record)
@@ -454,42 +368,45 @@ def _of_limits(record: Record) -> Iterator[str]:
     barred = barred_ranges(record)
     if barred:
         yield f"{joined(barred)} {'are' if len(barred) > 1 else 'is'} barred for lasting operation"
-    elif not broken and PASSING not in words_of:
+    elif not broken and "pass only" not in words_of:
         yield "no speed range is barred"
 
 
-def _where_broken(record: Record) -> str:
-    """At the operating speed, or above what is allowed for passing through, or both."""
-    here, passing = (
-        vector(record, f"limit/{name}_use", "limit") for name in ("operating", "transient")
-    )
-    words = []
-    if here is not None and np.any(here > 1.0):
-        words.append("at the operating speed")
-    if passing is not None and np.any(passing > 1.0):
-        words.append("even for passing through")
-    if any(not one.permitted for one in exceeded_rows(record)):
-        words.append("where the rule lets no range of speeds be barred")
-    return f" {joined(words)}"
+#: where limits are broken
+_WHERE = {AT_SPEED: "at the operating speed", PASSING: "even for passing through"}
+_NOT_BARRED = "where the rule lets no range of speeds be barred"
 
 
 def _of_majors(result: Result) -> Iterator[str]:
-    """The mode that a major order meets nearly at the operating speed, if one does."""
-    rule, named = separation_rule(result), mode_names(result)
-    for row in separations(result, elastic_modes(result)):
-        if rule is not None and row.kind == "major" and row.close:
+    """Natural frequencies that a major order meets nearly at the operating speed."""
+    rule = separation_rule(result)
+    for row in verdicts_of(result) if rule else ():
+        if row.where.get("order_class") == "major" and row.state == BROKEN and rule:
+            mode, order = row.element.removesuffix(" mode"), row.limit.rpartition(" ")[2]
             yield (
-                f"the {named[row.mode]} natural frequency lies {100.0 * row.margin:.1f} % from "
-                f"major order {order_text(row.order)} of the operating speed, less than "
-                f"{rule.rule.name} asks"
+                f"the {mode} natural frequency lies {row.computed:.1f} % from major order {order} "
+                f"of the operating speed, less than {rule.rule.name} asks"
             )
 
 
-def _of_gears(record: Record) -> Iterator[str]:
+def _of_gears(result: Result) -> Iterator[str]:
     """Gears whose torque reverses: at the operating speed, and in which ranges."""
-    here, ranges = dict(hammering(record) or ()), dict(hammering_at(record) or ())
-    for name in here | ranges:
-        places = ["at the operating speed"] if here.get(name) else []
-        places += [f"from {ranges[name]}"] if ranges.get(name) else []
-        if places:
-            yield f"gear {name!r} hammers {joined(places)}"
+    low, high, gear = (
+        vector(result.record, f"hammering/{name}", "hammering") for name in ("from", "to", "gear")
+    )
+    places: dict[str, list[str]] = {}
+    named = names(result.record, "speeds/gear_hammers", "gear")
+    for row in verdicts_of(result):
+        if "gear" not in row.where or not row.element or row.state != BROKEN:
+            continue
+        found = places.setdefault(row.element, [])
+        if row.limit.endswith(AT_SPEED):
+            found.insert(0, "at the operating speed")
+            continue
+        ends = []
+        if low is not None and high is not None and gear is not None:
+            some = np.flatnonzero(gear == named.index(row.element) + 1)
+            ends = [f"{turns(low[i])} to {turns(high[i])}" for i in some]
+        found.append(f"from {joined(ends)} rpm" if ends else "from somewhere")
+    for name, where in places.items():
+        yield f"gear {name!r} hammers {joined(where)}"

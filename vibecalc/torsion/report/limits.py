@@ -20,20 +20,16 @@ from vibecalc.torsion.report.line import (
 
 if TYPE_CHECKING:
     from vibecalc.torsion.stress_limits import Rule
+    from vibecalc.torsion.stress_limits import Separation as SeparationRule
 
 # ----------------------------------------------------------------------------
 # Limits of stress and torque in a shaft line, where they come from, the ranges that they bar.
 # ----------------------------------------------------------------------------
 
-KEPT, PASSING, BROKEN = "kept", "pass only", "BROKEN"
-
 
 def torsion_limits(result: Result) -> Section | None:
     """The section, None if the case has no limit of stress or torque."""
-    use = vector(result.record, "limit/largest_use", "limit")
-    if use is None:
-        use = vector(result.record, "limit/operating_use", "limit")
-    if use is None:
+    if not {f"{_LIMIT}largest_use", f"{_LIMIT}operating_use"} & set(result.record):
         return None
     lines = uses_by_section(result)
     crank, barred = crank_places(result), exceeded_table(result.record)
@@ -48,27 +44,6 @@ def torsion_limits(result: Result) -> Section | None:
     )
 
 
-def verdicts(record: Record) -> list[str]:
-    """`kept`, `pass only` (a barred range is due) or `BROKEN`, for each limit.
-
-    Broken is what exceeds the transient limit anywhere, or the lasting one at the operating speed,
-    or where the rule lets no range of speeds be barred.
-    """
-    use, here, passing = (
-        vector(record, f"limit/{name}_use", "limit")
-        for name in ("largest", "operating", "transient")
-    )
-    if use is None:
-        return []
-    forbidden = {limit for _, _, limit, allowed, *_ in exceeded_rows(record) if not allowed}
-    words = []
-    for i, largest in enumerate(use):
-        broken = (here is not None and here[i] > 1.0) or (passing is not None and passing[i] > 1.0)
-        broken = broken or i + 1 in forbidden
-        words.append(BROKEN if broken else PASSING if largest > 1.0 else KEPT)
-    return words
-
-
 class ExceededRow(NamedTuple):
     """A range in rad/s above a limit (from 1), whether its rule permits to bar it, that range."""
 
@@ -81,20 +56,14 @@ class ExceededRow(NamedTuple):
 
 
 def exceeded_rows(record: Record) -> list[ExceededRow]:
-    """The ranges above the limits; what a record does not have of them is 0, or permitted."""
-    low, high, limit, allowed, peak, start, stop = (
-        vector(record, f"exceeded/{name}", "exceeded")
-        for name in ("from", "to", "limit", "permitted", "peak_speed", "formula_from", "formula_to")
-    )
-    if low is None or high is None:
-        return []
-    none, every = np.zeros(low.size), np.ones(low.size)
-    parts = [low, high, *(none if one is None else one for one in (limit, peak, start, stop))]
-    permitted = every if allowed is None else allowed
+    """The ranges above the limits."""
+    names = ("from", "to", "limit", "permitted", "peak_speed", "formula_from", "formula_to")
+    columns = [vector(record, f"exceeded/{name}", "exceeded") for name in names]
+    there = [one for one in columns if one is not None]
     return [
-        ExceededRow(a, b, int(n), bool(permitted[i]), at, (f, t))
-        for i, (a, b, n, at, f, t) in enumerate(zip(*parts, strict=True))
-    ]
+        ExceededRow(low, high, int(limit), bool(permitted), peak, (start, stop))
+        for low, high, limit, permitted, peak, start, stop in zip(*there, strict=True)
+    ] if len(there) == len(names) else []  # fmt: skip
 
 
 def barred_ranges(record: Record) -> list[str]:
@@ -133,6 +102,13 @@ def rule_of(limit: Mapping[str, Any]) -> "Rule":
         if limit.get(key):
             return rule
     return {"iacs_m68": M68, "iacs_m53": M53}.get(str(limit.get("rule")), USER_TABLE)
+
+
+def separation_rule(result: Result) -> "SeparationRule | None":
+    """The rule for the margins that the case names."""
+    from vibecalc.torsion.stress_limits import SEPARATIONS
+
+    return SEPARATIONS.get(str(asked(result).get("separation") or ""))
 
 
 def of_torque(record: Record) -> np.ndarray:
@@ -199,16 +175,6 @@ def _origin(place: int, limit: Mapping[str, Any]) -> list[tuple[str, str]]:
 def has_limits(record: Record) -> bool:
     """Whether stress or torque of the line is held against a limit."""
     return f"{TORSION}limit/largest_use" in record
-
-
-def remark(record: Record) -> str:
-    """The sentence of the first page where a case has no `[[limit]]`."""
-    return (
-        f"The {limited_words(record)} in the shaft line is judged by the limits in its section "
-        "below."
-        if has_limits(record)
-        else ""
-    )
 
 
 # ----------------------------------------------------------------------------

@@ -9,7 +9,8 @@ from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, 
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.errors import NumericalFailure
 from vibecalc.torsion.coupling_results import COUPLING
-from vibecalc.torsion.report.first_page import CLOSE, separation_rule
+from vibecalc.torsion.report.first_page import CLOSE
+from vibecalc.torsion.report.limits import separation_rule
 from vibecalc.torsion.report.line import (
     TORSION,
     Detail,

@@ -8,12 +8,13 @@ import numpy as np
 
 from vibecalc.core.case.raw import parse_key
 from vibecalc.core.report.sections import read_as
-from vibecalc.core.report.sweep.statistics import Side, Worst, alike, numeric, worst
+from vibecalc.core.report.sweep.statistics import Worst, alike, numeric, worst
 from vibecalc.core.report.sweep.view import SweepView
 from vibecalc.core.report.writing import Column, fold, number, paragraph, show, table
 from vibecalc.core.results.printed import read_printed
-from vibecalc.core.results.select import STANDARD_ERRORS, held
+from vibecalc.core.results.select import STANDARD_ERRORS, Side
 from vibecalc.core.results.tolerance import remedy
+from vibecalc.core.results.verdicts import Bound, bounds_of, held
 from vibecalc.units import convert
 
 # ----------------------------------------------------------------------------
@@ -52,8 +53,8 @@ def judge(sweep: SweepView) -> tuple[list[Limit], list[str]]:
         if path not in sweep.quantities:
             missing.append(path)
             continue
-        sides: tuple[Side, Side] = ("max", "min")
-        limits += [_judge(sweep, row, path, side) for side in sides if row.get(side) is not None]
+        unit = sweep.quantities[path].unit
+        limits += [_judge(sweep, row, path, bound) for bound in bounds_of(row, unit)]
     return limits, list(dict.fromkeys(missing))
 
 
@@ -116,22 +117,21 @@ def least_broken(sweep: SweepView, limits: Sequence[Limit]) -> tuple[int, Limit,
     return point, limits[int(np.argmin(shares[:, point]))], float(-smallest[point])
 
 
-def _judge(sweep: SweepView, row: Mapping[str, Any], path: str, side: Side) -> Limit:
+def _judge(sweep: SweepView, row: Mapping[str, Any], path: str, bound: Bound) -> Limit:
     unit = sweep.quantities[path].unit
-    printed = read_printed(row[side], default_unit=unit)
+    printed = read_printed(bound.written, default_unit=unit)
     where = dict(row.get("where") or {})
-    bound = convert(printed.number, printed.unit, unit)
-    counted = worst(sweep, path, where, side)
+    counted = worst(sweep, path, where, bound.side)
     with np.errstate(invalid="ignore"):
-        margin = bound - counted.values if side == "max" else counted.values - bound
+        margin = bound.left(counted.values)
         spread = 0.0 if counted.spread is None else STANDARD_ERRORS * counted.spread
-        state = held(margin, counted.errors + spread, bound)
+        state = held(margin, counted.errors + spread, bound.value)
     return Limit(
         quantity=path,
         where=where,
         source=str(row.get("source") or ""),
-        side=side,
-        bound=bound,
+        side=bound.side,
+        bound=bound.value,
         shown=f"{printed.number:g} {printed.unit}".rstrip(),
         unit=unit,
         worst=counted,

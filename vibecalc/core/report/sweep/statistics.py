@@ -1,7 +1,7 @@
 """Results of a sweep in numbers: worst entries, smallest and largest, quantiles, shares."""
 
 from collections.abc import Mapping
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from vibecalc.core.report.sections import read_as
 from vibecalc.core.report.sweep.view import SweepView
 from vibecalc.core.report.writing import Column, number, paragraph, show, show_error, table
 from vibecalc.core.results.record import Estimate, Quantity
-from vibecalc.core.results.select import select
+from vibecalc.core.results.select import Side, select
 from vibecalc.core.study.sweep.sampling import (
     LEVELS,
     Indices,
@@ -24,8 +24,6 @@ from vibecalc.units import convert
 # ----------------------------------------------------------------------------
 # A result of many entries at each point of a sweep, reduced to its worst entry, which is named.
 # ----------------------------------------------------------------------------
-
-Side = Literal["max", "min"]
 
 
 class Worst(NamedTuple):

@@ -1,0 +1,275 @@
+"""Limits of a result, each judged once: rows that every report, exit code, sweep and search reads.
+
+`run` judges them after the last stage and stores them with the result (`judged`); a file without
+them, as older ones, is judged by the same function when it is read (`verdicts_of`).
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibecalc.core.results.catalogue import JUDGES, OWNER
+from vibecalc.core.results.named import named
+from vibecalc.core.results.printed import read_printed
+from vibecalc.core.results.record import (
+    AT_START,
+    BROKEN,
+    KEPT,
+    ROUNDING,
+    UNDECIDED,
+    Estimate,
+    Quantity,
+    Result,
+    Verdict,
+)
+from vibecalc.core.results.select import Side, curving, uncertainty, worst
+from vibecalc.core.results.tolerance import remedy
+from vibecalc.errors import ResultError
+from vibecalc.units import SHIFTED, convert, parse_quantity
+
+# ----------------------------------------------------------------------------
+# The rows of a result.
+# ----------------------------------------------------------------------------
+
+_STATES = {1: KEPT, -1: BROKEN, 0: UNDECIDED}
+
+
+def verdicts_of(result: Result) -> Sequence[Verdict]:
+    """The rows of a result: as stored with it, else judged now."""
+    return judged(result) if result.verdicts is None else result.verdicts
+
+
+def judged(result: Result) -> tuple[Verdict, ...]:
+    """Every limit of a run: each `[[limit]]` in the order of the case, then those of the subjects.
+
+    A `[[limit]]` that expects a result to be broken says so of the other limits on it, too. The
+    file of a sweep has no rows: `core/report/sweep/limits.py` judges its points.
+
+    Raises
+    ------
+    ResultError
+        A row names a quantity or an entry that the result does not have.
+    """
+    if result.swept is not None:
+        return ()
+    asked_for = entries(result, "limit")
+    there = {OWNER[path] for path in result.record if path in OWNER}
+    judges = [where for subject, where in JUDGES.items() if subject in there]
+    others = [_expected(row, asked_for) for judge in judges for row in named(judge)(result)]
+    return (*(_judge(result, entry) for entry in asked_for), *others)
+
+
+def _expected(row: Verdict, asked_for: Sequence[Mapping[str, Any]]) -> Verdict:
+    """The row, where it is broken as a `[[limit]]` on the same result and entries expects."""
+    if row.state != BROKEN:
+        return row
+    own = [one for one in asked_for if one["quantity"] == row.quantity]
+    picked = {axis: str(entry) for axis, entry in row.where.items()}
+    expects = [
+        all(picked.get(axis) == str(entry) for axis, entry in (one.get("where") or {}).items())
+        for one in own
+        if one.get("expect") == BROKEN
+    ]
+    return row._replace(expect=BROKEN) if any(expects) else row
+
+
+# ----------------------------------------------------------------------------
+# A bound, and whether values keep it: for one result, for all points of a sweep, for a search.
+# ----------------------------------------------------------------------------
+
+
+class Bound(NamedTuple):
+    """One side of a limit: its `value` in the unit of the quantity, `written` as in the case."""
+
+    side: Side
+    value: float
+    written: float | str
+
+    def left(self, values: Any) -> Any:
+        """What is left from values (...) to the bound: positive inside."""
+        return self.value - values if self.side == "max" else values - self.value
+
+    def scaled(self, margin: float) -> float:
+        """A margin as a share of the bound."""
+        return margin / (abs(self.value) or 1.0)
+
+
+def bounds_of(entry: Mapping[str, Any], unit: str) -> list[Bound]:
+    """Both sides of a `[[limit]]` on a quantity of that unit, those it has."""
+    sides: tuple[Side, Side] = ("max", "min")
+    written = [(side, entry[side]) for side in sides if entry.get(side) is not None]
+    return [Bound(side, parse_quantity(str(said), unit), said) for side, said in written]
+
+
+def held(margin: np.ndarray | float, error: np.ndarray | float, bound: float) -> np.ndarray:
+    """Whether values keep a limit: 1 kept, -1 broken, 0 undecided, of the shape of `margin`.
+
+    The whole interval of a value and its error counts. `margin` is positive inside, in the unit of
+    `error` and of the `bound`. A value on the bound, to the last bits, is inside; so is one that
+    its error does not tell from the bound, as far as that is `ROUNDING` of the bound. A finite
+    value with an unknown error decides nothing, one that is not a number keeps nothing.
+    """
+    margin, error = np.asarray(margin, dtype=float), np.asarray(error, dtype=float)
+    reach = np.where(np.isinf(margin), 0.0, np.where(np.isnan(error), np.inf, error))
+    last_bits = 4.0 * np.finfo(float).eps * abs(bound)
+    on = margin >= -np.maximum(last_bits, reach)
+    inside = on & ((margin - reach >= -last_bits) | (reach <= ROUNDING * abs(bound)))
+    outside = np.isnan(margin) | (margin + reach < -last_bits)
+    return np.asarray(np.where(inside, 1, np.where(outside, -1, 0)))
+
+
+def state_of(margin: float, error: float, bound: float) -> str:
+    """The same of one value, as the word of a row."""
+    return _STATES[int(held(margin, error, bound))]
+
+
+def _judge(result: Result, entry: Mapping[str, Any]) -> Verdict:
+    """Of an array the worst entry counts.
+
+    An infinite value breaks a `max` with a margin of minus infinity; what a [[find]] was to find
+    and did not is undecided. Numbers are in the unit of the bound as written (of `max`, if the row
+    has both).
+    """
+    missing, where = not_found(result, entry), dict(entry.get("where") or {})
+    quantity = None if missing else asked(result, entry, "limit")
+    own = "" if quantity is None else quantity.unit
+    said = next((entry[side] for side in ("max", "min") if entry.get(side) is not None), None)
+    if said is None:
+        raise ResultError(f"a [[limit]] on {entry['quantity']} has neither max nor min")
+    unit = read_printed(said, default_unit=own).unit
+    unit = own if unit in SHIFTED else unit
+    bounds = bounds_of(entry, own or unit)
+    limits = {bound.side: convert(bound.value, own or unit, unit) for bound in bounds}
+    computed, off, label, margin, use = math.nan, math.nan, "", -math.inf, math.nan
+    state, decided_by = UNDECIDED, "a [[find]] that finds it"
+    if quantity is not None:
+        sides = []
+        for bound in bounds:
+            with naming("limit", entry):
+                value, label = worst(quantity, where, bound.side)
+            zero = quantity.estimate.is_zero(value)
+            left = bound.left(0.0 if zero else value)
+            # A value that is not a number keeps no limit, whatever the side.
+            sides.append((-math.inf if math.isnan(left) else left, bound, value, label, zero))
+        left, bound, value, label, zero = min(sides, key=lambda one: one[0])
+        off = 0.0 if zero else uncertainty(quantity, where)
+        state = state_of(left, off, bound.value)
+        computed, limit = 0.0 if zero else convert(value, own, unit), limits[bound.side]
+        off = convert(off, own, unit)
+        margin = left
+        if math.isfinite(left):
+            margin = limit - computed if bound.side == "max" else computed - limit
+        use = computed / limit if bound.side == "max" and limit else math.nan
+        decided_by = _decided_by(result, quantity, where) if state == UNDECIDED else ""
+    return Verdict(
+        quantity=str(entry["quantity"]),
+        where=where,
+        source=str(entry.get("source") or ""),
+        min=limits.get("min"),
+        max=limits.get("max"),
+        unit=unit,
+        computed=computed,
+        label=label,
+        error_estimate=Estimate(off, 0.0),  # what is a zero has become one
+        margin=margin,
+        state=state,
+        decided_by=decided_by,
+        expect=str(entry.get("expect") or KEPT),
+        at=str(entry.get("at") or "optimum"),
+        use=use,
+    )
+
+
+def _decided_by(result: Result, quantity: Quantity, where: Mapping[str, Any]) -> str:
+    if curving(quantity, where) > quantity.error_estimate:
+        return "more points of the curve, whose samples lie too far apart here"
+    return remedy(quantity, result.case)
+
+
+# ----------------------------------------------------------------------------
+# The rows in a file: objects of JSON, which has no word for what is infinite or undefined.
+# ----------------------------------------------------------------------------
+
+VERDICTS = "verdicts"
+_NUMBERS = {"min", "max", "computed", "error_estimate", "margin", "use", "speed"}
+
+
+def as_objects(rows: Sequence[Verdict]) -> list[dict[str, Any]]:
+    """The rows as plain objects; "inf", "-inf" and "nan" stand for such numbers."""
+    return [
+        {
+            name: str(value) if isinstance(value, float) and not math.isfinite(value) else value
+            for name, value in row._asdict().items()
+        }
+        for row in rows
+    ]
+
+
+def from_objects(content: Sequence[Mapping[str, Any]]) -> tuple[Verdict, ...]:
+    """The rows of such objects; what a later version has more is left out."""
+    rows = []
+    for one in content:
+        known = {name: one[name] for name in Verdict._fields if name in one}
+        for name in _NUMBERS & known.keys():
+            known[name] = None if known[name] is None else float(known[name])
+        row = Verdict(**known)
+        rows.append(row._replace(error_estimate=Estimate(row.error_estimate, 0.0)))
+    return tuple(rows)
+
+
+# ----------------------------------------------------------------------------
+# Rows of the case that name a quantity of its result.
+# ----------------------------------------------------------------------------
+
+
+def entries(result: Result, table: str) -> tuple[Mapping[str, Any], ...]:
+    """The rows of a list of tables of the case (`reference`, `limit`), none if it is absent."""
+    rows: Any = result.case.get(table) or ()
+    return tuple(rows)
+
+
+def asked(result: Result, entry: Mapping[str, Any], table: str) -> Quantity:
+    """The quantity that a row of the case names; `at = "start"` looks under `AT_START`.
+
+    Raises
+    ------
+    ResultError
+        The result does not have it; the nearest path is named.
+    """
+    path = str(entry["quantity"])
+    if entry.get("at") == "start":
+        path = AT_START + path
+    if path not in result.record:
+        from difflib import get_close_matches
+
+        near = get_close_matches(path, list(result.record), n=1, cutoff=0.5)
+        hint = f"; the nearest one is {near[0]}" if near else ""
+        raise ResultError(f"a [[{table}]] asks for {path}, which this result does not have{hint}")
+    return result.record[path]
+
+
+def not_found(result: Result, entry: Mapping[str, Any]) -> bool:
+    """Whether a row of the case names something of a [[find]] that found nothing."""
+    path = str(entry["quantity"])
+    names = {f"find/{search['name']}" for search in entries(result, "find")}
+    return path not in result.record and path.rsplit("/", 1)[0] in names
+
+
+@contextmanager
+def naming(table: str, entry: Mapping[str, Any]) -> Iterator[None]:
+    """Say in a ResultError which row of a list of tables asked for what is not there."""
+    try:
+        yield
+    except ResultError as error:
+        row = name_of(str(entry["quantity"]), dict(entry.get("where") or {}))
+        source = f" ({entry['source']})" if entry.get("source") else ""
+        raise ResultError(f"the [[{table}]] on {row}{source}: {error}") from error
+
+
+def name_of(quantity: str, where: Mapping[str, Any]) -> str:
+    """`path [axis=entry, ...]`, as messages and tables name an entry."""
+    picks = ", ".join(f"{axis}={entry}" for axis, entry in where.items())
+    return f"{quantity} [{picks}]" if picks else quantity
