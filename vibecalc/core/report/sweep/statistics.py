@@ -10,6 +10,7 @@ from vibecalc.core.report.sweep.view import SweepView
 from vibecalc.core.report.writing import Column, number, paragraph, show, show_error, table
 from vibecalc.core.results.record import Estimate, Quantity
 from vibecalc.core.results.select import select
+from vibecalc.core.results.tolerance import UNRESOLVED
 from vibecalc.core.study.sweep.sampling import (
     LEVELS,
     Indices,
@@ -248,7 +249,9 @@ def _rows(sweep: SweepView, counted: Worst, name: str, unit: str) -> list[list[s
     if low == high:
         label = counted.label(low)
         everywhere = "at all points" + (f"\n({label})" if label and label not in name else "")
-        return [[name, "constant", _value(counted, low), unit, everywhere]]
+        open_ = counted.estimate(low).unresolved(float(counted.values[low]))
+        word = UNRESOLVED if open_ else "constant"
+        return [[name, word, _value(counted, low), unit, everywhere]]
     return [
         [name, "smallest", _value(counted, low), unit, _place(sweep, counted, low, name)],
         ["", "largest", _value(counted, high), unit, _place(sweep, counted, high, name)],
