@@ -249,9 +249,9 @@ def _rows(sweep: SweepView, counted: Worst, name: str, unit: str) -> list[list[s
     if low == high:
         label = counted.label(low)
         everywhere = "at all points" + (f"\n({label})" if label and label not in name else "")
-        open_ = counted.estimate(low).unresolved(float(counted.values[low]))
-        word = UNRESOLVED if open_ else "constant"
-        return [[name, word, _value(counted, low), unit, everywhere]]
+        if counted.estimate(low).unresolved(float(counted.values[low])):
+            return [[name, "", _value(counted, low), unit, f"{UNRESOLVED} {everywhere}"]]
+        return [[name, "constant", _value(counted, low), unit, everywhere]]
     return [
         [name, "smallest", _value(counted, low), unit, _place(sweep, counted, low, name)],
         ["", "largest", _value(counted, high), unit, _place(sweep, counted, high, name)],
