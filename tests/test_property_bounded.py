@@ -88,3 +88,10 @@ def test_a_root_next_to_zero_is_off_by_the_root_of_the_error() -> None:
 
 def _flat(nested: Any) -> list[Any]:
     return [x for one in nested for x in (one if isinstance(one, list) else [one])]
+
+
+def test_a_largest_value_is_off_by_those_that_may_be_it() -> None:
+    found = b.maximum(Bounded(np.array([5.0, 5.0]), np.array([1e-20, 0.1])), Bounded(
+        np.array([3.0, 4.9]), np.array([1.0, 1.0])))  # fmt: skip
+    assert found.value.tolist() == [5.0, 5.0]
+    assert found.error == pytest.approx([1e-20, 0.9])

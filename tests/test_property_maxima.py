@@ -5,7 +5,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from vibecalc.numerics.maxima import Jet, by_slopes, by_values
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.maxima import Jet, by_slopes, by_values, top_errors
 from vibecalc.numerics.rounding import FloatArray, IntArray
 
 
@@ -223,3 +224,47 @@ def test_by_values_ends_at_a_jump() -> None:
 
     found = by_values(values_at, np.array([0]), np.zeros(1), np.array([0.5]), np.ones(1))
     assert abs(found.place.value[0] - 0.7) <= found.place.error[0] < 1e-11
+
+
+# ----------------------------------------------------------------------------
+# Places of maxima of curves that are uncertain themselves.
+# ----------------------------------------------------------------------------
+
+AT = np.linspace(0.0, 10.0, 401)
+
+
+def two_hills(second: float) -> FloatArray:
+    """One of height 1 at 3, one at 7."""
+    first, other = (np.exp(-4.0 * np.square(AT - top)) for top in (3.0, 7.0))
+    return first + second * other
+
+
+def errors_at_3(second: float, off: float, alone: bool = False) -> tuple[float, float]:
+    place, height = Bounded(np.array(3.0), np.array(1e-9)), Bounded(np.array(1.0), np.array(off))
+    curve = Bounded(two_hills(second), np.full(len(AT), off))
+    return top_errors(place, height, AT, curve, alone)
+
+
+def test_another_top_that_errors_do_not_exclude_is_within_that_of_the_place() -> None:
+    assert errors_at_3(0.985, 0.01)[0] == pytest.approx(4.0, abs=0.15)
+    assert errors_at_3(0.985, 0.01, alone=True)[0] == 1e-9
+    # a top that is lower by more than both errors is none
+    assert errors_at_3(0.97, 0.01)[0] == 1e-9
+    assert errors_at_3(0.985, 0.007)[0] == 1e-9
+
+
+def test_what_errors_lift_elsewhere_is_within_that_of_the_height() -> None:
+    place, height = Bounded(np.array(3.0), np.array(1e-9)), Bounded(np.array(1.0), np.array(0.02))
+    off = np.where(AT > 6.0, 0.5, 0.02)
+    far, high = top_errors(place, height, AT, Bounded(two_hills(0.6), off))
+    assert far == pytest.approx(4.2, abs=0.2) and high == pytest.approx(0.1, abs=1e-6)
+
+
+def test_a_large_error_leaves_the_hill_open_as_wide_as_it_reaches() -> None:
+    far, _ = errors_at_3(0.0, 0.1)
+    true = np.sqrt(-0.25 * np.log(0.8))  # both are off
+    assert true <= far <= true + 0.05
+
+
+def test_rounding_leaves_places_as_they_are() -> None:
+    assert errors_at_3(1.0, 1e-9) == (1e-9, 1e-9)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from isolation_machines import random_body, shows
 from random_machines import random_machine, without_damping
+from shipped_cases import result_of
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.run.run import run_case
@@ -183,3 +184,31 @@ def test_undamped_resonances_that_are_met_to_the_last_bit_are_masked() -> None:
     record = run_case(validate(table))
     centres = record["isolation/masked/centre"].values
     assert len(centres) > 4 and np.all(np.isfinite(record["isolation/support_force/run_up"].values))
+
+
+def places_of(name: str, orders: int) -> dict[str, tuple[np.ndarray, float, np.ndarray, float]]:
+    """Of each maximum over the run-up: speeds with their error, heights with theirs."""
+    record = result_of(name, f"excitation.orders={orders}").record
+    found = {}
+    for path in record:
+        if path.endswith(("run_up_peak_speed", "largest_speed", "travel_speed")):
+            place, height = record[path], record[path.removesuffix("_speed")]
+            found[path] = (place.values, place.error_estimate, height.values, height.error_estimate)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("name", "few"),
+    [("genset_skid", 2), pytest.param("genset_skid", 6, marks=pytest.mark.long),
+     pytest.param("genset_points", 6, marks=pytest.mark.long)],
+)  # fmt: skip
+def test_orders_left_out_move_no_maximum_out_of_its_error(name: str, few: int) -> None:
+    """Highest places may move to another resonance; where all orders are kept they are known."""
+    whole, part = places_of(name, 24), places_of(name, few)
+    assert len(part) >= 2
+    for path, (place, off, height, height_off) in part.items():
+        true, more, high, high_more = whole[path]
+        assert np.all(np.abs(place - true) <= off + more), path
+        assert np.all(np.abs(height - high) <= height_off + high_more), path
+        if "rms" in path:
+            assert more < 1e-5

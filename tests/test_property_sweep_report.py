@@ -103,15 +103,23 @@ def test_extremes_are_those_of_the_array_with_their_points() -> None:
 
 @settings(max_examples=50)
 @given(st.lists(st.floats(-1e3, 1e3), min_size=1, max_size=30), st.floats(0.0, 10.0))
-def test_of_values_that_are_the_same_within_errors_the_first_counts(
-    values: list[float], error: float
-) -> None:
+def test_of_values_that_are_the_same_the_first_counts(values: list[float], error: float) -> None:
+    """Within errors that exceed them, else to rounding: what is left out makes none equal."""
     array, errors = np.array(values), np.full(len(values), error)
     for side, extreme in (("max", array.max()), ("min", array.min())):
         found = first_of(array, errors, side)
         apart = np.abs(array - extreme)
-        assert apart[found] <= 2.0 * error * (1.0 + 1e-12) + 1e-9
-        assert np.all(apart[:found] > 2.0 * error * (1.0 - 1e-12) - 1e-9)
+        known = abs(extreme) > error
+        slack = 2.0 * (min(error, 1e-8 * abs(extreme)) if known else error)
+        assert apart[found] <= slack * (1.0 + 1e-12) + 1e-12
+        assert np.all(apart[:found] > slack * (1.0 - 1e-12) - 1e-12)
+
+
+def test_values_that_errors_do_not_tell_apart_are_no_constant() -> None:
+    text = text_of(extreme_lines(one_axis([2.0, 2.5, 3.0], errors=0.5)))
+    assert "constant" not in text and "2.00 +-1.50" in text and "3.00 +-1.50" in text
+    text = text_of(extreme_lines(one_axis([2.0, 2.5, 3.0], errors=1.5)))
+    assert "constant" not in text and "unresolved" in text
 
 
 def test_round_off_on_equal_values_is_one_constant() -> None:

@@ -121,9 +121,12 @@ class Bounded:
         return Bounded(length, off + (self.shape[axis] + 2.0) * UNIT_ROUNDOFF * length)
 
     def max(self, axis: int = -1) -> "Bounded":
-        """Largest value over one axis, off by no more than the largest error there."""
+        """Largest value over one axis; the error is of those that may be the largest."""
         error = np.broadcast_to(self.error, self.shape)
-        return Bounded(np.max(self.value, axis=axis), np.max(error, axis=axis))
+        top = np.max(self.value, axis=axis)
+        with np.errstate(invalid="ignore"):
+            above = np.max(error - (np.expand_dims(top, axis) - self.value), axis=axis)
+        return Bounded(top, np.where(np.isfinite(top), above, np.max(error, axis=axis)))
 
 
 class Summed(NamedTuple):
@@ -183,9 +186,10 @@ def where(chosen: Any, value: Operand, other: Operand) -> Bounded:
 
 
 def maximum(value: Operand, other: Operand) -> Bounded:
-    """The larger one of two, off by no more than the larger error."""
+    """The larger one of two; the error is of those that may be that."""
     (first, its_error), (second, error) = pair(value), pair(other)
-    return Bounded(np.maximum(first, second), np.maximum(its_error, error))
+    both = np.broadcast_arrays(first, its_error, second, error)
+    return stack([Bounded(*both[:2]), Bounded(*both[2:])]).max()
 
 
 def concatenate(parts: Sequence[Bounded], axis: int = -1) -> Bounded:

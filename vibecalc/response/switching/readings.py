@@ -6,6 +6,7 @@ import numpy as np
 
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import Peak, cycle_peak, vector_cycle_peak
+from vibecalc.numerics.maxima import SURE
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.response.switching.motion import ModalMotion, Segment, motion_at, motion_on_grid
 from vibecalc.response.switching.system import ModalLoads, ModalSystem, SteadyMotion
@@ -256,7 +257,8 @@ class ReadingPeaks(NamedTuple):
     """Largest magnitudes (columns,) with absolute errors, when (s), and at which crank speed.
 
     The time is the first at which the value is reached to within rounding; its error is that of
-    the peak's place where it is round, or the distance to the next time where it is flat.
+    the peak's place where it is round, or the distance to the next time where it is flat, and spans
+    to other peaks that the error of the value does not exclude.
     """
 
     value: np.ndarray
@@ -279,7 +281,7 @@ def true_peaks(system: ModalSystem, loads: ModalLoads, segments: list[Segment]) 
     which = all_of_them.take(np.array(chosen, dtype=int))
     height, time, bend, slack = _climb(system, loads, segments, which)
 
-    value, error, moment, round_, speed = np.zeros((5, width))
+    value, error, moment, round_, speed, apart = np.zeros((6, width))
     starts = np.array([segment.run.start for segment in segments])
     for column in range(width):
         mine = np.flatnonzero(which.column == column)
@@ -295,12 +297,16 @@ def true_peaks(system: ModalSystem, loads: ModalLoads, segments: list[Segment]) 
         error[column] = uncertainty[column] + max(missed, left_over[column] - value[column], 0.0)
         moment[column] = np.min(when)
         round_[column] = max(-bend[first], 0.0)
+        if error[column] > SURE * value[column]:
+            # both heights are off
+            rivals = mine[height[mine] >= value[column] - 2.0 * error[column]]
+            later = starts[which.segment[rivals]] + time[rivals] - moment[column]
+            apart[column] = np.max(np.abs(later))
         speed[column] = segment.run.speed_at(time[first])
     longest = max(float(np.max(np.diff(segment.grid))) for segment in segments)
     uncertainty = np.sqrt(4.0 * error / np.where(round_ > 0.0, round_, np.inf))
-    return ReadingPeaks(
-        value, error, moment, np.where(uncertainty > 0.0, uncertainty, longest), speed
-    )
+    uncertainty = np.where(uncertainty > 0.0, uncertainty, longest)
+    return ReadingPeaks(value, error, moment, np.maximum(uncertainty, apart), speed)
 
 
 def _climb(

@@ -10,6 +10,7 @@ from vibecalc.core.report.sweep.view import SweepView
 from vibecalc.core.report.writing import Column, number, paragraph, show, show_error, table
 from vibecalc.core.results.record import Estimate, Quantity
 from vibecalc.core.results.select import Side, select
+from vibecalc.core.results.tolerance import UNRESOLVED
 from vibecalc.core.study.sweep.sampling import (
     LEVELS,
     Indices,
@@ -246,6 +247,8 @@ def _rows(sweep: SweepView, counted: Worst, name: str, unit: str) -> list[list[s
     if low == high:
         label = counted.label(low)
         everywhere = "at all points" + (f"\n({label})" if label and label not in name else "")
+        if counted.estimate(low).unresolved(float(counted.values[low])):
+            return [[name, "", _value(counted, low), unit, f"{UNRESOLVED} {everywhere}"]]
         return [[name, "constant", _value(counted, low), unit, everywhere]]
     return [
         [name, "smallest", _value(counted, low), unit, _place(sweep, counted, low, name)],
