@@ -68,6 +68,10 @@ class Solid:
             self.matrix[3:, 3:] += own
             moment += mass * centre
         self.centre = moment / self.mass
+        #: about the mass centre
+        to_centre = np.eye(6)
+        to_centre[:3] = arm(-self.centre)
+        self.central = to_centre.T @ self.matrix @ to_centre
 
 
 class Springs:
@@ -372,6 +376,10 @@ def _table_at(one: Table, rate: np.ndarray) -> np.ndarray:
 # ----------------------------------------------------------------------------
 
 
+#: highest samples from which a peak is climbed
+CANDIDATES = 12
+
+
 def over_cycle(harmonics: np.ndarray, order: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Lowest and highest value (...) over the cycle of signals (..., orders)."""
     ends = [_highest(sign * harmonics, order) for sign in (-1.0, 1.0)]
@@ -403,11 +411,8 @@ def _top(vector: np.ndarray, order: np.ndarray, signed: bool = False) -> float:
     spectrum[:, number] = 0.5 * count * vector
     signal = np.fft.irfft(spectrum, count, axis=-1)
     height = signal[0] if signed else (signal**2).sum(axis=0)
-    near = (height >= np.roll(height, 1)) & (height >= np.roll(height, -1))
-    spread = height.max() - height.min()
-    near &= height >= height.max() - 0.05 * spread
-    angle = TURN * np.flatnonzero(near) / count
-    width = TURN / count
+    near = np.flatnonzero((height >= np.roll(height, 1)) & (height >= np.roll(height, -1)))
+    angle, width = TURN * near[np.argsort(-height[near])[:CANDIDATES]] / count, TURN / count
 
     def at(place: np.ndarray) -> tuple[np.ndarray, ...]:
         turned = np.exp(1j * np.outer(number, place))
@@ -419,7 +424,7 @@ def _top(vector: np.ndarray, order: np.ndarray, signed: bool = False) -> float:
 
     best = float(height.max())
     place = angle.copy()
-    for _ in range(12):
+    for _ in range(6):
         value, slope, bend = at(place)
         best = max(best, float(value.max()))
         move = np.where(bend < 0.0, -slope / np.where(bend < 0.0, bend, -1.0), 0.0)

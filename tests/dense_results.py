@@ -5,13 +5,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from dense_machine import Moved, OnMounts, arm, longest, over_cycle, peak
-from dense_train import TURN, XYZ, Table, Train
+from dense_train import SAMPLES, TURN, Curve, Table, Train, integrals, pump_curve
 from scipy.optimize import minimize_scalar
 
 from vibecalc.core.results.record import Record
 
 #: relative to the size of a result, where its stated error is less
 TOLERANCE = 1e-9
+#: orders, halves where a cycle is two turns, that stand for all
+MANY = 240
 QUANTITIES = ("displacement", "velocity", "acceleration")
 
 
@@ -39,7 +41,7 @@ class Dense:
         self.order = self._axis("isolation/body/translation_harmonics", 0)
         self.train.prepare(self.order)
         step = 0.5 if self.order[0] < 1.0 else 1.0
-        self.more.prepare(step * np.arange(1, 401))
+        self.more.prepare(step * np.arange(1, MANY + 1))
         self.mounted = OnMounts(case)
         self.rigid = OnMounts(case, rigid_ground=True)
         kind = case.get("foundation", {}).get("kind", "")
@@ -47,6 +49,8 @@ class Dense:
         if kind == "mass":
             self.mounted = self.rigid
         self.moved = self._moved(self.train)
+        #: forces and couples (6,) below which they are what rounding leaves of larger ones
+        self.nothing = np.repeat(1e-9 * self.speed**2 * self.train.terms, 3)
         self.full = self._moved(self.more)
 
     def _axis(self, path: str, place: int) -> np.ndarray:
@@ -58,6 +62,11 @@ class Dense:
 
     def values(self) -> Iterator[Expected]:
         yield from self.shaking()
+        yield from self.body()
+        if "rod" in self.case["machine"]["crank_train"]:
+            yield from self.rod()
+        if "pump_cycle" in self.case["machine"]["crank_train"]:
+            yield from self.pump()
         yield from self.at_rest()
         yield from self.steady()
         if self.case["isolation"].get("efficiency"):
@@ -83,7 +92,7 @@ class Dense:
 
     def shaking(self) -> Iterator[Expected]:
         order = self._axis("excitation/force", 0)
-        every = np.arange(1, 401)
+        every = np.arange(1, MANY + 1)
         load = self.speed**2 * self.train.shaking
         for name, part in (("force", slice(0, 3)), ("couple", slice(3, 6))):
             yield Expected(f"excitation/{name}", load[order.astype(int), part])
@@ -100,9 +109,67 @@ class Dense:
             )
         )  # fmt: skip
         yield Expected("excitation/residual", np.sqrt(square))
+        masses = np.array([one[1:] for one in self.train.masses()])
+        for name, column in (("reciprocating", 0), ("rotating", 1)):
+            yield Expected(f"excitation/mass/{name}", masses[:, column])
+        given = self.case["machine"]["crank_train"].get("counterweights")
+        if given:
+            force = np.array([one["unbalance"] for one in given]) * self.speed**2
+            along = self.train.origin @ self.train.axis
+            lever = np.abs([along + one.get("position", 0.0) for one in given])
+            yield Expected("excitation/counterweight/force", force)
+            yield Expected("excitation/counterweight/couple", force * lever)
+
+    def body(self) -> Iterator[Expected]:
         solid = self.rigid.solid
         yield Expected("body/mass", solid.mass)
         yield Expected("body/centre", solid.centre)
+        moments = solid.central[3:, 3:]
+        yield Expected("body/moments", np.diag(moments))
+        yield Expected("body/products", -moments[[0, 0, 1], [1, 2, 2]], size=moments.max())
+        yield Expected("body/principal_moments", np.linalg.eigvalsh(moments))
+
+    def rod(self) -> Iterator[Expected]:
+        train, given = self.train, self.case["machine"]["crank_train"]["rod"]
+        angle = TURN * np.arange(SAMPLES) / SAMPLES
+        _, bent = train.piston.lean_slopes(angle)
+        place = given["crank_pin_to_mass_centre"]
+        points = given["mass"] * place * (train.piston.rod - place)
+        yield Expected("excitation/rod/split_inertia", points)
+        order = np.arange(1, MANY + 1)
+        spectrum = 2.0 / SAMPLES * np.fft.rfft(bent)[order]
+        largest = float(peak(spectrum, order)) * self.speed**2
+        if "inertia" not in given:
+            yield Expected("excitation/rod/couple_bound", points * largest)
+            return
+        yield Expected("excitation/rod/couple_peak", abs(train.beyond_points) * largest)
+        kept = self._axis("excitation/rod/couple", 0).astype(int)
+        value = np.where(kept > 0, train.beyond_points * self.speed**2 * spectrum[kept - 1], 0.0)
+        yield Expected("excitation/rod/couple", value)
+
+    def pump(self) -> Iterator[Expected]:
+        root, given = "excitation/pump", self.case["machine"]["crank_train"]
+        piston, cycle = self.train.piston, given["pump_cycle"]
+        curve, area = pump_curve(given), 0.25 * np.pi * given["bore"] ** 2
+        opens, bottom, gives = curve.ends[1:4]
+        swept = area * (piston.place(curve.ends[0]) - piston.place(bottom))
+        drawn = area * (piston.place(opens) - piston.place(bottom))
+        # the work on the liquid is that of the pressure against the travel of the plunger
+        power = Curve(curve.ends, lambda a: curve.value(a) * area * piston.slopes(a)[0])
+        work, count = integrals(power, np.ones(1))[1] * TURN, len(given["cylinders"])
+        rate = count * self.speed / TURN
+        for name, value in (
+            ("suction_opens", opens - curve.ends[0]), ("discharge_opens", gives - bottom),
+            ("swept_volume", swept), ("volumetric_efficiency", drawn / swept), ("work", work),
+            ("flow", rate * drawn), ("power", rate * work), ("mean_torque", -count * work / TURN),
+        ):  # fmt: skip
+            yield Expected(f"{root}/{name}", value)
+        order = self._axis(f"{root}/torque", 0)
+        yield Expected(f"{root}/torque", self.train.torque_of_gas(order)[0][1])
+        angle = self._axis(f"{root}/pressure", 0)
+        turned = curve.ends[0] + np.mod(angle - curve.ends[0], TURN)
+        outside = cycle.get("outside_pressure", 101325.0)
+        yield Expected(f"{root}/pressure", curve.value(turned) + outside)
 
     def at_rest(self) -> Iterator[Expected]:
         on, mounts = self.rigid, self.rigid.mounts
@@ -110,22 +177,7 @@ class Dense:
         yield Expected("isolation/support_displacement/sag", -(mounts.arms @ on.rest) @ up)
         share = -mounts.rest_force @ up
         yield Expected("isolation/support_force/static", share)
-        frequency, shapes, ratio = on.modes()
-        yield Expected("isolation/modes/natural_frequency", frequency)
-        yield Expected("isolation/modes/damping_ratio", ratio)
-        found = np.asarray(self.record["isolation/modes/shape"].values)
-        sense = np.sign(np.sum(found * shapes, axis=1, keepdims=True))
-        # two natural frequencies that are nearly one leave the shapes open between them
-        apart = np.abs(np.diff(frequency)).min() > 1e-4 * frequency[-1]
-        if apart:
-            yield Expected("isolation/modes/shape", sense * shapes)
-            moved = shapes.copy()
-            moved[:, :3] += np.cross(shapes[:, 3:], on.solid.centre)
-            central = on.solid.matrix.copy()
-            skew = -arm(on.solid.centre)[:, 3:]
-            central[3:, 3:] -= on.solid.mass * skew.T @ skew
-            central[:3, 3:] = central[3:, :3] = 0.0
-            yield Expected("isolation/modes/energy_fraction", moved * (moved @ central))
+        yield from self._modes("isolation")
         if not mounts.follows_load:
             return
         outer = np.einsum("ni,nij,nj->n", mounts.axis, mounts.stiffness, mounts.axis)
@@ -137,6 +189,22 @@ class Dense:
         yield Expected(f"{root}/load_curve", [[law(u)[0] for u in at] for law in mounts.laws])
         left = mounts.to_stop(mounts.deflection, mounts.deflection)
         yield Expected(f"{root}/clearance_at_rest", left, size=float(np.abs(left).max()))
+
+    def _modes(self, root: str) -> Iterator[Expected]:
+        """Of the body on rigid ground."""
+        solid = self.rigid.solid
+        frequency, shapes, ratio = self.rigid.modes()
+        yield Expected(f"{root}/modes/natural_frequency", frequency)
+        yield Expected(f"{root}/modes/damping_ratio", ratio)
+        # natural frequencies that are nearly one leave the shapes open between them
+        if np.abs(np.diff(frequency)).min() < 1e-4 * frequency[-1]:
+            return
+        found = np.asarray(self.record[f"{root}/modes/shape"].values)
+        sense = np.sign(np.sum(found * shapes, axis=1, keepdims=True))
+        yield Expected(f"{root}/modes/shape", sense * shapes)
+        moved = shapes.copy()
+        moved[:, :3] += np.cross(shapes[:, 3:], solid.centre)
+        yield Expected(f"{root}/modes/energy_fraction", moved * (moved @ solid.central))
 
     def steady(self) -> Iterator[Expected]:
         moved, order, up = self.moved, self.order, self.rigid.up
@@ -209,14 +277,16 @@ class Dense:
     def _nearest(self) -> Iterator[Expected]:
         frequency, shapes, _ = self.rigid.modes()
         force = np.abs(self.train.loads(self.speed) @ shapes.T)
-        share = force / force.max(axis=0)
+        force = np.where(force > np.abs(shapes) @ self.nothing, force, 0.0)
+        share = force / np.maximum(force.max(axis=0), np.finfo(float).tiny)
         ratio = self.order[:, None] * self.speed / frequency
         away = np.where(share >= 1e-3, np.abs(ratio - 1.0), np.inf)
         clear = ~np.any((share > 0.9e-3) & (share < 1.1e-3), axis=0)
         place = np.argmin(away, axis=0)[clear]
         nearest = ratio[place, np.flatnonzero(clear)] - 1.0
-        root = "isolation/torque_reaction"
-        yield Expected(f"{root}/nearest_order", self.order[place], at=clear)
+        none = np.isinf(away.min(axis=0)[clear])
+        root, nearest = "isolation/torque_reaction", np.where(none, np.inf, nearest)
+        yield Expected(f"{root}/nearest_order", np.where(none, 0.0, self.order[place]), at=clear)
         yield Expected(f"{root}/margin", nearest, at=clear)
 
     # ------------------------------------------------------------------------
@@ -233,11 +303,13 @@ class Dense:
             ground = self._moved(train, on).ground @ centre.T
             for name, part in (("force", slice(0, 3)), ("couple", slice(3, 6))):
                 both = held[:, part], ground[:, part]
-                yield from _of_vector(f"{root}/{name}", *both, train.order, whole)
+                nothing = float(self.nothing[part].max())
+                yield from _of_vector(f"{root}/{name}", *both, train.order, whole, nothing)
             rms = [np.sqrt(0.5 * np.sum(np.abs(one) ** 2, axis=0)) for one in (held, ground)]
             shares.append((*rms, whole))
         for held, ground, whole in shares:
-            acts = held > 1e-6 * np.array([held[:3].max()] * 3 + [held[3:].max()] * 3)
+            largest = np.repeat([held[:3].max(), held[3:].max()], 3)
+            acts = (held > 1e-6 * largest) & (held > self.nothing)
             value = 1.0 - ground[acts] / held[acts]
             size = float(np.max(np.abs(value), initial=1.0)) * 1e6
             yield Expected(f"{root}/by_direction", value, size=size, at=acts, whole=whole)
@@ -316,13 +388,15 @@ class Dense:
                     path, size = f"{root}/{name}/{what}", np.linalg.norm(held[:, part])
                     arrived = np.linalg.norm(load[:, part])
                     yield Expected(f"{path}_rms", arrived / np.sqrt(2.0), whole=whole)
-                    if arrived + size > 1e-9 * np.linalg.norm(held):
+                    nothing = float(self.nothing[part].max())
+                    if size > nothing:
                         value = 1.0 - arrived / size
                         size = max(1.0, abs(value))
                         yield Expected(f"{path}_efficiency", value, size=size, whole=whole)
                     if not whole:
                         yield Expected(path, load[:, part])
-                        yield _by_order(f"{path}_by_order", held[:, part], load[:, part])
+                        both = held[:, part], load[:, part]
+                        yield _by_order(f"{path}_by_order", *both, nothing)
         rate = TURN * self._axis(f"{root}/ground/transmissibility", 1)
         for name, one in (("ground", on), ("rigid", self.rigid)):
             value = np.abs(np.diagonal(_through(one, rate), axis1=1, axis2=2)).T
@@ -331,7 +405,7 @@ class Dense:
     def two_masses(self) -> Iterator[Expected]:
         given, on = self.case["foundation"], self.rigid
         order = self._axis("foundation/machine", 0)
-        every = np.arange(1, 401)
+        every = np.arange(1, MANY + 1)
         for count, whole in ((order, False), (every, True)):
             rate = count * self.speed
             force = self.speed**2 * self.train.shaking[count.astype(int), :3] @ on.up
@@ -476,10 +550,8 @@ class Dense:
 
     def response(self) -> Iterator[Expected]:
         order = self._axis("response/translation_harmonics", 0)
-        on, every = self.rigid, np.arange(1, 401)
-        frequency, _, ratio = on.modes()
-        yield Expected("response/modes/natural_frequency", frequency)
-        yield Expected("response/modes/damping_ratio", ratio)
+        on, every = self.rigid, np.arange(1, MANY + 1)
+        yield from self._modes("response")
         weights = {"kinetic": on.matrices()[0], "potential": on.matrices()[1]}
         for count, whole in ((order, False), (every, True)):
             moved = self._shaken(self.speed, count)
@@ -658,7 +730,7 @@ class Dense:
             return float(longest(vectors(self._at(np.array([speed])))[0, place], self.order))
 
         best = float(heights.max())
-        for n in np.flatnonzero(heights > 0.97 * best)[:12]:
+        for n in np.argsort(-heights)[:12]:
             ends = speeds[max(n - 1, 0)], speeds[min(n + 1, len(speeds) - 1)]
             if heights[n] < max(heights[max(n - 1, 0)], heights[min(n + 1, len(speeds) - 1)]):
                 continue
@@ -692,22 +764,25 @@ def _through(on: OnMounts, rate: np.ndarray) -> np.ndarray:
     return np.stack(columns, axis=-1)
 
 
-def _by_order(path: str, held: np.ndarray, ground: np.ndarray) -> Expected:
+def _by_order(path: str, held: np.ndarray, ground: np.ndarray, nothing: float) -> Expected:
     """Share kept from the ground, of orders that are more than rounding."""
     first, second = (np.linalg.norm(one, axis=-1) for one in (held, ground))
-    acts = first > 1e-5 * first.max()
+    acts = first > max(1e-5 * first.max(), nothing)
     value = 1.0 - second[acts] / first[acts]
     return Expected(path, value, size=1e5 * float(np.abs(value).max(initial=1.0)), at=acts)
 
 
 def _of_vector(
-    path: str, held: np.ndarray, ground: np.ndarray, order: np.ndarray, whole: bool
+    path: str, held: np.ndarray, ground: np.ndarray, order: np.ndarray, whole: bool, nothing: float
 ) -> Iterator[Expected]:
-    """What acts and what arrives (orders, 3), over the cycle, and the share that does not."""
+    """What acts and what arrives (orders, 3), over the cycle, and the share that does not.
+
+    Less than `nothing` is rounding, of which there is no share.
+    """
     if not whole:
         yield Expected(f"{path}/held", held)
         yield Expected(f"{path}/ground", ground)
-        resultant = _by_order(f"{path}/by_order", held, ground)
+        resultant = _by_order(f"{path}/by_order", held, ground, nothing)
         yield resultant._replace(at=(resultant.at, -1))
     sizes = {
         "rms": [np.linalg.norm(one) / np.sqrt(2.0) for one in (held, ground)],
@@ -716,6 +791,8 @@ def _of_vector(
     for name, (first, second) in sizes.items():
         yield Expected(f"{path}/held_{name}", first, whole=whole)
         yield Expected(f"{path}/ground_{name}", second, whole=whole)
+        if first <= nothing:
+            continue
         share = 1.0 - second / first
         yield Expected(f"{path}/{name}", share, size=max(1.0, abs(share)), whole=whole)
         level = 20.0 * np.log10(first / second)

@@ -16,8 +16,8 @@ from scipy.optimize import brentq
 
 Table = dict[str, Any]
 TURN = 2.0 * np.pi
-#: crank angles of a turn; orders of the shaking that they tell apart
-SAMPLES, HIGHEST = 2048, 400
+#: crank angles of a turn
+SAMPLES = 2048
 XYZ = "xyz"
 
 
@@ -176,6 +176,8 @@ class Train:
         self.origin = np.array(train.get("origin", np.zeros(3)))
         kinematics = case.get("kinematics", {})
         cut = kinematics.get("series") == "truncated"
+        #: sizes of force and couple per squared speed that may cancel
+        self.terms = np.zeros(2)
         self.piston = Piston(train, kinematics.get("terms", 1) if cut else None)
         self.driven = case.get("excitation", {}).get("driven_machine", "on_body")
         self.cycle = TURN * (2 if self.machine.get("cycle") == "four_stroke" else 1)
@@ -240,8 +242,10 @@ class Train:
         angle, load = TURN * np.arange(SAMPLES) / SAMPLES, np.zeros((SAMPLES, 6))
 
         def act(force: np.ndarray, place: np.ndarray) -> None:
+            couple = np.cross(place, force)
             load[:, :3] += force
-            load[:, 3:] += np.cross(place, force)
+            load[:, 3:] += couple
+            self.terms += np.abs(force).max(), np.abs(couple).max()
 
         def turning(mass_radius: float, at: np.ndarray, place: np.ndarray, rate: int = 1) -> None:
             direction = np.outer(np.cos(at), self.up) - np.outer(np.sin(at), self.across)
@@ -266,6 +270,7 @@ class Train:
             turning(one["unbalance"], rate * angle + one.get("phase", 0.0), place, rate)
         if self.driven != "cancels_torque":
             load[:, 3:] -= self.share * np.outer(self.torque_of_masses, self.axis)
+            self.terms[1] += np.abs(self.torque_of_masses).max()
         return 2.0 / SAMPLES * np.fft.rfft(load, axis=0)
 
     # ------------------------------------------------------------------------
@@ -287,44 +292,45 @@ class Train:
         angle = dict(zip(order, first + np.cumsum([0.0, *steps[:-1]]), strict=True))
         return [float(angle[name]) for name in names]
 
-    def cards(self) -> list[tuple[float, list[Curve | None]]]:
-        """Force of the gas towards the crank for each cylinder, at each speed of the cards."""
+    def cards(self) -> list[tuple[float, list[tuple[Curve, float]]]]:
+        """At each speed of the cards, for each cylinder a curve and what makes it the force."""
         train = self.train
         area = 0.25 * np.pi * train.get("bore", 0.0) ** 2
         how = train.get("gas_interpolation", "linear")
         cylinders = train["cylinders"]
-
-        def scaled(curve: Curve, by: float) -> Curve:
-            return Curve(curve.ends, lambda a: by * curve.value(a))
-
         if "pump_cycle" in train:
-            return [(0.0, [scaled(pump_curve(train), area)] * len(cylinders))]
+            return [(0.0, [(pump_curve(train), area)] * len(cylinders))]
         tables = train.get("gas_cards") or [{"speed": 0.0, "gas_pressure": train["gas_pressure"]}]
         found = []
         for card in tables:
             rows = card["gas_pressure"]
             common = rows_over_cycle(rows["crank_angle"], rows["pressure"], how)
-            each = [scaled(common, area * one.get("pressure_scale", 1.0)) for one in cylinders]
+            each = [(common, area * one.get("pressure_scale", 1.0)) for one in cylinders]
             for place, one in enumerate(cylinders):
                 if own := one.get("gas_force"):
-                    each[place] = rows_over_cycle(own["crank_angle"], own["force"], how)
+                    each[place] = rows_over_cycle(own["crank_angle"], own["force"], how), 1.0
             found.append((card["speed"], each))
         return found
 
     def torque_of_gas(self, order: np.ndarray) -> list[tuple[float, np.ndarray, float]]:
-        """Speed of each card, torque on the crank (m,) of all cylinders, and its mean."""
+        """Speed of each card, torque on the crank (m,) of all cylinders, and its mean.
+
+        The force pushes towards the crank, so that its work is minus that of the place of the pin.
+        """
         found = []
-        for speed, curves in self.cards():
-            total, mean = np.zeros(len(order), dtype=complex), 0.0
-            for fires, curve in zip(self.fires(), curves, strict=True):
-                torque = Curve(
-                    curve.ends, lambda a, c=curve: -c.value(a) * self.piston.slopes(a)[0]
-                )
-                value, constant = integrals(torque, order)
-                total += value * np.exp(-1j * order * fires)
-                mean += constant
+        for speed, cylinders in self.cards():
+            total, mean, known = np.zeros(len(order), dtype=complex), 0.0, dict[int, Any]()
+            for fires, (curve, scale) in zip(self.fires(), cylinders, strict=True):
+                if id(curve) not in known:
+                    known[id(curve)] = integrals(self._torque_of(curve), order)
+                value, constant = known[id(curve)]
+                total += scale * value * np.exp(-1j * order * fires)
+                mean += scale * constant
             found.append((speed, total, mean))
         return sorted(found, key=lambda one: one[0])
+
+    def _torque_of(self, curve: Curve) -> Curve:
+        return Curve(curve.ends, lambda a: -curve.value(a) * self.piston.slopes(a)[0])
 
     def prepare(self, order: np.ndarray) -> None:
         """The orders (m,) that loads are asked at."""
