@@ -199,7 +199,9 @@ def _at_frequency(entry: Table, rate: np.ndarray) -> np.ndarray:
 
 def summed(reach: np.ndarray, each: np.ndarray) -> np.ndarray:
     """Sum (..., k, k) of matrices (..., n, 3, 3) that a motion reaches by (n, 3, k)."""
-    return np.asarray((reach.mT @ each @ reach).sum(axis=-3))
+    columns = each @ reach
+    flat = columns.reshape(*columns.shape[:-3], -1, reach.shape[-1])
+    return np.asarray(reach.reshape(-1, reach.shape[-1]).T @ flat)
 
 
 class Moved(NamedTuple):
@@ -377,7 +379,7 @@ def _table_at(one: Table, rate: np.ndarray) -> np.ndarray:
 
 
 #: highest samples from which a peak is climbed
-CANDIDATES = 12
+CANDIDATES = 8
 
 
 def over_cycle(harmonics: np.ndarray, order: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -424,7 +426,7 @@ def _top(vector: np.ndarray, order: np.ndarray, signed: bool = False) -> float:
 
     best = float(height.max())
     place = angle.copy()
-    for _ in range(6):
+    for _ in range(4):
         value, slope, bend = at(place)
         best = max(best, float(value.max()))
         move = np.where(bend < 0.0, -slope / np.where(bend < 0.0, bend, -1.0), 0.0)
