@@ -197,9 +197,7 @@ class Train:
         if common is None:
             common = train.get("piston_mass", 0.0) + train.get("pin_mass", 0.0) + own * share
         pin = train.get("rotating_mass", 0.0) + own * (1.0 - share)
-        return [
-            (one, one.get("reciprocating_mass", common), pin) for one in train["cylinders"]
-        ]
+        return [(one, one.get("reciprocating_mass", common), pin) for one in train["cylinders"]]
 
     @property
     def beyond_points(self) -> float:

@@ -1,4 +1,4 @@
-"""One machine told in another way: from elsewhere, along other axes, in other parts, other units."""
+"""One machine told in another way: from elsewhere, along other axes, in other parts or units."""
 
 from collections.abc import Callable, Mapping
 from copy import deepcopy
@@ -275,7 +275,9 @@ COLUMNS: Mapping[str, tuple[str, str]] = {
 }
 
 
-def in_units(value: Any, factors: tuple[float, float, float], key: str = "", table: str = "") -> Any:
+def in_units(
+    value: Any, factors: tuple[float, float, float], key: str = "", table: str = ""
+) -> Any:
     """A case in other units; the factors are those of length, mass and time."""
     if isinstance(value, dict):
         return {name: in_units(item, factors, name, key) for name, item in value.items()}

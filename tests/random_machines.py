@@ -448,9 +448,12 @@ def _base_motion(generator: np.random.Generator, speed: float) -> Table:
     for n in range(int(generator.integers(1, 4))):
         linear = str(generator.choice(["displacement", "velocity", "acceleration"]))
         turning = str(generator.choice(["angle", "angular_velocity", "angular_acceleration"]))
+        at = {"order": 0.5 * (n + 1)}
+        if n % 2 == 0:
+            at = {"frequency": speed * _spread(generator, 0.1, 5.0)}
         harmonics.append({
             "name": f"harmonic {n}",
-            **({"order": 0.5 * (n + 1)} if n % 2 else {"frequency": speed * _spread(generator, 0.1, 5.0)}),
+            **at,
             linear: generator.normal(0.0, 1e-3, 3).tolist(),
             "phase": generator.uniform(-3.0, 3.0, 3).tolist(),
             turning: generator.normal(0.0, 1e-3, 3).tolist(),

@@ -29,6 +29,7 @@ UNSAID = (
     "response/modes/assurance", "foundation/coupled/ground/couple",
     "foundation/coupled/rigid/couple", "foundation/coupled/ground/transmissibility",
     "foundation/coupled/rigid/transmissibility", "base_motion/relative_transmissibility",
+    "base_motion/spectrum/base_acceleration_rms",
 )  # fmt: skip
 #: what is free to turn round
 EITHER_SENSE = ("modes/shape", "principal_axes")
@@ -128,7 +129,7 @@ def test_told_in_another_way(seed: int, relation: str) -> None:
             wrong.append(f"{path}: {np.max(off):.3g} of {size:.3g}")
         same += 1
     assert wrong == []
-    assert same > 30
+    assert same > 20
 
 
 def machine(seed: int, model: str) -> Table:
