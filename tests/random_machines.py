@@ -243,7 +243,7 @@ def mounted_machine(seed: int) -> Table:
     _laws(generator, case, foundation)
     if foundation:
         case["foundation"] = _FOUNDATIONS[foundation](generator, case, mass, size)
-    if foundation in ("", "body") and "over_frequency" not in mounts["each"]:
+    if foundation in ("", "body") and generator.random() < 0.6:
         case["base_motion"] = _base_motion(generator, speed)
     if generator.random() < 0.6:
         case["point"] = _points(generator, size)
@@ -368,8 +368,8 @@ def _laws(generator: np.random.Generator, case: Table, foundation: str) -> None:
             load = sag * each["stiffness"] * np.array([-20.0, -1.0, 0.5, 1.5, 3.0, 20.0])
             factor = np.cumsum(generator.uniform(0.05, 0.3, 6)) + 0.5
             each["over_load"] = {"load": load.tolist(), "stiffness_factor": factor.tolist()}
-    if not foundation and "loss_factor" in each and generator.random() < 0.5:
-        del each["loss_factor"], case["isolation"]["efficiency"]
+    if foundation != "mass" and "loss_factor" in each and generator.random() < 0.5:
+        del each["loss_factor"]
         rate = speed * np.array([0.2, 0.9, 2.5, 7.0, 20.0])
         each["over_frequency"] = {
             "frequency": rate.tolist(),

@@ -98,9 +98,9 @@ RELATIONS = {
 @pytest.mark.parametrize("seed", SEEDS)
 def test_told_in_another_way(seed: int, relation: str) -> None:
     tell, name_of = RELATIONS[relation]
-    # not yet over a run-up where equal mounts have stops: that ends in an error of its arrays
-    stops = "static" in mounted_machine(seed)["machine"]["mounts"]["each"]
-    run_up = not (stops and relation == "halves")
+    # not yet over a run-up where equal mounts have stops or follow the frequency: a broken array
+    each = mounted_machine(seed)["machine"]["mounts"]["each"]
+    run_up = not (relation == "halves" and each.keys() & {"static", "over_frequency"})
     one, other = known(seed, run_up), run(tell(machine_of(seed, run_up)))
     assert {*one} == {*other}
     same, wrong = 0, []
