@@ -294,6 +294,24 @@ def test_without_forces_the_couple_alone_is_balanced(tmp_path: Path) -> None:
     assert "order 1 is balanced exactly, but for rounding, and for its force, not counted" in said
 
 
+@pytest.mark.parametrize(
+    ("mass", "weight", "head"),
+    [
+        (1.0, "50000 g mm", "unbalance phase position mass at its ratio g mm deg mm radius g -"),
+        (400.0, "20.00 kg m", "unbalance phase position mass at its ratio kg m deg mm radius kg -"),
+    ],
+)
+def test_weights_of_large_machines_are_in_kg_m(
+    tmp_path: Path, mass: float, weight: str, head: str
+) -> None:
+    """A throw of 50 mm against a weight in its own plane, read in a unit of its size."""
+    _, said = said_of(
+        tmp_path, 'counterweights = [{ name = "a", position = 0.1, radius = 0.1 }]', mass
+    )
+    assert f"balance weight {weight} weight a at 180.0 deg" in said
+    assert head in said
+
+
 def test_weights_that_meet_at_one_place_are_said_to_be_one(tmp_path: Path) -> None:
     both = "between = [-0.2, 0.3]"
     record, said = said_of(

@@ -1,4 +1,7 @@
-"""Claim: isolation efficiency is what dense solves of the machine give, by order and overall."""
+"""Claim: isolation efficiency is that of the closed form, and orders left out make no zero of it.
+
+All freedoms `test_consistency_random_machines.py` holds against dense solves.
+"""
 
 from pathlib import Path
 from typing import Any
@@ -7,7 +10,6 @@ import numpy as np
 import pytest
 from shipped_cases import CASES
 
-from vibecalc.core.case.load import validate
 from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import execute, load_checked
@@ -15,8 +17,6 @@ from vibecalc.isolation.efficiency import efficiency
 from vibecalc.isolation.on_mounts import frequency_grid, on_mounts
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.parts.body import RigidBody
-from vibecalc.parts.machine import build_machine
-from vibecalc.parts.matrices import displacement_at
 from vibecalc.parts.mounts import Mounts
 
 ROOT = "isolation/efficiency"
@@ -26,46 +26,6 @@ def record_of(name: str, **isolation: Any) -> Any:
     settings = [f"isolation.{key}={value}" for key, value in isolation.items()]
     (loaded,) = load_checked([CASES[name]], ["isolation.efficiency=true", *settings])
     return loaded.case, run_case(loaded.case)
-
-
-def test_ratios_are_those_of_dense_solves_and_of_the_supports() -> None:
-    (loaded,) = load_checked([CASES["generator_on_floor"]])
-    table = {key: value for key, value in loaded.resolved.items() if key != "limit"}
-    table["isolation"] = {"model": "rigid_body", "efficiency": True}
-    table["machine"]["mounts"]["each"]["loss_factor"] = 0.1
-    for place in table["machine"]["mounts"]["positions"]:
-        place[2] = -0.3  # couples forces along with rocking
-    case = validate(table)
-    record = run_case(case)
-    held = np.hstack([record[f"{ROOT}/{part}/held"].values for part in ("force", "couple")])
-    ground = np.hstack([record[f"{ROOT}/{part}/ground"].values for part in ("force", "couple")])
-    mounts, speed = build_machine(case).mounts, case.machine.speed
-    mass = build_machine(case).body.mass_matrix
-    for n, (load, found) in enumerate(zip(held, ground, strict=True), start=1):
-        w, passing = n * speed, np.zeros((6, 6), dtype=complex)
-        for place, k, c in zip(mounts.position, mounts.stiffness, mounts.damping, strict=True):
-            arm = displacement_at(place)
-            passing += arm.T @ (k + 0.1j * k + 1j * w * c) @ arm
-        motion = np.linalg.solve(passing - w**2 * mass, load)
-        assert found == pytest.approx(passing @ motion, rel=1e-9, abs=1e-9)
-        # what the loads put in, the mounts turn into heat
-        power = 0.5 * w * np.imag(np.vdot(motion, load))
-        assert power == pytest.approx(0.5 * w * np.imag(np.vdot(motion, found)), rel=1e-8, abs=1e-9)
-    supports = record["isolation/support_force/steady_harmonics"].values.sum(axis=0).T
-    assert supports == pytest.approx(ground[:, :3], rel=1e-9, abs=1e-9)
-    for part, columns in (("force", slice(0, 3)), ("couple", slice(3, 6))):
-        first, second = (np.linalg.norm(one[:, columns]) for one in (held, ground))
-        ratio = 1.0 - second / first
-        assert record[f"{ROOT}/{part}/rms"].values == pytest.approx(ratio, rel=1e-9)
-        level = 20.0 * np.log10(first / second)
-        assert record[f"{ROOT}/{part}/rms_level"].values == pytest.approx(level, rel=1e-9)
-        assert record[f"{ROOT}/{part}/held_rms"].values == pytest.approx(first / np.sqrt(2.0))
-        angle = np.linspace(0.0, 2.0 * np.pi, 20001)
-        turns = np.exp(1j * np.outer(np.arange(1, len(held) + 1), angle))
-        tops = [np.linalg.norm((turns.T @ one[:, columns]).real, axis=1).max()
-                for one in (held, ground)]  # fmt: skip
-        peak = record[f"{ROOT}/{part}/peak"].values
-        assert peak == pytest.approx(1.0 - tops[1] / tops[0], abs=1e-6)
 
 
 def test_pitch_has_its_transmissibility_and_one_freedom_the_closed_form() -> None:
@@ -96,19 +56,6 @@ def test_pitch_has_its_transmissibility_and_one_freedom_the_closed_form() -> Non
     assert found == pytest.approx(np.sqrt((1.0 + drag) / ((1.0 - r**2) ** 2 + drag)), rel=1e-12)
     assert np.all(np.diff(w) > 0.0)
     assert not np.any(w == natural)
-
-
-def test_torque_of_the_cylinders_counts() -> None:
-    _, record = record_of("pump")
-    supports = record["isolation/support_force/steady_harmonics"]
-    ground = record[f"{ROOT}/force/ground"]
-    names = [*ground.axes[1].values]
-    columns = ["xyz".index(name) for name in names]
-    assert (
-        pytest.approx(ground.values, rel=1e-9, abs=1e-7) == supports.values.sum(axis=0)[columns].T
-    )
-    couple, held = record["isolation/torque_reaction/couple"], record[f"{ROOT}/couple/held"]
-    assert np.linalg.norm(held.values) > 0.5 * np.linalg.norm(couple.values)
 
 
 def test_nothing_that_acts_has_no_share() -> None:

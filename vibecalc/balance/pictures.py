@@ -9,9 +9,10 @@ from vibecalc.balance.report import axis_of
 from vibecalc.balance.results import ROOT
 from vibecalc.core.report.canvas import COLOURS, QUIET, TOTAL, canvas, palette
 from vibecalc.core.report.curves import Curve, Curves, Panel, Source, sourced
-from vibecalc.core.report.sections import having, labels
-from vibecalc.core.report.writing import show
+from vibecalc.core.report.sections import by_size, having, labels
+from vibecalc.core.report.writing import read, show
 from vibecalc.core.results.record import Quantity, Result
+from vibecalc.units import convert
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -85,21 +86,21 @@ _WORDS = {1: "on the crank and with it", -1: "against the crank", 2: "twice as f
 
 
 def draw_weights(result: Result) -> "Figure | None":
-    """Unbalances in g mm over their angle from the stroke; None where all are zero."""
+    """Unbalances over their angle from the stroke; None where all are zero."""
     record = result.record
     unbalance = having(record, f"{ROOT}/weight/unbalance", "weight")
     if unbalance is None or not np.any(unbalance.values):
         return None
-    size = 1e6 * np.asarray(unbalance.values, dtype=float)
+    unit = by_size("g*mm", unbalance.values)
+    size = convert(1.0, "kg*m", unit) * np.asarray(unbalance.values, dtype=float)
     phase, position, ratio = (
         np.asarray(record[f"{ROOT}/weight/{name}"].values, dtype=float)
         for name in ("phase", "position", "speed_ratio")
     )
     names, along = labels(unbalance.axes[0]), axis_of(result)
     ratios = [one for one in _WORDS if np.any((ratio == one) & (size > 0.0))]
-    figure = canvas(
-        result, "weights found, at crank angle zero, unbalance in g mm", 0.6 + 2.6 * len(ratios)
-    )
+    words = f"weights found, at crank angle zero, unbalance in {read(unit)}"
+    figure = canvas(result, words, 0.6 + 2.6 * len(ratios))
     for place, one in enumerate(ratios):
         axes = figure.add_subplot(len(ratios), 1, place + 1, projection="polar")
         mine = np.flatnonzero((ratio == one) & (size > 0.0))

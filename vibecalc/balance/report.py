@@ -7,9 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from vibecalc.balance.results import ROOT
-from vibecalc.core.report.sections import Section, having, labels, section, table_of
-from vibecalc.core.report.writing import Column, number, paragraph, show, table
+from vibecalc.core.report.sections import Section, by_size, having, labels, section, table_of
+from vibecalc.core.report.writing import Column, number, paragraph, read, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.units import convert
 
 _WEIGHT = f"{ROOT}/weight"
 #: what is shown by order: path below before and after, words
@@ -58,6 +59,8 @@ def _weights(result: Result, unbalance: Quantity) -> list[str]:
     )
     along = axis_of(result)
     mass, use = _known(record, "mass", "balance_radius"), _known(record, "use", "balance_bound")
+    unit, unit_of_mass = by_size("g*mm", unbalance.values), by_size("g", [*mass.values(), 0.0])
+    factor, of_mass = convert(1.0, "kg*m", unit), convert(1.0, "kg", unit_of_mass)
     rows = []
     for i, name in enumerate(labels(unbalance.axes[0])):
         size = float(unbalance.values[i])
@@ -65,16 +68,17 @@ def _weights(result: Result, unbalance: Quantity) -> list[str]:
             [
                 name,
                 f"{ratio.values[i]:+.0f}",
-                show(1e6 * size, 1e6 * unbalance.error_estimate),
+                show(factor * size, factor * unbalance.error_estimate),
                 show(math.degrees(phase.values[i])) if size else "-",
                 show(1e3 * float(position.values[i][along]), 1e-9),
-                show(1e3 * mass[name]) if name in mass else "",
+                show(of_mass * mass[name]) if name in mass else "",
                 f"{100.0 * use[name]:.1f} %" if name in use else "",
             ]
         )
     heads = [
-        Column("weight", 26), number("speed\nratio", 6), number("unbalance\ng mm", 12),
-        number("phase\ndeg", 9), number("position\nmm", 10), number("mass at its\nradius g", 12),
+        Column("weight", 26), number("speed\nratio", 6), number(f"unbalance\n{read(unit)}", 12),
+        number("phase\ndeg", 9), number("position\nmm", 10),
+        number(f"mass at its\nradius {unit_of_mass}", 12),
         number("of its\nbound", 9),
     ]  # fmt: skip
     return table(heads, rows)

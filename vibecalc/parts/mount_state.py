@@ -50,6 +50,8 @@ def mounts_of(case: Case) -> Mounts | None:
     entries = mount_entries(given)
     if frequency_counts(given):
         built = replace(built, spectrum=_spectrum(entries))
+        if case.isolation is not None:
+            built = replace(built, axis=_axes(entries, case.isolation.up)[2])
     if not loads_count(given):
         return built
     from vibecalc.parts.equilibrium import equilibrium

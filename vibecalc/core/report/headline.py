@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.report.choices import PICKED, label_of
-from vibecalc.core.report.sections import magnitudes, read_as, table_of
+from vibecalc.core.report.sections import by_size, magnitudes, read_as, table_of
 from vibecalc.core.report.studies import bound_units
 from vibecalc.core.report.verdicts import place_of
 from vibecalc.core.report.writing import Column, decibels, number, read, rpm, show
@@ -25,8 +25,6 @@ from vibecalc.core.run.stage import subjects
 from vibecalc.numerics.rounding import first_of_largest
 from vibecalc.units import convert
 
-#: in N m
-_LARGE = 1e4
 _COLUMNS = (Column("result", 48), number("value", 13), Column("unit", 9), Column("where", 25))
 _WITH_LIMITS = (Column("result", 44), number("value", 10), Column("unit", 8), Column("where", 20),
                 Column("limit", 12))  # fmt: skip
@@ -127,6 +125,8 @@ def headline_rows(record: Record, case: Mapping[str, Any] | None = None) -> list
         one = one._replace(unit="kN*m") if large and one.unit == "N*m" else one
         quantity = record.quantities.get(path)
         if quantity is not None and quantity.values.size and one.unless not in record:
+            if one.unit == "g*mm":
+                one = one._replace(unit=by_size(one.unit, quantity.values))
             rows += [row for row in _rows(record, quantity, one) if row not in rows]
     return rows
 
@@ -135,8 +135,8 @@ def large_torques(record: Record, subject: str = "") -> bool:
     """Whether a torque of the headlines reaches 10 kN m, so that all of them are in kN m."""
     listed = [path for path, one in HEADLINES.items() if one.unit == "N*m"]
     found = (record.quantities.get(path) for path in listed if subject in ("", OWNER[path]))
-    sizes = (np.abs(magnitudes(one)) for one in found if one is not None)
-    return any(bool(np.any((size >= _LARGE) & np.isfinite(size))) for size in sizes)
+    sizes = (magnitudes(one) for one in found if one is not None)
+    return any(by_size("N*m", size) != "N*m" for size in sizes)
 
 
 def _searched(record: Record, case: Mapping[str, Any]) -> Iterator[Answer]:

@@ -1,5 +1,6 @@
 """What a section is made of: quantities found in a result, and tables that fit any of them."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -106,6 +107,17 @@ _LITRES = 0.01
 _VARIABLE = "optimisation/variable/"
 #: what an SI unit is read in, if not in itself
 _READ = {"m": "mm", "rad": "deg", "rad/s": "Hz", "m^2/s": "cSt", "W": "kW", "Pa": "MPa"}
+
+
+#: unit -> from which size in SI on another one is read
+_LARGER = {"N*m": (1e4, "kN*m"), "g*mm": (0.1, "kg*m"), "g": (10.0, "kg")}
+
+
+def by_size(unit: str, values: Any) -> str:
+    """The unit that people read in place of `unit` where the largest of values in SI is large."""
+    least, larger = _LARGER.get(unit, (math.inf, unit))
+    size = np.abs(values)
+    return larger if np.any((size >= least) & np.isfinite(size)) else unit
 
 
 def read_as(path: str, unit: str, *, entry: bool = False) -> tuple[str, str]:
