@@ -77,7 +77,7 @@ def _moved(scene: Scene, system: OnMounts, loads: BodyLoads, load: Bounded) -> M
     at_mounts = system.at_mounts(motion)
     frequency = loads.order * np.asarray(scene.case.machine.speed)[..., None]
     force = system.force(at_mounts, frequency)
-    alike = distinct(system.forces())
+    alike = None if system.mounts.spectrum is not None else distinct(system.forces())
     return Moved(system.moved(motion), at_mounts, at_mounts, force, system.directions, alike)
 
 

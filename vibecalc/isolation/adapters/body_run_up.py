@@ -172,6 +172,10 @@ def run_up_rows(scene: Scene, system: OnMounts) -> RunUpRows:
         readout = joined_rows(system.couple_over(lever_of(scene, system)), readout)
         shows = np.concatenate([np.ones_like(shows[..., :1]), shows], axis=-1)
     first, row_of = distinct(readout)
+    if system.mounts.spectrum is not None or system.travel() is not None:
+        # factors of the frequency, and motions against stops, are of all mounts
+        row_of = np.arange(readout.still.shape[-3])
+        first = row_of.tolist()
     return RunUpRows(readout.rows(..., first), row_of, lever_rows, shows[..., first])
 
 
