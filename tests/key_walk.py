@@ -190,6 +190,7 @@ def _base(path: Path, kind: str) -> Base | None:
     data = copy.deepcopy(written(path))
     for key in ("limit", *(() if "fit" in data else ("reference", "reference_table"))):
         data.pop(key, None)
+    del data.get("optimisation", {}).get("variables", [])[1:]
     lighten(data)
     if path not in _own(kind):
         machine, own = data["machine"], bases(kind)[0].data["machine"]

@@ -182,6 +182,23 @@ def test_the_machine_found_stands_nearby_the_one_written(tmp_path: Path) -> None
         assert float(record[path].values) == pytest.approx(float(expected.values), rel=1e-12)
 
 
+def test_a_result_without_bound_stays_without_bound_at_the_machine_found(tmp_path: Path) -> None:
+    head = """schema = 1
+title = "an absorber on a mass without damping, whose own peak is infinite"
+[machine]
+kind = "absorber"
+primary = { mass = "40 kg", linear_stiffness = "50 N/mm" }
+secondary = { mass = "4 kg" }
+[tuning]
+"""
+    search = row("peak", "machine.secondary.mass", "3 kg", "5 kg", "tuning/peak", "target = 4.5")
+    record = run(tmp_path, search, head=head).record
+    ratio = float(record["find/peak/value"].values) / 40.0
+    close(record, "find/peak/machine/tuning/mass_ratio", ratio, 1e-9)
+    alone = record["find/peak/machine/tuning/peak_alone"]
+    assert float(alone.values) == math.inf and math.isfinite(alone.error_estimate)
+
+
 def test_a_sweep_does_not_search(tmp_path: Path) -> None:
     path = tmp_path / "one.toml"
     search = row("none", STIFFNESS, "1 N/mm", "2 N/mm", FREQUENCY, 'target = "10 Hz"')

@@ -352,8 +352,9 @@ def _add_machine(
         record.warnings.append(f"{root} is left out: {failure}")
         return
     for path, quantity in results.items():
-        moved = abs(nearby[path].values - quantity.values) if path in nearby else 0.0
-        uncertainty = quantity.error_estimate + float(moved) * abs(error / step)
+        ends = float(quantity.values), float(nearby.get(path, quantity).values)
+        moved = abs(ends[1] - ends[0]) if all(map(math.isfinite, ends)) else 0.0
+        uncertainty = quantity.error_estimate + moved * abs(error / step)
         record.add(replace(quantity, path=f"{root}/{path}", error_estimate=uncertainty))
 
 
