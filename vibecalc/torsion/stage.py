@@ -545,7 +545,8 @@ def _work_of_curves(case: "Case", orders: int) -> Work:
 def _work_of_conditions(case: "Case", orders: int) -> Work:
     range_ = torsion_of(case).speeds
     solved = solves(case, 1 if range_ is None else 2 * range_.points) * freedom_count(case)
-    return ((2, "line"), (solved * len(condition_names(case)), "line_solve"))
+    ranges = 1 + bool(coupling_limits(case))  # couplings are solved for by themselves
+    return ((2, "line"), (solved * len(condition_names(case)) * ranges, "line_solve"))
 
 
 def _work_of_variable(case: "Case", orders: int) -> Work:

@@ -209,7 +209,7 @@ def render_plan(
         "",
         str(total["text"]),
         f"{_count(len(case.reference), 'reference')}, {len(counted)} of them counted; "
-        f"{_count(len(case.limit), 'limit')}",
+        f"{_count(len(case.limit), 'limit')} in [[limit]]",
     ]
     return "\n".join(lines)
 
