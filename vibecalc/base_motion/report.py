@@ -7,9 +7,9 @@ import numpy as np
 
 from vibecalc.base_motion.results import HARMONIC, OF_POINTS, ROOT, SPECTRUM
 from vibecalc.core.report.curves import Curve, Curves, Panel, level, sourced
+from vibecalc.core.report.rows import by_axis
 from vibecalc.core.report.sections import (
     Section,
-    by_axis,
     labels,
     magnitudes,
     section,

@@ -1,7 +1,8 @@
 """The section of a body that is assembled of parts."""
 
 from vibecalc.body.results import ROOT
-from vibecalc.core.report.sections import Section, by_axis, section
+from vibecalc.core.report.rows import by_axis
+from vibecalc.core.report.sections import Section, section
 from vibecalc.core.report.writing import number, show, table
 from vibecalc.core.results.record import Result
 

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
+from vibecalc.core.report.rows import by_axis
 from vibecalc.core.report.sections import (
     FAINT,
     Section,
     along,
-    by_axis,
     having,
     labels,
     magnitudes,

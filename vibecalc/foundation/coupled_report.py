@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from vibecalc.core.report.curves import Curve, Curves, Panel, level, sourced
+from vibecalc.core.report.rows import by_axis
 from vibecalc.core.report.sections import (
     Section,
     along,
-    by_axis,
     having,
     magnitudes,
     scalar_of,

@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from vibecalc.core.report.rows import by_axis
 from vibecalc.core.report.sections import (
     Section,
     along,
-    by_axis,
     having,
     labels,
     magnitudes,
