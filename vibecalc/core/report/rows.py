@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.sections import labels, merged
+from vibecalc.core.report.sections import labels, magnitudes, merged
 from vibecalc.core.report.writing import (
     DIGITS,
     Column,
@@ -30,7 +30,7 @@ from vibecalc.units import convert
 Found = Sequence[Quantity]
 #: the unit that a value is read in, or a function that writes a value in SI with its error
 How = str | Callable[[Any, Estimate], str]
-Source = str | Callable[[Record], Quantity | None]
+Made = Callable[[Record], Quantity | None]
 
 
 class Cells(NamedTuple):
@@ -41,7 +41,7 @@ class Cells(NamedTuple):
     `blank` an infinite entry is none, shown as "-".
     """
 
-    of: Source
+    of: str | Made
     head: str
     how: How = ""
     width: int = 0
@@ -104,6 +104,18 @@ def part_of(quantity: Quantity, values: np.ndarray, *axes: Axis) -> Quantity:
     return replace(quantity, values=values, axes=axes, terms=quantity.estimate.terms)
 
 
+def reduced(path: str, by: Callable[..., np.ndarray] = np.linalg.norm) -> Made:
+    """Lengths of vectors that stand along the second axis, or what `by` makes of their entries."""
+
+    def made(record: Record) -> Quantity | None:
+        found = record.quantities.get(path)
+        if found is None or len(found.axes) != 2:
+            return None
+        return part_of(found, by(magnitudes(found), axis=1), found.axes[0])
+
+    return made
+
+
 def first(most: int) -> Callable[[Found], np.ndarray]:
     """The first entries."""
     return lambda found: np.arange(len(found[0].values))[:most]
@@ -118,6 +130,9 @@ def loud(share: float, most: int, count: int = 1) -> Callable[[Found], np.ndarra
         return np.flatnonzero(np.any(large, axis=0))[:most]
 
     return places
+
+
+OTHERS = "the other {left} orders are zero or weaker, and in the result file"
 
 
 def others(words: str, *, acting: bool = False) -> Callable[[Found, np.ndarray], str]:
@@ -136,7 +151,7 @@ def others(words: str, *, acting: bool = False) -> Callable[[Found, np.ndarray],
 # ----------------------------------------------------------------------------
 
 
-def rows(record: Record, of: Rows) -> tuple[list[str], set[str]]:
+def rows_of(record: Record, of: Rows) -> tuple[list[str], set[str]]:
     """Lines of a table with its notes, and the paths that it shows."""
     found = [(one, quantity) for one in of.columns if (quantity := _found(record, of, one))]
     if not found:
@@ -153,10 +168,12 @@ def rows(record: Record, of: Rows) -> tuple[list[str], set[str]]:
         write, right = _writer(quantity, one, of.digits), quantity.values.dtype.kind != "U"
         for name in labels(quantity.axes[1]) if len(quantity.axes) > 1 else [""]:
             heads.append(Column(one.head.format(name), one.width or of.each, right))
-        for entries in quantity.values.reshape(len(names), -1).T:
-            cells.append([write(entries[i].item()) for i in places])
+        there = _there(axis, quantity.axes[0], places)
+        for entries in quantity.values.reshape(len(quantity.values), -1).T:
+            cells.append(["" if i is None else write(entries[i].item()) for i in there])
     if of.across:
-        units = [str(one.how) or quantity.unit for one, quantity in found]
+        units = [how if isinstance(how := one.how, str) and how else quantity.unit
+                 for one, quantity in found]  # fmt: skip
         cells = [[one.head for one, _ in found], *map(list, zip(*cells[1:], strict=True)), units]
         heads = [heads[0], *(number(name, of.each) for name in names), Column("unit", 8)]
     start = 0 if of.title else 1
@@ -173,6 +190,14 @@ def _found(record: Record, of: Rows, one: Cells) -> Quantity | None:
     if quantity is None or len(quantity.axes) != 1 + one.head.count("{}"):
         return None
     return quantity if quantity.axes[0].name == of.axis and np.size(quantity.values) else None
+
+
+def _there(axis: Axis, own: Axis, places: np.ndarray) -> list[int | None]:
+    """Where the entries shown of the table's axis stand in a column; None where it lacks one."""
+    if np.array_equal(own.values, axis.values):
+        return list(places)
+    known = {entry: i for i, entry in enumerate(own.values.tolist())}
+    return [known.get(entry) for entry in axis.values[places].tolist()]
 
 
 def _writer(quantity: Quantity, one: Cells, digits: int) -> Callable[[Any], str]:
@@ -200,9 +225,9 @@ def by_axis(
     Each is a path, words, and the unit to show it in where that is not in the words. Equal rows are
     one. Of the quantities `blank` an infinite entry is none, shown as "-".
     """
-    columns = [
-        Cells(path, " ".join([words, *unit]).replace("\n ", "\n"), *unit, blank=path in blank)
-        for path, words, *unit in names
-    ]
+    columns = []
+    for path, words, *unit in names:
+        head = " ".join([words, *unit]).replace("\n ", "\n")
+        columns.append(Cells(path, head, unit[0] if unit else "", blank=path in blank))
     of = Rows(axis, title, columns, width, each, digits=digits, merge=True)
-    return rows(record, of)[0]
+    return rows_of(record, of)[0]
