@@ -1,7 +1,7 @@
 """Report of the body on its suspension: modes, motion, energies, operations, changes."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from vibecalc.core.report.sections import (
     magnitudes,
     scalar_of,
     section,
+    stacked,
     table_of,
     together,
 )
@@ -262,7 +263,6 @@ def _total(record: Record, path: str) -> str:
 
 _OPERATIONS = "response/operations/"
 _AXES = ("operation", "balance")
-_OPERATIONS_PER_TABLE = 3
 _WORDS = {"mean": "mean over a turn", "peak": "largest over a turn"}
 #: of an energy, and of the ends of its range
 _DIGITS, _FEWER = 4, 4
@@ -315,14 +315,13 @@ def _combinations(record: Record, kind: str, what: str) -> tuple[list[str], set[
             if (quantity := having(record, stem + name, "balance")) is not None
         ]
     lines = [f"  {kind.capitalize()} energy, {_WORDS[what]}, {values.unit}"]
-    names = labels(values.axes[0])
-    for columns, part in _tables(values):
-        rows = [
-            [name, *(_operation_cell(values, ends, i, j) for j in part)]
-            for i, name in enumerate(names)
-        ]
-        below = [[text, *(_short(q.values[j], q) for j in part)] for text, q in sums]
-        lines += ["", *table(columns, rows, below)]
+    places = range(len(values.axes[1].values))
+    rows = [
+        [name, *(_operation_cell(values, ends, i, j) for j in places)]
+        for i, name in enumerate(labels(values.axes[0]))
+    ]
+    below = [[text, *(_short(one, q) for one in q.values)] for text, q in sums]
+    lines += ["", *table(_operation_columns(values), rows, below)]
     shown = {values.path} | {end.path for end in ends if end is not None}
     return lines, shown | {quantity.path for _, quantity in sums}
 
@@ -338,26 +337,18 @@ def _turning(record: Record, kind: str) -> tuple[list[str], set[str]]:
         "shafts,",
         f"  mean / largest, {mean.unit}",
     ]
-    names = labels(mean.axes[0])
-    for columns, part in _tables(mean):
-        rows = []
-        for i, name in enumerate(names):
-            cells = [
-                _pair(_short(mean.values[i, j], mean), _short(peak.values[i, j], peak))
-                for j in part
-            ]
-            rows.append([name, *cells])
-        lines += ["", *table(columns, rows)]
+    rows = [
+        [name, *(_pair(_short(m, mean), _short(p, peak)) for m, p in zip(*both, strict=True))]
+        for name, *both in zip(labels(mean.axes[0]), mean.values, peak.values, strict=True)
+    ]
+    lines += ["", *table(_operation_columns(mean), rows)]
     return lines, {mean.path, peak.path}
 
 
-def _tables(quantity: Quantity) -> Iterator[tuple[list[Column], range]]:
-    """Columns and places of the balances of each table, as many as fit side by side."""
+def _operation_columns(quantity: Quantity) -> list[Column]:
+    """A column for each balance, three of which fit side by side."""
     balances = labels(quantity.axes[1])
-    for first in range(0, len(balances), _OPERATIONS_PER_TABLE):
-        part = range(first, min(first + _OPERATIONS_PER_TABLE, len(balances)))
-        names = (number(f"balance {balances[j]}", 25) for j in part)
-        yield [Column("operation", 20), *names], part
+    return [Column("operation", 20), *(number(f"balance {one}", 25) for one in balances)]
 
 
 def _operation_cell(values: Quantity, ends: Sequence[Quantity | None], i: int, j: int) -> str:
@@ -407,7 +398,6 @@ _SCALARS = (
     ("settle_time", "settles, from end of change s"),
 )
 _CHANGE_DIGITS = 4
-_CHANGES_PER_TABLE = 4
 
 
 def _changes(record: Record) -> Quantity | None:
@@ -460,10 +450,7 @@ def switching(result: Result) -> Section | None:
     cases = _cases(record)
     if not cases:
         return None
-    lines = _steady(result)
-    for first in range(0, len(cases), _CHANGES_PER_TABLE):
-        lines += [""] if lines else []
-        lines += _table(record, cases[first : first + _CHANGES_PER_TABLE])
+    lines = stacked(_steady(result), _table(record, cases))
     details = {"resonances passed on the way": rows_of(record, _PASSAGES)}
     return section("Switching between operations", [lines], details, shown)
 
